@@ -1,0 +1,13 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace haptics {
+
+/// Nanoseconds on this host's monotonic clock, the one that clock_nanosleep(CLOCK_MONOTONIC) waits on.
+[[nodiscard]] inline std::uint64_t monotonicNow_ns() noexcept {
+  return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+}
+
+}  // namespace haptics

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "common/error/error.h"
+#include "common/mesh/tri_mesh.h"
+
+namespace haptics {
+
+/// What import found in a file and what it did about it. Counts are of triangles unless the name says otherwise.
+struct MeshReport {
+  std::uint64_t trianglesInFile = 0;       ///< After triangulating polygons.
+  std::uint64_t kept = 0;
+  std::uint64_t droppedDegenerate = 0;     ///< Two corners at one place, or no area.
+  std::uint64_t droppedOutOfRange = 0;     ///< Naming a vertex that is not there.
+  std::uint64_t duplicateFaces = 0;        ///< Same three vertices; kept.
+  std::uint64_t verticesInFile = 0;
+  std::uint64_t verticesWelded = 0;        ///< Merged into another at the same place.
+  std::uint64_t boundaryEdges = 0;         ///< One face.
+  std::uint64_t nonManifoldEdges = 0;      ///< More than two faces.
+  std::uint64_t inconsistentEdges = 0;     ///< Two faces that run along it the same way: one is flipped.
+  std::uint32_t maxValence = 0;            ///< Most triangles around one vertex.
+  double meanEdge_m = 0;
+  Vec3 boxMin_m{0}, boxMax_m{0};           ///< After scaling.
+  double scale_m = 1;                      ///< Metres per file unit that was applied.
+
+  [[nodiscard]] bool closed() const noexcept { return boundaryEdges + nonManifoldEdges + inconsistentEdges == 0; }
+  /// One line for the log and for replies, naming everything that is not zero.
+  [[nodiscard]] std::string text() const;
+};
+
+struct ImportOptions {
+  double unit_m = 1;                      ///< Metres per unit of the file.
+  std::optional<double> largestExtent_m;  ///< Instead: scale so that the longest side has this length, centre at 0.
+};
+
+struct ImportedMesh {
+  TriMesh mesh;
+  MeshReport report;
+};
+
+/// Reads .obj, .ply, .stl, .off, .om (OpenMesh) and .iv (Coin) by file name extension; welds, drops what cannot be felt,
+/// scales, puts into canonical order and reports. Nothing is dropped silently. Errors name the file and what would be
+/// right: missing, empty, unreadable, truncated, header claiming more than the file can hold, unknown format,
+/// non-finite vertex, no triangle left.
+[[nodiscard]] Result<ImportedMesh> importMesh(const std::filesystem::path& file, const ImportOptions& options);
+
+/// Welding, scaling, canonical order and report for raw triangles in memory (units of the file): the second half of
+/// importMesh, and all of it for generated meshes. `verticesInFile` and `trianglesInFile` are taken from the arguments.
+[[nodiscard]] Result<ImportedMesh> canonicalise(std::vector<Vec3> vertices, std::vector<TriangleIndices> triangles,
+                                                const ImportOptions& options);
+
+}  // namespace haptics

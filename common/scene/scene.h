@@ -1,0 +1,136 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/error/error.h"
+#include "common/hash/content_hash.h"
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+using ObjectId = std::uint64_t;  ///< Given by the server, never reused within an epoch; 0 is no object.
+
+struct Color {
+  float red = 0.8F, green = 0.8F, blue = 0.8F;  ///< Linear, 0 to 1.
+  bool operator==(const Color&) const = default;
+};
+
+struct Material {
+  double stiffness_N_per_m = 800;
+  double damping_Ns_per_m = 0.5;
+  Color color;
+  bool operator==(const Material&) const = default;
+};
+
+/// One object of the scene as both databases hold it. The mesh is named by its content.
+struct ObjectRecord {
+  ObjectId id = 0;
+  std::string name;
+  std::uint64_t revision = 0;  ///< Of the commit that last changed it.
+  ContentHash mesh;
+  Pose pose;
+  Material material;
+
+  bool operator==(const ObjectRecord&) const = default;
+  /// SHA-256 over all fields in declaration order, canonical form (Hasher).
+  [[nodiscard]] ContentHash hash() const;
+};
+
+/// One accepted transaction: absolute records, so that applying is replacing.
+struct Commit {
+  std::uint64_t revision = 0;
+  ContentHash prevRoot;
+  std::vector<ObjectRecord> put;
+  std::vector<ObjectId> removed;
+  ContentHash root;
+};
+
+/// An immutable version of the scene, shared between threads. Both the server and every mirror make the next version
+/// with the same function; that their roots agree is the proof that they hold the same scene.
+class SceneVersion {
+ public:
+  using Object = std::shared_ptr<const ObjectRecord>;
+
+  /// Revision 0, no objects.
+  SceneVersion();
+  /// A version as a snapshot describes it. Refused: ids or names that are zero, empty or double.
+  [[nodiscard]] static Result<SceneVersion> fromSnapshot(std::uint64_t revision, std::vector<ObjectRecord> objects);
+
+  /// The version after the commit's changes; prevRoot and root are *not* compared here: the sequencer makes the root
+  /// from the result, a mirror compares it. Refused: a revision other than revision() + 1, removal of an object that is
+  /// not there, a name that another object has.
+  [[nodiscard]] Result<SceneVersion> apply(const Commit& commit) const;
+
+  [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
+  /// SHA-256 over the revision and, for each object in order of id, (id, revision, hash).
+  [[nodiscard]] const ContentHash& root() const noexcept { return root_; }
+  [[nodiscard]] const std::vector<Object>& objects() const noexcept { return objects_; }  ///< In order of id.
+  [[nodiscard]] Object find(ObjectId id) const;
+  [[nodiscard]] Object find(const std::string& name) const;
+
+ private:
+  std::uint64_t revision_ = 0;
+  std::vector<Object> objects_;
+  std::vector<ContentHash> hashes_;  // of objects_, so that a commit hashes only what it changes
+  ContentHash root_;
+
+  void updateRoot();
+};
+
+// ---- What a client asks for, after decoding and range checks (common/wire) ----
+
+struct ObjectRef {
+  std::variant<ObjectId, std::string> value;  ///< Id or name.
+  [[nodiscard]] std::string text() const;     ///< `object 7` or `object "torus"`.
+};
+
+struct Precondition {
+  ObjectRef object;
+  std::uint64_t expectedRevision = 0;
+  std::optional<ContentHash> expectedHash;
+};
+
+struct BoxSource { Vec3 size_m{0}; std::uint32_t segments = 1; };
+struct SphereSource { double radius_m = 0; std::uint32_t segments = 32; };
+struct CylinderSource { double radius_m = 0, height_m = 0; std::uint32_t segments = 64; };
+struct TorusSource { double majorRadius_m = 0, minorRadius_m = 0; std::uint32_t majorSegments = 128, minorSegments = 64; };
+struct FileSource { std::string path; };   ///< Relative, below an asset folder.
+struct AssetSource { ContentHash hash; };  ///< A mesh that the server holds.
+
+struct MeshSource {
+  std::variant<BoxSource, SphereSource, CylinderSource, TorusSource, FileSource, AssetSource> source;
+  double unit_m = 1;                        ///< Metres per unit of a file.
+  std::optional<double> largestExtent_m;    ///< Instead of unit_m: scale to this longest side, centre at the origin.
+};
+
+struct PoseEdit {
+  std::optional<Vec3> position;
+  std::optional<Quat> rotation;  ///< Normalised.
+};
+
+struct MaterialEdit {
+  std::optional<double> stiffness_N_per_m, damping_Ns_per_m;
+  std::optional<Color> color;
+};
+
+struct AddObject { std::string name; MeshSource mesh; PoseEdit pose; MaterialEdit material; };
+struct RemoveObject { ObjectRef object; };
+struct RemeshObject { ObjectRef object; MeshSource mesh; };
+struct SetPose { ObjectRef object; PoseEdit pose; };
+struct SetMaterial { ObjectRef object; MaterialEdit material; };
+using Operation = std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial>;
+
+struct Transaction {
+  std::vector<Precondition> preconditions;
+  std::vector<Operation> operations;
+};
+
+[[nodiscard]] Pose edited(Pose pose, const PoseEdit& edit);
+[[nodiscard]] Material edited(Material material, const MaterialEdit& edit);
+
+}  // namespace haptics

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+/// Values equal those of the wire's enums (telemetry.proto).
+enum class PrimitiveKind : std::uint8_t { kNone = 0, kPolygon = 1, kLine = 2, kVertex = 3 };
+enum class FrictionState : std::uint8_t { kNone = 0, kSticking = 1, kSliding = 2 };
+enum class Fault : std::uint8_t {
+  kNone = 0,
+  kNonFiniteInput = 1,
+  kNonFiniteForce = 2,
+  kDeadlinesMissed = 3,
+  kDeviceStale = 4,
+  kDeviceLost = 5,
+};
+enum class DeviceState : std::uint8_t { kAbsent = 0, kHoming = 1, kReady = 2, kStopped = 3 };
+
+/// The contacted geometric primitive (paper 3.1), numbered in the mesh's canonical order. A line is (polygon, edge k:
+/// corner k to corner k + 1), a vertex is (polygon, corner k).
+struct PrimitiveId {
+  PrimitiveKind kind = PrimitiveKind::kNone;
+  std::uint8_t localIndex = 0;
+  std::uint32_t polygon = 0;
+
+  bool operator==(const PrimitiveId&) const = default;
+};
+
+/// Newtons, world frame, on the hand.
+struct ForceComponents {
+  Vec3 spring{0};
+  Vec3 damping{0};
+  Vec3 friction{0};
+  Vec3 texture{0};
+  Vec3 contact{0};  ///< Sum of the above, before blend and limit.
+  Vec3 written{0};  ///< Sent to the device.
+};
+
+/// What the servo felt in one tick. SI units, world frame.
+struct TelemetrySample {
+  std::uint64_t tick = 0;
+  std::uint64_t time_ns = 0;        ///< Monotonic clock when the device was read; 0 in virtual time.
+  std::uint64_t sceneRevision = 0;  ///< Adopted by the servo.
+  std::uint64_t adoptionTick = 0;   ///< First tick felt with sceneRevision.
+  std::uint64_t deformationRevision = 0;
+  Vec3 hip{0};
+  Vec3 ihip{0};
+  std::uint64_t object = 0;  ///< Id of the contacted object, 0 when free.
+  PrimitiveId primitive;
+  double penetration_m = 0;
+  Vec3 surfaceNormal{0};  ///< N_s, unit, outward; zero when free.
+  FrictionState frictionState = FrictionState::kNone;
+  Vec3 stickingPoint{0};
+  double height_m = 0;
+  ForceComponents force;
+  double contactEnergy_J = 0;  ///< Given to the hand by the force as written, since attach.
+  Fault fault = Fault::kNone;
+  DeviceState deviceState = DeviceState::kAbsent;
+  std::uint64_t missedTicks = 0;     ///< Since start.
+  std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.
+  double servoRate_Hz = 0;           ///< Ticks run in the last second.
+};
+
+static_assert(std::is_trivially_copyable_v<TelemetrySample>, "crosses threads by copy");
+
+}  // namespace haptics

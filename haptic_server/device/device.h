@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/maths/vec.h"
+#include "common/telemetry/telemetry_sample.h"
+
+namespace haptics {
+
+struct DeviceReading {
+  Vec3 position{0};  ///< Metres, world frame.
+  DeviceState state = DeviceState::kAbsent;
+};
+
+/// Fixed for the life of a device.
+struct DeviceInfo {
+  std::string name;
+  double maxForce_N = 0;       ///< The magnitude limit uses it.
+  double maxStiffness_N_per_m = 0;
+  double maxDamping_Ns_per_m = 0;
+  double resolution_m = 0;     ///< Position quantum.
+};
+
+/// A force-feedback device as the servo thread sees it: a position to read and a force to write, each tick.
+/// read, write and stop never wait, allocate, lock or throw.
+class Device {
+ public:
+  virtual ~Device() = default;
+  [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
+  /// The newest position. `tick` counts servo periods and may skip: missed ticks.
+  [[nodiscard]] virtual DeviceReading read(std::uint64_t tick) noexcept = 0;
+  /// Newtons on the hand, world frame, held until the next write.
+  virtual void write(Vec3 force_N) noexcept = 0;
+  /// Zero force from now on.
+  virtual void stop() noexcept = 0;
+};
+
+}  // namespace haptics

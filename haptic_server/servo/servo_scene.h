@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/maths/vec.h"
+#include "haptic_server/device/exploration_plan.h"
+#include "haptic_server/geometry/surface.h"
+
+namespace haptics {
+
+/// What the servo needs of one object.
+struct ServoObject {
+  std::uint64_t id = 0;
+  std::shared_ptr<const Surface> surface;
+  Pose pose;
+  double stiffness_N_per_m = 0;
+  double damping_Ns_per_m = 0;
+  /// Removed from the scene, but still here while the contact on it fades. Cannot be touched anew.
+  bool leaving = false;
+};
+
+/// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.
+struct ServoScene {
+  std::uint64_t revision = 0;
+  std::vector<ServoObject> objects;       ///< At most kMaxServoObjects, in order of id.
+  std::shared_ptr<const ExplorationPlan> plan;  ///< Null unless a simulated hand explores.
+};
+
+/// Capacity of the per-object state in the servo; a transaction that would pass it is rejected.
+inline constexpr std::size_t kMaxServoObjects = 256;
+
+}  // namespace haptics
