@@ -1,0 +1,38 @@
+#pragma once
+
+#include "common/error/error.h"
+#include "common/scene/scene.h"
+#include "common/telemetry/telemetry_sample.h"
+#include "haptics/v1/envelope.pb.h"
+#include "haptics/v1/scene.pb.h"
+#include "haptics/v1/telemetry.pb.h"
+
+// Between the wire's messages and the program's own types. Everything that comes from the wire is checked here: finite
+// numbers, ranges, counts, known enum values, sizes of hashes; errors name the field's path
+// ("operations[2].set_material.material.stiffness_N_per_m") and what would be right. Whether an object exists is the
+// sequencer's question.
+namespace haptics {
+
+/// Limits on untrusted edits; above, the field is refused.
+inline constexpr std::size_t kMaxOperations = 1000;
+inline constexpr double kMaxStiffness_N_per_m = 1e5;
+inline constexpr double kMaxDamping_Ns_per_m = 1e3;
+inline constexpr double kMaxCoordinate_m = 1e3;
+
+[[nodiscard]] Result<Transaction> fromWire(const v1::Transaction& message);
+[[nodiscard]] Result<ObjectRecord> fromWire(const v1::ObjectState& message);
+[[nodiscard]] Result<Commit> fromWire(const v1::Commit& message);
+[[nodiscard]] Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field);
+/// Unknown enum values in telemetry are ignored (kNone).
+[[nodiscard]] TelemetrySample fromWire(const v1::Telemetry& message);
+
+void toWire(const ObjectRecord& record, v1::ObjectState& message);
+void toWire(const Commit& commit, v1::Commit& message);
+void toWire(const TelemetrySample& sample, v1::Telemetry& message);  ///< Reuses the message's memory.
+
+/// A scene file: a Transaction in text format. Errors name `origin`, line, column, the bad field and, where a field is
+/// unknown, the fields that there are.
+[[nodiscard]] Result<v1::Transaction> parseSceneText(const std::string& text, const std::string& origin);
+[[nodiscard]] Result<v1::Transaction> readSceneFile(const std::string& path);  ///< "-": standard input.
+
+}  // namespace haptics

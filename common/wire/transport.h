@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+
+namespace haptics {
+
+/// A reliable, ordered byte stream to one peer. It knows nothing of what it carries. Used from one thread, the one that
+/// runs its callbacks.
+class Transport {
+ public:
+  struct Events {
+    std::function<void(std::span<const char>)> received;
+    std::function<void()> drained;                          ///< Everything sent has been taken by the system.
+    std::function<void(const std::string& why)> closed;     ///< Once, also after close(); nothing follows it.
+  };
+
+  virtual ~Transport() = default;
+  /// Before anything arrives.
+  virtual void start(Events events) = 0;
+  /// Queues the bytes behind what is queued. Ignored after close.
+  virtual void send(std::string bytes) = 0;
+  /// Bytes queued here and not yet taken by the system: 0 means that a newest-only message may be sent now.
+  [[nodiscard]] virtual std::size_t backlog() const noexcept = 0;
+  /// Sends what is queued (for at most a second), then closes.
+  virtual void close(const std::string& why) = 0;
+  [[nodiscard]] virtual std::string peer() const = 0;  ///< For the log.
+};
+
+}  // namespace haptics
