@@ -1,0 +1,56 @@
+#pragma once
+
+#include <algorithm>
+
+#include "common/maths/vec.h"
+
+// What stands between the force law and the device, in this order: finite check (the step's, it names the fault), blend,
+// magnitude limit. There is no slew limit: at 0.3 N a tick it turned a stable tap into an unstable one.
+namespace haptics {
+
+/// Blends out the jump that an edit, attach or re-seat causes.
+class ForceBlend {
+ public:
+  /// Seconds over which the jump fades. Shorter is more of a kick, longer leaves a wrong force standing.
+  static constexpr double kDuration_s = 0.05;
+
+  /// The force was `before` and would now be `after`; a jump that still fades is taken over, since `before` holds it.
+  void begin(Vec3 before, Vec3 after) noexcept {
+    jump_ = before - after;
+    remaining_s_ = kDuration_s;
+  }
+
+  /// This tick's force; begins at `before`, ends at `force`.
+  [[nodiscard]] Vec3 apply(Vec3 force, double period_s) noexcept {
+    if (remaining_s_ <= 0) return force;
+    const Vec3 blended = force + jump_ * (remaining_s_ / kDuration_s);
+    remaining_s_ -= period_s;
+    return blended;
+  }
+
+ private:
+  Vec3 jump_{0};
+  double remaining_s_ = 0;
+};
+
+/// The force shortened to at most `limit_N`, its direction kept.
+[[nodiscard]] inline Vec3 limitMagnitude(Vec3 force, double limit_N) noexcept {
+  const double magnitude = glm::length(force);
+  return magnitude > limit_N ? force * (limit_N / magnitude) : force;
+}
+
+/// Takes the force away within kDuration_s once something is wrong, and keeps it away.
+class FaultRamp {
+ public:
+  static constexpr double kDuration_s = 0.03;
+
+  [[nodiscard]] Vec3 apply(bool faulty, Vec3 force, double period_s) noexcept {
+    gain_ = faulty ? std::max(0.0, gain_ - period_s / kDuration_s) : 1.0;
+    return force * gain_;
+  }
+
+ private:
+  double gain_ = 1;
+};
+
+}  // namespace haptics

@@ -1,0 +1,101 @@
+#include <gtest/gtest.h>
+
+#include "haptic_server/force/output_chain.h"
+#include "haptic_server/force/spring_damper.h"
+#include "haptic_server/force/velocity_estimator.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kPeriod_s = 1e-3;
+
+TEST(VelocityEstimator, FindsTheVelocityOfARamp) {
+  VelocityEstimator estimator(kPeriod_s);
+  estimator.reset(Vec3(0));
+  Vec3 velocity(0);
+  for (int i = 1; i <= 200; ++i) velocity = estimator.update(Vec3(0.1, -0.05, 0) * (kPeriod_s * i));
+  EXPECT_NEAR(velocity.x, 0.1, 1e-9);
+  EXPECT_NEAR(velocity.y, -0.05, 1e-9);
+}
+
+TEST(VelocityEstimator, LetsAnEncoderStepThroughAsLessThanAQuarterOfARawDifference) {
+  VelocityEstimator estimator(kPeriod_s);
+  estimator.reset(Vec3(0));
+  constexpr double kStep_m = 55e-6;
+  EXPECT_LT(estimator.update(Vec3(kStep_m, 0, 0)).x, 0.25 * kStep_m / kPeriod_s);
+}
+
+TEST(VelocityEstimator, IsCriticallyDamped) {
+  VelocityEstimator estimator(kPeriod_s);
+  estimator.reset(Vec3(0));
+  for (int i = 0; i < 300; ++i) EXPECT_GE(estimator.update(Vec3(1, 0, 0)).x, -1e-9);
+}
+
+TEST(SpringDamper, PushesOutWithHookesLaw) {
+  const auto f = springDamper(Vec3(0, 0, 0.002), Vec3(0, 0, 1), 0, {1000, 5});
+  EXPECT_NEAR(f.spring.z, 2.0, 1e-12);
+  EXPECT_EQ(f.damping, Vec3(0));
+}
+
+TEST(SpringDamper, DampsPressingInAndNeverPullsWhenLifted) {
+  const auto in = springDamper(Vec3(0, 0, 0.002), Vec3(0, 0, 1), -0.1, {1000, 5});
+  EXPECT_NEAR(in.damping.z, 0.5, 1e-12);
+  const auto out = springDamper(Vec3(0, 0, 0.002), Vec3(0, 0, 1), 10, {1000, 5});
+  EXPECT_NEAR(out.spring.z + out.damping.z, 0, 1e-12);
+}
+
+TEST(FeltStiffness, IsThereAtOnceWithoutContact) {
+  FeltStiffness felt;
+  felt.follow({800, 1}, 0, 0, kPeriod_s);
+  EXPECT_EQ(felt.value(), (Stiffness{800, 1}));
+}
+
+TEST(FeltStiffness, NeverChangesTheForceFasterThanItsRateAndArrives) {
+  FeltStiffness felt;
+  felt.follow({200, 0}, 0, 0, kPeriod_s);
+  const double penetration = 0.005;
+  const Stiffness target{3000, 2};
+  double force = 200 * penetration;
+  int ticks = 0;
+  for (; felt.value() != target && ticks < 2000; ++ticks) {
+    felt.follow(target, penetration, 0, kPeriod_s);
+    const double next = felt.value().spring_N_per_m * penetration;
+    EXPECT_LE(next - force, FeltStiffness::kRate_N_per_s * kPeriod_s + 1e-12);
+    force = next;
+  }
+  EXPECT_NEAR(ticks, (3000 - 200) * penetration / FeltStiffness::kRate_N_per_s / kPeriod_s, 2);
+}
+
+TEST(ForceBlend, StartsAtTheOldForceAndEndsAtTheNewOne) {
+  ForceBlend blend;
+  const Vec3 before(0, 0, 3), after(1, 0, 0);
+  blend.begin(before, after);
+  Vec3 last = before;
+  for (int i = 0; i < 60; ++i) {
+    const Vec3 now = blend.apply(after, kPeriod_s);
+    if (i == 0) {
+      EXPECT_EQ(now, before);
+    }
+    EXPECT_LE(glm::length(now - last), glm::length(before - after) * kPeriod_s / ForceBlend::kDuration_s + 1e-12);
+    last = now;
+  }
+  EXPECT_EQ(last, after);
+}
+
+TEST(LimitMagnitude, KeepsTheDirection) {
+  const Vec3 limited = limitMagnitude(Vec3(30, 40, 0), 5);
+  EXPECT_NEAR(limited.x, 3, 1e-12);
+  EXPECT_NEAR(limited.y, 4, 1e-12);
+  EXPECT_EQ(limitMagnitude(Vec3(1, 2, 2), 5), Vec3(1, 2, 2));
+}
+
+TEST(FaultRamp, TakesTheForceAwayWithin30MillisecondsAndGivesItBackWhenAllIsWell) {
+  FaultRamp ramp;
+  Vec3 force(0, 0, 2);
+  for (int i = 0; i < 30; ++i) force = ramp.apply(true, Vec3(0, 0, 2), kPeriod_s);
+  EXPECT_NEAR(force.z, 0, 1e-9);
+  EXPECT_EQ(ramp.apply(false, Vec3(0, 0, 2), kPeriod_s), Vec3(0, 0, 2));
+}
+
+}  // namespace
+}  // namespace haptics
