@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "graphics_client/mirror/mirror_view.h"
+
+// What the overlay says, as plain data: no VTK here.
+namespace haptics {
+
+enum class Tone { kPlain, kGood, kWarning, kBad };
+
+struct OverlayLine {
+  std::string label;
+  std::string value;
+  Tone tone = Tone::kPlain;
+
+  bool operator==(const OverlayLine&) const = default;
+};
+
+/// A notice across the top of the picture; empty text: none.
+struct Banner {
+  std::string text;
+  Tone tone = Tone::kPlain;
+
+  bool operator==(const Banner&) const = default;
+};
+
+/// Telemetry older than this is shown as stale: a few network hiccups, not yet a dead link (s).
+inline constexpr double kStaleTelemetry_s = 0.5;
+
+/// Whether what is shown is the present: the link is up and telemetry arrives.
+[[nodiscard]] bool isCurrent(const MirrorView& view);
+
+/// Link, server, servo and scene, always the same number of lines in the same order.
+[[nodiscard]] std::vector<OverlayLine> statusLines(const MirrorView& view, double framesPerSecond);
+
+/// Contact and force, always the same number of lines in the same order.
+[[nodiscard]] std::vector<OverlayLine> contactLines(const MirrorView& view);
+
+/// @param wasLive        the link was live before: "lost" rather than "connecting".
+/// @param stateWasReset  the server restarted a moment ago and its scene replaced ours.
+[[nodiscard]] Banner bannerFor(const MirrorView& view, bool wasLive, bool stateWasReset);
+
+}  // namespace haptics

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "common/error/error.h"
+#include "graphics_client/mirror/mirror_view.h"
+#include "graphics_client/viewer/run_summary.h"
+
+namespace haptics {
+
+struct ViewerOptions {
+  int width_px = 1280;
+  int height_px = 1024;
+  bool offscreen = false;               ///< No window; the picture goes to `screenshot`.
+  std::optional<double> duration_s;     ///< Ends by itself after it.
+  double frameLimit_Hz = 60;            ///< > 0.
+  std::filesystem::path screenshot;     ///< Written at the end when not empty; also where the s key writes.
+};
+
+/// The newest picture of the mirror; never null. Called once a frame, from the thread that runs the viewer.
+using ViewSource = std::function<std::shared_ptr<const MirrorView>()>;
+
+/// Why no window can be opened, in words for the user; nothing when the X display answers. To be asked before
+/// runViewer: VTK ends the process where there is none, offscreen too.
+[[nodiscard]] Result<void> checkDisplay();
+
+/// Shows what `source` gives until the time is over, the user quits, or `stop` is set (by a signal handler). Errors:
+/// the screenshot could not be written.
+[[nodiscard]] Result<RunSummary> runViewer(const ViewerOptions& options, const ViewSource& source,
+                                           const std::atomic<bool>& stop);
+
+}  // namespace haptics
