@@ -1,0 +1,44 @@
+# Sourced by run and test: where the project is, messages, and what must be installed.
+
+top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+say() { printf '\n== %s\n' "$*"; }
+
+fail() {
+  printf '%s: %s\n' "$(basename "$0")" "$*" >&2
+  exit 1
+}
+
+missing_packages() {
+  comm -23 <(sed 's/#.*//' "$top/deploy/packages" | tr -d ' ' | grep . | sort -u) \
+    <(dpkg-query -W -f '${db:Status-Abbrev}${Package}\n' | sed -n 's/^ii *//p' | sort -u)
+}
+
+# Touches the network only when a package is missing, and the package lists only when they do not know it.
+install_missing() {
+  command -v dpkg-query >/dev/null || fail "this script installs Debian 12 packages; install those of deploy/packages by hand and build with CMake"
+  local missing as_root=()
+  mapfile -t missing < <(missing_packages)
+  [ ${#missing[@]} -gt 0 ] || return 0
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || fail "as root, run: apt-get install --no-install-recommends ${missing[*]}"
+    as_root=(sudo)
+  fi
+  say "Installing ${#missing[@]} packages: ${missing[*]}"
+  local install=(apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0)
+  export DEBIAN_FRONTEND=noninteractive
+  "${install[@]}" --simulate "${missing[@]}" >/dev/null 2>&1 || "${as_root[@]}" apt-get update -qq
+  "${as_root[@]}" "${install[@]}" "${missing[@]}" >/dev/null ||
+    { "${as_root[@]}" apt-get update -qq && "${as_root[@]}" "${install[@]}" "${missing[@]}" >/dev/null; } ||
+    fail "could not install ${missing[*]}; see the messages above"
+}
+
+# build_preset PRESET [TARGET...]: configures and builds below build/PRESET.
+build_preset() {
+  local preset=$1 targets=()
+  shift
+  [ $# -eq 0 ] || targets=(--target "$@")
+  say "Building $preset"
+  (cd "$top" && cmake --preset "$preset" --log-level=NOTICE >/dev/null &&
+    NINJA_STATUS='[%f/%t, %es] ' cmake --build --preset "$preset" "${targets[@]}")
+}
