@@ -22,6 +22,8 @@ struct DeviceInfo {
   double resolution_m = 0;     ///< Position quantum.
 };
 
+struct ExplorationPlan;
+
 /// A force-feedback device as the servo thread sees it: a position to read and a force to write, each tick.
 /// read, write and stop never wait, allocate, lock or throw.
 class Device {
@@ -32,6 +34,9 @@ class Device {
   [[nodiscard]] virtual DeviceReading read(std::uint64_t tick) noexcept = 0;
   /// Newtons on the hand, world frame, held until the next write.
   virtual void write(Vec3 force_N) noexcept = 0;
+  /// What a simulated hand is to explore from now on, null for nothing; valid until the next call. A real device has a
+  /// hand of its own.
+  virtual void follow(const ExplorationPlan* /*plan*/) noexcept {}
   /// Zero force from now on.
   virtual void stop() noexcept = 0;
 };

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "common/telemetry/telemetry_sample.h"
+#include "haptic_server/contact/contact.h"
+#include "haptic_server/force/output_chain.h"
+#include "haptic_server/force/spring_damper.h"
+#include "haptic_server/force/velocity_estimator.h"
+#include "haptic_server/servo/servo_scene.h"
+
+namespace haptics {
+
+/// Fixed for a session.
+struct StepConfig {
+  double period_s = 1e-3;   ///< Nominal tick, used by every integration: never the measured one.
+  double maxForce_N = 3.3;  ///< Magnitude limit, the device's.
+};
+
+/// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
+struct HapticState {
+  explicit HapticState(const StepConfig& config) noexcept : velocity(config.period_s) {}
+
+  /// One object's lasting state, carried over adoptions by id.
+  struct ObjectState {
+    std::uint64_t id = 0;
+    Pose scenePose;  ///< As in the scene; an edit of it resets the body's motion.
+    FeltStiffness felt;
+  };
+
+  // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
+  std::uint64_t sceneRevision = 0;
+  std::uint64_t adoptionTick = 0;
+  std::size_t bodyCount = 0;
+  std::array<Body, kMaxServoObjects> bodies;
+  std::array<ObjectState, kMaxServoObjects> objects;
+  bool adoptedNow = false;    ///< Until the end of the tick of an adoption.
+  bool contactBroken = false; ///< The adoption could not carry the contact on as it was.
+
+  // Written by the step, stage by stage.
+  bool attached = false;
+  VelocityEstimator velocity;
+  ContactState contact;
+  std::uint64_t contactObject = 0;  ///< Id, 0 when free.
+  ForceBlend blend;
+  FaultRamp faultRamp;
+  Fault fault = Fault::kNone;
+  Vec3 hip{0};
+  Vec3 unlimited_N{0};  ///< After blend, before fault ramp and limit.
+  Vec3 written_N{0};
+  double contactEnergy_J = 0;
+};
+
+static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");
+
+}  // namespace haptics

@@ -1,0 +1,161 @@
+#include "haptic_server/servo/haptic_step.h"
+
+#include <algorithm>
+
+namespace haptics {
+namespace {
+
+[[nodiscard]] Fault faultOf(const DeviceReading& device) noexcept {
+  if (device.state != DeviceState::kReady) return Fault::kDeviceLost;
+  return isFinite(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
+}
+
+/// The proxy is put where the device is: no force until a surface is met anew.
+void attach(HapticState& state, Vec3 position) noexcept {
+  place(state.contact, position);
+  state.velocity.reset(position);
+  state.hip = position;
+  state.contactObject = 0;
+  state.attached = true;
+  state.unlimited_N = Vec3(0);
+}
+
+/// Attaches at the first good reading, and again after a fault, but not before the force has been taken away.
+void superviseDevice(HapticState& state, const DeviceReading& device) noexcept {
+  const Fault fault = faultOf(device);
+  if (fault != Fault::kNone) {
+    state.fault = fault;
+  } else if (!state.attached || (state.fault != Fault::kNone && state.faultRamp.atZero())) {
+    state.fault = Fault::kNone;
+    attach(state, device.position);
+  }
+}
+
+/// Speed of the HIP away from the surface, m/s: along `direction`, relative to the contacted body.
+[[nodiscard]] double separationSpeed(const HapticState& state, const ContactResult& contact, Vec3 direction,
+                                     double period_s) noexcept {
+  Vec3 relative = state.velocity.velocity();
+  const Body& body = state.bodies[static_cast<std::size_t>(contact.body)];
+  if (body.moving) {
+    const Vec3 local = toLocal(body.current, contact.ihip);
+    relative -= (contact.ihip - toWorld(body.previous, local)) / period_s;
+  }
+  return glm::dot(relative, direction);
+}
+
+/// Paper 3: spring from the penetration vector, with a damper. Also moves every object's felt stiffness towards its own.
+void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig& config, const ContactResult& contact,
+                  ForceComponents& force) noexcept {
+  const Vec3 toSurface = contact.ihip - state.hip;
+  const double depth = glm::length(toSurface);
+  const Vec3 direction = depth > 0 ? toSurface / depth : contact.normal;
+  const double speed = contact.touching ? separationSpeed(state, contact, direction, config.period_s) : 0;
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    const ServoObject& object = scene.objects[i];
+    const bool touched = contact.touching && static_cast<std::size_t>(contact.body) == i;
+    const Stiffness target = object.leaving ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
+    state.objects[i].felt.follow(target, touched ? depth : 0, touched ? speed : 0, config.period_s);
+  }
+  if (!contact.touching) return;
+  const auto felt = springDamper(toSurface, direction, speed,
+                                 state.objects[static_cast<std::size_t>(contact.body)].felt.value());
+  force.spring = felt.spring;
+  force.damping = felt.damping;
+}
+
+/// Finite check, blend, fault ramp, magnitude limit: always last before the device.
+void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touchedObject, ForceComponents& force) noexcept {
+  if (!isFinite(force.contact)) state.fault = Fault::kNonFiniteForce;
+  if (state.fault == Fault::kNone) {
+    if (state.adoptedNow && (state.contactBroken || touchedObject != state.contactObject)) {
+      state.blend.begin(state.unlimited_N, force.contact);
+    }
+    state.unlimited_N = state.blend.apply(force.contact, config.period_s);
+  }
+  const Vec3 ramped = state.faultRamp.apply(state.fault != Fault::kNone, state.unlimited_N, config.period_s);
+  force.written = limitMagnitude(ramped, config.maxForce_N);
+}
+
+/// The hand was given what the last force did on the way to the new position.
+void accountEnergy(HapticState& state, Vec3 hip) noexcept {
+  state.contactEnergy_J += glm::dot(state.written_N, hip - state.hip);
+  state.hip = hip;
+}
+
+void describe(const HapticState& state, const ContactResult& contact, TelemetrySample& sample) noexcept {
+  sample.sceneRevision = state.sceneRevision;
+  sample.adoptionTick = state.adoptionTick;
+  sample.hip = state.hip;
+  sample.ihip = contact.touching ? contact.ihip : state.hip;
+  sample.object = state.contactObject;
+  sample.primitive = contact.primitive;
+  sample.penetration_m = contact.penetration_m;
+  sample.surfaceNormal = contact.normal;
+  sample.contactEnergy_J = state.contactEnergy_J;
+  sample.fault = state.fault;
+}
+
+}  // namespace
+
+void adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
+  const std::size_t count = std::min(next.objects.size(), kMaxServoObjects);
+  std::array<Body, kMaxServoObjects> bodies;
+  std::array<HapticState::ObjectState, kMaxServoObjects> objects;
+  std::array<BodyOrigin, kMaxServoObjects> origins;
+
+  std::size_t before = 0;  // both lists are in order of id
+  for (std::size_t i = 0; i < count; ++i) {
+    const ServoObject& object = next.objects[i];
+    while (before < state.bodyCount && state.objects[before].id < object.id) ++before;
+    const bool known = before < state.bodyCount && state.objects[before].id == object.id;
+    const bool samePose = known && state.objects[before].scenePose == object.pose;
+    const bool sameSurface = known && state.bodies[before].surface == object.surface.get();
+
+    objects[i] = known ? state.objects[before] : HapticState::ObjectState{};
+    objects[i].id = object.id;
+    objects[i].scenePose = object.pose;
+    if (samePose) bodies[i] = state.bodies[before];
+    bodies[i].surface = object.surface.get();
+    bodies[i].leaving = object.leaving;
+    if (!samePose) bodies[i].previous = bodies[i].current = object.pose;
+    bodies[i].update();
+    origins[i] = {known ? static_cast<int>(before) : -1, !(samePose && sameSurface)};
+  }
+  std::copy_n(bodies.begin(), count, state.bodies.begin());
+  std::copy_n(objects.begin(), count, state.objects.begin());
+  state.bodyCount = count;
+  state.sceneRevision = next.revision;
+  state.adoptionTick = tick;
+  state.adoptedNow = true;
+  state.contactBroken = reseat(state.contact, {state.bodies.data(), count}, {origins.data(), count});
+}
+
+TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                           const StepInput& input) noexcept {
+  TelemetrySample sample;
+  sample.tick = input.tick;
+  sample.time_ns = input.time_ns;
+  sample.deviceState = input.device.state;
+  ContactResult contact;
+
+  superviseDevice(state, input.device);
+  if (state.fault == Fault::kNone) {
+    const Vec3 hip = input.device.position;
+    accountEnergy(state, hip);
+    state.velocity.update(hip);
+
+    contact = followContact({state.bodies.data(), state.bodyCount}, state.contact, hip);
+    feelSurfaces(scene, state, config, contact, sample.force);
+  }
+  sample.force.contact = sample.force.spring + sample.force.damping + sample.force.friction + sample.force.texture;
+  const std::uint64_t touched = contact.touching ? scene.objects[static_cast<std::size_t>(contact.body)].id : 0;
+  limitForce(state, config, touched, sample.force);
+
+  state.contactObject = touched;
+  state.written_N = sample.force.written;
+  state.adoptedNow = state.contactBroken = false;
+  describe(state, contact, sample);
+  return sample;
+}
+
+}  // namespace haptics

@@ -1,0 +1,60 @@
+#include "haptic_server/servo/realtime.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace haptics {
+namespace {
+
+/// Above every ordinary thread and most kernel work, below the kernel's own watchdogs (99).
+constexpr int kServoPriority = 80;
+/// Bytes of stack that a tick may use; an adoption with kMaxServoObjects bodies is the largest user.
+constexpr std::size_t kServoStack_bytes = 512U << 10;
+
+void touchStack() noexcept {
+  volatile char stack[kServoStack_bytes];
+  for (std::size_t i = 0; i < sizeof stack; i += 4096) stack[i] = 0;
+}
+
+std::string why(int error) { return std::string(" (") + std::strerror(error) + ")"; }
+
+}  // namespace
+
+void lockMemory(RealtimeStatus& status) {
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
+    status.memoryLocked = true;
+    return;
+  }
+  status.warnings.push_back("memory is not locked" + why(errno) +
+                            ": a page fault may delay a tick; run as root or raise the memlock limit (ulimit -l)");
+}
+
+void becomeServoThread(std::optional<int> cpu, RealtimeStatus& status) {
+  pthread_setname_np(pthread_self(), "servo");
+  prctl(PR_SET_TIMERSLACK, 1UL);
+  const sched_param priority{.sched_priority = kServoPriority};
+  if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority); error == 0) {
+    status.fifo = true;
+  } else {
+    status.warnings.push_back("the servo thread is not real-time" + why(error) +
+                              ": other programs may delay a tick; run as root or raise the rtprio limit (ulimit -r)");
+  }
+  if (cpu) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    if (*cpu >= 0 && *cpu < CPU_SETSIZE) CPU_SET(static_cast<std::size_t>(*cpu), &set);
+    if (const int error = pthread_setaffinity_np(pthread_self(), sizeof set, &set); error == 0) {
+      status.pinned = true;
+    } else {
+      status.warnings.push_back("the servo thread is not bound to CPU " + std::to_string(*cpu) + why(error));
+    }
+  }
+  touchStack();
+}
+
+}  // namespace haptics

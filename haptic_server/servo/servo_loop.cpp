@@ -1,0 +1,85 @@
+#include "haptic_server/servo/servo_loop.h"
+
+#include <cerrno>
+#include <cmath>
+#include <ctime>
+
+#include "common/clock/monotonic.h"
+#include "haptic_server/servo/allocation_tripwire.h"
+
+namespace haptics {
+namespace {
+
+constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+
+void sleepUntil(std::uint64_t deadline_ns) noexcept {
+  const timespec deadline{static_cast<time_t>(deadline_ns / kSecond_ns), static_cast<long>(deadline_ns % kSecond_ns)};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  }
+}
+
+void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // the servo is the only writer
+  counter.store(counter.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+ServoLoop::ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz)
+    : device_(device),
+      crossing_(crossing),
+      config_{1 / rate_Hz, device.info().maxForce_N},
+      period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) / rate_Hz))),
+      state_(config_) {}
+
+void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexcept {
+  const std::uint64_t start_ns = monotonicNow_ns() + period_ns_;
+  secondBegan_ns_ = start_ns;
+  for (std::uint64_t index = 0; (maxTicks == 0 || index < maxTicks) && !stop.load(std::memory_order_relaxed); ++index) {
+    sleepUntil(start_ns + index * period_ns_);
+    std::uint64_t now_ns = monotonicNow_ns();
+    if (const std::uint64_t current = (now_ns - start_ns) / period_ns_; current > index) {
+      add(statistics_.missedTicks, current - index);
+      index = current;
+    }
+    statistics_.wakeLatency_ns.record(now_ns - (start_ns + index * period_ns_));
+    tick(index, now_ns);
+  }
+  device_.stop();
+}
+
+void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
+  const AllocationTripwire armed;
+  if (const ServoScene* next = crossing_.newest()) {
+    adoptScene(*next, state_, index);
+    scene_ = next;
+    device_.follow(next->plan.get());
+    crossing_.adopted();
+    statistics_.adoptedRevision.store(next->revision, std::memory_order_relaxed);
+  }
+  const DeviceReading reading = device_.read(index);
+  TelemetrySample sample = hapticStep(*scene_, state_, config_, {index, now_ns, reading});
+  device_.write(sample.force.written);
+  account(sample, now_ns);
+  if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
+  statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
+}
+
+void ServoLoop::account(TelemetrySample& sample, std::uint64_t now_ns) noexcept {
+  add(statistics_.ticks, 1);
+  if (sample.object != 0) add(statistics_.contactTicks, 1);
+  if (const double force = glm::length(sample.force.written); force > statistics_.maxForce_N.load(std::memory_order_relaxed)) {
+    statistics_.maxForce_N.store(force, std::memory_order_relaxed);
+  }
+  if (now_ns - secondBegan_ns_ >= kSecond_ns) {
+    const std::uint64_t ticks = statistics_.ticks.load(std::memory_order_relaxed);
+    statistics_.rate_Hz.store(static_cast<double>(ticks - ticksBefore_) * 1e9 / static_cast<double>(now_ns - secondBegan_ns_),
+                              std::memory_order_relaxed);
+    ticksBefore_ = ticks;
+    secondBegan_ns_ = now_ns;
+  }
+  sample.missedTicks = statistics_.missedTicks.load(std::memory_order_relaxed);
+  sample.droppedSamples = statistics_.droppedSamples.load(std::memory_order_relaxed);
+  sample.servoRate_Hz = statistics_.rate_Hz.load(std::memory_order_relaxed);
+}
+
+}  // namespace haptics

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstdint>
+#include <memory>
+
+#include "common/telemetry/telemetry_sample.h"
+#include "haptic_server/device/device.h"
+#include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/servo/latency_histogram.h"
+#include "haptic_server/servo/scene_crossing.h"
+
+namespace haptics {
+
+/// What the servo tells about itself. The servo thread writes, any thread reads; each value is whole, their set is not.
+struct ServoStatistics {
+  std::atomic<std::uint64_t> ticks{0};
+  std::atomic<std::uint64_t> missedTicks{0};
+  std::atomic<std::uint64_t> contactTicks{0};
+  std::atomic<std::uint64_t> adoptedRevision{0};
+  std::atomic<std::uint64_t> droppedSamples{0};
+  std::atomic<double> maxForce_N{0};  ///< Largest force written.
+  std::atomic<double> rate_Hz{0};     ///< Ticks run in the last second.
+  LatencyHistogram tick_ns;           ///< Wake-up to force written and sample queued.
+  LatencyHistogram wakeLatency_ns;    ///< Deadline to wake-up.
+};
+
+/// The servo loop: wakes on an absolute clock at a fixed rate, adopts a scene if there is a new one, reads the device, runs
+/// hapticStep(), writes the force, queues the sample. After start-up it neither allocates nor locks nor wakes a thread.
+class ServoLoop {
+ public:
+  /// Ticks held for the network thread: 4 s at 1 kHz, 200 ms at 20 kHz. When it is full, new samples are dropped and counted.
+  static constexpr std::size_t kQueuedSamples = 4096;
+
+  /// `device` and `crossing` outlive the loop. rate_Hz > 0.
+  ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz);
+
+  /// Runs on the calling thread until `stop` is set or `maxTicks` periods (0: no end) have passed; stops the device.
+  /// A tick whose whole period was slept through is skipped and counted; there is no burst to catch up.
+  void run(const std::atomic<bool>& stop, std::uint64_t maxTicks = 0) noexcept;
+
+  [[nodiscard]] const ServoStatistics& statistics() const noexcept { return statistics_; }
+  /// For one consumer thread, wait-free: the oldest queued sample. False when there is none.
+  [[nodiscard]] bool pop(TelemetrySample& sample) noexcept { return samples_.pop(sample); }
+  [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
+
+ private:
+  void tick(std::uint64_t index, std::uint64_t now_ns) noexcept;
+  void account(TelemetrySample& sample, std::uint64_t now_ns) noexcept;
+
+  Device& device_;
+  SceneCrossing& crossing_;
+  StepConfig config_;
+  std::uint64_t period_ns_;
+  HapticState state_;
+  ServoScene empty_;
+  const ServoScene* scene_ = &empty_;
+  ServoStatistics statistics_;
+  std::uint64_t secondBegan_ns_ = 0;
+  std::uint64_t ticksBefore_ = 0;
+  boost::lockfree::spsc_queue<TelemetrySample, boost::lockfree::capacity<kQueuedSamples>> samples_;
+};
+
+}  // namespace haptics
