@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/error/error.h"
+#include "common/telemetry/telemetry_sample.h"
+#include "haptic_server/net/server_session.h"
+#include "haptic_server/scene/scene_room.h"
+
+namespace haptics {
+
+/// The network thread: accepts clients, runs their sessions, carries the servo's samples to them. The servo never
+/// wakes it: it looks into the servo's queue on its own timer.
+class Server {
+ public:
+  struct Options {
+    std::string listen = "127.0.0.1:0";  ///< HOST:PORT; port 0: any free one.
+    bool allowInsecureLan = false;       ///< Without it only loopback addresses are accepted.
+    ServerIdentity identity;
+    /// The servo's queue: takes its oldest sample, false when empty. Called on the network thread only.
+    std::function<bool(TelemetrySample&)> popTelemetry;
+    /// Each sample taken, in order; may be empty. Network thread.
+    std::function<void(const TelemetrySample&)> recordSample;
+    /// The servo's part of a Status; may be empty. Network thread.
+    std::function<void(v1::Status&)> fillStatus;
+    std::function<void(const std::string&)> log;  ///< One line; may be empty. Network thread.
+  };
+  struct Counters {
+    std::uint32_t clients = 0;              ///< Welcomed and connected.
+    std::uint64_t refusedConnections = 0;
+  };
+
+  static constexpr std::size_t kMaxClients = 64;
+
+  /// Binds the address. Errors: malformed or not allowed address, port in use.
+  [[nodiscard]] static Result<std::unique_ptr<Server>> listen(Options options, SceneRoom& room);
+  ~Server();  ///< Stops.
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  void start();
+  /// Closes every connection, takes what is left in the servo's queue and ends the thread. Before the room is destroyed.
+  void stop();
+  [[nodiscard]] std::uint16_t port() const noexcept;
+  [[nodiscard]] Counters counters() const noexcept;  ///< Any thread.
+
+ private:
+  class Impl;
+  explicit Server(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace haptics

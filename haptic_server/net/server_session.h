@@ -1,0 +1,139 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/telemetry/telemetry_sample.h"
+#include "common/wire/framing.h"
+#include "common/wire/transport.h"
+#include "haptic_server/net/asset_sender.h"
+#include "haptic_server/net/rate_limit.h"
+#include "haptic_server/net/session_host.h"
+#include "haptic_server/net/upload_assembly.h"
+
+namespace haptics {
+
+/// What the server says of itself in Welcome.
+struct ServerIdentity {
+  std::string name;
+  std::string device;
+  double servoRate_Hz = 0;
+  double maxForce_N = 0;  ///< Newtons, the device's limit.
+};
+
+/// One client's connection: the server's half of the protocol at the top of envelope.proto. No sockets, no clock, no
+/// threads of its own: bytes through a Transport, time and the scene through the host. Every queue in it is bounded: a
+/// client that does not read costs a few MiB until it is disconnected.
+class ServerSession {
+ public:
+  static constexpr std::uint64_t kHelloWithin_ns = 3'000'000'000;
+  static constexpr std::uint64_t kSilence_ns = 3'000'000'000;     ///< Dead after this long without a byte.
+  static constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
+  static constexpr double kMaxTelemetryRate_Hz = 1000;
+  /// Sustained edits per second of one client, and how many may come at once; above, rejected with field "rate".
+  static constexpr double kEditRate_Hz = 200;
+  static constexpr double kEditBurst = 400;
+  /// Snapshots and commits wait in the shared history while more than this is queued for the client.
+  static constexpr std::size_t kSendAheadBytes = 256U << 10;
+  /// Replies cannot wait: with more than this queued the client is disconnected and left to resume.
+  static constexpr std::size_t kMaxBacklogBytes = 4U << 20;
+  static constexpr std::size_t kMaxClientName = 64;    ///< Bytes.
+  static constexpr std::size_t kMaxAwaitedLive = 4096; ///< Accepted edits not yet felt; beyond, the oldest are let go.
+  static constexpr std::size_t kMaxHeldUploads = 16;   ///< Uploads that no edit has named; beyond, the oldest is freed.
+
+  /// All three outlive the session.
+  ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity);
+  ~ServerSession();
+  ServerSession(const ServerSession&) = delete;
+  ServerSession& operator=(const ServerSession&) = delete;
+
+  void start();
+  /// Timeouts, heartbeats, telemetry that has come due. Call every few milliseconds.
+  void poll();
+  /// The host's history has changed.
+  void sceneChanged();
+  /// The newest sample; sent when the client's rate and its connection allow it, else replaced by the next.
+  void offerTelemetry(const TelemetrySample& sample);
+  /// The servo feels `revision` since `tick`. Revisions in ascending order.
+  void adopted(std::uint64_t revision, std::uint64_t tick);
+  void editDecided(std::uint64_t clientSeq, const EditOutcome& outcome);
+  void meshDecided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome);
+  /// Closes without blame: the server stops, or a newer connection took the session over.
+  void close(const std::string& why);
+
+  [[nodiscard]] bool welcomed() const noexcept { return phase_ == Phase::kLive; }
+  [[nodiscard]] SessionId id() const noexcept { return id_; }          ///< 0 until Hello.
+  [[nodiscard]] const std::string& name() const noexcept { return name_; }
+
+ private:
+  enum class Phase { kAwaitingHello, kLive, kClosed };
+  struct Snapshot {
+    std::shared_ptr<const SceneHistory> of;
+    std::size_t sent = 0;  // objects
+  };
+  struct AwaitedLive {
+    std::uint64_t clientSeq;
+    std::uint64_t revision;
+  };
+  struct HeldUpload {
+    std::shared_ptr<const MeshAsset> asset;
+    std::size_t reserved;
+  };
+
+  Transport& transport_;
+  SessionHost& host_;
+  const ServerIdentity& identity_;
+  Phase phase_ = Phase::kAwaitingHello;
+  SessionId id_ = 0;
+  std::string name_;
+  FrameDecoder decoder_;
+  std::uint64_t started_ns_ = 0;
+  std::uint64_t lastByte_ns_ = 0;
+  std::uint64_t nextHeartbeat_ns_ = 0;
+  std::uint64_t nextMessageId_ = 1;
+
+  std::optional<Snapshot> snapshot_;
+  std::uint64_t sentRevision_ = 0;  // the client has, or is about to have, this
+  AssetSender assets_;
+
+  v1::Envelope telemetry_;  // reused
+  TelemetrySample newest_;
+  bool fresh_ = false;  // newest_ has not been sent
+  std::uint64_t telemetryPeriod_ns_ = 0;  // 0: not subscribed
+  std::uint64_t nextTelemetry_ns_ = 0;
+
+  RateLimit editRate_{kEditRate_Hz, kEditBurst};
+  std::deque<AwaitedLive> awaitedLive_;  // in order of revision
+  UploadAssembly upload_;
+  std::deque<HeldUpload> held_;
+
+  void received(std::span<const char> bytes);
+  void closed(const std::string& why);
+  void handle(const v1::Envelope& envelope);
+  void handleLive(const v1::Envelope& envelope);
+  void handle(const v1::Hello& hello);
+  void handle(const v1::Subscribe& subscribe);
+  void handle(const v1::AssetRequest& request);
+  void handle(const v1::AssetUpload& upload);
+  void handle(const v1::EditRequest& request);
+  void handle(const v1::ClockProbe& probe);
+  void handleStatusRequest();
+  void uploadRefused(const ContentHash& hash, const Error& error);
+  void replyRejected(std::uint64_t clientSeq, const Error& error);
+
+  void pump();
+  void sendSnapshot();
+  void sendCommits();
+  void sendTelemetry();
+  void sendHeartbeat();
+  void send(v1::Envelope& envelope);
+  void refuse(const std::string& field, const std::string& reason);
+};
+
+}  // namespace haptics

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "haptic_server/scene/scene_history.h"
+#include "haptic_server/scene/sequencer.h"
+#include "haptics/v1/envelope.pb.h"
+
+namespace haptics {
+
+/// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
+/// the session's thread only.
+class SessionHost {
+ public:
+  virtual ~SessionHost() = default;
+  /// Nanoseconds on the server's monotonic clock.
+  [[nodiscard]] virtual std::uint64_t now_ns() const = 0;
+  [[nodiscard]] virtual std::shared_ptr<const SceneHistory> history() const = 0;
+  [[nodiscard]] virtual std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const = 0;
+
+  /// Answered with ServerSession::editDecided, now or later.
+  virtual void submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction) = 0;
+  /// Answered with ServerSession::meshDecided, now or later.
+  virtual void submitMesh(const ContentHash& hash, std::string bytes) = 0;
+  /// Memory of the server for uploads, shared by all clients. False: there is not so much left.
+  [[nodiscard]] virtual bool reserveUpload(std::size_t bytes) = 0;
+  virtual void releaseUpload(std::size_t bytes) = 0;
+
+  /// The client said who it is: an older connection of the same session is to be closed.
+  virtual void sessionClaimed(SessionId session) = 0;
+  /// All but what the session knows itself: epoch, revision and root.
+  virtual void fillStatus(v1::Status& status) = 0;
+  /// The client was refused, for the log. The connection ends (ended() follows).
+  virtual void refused(const std::string& why) = 0;
+  /// The connection is closed; nothing follows. The session may be destroyed after this call returned.
+  virtual void ended(const std::string& why) = 0;
+};
+
+}  // namespace haptics

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "common/error/error.h"
+#include "common/hash/content_hash.h"
+#include "haptics/v1/envelope.pb.h"
+
+namespace haptics {
+
+/// Largest mesh that a client may send, in canonical bytes: about 14 million triangles.
+inline constexpr std::uint64_t kMaxUploadBytes = 256U << 20;
+
+/// Puts one upload's chunks together. An asset that was refused is refused once: the chunks of it that are already
+/// under way are ignored until it is begun again.
+class UploadAssembly {
+ public:
+  /// Checks a chunk on its own and against what came before. A chunk at offset 0 begins a new upload and drops an
+  /// unfinished one. Errors name the field below AssetUpload.
+  [[nodiscard]] Result<void> check(const v1::AssetChunk& chunk, const ContentHash& hash) const;
+  [[nodiscard]] bool ignores(const v1::AssetChunk& chunk, const ContentHash& hash) const;
+  /// Takes a checked chunk's bytes.
+  void add(const v1::AssetChunk& chunk, const ContentHash& hash);
+  /// Ends the upload; chunks of this asset are ignored from now on.
+  void abandon(const ContentHash& hash);
+
+  [[nodiscard]] std::uint64_t declared() const noexcept { return total_; }  ///< Bytes; 0 when none is under way.
+  [[nodiscard]] bool complete() const noexcept { return total_ != 0 && bytes_.size() == total_; }
+  [[nodiscard]] std::string take();  ///< The complete upload's bytes; none is under way afterwards.
+
+ private:
+  ContentHash hash_;
+  std::uint64_t total_ = 0;
+  std::string bytes_;
+  std::optional<ContentHash> ignored_;
+};
+
+}  // namespace haptics

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <list>
+#include <unordered_map>
+
+#include "common/hash/content_hash.h"
+#include "haptic_server/scene/scene_history.h"
+
+namespace haptics {
+
+/// Which edits of which session were applied, so that a resent one is answered and not applied again. Bounded: the
+/// last kResultsPerSession of each of the kSessions that edited last. A resend from a forgotten session would be
+/// applied twice; at one edit a second from each, a session is remembered for over an hour.
+class EditMemory {
+ public:
+  static constexpr std::size_t kResultsPerSession = 64;
+  static constexpr std::size_t kSessions = 4096;
+
+  struct Result {
+    std::uint64_t clientSeq = 0;
+    std::uint64_t revision = 0;
+    ContentHash root;
+  };
+  enum class Answer { kNew, kApplied, kForgotten };
+  struct Lookup {
+    Answer answer = Answer::kNew;
+    Result result;  ///< For kApplied.
+  };
+
+  /// kForgotten: so old that it may have been applied.
+  [[nodiscard]] Lookup find(SessionId session, std::uint64_t clientSeq) const;
+  void remember(SessionId session, const Result& result);
+
+ private:
+  struct Session {
+    std::deque<Result> results;
+    std::uint64_t forgottenUpTo = 0;  // highest clientSeq dropped from results
+    std::list<SessionId>::iterator age;
+  };
+  std::unordered_map<SessionId, Session> sessions_;
+  std::list<SessionId> byAge_;  // least recent editor first
+};
+
+}  // namespace haptics

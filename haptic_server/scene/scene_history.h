@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/scene/scene.h"
+
+namespace haptics {
+
+using SessionId = std::uint64_t;  ///< Chosen at random by a client and kept over its reconnects.
+inline constexpr SessionId kServerSession = 0;  ///< The server's own edits: the start scene.
+
+/// An edit that became a revision, and who asked for it: what a resent edit is recognised by is in the same record as
+/// what it did.
+struct AcceptedEdit {
+  SessionId session = kServerSession;
+  std::uint64_t clientSeq = 0;
+  Commit commit;  ///< `put` holds each object once, in the order in which the operations first name them.
+  std::vector<std::string> reports;  ///< What making each mesh kept and dropped.
+};
+
+/// Edits kept for clients that reconnect. A client farther behind gets a snapshot.
+inline constexpr std::size_t kRememberedEdits = 1024;
+
+/// One immutable revision of the scene with the edits that led to it, shared with the network thread.
+struct SceneHistory {
+  std::uint64_t epoch = 0;  ///< Random; another one means that the server lost its state.
+  SceneVersion version;
+  std::deque<std::shared_ptr<const AcceptedEdit>> edits;  ///< The last of them, oldest first, up to `version`.
+
+  /// The edit that made this revision; null when it is not remembered.
+  [[nodiscard]] std::shared_ptr<const AcceptedEdit> find(std::uint64_t revision) const;
+  /// Whether one who holds this state becomes equal to `version` by applying remembered edits.
+  [[nodiscard]] bool canResumeFrom(std::uint64_t itsEpoch, std::uint64_t revision, const ContentHash& root) const;
+};
+
+}  // namespace haptics

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "haptic_server/scene/asset_store.h"
+#include "haptic_server/scene/mesh_library.h"
+#include "haptic_server/scene/sequencer.h"
+#include "haptic_server/scene/servo_scene_maker.h"
+#include "haptic_server/servo/scene_crossing.h"
+
+namespace haptics {
+
+/// The server's own copy of the scene and the builder thread that changes it: edits and uploads in, servo scenes and
+/// histories out. Meshes are read, checked, hashed and built on this thread only.
+class SceneRoom {
+ public:
+  struct Options {
+    std::vector<std::filesystem::path> assetFolders;
+    ServoSceneMaker::MakePlan makePlan;            ///< Empty unless a simulated hand explores.
+    std::function<void(const std::string&)> log;   ///< One line for each mesh made; called on the builder thread.
+  };
+  using EditReply = std::function<void(const EditOutcome&)>;
+  using UploadReply = std::function<void(Result<std::shared_ptr<const MeshAsset>>)>;
+  using HistoryListener = std::function<void(std::shared_ptr<const SceneHistory>)>;
+
+  /// Jobs waiting for the builder; above, an edit is rejected with field "busy".
+  static constexpr std::size_t kMaxQueuedJobs = 1024;
+
+  SceneRoom(Options options, SceneCrossing& crossing);
+  ~SceneRoom();
+  SceneRoom(const SceneRoom&) = delete;
+  SceneRoom& operator=(const SceneRoom&) = delete;
+
+  /// Applies the transaction at once and publishes it, the same way as any edit. Before start() only.
+  /// @return The reports of the meshes, or the bad field.
+  [[nodiscard]] Result<std::vector<std::string>> loadStartScene(const Transaction& scene);
+  void start();
+  void stop();  ///< Finishes the job in hand and drops the rest; their replies never come. Also done on destruction.
+
+  /// Any thread. The reply comes on the builder thread, after the new history was published; when the queue is full at
+  /// once on the caller's.
+  void submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, EditReply reply);
+  /// Any thread. Checks the bytes against the hash and builds the mesh; who asked holds it until an edit names it.
+  void submitMesh(const ContentHash& hash, std::string bytes, UploadReply reply);
+  /// Any thread. Null when it is neither in the scene nor held by someone.
+  [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const { return store_.find(hash); }
+  /// Any thread. The newest.
+  [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;
+  /// Called on the builder thread after each revision, and once here with the present one. An empty function ends it:
+  /// when this returns, the old listener is not running and will not run again.
+  void setListener(HistoryListener listener);
+
+ private:
+  using Job = std::function<void()>;
+
+  Options options_;
+  SceneCrossing& crossing_;
+  AssetStore store_;
+  MeshLibrary library_;
+  Sequencer sequencer_;            // builder thread, or loadStartScene before it runs
+  ServoSceneMaker servoScenes_;    // likewise
+
+  std::mutex queueMutex_;
+  std::condition_variable queueChanged_;
+  std::deque<Job> queue_;
+  bool stopping_ = false;
+  std::thread builder_;
+
+  mutable std::mutex historyMutex_;  // guards the two below
+  std::shared_ptr<const SceneHistory> published_;
+  HistoryListener listener_;
+
+  bool enqueue(Job job);
+  void run();
+  EditOutcome apply(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
+  void publishToServo();
+};
+
+}  // namespace haptics

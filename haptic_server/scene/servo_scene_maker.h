@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "haptic_server/scene/sequencer.h"
+#include "haptic_server/servo/servo_scene.h"
+
+namespace haptics {
+
+/// A removed object stays in the servo's scene for this long, so that a contact on it fades instead of snapping off:
+/// ten times the 50 ms over which the servo blends an edit's jump out.
+inline constexpr std::uint64_t kLeaving_ns = 500'000'000;
+
+/// Makes the servo's scenes from the sequencer's revisions. Remembers only which objects are leaving. Builder thread.
+class ServoSceneMaker {
+ public:
+  /// The exploration for a scene whose objects are complete.
+  using MakePlan = std::function<std::shared_ptr<const ExplorationPlan>(const ServoScene&)>;
+
+  explicit ServoSceneMaker(MakePlan makePlan);
+
+  /// The sequencer's current version for the servo. Objects that were in the last one and are gone are leaving; those
+  /// that have left for kLeaving_ns are dropped.
+  [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns);
+  /// When make() is to be called again though nothing was edited: the time when the next object has left.
+  [[nodiscard]] std::optional<std::uint64_t> nextDeparture_ns() const;
+
+ private:
+  struct Leaving {
+    ServoObject object;
+    std::uint64_t until_ns;
+  };
+  MakePlan makePlan_;
+  std::vector<ServoObject> present_;  // of the last scene made, in order of id
+  std::vector<Leaving> leaving_;      // in order of time
+  std::shared_ptr<const ExplorationPlan> plan_;
+  std::uint64_t planRevision_ = 0;
+};
+
+}  // namespace haptics
