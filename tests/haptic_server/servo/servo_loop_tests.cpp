@@ -1,0 +1,85 @@
+#include "haptic_server/servo/servo_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "common/mesh/generators.h"
+#include "haptic_server/servo/allocation_tripwire.h"
+#include "virtual_servo.h"
+
+namespace haptics {
+namespace {
+
+/// Moves up and down through z = 0 and counts what it is asked.
+class FakeDevice : public Device {
+ public:
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override {
+    ++reads;
+    return {Vec3(0.001, 0.002, 0.003 * std::cos(0.05 * static_cast<double>(tick))), DeviceState::kReady};
+  }
+  void write(Vec3 force_N) noexcept override { largest_N = std::max(largest_N, glm::length(force_N)); }
+  void stop() noexcept override { stopped = true; }
+
+  std::uint64_t reads = 0;
+  double largest_N = 0;
+  bool stopped = false;
+
+ private:
+  DeviceInfo info_{"fake", 2.0, 0, 0, 0};
+};
+
+TEST(ServoLoop, RunsEveryPeriodOnceOrCountsItAsMissedAndStopsTheDevice) {
+  FakeDevice device;
+  SceneCrossing crossing;
+  crossing.publish(testing::sceneOf(
+      7, {testing::objectOf(1, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0, 0, -0.05), 2000)}));
+  ServoLoop loop(device, crossing, 2000);
+  const std::atomic<bool> stop{false};
+  const std::uint64_t allocations = AllocationTripwire::count();
+  loop.run(stop, 1000);
+
+  const ServoStatistics& s = loop.statistics();
+  EXPECT_EQ(s.ticks.load() + s.missedTicks.load(), 1000U);
+  EXPECT_EQ(s.ticks.load(), device.reads);
+  EXPECT_EQ(s.adoptedRevision.load(), 7U);
+  EXPECT_GT(s.contactTicks.load(), 0U);
+  EXPECT_EQ(s.maxForce_N.load(), device.largest_N);
+  EXPECT_LE(device.largest_N, 2.0 + 1e-12);
+  EXPECT_TRUE(device.stopped);
+  EXPECT_EQ(AllocationTripwire::count(), allocations);
+
+  std::uint64_t popped = 0, last = 0;
+  for (TelemetrySample sample; loop.pop(sample); ++popped) {
+    if (popped > 0) {
+      EXPECT_GT(sample.tick, last);
+    }
+    last = sample.tick;
+  }
+  EXPECT_EQ(popped, s.ticks.load());
+}
+
+TEST(ServoLoop, DropsAndCountsSamplesThatNobodyTakes) {
+  FakeDevice device;
+  SceneCrossing crossing;
+  ServoLoop loop(device, crossing, 20'000);
+  const std::atomic<bool> stop{false};
+  while (loop.statistics().ticks.load() <= ServoLoop::kQueuedSamples + 100) loop.run(stop, 2000);
+  EXPECT_EQ(loop.statistics().droppedSamples.load(), loop.statistics().ticks.load() - ServoLoop::kQueuedSamples);
+}
+
+TEST(ServoLoop, StopsWhenAsked) {
+  FakeDevice device;
+  SceneCrossing crossing;
+  ServoLoop loop(device, crossing, 1000);
+  std::atomic<bool> stop{false};
+  std::thread servo([&] { loop.run(stop); });
+  while (loop.statistics().ticks.load() < 10) std::this_thread::yield();
+  stop = true;
+  servo.join();
+  EXPECT_TRUE(device.stopped);
+}
+
+}  // namespace
+}  // namespace haptics
