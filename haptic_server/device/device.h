@@ -16,10 +16,10 @@ struct DeviceReading {
 /// Fixed for the life of a device.
 struct DeviceInfo {
   std::string name;
-  double maxForce_N = 0;       ///< The magnitude limit uses it.
+  double maxForce_N = 0;  ///< The magnitude limit uses it.
   double maxStiffness_N_per_m = 0;
   double maxDamping_Ns_per_m = 0;
-  double resolution_m = 0;     ///< Position quantum.
+  double resolution_m = 0;  ///< Position quantum.
 };
 
 struct ExplorationPlan;

@@ -1,0 +1,199 @@
+#include "haptic_server/device/exploring_hand.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptics {
+namespace {
+
+/// Newtons with which the hand wants to press: a light, deliberate touch.
+constexpr double kPressForce = 2;
+/// A device that cannot give kPressForce with this much to spare is pressed with kShareOfWeakDevice of what it can.
+constexpr double kForceReserve = 1.2;
+constexpr double kShareOfWeakDevice = 0.6;
+/// Newtons from which on the hand notices that it touches something.
+constexpr double kNoticedForce = 0.15;
+/// Share of the wanted force at which it starts to stroke, and the seconds after which it does so anyway (soft
+/// objects).
+constexpr double kPressedShare = 0.9;
+constexpr double kLongestPress = 1.5;
+/// 1/s. How fast it corrects the force, if all compliance were its own; people need some tenths of a second. Faster
+/// follows bumps better and starts to oscillate on the lag of kFeltSmoothing.
+constexpr double kForceCorrection = 6;
+/// Seconds. Time constant of the felt force.
+constexpr double kFeltSmoothing = 0.03;
+/// Metres that it yields into an object (besides its own compliance) before it concludes that there is none.
+constexpr double kDeepestIndentation = 0.015;
+/// Metres above the surface from which it approaches slowly.
+constexpr double kApproachHeight = 0.015;
+/// m/s: the approach; mean speed of strokes and of movements in the air.
+constexpr double kApproachSpeed = 0.05;
+constexpr double kStrokeSpeed = 0.08;
+constexpr double kTravelSpeed = 0.25;
+/// Seconds: the shortest movement, however near; how long it rubs an object before it finishes the pass and lifts.
+constexpr double kShortestReach = 0.2;
+constexpr double kRubbingTime = 3;
+/// Where it waits when nothing was ever there to explore. Metres, world frame.
+constexpr Vec3 kRestingPlace{0, 0, 0.2};
+
+Vec3 atHeight(Vec3 point, double z) noexcept { return {point.x, point.y, z}; }
+
+}  // namespace
+
+double Reach::fraction() const noexcept {
+  const double s = std::min(elapsed_s / duration_s, 1.0);
+  return s * s * s * (10 + s * (6 * s - 15));
+}
+
+ExploringHand::ExploringHand(const HandPreset& hand, double maxForce_N) noexcept
+    : targetForce_(maxForce_N >= kForceReserve * kPressForce ? kPressForce : kShareOfWeakDevice * maxForce_N),
+      forceGain_(hand.stiffness_N_per_m > 0 ? kForceCorrection / hand.stiffness_N_per_m : 0),
+      greatestDepth_(kDeepestIndentation + (hand.stiffness_N_per_m > 0 ? targetForce_ / hand.stiffness_N_per_m : 0)),
+      clearHeight_(kRestingPlace.z),
+      position_(kRestingPlace) {}
+
+void ExploringHand::follow(const ExplorationPlan* plan) noexcept {
+  plan_ = plan != nullptr && !plan->strokes.empty() ? plan : nullptr;
+  if (plan_ == nullptr) {
+    pointCount_ = 0;
+    if (phase_ != Phase::kNotStarted && phase_ != Phase::kResting) lift();
+    return;
+  }
+  const bool otherHeight = plan_->clearHeight_m != clearHeight_;
+  clearHeight_ = plan_->clearHeight_m;
+
+  if (phase_ == Phase::kNotStarted) {
+    choose(0);
+    position_ = atHeight(points_[0], clearHeight_);
+    return;
+  }
+  const auto& strokes = plan_->strokes;
+  const auto same = std::ranges::find(strokes, object_, &Stroke::object);
+  if (same != strokes.end() && std::ranges::equal(points(), same->points)) {
+    stroke_ = static_cast<std::size_t>(same - strokes.begin());
+    if (otherHeight && (phase_ == Phase::kLifting || phase_ == Phase::kCrossing)) lift();
+    return;
+  }
+  const auto after = std::ranges::find_if(strokes, [this](const Stroke& s) { return s.object > object_; });
+  const auto chosen = same != strokes.end() ? same : after != strokes.end() ? after : strokes.begin();
+  choose(static_cast<std::size_t>(chosen - strokes.begin()));
+  lift();
+}
+
+HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
+  felt_ += (glm::length(felt_N) - felt_) * (dt_s / (kFeltSmoothing + dt_s));
+  switch (phase_) {
+    case Phase::kNotStarted:
+      if (plan_ != nullptr) {
+        reach(Phase::kDescending, points_[0] + Vec3(0, 0, kApproachHeight));
+      } else {
+        phase_ = Phase::kResting;
+      }
+      break;
+    case Phase::kResting:
+      break;
+    case Phase::kLifting:
+    case Phase::kCrossing:
+    case Phase::kDescending:
+      move(dt_s);
+      break;
+    case Phase::kApproaching:
+      approach(dt_s);
+      break;
+    case Phase::kRubbing:
+      rub(dt_s);
+      break;
+  }
+  return {position_, Vec3(0)};
+}
+
+/// The stroke to make for; a copy, because the plan may be replaced on the way.
+void ExploringHand::choose(std::size_t stroke) noexcept {
+  const Stroke& chosen = plan_->strokes[stroke];
+  stroke_ = stroke;
+  object_ = chosen.object;
+  pointCount_ = std::min(chosen.points.size(), kMaxStrokePoints);
+  std::copy_n(chosen.points.begin(), pointCount_, points_.begin());
+  length_ = 0;
+  for (std::size_t i = 1; i < pointCount_; ++i) length_ += glm::distance(points_[i - 1], points_[i]);
+}
+
+void ExploringHand::lift() noexcept {
+  reach(Phase::kLifting, atHeight(position_, std::max(clearHeight_, position_.z)));
+}
+
+void ExploringHand::goOn() noexcept {
+  choose((stroke_ + 1) % plan_->strokes.size());
+  lift();
+}
+
+void ExploringHand::reach(Phase phase, Vec3 to) noexcept {
+  phase_ = phase;
+  reach_ = {position_, to, std::max(glm::distance(position_, to) / kTravelSpeed, kShortestReach), 0};
+}
+
+void ExploringHand::move(double dt_s) noexcept {
+  reach_.elapsed_s += dt_s;
+  position_ = reach_.position();
+  if (!reach_.done()) return;
+  if (pointCount_ == 0) {
+    phase_ = Phase::kResting;
+  } else if (phase_ == Phase::kLifting) {
+    reach(Phase::kCrossing, atHeight(points_[0], position_.z));
+  } else if (phase_ == Phase::kCrossing) {
+    reach(Phase::kDescending, points_[0] + Vec3(0, 0, kApproachHeight));
+  } else {
+    phase_ = Phase::kApproaching;
+    depth_ = points_[0].z - position_.z;
+  }
+}
+
+void ExploringHand::approach(double dt_s) noexcept {
+  depth_ = std::min(depth_ + kApproachSpeed * dt_s, greatestDepth_);
+  position_ = points_[0] - Vec3(0, 0, depth_);
+  if (felt_ > kNoticedForce) {
+    phase_ = Phase::kRubbing;
+    reach_ = {};
+    pressed_ = rubbed_ = 0;
+    stroking_ = backwards_ = false;
+  } else if (depth_ >= greatestDepth_) {
+    goOn();
+  }
+}
+
+void ExploringHand::rub(double dt_s) noexcept {
+  depth_ += std::clamp(forceGain_ * (targetForce_ - felt_), -kTravelSpeed, kApproachSpeed) * dt_s;
+  depth_ = std::min(depth_, greatestDepth_);
+  const bool lost = depth_ >= greatestDepth_ && felt_ < kNoticedForce;
+  const bool pushedAway = depth_ < -kApproachHeight;
+  if (lost || pushedAway) return goOn();
+
+  if (stroking_) {
+    rubbed_ += dt_s;
+    reach_.elapsed_s += dt_s;
+    if (reach_.done()) {
+      if (rubbed_ >= kRubbingTime) return goOn();
+      backwards_ = !backwards_;
+      startPass();
+    }
+  } else {
+    pressed_ += dt_s;
+    if (felt_ >= kPressedShare * targetForce_ || pressed_ >= kLongestPress) startPass();
+  }
+  const double fraction = reach_.fraction();
+  position_ = pointAt(backwards_ ? 1 - fraction : fraction) - Vec3(0, 0, depth_);
+}
+
+void ExploringHand::startPass() noexcept {
+  stroking_ = true;
+  reach_ = {{}, {}, std::max(length_ / kStrokeSpeed, kShortestReach), 0};
+}
+
+Vec3 ExploringHand::pointAt(double fraction) const noexcept {
+  const double place = fraction * static_cast<double>(pointCount_ - 1);
+  const auto before = static_cast<std::size_t>(place);
+  const std::size_t after = std::min(before + 1, pointCount_ - 1);
+  return glm::mix(points_[before], points_[after], place - static_cast<double>(before));
+}
+
+}  // namespace haptics

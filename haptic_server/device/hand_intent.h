@@ -1,0 +1,26 @@
+#pragma once
+
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+struct ExplorationPlan;
+
+/// What a hand does with the device. World frame.
+struct HandTarget {
+  Vec3 position{0};  ///< Metres. The intended trajectory: the far end of the hand's spring and damper.
+  Vec3 push_N{0};    ///< Besides the spring; moves the device also where the hand has no spring.
+};
+
+/// The mind behind a simulated hand. Called by the servo thread; no method waits, allocates, locks or throws.
+class HandIntent {
+ public:
+  virtual ~HandIntent() = default;
+  /// The target `dt_s` seconds after the last one, given the force that the motors put on the hand now (newtons, world
+  /// frame). A first call with dt_s = 0 asks where the hand begins.
+  [[nodiscard]] virtual HandTarget next(double dt_s, Vec3 felt_N) noexcept = 0;
+  /// As Device::follow().
+  virtual void follow(const ExplorationPlan* /*plan*/) noexcept {}
+};
+
+}  // namespace haptics

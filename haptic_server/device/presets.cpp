@@ -1,0 +1,61 @@
+#include "haptic_server/device/presets.h"
+
+#include <array>
+#include <string>
+
+namespace haptics {
+namespace {
+
+// Force limit, stiffness and damping: as published by common haptic toolkits for these devices. Mass, Coulomb friction
+// and resolution: from the makers' data sheets, approximate (data sheets give back-drive friction and nominal
+// resolution at the middle of the workspace). Viscous friction is published for none of them (Diolaiti et al. 2006
+// measured 0.005 N s/m and 0.038 N on a Phantom 1.0 alone), so it is assumed: 0.05 for serial arms, 0.5 for grounded
+// delta devices, whose three arms move together. Judge stability also at a third and at three times what is assumed
+// here.
+constexpr double kAssumedSerialViscous = 0.05;  // N s/m
+constexpr double kAssumedDeltaViscous = 0.5;    // N s/m
+constexpr double kAssumedCoulomb = 0.05;        // N, where the maker gives none
+constexpr double kAssumedFalconMass = 0.25;     // kg, estimates of the moving parts differ
+constexpr double kAssumedOmegaMass = 0.2;       // kg
+
+constexpr std::array kDevices{
+    // name, title, F_max N, K N/m, B N s/m, m kg, b N s/m, f_c N, resolution m
+    DevicePreset{"omni", "Phantom Omni", 3.3, 700, 5, 0.045, kAssumedSerialViscous, 0.26, 55e-6},
+    // The Omni under its later name: the same mechanics, published with lower gains.
+    DevicePreset{"touch", "3D Systems Touch", 3.3, 400, 4, 0.045, kAssumedSerialViscous, 0.26, 55e-6},
+    DevicePreset{"premium-1.5", "Phantom Premium 1.5", 8.5, 800, 5, 0.075, kAssumedSerialViscous, 0.04, 30e-6},
+    DevicePreset{"desktop", "Phantom Desktop", 7.9, 1000, 5, 0.045, kAssumedSerialViscous, 0.06, 23e-6},
+    DevicePreset{"falcon", "Novint Falcon", 8.0, 3000, 20, kAssumedFalconMass, kAssumedDeltaViscous, kAssumedCoulomb,
+                 60e-6},
+    DevicePreset{"omega.3", "Force Dimension omega.3", 12, 5000, 30, kAssumedOmegaMass, kAssumedDeltaViscous,
+                 kAssumedCoulomb, 10e-6},
+};
+
+// Mass, stiffness and damping of a hand that holds a stylus: assumed, spanning what identification studies report for
+// a loose to a tight grip. "none" lets go.
+constexpr std::array kHands{
+    HandPreset{"none", 0, 0, 0},
+    HandPreset{"light", 0.05, 100, 0.5},
+    HandPreset{"nominal", 0.15, 300, 3},
+    HandPreset{"firm", 0.3, 800, 8},
+};
+
+template <class Table>
+auto findIn(const Table& table, std::string_view name, const std::string& kind) -> Result<typename Table::value_type> {
+  std::string known;
+  for (const auto& preset : table) {
+    if (preset.name == name) return preset;
+    known += (known.empty() ? "" : ", ") + std::string(preset.name);
+  }
+  return refused("", "no " + kind + " is called \"" + std::string(name) + "\"; there are " + known);
+}
+
+}  // namespace
+
+std::span<const DevicePreset> devicePresets() noexcept { return kDevices; }
+std::span<const HandPreset> handPresets() noexcept { return kHands; }
+
+Result<DevicePreset> findDevicePreset(std::string_view name) { return findIn(kDevices, name, "device preset"); }
+Result<HandPreset> findHandPreset(std::string_view name) { return findIn(kHands, name, "hand preset"); }
+
+}  // namespace haptics

@@ -1,0 +1,77 @@
+#include "haptic_server/device/simulated_device.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace haptics {
+namespace {
+
+DeviceInfo describe(const DevicePreset& preset) {
+  return {std::string(preset.title) + " (simulated)", preset.maxForce_N, preset.maxStiffness_N_per_m,
+          preset.maxDamping_Ns_per_m, preset.resolution_m};
+}
+
+Vec3 quantised(Vec3 position, double quantum) noexcept { return quantum * glm::floor(position / quantum + 0.5); }
+
+}  // namespace
+
+SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent& intent)
+    : info_(describe(settings.device)),
+      plant_(settings.device, settings.hand),
+      intent_(intent),
+      period_(settings.period_s),
+      delay_(static_cast<int>(std::lround(settings.delay_s / settings.period_s * kSubsteps))),
+      written_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, Vec3(0)) {}
+
+DeviceReading SimulatedDevice::read(std::uint64_t tick) noexcept {
+  if (!started_) {
+    started_ = true;
+    target_ = intent_.next(0, felt_);
+    plant_.place(target_.position);
+  } else if (tick > tick_) {
+    const std::uint64_t ticks = std::min(tick - tick_, kMaxTicksAtOnce);
+    for (std::uint64_t i = 0; i < ticks; ++i) integrateTick();
+  }
+  tick_ = tick;
+  return {quantised(plant_.position(), info_.resolution_m), stopped_ ? DeviceState::kStopped : DeviceState::kReady};
+}
+
+void SimulatedDevice::write(Vec3 force_N) noexcept {
+  if (stopped_) return;
+  const double magnitude = glm::length(force_N);
+  if (!std::isfinite(magnitude)) {
+    held_ = Vec3(0);
+  } else {
+    held_ = magnitude > info_.maxForce_N ? force_N * (info_.maxForce_N / magnitude) : force_N;
+  }
+}
+
+void SimulatedDevice::stop() noexcept {
+  held_ = Vec3(0);
+  stopped_ = true;
+}
+
+void SimulatedDevice::integrateTick() noexcept {
+  newest_ = (newest_ + 1) % written_.size();
+  written_[newest_] = held_;
+
+  const HandTarget from = target_;
+  target_ = intent_.next(period_, felt_);
+  const Vec3 targetVelocity = (target_.position - from.position) / period_;
+  for (int i = 0; i < kSubsteps; ++i) {
+    const double middle = (i + 0.5) / kSubsteps;
+    const HandTarget now{glm::mix(from.position, target_.position, middle), target_.push_N};
+    plant_.step(period_ / kSubsteps, motorForce(i), now, targetVelocity);
+  }
+  felt_ = motorForce(kSubsteps - 1);
+}
+
+// F_ZOH(t - t_d): the force of the tick that t - t_d lies in.
+Vec3 SimulatedDevice::motorForce(int substep) const noexcept {
+  const int ticksAgo = (delay_ - substep + kSubsteps - 1) / kSubsteps;
+  const std::size_t ago = static_cast<std::size_t>(std::max(ticksAgo, 0));
+  return written_[(newest_ + written_.size() - ago) % written_.size()];
+}
+
+}  // namespace haptics

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "haptic_server/device/device.h"
+#include "haptic_server/device/hand_intent.h"
+#include "haptic_server/device/plant.h"
+#include "haptic_server/device/presets.h"
+
+namespace haptics {
+
+struct SimulationSettings {
+  DevicePreset device;
+  HandPreset hand;
+  double period_s = 1e-3;  ///< Of the servo; positive.
+  double delay_s = 0;      ///< From a write to the motors, beyond the hold; not negative, rounded to a substep.
+};
+
+/// A device and a hand that exist only here, advanced by the ticks themselves: it has no clock, and the same ticks and
+/// forces give the same positions, bit for bit. It quantises positions and saturates forces as its preset says.
+class SimulatedDevice final : public Device {
+ public:
+  /// Substeps per tick of the integration; also the resolution of the delay. The plant is smooth within a tick except
+  /// where friction sticks, and the integrator is of second order, so 20 leaves errors far below a position quantum.
+  static constexpr int kSubsteps = 20;
+  /// Skipped ticks are integrated too, under the held force, but no more than this many at once: after a longer gap
+  /// (a stopped process) simulated time is lost rather than the deadline of the tick that comes.
+  static constexpr std::uint64_t kMaxTicksAtOnce = 100;
+
+  /// `intent` outlives the device and is called from read().
+  SimulatedDevice(const SimulationSettings& settings, HandIntent& intent);
+
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  /// The first call places the device where the hand begins; a later one integrates up to `tick`.
+  [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
+  /// A force beyond the device's limit is shortened to it; one that is not finite is zero.
+  void write(Vec3 force_N) noexcept override;
+  void follow(const ExplorationPlan* plan) noexcept override { intent_.follow(plan); }
+  /// Later writes are ignored.
+  void stop() noexcept override;
+
+  [[nodiscard]] const Plant& plant() const noexcept { return plant_; }  ///< Beneath the encoder, for evaluation.
+
+ private:
+  void integrateTick() noexcept;
+  [[nodiscard]] Vec3 motorForce(int substep) const noexcept;
+
+  DeviceInfo info_;
+  Plant plant_;
+  HandIntent& intent_;
+  double period_;
+  int delay_;  // substeps
+  HandTarget target_;
+  Vec3 held_{0};
+  Vec3 felt_{0};               // by the motors at the end of the last tick
+  std::vector<Vec3> written_;  // ring: the force of each tick, as far back as the delay reaches
+  std::size_t newest_ = 0;
+  std::uint64_t tick_ = 0;
+  bool started_ = false;
+  bool stopped_ = false;
+};
+
+}  // namespace haptics
