@@ -12,20 +12,23 @@ namespace haptics {
 
 /// What import found in a file and what it did about it. Counts are of triangles unless the name says otherwise.
 struct MeshReport {
-  std::uint64_t trianglesInFile = 0;       ///< After triangulating polygons.
+  std::uint64_t trianglesInFile = 0;  ///< After triangulating polygons.
   std::uint64_t kept = 0;
+  std::uint64_t polygonsTriangulated = 0;  ///< Polygons of more than three corners, cut into triangles.
   std::uint64_t droppedDegenerate = 0;     ///< Two corners at one place, or no area.
   std::uint64_t droppedOutOfRange = 0;     ///< Naming a vertex that is not there.
   std::uint64_t duplicateFaces = 0;        ///< Same three vertices; kept.
   std::uint64_t verticesInFile = 0;
-  std::uint64_t verticesWelded = 0;        ///< Merged into another at the same place.
-  std::uint64_t boundaryEdges = 0;         ///< One face.
-  std::uint64_t nonManifoldEdges = 0;      ///< More than two faces.
-  std::uint64_t inconsistentEdges = 0;     ///< Two faces that run along it the same way: one is flipped.
-  std::uint32_t maxValence = 0;            ///< Most triangles around one vertex.
+  std::uint64_t verticesWelded = 0;     ///< Merged into another at the same place.
+  std::uint64_t verticesUnused = 0;     ///< Left out: no kept triangle names them.
+  std::uint64_t shapesSkipped = 0;      ///< NURBS of an Inventor file, which are not triangulated.
+  std::uint64_t boundaryEdges = 0;      ///< One face.
+  std::uint64_t nonManifoldEdges = 0;   ///< More than two faces.
+  std::uint64_t inconsistentEdges = 0;  ///< Two faces that run along it the same way: one is flipped.
+  std::uint32_t maxValence = 0;         ///< Most triangles around one vertex.
   double meanEdge_m = 0;
-  Vec3 boxMin_m{0}, boxMax_m{0};           ///< After scaling.
-  double scale_m = 1;                      ///< Metres per file unit that was applied.
+  Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.
+  double scale_m = 1;             ///< Metres per file unit that was applied.
 
   [[nodiscard]] bool closed() const noexcept { return boundaryEdges + nonManifoldEdges + inconsistentEdges == 0; }
   /// One line for the log and for replies, naming everything that is not zero.
@@ -42,9 +45,9 @@ struct ImportedMesh {
   MeshReport report;
 };
 
-/// Reads .obj, .ply, .stl, .off, .om (OpenMesh) and .iv (Coin) by file name extension; welds, drops what cannot be felt,
-/// scales, puts into canonical order and reports. Nothing is dropped silently. Errors name the file and what would be
-/// right: missing, empty, unreadable, truncated, header claiming more than the file can hold, unknown format,
+/// Reads .obj, .ply, .stl, .off, .om (OpenMesh) and .iv (Coin) by file name extension; welds, drops what cannot be
+/// felt, scales, puts into canonical order and reports. Nothing is dropped silently. Errors name the file and what
+/// would be right: missing, empty, unreadable, truncated, header claiming more than the file can hold, unknown format,
 /// non-finite vertex, no triangle left.
 [[nodiscard]] Result<ImportedMesh> importMesh(const std::filesystem::path& file, const ImportOptions& options);
 

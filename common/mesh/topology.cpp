@@ -1,0 +1,91 @@
+#include "common/mesh/topology.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+namespace haptics {
+namespace {
+
+// A side of a triangle as one sortable word: smaller vertex, larger vertex, whether it runs from larger to smaller.
+constexpr int kVertexBits = 31;
+constexpr std::uint64_t kVertexMask = (std::uint64_t{1} << kVertexBits) - 1;
+static_assert(kMaxVertices <= kVertexMask);
+
+std::uint64_t sideKey(std::uint32_t from, std::uint32_t to) {
+  const std::uint64_t low = std::min(from, to), high = std::max(from, to);
+  return low << (kVertexBits + 1) | high << 1 | (from > to ? 1 : 0);
+}
+
+void countEdges(const TriMesh& mesh, MeshReport& report) {
+  std::vector<std::uint64_t> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (const auto [a, b, c] : mesh.triangles) {
+    sides.insert(sides.end(), {sideKey(a, b), sideKey(b, c), sideKey(c, a)});
+  }
+  std::sort(sides.begin(), sides.end());
+
+  double length = 0;
+  std::uint64_t edges = 0;
+  for (std::size_t i = 0; i < sides.size(); ++edges) {
+    const std::uint64_t edge = sides[i] >> 1;
+    std::size_t end = i;
+    while (end < sides.size() && sides[end] >> 1 == edge) ++end;
+    const std::size_t faces = end - i;
+    if (faces == 1) ++report.boundaryEdges;
+    if (faces > 2) ++report.nonManifoldEdges;
+    if (faces == 2 && sides[i] == sides[i + 1]) ++report.inconsistentEdges;
+    length += glm::distance(Vec3(mesh.vertices[edge >> kVertexBits]), Vec3(mesh.vertices[edge & kVertexMask]));
+    i = end;
+  }
+  report.meanEdge_m = length / static_cast<double>(edges);
+}
+
+void countDuplicates(const TriMesh& mesh, MeshReport& report) {
+  std::vector<TriangleIndices> faces = mesh.triangles;
+  for (TriangleIndices& face : faces) std::sort(face.begin(), face.end());
+  std::sort(faces.begin(), faces.end());
+  for (std::size_t i = 1; i < faces.size(); ++i) report.duplicateFaces += faces[i] == faces[i - 1] ? 1 : 0;
+}
+
+}  // namespace
+
+void describeTopology(const TriMesh& mesh, MeshReport& report) {
+  countEdges(mesh, report);
+  countDuplicates(mesh, report);
+
+  std::vector<std::uint32_t> valence(mesh.vertices.size(), 0);
+  for (const TriangleIndices& triangle : mesh.triangles) {
+    for (const std::uint32_t v : triangle) report.maxValence = std::max(report.maxValence, ++valence[v]);
+  }
+  report.boxMin_m = report.boxMax_m = mesh.vertices.front();
+  for (const Vec3f v : mesh.vertices) {
+    report.boxMin_m = glm::min(report.boxMin_m, Vec3(v));
+    report.boxMax_m = glm::max(report.boxMax_m, Vec3(v));
+  }
+}
+
+std::string MeshReport::text() const {
+  std::string line = std::to_string(kept) + " of " + std::to_string(trianglesInFile) + " triangles kept";
+  const auto mention = [&line](std::uint64_t count, const char* what) {
+    if (count > 0) line += ", " + std::to_string(count) + ' ' + what;
+  };
+  mention(polygonsTriangulated, "polygons cut into triangles");
+  mention(shapesSkipped, "NURBS shapes skipped");
+  mention(droppedDegenerate, "degenerate triangles dropped");
+  mention(droppedOutOfRange, "triangles dropped for naming a vertex that is not there");
+  mention(duplicateFaces, "duplicate faces kept");
+  mention(verticesWelded, "vertices welded");
+  mention(verticesUnused, "unused vertices left out");
+  mention(boundaryEdges, "boundary edges");
+  mention(nonManifoldEdges, "non-manifold edges");
+  mention(inconsistentEdges, "edges with one face flipped");
+  if (closed()) line += ", closed";
+  const Vec3 size_mm = (boxMax_m - boxMin_m) * 1e3;
+  char sizes[160];
+  std::snprintf(sizes, sizeof sizes, ", largest valence %u, mean edge %.3g mm, size %.4g x %.4g x %.4g mm, scale %.4g",
+                maxValence, meanEdge_m * 1e3, size_mm.x, size_mm.y, size_mm.z, scale_m);
+  return line + sizes;
+}
+
+}  // namespace haptics
