@@ -48,6 +48,7 @@ class FaultRamp {
     gain_ = faulty ? std::max(0.0, gain_ - period_s / kDuration_s) : 1.0;
     return force * gain_;
   }
+  [[nodiscard]] bool atZero() const noexcept { return gain_ <= 0; }
 
  private:
   double gain_ = 1;
