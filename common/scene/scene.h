@@ -105,7 +105,7 @@ struct AssetSource { ContentHash hash; };  ///< A mesh that the server holds.
 struct MeshSource {
   std::variant<BoxSource, SphereSource, CylinderSource, TorusSource, FileSource, AssetSource> source;
   double unit_m = 1;                        ///< Metres per unit of a file.
-  std::optional<double> largestExtent_m;    ///< Instead of unit_m: scale to this longest side, centre at the origin.
+  std::optional<double> largestExtent_m = std::nullopt;    ///< Instead of unit_m: scale to this longest side, centre at the origin.
 };
 
 struct PoseEdit {

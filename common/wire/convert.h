@@ -14,16 +14,23 @@
 namespace haptics {
 
 /// Limits on untrusted edits; above, the field is refused.
-inline constexpr std::size_t kMaxOperations = 1000;
+inline constexpr std::size_t kMaxOperations = 1000;      ///< Its commit still fits one frame.
+inline constexpr std::size_t kMaxNameLength = 64;
+inline constexpr std::size_t kMaxPathLength = 255;
+inline constexpr std::uint32_t kMaxSegments = 1024;      ///< A sphere has then 12.6 million triangles.
+inline constexpr std::size_t kMaxSceneTextBytes = 4U << 20;
 inline constexpr double kMaxStiffness_N_per_m = 1e5;
 inline constexpr double kMaxDamping_Ns_per_m = 1e3;
 inline constexpr double kMaxCoordinate_m = 1e3;
 
+/// Rotations come out normalised. Fields that this version does not know are refused: an edit that is half understood
+/// must not be answered with "accepted".
 [[nodiscard]] Result<Transaction> fromWire(const v1::Transaction& message);
+/// Numbers are kept bit for bit (also a rotation's length), so that both sides hash the same.
 [[nodiscard]] Result<ObjectRecord> fromWire(const v1::ObjectState& message);
 [[nodiscard]] Result<Commit> fromWire(const v1::Commit& message);
 [[nodiscard]] Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field);
-/// Unknown enum values in telemetry are ignored (kNone).
+/// Unknown enum values in telemetry are ignored (kNone); numbers are taken as they are, also non-finite ones.
 [[nodiscard]] TelemetrySample fromWire(const v1::Telemetry& message);
 
 void toWire(const ObjectRecord& record, v1::ObjectState& message);
@@ -31,7 +38,7 @@ void toWire(const Commit& commit, v1::Commit& message);
 void toWire(const TelemetrySample& sample, v1::Telemetry& message);  ///< Reuses the message's memory.
 
 /// A scene file: a Transaction in text format. Errors name `origin`, line, column, the bad field and, where a field is
-/// unknown, the fields that there are.
+/// unknown, the fields that there are. Only the form is checked; fromWire checks the values.
 [[nodiscard]] Result<v1::Transaction> parseSceneText(const std::string& text, const std::string& origin);
 [[nodiscard]] Result<v1::Transaction> readSceneFile(const std::string& path);  ///< "-": standard input.
 

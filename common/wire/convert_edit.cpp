@@ -1,0 +1,310 @@
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+#include <google/protobuf/unknown_field_set.h>
+
+#include "common/wire/checks.h"
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+namespace pb = google::protobuf;
+
+std::string indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
+
+auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
+
+/// Fields, at any depth, that this version does not know.
+Refusal checkKnown(const pb::Message& message, const std::string& path) {
+  const pb::Reflection& reflection = *message.GetReflection();
+  if (const auto& unknown = reflection.GetUnknownFields(message); !unknown.empty()) {
+    return Error{path + "#" + std::to_string(unknown.field(0).number()),
+                 "is a field that this server does not know; the client is newer than the server"};
+  }
+  std::vector<const pb::FieldDescriptor*> set;
+  reflection.ListFields(message, &set);
+  for (const pb::FieldDescriptor* field : set) {
+    if (field->cpp_type() != pb::FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    if (!field->is_repeated()) {
+      if (auto bad = checkKnown(reflection.GetMessage(message, field), path + field->name() + ".")) return bad;
+      continue;
+    }
+    for (int i = 0; i < reflection.FieldSize(message, field); ++i) {
+      const std::string at = path + indexed(field->name().c_str(), i) + ".";
+      if (auto bad = checkKnown(reflection.GetRepeatedMessage(message, field, i), at)) return bad;
+    }
+  }
+  return std::nullopt;
+}
+
+Result<ObjectRef> refFrom(const v1::ObjectRef& message) {
+  switch (message.ref_case()) {
+    case v1::ObjectRef::kId:
+      if (message.id() == 0) return refused("object.id", "is 0; ids start at 1");
+      return ObjectRef{message.id()};
+    case v1::ObjectRef::kName:
+      if (auto bad = checkName(message.name(), "object.name")) return refuse(bad);
+      return ObjectRef{message.name()};
+    case v1::ObjectRef::REF_NOT_SET:
+      break;
+  }
+  return refused("object", "is missing; give its id or its name");
+}
+
+/// A relative path without steps upwards. That it stays below the folder, whatever links lie there, is for the server
+/// to see when it opens it.
+Result<MeshSource> fileFrom(const v1::MeshSource& message) {
+  const std::string& path = message.file();
+  if (path.empty()) return refused("file", "is empty; give a path below the server's asset folder");
+  if (path.size() > kMaxPathLength) {
+    return refused("file", "has more than " + std::to_string(kMaxPathLength) + " characters");
+  }
+  if (path.find('\0') != std::string::npos) return refused("file", "holds a zero byte");
+  if (path.front() == '/') return refused("file", "is absolute; give a path below the server's asset folder");
+  if (("/" + path + "/").find("/../") != std::string::npos) {
+    return refused("file", "leaves the server's asset folder by \"..\"");
+  }
+  if (message.has_unit_m() && message.has_largest_extent_m()) {
+    return refused("largest_extent_m", "is given beside unit_m; give one of them");
+  }
+  MeshSource mesh{FileSource{path}};
+  if (message.has_unit_m()) {
+    if (auto bad = checkLength(message.unit_m(), "unit_m")) return refuse(bad);
+    mesh.unit_m = message.unit_m();
+  }
+  if (message.has_largest_extent_m()) {
+    if (auto bad = checkLength(message.largest_extent_m(), "largest_extent_m")) return refuse(bad);
+    mesh.largestExtent_m = message.largest_extent_m();
+  }
+  return mesh;
+}
+
+/// 0, which is how an absent number arrives, stands for the default.
+Refusal readSegments(std::uint32_t given, std::uint32_t atLeast, const std::string& field, std::uint32_t& segments) {
+  if (given == 0) return std::nullopt;
+  if (given < atLeast || given > kMaxSegments) {
+    return Error{field, "is " + std::to_string(given) + "; give " + std::to_string(atLeast) + " to " +
+                            std::to_string(kMaxSegments) + ", or leave it out"};
+  }
+  segments = given;
+  return std::nullopt;
+}
+
+constexpr std::uint32_t kLeastAround = 3;  // segments that close around an axis
+
+Result<MeshSource> boxFrom(const v1::Box& message) {
+  BoxSource box;
+  if (!message.has_size_m()) return refused("box.size_m", "is missing; give x, y and z");
+  box.size_m = {message.size_m().x(), message.size_m().y(), message.size_m().z()};
+  if (auto bad = checkLength(box.size_m.x, "box.size_m.x")) return refuse(bad);
+  if (auto bad = checkLength(box.size_m.y, "box.size_m.y")) return refuse(bad);
+  if (auto bad = checkLength(box.size_m.z, "box.size_m.z")) return refuse(bad);
+  if (auto bad = readSegments(message.segments(), 1, "box.segments", box.segments)) return refuse(bad);
+  return MeshSource{box};
+}
+
+Result<MeshSource> sphereFrom(const v1::Sphere& message) {
+  SphereSource sphere;
+  sphere.radius_m = message.radius_m();
+  if (auto bad = checkLength(sphere.radius_m, "sphere.radius_m")) return refuse(bad);
+  if (auto bad = readSegments(message.segments(), 1, "sphere.segments", sphere.segments)) return refuse(bad);
+  return MeshSource{sphere};
+}
+
+Result<MeshSource> cylinderFrom(const v1::Cylinder& message) {
+  CylinderSource cylinder;
+  cylinder.radius_m = message.radius_m();
+  cylinder.height_m = message.height_m();
+  if (auto bad = checkLength(cylinder.radius_m, "cylinder.radius_m")) return refuse(bad);
+  if (auto bad = checkLength(cylinder.height_m, "cylinder.height_m")) return refuse(bad);
+  if (auto bad = readSegments(message.segments(), kLeastAround, "cylinder.segments", cylinder.segments)) {
+    return refuse(bad);
+  }
+  return MeshSource{cylinder};
+}
+
+Result<MeshSource> torusFrom(const v1::Torus& message) {
+  TorusSource torus;
+  torus.majorRadius_m = message.major_radius_m();
+  torus.minorRadius_m = message.minor_radius_m();
+  if (auto bad = checkLength(torus.majorRadius_m, "torus.major_radius_m")) return refuse(bad);
+  if (auto bad = checkLength(torus.minorRadius_m, "torus.minor_radius_m")) return refuse(bad);
+  if (torus.minorRadius_m >= torus.majorRadius_m) {
+    return refused("torus.minor_radius_m", "is not below major_radius_m; the ring would cut itself");
+  }
+  const std::uint32_t major = message.major_segments();
+  const std::uint32_t minor = message.minor_segments();
+  if (auto bad = readSegments(major, kLeastAround, "torus.major_segments", torus.majorSegments)) return refuse(bad);
+  if (auto bad = readSegments(minor, kLeastAround, "torus.minor_segments", torus.minorSegments)) return refuse(bad);
+  return MeshSource{torus};
+}
+
+Result<MeshSource> meshFrom(const v1::MeshSource& message) {
+  if (message.source_case() == v1::MeshSource::kFile) return fileFrom(message);
+  if (message.has_unit_m()) return refused("unit_m", "is for files only; other meshes are in metres");
+  if (message.has_largest_extent_m()) return refused("largest_extent_m", "is for files only; give the size itself");
+  switch (message.source_case()) {
+    case v1::MeshSource::kAsset: {
+      const auto hash = hashFromWire(message.asset(), "asset");
+      if (!hash) return tl::unexpected<Error>(hash.error());
+      return MeshSource{AssetSource{*hash}};
+    }
+    case v1::MeshSource::kBox:
+      return boxFrom(message.box());
+    case v1::MeshSource::kSphere:
+      return sphereFrom(message.sphere());
+    case v1::MeshSource::kCylinder:
+      return cylinderFrom(message.cylinder());
+    case v1::MeshSource::kTorus:
+      return torusFrom(message.torus());
+    default:
+      return refused("source", "is missing; give file, asset, box, sphere, cylinder or torus");
+  }
+}
+
+Result<PoseEdit> poseFrom(const v1::Pose& message) {
+  PoseEdit edit;
+  if (message.has_position()) {
+    if (auto bad = checkPosition(message.position(), "pose.position")) return refuse(bad);
+    edit.position = Vec3(message.position().x(), message.position().y(), message.position().z());
+  }
+  if (message.has_rotation()) {
+    const v1::Quaternion& q = message.rotation();
+    if (auto bad = checkRotation(q, "pose.rotation")) return refuse(bad);
+    edit.rotation = glm::normalize(Quat(q.w(), q.x(), q.y(), q.z()));
+  }
+  return edit;
+}
+
+Result<MaterialEdit> materialFrom(const v1::Material& message) {
+  MaterialEdit edit;
+  if (message.has_stiffness_n_per_m()) {
+    if (auto bad = checkStiffness(message.stiffness_n_per_m(), "material.stiffness_N_per_m")) return refuse(bad);
+    edit.stiffness_N_per_m = message.stiffness_n_per_m();
+  }
+  if (message.has_damping_ns_per_m()) {
+    if (auto bad = checkDamping(message.damping_ns_per_m(), "material.damping_Ns_per_m")) return refuse(bad);
+    edit.damping_Ns_per_m = message.damping_ns_per_m();
+  }
+  if (message.has_color()) {
+    if (auto bad = checkColor(message.color(), "material.color")) return refuse(bad);
+    edit.color = Color{message.color().red(), message.color().green(), message.color().blue()};
+  }
+  return edit;
+}
+
+/// The error as seen from one level farther out.
+template <class T>
+tl::unexpected<Error> errorOf(Result<T>& result, const std::string& prefix = {}) {
+  return tl::unexpected<Error>(std::move(result.error()).within(prefix));
+}
+
+Result<Operation> addFrom(const v1::AddObject& message) {
+  if (auto bad = checkName(message.name(), "name")) return refuse(bad);
+  auto mesh = meshFrom(message.mesh());
+  if (!mesh) return errorOf(mesh, "mesh.");
+  auto pose = poseFrom(message.pose());
+  if (!pose) return errorOf(pose);
+  auto material = materialFrom(message.material());
+  if (!material) return errorOf(material);
+  return AddObject{message.name(), std::move(*mesh), *pose, *material};
+}
+
+Result<Operation> remeshFrom(const v1::RemeshObject& message) {
+  auto object = refFrom(message.object());
+  if (!object) return errorOf(object);
+  auto mesh = meshFrom(message.mesh());
+  if (!mesh) return errorOf(mesh, "mesh.");
+  return RemeshObject{std::move(*object), std::move(*mesh)};
+}
+
+Result<Operation> setPoseFrom(const v1::SetPose& message) {
+  auto object = refFrom(message.object());
+  if (!object) return errorOf(object);
+  auto pose = poseFrom(message.pose());
+  if (!pose) return errorOf(pose);
+  if (!pose->position && !pose->rotation) return refused("pose", "is empty; give position, rotation or both");
+  return SetPose{std::move(*object), *pose};
+}
+
+Result<Operation> setMaterialFrom(const v1::SetMaterial& message) {
+  auto object = refFrom(message.object());
+  if (!object) return errorOf(object);
+  auto material = materialFrom(message.material());
+  if (!material) return errorOf(material);
+  if (!material->stiffness_N_per_m && !material->damping_Ns_per_m && !material->color) {
+    return refused("material", "is empty; give what is to change");
+  }
+  return SetMaterial{std::move(*object), *material};
+}
+
+Result<Operation> operationFrom(const v1::Operation& message) {
+  switch (message.op_case()) {
+    case v1::Operation::kAdd: {
+      auto operation = addFrom(message.add());
+      return operation ? operation : errorOf(operation, "add.");
+    }
+    case v1::Operation::kRemove: {
+      auto object = refFrom(message.remove().object());
+      if (!object) return errorOf(object, "remove.");
+      return RemoveObject{std::move(*object)};
+    }
+    case v1::Operation::kRemesh: {
+      auto operation = remeshFrom(message.remesh());
+      return operation ? operation : errorOf(operation, "remesh.");
+    }
+    case v1::Operation::kSetPose: {
+      auto operation = setPoseFrom(message.set_pose());
+      return operation ? operation : errorOf(operation, "set_pose.");
+    }
+    case v1::Operation::kSetMaterial: {
+      auto operation = setMaterialFrom(message.set_material());
+      return operation ? operation : errorOf(operation, "set_material.");
+    }
+    case v1::Operation::OP_NOT_SET:
+      break;
+  }
+  return refused("op", "is missing; give add, remove, remesh, set_pose or set_material");
+}
+
+Result<Precondition> preconditionFrom(const v1::Precondition& message) {
+  auto object = refFrom(message.object());
+  if (!object) return errorOf(object);
+  Precondition precondition{std::move(*object), message.expected_revision(), std::nullopt};
+  if (!message.expected_hash().empty()) {
+    const auto hash = hashFromWire(message.expected_hash(), "expected_hash");
+    if (!hash) return tl::unexpected<Error>(hash.error());
+    precondition.expectedHash = *hash;
+  }
+  return precondition;
+}
+
+Refusal checkCount(int count, const char* field) {
+  if (static_cast<std::size_t>(count) <= kMaxOperations) return std::nullopt;
+  return Error{field, "has " + std::to_string(count) + " entries; at most " + std::to_string(kMaxOperations) +
+                          " go into one transaction"};
+}
+
+}  // namespace
+
+Result<Transaction> fromWire(const v1::Transaction& message) {
+  if (message.operations().empty()) return refused("operations", "is empty; give at least one");
+  if (auto bad = checkCount(message.operations_size(), "operations")) return refuse(bad);
+  if (auto bad = checkCount(message.preconditions_size(), "preconditions")) return refuse(bad);
+  if (auto bad = checkKnown(message, "")) return refuse(bad);
+
+  Transaction transaction;
+  for (int i = 0; i < message.preconditions_size(); ++i) {
+    auto precondition = preconditionFrom(message.preconditions(i));
+    if (!precondition) return errorOf(precondition, indexed("preconditions", i) + ".");
+    transaction.preconditions.push_back(std::move(*precondition));
+  }
+  for (int i = 0; i < message.operations_size(); ++i) {
+    auto operation = operationFrom(message.operations(i));
+    if (!operation) return errorOf(operation, indexed("operations", i) + ".");
+    transaction.operations.push_back(std::move(*operation));
+  }
+  return transaction;
+}
+
+}  // namespace haptics

@@ -1,0 +1,174 @@
+#include "common/wire/checks.h"
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+Vec3 vectorFrom(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+void write(const Vec3& v, v1::Vector3& message) {
+  message.set_x(v.x);
+  message.set_y(v.y);
+  message.set_z(v.z);
+}
+
+/// A value that this version does not know counts as the enum's zero.
+template <class Enum>
+Enum enumFrom(int value, Enum last) {
+  return value < 0 || value > static_cast<int>(last) ? Enum{} : static_cast<Enum>(value);
+}
+
+PrimitiveId primitiveFrom(const v1::Primitive& message) {
+  constexpr std::uint32_t kCorners = 3;
+  if (message.local_index() >= kCorners) return {};
+  return {enumFrom(message.kind(), PrimitiveKind::kVertex), static_cast<std::uint8_t>(message.local_index()),
+          message.polygon()};
+}
+
+}  // namespace
+
+Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field) {
+  if (const auto hash = ContentHash::fromBytes(bytes)) return *hash;
+  return refused(field, "has " + std::to_string(bytes.size()) + " bytes; a SHA-256 hash has 32");
+}
+
+Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
+  ObjectRecord record;
+  record.id = message.id();
+  if (record.id == 0) return refused("id", "is 0; ids start at 1");
+  if (auto bad = checkName(message.name(), "name")) return tl::unexpected<Error>(*bad);
+  record.name = message.name();
+  record.revision = message.revision();
+  const auto mesh = hashFromWire(message.mesh(), "mesh");
+  if (!mesh) return tl::unexpected<Error>(mesh.error());
+  record.mesh = *mesh;
+
+  if (!message.pose().has_position()) return refused("pose.position", "is missing");
+  if (!message.pose().has_rotation()) return refused("pose.rotation", "is missing");
+  if (auto bad = checkPosition(message.pose().position(), "pose.position")) return tl::unexpected<Error>(*bad);
+  if (auto bad = checkRotation(message.pose().rotation(), "pose.rotation")) return tl::unexpected<Error>(*bad);
+  const v1::Quaternion& q = message.pose().rotation();
+  record.pose = {Quat(q.w(), q.x(), q.y(), q.z()), vectorFrom(message.pose().position())};
+
+  record.material.stiffness_N_per_m = message.stiffness_n_per_m();
+  record.material.damping_Ns_per_m = message.damping_ns_per_m();
+  record.material.color = {message.color().red(), message.color().green(), message.color().blue()};
+  if (auto bad = checkStiffness(message.stiffness_n_per_m(), "stiffness_N_per_m")) return tl::unexpected<Error>(*bad);
+  if (auto bad = checkDamping(message.damping_ns_per_m(), "damping_Ns_per_m")) return tl::unexpected<Error>(*bad);
+  if (auto bad = checkColor(message.color(), "color")) return tl::unexpected<Error>(*bad);
+  return record;
+}
+
+Result<Commit> fromWire(const v1::Commit& message) {
+  Commit commit;
+  commit.revision = message.revision();
+  const auto prevRoot = hashFromWire(message.prev_root(), "prev_root");
+  if (!prevRoot) return tl::unexpected<Error>(prevRoot.error());
+  const auto root = hashFromWire(message.root(), "root");
+  if (!root) return tl::unexpected<Error>(root.error());
+  commit.prevRoot = *prevRoot;
+  commit.root = *root;
+  for (int i = 0; i < message.put_size(); ++i) {
+    auto record = fromWire(message.put(i));
+    if (!record) return tl::unexpected<Error>(std::move(record.error()).within("put[" + std::to_string(i) + "]."));
+    commit.put.push_back(std::move(*record));
+  }
+  commit.removed.assign(message.removed().begin(), message.removed().end());
+  return commit;
+}
+
+void toWire(const ObjectRecord& record, v1::ObjectState& message) {
+  message.set_id(record.id);
+  message.set_name(record.name);
+  message.set_revision(record.revision);
+  message.set_mesh(record.mesh.asBytes());
+  write(record.pose.position, *message.mutable_pose()->mutable_position());
+  v1::Quaternion& rotation = *message.mutable_pose()->mutable_rotation();
+  rotation.set_w(record.pose.rotation.w);
+  rotation.set_x(record.pose.rotation.x);
+  rotation.set_y(record.pose.rotation.y);
+  rotation.set_z(record.pose.rotation.z);
+  message.set_stiffness_n_per_m(record.material.stiffness_N_per_m);
+  message.set_damping_ns_per_m(record.material.damping_Ns_per_m);
+  message.mutable_color()->set_red(record.material.color.red);
+  message.mutable_color()->set_green(record.material.color.green);
+  message.mutable_color()->set_blue(record.material.color.blue);
+}
+
+void toWire(const Commit& commit, v1::Commit& message) {
+  message.set_revision(commit.revision);
+  message.set_prev_root(commit.prevRoot.asBytes());
+  message.set_root(commit.root.asBytes());
+  message.clear_put();
+  for (const ObjectRecord& record : commit.put) toWire(record, *message.add_put());
+  message.clear_removed();
+  for (const ObjectId id : commit.removed) message.add_removed(id);
+}
+
+TelemetrySample fromWire(const v1::Telemetry& message) {
+  TelemetrySample sample;
+  sample.tick = message.tick();
+  sample.time_ns = message.time_ns();
+  sample.sceneRevision = message.scene_revision();
+  sample.adoptionTick = message.adoption_tick();
+  sample.deformationRevision = message.deformation_revision();
+  sample.hip = vectorFrom(message.hip());
+  sample.ihip = vectorFrom(message.ihip());
+  sample.object = message.object();
+  sample.primitive = primitiveFrom(message.primitive());
+  sample.penetration_m = message.penetration_m();
+  sample.surfaceNormal = vectorFrom(message.surface_normal());
+  sample.frictionState = enumFrom(message.friction_state(), FrictionState::kSliding);
+  sample.stickingPoint = vectorFrom(message.sticking_point());
+  sample.height_m = message.height_m();
+  const v1::ForceComponents& force = message.force();
+  sample.force = {vectorFrom(force.spring()),  vectorFrom(force.damping()), vectorFrom(force.friction()),
+                  vectorFrom(force.texture()), vectorFrom(force.contact()), vectorFrom(force.written())};
+  for (const v1::FeatureEnergy& energy : message.energy()) {
+    if (energy.feature() == v1::FEATURE_CONTACT) sample.contactEnergy_J += energy.energy_j();
+  }
+  sample.fault = enumFrom(message.fault(), Fault::kDeviceLost);
+  sample.deviceState = enumFrom(message.device_state(), DeviceState::kStopped);
+  sample.missedTicks = message.missed_ticks();
+  sample.droppedSamples = message.dropped_samples();
+  sample.servoRate_Hz = message.servo_rate_hz();
+  return sample;
+}
+
+void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
+  message.set_tick(sample.tick);
+  message.set_time_ns(sample.time_ns);
+  message.set_scene_revision(sample.sceneRevision);
+  message.set_adoption_tick(sample.adoptionTick);
+  message.set_deformation_revision(sample.deformationRevision);
+  write(sample.hip, *message.mutable_hip());
+  write(sample.ihip, *message.mutable_ihip());
+  message.set_object(sample.object);
+  message.mutable_primitive()->set_kind(static_cast<v1::PrimitiveKind>(sample.primitive.kind));
+  message.mutable_primitive()->set_polygon(sample.primitive.polygon);
+  message.mutable_primitive()->set_local_index(sample.primitive.localIndex);
+  message.set_penetration_m(sample.penetration_m);
+  write(sample.surfaceNormal, *message.mutable_surface_normal());
+  message.set_friction_state(static_cast<v1::FrictionState>(sample.frictionState));
+  write(sample.stickingPoint, *message.mutable_sticking_point());
+  message.set_height_m(sample.height_m);
+  v1::ForceComponents& force = *message.mutable_force();
+  write(sample.force.spring, *force.mutable_spring());
+  write(sample.force.damping, *force.mutable_damping());
+  write(sample.force.friction, *force.mutable_friction());
+  write(sample.force.texture, *force.mutable_texture());
+  write(sample.force.contact, *force.mutable_contact());
+  write(sample.force.written, *force.mutable_written());
+  message.clear_energy();
+  v1::FeatureEnergy& energy = *message.add_energy();
+  energy.set_object(0);  // all objects
+  energy.set_feature(v1::FEATURE_CONTACT);
+  energy.set_energy_j(sample.contactEnergy_J);
+  message.set_fault(static_cast<v1::Fault>(sample.fault));
+  message.set_device_state(static_cast<v1::DeviceState>(sample.deviceState));
+  message.set_missed_ticks(sample.missedTicks);
+  message.set_dropped_samples(sample.droppedSamples);
+  message.set_servo_rate_hz(sample.servoRate_Hz);
+}
+
+}  // namespace haptics

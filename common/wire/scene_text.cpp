@@ -1,0 +1,106 @@
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <regex>
+#include <sstream>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+namespace pb = google::protobuf;
+
+/// Keeps the first error: those that follow mostly follow from it.
+class FirstError final : public pb::io::ErrorCollector {
+ public:
+  void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
+    if (!message_.empty()) return;
+    line_ = line;
+    column_ = column;
+    message_ = message;
+  }
+
+  [[nodiscard]] const std::string& message() const { return message_; }
+  [[nodiscard]] int line() const { return line_; }  // from 0; -1 for the whole text
+  [[nodiscard]] std::string place() const {
+    return line_ < 0 ? "" : ":" + std::to_string(line_ + 1) + ":" + std::to_string(column_ + 1);
+  }
+
+ private:
+  int line_ = -1, column_ = 0;
+  std::string message_;
+};
+
+std::string fieldNames(const pb::Descriptor& message) {
+  std::string names;
+  for (int i = 0; i < message.field_count(); ++i) names += (i == 0 ? "" : ", ") + message.field(i)->name();
+  return names;
+}
+
+/// Protobuf's message, and for an unknown field the fields that there are.
+std::string explain(const std::string& message) {
+  static const std::regex kUnknownField(R"re(Message type "([^"]+)" has no field named "([^"]+)".*)re");
+  std::smatch part;
+  if (!std::regex_match(message, part, kUnknownField)) return message;
+  const pb::Descriptor* type = v1::Transaction::descriptor()->file()->pool()->FindMessageTypeByName(part[1]);
+  if (type == nullptr) return message;
+  return type->name() + " has no field \"" + part[2].str() + "\"; its fields are " + fieldNames(*type);
+}
+
+std::string lineOf(const std::string& text, int number) {
+  std::istringstream lines(text);
+  std::string line;
+  for (int i = 0; i <= number; ++i) {
+    if (!std::getline(lines, line)) return {};
+  }
+  constexpr std::size_t kShown = 80;
+  const std::size_t start = line.find_first_not_of(" \t");
+  return start == std::string::npos ? std::string() : line.substr(start, kShown);
+}
+
+std::optional<std::string> readLimited(std::istream& in) {
+  std::string text(kMaxSceneTextBytes + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (in.bad()) return std::nullopt;
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  return text;
+}
+
+}  // namespace
+
+Result<v1::Transaction> parseSceneText(const std::string& text, const std::string& origin) {
+  if (text.size() > kMaxSceneTextBytes) {
+    return refused(origin, "is larger than " + std::to_string(kMaxSceneTextBytes >> 20) + " MiB; split the scene");
+  }
+  FirstError error;
+  pb::TextFormat::Parser parser;
+  parser.RecordErrorsTo(&error);
+  v1::Transaction transaction;
+  if (parser.ParseFromString(text, &transaction)) return transaction;
+  std::string reason = explain(error.message());
+  if (const std::string line = lineOf(text, error.line()); !line.empty()) reason += "; the line reads: " + line;
+  return refused(origin + error.place(), std::move(reason));
+}
+
+Result<v1::Transaction> readSceneFile(const std::string& path) {
+  if (path == "-") {
+    const auto text = readLimited(std::cin);
+    if (!text) return refused("standard input", "cannot be read");
+    return parseSceneText(*text, "standard input");
+  }
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return refused(path, "there is no such file");
+  if (std::filesystem::is_directory(path, ignored)) return refused(path, "is a directory; give a scene file");
+  std::ifstream file(path, std::ios::binary);
+  const auto text = file ? readLimited(file) : std::nullopt;
+  if (!text) return refused(path, "cannot be read; check its permissions");
+  return parseSceneText(*text, path);
+}
+
+}  // namespace haptics

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "haptics/v1/envelope.pb.h"
+
+namespace haptics {
+
+/// What comes of an edit. Either may be empty. After `replied` with an acceptance, `live` follows when the servo feels
+/// it; a server that restarts in between never says so.
+struct EditCallbacks {
+  std::function<void(const v1::EditReply&)> replied;  ///< Once, however often the edit had to be resent.
+  std::function<void(const v1::EditLive&)> live;
+};
+
+struct UploadCallbacks {
+  std::function<void(std::uint64_t sent_bytes, std::uint64_t total_bytes)> progress;  ///< Starts anew on reconnect.
+  std::function<void(const v1::AssetUploadReply&)> finished;                          ///< Once.
+};
+
+using StatusCallback = std::function<void(const v1::Status&)>;
+
+}  // namespace haptics

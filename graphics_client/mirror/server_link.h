@@ -1,0 +1,52 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/wire/endpoint.h"
+#include "graphics_client/mirror/client_callbacks.h"
+#include "graphics_client/mirror/mirror_view.h"
+
+namespace haptics {
+
+/// A client's connection to the server, kept by a thread of its own: it connects, mirrors the scene, and reconnects for
+/// ever after a random 50 to 600 ms (seconds after a refusal). Every method may be called from any thread, except
+/// waitUntil from a callback. Callbacks run on the link's thread and must be short. The destructor closes the
+/// connection and joins the thread; no callback comes after it.
+class ServerLink {
+ public:
+  struct Options {
+    Endpoint server;
+    std::string clientName;         ///< For the server's log, at most 64 characters.
+    std::string token;              ///< Decides the role; empty on loopback.
+    double telemetryRate_Hz = 60;   ///< 0: none.
+    bool fetchMeshes = true;        ///< false: records only; hashesEqual then stays false.
+  };
+
+  explicit ServerLink(Options options);
+  ~ServerLink();
+  ServerLink(const ServerLink&) = delete;
+  ServerLink& operator=(const ServerLink&) = delete;
+
+  /// The newest view; never null. Holding it keeps it, it does not change.
+  [[nodiscard]] std::shared_ptr<const MirrorView> latest() const;
+  /// The first view, from now on, of which the condition holds; null after the timeout.
+  [[nodiscard]] std::shared_ptr<const MirrorView> waitUntil(const std::function<bool(const MirrorView&)>& condition,
+                                                            std::chrono::nanoseconds timeout) const;
+
+  /// Queues an edit; it is sent when connected and resent until replied, and applied exactly once. What does not fit a
+  /// frame, or the queue of kMaxPendingEdits, is answered at once with Rejected.
+  void submit(v1::Transaction transaction, EditCallbacks callbacks);
+  /// Sends a mesh's canonical bytes (encodeMesh), so that edits of this link may name its hash.
+  void upload(std::string meshBytes, UploadCallbacks callbacks);
+  void requestStatus(StatusCallback callback);
+  void setTelemetryRate(double rate_Hz);
+
+ private:
+  struct Worker;
+  std::unique_ptr<Worker> worker_;
+};
+
+}  // namespace haptics
