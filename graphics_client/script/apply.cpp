@@ -1,0 +1,80 @@
+#include <cstdio>
+#include <future>
+#include <iostream>
+#include <memory>
+#include <utility>
+
+#include "common/wire/convert.h"
+#include "graphics_client/script/message_json.h"
+#include "graphics_client/script/upload.h"
+#include "graphics_client/script/verbs.h"
+
+namespace haptics {
+namespace {
+
+/// The two answers to one edit. Shared with the link's thread.
+struct Answers {
+  std::promise<v1::EditReply> reply;
+  std::promise<v1::EditLive> live;
+};
+
+std::string hexOf(const std::string& hash) {
+  const auto whole = ContentHash::fromBytes(hash);
+  return whole ? whole->hex() : "";
+}
+
+void print(const v1::Accepted& accepted, const v1::EditLive& live, bool json) {
+  if (json) {
+    auto object = toJson(accepted);
+    object["live_since_tick"] = live.tick();
+    std::cout << object.dump() << std::endl;
+    return;
+  }
+  std::cout << "revision " << accepted.revision() << ", live since tick " << live.tick() << "\nroot "
+            << hexOf(accepted.root()) << '\n';
+  for (const auto& object : accepted.object()) {
+    std::cout << "object " << object.id() << " \"" << object.name() << "\", mesh " << hexOf(object.mesh()).substr(0, 12)
+              << ", " << object.stiffness_n_per_m() << " N/m, " << object.damping_ns_per_m() << " N s/m\n";
+  }
+  for (const auto& line : accepted.report()) std::cout << line << '\n';
+}
+
+int refuse(const v1::EditReply& reply) {
+  if (reply.has_rejected()) return fail(kRefused, {reply.rejected().field(), reply.rejected().reason()});
+  std::string now;
+  for (const auto& object : reply.conflict().current()) {
+    now += "; \"" + object.name() + "\" is at revision " + std::to_string(object.revision());
+  }
+  return fail(kRefused, {"preconditions", reply.conflict().reason() + now});
+}
+
+}  // namespace
+
+int apply(const CommonOptions& common, const ApplyOptions& options) {
+  auto transaction = readSceneFile(options.scene);
+  if (!transaction) return fail(kRefused, transaction.error());
+
+  Connection connection(common, {});
+  if (const auto opened = connection.open(); !opened) return fail(kNoConnection, opened.error());
+  if (const auto sent = uploadMeshes(connection, options.uploads, *transaction); !sent) {
+    return fail(kRefused, sent.error());
+  }
+
+  const auto answers = std::make_shared<Answers>();
+  connection.link().submit(std::move(*transaction),
+                           {[answers](const v1::EditReply& reply) { answers->reply.set_value(reply); },
+                            [answers](const v1::EditLive& live) { answers->live.set_value(live); }});
+  const auto reply = connection.await(answers->reply.get_future());
+  if (!reply) return fail(kNoConnection, reply.error());
+  if (!reply->has_accepted()) return refuse(*reply);
+
+  auto live = answers->live.get_future();
+  if (live.wait_for(connection.timeout()) != std::future_status::ready) {
+    return fail(kNoConnection, {"", "accepted as revision " + std::to_string(reply->accepted().revision()) +
+                                        ", but the servo has not taken it up in time"});
+  }
+  print(reply->accepted(), live.get(), common.json);
+  return kDone;
+}
+
+}  // namespace haptics

@@ -1,0 +1,32 @@
+#include "graphics_client/script/connection.h"
+
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace haptics {
+
+int fail(ExitCode code, const Error& error) {
+  std::fprintf(stderr, "hapticctl: %s\n", error.text().c_str());
+  return code;
+}
+
+Connection::Connection(const CommonOptions& options, Needs needs)
+    : options_(options), link_({options.server, "hapticctl", "", needs.telemetryRate_Hz, needs.meshes}) {}
+
+Result<std::shared_ptr<const MirrorView>> Connection::open() {
+  auto view = link_.waitUntil(
+      [](const MirrorView& v) { return v.link == LinkState::kLive || v.link == LinkState::kRefused; }, timeout());
+  if (!view || view->link == LinkState::kRefused) return noConnection(*link_.latest());
+  return view;
+}
+
+tl::unexpected<Error> Connection::noConnection(const MirrorView& view) const {
+  return refused("--connect " + options_.server.text(), "no connection: " + view.linkText);
+}
+
+std::chrono::nanoseconds Connection::timeout() const noexcept {
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(options_.timeout_s * 1e9));
+}
+
+}  // namespace haptics

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <chrono>
+#include <future>
+#include <memory>
+
+#include "common/clock/monotonic.h"
+#include "common/error/error.h"
+#include "common/wire/endpoint.h"
+#include "graphics_client/mirror/server_link.h"
+
+namespace haptics {
+
+/// What every verb of hapticctl takes.
+struct CommonOptions {
+  Endpoint server{"127.0.0.1", 7654};
+  double timeout_s = 10;  ///< Longest time without a connection, or without the progress that a verb waits for.
+  bool json = false;
+};
+
+/// What hapticctl exits with; scripts rely on it.
+enum ExitCode : int { kDone = 0, kRefused = 1, kUsage = 2, kNoConnection = 3 };
+
+/// Prints "hapticctl: ..." on standard error and returns the code.
+int fail(ExitCode code, const Error& error);
+
+/// The link of one command to the server.
+class Connection {
+ public:
+  struct Needs {
+    double telemetryRate_Hz = 0;
+    bool meshes = false;
+  };
+
+  Connection(const CommonOptions& options, Needs needs);
+
+  /// Waits until the scene is mirrored. Refused: nobody answers in time, or the server turns this client away.
+  [[nodiscard]] Result<std::shared_ptr<const MirrorView>> open();
+
+  /// Waits for an answer as long as there is a connection. Refused: none for timeout_s.
+  template <class T>
+  [[nodiscard]] Result<T> await(std::future<T> answer) {
+    std::uint64_t lastLive_ns = monotonicNow_ns();
+    while (answer.wait_for(kLook) != std::future_status::ready) {
+      const auto view = link_.latest();
+      if (view->link == LinkState::kLive) lastLive_ns = monotonicNow_ns();
+      if (1e-9 * static_cast<double>(monotonicNow_ns() - lastLive_ns) > options_.timeout_s) return noConnection(*view);
+    }
+    return answer.get();
+  }
+
+  [[nodiscard]] tl::unexpected<Error> noConnection(const MirrorView& view) const;
+  [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept;
+  [[nodiscard]] ServerLink& link() noexcept { return link_; }
+
+ private:
+  static constexpr std::chrono::milliseconds kLook{50};  // between looks at whether the connection is still there
+
+  CommonOptions options_;
+  ServerLink link_;
+};
+
+}  // namespace haptics

@@ -1,0 +1,111 @@
+#include <CLI/CLI.hpp>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "graphics_client/script/verbs.h"
+
+namespace {
+
+using namespace haptics;
+
+constexpr double kMaxTimeout_s = 86'400;
+constexpr double kMaxTelemetryRate_Hz = 1000;  // the server sends no faster
+
+void addCommonOptions(CLI::App& app, CommonOptions& common) {
+  app.add_option_function<std::string>(
+         "--connect",
+         [&common](const std::string& text) {
+           const auto endpoint = parseEndpoint(text);
+           if (!endpoint) throw CLI::ValidationError("--connect", endpoint.error().text());
+           common.server = *endpoint;
+         },
+         "The server")
+      ->type_name("HOST:PORT")
+      ->default_str(common.server.text());
+  app.add_option("--timeout", common.timeout_s, "Give up after this time without a connection")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.1, kMaxTimeout_s))
+      ->capture_default_str();
+  app.add_flag("--json", common.json, "Results as JSON, for scripts");
+}
+
+CLI::App* addApply(CLI::App& app, ApplyOptions& options) {
+  auto* verb = app.add_subcommand("apply", "Change the scene: all operations of a scene file, or none");
+  verb->add_option("scene", options.scene, "Scene file (protobuf text format); - reads standard input")
+      ->type_name("FILE")
+      ->required();
+  verb->add_option_function<std::vector<std::string>>(
+          "--upload",
+          [&options](const std::vector<std::string>& pairs) {
+            for (const auto& pair : pairs) {
+              const auto middle = pair.find('=');
+              if (middle == std::string::npos) throw CLI::ValidationError("--upload", pair + ": should be NAME=FILE");
+              options.uploads[pair.substr(0, middle)] = pair.substr(middle + 1);
+            }
+          },
+          "Send a mesh of this machine: what the scene calls file: \"NAME\" is FILE here")
+      ->type_name("NAME=FILE");
+  verb->footer(
+      "Waits until the change is felt and says from which tick on.\n\n"
+      "Examples:\n"
+      "  hapticctl apply table.scene\n"
+      "  echo 'operations { set_material { object { name: \"torus\" } material { stiffness_N_per_m: 400 } } }' \\\n"
+      "    | hapticctl apply -\n"
+      "  echo 'operations { add { name: \"cup\" mesh { file: \"cup\" unit_m: 0.001 } } }' \\\n"
+      "    | hapticctl apply - --upload cup=models/cup.stl");
+  return verb;
+}
+
+CLI::App* addGet(CLI::App& app, std::string& name) {
+  auto* verb = app.add_subcommand("get", "Print the scene as a file that apply takes");
+  verb->add_option("name", name, "Only this object")->type_name("NAME");
+  verb->footer("Examples:\n  hapticctl get > now.scene\n  hapticctl --json get torus");
+  return verb;
+}
+
+CLI::App* addWatch(CLI::App& app, WatchOptions& options) {
+  auto* verb = app.add_subcommand("watch", "Print what the servo feels, a line for each sample");
+  verb->add_option("--rate", options.rate_Hz, "Samples a second")
+      ->type_name("HZ")
+      ->check(CLI::Range(std::numeric_limits<double>::min(), kMaxTelemetryRate_Hz))
+      ->capture_default_str();
+  verb->add_option("--seconds", options.duration_s, "Stop after this time (default: at Ctrl-C)")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, kMaxTimeout_s));
+  verb->footer("Examples:\n  hapticctl watch\n  hapticctl --json watch --rate 100 --seconds 5 > forces.jsonl");
+  return verb;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Scripted client of haptic_server", "hapticctl");
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.footer(
+      "Exits with 0 when done, 1 when refused or not equal, 2 for wrong usage, 3 without a connection.\n"
+      "hapticctl VERB --help shows examples.");
+  CommonOptions common;
+  ApplyOptions applyOptions;
+  WatchOptions watchOptions;
+  std::string name;
+  addCommonOptions(app, common);
+  const auto* applyVerb = addApply(app, applyOptions);
+  const auto* getVerb = addGet(app, name);
+  const auto* watchVerb = addWatch(app, watchOptions);
+  const auto* statusVerb = app.add_subcommand("status", "Print the figures of servo and server")
+                               ->footer("Example:\n  hapticctl --json status | jq .missed_ticks");
+  app.add_subcommand("verify", "Fetch the whole scene anew and compare its hash with the server's")
+      ->footer("Example:\n  hapticctl verify && echo same");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kUsage;
+  }
+  if (applyVerb->parsed()) return apply(common, applyOptions);
+  if (getVerb->parsed()) return get(common, name);
+  if (watchVerb->parsed()) return watch(common, watchOptions);
+  if (statusVerb->parsed()) return status(common);
+  return verify(common);
+}

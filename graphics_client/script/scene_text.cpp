@@ -1,0 +1,29 @@
+#include "graphics_client/script/scene_text.h"
+
+#include <google/protobuf/text_format.h>
+
+#include "common/wire/convert.h"
+#include "haptics/v1/scene.pb.h"
+
+namespace haptics {
+
+std::string sceneText(const SceneVersion& scene, const std::string& name) {
+  v1::Transaction transaction;
+  for (const auto& object : scene.objects()) {
+    if (!name.empty() && object->name != name) continue;
+    v1::ObjectState state;
+    toWire(*object, state);
+    v1::AddObject& add = *transaction.add_operations()->mutable_add();
+    add.set_name(state.name());
+    add.mutable_mesh()->set_asset(state.mesh());
+    *add.mutable_pose() = state.pose();
+    add.mutable_material()->set_stiffness_n_per_m(state.stiffness_n_per_m());
+    add.mutable_material()->set_damping_ns_per_m(state.damping_ns_per_m());
+    *add.mutable_material()->mutable_color() = state.color();
+  }
+  std::string text;
+  google::protobuf::TextFormat::PrintToString(transaction, &text);
+  return text;
+}
+
+}  // namespace haptics

@@ -1,0 +1,60 @@
+#include <cstdio>
+#include <future>
+#include <iostream>
+#include <memory>
+
+#include "graphics_client/script/message_json.h"
+#include "graphics_client/script/verbs.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kMicrosecondsPerNanosecond = 1e-3;
+
+const char* yesNo(bool value) { return value ? "yes" : "no"; }
+
+void printLatency(const char* name, const v1::LatencySummary& ns) {
+  std::printf("%-10s p50 %.1f  p99 %.1f  p99.9 %.1f  max %.1f us\n", name, ns.p50() * kMicrosecondsPerNanosecond,
+              ns.p99() * kMicrosecondsPerNanosecond, ns.p999() * kMicrosecondsPerNanosecond,
+              ns.max() * kMicrosecondsPerNanosecond);
+}
+
+void printForPeople(const v1::Status& status) {
+  const auto count = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
+  const double share = status.ticks() > 0
+                           ? 100.0 * static_cast<double>(status.contact_ticks()) / static_cast<double>(status.ticks())
+                           : 0;
+  std::printf("device     %s\n", status.device().c_str());
+  std::printf("up         %.1f s, epoch %016llx, %u clients\n", status.uptime_s(), count(status.epoch()),
+              status.clients());
+  std::printf("servo      %.0f Hz, %llu ticks, %llu missed\n", status.servo_rate_hz(), count(status.ticks()),
+              count(status.missed_ticks()));
+  printLatency("tick", status.tick_ns());
+  printLatency("wake-up", status.wake_latency_ns());
+  std::printf("real time  fifo %s, memory locked %s, pinned %s, %llu allocations\n", yesNo(status.fifo()),
+              yesNo(status.memory_locked()), yesNo(status.pinned()), count(status.allocations_in_servo()));
+  std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());
+  std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));
+  std::printf("root       %s\n", ContentHash::fromBytes(status.root()).value_or(ContentHash{}).hex().c_str());
+  std::printf("dropped    %llu samples, %llu connections refused\n", count(status.dropped_samples()),
+              count(status.refused_connections()));
+}
+
+}  // namespace
+
+int status(const CommonOptions& common) {
+  Connection connection(common, {});
+  if (const auto opened = connection.open(); !opened) return fail(kNoConnection, opened.error());
+  const auto promise = std::make_shared<std::promise<v1::Status>>();
+  connection.link().requestStatus([promise](const v1::Status& status) { promise->set_value(status); });
+  const auto answer = connection.await(promise->get_future());
+  if (!answer) return fail(kNoConnection, answer.error());
+  if (common.json) {
+    std::cout << toJson(*answer).dump() << '\n';
+  } else {
+    printForPeople(*answer);
+  }
+  return kDone;
+}
+
+}  // namespace haptics

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "graphics_client/script/connection.h"
+#include "haptics/v1/scene.pb.h"
+
+namespace haptics {
+
+/// Imports the local files whose names the transaction's meshes carry (with the unit or extent given there), uploads
+/// them with progress on standard error, and names them by their hash instead. Errors name the file or the upload:
+/// import refused, name not used, server refused, connection lost.
+[[nodiscard]] Result<void> uploadMeshes(Connection& connection,
+                                        const std::map<std::string, std::filesystem::path>& files,
+                                        v1::Transaction& transaction);
+
+}  // namespace haptics

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "graphics_client/script/connection.h"
+
+// The verbs of hapticctl. Each prints its result on standard output (JSON when asked for), errors on standard error,
+// and returns an ExitCode.
+namespace haptics {
+
+struct ApplyOptions {
+  std::string scene;                                     ///< File, or "-" for standard input.
+  std::map<std::string, std::filesystem::path> uploads;  ///< Local mesh files by the name that the scene gives them.
+};
+
+struct WatchOptions {
+  double rate_Hz = 10;
+  std::optional<double> duration_s;  ///< Without end.
+};
+
+/// Applies a transaction and waits until it is felt.
+int apply(const CommonOptions& common, const ApplyOptions& options);
+/// Prints the scene, or its object `name`.
+int get(const CommonOptions& common, const std::string& name);
+/// Prints telemetry samples as they come; those that come faster than they are printed are skipped.
+int watch(const CommonOptions& common, const WatchOptions& options);
+/// Prints the servo's and the server's figures.
+int status(const CommonOptions& common);
+/// Fetches the whole scene anew, hashes every byte of it and compares with the server's root.
+int verify(const CommonOptions& common);
+
+}  // namespace haptics

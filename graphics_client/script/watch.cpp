@@ -1,0 +1,75 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+
+#include "common/wire/convert.h"
+#include "graphics_client/script/message_json.h"
+#include "graphics_client/script/verbs.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kMillimetresPerMetre = 1000;
+
+const char* nameOf(PrimitiveKind kind) {
+  switch (kind) {
+    case PrimitiveKind::kPolygon:
+      return "polygon";
+    case PrimitiveKind::kLine:
+      return "line";
+    case PrimitiveKind::kVertex:
+      return "vertex";
+    case PrimitiveKind::kNone:
+      break;
+  }
+  return "nothing";
+}
+
+void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
+  const Vec3 hip_mm = sample.hip * kMillimetresPerMetre;
+  std::printf("tick %8llu  %6.0f Hz  missed %llu  revision %llu  hip %7.1f %7.1f %7.1f mm  force %5.2f N",
+              static_cast<unsigned long long>(sample.tick), sample.servoRate_Hz,
+              static_cast<unsigned long long>(sample.missedTicks),
+              static_cast<unsigned long long>(sample.sceneRevision), hip_mm.x, hip_mm.y, hip_mm.z,
+              glm::length(sample.force.written));
+  if (const auto object = view.scene->find(sample.object); object) {
+    std::printf("  %5.2f mm into %s, %s %u", sample.penetration_m * kMillimetresPerMetre, object->name.c_str(),
+                nameOf(sample.primitive.kind), sample.primitive.polygon);
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void printForScripts(const TelemetrySample& sample) {
+  v1::Telemetry message;
+  toWire(sample, message);
+  std::cout << toJson(message).dump() << std::endl;
+}
+
+}  // namespace
+
+int watch(const CommonOptions& common, const WatchOptions& options) {
+  using Clock = std::chrono::steady_clock;
+  Connection connection(common, {.telemetryRate_Hz = options.rate_Hz, .meshes = false});
+  auto view = connection.open();
+  if (!view) return fail(kNoConnection, view.error());
+
+  const auto end = options.duration_s ? Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                                           std::chrono::duration<double>(*options.duration_s))
+                                      : Clock::time_point::max();
+  std::uint64_t seen = 0;
+  while (Clock::now() < end) {
+    const auto next = connection.link().waitUntil([seen](const MirrorView& v) { return v.samplesReceived > seen; },
+                                                  std::min<Clock::duration>(end - Clock::now(), connection.timeout()));
+    if (!next) {
+      if (Clock::now() >= end) break;
+      return fail(kNoConnection, connection.noConnection(*connection.link().latest()).value());
+    }
+    seen = next->samplesReceived;
+    common.json ? printForScripts(*next->sample) : printForPeople(*next, *next->sample);
+  }
+  return kDone;
+}
+
+}  // namespace haptics

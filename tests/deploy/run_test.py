@@ -1,0 +1,68 @@
+"""deploy/run, as a newcomer types it, in its headless form."""
+import json
+import os
+import signal
+import struct
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+RUN = Path(__file__).resolve().parents[2] / "deploy" / "run"
+
+
+def picture_size(png):
+    head = png.read_bytes()[:24]
+    return struct.unpack(">II", head[16:24]) if head[:8] == b"\x89PNG\r\n\x1a\n" else None
+
+
+class Run(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.out = Path(folder.name) / "out"
+
+    def start(self, *options):
+        return subprocess.Popen([RUN, "--headless", "--out", self.out, *options], stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, text=True, start_new_session=True)
+
+    def summary(self):
+        return json.loads((self.out / "summary.json").read_text())
+
+    def test_twenty_seconds_of_the_demo_are_felt_and_seen(self):
+        run = self.start("--seconds", "20")
+        said, _ = run.communicate(timeout=500)
+        self.assertEqual(run.returncode, 0, said)
+        summary = self.summary()
+        self.assertGreaterEqual(summary["contact_ticks"], 0.3 * summary["ticks"])
+        self.assertGreaterEqual(summary["max_force_N"], 0.5)
+        self.assertEqual(summary["allocations_in_servo"], 0)
+        self.assertTrue(summary["hashes_equal"])
+        self.assertEqual(summary["scene_hash"], summary["client_scene_hash"])
+        self.assertGreaterEqual(summary["viewer_frames"], 500)
+        self.assertEqual(picture_size(self.out / "view.png"), (1280, 1024))
+
+    def test_an_interrupt_ends_both_and_still_writes_the_summary(self):
+        run = self.start("--seconds", "300")
+        started = self.out / "viewer.pid"
+        deadline = time.monotonic() + 300
+        while not started.exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        time.sleep(3)
+        os.killpg(run.pid, signal.SIGINT)
+        said, _ = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 0, said)
+        self.assertTrue(self.summary()["hashes_equal"])
+
+    def test_a_scene_that_is_refused_is_the_reason_shown(self):
+        scene = Path(self.out.parent) / "bad.scene"
+        scene.write_text('operations { add { name: "a" mesh { file: "absent.ply" } } }')
+        run = self.start("--seconds", "5", "--scene", scene)
+        said, _ = run.communicate(timeout=300)
+        self.assertNotEqual(run.returncode, 0)
+        self.assertIn("absent.ply", said)
+
+
+if __name__ == "__main__":
+    unittest.main()

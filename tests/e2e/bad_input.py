@@ -1,0 +1,161 @@
+"""Bad input gets a message that names the field or file, a non-zero exit of the command, and a server that keeps running."""
+import struct
+import time
+import unittest
+
+import harness
+
+PLY_HEADER = """ply
+format ascii 1.0
+element vertex {vertices}
+property float x
+property float y
+property float z
+element face {faces}
+property list uchar int vertex_indices
+end_header
+"""
+THREE_CORNERS = "0 0 0\n1 0 0\n0 1 0\n"
+
+# name of the file: (its content, words of which the message must have one)
+BAD_MESHES = {
+    "truncated.ply": (PLY_HEADER.format(vertices=3, faces=1) + "0 0 0\n1 0 0\n", ("trunc", "end", "short", "fewer")),
+    "huge.ply": (PLY_HEADER.format(vertices=300_000_000, faces=1) + THREE_CORNERS + "3 0 1 2\n", ("300000000",)),
+    "nan.ply": (PLY_HEADER.format(vertices=3, faces=1) + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", ("finite", "number")),
+    "infinite.obj": ("v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", ("finite", "number")),
+    "out_of_range.off": ("OFF\n3 1 0\n" + THREE_CORNERS + "3 0 1 7\n", ("range", "index", "vertex", "triangle")),
+    "empty.off": ("OFF\n0 0 0\n", ("empty", "no triangle", "triangle")),
+    "nothing.stl": ("", ("empty",)),
+    "picture.png": ("not a mesh", (".obj", "format")),
+}
+
+BAD_SCENES = {
+    "unknown field": ('operations { add { name: "a" colour: "red" } }', ("colour", "1:")),
+    "ill-typed field": ('operations { set_material { object { name: "box" } material { stiffness_N_per_m: "hard" } } }',
+                        ("stiffness_N_per_m", "1:")),
+    "unknown object": ('operations { remove { object { name: "nobody" } } }', ("operations[0].remove.object", "nobody")),
+    "negative stiffness": ('operations { set_material { object { name: "box" } material { stiffness_N_per_m: -1 } } }',
+                           ("operations[0].set_material.material.stiffness_N_per_m",)),
+    "infinite position": ('operations { set_pose { object { name: "box" } pose { position { x: inf } } } }',
+                          ("operations[0].set_pose.pose.position",)),
+    "name twice": ('operations { add { name: "box" mesh { sphere { radius_m: 0.01 } } } }', ("operations[0].add.name",)),
+    "path out of the asset folder": ('operations { add { name: "a" mesh { file: "../../etc/passwd" } } }',
+                                     ("operations[0].add.mesh.file",)),
+    "missing file": ('operations { add { name: "a" mesh { file: "absent.ply" } } }',
+                     ("operations[0].add.mesh.file", "absent.ply")),
+}
+
+
+def add(file_name):
+    return f'operations {{ add {{ name: "bad" mesh {{ file: "{file_name}" }} }} }}'
+
+
+class AskedOfARunningServer(harness.EndToEnd):
+    def setUp(self):
+        super().setUp()
+        self.server = self.start_server()
+        self.before = self.server.status()
+
+    def tearDown(self):
+        """Whatever it was: the servo ticks on, the scene is as it was, an edit still works, and the server ends well."""
+        after = self.server.status()
+        self.assertEqual((after["revision"], after["root"]), (self.before["revision"], self.before["root"]))
+        harness.wait_until(lambda: self.server.status()["ticks"] > after["ticks"], 10, "the servo ticks on")
+        self.server.ctl("apply", "-", text='operations { remove { object { name: "box" } } }').json()
+        self.stop_and_check(self.server)
+        super().tearDown()
+
+    def assert_refused(self, answer, code, *words):
+        self.assertEqual(answer.code, code, answer.output + answer.errors)
+        for word in words:
+            self.assertIn(word, answer.errors)
+
+    def test_a_bad_mesh_file_is_refused_by_name(self):
+        for name, (content, reasons) in BAD_MESHES.items():
+            with self.subTest(name):
+                (self.folder / name).write_text(content)
+                answer = self.server.ctl("apply", "-", text=add(name))
+                self.assert_refused(answer, 1, "operations[0].add.mesh.file", name)
+                self.assertTrue(any(reason in answer.errors.lower() for reason in reasons), answer.errors)
+
+    def test_a_bad_field_is_refused_by_its_path(self):
+        for name, (text, words) in BAD_SCENES.items():
+            with self.subTest(name):
+                self.assert_refused(self.server.ctl("apply", "-", text=text), 1, *words)
+
+    def test_a_missing_scene_file_is_named(self):
+        self.assert_refused(self.server.ctl("apply", "absent.scene"), 1, "absent.scene")
+
+    def test_a_wrong_protocol_version_is_told_the_right_one(self):
+        client = harness.WireClient(self.server)
+        client.send_envelope(harness.hello_envelope("from the future", version=99))
+        refusals = [said.refusal for said in client.until_closed() if said.WhichOneof("body") == "refusal"]
+        self.assertEqual([refusal.supported_version for refusal in refusals], [1])
+
+    def test_random_bytes_close_only_their_own_connection(self):
+        generator = harness.random.Random(1)
+        for _ in range(20):
+            client = harness.WireClient(self.server)
+            try:
+                client.send(struct.pack("<I", 300) + generator.randbytes(300))
+                client.until_closed()
+            except ConnectionError:
+                pass
+            client.close()
+
+    def test_a_frame_that_claims_4_GB_is_refused(self):
+        client = harness.WireClient(self.server)
+        client.send(struct.pack("<I", 0xFFFFFFFF) + b"x" * 100)
+        said = client.until_closed()
+        self.assertTrue(any(envelope.WhichOneof("body") == "refusal" for envelope in said), said)
+
+    def test_a_client_that_says_nothing_is_let_go(self):
+        client = harness.WireClient(self.server)
+        start = time.monotonic()
+        client.until_closed()
+        self.assertGreater(time.monotonic() - start, 1)
+        client.close()
+
+
+class AskedOfACommand(harness.EndToEnd):
+    def server_refuses(self, *options, **arguments):
+        with self.assertRaises(AssertionError) as refusal:
+            self.start_server(*options, **arguments)
+        return str(refusal.exception)
+
+    def test_the_server_does_not_start_with_a_bad_mesh_and_names_it(self):
+        for name, (content, reasons) in BAD_MESHES.items():
+            with self.subTest(name):
+                (self.folder / name).write_text(content)
+                said = self.server_refuses(scene=add(name))
+                self.assertIn(name, said)
+                self.assertTrue(any(reason in said.lower() for reason in reasons), said)
+
+    def test_the_server_does_not_start_with_a_bad_scene_and_names_the_field(self):
+        said = self.server_refuses(scene='operations { add { name: "a" colour: "red" } }')
+        self.assertIn("colour", said)
+        self.assertIn("test.scene", said)
+
+    def test_a_port_in_use_is_named(self):
+        server = self.start_server()
+        self.assertIn(server.address.rsplit(":", 1)[1], self.server_refuses(listen=server.address))
+        self.stop_and_check(server)
+
+    def test_a_bad_address_is_named(self):
+        self.assertIn("localhost:http", self.server_refuses(listen="localhost:http"))
+
+    def test_hapticctl_without_a_server_says_so(self):
+        free = harness.socket.create_server(("127.0.0.1", 0))
+        address = f"127.0.0.1:{free.getsockname()[1]}"
+        free.close()
+        answer = harness.ctl(address, "--timeout", "2", "status")
+        self.assertEqual(answer.code, 3)
+        self.assertIn(address, answer.errors)
+
+    def test_hapticctl_misused_says_how_it_is_used(self):
+        self.assertEqual(harness.ctl("127.0.0.1:1", "aply").code, 2)
+        self.assertEqual(harness.ctl("nonsense", "status").code, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

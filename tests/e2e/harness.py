@@ -1,0 +1,311 @@
+"""Real processes for end-to-end tests: server, viewer, hapticctl, and a client that speaks the protocol by hand.
+
+The programs are found in HAPTICS_BIN; the generated protocol modules are on PYTHONPATH. Waits are generous: a test fails
+for what it sees, not for how long it took, except where the requirement is a time.
+"""
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+BIN = Path(os.environ["HAPTICS_BIN"])
+START_TIMEOUT_S = 60
+STOP_TIMEOUT_S = 60
+
+SCENE = """
+operations { add { name: "torus" mesh { torus { major_radius_m: 0.042 minor_radius_m: 0.018 } }
+                   pose { position { x: -0.06 z: 0.018 } } } }
+operations { add { name: "box" mesh { box { size_m { x: 0.07 y: 0.07 z: 0.05 } segments: 4 } }
+                   pose { position { x: 0.06 z: 0.025 } } } }
+"""
+
+TETRAHEDRON_OFF = """OFF
+4 4 6
+0 0 0
+0.05 0 0
+0 0.05 0
+0 0 0.05
+3 0 2 1
+3 0 1 3
+3 0 3 2
+3 1 2 3
+"""
+
+
+def wait_until(condition, timeout_s, what, pause_s=0.05):
+    """The first true value of condition(); fails with `what` after timeout_s."""
+    deadline = time.monotonic() + timeout_s
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {timeout_s} s: {what() if callable(what) else what}")
+        time.sleep(pause_s)
+
+
+class Process:
+    """A child whose output is collected line by line, standard error apart."""
+
+    def __init__(self, command, env=None, prefix=()):
+        self.lines, self.errors = [], []
+        self.process = subprocess.Popen([*map(str, prefix), *map(str, command)], stdin=subprocess.DEVNULL,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                        env={**os.environ, **(env or {})})
+        self.readers = [threading.Thread(target=self.collect, args=pair, daemon=True)
+                        for pair in ((self.process.stdout, self.lines), (self.process.stderr, self.errors))]
+        for reader in self.readers:
+            reader.start()
+
+    @staticmethod
+    def collect(stream, lines):
+        with stream:
+            for line in stream:
+                lines.append(line.rstrip("\n"))
+
+    def find(self, pattern):
+        """The newest line of standard output that matches, as a match object."""
+        for line in reversed(list(self.lines)):
+            match = re.search(pattern, line)
+            if match:
+                return match
+        return None
+
+    def text(self):
+        return "\n".join([*self.lines, *self.errors])
+
+    def alive(self):
+        return self.process.poll() is None
+
+    def send(self, number):
+        self.process.send_signal(number)
+
+    def wait(self, timeout_s=STOP_TIMEOUT_S):
+        try:
+            code = self.process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise AssertionError(f"{self.process.args[0]} does not end:\n{self.text()}") from None
+        for reader in self.readers:
+            reader.join(STOP_TIMEOUT_S)
+        return code
+
+    def kill(self):
+        if self.alive():
+            self.send(signal.SIGKILL)
+            self.process.wait()
+
+    def stop(self):
+        """Asks it to end and returns its exit code."""
+        if self.alive():
+            self.send(signal.SIGTERM)
+        return self.wait()
+
+
+class Server(Process):
+    """haptic_server with the simulated device; ready when constructed."""
+
+    def __init__(self, folder, scene=SCENE, listen="127.0.0.1:0", options=(), prefix=()):
+        self.folder = Path(folder)
+        self.summary_file = self.folder / "server.json"
+        scene_file = self.folder / "test.scene"
+        scene_file.write_text(scene)
+        super().__init__([BIN / "haptic_server", "--scene", scene_file, "--assets", self.folder, "--device", "simulated",
+                          "--listen", listen, "--summary", self.summary_file, *options], prefix=prefix)
+        try:
+            wait_until(lambda: self.find(r"^listening on ") or not self.alive(), START_TIMEOUT_S, self.text)
+            if not self.find(r"^listening on "):
+                raise AssertionError(f"the server did not start:\n{self.text()}")
+        except AssertionError:
+            self.kill()
+            raise
+        self.address = self.find(r"^listening on (\S+)").group(1)
+
+    def host_and_port(self):
+        host, port = self.address.rsplit(":", 1)
+        return host.strip("[]"), int(port)
+
+    def ctl(self, *arguments, **options):
+        return ctl(self.address, *arguments, **options)
+
+    def status(self):
+        return self.ctl("status").json()
+
+    def summary(self):
+        return json.loads(self.summary_file.read_text())
+
+
+class Answer:
+    """What a hapticctl that has ended said."""
+
+    def __init__(self, code, output, errors):
+        self.code, self.output, self.errors = code, output, errors
+
+    def json(self):
+        if self.code != 0:
+            raise AssertionError(f"hapticctl ended with {self.code}: {self.errors}{self.output}")
+        return json.loads(self.output)
+
+
+def ctl(address, *arguments, text=None, timeout_s=60, prefix=()):
+    """hapticctl --json; `text` is its standard input."""
+    done = subprocess.run([*map(str, prefix), str(BIN / "hapticctl"), "--connect", address, "--json",
+                           *map(str, arguments)], input=text or "", capture_output=True, text=True, timeout=timeout_s)
+    return Answer(done.returncode, done.stdout, done.stderr)
+
+
+class Display:
+    """An X server of its own; viewers get it by DISPLAY."""
+
+    def __init__(self):
+        reader, writer = os.pipe()
+        self.process = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "1280x1024x24", "-nolisten",
+                                         "tcp"], pass_fds=(writer,), stderr=subprocess.DEVNULL)
+        os.close(writer)
+        with os.fdopen(reader) as stream:
+            self.name = ":" + stream.readline().strip()
+        if self.name == ":":
+            raise AssertionError("Xvfb does not start")
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait()
+
+
+class Viewer(Process):
+    """graphics_client, off screen, a frame now and then: what counts here is what it holds."""
+
+    def __init__(self, folder, address, display, prefix=()):
+        self.summary_file = Path(folder) / "viewer.json"
+        self.summary_file.unlink(missing_ok=True)
+        super().__init__([BIN / "graphics_client", "--connect", address, "--offscreen", "--size", "320x256",
+                          "--fps-limit", "20", "--summary", self.summary_file],
+                         env={"DISPLAY": display.name, "LP_NUM_THREADS": "1"}, prefix=prefix)
+
+    def held(self):
+        """(revision, root, equal) as the viewer last said: its own hash, and whether it found the server's equal."""
+        match = self.find(r"^scene revision (\d+) root ([0-9a-f]{64}) (equal|not equal)$")
+        return (int(match[1]), match[2], match[3] == "equal") if match else None
+
+    def wait_for(self, revision, root, timeout_s=START_TIMEOUT_S):
+        """Until its own hash is `root` at `revision`."""
+        def in_step():
+            if not self.alive():
+                raise AssertionError(f"the viewer ended:\n{self.text()}")
+            return self.held() == (revision, root, True)
+        wait_until(in_step, timeout_s, lambda: f"viewer at revision {revision} root {root}; it holds {self.held()}\n"
+                                               f"{self.text()}", pause_s=0.01)
+
+    def summary(self):
+        return json.loads(self.summary_file.read_text())
+
+
+class WireClient:
+    """A connection on which a test says what it likes."""
+
+    def __init__(self, server):
+        self.socket = socket.create_connection(server.host_and_port(), timeout=START_TIMEOUT_S)
+
+    def send(self, data):
+        self.socket.sendall(data)
+
+    def send_envelope(self, envelope):
+        data = envelope.SerializeToString()
+        self.send(struct.pack("<I", len(data)) + data)
+
+    def receive_exactly(self, count):
+        data = b""
+        while len(data) < count:
+            piece = self.socket.recv(count - len(data))
+            if not piece:
+                return None
+            data += piece
+        return data
+
+    def receive_envelope(self):
+        """The next envelope, or None when the server has closed."""
+        from haptics.v1 import envelope_pb2
+        try:
+            head = self.receive_exactly(4)
+            body = head and self.receive_exactly(struct.unpack("<I", head)[0])
+        except ConnectionError:
+            return None
+        return envelope_pb2.Envelope.FromString(body) if body else None
+
+    def until_closed(self):
+        """Everything that the server still says before it closes."""
+        said = []
+        while True:
+            envelope = self.receive_envelope()
+            if envelope is None:
+                return said
+            said.append(envelope)
+
+    def close(self):
+        self.socket.close()
+
+
+def hello_envelope(name, version=1):
+    from haptics.v1 import envelope_pb2
+    envelope = envelope_pb2.Envelope(protocol_version=version, message_id=1)
+    envelope.hello.session = int.from_bytes(os.urandom(8), "little")
+    envelope.hello.client_name = name
+    return envelope
+
+
+class StatusProbe(WireClient):
+    """Asks for the server's status at no more than the cost of two small messages."""
+
+    def __init__(self, server):
+        super().__init__(server)
+        self.send_envelope(hello_envelope("status probe"))
+
+    def status(self):
+        from haptics.v1 import envelope_pb2
+        request = envelope_pb2.Envelope(protocol_version=1)
+        request.status_request.SetInParent()
+        self.send_envelope(request)
+        while True:
+            envelope = self.receive_envelope()
+            if envelope is None:
+                raise AssertionError("the server has closed the connection")
+            if envelope.WhichOneof("body") == "status":
+                return envelope.status
+
+
+class EndToEnd(unittest.TestCase):
+    """A temporary folder and a display for each test; what it started has ended when it is over."""
+
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="haptics-e2e-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+    def start_server(self, **options):
+        server = Server(self.folder, **options)
+        self.addCleanup(server.kill)
+        return server
+
+    def start_display(self):
+        display = Display()
+        self.addCleanup(display.close)
+        return display
+
+    def start_viewer(self, address, display, prefix=()):
+        viewer = Viewer(self.folder, address, display, prefix)
+        self.addCleanup(viewer.kill)
+        return viewer
+
+    def stop_and_check(self, server):
+        """The server ends well and has a summary."""
+        self.assertEqual(server.stop(), 0, server.text())
+        return server.summary()
