@@ -1,48 +1,83 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <type_traits>
 
 #include "common/maths/vec.h"
 #include "common/telemetry/telemetry_sample.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/contact/body.h"
 
-// Interface sketch: the contact room completes it.
 namespace haptics {
 
-/// One object as the contact core sees it in a tick. Written by the step before followContact().
-struct Body {
-  const Surface* surface = nullptr;
-  Pose previous;        ///< At the last tick.
-  Pose current;         ///< At this tick.
-  bool moving = false;  ///< previous != current.
-  // ... derived: centre and axes of the bounding sphere in the world, kept by update()
-  void update() noexcept;
+/// A surface that holds the IHIP.
+struct HoldingSurface {
+  int body = -1;               ///< Index into bodies.
+  int side = 1;                ///< 1 the outside, -1 the back of a sheet.
+  std::uint32_t triangle = 0;  ///< Of the body's Surface.
 };
 
-struct ContactState;  ///< Trivially copyable; everything the contact core remembers from tick to tick.
+/// Everything the contact core remembers from tick to tick. Written by place(), followContact() and reseat() only.
+struct ContactState {
+  enum class Mode : std::uint8_t { kFree, kOneSurface, kSeveralSurfaces };
+  static constexpr int kMaxHolding = 3;  ///< Three surfaces hold a point.
+
+  Mode mode = Mode::kFree;
+  int holdingCount = 0;  ///< kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
+  std::array<HoldingSurface, kMaxHolding> holding;
+  Vec3 hip{0};    ///< World, of the last tick.
+  Vec3 ihip{0};   ///< World, of the last tick; also when free.
+  Vec3 local{0};  ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
+};
+static_assert(std::is_trivially_copyable_v<ContactState>, "kept, copied and replayed as a value");
+
+/// What a tick cost, in primitives, and whether it met a limit. Counted, never silent.
+struct ContactWork {
+  int triangles = 0;     ///< Looked at by the searches.
+  int segments = 0;      ///< Tested against a whole body.
+  int steps = 0;         ///< Into which the HIP's motion was divided.
+  int solverRounds = 0;  ///< Of the constraint solver.
+  int crowdedOut = 0;    ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
+  bool interrupted = false;  ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
+  bool unsettled = false;    ///< The solver ran out of rounds or planes; it goes on in the next tick.
+};
 
 /// What the contact core found: the rest of the step reads only this.
 struct ContactResult {
   bool touching = false;
-  int body = -1;            ///< Index into bodies, -1 when free.
-  Vec3 ihip{0};             ///< World; equals the HIP when free.
-  Vec3 normal{0};           ///< World, unit, outward geometric normal at the IHIP; zero when free.
-  double penetration_m = 0; ///< |IHIP - HIP|, 0 when free.
-  PrimitiveId primitive;    ///< Canonical numbering.
+  int body = -1;             ///< Index into bodies, -1 when free.
+  Vec3 ihip{0};              ///< World; equals the HIP when free.
+  Vec3 normal{0};            ///< World, unit, outward: of the contacted primitive, or towards the IHIP when several
+                             ///< surfaces hold it; zero when free.
+  double penetration_m = 0;  ///< |IHIP - HIP|, 0 when free.
+  PrimitiveId primitive;     ///< Canonical numbering.
+  ContactWork work;
 };
 
-void place(ContactState& state, Vec3 hip) noexcept;  ///< Free at hip: attach, re-attach.
+/// Free at hip (world): attach, re-attach.
+void place(ContactState& state, Vec3 hip) noexcept;
+
+/// One tick (paper 3.2): the path of the HIP from its last place to `hip` (world), the IHIP on the surfaces that it
+/// meets. Neither allocates nor locks. A HIP that is not finite, or beyond the range of the float vertices, counts as one
+/// that did not move.
 [[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
 
 /// Where each body of an adopted scene comes from.
 struct BodyOrigin {
-  int before = -1;       ///< Its index in the bodies before the adoption, -1 when it is new.
-  bool changed = true;   ///< Its surface or its pose is another one (or it is new).
+  int before = -1;      ///< Its index in the bodies before the adoption, -1 when it is new.
+  bool changed = true;  ///< Its surface or its pose is another one (or it is new).
 };
-/// Carries the state over an adoption. Contact with an unchanged body goes on as it was; otherwise the proxy (IHIP) stays
-/// where it is in the world, is pushed out of every changed closed body that it finds itself in, and the next
-/// followContact() finds what holds it. Returns true when the contact that was held could not be carried as it was.
-[[nodiscard]] bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const BodyOrigin> origins) noexcept;
+
+/// Times that a proxy pushed out of one body is looked for in another.
+inline constexpr int kReseatRounds = 8;
+
+/// Carries the state over an adoption; `origins[i]` tells of `bodies[i]`. Contact with unchanged bodies goes on as it was.
+/// Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it finds
+/// itself in, and the next followContact() finds what holds it. Returns true when the contact could not be carried as it
+/// was, that is when the force may jump: the caller blends. Bounded work: no more than kReseatRounds closest point
+/// queries per body.
+[[nodiscard]] bool reseat(ContactState& state, std::span<const Body> bodies,
+                          std::span<const BodyOrigin> origins) noexcept;
 
 }  // namespace haptics

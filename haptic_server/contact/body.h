@@ -1,0 +1,25 @@
+#pragma once
+
+#include "common/maths/vec.h"
+#include "haptic_server/geometry/surface.h"
+
+namespace haptics {
+
+/// One object as the contact core sees it in a tick. The step sets the first five and calls update(), before
+/// followContact(); metres, world frame.
+struct Body {
+  const Surface* surface = nullptr;
+  Pose previous;         ///< At the last tick.
+  Pose current;          ///< At this tick.
+  bool leaving = false;  ///< Cannot be touched anew; a contact that holds goes on.
+
+  bool moving = false;  ///< Derived: previous != current.
+  Vec3 centre{0};       ///< Derived: of the bounding sphere, at `current`.
+
+  void update() noexcept {
+    moving = !(previous == current);
+    centre = toWorld(current, surface->centre());
+  }
+};
+
+}  // namespace haptics

@@ -1,0 +1,294 @@
+#include "haptic_server/geometry/bounding_hierarchy.h"
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+namespace haptics {
+namespace {
+
+constexpr float kHuge = std::numeric_limits<float>::max();
+
+/// Four lanes of which three are used.
+struct Box {
+  __m128 low = _mm_set1_ps(kHuge);
+  __m128 high = _mm_set1_ps(-kHuge);
+
+  void grow(__m128 l, __m128 h) noexcept {
+    low = _mm_min_ps(low, l);
+    high = _mm_max_ps(high, h);
+  }
+  void grow(const Box& b) noexcept { grow(b.low, b.high); }
+  [[nodiscard]] float halfArea() const noexcept {
+    alignas(16) std::array<float, 4> s;
+    _mm_store_ps(s.data(), _mm_sub_ps(high, low));
+    return s[0] < 0 ? 0 : s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
+  }
+};
+
+struct Reference {
+  Box box;
+  std::uint32_t triangle = 0;
+
+  [[nodiscard]] __m128 twiceCentre() const noexcept { return _mm_add_ps(box.low, box.high); }
+};
+
+struct Range {
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+  Box box;
+
+  [[nodiscard]] std::uint32_t size() const noexcept { return end - begin; }
+  [[nodiscard]] bool isLeaf() const noexcept { return size() <= BoundingHierarchy::kLeafTriangles; }
+};
+
+/// The cheapest plane between two bins, by the surface area heuristic.
+struct Cut {
+  int axis = -1;  // -1: all centres coincide
+  int bin = 0;
+  float cost = kHuge;
+  Box left;
+  Box right;
+};
+
+constexpr int kBins = 16;  // per axis and split; 32 changes query times by less than 2 %
+
+struct Binning {
+  std::array<std::array<Box, kBins>, 3> box;
+  std::array<std::array<std::uint32_t, kBins>, 3> count{};
+  __m128 origin;  // twice the centres
+  __m128 scale;
+
+  [[nodiscard]] __m128i binOf(const Reference& r) const noexcept {
+    return _mm_cvttps_epi32(_mm_mul_ps(_mm_sub_ps(r.twiceCentre(), origin), scale));
+  }
+};
+
+class Builder {
+ public:
+  using Node = BoundingHierarchy::Node;
+  using Nodes = std::vector<Node>;
+
+  Builder(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles) {
+    references_.resize(triangles.size());
+    whole_.end = static_cast<std::uint32_t>(triangles.size());
+    for (std::uint32_t t = 0; t < whole_.end; ++t) {
+      Reference& r = references_[t];
+      r.triangle = t;
+      for (const std::uint32_t v : triangles[t]) {
+        const __m128 p = _mm_setr_ps(vertices[v].x, vertices[v].y, vertices[v].z, 0);
+        r.box.grow(p, p);
+      }
+      whole_.box.grow(r.box);
+    }
+  }
+
+  Nodes build(int threads) {
+    Nodes nodes(1);
+    std::vector<Task> tasks = fillNode(nodes, 0, whole_, 0);
+    std::vector<Nodes> subtrees(tasks.size());
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+      for (std::size_t i = next++; i < tasks.size(); i = next++) {
+        subtrees[i].resize(1);
+        buildBelow(subtrees[i], 0, tasks[i].range, 1);
+      }
+    };
+    std::vector<std::jthread> helpers;
+    constexpr std::uint32_t kWorthAThread = 20'000;  // triangles
+    for (int i = 1; i < threads && whole_.size() > kWorthAThread; ++i) helpers.emplace_back(work);
+    work();
+    helpers.clear();
+    for (std::size_t i = 0; i < tasks.size(); ++i) append(nodes, tasks[i], subtrees[i]);
+    return nodes;
+  }
+
+  [[nodiscard]] std::vector<std::uint32_t> order() const {
+    std::vector<std::uint32_t> order(references_.size());
+    std::transform(references_.begin(), references_.end(), order.begin(), [](const Reference& r) { return r.triangle; });
+    return order;
+  }
+
+ private:
+  /// An inner place of a node whose subtree is still to be built.
+  struct Task {
+    std::uint32_t node = 0;
+    int place = 0;
+    Range range;
+  };
+
+  void buildBelow(Nodes& nodes, std::uint32_t index, const Range& range, int depth) {
+    const std::vector<Task> tasks = fillNode(nodes, index, range, depth);
+    const auto first = static_cast<std::uint32_t>(nodes.size());
+    nodes.resize(nodes.size() + tasks.size());
+    for (std::uint32_t i = 0; i < tasks.size(); ++i) {
+      nodes[index].child[tasks[i].place] = first + i;
+      buildBelow(nodes, first + i, tasks[i].range, depth + 1);
+    }
+  }
+
+  static void append(Nodes& nodes, const Task& task, const Nodes& subtree) {
+    const auto offset = static_cast<std::uint32_t>(nodes.size());
+    nodes[task.node].child[task.place] = offset;
+    for (Node node : subtree) {
+      for (int i = 0; i < BoundingHierarchy::kWidth; ++i) node.child[i] += node.count[i] == 0 ? offset : 0;
+      nodes.push_back(node);
+    }
+  }
+
+  /// Splits the range into at most eight: the largest first while the heuristic leads, else the fullest, which bounds the
+  /// depth.
+  std::vector<Task> fillNode(Nodes& nodes, std::uint32_t index, const Range& range, int depth) {
+    const bool halve = depth >= BoundingHierarchy::kHeuristicDepth;
+    std::array<Range, BoundingHierarchy::kWidth> part;
+    part[0] = range;
+    std::size_t count = 1;
+    while (count < part.size()) {
+      std::size_t widest = part.size();
+      float most = -1;
+      for (std::size_t i = 0; i < count; ++i) {
+        if (part[i].isLeaf()) continue;
+        const float size = halve ? static_cast<float>(part[i].size()) : part[i].box.halfArea();
+        if (size > most) {
+          most = size;
+          widest = i;
+        }
+      }
+      if (widest == part.size()) break;
+      const auto [left, right] = halve ? halves(part[widest]) : split(part[widest]);
+      part[widest] = left;
+      part[count++] = right;
+    }
+    std::vector<Task> tasks;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const bool empty = i >= count;
+      setPlace(nodes[index], i, empty ? Box{} : part[i].box);
+      const bool leaf = !empty && part[i].isLeaf();
+      nodes[index].child[i] = leaf ? part[i].begin : 0;
+      nodes[index].count[i] = leaf ? part[i].size() : 0;
+      if (!empty && !leaf) tasks.push_back({index, static_cast<int>(i), part[i]});
+    }
+    return tasks;
+  }
+
+  static void setPlace(Node& node, std::size_t i, const Box& box) {
+    alignas(16) std::array<std::array<float, 4>, 2> bounds;
+    _mm_store_ps(bounds[0].data(), box.low);
+    _mm_store_ps(bounds[1].data(), box.high);
+    for (std::size_t side = 0; side < 2; ++side) {
+      for (std::size_t d = 0; d < 3; ++d) node.bounds[side][d][i] = bounds[side][d];
+    }
+  }
+
+  std::pair<Range, Range> halves(const Range& range) const {
+    const std::uint32_t middle = range.begin + range.size() / 2;
+    Range left{range.begin, middle, {}};
+    Range right{middle, range.end, {}};
+    for (std::uint32_t i = range.begin; i < range.end; ++i) (i < middle ? left : right).box.grow(references_[i].box);
+    return {left, right};
+  }
+
+  std::pair<Range, Range> split(const Range& range) {
+    Binning bins;
+    fillBins(bins, range);
+    const Cut cut = cheapestCut(bins);
+    if (cut.axis < 0) return halves(range);
+    const auto begin = references_.begin();
+    const auto middle = std::partition(begin + range.begin, begin + range.end, [&](const Reference& r) {
+      alignas(16) std::array<int, 4> bin;
+      _mm_store_si128(reinterpret_cast<__m128i*>(bin.data()), bins.binOf(r));
+      return bin[static_cast<std::size_t>(cut.axis)] < cut.bin;
+    });
+    const auto at = static_cast<std::uint32_t>(middle - begin);
+    return {Range{range.begin, at, cut.left}, Range{at, range.end, cut.right}};
+  }
+
+  void fillBins(Binning& bins, const Range& range) const {
+    Box centres;
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const __m128 c = references_[i].twiceCentre();
+      centres.grow(c, c);
+    }
+    constexpr float kBelowLast = kBins * 0.9999F;  // keeps the largest centre in the last bin
+    const __m128 width = _mm_sub_ps(centres.high, centres.low);
+    bins.origin = centres.low;
+    bins.scale = _mm_and_ps(_mm_div_ps(_mm_set1_ps(kBelowLast), width), _mm_cmpgt_ps(width, _mm_setzero_ps()));
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      alignas(16) std::array<int, 4> bin;
+      _mm_store_si128(reinterpret_cast<__m128i*>(bin.data()), bins.binOf(references_[i]));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        // A range too narrow for float arithmetic makes an infinite scale and any bin at all: the first will do.
+        const auto j = static_cast<unsigned>(bin[axis]) < kBins ? static_cast<std::size_t>(bin[axis]) : 0;
+        bins.box[axis][j].grow(references_[i].box);
+        ++bins.count[axis][j];
+      }
+    }
+  }
+
+  static Cut cheapestCut(const Binning& bins) {
+    Cut best;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto& box = bins.box[static_cast<std::size_t>(axis)];
+      const auto& count = bins.count[static_cast<std::size_t>(axis)];
+      std::array<Box, kBins> right;
+      std::array<std::uint32_t, kBins> rightCount{};
+      Box sum;
+      std::uint32_t total = 0;
+      for (std::size_t j = kBins - 1; j > 0; --j) {
+        sum.grow(box[j]);
+        right[j] = sum;
+        rightCount[j] = total += count[j];
+      }
+      sum = {};
+      total = 0;
+      for (std::size_t j = 1; j < kBins; ++j) {
+        sum.grow(box[j - 1]);
+        total += count[j - 1];
+        if (total == 0 || rightCount[j] == 0) continue;
+        const float cost = sum.halfArea() * leaves(total) + right[j].halfArea() * leaves(rightCount[j]);
+        if (cost < best.cost) best = {axis, static_cast<int>(j), cost, sum, right[j]};
+      }
+    }
+    return best;
+  }
+  static float leaves(std::uint32_t triangles) {
+    return static_cast<float>((triangles + BoundingHierarchy::kLeafTriangles - 1) / BoundingHierarchy::kLeafTriangles);
+  }
+
+  std::vector<Reference> references_;
+  Range whole_;
+};
+
+void pad(BoundingHierarchy::Node& node, float by) {
+  for (int i = 0; i < BoundingHierarchy::kWidth; ++i) {
+    if (node.bounds[0][0][i] > node.bounds[1][0][i]) continue;
+    for (int d = 0; d < 3; ++d) {
+      node.bounds[0][d][i] -= by;
+      node.bounds[1][d][i] += by;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> vertices,
+                                                    std::span<const std::array<std::uint32_t, 3>> triangles,
+                                                    double extent_m, int threads) {
+  Builder builder(vertices, triangles);
+  const std::vector<Node> nodes = builder.build(threads);
+  nodes_.assign(nodes.begin(), nodes.end());
+  low_ = Vec3(std::numeric_limits<double>::infinity());
+  high_ = -low_;
+  for (Node& node : nodes_) pad(node, static_cast<float>(extent_m * kBoxPad));
+  const Node& root = nodes_.front();
+  for (int i = 0; i < kWidth; ++i) {
+    if (root.bounds[0][0][i] > root.bounds[1][0][i]) continue;
+    for (int d = 0; d < 3; ++d) {
+      low_[d] = std::min<double>(low_[d], root.bounds[0][d][i]);
+      high_[d] = std::max<double>(high_[d], root.bounds[1][d][i]);
+    }
+  }
+  return builder.order();
+}
+
+}  // namespace haptics

@@ -1,0 +1,194 @@
+#pragma once
+
+#include <smmintrin.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/maths/vec.h"
+#include "haptic_server/geometry/large_pages.h"
+
+namespace haptics {
+
+/// Axis-aligned boxes eight to a node (paper 3.2: "hierarchical bounding boxes", Gottschalk et al. 1996; here boxes of one
+/// orientation, which are four times cheaper to test and as tight on small triangles). Leaves are runs of triangles in
+/// the hierarchy's own order. Immutable after build(); the queries neither allocate nor lock.
+class BoundingHierarchy {
+ public:
+  static constexpr int kWidth = 8;
+  /// Triangles in a leaf, at most. More make a smaller tree and a slower query.
+  static constexpr std::uint32_t kLeafTriangles = 4;
+  /// Levels that the surface area heuristic may use; below, ranges are halved, so that the depth stays below kMaxDepth for
+  /// any input.
+  static constexpr int kHeuristicDepth = 12;
+  static constexpr int kMaxDepth = 21;
+  static constexpr int kStackSize = (kWidth - 1) * kMaxDepth + kWidth;
+  /// Boxes are tested in float and are widened by this fraction of the mesh's extent, 16 times the rounding of a float
+  /// coordinate. Smaller loses crossings; larger costs time.
+  static constexpr double kBoxPad = 0x1p-20;
+
+  struct alignas(64) Node {
+    float bounds[2][3][kWidth];   // low, high; inverted when the place is empty
+    std::uint32_t child[kWidth];  // inner: index of a node; leaf: first triangle
+    std::uint32_t count[kWidth];  // leaf: triangles; inner: 0
+  };
+
+  /// Builds over the triangles with binned surface area heuristic (Wald 2007). Returns the order of the leaves: place in
+  /// the hierarchy -> index in `triangles`. `extent_m` is the largest coordinate. The result does not depend on `threads`.
+  std::vector<std::uint32_t> build(std::span<const Vec3f> vertices,
+                                   std::span<const std::array<std::uint32_t, 3>> triangles, double extent_m,
+                                   int threads);
+
+  /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment is
+  /// still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a start
+  /// far away does not cost the float test its precision.
+  template <class Visit>
+  void visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
+
+  /// Calls visit(begin, end) for the leaves nearer to h than the bound, near ones first; visit returns the squared distance
+  /// (m^2) beyond which nothing is of interest, negative to stop.
+  template <class Visit>
+  void visitNear(Vec3 h, Visit visit) const noexcept;
+
+  [[nodiscard]] std::span<const Node> nodes() const noexcept { return nodes_; }
+
+ private:
+  struct Slabs;
+  struct Ranked {
+    float squaredDistance;
+    std::uint32_t child;
+    std::uint32_t count;
+  };
+  [[nodiscard]] bool clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept;
+  [[nodiscard]] static __m128 squaredDistances(const Node& node, Vec3f h, int half) noexcept;
+
+  LargePageVector<Node> nodes_;
+  Vec3 low_{0};   // of the root, padded
+  Vec3 high_{0};
+};
+
+/// A segment prepared for the test of four boxes at a time.
+struct BoundingHierarchy::Slabs {
+  __m128 origin[3];
+  __m128 inverse[3];
+  int nearSide[3];  // 0 when the low face is met first
+
+  Slabs(Vec3 from, Vec3 to) noexcept {
+    const Vec3f o(from);
+    const Vec3f d = Vec3f(to) - o;
+    for (int k = 0; k < 3; ++k) {
+      float inv = 1 / d[k];
+      if (!std::isfinite(inv)) inv = std::copysign(std::numeric_limits<float>::max(), d[k]);
+      origin[k] = _mm_set1_ps(o[k]);
+      inverse[k] = _mm_set1_ps(inv);
+      nearSide[k] = inv < 0 ? 1 : 0;
+    }
+  }
+  /// Bit i: box 4 * half + i is met before `limit`.
+  [[nodiscard]] int meet(const Node& node, int half, __m128 limit) const noexcept {
+    __m128 entry = _mm_setzero_ps();
+    __m128 exit = limit;
+    for (int d = 0; d < 3; ++d) {
+      const __m128 near = _mm_load_ps(node.bounds[nearSide[d]][d] + 4 * half);
+      const __m128 far = _mm_load_ps(node.bounds[1 - nearSide[d]][d] + 4 * half);
+      entry = _mm_max_ps(_mm_mul_ps(_mm_sub_ps(near, origin[d]), inverse[d]), entry);
+      exit = _mm_min_ps(_mm_mul_ps(_mm_sub_ps(far, origin[d]), inverse[d]), exit);
+    }
+    return _mm_movemask_ps(_mm_cmple_ps(entry, exit));
+  }
+};
+
+template <class Visit>
+void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U))) {
+  // Times are rounded to float: looks a little beyond the end, by more than the boxes' padding can hide.
+  constexpr double kTimeSlack = 0x1p-20;
+  double enter = 0;
+  double leave = 1;
+  if (!clip(from, to, enter, leave)) return;
+  const double scale = leave > enter ? 1 / (leave - enter) : 0;
+  const Vec3 d = to - from;
+  const Slabs slabs(enter > 0 ? from + d * enter : from, leave < 1 ? from + d * leave : to);
+  __m128 limit = _mm_set1_ps(static_cast<float>(1 + kTimeSlack));
+  std::array<std::uint32_t, kStackSize> stack;
+  std::size_t top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = nodes_[stack[--top]];
+    const int hits = slabs.meet(node, 0, limit) | slabs.meet(node, 1, limit) << 4;
+    for (auto rest = static_cast<unsigned>(hits); rest != 0; rest &= rest - 1) {
+      const int i = std::countr_zero(rest);
+      if (node.count[i] == 0) {
+        stack[top++] = node.child[i];
+        continue;
+      }
+      const double time = visit(node.child[i], node.child[i] + node.count[i]);
+      if (time < leave) limit = _mm_set1_ps(static_cast<float>((time - enter) * scale + kTimeSlack));
+    }
+  }
+}
+
+template <class Visit>
+void BoundingHierarchy::visitNear(Vec3 h, Visit visit) const noexcept {
+  constexpr float kSlack = 1 - 0x1p-20F;  // distances are rounded to float: never leaves out a box for that
+  const Vec3f at(h);
+  double bound = std::numeric_limits<double>::infinity();
+  std::array<Ranked, kStackSize> stack;
+  std::size_t top = 0;
+  stack[top++] = {0, 0, 0};
+  while (top > 0) {
+    const Ranked here = stack[--top];
+    if (here.squaredDistance * kSlack >= bound) continue;
+    if (here.count > 0) {
+      bound = visit(here.child, here.child + here.count);
+      if (bound < 0) return;
+      continue;
+    }
+    const Node& node = nodes_[here.child];
+    alignas(16) std::array<float, kWidth> distance;
+    _mm_store_ps(distance.data(), squaredDistances(node, at, 0));
+    _mm_store_ps(distance.data() + 4, squaredDistances(node, at, 1));
+    const std::size_t base = top;
+    for (std::size_t i = 0; i < kWidth; ++i) {
+      const bool empty = node.bounds[0][0][i] > node.bounds[1][0][i];
+      if (empty || distance[i] * kSlack >= bound) continue;
+      std::size_t place = top++;
+      for (; place > base && stack[place - 1].squaredDistance < distance[i]; --place) stack[place] = stack[place - 1];
+      stack[place] = {distance[i], node.child[i], node.count[i]};
+    }
+  }
+}
+
+inline bool BoundingHierarchy::clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept {
+  for (int k = 0; k < 3; ++k) {
+    const double d = to[k] - from[k];
+    if (d == 0) {
+      if (!(from[k] >= low_[k] && from[k] <= high_[k])) return false;
+      continue;
+    }
+    const double a = (low_[k] - from[k]) / d;
+    const double b = (high_[k] - from[k]) / d;
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter <= leave;
+}
+
+inline __m128 BoundingHierarchy::squaredDistances(const Node& node, Vec3f h, int half) noexcept {
+  __m128 sum = _mm_setzero_ps();
+  for (int d = 0; d < 3; ++d) {
+    const __m128 at = _mm_set1_ps(h[d]);
+    const __m128 below = _mm_sub_ps(_mm_load_ps(node.bounds[0][d] + 4 * half), at);
+    const __m128 above = _mm_sub_ps(at, _mm_load_ps(node.bounds[1][d] + 4 * half));
+    const __m128 gap = _mm_max_ps(_mm_max_ps(below, above), _mm_setzero_ps());
+    sum = _mm_add_ps(sum, _mm_mul_ps(gap, gap));
+  }
+  return sum;
+}
+
+}  // namespace haptics

@@ -1,0 +1,157 @@
+#include "haptic_server/geometry/surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_server/geometry/connectivity.h"
+
+namespace haptics {
+namespace {
+
+Vec3 unitOrZero(Vec3 v) noexcept {
+  const double length = glm::length(v);
+  return length > 0 ? v / length : Vec3(0);
+}
+
+double angleAt(const TriangleRecord& r, int k) {
+  const Vec3 a = unitOrZero(r.corner(nextCorner(k)) - r.corner(k));
+  const Vec3 b = unitOrZero(r.corner(previousCorner(k)) - r.corner(k));
+  return std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
+}
+
+int longestEdge(const TriangleRecord& r) noexcept {
+  int longest = 0;
+  double most = -1;
+  for (int k = 0; k < 3; ++k) {
+    const double length2 = squaredLength(r.corner(nextCorner(k)) - r.corner(k));
+    if (length2 > most) {
+      most = length2;
+      longest = k;
+    }
+  }
+  return longest;
+}
+
+}  // namespace
+
+Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                 int threads) {
+  measure(vertices);
+  canonical_ = hierarchy_.build(vertices, triangles, extent_, threads);
+  fillRecords(vertices, triangles);
+  sumVertexNormals(vertices.size());
+  markCrossed(threads);
+}
+
+void Surface::measure(std::span<const Vec3f> vertices) {
+  Vec3f low = vertices.front();
+  Vec3f high = low;
+  for (const Vec3f v : vertices) {
+    low = glm::min(low, v);
+    high = glm::max(high, v);
+  }
+  low_ = Vec3(low);
+  high_ = Vec3(high);
+  radius_ = glm::length(high_ - low_) * 0.5;
+  extent_ = glm::length(glm::max(glm::abs(low_), glm::abs(high_)));
+}
+
+void Surface::fillRecords(std::span<const Vec3f> vertices,
+                          std::span<const std::array<std::uint32_t, 3>> triangles) {
+  std::vector<std::array<std::uint32_t, 3>> ordered(triangles.size());
+  for (std::size_t t = 0; t < ordered.size(); ++t) ordered[t] = triangles[canonical_[t]];
+  const std::vector<std::uint32_t> neighbours = findNeighbours(vertices.size(), ordered);
+  const std::vector<std::uint8_t> open = findOpenVertices(vertices.size(), ordered, neighbours);
+  records_.resize(ordered.size());
+  for (std::size_t t = 0; t < ordered.size(); ++t) {
+    TriangleRecord& r = records_[t];
+    r.vertex = ordered[t];
+    r.flags = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3f v = vertices[r.vertex[k]];
+      for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = v[static_cast<int>(d)];
+      r.setNeighbour(static_cast<int>(k), neighbours[3 * t + k]);
+      closed_ = closed_ && neighbours[3 * t + k] != kNoTriangle;
+      if (open[r.vertex[k]] != 0) r.flags |= TriangleRecord::kOpenCorner << k;
+    }
+    if (r.areaNormal() == Vec3(0)) r.flags |= TriangleRecord::kZeroArea;
+  }
+}
+
+void Surface::sumVertexNormals(std::size_t vertexCount) {
+  std::vector<Vec3> sum(vertexCount, Vec3(0));
+  for (std::uint32_t t = 0; t < records_.size(); ++t) {
+    const Vec3 normal = faceNormal(t);
+    for (int k = 0; k < 3; ++k) sum[records_[t].vertexAt(k)] += normal * angleAt(records_[t], k);
+  }
+  vertexNormals_.resize(vertexCount);
+  std::transform(sum.begin(), sum.end(), vertexNormals_.begin(), [](Vec3 v) { return Vec3f(unitOrZero(v)); });
+}
+
+Vec3 Surface::faceNormal(std::uint32_t t) const noexcept {
+  // A few in a row is what collinear points along one edge make; beyond that there is no normal to find.
+  constexpr int kFarthest = 8;
+  for (int i = 0; i < kFarthest && records_[t].zeroArea(); ++i) {
+    const std::uint32_t across = records_[t].neighbour(longestEdge(records_[t]));
+    if (across == kNoTriangle) break;
+    t = across;
+  }
+  return unitOrZero(records_[t].areaNormal());
+}
+
+Vec3 Surface::lineNormal(std::uint32_t t, int edge) const noexcept {
+  const std::uint32_t across = records_[t].neighbour(edge);
+  const Vec3 own = faceNormal(t);
+  return across == kNoTriangle ? own : unitOrZero(own + faceNormal(across));
+}
+
+Vec3 Surface::normal(const Foot& foot) const noexcept {
+  Vec3 n(0);
+  if (foot.feature == Feature::kLine) n = lineNormal(foot.triangle, foot.index);
+  if (foot.feature == Feature::kVertex) n = unitOrZero(vertexNormal(records_[foot.triangle].vertexAt(foot.index)));
+  return n == Vec3(0) ? faceNormal(foot.triangle) : n;  // a sheet folded onto itself has no mean
+}
+
+bool Surface::isOutside(const Foot& foot, Vec3 h, int side) const noexcept {
+  const TriangleRecord& r = records_[foot.triangle];
+  double height = 0;
+  switch (foot.feature) {
+    case Feature::kPolygon:
+      height = glm::dot(r.areaNormal(), h - r.corner(0));
+      break;
+    case Feature::kLine:
+      height = glm::dot(lineNormal(foot.triangle, foot.index), h - foot.point);
+      break;
+    case Feature::kVertex:
+      height = glm::dot(vertexNormal(r.vertexAt(foot.index)), h - foot.point);
+      break;
+  }
+  return (height >= 0) == (side > 0);
+}
+
+bool Surface::onBoundary(const Foot& foot) const noexcept {
+  const TriangleRecord& r = records_[foot.triangle];
+  if (foot.feature == Feature::kPolygon) return false;
+  return foot.feature == Feature::kLine ? r.neighbour(foot.index) == kNoTriangle : r.openAt(foot.index);
+}
+
+Foot Surface::closestFoot(Vec3 h, int budget, int& spent) const noexcept {
+  Foot best;
+  int left = budget;
+  hierarchy_.visitNear(h, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+    for (std::uint32_t t = begin; t < end && left > 0; ++t, --left) {
+      const Foot foot = closestOn(records_[t], t, h);
+      if (foot.squaredDistance < best.squaredDistance) best = foot;
+    }
+    return left > 0 ? best.squaredDistance : -1.0;
+  });
+  spent += budget - left;
+  return best;
+}
+
+std::shared_ptr<const Surface> buildSurface(std::span<const Vec3f> vertices,
+                                            std::span<const std::array<std::uint32_t, 3>> triangles, int threads) {
+  return std::make_shared<const Surface>(vertices, triangles, threads);
+}
+
+}  // namespace haptics
