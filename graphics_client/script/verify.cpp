@@ -18,7 +18,7 @@ bool isWhole(const MirrorView& view) {
 std::shared_ptr<const MirrorView> fetchWhole(Connection& connection) {
   while (true) {
     const std::size_t held = connection.link().latest()->meshes.size();
-    const auto view = connection.link().waitUntil(
+    auto view = connection.link().waitUntil(
         [held](const MirrorView& v) { return isWhole(v) || v.meshes.size() > held; }, connection.timeout());
     if (!view || isWhole(*view)) return view;
   }
