@@ -29,17 +29,19 @@ struct Banner {
 /// Telemetry older than this is shown as stale: a few network hiccups, not yet a dead link (s).
 inline constexpr double kStaleTelemetry_s = 0.5;
 
+// age_s: of the view's sample now, MirrorView::telemetryAgeAt_s.
+
 /// Whether what is shown is the present: the link is up and telemetry arrives.
-[[nodiscard]] bool isCurrent(const MirrorView& view);
+[[nodiscard]] bool isCurrent(const MirrorView& view, double age_s);
 
 /// Link, server, servo and scene, always the same number of lines in the same order.
-[[nodiscard]] std::vector<OverlayLine> statusLines(const MirrorView& view, double framesPerSecond);
+[[nodiscard]] std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond);
 
 /// Contact and force, always the same number of lines in the same order.
 [[nodiscard]] std::vector<OverlayLine> contactLines(const MirrorView& view);
 
 /// @param wasLive        the link was live before: "lost" rather than "connecting".
 /// @param stateWasReset  the server restarted a moment ago and its scene replaced ours.
-[[nodiscard]] Banner bannerFor(const MirrorView& view, bool wasLive, bool stateWasReset);
+[[nodiscard]] Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateWasReset);
 
 }  // namespace haptics

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,14 @@ class RunSummary {
   /// Ages kept for the percentiles: the newest ones, half an hour at 60 frames a second.
   static constexpr std::size_t kAgesKept = 108'000;
 
-  /// Once for each frame drawn. `time_s` counts from the start of the run.
-  void addFrame(const MirrorView& view, double time_s);
+  /// Once for each frame drawn. `view` is not null, `age_s` is the age of its sample when drawn; `time_s` counts from
+  /// the start of the run.
+  void addFrame(std::shared_ptr<const MirrorView> view, double age_s, double time_s);
 
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
-  /// JSON object: viewer_frames, fps, client_scene_hash, scene_revision and hashes_equal (as they last stood while the
-  /// link was live), telemetry_age_ms {p50, p99}, resyncs, state_resets.
+  /// JSON object: viewer_frames, fps, telemetry_age_ms {p50, p99}, resyncs, state_resets and, as they last stood while
+  /// the link was live, scene_revision, client_scene_hash (computed anew from every byte that this client holds, empty
+  /// while a mesh is missing) and hashes_equal.
   [[nodiscard]] std::string json() const;
 
  private:
@@ -33,11 +36,7 @@ class RunSummary {
   double firstFrame_s_ = 0, lastFrame_s_ = 0;
   std::vector<double> ages_ms_;
   std::size_t oldestAge_ = 0;
-  std::uint64_t lastSamples_ = 0;
-  ContentHash sceneHash_;
-  std::uint64_t sceneRevision_ = 0;
-  bool hashesEqual_ = false;
-  std::uint64_t resyncs_ = 0, stateResets_ = 0;
+  std::shared_ptr<const MirrorView> newest_, newestLive_;
 };
 
 /// Writes `text` to the file, whole or not at all. Errors name the file.

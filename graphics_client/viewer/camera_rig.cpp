@@ -1,0 +1,97 @@
+#include "graphics_client/viewer/camera_rig.h"
+
+#include <cmath>
+
+#include "graphics_client/viewer/camera_fit.h"
+
+namespace haptics {
+namespace {
+
+/// The first look: from the front, a little to the right and above, so that three sides of a box are seen.
+Vec3 firstDirection() { return glm::normalize(Vec3(-0.42, 1.0, -0.62)); }
+
+/// What the cards of the overlay leave to the scene.
+constexpr PictureArea kFreeArea{.left = 0.04, .right = 0.96, .bottom = 0.27, .top = 0.80};
+/// Nearer than this the near plane would cut the markers (metres).
+constexpr double kSmallestDistance_m = 0.05;
+/// Height of the piece of world that the close-up shows at its centre (metres): a press of 2 N at 800 N/m, 2.5 mm deep,
+/// takes a tenth of it.
+constexpr double kCloseUpHeight_m = 0.026;
+/// Time constants of the close-up's and the following camera's motion (seconds): long against the noise of normals
+/// from polygon to polygon, short against a stroke.
+constexpr double kCentreTime_s = 0.08, kNormalTime_s = 0.5, kFollowTime_s = 0.3;
+/// The close-up looks down on the surface at this angle (radians).
+constexpr double kCloseUpElevation_rad = 0.5;
+
+/// The share of the way that a first-order low-pass goes in dt.
+double gain(double dt_s, double time_s) { return 1 - std::exp(-dt_s / time_s); }
+
+Vec3 toVec(const double v[3]) { return {v[0], v[1], v[2]}; }
+
+double radians(double degrees) { return glm::radians(degrees); }
+
+}  // namespace
+
+void CameraRig::frame(std::span<const Vec3> points) {
+  if (points.empty()) return;
+  vtkCamera* camera = stage_.world().solid->GetActiveCamera();
+  const double aspect = static_cast<double>(stage_.width_px()) / std::max(stage_.height_px(), 1);
+  const CameraPlace place =
+      fitCamera(points, firstDirection(), radians(camera->GetViewAngle()), aspect, kFreeArea, kSmallestDistance_m);
+  camera->SetPosition(place.position.x, place.position.y, place.position.z);
+  camera->SetFocalPoint(place.focus.x, place.focus.y, place.focus.z);
+  camera->SetViewUp(place.up.x, place.up.y, place.up.z);
+}
+
+void CameraRig::update(const TelemetrySample* sample, double dt_s) {
+  if (sample) {
+    if (follow_) follow(sample->ihip, dt_s);
+    aimCloseUp(*sample, dt_s);
+  }
+  double bounds[6];
+  stage_.world().solid->ComputeVisiblePropBounds(bounds);
+  if (bounds[0] <= bounds[1]) stage_.world().solid->ResetCameraClippingRange(bounds);
+}
+
+void CameraRig::follow(Vec3 place, double dt_s) {
+  vtkCamera* camera = stage_.world().solid->GetActiveCamera();
+  const Vec3 step = (place - toVec(camera->GetFocalPoint())) * gain(dt_s, kFollowTime_s);
+  const Vec3 position = toVec(camera->GetPosition()) + step, focus = toVec(camera->GetFocalPoint()) + step;
+  camera->SetPosition(position.x, position.y, position.z);
+  camera->SetFocalPoint(focus.x, focus.y, focus.z);
+}
+
+void CameraRig::aimCloseUp(const TelemetrySample& sample, double dt_s) {
+  const bool touching = sample.object != 0;
+  const Vec3 centre = touching ? sample.ihip : sample.hip;
+  centre_ = seen_ ? glm::mix(centre_, centre, gain(dt_s, kCentreTime_s)) : centre;
+  if (touching) {
+    const Vec3 turned = glm::mix(normal_, sample.surfaceNormal, gain(dt_s, kNormalTime_s));
+    if (glm::length(turned) > 0) normal_ = glm::normalize(turned);
+  }
+  seen_ = true;
+  // From where the world's camera stands, but low over the surface: HIP, IHIP and force are then side by side.
+  Vec3 along = toVec(stage_.world().solid->GetActiveCamera()->GetDirectionOfProjection());
+  along -= normal_ * glm::dot(along, normal_);
+  if (!(glm::length(along) > 0)) return;
+  const Vec3 direction = glm::normalize(along) * std::cos(kCloseUpElevation_rad) - normal_ * std::sin(kCloseUpElevation_rad);
+  vtkCamera* camera = stage_.closeUp().solid->GetActiveCamera();
+  const double distance = kCloseUpHeight_m / 2 / std::tan(radians(camera->GetViewAngle()) / 2);
+  const Vec3 position = centre_ - direction * distance;
+  camera->SetPosition(position.x, position.y, position.z);
+  camera->SetFocalPoint(centre_.x, centre_.y, centre_.z);
+  camera->SetViewUp(normal_.x, normal_.y, normal_.z);
+  camera->SetClippingRange(distance * 0.5, distance * 8);
+}
+
+double CameraRig::worldMetresPerPixel(Vec3 place) {
+  vtkCamera* camera = stage_.world().solid->GetActiveCamera();
+  const double depth = glm::dot(place - toVec(camera->GetPosition()), toVec(camera->GetDirectionOfProjection()));
+  return 2 * std::max(depth, kSmallestDistance_m) * std::tan(radians(camera->GetViewAngle()) / 2) / stage_.height_px();
+}
+
+double CameraRig::closeUpMetresPerPixel() { return kCloseUpHeight_m / std::max(stage_.closeUpSide_px(), 1); }
+
+Vec3 CameraRig::position() { return toVec(stage_.world().solid->GetActiveCamera()->GetPosition()); }
+
+}  // namespace haptics

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vtkCamera.h>
+
+#include <span>
+
+#include "common/maths/vec.h"
+#include "common/telemetry/telemetry_sample.h"
+#include "graphics_client/viewer/stage.h"
+
+namespace haptics {
+
+/// Places the cameras of the world and of the close-up.
+class CameraRig {
+ public:
+  explicit CameraRig(Stage& stage) : stage_(stage) {}
+
+  /// A three-quarter view from the front that shows all the points (world frame) between the overlay's cards.
+  void frame(std::span<const Vec3> points);
+  /// Moves with the contact, keeping direction and distance.
+  void setFollow(bool on) { follow_ = on; }
+
+  /// Once a frame, after the actors were placed. `dt_s` since the last one; no sample: the cameras stay.
+  void update(const TelemetrySample* sample, double dt_s);
+
+  /// Of the world's camera at a place, and of the close-up's at its centre.
+  [[nodiscard]] double worldMetresPerPixel(Vec3 place);
+  [[nodiscard]] double closeUpMetresPerPixel();
+  [[nodiscard]] Vec3 position();
+
+ private:
+  Stage& stage_;
+  bool follow_ = false;
+  bool seen_ = false;
+  Vec3 centre_{0}, normal_{0, 0, 1};  // of the close-up, smoothed
+
+  void follow(Vec3 place, double dt_s);
+  void aimCloseUp(const TelemetrySample& sample, double dt_s);
+};
+
+}  // namespace haptics

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <vtkActor2D.h>
+#include <vtkNew.h>
+#include <vtkRenderer.h>
+#include <vtkTextActor.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "graphics_client/viewer/overlay_text.h"
+#include "graphics_client/viewer/palette.h"
+
+namespace haptics {
+
+/// A rectangle in the window, in pixels from its lower left corner.
+struct PixelBox {
+  double left = 0, bottom = 0, width = 0, height = 0;
+
+  bool operator==(const PixelBox&) const = default;
+};
+
+/// A rounded plate with a single colour, optionally seen through.
+class Plate {
+ public:
+  Plate(vtkRenderer* renderer, palette::Shade shade, double opacity);
+
+  void place(const PixelBox& box, double cornerRadius_px);
+  void setShade(palette::Shade shade);
+  void setVisible(bool visible);
+
+ private:
+  vtkNew<vtkActor2D> actor_;
+  PixelBox box_;
+};
+
+/// A table of labels and values on a plate; or of coloured dots and labels (a legend).
+class Card {
+ public:
+  /// Widths of the two columns in font sizes.
+  struct Columns {
+    double label, value;
+  };
+
+  Card(vtkRenderer* renderer, Columns columns);
+
+  void setLines(const std::vector<OverlayLine>& lines);
+  /// A dot in front of each line; before setLines.
+  void setDots(const std::vector<palette::Shade>& dots);
+  /// The size that the lines take with this font.
+  [[nodiscard]] double width_px(double font_px) const;
+  [[nodiscard]] double height_px(double font_px) const;
+  void place(double left_px, double bottom_px, double font_px);
+  void setVisible(bool visible);
+
+ private:
+  static constexpr std::size_t kTones = 4;
+
+  vtkRenderer* renderer_;
+  Columns columns_;
+  Plate plate_;
+  vtkNew<vtkTextActor> labels_;
+  std::array<vtkNew<vtkTextActor>, kTones> values_;  // one for each tone, its lines among empty ones
+  std::vector<std::unique_ptr<Plate>> dots_;
+  std::vector<OverlayLine> lines_;
+};
+
+}  // namespace haptics

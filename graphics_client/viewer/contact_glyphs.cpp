@@ -1,0 +1,233 @@
+#include "graphics_client/viewer/contact_glyphs.h"
+
+#include <vtkCellArray.h>
+#include <vtkConeSource.h>
+#include <vtkFloatArray.h>
+#include <vtkMatrix4x4.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkSphereSource.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "graphics_client/viewer/poly_data.h"
+
+namespace haptics {
+namespace {
+
+/// How much of the pale drawing above the objects is seen.
+constexpr double kGhostOpacity = 0.5;
+/// Weaker forces show no arrow (newtons): below what a hand can feel, its direction is noise.
+constexpr double kSmallestArrow_N = 0.03;
+/// Of the arrow: the tip's length and radius in shaft radii. A short arrow is all tip.
+constexpr double kTipLength = 6, kTipRadius = 2.6;
+/// Full colour when the server told no limit (newtons).
+constexpr double kFullScale_N = 5;
+constexpr double kPrimitiveLift_px = 1.2;
+constexpr float kPrimitiveLine_px = 5, kVertexPoint_px = 11, kTrailLine_px = 2.5F, kSpringLine_px = 2.5F;
+constexpr int kRoundness = 20;  // facets around the markers
+
+vtkSmartPointer<vtkPolyData> unitSphere() {
+  vtkNew<vtkSphereSource> source;
+  source->SetRadius(1);
+  source->SetThetaResolution(kRoundness);
+  source->SetPhiResolution(kRoundness);
+  source->Update();
+  return source->GetOutput();
+}
+
+/// Along +x from 0 to 1, radius 1.
+vtkSmartPointer<vtkPolyData> unitCylinder() {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkFloatArray> normals;
+  normals->SetNumberOfComponents(3);
+  vtkNew<vtkCellArray> cells;
+  for (int i = 0; i < kRoundness; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kRoundness, y = std::cos(angle), z = std::sin(angle);
+    for (const double x : {0.0, 1.0}) {
+      points->InsertNextPoint(x, y, z);
+      normals->InsertNextTuple3(0, y, z);
+    }
+    const vtkIdType a = 2 * i, b = 2 * ((i + 1) % kRoundness);
+    cells->InsertNextCell({a, a + 1, b + 1, b});
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(cells);
+  data->GetPointData()->SetNormals(normals);
+  return data;
+}
+
+/// Along +x from 0 to 1, radius 1 at the base.
+vtkSmartPointer<vtkPolyData> unitCone() {
+  vtkNew<vtkConeSource> source;
+  source->SetHeight(1);
+  source->SetRadius(1);
+  source->SetCenter(0.5, 0, 0);
+  source->SetResolution(kRoundness);
+  source->Update();
+  return source->GetOutput();
+}
+
+palette::Shade shadeIf(bool current, palette::Shade shade) { return current ? shade : palette::kFaded; }
+
+vtkSmartPointer<vtkMatrix4x4> ball(Vec3 centre, double radius) {
+  return alongAxis(centre, {1, 0, 0}, radius, radius);
+}
+
+}  // namespace
+
+Glyph::Glyph(ScenePane& pane, vtkPolyData* shape, bool lit) {
+  vtkRenderer* const renderers[] = {pane.solid, pane.ghost};
+  for (std::size_t i = 0; i < actors_.size(); ++i) {
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(shape);
+    actors_[i]->SetMapper(mapper);
+    actors_[i]->SetPickable(false);
+    actors_[i]->GetProperty()->SetLighting(lit);
+    actors_[i]->GetProperty()->SetAmbient(0.25);
+    actors_[i]->GetProperty()->SetDiffuse(0.8);
+    renderers[i]->AddActor(actors_[i]);
+  }
+  actors_[1]->GetProperty()->SetOpacity(kGhostOpacity);
+}
+
+void Glyph::setShape(vtkPolyData* shape) {
+  for (auto& actor : actors_) static_cast<vtkPolyDataMapper*>(actor->GetMapper())->SetInputData(shape);
+}
+
+void Glyph::setShade(palette::Shade shade) {
+  for (auto& actor : actors_) actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
+}
+
+void Glyph::setMatrix(vtkMatrix4x4* matrix) {
+  for (auto& actor : actors_) actor->SetUserMatrix(matrix);
+}
+
+void Glyph::setLineWidth(float width_px) {
+  for (auto& actor : actors_) {
+    actor->GetProperty()->SetLineWidth(width_px);
+    actor->GetProperty()->SetPointSize(width_px);
+  }
+}
+
+void Glyph::setVisible(bool visible) {
+  for (auto& actor : actors_) actor->SetVisibility(visible);
+}
+
+ContactGlyphs::ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes)
+    : sizes_(sizes),
+      hip_(pane, unitSphere(), true),
+      ihip_(pane, unitSphere(), true),
+      spring_(pane, unitCylinder(), false),
+      shaft_(pane, unitCylinder(), true),
+      tip_(pane, unitCone(), true),
+      primitive_(pane, vtkNew<vtkPolyData>(), false),
+      trail_(pane, vtkNew<vtkPolyData>(), false) {
+  trail_.setLineWidth(kTrailLine_px);
+}
+
+void ContactGlyphs::update(const MirrorView& view, const Trail& trail, double metresPerPixel, bool current) {
+  const bool heard = view.sample.has_value();
+  for (Glyph* glyph : {&hip_, &ihip_, &spring_, &shaft_, &tip_, &primitive_, &trail_}) glyph->setVisible(false);
+  if (!heard) return;
+  const TelemetrySample& sample = *view.sample;
+  const double radius = sizes_.marker_px * metresPerPixel;
+  const double separation = glm::distance(sample.hip, sample.ihip);
+  hip_.setVisible(true);
+  hip_.setShade(shadeIf(current, palette::kHip));
+  hip_.setMatrix(ball(sample.hip, radius));
+  if (sample.object != 0) {
+    ihip_.setVisible(true);
+    ihip_.setShade(shadeIf(current, palette::kIhip));
+    ihip_.setMatrix(ball(sample.ihip, radius));
+  }
+  if (separation > 0) {
+    spring_.setVisible(true);
+    spring_.setShade(shadeIf(current, palette::kSpring));
+    spring_.setMatrix(alongAxis(sample.hip, (sample.ihip - sample.hip) / separation, separation,
+                                kSpringLine_px / 2 * metresPerPixel));
+  }
+  updateForce(view, metresPerPixel, current);
+  updatePrimitive(view, metresPerPixel, current);
+  updateTrail(trail, current);
+}
+
+void ContactGlyphs::updateForce(const MirrorView& view, double metresPerPixel, bool current) {
+  const Vec3 force = view.sample->force.written;
+  const double force_N = glm::length(force);
+  if (!(force_N > kSmallestArrow_N)) return;
+  const double share = force_N / (view.maxForce_N > 0 ? view.maxForce_N : kFullScale_N);
+  const palette::Shade shade = shadeIf(current, palette::forceShade(std::min(share, 1.0)));
+  const double length = sizes_.arrow_mPerN * force_N;
+  const double radius = sizes_.arrowRadius_px * metresPerPixel;
+  const double tipLength = std::min(kTipLength * radius, length);
+  const Vec3 axis = force / force_N, start = view.sample->ihip;
+  tip_.setVisible(true);
+  tip_.setShade(shade);
+  tip_.setMatrix(alongAxis(start + axis * (length - tipLength), axis, tipLength, kTipRadius * radius));
+  if (length <= tipLength) return;
+  shaft_.setVisible(true);
+  shaft_.setShade(shade);
+  shaft_.setMatrix(alongAxis(start, axis, length - tipLength, radius));
+}
+
+void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixel, bool current) {
+  const PrimitiveId& primitive = view.sample->primitive;
+  const SceneVersion::Object object = view.scene->find(view.sample->object);
+  if (!object || primitive.kind == PrimitiveKind::kNone) return;
+  const auto mesh = view.meshes.find(object->mesh);
+  if (mesh == view.meshes.end()) return;
+  const std::vector<Vec3> corners = primitiveCorners(*mesh->second, primitive, kPrimitiveLift_px * metresPerPixel);
+  if (corners.empty()) return;
+  primitive_.setShape(corners.size() == 3 ? polygon(corners) : corners.size() == 2 ? segments(corners) : vertexAt(corners[0]));
+  primitive_.setLineWidth(corners.size() == 1 ? kVertexPoint_px : kPrimitiveLine_px);
+  primitive_.setShade(shadeIf(current, palette::kPrimitive));
+  primitive_.setMatrix(matrixOf(object->pose));
+  primitive_.setVisible(true);
+}
+
+void ContactGlyphs::updateTrail(const Trail& trail, bool current) {
+  std::vector<Vec3> ends;
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(4);
+  const palette::Shade shade = shadeIf(current, palette::kTrail);
+  const auto add = [&](const Trail::Point& point) {
+    ends.push_back(point.place);
+    colors->InsertNextTuple4(255 * shade.red, 255 * shade.green, 255 * shade.blue, 255 * trail.freshness(point));
+  };
+  for (std::size_t i = 1; i < trail.points().size(); ++i) {
+    if (trail.points()[i].startsStroke) continue;
+    add(trail.points()[i - 1]);
+    add(trail.points()[i]);
+  }
+  if (ends.empty()) return;
+  const vtkSmartPointer<vtkPolyData> lines = segments(ends);
+  lines->GetPointData()->SetScalars(colors);
+  trail_.setShape(lines);
+  trail_.setVisible(true);
+}
+
+std::vector<Vec3> primitiveCorners(const TriMesh& mesh, const PrimitiveId& primitive, double lift_m) {
+  if (primitive.kind == PrimitiveKind::kNone) return {};
+  if (primitive.polygon >= mesh.triangles.size() || primitive.localIndex > 2) return {};
+  const TriangleIndices& triangle = mesh.triangles[primitive.polygon];
+  std::vector<Vec3> corners;
+  for (const std::uint32_t v : triangle) corners.emplace_back(mesh.vertices[v]);
+  const Vec3 across = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+  const double area = glm::length(across);
+  if (area > 0) {
+    for (Vec3& corner : corners) corner += across * (lift_m / area);
+  }
+  const std::size_t k = primitive.localIndex;
+  if (primitive.kind == PrimitiveKind::kLine) return {corners[k], corners[(k + 1) % 3]};
+  if (primitive.kind == PrimitiveKind::kVertex) return {corners[k]};
+  return corners;
+}
+
+}  // namespace haptics

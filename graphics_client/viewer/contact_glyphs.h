@@ -1,0 +1,62 @@
+#pragma once
+
+#include <vtkActor.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+
+#include <array>
+#include <vector>
+
+#include "common/telemetry/telemetry_sample.h"
+#include "graphics_client/mirror/mirror_view.h"
+#include "graphics_client/viewer/palette.h"
+#include "graphics_client/viewer/stage.h"
+#include "graphics_client/viewer/trail.h"
+
+namespace haptics {
+
+/// One marker, drawn twice: solid among the objects, and pale above them so that they cannot hide it.
+class Glyph {
+ public:
+  Glyph(ScenePane& pane, vtkPolyData* shape, bool lit);
+
+  void setShape(vtkPolyData* shape);
+  void setShade(palette::Shade shade);
+  void setMatrix(vtkMatrix4x4* matrix);
+  void setLineWidth(float width_px);
+  void setVisible(bool visible);
+
+ private:
+  std::array<vtkNew<vtkActor>, 2> actors_;
+};
+
+struct GlyphSizes {
+  double marker_px = 6.5;      ///< Radius of the HIP's and IHIP's spheres.
+  double arrow_mPerN = 0.01;   ///< Length of the force arrow, world metres per newton.
+  double arrowRadius_px = 2.6;  ///< Of the shaft.
+};
+
+/// HIP, IHIP, the line between them, the force at the IHIP, the contacted primitive and the trail, in one pane. Markers
+/// keep their size on the screen whatever the zoom.
+class ContactGlyphs {
+ public:
+  ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes);
+
+  /// @param metresPerPixel  at the IHIP, by the pane's camera.
+  /// @param current         false: everything grey.
+  void update(const MirrorView& view, const Trail& trail, double metresPerPixel, bool current);
+
+ private:
+  GlyphSizes sizes_;
+  Glyph hip_, ihip_, spring_, shaft_, tip_, primitive_, trail_;
+
+  void updateForce(const MirrorView& view, double metresPerPixel, bool current);
+  void updatePrimitive(const MirrorView& view, double metresPerPixel, bool current);
+  void updateTrail(const Trail& trail, bool current);
+};
+
+/// Corners of the contacted primitive, object frame: 3 of a polygon, 2 of a line, 1 of a vertex; lifted by `lift_m`
+/// along the polygon's normal. Empty when there is none, or the mesh has no such polygon or corner.
+[[nodiscard]] std::vector<Vec3> primitiveCorners(const TriMesh& mesh, const PrimitiveId& primitive, double lift_m);
+
+}  // namespace haptics

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+
+#include "graphics_client/mirror/mirror_view.h"
+#include "graphics_client/viewer/card.h"
+#include "graphics_client/viewer/stage.h"
+
+namespace haptics {
+
+/// What lies over the picture: status and contact at the top, legend and keys at the bottom, the close-up's frame with
+/// its scale, and the banner when something is wrong.
+class Overlay {
+ public:
+  Overlay(Stage& stage, bool showKeys);
+
+  struct State {
+    double age_s = 0;              ///< Of the view's sample, now.
+    double framesPerSecond = 0;
+    double gridSpacing_m = 0;
+    double closeUpMetresPerPixel = 0;
+    bool wasLive = false, stateWasReset = false;
+  };
+  /// Text is refreshed some times a second only: it is costly to draw and unreadable when faster.
+  void update(const MirrorView& view, const State& state, double time_s);
+
+  void toggle();      ///< Everything but the banner.
+  void toggleHelp();
+
+ private:
+  Stage& stage_;
+  Card status_, contact_, legend_, keys_;
+  Plate bannerPlate_;
+  vtkNew<vtkTextActor> bannerText_, closeUpCaption_, scaleCaption_;
+  vtkNew<vtkActor2D> closeUpFrame_;
+  Plate scaleBar_;
+  Banner shownBanner_;
+  bool visible_ = true, helpVisible_;
+  double refreshed_s_ = -1;
+
+  void setLegend(double gridSpacing_m);
+  void showBanner(const Banner& banner, double font_px);
+  void placeCards(double font_px);
+  void placeCloseUpFrame(double metresPerPixel, double font_px);
+};
+
+}  // namespace haptics

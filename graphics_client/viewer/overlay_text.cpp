@@ -1,0 +1,151 @@
+#include "graphics_client/viewer/overlay_text.h"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+namespace haptics {
+namespace {
+
+constexpr double kMillimetresPerMetre = 1e3;
+constexpr double kMillisecondsPerSecond = 1e3;
+/// Names longer than this are shortened, so that they stay on the card (characters).
+constexpr std::size_t kLongestName = 26;
+const std::string kNothing = "-";
+
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...) {
+  char text[160];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+std::string shortened(const std::string& text, std::size_t longest = kLongestName) {
+  return text.size() <= longest ? text : text.substr(0, longest - 3) + "...";
+}
+
+OverlayLine linkLine(const MirrorView& view) {
+  switch (view.link) {
+    case LinkState::kLive: return {"Link", "live", Tone::kGood};
+    case LinkState::kSyncing: return {"Link", "receiving the scene", Tone::kWarning};
+    case LinkState::kRefused: return {"Link", "refused", Tone::kBad};
+    case LinkState::kConnecting: break;
+  }
+  return {"Link", "connecting", Tone::kWarning};
+}
+
+OverlayLine faultOrRate(const TelemetrySample& sample) {
+  switch (sample.fault) {
+    case Fault::kNone: return {"Servo", formatted("%.0f Hz", sample.servoRate_Hz), Tone::kPlain};
+    case Fault::kNonFiniteInput: return {"Servo", "FAULT: position not finite", Tone::kBad};
+    case Fault::kNonFiniteForce: return {"Servo", "FAULT: force not finite", Tone::kBad};
+    case Fault::kDeadlinesMissed: return {"Servo", "FAULT: deadlines missed", Tone::kBad};
+    case Fault::kDeviceStale: return {"Servo", "FAULT: device stale", Tone::kBad};
+    case Fault::kDeviceLost: return {"Servo", "FAULT: device lost", Tone::kBad};
+  }
+  return {"Servo", kNothing, Tone::kPlain};
+}
+
+OverlayLine hashLine(const MirrorView& view) {
+  if (view.link != LinkState::kLive) return {"Scene hash", "not compared", Tone::kWarning};
+  const std::string start = view.scene->root().hex().substr(0, 8);
+  return view.hashesEqual ? OverlayLine{"Scene hash", start + "  equal", Tone::kGood}
+                          : OverlayLine{"Scene hash", start + "  NOT equal", Tone::kBad};
+}
+
+std::string objectName(const MirrorView& view, std::uint64_t id) {
+  if (id == 0) return kNothing;
+  const SceneVersion::Object object = view.scene->find(id);
+  return object ? shortened(object->name) : "object " + std::to_string(id);
+}
+
+std::string primitiveName(const PrimitiveId& primitive) {
+  switch (primitive.kind) {
+    case PrimitiveKind::kNone: break;
+    case PrimitiveKind::kPolygon: return formatted("polygon %u", primitive.polygon);
+    case PrimitiveKind::kLine: return formatted("line %u of polygon %u", primitive.localIndex, primitive.polygon);
+    case PrimitiveKind::kVertex: return formatted("vertex %u of polygon %u", primitive.localIndex, primitive.polygon);
+  }
+  return kNothing;
+}
+
+std::string components(Vec3 v, double scale) {
+  return formatted("%+.2f  %+.2f  %+.2f", v.x * scale, v.y * scale, v.z * scale);
+}
+
+/// Telemetry says so little that the link must be bad, though no connection was lost.
+bool isStale(const MirrorView& view, double age_s) { return view.sample && age_s > kStaleTelemetry_s; }
+
+}  // namespace
+
+bool isCurrent(const MirrorView& view, double age_s) {
+  return view.link == LinkState::kLive && view.sample && !isStale(view, age_s);
+}
+
+std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond) {
+  const TelemetrySample none;
+  const TelemetrySample& sample = view.sample.value_or(none);
+  const std::size_t known = static_cast<std::size_t>(std::ranges::count_if(
+      view.scene->objects(), [&](const SceneVersion::Object& o) { return view.meshes.contains(o->mesh); }));
+  const std::size_t total = view.scene->objects().size();
+  const bool heard = view.sample.has_value();
+  return {
+      linkLine(view),
+      {"Server", view.serverName.empty() ? kNothing : shortened(view.serverName)},
+      {"Device", view.device.empty() ? kNothing : shortened(view.device)},
+      heard ? faultOrRate(sample) : OverlayLine{"Servo", kNothing},
+      {"Missed ticks", heard ? std::to_string(sample.missedTicks) : kNothing},
+      {"Telemetry age", heard ? formatted("%.1f ms", age_s * kMillisecondsPerSecond) : kNothing,
+       isStale(view, age_s) ? Tone::kWarning : Tone::kPlain},
+      {"Revision", heard ? formatted("%llu, felt: %llu", static_cast<unsigned long long>(view.scene->revision()),
+                                     static_cast<unsigned long long>(sample.sceneRevision))
+                         : std::to_string(view.scene->revision())},
+      hashLine(view),
+      {"Objects", known == total ? std::to_string(total) : formatted("%zu of %zu received", known, total),
+       known == total ? Tone::kPlain : Tone::kWarning},
+      {"Picture", formatted("%.0f frames/s", framesPerSecond)},
+  };
+}
+
+std::vector<OverlayLine> contactLines(const MirrorView& view) {
+  const TelemetrySample none;
+  const TelemetrySample& sample = view.sample.value_or(none);
+  if (!view.sample) {
+    return {{"Force", kNothing}, {"x y z (N)", kNothing},   {"Limit", kNothing},      {"Contact", kNothing},
+            {"On", kNothing},    {"Penetration", kNothing}, {"HIP (mm)", kNothing}};
+  }
+  const double force_N = glm::length(sample.force.written);
+  const bool touching = sample.object != 0;
+  const bool atLimit = view.maxForce_N > 0 && force_N >= 0.99 * view.maxForce_N;
+  return {
+      {"Force", formatted("%.2f N", force_N) + (atLimit ? "  (at the limit)" : ""),
+       atLimit ? Tone::kWarning : Tone::kPlain},
+      {"x y z (N)", components(sample.force.written, 1)},
+      {"Limit", view.maxForce_N > 0 ? formatted("%.1f N", view.maxForce_N) : kNothing},
+      {"Contact", touching ? objectName(view, sample.object) : "none", touching ? Tone::kGood : Tone::kPlain},
+      {"On", primitiveName(sample.primitive)},
+      {"Penetration", touching ? formatted("%.2f mm", sample.penetration_m * kMillimetresPerMetre) : kNothing},
+      {"HIP (mm)", formatted("%+.1f  %+.1f  %+.1f", sample.hip.x * kMillimetresPerMetre,
+                             sample.hip.y * kMillimetresPerMetre, sample.hip.z * kMillimetresPerMetre)},
+  };
+}
+
+Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateWasReset) {
+  if (view.link == LinkState::kRefused) return {"Refused by the server: " + view.linkText, Tone::kBad};
+  if (view.link != LinkState::kLive && wasLive) {
+    return {"LINK LOST: showing the last known state; " +
+                (view.linkText.empty() ? std::string("reconnecting") : view.linkText),
+            Tone::kBad};
+  }
+  if (view.link == LinkState::kConnecting) {
+    return {view.linkText.empty() ? "Connecting" : view.linkText, Tone::kWarning};
+  }
+  if (view.link == LinkState::kSyncing) return {"Receiving the scene", Tone::kWarning};
+  if (stateWasReset) return {"The server was restarted: its state was reset", Tone::kWarning};
+  if (isStale(view, age_s)) return {"No news from the servo: the picture is not current", Tone::kWarning};
+  return {};
+}
+
+}  // namespace haptics

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cmath>
+
+#include "common/scene/scene.h"
+
+// The colours of the picture, as the screen shows them (sRGB, 0 to 1), and the markers' sizes.
+namespace haptics::palette {
+
+struct Shade {
+  double red, green, blue;
+};
+
+inline constexpr Shade kSkyTop{0.66, 0.74, 0.83};
+inline constexpr Shade kSkyBottom{0.95, 0.96, 0.97};
+inline constexpr Shade kFloor{0.90, 0.91, 0.92};
+inline constexpr Shade kFloorLine{0.84, 0.855, 0.87};
+inline constexpr Shade kFloorBoldLine{0.74, 0.76, 0.785};
+inline constexpr Shade kShadow{0.77, 0.785, 0.805};
+
+inline constexpr Shade kHip{0.86, 0.16, 0.20};        // red: where the device is
+inline constexpr Shade kIhip{0.05, 0.42, 0.90};       // blue: where the contact is
+inline constexpr Shade kSpring{0.20, 0.22, 0.26};     // the line between them
+inline constexpr Shade kPrimitive{1.00, 0.80, 0.05};  // contacted polygon, line or vertex
+inline constexpr Shade kTrail{0.05, 0.42, 0.90};
+inline constexpr Shade kForceLow{0.10, 0.62, 0.30};
+inline constexpr Shade kForceMiddle{0.95, 0.60, 0.05};
+inline constexpr Shade kForceHigh{0.85, 0.10, 0.10};
+inline constexpr Shade kFaded{0.62, 0.64, 0.66};      // what is shown but no longer true
+
+inline constexpr Shade kCard{1, 1, 1};
+inline constexpr Shade kText{0.10, 0.12, 0.15};
+inline constexpr Shade kLabel{0.40, 0.44, 0.49};
+inline constexpr Shade kGood{0.05, 0.50, 0.22};
+inline constexpr Shade kWarning{0.72, 0.42, 0.00};
+inline constexpr Shade kBad{0.80, 0.08, 0.10};
+
+[[nodiscard]] inline Shade mix(Shade a, Shade b, double s) {
+  return {a.red + (b.red - a.red) * s, a.green + (b.green - a.green) * s, a.blue + (b.blue - a.blue) * s};
+}
+
+/// The standard's transfer curve (IEC 61966-2-1), from light to what a screen is given.
+[[nodiscard]] inline double encodeSrgb(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+[[nodiscard]] inline Shade shadeOf(const Color& color) {
+  return {encodeSrgb(color.red), encodeSrgb(color.green), encodeSrgb(color.blue)};
+}
+
+/// Green through orange to red as the force nears the device's limit; share 0 to 1.
+[[nodiscard]] inline Shade forceShade(double share) {
+  return share < 0.5 ? mix(kForceLow, kForceMiddle, 2 * share) : mix(kForceMiddle, kForceHigh, 2 * share - 1);
+}
+
+}  // namespace haptics::palette

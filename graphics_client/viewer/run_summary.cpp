@@ -1,0 +1,68 @@
+#include "graphics_client/viewer/run_summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+namespace haptics {
+
+double percentile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  const double rank = std::ceil(std::clamp(q, 0.0, 1.0) * static_cast<double>(values.size()));
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::max(rank, 1.0)) - 1;
+  std::ranges::nth_element(values, nth);
+  return *nth;
+}
+
+void RunSummary::addFrame(std::shared_ptr<const MirrorView> view, double age_s, double time_s) {
+  if (frames_++ == 0) firstFrame_s_ = time_s;
+  lastFrame_s_ = time_s;
+  newest_ = std::move(view);
+  if (newest_->link != LinkState::kLive) return;
+  newestLive_ = newest_;
+  if (!newest_->sample) return;
+  if (ages_ms_.size() < kAgesKept) {
+    ages_ms_.push_back(age_s * 1e3);
+  } else {
+    ages_ms_[oldestAge_] = age_s * 1e3;
+    oldestAge_ = (oldestAge_ + 1) % kAgesKept;
+  }
+}
+
+std::string RunSummary::json() const {
+  const double span_s = lastFrame_s_ - firstFrame_s_;
+  nlohmann::json summary = {
+      {"viewer_frames", frames_},
+      {"fps", span_s > 0 ? static_cast<double>(frames_ - 1) / span_s : 0.0},
+      {"client_scene_hash", ""},
+      {"scene_revision", 0},
+      {"hashes_equal", false},
+      {"telemetry_age_ms", {{"p50", percentile(ages_ms_, 0.5)}, {"p99", percentile(ages_ms_, 0.99)}}},
+      {"resyncs", newest_ ? newest_->resyncs : 0},
+      {"state_resets", newest_ ? newest_->stateResets : 0},
+  };
+  if (newestLive_) {
+    const Result<ContentHash> own = recomputedRoot(*newestLive_);
+    summary["scene_revision"] = newestLive_->scene->revision();
+    if (own) summary["client_scene_hash"] = own->hex();
+    summary["hashes_equal"] = newestLive_->hashesEqual && own && *own == newestLive_->scene->root();
+  }
+  return summary.dump(2) + "\n";
+}
+
+Result<void> writeFile(const std::filesystem::path& file, const std::string& text) {
+  const std::filesystem::path partial = file.string() + ".part";
+  std::ofstream out(partial, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) return refused(file.string(), "cannot be written; name a file in an existing folder that you may write to");
+  std::error_code why;
+  std::filesystem::rename(partial, file, why);
+  if (why) return refused(file.string(), why.message());
+  return {};
+}
+
+}  // namespace haptics

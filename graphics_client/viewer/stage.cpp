@@ -1,0 +1,134 @@
+#include "graphics_client/viewer/stage.h"
+
+#include <vtkCamera.h>
+#include <vtkLight.h>
+#include <vtkPNGWriter.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <algorithm>
+
+#include "graphics_client/viewer/palette.h"
+
+namespace haptics {
+namespace {
+
+/// Vertical opening of the cameras (degrees): narrow enough that shapes are not distorted, wide enough for depth.
+constexpr double kViewAngle_deg = 28;
+/// The close-up's side as a share of the window's shorter side, and its distance from the window's edges (pixels).
+constexpr double kCloseUpShare = 0.3;
+constexpr int kMargin_px = 14;
+
+enum Layer { kWorld, kWorldGhost, kCloseUp, kCloseUpGhost, kOverlay, kLayers };
+
+void addLight(vtkRenderer* renderer, Vec3 from, palette::Shade shade, double intensity, bool withCamera) {
+  vtkNew<vtkLight> light;
+  if (withCamera) {
+    light->SetLightTypeToCameraLight();
+  } else {
+    light->SetLightTypeToSceneLight();
+  }
+  light->SetPosition(from.x, from.y, from.z);
+  light->SetFocalPoint(0, 0, 0);
+  light->SetColor(shade.red, shade.green, shade.blue);
+  light->SetIntensity(intensity);
+  renderer->AddLight(light);
+}
+
+/// Key, fill and rim light: a warm one from above that stays with the world, a cool one at the viewer's shoulder, and
+/// one from behind that draws the outlines.
+void light(vtkRenderer* renderer) {
+  renderer->AutomaticLightCreationOff();
+  const Vec3 key = keyLightDirection();
+  addLight(renderer, key, {1.0, 0.98, 0.94}, 0.72, false);
+  addLight(renderer, {0.5, 0.1, 1.0}, {0.90, 0.95, 1.0}, 0.36, true);
+  addLight(renderer, {-key.x, -key.y, 0.35 * key.z}, {0.95, 0.97, 1.0}, 0.22, false);
+}
+
+void setUp(ScenePane& pane, vtkRenderWindow* window, int layer) {
+  pane.solid->SetLayer(layer);
+  pane.solid->SetPreserveColorBuffer(false);
+  pane.solid->SetGradientBackground(true);
+  pane.solid->SetBackground(palette::kSkyBottom.red, palette::kSkyBottom.green, palette::kSkyBottom.blue);
+  pane.solid->SetBackground2(palette::kSkyTop.red, palette::kSkyTop.green, palette::kSkyTop.blue);
+  pane.solid->GetActiveCamera()->SetViewAngle(kViewAngle_deg);
+  light(pane.solid);
+  pane.ghost->SetLayer(layer + 1);
+  pane.ghost->SetActiveCamera(pane.solid->GetActiveCamera());
+  light(pane.ghost);
+  for (vtkRenderer* renderer : {pane.solid.Get(), pane.ghost.Get()}) {
+    renderer->SetInteractive(layer == kWorld && renderer == pane.solid.Get());
+    window->AddRenderer(renderer);
+  }
+}
+
+}  // namespace
+
+Vec3 keyLightDirection() { return glm::normalize(Vec3(-0.55, -0.35, 1.0)); }
+
+Stage::Stage(const ViewerOptions& options) {
+  window_->SetOffScreenRendering(options.offscreen);
+  window_->SetSize(options.width_px, options.height_px);
+  window_->SetWindowName("Haptic viewer");
+  window_->SetDPI(72);  // font sizes are then pixels
+  window_->SetMultiSamples(0);
+  window_->SetNumberOfLayers(kLayers);
+  setUp(world_, window_, kWorld);
+  setUp(closeUp_, window_, kCloseUp);
+  overlay_->SetLayer(kOverlay);
+  overlay_->SetInteractive(false);
+  window_->AddRenderer(overlay_);
+  placeCloseUp();
+}
+
+int Stage::width_px() const { return window_.Get()->GetSize()[0]; }
+int Stage::height_px() const { return window_.Get()->GetSize()[1]; }
+
+void Stage::showCloseUp(bool show) {
+  closeUpShown_ = show;
+  closeUp_.solid->SetDraw(show);
+  closeUp_.ghost->SetDraw(show);
+}
+
+int Stage::closeUpSide_px() const { return static_cast<int>(kCloseUpShare * std::min(width_px(), height_px())); }
+int Stage::closeUpLeft_px() const { return width_px() - kMargin_px - closeUpSide_px(); }
+int Stage::closeUpBottom_px() const { return kMargin_px; }
+
+void Stage::placeCloseUp() {
+  const double width = std::max(width_px(), 1), height = std::max(height_px(), 1);
+  for (vtkRenderer* renderer : {closeUp_.solid.Get(), closeUp_.ghost.Get()}) {
+    renderer->SetViewport(closeUpLeft_px() / width, closeUpBottom_px() / height,
+                          (closeUpLeft_px() + closeUpSide_px()) / width,
+                          (closeUpBottom_px() + closeUpSide_px()) / height);
+  }
+}
+
+void Stage::render() {
+  placeCloseUp();
+  window_->Render();
+}
+
+vtkSmartPointer<vtkImageData> Stage::grab() {
+  vtkNew<vtkWindowToImageFilter> reader;
+  reader->SetInput(window_);
+  reader->SetInputBufferTypeToRGB();
+  reader->ReadFrontBufferOff();
+  reader->ShouldRerenderOff();
+  reader->Update();
+  vtkNew<vtkImageData> picture;
+  picture->DeepCopy(reader->GetOutput());
+  return picture;
+}
+
+Result<void> writePng(vtkImageData* picture, const std::filesystem::path& file) {
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetInputData(picture);
+  writer->WriteToMemoryOn();
+  writer->Write();
+  const vtkUnsignedCharArray* bytes = writer->GetResult();
+  if (!bytes || bytes->GetNumberOfValues() == 0) return refused(file.string(), "the picture could not be encoded");
+  const auto* begin = reinterpret_cast<const char*>(writer->GetResult()->GetPointer(0));
+  return writeFile(file, std::string(begin, static_cast<std::size_t>(bytes->GetNumberOfValues())));
+}
+
+}  // namespace haptics
