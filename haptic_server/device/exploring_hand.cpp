@@ -8,9 +8,12 @@ namespace {
 
 /// Newtons with which the hand wants to press: a light, deliberate touch.
 constexpr double kPressForce = 2;
-/// A device that cannot give kPressForce with this much to spare is pressed with kShareOfWeakDevice of what it can.
+/// A device that cannot give that force with this much to spare is pressed with kShareOfWeakDevice of what it can.
 constexpr double kForceReserve = 1.2;
 constexpr double kShareOfWeakDevice = 0.6;
+/// Metres that the hand's own spring yields at most while it presses: a loose hand presses lightly. Pressed with N, a
+/// hand of stiffness k slips off ridges whose radius is less than N/k, since nothing but its spring holds it sideways.
+constexpr double kLargestYield = 0.01;
 /// Newtons from which on the hand notices that it touches something.
 constexpr double kNoticedForce = 0.15;
 /// Share of the wanted force at which it starts to stroke, and the seconds after which it does so anyway (soft
@@ -36,6 +39,11 @@ constexpr double kRubbingTime = 3;
 /// Where it waits when nothing was ever there to explore. Metres, world frame.
 constexpr Vec3 kRestingPlace{0, 0, 0.2};
 
+double pressForce(const HandPreset& hand, double maxForce_N) noexcept {
+  const double wanted = std::min(kPressForce, kLargestYield * hand.stiffness_N_per_m);
+  return maxForce_N >= kForceReserve * wanted ? wanted : kShareOfWeakDevice * maxForce_N;
+}
+
 Vec3 atHeight(Vec3 point, double z) noexcept { return {point.x, point.y, z}; }
 
 }  // namespace
@@ -46,9 +54,9 @@ double Reach::fraction() const noexcept {
 }
 
 ExploringHand::ExploringHand(const HandPreset& hand, double maxForce_N) noexcept
-    : targetForce_(maxForce_N >= kForceReserve * kPressForce ? kPressForce : kShareOfWeakDevice * maxForce_N),
+    : targetForce_(pressForce(hand, maxForce_N)),
       forceGain_(hand.stiffness_N_per_m > 0 ? kForceCorrection / hand.stiffness_N_per_m : 0),
-      greatestDepth_(kDeepestIndentation + (hand.stiffness_N_per_m > 0 ? targetForce_ / hand.stiffness_N_per_m : 0)),
+      greatestDepth_(kLargestYield + kDeepestIndentation),
       clearHeight_(kRestingPlace.z),
       position_(kRestingPlace) {}
 

@@ -24,8 +24,9 @@ struct Reach {
 };
 
 /// A hand that explores the objects of a plan, for ever: over the start of a stroke at a clear height, down until it
-/// feels the surface, press to about 2 N, rub there and back along the stroke while it keeps that force, lift, next.
-/// It feels only the force that the device gives it. When a surface is not where the plan has it, it lifts and goes on.
+/// feels the surface, press to about 2 N (less with a loose hand or a weak device), rub there and back along the stroke
+/// while it keeps that force, lift, next. It feels only the force that the device gives it. When a surface is not where
+/// the plan has it, it lifts and goes on.
 class ExploringHand final : public HandIntent {
  public:
   /// `maxForce_N` of the device that it holds.

@@ -25,8 +25,9 @@ constexpr std::size_t kFewestPoints = 8;
 /// small objects. Given up in steps where there is no such place.
 constexpr double kEdgeMargin = 0.006;
 constexpr double kEdgeMarginShare = 0.1;
-/// Columns of the shortest stroke that is worth a margin.
-constexpr int kWorthwhile = 3;
+constexpr double kMarginPrice = 1.5;
+/// Columns that a stroke may cross, however coarse they are.
+constexpr int kFewestColumns = 3;
 /// How much less a stroke at the box's rim counts than one at its middle. Breaks ties on flat tops.
 constexpr double kRimDiscount = 0.2;
 
@@ -106,7 +107,7 @@ struct Window {
 /// The best part of a run of neighbouring columns that is at most kLongestStroke long, if it is better than `best`.
 void consider(const Relief& relief, std::span<const TopPoint> run, Window& best) {
   if (run.empty()) return;
-  const auto longest = static_cast<std::size_t>(std::max<double>(kWorthwhile, kLongestStroke / relief.cell() + 1));
+  const auto longest = static_cast<std::size_t>(std::max<double>(kFewestColumns, kLongestStroke / relief.cell() + 1));
   const std::size_t width = std::min(run.size(), longest);
   for (std::size_t first = 0; first + width <= run.size(); ++first) {
     const auto window = run.subspan(first, width);
@@ -169,10 +170,12 @@ std::vector<Vec3> chooseStroke(const TopView& view, Vec3 low, Vec3 high) {
   const Relief relief(view, low, high);
   if (relief.cell() == 0) return {};
   const double margin_m = std::min(kEdgeMargin, kEdgeMarginShare * relief.shorterSide());
-  Window best;
-  for (int margin = static_cast<int>(std::ceil(margin_m / relief.cell()));; margin /= 2) {
-    best = bestWindow(relief, margin);
-    if (static_cast<int>(best.points.size()) >= kWorthwhile || margin == 0) break;
+  int margin = static_cast<int>(std::ceil(margin_m / relief.cell()));
+  Window best = bestWindow(relief, margin);
+  while (margin > 0) {
+    margin /= 2;
+    Window bolder = bestWindow(relief, margin);
+    if (bolder.score >= kMarginPrice * best.score) best = std::move(bolder);
   }
   return best.points.empty() ? std::vector<Vec3>{} : resample(view, best);
 }

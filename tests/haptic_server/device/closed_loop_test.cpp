@@ -47,7 +47,7 @@ std::string nameOf(const DevicePreset& device, const HandPreset& hand) {
   return std::string(device.name) + ' ' + std::string(hand.name);
 }
 
-TEST(ClosedLoop, PressesToTwoNewtonsWithEveryDeviceAndHand) {
+TEST(ClosedLoop, PressesToTheTargetForceWithEveryDeviceAndHand) {
   for (const DevicePreset& device : devicePresets()) {
     for (const HandPreset& hand : handPresets()) {
       if (hand.stiffness_N_per_m == 0) continue;
@@ -60,8 +60,8 @@ TEST(ClosedLoop, PressesToTwoNewtonsWithEveryDeviceAndHand) {
       }
       ASSERT_FALSE(pressed.empty()) << nameOf(device, hand);
       const auto [least, most] = std::ranges::minmax(pressed);
-      EXPECT_GT(least, 1.6) << nameOf(device, hand);
-      EXPECT_LT(most, 2.4) << nameOf(device, hand);
+      EXPECT_GT(least, 0.8 * loop.hand.targetForce_N()) << nameOf(device, hand);
+      EXPECT_LT(most, 1.2 * loop.hand.targetForce_N()) << nameOf(device, hand);
     }
   }
 }

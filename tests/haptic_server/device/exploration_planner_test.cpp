@@ -1,0 +1,116 @@
+#include "haptic_server/device/exploration_planner.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "common/mesh/generators.h"
+
+namespace haptics {
+namespace {
+
+std::shared_ptr<const Surface> surfaceOf(const Result<TriMesh>& mesh) {
+  return buildSurface(mesh.value().vertices, mesh.value().triangles);
+}
+
+std::shared_ptr<const Surface> boxSurface(Vec3 size) { return surfaceOf(makeBox(size, 4)); }
+std::shared_ptr<const Surface> sphereSurface() { return surfaceOf(makeSphere(0.05, 24)); }
+std::shared_ptr<const Surface> torusSurface() { return surfaceOf(makeTorus(0.042, 0.018, 128, 64)); }
+
+double length(const Stroke& stroke) { return glm::distance(stroke.points.front(), stroke.points.back()); }
+
+/// Metres from a point to a surface.
+double distanceTo(const Surface& surface, const Pose& pose, Vec3 p) {
+  const Vec3 local = toLocal(pose, p);
+  int spent = 0;
+  return glm::distance(surface.closestFoot(local, 1 << 20, spent).point, local);
+}
+
+TEST(ExplorationPlanner, LaysAStrokeOnTheUpperSideOfEachObject) {
+  const auto box = boxSurface({0.07, 0.07, 0.05});
+  const auto sphere = sphereSurface();
+  const auto torus = torusSurface();
+  const Pose boxPose{glm::angleAxis(0.5, Vec3(0, 0, 1)), {0.155, 0, 0.025}};
+  const Pose spherePose{glm::angleAxis(2.0, glm::normalize(Vec3(1, 2, 3))), {-0.1, 0, 0.05}};
+  const Pose torusPose{glm::angleAxis(0.3, Vec3(1, 0, 0)), {0.03, 0, 0.03}};
+  const std::vector<ExploredObject> objects{
+      {3, box.get(), boxPose}, {5, sphere.get(), spherePose}, {9, torus.get(), torusPose}};
+  const ExplorationPlan plan = makeExplorationPlan(objects);
+  ASSERT_EQ(plan.strokes.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(plan.strokes[i].object, objects[i].id);
+    EXPECT_GT(length(plan.strokes[i]), 0.02);
+    EXPECT_LE(plan.strokes[i].points.size(), kMaxStrokePoints);
+    for (const Vec3 p : plan.strokes[i].points) {
+      EXPECT_LT(distanceTo(*objects[i].surface, objects[i].pose, p), 1e-6);
+      EXPECT_GT(p.z, objects[i].pose.position.z);
+      EXPECT_LT(p.z, plan.clearHeight_m - 0.019);
+    }
+  }
+  for (const Vec3 p : plan.strokes[0].points) {
+    const Vec3 local = toLocal(boxPose, p);
+    EXPECT_NEAR(local.z, 0.025, 1e-6);
+    EXPECT_LT(std::max(std::abs(local.x), std::abs(local.y)), 0.030);  // edges at 0.035
+  }
+}
+
+TEST(ExplorationPlanner, SeesNothingUnderAnotherObject) {
+  const auto table = boxSurface({0.1, 0.1, 0.01});
+  const auto lid = boxSurface({0.12, 0.12, 0.01});
+  const auto block = boxSurface({0.04, 0.12, 0.01});
+  const Pose tablePose{}, above{{1, 0, 0, 0}, {0, 0, 0.05}};
+  const auto covered =
+      makeExplorationPlan(std::vector<ExploredObject>{{1, table.get(), tablePose}, {2, lid.get(), above}});
+  ASSERT_EQ(covered.strokes.size(), 1U);
+  EXPECT_EQ(covered.strokes[0].object, 2U);
+  const auto partly =
+      makeExplorationPlan(std::vector<ExploredObject>{{1, table.get(), tablePose}, {2, block.get(), above}});
+  ASSERT_EQ(partly.strokes.size(), 2U);
+  for (const Vec3 p : partly.strokes[0].points) EXPECT_GT(std::abs(p.x), 0.02);
+}
+
+TEST(ExplorationPlanner, StrokesASheetFromEitherSide) {
+  const std::vector<Vec3f> corners{{-0.05F, -0.05F, 0}, {0.05F, -0.05F, 0}, {0.05F, 0.05F, 0}, {-0.05F, 0.05F, 0}};
+  for (const auto& triangles : {std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}},
+                                std::vector<std::array<std::uint32_t, 3>>{{0, 2, 1}, {0, 3, 2}}}) {
+    const auto sheet = buildSurface(corners, triangles);
+    const auto plan = makeExplorationPlan(std::vector<ExploredObject>{{1, sheet.get(), Pose{}}});
+    ASSERT_EQ(plan.strokes.size(), 1U);
+    EXPECT_GT(length(plan.strokes[0]), 0.04);
+    for (const Vec3 p : plan.strokes[0].points) EXPECT_NEAR(p.z, 0, 1e-12);
+  }
+}
+
+TEST(ExplorationPlanner, LeavesOutAnObjectThatIsTooSteepEverywhere) {
+  const std::vector<Vec3f> corners{
+      {0, -0.05F, -0.05F}, {0, 0.05F, -0.05F}, {0.01F, 0.05F, 0.05F}, {0.01F, -0.05F, 0.05F}};
+  const auto wall = buildSurface(corners, std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}});
+  const auto box = boxSurface(Vec3(0.05));
+  const auto plan = makeExplorationPlan(
+      std::vector<ExploredObject>{{1, wall.get(), Pose{}}, {2, box.get(), {{1, 0, 0, 0}, {0.3, 0, 0}}}});
+  ASSERT_EQ(plan.strokes.size(), 1U);
+  EXPECT_EQ(plan.strokes[0].object, 2U);
+  EXPECT_NEAR(plan.clearHeight_m, 0.05 + 0.02, 1e-6);  // but passes above it
+}
+
+TEST(ExplorationPlanner, PlansNothingForAnEmptyScene) { EXPECT_TRUE(makeExplorationPlan({}).strokes.empty()); }
+
+TEST(ExplorationPlanner, KeepsTheStrokesOfObjectsThatDidNotChange) {
+  const auto sphere = sphereSurface();
+  const auto torus = torusSurface();
+  const Pose left{{1, 0, 0, 0}, {-0.1, 0, 0.05}}, right{{1, 0, 0, 0}, {0.1, 0, 0.02}},
+      farther{{1, 0, 0, 0}, {0.3, 0, 0.1}};
+  const auto before =
+      makeExplorationPlan(std::vector<ExploredObject>{{1, sphere.get(), left}, {2, torus.get(), right}});
+  const auto same = makeExplorationPlan(std::vector<ExploredObject>{{1, sphere.get(), left}, {2, torus.get(), right}});
+  const auto after =
+      makeExplorationPlan(std::vector<ExploredObject>{{1, sphere.get(), left}, {2, torus.get(), farther}});
+  EXPECT_EQ(before, same);
+  EXPECT_EQ(before.strokes[0], after.strokes[0]);
+  EXPECT_NE(before.strokes[1], after.strokes[1]);
+}
+
+}  // namespace
+}  // namespace haptics
