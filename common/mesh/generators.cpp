@@ -41,7 +41,7 @@ struct Quads {
   [[nodiscard]] Result<TriMesh> canonical(const char* name) && {
     const std::size_t made = triangles.size();
     auto imported = canonicalise(std::move(vertices), std::move(triangles), ImportOptions{});
-    if (!imported) return tl::unexpected(std::move(imported).error());
+    if (!imported) return refused(name, std::move(imported).error().reason);
     if (imported->report.kept != made || !imported->report.closed()) {
       return refused(name, "its triangles would be too thin or too small for float32 vertices; choose fewer segments");
     }

@@ -71,7 +71,7 @@ std::string MeshReport::text() const {
     if (count > 0) line += ", " + std::to_string(count) + ' ' + what;
   };
   mention(polygonsTriangulated, "polygons cut into triangles");
-  mention(shapesSkipped, "NURBS shapes skipped");
+  mention(shapesSkipped, "parts skipped (NURBS, or included files that are not beside it)");
   mention(droppedDegenerate, "degenerate triangles dropped");
   mention(droppedOutOfRange, "triangles dropped for naming a vertex that is not there");
   mention(duplicateFaces, "duplicate faces kept");

@@ -1,0 +1,87 @@
+#include "common/mesh/import.h"
+
+#include <algorithm>
+#include <cctype>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "common/mesh/file_bytes.h"
+#include "common/mesh/inventor_reader.h"
+#include "common/mesh/openmesh_reader.h"
+#include "common/mesh/plain_file.h"
+
+namespace haptics {
+namespace {
+
+std::string formatOf(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension.empty() ? extension : extension.substr(1);
+}
+
+using PlainMaker = Result<PlainFile> (*)(std::string_view);
+
+PlainMaker plainMakerFor(const std::string& format) {
+  if (format == "obj") return plainObj;
+  if (format == "off") return plainOff;
+  if (format == "ply") return plainPly;
+  if (format == "stl") return plainStl;
+  if (format == "om") return plainOm;
+  return nullptr;
+}
+
+Result<PolygonSoup> readSoup(const std::filesystem::path& file) {
+  const std::string format = formatOf(file);
+  const PlainMaker makePlain = plainMakerFor(format);
+  if (makePlain == nullptr && format != "iv") {
+    return refused("", "has an unknown format; the name should end in .obj, .ply, .stl, .off, .om or .iv");
+  }
+  const auto bytes = readFile(file);
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (format == "iv") return readInventor(*bytes, file.parent_path());
+  return makePlain(*bytes).and_then([&format](PlainFile plain) { return readWithOpenMesh(std::move(plain), format); });
+}
+
+Result<ImportedMesh> importSoup(const std::filesystem::path& file, const ImportOptions& options) {
+  auto soup = readSoup(file);
+  if (!soup) return tl::unexpected(std::move(soup).error());
+  const std::uint64_t taken = soup->triangles.size();
+  const std::uint64_t leftOut = soup->degenerate + soup->outOfRange;
+  const std::uint64_t joined = soup->verticesInFile - soup->vertices.size();  // by OpenMesh's STL reader
+  if (taken == 0 && leftOut > 0) {
+    return refused("", "holds no usable triangle: " + std::to_string(soup->degenerate) + " are degenerate, " +
+                           std::to_string(soup->outOfRange) + " name a vertex that is not there (of " +
+                           std::to_string(soup->verticesInFile) + ')');
+  }
+  auto imported = canonicalise(std::move(soup->vertices), std::move(soup->triangles), options);
+  if (!imported) return imported;
+  MeshReport& report = imported->report;
+  report.verticesInFile += joined;
+  report.verticesWelded += joined;
+  report.trianglesInFile += leftOut;
+  report.droppedDegenerate += soup->degenerate;
+  report.droppedOutOfRange += soup->outOfRange;
+  report.polygonsTriangulated = soup->polygonsTriangulated;
+  report.shapesSkipped = soup->shapesSkipped;
+  return imported;
+}
+
+}  // namespace
+
+Result<ImportedMesh> importMesh(const std::filesystem::path& file, const ImportOptions& options) {
+  Result<ImportedMesh> imported;
+  try {
+    imported = importSoup(file, options);
+  } catch (const std::bad_alloc&) {
+    imported = refused("", "needs more memory than there is");
+  } catch (const std::length_error&) {
+    imported = refused("", "needs more memory than there is");
+  }
+  if (!imported && imported.error().field.empty()) return refused(file.string(), std::move(imported).error().reason);
+  return imported;
+}
+
+}  // namespace haptics

@@ -1,0 +1,104 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "common/mesh/import.h"
+#include "common/mesh/mesh_asset.h"
+
+// Exit code: 0 when every file was there, whether it was loaded or refused; 1 when a file does not exist; CLI11's codes
+// (above 100) for wrong usage.
+namespace {
+
+using haptics::ImportedMesh;
+using haptics::MeshReport;
+
+nlohmann::ordered_json flat(const std::string& file, const haptics::Result<ImportedMesh>& imported) {
+  nlohmann::ordered_json row{{"file", file}, {"loaded", imported.has_value()}};
+  if (!imported) {
+    row["field"] = imported.error().field;
+    row["reason"] = imported.error().reason;
+    return row;
+  }
+  const MeshReport& r = imported->report;
+  row.update({{"hash", hashOf(imported->mesh).hex()},
+              {"triangles_in_file", r.trianglesInFile},
+              {"kept", r.kept},
+              {"polygons_triangulated", r.polygonsTriangulated},
+              {"dropped_degenerate", r.droppedDegenerate},
+              {"dropped_out_of_range", r.droppedOutOfRange},
+              {"duplicate_faces", r.duplicateFaces},
+              {"vertices_in_file", r.verticesInFile},
+              {"vertices", imported->mesh.vertices.size()},
+              {"vertices_welded", r.verticesWelded},
+              {"vertices_unused", r.verticesUnused},
+              {"shapes_skipped", r.shapesSkipped},
+              {"boundary_edges", r.boundaryEdges},
+              {"non_manifold_edges", r.nonManifoldEdges},
+              {"inconsistent_edges", r.inconsistentEdges},
+              {"closed", r.closed()},
+              {"max_valence", r.maxValence},
+              {"mean_edge_m", r.meanEdge_m},
+              {"box_min_m", {r.boxMin_m.x, r.boxMin_m.y, r.boxMin_m.z}},
+              {"box_max_m", {r.boxMax_m.x, r.boxMax_m.y, r.boxMax_m.z}},
+              {"scale_m", r.scale_m}});
+  return row;
+}
+
+void printHeading() {
+  std::cout << "| file | triangles | kept | degenerate | out of range | duplicate | skipped parts | boundary edges | "
+               "non-manifold | flipped | closed | max valence | size m |\n"
+               "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | ---: | --- |\n";
+}
+
+void printRow(const std::string& file, const haptics::Result<ImportedMesh>& imported) {
+  if (!imported) {
+    std::cout << "| " << file << " | refused: " << imported.error().reason << " | | | | | | | | | | | |\n";
+    return;
+  }
+  const MeshReport& r = imported->report;
+  const haptics::Vec3 size_m = r.boxMax_m - r.boxMin_m;
+  char sizes[80];
+  std::snprintf(sizes, sizeof sizes, "%.4g x %.4g x %.4g", size_m.x, size_m.y, size_m.z);
+  std::cout << "| " << file << " | " << r.trianglesInFile << " | " << r.kept << " | " << r.droppedDegenerate << " | "
+            << r.droppedOutOfRange << " | " << r.duplicateFaces << " | " << r.shapesSkipped << " | " << r.boundaryEdges
+            << " | " << r.nonManifoldEdges << " | " << r.inconsistentEdges << " | " << (r.closed() ? "yes" : "no")
+            << " | " << r.maxValence << " | " << sizes << " |\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Reads mesh files as haptic_server does and prints a row for each: what was kept and dropped, or why the file "
+      "was "
+      "refused."};
+  app.footer("Example: mesh_report --unit 0.001 part.stl bunny.off");
+  std::vector<std::string> files;
+  haptics::ImportOptions options;
+  bool asJson = false;
+  app.add_option("file", files, ".obj, .ply, .stl, .off, .om or .iv")->required();
+  app.add_option("--unit", options.unit_m, "Metres per unit of the files (0.001 for millimetres)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_flag("--json", asJson, "Print a list of flat records instead of a Markdown table");
+  CLI11_PARSE(app, argc, argv);
+
+  bool allThere = true;
+  auto records = nlohmann::ordered_json::array();
+  if (!asJson) printHeading();
+  for (const std::string& file : files) {
+    allThere = allThere && std::filesystem::exists(file);
+    const auto imported = haptics::importMesh(file, options);
+    if (asJson) {
+      records.push_back(flat(file, imported));
+    } else {
+      printRow(file, imported);
+    }
+  }
+  if (asJson) std::cout << records.dump(2) << '\n';
+  return allThere ? 0 : 1;
+}

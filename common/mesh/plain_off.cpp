@@ -1,0 +1,119 @@
+#include "common/mesh/plain_file.h"
+#include "common/mesh/text_scan.h"
+
+namespace haptics {
+namespace {
+
+/// The next line that holds something, without its comment; empty at the end of the file.
+std::string_view nextContent(std::string_view& rest) {
+  while (!rest.empty()) {
+    std::string_view line = nextLine(rest);
+    line = line.substr(0, line.find('#'));
+    std::string_view words = line;
+    if (!nextWord(words).empty()) return line;
+  }
+  return {};
+}
+
+struct Counts {
+  std::uint64_t vertices, faces;
+};
+
+/// "OFF" (or with ST, C, N before it, whose texture coordinates, colours and normals are left out), then the counts of
+/// vertices, faces and edges on the same or the next line.
+Result<Counts> readHeader(std::string_view& rest) {
+  std::string_view line = nextContent(rest);
+  std::string_view keyword = nextWord(line);
+  const std::string_view written = keyword;
+  for (const std::string_view prefix : {"ST", "C", "N"}) {
+    if (keyword.starts_with(prefix)) keyword.remove_prefix(prefix.size());
+  }
+  if (keyword != "OFF") return refused("", "begins with " + inQuotes(written) + "; an OFF file begins with \"OFF\"");
+  std::string_view first = nextWord(line);
+  if (first == "BINARY") return refused("", "is a binary OFF file; save it as text");
+  if (first.empty()) {
+    line = nextContent(rest);
+    first = nextWord(line);
+  }
+  const auto vertices = asInteger(first), faces = asInteger(nextWord(line));
+  if (!vertices || !faces || *vertices < 0 || *faces < 0) {
+    return refused("", "its header should give the number of vertices, faces and edges, as in \"8 6 12\"");
+  }
+  return Counts{static_cast<std::uint64_t>(*vertices), static_cast<std::uint64_t>(*faces)};
+}
+
+Result<void> addVertex(std::string_view line, PlainFile& plain) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string_view word = nextWord(line);
+    if (auto ok = coordinate(word, plain.vertices); !ok) return tl::unexpected(std::move(ok).error());
+    (plain.bytes += word) += axis < 2 ? ' ' : '\n';
+  }
+  ++plain.vertices;
+  return {};
+}
+
+Result<void> addFace(std::string_view line, std::uint64_t number, std::string& faces, PlainFile& plain) {
+  const auto bad = [number](const std::string& why) {
+    return refused("", "face " + std::to_string(number) + " (from 0) " + why);
+  };
+  const auto corners = asInteger(nextWord(line));
+  // Two characters a corner is the least that it takes.
+  if (!corners || *corners < 0 || static_cast<std::uint64_t>(*corners) > line.size() / 2) {
+    return bad("should begin with the number of its corners and then name as many vertices");
+  }
+  std::string face = std::to_string(*corners);
+  bool inRange = true;
+  for (std::int64_t k = 0; k < *corners; ++k) {
+    const std::string_view word = nextWord(line);
+    const auto vertex = asInteger(word);
+    if (!vertex) return bad(word.empty() ? "has fewer corners than it says" : "has " + inQuotes(word) + " as a corner");
+    inRange = inRange && *vertex >= 0 && static_cast<std::uint64_t>(*vertex) < plain.vertices;
+    (face += ' ') += word;
+  }
+  if (*corners < 3) {
+    ++plain.degenerate;
+    return {};
+  }
+  const auto triangles = static_cast<std::uint64_t>(*corners) - 2;
+  if (!inRange) {
+    plain.outOfRange += triangles;
+    return {};
+  }
+  ++plain.polygons;
+  plain.triangles += triangles;
+  (faces += face) += '\n';
+  return {};
+}
+
+}  // namespace
+
+Result<PlainFile> plainOff(std::string_view file) {
+  auto counts = readHeader(file);
+  if (!counts) return tl::unexpected(std::move(counts).error());
+  constexpr std::uint64_t kLeastVertex = 6, kLeastFace = 2;  // characters of "0 0 0\n" and "0\n"
+  if (counts->vertices > file.size() / kLeastVertex + 1 || counts->faces > file.size() / kLeastFace + 1) {
+    return refused("", "its header claims " + std::to_string(counts->vertices) + " vertices and " +
+                           std::to_string(counts->faces) + " faces, more than its length can hold");
+  }
+  PlainFile plain;
+  for (std::uint64_t i = 0; i < counts->vertices; ++i) {
+    const std::string_view line = nextContent(file);
+    if (line.empty()) {
+      return refused("", "ends after " + std::to_string(i) + " of " + std::to_string(counts->vertices) + " vertices");
+    }
+    if (auto ok = addVertex(line, plain); !ok) return tl::unexpected(std::move(ok).error());
+  }
+  std::string faces;
+  for (std::uint64_t i = 0; i < counts->faces; ++i) {
+    const std::string_view line = nextContent(file);
+    if (line.empty()) {
+      return refused("", "ends after " + std::to_string(i) + " of " + std::to_string(counts->faces) + " faces");
+    }
+    if (auto ok = addFace(line, i, faces, plain); !ok) return tl::unexpected(std::move(ok).error());
+  }
+  plain.bytes =
+      "OFF\n" + std::to_string(plain.vertices) + ' ' + std::to_string(plain.polygons) + " 0\n" + plain.bytes + faces;
+  return plain;
+}
+
+}  // namespace haptics

@@ -1,0 +1,171 @@
+#include <bit>
+#include <cstring>
+#include <optional>
+
+#include "common/mesh/plain_file.h"
+#include "common/mesh/text_scan.h"
+
+namespace haptics {
+namespace {
+
+// OpenMesh's own binary format, as OpenMesh/Core/IO/OMFormat.hh of version 9.0 describes it.
+struct Header {
+  char meshKind = 0;  // 'T'riangles, 'Q'uads, 'P'olygons
+  std::uint8_t version = 0;
+  std::uint64_t vertices = 0, faces = 0, edges = 0;
+};
+constexpr std::size_t kHeaderSize = 16;
+
+constexpr std::uint8_t versionNumber(unsigned major, unsigned minor) {
+  return static_cast<std::uint8_t>(major << 5 | minor);
+}
+constexpr std::uint8_t kHalfedgeVersion = versionNumber(2, 0);   // topology as half-edges from here on
+constexpr std::uint8_t kNamedTypeVersion = versionNumber(2, 2);  // named properties give their type
+constexpr std::uint8_t kNewestVersion = versionNumber(2, 2);
+
+enum Entity : unsigned { kVertex = 0, kMesh = 1, kFace = 2, kEdge = 4, kHalfedge = 6, kSentinel = 7 };
+enum Type : unsigned { kPosition = 0, kStatus = 3, kCustom = 6, kTopology = 7 };
+
+struct Chunk {
+  bool named, isFloat;
+  unsigned entity, type, dimension, bits;
+
+  explicit Chunk(unsigned word)
+      : named(word >> 1 & 1),
+        isFloat(word >> 10 & 1),
+        entity(word >> 2 & 7),
+        type(word >> 5 & 15),
+        dimension((word >> 11 & 7) + 1),
+        bits(word >> 14 & 3) {}
+
+  [[nodiscard]] std::uint64_t integerSize() const { return std::uint64_t{1} << bits; }
+  [[nodiscard]] std::uint64_t vectorSize() const { return dimension * (isFloat ? 4U << bits : 1U << bits); }
+};
+
+template <class T>
+std::optional<T> take(std::string_view& rest) {
+  static_assert(std::endian::native == std::endian::little);
+  if (rest.size() < sizeof(T)) return std::nullopt;
+  T value;
+  std::memcpy(&value, rest.data(), sizeof value);
+  rest.remove_prefix(sizeof value);
+  return value;
+}
+
+tl::unexpected<Error> cutOff() { return refused("", "is cut off: the OM file ends inside a chunk"); }
+
+Result<Header> readHeader(std::string_view& rest) {
+  if (rest.size() < kHeaderSize || !rest.starts_with("OM")) return refused("", "does not begin with \"OM\"");
+  Header header;
+  header.meshKind = rest[2];
+  header.version = static_cast<std::uint8_t>(rest[3]);
+  rest.remove_prefix(4);
+  header.vertices = *take<std::uint32_t>(rest);
+  header.faces = *take<std::uint32_t>(rest);
+  header.edges = *take<std::uint32_t>(rest);
+  if (std::string_view("TQP").find(header.meshKind) == std::string_view::npos) {
+    return refused("", "its header gives a mesh kind that is none of T, Q and P");
+  }
+  if (header.version > kNewestVersion) return refused("", "has a version of the OM format newer than 2.2");
+  return header;
+}
+
+/// Bytes of the chunk's data; nothing when that cannot be told.
+std::optional<std::uint64_t> dataSize(const Chunk& chunk, const Header& header, std::string_view data) {
+  if (chunk.type == kCustom) {
+    const auto size = take<std::uint32_t>(data);
+    return size ? std::optional<std::uint64_t>(sizeof *size + *size) : std::nullopt;
+  }
+  const std::uint64_t n = chunk.integerSize();
+  switch (chunk.entity) {
+    case kVertex:
+      return header.vertices * (chunk.type == kTopology ? n : chunk.vectorSize());
+    case kHalfedge:
+      return chunk.type == kTopology ? header.edges * 6 * n : 2 * header.edges * chunk.vectorSize();
+    case kEdge:
+      return header.edges * chunk.vectorSize();
+    case kMesh:
+      return chunk.vectorSize();
+    case kFace:
+      break;
+    default:
+      return std::nullopt;
+  }
+  if (chunk.type != kTopology) return header.faces * chunk.vectorSize();
+  if (header.version >= kHalfedgeVersion) return header.faces * n;
+  if (header.meshKind != 'P') return header.faces * (header.meshKind == 'T' ? 3 : 4) * n;
+  std::uint64_t size = 0;
+  for (std::uint64_t f = 0; f < header.faces; ++f) {
+    const auto corners = take<std::uint16_t>(data);
+    if (!corners || data.size() < *corners * n) return std::nullopt;
+    data.remove_prefix(*corners * n);
+    size += sizeof *corners + *corners * n;
+  }
+  return size;
+}
+
+bool skipName(std::string_view& rest) {
+  const auto length = take<std::uint8_t>(rest);
+  if (!length || rest.size() < *length) return false;
+  rest.remove_prefix(*length);
+  return true;
+}
+
+Result<void> checkPositions(const Chunk& chunk, const Header& header, std::string_view data) {
+  if (!chunk.isFloat || chunk.dimension != 3 || chunk.bits > 1) {
+    return refused("", "its vertices should be three float32 or float64 each");
+  }
+  for (std::uint64_t i = 0; i < 3 * header.vertices; ++i) {
+    const double x = chunk.bits == 0 ? static_cast<double>(*take<float>(data)) : *take<double>(data);
+    if (auto ok = coordinate(x, i / 3); !ok) return tl::unexpected(std::move(ok).error());
+  }
+  return {};
+}
+
+/// Vertex positions, corners of faces and half-edges make the surface; all else is left out.
+bool isGeometry(const Chunk& chunk) {
+  return (chunk.entity == kVertex && chunk.type == kPosition) || (chunk.entity == kFace && chunk.type == kTopology) ||
+         (chunk.entity == kHalfedge && chunk.type == kTopology);
+}
+
+}  // namespace
+
+Result<PlainFile> plainOm(std::string_view file) {
+  const std::string_view whole = file;
+  const auto header = readHeader(file);
+  if (!header) return tl::unexpected(header.error());
+  PlainFile plain;
+  plain.binary = true;
+  plain.vertices = header->vertices;
+  plain.polygons = header->faces;
+  plain.bytes = whole.substr(0, kHeaderSize);
+  unsigned seen = 0;  // a bit for each entity whose geometry was found
+  while (!file.empty()) {
+    std::string_view start = file;
+    const auto word = take<std::uint16_t>(file);
+    if (!word) return cutOff();
+    const Chunk chunk(*word);
+    if (chunk.entity == kSentinel) break;
+    if (chunk.named && !(skipName(file) && (header->version < kNamedTypeVersion || skipName(file)))) return cutOff();
+    const auto size = dataSize(chunk, *header, file);
+    if (!size || *size > file.size()) return cutOff();
+    if (isGeometry(chunk)) {
+      if (chunk.named || (seen & 1U << chunk.entity) != 0) return refused("", "gives the same part of the mesh twice");
+      seen |= 1U << chunk.entity;
+      if (chunk.type == kPosition) {
+        if (auto ok = checkPositions(chunk, *header, file); !ok) return tl::unexpected(std::move(ok).error());
+      } else if (chunk.bits > 2) {
+        return refused("", "numbers its parts with 64 bits; 32 are taken");
+      }
+      plain.bytes += start.substr(0, sizeof *word + *size);
+    }
+    file.remove_prefix(*size);
+  }
+  const bool halfedges = header->version >= kHalfedgeVersion;
+  if (seen != (1U << kVertex | 1U << kFace | (halfedges ? 1U << kHalfedge : 0U))) {
+    return refused("", "is cut off or incomplete: vertices, faces or half-edges are missing");
+  }
+  return plain;
+}
+
+}  // namespace haptics
