@@ -2,20 +2,20 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "common/telemetry/telemetry_sample.h"
 #include "common/wire/framing.h"
 #include "common/wire/transport.h"
+#include "haptic_server/net/adoption_watch.h"
 #include "haptic_server/net/asset_sender.h"
 #include "haptic_server/net/rate_limit.h"
 #include "haptic_server/net/session_host.h"
-#include "haptic_server/net/upload_assembly.h"
+#include "haptic_server/net/session_uploads.h"
+#include "haptic_server/net/telemetry_slot.h"
 
 namespace haptics {
 
@@ -33,7 +33,7 @@ struct ServerIdentity {
 class ServerSession {
  public:
   static constexpr std::uint64_t kHelloWithin_ns = 3'000'000'000;
-  static constexpr std::uint64_t kSilence_ns = 3'000'000'000;     ///< Dead after this long without a byte.
+  static constexpr std::uint64_t kSilence_ns = 3'000'000'000;  ///< Dead after this long without a byte.
   static constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
   static constexpr double kMaxTelemetryRate_Hz = 1000;
   /// Sustained edits per second of one client, and how many may come at once; above, rejected with field "rate".
@@ -43,9 +43,7 @@ class ServerSession {
   static constexpr std::size_t kSendAheadBytes = 256U << 10;
   /// Replies cannot wait: with more than this queued the client is disconnected and left to resume.
   static constexpr std::size_t kMaxBacklogBytes = 4U << 20;
-  static constexpr std::size_t kMaxClientName = 64;    ///< Bytes.
-  static constexpr std::size_t kMaxAwaitedLive = 4096; ///< Accepted edits not yet felt; beyond, the oldest are let go.
-  static constexpr std::size_t kMaxHeldUploads = 16;   ///< Uploads that no edit has named; beyond, the oldest is freed.
+  static constexpr std::size_t kMaxClientName = 64;  ///< Bytes.
 
   /// All three outlive the session.
   ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity);
@@ -64,6 +62,8 @@ class ServerSession {
   void adopted(std::uint64_t revision, std::uint64_t tick);
   void editDecided(std::uint64_t clientSeq, const EditOutcome& outcome);
   void meshDecided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome);
+  /// Sends a Refusal naming the bad field and closes; reported to the host.
+  void refuse(const std::string& field, const std::string& reason);
   /// Closes without blame: the server stops, or a newer connection took the session over.
   void close(const std::string& why);
 
@@ -75,15 +75,8 @@ class ServerSession {
   enum class Phase { kAwaitingHello, kLive, kClosed };
   struct Snapshot {
     std::shared_ptr<const SceneHistory> of;
+    bool begun = false;
     std::size_t sent = 0;  // objects
-  };
-  struct AwaitedLive {
-    std::uint64_t clientSeq;
-    std::uint64_t revision;
-  };
-  struct HeldUpload {
-    std::shared_ptr<const MeshAsset> asset;
-    std::size_t reserved;
   };
 
   Transport& transport_;
@@ -102,16 +95,12 @@ class ServerSession {
   std::uint64_t sentRevision_ = 0;  // the client has, or is about to have, this
   AssetSender assets_;
 
-  v1::Envelope telemetry_;  // reused
-  TelemetrySample newest_;
-  bool fresh_ = false;  // newest_ has not been sent
-  std::uint64_t telemetryPeriod_ns_ = 0;  // 0: not subscribed
-  std::uint64_t nextTelemetry_ns_ = 0;
+  v1::Envelope telemetryEnvelope_;  // reused: encoding a sample allocates only its frame
+  TelemetrySlot telemetry_;
 
   RateLimit editRate_{kEditRate_Hz, kEditBurst};
-  std::deque<AwaitedLive> awaitedLive_;  // in order of revision
-  UploadAssembly upload_;
-  std::deque<HeldUpload> held_;
+  AdoptionWatch adoptions_;
+  SessionUploads uploads_;
 
   void received(std::span<const char> bytes);
   void closed(const std::string& why);
@@ -120,20 +109,17 @@ class ServerSession {
   void handle(const v1::Hello& hello);
   void handle(const v1::Subscribe& subscribe);
   void handle(const v1::AssetRequest& request);
-  void handle(const v1::AssetUpload& upload);
   void handle(const v1::EditRequest& request);
   void handle(const v1::ClockProbe& probe);
-  void handleStatusRequest();
-  void uploadRefused(const ContentHash& hash, const Error& error);
-  void replyRejected(std::uint64_t clientSeq, const Error& error);
+  void reportStatus();
 
   void pump();
   void sendSnapshot();
   void sendCommits();
-  void sendTelemetry();
+  void sendLive();
   void sendHeartbeat();
   void send(v1::Envelope& envelope);
-  void refuse(const std::string& field, const std::string& reason);
+  void send(const v1::AssetUploadReply& reply);
 };
 
 }  // namespace haptics

@@ -35,7 +35,7 @@ class SessionHost {
   virtual void fillStatus(v1::Status& status) = 0;
   /// The client was refused, for the log. The connection ends (ended() follows).
   virtual void refused(const std::string& why) = 0;
-  /// The connection is closed; nothing follows. The session may be destroyed after this call returned.
+  /// The connection is closed; nothing follows. The session may be destroyed once this call has returned.
   virtual void ended(const std::string& why) = 0;
 };
 

@@ -1,0 +1,30 @@
+#include "haptic_server/net/asset_sender.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/wire/framing.h"
+
+namespace haptics {
+
+bool AssetSender::add(std::shared_ptr<const MeshAsset> asset, std::uint64_t offset) {
+  std::erase_if(waiting_, [&](const Transfer& t) { return t.asset->hash == asset->hash; });
+  if (waiting_.size() >= kMaxWaiting) return false;
+  waiting_.push_back({std::move(asset), offset});
+  return true;
+}
+
+void AssetSender::next(v1::AssetChunk& chunk) {
+  Transfer& transfer = waiting_.front();
+  const std::string& bytes = *transfer.asset->encoded;
+  const std::size_t size = std::min<std::size_t>(kMaxChunkBytes, bytes.size() - transfer.offset);
+  chunk.set_hash(transfer.asset->hash.asBytes());
+  chunk.set_kind(v1::ASSET_KIND_MESH);
+  chunk.set_total_size(bytes.size());
+  chunk.set_offset(transfer.offset);
+  chunk.set_data(bytes.data() + transfer.offset, size);
+  transfer.offset += size;
+  if (transfer.offset == bytes.size()) waiting_.pop_front();
+}
+
+}  // namespace haptics

@@ -1,0 +1,267 @@
+#include "haptic_server/net/server.h"
+
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "common/clock/monotonic.h"
+#include "common/wire/endpoint.h"
+#include "common/wire/event_loop.h"
+#include "common/wire/tcp.h"
+
+namespace haptics {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// How often the servo's queue is emptied: the delay it adds to a sample's age. Shorter costs wake-ups beside the servo.
+constexpr milliseconds kDrainEvery{2};
+/// Connections beyond the clients that are told so before they are closed; above, they are dropped without a word.
+constexpr std::size_t kMaxTurnedAway = 64;
+/// How long stop() lets clients read why.
+constexpr milliseconds kStopGrace{200};
+/// Memory for uploads under way, being built and waiting for an edit, all clients together.
+constexpr std::size_t kUploadBudget_bytes = 512U << 20;
+/// Lines about connections in the log: a flood of them must not fill the disk.
+constexpr double kLogLinesPerSecond = 5;
+constexpr double kLogBurst = 50;
+
+}  // namespace
+
+class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
+ public:
+  Impl(Options options, SceneRoom& room) : options_(std::move(options)), room_(room), history_(room.history()) {}
+
+  Result<void> open() {
+    const auto endpoint = parseEndpoint(options_.listen);
+    if (!endpoint) return tl::unexpected(endpoint.error());
+    if (auto allowed = checkListenAddress(*endpoint, options_.allowInsecureLan); !allowed) return allowed;
+    auto listener = TcpListener::open(loop_, *endpoint, [this](std::unique_ptr<Transport> t) { accept(std::move(t)); });
+    if (!listener) return tl::unexpected(listener.error());
+    listener_ = *std::move(listener);
+    port_ = listener_->local().port;
+    return {};
+  }
+
+  void start() {
+    room_.setListener([weak = weak_from_this()](std::shared_ptr<const SceneHistory> history) {
+      if (const auto self = weak.lock()) self->post([history](Impl& impl) { impl.sceneChanged(history); });
+    });
+    timer_ = loop_.every(kDrainEvery, [this] { onTimer(); });
+    thread_ = std::thread([this] { loop_.run(); });
+  }
+
+  void stop() {
+    if (!thread_.joinable()) return;
+    room_.setListener({});
+    loop_.post([this] { beginStop(); });
+    thread_.join();
+    drainTelemetry();
+    timer_ = {};
+    connections_.clear();
+    listener_.reset();
+  }
+
+  [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
+  [[nodiscard]] Counters counters() const noexcept { return {clients_.load(), refusedConnections_.load()}; }
+
+ private:
+  struct Connection final : SessionHost {
+    Connection(Impl& server_, std::uint64_t number_, std::unique_ptr<Transport> transport_)
+        : server(server_), number(number_), transport(std::move(transport_)),
+          session(*transport, *this, server_.options_.identity) {}
+
+    /// For other threads: hands a task to this session, on the network thread, if it still exists by then.
+    [[nodiscard]] auto here() const {
+      return [weak = server.weak_from_this(), n = number](std::function<void(ServerSession&)> task) {
+        const auto self = weak.lock();
+        if (!self) return;
+        self->post([n, task = std::move(task)](Impl& impl) {
+          if (const auto at = impl.connections_.find(n); at != impl.connections_.end()) task(at->second->session);
+        });
+      };
+    }
+
+    [[nodiscard]] std::uint64_t now_ns() const override { return monotonicNow_ns(); }
+    [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return server.history_; }
+    [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const override {
+      return server.room_.findMesh(hash);
+    }
+    void submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
+      server.room_.submitEdit(id, clientSeq, std::move(transaction), [here = here(), clientSeq](const EditOutcome& outcome) {
+        here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
+      });
+    }
+    void submitMesh(const ContentHash& hash, std::string bytes) override {
+      server.room_.submitMesh(hash, std::move(bytes), [here = here(), hash](const auto& mesh) {
+        here([hash, mesh](ServerSession& s) { s.meshDecided(hash, mesh); });
+      });
+    }
+    [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
+      if (bytes > kUploadBudget_bytes - server.uploadBytes_) return false;
+      server.uploadBytes_ += bytes;
+      return true;
+    }
+    void releaseUpload(std::size_t bytes) override { server.uploadBytes_ -= bytes; }
+    void sessionClaimed(SessionId id) override { server.claimed(*this, id); }
+    void fillStatus(v1::Status& status) override { server.fillStatus(status); }
+    void refused(const std::string& why) override {
+      ++server.refusedConnections_;
+      server.log("refused " + described() + ": " + why);
+      wasRefused = true;
+    }
+    void ended(const std::string& why) override {
+      if (!wasRefused && session.id() != 0) server.log(described() + " left: " + why);
+      server.post([n = number](Impl& impl) { impl.remove(n); });
+    }
+    [[nodiscard]] std::string described() const {
+      return session.name().empty() ? transport->peer() : session.name() + " (" + transport->peer() + ")";
+    }
+
+    Impl& server;
+    std::uint64_t number;
+    std::unique_ptr<Transport> transport;
+    ServerSession session;
+    bool wasRefused = false;
+  };
+
+  /// Runs the task on the network thread, later, if the server still exists. Any thread.
+  void post(std::function<void(Impl&)> task) {
+    loop_.post([weak = weak_from_this(), task = std::move(task)] {
+      if (const auto self = weak.lock()) task(*self);
+    });
+  }
+
+  void accept(std::unique_ptr<Transport> transport) {
+    if (connections_.size() >= kMaxClients + kMaxTurnedAway || stopTimer_) {
+      ++refusedConnections_;
+      return;
+    }
+    const bool full = connections_.size() >= kMaxClients;
+    const std::uint64_t number = nextNumber_++;
+    auto& connection = *connections_.emplace(number, std::make_unique<Connection>(*this, number, std::move(transport)))
+                            .first->second;
+    connection.session.start();
+    if (full) return connection.session.refuse("", "the server has its " + std::to_string(kMaxClients) + " clients");
+    if (lastSample_) connection.session.adopted(lastSample_->sceneRevision, lastSample_->adoptionTick);
+  }
+
+  void claimed(const Connection& by, SessionId id) {
+    log(by.described() + " joined");
+    for (auto& [number, other] : connections_) {
+      if (other.get() != &by && other->session.welcomed() && other->session.id() == id) {
+        other->session.close("its session goes on in a newer connection");
+      }
+    }
+    countClients();
+  }
+
+  void remove(std::uint64_t number) {
+    connections_.erase(number);
+    countClients();
+    if (stopTimer_ && connections_.empty()) loop_.stop();
+  }
+
+  void countClients() {
+    std::uint32_t clients = 0;
+    for (const auto& [number, connection] : connections_) clients += connection->session.welcomed() ? 1 : 0;
+    clients_ = clients;
+  }
+
+  void sceneChanged(const std::shared_ptr<const SceneHistory>& history) {
+    history_ = history;
+    for (auto& [number, connection] : connections_) connection->session.sceneChanged();
+  }
+
+  void onTimer() {
+    const bool any = drainTelemetry();
+    for (auto& [number, connection] : connections_) {
+      if (any) connection->session.offerTelemetry(*lastSample_);
+      connection->session.poll();
+    }
+  }
+
+  /// Whether there was a sample; the newest is then in lastSample_.
+  bool drainTelemetry() {
+    TelemetrySample sample;
+    bool any = false;
+    while (options_.popTelemetry && options_.popTelemetry(sample)) {
+      any = true;
+      if (options_.recordSample) options_.recordSample(sample);
+      if (!lastSample_ || sample.sceneRevision != lastSample_->sceneRevision) {
+        for (auto& [number, connection] : connections_) {
+          connection->session.adopted(sample.sceneRevision, sample.adoptionTick);
+        }
+      }
+      lastSample_ = sample;
+    }
+    return any;
+  }
+
+  void fillStatus(v1::Status& status) {
+    status.set_device(options_.identity.device);
+    status.set_servo_rate_hz(options_.identity.servoRate_Hz);
+    if (options_.fillStatus) options_.fillStatus(status);
+    status.set_uptime_s(static_cast<double>(monotonicNow_ns() - started_ns_) * 1e-9);
+    status.set_clients(clients_);
+    status.set_refused_connections(refusedConnections_);
+  }
+
+  void log(const std::string& line) {
+    if (!options_.log) return;
+    if (!logRate_.allow(monotonicNow_ns())) {
+      ++unlogged_;
+      return;
+    }
+    if (unlogged_ > 0) options_.log(std::to_string(unlogged_) + " lines about connections left out");
+    unlogged_ = 0;
+    options_.log(line);
+  }
+
+  void beginStop() {
+    listener_.reset();
+    stopTimer_ = loop_.after(kStopGrace, [this] { loop_.stop(); });
+    for (auto& [number, connection] : connections_) connection->session.close("the server stops");
+    if (connections_.empty()) loop_.stop();
+  }
+
+  const Options options_;
+  SceneRoom& room_;
+  EventLoop loop_;  // before what lives on it
+  std::unique_ptr<TcpListener> listener_;
+  std::uint16_t port_ = 0;
+  Timer timer_;
+  std::optional<Timer> stopTimer_;
+  std::thread thread_;
+  std::uint64_t started_ns_ = monotonicNow_ns();
+
+  // The network thread's.
+  std::shared_ptr<const SceneHistory> history_;
+  std::map<std::uint64_t, std::unique_ptr<Connection>> connections_;
+  std::uint64_t nextNumber_ = 1;
+  std::optional<TelemetrySample> lastSample_;
+  std::size_t uploadBytes_ = 0;
+  RateLimit logRate_{kLogLinesPerSecond, kLogBurst};
+  std::uint64_t unlogged_ = 0;
+
+  std::atomic<std::uint32_t> clients_{0};
+  std::atomic<std::uint64_t> refusedConnections_{0};
+};
+
+Result<std::unique_ptr<Server>> Server::listen(Options options, SceneRoom& room) {
+  auto impl = std::make_shared<Impl>(std::move(options), room);
+  if (auto opened = impl->open(); !opened) return tl::unexpected(std::move(opened).error());
+  return std::unique_ptr<Server>(new Server(std::move(impl)));
+}
+
+Server::Server(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Server::~Server() { stop(); }
+void Server::start() { impl_->start(); }
+void Server::stop() { impl_->stop(); }
+std::uint16_t Server::port() const noexcept { return impl_->port(); }
+Server::Counters Server::counters() const noexcept { return impl_->counters(); }
+
+}  // namespace haptics

@@ -1,0 +1,336 @@
+#include "haptic_server/net/server_session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+/// Tag and length of an object inside SnapshotObjects, at most.
+constexpr std::size_t kPerObject_bytes = 6;
+
+}  // namespace
+
+ServerSession::ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity)
+    : transport_(transport), host_(host), identity_(identity), uploads_(host) {}
+
+ServerSession::~ServerSession() = default;
+
+void ServerSession::start() {
+  started_ns_ = lastByte_ns_ = host_.now_ns();
+  transport_.start({.received = [this](std::span<const char> bytes) { received(bytes); },
+                    .drained = [this] { pump(); },
+                    .closed = [this](const std::string& why) { closed(why); }});
+}
+
+void ServerSession::poll() {
+  if (phase_ == Phase::kClosed) return;
+  const std::uint64_t now_ns = host_.now_ns();
+  if (phase_ == Phase::kAwaitingHello) {
+    if (now_ns - started_ns_ >= kHelloWithin_ns) refuse("hello", "none came within 3 s of connecting");
+    return;
+  }
+  if (now_ns - lastByte_ns_ >= kSilence_ns) return refuse("heartbeat", "not a byte came for 3 s");
+  if (now_ns >= nextHeartbeat_ns_) {
+    sendHeartbeat();
+    nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
+  }
+  pump();
+}
+
+void ServerSession::sceneChanged() { pump(); }
+
+void ServerSession::offerTelemetry(const TelemetrySample& sample) {
+  telemetry_.offer(sample);
+  pump();
+}
+
+void ServerSession::adopted(std::uint64_t revision, std::uint64_t tick) {
+  adoptions_.adopted(revision, tick);
+  sendLive();
+}
+
+void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outcome) {
+  if (phase_ != Phase::kLive) return;
+  v1::Envelope envelope;
+  v1::EditReply& reply = *envelope.mutable_edit_reply();
+  reply.set_client_seq(clientSeq);
+  if (const auto* error = std::get_if<Error>(&outcome)) {
+    reply.mutable_rejected()->set_field(error->field);
+    reply.mutable_rejected()->set_reason(error->reason);
+    return send(envelope);
+  }
+  if (const auto* conflict = std::get_if<EditConflict>(&outcome)) {
+    reply.mutable_conflict()->set_reason(conflict->reason);
+    for (const auto& object : conflict->current) toWire(*object, *reply.mutable_conflict()->add_current());
+    return send(envelope);
+  }
+  const AcceptedEdit& edit = *std::get<std::shared_ptr<const AcceptedEdit>>(outcome);
+  v1::Accepted& accepted = *reply.mutable_accepted();
+  accepted.set_revision(edit.commit.revision);
+  accepted.set_root(edit.commit.root.asBytes());
+  for (const ObjectRecord& record : edit.commit.put) {
+    toWire(record, *accepted.add_object());
+    uploads_.named(record.mesh);
+  }
+  for (const std::string& report : edit.reports) accepted.add_report(report);
+  send(envelope);
+  adoptions_.accepted(clientSeq, edit.commit.revision);
+  sendLive();
+}
+
+void ServerSession::meshDecided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome) {
+  if (phase_ == Phase::kLive) send(uploads_.decided(hash, std::move(outcome)));
+}
+
+void ServerSession::refuse(const std::string& field, const std::string& reason) {
+  if (phase_ == Phase::kClosed) return;
+  v1::Envelope envelope;
+  envelope.mutable_refusal()->set_field(field);
+  envelope.mutable_refusal()->set_reason(reason);
+  envelope.mutable_refusal()->set_supported_version(kProtocolVersion);
+  phase_ = Phase::kClosed;
+  send(envelope);
+  const std::string why = Error{field, reason}.text();
+  host_.refused(why);
+  transport_.close(why);
+}
+
+void ServerSession::close(const std::string& why) {
+  phase_ = Phase::kClosed;
+  transport_.close(why);
+}
+
+void ServerSession::received(std::span<const char> bytes) {
+  if (phase_ == Phase::kClosed) return;
+  lastByte_ns_ = host_.now_ns();
+  decoder_.feed(bytes);
+  while (phase_ != Phase::kClosed) {
+    const auto envelope = decoder_.next();
+    if (!envelope) return refuse(envelope.error().field, envelope.error().reason);
+    if (!*envelope) break;
+    handle(**envelope);
+  }
+  pump();
+}
+
+void ServerSession::closed(const std::string& why) {
+  phase_ = Phase::kClosed;
+  uploads_.clear();
+  host_.ended(why);
+}
+
+void ServerSession::handle(const v1::Envelope& envelope) {
+  if (envelope.protocol_version() != kProtocolVersion) {
+    return refuse("protocol_version", "is " + std::to_string(envelope.protocol_version()) + "; this server speaks " +
+                                          std::to_string(kProtocolVersion));
+  }
+  if (phase_ == Phase::kLive) return handleLive(envelope);
+  if (!envelope.has_hello()) return refuse("hello", "is what a client sends first");
+  handle(envelope.hello());
+}
+
+void ServerSession::handleLive(const v1::Envelope& envelope) {
+  switch (envelope.body_case()) {
+    case v1::Envelope::kHeartbeat: return;  // its bytes have counted as life
+    case v1::Envelope::kAssetRequest: return handle(envelope.asset_request());
+    case v1::Envelope::kSubscribe: return handle(envelope.subscribe());
+    case v1::Envelope::kEditRequest: return handle(envelope.edit_request());
+    case v1::Envelope::kClockProbe: return handle(envelope.clock_probe());
+    case v1::Envelope::kStatusRequest: return reportStatus();
+    case v1::Envelope::kAssetUpload:
+      if (const auto reply = uploads_.take(envelope.asset_upload().chunk())) send(*reply);
+      return;
+    default: return refuse("body", "is a message that a client does not send, or not after Hello");
+  }
+}
+
+void ServerSession::handle(const v1::Hello& hello) {
+  if (hello.session() == kServerSession) return refuse("hello.session", "is 0; choose one at random");
+  if (hello.client_name().size() > kMaxClientName) {
+    return refuse("hello.client_name", "is longer than " + std::to_string(kMaxClientName) + " bytes");
+  }
+  const auto history = host_.history();
+  // A root that is no hash is the root of no revision: the client gets a snapshot.
+  const auto root = ContentHash::fromBytes(hello.root());
+  const bool resumed = root && history->canResumeFrom(hello.epoch(), hello.revision(), *root);
+  id_ = hello.session();
+  name_ = hello.client_name();
+  phase_ = Phase::kLive;
+  nextHeartbeat_ns_ = host_.now_ns() + kHeartbeat_ns;
+
+  v1::Envelope envelope;
+  v1::Welcome& welcome = *envelope.mutable_welcome();
+  welcome.set_epoch(history->epoch);
+  welcome.set_revision(history->version.revision());
+  welcome.set_root(history->version.root().asBytes());
+  welcome.set_resumed(resumed);
+  welcome.set_server_name(identity_.name);
+  welcome.set_servo_rate_hz(identity_.servoRate_Hz);
+  welcome.set_device(identity_.device);
+  welcome.set_max_force_n(identity_.maxForce_N);
+  welcome.set_may_edit(true);
+  send(envelope);
+  if (resumed) {
+    sentRevision_ = hello.revision();
+  } else {
+    snapshot_ = Snapshot{.of = history};
+  }
+  host_.sessionClaimed(id_);
+}
+
+void ServerSession::handle(const v1::Subscribe& subscribe) {
+  const double rate_Hz = subscribe.rate_hz();
+  if (!std::isfinite(rate_Hz) || rate_Hz < 0) return refuse("subscribe.rate_hz", "must be finite and >= 0");
+  telemetry_.setRate(std::min(rate_Hz, kMaxTelemetryRate_Hz));
+}
+
+void ServerSession::handle(const v1::AssetRequest& request) {
+  const auto hash = hashFromWire(request.hash(), "asset_request.hash");
+  if (!hash) return refuse(hash.error().field, hash.error().reason);
+  auto asset = host_.findMesh(*hash);
+  if (!asset) {
+    v1::Envelope envelope;
+    envelope.mutable_asset_unavailable()->set_hash(request.hash());
+    return send(envelope);
+  }
+  const std::size_t size = asset->encoded->size();
+  if (request.offset() > size) return refuse("asset_request.offset", "is beyond the asset's " + std::to_string(size) + " bytes");
+  if (!assets_.add(std::move(asset), request.offset())) return refuse("asset_request", "too many are waiting");
+}
+
+void ServerSession::handle(const v1::EditRequest& request) {
+  if (!editRate_.allow(host_.now_ns())) {
+    return editDecided(request.client_seq(), Error{"rate", "more than 200 edits per second; send it again later"});
+  }
+  auto transaction = fromWire(request.transaction());
+  if (!transaction) return editDecided(request.client_seq(), std::move(transaction).error());
+  host_.submitEdit(id_, request.client_seq(), *std::move(transaction));
+}
+
+void ServerSession::handle(const v1::ClockProbe& probe) {
+  v1::Envelope envelope;
+  v1::ClockReply& reply = *envelope.mutable_clock_reply();
+  reply.set_client_send_ns(probe.client_send_ns());
+  reply.set_server_receive_ns(lastByte_ns_);
+  reply.set_server_send_ns(host_.now_ns());
+  send(envelope);
+}
+
+void ServerSession::reportStatus() {
+  v1::Envelope envelope;
+  v1::Status& status = *envelope.mutable_status();
+  host_.fillStatus(status);
+  const auto history = host_.history();
+  status.set_epoch(history->epoch);
+  status.set_revision(history->version.revision());
+  status.set_root(history->version.root().asBytes());
+  send(envelope);
+}
+
+void ServerSession::pump() {
+  if (phase_ != Phase::kLive) return;
+  sendSnapshot();
+  sendCommits();
+  if (phase_ != Phase::kLive || transport_.backlog() != 0) return;
+  // The line is free: the newest sample, and behind it one chunk, so that neither starves the other.
+  if (const std::uint64_t now_ns = host_.now_ns(); telemetry_.due(now_ns)) {
+    toWire(telemetry_.take(now_ns), *telemetryEnvelope_.mutable_telemetry());
+    send(telemetryEnvelope_);
+  }
+  if (!assets_.empty()) {
+    v1::Envelope envelope;
+    assets_.next(*envelope.mutable_asset_chunk());
+    send(envelope);
+  }
+}
+
+void ServerSession::sendSnapshot() {
+  if (!snapshot_) return;
+  const SceneVersion& version = snapshot_->of->version;
+  if (!snapshot_->begun) {
+    snapshot_->begun = true;
+    v1::Envelope envelope;
+    envelope.mutable_snapshot_begin()->set_revision(version.revision());
+    envelope.mutable_snapshot_begin()->set_object_count(version.objects().size());
+    send(envelope);
+  }
+  while (snapshot_->sent < version.objects().size()) {
+    if (phase_ != Phase::kLive || transport_.backlog() > kSendAheadBytes) return;
+    v1::Envelope envelope;
+    v1::SnapshotObjects& part = *envelope.mutable_snapshot_objects();
+    std::size_t bytes = 0;
+    while (snapshot_->sent < version.objects().size()) {
+      v1::ObjectState state;
+      toWire(*version.objects()[snapshot_->sent], state);
+      bytes += state.ByteSizeLong() + kPerObject_bytes;
+      if (part.object_size() > 0 && bytes > kMaxChunkBytes) break;
+      *part.add_object() = std::move(state);
+      ++snapshot_->sent;
+    }
+    send(envelope);
+  }
+  v1::Envelope envelope;
+  envelope.mutable_snapshot_end()->set_revision(version.revision());
+  envelope.mutable_snapshot_end()->set_root(version.root().asBytes());
+  send(envelope);
+  sentRevision_ = version.revision();
+  snapshot_.reset();
+}
+
+void ServerSession::sendCommits() {
+  if (snapshot_) return;
+  const auto history = host_.history();
+  while (phase_ == Phase::kLive && sentRevision_ < history->version.revision()) {
+    if (transport_.backlog() > kSendAheadBytes) return;
+    const auto edit = history->find(sentRevision_ + 1);
+    if (!edit) return refuse("", "the client reads too slowly: it is more revisions behind than the server remembers");
+    v1::Envelope envelope;
+    toWire(edit->commit, *envelope.mutable_commit());
+    send(envelope);
+    ++sentRevision_;
+  }
+}
+
+void ServerSession::sendLive() {
+  if (phase_ != Phase::kLive) return;
+  for (v1::EditLive& live : adoptions_.take()) {
+    v1::Envelope envelope;
+    *envelope.mutable_edit_live() = std::move(live);
+    send(envelope);
+  }
+}
+
+/// Names the state that the client is in once it has read everything before this heartbeat, so that it can compare.
+void ServerSession::sendHeartbeat() {
+  const auto history = host_.history();
+  const auto edit = history->find(sentRevision_);
+  const bool behind = edit && !snapshot_;
+  v1::Envelope envelope;
+  v1::Heartbeat& heartbeat = *envelope.mutable_heartbeat();
+  heartbeat.set_epoch(history->epoch);
+  heartbeat.set_revision(behind ? sentRevision_ : history->version.revision());
+  heartbeat.set_root((behind ? edit->commit.root : history->version.root()).asBytes());
+  send(envelope);
+}
+
+void ServerSession::send(v1::Envelope& envelope) {
+  envelope.set_protocol_version(kProtocolVersion);
+  envelope.set_message_id(nextMessageId_++);
+  std::string frame;
+  appendFrame(frame, envelope);
+  transport_.send(std::move(frame));
+  if (transport_.backlog() > kMaxBacklogBytes) refuse("", "the client reads too slowly: 4 MiB are waiting for it");
+}
+
+void ServerSession::send(const v1::AssetUploadReply& reply) {
+  v1::Envelope envelope;
+  *envelope.mutable_asset_upload_reply() = reply;
+  send(envelope);
+}
+
+}  // namespace haptics

@@ -1,0 +1,103 @@
+#include "haptic_server/net/session_uploads.h"
+
+#include <string>
+#include <utility>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+v1::AssetUploadReply acceptedReply(const ContentHash& hash) {
+  v1::AssetUploadReply reply;
+  reply.set_hash(hash.asBytes());
+  reply.set_accepted(true);
+  return reply;
+}
+
+v1::AssetUploadReply refusedReply(const std::string& hash, const Error& error) {
+  v1::AssetUploadReply reply;
+  reply.set_hash(hash);
+  reply.set_field(error.field);
+  reply.set_reason(error.reason);
+  return reply;
+}
+
+}  // namespace
+
+SessionUploads::SessionUploads(SessionHost& host) : host_(host) {}
+SessionUploads::~SessionUploads() { clear(); }
+
+std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& chunk) {
+  const auto hash = hashFromWire(chunk.hash(), "chunk.hash");
+  if (!hash) return refusedReply({}, hash.error());
+  if (assembly_.ignores(chunk, *hash)) return std::nullopt;
+  if (const auto checked = assembly_.check(chunk, *hash); !checked) return refuse(*hash, checked.error());
+  if (chunk.offset() == 0) {
+    releaseAssembly();
+    if (building_.contains(*hash)) {  // answered when it is built
+      assembly_.abandon(*hash);
+      return std::nullopt;
+    }
+    if (auto known = host_.findMesh(*hash)) {
+      assembly_.abandon(*hash);
+      hold(std::move(known), 0);
+      return acceptedReply(*hash);
+    }
+    if (!host_.reserveUpload(chunk.total_size())) {
+      return refuse(*hash, {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
+    }
+    assemblyReserved_ = chunk.total_size();
+  }
+  assembly_.add(chunk, *hash);
+  if (!assembly_.complete()) return std::nullopt;
+  building_[*hash] = std::exchange(assemblyReserved_, 0);
+  host_.submitMesh(*hash, assembly_.take());
+  return std::nullopt;
+}
+
+v1::AssetUploadReply SessionUploads::decided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome) {
+  const auto at = building_.find(hash);
+  const std::size_t reserved = at == building_.end() ? 0 : at->second;
+  if (at != building_.end()) building_.erase(at);
+  if (!outcome) {
+    host_.releaseUpload(reserved);
+    return refusedReply(hash.asBytes(), std::move(outcome).error().within("chunk."));
+  }
+  hold(*std::move(outcome), reserved);
+  return acceptedReply(hash);
+}
+
+void SessionUploads::named(const ContentHash& mesh) {
+  std::erase_if(held_, [&](const Held& held) {
+    if (held.asset->hash != mesh) return false;
+    host_.releaseUpload(held.reserved);
+    return true;
+  });
+}
+
+void SessionUploads::clear() {
+  releaseAssembly();
+  for (const auto& [hash, reserved] : building_) host_.releaseUpload(reserved);
+  building_.clear();
+  for (const Held& held : held_) host_.releaseUpload(held.reserved);
+  held_.clear();
+}
+
+v1::AssetUploadReply SessionUploads::refuse(const ContentHash& hash, const Error& error) {
+  releaseAssembly();
+  assembly_.abandon(hash);
+  return refusedReply(hash.asBytes(), error);
+}
+
+void SessionUploads::hold(std::shared_ptr<const MeshAsset> asset, std::size_t reserved) {
+  named(asset->hash);
+  held_.push_back({std::move(asset), reserved});
+  if (held_.size() <= kMaxHeld) return;
+  host_.releaseUpload(held_.front().reserved);
+  held_.pop_front();
+}
+
+void SessionUploads::releaseAssembly() { host_.releaseUpload(std::exchange(assemblyReserved_, 0)); }
+
+}  // namespace haptics

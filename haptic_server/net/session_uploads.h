@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+
+#include "common/error/error.h"
+#include "haptic_server/net/session_host.h"
+#include "haptic_server/net/upload_assembly.h"
+#include "haptics/v1/envelope.pb.h"
+
+namespace haptics {
+
+/// One client's uploads: under way, being built, and held until an edit names them. Their memory is taken from and
+/// given back to the host's budget.
+class SessionUploads {
+ public:
+  static constexpr std::size_t kMaxHeld = 16;  ///< Uploads that no edit has named; beyond, the oldest is freed.
+
+  /// The host outlives this.
+  explicit SessionUploads(SessionHost& host);
+  ~SessionUploads();
+  SessionUploads(const SessionUploads&) = delete;
+  SessionUploads& operator=(const SessionUploads&) = delete;
+
+  /// Takes a chunk; hands a complete upload to the host. Not every chunk is answered.
+  [[nodiscard]] std::optional<v1::AssetUploadReply> take(const v1::AssetChunk& chunk);
+  /// The host has built the upload, or not.
+  [[nodiscard]] v1::AssetUploadReply decided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome);
+  /// The scene holds this mesh from now on.
+  void named(const ContentHash& mesh);
+  /// Drops everything.
+  void clear();
+
+ private:
+  struct Held {
+    std::shared_ptr<const MeshAsset> asset;
+    std::size_t reserved;
+  };
+  SessionHost& host_;
+  UploadAssembly assembly_;
+  std::size_t assemblyReserved_ = 0;  // bytes
+  std::unordered_map<ContentHash, std::size_t> building_;  // with their reserved bytes
+  std::deque<Held> held_;
+
+  v1::AssetUploadReply refuse(const ContentHash& hash, const Error& error);
+  void hold(std::shared_ptr<const MeshAsset> asset, std::size_t reserved);
+  void releaseAssembly();
+};
+
+}  // namespace haptics

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/telemetry/telemetry_sample.h"
+
+namespace haptics {
+
+/// One client's newest sample, and when it may have it. Latest wins: a sample that was not sent is replaced.
+class TelemetrySlot {
+ public:
+  /// Samples a second; 0: none.
+  void setRate(double rate_Hz) noexcept {
+    period_ns_ = rate_Hz > 0 ? static_cast<std::uint64_t>(1e9 / rate_Hz) : 0;
+    next_ns_ = 0;
+  }
+  void offer(const TelemetrySample& sample) noexcept {
+    newest_ = sample;
+    fresh_ = true;
+  }
+  [[nodiscard]] bool due(std::uint64_t now_ns) const noexcept { return fresh_ && period_ns_ != 0 && now_ns >= next_ns_; }
+  /// The sample that is due. The rate is kept on average; what was missed is not made up for.
+  [[nodiscard]] const TelemetrySample& take(std::uint64_t now_ns) noexcept {
+    fresh_ = false;
+    next_ns_ += period_ns_;
+    if (next_ns_ <= now_ns) next_ns_ = now_ns + period_ns_;
+    return newest_;
+  }
+
+ private:
+  TelemetrySample newest_;
+  bool fresh_ = false;
+  std::uint64_t period_ns_ = 0;
+  std::uint64_t next_ns_ = 0;
+};
+
+}  // namespace haptics
