@@ -24,21 +24,29 @@ struct ContactState {
   static constexpr int kMaxHolding = 3;  ///< Three surfaces hold a point.
 
   Mode mode = Mode::kFree;
-  int holdingCount = 0;  ///< kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
-  std::array<HoldingSurface, kMaxHolding> holding;
+  int holdingCount =
+      0;  ///< kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
+  std::array<HoldingSurface, kMaxHolding>
+      holding;    ///< Unless free, the first one is that to which the contact belongs.
   Vec3 hip{0};    ///< World, of the last tick.
   Vec3 ihip{0};   ///< World, of the last tick; also when free.
   Vec3 local{0};  ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
+
+  /// The surfaces that the contact involves: none when free, else at least the first.
+  [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept {
+    const int count = mode == Mode::kFree ? 0 : holdingCount > 1 ? holdingCount : 1;
+    return std::span(holding).first(static_cast<std::size_t>(count));
+  }
 };
 static_assert(std::is_trivially_copyable_v<ContactState>, "kept, copied and replayed as a value");
 
 /// What a tick cost, in primitives, and whether it met a limit. Counted, never silent.
 struct ContactWork {
-  int triangles = 0;     ///< Looked at by the searches.
-  int segments = 0;      ///< Tested against a whole body.
-  int steps = 0;         ///< Into which the HIP's motion was divided.
-  int solverRounds = 0;  ///< Of the constraint solver.
-  int crowdedOut = 0;    ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
+  int triangles = 0;         ///< Looked at by the searches.
+  int segments = 0;          ///< Tested against a whole body.
+  int steps = 0;             ///< Into which the HIP's motion was divided.
+  int solverRounds = 0;      ///< Of the constraint solver.
+  int crowdedOut = 0;        ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
   bool interrupted = false;  ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
   bool unsettled = false;    ///< The solver ran out of rounds or planes; it goes on in the next tick.
 };
@@ -59,8 +67,8 @@ struct ContactResult {
 void place(ContactState& state, Vec3 hip) noexcept;
 
 /// One tick (paper 3.2): the path of the HIP from its last place to `hip` (world), the IHIP on the surfaces that it
-/// meets. Neither allocates nor locks. A HIP that is not finite, or beyond the range of the float vertices, counts as one
-/// that did not move.
+/// meets. Neither allocates nor locks. A HIP that is not finite, or beyond the range of the float vertices, counts as
+/// one that did not move.
 [[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
 
 /// Where each body of an adopted scene comes from.
@@ -72,11 +80,11 @@ struct BodyOrigin {
 /// Times that a proxy pushed out of one body is looked for in another.
 inline constexpr int kReseatRounds = 8;
 
-/// Carries the state over an adoption; `origins[i]` tells of `bodies[i]`. Contact with unchanged bodies goes on as it was.
-/// Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it finds
-/// itself in, and the next followContact() finds what holds it. Returns true when the contact could not be carried as it
-/// was, that is when the force may jump: the caller blends. Bounded work: no more than kReseatRounds closest point
-/// queries per body.
+/// Carries the state over an adoption; `origins[i]` tells of `bodies[i]`. Contact with unchanged bodies goes on as it
+/// was. Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it
+/// finds itself in, and the next followContact() finds what holds it. Returns true when the contact could not be
+/// carried as it was, that is when the force may jump: the caller blends. Bounded work: no more than kReseatRounds
+/// closest point queries per body.
 [[nodiscard]] bool reseat(ContactState& state, std::span<const Body> bodies,
                           std::span<const BodyOrigin> origins) noexcept;
 

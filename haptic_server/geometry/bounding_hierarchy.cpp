@@ -105,7 +105,8 @@ class Builder {
 
   [[nodiscard]] std::vector<std::uint32_t> order() const {
     std::vector<std::uint32_t> order(references_.size());
-    std::transform(references_.begin(), references_.end(), order.begin(), [](const Reference& r) { return r.triangle; });
+    std::transform(references_.begin(), references_.end(), order.begin(),
+                   [](const Reference& r) { return r.triangle; });
     return order;
   }
 
@@ -136,8 +137,8 @@ class Builder {
     }
   }
 
-  /// Splits the range into at most eight: the largest first while the heuristic leads, else the fullest, which bounds the
-  /// depth.
+  /// Splits the range into at most eight: the largest first while the heuristic leads, else the fullest, which bounds
+  /// the depth.
   std::vector<Task> fillNode(Nodes& nodes, std::uint32_t index, const Range& range, int depth) {
     const bool halve = depth >= BoundingHierarchy::kHeuristicDepth;
     std::array<Range, BoundingHierarchy::kWidth> part;

@@ -16,16 +16,16 @@
 
 namespace haptics {
 
-/// Axis-aligned boxes eight to a node (paper 3.2: "hierarchical bounding boxes", Gottschalk et al. 1996; here boxes of one
-/// orientation, which are four times cheaper to test and as tight on small triangles). Leaves are runs of triangles in
-/// the hierarchy's own order. Immutable after build(); the queries neither allocate nor lock.
+/// Axis-aligned boxes eight to a node (paper 3.2: "hierarchical bounding boxes", Gottschalk et al. 1996; here boxes of
+/// one orientation, which are four times cheaper to test and as tight on small triangles). Leaves are runs of triangles
+/// in the hierarchy's own order. Immutable after build(); the queries neither allocate nor lock.
 class BoundingHierarchy {
  public:
   static constexpr int kWidth = 8;
   /// Triangles in a leaf, at most. More make a smaller tree and a slower query.
   static constexpr std::uint32_t kLeafTriangles = 4;
-  /// Levels that the surface area heuristic may use; below, ranges are halved, so that the depth stays below kMaxDepth for
-  /// any input.
+  /// Levels that the surface area heuristic may use; below, ranges are halved, so that the depth stays below kMaxDepth
+  /// for any input.
   static constexpr int kHeuristicDepth = 12;
   static constexpr int kMaxDepth = 21;
   static constexpr int kStackSize = (kWidth - 1) * kMaxDepth + kWidth;
@@ -39,20 +39,21 @@ class BoundingHierarchy {
     std::uint32_t count[kWidth];  // leaf: triangles; inner: 0
   };
 
-  /// Builds over the triangles with binned surface area heuristic (Wald 2007). Returns the order of the leaves: place in
-  /// the hierarchy -> index in `triangles`. `extent_m` is the largest coordinate. The result does not depend on `threads`.
+  /// Builds over the triangles with binned surface area heuristic (Wald 2007). Returns the order of the leaves: place
+  /// in the hierarchy -> index in `triangles`. `extent_m` is the largest coordinate. The result does not depend on
+  /// `threads`.
   std::vector<std::uint32_t> build(std::span<const Vec3f> vertices,
                                    std::span<const std::array<std::uint32_t, 3>> triangles, double extent_m,
                                    int threads);
 
-  /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment is
-  /// still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a start
-  /// far away does not cost the float test its precision.
+  /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment
+  /// is still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a
+  /// start far away does not cost the float test its precision.
   template <class Visit>
   void visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
 
-  /// Calls visit(begin, end) for the leaves nearer to h than the bound, near ones first; visit returns the squared distance
-  /// (m^2) beyond which nothing is of interest, negative to stop.
+  /// Calls visit(begin, end) for the leaves nearer to h than the bound, near ones first; visit returns the squared
+  /// distance (m^2) beyond which nothing is of interest, negative to stop.
   template <class Visit>
   void visitNear(Vec3 h, Visit visit) const noexcept;
 
@@ -69,7 +70,7 @@ class BoundingHierarchy {
   [[nodiscard]] static __m128 squaredDistances(const Node& node, Vec3f h, int half) noexcept;
 
   LargePageVector<Node> nodes_;
-  Vec3 low_{0};   // of the root, padded
+  Vec3 low_{0};  // of the root, padded
   Vec3 high_{0};
 };
 

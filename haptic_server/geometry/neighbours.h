@@ -4,9 +4,9 @@
 
 namespace haptics {
 
-/// Walks the polygons around a vertex (paper Figure 3a): calls visit(polygon, corner) for the others of the fan that holds
-/// `triangle`, first one way round, then, when the fan is open, the other way. The lines of the vertex are the edges
-/// corner and corner - 1 of those polygons. Stops when visit returns false.
+/// Walks the polygons around a vertex (paper Figure 3a): calls visit(polygon, corner) for the others of the fan that
+/// holds `triangle`, first one way round, then, when the fan is open, the other way. The lines of the vertex are the
+/// edges corner and corner - 1 of those polygons. Stops when visit returns false.
 template <class Visit>
 void visitFan(const Surface& surface, std::uint32_t triangle, int corner, Visit visit) noexcept {
   const std::uint32_t apex = surface.triangle(triangle).vertexAt(corner);

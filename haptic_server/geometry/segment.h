@@ -19,8 +19,8 @@ struct Crossing {
 /// A segment as seen along itself (Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, 2013). Every vertex is
 /// projected by the same arithmetic for every triangle that uses it and the tests are made on the projections, so that
 /// neighbours agree on the side of each shared edge and around each shared vertex: nothing slips between them. Rests on
-/// products that are not fused (-ffp-contract=off). Deviation: double throughout, and no fallback for edge functions that
-/// are zero, because a point on an edge counts as inside of both neighbours.
+/// products that are not fused (-ffp-contract=off). Deviation: double throughout, and no fallback for edge functions
+/// that are zero, because a point on an edge counts as inside of both neighbours.
 class Segment {
  public:
   Segment(Vec3 from, Vec3 to) noexcept : from_(from), to_(to) {
@@ -33,9 +33,9 @@ class Segment {
     slopeUp_ = d[up_] / d[depth_];
   }
 
-  /// Does it enter the triangle: from on or above its plane to below? A sheet (`twoSided`) is entered from below as well.
-  /// On the plane counts as above at both ends and for both sides, so that a path of several segments that meet on the
-  /// plane enters exactly once. Returns true with time and side set.
+  /// Does it enter the triangle: from on or above its plane to below? A sheet (`twoSided`) is entered from below as
+  /// well. On the plane counts as above at both ends and for both sides, so that a path of several segments that meet
+  /// on the plane enters exactly once. Returns true with time and side set.
   [[nodiscard]] bool enters(const TriangleRecord& r, bool twoSided, Crossing& crossing) const noexcept {
     const Vec3 a = r.corner(0);
     const Vec3 normal = r.areaNormal();

@@ -56,8 +56,7 @@ void Surface::measure(std::span<const Vec3f> vertices) {
   extent_ = glm::length(glm::max(glm::abs(low_), glm::abs(high_)));
 }
 
-void Surface::fillRecords(std::span<const Vec3f> vertices,
-                          std::span<const std::array<std::uint32_t, 3>> triangles) {
+void Surface::fillRecords(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles) {
   std::vector<std::array<std::uint32_t, 3>> ordered(triangles.size());
   for (std::size_t t = 0; t < ordered.size(); ++t) ordered[t] = triangles[canonical_[t]];
   const std::vector<std::uint32_t> neighbours = findNeighbours(vertices.size(), ordered);

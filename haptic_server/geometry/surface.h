@@ -17,14 +17,15 @@ namespace haptics {
 /// The hierarchical database of paper 3.1 for one mesh: polygons, lines and vertices, each with its normal and its
 /// neighbours, under a hierarchy of bounding boxes (3.2). Immutable; object frame, metres.
 ///
-/// The paper keeps three lists of primitives with explicit neighbour lists. Here all of it is reached from the polygons'
-/// records, one cache line each, in the order of the hierarchy:
+/// The paper keeps three lists of primitives with explicit neighbour lists. Here all of it is reached from the
+/// polygons' records, one cache line each, in the order of the hierarchy:
 ///  - polygon t: its lines are (t, 0..2), its vertices triangle(t).vertex[0..2];
-///  - line (t, k): its polygons are t and triangle(t).neighbour(k), its vertices corners k and k + 1 of t. A line is the
+///  - line (t, k): its polygons are t and triangle(t).neighbour(k), its vertices corners k and k + 1 of t. A line is
+///  the
 ///    same from both of its polygons;
 ///  - vertex (t, k): its polygons are the fan around corner k, its lines the edges between them (see visitFan()).
-/// A line joins two polygons only where exactly two run along it, in opposite directions. Every other edge is a boundary:
-/// rims of holes, fins, duplicates, flipped faces.
+/// A line joins two polygons only where exactly two run along it, in opposite directions. Every other edge is a
+/// boundary: rims of holes, fins, duplicates, flipped faces.
 ///
 /// Queries neither allocate nor lock. Triangle numbers are those of the records; canonical() translates them.
 class Surface {
@@ -38,29 +39,31 @@ class Surface {
   [[nodiscard]] Vec3 low() const noexcept { return low_; }    ///< Corner of the box about all vertices.
   [[nodiscard]] Vec3 high() const noexcept { return high_; }  ///< Opposite corner.
   [[nodiscard]] Vec3 centre() const noexcept { return (low_ + high_) * 0.5; }
-  [[nodiscard]] double radius_m() const noexcept { return radius_; }  ///< Of the sphere about centre() through the corners.
+  [[nodiscard]] double radius_m() const noexcept {
+    return radius_;
+  }  ///< Of the sphere about centre() through the corners.
   /// Largest distance from the origin within the box: what tolerances are fractions of.
   [[nodiscard]] double extent_m() const noexcept { return extent_; }
   /// Every edge joins two polygons: the mesh has an inside, and can only be entered from outside.
   [[nodiscard]] bool closed() const noexcept { return closed_; }
   [[nodiscard]] bool anyCrossed() const noexcept { return anyCrossed_; }  ///< Some part passes through another.
 
-  /// Unit normals of the primitives (3.1): polygon; line = mean of its polygons; vertex = mean of its polygons weighted by
-  /// their angles. A polygon without area takes that of the polygon across its longest edge.
+  /// Unit normals of the primitives (3.1): polygon; line = mean of its polygons; vertex = mean of its polygons weighted
+  /// by their angles. A polygon without area takes that of the polygon across its longest edge.
   [[nodiscard]] Vec3 faceNormal(std::uint32_t t) const noexcept;
   [[nodiscard]] Vec3 lineNormal(std::uint32_t t, int edge) const noexcept;
   [[nodiscard]] Vec3 vertexNormal(std::uint32_t vertex) const noexcept { return Vec3(vertexNormals_[vertex]); }
   [[nodiscard]] Vec3 normal(const Foot& foot) const noexcept;
 
-  /// Is h outside, judged at its closest point? The normal of the primitive that holds the foot gives the right sign on a
-  /// closed mesh (Baerentzen and Aanaes, Signed Distance Computation Using the Angle Weighted Pseudonormal, 2005). `side`
-  /// is -1 for the back of a sheet. On the surface counts as outside (as in Segment::enters).
+  /// Is h outside, judged at its closest point? The normal of the primitive that holds the foot gives the right sign on
+  /// a closed mesh (Baerentzen and Aanaes, Signed Distance Computation Using the Angle Weighted Pseudonormal, 2005).
+  /// `side` is -1 for the back of a sheet. On the surface counts as outside (as in Segment::enters).
   [[nodiscard]] bool isOutside(const Foot& foot, Vec3 h, int side = 1) const noexcept;
   /// Does the foot lie on a boundary, where the search cannot go on and the sign means nothing?
   [[nodiscard]] bool onBoundary(const Foot& foot) const noexcept;
 
-  /// First entering crossing on from -> to (paper 3.2, first contact). `skip(triangle)` leaves out those that contain the
-  /// start by construction. Watertight. Sheets, that is surfaces that are not closed, are entered from both sides.
+  /// First entering crossing on from -> to (paper 3.2, first contact). `skip(triangle)` leaves out those that contain
+  /// the start by construction. Watertight. Sheets, that is surfaces that are not closed, are entered from both sides.
   template <class Skip>
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, bool twoSided, Skip skip) const noexcept;
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to) const noexcept {
@@ -81,7 +84,7 @@ class Surface {
 
   LargePageVector<TriangleRecord> records_;
   BoundingHierarchy hierarchy_;
-  std::vector<Vec3f> vertexNormals_;       // by canonical vertex; rounded once, 6e-8 rad
+  std::vector<Vec3f> vertexNormals_;  // by canonical vertex; rounded once, 6e-8 rad
   std::vector<std::uint32_t> canonical_;
   Vec3 low_{0};
   Vec3 high_{0};
@@ -92,8 +95,9 @@ class Surface {
 };
 
 /// Builds the database of a mesh that satisfies TriMesh's invariants: finite vertices, indices in range, at least one
-/// triangle, no triangle that names a vertex twice. Anything else is accepted as it is: holes, fins, duplicates, flipped
-/// faces, slivers, faces without area. Allocates; for the builder thread. `threads` is the number to build with.
+/// triangle, no triangle that names a vertex twice. Anything else is accepted as it is: holes, fins, duplicates,
+/// flipped faces, slivers, faces without area. Allocates; for the builder thread. `threads` is the number to build
+/// with.
 [[nodiscard]] std::shared_ptr<const Surface> buildSurface(std::span<const Vec3f> vertices,
                                                           std::span<const std::array<std::uint32_t, 3>> triangles,
                                                           int threads = 1);

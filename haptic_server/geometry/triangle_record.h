@@ -18,8 +18,8 @@ inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>:
 /// All that one step of the search needs of a polygon, in one cache line. Corners keep the mesh's canonical order, so
 /// corner k and edge k (corner k to corner k + 1) are canonical numbers too. Object frame, metres.
 struct alignas(64) TriangleRecord {
-  static constexpr std::uint32_t kCrossed = 1;   ///< Another part of the same mesh passes through this triangle.
-  static constexpr std::uint32_t kZeroArea = 2;  ///< Its corners lie exactly on one line.
+  static constexpr std::uint32_t kCrossed = 1;     ///< Another part of the same mesh passes through this triangle.
+  static constexpr std::uint32_t kZeroArea = 2;    ///< Its corners lie exactly on one line.
   static constexpr std::uint32_t kOpenCorner = 4;  ///< Shifted left by k: the polygons at corner k are no closed fan.
 
   /// Row d holds coordinate d of the three corners and, in its last place, the bits of the neighbour across edge d.
@@ -61,8 +61,8 @@ enum class Feature : std::uint8_t { kPolygon, kLine, kVertex };
 struct Foot {
   std::uint32_t triangle = kNoTriangle;
   Feature feature = Feature::kPolygon;
-  std::uint8_t index = 0;  ///< Of the line or vertex in the triangle.
-  Vec3 point{0};           ///< Object frame, metres.
+  std::uint8_t index = 0;                                            ///< Of the line or vertex in the triangle.
+  Vec3 point{0};                                                     ///< Object frame, metres.
   double squaredDistance = std::numeric_limits<double>::infinity();  ///< |h - point|^2, m^2.
 };
 
@@ -91,9 +91,10 @@ inline void closestOnEdge(const TriangleRecord& record, int k, Vec3 h, Foot& bes
 
 /// Closest point of the triangle to h (object frame, metres). Ties go to the primitive of lower dimension.
 ///
-/// Tests h against the planes through the edges along the normal rather than by products of dot products (Ericson, Real-Time
-/// Collision Detection, 5.1.5): the error is then of the order of the distance over the triangle's width, not of its square,
-/// which a sliver needs. The closest point lies on an edge that h is beyond, so only those are looked at.
+/// Tests h against the planes through the edges along the normal rather than by products of dot products (Ericson,
+/// Real-Time Collision Detection, 5.1.5): the error is then of the order of the distance over the triangle's width, not
+/// of its square, which a sliver needs. The closest point lies on an edge that h is beyond, so only those are looked
+/// at.
 [[nodiscard]] inline Foot closestOn(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
   Foot foot;
   foot.triangle = triangle;

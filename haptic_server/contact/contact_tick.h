@@ -1,0 +1,96 @@
+#pragma once
+
+#include <span>
+
+#include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/near_bodies.h"
+#include "haptic_server/contact/neighborhood_watch.h"
+#include "haptic_server/contact/plane_set.h"
+
+namespace haptics {
+
+/// Steps into which the HIP's motion is divided in contact, at most; longer motion makes longer steps.
+inline constexpr int kMaxSteps = 16;
+/// Of a triangle's size (root of twice its area) that the HIP advances per step in contact, so that the search follows
+/// the path that a slow hand would take. Larger jumps over creases; smaller costs time.
+inline constexpr double kStepFraction = 0.5;
+/// Rounds of the constraint solver in a step. Each meets the planes anew from where the last one came to.
+inline constexpr int kMaxSolverRounds = 8;
+
+/// Lengths are fractions of the largest coordinate in reach, powers of two, so that nothing depends on the unit.
+/// Vertices are floats (2^-24 of the extent), arithmetic is double (2^-52).
+///
+/// How far the IHIP stays above the surfaces that it passes, or is held by several of: it cannot enter a thinner gap,
+/// and misfits of bodies that touch, which are of the order of 2^-24, stay hidden under it.
+inline constexpr double kSkin = 0x1p-20;
+/// How far above its own triangle a segment starts: far more than the arithmetic's rounding, far less than the
+/// vertices'.
+inline constexpr double kLift = 0x1p-32;
+/// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
+inline constexpr double kSettled = 0x1p-14;
+
+/// One tick at work on the state: the neighborhood watch proposes a path, a guard tests it against everything else that
+/// is near, and a constraint solver takes over only where it is blocked, at boundaries, and while several surfaces
+/// hold.
+class ContactTick {
+ public:
+  ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
+  [[nodiscard]] ContactResult run() noexcept;
+
+ private:
+  using Near = NearBodies::Near;
+  using Hit = NearBodies::Hit;
+  using Points = NearBodies::Points;
+  using Mode = ContactState::Mode;
+
+  // contact.cpp: the tick in steps, motion in free space
+  void start() noexcept;
+  [[nodiscard]] double stepEnd(double now) const noexcept;
+  [[nodiscard]] double advance(double now, double end) noexcept;
+  [[nodiscard]] double advanceFree(double now, double end, Vec3 hip) noexcept;
+  /// Bodies that are leaving the scene cannot be touched anew.
+  template <class Skip>
+  [[nodiscard]] Hit firstNewContact(const Points& to, Skip skip) noexcept {
+    return near_.firstHit(
+        to, [&](int i, std::uint32_t t) noexcept { return near_[i].leaving || skip(i, t); }, work_);
+  }
+  void touch(const Hit& hit, const Points& to) noexcept;
+  void setFree(Vec3 hip) noexcept;
+  void hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept;
+  [[nodiscard]] ContactResult result() noexcept;
+
+  // surface_following.cpp: one surface
+  void followSurface(Vec3 hip) noexcept;
+  [[nodiscard]] bool pathIsClear(const SearchPath& path, const Pose& pose) noexcept;
+  [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Pose& pose) noexcept;
+  [[nodiscard]] bool clearOfOwnFolds(const Surface& surface, std::uint32_t within, Vec3 a, Vec3 b) noexcept;
+  [[nodiscard]] Vec3 lifted(Vec3 at, std::uint32_t triangle) const noexcept;
+  void leave(const Foot& foot, Vec3 hip) noexcept;
+
+  // constraint_solver.cpp: several surfaces
+  struct Move;
+  void resolve(Vec3 hip) noexcept;
+  void solve(Vec3 hip) noexcept;
+  [[nodiscard]] Move moveTowards(Vec3 hip) noexcept;
+  [[nodiscard]] bool restsOn(const Move& move) const noexcept;
+  [[nodiscard]] ConstraintPlane planeOf(const Near& near, const Crossing& crossing) const noexcept;
+  void classify(Vec3 hip, const Move& move, bool settled) noexcept;
+
+  [[nodiscard]] const Surface& surface(int body) const noexcept {
+    return *bodies_[static_cast<std::size_t>(body)].surface;
+  }
+  [[nodiscard]] HoldingSurface& held() noexcept { return state_.holding[0]; }
+  [[nodiscard]] const HoldingSurface& held() const noexcept { return state_.holding[0]; }
+  [[nodiscard]] Near& heldNear() noexcept { return near_[near_.indexOf(held().body)]; }
+
+  std::span<const Body> bodies_;
+  ContactState& state_;
+  Vec3 hip_;  // at the end of the tick, world
+  NearBodies near_;
+  Foot foot_;        // kOneSurface: of the IHIP
+  double skin_ = 0;  // metres
+  double lift_ = 0;
+  ContactWork work_;
+};
+
+}  // namespace haptics

@@ -1,0 +1,98 @@
+#include "haptic_server/contact/near_bodies.h"
+
+#include <algorithm>
+
+namespace haptics {
+namespace {
+
+bool holds(const ContactState& state, int body) noexcept {
+  const auto surfaces = state.surfaces();
+  return std::any_of(surfaces.begin(), surfaces.end(), [&](const HoldingSurface& s) { return s.body == body; });
+}
+
+/// How far a moving body can push an IHIP that it reaches: the motion, in the body's frame, of HIP and IHIP, twice over
+/// because both ends of the path move.
+double push(const Body& body, const ContactState& state, Vec3 hip, double reach) noexcept {
+  const double hipMotion = glm::distance(toLocal(body.previous, state.hip), toLocal(body.current, state.hip));
+  const double ihipMotion = glm::distance(toLocal(body.previous, state.ihip), toLocal(body.current, state.ihip));
+  const double motion = hipMotion + ihipMotion;
+  const double inReach = body.surface->radius_m() + reach + motion;
+  return squaredLength(hip - body.centre) > inReach * inReach ? 0 : 2 * motion;
+}
+
+double squaredGapToBox(const Surface& surface, Vec3 local) noexcept {
+  return squaredLength(glm::max(glm::max(surface.low() - local, local - surface.high()), Vec3(0)));
+}
+
+}  // namespace
+
+void NearBodies::gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept {
+  double reach = glm::distance(state.ihip, state.hip) + 2 * glm::distance(hip, state.hip);
+  for (const Body& body : bodies) {
+    if (body.moving) reach += push(body, state, hip, reach);
+  }
+  count_ = 0;
+  for (int b = 0; b < static_cast<int>(bodies.size()); ++b) {
+    const Body& body = bodies[static_cast<std::size_t>(b)];
+    if (holds(state, b)) {
+      admit(body, b, -1, work);
+      continue;
+    }
+    if (body.leaving) continue;
+    const double inReach = body.surface->radius_m() + reach;
+    if (squaredLength(hip - body.centre) > inReach * inReach) continue;
+    const double gap = squaredGapToBox(*body.surface, toLocal(body.current, hip));
+    if (gap <= reach * reach) admit(body, b, gap, work);
+  }
+  extent_ = 0;
+  for (int i = 0; i < count_; ++i) {
+    extent_ = std::max(extent_, (*this)[i].surface->extent_m() + glm::length((*this)[i].position));
+  }
+}
+
+void NearBodies::admit(const Body& body, int index, double gap, ContactWork& work) noexcept {
+  int place = count_;
+  if (count_ == kMaxNear) {
+    ++work.crowdedOut;
+    place = static_cast<int>(std::max_element(gap_.begin(), gap_.end()) - gap_.begin());
+    if (gap >= gap_[static_cast<std::size_t>(place)]) return;
+  } else {
+    ++count_;
+  }
+  Near& near = (*this)[place];
+  near.body = index;
+  near.leaving = body.leaving;
+  near.surface = body.surface;
+  near.from = Vec3(0);
+  near.setPose(body.previous);
+  gap_[static_cast<std::size_t>(place)] = gap;
+}
+
+int NearBodies::indexOf(int body) const noexcept {
+  for (int i = 0; i < count_; ++i) {
+    if ((*this)[i].body == body) return i;
+  }
+  return -1;
+}
+
+void NearBodies::poseAt(std::span<const Body> bodies, double time) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    const Body& body = bodies[static_cast<std::size_t>((*this)[i].body)];
+    (*this)[i].setPose(!body.moving || time >= 1 ? body.current : interpolate(body.previous, body.current, time));
+  }
+}
+
+NearBodies::Points NearBodies::inEachFrame(Vec3 world) const noexcept {
+  Points points;
+  for (int i = 0; i < count_; ++i) points[static_cast<std::size_t>(i)] = toLocal((*this)[i].pose(), world);
+  return points;
+}
+
+void NearBodies::moveAll(const Points& to, double time) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    const Vec3 end = to[static_cast<std::size_t>(i)];
+    (*this)[i].from = time >= 1 ? end : glm::mix((*this)[i].from, end, time);
+  }
+}
+
+}  // namespace haptics

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "haptic_server/contact/contact.h"
+
+namespace haptics {
+
+/// Bodies that a tick can look at. More in reach at once are counted and the farthest left out. Costs 130 bytes of
+/// stack each.
+inline constexpr int kMaxNear = 16;
+
+/// The bodies within reach in a tick and, for each, the invariant of the contact core: `from` is the IHIP in the body's
+/// own frame, and it advances only along segments that were tested against the body there. In every frame the IHIP thus
+/// draws one continuous polyline that never enters; the motion of a body is part of its segment.
+class NearBodies {
+ public:
+  struct Near {
+    int body;
+    bool leaving;
+    const Surface* surface;
+    Vec3 from;  // body frame, metres
+    Quat rotation;
+    Vec3 position;
+
+    [[nodiscard]] Pose pose() const noexcept { return {rotation, position}; }
+    void setPose(const Pose& pose) noexcept {
+      rotation = pose.rotation;
+      position = pose.position;
+    }
+  };
+  using Points = std::array<Vec3, kMaxNear>;  ///< One for each near body, in its frame.
+  struct Hit {
+    int near = -1;
+    Crossing crossing;
+
+    explicit operator bool() const noexcept { return near >= 0; }
+  };
+
+  /// Bodies that anything that the IHIP can do in this tick may meet: it never gets farther from the HIP than it is
+  /// now, so the ball about the HIP through the IHIP, widened by the HIP's own step and by what moving bodies can push,
+  /// holds all.
+  void gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept;
+
+  [[nodiscard]] int count() const noexcept { return count_; }
+  [[nodiscard]] double extent_m() const noexcept { return extent_; }  ///< Largest coordinate in reach.
+  [[nodiscard]] Near& operator[](int i) noexcept { return near_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const Near& operator[](int i) const noexcept { return near_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] int indexOf(int body) const noexcept;
+
+  /// Poses at fraction `time` of the tick.
+  void poseAt(std::span<const Body> bodies, double time) noexcept;
+  [[nodiscard]] Points inEachFrame(Vec3 world) const noexcept;
+  /// Advances every `from` by the fraction `time` of the way.
+  void moveAll(const Points& to, double time) noexcept;
+
+  /// The earliest crossing on from -> to over all near bodies; `skip(near index, triangle)` leaves out.
+  template <class Skip>
+  [[nodiscard]] Hit firstHit(const Points& to, Skip skip, ContactWork& work) const noexcept {
+    Hit hit;
+    for (int i = 0; i < count_; ++i) {
+      const Near& near = (*this)[i];
+      ++work.segments;
+      const Crossing crossing =
+          near.surface->firstCrossing(near.from, to[static_cast<std::size_t>(i)], !near.surface->closed(),
+                                      [&](std::uint32_t t) noexcept { return skip(i, t); });
+      if (crossing && (!hit || crossing.time < hit.crossing.time)) hit = {i, crossing};
+    }
+    return hit;
+  }
+
+ private:
+  void admit(const Body& body, int index, double gap, ContactWork& work) noexcept;
+
+  std::array<Near, kMaxNear> near_;
+  std::array<double, kMaxNear> gap_;  // m^2 from the HIP to the box; -1 for a body that holds the IHIP
+  int count_ = 0;
+  double extent_ = 0;
+};
+
+}  // namespace haptics

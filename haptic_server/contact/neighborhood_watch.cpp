@@ -1,0 +1,86 @@
+#include "haptic_server/contact/neighborhood_watch.h"
+
+#include "haptic_server/geometry/neighbours.h"
+
+namespace haptics {
+namespace {
+
+/// Looks at triangles for one that is closer than the best so far.
+class Candidates {
+ public:
+  Candidates(const Surface& surface, Vec3 h, const Foot& from, int& spent) noexcept
+      : surface_(surface), h_(h), best_(from), spent_(spent) {}
+
+  void consider(std::uint32_t t) noexcept {
+    if (t == kNoTriangle) return;
+    ++spent_;
+    const Foot foot = closestOn(surface_.triangle(t), t, h_);
+    if (foot.squaredDistance < best_.squaredDistance) best_ = foot;
+  }
+  /// A triangle without area is as good as a line: what is across any of its edges is next to it.
+  void considerAcross(std::uint32_t t) noexcept {
+    for (int k = 0; k < 3; ++k) consider(surface_.triangle(t).neighbour(k));
+  }
+  [[nodiscard]] const Foot& best() const noexcept { return best_; }
+
+ private:
+  const Surface& surface_;
+  Vec3 h_;
+  Foot best_;
+  int& spent_;
+};
+
+SearchResult searchAcrossLine(const Surface& surface, const Foot& from, Vec3 h, int& spent) noexcept {
+  Candidates candidates(surface, h, from, spent);
+  const TriangleRecord& record = surface.triangle(from.triangle);
+  if (record.zeroArea()) {
+    candidates.considerAcross(from.triangle);
+  } else {
+    candidates.consider(record.neighbour(from.index));
+  }
+  return {candidates.best(), true};
+}
+
+SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& spent) noexcept {
+  Candidates candidates(surface, h, from, spent);
+  if (surface.triangle(from.triangle).zeroArea()) candidates.considerAcross(from.triangle);
+  SearchResult result{from, true};
+  visitFan(surface, from.triangle, from.index, [&](std::uint32_t t, int corner) noexcept {
+    candidates.consider(t);
+    if (surface.triangle(t).zeroArea()) candidates.considerAcross(t);
+    result.converged = spent < kSearchBudget;
+    result.foot.triangle = t;  // where the next tick goes on, should nothing be closer
+    result.foot.index = static_cast<std::uint8_t>(corner);
+    return result.converged;
+  });
+  const bool closer = candidates.best().squaredDistance < from.squaredDistance;
+  if (closer) return {candidates.best(), result.converged};
+  return result.converged ? SearchResult{from, true} : result;
+}
+
+}  // namespace
+
+/// Paper 3.2, the loop of the pseudocode, with these deviations, without which it does not work:
+///  - A polygon's lines and vertices are part of it, so no neighbour of a polygon is strictly closer and the printed
+///  loop
+///    never leaves its first polygon. The primitive that holds the closest point is therefore taken from the closest
+///    point computation itself, ties going to the lower dimension, and only strictly closer neighbours are hopped to.
+///    Each hop goes to a triangle that shares that primitive, so that the path is continuous, stays on the surface and
+///    ends.
+///  - The search has a budget. Distance never grows, so that it may stop at any hop and go on in the next tick.
+SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
+                               int& spent) noexcept {
+  ++spent;
+  Foot foot = closestOn(surface.triangle(start), start, h);
+  while (true) {
+    if (path != nullptr) path->add(foot);
+    if (foot.feature == Feature::kPolygon) return {foot, true};
+    if (spent >= kSearchBudget) return {foot, false};
+    const SearchResult next =
+        foot.feature == Feature::kLine ? searchAcrossLine(surface, foot, h, spent) : searchFan(surface, foot, h, spent);
+    if (!(next.foot.squaredDistance < foot.squaredDistance)) return next;
+    foot = next.foot;
+  }
+}
+
+}  // namespace haptics

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptic_server/geometry/surface.h"
+
+namespace haptics {
+
+/// Triangles that the searches of one tick may look at. It bounds the tick (10 to 20 us at most); a fan of more is
+/// looked at over several ticks. Larger follows faster motion over finer meshes.
+inline constexpr int kSearchBudget = 512;
+
+/// The continuous polyline on the surface along which a search moved: point i lies in triangle i, and so does the way
+/// to it.
+class SearchPath {
+ public:
+  /// Points kept. Longer paths are left to the solver, which walks them plane by plane.
+  static constexpr std::size_t kCapacity = 48;
+  struct Point {
+    Vec3 place;  // body frame, metres
+    std::uint32_t triangle;
+  };
+
+  void add(const Foot& foot) noexcept {
+    if (count_ < kCapacity) points_[count_] = {foot.point, foot.triangle};
+    ++count_;
+  }
+  [[nodiscard]] bool complete() const noexcept { return count_ <= kCapacity; }
+  [[nodiscard]] auto begin() const noexcept { return points_.begin(); }
+  [[nodiscard]] auto end() const noexcept { return points_.begin() + static_cast<std::ptrdiff_t>(count_); }
+
+ private:
+  std::array<Point, kCapacity> points_;
+  std::size_t count_ = 0;
+};
+
+struct SearchResult {
+  Foot foot;
+  /// No neighbour is closer. False when the budget ran out: the foot is the best so far, or, inside of a fan, the place
+  /// to go on from; the sign of the penetration is then not known.
+  bool converged = true;
+};
+
+/// Descends from triangle `start` to a local minimum of the distance to h (body frame, metres). Adds the triangles
+/// looked at to `spent`; `path` may be null.
+[[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
+                                             int& spent) noexcept;
+
+}  // namespace haptics

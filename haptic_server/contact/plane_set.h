@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "common/maths/vec.h"
+#include "haptic_server/contact/contact.h"
+
+namespace haptics {
+
+/// A half space that the IHIP must not leave: normal . x >= offset. World frame, metres; the normal is unit.
+struct ConstraintPlane {
+  Vec3 normal;
+  double offset;
+  HoldingSurface surface;
+};
+
+/// The planes that the IHIP has met in a tick.
+class PlaneSet {
+ public:
+  /// Planes met before the search gives up. With 8 there are 29 systems of at most 3 x 3 to try.
+  static constexpr int kMaxPlanes = 8;
+
+  struct Nearest {
+    Vec3 point;
+    int tightCount = 0;
+    std::array<int, ContactState::kMaxHolding> tight;  ///< Planes that push, the strongest first.
+  };
+
+  void clear() noexcept { count_ = 0; }
+  [[nodiscard]] bool full() const noexcept { return count_ == kMaxPlanes; }
+  void add(const ConstraintPlane& plane) noexcept { planes_[static_cast<std::size_t>(count_++)] = plane; }
+  [[nodiscard]] const ConstraintPlane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
+
+  /// The point nearest to h above all planes, to within `slack` (m): a set of up to three planes with multipliers >= 0
+  /// (Kuhn-Tucker; Zilles and Salisbury 1995 solve the same with Lagrange multipliers). Call it after each add(): the
+  /// newest plane cut off the previous answer, so only sets that hold it are tried. Empty when there is no such point.
+  [[nodiscard]] std::optional<Nearest> nearest(Vec3 h, double slack) const noexcept;
+
+ private:
+  [[nodiscard]] bool holds(Vec3 x, double slack) const noexcept;
+  [[nodiscard]] bool solve(Vec3 h, Nearest& candidate) const noexcept;
+
+  std::array<ConstraintPlane, kMaxPlanes> planes_;
+  int count_ = 0;
+};
+
+}  // namespace haptics

@@ -1,0 +1,131 @@
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/neighborhood_watch.h"
+
+namespace haptics {
+namespace {
+
+/// Triangles that a closest point query may look at: it bounds an adoption to some 100 us per body that the proxy is
+/// in.
+constexpr int kQueryBudget = 4096;
+
+/// The IHIP between an adoption and the next tick, looking for a place outside of everything.
+class Proxy {
+ public:
+  Proxy(Vec3 place, Vec3 outward) noexcept : place_(place), outward_(outward) {}
+
+  [[nodiscard]] Vec3 place() const noexcept { return place_; }
+
+  /// A hair off the surface that held it, so that the segment to the HIP starts outside of a new mesh of the same
+  /// shape, and finds it even where the HIP is already beyond its other side.
+  void lift(std::span<const Body> bodies) noexcept {
+    double extent = glm::length(place_);
+    for (const Body& body : bodies) {
+      if (withinSphere(body)) extent = std::max(extent, body.surface->extent_m() + glm::length(body.previous.position));
+    }
+    place_ += outward_ * (kSkin * extent);
+  }
+
+  /// Out of the body when it is inside. Returns whether it was.
+  bool pushOutOf(const Body& body) noexcept {
+    const Surface& s = *body.surface;
+    if (body.leaving || !s.closed() || !withinSphere(body)) return false;
+    const Vec3 local = toLocal(body.previous, place_);
+    if (glm::any(glm::lessThan(local, s.low())) || glm::any(glm::greaterThan(local, s.high()))) return false;
+    const Foot foot = nearestFoot(s, local);
+    if (s.isOutside(foot, local)) return false;
+    const Vec3 normal = s.normal(foot);
+    const Vec3 outward = glm::conjugate(body.previous.rotation) * outward_;
+    const double lift = kLift * (s.extent_m() + glm::length(body.previous.position));
+    const bool otherSide = glm::dot(normal, outward) < 0;
+    const Vec3 out =
+        otherSide ? backOut(s, local, outward, std::sqrt(foot.squaredDistance), lift) : foot.point + normal * lift;
+    place_ = toWorld(body.previous, out);
+    if (outward_ == Vec3(0)) outward_ = body.previous.rotation * normal;
+    return true;
+  }
+
+  /// Clear of the spheres about all bodies that it is within, in the direction in which it was pushed last.
+  void flee(std::span<const Body> bodies) noexcept {
+    for (int round = 0; round < kReseatRounds; ++round) {
+      for (const Body& body : bodies) {
+        if (withinSphere(body)) place_ += outward_ * (2 * body.surface->radius_m());
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] bool withinSphere(const Body& body) const noexcept {
+    const Vec3 centre = toWorld(body.previous, body.surface->centre());
+    const double radius = body.surface->radius_m();
+    return squaredLength(place_ - centre) <= radius * radius;
+  }
+
+  static Foot nearestFoot(const Surface& s, Vec3 local) noexcept {
+    int spent = 0;
+    const Foot foot = s.closestFoot(local, kQueryBudget, spent);
+    spent = 0;
+    return neighborhoodWatch(s, foot.triangle, local, nullptr, spent).foot;  // had the budget run out
+  }
+
+  /// Out on the side from which the surface was touched, though the other side of it is nearer (a thin shell).
+  static Vec3 backOut(const Surface& s, Vec3 local, Vec3 outward, double depth, double lift) noexcept {
+    for (double way = 2 * depth + lift; way < 2 * s.radius_m(); way *= 2) {
+      const Vec3 beyond = local + outward * way;
+      if (!s.isOutside(nearestFoot(s, beyond), beyond)) continue;
+      const Crossing crossing = s.firstCrossing(beyond, local);
+      return crossing ? glm::mix(beyond, local, crossing.time) + outward * lift : beyond;
+    }
+    return local + outward * (2 * s.radius_m());
+  }
+
+  Vec3 place_;    // world, metres
+  Vec3 outward_;  // unit: the way out of what held it; zero when nothing did
+};
+
+/// Renumbers the bodies that hold the contact. False when one of them is gone or changed.
+bool renumber(ContactState& state, std::span<const BodyOrigin> origins) noexcept {
+  const std::size_t count = state.surfaces().size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const int before = state.holding[i].body;
+    const auto now = std::find_if(origins.begin(), origins.end(),
+                                  [&](const BodyOrigin& o) { return o.before == before && !o.changed; });
+    if (now == origins.end()) return false;
+    state.holding[i].body = static_cast<int>(now - origins.begin());
+  }
+  return true;
+}
+
+}  // namespace
+
+bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const BodyOrigin> origins) noexcept {
+  const Vec3 way = state.ihip - state.hip;
+  const double depth = glm::length(way);
+  const bool held = state.mode != ContactState::Mode::kFree;
+  const bool carried = renumber(state, origins);
+  Proxy proxy(state.ihip, held && depth > 0 ? way / depth : Vec3(0));
+  if (!carried) proxy.lift(bodies);
+  bool pushed = false;
+  bool settled = false;
+  for (int round = 0; round < kReseatRounds && !settled; ++round) {
+    settled = true;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const bool suspect = origins[i].changed || pushed;
+      if (suspect && proxy.pushOutOf(bodies[i])) {
+        pushed = true;
+        settled = false;
+      }
+    }
+  }
+  if (!settled) proxy.flee(bodies);
+  if (carried && !pushed) return false;
+  const Vec3 hip = state.hip;
+  place(state, proxy.place());
+  state.hip = hip;
+  return true;
+}
+
+}  // namespace haptics

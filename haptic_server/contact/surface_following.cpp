@@ -1,0 +1,109 @@
+// One surface: the neighborhood watch, guarded.
+
+#include "haptic_server/contact/contact_tick.h"
+
+namespace haptics {
+
+/// Paper 3.2, the search and the test whether the HIP is still inside. Deviations:
+///  - The sign is tested only once the search has converged, with the normal of the primitive that holds the foot.
+///  - The path of the IHIP is guarded: "we constrain the IHIP such that it does not penetrate any object", but
+///  neighbours
+///    know nothing of other objects, nor of another part of their own. Where something else is near, each hop is
+///    tested.
+///  - The way out is tested in the same tick: it may lead into another tooth of a comb, or another body.
+///  - At a boundary neither search nor sign mean anything: the constraint solver takes over.
+void ContactTick::followSurface(Vec3 hip) noexcept {
+  constexpr int kMostTeeth = 4;  // left and entered again within a step; the next step goes on
+  for (int i = 0; i < kMostTeeth && state_.mode == Mode::kOneSurface; ++i) {
+    const HoldingSurface holding = held();
+    const Near& near = heldNear();
+    const Surface& s = *near.surface;
+    const Pose pose = near.pose();
+    const Vec3 h = toLocal(pose, hip);
+    const bool guarded = near_.count() > 1 || s.anyCrossed();
+    SearchPath path;
+    const SearchResult found = neighborhoodWatch(s, holding.triangle, h, guarded ? &path : nullptr, work_.triangles);
+    if (guarded && !pathIsClear(path, pose)) return resolve(hip);
+    hold({holding.body, holding.side, found.foot.triangle}, found.foot, toWorld(pose, found.foot.point));
+    if (s.onBoundary(found.foot)) return resolve(hip);
+    work_.interrupted = work_.interrupted || !found.converged;
+    if (!found.converged || !s.isOutside(found.foot, h, holding.side)) return;
+    leave(found.foot, hip);
+  }
+}
+
+/// Carries the IHIP with the contacted body, then along the path of the search, testing all others. Leaves triangle and
+/// place at the last clear point when blocked.
+bool ContactTick::pathIsClear(const SearchPath& path, const Pose& pose) noexcept {
+  if (!path.complete()) return false;
+  if (!pieceIsClear(held().triangle, state_.local, state_.local, pose)) return false;
+  for (const SearchPath::Point& point : path) {
+    if (!pieceIsClear(point.triangle, state_.local, point.place, pose)) return false;
+    state_.local = point.place;
+    held().triangle = point.triangle;
+  }
+  return true;
+}
+
+bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Pose& pose) noexcept {
+  const Points to = near_.inEachFrame(toWorld(pose, lifted(b, within)));
+  for (int i = 0; i < near_.count(); ++i) {
+    const Near& near = near_[i];
+    if (near.body == held().body) {
+      if (near.surface->triangle(within).crossed() && !clearOfOwnFolds(*near.surface, within, a, b)) return false;
+      continue;
+    }
+    ++work_.segments;
+    if (near.surface->firstCrossing(near.from, to[static_cast<std::size_t>(i)])) return false;
+  }
+  for (int i = 0; i < near_.count(); ++i) {
+    if (near_[i].body != held().body) near_[i].from = to[static_cast<std::size_t>(i)];
+  }
+  return true;
+}
+
+/// Within one triangle only the parts that pass through it matter. Left out are those that contain the path by
+/// construction: the neighbours across its edges, and the fan of a vertex when the path starts or ends exactly there.
+bool ContactTick::clearOfOwnFolds(const Surface& s, std::uint32_t within, Vec3 a, Vec3 b) noexcept {
+  ++work_.segments;
+  const TriangleRecord& own = s.triangle(within);
+  const auto containsPath = [&](std::uint32_t t) noexcept {
+    int shared = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (s.triangle(t).cornerOf(own.vertexAt(k)) < 0) continue;
+      shared += own.corner(k) == a || own.corner(k) == b ? 2 : 1;
+    }
+    return shared >= 2;
+  };
+  return !s.firstCrossing(a, b, true, containsPath);
+}
+
+/// The path that is tested against other bodies runs a skin above the contacted surface.
+Vec3 ContactTick::lifted(Vec3 at, std::uint32_t triangle) const noexcept {
+  return at + surface(held().body).faceNormal(triangle) * (held().side * skin_);
+}
+
+void ContactTick::leave(const Foot& foot, Vec3 hip) noexcept {
+  const int own = near_.indexOf(held().body);
+  const Surface& s = *near_[own].surface;
+  const TriangleRecord& r = s.triangle(foot.triangle);
+  // Triangles that hold the foot's primitive contain the start and cannot be entered again: exact, no tolerance needed.
+  const auto holdsFoot = [&](int i, std::uint32_t t) noexcept {
+    if (i != own) return false;
+    const TriangleRecord& other = s.triangle(t);
+    if (foot.feature == Feature::kPolygon) return t == foot.triangle;
+    const bool atCorner = other.cornerOf(r.vertexAt(foot.index)) >= 0;
+    if (foot.feature == Feature::kVertex) return atCorner;
+    return atCorner && other.cornerOf(r.vertexAt(nextCorner(foot.index))) >= 0;
+  };
+  near_[own].from = foot.point;
+  // A sheet may have a duplicate in the same place, which a start below its rounding would enter from behind.
+  if (!s.closed()) near_[own].from += s.normal(foot) * (held().side * lift_);
+  const Points to = near_.inEachFrame(hip);
+  const Hit hit = firstNewContact(to, holdsFoot);
+  if (hit) return touch(hit, to);
+  near_.moveAll(to, 1);
+  setFree(hip);
+}
+
+}  // namespace haptics
