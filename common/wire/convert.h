@@ -14,10 +14,10 @@
 namespace haptics {
 
 /// Limits on untrusted edits; above, the field is refused.
-inline constexpr std::size_t kMaxOperations = 1000;      ///< Its commit still fits one frame.
+inline constexpr std::size_t kMaxOperations = 1000;  ///< Its commit still fits one frame.
 inline constexpr std::size_t kMaxNameLength = 64;
 inline constexpr std::size_t kMaxPathLength = 255;
-inline constexpr std::uint32_t kMaxSegments = 1024;      ///< A sphere has then 12.6 million triangles.
+inline constexpr std::uint32_t kMaxSegments = 1024;  ///< A sphere has then 12.6 million triangles.
 inline constexpr std::size_t kMaxSceneTextBytes = 4U << 20;
 inline constexpr double kMaxStiffness_N_per_m = 1e5;
 inline constexpr double kMaxDamping_Ns_per_m = 1e3;

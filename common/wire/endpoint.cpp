@@ -46,7 +46,8 @@ Result<Endpoint> parseEndpoint(std::string_view text) {
     if (error) return malformed(text, host, "is not an IPv6 address");
     return Endpoint{std::string(host), port};
   }
-  if (host.find(':') != std::string_view::npos) return malformed(text, host, "has colons: an IPv6 address needs brackets");
+  if (host.find(':') != std::string_view::npos)
+    return malformed(text, host, "has colons: an IPv6 address needs brackets");
   if (host == "localhost") return Endpoint{"127.0.0.1", port};
   const bool numeric = !host.empty() && host.find_first_not_of("0123456789.") == std::string_view::npos;
   std::error_code error;

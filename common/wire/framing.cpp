@@ -43,8 +43,8 @@ Result<std::optional<v1::Envelope>> FrameDecoder::next() {
   if (available < kLengthBytes) return std::optional<v1::Envelope>{};
   const std::uint32_t length = readLength(buffer_.data() + consumed_);
   if (length == 0 || length > kMaxFrameBytes) {
-    return fail("frame.length", "is " + std::to_string(length) + " bytes; a frame has 1 to " +
-                                    std::to_string(kMaxFrameBytes));
+    return fail("frame.length",
+                "is " + std::to_string(length) + " bytes; a frame has 1 to " + std::to_string(kMaxFrameBytes));
   }
   if (available < kLengthBytes + length) return std::optional<v1::Envelope>{};
   std::optional<v1::Envelope> envelope(std::in_place);

@@ -84,10 +84,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void read() {
     reading_ = true;
-    socket_.async_read_some(asio::buffer(input_),
-                            [self = shared_from_this()](const std::error_code& error, std::size_t size) {
-                              self->onRead(error, size);
-                            });
+    socket_.async_read_some(
+        asio::buffer(input_),
+        [self = shared_from_this()](const std::error_code& error, std::size_t size) { self->onRead(error, size); });
   }
 
   void onRead(const std::error_code& error, std::size_t size) {
@@ -111,10 +110,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void write() {
-    socket_.async_write_some(asio::buffer(sending_.data() + sent_, sending_.size() - sent_),
-                             [self = shared_from_this()](const std::error_code& error, std::size_t size) {
-                               self->onWritten(error, size);
-                             });
+    socket_.async_write_some(
+        asio::buffer(sending_.data() + sent_, sending_.size() - sent_),
+        [self = shared_from_this()](const std::error_code& error, std::size_t size) { self->onWritten(error, size); });
   }
 
   void onWritten(const std::error_code& error, std::size_t size) {
@@ -270,12 +268,13 @@ struct TcpConnector::State : std::enable_shared_from_this<TcpConnector::State> {
     if (!notNumeric) {
       return connect(tcp::resolver::results_type::create(tcp::endpoint(address, server.port), server.host, ""));
     }
-    resolver.async_resolve(server.host, std::to_string(server.port),
-                           [self = shared_from_this()](const std::error_code& error, tcp::resolver::results_type found) {
-                             if (self->abandoned) return;
-                             if (error) return self->fail("the host is not known: " + error.message());
-                             self->connect(found);
-                           });
+    resolver.async_resolve(
+        server.host, std::to_string(server.port),
+        [self = shared_from_this()](const std::error_code& error, tcp::resolver::results_type found) {
+          if (self->abandoned) return;
+          if (error) return self->fail("the host is not known: " + error.message());
+          self->connect(found);
+        });
   }
 
   void connect(const tcp::resolver::results_type& found) {

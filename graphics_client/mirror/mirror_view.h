@@ -19,26 +19,26 @@ enum class LinkState { kConnecting, kSyncing, kLive, kRefused };
 /// What a client holds and knows at one moment: an immutable picture that the network thread hands to the viewer.
 struct MirrorView {
   LinkState link = LinkState::kConnecting;
-  std::string linkText;      ///< "connecting to host:port", why it was refused, ...
-  std::uint64_t epoch = 0;   ///< Of the server that `scene` came from; 0: nothing came yet.
+  std::string linkText;     ///< "connecting to host:port", why it was refused, ...
+  std::uint64_t epoch = 0;  ///< Of the server that `scene` came from; 0: nothing came yet.
   std::shared_ptr<const SceneVersion> scene = std::make_shared<const SceneVersion>();  ///< Never null.
   std::map<ContentHash, std::shared_ptr<const TriMesh>> meshes;  ///< Those that arrived and whose hash was checked.
-  ContentHash serverRoot;    ///< As last announced by the server, with its revision.
+  ContentHash serverRoot;  ///< As last announced by the server, with its revision.
   std::uint64_t serverRevision = 0;
   /// Own root equals the server's at the same revision, and every mesh of the scene is here and hashed to its name.
   /// Stays as it was last known while the link is down.
   bool hashesEqual = false;
   std::optional<TelemetrySample> sample;  ///< Newest; nothing before the first.
   std::uint64_t samplesReceived = 0;
-  std::uint64_t takenAt_ns = 0;       ///< This host's monotonic clock when the view was taken.
-  double telemetryAge_s = 0;          ///< Of `sample` at takenAt_ns, by the estimated clock offset; 0 without a sample.
-  double clockUncertainty_s = 0;      ///< The age is true to within this: half the smallest round trip.
-  std::uint64_t resyncs = 0;          ///< Roots that differed, each followed by a snapshot.
-  std::uint64_t stateResets = 0;      ///< Server restarts that replaced the scene.
-  std::uint64_t connections = 0;      ///< Times that a server welcomed this client.
+  std::uint64_t takenAt_ns = 0;   ///< This host's monotonic clock when the view was taken.
+  double telemetryAge_s = 0;      ///< Of `sample` at takenAt_ns, by the estimated clock offset; 0 without a sample.
+  double clockUncertainty_s = 0;  ///< The age is true to within this: half the smallest round trip.
+  std::uint64_t resyncs = 0;      ///< Roots that differed, each followed by a snapshot.
+  std::uint64_t stateResets = 0;  ///< Server restarts that replaced the scene.
+  std::uint64_t connections = 0;  ///< Times that a server welcomed this client.
   std::string serverName, device;
   double maxForce_N = 0;
-  double servoRate_Hz = 0;            ///< Nominal.
+  double servoRate_Hz = 0;  ///< Nominal.
   bool mayEdit = false;
 
   /// Age of `sample` at a later moment of this host's monotonic clock (monotonicNow_ns()).

@@ -19,10 +19,10 @@ class ServerLink {
  public:
   struct Options {
     Endpoint server;
-    std::string clientName;         ///< For the server's log, at most 64 characters.
-    std::string token;              ///< Decides the role; empty on loopback.
-    double telemetryRate_Hz = 60;   ///< 0: none.
-    bool fetchMeshes = true;        ///< false: records only; hashesEqual then stays false.
+    std::string clientName;        ///< For the server's log, at most 64 characters.
+    std::string token;             ///< Decides the role; empty on loopback.
+    double telemetryRate_Hz = 60;  ///< 0: none.
+    bool fetchMeshes = true;       ///< false: records only; hashesEqual then stays false.
   };
 
   explicit ServerLink(Options options);

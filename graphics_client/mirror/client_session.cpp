@@ -1,0 +1,197 @@
+#include "graphics_client/mirror/client_session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/wire/convert.h"
+
+// Connections, timers and what is sent. What is received: client_session_receive.cpp.
+namespace haptics {
+
+ClientSession::ClientSession(Options options) : options_(std::move(options)), random_(options_.session) {}
+
+void ClientSession::connected(Transport& transport, std::uint64_t now_ns) {
+  transport_ = &transport;
+  phase_ = Phase::kHello;
+  over_.clear();
+  decoder_ = {};
+  nextMessageId_ = 1;
+  lastByte_ns_ = now_ns;
+  snapshot_.reset();
+  behindAtHeartbeat_ = false;
+  if (!refused_) linkText_ = "connected to " + transport.peer() + ", awaiting its welcome";
+  ++changes_;
+  sendHello();
+}
+
+void ClientSession::received(std::span<const char> bytes, std::uint64_t now_ns) {
+  lastByte_ns_ = now_ns;
+  decoder_.feed(bytes);
+  while (transport_ != nullptr && over_.empty()) {
+    const auto envelope = decoder_.next();
+    if (!envelope) return over("the server does not speak this protocol: " + envelope.error().text());
+    if (!*envelope) return;
+    handle(**envelope, now_ns);
+  }
+}
+
+void ClientSession::drained() { pumpUploads(); }
+
+void ClientSession::poll(std::uint64_t now_ns) {
+  if (phase_ == Phase::kDown || connectionOver()) return;
+  if (now_ns - lastByte_ns_ >= kSilence_ns) return over("the server has been silent for 3 s");
+  if (phase_ == Phase::kHello) return;
+  if (now_ns >= nextHeartbeat_ns_) {
+    nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
+    v1::Envelope envelope;
+    envelope.mutable_heartbeat()->set_epoch(mirror_.epoch());
+    envelope.mutable_heartbeat()->set_revision(mirror_.scene().revision());
+    envelope.mutable_heartbeat()->set_root(mirror_.scene().root().asBytes());
+    send(envelope);
+    assets_.retry();
+    requestAssets();
+  }
+  if (now_ns >= nextProbe_ns_) {
+    nextProbe_ns_ = now_ns + (probesAnswered_ < ClockOffset::kWindow ? kFirstProbes_ns : kLaterProbes_ns);
+    v1::Envelope envelope;
+    envelope.mutable_clock_probe()->set_client_send_ns(now_ns);
+    send(envelope);
+  }
+  pumpUploads();
+}
+
+void ClientSession::connectionLost(const std::string& why) {
+  transport_ = nullptr;
+  phase_ = Phase::kDown;
+  over_.clear();
+  snapshot_.reset();
+  edits_.connectionLost();
+  assets_.connectionLost();
+  uploads_.connectionLost();
+  if (!refused_) linkText_ = why;
+  ++changes_;
+}
+
+std::uint64_t ClientSession::reconnectDelay_ns() {
+  if (refused_) return kRefusedDelay_ns;
+  return std::uniform_int_distribution<std::uint64_t>(kLeastReconnectDelay_ns, kMostReconnectDelay_ns)(random_);
+}
+
+void ClientSession::submit(v1::Transaction transaction, EditCallbacks callbacks) {
+  edits_.submit(std::move(transaction), std::move(callbacks));
+  pumpEdits();
+}
+
+void ClientSession::upload(std::string meshBytes, UploadCallbacks callbacks) {
+  uploads_.add(std::move(meshBytes), std::move(callbacks));
+  pumpUploads();
+}
+
+void ClientSession::requestStatus(StatusCallback callback) {
+  statusWaiters_.push_back(std::move(callback));
+  if (statusWaiters_.size() == 1) sendStatusRequest();
+}
+
+void ClientSession::setTelemetryRate(double rate_Hz) {
+  options_.telemetryRate_Hz = rate_Hz;
+  if (phase_ == Phase::kLive) sendSubscribe();
+}
+
+MirrorView ClientSession::view(std::uint64_t now_ns) const {
+  MirrorView view = mirror_.contents();
+  view.link = phase_ == Phase::kLive      ? LinkState::kLive
+              : phase_ == Phase::kSyncing ? LinkState::kSyncing
+              : refused_                  ? LinkState::kRefused
+                                          : LinkState::kConnecting;
+  view.linkText = linkText_;
+  view.takenAt_ns = now_ns;
+  if (view.sample && clock_.known() && view.sample->time_ns != 0) {
+    const std::int64_t age_ns = static_cast<std::int64_t>(now_ns) - clock_.toClient_ns(view.sample->time_ns);
+    view.telemetryAge_s = std::max(0.0, 1e-9 * static_cast<double>(age_ns));
+    view.clockUncertainty_s = 1e-9 * static_cast<double>(clock_.uncertainty_ns());
+  }
+  view.connections = connections_;
+  view.serverName = welcome_.server_name();
+  view.device = welcome_.device();
+  view.maxForce_N = welcome_.max_force_n();
+  view.servoRate_Hz = welcome_.servo_rate_hz();
+  view.mayEdit = welcome_.may_edit();
+  return view;
+}
+
+void ClientSession::requestAssets() {
+  if (!options_.fetchMeshes || phase_ != Phase::kLive) return;
+  while (const auto request = assets_.next()) {
+    v1::Envelope envelope;
+    *envelope.mutable_asset_request() = *request;
+    send(envelope);
+  }
+}
+
+void ClientSession::pumpEdits() {
+  if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
+  while (const v1::EditRequest* request = edits_.next()) {
+    v1::Envelope envelope;
+    *envelope.mutable_edit_request() = *request;
+    send(envelope);
+  }
+}
+
+void ClientSession::pumpUploads() {
+  if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
+  while (transport_->backlog() < kUploadBacklog_bytes) {
+    auto chunk = uploads_.next();
+    if (!chunk) return;
+    v1::Envelope envelope;
+    *envelope.mutable_asset_upload() = std::move(*chunk);
+    send(envelope);
+  }
+}
+
+void ClientSession::sendHello() {
+  const bool resumes = mirror_.epoch() != 0 && !needsSnapshot_;
+  v1::Envelope envelope;
+  v1::Hello& hello = *envelope.mutable_hello();
+  hello.set_session(options_.session);
+  hello.set_client_name(options_.clientName);
+  hello.set_token(options_.token);
+  hello.set_epoch(resumes ? mirror_.epoch() : 0);
+  hello.set_revision(resumes ? mirror_.scene().revision() : 0);
+  if (resumes) hello.set_root(mirror_.scene().root().asBytes());
+  send(envelope);
+}
+
+void ClientSession::sendSubscribe() {
+  v1::Envelope envelope;
+  envelope.mutable_subscribe()->set_rate_hz(options_.telemetryRate_Hz);
+  send(envelope);
+}
+
+void ClientSession::sendStatusRequest() {
+  if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
+  v1::Envelope envelope;
+  envelope.mutable_status_request();
+  send(envelope);
+}
+
+void ClientSession::send(v1::Envelope& envelope) {
+  if (transport_ == nullptr || connectionOver()) return;
+  envelope.set_protocol_version(kProtocolVersion);
+  envelope.set_message_id(nextMessageId_++);
+  std::string frame;
+  appendFrame(frame, envelope);
+  transport_->send(std::move(frame));
+}
+
+void ClientSession::over(const std::string& why) {
+  over_ = why;
+  ++changes_;
+}
+
+void ClientSession::resync(const Error& why) {
+  mirror_.countResync();
+  needsSnapshot_ = true;
+  over("out of step with the server, asking for a snapshot: " + why.text());
+}
+
+}  // namespace haptics

@@ -1,0 +1,192 @@
+#include <utility>
+
+#include "common/wire/convert.h"
+#include "graphics_client/mirror/client_session.h"
+
+// What the server says.
+namespace haptics {
+
+void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
+  if (phase_ == Phase::kHello) return handleGreeting(envelope, now_ns);
+  switch (envelope.body_case()) {
+    case v1::Envelope::kSnapshotBegin:
+      return handle(envelope.snapshot_begin());
+    case v1::Envelope::kSnapshotObjects:
+      return handle(envelope.snapshot_objects());
+    case v1::Envelope::kSnapshotEnd:
+      return handle(envelope.snapshot_end());
+    case v1::Envelope::kCommit:
+      return handle(envelope.commit());
+    case v1::Envelope::kHeartbeat:
+      return handle(envelope.heartbeat());
+    case v1::Envelope::kAssetChunk:
+      return handle(envelope.asset_chunk());
+    case v1::Envelope::kAssetUnavailable:
+      return assets_.unavailable(envelope.asset_unavailable().hash());
+    case v1::Envelope::kTelemetry:
+      if (mirror_.take(fromWire(envelope.telemetry()))) ++changes_;
+      return;
+    case v1::Envelope::kEditReply:
+      edits_.replied(envelope.edit_reply());
+      return pumpEdits();
+    case v1::Envelope::kEditLive:
+      return edits_.live(envelope.edit_live());
+    case v1::Envelope::kClockReply:
+      return handle(envelope.clock_reply(), now_ns);
+    case v1::Envelope::kStatus:
+      return handle(envelope.status());
+    case v1::Envelope::kAssetUploadReply:
+      uploads_.replied(envelope.asset_upload_reply());
+      return pumpUploads();
+    case v1::Envelope::kRefusal:
+      return handle(envelope.refusal());
+    default:
+      return over("the server sent a message that is not a server's");
+  }
+}
+
+void ClientSession::handleGreeting(const v1::Envelope& envelope, std::uint64_t now_ns) {
+  if (envelope.has_refusal()) return handle(envelope.refusal());
+  if (envelope.protocol_version() != kProtocolVersion) {
+    v1::Refusal refusal;
+    refusal.set_field("protocol_version");
+    refusal.set_reason("the server speaks version " + std::to_string(envelope.protocol_version()) +
+                       ", this client version " + std::to_string(kProtocolVersion));
+    return handle(refusal);
+  }
+  if (!envelope.has_welcome()) return over("the server sent something before its welcome");
+  handle(envelope.welcome(), now_ns);
+}
+
+void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
+  const auto root = hashFromWire(welcome.root(), "welcome.root");
+  if (!root) return over(root.error().text());
+  if (welcome.epoch() == 0) return over("the server's epoch is 0");
+  const bool sameState = welcome.epoch() == mirror_.epoch();
+  if (welcome.resumed() && (!sameState || needsSnapshot_)) return over("the server resumes what this client lacks");
+  phase_ = Phase::kSyncing;
+  refused_ = false;
+  needsSnapshot_ = needsSnapshot_ || !welcome.resumed();  // until the snapshot is whole
+  welcome_ = welcome;
+  ++connections_;
+  ++changes_;
+  linkText_ = "getting the scene from " + transport_->peer();
+  nextHeartbeat_ns_ = nextProbe_ns_ = now_ns;
+  mirror_.startTelemetry();
+  mirror_.announce(welcome.revision(), *root);
+  if (!sameState) {
+    clock_ = {};
+    probesAnswered_ = 0;
+    edits_.stateLost();
+  }
+  pumpEdits();
+  pumpUploads();
+  if (!statusWaiters_.empty()) sendStatusRequest();
+  if (welcome.resumed()) sceneChanged();
+}
+
+void ClientSession::handle(const v1::Refusal& refusal) {
+  refused_ = true;
+  linkText_ = "refused by the server: " + Error{refusal.field(), refusal.reason()}.text();
+  over(linkText_);
+}
+
+void ClientSession::handle(const v1::SnapshotBegin& begin) {
+  snapshot_ = Snapshot{begin.revision(), begin.object_count(), {}};
+}
+
+void ClientSession::handle(const v1::SnapshotObjects& objects) {
+  if (!snapshot_) return over("a snapshot's objects came without its beginning");
+  for (const v1::ObjectState& state : objects.object()) {
+    auto record = fromWire(state);
+    if (!record) return resync(std::move(record.error()).within("snapshot object "));
+    if (snapshot_->objects.size() == snapshot_->objectCount) return resync({"snapshot", "has more objects than said"});
+    snapshot_->objects.push_back(std::move(*record));
+  }
+}
+
+void ClientSession::handle(const v1::SnapshotEnd& end) {
+  if (!snapshot_) return over("a snapshot ended without its beginning");
+  Snapshot snapshot = *std::exchange(snapshot_, std::nullopt);
+  if (end.revision() != snapshot.revision || snapshot.objects.size() != snapshot.objectCount) {
+    return resync({"snapshot", "is not the one that was begun"});
+  }
+  const auto root = hashFromWire(end.root(), "snapshot_end.root");
+  if (!root) return resync(root.error());
+  auto scene = SceneVersion::fromSnapshot(snapshot.revision, std::move(snapshot.objects));
+  if (!scene) return resync(scene.error());
+  if (auto replaced = mirror_.replaceScene(welcome_.epoch(), std::move(*scene), *root); !replaced) {
+    return resync(replaced.error());
+  }
+  needsSnapshot_ = false;
+  sceneChanged();
+}
+
+void ClientSession::handle(const v1::Commit& message) {
+  if (needsSnapshot_) return over("a commit came before the snapshot that it changes");
+  const auto commit = fromWire(message);
+  if (!commit) return resync(commit.error());
+  if (auto applied = mirror_.apply(*commit); !applied) return resync(applied.error());
+  if (commit->revision > mirror_.contents().serverRevision) mirror_.announce(commit->revision, commit->root);
+  sceneChanged();
+}
+
+/// Commits go before the heartbeat that counts them: a client that is behind at two heartbeats in a row, without a
+/// commit between them, has missed one.
+void ClientSession::handle(const v1::Heartbeat& heartbeat) {
+  const auto root = hashFromWire(heartbeat.root(), "heartbeat.root");
+  if (!root) return over(root.error().text());
+  mirror_.announce(heartbeat.revision(), *root);
+  ++changes_;
+  if (phase_ != Phase::kLive) return;
+  const SceneVersion& own = mirror_.scene();
+  if (own.revision() == heartbeat.revision()) {
+    behindAtHeartbeat_ = false;
+    if (own.root() != *root) resync({"heartbeat.root", "differs at revision " + std::to_string(own.revision())});
+    return;
+  }
+  if (behindAtHeartbeat_) {
+    return resync({"heartbeat.revision",
+                   "is " + std::to_string(heartbeat.revision()) + ", " + std::to_string(own.revision()) + " here"});
+  }
+  behindAtHeartbeat_ = true;
+}
+
+void ClientSession::handle(const v1::AssetChunk& chunk) {
+  auto complete = assets_.take(chunk);
+  if (!complete) return resync(complete.error());
+  if (!*complete) return;
+  if (auto added = mirror_.addMesh((*complete)->hash, (*complete)->bytes); !added) return resync(added.error());
+  ++changes_;
+  requestAssets();
+}
+
+void ClientSession::handle(const v1::ClockReply& reply, std::uint64_t now_ns) {
+  if (reply.client_send_ns() > now_ns) return;
+  clock_.add(reply.client_send_ns(), reply.server_receive_ns(), reply.server_send_ns(), now_ns);
+  ++probesAnswered_;
+}
+
+void ClientSession::handle(const v1::Status& status) {
+  for (const StatusCallback& callback : std::exchange(statusWaiters_, {})) callback(status);
+}
+
+/// Live once the scene stands at the welcome's revision or beyond.
+void ClientSession::sceneChanged() {
+  ++changes_;
+  behindAtHeartbeat_ = false;
+  if (options_.fetchMeshes) assets_.want(mirror_.lackingMeshes());
+  if (phase_ == Phase::kSyncing && mirror_.scene().revision() >= welcome_.revision()) becomeLive();
+  requestAssets();
+}
+
+void ClientSession::becomeLive() {
+  phase_ = Phase::kLive;
+  linkText_ = "connected to " + transport_->peer();
+  if (mirror_.scene().revision() == welcome_.revision() && mirror_.scene().root().asBytes() != welcome_.root()) {
+    return resync({"welcome.root", "differs at revision " + std::to_string(welcome_.revision())});
+  }
+  if (options_.telemetryRate_Hz > 0) sendSubscribe();
+}
+
+}  // namespace haptics

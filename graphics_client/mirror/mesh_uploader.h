@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "common/hash/content_hash.h"
+#include "graphics_client/mirror/client_callbacks.h"
+
+namespace haptics {
+
+/// Sends meshes to the server in chunks, one mesh after the other; one that a lost connection interrupted starts anew.
+class MeshUploader {
+ public:
+  /// Canonical bytes (encodeMesh). Their hash names the mesh from now on. No bytes: answered from within.
+  void add(std::string bytes, UploadCallbacks callbacks);
+  /// The next chunk to send; counts as sent. Nothing while the server's reply to a complete mesh is awaited.
+  [[nodiscard]] std::optional<v1::AssetUpload> next();
+  void replied(const v1::AssetUploadReply& reply);
+  void connectionLost();
+
+ private:
+  struct Upload {
+    ContentHash hash;
+    std::string bytes;
+    UploadCallbacks callbacks;
+    std::uint64_t sent_bytes = 0;
+  };
+  std::deque<Upload> uploads_;
+};
+
+}  // namespace haptics

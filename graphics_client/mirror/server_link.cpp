@@ -1,0 +1,159 @@
+#include "graphics_client/mirror/server_link.h"
+
+#include <condition_variable>
+#include <mutex>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include "common/clock/monotonic.h"
+#include "common/wire/event_loop.h"
+#include "common/wire/tcp.h"
+#include "graphics_client/mirror/client_session.h"
+
+namespace haptics {
+namespace {
+
+std::uint64_t randomSession() {
+  std::random_device device;
+  const std::uint64_t session = static_cast<std::uint64_t>(device()) << 32 | device();
+  return session == 0 ? 1 : session;
+}
+
+}  // namespace
+
+/// What lives on the link's thread. The view is handed over under a mutex that is held only to copy a pointer or to
+/// test a waiter's condition.
+struct ServerLink::Worker {
+  explicit Worker(Options options)
+      : server(options.server),
+        session({randomSession(), std::move(options.clientName), std::move(options.token), options.telemetryRate_Hz,
+                 options.fetchMeshes}) {
+    MirrorView first;
+    first.linkText = "connecting to " + server.text();
+    newest = std::make_shared<const MirrorView>(std::move(first));
+    thread = std::thread([this] { run(); });
+  }
+
+  ~Worker() {
+    loop.post([this] { leave(); });
+    thread.join();
+  }
+
+  void run() {
+    pollTimer = loop.every(std::chrono::nanoseconds(ClientSession::kPoll_ns), [this] { poll(); });
+    connect();
+    loop.run();
+    pollTimer = {};
+    retryTimer = {};
+    connector.reset();
+    transport.reset();
+  }
+
+  void connect() {
+    connector = std::make_unique<TcpConnector>(loop, server, [this](Result<std::unique_ptr<Transport>> result) {
+      if (!result) return lost(result.error().text());
+      transport = std::move(*result);
+      transport->start({.received = [this](std::span<const char> bytes) { received(bytes); },
+                        .drained = [this] { session.drained(); },
+                        .closed = [this](const std::string& why) { lost(why); }});
+      session.connected(*transport, monotonicNow_ns());
+      settle();
+    });
+  }
+
+  void received(std::span<const char> bytes) {
+    session.received(bytes, monotonicNow_ns());
+    settle();
+  }
+
+  void poll() {
+    session.poll(monotonicNow_ns());
+    settle();
+  }
+
+  /// After every event: leaves a connection that the session has done with, and shows what is new.
+  void settle() {
+    if (session.connectionOver()) return lost(std::string(session.overReason()));
+    publish();
+  }
+
+  void lost(const std::string& why) {
+    if (leaving) return loop.stop();
+    transport.reset();
+    session.connectionLost(why);
+    publish();
+    retryTimer = loop.after(std::chrono::nanoseconds(session.reconnectDelay_ns()), [this] { connect(); });
+  }
+
+  void leave() {
+    leaving = true;
+    connector.reset();
+    if (!transport) return loop.stop();
+    transport->close("the client leaves");
+  }
+
+  void publish() {
+    if (published == session.changes()) return;
+    published = session.changes();
+    auto view = std::make_shared<const MirrorView>(session.view(monotonicNow_ns()));
+    const std::lock_guard lock(mutex);
+    newest = std::move(view);
+    changed.notify_all();
+  }
+
+  Endpoint server;
+  EventLoop loop;
+  ClientSession session;
+  std::unique_ptr<TcpConnector> connector;
+  std::unique_ptr<Transport> transport;
+  Timer pollTimer, retryTimer;
+  bool leaving = false;
+  std::uint64_t published = 0;  // session.changes() of `newest`
+
+  mutable std::mutex mutex;  // guards newest
+  mutable std::condition_variable changed;
+  std::shared_ptr<const MirrorView> newest;
+  std::thread thread;
+};
+
+ServerLink::ServerLink(Options options) : worker_(std::make_unique<Worker>(std::move(options))) {}
+ServerLink::~ServerLink() = default;
+
+std::shared_ptr<const MirrorView> ServerLink::latest() const {
+  const std::lock_guard lock(worker_->mutex);
+  return worker_->newest;
+}
+
+std::shared_ptr<const MirrorView> ServerLink::waitUntil(const std::function<bool(const MirrorView&)>& condition,
+                                                        std::chrono::nanoseconds timeout) const {
+  std::unique_lock lock(worker_->mutex);
+  const bool held = worker_->changed.wait_for(lock, timeout, [&] { return condition(*worker_->newest); });
+  return held ? worker_->newest : nullptr;
+}
+
+void ServerLink::submit(v1::Transaction transaction, EditCallbacks callbacks) {
+  worker_->loop.post(
+      [worker = worker_.get(), transaction = std::move(transaction), callbacks = std::move(callbacks)]() mutable {
+        worker->session.submit(std::move(transaction), std::move(callbacks));
+      });
+}
+
+void ServerLink::upload(std::string meshBytes, UploadCallbacks callbacks) {
+  worker_->loop.post(
+      [worker = worker_.get(), meshBytes = std::move(meshBytes), callbacks = std::move(callbacks)]() mutable {
+        worker->session.upload(std::move(meshBytes), std::move(callbacks));
+      });
+}
+
+void ServerLink::requestStatus(StatusCallback callback) {
+  worker_->loop.post([worker = worker_.get(), callback = std::move(callback)]() mutable {
+    worker->session.requestStatus(std::move(callback));
+  });
+}
+
+void ServerLink::setTelemetryRate(double rate_Hz) {
+  worker_->loop.post([worker = worker_.get(), rate_Hz] { worker->session.setTelemetryRate(rate_Hz); });
+}
+
+}  // namespace haptics
