@@ -32,13 +32,14 @@ struct Timer::State : std::enable_shared_from_this<Timer::State> {
 Timer::Timer() = default;
 Timer::Timer(std::shared_ptr<State> state) : state_(std::move(state)) {}
 Timer::Timer(Timer&&) noexcept = default;
-Timer::~Timer() { *this = Timer(); }
+Timer::~Timer() {
+  if (!state_) return;
+  state_->stopped = true;
+  state_->timer.cancel();
+}
 Timer& Timer::operator=(Timer&& other) noexcept {
-  const std::shared_ptr<State> old = std::exchange(state_, std::exchange(other.state_, nullptr));
-  if (old && old != state_) {
-    old->stopped = true;
-    old->timer.cancel();
-  }
+  Timer old(std::move(*this));
+  state_ = std::move(other.state_);
   return *this;
 }
 
