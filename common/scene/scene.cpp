@@ -56,6 +56,7 @@ Result<SceneVersion> SceneVersion::apply(const Commit& commit) const {
   }
   for (const ObjectRecord& record : commit.put) {
     if (record.id == 0) return refused("put.id", "0 is no object");
+    if (record.name.empty()) return refused("put.name", "is empty");
     if (const Object same = next.find(record.name); same && same->id != record.id) {
       return refused("put.name", "object " + std::to_string(same->id) + " is already named \"" + record.name + "\"");
     }

@@ -63,7 +63,7 @@ class SceneVersion {
 
   /// The version after the commit's changes; prevRoot and root are *not* compared here: the sequencer makes the root
   /// from the result, a mirror compares it. Refused: a revision other than revision() + 1, removal of an object that is
-  /// not there, a name that another object has.
+  /// not there, an id of zero, a name that is empty or that another object has.
   [[nodiscard]] Result<SceneVersion> apply(const Commit& commit) const;
 
   [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
