@@ -1,4 +1,6 @@
 """Bad input gets a message that names the field or file, a non-zero exit of the command, and a server that keeps running."""
+import contextlib
+import random
 import struct
 import time
 import unittest
@@ -17,16 +19,16 @@ end_header
 """
 THREE_CORNERS = "0 0 0\n1 0 0\n0 1 0\n"
 
-# name of the file: (its content, words of which the message must have one)
+# name of the file: (its content, what the message says of it)
 BAD_MESHES = {
-    "truncated.ply": (PLY_HEADER.format(vertices=3, faces=1) + "0 0 0\n1 0 0\n", ("trunc", "end", "short", "fewer")),
-    "huge.ply": (PLY_HEADER.format(vertices=300_000_000, faces=1) + THREE_CORNERS + "3 0 1 2\n", ("300000000",)),
-    "nan.ply": (PLY_HEADER.format(vertices=3, faces=1) + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", ("finite", "number")),
-    "infinite.obj": ("v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", ("finite", "number")),
-    "out_of_range.off": ("OFF\n3 1 0\n" + THREE_CORNERS + "3 0 1 7\n", ("range", "index", "vertex", "triangle")),
-    "empty.off": ("OFF\n0 0 0\n", ("empty", "no triangle", "triangle")),
-    "nothing.stl": ("", ("empty",)),
-    "picture.png": ("not a mesh", (".obj", "format")),
+    "truncated.ply": (PLY_HEADER.format(vertices=3, faces=1) + "0 0 0\n1 0 0\n", "claims 3"),
+    "huge.ply": (PLY_HEADER.format(vertices=300_000_000, faces=1) + THREE_CORNERS + "3 0 1 2\n", "claims 300000000"),
+    "nan.ply": (PLY_HEADER.format(vertices=3, faces=1) + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", "vertex 1"),
+    "infinite.obj": ("v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 1"),
+    "out_of_range.off": ("OFF\n3 1 0\n" + THREE_CORNERS + "3 0 1 7\n", "vertex that is not there"),
+    "empty.off": ("OFF\n0 0 0\n", "at least one triangle"),
+    "nothing.stl": ("", "is empty"),
+    "picture.png": ("not a mesh", ".ply, .stl, .off"),
 }
 
 BAD_SCENES = {
@@ -65,18 +67,22 @@ class AskedOfARunningServer(harness.EndToEnd):
         self.stop_and_check(self.server)
         super().tearDown()
 
+    def connect(self):
+        client = harness.WireClient(self.server)
+        self.addCleanup(client.close)
+        return client
+
     def assert_refused(self, answer, code, *words):
         self.assertEqual(answer.code, code, answer.output + answer.errors)
         for word in words:
             self.assertIn(word, answer.errors)
 
     def test_a_bad_mesh_file_is_refused_by_name(self):
-        for name, (content, reasons) in BAD_MESHES.items():
+        for name, (content, reason) in BAD_MESHES.items():
             with self.subTest(name):
                 (self.folder / name).write_text(content)
                 answer = self.server.ctl("apply", "-", text=add(name))
-                self.assert_refused(answer, 1, "operations[0].add.mesh.file", name)
-                self.assertTrue(any(reason in answer.errors.lower() for reason in reasons), answer.errors)
+                self.assert_refused(answer, 1, "operations[0].add.mesh.file", name, reason)
 
     def test_a_bad_field_is_refused_by_its_path(self):
         for name, (text, words) in BAD_SCENES.items():
@@ -87,15 +93,15 @@ class AskedOfARunningServer(harness.EndToEnd):
         self.assert_refused(self.server.ctl("apply", "absent.scene"), 1, "absent.scene")
 
     def test_a_wrong_protocol_version_is_told_the_right_one(self):
-        client = harness.WireClient(self.server)
+        client = self.connect()
         client.send_envelope(harness.hello_envelope("from the future", version=99))
         refusals = [said.refusal for said in client.until_closed() if said.WhichOneof("body") == "refusal"]
         self.assertEqual([refusal.supported_version for refusal in refusals], [1])
 
     def test_random_bytes_close_only_their_own_connection(self):
-        generator = harness.random.Random(1)
+        generator = random.Random(1)
         for _ in range(20):
-            client = harness.WireClient(self.server)
+            client = self.connect()
             try:
                 client.send(struct.pack("<I", 300) + generator.randbytes(300))
                 client.until_closed()
@@ -104,32 +110,32 @@ class AskedOfARunningServer(harness.EndToEnd):
             client.close()
 
     def test_a_frame_that_claims_4_GB_is_refused(self):
-        client = harness.WireClient(self.server)
+        client = self.connect()
         client.send(struct.pack("<I", 0xFFFFFFFF) + b"x" * 100)
         said = client.until_closed()
         self.assertTrue(any(envelope.WhichOneof("body") == "refusal" for envelope in said), said)
 
     def test_a_client_that_says_nothing_is_let_go(self):
-        client = harness.WireClient(self.server)
+        client = self.connect()
         start = time.monotonic()
         client.until_closed()
         self.assertGreater(time.monotonic() - start, 1)
-        client.close()
 
 
 class AskedOfACommand(harness.EndToEnd):
-    def server_refuses(self, *options, **arguments):
-        with self.assertRaises(AssertionError) as refusal:
-            self.start_server(*options, **arguments)
+    def server_refuses(self, **arguments):
+        with self.assertRaises(harness.NotStarted) as refusal:
+            self.start_server(**arguments)
+        self.assertGreater(refusal.exception.code, 0, "ended as a command that failed, not by a signal")
         return str(refusal.exception)
 
     def test_the_server_does_not_start_with_a_bad_mesh_and_names_it(self):
-        for name, (content, reasons) in BAD_MESHES.items():
+        for name, (content, reason) in BAD_MESHES.items():
             with self.subTest(name):
                 (self.folder / name).write_text(content)
                 said = self.server_refuses(scene=add(name))
                 self.assertIn(name, said)
-                self.assertTrue(any(reason in said.lower() for reason in reasons), said)
+                self.assertIn(reason, said)
 
     def test_the_server_does_not_start_with_a_bad_scene_and_names_the_field(self):
         said = self.server_refuses(scene='operations { add { name: "a" colour: "red" } }')

@@ -5,7 +5,6 @@ for what it sees, not for how long it took, except where the requirement is a ti
 """
 import json
 import os
-import random
 import re
 import shutil
 import signal
@@ -112,6 +111,14 @@ class Process:
         return self.wait()
 
 
+class NotStarted(AssertionError):
+    """Carries the server's exit code, None when it did not end by itself."""
+
+    def __init__(self, code, said):
+        super().__init__(f"the server did not start (exit code {code}):\n{said}")
+        self.code = code
+
+
 class Server(Process):
     """haptic_server with the simulated device; ready when constructed."""
 
@@ -120,15 +127,15 @@ class Server(Process):
         self.summary_file = self.folder / "server.json"
         scene_file = self.folder / "test.scene"
         scene_file.write_text(scene)
-        super().__init__([BIN / "haptic_server", "--scene", scene_file, "--assets", self.folder, "--device", "simulated",
-                          "--listen", listen, "--summary", self.summary_file, *options], prefix=prefix)
+        super().__init__([BIN / "haptic_server", "--scene", scene_file, "--device", "simulated", "--listen", listen,
+                          "--summary", self.summary_file, *options], prefix=prefix)
         try:
             wait_until(lambda: self.find(r"^listening on ") or not self.alive(), START_TIMEOUT_S, self.text)
-            if not self.find(r"^listening on "):
-                raise AssertionError(f"the server did not start:\n{self.text()}")
         except AssertionError:
             self.kill()
             raise
+        if not self.find(r"^listening on "):
+            raise NotStarted(self.wait(), self.text())
         self.address = self.find(r"^listening on (\S+)").group(1)
 
     def host_and_port(self):

@@ -60,7 +60,7 @@ class TwoHosts(harness.EndToEnd):
         self.assertGreater(held["telemetry_age_ms"]["p99"], 0)
 
     def test_another_host_is_not_served_unless_it_was_allowed(self):
-        with self.assertRaises(AssertionError) as refusal:
+        with self.assertRaises(harness.NotStarted) as refusal:
             self.start_server(listen=f"{SERVER_HOST}:0", prefix=self.on(0))
         self.assertIn("--allow-insecure-lan", str(refusal.exception))
 
