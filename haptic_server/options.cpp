@@ -1,0 +1,66 @@
+#include "haptic_server/options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "haptic_server/device/presets.h"
+
+namespace haptics {
+namespace {
+
+template <class Presets>
+[[nodiscard]] std::vector<std::string> namesOf(const Presets& presets) {
+  std::vector<std::string> names;
+  for (const auto& preset : presets) names.emplace_back(preset.name);
+  return names;
+}
+
+constexpr const char* kExamples = R"(
+Examples:
+  haptic_server --scene deploy/scenes/demo.scene --assets /usr/share/inventor/data
+  haptic_server --device-preset falcon --hand light --rate 4000 --seconds 60 --summary out.json
+  haptic_server --scene my.scene --listen 192.168.1.5:7654 --allow-insecure-lan
+
+Runs until Ctrl-C, or for --seconds; then stops the device and writes the summary.)";
+
+}  // namespace
+
+std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
+  ServerOptions options;
+  options.devicePreset = kDefaultDevicePreset;
+  options.hand = kDefaultHandPreset;
+  CLI::App app{"The haptic server: reads the force-feedback device, finds the contact, writes the force, keeps the scene."};
+  app.footer(kExamples);
+  app.add_option("--scene", options.scene, "Scene file to start with (protobuf text format); \"-\" for standard input");
+  app.add_option("--assets", options.assets, "Folder where scenes and clients may name mesh files (besides the scene file's)")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--device", options.device, "Force-feedback device")
+      ->check(CLI::IsMember({"simulated"}))
+      ->capture_default_str();
+  app.add_option("--device-preset", options.devicePreset, "Device to simulate")
+      ->check(CLI::IsMember(namesOf(devicePresets())))
+      ->capture_default_str();
+  app.add_option("--hand", options.hand, "Hand that holds the simulated device")
+      ->check(CLI::IsMember(namesOf(handPresets())))
+      ->capture_default_str();
+  app.add_option("--listen", options.listen, "HOST:PORT for clients; port 0 takes a free one")->capture_default_str();
+  app.add_flag("--allow-insecure-lan", options.allowInsecureLan,
+               "Accept clients from other machines, without encryption: for networks that you trust");
+  app.add_option("--rate", options.rate_Hz, "Servo rate in Hz")->check(CLI::Range(100.0, 20'000.0))->capture_default_str();
+  app.add_option("--seconds", options.seconds, "Stop after this time (default: run until a signal)")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--summary", options.summary, "Write the run's figures here as JSON");
+  app.add_option("--record", options.record, "Write every tick's telemetry here (length-delimited haptics.v1.Telemetry)");
+  app.add_option("--pin", options.cpu, "CPU to bind the servo thread to")->check(CLI::NonNegativeNumber);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  if (!options.scene.empty() && options.scene != "-") {
+    const auto folder = std::filesystem::absolute(options.scene).parent_path();
+    options.assets.insert(options.assets.begin(), folder);
+  }
+  return options;
+}
+
+}  // namespace haptics

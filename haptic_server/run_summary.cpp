@@ -1,0 +1,69 @@
+#include "haptic_server/run_summary.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "haptic_server/servo/allocation_tripwire.h"
+
+namespace haptics {
+namespace {
+
+void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary) {
+  summary.set_p50(static_cast<double>(histogram.quantile_ns(0.5)));
+  summary.set_p99(static_cast<double>(histogram.quantile_ns(0.99)));
+  summary.set_p999(static_cast<double>(histogram.quantile_ns(0.999)));
+  summary.set_max(static_cast<double>(histogram.max_ns()));
+}
+
+[[nodiscard]] nlohmann::ordered_json toJson(const v1::LatencySummary& summary) {
+  return {{"p50", summary.p50()}, {"p99", summary.p99()}, {"p999", summary.p999()}, {"max", summary.max()}};
+}
+
+}  // namespace
+
+void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status) {
+  status.set_ticks(servo.ticks.load());
+  status.set_missed_ticks(servo.missedTicks.load());
+  status.set_contact_ticks(servo.contactTicks.load());
+  status.set_max_force_n(servo.maxForce_N.load());
+  status.set_adopted_revision(servo.adoptedRevision.load());
+  status.set_dropped_samples(servo.droppedSamples.load());
+  status.set_servo_rate_hz(servo.rate_Hz.load());
+  status.set_allocations_in_servo(AllocationTripwire::count());
+  fillLatency(servo.tick_ns, *status.mutable_tick_ns());
+  fillLatency(servo.wakeLatency_ns, *status.mutable_wake_latency_ns());
+  status.set_fifo(realtime.fifo);
+  status.set_memory_locked(realtime.memoryLocked);
+  status.set_pinned(realtime.pinned);
+}
+
+Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N) {
+  ContentHash root = ContentHash::fromBytes(status.root()).value_or(ContentHash{});
+  const nlohmann::ordered_json summary = {
+      {"ticks", status.ticks()},
+      {"missed_ticks", status.missed_ticks()},
+      {"rate_hz", status.servo_rate_hz()},
+      {"uptime_s", status.uptime_s()},
+      {"tick_ns", toJson(status.tick_ns())},
+      {"wake_latency_ns", toJson(status.wake_latency_ns())},
+      {"contact_ticks", status.contact_ticks()},
+      {"max_force_N", status.max_force_n()},
+      {"force_limit_N", maxForceLimit_N},
+      {"allocations_in_servo", status.allocations_in_servo()},
+      {"dropped_samples", status.dropped_samples()},
+      {"refused_connections", status.refused_connections()},
+      {"scene_revision", status.revision()},
+      {"adopted_revision", status.adopted_revision()},
+      {"scene_hash", root.hex()},
+      {"device", status.device()},
+      {"realtime",
+       {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
+  };
+  std::ofstream out(file);
+  out << summary.dump(2) << '\n';
+  out.close();
+  if (!out) return refused(file, "the summary could not be written; the folder should exist and be writable");
+  return {};
+}
+
+}  // namespace haptics

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "common/error/error.h"
+#include "haptic_server/net/server.h"
+#include "haptic_server/scene/scene_history.h"
+#include "haptic_server/servo/realtime.h"
+#include "haptic_server/servo/servo_loop.h"
+#include "haptics/v1/envelope.pb.h"
+
+namespace haptics {
+
+/// The servo's part of a Status message.
+void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status);
+
+/// Writes what a run came to as JSON; the keys are a contract with scripts (README, "Summary of a run").
+[[nodiscard]] Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N);
+
+}  // namespace haptics
