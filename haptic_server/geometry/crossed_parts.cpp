@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <thread>
 
@@ -6,55 +7,74 @@
 namespace haptics {
 namespace {
 
-/// Triangles looked at per triangle of the mesh before the whole mesh is taken for crossed. A sane mesh needs about 20;
-/// slivers across the whole mesh need thousands. Too small costs speed on such meshes, never safety.
-constexpr std::uint64_t kMostTests = 256;
+/// Triangles tested, for the mesh and for each of its triangles, before the whole mesh is taken for crossed: 0.3 s at
+/// least. A sane mesh needs about 10 each, slivers across the whole mesh need thousands. Too small costs speed on such
+/// meshes, never safety.
+constexpr std::int64_t kMostTests = 1 << 25;
+constexpr std::int64_t kMostTestsEach = 64;
+/// A triangle that shares a vertex with the edge is passed over, at a fraction of a test's cost: in a fan all of them
+/// meet.
+constexpr std::int64_t kPassesPerTest = 16;
 
-struct Found {
-  std::vector<std::uint32_t> crossed;
-  std::uint64_t tests = 0;
-};
+/// Where the edges of some triangles pierce triangles that they share no vertex with.
+class CrossedSearch {
+ public:
+  explicit CrossedSearch(const Surface& surface) : surface_(surface) {}
 
-/// Where an edge of triangles [begin, end) pierces a triangle that shares no vertex with it.
-Found findCrossed(const Surface& surface, std::uint32_t begin, std::uint32_t end) {
-  Found found;
-  const std::uint64_t most = kMostTests * (end - begin);
-  for (std::uint32_t t = begin; t < end && found.tests <= most; ++t) {
-    const TriangleRecord& own = surface.triangle(t);
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t across = own.neighbour(k);
-      if (across != kNoTriangle && across < t) continue;  // the line was looked at from its other polygon
-      const Segment edge(own.corner(k), own.corner(nextCorner(k)));
-      const std::uint32_t a = own.vertexAt(k);
-      const std::uint32_t b = own.vertexAt(nextCorner(k));
-      surface.hierarchy().visitAlong(
-          own.corner(k), own.corner(nextCorner(k)), [&](std::uint32_t first, std::uint32_t last) {
-            found.tests += last - first;
-            for (std::uint32_t other = first; other < last; ++other) {
-              const TriangleRecord& r = surface.triangle(other);
-              Crossing crossing;
-              if (r.cornerOf(a) >= 0 || r.cornerOf(b) >= 0 || !edge.enters(r, true, crossing)) continue;
-              found.crossed.insert(found.crossed.end(), {t, other});
-              if (across != kNoTriangle) found.crossed.push_back(across);
-            }
-            return found.tests <= most ? 1.0 : 0.0;
-          });
+  /// Looks at the lines of triangles [begin, end) and takes the cost from `left`, in passes, until there is none left.
+  void run(std::uint32_t begin, std::uint32_t end, std::atomic<std::int64_t>& left) {
+    for (std::uint32_t t = begin; t < end && left > 0; ++t) {
+      spent_ = 0;
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t across = surface_.triangle(t).neighbour(k);
+        if (across == kNoTriangle || across > t) follow(t, k);  // else the line was looked at from its other polygon
+      }
+      left -= spent_;
     }
   }
-  if (found.tests > most) found.crossed.clear();
-  return found;
-}
+  [[nodiscard]] const std::vector<std::uint32_t>& found() const { return found_; }
+
+ private:
+  void follow(std::uint32_t t, int k) {
+    const TriangleRecord& own = surface_.triangle(t);
+    const Vec3 from = own.corner(k);
+    const Vec3 to = own.corner(nextCorner(k));
+    const std::uint32_t a = own.vertexAt(k);
+    const std::uint32_t b = own.vertexAt(nextCorner(k));
+    const Segment edge(from, to);
+    surface_.hierarchy().visitAlong(from, to, [&](std::uint32_t first, std::uint32_t last) {
+      for (std::uint32_t other = first; other < last; ++other) {
+        const TriangleRecord& r = surface_.triangle(other);
+        ++spent_;
+        if (r.cornerOf(a) >= 0 || r.cornerOf(b) >= 0) continue;
+        spent_ += kPassesPerTest;
+        Crossing crossing;
+        if (!edge.enters(r, true, crossing)) continue;
+        found_.insert(found_.end(), {t, other});
+        if (own.neighbour(k) != kNoTriangle) found_.push_back(own.neighbour(k));
+      }
+      return 1.0;
+    });
+  }
+
+  const Surface& surface_;
+  std::int64_t spent_ = 0;  // passes
+  std::vector<std::uint32_t> found_;
+};
 
 }  // namespace
 
 void Surface::markCrossed(int threads) {
-  constexpr std::uint32_t kPiece = 4096;  // triangles; fixed, so that the result does not depend on the threads
+  constexpr std::uint32_t kPiece = 4096;  // triangles that a thread takes at a time
   const std::uint32_t pieces = (triangleCount() + kPiece - 1) / kPiece;
-  std::vector<Found> found(pieces);
+  std::vector<std::vector<std::uint32_t>> found(pieces);
   std::atomic<std::uint32_t> next{0};
+  std::atomic<std::int64_t> left{(kMostTests + kMostTestsEach * triangleCount()) * kPassesPerTest};
   const auto work = [&] {
     for (std::uint32_t i = next++; i < pieces; i = next++) {
-      found[i] = findCrossed(*this, i * kPiece, std::min(triangleCount(), (i + 1) * kPiece));
+      CrossedSearch search(*this);
+      search.run(i * kPiece, std::min(triangleCount(), (i + 1) * kPiece), left);
+      found[i] = search.found();
     }
   };
   {
@@ -62,13 +82,11 @@ void Surface::markCrossed(int threads) {
     for (int i = 1; i < threads && pieces > 1; ++i) helpers.emplace_back(work);
     work();
   }
-  bool all = false;
-  for (std::uint32_t i = 0; i < pieces; ++i) {
-    all = all || found[i].tests > kMostTests * (std::min(triangleCount(), (i + 1) * kPiece) - i * kPiece);
-    for (const std::uint32_t t : found[i].crossed) records_[t].flags |= TriangleRecord::kCrossed;
-    anyCrossed_ = anyCrossed_ || !found[i].crossed.empty();
+  for (const std::vector<std::uint32_t>& some : found) {
+    for (const std::uint32_t t : some) records_[t].flags |= TriangleRecord::kCrossed;
+    anyCrossed_ = anyCrossed_ || !some.empty();
   }
-  if (!all) return;
+  if (left > 0) return;  // the sum of all costs, whatever the threads
   anyCrossed_ = true;
   for (TriangleRecord& r : records_) r.flags |= TriangleRecord::kCrossed;
 }

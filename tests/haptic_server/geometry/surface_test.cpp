@@ -1,0 +1,162 @@
+#include "haptic_server/geometry/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+#include <random>
+
+#include "tests/haptic_server/geometry/shapes.h"
+
+namespace haptics {
+namespace {
+
+using shapes::Shape;
+
+/// How often the mesh winds around p: 1 inside, 0 outside (van Oosterom and Strackee 1983). Independent of any closest
+/// point.
+double windingNumber(const Shape& shape, Vec3 p) {
+  double angle = 0;
+  for (std::size_t t = 0; t < shape.triangles.size(); ++t) {
+    const Vec3 a = shape.corner(t, 0) - p;
+    const Vec3 b = shape.corner(t, 1) - p;
+    const Vec3 c = shape.corner(t, 2) - p;
+    const double la = glm::length(a);
+    const double lb = glm::length(b);
+    const double lc = glm::length(c);
+    angle += 2 * std::atan2(glm::dot(a, glm::cross(b, c)),
+                            la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
+  }
+  return angle / (4 * std::numbers::pi);
+}
+
+/// A star of spikes: valence and angles vary widely, edges are acute inside and out.
+Shape spiky(int n, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> size(0.02, 0.06);
+  return shapes::sphere(1, n).mapped([&](Vec3 v) { return v * size(random); });
+}
+
+class Sign : public testing::TestWithParam<Shape> {};
+
+TEST_P(Sign, AtTheClosestPointTellsInsideFromOutside) {
+  const Shape& shape = GetParam();
+  const auto s = shape.build();
+  ASSERT_TRUE(s->closed());
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> at(-0.07, 0.07);
+  int inside = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const Vec3 h{at(random), at(random), at(random)};
+    const double winding = windingNumber(shape, h);
+    ASSERT_TRUE(std::abs(winding) < 1e-6 || std::abs(winding - 1) < 1e-6);
+    int spent = 0;
+    EXPECT_EQ(s->isOutside(s->closestFoot(h, 1 << 20, spent), h), winding < 0.5);
+    inside += winding > 0.5 ? 1 : 0;
+  }
+  EXPECT_GT(inside, 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(ClosedShapes, Sign,
+                         testing::Values(shapes::bumpy(0.05, 6), shapes::torus(0.05, 0.015, 24, 12),
+                                         shapes::box({0.1, 0.06, 0.03}), shapes::cone(0.05, 0.06, 5),
+                                         shapes::cone(0.05, 0.06, 64), spiky(3, 1), spiky(5, 2)));
+
+TEST(Surface, NormalsAreThoseOfThePaper) {
+  const Shape cube = shapes::box({2, 2, 2});
+  const auto s = cube.build();
+  const double third = 1 / std::sqrt(3.0);
+  for (std::uint32_t t = 0; t < s->triangleCount(); ++t) {
+    const Vec3 face = s->faceNormal(t);
+    EXPECT_NEAR(glm::length(face), 1, 1e-12);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 corner = s->triangle(t).corner(k);
+      EXPECT_NEAR(glm::dot(face, corner), 1, 1e-12);  // outwards
+      // Weighted by the angle, the corner's normal does not depend on how its sides are cut into triangles.
+      EXPECT_NEAR(glm::distance(s->vertexNormal(s->triangle(t).vertexAt(k)), corner * third), 0, 1e-6);
+      const Vec3 middle = (corner + s->triangle(t).corner(nextCorner(k))) * 0.5;
+      EXPECT_NEAR(glm::distance(s->lineNormal(t, k), glm::normalize(middle)), 0, 1e-6) << "line " << k;
+    }
+  }
+}
+
+TEST(Surface, KnowsItsSize) {
+  const auto s = shapes::box({0.2, 0.4, 0.4}).mapped([](Vec3 v) { return v + Vec3(0.1, 0, 0); }).build();
+  EXPECT_NEAR(glm::distance(s->low(), Vec3(0, -0.2, -0.2)), 0, 1e-7);
+  EXPECT_NEAR(glm::distance(s->high(), Vec3(0.2, 0.2, 0.2)), 0, 1e-7);
+  EXPECT_NEAR(s->radius_m(), 0.3, 1e-7);
+  EXPECT_NEAR(s->extent_m(), std::sqrt(0.12), 1e-7);
+}
+
+TEST(Surface, MarksPartsThatPassThroughEachOther) {
+  Shape apart = shapes::box({1, 1, 1}, 2);
+  apart.add(shapes::box({1, 1, 1}, 2), Vec3(1.5, 0, 0));
+  EXPECT_FALSE(apart.build()->anyCrossed());
+  for (const Shape& embedded : {shapes::torus(1, 0.4, 30, 20), shapes::bumpy(1, 12), shapes::cone(1, 1, 4096)}) {
+    EXPECT_FALSE(embedded.build()->anyCrossed());
+  }
+
+  Shape crossed = shapes::box({1, 1, 1}, 4);
+  crossed.add(shapes::box({1, 1, 1}, 4), Vec3(0.6, 0.3, 0.2));
+  const auto s = crossed.build();
+  ASSERT_TRUE(s->anyCrossed());
+  for (std::uint32_t t = 0; t < s->triangleCount(); ++t) {
+    // A triangle of the second box that lies across the first one's right side is marked, one far from it is not.
+    const Vec3 middle = (s->triangle(t).corner(0) + s->triangle(t).corner(1) + s->triangle(t).corner(2)) / 3.0;
+    if (middle.x < 0 || middle.x > 0.9) {
+      EXPECT_FALSE(s->triangle(t).crossed());
+    }
+  }
+}
+
+TEST(Surface, TakesAHeapOfCrossingNeedlesForCrossedAsAWholeInBoundedTime) {
+  // 4,000 needles through one point: every pair crosses, 16 million crossings if each were looked for.
+  Shape heap;
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<float> at(-1, 1);
+  for (std::uint32_t i = 0; i < 12'000; i += 3) {
+    const Vec3f d(at(random), at(random), at(random));
+    const Vec3f width = 0.01F * Vec3f(at(random), at(random), at(random));
+    heap.vertices.insert(heap.vertices.end(), {d + width, d - width, -d});
+    heap.triangles.push_back({i, i + 1, i + 2});
+  }
+  const auto s = heap.build();
+  EXPECT_TRUE(s->anyCrossed());
+  for (std::uint32_t t = 0; t < s->triangleCount(); ++t) ASSERT_TRUE(s->triangle(t).crossed());
+}
+
+TEST(Surface, GivesAFaceWithoutAreaTheNormalBesideIt) {
+  // The unit square in two triangles, one of them cut at the middle of an edge that the other does not know: a face
+  // without area fills the joint.
+  const Shape square{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5F, 0.5F, 0}},
+                     {{0, 1, 2}, {0, 4, 3}, {4, 2, 3}, {0, 2, 4}}};
+  const auto s = square.build();
+  int flat = 0;
+  for (std::uint32_t t = 0; t < s->triangleCount(); ++t) {
+    flat += s->triangle(t).zeroArea() ? 1 : 0;
+    EXPECT_EQ(s->faceNormal(t), Vec3(0, 0, 1));
+  }
+  EXPECT_EQ(flat, 1);
+  for (std::uint32_t v = 0; v < 5; ++v) EXPECT_EQ(s->vertexNormal(v), Vec3(0, 0, 1));
+}
+
+TEST(Surface, BuildsWhateverSatisfiesTheMeshsInvariants) {
+  const Shape one{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  const Shape speck{{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}};
+  const Shape pillow{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}};
+  const Shape vast = shapes::box(Vec3(1e37), 2);
+  const Shape tiny = shapes::box(Vec3(1e-37), 2);
+  Shape same;
+  for (int i = 0; i < 3000; ++i) same.add(one);
+  for (const Shape& shape : {one, speck, pillow, vast, tiny, same}) {
+    const auto s = shape.build();
+    EXPECT_EQ(s->triangleCount(), shape.triangles.size());
+    int spent = 0;
+    EXPECT_NE(s->closestFoot(s->centre(), 1000, spent).triangle, kNoTriangle);
+    (void)s->firstCrossing(s->low() - Vec3(1), s->high() + Vec3(1));
+  }
+  EXPECT_TRUE(pillow.build()->closed());
+}
+
+}  // namespace
+}  // namespace haptics
