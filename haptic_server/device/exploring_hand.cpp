@@ -126,9 +126,7 @@ void ExploringHand::choose(std::size_t stroke) noexcept {
   for (std::size_t i = 1; i < pointCount_; ++i) length_ += glm::distance(points_[i - 1], points_[i]);
 }
 
-void ExploringHand::lift() noexcept {
-  reach(Phase::kLifting, atHeight(position_, std::max(clearHeight_, position_.z)));
-}
+void ExploringHand::lift() noexcept { reach(Phase::kLifting, atHeight(position_, clearHeight_)); }
 
 void ExploringHand::goOn() noexcept {
   choose((stroke_ + 1) % plan_->strokes.size());

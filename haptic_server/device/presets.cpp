@@ -31,8 +31,7 @@ constexpr std::array kDevices{
                  kAssumedCoulomb, 10e-6},
 };
 
-// Mass, stiffness and damping of a hand that holds a stylus: assumed, spanning what identification studies report for
-// a loose to a tight grip. "none" lets go.
+// Mass, stiffness and damping of a hand that holds a stylus: all assumed, from a loose to a tight grip; "none" lets go.
 constexpr std::array kHands{
     HandPreset{"none", 0, 0, 0},
     HandPreset{"light", 0.05, 100, 0.5},

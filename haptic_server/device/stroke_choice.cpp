@@ -21,6 +21,7 @@ constexpr double kSpacing = 0.002;
 constexpr double kLongestStroke = 0.05;
 /// Points of a stroke on an object so small that kSpacing would leave fewer, if its columns give as many.
 constexpr std::size_t kFewestPoints = 8;
+static_assert(kLongestStroke / kSpacing + 1 <= kMaxStrokePoints && kFewestPoints <= kMaxStrokePoints);
 /// Metres to stay away from edges, more than the hand strays; and its largest share of the box's shorter side, for
 /// small objects. Given up in steps where there is no such place.
 constexpr double kEdgeMargin = 0.006;
@@ -148,7 +149,7 @@ std::vector<Vec3> resample(const TopView& view, const Window& window) {
   const double whole = std::hypot(end.x - from.x, end.y - from.y);
   const double length = std::min(whole, kLongestStroke);  // columns of a large object are coarse
   const Vec3 to = whole > 0 ? glm::mix(from, end, length / whole) : end;
-  const auto steps = std::min(static_cast<std::size_t>(std::floor(length / kSpacing)), kMaxStrokePoints - 1);
+  const auto steps = static_cast<std::size_t>(std::floor(length / kSpacing));
   const std::size_t count = std::max(steps + 1, std::min(window.points.size(), kFewestPoints));
 
   std::vector<TopPoint> run, longest;

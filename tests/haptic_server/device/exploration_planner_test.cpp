@@ -93,6 +93,8 @@ TEST(ExplorationPlanner, LeavesOutAnObjectThatIsTooSteepEverywhere) {
   ASSERT_EQ(plan.strokes.size(), 1U);
   EXPECT_EQ(plan.strokes[0].object, 2U);
   EXPECT_NEAR(plan.clearHeight_m, 0.05 + 0.02, 1e-6);  // but passes above it
+  const Pose lying{glm::angleAxis(1.5, Vec3(0, 1, 0)), Vec3(0)};
+  EXPECT_EQ(makeExplorationPlan(std::vector<ExploredObject>{{1, wall.get(), lying}}).strokes.size(), 1U);
 }
 
 TEST(ExplorationPlanner, PlansNothingForAnEmptyScene) { EXPECT_TRUE(makeExplorationPlan({}).strokes.empty()); }

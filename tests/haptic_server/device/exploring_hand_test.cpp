@@ -214,17 +214,43 @@ TEST(ExploringHand, LiftsAndBeginsAnewWhenTheObjectUnderItChanged) {
   EXPECT_GT(world.force(), 0);
 }
 
+/// Ticks until the hand presses at the given x.
+void runUntilPressedAt(ExploringHand& hand, Rubbing& world, double x) {
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p = world.tick(hand);
+    if (world.force() > 1 && std::abs(p.x - x) < 0.05) return;
+  }
+  FAIL() << "the hand never pressed at x = " << x;
+}
+
 TEST(ExploringHand, GoesToTheNextObjectWhenTheOneUnderItIsRemoved) {
-  auto plan = planOf({row(1, Vec3(0)), row(2, {0.2, 0, 0}), row(3, {0, 0.2, 0})});
+  auto plan = planOf({row(1, Vec3(0)), row(2, {0.2, 0, 0}), row(3, {0.4, 0, 0})});
   ExploringHand hand(nominal(), 3.3);
   hand.follow(plan.get());
   Rubbing world;
-  runIntoStroke(hand, world, Vec3(0));
-  plan = planOf({row(2, {0.2, 0, 0}), row(3, {0, 0.2, 0})});
+  runUntilPressedAt(hand, world, 0.2);
+  plan = planOf({row(1, Vec3(0)), row(3, {0.4, 0, 0})});
   hand.follow(plan.get());
   Vec3 p(0);
   for (int i = 0; i < 6000 && !(i > 500 && world.force() > 0); ++i) p = world.tick(hand);
-  EXPECT_NEAR(p.x, 0.2, 1e-9);
+  EXPECT_NEAR(p.x, 0.4, 1e-9);
+}
+
+TEST(ExploringHand, GoesOnInTheOrderOfTheNewPlan) {
+  auto plan = planOf({row(1, Vec3(0)), row(2, {0.2, 0, 0})});
+  ExploringHand hand(nominal(), 3.3);
+  hand.follow(plan.get());
+  Rubbing world;
+  runUntilPressedAt(hand, world, 0.2);
+  plan = planOf({row(2, {0.2, 0, 0}), row(3, {0.4, 0, 0})});
+  hand.follow(plan.get());
+  Vec3 p(0);
+  double highest = 0;
+  for (int i = 0; i < 9000 && !(highest > 0.09 && world.force() > 0); ++i) {
+    p = world.tick(hand);
+    highest = std::max(highest, p.z);
+  }
+  EXPECT_NEAR(p.x, 0.4, 1e-9);
 }
 
 TEST(ExploringHand, LiftsAndWaitsWhenNothingIsLeftAndResumes) {

@@ -40,6 +40,7 @@ TEST(StrokeChoice, RunsAlongTheTopOfABoxAwayFromItsEdges) {
   const auto stroke = chooseOn(solid);
   expectWellFormed(stroke, solid);
   EXPECT_GT(length(stroke), 0.04);
+  EXPECT_LT(glm::distance((stroke.front() + stroke.back()) / 2.0, centre + Vec3(0, 0, half.z)), 0.005);
   for (const Vec3 p : stroke) {
     EXPECT_NEAR(p.z, centre.z + half.z, 1e-6);
     EXPECT_LT(std::abs(p.x - centre.x), half.x - 0.005);
@@ -121,6 +122,15 @@ TEST(StrokeChoice, TakesANarrowRidgeWhenThereIsNothingElse) {
     return std::abs(y) < 0.001 ? std::optional(TopPoint{{x, y, 0}, {0, 0, 1}}) : std::nullopt;
   };
   EXPECT_GT(length(chooseStroke(ridge, {-0.02, -0.02, -1e-3}, {0.02, 0.02, 1e-3})), 0.02);
+}
+
+TEST(StrokeChoice, PrefersALongNarrowPlaceToAShortWideOne) {
+  const auto islands = [](double x, double y) -> std::optional<TopPoint> {
+    const bool strip = std::abs(y) < 0.003;
+    const bool patch = std::hypot(x - 0.03, y - 0.03) < 0.008;
+    return strip || patch ? std::optional(TopPoint{{x, y, 0}, {0, 0, 1}}) : std::nullopt;
+  };
+  EXPECT_GT(length(chooseStroke(islands, {-0.04, -0.04, -1e-3}, {0.04, 0.04, 1e-3})), 0.04);
 }
 
 TEST(StrokeChoice, FindsNothingWhereNothingCanBePressed) {
