@@ -16,10 +16,12 @@ constexpr std::int64_t kMostTestsEach = 64;
 /// meet.
 constexpr std::int64_t kPassesPerTest = 16;
 
-/// Where the edges of some triangles pierce triangles that they share no vertex with.
+using Marks = std::vector<std::atomic<bool>>;
+
+/// Where the lines of some triangles pierce triangles that they share no vertex with.
 class CrossedSearch {
  public:
-  explicit CrossedSearch(const Surface& surface) : surface_(surface) {}
+  CrossedSearch(const Surface& surface, Marks& marks) : surface_(surface), marks_(marks) {}
 
   /// Looks at the lines of triangles [begin, end) and takes the cost from `left`, in passes, until there is none left.
   void run(std::uint32_t begin, std::uint32_t end, std::atomic<std::int64_t>& left) {
@@ -32,7 +34,6 @@ class CrossedSearch {
       left -= spent_;
     }
   }
-  [[nodiscard]] const std::vector<std::uint32_t>& found() const { return found_; }
 
  private:
   void follow(std::uint32_t t, int k) {
@@ -50,45 +51,43 @@ class CrossedSearch {
         spent_ += kPassesPerTest;
         Crossing crossing;
         if (!edge.enters(r, true, crossing)) continue;
-        found_.insert(found_.end(), {t, other});
-        if (own.neighbour(k) != kNoTriangle) found_.push_back(own.neighbour(k));
+        for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
+          if (crossed != kNoTriangle) marks_[crossed].store(true, std::memory_order_relaxed);
+        }
       }
       return 1.0;
     });
   }
 
   const Surface& surface_;
+  Marks& marks_;
   std::int64_t spent_ = 0;  // passes
-  std::vector<std::uint32_t> found_;
 };
 
 }  // namespace
 
 void Surface::markCrossed(int threads) {
   constexpr std::uint32_t kPiece = 4096;  // triangles that a thread takes at a time
-  const std::uint32_t pieces = (triangleCount() + kPiece - 1) / kPiece;
-  std::vector<std::vector<std::uint32_t>> found(pieces);
+  Marks marks(triangleCount());
   std::atomic<std::uint32_t> next{0};
   std::atomic<std::int64_t> left{(kMostTests + kMostTestsEach * triangleCount()) * kPassesPerTest};
   const auto work = [&] {
-    for (std::uint32_t i = next++; i < pieces; i = next++) {
-      CrossedSearch search(*this);
-      search.run(i * kPiece, std::min(triangleCount(), (i + 1) * kPiece), left);
-      found[i] = search.found();
+    CrossedSearch search(*this, marks);
+    for (std::uint32_t t = next.fetch_add(kPiece); t < triangleCount(); t = next.fetch_add(kPiece)) {
+      search.run(t, std::min(triangleCount(), t + kPiece), left);
     }
   };
   {
     std::vector<std::jthread> helpers;
-    for (int i = 1; i < threads && pieces > 1; ++i) helpers.emplace_back(work);
+    for (int i = 1; i < threads && triangleCount() > kPiece; ++i) helpers.emplace_back(work);
     work();
   }
-  for (const std::vector<std::uint32_t>& some : found) {
-    for (const std::uint32_t t : some) records_[t].flags |= TriangleRecord::kCrossed;
-    anyCrossed_ = anyCrossed_ || !some.empty();
+  const bool all = left <= 0;  // the sum of all costs, whatever the threads
+  for (std::uint32_t t = 0; t < triangleCount(); ++t) {
+    if (!all && !marks[t]) continue;
+    records_[t].flags |= TriangleRecord::kCrossed;
+    anyCrossed_ = true;
   }
-  if (left > 0) return;  // the sum of all costs, whatever the threads
-  anyCrossed_ = true;
-  for (TriangleRecord& r : records_) r.flags |= TriangleRecord::kCrossed;
 }
 
 }  // namespace haptics
