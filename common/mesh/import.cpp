@@ -56,6 +56,9 @@ Result<ImportedMesh> importSoup(const std::filesystem::path& file, const ImportO
                            std::to_string(soup->outOfRange) + " name a vertex that is not there (of " +
                            std::to_string(soup->verticesInFile) + ')');
   }
+  if (taken == 0 && soup->shapesSkipped > 0) {
+    return refused("", "holds nothing but NURBS shapes or files that are not beside it, which are not read");
+  }
   auto imported = canonicalise(std::move(soup->vertices), std::move(soup->triangles), options);
   if (!imported) return imported;
   MeshReport& report = imported->report;

@@ -36,8 +36,9 @@ struct MeshReport {
 };
 
 struct ImportOptions {
-  double unit_m = 1;                      ///< Metres per unit of the file.
-  std::optional<double> largestExtent_m;  ///< Instead: scale so that the longest side has this length, centre at 0.
+  double unit_m = 1;  ///< Metres per unit of the file.
+  std::optional<double> largestExtent_m =
+      std::nullopt;  ///< Instead: scale so that the longest side has this length, centre at 0.
 };
 
 struct ImportedMesh {

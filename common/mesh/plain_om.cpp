@@ -26,6 +26,8 @@ constexpr std::uint8_t kNewestVersion = versionNumber(2, 2);
 enum Entity : unsigned { kVertex = 0, kMesh = 1, kFace = 2, kEdge = 4, kHalfedge = 6, kSentinel = 7 };
 enum Type : unsigned { kPosition = 0, kStatus = 3, kCustom = 6, kTopology = 7 };
 
+constexpr std::uint64_t kStatusSize = 4;
+
 struct Chunk {
   bool named, isFloat;
   unsigned entity, type, dimension, bits;
@@ -39,7 +41,10 @@ struct Chunk {
         bits(word >> 14 & 3) {}
 
   [[nodiscard]] std::uint64_t integerSize() const { return std::uint64_t{1} << bits; }
-  [[nodiscard]] std::uint64_t vectorSize() const { return dimension * (isFloat ? 4U << bits : 1U << bits); }
+  [[nodiscard]] std::uint64_t vectorSize() const {
+    if (type == kStatus) return kStatusSize;  // whatever the chunk's own bits say
+    return dimension * (isFloat ? 4U << bits : 1U << bits);
+  }
 };
 
 template <class T>

@@ -269,7 +269,8 @@ Result<void> checkElements(const Header& header, std::size_t bodySize) {
   };
   const auto vertex = find("vertex"), face = find("face"), none = header.elements.end();
   if (vertex == none || face == none || vertex > face) {
-    return refused("", "its header should have an element \"vertex\" and after it an element \"face\"");
+    return refused("",
+                   "is no mesh (a point cloud?): its header should have an element \"vertex\" and after it a \"face\"");
   }
   for (const std::string_view axis : {"x", "y", "z"}) {
     const auto isAxis = [=](const Property& p) { return p.name == axis && !p.listCount; };

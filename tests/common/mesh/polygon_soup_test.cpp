@@ -1,0 +1,109 @@
+#include "common/mesh/polygon_soup.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace haptics {
+namespace {
+
+/// A soup with the polygon's corners as its vertices, cut.
+PolygonSoup cut(std::vector<Vec3> outline) {
+  PolygonSoup soup;
+  soup.vertices = std::move(outline);
+  std::vector<std::uint32_t> corners(soup.vertices.size());
+  std::iota(corners.begin(), corners.end(), 0U);
+  soup.addPolygon(corners);
+  return soup;
+}
+
+Vec3 areaVector(const PolygonSoup& soup, const TriangleIndices& t) {
+  const Vec3 a = soup.vertices[t[0]];
+  return glm::cross(soup.vertices[t[1]] - a, soup.vertices[t[2]] - a) / 2.0;
+}
+
+TEST(Polygon, ThatIsConvexIsCutAsAFanFromItsFirstCorner) {
+  const PolygonSoup soup = cut({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
+  EXPECT_EQ(soup.triangles, (std::vector<TriangleIndices>{{0, 1, 2}, {0, 2, 3}}));
+  EXPECT_EQ(soup.polygonsTriangulated, 1U);
+}
+
+TEST(Polygon, ThatIsNotConvexIsCutWithoutOverlapInEveryPlaneAndFromEveryCorner) {
+  // An arrow head, a comb and a star, so that fans would fold over themselves.
+  std::vector<std::vector<Vec3>> outlines{{{0, 0, 0}, {2, -2, 0}, {0, 3, 0}, {-2, -2, 0}},
+                                          {{0, 0, 0},
+                                           {7, 0, 0},
+                                           {7, 3, 0},
+                                           {6, 3, 0},
+                                           {6, 1, 0},
+                                           {4, 1, 0},
+                                           {4, 3, 0},
+                                           {3, 3, 0},
+                                           {3, 1, 0},
+                                           {1, 1, 0},
+                                           {1, 3, 0},
+                                           {0, 3, 0}}};
+  std::vector<Vec3> star;
+  for (int i = 0; i < 20; ++i) {
+    const double angle = std::numbers::pi * i / 10, r = i % 2 == 0 ? 1 : 0.2;
+    star.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+  }
+  outlines.push_back(star);
+  for (const auto& outline : outlines) {
+    for (int plane = 0; plane < 3; ++plane) {
+      for (const double side : {1.0, -1.0}) {
+        for (std::size_t first = 0; first < outline.size(); ++first) {
+          std::vector<Vec3> turned;
+          for (std::size_t i = 0; i < outline.size(); ++i) {
+            const Vec3 p = outline[(first + i) % outline.size()];
+            Vec3 q(0.3 * p.x + 0.1 * p.y);  // a slanted plane
+            q[(plane + 1) % 3] = p.x;
+            q[(plane + 2) % 3] = side * p.y;
+            turned.push_back(q);
+          }
+          const PolygonSoup soup = cut(turned);
+          ASSERT_EQ(soup.triangles.size(), outline.size() - 2);
+          Vec3 sum(0);
+          double area = 0;
+          for (const auto& t : soup.triangles) {
+            sum += areaVector(soup, t);
+            area += glm::length(areaVector(soup, t));
+          }
+          // Triangles that overlapped or faced the other way would have more area than their sum.
+          EXPECT_NEAR(area, glm::length(sum), 1e-12);
+          EXPECT_GT(area, 0);
+        }
+      }
+    }
+  }
+}
+
+TEST(Polygon, ThatCrossesItselfOrHasNoAreaStillGivesAllItsTriangles) {
+  EXPECT_EQ(cut({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).triangles.size(), 2U);
+  EXPECT_EQ(cut({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}}).triangles.size(), 3U);
+  EXPECT_EQ(cut(std::vector<Vec3>(6, Vec3(1))).triangles.size(), 4U);
+}
+
+TEST(Polygon, OfManyCornersIsCutInReasonableTime) {
+  std::vector<Vec3> zigzag;
+  for (int i = 0; i < 5000; ++i) zigzag.emplace_back(i, i % 2, 0);
+  for (int i = 5000; i > 0; --i) zigzag.emplace_back(i, 3 + i % 2, 0);
+  EXPECT_EQ(cut(zigzag).triangles.size(), zigzag.size() - 2);
+}
+
+TEST(Polygon, OfTooFewCornersOrWithABadOneIsCounted) {
+  PolygonSoup soup;
+  soup.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  soup.addPolygon(std::vector<std::uint32_t>{0, 1});
+  soup.addPolygon(std::vector<std::uint32_t>{});
+  soup.addPolygon(std::vector<std::uint32_t>{0, 1, 2, 3});
+  soup.addPolygon(std::vector<std::uint32_t>{0, 1, 0xFFFFFFFF});
+  EXPECT_EQ(soup.degenerate, 2U);
+  EXPECT_EQ(soup.outOfRange, 3U);
+  EXPECT_TRUE(soup.triangles.empty());
+}
+
+}  // namespace
+}  // namespace haptics
