@@ -47,8 +47,10 @@ EventLoop::EventLoop() : context_(std::make_unique<Context>()) {}
 EventLoop::~EventLoop() = default;
 
 void EventLoop::run() {
-  const auto work = asio::make_work_guard(context_->io);
-  context_->io.run();
+  {
+    const auto work = asio::make_work_guard(context_->io);
+    context_->io.run();
+  }
   context_->io.restart();
 }
 

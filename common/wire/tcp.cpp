@@ -8,6 +8,7 @@
 #include <asio/ip/tcp.hpp>
 #include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
+#include <cerrno>
 #include <chrono>
 #include <utility>
 
@@ -188,7 +189,7 @@ std::string listenAdvice(const std::error_code& error) {
   if (error == asio::error::address_in_use) {
     return "the port is in use by another program; stop that or choose another port";
   }
-  if (error == std::errc::address_not_available) return "is not an address of this machine";
+  if (error.value() == EADDRNOTAVAIL) return "is not an address of this machine";
   if (error == asio::error::access_denied) return "ports below 1024 need privilege; choose a higher one";
   return "cannot listen there: " + error.message();
 }

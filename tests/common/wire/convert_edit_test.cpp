@@ -1,0 +1,244 @@
+#include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
+
+#include <cmath>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+using testing::HasSubstr;
+
+v1::Transaction parse(const std::string& text) {
+  v1::Transaction message;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &message)) << text;
+  return message;
+}
+
+std::string escaped(const std::string& bytes) {
+  std::string text;
+  for (const char b : bytes) {
+    char digits[5];
+    std::snprintf(digits, sizeof digits, "\\%03o", static_cast<unsigned char>(b));
+    text += digits;
+  }
+  return text;
+}
+
+struct BadEdit {
+  std::string text;    // a transaction
+  std::string field;   // that is named
+  std::string reason;  // part of what is said
+};
+
+void PrintTo(const BadEdit& bad, std::ostream* out) { *out << bad.text; }
+
+class RefusedEdit : public testing::TestWithParam<BadEdit> {};
+
+TEST_P(RefusedEdit, NamesItsFieldAndWhatWouldBeRight) {
+  const auto transaction = fromWire(parse(GetParam().text));
+  ASSERT_FALSE(transaction);
+  EXPECT_EQ(transaction.error().field, GetParam().field);
+  EXPECT_THAT(transaction.error().reason, HasSubstr(GetParam().reason));
+}
+
+const std::string kBox = " mesh { box { size_m { x: 1 y: 1 z: 1 } } } ";
+
+std::string add(const std::string& rest) { return "operations { add { name: 'a' " + rest + " } }"; }
+std::string mesh(const std::string& source) { return add("mesh { " + source + " }"); }
+std::string material(const std::string& fields) { return add(kBox + " material { " + fields + " }"); }
+std::string pose(const std::string& fields) { return add(kBox + " pose { " + fields + " }"); }
+
+INSTANTIATE_TEST_SUITE_P(
+    Shape, RefusedEdit,
+    testing::Values(
+        BadEdit{"", "operations", "at least one"},  //
+        BadEdit{"operations {}", "operations[0].op", "give add, remove"},
+        BadEdit{"operations { remove { object { id: 1 } } } operations { remove {} }", "operations[1].remove.object",
+                "its id or its name"},
+        BadEdit{"operations { remove { object { id: 0 } } }", "operations[0].remove.object.id", "start at 1"},
+        BadEdit{"operations { remove { object { name: '' } } }", "operations[0].remove.object.name", "is missing"},
+        BadEdit{"operations { remesh { mesh { sphere { radius_m: 1 } } } }", "operations[0].remesh.object", "missing"},
+        BadEdit{"operations { remesh { object { id: 1 } } }", "operations[0].remesh.mesh.source", "is missing"},
+        BadEdit{"operations { set_pose { pose { position {} } } }", "operations[0].set_pose.object", "is missing"},
+        BadEdit{"operations { set_pose { object { id: 1 } } }", "operations[0].set_pose.pose", "position, rotation"},
+        BadEdit{"operations { set_material { object { id: 1 } } }", "operations[0].set_material.material", "is empty"},
+        BadEdit{"operations { set_material { object { id: 2 } material { stiffness_N_per_m: -1 } } }",
+                "operations[0].set_material.material.stiffness_N_per_m", "more than 0"},
+        BadEdit{"preconditions {} operations { remove { object { id: 1 } } }", "preconditions[0].object", "is missing"},
+        BadEdit{"preconditions { object { id: 1 } expected_hash: 'short' } operations { remove { object { id: 1 } } }",
+                "preconditions[0].expected_hash", "has 5 bytes"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Name, RefusedEdit,
+    testing::Values(BadEdit{"operations { add { " + kBox + " } }", "operations[0].add.name", "is missing"},
+                    BadEdit{"operations { add { name: 'a b' " + kBox + " } }", "operations[0].add.name", "A-Z"},
+                    BadEdit{"operations { add { name: '../a/' " + kBox + " } }", "operations[0].add.name", "A-Z"},
+                    BadEdit{"operations { add { name: '" + std::string(65, 'x') + "' " + kBox + " } }",
+                            "operations[0].add.name", "has 65 characters"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Mesh, RefusedEdit,
+    testing::Values(
+        BadEdit{add(""), "operations[0].add.mesh.source", "give file, asset, box"},
+        BadEdit{mesh("file: ''"), "operations[0].add.mesh.file", "is empty"},
+        BadEdit{mesh("file: '/etc/passwd'"), "operations[0].add.mesh.file", "absolute"},
+        BadEdit{mesh("file: '..'"), "operations[0].add.mesh.file", "leaves"},
+        BadEdit{mesh("file: 'a/../../b.obj'"), "operations[0].add.mesh.file", "leaves"},
+        BadEdit{mesh("file: 'a\\000.obj'"), "operations[0].add.mesh.file", "zero byte"},
+        BadEdit{mesh("file: '" + std::string(256, 'x') + "'"), "operations[0].add.mesh.file", "255"},
+        BadEdit{mesh("file: 'a.obj' unit_m: 0"), "operations[0].add.mesh.unit_m", "more than 0"},
+        BadEdit{mesh("file: 'a.obj' unit_m: nan"), "operations[0].add.mesh.unit_m", "nan"},
+        BadEdit{mesh("file: 'a.obj' largest_extent_m: -1"), "operations[0].add.mesh.largest_extent_m", "more than 0"},
+        BadEdit{mesh("file: 'a.obj' unit_m: 1 largest_extent_m: 1"), "operations[0].add.mesh.largest_extent_m",
+                "one of them"},
+        BadEdit{mesh("sphere { radius_m: 1 } unit_m: 1"), "operations[0].add.mesh.unit_m", "files only"},
+        BadEdit{mesh("sphere { radius_m: 1 } largest_extent_m: 1"), "operations[0].add.mesh.largest_extent_m",
+                "files only"},
+        BadEdit{mesh("asset: 'x'"), "operations[0].add.mesh.asset", "has 32"},
+        BadEdit{mesh("box {}"), "operations[0].add.mesh.box.size_m", "is missing"},
+        BadEdit{mesh("box { size_m { x: 1 y: 0 z: 1 } }"), "operations[0].add.mesh.box.size_m.y", "more than 0"},
+        BadEdit{mesh("box { size_m { x: 1 y: 1 z: inf } }"), "operations[0].add.mesh.box.size_m.z", "inf"},
+        BadEdit{mesh("box { size_m { x: -1 y: 1 z: 1 } }"), "operations[0].add.mesh.box.size_m.x", "more than 0"},
+        BadEdit{mesh("box { size_m { x: 1 y: 1 z: 1 } segments: 4000000000 }"), "operations[0].add.mesh.box.segments",
+                "1 to 1024"},
+        BadEdit{mesh("sphere {}"), "operations[0].add.mesh.sphere.radius_m", "more than 0"},
+        BadEdit{mesh("sphere { radius_m: 1001 }"), "operations[0].add.mesh.sphere.radius_m", "at most 1000"},
+        BadEdit{mesh("sphere { radius_m: 1 segments: 1025 }"), "operations[0].add.mesh.sphere.segments", "1024"},
+        BadEdit{mesh("cylinder { radius_m: 1 }"), "operations[0].add.mesh.cylinder.height_m", "more than 0"},
+        BadEdit{mesh("cylinder { height_m: 1 }"), "operations[0].add.mesh.cylinder.radius_m", "more than 0"},
+        BadEdit{mesh("cylinder { radius_m: 1 height_m: 1 segments: 2 }"), "operations[0].add.mesh.cylinder.segments",
+                "3 to"},
+        BadEdit{mesh("torus { minor_radius_m: 1 }"), "operations[0].add.mesh.torus.major_radius_m", "more than 0"},
+        BadEdit{mesh("torus { major_radius_m: 1 }"), "operations[0].add.mesh.torus.minor_radius_m", "more than 0"},
+        BadEdit{mesh("torus { major_radius_m: 1 minor_radius_m: 1 }"), "operations[0].add.mesh.torus.minor_radius_m",
+                "below major_radius_m"},
+        BadEdit{mesh("torus { major_radius_m: 1 minor_radius_m: 0.1 major_segments: 2 }"),
+                "operations[0].add.mesh.torus.major_segments", "3 to"},
+        BadEdit{mesh("torus { major_radius_m: 1 minor_radius_m: 0.1 minor_segments: 2 }"),
+                "operations[0].add.mesh.torus.minor_segments", "3 to"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    PoseAndMaterial, RefusedEdit,
+    testing::Values(
+        BadEdit{pose("position { x: nan }"), "operations[0].add.pose.position.x", "nan"},
+        BadEdit{pose("position { y: -inf }"), "operations[0].add.pose.position.y", "-inf"},
+        BadEdit{pose("position { z: 1001 }"), "operations[0].add.pose.position.z", "from -1000 to 1000"},
+        BadEdit{pose("rotation {}"), "operations[0].add.pose.rotation", "length 0"},
+        BadEdit{pose("rotation { w: 1 x: 1 }"), "operations[0].add.pose.rotation", "unit quaternion"},
+        BadEdit{pose("rotation { w: 1.002 }"), "operations[0].add.pose.rotation", "unit quaternion"},
+        BadEdit{pose("rotation { w: nan }"), "operations[0].add.pose.rotation", "nan"},
+        BadEdit{material("stiffness_N_per_m: 0"), "operations[0].add.material.stiffness_N_per_m", "more than 0"},
+        BadEdit{material("stiffness_N_per_m: 100001"), "operations[0].add.material.stiffness_N_per_m", "100000 N/m"},
+        BadEdit{material("stiffness_N_per_m: nan"), "operations[0].add.material.stiffness_N_per_m", "nan"},
+        BadEdit{material("damping_Ns_per_m: -0.1"), "operations[0].add.material.damping_Ns_per_m", "0 to 1000"},
+        BadEdit{material("damping_Ns_per_m: inf"), "operations[0].add.material.damping_Ns_per_m", "0 to 1000"},
+        BadEdit{material("color { red: 1.1 }"), "operations[0].add.material.color.red", "0 to 1"},
+        BadEdit{material("color { green: -0.1 }"), "operations[0].add.material.color.green", "0 to 1"},
+        BadEdit{material("color { blue: nan }"), "operations[0].add.material.color.blue", "0 to 1"}));
+
+TEST(RefusedEdits, IncludeMoreOperationsThanATransactionTakes) {
+  v1::Transaction message;
+  for (std::size_t i = 0; i < kMaxOperations; ++i)
+    message.add_operations()->mutable_remove()->mutable_object()->set_id(1);
+  EXPECT_TRUE(fromWire(message));
+  message.add_operations()->mutable_remove()->mutable_object()->set_id(1);
+  const auto tooMany = fromWire(message);
+  ASSERT_FALSE(tooMany);
+  EXPECT_EQ(tooMany.error().field, "operations");
+}
+
+TEST(RefusedEdits, IncludeMorePreconditionsThanATransactionTakes) {
+  v1::Transaction message = parse("operations { remove { object { id: 1 } } }");
+  for (std::size_t i = 0; i <= kMaxOperations; ++i) message.add_preconditions()->mutable_object()->set_id(1);
+  const auto tooMany = fromWire(message);
+  ASSERT_FALSE(tooMany);
+  EXPECT_EQ(tooMany.error().field, "preconditions");
+}
+
+TEST(RefusedEdits, IncludeFieldsOfANewerClientAtAnyDepth) {
+  v1::Transaction message = parse(add(kBox + "material { stiffness_N_per_m: 5 }"));
+  v1::Material& m = *message.mutable_operations(0)->mutable_add()->mutable_material();
+  m.GetReflection()->MutableUnknownFields(&m)->AddVarint(99, 1);
+  const auto transaction = fromWire(message);
+  ASSERT_FALSE(transaction);
+  EXPECT_EQ(transaction.error().field, "operations[0].add.material.#99");
+  EXPECT_THAT(transaction.error().reason, HasSubstr("newer than the server"));
+}
+
+TEST(Edits, MayBeAnythingWithinTheLimits) {
+  const auto transaction =
+      fromWire(parse(material("stiffness_N_per_m: 100000 damping_Ns_per_m: 0 color { red: 0 green: 1 blue: 0.5 }") +
+                     pose("position { x: -1000 y: 1000 } rotation { z: -1 }")));
+  ASSERT_TRUE(transaction) << transaction.error().text();
+  const auto& first = std::get<AddObject>(transaction->operations[0]);
+  EXPECT_EQ(first.material.stiffness_N_per_m, 100'000);
+  EXPECT_EQ(first.material.damping_Ns_per_m, 0);
+  EXPECT_EQ(first.material.color, (Color{0, 1, 0.5F}));
+  const auto& second = std::get<AddObject>(transaction->operations[1]);
+  EXPECT_EQ(second.pose.position, Vec3(-1000, 1000, 0));
+  EXPECT_EQ(second.pose.rotation, Quat(0, 0, 0, -1));
+}
+
+TEST(Edits, LeaveWhatTheyDoNotNameToTheSequencer) {
+  const auto transaction =
+      fromWire(parse("operations { set_material { object { name: 'b' } material { damping_Ns_per_m: 2 } } }"
+                     "operations { set_pose { object { id: 4 } pose { position { z: 3 } } } }"));
+  ASSERT_TRUE(transaction) << transaction.error().text();
+  const auto& setMaterial = std::get<SetMaterial>(transaction->operations[0]);
+  EXPECT_EQ(setMaterial.object.text(), "object \"b\"");
+  EXPECT_FALSE(setMaterial.material.stiffness_N_per_m);
+  EXPECT_FALSE(setMaterial.material.color);
+  EXPECT_EQ(setMaterial.material.damping_Ns_per_m, 2);
+  const auto& setPose = std::get<SetPose>(transaction->operations[1]);
+  EXPECT_EQ(setPose.object.text(), "object 4");
+  EXPECT_EQ(setPose.pose.position, Vec3(0, 0, 3));
+  EXPECT_FALSE(setPose.pose.rotation);
+}
+
+TEST(Edits, ComeOutWithRotationsOfUnitLength) {
+  const auto transaction = fromWire(parse(pose("rotation { w: 0.6005 z: 0.8005 }")));
+  ASSERT_TRUE(transaction) << transaction.error().text();
+  EXPECT_NEAR(glm::length(*std::get<AddObject>(transaction->operations[0]).pose.rotation), 1, 1e-15);
+}
+
+TEST(Edits, CarryEveryKindOfMesh) {
+  const ContentHash hash = Hasher().add(std::uint64_t{1}).finish();
+  const auto transaction = fromWire(
+      parse(mesh("file: 'heads/josie.iv' largest_extent_m: 0.2") + mesh("file: 'a..b.stl' unit_m: 0.001") +
+            mesh("asset: '" + escaped(hash.asBytes()) + "'") + mesh("box { size_m { x: 1 y: 2 z: 3 } segments: 4 }") +
+            mesh("sphere { radius_m: 5 }") + mesh("cylinder { radius_m: 6 height_m: 7 segments: 8 }") +
+            mesh("torus { major_radius_m: 9 minor_radius_m: 8 major_segments: 7 }")));
+  ASSERT_TRUE(transaction) << transaction.error().text();
+  const auto source = [&](std::size_t i) { return std::get<AddObject>(transaction->operations[i]).mesh; };
+  EXPECT_EQ(std::get<FileSource>(source(0).source).path, "heads/josie.iv");
+  EXPECT_EQ(source(0).largestExtent_m, 0.2);
+  EXPECT_EQ(source(1).unit_m, 0.001);
+  EXPECT_FALSE(source(1).largestExtent_m);
+  EXPECT_EQ(std::get<AssetSource>(source(2).source).hash, hash);
+  EXPECT_EQ(std::get<BoxSource>(source(3).source).size_m, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<BoxSource>(source(3).source).segments, 4U);
+  EXPECT_EQ(std::get<SphereSource>(source(4).source).segments, SphereSource{}.segments);
+  EXPECT_EQ(std::get<CylinderSource>(source(5).source).height_m, 7);
+  EXPECT_EQ(std::get<CylinderSource>(source(5).source).segments, 8U);
+  EXPECT_EQ(std::get<TorusSource>(source(6).source).majorSegments, 7U);
+  EXPECT_EQ(std::get<TorusSource>(source(6).source).minorSegments, TorusSource{}.minorSegments);
+}
+
+TEST(Edits, CarryPreconditionsWithOrWithoutHash) {
+  const ContentHash hash = Hasher().add(std::uint64_t{2}).finish();
+  const auto transaction =
+      fromWire(parse("preconditions { object { id: 7 } expected_revision: 5 }"
+                     "preconditions { object { name: 'x' } expected_revision: 6 expected_hash: '" +
+                     escaped(hash.asBytes()) + "' } operations { remove { object { id: 7 } } }"));
+  ASSERT_TRUE(transaction) << transaction.error().text();
+  ASSERT_EQ(transaction->preconditions.size(), 2U);
+  EXPECT_EQ(transaction->preconditions[0].expectedRevision, 5U);
+  EXPECT_FALSE(transaction->preconditions[0].expectedHash);
+  EXPECT_EQ(transaction->preconditions[1].object.text(), "object \"x\"");
+  EXPECT_EQ(transaction->preconditions[1].expectedHash, hash);
+}
+
+}  // namespace
+}  // namespace haptics

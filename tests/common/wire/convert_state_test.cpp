@@ -1,0 +1,229 @@
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+ObjectRecord record(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  ObjectRecord r;
+  r.id = 1 + seed;
+  r.name = "object-" + std::to_string(seed);
+  r.revision = 3 + seed;
+  r.mesh = Hasher().add(seed).finish();
+  r.pose = {glm::angleAxis(number(random), glm::normalize(Vec3(number(random), 1, 2))),
+            {number(random), number(random), number(random)}};
+  r.material = {1'000 + number(random), 2 + number(random), {0.1F, 0.2F, 0.3F}};
+  return r;
+}
+
+v1::ObjectState state(std::uint64_t seed) {
+  v1::ObjectState message;
+  toWire(record(seed), message);
+  return message;
+}
+
+TEST(ObjectState, ComesBackBitForBit) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    v1::ObjectState arrived;
+    ASSERT_TRUE(arrived.ParseFromString(state(seed).SerializeAsString()));
+    const auto back = fromWire(arrived);
+    ASSERT_TRUE(back) << back.error().text();
+    EXPECT_EQ(*back, record(seed));
+    EXPECT_EQ(back->hash(), record(seed).hash());
+  }
+}
+
+TEST(ObjectState, KeepsARotationThatIsNotQuiteOfUnitLength) {
+  v1::ObjectState message = state(1);
+  message.mutable_pose()->mutable_rotation()->set_w(1.0005);
+  message.mutable_pose()->mutable_rotation()->set_x(0);
+  message.mutable_pose()->mutable_rotation()->set_y(0);
+  message.mutable_pose()->mutable_rotation()->set_z(0);
+  const auto back = fromWire(message);
+  ASSERT_TRUE(back) << back.error().text();
+  EXPECT_EQ(back->pose.rotation.w, 1.0005);
+}
+
+TEST(ObjectState, IsRefusedNamingTheFieldThatIsBad) {
+  const std::vector<std::pair<std::string, std::function<void(v1::ObjectState&)>>> cases = {
+      {"id", [](auto& m) { m.set_id(0); }},
+      {"name", [](auto& m) { m.set_name(""); }},
+      {"name", [](auto& m) { m.set_name("a\nb"); }},
+      {"mesh", [](auto& m) { m.set_mesh("short"); }},
+      {"pose.position", [](auto& m) { m.clear_pose(); }},
+      {"pose.rotation", [](auto& m) { m.mutable_pose()->clear_rotation(); }},
+      {"pose.position.x", [](auto& m) { m.mutable_pose()->mutable_position()->set_x(kNaN); }},
+      {"pose.rotation", [](auto& m) { m.mutable_pose()->mutable_rotation()->set_y(kNaN); }},
+      {"pose.rotation", [](auto& m) { m.mutable_pose()->mutable_rotation()->set_y(7); }},
+      {"stiffness_N_per_m", [](auto& m) { m.set_stiffness_n_per_m(0); }},
+      {"damping_Ns_per_m", [](auto& m) { m.set_damping_ns_per_m(-1); }},
+      {"color.blue", [](auto& m) { m.mutable_color()->set_blue(2); }},
+  };
+  for (const auto& [field, spoil] : cases) {
+    v1::ObjectState message = state(4);
+    spoil(message);
+    const auto back = fromWire(message);
+    ASSERT_FALSE(back) << field;
+    EXPECT_EQ(back.error().field, field);
+    EXPECT_FALSE(back.error().reason.empty());
+  }
+}
+
+Commit someCommit() {
+  Commit commit;
+  commit.revision = 12;
+  commit.prevRoot = Hasher().add(1.0).finish();
+  commit.root = Hasher().add(2.0).finish();
+  commit.put = {record(1), record(2)};
+  commit.removed = {9, 8};
+  return commit;
+}
+
+TEST(Commit, ComesBackWhole) {
+  const Commit sent = someCommit();
+  v1::Commit message;
+  toWire(someCommit(), message);
+  toWire(sent, message);  // into a message that was used
+  const auto back = fromWire(message);
+  ASSERT_TRUE(back) << back.error().text();
+  EXPECT_EQ(back->revision, sent.revision);
+  EXPECT_EQ(back->prevRoot, sent.prevRoot);
+  EXPECT_EQ(back->root, sent.root);
+  EXPECT_EQ(back->put, sent.put);
+  EXPECT_EQ(back->removed, sent.removed);
+}
+
+TEST(Commit, IsRefusedNamingTheFieldThatIsBad) {
+  const std::vector<std::pair<std::string, std::function<void(v1::Commit&)>>> cases = {
+      {"prev_root", [](auto& m) { m.clear_prev_root(); }},
+      {"root", [](auto& m) { m.set_root(std::string(31, 'x')); }},
+      {"put[1].name", [](auto& m) { m.mutable_put(1)->clear_name(); }},
+  };
+  for (const auto& [field, spoil] : cases) {
+    v1::Commit message;
+    toWire(someCommit(), message);
+    spoil(message);
+    const auto back = fromWire(message);
+    ASSERT_FALSE(back) << field;
+    EXPECT_EQ(back.error().field, field);
+  }
+}
+
+TEST(Commit, OfTheMostOperationsFitsAFrame) {
+  Commit commit = someCommit();
+  ObjectRecord largest = record(3);
+  largest.name = std::string(kMaxNameLength, 'x');
+  largest.id = largest.revision = std::numeric_limits<std::uint64_t>::max();
+  commit.put.assign(kMaxOperations, largest);
+  v1::Envelope envelope;
+  toWire(commit, *envelope.mutable_commit());
+  EXPECT_LT(envelope.ByteSizeLong(), std::size_t{1} << 20);
+}
+
+TelemetrySample sample() {
+  TelemetrySample s;
+  s.tick = 123'456'789'012;
+  s.time_ns = 5;
+  s.sceneRevision = 6;
+  s.adoptionTick = 7;
+  s.deformationRevision = 8;
+  s.hip = {0.1, 0.2, 0.3};
+  s.ihip = {0.4, 0.5, 0.6};
+  s.object = 9;
+  s.primitive = {PrimitiveKind::kLine, 2, 4'000'000'000};
+  s.penetration_m = 0.7;
+  s.surfaceNormal = {0, 0, 1};
+  s.frictionState = FrictionState::kSliding;
+  s.stickingPoint = {1, 2, 3};
+  s.height_m = 0.8;
+  s.force = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {5, 0, 0}, {6, 7, 8}};
+  s.contactEnergy_J = -0.9;
+  s.fault = Fault::kDeviceLost;
+  s.deviceState = DeviceState::kStopped;
+  s.missedTicks = 10;
+  s.droppedSamples = 11;
+  s.servoRate_Hz = 999.5;
+  return s;
+}
+
+void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
+  EXPECT_EQ(a.tick, b.tick);
+  EXPECT_EQ(a.time_ns, b.time_ns);
+  EXPECT_EQ(a.sceneRevision, b.sceneRevision);
+  EXPECT_EQ(a.adoptionTick, b.adoptionTick);
+  EXPECT_EQ(a.deformationRevision, b.deformationRevision);
+  EXPECT_EQ(a.hip, b.hip);
+  EXPECT_EQ(a.ihip, b.ihip);
+  EXPECT_EQ(a.object, b.object);
+  EXPECT_EQ(a.primitive, b.primitive);
+  EXPECT_EQ(a.penetration_m, b.penetration_m);
+  EXPECT_EQ(a.surfaceNormal, b.surfaceNormal);
+  EXPECT_EQ(a.frictionState, b.frictionState);
+  EXPECT_EQ(a.stickingPoint, b.stickingPoint);
+  EXPECT_EQ(a.height_m, b.height_m);
+  EXPECT_EQ(a.force.spring, b.force.spring);
+  EXPECT_EQ(a.force.damping, b.force.damping);
+  EXPECT_EQ(a.force.friction, b.force.friction);
+  EXPECT_EQ(a.force.texture, b.force.texture);
+  EXPECT_EQ(a.force.contact, b.force.contact);
+  EXPECT_EQ(a.force.written, b.force.written);
+  EXPECT_EQ(a.contactEnergy_J, b.contactEnergy_J);
+  EXPECT_EQ(a.fault, b.fault);
+  EXPECT_EQ(a.deviceState, b.deviceState);
+  EXPECT_EQ(a.missedTicks, b.missedTicks);
+  EXPECT_EQ(a.droppedSamples, b.droppedSamples);
+  EXPECT_EQ(a.servoRate_Hz, b.servoRate_Hz);
+}
+
+TEST(Telemetry, ComesBackWhole) {
+  v1::Telemetry message;
+  toWire(sample(), message);
+  expectSame(fromWire(message), sample());
+}
+
+TEST(Telemetry, LeavesNothingOfTheLastSampleInAReusedMessage) {
+  v1::Telemetry message;
+  toWire(sample(), message);
+  toWire(TelemetrySample{}, message);
+  expectSame(fromWire(message), TelemetrySample{});
+}
+
+TEST(Telemetry, OfAnEmptyMessageIsAnEmptySample) { expectSame(fromWire(v1::Telemetry{}), TelemetrySample{}); }
+
+TEST(Telemetry, IgnoresEnumValuesOfANewerServer) {
+  for (const int value : {-1, 6, 1'000}) {
+    v1::Telemetry message;
+    message.mutable_primitive()->set_kind(static_cast<v1::PrimitiveKind>(value));
+    message.set_friction_state(static_cast<v1::FrictionState>(value));
+    message.set_fault(static_cast<v1::Fault>(value));
+    message.set_device_state(static_cast<v1::DeviceState>(value));
+    message.add_energy()->set_feature(static_cast<v1::Feature>(value));
+    message.mutable_energy(0)->set_energy_j(5);
+    expectSame(fromWire(message), TelemetrySample{});
+  }
+}
+
+TEST(Telemetry, GivesNoCornerThatATriangleLacks) {
+  v1::Telemetry message;
+  message.mutable_primitive()->set_kind(v1::PRIMITIVE_KIND_VERTEX);
+  message.mutable_primitive()->set_local_index(3);
+  EXPECT_EQ(fromWire(message).primitive, PrimitiveId{});
+}
+
+TEST(HashFromWire, NamesTheFieldAndTheSize) {
+  const auto hash = hashFromWire("abc", "welcome.root");
+  ASSERT_FALSE(hash);
+  EXPECT_EQ(hash.error().text(), "welcome.root: has 3 bytes; a SHA-256 hash has 32");
+}
+
+}  // namespace
+}  // namespace haptics

@@ -1,0 +1,119 @@
+#include <gmock/gmock.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+using testing::HasSubstr;
+
+Error errorOf(const std::string& text) {
+  const auto transaction = parseSceneText(text, "demo.scene");
+  EXPECT_FALSE(transaction) << text;
+  return transaction ? Error{} : transaction.error();
+}
+
+TEST(SceneText, IsATransaction) {
+  const auto transaction = parseSceneText(R"(
+    # A comment.
+    operations { add { name: "torus" mesh { torus { major_radius_m: 0.05 minor_radius_m: 0.02 } } } }
+    operations { set_material { object { id: 3 } material { stiffness_N_per_m: 500 } } })",
+                                          "demo.scene");
+  ASSERT_TRUE(transaction) << transaction.error().text();
+  EXPECT_EQ(transaction->operations_size(), 2);
+  EXPECT_EQ(transaction->operations(1).set_material().material().stiffness_n_per_m(), 500);
+}
+
+TEST(SceneText, NamesAnUnknownFieldItsPlaceAndTheFieldsThatThereAre) {
+  const Error error = errorOf("operations {\n  set_material {\n    material { stifness: 5 }\n  }\n}\n");
+  EXPECT_EQ(error.field, "demo.scene:3:24");
+  EXPECT_THAT(error.reason, HasSubstr("Material has no field \"stifness\""));
+  EXPECT_THAT(error.reason, HasSubstr("its fields are stiffness_N_per_m, damping_Ns_per_m, color"));
+  EXPECT_THAT(error.reason, HasSubstr("the line reads: material { stifness: 5 }"));
+}
+
+TEST(SceneText, ListsTheOperationsForAnUnknownOne) {
+  EXPECT_THAT(errorOf("operations { move { } }").reason, HasSubstr("add, remove, remesh, set_pose, set_material"));
+}
+
+TEST(SceneText, ListsTheTopLevelFields) {
+  EXPECT_THAT(errorOf("objects { }").reason, HasSubstr("preconditions, operations"));
+}
+
+TEST(SceneText, SaysWhereAndWhatTypeWasExpected) {
+  const Error error = errorOf("operations { add {\n  name: 5\n} }");
+  EXPECT_THAT(error.field, testing::StartsWith("demo.scene:2:"));
+  EXPECT_THAT(error.reason, HasSubstr("Expected string"));
+  EXPECT_THAT(error.reason, HasSubstr("name: 5"));
+  EXPECT_THAT(errorOf("operations { add { mesh { sphere { radius_m: 'big' } } } }").reason, HasSubstr("double"));
+  EXPECT_THAT(errorOf("operations { add { mesh { sphere { segments: -4 } } } }").reason, HasSubstr("integer"));
+}
+
+TEST(SceneText, RefusesAFieldGivenTwice) {
+  EXPECT_THAT(errorOf("operations { add { name: 'a' name: 'b' } }").field, testing::StartsWith("demo.scene:1:"));
+}
+
+TEST(SceneText, RefusesTwoMeshSourcesAtOnce) {
+  EXPECT_THAT(errorOf("operations { add { mesh { file: 'a.obj' asset: 'x' } } }").field,
+              testing::StartsWith("demo.scene:1:"));
+}
+
+TEST(SceneText, NamesThePlaceOfATruncatedScene) {
+  EXPECT_THAT(errorOf("operations { add {\n name: 'a'\n").field, testing::StartsWith("demo.scene:"));
+}
+
+TEST(SceneText, SurvivesBinaryRubbish) {
+  std::string rubbish;
+  for (int i = 0; i < 5'000; ++i) rubbish += static_cast<char>(i * 7919 >> 3);
+  EXPECT_FALSE(errorOf(rubbish).reason.empty());
+}
+
+TEST(SceneText, MayBeEmptyAsFarAsItsFormGoes) { EXPECT_TRUE(parseSceneText("# nothing yet\n", "demo.scene")); }
+
+TEST(SceneText, HasALargestSize) {
+  EXPECT_THAT(errorOf(std::string(kMaxSceneTextBytes + 1, ' ')).reason, HasSubstr("4 MiB"));
+}
+
+class SceneFile : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "haptics_scene_file_test";
+};
+
+TEST_F(SceneFile, IsReadByItsPath) {
+  const auto path = folder_ / "one.scene";
+  std::ofstream(path) << "operations { remove { object { id: 1 } } }";
+  const auto transaction = readSceneFile(path);
+  ASSERT_TRUE(transaction) << transaction.error().text();
+  EXPECT_EQ(transaction->operations_size(), 1);
+}
+
+TEST_F(SceneFile, IsNamedWhenItIsMissing) {
+  const auto path = (folder_ / "none.scene").string();
+  const auto transaction = readSceneFile(path);
+  ASSERT_FALSE(transaction);
+  EXPECT_EQ(transaction.error().text(), path + ": there is no such file");
+}
+
+TEST_F(SceneFile, IsNotADirectory) {
+  const auto transaction = readSceneFile(folder_);
+  ASSERT_FALSE(transaction);
+  EXPECT_THAT(transaction.error().text(), HasSubstr("is a directory"));
+}
+
+TEST_F(SceneFile, IsNamedWithThePlaceOfItsError) {
+  const auto path = folder_ / "bad.scene";
+  std::ofstream(path) << "\n\noperations { ad {} }";
+  const auto transaction = readSceneFile(path);
+  ASSERT_FALSE(transaction);
+  EXPECT_THAT(transaction.error().field, testing::StartsWith(path.string() + ":3:"));
+}
+
+}  // namespace
+}  // namespace haptics
