@@ -10,8 +10,7 @@ namespace {
 // and resolution: from the makers' data sheets, approximate (data sheets give back-drive friction and nominal
 // resolution at the middle of the workspace). Viscous friction is published for none of them (Diolaiti et al. 2006
 // measured 0.005 N s/m and 0.038 N on a Phantom 1.0 alone), so it is assumed: 0.05 for serial arms, 0.5 for grounded
-// delta devices, whose three arms move together. Judge stability also at a third and at three times what is assumed
-// here.
+// delta devices. Judge stability also at a third and at three times what is assumed here.
 constexpr double kAssumedSerialViscous = 0.05;  // N s/m
 constexpr double kAssumedDeltaViscous = 0.5;    // N s/m
 constexpr double kAssumedCoulomb = 0.05;        // N, where the maker gives none

@@ -51,7 +51,7 @@ class Relief {
     if (!(cell > 0)) return;
     cell_ = cell;
     size_ = {columnsIn(extent_.x), columnsIn(extent_.y)};
-    points_.reserve(static_cast<std::size_t>(size_[0] * size_[1]));
+    points_.reserve(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]));
     for (int j = 0; j < size_[1]; ++j) {
       for (int i = 0; i < size_[0]; ++i) {
         points_.push_back(gentle(view, centreOf(0, i), centreOf(1, j)));
@@ -66,7 +66,7 @@ class Relief {
   [[nodiscard]] const std::optional<TopPoint>& at(int i, int j) const {
     static const std::optional<TopPoint> kOutside;
     if (i < 0 || j < 0 || i >= size_[0] || j >= size_[1]) return kOutside;
-    return points_[static_cast<std::size_t>(j * size_[0] + i)];
+    return points_[static_cast<std::size_t>(j) * static_cast<std::size_t>(size_[0]) + static_cast<std::size_t>(i)];
   }
 
   /// Gentle all around, `margin` columns far.
@@ -161,6 +161,7 @@ std::vector<Vec3> resample(const TopView& view, const Window& window) {
     if (run.size() > longest.size()) longest = run;
   }
   std::vector<Vec3> points;
+  points.reserve(longest.size());
   for (const TopPoint& p : longest) points.push_back(p.position);
   return points;
 }
