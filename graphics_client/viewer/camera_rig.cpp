@@ -11,17 +11,17 @@ namespace {
 Vec3 firstDirection() { return glm::normalize(Vec3(-0.42, 1.0, -0.62)); }
 
 /// What the cards of the overlay leave to the scene.
-constexpr PictureArea kFreeArea{.left = 0.04, .right = 0.96, .bottom = 0.27, .top = 0.80};
+constexpr PictureArea kFreeArea{.left = 0.04, .right = 0.96, .bottom = 0.34, .top = 0.755};
 /// Nearer than this the near plane would cut the markers (metres).
 constexpr double kSmallestDistance_m = 0.05;
 /// Height of the piece of world that the close-up shows at its centre (metres): a press of 2 N at 800 N/m, 2.5 mm deep,
-/// takes a tenth of it.
-constexpr double kCloseUpHeight_m = 0.026;
+/// takes a seventh of it.
+constexpr double kCloseUpHeight_m = 0.018;
 /// Time constants of the close-up's and the following camera's motion (seconds): long against the noise of normals
 /// from polygon to polygon, short against a stroke.
 constexpr double kCentreTime_s = 0.08, kNormalTime_s = 0.5, kFollowTime_s = 0.3;
 /// The close-up looks down on the surface at this angle (radians).
-constexpr double kCloseUpElevation_rad = 0.5;
+constexpr double kCloseUpElevation_rad = 0.6;
 
 /// The share of the way that a first-order low-pass goes in dt.
 double gain(double dt_s, double time_s) { return 1 - std::exp(-dt_s / time_s); }

@@ -16,6 +16,8 @@ namespace {
 
 /// In font sizes.
 constexpr double kPadding = 0.7, kCornerRadius = 0.5, kLineHeight = 1.34, kDotRadius = 0.36, kDotColumn = 1.3;
+/// Rows are a little higher than their letters; this much of it belongs above the first row.
+constexpr double kDescent = 0.14;
 constexpr double kCardOpacity = 0.82;
 constexpr int kArcPoints = 6;  // of a rounded corner
 
@@ -118,7 +120,7 @@ double Card::height_px(double font_px) const {
 
 void Card::place(double left_px, double bottom_px, double font_px) {
   plate_.place({left_px, bottom_px, width_px(font_px), height_px(font_px)}, kCornerRadius * font_px);
-  const double top = bottom_px + height_px(font_px) - kPadding * font_px;
+  const double top = bottom_px + height_px(font_px) - (kPadding + kDescent) * font_px;
   const double labels = left_px + font_px * (kPadding + (dots_.empty() ? 0 : kDotColumn));
   labels_->SetPosition(std::round(labels), std::round(top));
   labels_->GetTextProperty()->SetFontSize(static_cast<int>(font_px));
@@ -128,7 +130,7 @@ void Card::place(double left_px, double bottom_px, double font_px) {
   }
   for (std::size_t i = 0; i < dots_.size(); ++i) {
     const double radius = kDotRadius * font_px;
-    const double middle = top - font_px * kLineHeight * (static_cast<double>(i) + 0.45);
+    const double middle = top - font_px * kLineHeight * (static_cast<double>(i) + 0.36);
     dots_[i]->place({left_px + kPadding * font_px, middle - radius, 2 * radius, 2 * radius}, radius);
   }
 }

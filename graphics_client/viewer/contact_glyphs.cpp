@@ -22,6 +22,10 @@ namespace {
 
 /// How much of the pale drawing above the objects is seen.
 constexpr double kGhostOpacity = 0.5;
+/// Of what stands on the surface rather than in the object: hidden only by the object's other side.
+constexpr double kOnTopOpacity = 0.8;
+/// Of the contacted polygon's face, so that the surface is seen through it.
+constexpr double kPrimitiveOpacity = 0.55;
 /// Weaker forces show no arrow (newtons): below what a hand can feel, its direction is noise.
 constexpr double kSmallestArrow_N = 0.03;
 /// Of the arrow: the tip's length and radius in shaft radii. A short arrow is all tip.
@@ -29,7 +33,7 @@ constexpr double kTipLength = 6, kTipRadius = 2.6;
 /// Full colour when the server told no limit (newtons).
 constexpr double kFullScale_N = 5;
 constexpr double kPrimitiveLift_px = 1.2;
-constexpr float kPrimitiveLine_px = 5, kVertexPoint_px = 11, kTrailLine_px = 2.5F, kSpringLine_px = 2.5F;
+constexpr float kPolygonOutline_px = 2, kPrimitiveLine_px = 5, kVertexPoint_px = 11, kTrailLine_px = 2.5F, kSpringLine_px = 2.5F;
 constexpr int kRoundness = 20;  // facets around the markers
 
 vtkSmartPointer<vtkPolyData> unitSphere() {
@@ -82,20 +86,26 @@ vtkSmartPointer<vtkMatrix4x4> ball(Vec3 centre, double radius) {
 
 }  // namespace
 
-Glyph::Glyph(ScenePane& pane, vtkPolyData* shape, bool lit) {
-  vtkRenderer* const renderers[] = {pane.solid, pane.ghost};
-  for (std::size_t i = 0; i < actors_.size(); ++i) {
+Glyph::Glyph(ScenePane& pane, vtkPolyData* shape, Kind kind) {
+  std::vector<vtkRenderer*> renderers = {pane.ghost};
+  if (kind == Kind::kSolid) renderers.push_back(pane.solid);
+  for (vtkRenderer* renderer : renderers) {
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(shape);
-    actors_[i]->SetMapper(mapper);
-    actors_[i]->SetPickable(false);
-    actors_[i]->GetProperty()->SetLighting(lit);
-    actors_[i]->GetProperty()->SetAmbient(0.25);
-    actors_[i]->GetProperty()->SetDiffuse(0.8);
-    renderers[i]->AddActor(actors_[i]);
+    vtkNew<vtkActor> actor;
+    actor->SetMapper(mapper);
+    actor->SetPickable(false);
+    actor->ForceOpaqueOn();  // plain blending: VTK's order-independent pass costs a whole window in software
+    actor->GetProperty()->SetLighting(kind == Kind::kSolid);
+    actor->GetProperty()->SetAmbient(0.45);
+    actor->GetProperty()->SetDiffuse(0.65);
+    renderer->AddActor(actor);
+    actors_.push_back(actor);
   }
-  actors_[1]->GetProperty()->SetOpacity(kGhostOpacity);
+  setOpacity(kGhostOpacity);
 }
+
+void Glyph::setOpacity(double opacity) { actors_.front()->GetProperty()->SetOpacity(opacity); }
 
 void Glyph::setShape(vtkPolyData* shape) {
   for (auto& actor : actors_) static_cast<vtkPolyDataMapper*>(actor->GetMapper())->SetInputData(shape);
@@ -122,19 +132,27 @@ void Glyph::setVisible(bool visible) {
 
 ContactGlyphs::ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes)
     : sizes_(sizes),
-      hip_(pane, unitSphere(), true),
-      ihip_(pane, unitSphere(), true),
-      spring_(pane, unitCylinder(), false),
-      shaft_(pane, unitCylinder(), true),
-      tip_(pane, unitCone(), true),
-      primitive_(pane, vtkNew<vtkPolyData>(), false),
-      trail_(pane, vtkNew<vtkPolyData>(), false) {
+      trail_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnSurface),
+      primitive_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnSurface),
+      primitiveOutline_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnSurface),
+      hip_(pane, unitSphere(), Glyph::Kind::kSolid),
+      ihip_(pane, unitSphere(), Glyph::Kind::kSolid),
+      spring_(pane, unitCylinder(), Glyph::Kind::kSolid),
+      shaft_(pane, unitCylinder(), Glyph::Kind::kSolid),
+      tip_(pane, unitCone(), Glyph::Kind::kSolid) {
   trail_.setLineWidth(kTrailLine_px);
+  primitive_.setOpacity(kPrimitiveOpacity);
+  primitiveOutline_.setOpacity(1);
+  ihip_.setOpacity(kOnTopOpacity);
+  shaft_.setOpacity(kOnTopOpacity);
+  tip_.setOpacity(kOnTopOpacity);
 }
 
 void ContactGlyphs::update(const MirrorView& view, const Trail& trail, double metresPerPixel, bool current) {
   const bool heard = view.sample.has_value();
-  for (Glyph* glyph : {&hip_, &ihip_, &spring_, &shaft_, &tip_, &primitive_, &trail_}) glyph->setVisible(false);
+  for (Glyph* glyph : {&trail_, &primitive_, &primitiveOutline_, &hip_, &ihip_, &spring_, &shaft_, &tip_}) {
+    glyph->setVisible(false);
+  }
   if (!heard) return;
   const TelemetrySample& sample = *view.sample;
   const double radius = sizes_.marker_px * metresPerPixel;
@@ -183,13 +201,24 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixe
   if (!object || primitive.kind == PrimitiveKind::kNone) return;
   const auto mesh = view.meshes.find(object->mesh);
   if (mesh == view.meshes.end()) return;
-  const std::vector<Vec3> corners = primitiveCorners(*mesh->second, primitive, kPrimitiveLift_px * metresPerPixel);
+  std::vector<Vec3> corners = primitiveCorners(*mesh->second, primitive, kPrimitiveLift_px * metresPerPixel);
   if (corners.empty()) return;
-  primitive_.setShape(corners.size() == 3 ? polygon(corners) : corners.size() == 2 ? segments(corners) : vertexAt(corners[0]));
-  primitive_.setLineWidth(corners.size() == 1 ? kVertexPoint_px : kPrimitiveLine_px);
-  primitive_.setShade(shadeIf(current, palette::kPrimitive));
-  primitive_.setMatrix(matrixOf(object->pose));
-  primitive_.setVisible(true);
+  const vtkSmartPointer<vtkMatrix4x4> place = matrixOf(object->pose);
+  const palette::Shade shade = shadeIf(current, palette::kPrimitive);
+  if (corners.size() == 3) {
+    primitive_.setShape(polygon(corners));
+    primitive_.setShade(shade);
+    primitive_.setMatrix(place);
+    primitive_.setVisible(true);
+    corners = {corners[0], corners[1], corners[1], corners[2], corners[2], corners[0]};
+  }
+  primitiveOutline_.setShape(corners.size() == 1 ? vertexAt(corners[0]) : segments(corners));
+  primitiveOutline_.setLineWidth(corners.size() == 1   ? kVertexPoint_px
+                                 : corners.size() == 2 ? kPrimitiveLine_px
+                                                       : kPolygonOutline_px);
+  primitiveOutline_.setShade(shade);
+  primitiveOutline_.setMatrix(place);
+  primitiveOutline_.setVisible(true);
 }
 
 void ContactGlyphs::updateTrail(const Trail& trail, bool current) {

@@ -1,10 +1,9 @@
 #pragma once
 
 #include <vtkActor.h>
-#include <vtkNew.h>
+#include <vtkSmartPointer.h>
 #include <vtkPolyData.h>
 
-#include <array>
 #include <vector>
 
 #include "common/telemetry/telemetry_sample.h"
@@ -15,25 +14,29 @@
 
 namespace haptics {
 
-/// One marker, drawn twice: solid among the objects, and pale above them so that they cannot hide it.
+/// One marker. Drawn pale above the objects so that they cannot hide it, and unless it lies on a surface also solid
+/// among them.
 class Glyph {
  public:
-  Glyph(ScenePane& pane, vtkPolyData* shape, bool lit);
+  enum class Kind { kSolid, kOnSurface };
+
+  Glyph(ScenePane& pane, vtkPolyData* shape, Kind kind);
 
   void setShape(vtkPolyData* shape);
   void setShade(palette::Shade shade);
   void setMatrix(vtkMatrix4x4* matrix);
   void setLineWidth(float width_px);
+  void setOpacity(double opacity);
   void setVisible(bool visible);
 
  private:
-  std::array<vtkNew<vtkActor>, 2> actors_;
+  std::vector<vtkSmartPointer<vtkActor>> actors_;
 };
 
 struct GlyphSizes {
-  double marker_px = 6.5;      ///< Radius of the HIP's and IHIP's spheres.
+  double marker_px = 6;      ///< Radius of the HIP's and IHIP's spheres.
   double arrow_mPerN = 0.01;   ///< Length of the force arrow, world metres per newton.
-  double arrowRadius_px = 2.6;  ///< Of the shaft.
+  double arrowRadius_px = 3;  ///< Of the shaft.
 };
 
 /// HIP, IHIP, the line between them, the force at the IHIP, the contacted primitive and the trail, in one pane. Markers
@@ -48,7 +51,7 @@ class ContactGlyphs {
 
  private:
   GlyphSizes sizes_;
-  Glyph hip_, ihip_, spring_, shaft_, tip_, primitive_, trail_;
+  Glyph trail_, primitive_, primitiveOutline_, hip_, ihip_, spring_, shaft_, tip_;  // drawn in this order
 
   void updateForce(const MirrorView& view, double metresPerPixel, bool current);
   void updatePrimitive(const MirrorView& view, double metresPerPixel, bool current);

@@ -109,6 +109,7 @@ vtkSmartPointer<vtkActor> makeShadow(vtkPolyData* mesh) {
   vtkNew<vtkActor> actor;
   setData(actor, mesh);
   setFlat(actor, palette::kShadow);
+  actor->GetProperty()->BackfaceCullingOn();  // the side that faces the light casts the same shadow as both
   actor->SetPickable(false);
   return actor;
 }

@@ -82,6 +82,22 @@ class Fans {
   std::vector<std::pair<std::uint32_t, std::size_t>> spokes_;  // other end of an edge at the vertex, corner
 };
 
+/// Whether every edge is run along once in each direction.
+bool isClosed(const TriMesh& mesh) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> forward, backward;
+  forward.reserve(3 * mesh.triangles.size());
+  backward.reserve(3 * mesh.triangles.size());
+  for (const TriangleIndices& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      forward.emplace_back(t[k], t[(k + 1) % 3]);
+      backward.emplace_back(t[(k + 1) % 3], t[k]);
+    }
+  }
+  std::ranges::sort(forward);
+  std::ranges::sort(backward);
+  return forward == backward && std::ranges::adjacent_find(forward) == forward.end();
+}
+
 }  // namespace
 
 ShadedMesh shadeMesh(const TriMesh& mesh, double crease_rad) {
@@ -89,6 +105,7 @@ ShadedMesh shadeMesh(const TriMesh& mesh, double crease_rad) {
   const CornersByVertex incident(mesh);
   Fans fans(mesh, normals, std::cos(crease_rad));
   ShadedMesh shaded;
+  shaded.closed = isClosed(mesh);
   shaded.triangles.resize(mesh.triangles.size());
   shaded.source.reserve(mesh.vertices.size());
   shaded.normals.reserve(mesh.vertices.size());

@@ -12,6 +12,7 @@ struct ShadedMesh {
   std::vector<std::uint32_t> source;       ///< Canonical vertex that each shaded vertex stands at.
   std::vector<Vec3f> normals;              ///< Unit, outward, object frame; one for each shaded vertex.
   std::vector<TriangleIndices> triangles;  ///< Canonical order and corner order, naming shaded vertices.
+  bool closed = false;                     ///< Consistently oriented, without a boundary: no back side is ever seen.
 };
 
 /// Edges whose faces meet at a larger angle (radians) are drawn sharp: the box stays a box, the head stays smooth.

@@ -39,14 +39,14 @@ palette::Shade plateShade(Tone tone) { return tone == Tone::kBad ? palette::kBad
 
 Overlay::Overlay(Stage& stage, bool showKeys)
     : stage_(stage),
-      status_(stage.overlay(), {7.2, 12.6}),
-      contact_(stage.overlay(), {6.6, 12.0}),
-      legend_(stage.overlay(), {7.2, 10.6}),
+      status_(stage.overlay(), {7.9, 13.0}),
+      contact_(stage.overlay(), {6.8, 11.2}),
+      legend_(stage.overlay(), {5.2, 15.2}),
       keys_(stage.overlay(), {3.0, 17.5}),
       bannerPlate_(stage.overlay(), palette::kBad, 0.92),
       scaleBar_(stage.overlay(), palette::kText, 1),
       helpVisible_(showKeys) {
-  legend_.setDots({palette::kHip, palette::kIhip, palette::kForceLow, palette::kPrimitive, palette::kTrail,
+  legend_.setDots({palette::kHip, palette::kIhip, palette::kForceMiddle, palette::kPrimitive, palette::kTrail,
                    palette::kFloorBoldLine});
   std::vector<OverlayLine> keys;
   for (const KeyHelp& key : Controls::help()) keys.push_back({key.key, key.does});

@@ -26,6 +26,7 @@ class RunSummary {
   void addFrame(std::shared_ptr<const MirrorView> view, double age_s, double time_s);
 
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
+  [[nodiscard]] bool wasConnected() const noexcept { return newestLive_ != nullptr; }
   /// JSON object: viewer_frames, fps, telemetry_age_ms {p50, p99}, resyncs, state_resets and, as they last stood while
   /// the link was live, scene_revision, client_scene_hash (computed anew from every byte that this client holds, empty
   /// while a mesh is missing) and hashes_equal.

@@ -5,7 +5,6 @@
 #include <vtkProperty.h>
 
 #include <algorithm>
-#include <limits>
 #include <set>
 
 #include "graphics_client/viewer/mesh_normals.h"
@@ -28,7 +27,7 @@ vtkSmartPointer<vtkActor> makeActor(vtkPolyData* data) {
   actor->SetMapper(mapper);
   vtkProperty* surface = actor->GetProperty();
   surface->SetInterpolationToPhong();
-  surface->SetAmbient(0.10);
+  surface->SetAmbient(0.14);
   surface->SetDiffuse(0.92);
   surface->SetSpecular(0.18);
   surface->SetSpecularPower(24);
@@ -40,15 +39,19 @@ void setEdgeColor(vtkActor* actor, palette::Shade shade, double darkening) {
   actor->GetProperty()->SetEdgeColor(edge.red, edge.green, edge.blue);
 }
 
-/// World z (metres) of the lowest vertex.
-double lowestPoint(vtkPolyData* data, const Pose& pose) {
-  double lowest = std::numeric_limits<double>::infinity();
-  for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i) {
-    double p[3];
-    data->GetPoint(i, p);
-    lowest = std::min(lowest, toWorld(pose, {p[0], p[1], p[2]}).z);
+/// At most about this many vertices of an object decide on the camera and the floor, besides the extreme ones.
+constexpr std::size_t kOutlinePoints = 4096;
+
+std::vector<Vec3> outlineOf(const TriMesh& mesh) {
+  std::vector<Vec3> points;
+  const std::size_t step = mesh.vertices.size() / kOutlinePoints + 1;
+  for (std::size_t i = 0; i < mesh.vertices.size(); i += step) points.emplace_back(mesh.vertices[i]);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = std::ranges::minmax_element(mesh.vertices, {}, [&](Vec3f v) { return v[axis]; });
+    points.emplace_back(*low);
+    points.emplace_back(*high);
   }
-  return lowest;
+  return points;
 }
 
 }  // namespace
@@ -65,12 +68,11 @@ bool SceneActors::update(const MirrorView& view, bool current) {
     if (mesh == view.meshes.end()) continue;  // still on its way
     present.insert(object->id);
     used.insert(object->mesh);
-    vtkSmartPointer<vtkPolyData>& data = prepared_[object->mesh];
-    if (!data) data = polyDataOf(*mesh->second, shadeMesh(*mesh->second));
+    if (!prepared_.contains(object->mesh)) prepared_[object->mesh] = prepare(*mesh->second);
     const auto at = shown_.find(object->id);
     if (at == shown_.end() || at->second.mesh != object->mesh) {
       if (at != shown_.end()) remove(at->second);
-      shown_[object->id] = make(*object, data);
+      shown_[object->id] = make(*object, prepared_.at(object->mesh));
       changed = true;
       continue;
     }
@@ -98,8 +100,20 @@ bool SceneActors::update(const MirrorView& view, bool current) {
   return changed;
 }
 
-SceneActors::Shown SceneActors::make(const ObjectRecord& object, vtkPolyData* data) {
-  Shown shown{object.mesh, object.pose, object.material.color, makeActor(data), makeActor(data), makeShadow(data)};
+SceneActors::Prepared SceneActors::prepare(const TriMesh& mesh) {
+  const ShadedMesh shaded = shadeMesh(mesh);
+  return {polyDataOf(mesh, shaded), shaded.closed, outlineOf(mesh)};
+}
+
+SceneActors::Shown SceneActors::make(const ObjectRecord& object, const Prepared& prepared) {
+  Shown shown{.mesh = object.mesh,
+              .pose = object.pose,
+              .color = object.material.color,
+              .world = makeActor(prepared.data),
+              .closeUp = makeActor(prepared.data),
+              .shadow = makeShadow(prepared.data)};
+  shown.world->GetProperty()->SetBackfaceCulling(prepared.closed);
+  shown.closeUp->GetProperty()->SetBackfaceCulling(prepared.closed);
   shown.closeUp->GetProperty()->EdgeVisibilityOn();
   worldRenderer_->AddActor(shown.shadow);
   worldRenderer_->AddActor(shown.world);
@@ -141,8 +155,7 @@ void SceneActors::place(Shown& shown) const {
 }
 
 void SceneActors::placeFloor() {
-  for (auto& [id, shown] : shown_) shown.world->SetUserMatrix(matrixOf(shown.pose));
-  const std::vector<Vec3> all = corners();
+  const std::vector<Vec3> all = outline();
   if (all.empty()) {
     floor_.hide();
     return;
@@ -152,8 +165,6 @@ void SceneActors::placeFloor() {
     low = glm::min(low, p);
     high = glm::max(high, p);
   }
-  low.z = high.z;  // a tilted object's box reaches below its surface
-  for (const auto& [id, shown] : shown_) low.z = std::min(low.z, lowestPoint(prepared_.at(shown.mesh), shown.pose));
   floor_.placeUnder(low, high);
   for (auto& [id, shown] : shown_) place(shown);
 }
@@ -168,14 +179,10 @@ void SceneActors::setEdges(bool on) {
   for (auto& [id, shown] : shown_) paint(shown);
 }
 
-std::vector<Vec3> SceneActors::corners() const {
+std::vector<Vec3> SceneActors::outline() const {
   std::vector<Vec3> all;
   for (const auto& [id, shown] : shown_) {
-    double b[6];
-    prepared_.at(shown.mesh)->GetBounds(b);
-    for (int i = 0; i < 8; ++i) {
-      all.push_back(toWorld(shown.pose, {b[i & 1], b[2 + (i >> 1 & 1)], b[4 + (i >> 2 & 1)]}));
-    }
+    for (const Vec3& p : prepared_.at(shown.mesh).outline) all.push_back(toWorld(shown.pose, p));
   }
   return all;
 }

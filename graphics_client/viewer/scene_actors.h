@@ -26,8 +26,8 @@ class SceneActors {
   void setWireframe(bool on);
   void setEdges(bool on);
 
-  /// Corners of the objects' boxes, world frame; empty when nothing is shown.
-  [[nodiscard]] std::vector<Vec3> corners() const;
+  /// Points spread over the objects, world frame; empty when nothing is shown.
+  [[nodiscard]] std::vector<Vec3> outline() const;
   /// Distance between the floor's grid lines; 0 without a floor.
   [[nodiscard]] double gridSpacing_m() const { return shown_.empty() ? 0 : floor_.spacing_m(); }
   /// Shadows are above the floor: hidden when seen from below.
@@ -41,14 +41,21 @@ class SceneActors {
     vtkSmartPointer<vtkActor> world, closeUp, shadow;
   };
 
+  struct Prepared {
+    vtkSmartPointer<vtkPolyData> data;
+    bool closed = false;
+    std::vector<Vec3> outline;  ///< Some of the vertices, the extreme ones among them; object frame.
+  };
+
   vtkRenderer* worldRenderer_;
   vtkRenderer* closeUpRenderer_;
   Floor floor_;
-  std::map<ContentHash, vtkSmartPointer<vtkPolyData>> prepared_;
+  std::map<ContentHash, Prepared> prepared_;
   std::map<ObjectId, Shown> shown_;
   bool current_ = true, wireframe_ = false, edges_ = false;
 
-  [[nodiscard]] Shown make(const ObjectRecord& object, vtkPolyData* data);
+  [[nodiscard]] static Prepared prepare(const TriMesh& mesh);
+  [[nodiscard]] Shown make(const ObjectRecord& object, const Prepared& prepared);
   void remove(const Shown& shown);
   void paint(Shown& shown) const;
   void place(Shown& shown) const;

@@ -1,5 +1,6 @@
 #include "graphics_client/viewer/stage.h"
 
+#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkLight.h>
 #include <vtkPNGWriter.h>
@@ -40,11 +41,13 @@ void addLight(vtkRenderer* renderer, Vec3 from, palette::Shade shade, double int
 void light(vtkRenderer* renderer) {
   renderer->AutomaticLightCreationOff();
   const Vec3 key = keyLightDirection();
-  addLight(renderer, key, {1.0, 0.98, 0.94}, 0.72, false);
-  addLight(renderer, {0.5, 0.1, 1.0}, {0.90, 0.95, 1.0}, 0.36, true);
+  addLight(renderer, key, {1.0, 0.98, 0.94}, 0.66, false);
+  addLight(renderer, {0.5, 0.1, 1.0}, {0.92, 0.96, 1.0}, 0.42, true);
   addLight(renderer, {-key.x, -key.y, 0.35 * key.z}, {0.95, 0.97, 1.0}, 0.22, false);
 }
 
+/// VTK 9.1 hands the lights to a shader only when they or the camera are newer than the last hand-over, though that
+/// may have been for another pane with another camera: so each camera is made new when its pane is about to be drawn.
 void setUp(ScenePane& pane, vtkRenderWindow* window, int layer) {
   pane.solid->SetLayer(layer);
   pane.solid->SetPreserveColorBuffer(false);
@@ -56,7 +59,12 @@ void setUp(ScenePane& pane, vtkRenderWindow* window, int layer) {
   pane.ghost->SetLayer(layer + 1);
   pane.ghost->SetActiveCamera(pane.solid->GetActiveCamera());
   light(pane.ghost);
+  vtkNew<vtkCallbackCommand> refresh;
+  refresh->SetCallback([](vtkObject* renderer, unsigned long, void*, void*) {
+    static_cast<vtkRenderer*>(renderer)->GetActiveCamera()->Modified();
+  });
   for (vtkRenderer* renderer : {pane.solid.Get(), pane.ghost.Get()}) {
+    renderer->AddObserver(vtkCommand::StartEvent, refresh);
     renderer->SetInteractive(layer == kWorld && renderer == pane.solid.Get());
     window->AddRenderer(renderer);
   }
@@ -64,7 +72,7 @@ void setUp(ScenePane& pane, vtkRenderWindow* window, int layer) {
 
 }  // namespace
 
-Vec3 keyLightDirection() { return glm::normalize(Vec3(-0.55, -0.35, 1.0)); }
+Vec3 keyLightDirection() { return glm::normalize(Vec3(-0.55, -0.60, 1.0)); }
 
 Stage::Stage(const ViewerOptions& options) {
   window_->SetOffScreenRendering(options.offscreen);
@@ -76,6 +84,7 @@ Stage::Stage(const ViewerOptions& options) {
   setUp(world_, window_, kWorld);
   setUp(closeUp_, window_, kCloseUp);
   overlay_->SetLayer(kOverlay);
+  overlay_->SetPreserveDepthBuffer(true);
   overlay_->SetInteractive(false);
   window_->AddRenderer(overlay_);
   placeCloseUp();

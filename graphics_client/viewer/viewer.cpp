@@ -27,7 +27,7 @@ constexpr double kKeepEvery_s = 1;
 /// A contact that shows well: its force arrow is long enough to be seen (newtons).
 constexpr double kShownForce_N = 0.5;
 /// Sizes in the close-up: larger markers, and arrows that stay inside it.
-constexpr GlyphSizes kCloseUpSizes{.marker_px = 8, .arrow_mPerN = 0.004, .arrowRadius_px = 3.5};
+constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrowRadius_px = 2.8};
 
 class Viewer {
  public:
@@ -106,8 +106,8 @@ void Viewer::drawFrame(double dt_s) {
   const bool current = isCurrent(*view, age_s);
   noteChanges(*view);
   objects_.update(*view, current || !wasLive_);
-  if (!framed_ && view->link == LinkState::kLive && !objects_.corners().empty()) {
-    cameras_.frame(objects_.corners());
+  if (!framed_ && view->link == LinkState::kLive && !objects_.outline().empty()) {
+    cameras_.frame(objects_.outline());
     framed_ = true;
   }
   if (view->sample) trail_.add(*view->sample, now_s_);
@@ -158,7 +158,7 @@ void Viewer::keepPicture(const MirrorView& view) {
 
 void Viewer::handleKey(char key) {
   switch (key) {
-    case 'r': cameras_.frame(objects_.corners()); break;
+    case 'r': cameras_.frame(objects_.outline()); break;
     case 'f': cameras_.setFollow(follow_ = !follow_); break;
     case 'c': stage_.showCloseUp(!stage_.closeUpShown()); break;
     case 'w': objects_.setWireframe(wireframe_ = !wireframe_); break;

@@ -1,0 +1,130 @@
+// graphics_client: shows what a haptic_server feels.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <optional>
+#include <string>
+
+#include "common/wire/endpoint.h"
+#include "graphics_client/mirror/server_link.h"
+#include "graphics_client/viewer/viewer.h"
+
+namespace {
+
+using haptics::Error;
+using haptics::Result;
+
+enum ExitCode { kDone = 0, kFailed = 1, kBadUsage = 2, kNeverConnected = 3 };
+
+/// Frames a second: smooth on a screen; offscreen enough for a picture and figures, leaving the processor to the servo.
+constexpr double kWindowFrames_Hz = 60, kOffscreenFrames_Hz = 30;
+
+const char* const kExamples = R"(
+Examples:
+  graphics_client
+      shows the server on this machine
+  graphics_client --connect 192.168.1.20:7654 --size 1600x1000
+      shows a server elsewhere
+  xvfb-run -a -s "-screen 0 1280x1024x24" graphics_client --offscreen --seconds 20 --screenshot view.png
+      draws for 20 s without a screen and writes a picture
+
+In the window: drag to orbit, h shows the keys. SIGINT and SIGTERM end it in order: picture and summary are written.
+Exit status: 0 done, 1 failed, 2 wrong usage, 3 --seconds are over and there never was a connection.)";
+
+struct Arguments {
+  std::string connect = "127.0.0.1:7654";
+  std::string size = "1280x1024";
+  std::string screenshot, summary;
+  bool offscreen = false;
+  std::optional<double> seconds, frameLimit_Hz;
+};
+
+std::atomic<bool> stopRequested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
+
+Result<haptics::ViewerOptions> optionsFrom(const Arguments& arguments) {
+  haptics::ViewerOptions options;
+  constexpr int kSmallest_px = 200, kLargest_px = 8192;
+  char rest = 0;
+  if (std::sscanf(arguments.size.c_str(), "%dx%d%c", &options.width_px, &options.height_px, &rest) != 2 ||
+      std::min(options.width_px, options.height_px) < kSmallest_px ||
+      std::max(options.width_px, options.height_px) > kLargest_px) {
+    return haptics::refused("--size", "\"" + arguments.size + "\" is not WIDTHxHEIGHT with sides from " +
+                                          std::to_string(kSmallest_px) + " to " + std::to_string(kLargest_px) +
+                                          ", as 1280x1024");
+  }
+  options.offscreen = arguments.offscreen;
+  options.duration_s = arguments.seconds;
+  options.screenshot = arguments.screenshot;
+  options.frameLimit_Hz = arguments.frameLimit_Hz.value_or(arguments.offscreen ? kOffscreenFrames_Hz : kWindowFrames_Hz);
+  return options;
+}
+
+int fail(const Error& error, ExitCode code) {
+  std::fprintf(stderr, "graphics_client: %s\n", error.text().c_str());
+  return code;
+}
+
+int run(const Arguments& arguments) {
+  const Result<haptics::ViewerOptions> options = optionsFrom(arguments);
+  if (!options) return fail(options.error(), kBadUsage);
+  const Result<haptics::Endpoint> server = haptics::parseEndpoint(arguments.connect);
+  if (!server) return fail(Error(server.error()).within("--connect: "), kBadUsage);
+  // Mesa's software renderer takes every core unless told otherwise, the servo's too. A choice made outside stands.
+  if (arguments.offscreen) setenv("LP_NUM_THREADS", "1", 0);
+  if (const Result<void> display = haptics::checkDisplay(); !display) return fail(display.error(), kFailed);
+
+  const haptics::ServerLink link(
+      {.server = *server, .clientName = "graphics_client", .token = "", .telemetryRate_Hz = kWindowFrames_Hz});
+  const Result<haptics::RunSummary> summary =
+      haptics::runViewer(*options, [&] { return link.latest(); }, stopRequested);
+  if (!summary) return fail(summary.error(), kFailed);
+  if (!arguments.summary.empty()) {
+    const Result<void> written = haptics::writeFile(arguments.summary, summary->json());
+    if (!written) return fail(written.error(), kFailed);
+  }
+  if (arguments.seconds && !summary->wasConnected()) {
+    return fail({"--connect", "there never was a connection to " + arguments.connect + "; " + link.latest()->linkText},
+                kNeverConnected);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Shows the objects, the stylus, the contact and the force of a haptic_server.", "graphics_client");
+  app.footer(kExamples);
+  app.add_option("--connect", arguments.connect, "The server")->type_name("HOST:PORT")->capture_default_str();
+  app.add_flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)");
+  app.add_option("--seconds", arguments.seconds, "End by itself after this long")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--screenshot", arguments.screenshot, "Write the picture there at the end (PNG); offscreen the last in contact")
+      ->type_name("FILE");
+  app.add_option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)")->type_name("FILE");
+  app.add_option("--size", arguments.size, "Of the picture, in pixels")->type_name("WIDTHxHEIGHT")->capture_default_str();
+  app.add_option("--fps-limit", arguments.frameLimit_Hz, "Most frames a second (default 60, offscreen 30)")
+      ->type_name("HZ")
+      ->check(CLI::PositiveNumber);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kBadUsage;
+  }
+  struct sigaction action = {};
+  action.sa_handler = [](int) { stopRequested = true; };
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  try {
+    return run(arguments);
+  } catch (const std::exception& error) {
+    return fail({"", error.what()}, kFailed);
+  }
+}
