@@ -12,8 +12,8 @@ namespace haptics {
 /// one. Adoption and acceptance may come in either order.
 class AdoptionWatch {
  public:
-  static constexpr std::size_t kMaxAwaited = 4096;    ///< Beyond, the oldest are let go untold.
-  static constexpr std::size_t kMaxAdoptions = 256;   ///< Remembered for edits whose acceptance comes late.
+  static constexpr std::size_t kMaxAwaited = 4096;   ///< Beyond, the oldest are let go untold.
+  static constexpr std::size_t kMaxAdoptions = 256;  ///< Remembered for edits whose acceptance comes late.
 
   /// The servo feels `revision` since `tick`. Only a revision newer than the last counts.
   void adopted(std::uint64_t revision, std::uint64_t tick);

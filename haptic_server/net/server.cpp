@@ -17,7 +17,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// How often the servo's queue is emptied: the delay it adds to a sample's age. Shorter costs wake-ups beside the servo.
+/// How often the servo's queue is emptied: the delay it adds to a sample's age. Shorter costs wake-ups beside the
+/// servo.
 constexpr milliseconds kDrainEvery{2};
 /// Connections beyond the clients that are told so before they are closed; above, they are dropped without a word.
 constexpr std::size_t kMaxTurnedAway = 64;
@@ -71,7 +72,9 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
  private:
   struct Connection final : SessionHost {
     Connection(Impl& server_, std::uint64_t number_, std::unique_ptr<Transport> transport_)
-        : server(server_), number(number_), transport(std::move(transport_)),
+        : server(server_),
+          number(number_),
+          transport(std::move(transport_)),
           session(*transport, *this, server_.options_.identity) {}
 
     /// For other threads: hands a task to this session, on the network thread, if it still exists by then.
@@ -91,9 +94,10 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       return server.room_.findMesh(hash);
     }
     void submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
-      server.room_.submitEdit(id, clientSeq, std::move(transaction), [here = here(), clientSeq](const EditOutcome& outcome) {
-        here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
-      });
+      server.room_.submitEdit(id, clientSeq, std::move(transaction),
+                              [here = here(), clientSeq](const EditOutcome& outcome) {
+                                here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
+                              });
     }
     void submitMesh(const ContentHash& hash, std::string bytes) override {
       server.room_.submitMesh(hash, std::move(bytes), [here = here(), hash](const auto& mesh) {
@@ -142,8 +146,8 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     }
     const bool full = connections_.size() >= kMaxClients;
     const std::uint64_t number = nextNumber_++;
-    auto& connection = *connections_.emplace(number, std::make_unique<Connection>(*this, number, std::move(transport)))
-                            .first->second;
+    auto& connection =
+        *connections_.emplace(number, std::make_unique<Connection>(*this, number, std::move(transport))).first->second;
     connection.session.start();
     if (full) return connection.session.refuse("", "the server has its " + std::to_string(kMaxClients) + " clients");
     if (lastSample_) connection.session.adopted(lastSample_->sceneRevision, lastSample_->adoptionTick);
@@ -202,10 +206,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   }
 
   void fillStatus(v1::Status& status) {
-    status.set_device(options_.identity.device);
-    status.set_servo_rate_hz(options_.identity.servoRate_Hz);
     if (options_.fillStatus) options_.fillStatus(status);
-    status.set_uptime_s(static_cast<double>(monotonicNow_ns() - started_ns_) * 1e-9);
     status.set_clients(clients_);
     status.set_refused_connections(refusedConnections_);
   }
@@ -236,7 +237,6 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   Timer timer_;
   std::optional<Timer> stopTimer_;
   std::thread thread_;
-  std::uint64_t started_ns_ = monotonicNow_ns();
 
   // The network thread's.
   std::shared_ptr<const SceneHistory> history_;

@@ -24,12 +24,12 @@ class Server {
     std::function<bool(TelemetrySample&)> popTelemetry;
     /// Each sample taken, in order; may be empty. Network thread.
     std::function<void(const TelemetrySample&)> recordSample;
-    /// The servo's part of a Status; may be empty. Network thread.
+    /// What a Status says of servo, device and uptime; may be empty. Network thread.
     std::function<void(v1::Status&)> fillStatus;
     std::function<void(const std::string&)> log;  ///< One line; may be empty. Network thread.
   };
   struct Counters {
-    std::uint32_t clients = 0;              ///< Welcomed and connected.
+    std::uint32_t clients = 0;  ///< Welcomed and connected.
     std::uint64_t refusedConnections = 0;
   };
 
@@ -42,7 +42,8 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   void start();
-  /// Closes every connection, takes what is left in the servo's queue and ends the thread. Before the room is destroyed.
+  /// Closes every connection, takes what is left in the servo's queue and ends the thread. Before the room is
+  /// destroyed.
   void stop();
   [[nodiscard]] std::uint16_t port() const noexcept;
   [[nodiscard]] Counters counters() const noexcept;  ///< Any thread.

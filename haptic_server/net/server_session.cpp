@@ -136,16 +136,23 @@ void ServerSession::handle(const v1::Envelope& envelope) {
 
 void ServerSession::handleLive(const v1::Envelope& envelope) {
   switch (envelope.body_case()) {
-    case v1::Envelope::kHeartbeat: return;  // its bytes have counted as life
-    case v1::Envelope::kAssetRequest: return handle(envelope.asset_request());
-    case v1::Envelope::kSubscribe: return handle(envelope.subscribe());
-    case v1::Envelope::kEditRequest: return handle(envelope.edit_request());
-    case v1::Envelope::kClockProbe: return handle(envelope.clock_probe());
-    case v1::Envelope::kStatusRequest: return reportStatus();
+    case v1::Envelope::kHeartbeat:
+      return;  // its bytes have counted as life
+    case v1::Envelope::kAssetRequest:
+      return handle(envelope.asset_request());
+    case v1::Envelope::kSubscribe:
+      return handle(envelope.subscribe());
+    case v1::Envelope::kEditRequest:
+      return handle(envelope.edit_request());
+    case v1::Envelope::kClockProbe:
+      return handle(envelope.clock_probe());
+    case v1::Envelope::kStatusRequest:
+      return reportStatus();
     case v1::Envelope::kAssetUpload:
       if (const auto reply = uploads_.take(envelope.asset_upload().chunk())) send(*reply);
       return;
-    default: return refuse("body", "is a message that a client does not send, or not after Hello");
+    default:
+      return refuse("body", "is a message that a client does not send, or not after Hello");
   }
 }
 
@@ -199,7 +206,8 @@ void ServerSession::handle(const v1::AssetRequest& request) {
     return send(envelope);
   }
   const std::size_t size = asset->encoded->size();
-  if (request.offset() > size) return refuse("asset_request.offset", "is beyond the asset's " + std::to_string(size) + " bytes");
+  if (request.offset() > size)
+    return refuse("asset_request.offset", "is beyond the asset's " + std::to_string(size) + " bytes");
   if (!assets_.add(std::move(asset), request.offset())) return refuse("asset_request", "too many are waiting");
 }
 
@@ -286,9 +294,9 @@ void ServerSession::sendCommits() {
   if (snapshot_) return;
   const auto history = host_.history();
   while (phase_ == Phase::kLive && sentRevision_ < history->version.revision()) {
-    if (transport_.backlog() > kSendAheadBytes) return;
     const auto edit = history->find(sentRevision_ + 1);
     if (!edit) return refuse("", "the client reads too slowly: it is more revisions behind than the server remembers");
+    if (transport_.backlog() > kSendAheadBytes) return;
     v1::Envelope envelope;
     toWire(edit->commit, *envelope.mutable_commit());
     send(envelope);

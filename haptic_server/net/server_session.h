@@ -36,9 +36,10 @@ class ServerSession {
   static constexpr std::uint64_t kSilence_ns = 3'000'000'000;  ///< Dead after this long without a byte.
   static constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
   static constexpr double kMaxTelemetryRate_Hz = 1000;
-  /// Sustained edits per second of one client, and how many may come at once; above, rejected with field "rate".
+  /// Sustained edits per second of one client, and how many may come at once; above, rejected with field "rate". The
+  /// burst is what a client may resend after a reconnect: rejecting an edit that had been applied would be a lie.
   static constexpr double kEditRate_Hz = 200;
-  static constexpr double kEditBurst = 400;
+  static constexpr double kEditBurst = 1000;
   /// Snapshots and commits wait in the shared history while more than this is queued for the client.
   static constexpr std::size_t kSendAheadBytes = 256U << 10;
   /// Replies cannot wait: with more than this queued the client is disconnected and left to resume.
@@ -68,7 +69,7 @@ class ServerSession {
   void close(const std::string& why);
 
   [[nodiscard]] bool welcomed() const noexcept { return phase_ == Phase::kLive; }
-  [[nodiscard]] SessionId id() const noexcept { return id_; }          ///< 0 until Hello.
+  [[nodiscard]] SessionId id() const noexcept { return id_; }  ///< 0 until Hello.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
  private:

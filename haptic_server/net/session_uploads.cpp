@@ -56,7 +56,8 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
   return std::nullopt;
 }
 
-v1::AssetUploadReply SessionUploads::decided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome) {
+v1::AssetUploadReply SessionUploads::decided(const ContentHash& hash,
+                                             Result<std::shared_ptr<const MeshAsset>> outcome) {
   const auto at = building_.find(hash);
   const std::size_t reserved = at == building_.end() ? 0 : at->second;
   if (at != building_.end()) building_.erase(at);

@@ -41,7 +41,7 @@ class SessionUploads {
   };
   SessionHost& host_;
   UploadAssembly assembly_;
-  std::size_t assemblyReserved_ = 0;  // bytes
+  std::size_t assemblyReserved_ = 0;                       // bytes
   std::unordered_map<ContentHash, std::size_t> building_;  // with their reserved bytes
   std::deque<Held> held_;
 

@@ -18,7 +18,9 @@ class TelemetrySlot {
     newest_ = sample;
     fresh_ = true;
   }
-  [[nodiscard]] bool due(std::uint64_t now_ns) const noexcept { return fresh_ && period_ns_ != 0 && now_ns >= next_ns_; }
+  [[nodiscard]] bool due(std::uint64_t now_ns) const noexcept {
+    return fresh_ && period_ns_ != 0 && now_ns >= next_ns_;
+  }
   /// The sample that is due. The rate is kept on average; what was missed is not made up for.
   [[nodiscard]] const TelemetrySample& take(std::uint64_t now_ns) noexcept {
     fresh_ = false;

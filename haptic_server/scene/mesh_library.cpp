@@ -23,7 +23,8 @@ struct Generated {
 
 Generated generate(const MeshSource& source) {
   if (const auto* s = std::get_if<BoxSource>(&source.source)) return {"box.", makeBox(s->size_m, s->segments)};
-  if (const auto* s = std::get_if<SphereSource>(&source.source)) return {"sphere.", makeSphere(s->radius_m, s->segments)};
+  if (const auto* s = std::get_if<SphereSource>(&source.source))
+    return {"sphere.", makeSphere(s->radius_m, s->segments)};
   if (const auto* s = std::get_if<CylinderSource>(&source.source)) {
     return {"cylinder.", makeCylinder(s->radius_m, s->height_m, s->segments)};
   }
@@ -48,7 +49,8 @@ Result<fs::path> MeshLibrary::locate(const std::string& path) const {
   const fs::path relative(path);
   const bool climbs = std::ranges::find(relative, fs::path("..")) != relative.end();
   if (path.empty() || path.find('\0') != std::string::npos || relative.is_absolute() || climbs) {
-    return refused("file", "\"" + path + "\" is not a path below an asset folder: give one without a leading / and without ..");
+    return refused("file",
+                   "\"" + path + "\" is not a path below an asset folder: give one without a leading / and without ..");
   }
   std::string searched;
   for (const fs::path& folder : folders_) {
@@ -59,12 +61,14 @@ Result<fs::path> MeshLibrary::locate(const std::string& path) const {
     const fs::path file = fs::canonical(root / relative, error);
     if (error) continue;
     if (!isBelow(root, file)) {
-      return refused("file", "\"" + path + "\" leads out of the asset folder " + folder.string() + " by a symbolic link");
+      return refused("file",
+                     "\"" + path + "\" leads out of the asset folder " + folder.string() + " by a symbolic link");
     }
     if (!fs::is_regular_file(file, error)) return refused("file", "\"" + path + "\" is not a regular file");
     return file;
   }
-  return refused("file", "there is no \"" + path + "\" in the asset folders: " + (searched.empty() ? "none is set" : searched));
+  return refused("file",
+                 "there is no \"" + path + "\" in the asset folders: " + (searched.empty() ? "none is set" : searched));
 }
 
 Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileSource& file) {

@@ -25,7 +25,8 @@ class MeshLibrary final : public MeshResolver {
 
  private:
   /// Canonical path, modification time, size in bytes, unit_m, largestExtent_m: the same mesh comes out.
-  using FileKey = std::tuple<std::string, std::filesystem::file_time_type, std::uintmax_t, double, std::optional<double>>;
+  using FileKey =
+      std::tuple<std::string, std::filesystem::file_time_type, std::uintmax_t, double, std::optional<double>>;
   struct Imported {
     std::weak_ptr<const MeshAsset> asset;
     std::string report;

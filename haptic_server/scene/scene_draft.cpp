@@ -10,12 +10,13 @@
 namespace haptics {
 namespace {
 
-constexpr std::size_t kMaxName = 64;        // characters; as scene.proto promises
-constexpr std::size_t kNamesInError = 16;   // enough to see a slip of the pen, short enough to read
+constexpr std::size_t kMaxName = 64;       // characters; as scene.proto promises
+constexpr std::size_t kNamesInError = 16;  // enough to see a slip of the pen, short enough to read
 
 bool isWellFormed(std::string_view name) {
   const auto allowed = [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+           c == '.';
   };
   return !name.empty() && name.size() <= kMaxName && std::ranges::all_of(name, allowed);
 }
@@ -44,7 +45,8 @@ Result<void> SceneDraft::apply(const AddObject& add, const std::string& field) {
     return refused(field + "add.name", "there is an object \"" + add.name + "\" already; names are unique");
   }
   if (names().size() >= kMaxServoObjects) {
-    return refused(field + "add", "the scene holds " + std::to_string(kMaxServoObjects) + " objects, which is the most");
+    return refused(field + "add",
+                   "the scene holds " + std::to_string(kMaxServoObjects) + " objects, which is the most");
   }
   ObjectRecord record;
   record.id = nextId_++;

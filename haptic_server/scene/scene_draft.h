@@ -28,7 +28,7 @@ class SceneDraft {
   /// @return What making each kept and dropped.
   [[nodiscard]] Result<std::vector<std::string>> resolveMeshes(MeshResolver& resolver);
 
-  [[nodiscard]] Commit commit() const;  ///< Without its root.
+  [[nodiscard]] Commit commit() const;                                     ///< Without its root.
   [[nodiscard]] const Meshes& meshes() const noexcept { return meshes_; }  ///< Of added and re-meshed objects.
   [[nodiscard]] ObjectId nextId() const noexcept { return nextId_; }
 

@@ -11,7 +11,7 @@
 
 namespace haptics {
 
-using SessionId = std::uint64_t;  ///< Chosen at random by a client and kept over its reconnects.
+using SessionId = std::uint64_t;                ///< Chosen at random by a client and kept over its reconnects.
 inline constexpr SessionId kServerSession = 0;  ///< The server's own edits: the start scene.
 
 /// An edit that became a revision, and who asked for it: what a resent edit is recognised by is in the same record as

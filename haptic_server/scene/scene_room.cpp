@@ -52,10 +52,12 @@ void SceneRoom::stop() {
 }
 
 void SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, EditReply reply) {
+  const std::size_t work = 1 + transaction.operations.size() + transaction.preconditions.size();
   auto job = [this, session, clientSeq, transaction = std::move(transaction), reply] {
     reply(apply(session, clientSeq, transaction));
   };
-  if (!enqueue(std::move(job))) reply(Error{"busy", "the server has too many edits waiting; send it again later"});
+  if (!enqueue({work, std::move(job)}))
+    reply(Error{"busy", "the server has too many edits waiting; send it again later"});
 }
 
 void SceneRoom::submitMesh(const ContentHash& hash, std::string bytes, UploadReply reply) {
@@ -66,7 +68,8 @@ void SceneRoom::submitMesh(const ContentHash& hash, std::string bytes, UploadRep
       reply(refused("data", std::string("the server could not build the mesh: ") + failure.what()));
     }
   };
-  if (!enqueue(std::move(job))) reply(refused("busy", "the server has too many edits waiting; send it again later"));
+  if (!enqueue({1, std::move(job)}))
+    reply(refused("busy", "the server has too many edits waiting; send it again later"));
 }
 
 std::shared_ptr<const SceneHistory> SceneRoom::history() const {
@@ -83,7 +86,8 @@ void SceneRoom::setListener(HistoryListener listener) {
 bool SceneRoom::enqueue(Job job) {
   {
     const std::lock_guard lock(queueMutex_);
-    if (stopping_ || queue_.size() >= kMaxQueuedJobs) return false;
+    if (stopping_ || queuedWork_ + job.work > kMaxQueuedWork) return false;
+    queuedWork_ += job.work;
     queue_.push_back(std::move(job));
   }
   queueChanged_.notify_one();
@@ -94,17 +98,18 @@ void SceneRoom::run() {
   std::unique_lock lock(queueMutex_);
   while (!stopping_) {
     if (queue_.empty()) queueChanged_.wait_for(lock, kReclaimEvery);
-    Job job;
+    std::function<void()> task;
     if (!stopping_ && !queue_.empty()) {
-      job = std::move(queue_.front());
+      task = std::move(queue_.front().run);
+      queuedWork_ -= queue_.front().work;
       queue_.pop_front();
     }
     lock.unlock();
-    if (job) job();
+    if (task) task();
     const auto departure = servoScenes_.nextDeparture_ns();
     if (departure && *departure <= monotonicNow_ns()) publishToServo();
     crossing_.reclaim();
-    job = nullptr;  // what it holds is freed without the lock
+    task = nullptr;  // what it holds is freed without the lock
     lock.lock();
   }
 }
@@ -121,7 +126,8 @@ EditOutcome SceneRoom::apply(SessionId session, std::uint64_t clientSeq, const T
 
   publishToServo();
   if (options_.log) {
-    for (const std::string& report : std::get<std::shared_ptr<const AcceptedEdit>>(outcome)->reports) options_.log(report);
+    for (const std::string& report : std::get<std::shared_ptr<const AcceptedEdit>>(outcome)->reports)
+      options_.log(report);
   }
   const std::lock_guard lock(historyMutex_);
   published_ = sequencer_.history();

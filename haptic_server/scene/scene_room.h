@@ -27,15 +27,16 @@ class SceneRoom {
  public:
   struct Options {
     std::vector<std::filesystem::path> assetFolders;
-    ServoSceneMaker::MakePlan makePlan;            ///< Empty unless a simulated hand explores.
-    std::function<void(const std::string&)> log;   ///< One line for each mesh made; called on the builder thread.
+    ServoSceneMaker::MakePlan makePlan;           ///< Empty unless a simulated hand explores.
+    std::function<void(const std::string&)> log;  ///< One line for each mesh made; called on the builder thread.
   };
   using EditReply = std::function<void(const EditOutcome&)>;
   using UploadReply = std::function<void(Result<std::shared_ptr<const MeshAsset>>)>;
   using HistoryListener = std::function<void(std::shared_ptr<const SceneHistory>)>;
 
-  /// Jobs waiting for the builder; above, an edit is rejected with field "busy".
-  static constexpr std::size_t kMaxQueuedJobs = 1024;
+  /// Work waiting for the builder, in operations and preconditions (an upload counts as one): some 30 MB. Above, an
+  /// edit is rejected with field "busy".
+  static constexpr std::size_t kMaxQueuedWork = 65'536;
 
   SceneRoom(Options options, SceneCrossing& crossing);
   ~SceneRoom();
@@ -62,18 +63,22 @@ class SceneRoom {
   void setListener(HistoryListener listener);
 
  private:
-  using Job = std::function<void()>;
+  struct Job {
+    std::size_t work;  // as in kMaxQueuedWork
+    std::function<void()> run;
+  };
 
   Options options_;
   SceneCrossing& crossing_;
   AssetStore store_;
   MeshLibrary library_;
-  Sequencer sequencer_;            // builder thread, or loadStartScene before it runs
-  ServoSceneMaker servoScenes_;    // likewise
+  Sequencer sequencer_;          // builder thread, or loadStartScene before it runs
+  ServoSceneMaker servoScenes_;  // likewise
 
   std::mutex queueMutex_;
   std::condition_variable queueChanged_;
   std::deque<Job> queue_;
+  std::size_t queuedWork_ = 0;
   bool stopping_ = false;
   std::thread builder_;
 

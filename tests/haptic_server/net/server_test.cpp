@@ -1,0 +1,191 @@
+#include "haptic_server/net/server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <deque>
+#include <mutex>
+
+#include "common/wire/tcp.h"
+#include "tests/haptic_server/net/session_world.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+using namespace std::chrono_literals;
+using Kind = v1::Envelope;
+
+constexpr auto kPatience = 20s;  // never reached unless something is broken
+
+/// The queue between servo and network thread, filled by the test.
+class Samples {
+ public:
+  void push(std::uint64_t tick, std::uint64_t revision, std::uint64_t adoptionTick) {
+    const std::lock_guard lock(mutex_);
+    TelemetrySample sample;
+    sample.tick = tick;
+    sample.sceneRevision = revision;
+    sample.adoptionTick = adoptionTick;
+    samples_.push_back(sample);
+  }
+  bool pop(TelemetrySample& sample) {
+    const std::lock_guard lock(mutex_);
+    if (samples_.empty()) return false;
+    sample = samples_.front();
+    samples_.pop_front();
+    return true;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::deque<TelemetrySample> samples_;
+};
+
+class ServerTest : public ::testing::Test {
+ protected:
+  ServerTest() {
+    EXPECT_TRUE(room.loadStartScene(edit(add("a"))));
+    room.start();
+    server = Server::listen(options(), room).value();
+    server->start();
+  }
+
+  Server::Options options(std::string listen = "127.0.0.1:0") {
+    return {.listen = std::move(listen),
+            .allowInsecureLan = false,
+            .identity = {"test", "simulated", 1000, 3.3},
+            .popTelemetry = [this](TelemetrySample& sample) { return samples.pop(sample); },
+            .recordSample = [this](const TelemetrySample& sample) { recorded.push_back(sample.tick); },
+            .fillStatus = [](v1::Status& status) { status.set_ticks(42); },
+            .log = {}};
+  }
+
+  /// A client over TCP that beats once it has said Hello. All share one loop, which runs while the test waits.
+  struct Client {
+    Client(ServerTest& test_, std::uint16_t port) : test(test_) {
+      const TcpConnector connector(test.loop, {"127.0.0.1", port},
+                                   [this](Result<std::unique_ptr<Transport>> connected) {
+                                     transport = std::move(connected).value();
+                                     raw = std::make_unique<RawClient>(*transport);
+                                   });
+      EXPECT_TRUE(test.waitFor([this] { return raw != nullptr; }));
+    }
+    void join(SessionId session = kClientSession) {
+      raw->hello(0, 0, {}, session);
+      beat = test.loop.every(500ms, [this] { raw->heartbeat(); });
+      EXPECT_TRUE(waitFor(Kind::kSnapshotEnd));
+    }
+    [[nodiscard]] bool waitFor(Kind::BodyCase kind) {
+      return test.waitFor([&] { return raw->count(kind) > 0; });
+    }
+
+    ServerTest& test;
+    std::unique_ptr<Transport> transport;
+    std::unique_ptr<RawClient> raw;
+    Timer beat;
+  };
+
+  template <class Condition>
+  [[nodiscard]] bool waitFor(Condition condition) {
+    bool held = false;
+    const Timer look = loop.every(1ms, [&] {
+      held = condition();
+      if (held) loop.stop();
+    });
+    const Timer limit = loop.after(kPatience, [&] { loop.stop(); });
+    loop.run();
+    return held;
+  }
+
+  EventLoop loop;
+  Samples samples;
+  std::vector<std::uint64_t> recorded;
+  SceneCrossing crossing;
+  SceneRoom room{{}, crossing};
+  std::unique_ptr<Server> server;
+};
+
+TEST_F(ServerTest, ServesAClientOverTcpFromWelcomeToEditLive) {
+  Client client(*this, server->port());
+  client.join();
+  EXPECT_EQ(server->counters().clients, 1U);
+
+  client.raw->subscribe(1000);
+  samples.push(1, 1, 0);
+  ASSERT_TRUE(client.waitFor(Kind::kTelemetry));
+
+  client.raw->moveObject(1, "a", 0.25);
+  ASSERT_TRUE(client.waitFor(Kind::kEditReply));
+  EXPECT_EQ(client.raw->all(Kind::kEditReply)[0].edit_reply().accepted().revision(), 2U);
+  ASSERT_TRUE(client.waitFor(Kind::kCommit));
+  EXPECT_EQ(client.raw->all(Kind::kCommit)[0].commit().root(), room.history()->version.root().asBytes());
+  for (std::uint64_t tick = 2; tick < 1000; ++tick) samples.push(tick, tick < 500 ? 1 : 2, tick < 500 ? 0 : 500);
+  ASSERT_TRUE(client.waitFor(Kind::kEditLive));
+  EXPECT_EQ(client.raw->all(Kind::kEditLive)[0].edit_live().tick(), 500U);
+  ASSERT_TRUE(waitFor([&] { return client.raw->all(Kind::kTelemetry).back().telemetry().tick() == 999; }));
+
+  v1::Envelope request;
+  request.mutable_status_request();
+  client.raw->send(request);
+  ASSERT_TRUE(client.waitFor(Kind::kStatus));
+  EXPECT_EQ(client.raw->all(Kind::kStatus)[0].status().clients(), 1U);
+  EXPECT_EQ(client.raw->all(Kind::kStatus)[0].status().ticks(), 42U);
+
+  server->stop();
+  ASSERT_EQ(recorded.size(), 999U);
+  for (std::size_t i = 0; i < recorded.size(); ++i) ASSERT_EQ(recorded[i], i + 1);
+}
+
+TEST_F(ServerTest, StoppingClosesTheClientsAndRecordsWhatIsLeft) {
+  Client client(*this, server->port());
+  client.join();
+  for (std::uint64_t tick = 1; tick <= 50; ++tick) samples.push(tick, 1, 0);
+  server->stop();
+  EXPECT_EQ(recorded.size(), 50U);
+  EXPECT_TRUE(waitFor([&] { return client.raw->closed.has_value(); }));
+}
+
+TEST_F(ServerTest, ANewerConnectionOfASessionReplacesTheOlder) {
+  Client first(*this, server->port());
+  first.join();
+  Client second(*this, server->port());
+  second.join();
+  EXPECT_TRUE(waitFor([&] { return first.raw->closed.has_value(); }));
+  EXPECT_FALSE(second.raw->closed);
+  EXPECT_TRUE(waitFor([&] { return server->counters().clients == 1; }));
+}
+
+TEST_F(ServerTest, TurnsAwayTheClientThatIsOneTooMany) {
+  std::vector<std::unique_ptr<Client>> clients;
+  for (std::size_t i = 0; i < Server::kMaxClients; ++i) {
+    clients.push_back(std::make_unique<Client>(*this, server->port()));
+    clients.back()->join(100 + i);
+  }
+  Client late(*this, server->port());
+  ASSERT_TRUE(late.waitFor(Kind::kRefusal));
+  EXPECT_THAT(late.raw->refusal().reason(), ::testing::HasSubstr("64"));
+  EXPECT_EQ(server->counters().refusedConnections, 1U);
+  EXPECT_EQ(server->counters().clients, Server::kMaxClients);
+}
+
+TEST_F(ServerTest, CountsRandomBytesAsRefused) {
+  Client client(*this, server->port());
+  client.raw->sendBytes("GET / HTTP/1.1\r\n\r\n");
+  ASSERT_TRUE(client.waitFor(Kind::kRefusal));
+  EXPECT_EQ(server->counters().refusedConnections, 1U);
+}
+
+TEST_F(ServerTest, NamesTheAddressThatItCannotListenOn) {
+  const auto taken = Server::listen(options("127.0.0.1:" + std::to_string(server->port())), room);
+  ASSERT_FALSE(taken);
+  EXPECT_THAT(taken.error().text(), ::testing::HasSubstr(std::to_string(server->port())));
+  const auto open = Server::listen(options("0.0.0.0:0"), room);
+  ASSERT_FALSE(open);
+  EXPECT_THAT(open.error().text(), ::testing::HasSubstr("--allow-insecure-lan"));
+  EXPECT_FALSE(Server::listen(options("nonsense"), room));
+}
+
+}  // namespace
+}  // namespace haptics

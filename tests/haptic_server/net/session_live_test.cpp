@@ -1,0 +1,210 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/mesh/generators.h"
+#include "common/mesh/mesh_asset.h"
+#include "haptic_server/net/adoption_watch.h"
+#include "tests/haptic_server/net/session_world.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+using ::testing::ElementsAre;
+using Kind = v1::Envelope;
+
+class SessionLive : public ::testing::Test, public SessionWorld {
+ protected:
+  SessionLive() {
+    edit(test::edit(add("a")));
+    join();
+  }
+  void offer(std::uint64_t tick) {
+    TelemetrySample sample;
+    sample.tick = tick;
+    session.offerTelemetry(sample);
+  }
+  std::vector<std::uint64_t> ticks() const {
+    std::vector<std::uint64_t> ticks;
+    for (const auto& envelope : client.all(Kind::kTelemetry)) ticks.push_back(envelope.telemetry().tick());
+    return ticks;
+  }
+};
+
+TEST_F(SessionLive, SendsNoTelemetryUnasked) {
+  offer(1);
+  link.settle();
+  EXPECT_THAT(ticks(), ElementsAre());
+}
+
+TEST_F(SessionLive, SendsOnlyTheNewestSampleToALineThatWasBusy) {
+  client.subscribe(1000);
+  link.settle();
+  offer(1);
+  for (std::uint64_t tick = 2; tick <= 100; ++tick) {
+    time_ns += kMillisecond_ns;
+    offer(tick);
+  }
+  link.settle();
+  EXPECT_THAT(ticks(), ElementsAre(1, 100));
+}
+
+TEST_F(SessionLive, KeepsToTheSubscribedRate) {
+  for (const double rate_Hz : {60.0, 250.0, 5000.0}) {
+    client.subscribe(rate_Hz);
+    client.got.clear();
+    for (std::uint64_t tick = 0; tick < 1000; ++tick) {
+      offer(tick);
+      pass(kMillisecond_ns, kMillisecond_ns);
+      if (tick % 500 == 0) client.heartbeat();
+    }
+    EXPECT_NEAR(static_cast<double>(ticks().size()), std::min(rate_Hz, 1000.0), 2);
+  }
+  client.subscribe(0);
+  client.got.clear();
+  link.settle();
+  offer(1);
+  link.settle();
+  EXPECT_THAT(ticks(), ElementsAre());
+}
+
+TEST_F(SessionLive, RefusesARateThatIsNone) {
+  client.subscribe(std::numeric_limits<double>::quiet_NaN());
+  link.settle();
+  EXPECT_EQ(client.refusal().field(), "subscribe.rate_hz");
+}
+
+TEST_F(SessionLive, AnswersAnEditThenSaysFromWhichTickItIsFelt) {
+  client.moveObject(1, "a", 0.5);
+  link.settle();
+  const auto replies = client.all(Kind::kEditReply);
+  ASSERT_EQ(replies.size(), 1U);
+  const v1::Accepted& accepted = replies[0].edit_reply().accepted();
+  EXPECT_EQ(accepted.revision(), 2U);
+  EXPECT_EQ(accepted.root(), history()->version.root().asBytes());
+  EXPECT_EQ(accepted.object(0).pose().position().x(), 0.5);
+  EXPECT_EQ(client.count(Kind::kCommit), 1U);
+  EXPECT_EQ(client.count(Kind::kEditLive), 0U);
+
+  session.adopted(1, 100);
+  link.settle();
+  EXPECT_EQ(client.count(Kind::kEditLive), 0U);
+  session.adopted(2, 150);
+  session.adopted(2, 600);  // the same revision published again
+  link.settle();
+  ASSERT_EQ(client.count(Kind::kEditLive), 1U);
+  EXPECT_EQ(client.got.back().edit_live().client_seq(), 1U);
+  EXPECT_EQ(client.got.back().edit_live().revision(), 2U);
+  EXPECT_EQ(client.got.back().edit_live().tick(), 150U);
+}
+
+TEST_F(SessionLive, RejectionsNameTheField) {
+  client.moveObject(1, "b", 0);
+  client.moveObject(2, "a", std::numeric_limits<double>::infinity());
+  link.settle();
+  const auto replies = client.all(Kind::kEditReply);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].edit_reply().rejected().field(), "operations[0].set_pose.object");
+  EXPECT_EQ(replies[1].edit_reply().client_seq(), 2U);
+  EXPECT_THAT(replies[1].edit_reply().rejected().field(),
+              ::testing::StartsWith("operations[0].set_pose.pose.position"));
+  EXPECT_FALSE(client.closed);
+}
+
+TEST_F(SessionLive, AConflictShowsTheObjectAsItStands) {
+  v1::Envelope envelope;
+  envelope.mutable_edit_request()->set_client_seq(1);
+  v1::Transaction& transaction = *envelope.mutable_edit_request()->mutable_transaction();
+  transaction.add_preconditions()->mutable_object()->set_name("a");
+  transaction.mutable_preconditions(0)->set_expected_revision(9);
+  transaction.add_operations()->mutable_remove()->mutable_object()->set_name("a");
+  client.send(envelope);
+  link.settle();
+  ASSERT_TRUE(client.got.back().edit_reply().has_conflict());
+  EXPECT_EQ(client.got.back().edit_reply().conflict().current(0).name(), "a");
+}
+
+TEST_F(SessionLive, EditsBeyondTheRateAreRejectedAndLaterOnesNot) {
+  const auto burst = static_cast<std::uint64_t>(ServerSession::kEditBurst);
+  for (std::uint64_t seq = 1; seq <= burst + 10; ++seq) client.moveObject(seq, "a", 0);
+  link.settle();
+  EXPECT_EQ(history()->version.revision(), 1 + burst);
+  EXPECT_EQ(client.all(Kind::kEditReply).back().edit_reply().rejected().field(), "rate");
+  pass(kSecond_ns);
+  client.moveObject(5000, "a", 0);
+  link.settle();
+  EXPECT_EQ(history()->version.revision(), 2 + burst);
+}
+
+TEST_F(SessionLive, AReaderThatStopsCostsBoundedMemoryUntilItIsDisconnected) {
+  std::size_t largest = 0;
+  Transaction all;
+  for (int i = 0; i < 200; ++i) all.operations.push_back(add(std::string(50, 'n').append(std::to_string(i))));
+  edit(all);
+  for (std::size_t i = 0; i < kRememberedEdits + 200 && refusals.empty(); ++i) {
+    Transaction moves;
+    for (const auto& object : history()->version.objects()) moves.operations.push_back(moveTo(object->name, {1, 0, 0}));
+    edit(moves);
+    client.subscribe(1000);
+    offer(i);
+    largest = std::max(largest, serverEnd->backlog());
+  }
+  EXPECT_LT(largest, ServerSession::kSendAheadBytes + (64U << 10));
+  ASSERT_EQ(refusals.size(), 1U);
+  EXPECT_THAT(refusals[0], ::testing::HasSubstr("too slowly"));
+}
+
+TEST_F(SessionLive, AClientThatAsksFasterThanItReadsIsDisconnected) {
+  v1::Envelope request;
+  request.set_protocol_version(kProtocolVersion);
+  request.mutable_status_request();
+  std::string requests;
+  for (int i = 0; i < 100'000; ++i) appendFrame(requests, request);
+  client.sendBytes(requests);
+  std::size_t largest = 0;
+  // The line carries as much either way, and an answer is larger than its request.
+  while (refusals.empty() && link.pump(10'000)) largest = std::max(largest, serverEnd->backlog());
+  ASSERT_EQ(refusals.size(), 1U);
+  EXPECT_GT(largest, ServerSession::kMaxBacklogBytes / 2);
+  EXPECT_LT(largest, ServerSession::kMaxBacklogBytes + (256U << 10));
+}
+
+TEST_F(SessionLive, TellsTimeAndStatus) {
+  v1::Envelope probe;
+  probe.mutable_clock_probe()->set_client_send_ns(17);
+  client.send(probe);
+  v1::Envelope request;
+  request.mutable_status_request();
+  client.send(request);
+  link.settle();
+  const v1::ClockReply reply = client.all(Kind::kClockReply).at(0).clock_reply();
+  EXPECT_EQ(reply.client_send_ns(), 17U);
+  EXPECT_EQ(reply.server_receive_ns(), time_ns);
+  EXPECT_EQ(reply.server_send_ns(), time_ns);
+  const v1::Status status = client.all(Kind::kStatus).at(0).status();
+  EXPECT_EQ(status.ticks(), 42U);
+  EXPECT_EQ(status.revision(), 1U);
+  EXPECT_EQ(status.root(), history()->version.root().asBytes());
+}
+
+TEST(AdoptionWatch, RemembersAdoptionsForEditsWhoseAcceptanceComesLate) {
+  AdoptionWatch watch;
+  watch.adopted(1, 10);
+  watch.adopted(2, 20);
+  watch.adopted(4, 40);
+  watch.accepted(7, 2);
+  watch.accepted(8, 3);
+  watch.accepted(9, 5);
+  auto live = watch.take();
+  ASSERT_EQ(live.size(), 2U);
+  EXPECT_EQ(live[0].tick(), 20U);
+  EXPECT_EQ(live[1].tick(), 40U) << "revision 3 was skipped by the servo";
+  EXPECT_TRUE(watch.take().empty());
+  watch.adopted(5, 50);
+  EXPECT_EQ(watch.take().at(0).client_seq(), 9U);
+}
+
+}  // namespace
+}  // namespace haptics

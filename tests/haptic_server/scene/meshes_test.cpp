@@ -1,0 +1,147 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/mesh/generators.h"
+#include "common/mesh/mesh_asset.h"
+#include "haptic_server/scene/mesh_library.h"
+#include "tests/haptic_server/scene/scene_edits.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr const char* kTetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+/// An asset folder with tetrahedron.obj in it, and secret.obj outside of it.
+class MeshLibraryTest : public ::testing::Test {
+ protected:
+  MeshLibraryTest() {
+    fs::create_directories(root / "assets" / "sub");
+    write("assets/tetrahedron.obj");
+    write("secret.obj");
+  }
+  ~MeshLibraryTest() override { fs::remove_all(root); }
+
+  void write(const std::string& path, const std::string& text = kTetrahedron) { std::ofstream(root / path) << text; }
+  Error refusedFile(const std::string& path) {
+    const auto outcome = library.resolve(file(path));
+    EXPECT_FALSE(outcome) << path;
+    return outcome ? Error{} : outcome.error();
+  }
+
+  static fs::path ownFolder() {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    return fs::path(::testing::TempDir()) / (std::string(test->name()) + std::to_string(::getpid()));
+  }
+
+  const fs::path root = ownFolder();
+  AssetStore store;
+  MeshLibrary library{{root / "missing", root / "assets"}, store};
+};
+
+TEST_F(MeshLibraryTest, ReadsAFileBelowAnAssetFolderAndReportsIt) {
+  const auto mesh = library.resolve(file("tetrahedron.obj"));
+  ASSERT_TRUE(mesh) << mesh.error().text();
+  EXPECT_EQ(mesh->asset->mesh->triangles.size(), 4U);
+  EXPECT_THAT(mesh->report, HasSubstr("tetrahedron.obj"));
+}
+
+TEST_F(MeshLibraryTest, RefusesEveryWayOutOfTheAssetFolder) {
+  fs::create_symlink(root / "secret.obj", root / "assets" / "link.obj");
+  fs::create_directory_symlink(root, root / "assets" / "up");
+  for (const std::string& path :
+       {std::string("../secret.obj"), std::string("sub/../../secret.obj"), (root / "secret.obj").string(),
+        std::string("link.obj"), std::string("up/secret.obj"), std::string(), std::string("."), std::string("sub"),
+        std::string("nothing.obj"), std::string("tetrahedron.obj\0x", 17)}) {
+    EXPECT_EQ(refusedFile(path).field, "file");
+  }
+  EXPECT_THAT(refusedFile("nothing.obj").reason, HasSubstr("assets"));
+}
+
+TEST_F(MeshLibraryTest, FollowsALinkThatStaysInside) {
+  fs::create_symlink(root / "assets" / "tetrahedron.obj", root / "assets" / "sub" / "link.obj");
+  EXPECT_TRUE(library.resolve(file("sub/link.obj")));
+}
+
+TEST_F(MeshLibraryTest, ReadsAFileOnceWhileItsMeshIsInUse) {
+  auto first = library.resolve(file("tetrahedron.obj")).value();
+  const auto written = fs::last_write_time(root / "assets/tetrahedron.obj");
+  const auto size = fs::file_size(root / "assets/tetrahedron.obj");
+  write("assets/tetrahedron.obj", std::string(size, ' '));  // not a mesh any more, but looks unchanged
+  fs::last_write_time(root / "assets/tetrahedron.obj", written);
+  EXPECT_EQ(library.resolve(file("tetrahedron.obj"))->asset, first.asset);
+  first = {};
+  EXPECT_FALSE(library.resolve(file("tetrahedron.obj")));
+}
+
+TEST_F(MeshLibraryTest, ReadsAFileAgainThatChangedOrIsScaledOtherwise) {
+  const auto first = library.resolve(file("tetrahedron.obj")).value();
+  MeshSource millimetres = file("tetrahedron.obj");
+  millimetres.unit_m = 0.001;
+  EXPECT_NE(library.resolve(millimetres)->asset->hash, first.asset->hash);
+  write("assets/tetrahedron.obj", std::string(kTetrahedron) + "f 1 2 3\n");
+  EXPECT_NE(library.resolve(file("tetrahedron.obj"))->asset->hash, first.asset->hash);
+}
+
+TEST_F(MeshLibraryTest, AFileThatIsNoMeshIsNamed) {
+  write("assets/bad.obj", "v 0 0 nan\n");
+  const Error error = refusedFile("bad.obj");
+  EXPECT_EQ(error.field, "file");
+  EXPECT_THAT(error.reason, HasSubstr("bad.obj"));
+}
+
+TEST_F(MeshLibraryTest, NamesTheBadArgumentOfAGenerator) {
+  EXPECT_EQ(library.resolve({BoxSource{Vec3(1), 0}}).error().field.rfind("box.", 0), 0U);
+  EXPECT_EQ(library.resolve({SphereSource{-1, 8}}).error().field, "sphere.radius_m");
+  EXPECT_EQ(library.resolve({CylinderSource{0.1, 0, 8}}).error().field, "cylinder.height_m");
+  EXPECT_EQ(library.resolve({TorusSource{0.1, 0.2, 8, 8}}).error().field.rfind("torus.", 0), 0U);
+  MeshSource scaled = box();
+  scaled.largestExtent_m = 1;
+  EXPECT_EQ(library.resolve(scaled).error().field, "largest_extent_m");
+  scaled = box();
+  scaled.unit_m = 0.001;
+  EXPECT_EQ(library.resolve(scaled).error().field, "unit_m");
+}
+
+TEST_F(MeshLibraryTest, FindsAnAssetOnlyWhileSomeoneHoldsIt) {
+  auto asset = store.intern(makeBox(Vec3(1), 1).value());
+  const MeshSource source{AssetSource{asset->hash}};
+  EXPECT_EQ(library.resolve(source)->asset, asset);
+  asset = nullptr;
+  EXPECT_EQ(library.resolve(source).error().field, "asset");
+}
+
+TEST(AssetStore, BuildsEqualMeshesOnce) {
+  AssetStore store;
+  const auto first = store.intern(makeBox(Vec3(1), 2).value());
+  EXPECT_EQ(store.intern(makeBox(Vec3(1), 2).value()), first);
+  EXPECT_NE(store.intern(makeBox(Vec3(1), 3).value()), first);
+  EXPECT_EQ(first->hash, hashOf(*first->mesh));
+  EXPECT_EQ(*first->encoded, encodeMesh(*first->mesh));
+  EXPECT_NE(first->surface, nullptr);
+}
+
+TEST(AssetStore, TakesBytesOnlyUnderTheirOwnHash) {
+  AssetStore store;
+  const TriMesh mesh = makeBox(Vec3(1), 2).value();
+  const std::string bytes = encodeMesh(mesh);
+  const auto taken = store.internEncoded(hashOf(mesh), bytes);
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(*(*taken)->mesh, mesh);
+
+  const ContentHash other = hashOf(makeBox(Vec3(2), 2).value());
+  EXPECT_EQ(store.internEncoded(other, bytes).error().field, "hash");
+  const std::string cut = bytes.substr(0, bytes.size() - 1);
+  const ContentHash ofCut = Hasher().add(std::as_bytes(std::span(cut))).finish();
+  EXPECT_EQ(store.internEncoded(ofCut, cut).error().field, "data");
+}
+
+}  // namespace
+}  // namespace haptics

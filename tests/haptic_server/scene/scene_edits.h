@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "common/mesh/generators.h"
+#include "haptic_server/scene/mesh_resolver.h"
+#include "haptic_server/scene/sequencer.h"
+
+namespace haptics::test {
+
+inline MeshSource box(double side_m = 0.1) { return {BoxSource{Vec3(side_m), 1}}; }
+inline MeshSource file(std::string path) { return {FileSource{std::move(path)}}; }
+/// "o7". (As a sum of strings it makes g++ 12 warn of overlapping memory, PR 105651.)
+inline std::string numbered(std::string prefix, std::uint64_t number) { return prefix.append(std::to_string(number)); }
+inline ObjectRef named(std::string name) { return {std::move(name)}; }
+inline Operation add(std::string name, MeshSource mesh = box()) {
+  return AddObject{std::move(name), std::move(mesh), {}, {}};
+}
+inline Operation moveTo(std::string name, Vec3 position) { return SetPose{named(std::move(name)), {position, {}}}; }
+inline Operation remove(std::string name) { return RemoveObject{named(std::move(name))}; }
+
+template <class... Operations>
+Transaction edit(Operations... operations) {
+  return {{}, {std::move(operations)...}};
+}
+
+using Accepted = std::shared_ptr<const AcceptedEdit>;
+
+/// Boxes of the asked size, each made once; a file is refused, as by a server without any.
+class BoxResolver final : public MeshResolver {
+ public:
+  Result<ResolvedMesh> resolve(const MeshSource& source) override {
+    ++resolved;
+    const auto* box = std::get_if<BoxSource>(&source.source);
+    if (!box) return refused("file", "is not here");
+    return ResolvedMesh{store_.intern(makeBox(box->size_m, box->segments).value()), "made"};
+  }
+  [[nodiscard]] const AssetStore& store() const { return store_; }
+  int resolved = 0;
+
+ private:
+  AssetStore store_;
+};
+
+}  // namespace haptics::test

@@ -1,0 +1,233 @@
+#include "haptic_server/scene/scene_room.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <future>
+#include <thread>
+
+#include "common/mesh/generators.h"
+#include "common/mesh/mesh_asset.h"
+#include "tests/haptic_server/scene/scene_edits.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+
+constexpr SessionId kAlice = 11;
+constexpr auto kPatience = 20s;  // of a test for another thread; never reached unless something is broken
+
+std::vector<ObjectId> idsOf(const ServoScene& scene, bool leaving) {
+  std::vector<ObjectId> ids;
+  for (const ServoObject& object : scene.objects) {
+    if (object.leaving == leaving) ids.push_back(object.id);
+  }
+  return ids;
+}
+
+TEST(ServoSceneMaker, KeepsARemovedObjectForAWhileAsLeaving) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  ServoSceneMaker maker({});
+  sequencer.submit(kAlice, 1, edit(add("a"), add("b")));
+  EXPECT_THAT(idsOf(*maker.make(sequencer, 0), false), ElementsAre(1, 2));
+  EXPECT_EQ(maker.nextDeparture_ns(), std::nullopt);
+
+  sequencer.submit(kAlice, 2, edit(remove("a"), add("c")));
+  const auto scene = maker.make(sequencer, 100);
+  EXPECT_EQ(scene->revision, 2U);
+  EXPECT_THAT(idsOf(*scene, false), ElementsAre(2, 3));
+  EXPECT_THAT(idsOf(*scene, true), ElementsAre(1));
+  EXPECT_EQ(scene->objects[0].id, 1U) << "in order of id";
+  EXPECT_EQ(maker.nextDeparture_ns(), 100 + kLeaving_ns);
+
+  EXPECT_THAT(idsOf(*maker.make(sequencer, 99 + kLeaving_ns), true), ElementsAre(1));
+  const auto after = maker.make(sequencer, 100 + kLeaving_ns);
+  EXPECT_THAT(idsOf(*after, true), ElementsAre());
+  EXPECT_EQ(after->revision, 2U);
+  EXPECT_EQ(maker.nextDeparture_ns(), std::nullopt);
+}
+
+TEST(ServoSceneMaker, LetsTheOldestGoEarlyWhenThereIsNoRoomToLeave) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  ServoSceneMaker maker({});
+  Transaction full, fullAgain;
+  for (std::size_t i = 0; i < kMaxServoObjects; ++i) {
+    full.operations.push_back(add(numbered("o", i)));
+    if (i >= 2) fullAgain.operations.push_back(remove(numbered("o", i)));
+  }
+  sequencer.submit(kAlice, 1, full);
+  (void)maker.make(sequencer, 0);
+  sequencer.submit(kAlice, 2, edit(remove("o0")));
+  (void)maker.make(sequencer, 0);
+  sequencer.submit(kAlice, 3, fullAgain);
+  const auto scene = maker.make(sequencer, 1);
+  EXPECT_EQ(scene->objects.size(), kMaxServoObjects);
+  EXPECT_THAT(idsOf(*scene, false), ElementsAre(2));
+}
+
+TEST(ServoSceneMaker, PlansTheExplorationOncePerRevision) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  std::vector<std::size_t> planned;
+  ServoSceneMaker maker([&](const ServoScene& scene) {
+    planned.push_back(scene.objects.size());
+    return std::make_shared<const ExplorationPlan>();
+  });
+  sequencer.submit(kAlice, 1, edit(add("a"), add("b")));
+  const auto first = maker.make(sequencer, 0);
+  EXPECT_NE(first->plan, nullptr);
+  sequencer.submit(kAlice, 2, edit(remove("a")));
+  const auto second = maker.make(sequencer, 0);
+  const auto third = maker.make(sequencer, kLeaving_ns);
+  EXPECT_NE(second->plan, first->plan);
+  EXPECT_EQ(third->plan, second->plan);
+  EXPECT_THAT(planned, ElementsAre(2, 1)) << "what is leaving is not explored";
+}
+
+/// Plays the servo: goes over to the newest scene.
+class Servo {
+ public:
+  explicit Servo(SceneCrossing& crossing) : crossing_(crossing) {}
+  const ServoScene* look() {
+    if (const ServoScene* next = crossing_.newest()) {
+      scene_ = next;
+      crossing_.adopted();
+    }
+    return scene_;
+  }
+  template <class Condition>
+  [[nodiscard]] bool waitFor(Condition condition) {
+    for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
+      if (look() && condition(*scene_)) return true;
+      std::this_thread::sleep_for(1ms);
+    }
+    return false;
+  }
+
+ private:
+  SceneCrossing& crossing_;
+  const ServoScene* scene_ = nullptr;
+};
+
+class SceneRoomTest : public ::testing::Test {
+ protected:
+  EditOutcome submit(std::uint64_t seq, const Transaction& transaction) {
+    auto reply = std::make_shared<std::promise<EditOutcome>>();
+    room.submitEdit(kAlice, seq, transaction, [reply](const EditOutcome& outcome) { reply->set_value(outcome); });
+    auto future = reply->get_future();
+    if (future.wait_for(kPatience) != std::future_status::ready) throw std::runtime_error("no reply");
+    return future.get();
+  }
+
+  SceneCrossing crossing;
+  Servo servo{crossing};
+  std::vector<std::string> logged;
+  SceneRoom room{
+      {.assetFolders = {}, .makePlan = {}, .log = [this](const std::string& line) { logged.push_back(line); }},
+      crossing};
+};
+
+TEST_F(SceneRoomTest, PublishesTheStartSceneBeforeItRuns) {
+  const auto reports = room.loadStartScene(edit(add("a"), add("b")));
+  ASSERT_TRUE(reports);
+  EXPECT_EQ(reports->size(), 2U);
+  EXPECT_EQ(logged, *reports);
+  ASSERT_NE(servo.look(), nullptr);
+  EXPECT_EQ(servo.look()->objects.size(), 2U);
+  EXPECT_EQ(room.history()->version.revision(), 1U);
+  EXPECT_NE(room.history()->epoch, 0U);
+}
+
+TEST_F(SceneRoomTest, RefusesABadStartSceneByField) {
+  const auto reports = room.loadStartScene(edit(add("a"), add("b", file("../../etc/passwd"))));
+  ASSERT_FALSE(reports);
+  EXPECT_EQ(reports.error().field, "operations[1].add.mesh.file");
+  EXPECT_EQ(servo.look(), nullptr);
+  EXPECT_TRUE(room.loadStartScene(edit(add("a"))));
+}
+
+TEST_F(SceneRoomTest, PublishesAnEditToServoAndListenerBeforeItReplies) {
+  std::uint64_t heard = 0;
+  room.start();
+  room.setListener([&](const std::shared_ptr<const SceneHistory>& history) { heard = history->version.revision(); });
+  const auto outcome = submit(1, edit(add("a")));
+  ASSERT_TRUE(std::holds_alternative<Accepted>(outcome));
+  EXPECT_EQ(heard, 1U);
+  EXPECT_EQ(room.history()->version.revision(), 1U);
+  ASSERT_NE(servo.look(), nullptr);
+  EXPECT_EQ(servo.look()->revision, 1U);
+  EXPECT_TRUE(std::holds_alternative<Error>(submit(2, edit(add("a")))));
+  EXPECT_EQ(heard, 1U);
+}
+
+TEST_F(SceneRoomTest, ARemovedObjectLeavesLater) {
+  ASSERT_TRUE(room.loadStartScene(edit(add("a"), add("b"))));
+  room.start();
+  submit(1, edit(remove("a")));
+  EXPECT_THAT(idsOf(*servo.look(), false), ElementsAre(2));
+  EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return idsOf(scene, true).empty(); }));
+  EXPECT_EQ(servo.look()->revision, 2U);
+}
+
+TEST_F(SceneRoomTest, AnEditMayNameAnUploadThatSomeoneHolds) {
+  room.start();
+  const TriMesh mesh = makeBox(Vec3(0.5), 3).value();
+  std::promise<Result<std::shared_ptr<const MeshAsset>>> built;
+  room.submitMesh(hashOf(mesh), encodeMesh(mesh), [&](auto outcome) { built.set_value(std::move(outcome)); });
+  auto asset = built.get_future().get();
+  ASSERT_TRUE(asset);
+  EXPECT_EQ(room.findMesh(hashOf(mesh)), *asset);
+  EXPECT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a", {AssetSource{hashOf(mesh)}})))));
+  *asset = nullptr;
+  EXPECT_NE(room.findMesh(hashOf(mesh)), nullptr) << "the scene holds it";
+  EXPECT_EQ(std::get<Error>(submit(2, edit(add("b", {AssetSource{ContentHash{}}})))).field,
+            "operations[0].add.mesh.asset");
+}
+
+TEST_F(SceneRoomTest, AFullQueueAnswersBusyAtOnce) {
+  std::promise<void> release;
+  auto released = release.get_future().share();
+  room.start();
+  room.submitEdit(kAlice, 1, edit(add("a")), [released](const EditOutcome&) { released.wait(); });
+  Transaction large;
+  large.operations.assign(1000, moveTo("a", {1, 0, 0}));
+  std::vector<EditOutcome> busy;
+  int submitted = 0;
+  while (busy.empty() && submitted < 1000) {
+    room.submitEdit(kAlice, 2, large, [&busy, me = std::this_thread::get_id()](const EditOutcome& outcome) {
+      if (std::this_thread::get_id() == me) busy.push_back(outcome);
+    });
+    ++submitted;
+  }
+  release.set_value();
+  ASSERT_EQ(busy.size(), 1U);
+  EXPECT_EQ(std::get<Error>(busy[0]).field, "busy");
+  EXPECT_GT(submitted, 60);
+}
+
+TEST_F(SceneRoomTest, ManyThreadsMayEditAtOnce) {
+  room.start();
+  std::vector<std::thread> clients;
+  for (SessionId session = 1; session <= 4; ++session) {
+    clients.emplace_back([this, session] {
+      for (std::uint64_t i = 1; i <= 25; ++i) {
+        const std::string name = numbered("o", session * 100 + i);
+        room.submitEdit(session, i, edit(add(name)), [](const EditOutcome&) {});
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  submit(1, edit(add("last")));
+  EXPECT_EQ(room.history()->version.revision(), 101U);
+  EXPECT_EQ(room.history()->version.objects().size(), 101U);
+  EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return scene.revision == 101; }));
+}
+
+}  // namespace
+}  // namespace haptics

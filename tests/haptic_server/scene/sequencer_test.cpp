@@ -1,0 +1,270 @@
+#include "haptic_server/scene/sequencer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "common/mesh/mesh_asset.h"
+#include "haptic_server/servo/servo_scene.h"
+#include "tests/haptic_server/scene/scene_edits.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+constexpr SessionId kAlice = 11;
+constexpr SessionId kBob = 12;
+constexpr std::uint64_t kEpoch = 5;
+
+class SequencerTest : public ::testing::Test {
+ protected:
+  EditOutcome submit(const Transaction& transaction) { return sequencer.submit(kAlice, ++seq, transaction); }
+  Accepted accept(const Transaction& transaction) {
+    const EditOutcome outcome = submit(transaction);
+    if (const auto* error = std::get_if<Error>(&outcome)) ADD_FAILURE() << error->text();
+    return std::get<Accepted>(outcome);
+  }
+  Error reject(const Transaction& transaction) {
+    const auto before = sequencer.history();
+    const EditOutcome outcome = submit(transaction);
+    EXPECT_EQ(sequencer.history(), before) << "a rejected edit left a trace";
+    return std::get<Error>(outcome);
+  }
+  [[nodiscard]] const SceneVersion& version() const { return sequencer.history()->version; }
+
+  BoxResolver resolver;
+  Sequencer sequencer{kEpoch, resolver};
+  std::uint64_t seq = 0;
+};
+
+TEST_F(SequencerTest, GivesEachAcceptedTransactionOneRevision) {
+  const ContentHash empty = version().root();
+  const auto first = accept(edit(add("a"), add("b"), moveTo("a", {0, 0, 1})));
+  EXPECT_EQ(first->commit.revision, 1U);
+  EXPECT_EQ(first->commit.prevRoot, empty);
+  EXPECT_EQ(first->commit.root, version().root());
+  EXPECT_THAT(first->reports, ElementsAre("a: made", "b: made"));
+  EXPECT_THAT(first->commit.put, SizeIs(2));
+  EXPECT_EQ(first->commit.put[0].name, "a");
+  EXPECT_EQ(first->commit.put[0].pose.position, Vec3(0, 0, 1));
+
+  const auto second = accept(edit(remove("a")));
+  EXPECT_EQ(second->commit.revision, 2U);
+  EXPECT_EQ(second->commit.prevRoot, first->commit.root);
+  EXPECT_THAT(second->commit.removed, ElementsAre(first->commit.put[0].id));
+}
+
+TEST_F(SequencerTest, AMirrorThatAppliesTheCommitsHasTheSameRoots) {
+  SceneVersion mirror;
+  for (const Transaction& t :
+       {edit(add("a"), add("b", box(0.2))), edit(moveTo("b", {1, 2, 3}), remove("a")),
+        edit(add("a", box(0.3)), RemeshObject{named("b"), box(0.4)}),
+        edit(SetMaterial{named("a"), {900.0, std::nullopt, Color{1, 0, 0}}}), edit(add("c"), remove("c"))}) {
+    const auto edit = accept(t);
+    ASSERT_EQ(mirror.root(), edit->commit.prevRoot);
+    mirror = mirror.apply(edit->commit).value();
+    ASSERT_EQ(mirror.root(), edit->commit.root);
+  }
+  EXPECT_EQ(mirror.objects().size(), 2U);
+}
+
+TEST_F(SequencerTest, AppliesAllOperationsOrNone) {
+  accept(edit(add("a")));
+  const Error error = reject(edit(moveTo("a", {1, 1, 1}), add("b"), remove("a"), moveTo("a", {2, 2, 2})));
+  EXPECT_EQ(error.field, "operations[3].set_pose.object");
+  EXPECT_EQ(version().find("a")->pose.position, Vec3(0));
+  EXPECT_EQ(version().find("b"), nullptr);
+}
+
+TEST_F(SequencerTest, ARejectedMeshLeavesNoTrace) {
+  accept(edit(add("a")));
+  const Error error = reject(edit(moveTo("a", {1, 1, 1}), add("b", box()), add("c", file("head.iv"))));
+  EXPECT_EQ(error.field, "operations[2].add.mesh.file");
+  EXPECT_EQ(reject(edit(RemeshObject{named("a"), file("head.iv")})).field, "operations[0].remesh.mesh.file");
+}
+
+TEST_F(SequencerTest, MakesNoMeshForATransactionThatIsWrongElsewhere) {
+  reject(edit(add("a"), remove("nobody")));
+  EXPECT_EQ(resolver.resolved, 0);
+}
+
+TEST_F(SequencerTest, NamesEveryBadField) {
+  accept(edit(add("torus"), add("box")));
+  EXPECT_EQ(reject({}).field, "operations");
+  EXPECT_EQ(reject(edit(add(""))).field, "operations[0].add.name");
+  EXPECT_EQ(reject(edit(add("two words"))).field, "operations[0].add.name");
+  EXPECT_EQ(reject(edit(add(std::string(65, 'x')))).field, "operations[0].add.name");
+  EXPECT_EQ(reject(edit(add("c"), add("torus"))).field, "operations[1].add.name");
+  EXPECT_EQ(reject(edit(add("c"), add("c"))).field, "operations[1].add.name");
+  EXPECT_EQ(reject(edit(remove("x"))).field, "operations[0].remove.object");
+  EXPECT_EQ(reject(edit(RemeshObject{named("x"), box()})).field, "operations[0].remesh.object");
+  EXPECT_EQ(reject(edit(moveTo("x", {}))).field, "operations[0].set_pose.object");
+  EXPECT_EQ(reject(edit(SetMaterial{named("x"), {}})).field, "operations[0].set_material.object");
+  EXPECT_EQ(reject(edit(RemoveObject{ObjectRef{ObjectId{99}}})).field, "operations[0].remove.object");
+}
+
+TEST_F(SequencerTest, AnUnknownObjectIsAnsweredWithTheKnownOnes) {
+  EXPECT_THAT(reject(edit(remove("torus"))).reason, HasSubstr("the scene is empty"));
+  accept(edit(add("torus"), add("box")));
+  EXPECT_THAT(reject(edit(remove("box"), remove("box"))).reason,
+              HasSubstr("there is no object \"box\"; there are torus"));
+}
+
+TEST_F(SequencerTest, ANameIsFreeAgainWithinTheTransactionThatRemovesIt) {
+  const auto first = accept(edit(add("a")));
+  const auto second = accept(edit(remove("a"), add("a", box(0.2))));
+  EXPECT_THAT(second->commit.removed, ElementsAre(first->commit.put[0].id));
+  EXPECT_EQ(second->commit.put[0].name, "a");
+}
+
+TEST_F(SequencerTest, NeverGivesAnIdTwice) {
+  std::vector<ObjectId> ids;
+  for (int i = 0; i < 20; ++i) {
+    ids.push_back(accept(edit(add("a")))->commit.put[0].id);
+    accept(edit(remove("a")));
+    accept(edit(add("b"), remove("b")));
+  }
+  for (std::size_t i = 1; i < ids.size(); ++i) EXPECT_GT(ids[i], ids[i - 1]);
+}
+
+TEST_F(SequencerTest, HoldsAsManyObjectsAsTheServoAndNoMore) {
+  Transaction full;
+  for (std::size_t i = 0; i < kMaxServoObjects; ++i) full.operations.push_back(add(numbered("o", i)));
+  accept(full);
+  EXPECT_EQ(reject(edit(add("more"))).field, "operations[0].add");
+  accept(edit(remove("o7"), add("more")));
+}
+
+TEST_F(SequencerTest, AFailedPreconditionIsAConflictThatShowsTheObject) {
+  const auto added = accept(edit(add("a"), add("b")));
+  accept(edit(moveTo("a", {1, 0, 0})));
+  Transaction stale = edit(moveTo("a", {2, 0, 0}));
+  stale.preconditions.push_back({named("b"), 1, {}});
+  stale.preconditions.push_back({named("a"), added->commit.revision, {}});
+  const auto conflict = std::get<EditConflict>(submit(stale));
+  ASSERT_THAT(conflict.current, SizeIs(1));
+  EXPECT_EQ(*conflict.current[0], *version().find("a"));
+  EXPECT_THAT(conflict.reason, HasSubstr("stands at revision 2, expected was 1"));
+  EXPECT_EQ(version().revision(), 2U);
+
+  stale.preconditions.back() = {named("a"), 2, version().find("b")->hash()};
+  EXPECT_TRUE(std::holds_alternative<EditConflict>(submit(stale)));
+  stale.preconditions.back() = {named("gone"), 2, {}};
+  EXPECT_THAT(std::get<EditConflict>(submit(stale)).current, SizeIs(0));
+  stale.preconditions.back() = {named("a"), 2, version().find("a")->hash()};
+  accept(stale);
+}
+
+TEST_F(SequencerTest, AResentEditIsAnsweredAgainAndNotAppliedAgain) {
+  const auto first = std::get<Accepted>(sequencer.submit(kAlice, 1, edit(add("a"))));
+  std::get<Accepted>(sequencer.submit(kBob, 1, edit(add("b"))));
+  const auto again = std::get<Accepted>(sequencer.submit(kAlice, 1, edit(add("a"))));
+  EXPECT_EQ(again->commit.revision, first->commit.revision);
+  EXPECT_EQ(again->commit.root, first->commit.root);
+  EXPECT_EQ(again->commit.put, first->commit.put);
+  EXPECT_EQ(again->reports, first->reports);
+  EXPECT_EQ(version().revision(), 2U);
+}
+
+TEST_F(SequencerTest, AResentEditIsRecognisedAfterTheHistoryHasForgottenIt) {
+  const auto first = std::get<Accepted>(sequencer.submit(kBob, 1, edit(add("a"))));
+  for (std::size_t i = 0; i < kRememberedEdits + 1; ++i) accept(edit(moveTo("a", {double(i), 0, 0})));
+  EXPECT_EQ(sequencer.history()->edits.size(), kRememberedEdits);
+  const auto again = std::get<Accepted>(sequencer.submit(kBob, 1, edit(add("a"))));
+  EXPECT_EQ(again->commit.revision, first->commit.revision);
+  EXPECT_EQ(again->commit.root, first->commit.root);
+}
+
+TEST_F(SequencerTest, ARejectionIsNotRemembered) {
+  EXPECT_TRUE(std::holds_alternative<Error>(sequencer.submit(kBob, 1, edit(moveTo("a", {})))));
+  accept(edit(add("a")));
+  EXPECT_TRUE(std::holds_alternative<Accepted>(sequencer.submit(kBob, 1, edit(moveTo("a", {})))));
+}
+
+TEST_F(SequencerTest, RefusesNumbersThatItCannotKnowToBeNew) {
+  EXPECT_EQ(std::get<Error>(sequencer.submit(kBob, 0, edit(add("a")))).field, "client_seq");
+  for (std::uint64_t i = 1; i <= EditMemory::kResultsPerSession + 1; ++i) {
+    std::get<Accepted>(sequencer.submit(kBob, i, edit(add(numbered("n", i)))));
+  }
+  EXPECT_EQ(std::get<Error>(sequencer.submit(kBob, 1, edit(add("again")))).field, "client_seq");
+  EXPECT_EQ(version().find("again"), nullptr);
+}
+
+TEST_F(SequencerTest, ResumesOnlyFromStatesThatItHasBeenIn) {
+  const ContentHash empty = version().root();
+  accept(edit(add("a")));
+  const ContentHash one = version().root();
+  accept(edit(add("b")));
+  const SceneHistory& history = *sequencer.history();
+  EXPECT_TRUE(history.canResumeFrom(kEpoch, 0, empty));
+  EXPECT_TRUE(history.canResumeFrom(kEpoch, 1, one));
+  EXPECT_TRUE(history.canResumeFrom(kEpoch, 2, version().root()));
+  EXPECT_FALSE(history.canResumeFrom(kEpoch + 1, 1, one));
+  EXPECT_FALSE(history.canResumeFrom(kEpoch, 1, empty));
+  EXPECT_FALSE(history.canResumeFrom(kEpoch, 2, one));
+  EXPECT_FALSE(history.canResumeFrom(kEpoch, 3, one));
+  for (std::size_t i = 0; i < kRememberedEdits; ++i) accept(edit(moveTo("a", {double(i), 0, 0})));
+  EXPECT_FALSE(sequencer.history()->canResumeFrom(kEpoch, 1, one));
+}
+
+TEST_F(SequencerTest, HoldsTheMeshesOfItsVersionAndLetsOthersGo) {
+  accept(edit(add("a", box(0.1)), add("b", box(0.2)), add("c", box(0.1))));
+  EXPECT_EQ(resolver.store().size(), 2U);
+  const ObjectId b = version().find("b")->id;
+  EXPECT_EQ(sequencer.meshOf(b)->hash, version().find("b")->mesh);
+  accept(edit(RemeshObject{named("b"), box(0.3)}));
+  EXPECT_EQ(sequencer.meshOf(b)->hash, hashOf(makeBox(Vec3(0.3), 1).value()));
+  EXPECT_EQ(resolver.store().size(), 2U);
+  accept(edit(remove("b")));
+  EXPECT_EQ(resolver.store().size(), 1U);
+}
+
+TEST_F(SequencerTest, TheSameSubmissionsGiveTheSameHistory) {
+  BoxResolver otherResolver;
+  Sequencer other(kEpoch, otherResolver);
+  std::mt19937 random(7);
+  for (int i = 0; i < 300; ++i) {
+    Transaction t;
+    for (auto n = random() % 4; n > 0; --n) {
+      const std::string name = numbered("o", random() % 6);
+      switch (random() % 4) {
+        case 0:
+          t.operations.push_back(add(name, box(0.1 + 0.1 * double(random() % 3))));
+          break;
+        case 1:
+          t.operations.push_back(remove(name));
+          break;
+        case 2:
+          t.operations.push_back(moveTo(name, {double(random() % 10), 0, 0}));
+          break;
+        default:
+          t.operations.push_back(RemeshObject{named(name), box(0.5)});
+      }
+    }
+    const std::uint64_t number = 1 + random() % 200;
+    const auto mine = sequencer.submit(kAlice, number, t);
+    const auto its = other.submit(kAlice, number, t);
+    ASSERT_EQ(mine.index(), its.index());
+    ASSERT_EQ(version().root(), other.history()->version.root());
+  }
+  EXPECT_GT(version().revision(), 20U);
+}
+
+TEST(EditMemory, ForgetsTheSessionThatEditedLongestAgo) {
+  EditMemory memory;
+  for (SessionId s = 1; s <= EditMemory::kSessions; ++s) memory.remember(s, {1, s, {}});
+  memory.remember(1, {2, 9000, {}});
+  memory.remember(9999, {1, 9001, {}});
+  EXPECT_EQ(memory.find(1, 1).answer, EditMemory::Answer::kApplied);
+  EXPECT_EQ(memory.find(2, 1).answer, EditMemory::Answer::kNew);
+  EXPECT_EQ(memory.find(3, 1).answer, EditMemory::Answer::kApplied);
+  EXPECT_EQ(memory.find(9999, 1).result.revision, 9001U);
+}
+
+}  // namespace
+}  // namespace haptics
