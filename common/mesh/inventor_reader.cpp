@@ -48,6 +48,7 @@ void startCoin() {
   };
   SoDB::init();
   SoInteraction::init();
+  std::atexit(SoDB::finish);
   SoError::setHandlerCallback(keep, nullptr);
   SoDebugError::setHandlerCallback(keep, nullptr);
   SoReadError::setHandlerCallback(keep, nullptr);

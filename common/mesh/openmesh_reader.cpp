@@ -3,13 +3,10 @@
 #include <OpenMesh/Core/IO/IOManager.hh>
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
 #include <OpenMesh/Core/System/omstream.hh>
-#include <iostream>
 #include <locale>
 #include <mutex>
 #include <sstream>
 #include <utility>
-
-#include "common/mesh/text_scan.h"
 
 namespace haptics {
 namespace {
@@ -117,30 +114,6 @@ bool SoupImporter::closeRings() {
   return true;
 }
 
-/// While it lives, what OpenMesh would print goes into a string.
-class Captured {
- public:
-  Captured() {
-    ::omerr().disconnect(std::cerr);
-    ::omlog().disconnect(std::clog);
-    ::omerr().connect(said_);
-  }
-  ~Captured() {
-    ::omerr().flush();
-    ::omerr().disconnect(said_);
-  }
-  Captured(const Captured&) = delete;
-  Captured& operator=(const Captured&) = delete;
-
-  [[nodiscard]] std::string text() {
-    ::omerr().flush();
-    return said_.str();
-  }
-
- private:
-  std::ostringstream said_;
-};
-
 tl::unexpected<Error> disagreement(const char* what, std::uint64_t expected, std::uint64_t found) {
   return refused("", "is not read as it is written: OpenMesh finds " + std::to_string(found) + " of " +
                          std::to_string(expected) + ' ' + what);
@@ -151,14 +124,14 @@ tl::unexpected<Error> disagreement(const char* what, std::uint64_t expected, std
 Result<PolygonSoup> readWithOpenMesh(PlainFile plain, const std::string& format) {
   static std::mutex oneAtATime;
   const std::lock_guard lock(oneAtATime);
-  Captured captured;
-
+  ::omerr().disable();
+  ::omlog().disable();
   SoupImporter importer;
   om::IO::Options options = plain.binary ? om::IO::Options::Binary : om::IO::Options::Default;
   std::istringstream stream(std::move(plain.bytes));
   stream.imbue(std::locale::classic());
   if (!om::IO::IOManager().read(stream, format, importer, options)) {
-    return refused("", "cannot be read as ." + format + ": OpenMesh says " + inQuotes(captured.text()));
+    return refused("", "cannot be read by OpenMesh as ." + format);
   }
   if (!importer.closeRings()) return refused("", "has faces whose half-edges do not close");
 
