@@ -1,0 +1,101 @@
+#include "graphics_client/mirror/mesh_uploader.h"
+
+#include <gtest/gtest.h>
+
+#include "common/mesh/mesh_asset.h"
+#include "common/wire/framing.h"
+#include "tests/graphics_client/mirror/fake_server.h"
+
+namespace haptics {
+namespace {
+
+v1::AssetUploadReply reply(const TriMesh& mesh, bool accepted) {
+  v1::AssetUploadReply message;
+  message.set_hash(hashOf(mesh).asBytes());
+  message.set_accepted(accepted);
+  return message;
+}
+
+/// Puts together what is sent until nothing more comes; each chunk must be the next.
+std::string sendAll(MeshUploader& uploader) {
+  std::string bytes;
+  while (const auto upload = uploader.next()) {
+    EXPECT_EQ(upload->chunk().offset(), bytes.size());
+    EXPECT_LE(upload->ByteSizeLong(), kMaxChunkBytes);
+    bytes += upload->chunk().data();
+  }
+  return bytes;
+}
+
+TEST(MeshUploader, SendsAMeshUnderTheHashOfItsContent) {
+  MeshUploader uploader;
+  const TriMesh mesh = grid(60);
+  uploader.add(encodeMesh(mesh), {});
+  const auto first = uploader.next();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->chunk().hash(), hashOf(mesh).asBytes());
+  EXPECT_EQ(first->chunk().kind(), v1::ASSET_KIND_MESH);
+  EXPECT_EQ(first->chunk().total_size(), encodeMesh(mesh).size());
+}
+
+TEST(MeshUploader, SendsEveryByteOnceAndReportsProgress) {
+  MeshUploader uploader;
+  const std::string bytes = encodeMesh(grid(100));
+  std::uint64_t last = 0;
+  uploader.add(bytes, {.progress =
+                           [&](std::uint64_t sent, std::uint64_t total) {
+                             EXPECT_GT(sent, last);
+                             EXPECT_EQ(total, bytes.size());
+                             last = sent;
+                           },
+                       .finished = {}});
+  EXPECT_EQ(sendAll(uploader), bytes);
+  EXPECT_EQ(last, bytes.size());
+}
+
+TEST(MeshUploader, SendsTheNextMeshOnlyAfterTheReply) {
+  MeshUploader uploader;
+  int finished = 0;
+  uploader.add(encodeMesh(tetrahedron(1)), {.progress = {}, .finished = [&](const auto& r) {
+                                              EXPECT_TRUE(r.accepted());
+                                              ++finished;
+                                            }});
+  uploader.add(encodeMesh(tetrahedron(2)), {});
+  EXPECT_EQ(sendAll(uploader), encodeMesh(tetrahedron(1)));
+  uploader.replied(reply(tetrahedron(2), true));  // not asked yet
+  EXPECT_EQ(finished, 0);
+  uploader.replied(reply(tetrahedron(1), true));
+  EXPECT_EQ(finished, 1);
+  EXPECT_EQ(sendAll(uploader), encodeMesh(tetrahedron(2)));
+}
+
+TEST(MeshUploader, StopsAnUploadThatIsRefusedUnderWay) {
+  MeshUploader uploader;
+  bool refused = false;
+  uploader.add(encodeMesh(grid(100)), {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
+  (void)uploader.next();
+  uploader.replied(reply(grid(100), false));
+  EXPECT_TRUE(refused);
+  EXPECT_FALSE(uploader.next());
+}
+
+TEST(MeshUploader, StartsAnewAfterAReconnect) {
+  MeshUploader uploader;
+  const std::string bytes = encodeMesh(grid(100));
+  uploader.add(bytes, {});
+  (void)uploader.next();
+  uploader.connectionLost();
+  EXPECT_EQ(sendAll(uploader), bytes);
+  uploader.connectionLost();  // sent, but not answered
+  EXPECT_EQ(sendAll(uploader), bytes);
+}
+
+TEST(MeshUploader, RefusesNoBytesAtOnce) {
+  MeshUploader uploader;
+  bool refused = false;
+  uploader.add("", {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
+  EXPECT_TRUE(refused);
+}
+
+}  // namespace
+}  // namespace haptics
