@@ -65,6 +65,23 @@ Result<haptics::ViewerOptions> optionsFrom(const Arguments& arguments) {
   return options;
 }
 
+/// Says on standard output which scene this client holds, by its own hash, whenever that has changed: for scripts.
+class HeldScene {
+ public:
+  void announce(const haptics::MirrorView& view) {
+    if (view.epoch == 0 || (view.scene->root() == root_ && view.hashesEqual == equal_)) return;
+    root_ = view.scene->root();
+    equal_ = view.hashesEqual;
+    std::printf("scene revision %llu root %s %s\n", static_cast<unsigned long long>(view.scene->revision()),
+                root_.hex().c_str(), equal_ ? "equal" : "not equal");
+    std::fflush(stdout);
+  }
+
+ private:
+  haptics::ContentHash root_;
+  bool equal_ = false;
+};
+
 int fail(const Error& error, ExitCode code) {
   std::fprintf(stderr, "graphics_client: %s\n", error.text().c_str());
   return code;
@@ -81,8 +98,13 @@ int run(const Arguments& arguments) {
 
   const haptics::ServerLink link(
       {.server = *server, .clientName = "graphics_client", .token = "", .telemetryRate_Hz = kWindowFrames_Hz});
-  const Result<haptics::RunSummary> summary =
-      haptics::runViewer(*options, [&] { return link.latest(); }, stopRequested);
+  HeldScene held;
+  const auto newest = [&] {
+    auto view = link.latest();
+    held.announce(*view);
+    return view;
+  };
+  const Result<haptics::RunSummary> summary = haptics::runViewer(*options, newest, stopRequested);
   if (!summary) return fail(summary.error(), kFailed);
   if (!arguments.summary.empty()) {
     const Result<void> written = haptics::writeFile(arguments.summary, summary->json());
