@@ -53,9 +53,8 @@ class ViewerDeath(harness.EndToEnd):
         self.time_s[kind] += time.monotonic() - start
 
     def new_viewer(self):
+        status, start = self.probe.status(), time.monotonic()
         viewer = self.start_viewer(self.server.address, self.display)
-        start = time.monotonic()
-        status = self.probe.status()
         viewer.wait_for(status.revision, status.root.hex())
         return viewer, time.monotonic() - start
 
