@@ -5,6 +5,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "common/mesh/file_bytes.h"
@@ -39,9 +40,9 @@ Result<PolygonSoup> readSoup(const std::filesystem::path& file) {
   if (makePlain == nullptr && format != "iv") {
     return refused("", "has an unknown format; the name should end in .obj, .ply, .stl, .off, .om or .iv");
   }
+  if (format == "iv") return readInventor(file);
   const auto bytes = readFile(file);
   if (!bytes) return tl::unexpected(bytes.error());
-  if (format == "iv") return readInventor(*bytes, file.parent_path());
   return makePlain(*bytes).and_then([&format](PlainFile plain) { return readWithOpenMesh(std::move(plain), format); });
 }
 
@@ -82,6 +83,8 @@ Result<ImportedMesh> importMesh(const std::filesystem::path& file, const ImportO
     imported = refused("", "needs more memory than there is");
   } catch (const std::length_error&) {
     imported = refused("", "needs more memory than there is");
+  } catch (const std::system_error& error) {
+    imported = refused("", std::string("cannot be read: ") + error.what());
   }
   if (!imported && imported.error().field.empty()) return refused(file.string(), std::move(imported).error().reason);
   return imported;

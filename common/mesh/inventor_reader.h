@@ -1,17 +1,16 @@
 #pragma once
 
 #include <filesystem>
-#include <string_view>
 
 #include "common/error/error.h"
 #include "common/mesh/polygon_soup.h"
 
 namespace haptics {
 
-/// Reads an Open Inventor file with Coin: every shape of the scene graph as triangles, in the coordinates of the file's
-/// root, counter-clockwise seen from outside. Needs no display. Files that it includes are taken from `folder` and
-/// below. Skipped and counted: includes from elsewhere, and NURBS shapes, for tessellating them wants OpenGL.
-/// Thread-safe: one file at a time.
-[[nodiscard]] Result<PolygonSoup> readInventor(std::string_view file, const std::filesystem::path& folder);
+/// Reads an Open Inventor file with Coin, in a process of its own: the program inventor_reader, which lies beside the
+/// running one. Coin crashes on about one damaged file in a hundred (it does not check what a shape's indices name),
+/// recurses as deep as the file nests and keeps global state; none of that may end or slow a server. The process is
+/// spawned, not forked, so that the pages of a server with locked memory are not copied.
+[[nodiscard]] Result<PolygonSoup> readInventor(const std::filesystem::path& file);
 
 }  // namespace haptics

@@ -155,7 +155,7 @@ TEST_F(ImportPly, RefusesHeadersThatMakeNoMesh) {
 TEST_F(ImportPly, ThatIsDamagedIsRefusedOrReportedButNeverFails) {
   std::mt19937 random(11);
   for (const std::string& good : {textPly(), binaryPly()}) {
-    for (int round = 0; round < 500; ++round) {
+    for (int round = 0; round < 200; ++round) {
       std::string bad = good;
       for (int k = 0; k < 2; ++k) bad[random() % bad.size()] = static_cast<char>(random());
       const auto imported = import("t.ply", bad);
