@@ -1,53 +1,61 @@
 #include "haptic_server/contact/neighborhood_watch.h"
 
+#include <algorithm>
+
 #include "haptic_server/geometry/neighbours.h"
 
 namespace haptics {
 namespace {
 
-/// Looks at triangles for one that is closer than the best so far.
+/// Looks at triangles for one that is closer than the foot so far. A triangle without area is as good as a line: what
+/// is across its edges is next to the foot too, and is looked at as well.
 class Candidates {
  public:
   Candidates(const Surface& surface, Vec3 h, const Foot& from, int& spent) noexcept
-      : surface_(surface), h_(h), best_(from), spent_(spent) {}
+      : surface_(surface), h_(h), best_(from), asNear_(from.squaredDistance * kSame), spent_(spent) {
+    if (surface_.triangle(from.triangle).zeroArea()) pass(from.triangle);
+  }
 
   void consider(std::uint32_t t) noexcept {
     if (t == kNoTriangle) return;
     ++spent_;
     const Foot foot = closestOn(surface_.triangle(t), t, h_);
     if (foot.squaredDistance < best_.squaredDistance) best_ = foot;
-  }
-  /// A triangle without area is as good as a line: what is across any of its edges is next to it.
-  void considerAcross(std::uint32_t t) noexcept {
-    for (int k = 0; k < 3; ++k) consider(surface_.triangle(t).neighbour(k));
+    if (surface_.triangle(t).zeroArea() && foot.squaredDistance <= asNear_) pass(t);
   }
   [[nodiscard]] const Foot& best() const noexcept { return best_; }
 
  private:
+  static constexpr double kSame = 1 + 0x1p-40;  // squared distances of one point seen from two triangles
+  static constexpr std::size_t kMostPassed = 16;
+
+  void pass(std::uint32_t t) noexcept {
+    const auto end = passed_.begin() + static_cast<std::ptrdiff_t>(passedCount_);
+    if (passedCount_ == kMostPassed || std::find(passed_.begin(), end, t) != end) return;
+    passed_[passedCount_++] = t;
+    for (int k = 0; k < 3; ++k) consider(surface_.triangle(t).neighbour(k));
+  }
+
   const Surface& surface_;
   Vec3 h_;
   Foot best_;
+  double asNear_;  // m^2
   int& spent_;
+  std::array<std::uint32_t, kMostPassed> passed_;
+  std::size_t passedCount_ = 0;
 };
 
 SearchResult searchAcrossLine(const Surface& surface, const Foot& from, Vec3 h, int& spent) noexcept {
   Candidates candidates(surface, h, from, spent);
-  const TriangleRecord& record = surface.triangle(from.triangle);
-  if (record.zeroArea()) {
-    candidates.considerAcross(from.triangle);
-  } else {
-    candidates.consider(record.neighbour(from.index));
-  }
+  candidates.consider(surface.triangle(from.triangle).neighbour(from.index));
   return {candidates.best(), true};
 }
 
 SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& spent) noexcept {
   Candidates candidates(surface, h, from, spent);
-  if (surface.triangle(from.triangle).zeroArea()) candidates.considerAcross(from.triangle);
   SearchResult result{from, true};
   visitFan(surface, from.triangle, from.index, [&](std::uint32_t t, int corner) noexcept {
     candidates.consider(t);
-    if (surface.triangle(t).zeroArea()) candidates.considerAcross(t);
     result.converged = spent < kSearchBudget;
     result.foot.triangle = t;  // where the next tick goes on, should nothing be closer
     result.foot.index = static_cast<std::uint8_t>(corner);

@@ -105,6 +105,7 @@ Vec3 Surface::lineNormal(std::uint32_t t, int edge) const noexcept {
 }
 
 Vec3 Surface::normal(const Foot& foot) const noexcept {
+  if (onBoundary(foot)) return faceNormal(foot.triangle);
   Vec3 n(0);
   if (foot.feature == Feature::kLine) n = lineNormal(foot.triangle, foot.index);
   if (foot.feature == Feature::kVertex) n = unitOrZero(vertexNormal(records_[foot.triangle].vertexAt(foot.index)));

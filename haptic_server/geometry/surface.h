@@ -53,6 +53,7 @@ class Surface {
   [[nodiscard]] Vec3 faceNormal(std::uint32_t t) const noexcept;
   [[nodiscard]] Vec3 lineNormal(std::uint32_t t, int edge) const noexcept;
   [[nodiscard]] Vec3 vertexNormal(std::uint32_t vertex) const noexcept { return Vec3(vertexNormals_[vertex]); }
+  /// Of the primitive that holds the foot; on a boundary, where faces may be flipped, of its polygon.
   [[nodiscard]] Vec3 normal(const Foot& foot) const noexcept;
 
   /// Is h outside, judged at its closest point? The normal of the primitive that holds the foot gives the right sign on

@@ -1,0 +1,175 @@
+// What real files hold: touchable with no fall-through away from the defect. S11 and S12 of the failure scenes.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "haptic_server/contact/contact.h"
+#include "tests/haptic_server/contact/world.h"
+
+namespace haptics {
+namespace {
+
+using shapes::Shape;
+
+constexpr double kTouchable = 2e-7;  // m
+
+/// Presses on every side of a 0.1 m cube and strokes along it, within `reach` of its middle; returns the ticks in which
+/// the cube is not felt as it is.
+int badTicks(const Shape& shape, double reach) {
+  World world;
+  world.add(shape);
+  int bad = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double end : {1.0, -1.0}) {
+      const auto place = [&](double a, double b, double height) {
+        Vec3 p;
+        p[axis] = end * (0.05 + height);
+        p[(axis + 1) % 3] = a;
+        p[(axis + 2) % 3] = b;
+        return p;
+      };
+      const auto check = [&](const ContactResult& r, Vec3 hip) {
+        Vec3 expected = hip;
+        expected[axis] = end * 0.05;
+        const bool good = r.touching && glm::distance(r.ihip, expected) < kTouchable && r.normal[axis] * end > 0.99;
+        bad += good ? 0 : 1;
+      };
+      world.place(place(0.001, 0.002, 0.002));
+      check(world.tick(place(0.001, 0.002, -0.003)), place(0.001, 0.002, -0.003));
+      Vec3 from = place(0.001, 0.002, -0.003);
+      for (const auto& [a, b] : {std::pair(reach, reach), std::pair(-reach, reach * 0.7), std::pair(-reach, -reach),
+                                 std::pair(reach * 0.3, -reach), std::pair(0.0, 0.0)}) {
+        const Vec3 to = place(a, b, -0.003);
+        world.lead(from, to, 0.0013, check);
+        from = to;
+      }
+    }
+  }
+  return bad;
+}
+
+Shape cube() { return shapes::box({0.1, 0.1, 0.1}, 8); }
+
+TEST(BadMeshes, AreNotNeededForTheTestToPass) { EXPECT_EQ(badTicks(cube(), 0.045), 0); }
+
+TEST(BadMeshes, WithAHoleHoldAwayFromIt) {
+  Shape shape = cube();
+  // The triangle at a corner of the top.
+  const auto corner = std::find_if(shape.triangles.begin(), shape.triangles.end(), [&](const auto& t) {
+    return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return shape.vertices[v] == Vec3f(0.05F); });
+  });
+  shape.triangles.erase(corner);
+  ASSERT_FALSE(shape.build()->closed());
+  EXPECT_EQ(badTicks(shape, 0.035), 0);
+}
+
+TEST(BadMeshes, WithDuplicateFacesHold) {
+  Shape shape = cube();
+  for (std::size_t t = 0; t < 768; t += 5) shape.triangles.push_back(shape.triangles[t]);
+  EXPECT_EQ(badTicks(shape, 0.045), 0);
+}
+
+TEST(BadMeshes, WithFlippedFacesHold) {
+  Shape shape = cube();
+  for (std::size_t t = 0; t < shape.triangles.size(); t += 7) std::swap(shape.triangles[t][0], shape.triangles[t][1]);
+  World world;
+  world.add(shape);
+  // The flipped faces' own normal points inwards: what holds is their back.
+  EXPECT_EQ(badTicks(shape, 0.045), 0);
+}
+
+TEST(BadMeshes, WithFinsHoldBesideThem) {
+  Shape shape = cube();
+  const auto tip = static_cast<std::uint32_t>(shape.vertices.size());
+  shape.vertices.emplace_back(0.07F, 0.07F, 0.07F);
+  const auto edge = std::find_if(shape.triangles.begin(), shape.triangles.end(), [&](const auto& t) {
+    return shape.vertices[t[0]] == Vec3f(0.05F) || shape.vertices[t[1]] == Vec3f(0.05F);
+  });
+  shape.triangles.push_back({(*edge)[0], (*edge)[1], tip});
+  EXPECT_EQ(badTicks(shape, 0.035), 0);
+}
+
+TEST(BadMeshes, OfUnweldedTrianglesHold) {
+  const Shape welded = cube();
+  Shape soup;
+  for (std::size_t t = 0; t < welded.triangles.size(); ++t) {
+    const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const std::uint32_t v : welded.triangles[t]) soup.vertices.push_back(welded.vertices[v]);
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  EXPECT_EQ(badTicks(soup, 0.045), 0);
+}
+
+TEST(BadMeshes, WithTJunctionsHold) {
+  // Each side's quads are cut once more on the upper half only.
+  Shape shape = cube();
+  Shape cut;
+  cut.vertices = shape.vertices;
+  for (std::size_t t = 0; t < shape.triangles.size(); ++t) {
+    const auto& v = shape.triangles[t];
+    if (t % 3 != 0) {
+      cut.triangles.push_back(v);
+      continue;
+    }
+    const auto middle = static_cast<std::uint32_t>(cut.vertices.size());
+    cut.vertices.emplace_back((shape.corner(t, 0) + shape.corner(t, 1)) * 0.5);
+    cut.triangles.push_back({v[0], middle, v[2]});
+    cut.triangles.push_back({middle, v[1], v[2]});
+  }
+  ASSERT_FALSE(cut.build()->closed());
+  EXPECT_EQ(badTicks(cut, 0.045), 0);
+}
+
+TEST(BadMeshes, WithFacesWithoutAreaHold) {
+  // The same cuts, with the joints filled: closed, and every third face has a neighbour without area.
+  const Shape shape = cube();
+  Shape filled;
+  filled.vertices = shape.vertices;
+  for (std::size_t t = 0; t < shape.triangles.size(); ++t) {
+    const auto& v = shape.triangles[t];
+    if (t % 3 != 0) {
+      filled.triangles.push_back(v);
+      continue;
+    }
+    const auto middle = static_cast<std::uint32_t>(filled.vertices.size());
+    filled.vertices.emplace_back((shape.corner(t, 0) + shape.corner(t, 1)) * 0.5);
+    filled.triangles.push_back({v[0], middle, v[2]});
+    filled.triangles.push_back({middle, v[1], v[2]});
+    filled.triangles.push_back({v[0], v[1], middle});
+  }
+  ASSERT_TRUE(filled.build()->closed());
+  EXPECT_EQ(badTicks(filled, 0.045), 0);
+}
+
+TEST(BadMeshes, OfSliversHold) {  // S12: 20 x 0.001 mm
+  // The cube's sides cut into strips of 1 um in the middle of each: mapped from an even grid.
+  const Shape shape = shapes::cubeGrid(8).mapped([](Vec3 v) {
+    const auto squeeze = [](double x) { return std::abs(x) < 0.3 ? x * 4e-5 : x; };
+    return Vec3(squeeze(v.x), squeeze(v.y), v.z) * 0.05;
+  });
+  EXPECT_EQ(badTicks(shape, 0.045), 0);
+}
+
+TEST(BadMeshes, WithAcuteCreasesStayOnTheRightSide) {  // S12
+  // A blade of 1 degree and a gash of 1 degree, stroked along and across.
+  for (const double inwards : {1.0, -1.0}) {
+    const Shape blade = shapes::box({0.02, 0.1, 0.1}, 4).mapped([&](Vec3 v) {
+      return inwards > 0 ? Vec3(v.x * (0.06 - v.z) * 1.6, v.y, v.z)
+                         : Vec3(v.x, v.y, v.z - 0.06 * std::max(0.0, 1 - std::abs(v.x) / 0.004));
+    });
+    World world;
+    world.add(blade);
+    for (int i = 0; i < 200; ++i) {
+      const double y = 0.0004 * i - 0.04;
+      const Vec3 over{0.003 * std::sin(0.3 * i), y, 0.053};
+      world.place(over);
+      world.lead(over, {-0.5 * over.x, y + 0.003, 0.046}, 0.0011, [&](const ContactResult& r, Vec3) {
+        EXPECT_LT(world.depthInside(r.ihip), kTouchable) << inwards << " " << i;
+      });
+    }
+  }
+}
+
+}  // namespace
+}  // namespace haptics

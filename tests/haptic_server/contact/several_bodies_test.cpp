@@ -1,0 +1,136 @@
+// Bodies that touch, overlap and move: the IHIP must not penetrate any of them. S2 of the failure scenes, and
+// contact.md 7.
+
+#include <gtest/gtest.h>
+
+#include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/near_bodies.h"
+#include "tests/haptic_server/contact/world.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kTouchable = 6e-7;  // m: twice the skin of the scenes below, and the vertices' rounding
+
+TEST(SeveralBodies, AreStoppedAtWhenTheContactSlidesIntoAnother) {  // S2
+  for (const double sunk : {0.0, 0.001, 0.01}) {
+    World world;
+    world.add(shapes::box({0.3, 0.3, 0.1}, 4), Vec3(0, 0, -0.05));
+    world.add(shapes::box({0.04, 0.04, 0.04}, 2), Vec3(0.04, 0, 0.02 - sunk));
+    world.place({-0.02, 0.003, 0.001});
+    world.tick({-0.02, 0.003, -0.003});
+    world.lead({-0.02, 0.003, -0.003}, {0.05, 0.003, -0.003}, 0.001, [&](const ContactResult& r, Vec3 hip) {
+      ASSERT_TRUE(r.touching);
+      EXPECT_LT(world.depthInside(r.ihip), kTouchable);
+      EXPECT_NEAR(r.ihip.x, std::min(hip.x, 0.02), kTouchable);  // the box's side: a lateral force
+      EXPECT_NEAR(r.ihip.z, 0, kTouchable);
+    });
+    // Back out of the corner, up the box's side and away: each surface is released in its turn.
+    world.lead({0.05, 0.003, -0.003}, {0.03, 0.003, 0.01}, 0.001, [&](const ContactResult& r, Vec3 hip) {
+      EXPECT_NEAR(r.ihip.x, 0.02, kTouchable);
+      EXPECT_NEAR(r.ihip.z, std::max(hip.z, 0.0), kTouchable);
+    });
+    world.lead({0.03, 0.003, 0.01}, {0.0, 0.003, 0.01}, 0.001, [&](const ContactResult& r, Vec3 hip) {
+      EXPECT_TRUE(r.touching == (hip.x > 0.02) || std::abs(hip.x - 0.02) < kTouchable);
+    });
+  }
+}
+
+TEST(SeveralBodies, HoldAPointInACornerOfThree) {
+  World world;
+  world.add(shapes::box({0.2, 0.2, 0.1}, 3), Vec3(0.1, 0.1, -0.05));
+  world.add(shapes::box({0.1, 0.2, 0.2}, 3), Vec3(-0.05, 0.1, 0.05));
+  world.add(shapes::box({0.2, 0.1, 0.2}, 3), Vec3(0.05, -0.05, 0.05));
+  world.place({0.01, 0.012, 0.014});
+  world.lead({0.01, 0.012, 0.014}, {-0.003, -0.001, -0.002}, 0.0007, [](const ContactResult&, Vec3) {});
+  const ContactResult r = world.result();
+  EXPECT_TRUE(r.touching);
+  EXPECT_NEAR(glm::distance(r.ihip, Vec3(0)), 0, kTouchable);
+  EXPECT_EQ(r.body, 1);  // pushed out of the deepest above all
+  EXPECT_NEAR(glm::dot(r.normal, glm::normalize(Vec3(3, 1, 2))), 1, 1e-4);
+}
+
+TEST(SeveralBodies, GuideTheContactAlongTheirSeam) {
+  World world;
+  world.add(shapes::sphere(0.05, 16), Vec3(0, -0.03, 0));
+  world.add(shapes::sphere(0.05, 16), Vec3(0, 0.03, 0));
+  world.place({0, 0.001, 0.06});
+  world.lead({0, 0.001, 0.06}, {0, 0.001, 0.03}, 0.001, [](const ContactResult&, Vec3) {});
+  int line = 0;
+  for (int i = 0; i < 200; ++i) {
+    const double angle = 0.002 * i;
+    const ContactResult r = world.tick(Vec3(std::sin(angle), 0.02, std::cos(angle)) * 0.03);
+    ASSERT_TRUE(r.touching);
+    EXPECT_LT(world.depthInside(r.ihip), kTouchable);
+    // The seam is the circle of radius 40 mm in the plane y = 0; the meshes are inscribed in their spheres.
+    EXPECT_NEAR(r.ihip.y, 0, 0.0005);
+    EXPECT_NEAR(glm::length(r.ihip), 0.04, 0.0008);
+    line += world.state().mode == ContactState::Mode::kSeveralSurfaces ? 1 : 0;
+  }
+  EXPECT_GT(line, 150);
+}
+
+TEST(SeveralBodies, CannotSqueezeTheContactIntoOneAnother) {
+  // A press closes on a still HIP; then it opens again.
+  World world;
+  const int below = world.add(shapes::box({0.1, 0.1, 0.02}, 3), Vec3(0, 0, -0.02));
+  const int above = world.add(shapes::sphere(0.03, 10), Vec3(0, 0, 0.04));
+  const Vec3 hip{0.001, 0.0005, -0.002};
+  world.place({0.001, 0.0005, 0.002});
+  for (int i = 0; i < 120; ++i) {
+    const double closing = 0.0002 * (i < 60 ? i : 120 - i);
+    world.move(below, {{1, 0, 0, 0}, {0, 0, -0.02 + closing}});
+    world.move(above, {{1, 0, 0, 0}, {0, 0, 0.04 - closing}});
+    const ContactResult r = world.tick(hip);
+    ASSERT_TRUE(isFinite(r.ihip));
+    if (2 * closing < 0.02 - 0.0001) {
+      EXPECT_LT(world.depthInside(r.ihip), kTouchable) << i;
+    }
+  }
+}
+
+TEST(SeveralBodies, PushTheContactOfAnotherAlong) {
+  // Pressed on a floor at rest, a wall comes along and takes the IHIP with it.
+  World world;
+  world.add(shapes::box({0.3, 0.3, 0.1}, 4), Vec3(0, 0, -0.05));
+  const int wall = world.add(shapes::box({0.01, 0.1, 0.1}, 4), Vec3(-0.02, 0, 0.03));
+  const Vec3 hip{0, 0.003, -0.002};
+  world.place({0, 0.003, 0.001});
+  world.tick(hip);
+  for (int i = 0; i < 200; ++i) {
+    const double x = -0.02 + 0.0003 * i;
+    world.move(wall, {{1, 0, 0, 0}, {x, 0, 0.03}});
+    const ContactResult r = world.tick(hip);
+    ASSERT_TRUE(r.touching);
+    EXPECT_NEAR(r.ihip.x, std::max(0.0, x + 0.005), kTouchable) << i;
+    EXPECT_NEAR(r.ihip.z, 0, kTouchable);
+  }
+}
+
+TEST(SeveralBodies, OfOneMeshThatCrossesItselfAreGuardedToo) {
+  shapes::Shape crossed = shapes::box({0.3, 0.3, 0.1}, 4).mapped([](Vec3 v) { return v - Vec3(0, 0, 0.05); });
+  crossed.add(shapes::box({0.04, 0.04, 0.06}, 3), Vec3(0.0403, 0.0007, 0.02));
+  World world;
+  const int body = world.add(crossed);
+  ASSERT_TRUE(world.bodies()[static_cast<std::size_t>(body)].surface->anyCrossed());
+  world.place({-0.02, 0.003, 0.001});
+  world.tick({-0.02, 0.003, -0.003});
+  world.lead({-0.02, 0.003, -0.003}, {0.05, 0.003, -0.003}, 0.001, [&](const ContactResult& r, Vec3 hip) {
+    ASSERT_TRUE(r.touching);
+    EXPECT_NEAR(r.ihip.x, std::min(hip.x, 0.0203), kTouchable);
+    EXPECT_NEAR(r.ihip.z, 0, kTouchable);
+  });
+}
+
+TEST(SeveralBodies, BeyondTheCapacityAreCountedAndTheFarthestLeftOut) {
+  World world;
+  const auto ball = shapes::sphere(0.01, 4).build();
+  for (int i = 0; i < kMaxNear + 5; ++i) world.add(ball, {{1, 0, 0, 0}, {0.0001 * i, 0, 0}});
+  world.place({0, 0, 0.011});
+  const ContactResult r = world.tick({0, 0, 0.0099});
+  EXPECT_TRUE(r.touching);
+  EXPECT_EQ(r.work.crowdedOut, 5);
+}
+
+}  // namespace
+}  // namespace haptics
