@@ -20,7 +20,7 @@ using haptics::InventorTriangles;
 
 void write(const InventorPipeHeader& header, const void* body, std::size_t size) {
   std::fwrite(&header, sizeof header, 1, stdout);
-  std::fwrite(body, 1, size, stdout);
+  if (size > 0) std::fwrite(body, 1, size, stdout);
   std::fflush(stdout);
 }
 
