@@ -22,7 +22,7 @@ using haptics::Result;
 enum ExitCode { kDone = 0, kFailed = 1, kBadUsage = 2, kNeverConnected = 3 };
 
 /// Frames a second: smooth on a screen; offscreen enough for a picture and figures, leaving the processor to the servo.
-constexpr double kWindowFrames_Hz = 60, kOffscreenFrames_Hz = 30;
+constexpr double kWindowFrames_Hz = 60, kOffscreenFrames_Hz = 40;
 
 const char* const kExamples = R"(
 Examples:
@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
       ->type_name("FILE");
   app.add_option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)")->type_name("FILE");
   app.add_option("--size", arguments.size, "Of the picture, in pixels")->type_name("WIDTHxHEIGHT")->capture_default_str();
-  app.add_option("--fps-limit", arguments.frameLimit_Hz, "Most frames a second (default 60, offscreen 30)")
+  app.add_option("--fps-limit", arguments.frameLimit_Hz, "Most frames a second (default 60, offscreen 40)")
       ->type_name("HZ")
       ->check(CLI::PositiveNumber);
   try {

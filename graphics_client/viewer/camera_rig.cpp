@@ -8,10 +8,10 @@ namespace haptics {
 namespace {
 
 /// The first look: from the front, a little to the right and above, so that three sides of a box are seen.
-Vec3 firstDirection() { return glm::normalize(Vec3(-0.42, 1.0, -0.62)); }
+Vec3 firstDirection() { return glm::normalize(Vec3(-0.26, 1.0, -0.66)); }
 
 /// What the cards of the overlay leave to the scene.
-constexpr PictureArea kFreeArea{.left = 0.04, .right = 0.96, .bottom = 0.34, .top = 0.755};
+constexpr PictureArea kFreeArea{.left = 0.04, .right = 0.96, .bottom = 0.31, .top = 0.765};
 /// Nearer than this the near plane would cut the markers (metres).
 constexpr double kSmallestDistance_m = 0.05;
 /// Height of the piece of world that the close-up shows at its centre (metres): a press of 2 N at 800 N/m, 2.5 mm deep,

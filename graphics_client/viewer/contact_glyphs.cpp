@@ -21,11 +21,11 @@ namespace haptics {
 namespace {
 
 /// How much of the pale drawing above the objects is seen.
-constexpr double kGhostOpacity = 0.5;
+constexpr double kGhostOpacity = 0.65;
 /// Of what stands on the surface rather than in the object: hidden only by the object's other side.
-constexpr double kOnTopOpacity = 0.8;
+constexpr double kOnTopOpacity = 0.9;
 /// Of the contacted polygon's face, so that the surface is seen through it.
-constexpr double kPrimitiveOpacity = 0.55;
+constexpr double kPrimitiveOpacity = 0.6;
 /// Weaker forces show no arrow (newtons): below what a hand can feel, its direction is noise.
 constexpr double kSmallestArrow_N = 0.03;
 /// Of the arrow: the tip's length and radius in shaft radii. A short arrow is all tip.
@@ -86,73 +86,84 @@ vtkSmartPointer<vtkMatrix4x4> ball(Vec3 centre, double radius) {
 
 }  // namespace
 
-Glyph::Glyph(ScenePane& pane, vtkPolyData* shape, Kind kind) {
-  std::vector<vtkRenderer*> renderers = {pane.ghost};
-  if (kind == Kind::kSolid) renderers.push_back(pane.solid);
-  for (vtkRenderer* renderer : renderers) {
-    vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputData(shape);
-    vtkNew<vtkActor> actor;
-    actor->SetMapper(mapper);
+Glyph::Glyph(ScenePane& pane, vtkPolyData* shape, Kind kind) : pane_(pane) {
+  if (kind != Kind::kAbove) solid_ = vtkSmartPointer<vtkActor>::New();
+  if (kind != Kind::kOnObject) ghost_ = vtkSmartPointer<vtkActor>::New();
+  forEach([&](vtkActor* actor) {
+    actor->SetMapper(vtkNew<vtkPolyDataMapper>());
     actor->SetPickable(false);
     actor->ForceOpaqueOn();  // plain blending: VTK's order-independent pass costs a whole window in software
-    actor->GetProperty()->SetLighting(kind == Kind::kSolid);
+    actor->GetProperty()->SetLighting(kind == Kind::kBody);
     actor->GetProperty()->SetAmbient(0.45);
     actor->GetProperty()->SetDiffuse(0.65);
-    renderer->AddActor(actor);
-    actors_.push_back(actor);
-  }
-  setOpacity(kGhostOpacity);
+  });
+  setShape(shape);
+  if (kind == Kind::kBody) setOpacity(kGhostOpacity);
+  if (ghost_) pane.ghost->AddActor(ghost_);
+  drawLast();
 }
 
-void Glyph::setOpacity(double opacity) { actors_.front()->GetProperty()->SetOpacity(opacity); }
+void Glyph::forEach(const std::function<void(vtkActor*)>& change) {
+  for (vtkActor* actor : {solid_.Get(), ghost_.Get()}) {
+    if (actor) change(actor);
+  }
+}
+
+void Glyph::drawLast() {
+  if (!solid_) return;
+  pane_.solid->RemoveActor(solid_);
+  pane_.solid->AddActor(solid_);
+}
+
+void Glyph::setOpacity(double opacity) { (ghost_ ? ghost_ : solid_)->GetProperty()->SetOpacity(opacity); }
 
 void Glyph::setShape(vtkPolyData* shape) {
-  for (auto& actor : actors_) static_cast<vtkPolyDataMapper*>(actor->GetMapper())->SetInputData(shape);
+  forEach([&](vtkActor* actor) { static_cast<vtkPolyDataMapper*>(actor->GetMapper())->SetInputData(shape); });
 }
 
 void Glyph::setShade(palette::Shade shade) {
-  for (auto& actor : actors_) actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
+  forEach([&](vtkActor* actor) { actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue); });
 }
 
 void Glyph::setMatrix(vtkMatrix4x4* matrix) {
-  for (auto& actor : actors_) actor->SetUserMatrix(matrix);
+  forEach([&](vtkActor* actor) { actor->SetUserMatrix(matrix); });
 }
 
 void Glyph::setLineWidth(float width_px) {
-  for (auto& actor : actors_) {
+  forEach([&](vtkActor* actor) {
     actor->GetProperty()->SetLineWidth(width_px);
     actor->GetProperty()->SetPointSize(width_px);
-  }
+  });
 }
 
 void Glyph::setVisible(bool visible) {
-  for (auto& actor : actors_) actor->SetVisibility(visible);
+  forEach([&](vtkActor* actor) { actor->SetVisibility(visible); });
 }
 
 ContactGlyphs::ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes)
     : sizes_(sizes),
-      trail_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnSurface),
-      primitive_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnSurface),
-      primitiveOutline_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnSurface),
-      hip_(pane, unitSphere(), Glyph::Kind::kSolid),
-      ihip_(pane, unitSphere(), Glyph::Kind::kSolid),
-      spring_(pane, unitCylinder(), Glyph::Kind::kSolid),
-      shaft_(pane, unitCylinder(), Glyph::Kind::kSolid),
-      tip_(pane, unitCone(), Glyph::Kind::kSolid) {
+      trail_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
+      primitive_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnObject),
+      primitiveOutline_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnObject),
+      hip_(pane, unitSphere(), Glyph::Kind::kBody),
+      ihip_(pane, unitSphere(), Glyph::Kind::kBody),
+      spring_(pane, unitCylinder(), Glyph::Kind::kBody),
+      shaft_(pane, unitCylinder(), Glyph::Kind::kBody),
+      tip_(pane, unitCone(), Glyph::Kind::kBody) {
   trail_.setLineWidth(kTrailLine_px);
   primitive_.setOpacity(kPrimitiveOpacity);
-  primitiveOutline_.setOpacity(1);
   ihip_.setOpacity(kOnTopOpacity);
   shaft_.setOpacity(kOnTopOpacity);
   tip_.setOpacity(kOnTopOpacity);
 }
 
+void ContactGlyphs::drawLast() {
+  for (Glyph* glyph : all()) glyph->drawLast();
+}
+
 void ContactGlyphs::update(const MirrorView& view, const Trail& trail, double metresPerPixel, bool current) {
   const bool heard = view.sample.has_value();
-  for (Glyph* glyph : {&trail_, &primitive_, &primitiveOutline_, &hip_, &ihip_, &spring_, &shaft_, &tip_}) {
-    glyph->setVisible(false);
-  }
+  for (Glyph* glyph : all()) glyph->setVisible(false);
   if (!heard) return;
   const TelemetrySample& sample = *view.sample;
   const double radius = sizes_.marker_px * metresPerPixel;

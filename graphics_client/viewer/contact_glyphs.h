@@ -4,6 +4,8 @@
 #include <vtkSmartPointer.h>
 #include <vtkPolyData.h>
 
+#include <array>
+#include <functional>
 #include <vector>
 
 #include "common/telemetry/telemetry_sample.h"
@@ -14,27 +16,35 @@
 
 namespace haptics {
 
-/// One marker. Drawn pale above the objects so that they cannot hide it, and unless it lies on a surface also solid
-/// among them.
+/// One marker in one pane.
 class Glyph {
  public:
-  enum class Kind { kSolid, kOnSurface };
+  enum class Kind {
+    kBody,      ///< Solid among the objects, and pale above them so that they cannot hide it.
+    kOnObject,  ///< Among the objects only, blended with what is behind it.
+    kAbove,     ///< Above them only.
+  };
 
   Glyph(ScenePane& pane, vtkPolyData* shape, Kind kind);
 
+  /// Draws it after everything that was added to the pane so far.
+  void drawLast();
   void setShape(vtkPolyData* shape);
   void setShade(palette::Shade shade);
   void setMatrix(vtkMatrix4x4* matrix);
   void setLineWidth(float width_px);
-  void setOpacity(double opacity);
+  void setOpacity(double opacity);  ///< Of the blended drawing.
   void setVisible(bool visible);
 
  private:
-  std::vector<vtkSmartPointer<vtkActor>> actors_;
+  ScenePane& pane_;
+  vtkSmartPointer<vtkActor> solid_, ghost_;  // either may be missing
+
+  void forEach(const std::function<void(vtkActor*)>& change);
 };
 
 struct GlyphSizes {
-  double marker_px = 6;      ///< Radius of the HIP's and IHIP's spheres.
+  double marker_px = 7;      ///< Radius of the HIP's and IHIP's spheres.
   double arrow_mPerN = 0.01;   ///< Length of the force arrow, world metres per newton.
   double arrowRadius_px = 3;  ///< Of the shaft.
 };
@@ -45,6 +55,9 @@ class ContactGlyphs {
  public:
   ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes);
 
+  /// Draws the markers after the objects, over which some are blended: to be called when objects were added.
+  void drawLast();
+
   /// @param metresPerPixel  at the IHIP, by the pane's camera.
   /// @param current         false: everything grey.
   void update(const MirrorView& view, const Trail& trail, double metresPerPixel, bool current);
@@ -52,6 +65,10 @@ class ContactGlyphs {
  private:
   GlyphSizes sizes_;
   Glyph trail_, primitive_, primitiveOutline_, hip_, ihip_, spring_, shaft_, tip_;  // drawn in this order
+
+  [[nodiscard]] std::array<Glyph*, 8> all() {
+    return {&trail_, &primitive_, &primitiveOutline_, &hip_, &ihip_, &spring_, &shaft_, &tip_};
+  }
 
   void updateForce(const MirrorView& view, double metresPerPixel, bool current);
   void updatePrimitive(const MirrorView& view, double metresPerPixel, bool current);

@@ -25,7 +25,7 @@ constexpr double kRateWindow_s = 1;
 /// A picture kept for the screenshot at the end is replaced this often (seconds): reading it back costs milliseconds.
 constexpr double kKeepEvery_s = 1;
 /// A contact that shows well: its force arrow is long enough to be seen (newtons).
-constexpr double kShownForce_N = 0.5;
+constexpr double kShownForce_N = 1.0;
 /// Sizes in the close-up: larger markers, and arrows that stay inside it.
 constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrowRadius_px = 2.8};
 
@@ -105,7 +105,10 @@ void Viewer::drawFrame(double dt_s) {
   const double age_s = view->telemetryAgeAt_s(monotonicNow_ns());
   const bool current = isCurrent(*view, age_s);
   noteChanges(*view);
-  objects_.update(*view, current || !wasLive_);
+  if (objects_.update(*view, current || !wasLive_)) {
+    glyphs_.drawLast();
+    closeUpGlyphs_.drawLast();
+  }
   if (!framed_ && view->link == LinkState::kLive && !objects_.outline().empty()) {
     cameras_.frame(objects_.outline());
     framed_ = true;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "common/mesh/mesh_asset.h"
 #include "common/mesh/tri_mesh.h"
 #include "graphics_client/mirror/mirror_view.h"
 
@@ -24,12 +26,14 @@ class FakeMirror {
     record.id = objects_.size() + 1;
     record.name = name;
     record.revision = 1;
-    record.mesh = nameOf(record.id);
+    record.mesh = hashOf(mesh);
     record.pose = pose;
     record.material.color = color;
     view_.meshes[record.mesh] = std::make_shared<const TriMesh>(mesh);
     objects_.push_back(record);
     view_.scene = std::make_shared<const SceneVersion>(SceneVersion::fromSnapshot(1, objects_).value());
+    view_.serverRoot = view_.scene->root();
+    view_.serverRevision = 1;
     return record.id;
   }
 
@@ -61,12 +65,6 @@ class FakeMirror {
  private:
   MirrorView view_;
   std::vector<ObjectRecord> objects_;
-
-  [[nodiscard]] static ContentHash nameOf(ObjectId id) {
-    ContentHash hash;
-    hash.bytes[0] = static_cast<std::uint8_t>(id);
-    return hash;
-  }
 };
 
 }  // namespace haptics

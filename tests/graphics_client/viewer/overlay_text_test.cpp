@@ -1,0 +1,140 @@
+#include "graphics_client/viewer/overlay_text.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/mesh/generators.h"
+#include "tests/graphics_client/viewer/fake_mirror.h"
+
+namespace haptics {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kFresh_s = 0.004;
+
+OverlayLine find(const std::vector<OverlayLine>& lines, const std::string& label) {
+  const auto at = std::ranges::find(lines, label, &OverlayLine::label);
+  return at == lines.end() ? OverlayLine{.label = label, .value = "(no such line)"} : *at;
+}
+
+struct Touching : testing::Test {
+  FakeMirror mirror;
+  MirrorView& view = mirror.view();
+
+  Touching() {
+    const ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 1).value(), {}, {});
+    mirror.touch(box, 3, 0.0025);
+  }
+  [[nodiscard]] OverlayLine status(const std::string& label) const {
+    return find(statusLines(view, kFresh_s, 59.6), label);
+  }
+  [[nodiscard]] OverlayLine contact(const std::string& label) const { return find(contactLines(view), label); }
+};
+
+TEST_F(Touching, StatusSaysRateAgeRevisionAndFrames) {
+  view.sample->missedTicks = 17;
+  EXPECT_EQ(status("Link"), (OverlayLine{"Link", "live", Tone::kGood}));
+  EXPECT_EQ(status("Servo").value, "1000 Hz");
+  EXPECT_EQ(status("Missed ticks").value, "17");
+  EXPECT_EQ(status("Telemetry age").value, "4.0 ms");
+  EXPECT_EQ(status("Revision").value, "1, felt: 1");
+  EXPECT_EQ(status("Objects").value, "1");
+  EXPECT_EQ(status("Picture").value, "60 frames/s");
+}
+
+TEST_F(Touching, HashesAreSaidToBeEqualOnlyWhenTheyAreAndTheLinkIsLive) {
+  EXPECT_THAT(status("Scene hash").value, HasSubstr("equal"));
+  EXPECT_EQ(status("Scene hash").tone, Tone::kGood);
+  view.hashesEqual = false;
+  EXPECT_THAT(status("Scene hash").value, HasSubstr("NOT equal"));
+  EXPECT_EQ(status("Scene hash").tone, Tone::kBad);
+  view.hashesEqual = true;
+  view.link = LinkState::kConnecting;
+  EXPECT_EQ(status("Scene hash").value, "not compared");
+}
+
+TEST_F(Touching, MissingMeshesAreCounted) {
+  view.meshes.clear();
+  EXPECT_EQ(status("Objects").value, "0 of 1 received");
+  EXPECT_EQ(status("Objects").tone, Tone::kWarning);
+}
+
+TEST_F(Touching, FaultsReplaceTheServoRate) {
+  view.sample->fault = Fault::kDeviceLost;
+  EXPECT_THAT(status("Servo").value, HasSubstr("device lost"));
+  EXPECT_EQ(status("Servo").tone, Tone::kBad);
+}
+
+TEST_F(Touching, LongNamesAreShortened) {
+  view.serverName = std::string(64, 'm');
+  EXPECT_LT(status("Server").value.size(), 30U);
+  EXPECT_THAT(status("Server").value, HasSubstr("..."));
+}
+
+TEST_F(Touching, ContactSaysForceObjectAndPrimitive) {
+  EXPECT_EQ(contact("Force").value, "2.00 N");
+  EXPECT_EQ(contact("Contact").value, "box");
+  EXPECT_EQ(contact("On").value, "polygon 3");
+  EXPECT_EQ(contact("Penetration").value, "2.50 mm");
+  view.sample->primitive = {PrimitiveKind::kLine, 2, 5};
+  EXPECT_EQ(contact("On").value, "line 2 of polygon 5");
+  view.sample->primitive = {PrimitiveKind::kVertex, 1, 5};
+  EXPECT_EQ(contact("On").value, "vertex 1 of polygon 5");
+}
+
+TEST_F(Touching, ContactWithAnObjectThatIsNotKnownYetGivesItsNumber) {
+  view.sample->object = 99;
+  EXPECT_EQ(contact("Contact").value, "object 99");
+}
+
+TEST_F(Touching, AForceAtTheLimitIsMarked) {
+  EXPECT_EQ(contact("Force").tone, Tone::kPlain);
+  view.maxForce_N = 2.0;
+  EXPECT_THAT(contact("Force").value, HasSubstr("limit"));
+  EXPECT_EQ(contact("Force").tone, Tone::kWarning);
+}
+
+TEST_F(Touching, TheCardsKeepTheirShapeWhateverIsKnown) {
+  const auto labels = [](const std::vector<OverlayLine>& lines) {
+    std::vector<std::string> names;
+    for (const OverlayLine& line : lines) names.push_back(line.label);
+    return names;
+  };
+  const MirrorView nothing;
+  EXPECT_EQ(labels(statusLines(nothing, 0, 0)), labels(statusLines(view, kFresh_s, 60)));
+  EXPECT_EQ(labels(contactLines(nothing)), labels(contactLines(view)));
+}
+
+TEST_F(Touching, ThePictureIsCurrentOnlyWithALiveLinkAndFreshTelemetry) {
+  EXPECT_TRUE(isCurrent(view, kFresh_s));
+  EXPECT_FALSE(isCurrent(view, 2 * kStaleTelemetry_s));
+  view.link = LinkState::kConnecting;
+  EXPECT_FALSE(isCurrent(view, kFresh_s));
+}
+
+TEST_F(Touching, TheBannerIsSilentWhenAllIsWell) { EXPECT_THAT(bannerFor(view, kFresh_s, true, false).text, IsEmpty()); }
+
+TEST_F(Touching, TheBannerTellsLossFromFirstConnection) {
+  view.link = LinkState::kConnecting;
+  view.linkText = "connecting to 127.0.0.1:7654";
+  const Banner first = bannerFor(view, kFresh_s, false, false), lost = bannerFor(view, kFresh_s, true, false);
+  EXPECT_EQ(first, (Banner{view.linkText, Tone::kWarning}));
+  EXPECT_THAT(lost.text, HasSubstr("LINK LOST"));
+  EXPECT_THAT(lost.text, HasSubstr(view.linkText));
+  EXPECT_EQ(lost.tone, Tone::kBad);
+}
+
+TEST_F(Touching, TheBannerTellsRefusalResetAndSilence) {
+  EXPECT_THAT(bannerFor(view, kFresh_s, true, true).text, HasSubstr("reset"));
+  EXPECT_THAT(bannerFor(view, 2 * kStaleTelemetry_s, true, false).text, HasSubstr("not current"));
+  view.link = LinkState::kRefused;
+  view.linkText = "protocol_version: 9 is not 1";
+  EXPECT_THAT(bannerFor(view, kFresh_s, true, true).text, HasSubstr(view.linkText));
+}
+
+}  // namespace
+}  // namespace haptics
