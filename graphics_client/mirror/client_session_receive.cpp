@@ -85,9 +85,13 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
   if (welcome.resumed()) sceneChanged();
 }
 
+/// In place of a welcome it turns this client away. Later it only says why the connection ends (a client that was
+/// stopped for a while, or reads too slowly): the next one may do better at once.
 void ClientSession::handle(const v1::Refusal& refusal) {
+  const std::string why = Error{refusal.field(), refusal.reason()}.text();
+  if (phase_ != Phase::kHello) return over("the server ended the connection: " + why);
   refused_ = true;
-  linkText_ = "refused by the server: " + Error{refusal.field(), refusal.reason()}.text();
+  linkText_ = "refused by the server: " + why;
   over(linkText_);
 }
 

@@ -419,6 +419,16 @@ TEST_F(SessionJoin, ShowsARefusalAndWaitsLongerBeforeItTriesAgain) {
   EXPECT_LE(rig_.client.reconnectDelay_ns(), ClientSession::kMostReconnectDelay_ns);
 }
 
+TEST_F(SessionJoin, ComesBackSoonWhenTheServerEndsAConnectionThatItWelcomed) {
+  rig_.join();
+  rig_.server.send(refusal());
+  rig_.settle();
+  EXPECT_EQ(rig_.connectionsEnded, 1);
+  EXPECT_EQ(rig_.view().link, LinkState::kConnecting);
+  EXPECT_EQ(rig_.view().linkText, "the server ended the connection: token: is not known");
+  EXPECT_LE(rig_.client.reconnectDelay_ns(), ClientSession::kMostReconnectDelay_ns);
+}
+
 TEST_F(SessionJoin, TakesAnotherProtocolVersionForARefusal) {
   rig_.connect();
   v1::Envelope envelope;
