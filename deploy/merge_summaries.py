@@ -36,7 +36,7 @@ def key_figures(summary):
     ticks = max(summary["ticks"], 1)
     equal = "equal" if summary["hashes_equal"] else "NOT EQUAL"
     age = summary["telemetry_age_ms"]
-    realtime = ", ".join(f"{name} {'yes' if held else 'no'}" for name, held in summary["realtime"].items())
+    realtime = ", ".join(f"{name.replace('_', ' ')} {'yes' if held else 'no'}" for name, held in summary["realtime"].items())
     return [
         ("servo", f"{summary['rate_hz']:.0f} Hz, {summary['ticks']} ticks, {summary['missed_ticks']} missed"),
         ("tick", f"p50 {summary['tick_ns']['p50'] / 1000:.1f} us, p99 {summary['tick_ns']['p99'] / 1000:.1f} us"),
