@@ -61,7 +61,8 @@ Result<haptics::ViewerOptions> optionsFrom(const Arguments& arguments) {
   options.offscreen = arguments.offscreen;
   options.duration_s = arguments.seconds;
   options.screenshot = arguments.screenshot;
-  options.frameLimit_Hz = arguments.frameLimit_Hz.value_or(arguments.offscreen ? kOffscreenFrames_Hz : kWindowFrames_Hz);
+  options.frameLimit_Hz =
+      arguments.frameLimit_Hz.value_or(arguments.offscreen ? kOffscreenFrames_Hz : kWindowFrames_Hz);
   return options;
 }
 
@@ -128,10 +129,13 @@ int main(int argc, char** argv) {
   app.add_option("--seconds", arguments.seconds, "End by itself after this long")
       ->type_name("S")
       ->check(CLI::PositiveNumber);
-  app.add_option("--screenshot", arguments.screenshot, "Write the picture there at the end (PNG); offscreen the last in contact")
+  app.add_option("--screenshot", arguments.screenshot,
+                 "Write the picture there at the end (PNG); offscreen the last in contact")
       ->type_name("FILE");
   app.add_option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)")->type_name("FILE");
-  app.add_option("--size", arguments.size, "Of the picture, in pixels")->type_name("WIDTHxHEIGHT")->capture_default_str();
+  app.add_option("--size", arguments.size, "Of the picture, in pixels")
+      ->type_name("WIDTHxHEIGHT")
+      ->capture_default_str();
   app.add_option("--fps-limit", arguments.frameLimit_Hz, "Most frames a second (default 60, offscreen 40)")
       ->type_name("HZ")
       ->check(CLI::PositiveNumber);

@@ -32,7 +32,8 @@ CameraPlace fitCamera(std::span<const Vec3> points, Vec3 direction, double viewA
   const Vec3 right = glm::normalize(glm::cross(direction, Vec3(0, 0, 1)));
   const Vec3 up = glm::cross(right, direction);
   const double tanVertical = std::tan(viewAngle_rad / 2), tanHorizontal = tanVertical * aspect;
-  PictureAxis horizontal{.tanLow = (2 * area.left - 1) * tanHorizontal, .tanHigh = (2 * area.right - 1) * tanHorizontal};
+  PictureAxis horizontal{.tanLow = (2 * area.left - 1) * tanHorizontal,
+                         .tanHigh = (2 * area.right - 1) * tanHorizontal};
   PictureAxis vertical{.tanLow = (2 * area.bottom - 1) * tanVertical, .tanHigh = (2 * area.top - 1) * tanVertical};
   double nearest = -std::numeric_limits<double>::infinity(), farthest = -nearest;
   for (const Vec3& p : points) {

@@ -1,8 +1,7 @@
 #include "graphics_client/viewer/camera_rig.h"
 
+#include <algorithm>
 #include <cmath>
-
-#include "graphics_client/viewer/camera_fit.h"
 
 namespace haptics {
 namespace {
@@ -10,8 +9,6 @@ namespace {
 /// The first look: from the front, a little to the right and above, so that three sides of a box are seen.
 Vec3 firstDirection() { return glm::normalize(Vec3(-0.26, 1.0, -0.66)); }
 
-/// What the cards of the overlay leave to the scene.
-constexpr PictureArea kFreeArea{.left = 0.04, .right = 0.96, .bottom = 0.31, .top = 0.765};
 /// Nearer than this the near plane would cut the markers (metres).
 constexpr double kSmallestDistance_m = 0.05;
 /// Height of the piece of world that the close-up shows at its centre (metres): a press of 2 N at 800 N/m, 2.5 mm deep,
@@ -32,12 +29,12 @@ double radians(double degrees) { return glm::radians(degrees); }
 
 }  // namespace
 
-void CameraRig::frame(std::span<const Vec3> points) {
+void CameraRig::frame(std::span<const Vec3> points, const PictureArea& area) {
   if (points.empty()) return;
   vtkCamera* camera = stage_.world().solid->GetActiveCamera();
   const double aspect = static_cast<double>(stage_.width_px()) / std::max(stage_.height_px(), 1);
   const CameraPlace place =
-      fitCamera(points, firstDirection(), radians(camera->GetViewAngle()), aspect, kFreeArea, kSmallestDistance_m);
+      fitCamera(points, firstDirection(), radians(camera->GetViewAngle()), aspect, area, kSmallestDistance_m);
   camera->SetPosition(place.position.x, place.position.y, place.position.z);
   camera->SetFocalPoint(place.focus.x, place.focus.y, place.focus.z);
   camera->SetViewUp(place.up.x, place.up.y, place.up.z);
@@ -74,7 +71,8 @@ void CameraRig::aimCloseUp(const TelemetrySample& sample, double dt_s) {
   Vec3 along = toVec(stage_.world().solid->GetActiveCamera()->GetDirectionOfProjection());
   along -= normal_ * glm::dot(along, normal_);
   if (!(glm::length(along) > 0)) return;
-  const Vec3 direction = glm::normalize(along) * std::cos(kCloseUpElevation_rad) - normal_ * std::sin(kCloseUpElevation_rad);
+  const Vec3 direction =
+      glm::normalize(along) * std::cos(kCloseUpElevation_rad) - normal_ * std::sin(kCloseUpElevation_rad);
   vtkCamera* camera = stage_.closeUp().solid->GetActiveCamera();
   const double distance = kCloseUpHeight_m / 2 / std::tan(radians(camera->GetViewAngle()) / 2);
   const Vec3 position = centre_ - direction * distance;

@@ -6,6 +6,7 @@
 
 #include "common/maths/vec.h"
 #include "common/telemetry/telemetry_sample.h"
+#include "graphics_client/viewer/camera_fit.h"
 #include "graphics_client/viewer/stage.h"
 
 namespace haptics {
@@ -15,8 +16,8 @@ class CameraRig {
  public:
   explicit CameraRig(Stage& stage) : stage_(stage) {}
 
-  /// A three-quarter view from the front that shows all the points (world frame) between the overlay's cards.
-  void frame(std::span<const Vec3> points);
+  /// A three-quarter view from the front that shows all the points (world frame) in that part of the picture.
+  void frame(std::span<const Vec3> points, const PictureArea& area);
   /// Moves with the contact, keeping direction and distance.
   void setFollow(bool on) { follow_ = on; }
 

@@ -15,7 +15,7 @@ namespace haptics {
 namespace {
 
 /// In font sizes.
-constexpr double kPadding = 0.7, kCornerRadius = 0.5, kLineHeight = 1.34, kDotRadius = 0.36, kDotColumn = 1.3;
+constexpr double kPadding = 0.7, kCornerRadius = 0.5, kLineSpacing = 1.34, kDotRadius = 0.36, kDotColumn = 1.3;
 /// Rows are a little higher than their letters; this much of it belongs above the first row.
 constexpr double kDescent = 0.14;
 constexpr double kCardOpacity = 0.82;
@@ -23,10 +23,14 @@ constexpr int kArcPoints = 6;  // of a rounded corner
 
 palette::Shade shadeOf(Tone tone) {
   switch (tone) {
-    case Tone::kGood: return palette::kGood;
-    case Tone::kWarning: return palette::kWarning;
-    case Tone::kBad: return palette::kBad;
-    case Tone::kPlain: break;
+    case Tone::kGood:
+      return palette::kGood;
+    case Tone::kWarning:
+      return palette::kWarning;
+    case Tone::kBad:
+      return palette::kBad;
+    case Tone::kPlain:
+      break;
   }
   return palette::kText;
 }
@@ -52,7 +56,7 @@ void setUp(vtkTextActor* actor, vtkRenderer* renderer, palette::Shade shade) {
   text->SetFontFamilyToArial();
   text->SetColor(shade.red, shade.green, shade.blue);
   text->SetVerticalJustificationToTop();
-  text->SetLineSpacing(kLineHeight);
+  text->SetLineSpacing(kLineSpacing);
   actor->SetTextScaleModeToNone();
   renderer->AddActor2D(actor);
 }
@@ -96,10 +100,11 @@ void Card::setLines(const std::vector<OverlayLine>& lines) {
   std::string labels;
   std::array<std::string, kTones> values;
   for (const OverlayLine& line : lines) {
-    labels += line.label + "\n";
+    const std::string separator = labels.empty() ? "" : "\n";
+    labels += separator + line.label;
     for (std::size_t tone = 0; tone < kTones; ++tone) {
       // A space keeps the height of an empty line.
-      values[tone] += (static_cast<std::size_t>(line.tone) == tone ? line.value : " ") + "\n";
+      values[tone] += separator + (static_cast<std::size_t>(line.tone) == tone ? line.value : " ");
     }
   }
   labels_->SetInput(labels.c_str());
@@ -114,8 +119,16 @@ double Card::width_px(double font_px) const {
   return std::round(font_px * (2 * kPadding + (dots_.empty() ? 0 : kDotColumn) + columns_.label + columns_.value));
 }
 
-double Card::height_px(double font_px) const {
-  return std::round(font_px * (2 * kPadding + kLineHeight * static_cast<double>(lines_.size())));
+double Card::height_px(double font_px) {
+  return std::round(2 * kPadding * font_px + lineHeight_px(font_px) * static_cast<double>(lines_.size()));
+}
+
+double Card::lineHeight_px(double font_px) {
+  if (lines_.empty()) return 0;
+  labels_->GetTextProperty()->SetFontSize(static_cast<int>(font_px));
+  double size[2];
+  labels_->GetSize(renderer_, size);
+  return size[1] / static_cast<double>(lines_.size());
 }
 
 void Card::place(double left_px, double bottom_px, double font_px) {
@@ -130,7 +143,7 @@ void Card::place(double left_px, double bottom_px, double font_px) {
   }
   for (std::size_t i = 0; i < dots_.size(); ++i) {
     const double radius = kDotRadius * font_px;
-    const double middle = top - font_px * kLineHeight * (static_cast<double>(i) + 0.36);
+    const double middle = top - lineHeight_px(font_px) * (static_cast<double>(i) + 0.42);
     dots_[i]->place({left_px + kPadding * font_px, middle - radius, 2 * radius, 2 * radius}, radius);
   }
 }

@@ -50,9 +50,9 @@ class Card {
   void setLines(const std::vector<OverlayLine>& lines);
   /// A dot in front of each line; before setLines.
   void setDots(const std::vector<palette::Shade>& dots);
-  /// The size that the lines take with this font.
+  /// Of the plate with this font.
   [[nodiscard]] double width_px(double font_px) const;
-  [[nodiscard]] double height_px(double font_px) const;
+  [[nodiscard]] double height_px(double font_px);
   void place(double left_px, double bottom_px, double font_px);
   void setVisible(bool visible);
 
@@ -66,6 +66,8 @@ class Card {
   std::array<vtkNew<vtkTextActor>, kTones> values_;  // one for each tone, its lines among empty ones
   std::vector<std::unique_ptr<Plate>> dots_;
   std::vector<OverlayLine> lines_;
+
+  [[nodiscard]] double lineHeight_px(double font_px);
 };
 
 }  // namespace haptics

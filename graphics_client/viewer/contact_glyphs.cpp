@@ -33,7 +33,8 @@ constexpr double kTipLength = 6, kTipRadius = 2.6;
 /// Full colour when the server told no limit (newtons).
 constexpr double kFullScale_N = 5;
 constexpr double kPrimitiveLift_px = 1.2;
-constexpr float kPolygonOutline_px = 2, kPrimitiveLine_px = 5, kVertexPoint_px = 11, kTrailLine_px = 2.5F, kSpringLine_px = 2.5F;
+constexpr float kPolygonOutline_px = 2, kPrimitiveLine_px = 5, kVertexPoint_px = 11, kTrailLine_px = 2.5F,
+                kSpringLine_px = 2.5F;
 constexpr int kRoundness = 20;  // facets around the markers
 
 vtkSmartPointer<vtkPolyData> unitSphere() {
@@ -80,9 +81,7 @@ vtkSmartPointer<vtkPolyData> unitCone() {
 
 palette::Shade shadeIf(bool current, palette::Shade shade) { return current ? shade : palette::kFaded; }
 
-vtkSmartPointer<vtkMatrix4x4> ball(Vec3 centre, double radius) {
-  return alongAxis(centre, {1, 0, 0}, radius, radius);
-}
+vtkSmartPointer<vtkMatrix4x4> ball(Vec3 centre, double radius) { return alongAxis(centre, {1, 0, 0}, radius, radius); }
 
 }  // namespace
 

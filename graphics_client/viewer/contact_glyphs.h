@@ -1,8 +1,8 @@
 #pragma once
 
 #include <vtkActor.h>
-#include <vtkSmartPointer.h>
 #include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
 
 #include <array>
 #include <functional>
@@ -44,8 +44,8 @@ class Glyph {
 };
 
 struct GlyphSizes {
-  double marker_px = 7;      ///< Radius of the HIP's and IHIP's spheres.
-  double arrow_mPerN = 0.01;   ///< Length of the force arrow, world metres per newton.
+  double marker_px = 7;       ///< Radius of the HIP's and IHIP's spheres.
+  double arrow_mPerN = 0.01;  ///< Length of the force arrow, world metres per newton.
   double arrowRadius_px = 3;  ///< Of the shaft.
 };
 

@@ -1,6 +1,7 @@
 #include "graphics_client/viewer/controls.h"
 
 #include <vtkCallbackCommand.h>
+#include <vtkCamera.h>
 #include <vtkInteractorStyleTerrain.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
@@ -17,14 +18,21 @@ class Style : public vtkInteractorStyleTerrain {
   static Style* New();
   vtkTypeMacro(Style, vtkInteractorStyleTerrain)
 
-  void OnChar() override {
+      void OnChar() override {
     if (onKey) onKey(GetInteractor()->GetKeyCode());
   }
+  void OnMouseWheelForward() override { zoom(kZoomPerClick); }
+  void OnMouseWheelBackward() override { zoom(1 / kZoomPerClick); }
   void OnKeyPress() override {}
   void OnKeyRelease() override {}
 
   std::function<void(char)> onKey;
   std::function<void()> onClose;
+
+ private:
+  static constexpr double kZoomPerClick = 1.12;
+
+  void zoom(double factor) { GetDefaultRenderer()->GetActiveCamera()->Dolly(factor); }
 };
 vtkStandardNewMacro(Style)
 
@@ -54,7 +62,8 @@ void Controls::process() { interactor_->ProcessEvents(); }
 
 const std::vector<KeyHelp>& Controls::help() {
   static const std::vector<KeyHelp> keys = {
-      {"drag", "orbit (middle: pan, right or wheel: zoom)"},
+      {"drag", "orbit; middle button: pan"},
+      {"wheel", "zoom; or the right button"},
       {"r", "reset the camera"},
       {"f", "follow the contact"},
       {"c", "close-up on or off"},

@@ -8,7 +8,8 @@
 namespace haptics {
 
 Result<void> checkDisplay() {
-  const std::string advice = "; run it in a desktop session, or as: xvfb-run -a -s \"-screen 0 1280x1024x24\" graphics_client ...";
+  const std::string advice =
+      "; run it in a desktop session, or as: xvfb-run -a -s \"-screen 0 1280x1024x24\" graphics_client ...";
   const char* name = std::getenv("DISPLAY");
   if (!name || !*name) return refused("DISPLAY", "is not set, so there is no X display to draw on" + advice);
   Display* display = XOpenDisplay(nullptr);

@@ -72,8 +72,10 @@ void Floor::placeUnder(Vec3 boxMin, Vec3 boxMax) {
   const double step = boldEvery * spacing_m_;
   height_m_ = boxMin.z;
   lift_m_ = kLiftShare * side;
-  const double left = std::floor((boxMin.x - margin) / step) * step, right = std::ceil((boxMax.x + margin) / step) * step;
-  const double front = std::floor((boxMin.y - margin) / step) * step, back = std::ceil((boxMax.y + margin) / step) * step;
+  const double left = std::floor((boxMin.x - margin) / step) * step,
+               right = std::ceil((boxMax.x + margin) / step) * step;
+  const double front = std::floor((boxMin.y - margin) / step) * step,
+               back = std::ceil((boxMax.y + margin) / step) * step;
 
   const double grid = height_m_ + 2 * lift_m_;
   std::vector<Vec3> fine, bold;
@@ -85,7 +87,8 @@ void Floor::placeUnder(Vec3 boxMin, Vec3 boxMax) {
     auto& lines = std::fmod(i, boldEvery) == 0 ? bold : fine;
     lines.insert(lines.end(), {{left, i * spacing_m_, grid}, {right, i * spacing_m_, grid}});
   }
-  const Vec3 corners[] = {{left, front, height_m_}, {right, front, height_m_}, {right, back, height_m_}, {left, back, height_m_}};
+  const Vec3 corners[] = {
+      {left, front, height_m_}, {right, front, height_m_}, {right, back, height_m_}, {left, back, height_m_}};
   setData(plate_, polygon(corners));
   setData(lines_, segments(fine));
   setData(boldLines_, segments(bold));

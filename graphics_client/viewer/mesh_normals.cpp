@@ -33,7 +33,7 @@ double cornerAngle(const TriMesh& mesh, const TriangleIndices& triangle, std::si
 
 /// Triangle corners, numbered 3 * triangle + corner, gathered by the vertex they stand at.
 struct CornersByVertex {
-  std::vector<std::size_t> begin;    ///< Of each vertex, and the end of the last.
+  std::vector<std::size_t> begin;  ///< Of each vertex, and the end of the last.
   std::vector<std::size_t> corners;
 
   explicit CornersByVertex(const TriMesh& mesh) : begin(mesh.vertices.size() + 1), corners(3 * mesh.triangles.size()) {

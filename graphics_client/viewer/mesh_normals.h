@@ -20,8 +20,8 @@ struct ShadedMesh {
 inline constexpr double kCreaseAngle_rad = 0.7;
 
 /// Vertex normals as the angle-weighted mean of the faces that join smoothly at the vertex (Thürmer & Wüthrich 1998).
-/// Two faces join where they share an edge at the vertex and their normals differ by at most `crease_rad`. Faces without
-/// area take part with no weight; where nothing has area the normal is +z.
+/// Two faces join where they share an edge at the vertex and their normals differ by at most `crease_rad`. Faces
+/// without area take part with no weight; where nothing has area the normal is +z.
 [[nodiscard]] ShadedMesh shadeMesh(const TriMesh& mesh, double crease_rad = kCreaseAngle_rad);
 
 }  // namespace haptics

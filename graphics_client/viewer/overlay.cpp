@@ -18,6 +18,8 @@ constexpr double kRefresh_s = 0.12;
 constexpr double kMargin_px = 14;
 /// Font size: this share of the window's width or height, within limits (pixels).
 constexpr double kFontPerWidth = 1.0 / 85, kFontPerHeight = 1.0 / 68, kSmallestFont_px = 10, kLargestFont_px = 20;
+/// Kept free of objects at the left and right, as a share of the width.
+constexpr double kSideMargin = 0.04;
 constexpr double kScaleBar_m = 0.005;
 constexpr double kScaleBarHeight_px = 3;
 
@@ -42,7 +44,7 @@ Overlay::Overlay(Stage& stage, bool showKeys)
       status_(stage.overlay(), {7.9, 13.0}),
       contact_(stage.overlay(), {6.8, 11.2}),
       legend_(stage.overlay(), {5.2, 15.2}),
-      keys_(stage.overlay(), {3.0, 17.5}),
+      keys_(stage.overlay(), {4.0, 12.5}),
       bannerPlate_(stage.overlay(), palette::kBad, 0.92),
       scaleBar_(stage.overlay(), palette::kText, 1),
       helpVisible_(showKeys) {
@@ -110,9 +112,14 @@ void Overlay::showBanner(const Banner& banner, double font_px) {
     bannerText_->SetInput(banner.text.c_str());
     bannerPlate_.setShade(plateShade(banner.tone));
   }
-  bannerText_->GetTextProperty()->SetFontSize(static_cast<int>(font_px + 2));
   double size[2];
+  bannerText_->GetTextProperty()->SetFontSize(static_cast<int>(font_px + 2));
   bannerText_->GetSize(stage_.overlay(), size);
+  const double room = stage_.width_px() - 2 * (kMargin_px + font_px);
+  if (size[0] > room) {
+    bannerText_->GetTextProperty()->SetFontSize(static_cast<int>((font_px + 2) * room / size[0]));
+    bannerText_->GetSize(stage_.overlay(), size);
+  }
   const double below = std::max(status_.height_px(font_px), contact_.height_px(font_px)) + 2 * kMargin_px;
   const PixelBox box{std::round((stage_.width_px() - size[0]) / 2 - font_px),
                      std::round(stage_.height_px() - below - 2.2 * font_px), size[0] + 2 * font_px, 2.2 * font_px};
@@ -122,8 +129,8 @@ void Overlay::showBanner(const Banner& banner, double font_px) {
 
 void Overlay::placeCloseUpFrame(double metresPerPixel, double font_px) {
   const bool shown = stage_.closeUpShown();
-  for (vtkActor2D* actor : {static_cast<vtkActor2D*>(closeUpCaption_), static_cast<vtkActor2D*>(scaleCaption_),
-                            closeUpFrame_.Get()}) {
+  for (vtkActor2D* actor :
+       {static_cast<vtkActor2D*>(closeUpCaption_), static_cast<vtkActor2D*>(scaleCaption_), closeUpFrame_.Get()}) {
     actor->SetVisibility(shown);
   }
   scaleBar_.setVisible(shown);
@@ -143,14 +150,21 @@ void Overlay::placeCloseUpFrame(double metresPerPixel, double font_px) {
   scaleCaption_->GetTextProperty()->SetFontSize(static_cast<int>(font_px - 1));
 }
 
+PictureArea Overlay::freeArea() {
+  const double height = std::max(stage_.height_px(), 1);
+  const double below = stage_.closeUpSide_px() + kMargin_px;
+  const double above = status_.height_px(fontFor(stage_)) + 2 * kMargin_px;
+  return {.left = kSideMargin, .right = 1 - kSideMargin, .bottom = below / height, .top = 1 - above / height};
+}
+
 void Overlay::toggle() {
   visible_ = !visible_;
-  refreshed_s_ = -1;
+  refresh();
 }
 
 void Overlay::toggleHelp() {
   helpVisible_ = !helpVisible_;
-  refreshed_s_ = -1;
+  refresh();
 }
 
 }  // namespace haptics

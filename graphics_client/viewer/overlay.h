@@ -3,6 +3,7 @@
 #include <string>
 
 #include "graphics_client/mirror/mirror_view.h"
+#include "graphics_client/viewer/camera_fit.h"
 #include "graphics_client/viewer/card.h"
 #include "graphics_client/viewer/stage.h"
 
@@ -15,7 +16,7 @@ class Overlay {
   Overlay(Stage& stage, bool showKeys);
 
   struct State {
-    double age_s = 0;              ///< Of the view's sample, now.
+    double age_s = 0;  ///< Of the view's sample, now.
     double framesPerSecond = 0;
     double gridSpacing_m = 0;
     double closeUpMetresPerPixel = 0;
@@ -24,7 +25,11 @@ class Overlay {
   /// Text is refreshed some times a second only: it is costly to draw and unreadable when faster.
   void update(const MirrorView& view, const State& state, double time_s);
 
-  void toggle();      ///< Everything but the banner.
+  /// What the cards and the close-up leave to the scene.
+  [[nodiscard]] PictureArea freeArea();
+
+  void refresh() { refreshed_s_ = -1; }  ///< The next update is not put off.
+  void toggle();                         ///< Everything but the banner.
   void toggleHelp();
 
  private:

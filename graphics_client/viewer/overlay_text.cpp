@@ -28,22 +28,32 @@ std::string shortened(const std::string& text, std::size_t longest = kLongestNam
 
 OverlayLine linkLine(const MirrorView& view) {
   switch (view.link) {
-    case LinkState::kLive: return {"Link", "live", Tone::kGood};
-    case LinkState::kSyncing: return {"Link", "receiving the scene", Tone::kWarning};
-    case LinkState::kRefused: return {"Link", "refused", Tone::kBad};
-    case LinkState::kConnecting: break;
+    case LinkState::kLive:
+      return {"Link", "live", Tone::kGood};
+    case LinkState::kSyncing:
+      return {"Link", "receiving the scene", Tone::kWarning};
+    case LinkState::kRefused:
+      return {"Link", "refused", Tone::kBad};
+    case LinkState::kConnecting:
+      break;
   }
   return {"Link", "connecting", Tone::kWarning};
 }
 
 OverlayLine faultOrRate(const TelemetrySample& sample) {
   switch (sample.fault) {
-    case Fault::kNone: return {"Servo", formatted("%.0f Hz", sample.servoRate_Hz), Tone::kPlain};
-    case Fault::kNonFiniteInput: return {"Servo", "FAULT: position not finite", Tone::kBad};
-    case Fault::kNonFiniteForce: return {"Servo", "FAULT: force not finite", Tone::kBad};
-    case Fault::kDeadlinesMissed: return {"Servo", "FAULT: deadlines missed", Tone::kBad};
-    case Fault::kDeviceStale: return {"Servo", "FAULT: device stale", Tone::kBad};
-    case Fault::kDeviceLost: return {"Servo", "FAULT: device lost", Tone::kBad};
+    case Fault::kNone:
+      return {"Servo", formatted("%.0f Hz", sample.servoRate_Hz), Tone::kPlain};
+    case Fault::kNonFiniteInput:
+      return {"Servo", "FAULT: position not finite", Tone::kBad};
+    case Fault::kNonFiniteForce:
+      return {"Servo", "FAULT: force not finite", Tone::kBad};
+    case Fault::kDeadlinesMissed:
+      return {"Servo", "FAULT: deadlines missed", Tone::kBad};
+    case Fault::kDeviceStale:
+      return {"Servo", "FAULT: device stale", Tone::kBad};
+    case Fault::kDeviceLost:
+      return {"Servo", "FAULT: device lost", Tone::kBad};
   }
   return {"Servo", kNothing, Tone::kPlain};
 }
@@ -63,10 +73,14 @@ std::string objectName(const MirrorView& view, std::uint64_t id) {
 
 std::string primitiveName(const PrimitiveId& primitive) {
   switch (primitive.kind) {
-    case PrimitiveKind::kNone: break;
-    case PrimitiveKind::kPolygon: return formatted("polygon %u", primitive.polygon);
-    case PrimitiveKind::kLine: return formatted("line %u of polygon %u", primitive.localIndex, primitive.polygon);
-    case PrimitiveKind::kVertex: return formatted("vertex %u of polygon %u", primitive.localIndex, primitive.polygon);
+    case PrimitiveKind::kNone:
+      break;
+    case PrimitiveKind::kPolygon:
+      return formatted("polygon %u", primitive.polygon);
+    case PrimitiveKind::kLine:
+      return formatted("line %u of polygon %u", primitive.localIndex, primitive.polygon);
+    case PrimitiveKind::kVertex:
+      return formatted("vertex %u of polygon %u", primitive.localIndex, primitive.polygon);
   }
   return kNothing;
 }
@@ -113,7 +127,7 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
   const TelemetrySample none;
   const TelemetrySample& sample = view.sample.value_or(none);
   if (!view.sample) {
-    return {{"Force", kNothing}, {"x y z (N)", kNothing},   {"Limit", kNothing},      {"Contact", kNothing},
+    return {{"Force", kNothing}, {"x y z (N)", kNothing},   {"Limit", kNothing},   {"Contact", kNothing},
             {"On", kNothing},    {"Penetration", kNothing}, {"HIP (mm)", kNothing}};
   }
   const double force_N = glm::length(sample.force.written);

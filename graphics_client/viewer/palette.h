@@ -26,7 +26,7 @@ inline constexpr Shade kTrail{0.05, 0.42, 0.90};
 inline constexpr Shade kForceLow{0.10, 0.62, 0.30};
 inline constexpr Shade kForceMiddle{0.95, 0.60, 0.05};
 inline constexpr Shade kForceHigh{0.85, 0.10, 0.10};
-inline constexpr Shade kFaded{0.62, 0.64, 0.66};      // what is shown but no longer true
+inline constexpr Shade kFaded{0.62, 0.64, 0.66};  // what is shown but no longer true
 
 inline constexpr Shade kCard{1, 1, 1};
 inline constexpr Shade kText{0.10, 0.12, 0.15};

@@ -14,8 +14,8 @@
 
 namespace haptics {
 
-/// The objects of the scene, in the world and in the close-up, with their shadows and the floor. A mesh is prepared once
-/// for its hash, whatever happens to the objects that show it.
+/// The objects of the scene, in the world and in the close-up, with their shadows and the floor. A mesh is prepared
+/// once for its hash, whatever happens to the objects that show it.
 class SceneActors {
  public:
   SceneActors(vtkRenderer* world, vtkRenderer* closeUp);

@@ -8,6 +8,7 @@
 #include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
+#include <string>
 
 #include "graphics_client/viewer/palette.h"
 
@@ -115,6 +116,17 @@ void Stage::placeCloseUp() {
 void Stage::render() {
   placeCloseUp();
   window_->Render();
+}
+
+void Stage::smoothOutlines(bool on) {
+  world_.solid->SetUseFXAA(on);
+  closeUp_.solid->SetUseFXAA(on);
+}
+
+bool Stage::drawsInSoftware() {
+  const std::string capabilities = window_->ReportCapabilities();
+  return capabilities.find("llvmpipe") != std::string::npos || capabilities.find("softpipe") != std::string::npos ||
+         capabilities.find("swrast") != std::string::npos;
 }
 
 vtkSmartPointer<vtkImageData> Stage::grab() {

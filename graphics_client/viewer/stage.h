@@ -44,6 +44,10 @@ class Stage {
   [[nodiscard]] int closeUpBottom_px() const;
 
   void render();
+  /// Anti-aliasing of the next pictures: free on a graphics card, five times the cost of a frame in software.
+  void smoothOutlines(bool on);
+  /// After the first picture.
+  [[nodiscard]] bool drawsInSoftware();
   /// The picture drawn last.
   [[nodiscard]] vtkSmartPointer<vtkImageData> grab();
 

@@ -22,10 +22,10 @@ namespace {
 constexpr double kResetNotice_s = 6;
 /// Frames a second are counted over this long (seconds).
 constexpr double kRateWindow_s = 1;
-/// A picture kept for the screenshot at the end is replaced this often (seconds): reading it back costs milliseconds.
-constexpr double kKeepEvery_s = 1;
 /// A contact that shows well: its force arrow is long enough to be seen (newtons).
 constexpr double kShownForce_N = 1.0;
+/// Time in which the close-up's camera comes to rest (seconds).
+constexpr double kSettled_s = 10;
 /// Sizes in the close-up: larger markers, and arrows that stay inside it.
 constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrowRadius_px = 2.8};
 
@@ -36,6 +36,13 @@ class Viewer {
   [[nodiscard]] Result<RunSummary> run(const std::atomic<bool>& stop);
 
  private:
+  /// What one frame shows.
+  struct Moment {
+    std::shared_ptr<const MirrorView> view;
+    double age_s = 0;  ///< Of its sample.
+    Trail trail;
+  };
+
   ViewerOptions options_;
   ViewSource source_;
   Stage stage_;
@@ -44,25 +51,24 @@ class Viewer {
   CameraRig cameras_;
   Overlay overlay_;
   std::unique_ptr<Controls> controls_;
-  Trail trail_;
   RunSummary summary_;
 
-  bool quit_ = false, framed_ = false, wasLive_ = false;
+  Moment moment_;               // drawn last
+  std::optional<Moment> best_;  // for the screenshot at the end
+  bool quit_ = false, framed_ = false, wasLive_ = false, smooth_ = false;
   bool follow_ = false, wireframe_ = false, edges_ = false;
   int screenshots_ = 0;
   std::uint64_t stateResets_ = 0;
   double resetAt_s_ = -kResetNotice_s;
   double now_s_ = 0, rateFrom_s_ = 0, framesPerSecond_ = 0;
   std::uint64_t rateFrames_ = 0;
-  vtkSmartPointer<vtkImageData> kept_;
-  bool keptShowsForce_ = false;
-  double keptAt_s_ = -kKeepEvery_s;
 
   void drawFrame(double dt_s);
+  void show(const Moment& moment, double dt_s);
   void noteChanges(const MirrorView& view);
-  void keepPicture(const MirrorView& view);
+  void keepIfBetter(const Moment& moment);
   void handleKey(char key);
-  void saveScreenshot();
+  [[nodiscard]] Result<void> takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file);
 };
 
 Viewer::Viewer(const ViewerOptions& options, const ViewSource& source)
@@ -81,7 +87,8 @@ Viewer::Viewer(const ViewerOptions& options, const ViewSource& source)
 
 Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
   using Clock = std::chrono::steady_clock;
-  const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / options_.frameLimit_Hz));
+  const auto period =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / options_.frameLimit_Hz));
   const auto start = Clock::now();
   auto next = start;
   while (!quit_ && !stop) {
@@ -93,96 +100,124 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
     next = std::max(next + period, Clock::now() - period);
     std::this_thread::sleep_until(next);
   }
-  if (!options_.screenshot.empty()) {
-    const Result<void> written = writePng(kept_ ? kept_ : stage_.grab(), options_.screenshot);
+  if (!options_.screenshot.empty() && moment_.view) {
+    const Result<void> written = takeScreenshot(best_.value_or(moment_), kSettled_s, options_.screenshot);
     if (!written) return tl::unexpected(written.error());
   }
   return std::move(summary_);
 }
 
 void Viewer::drawFrame(double dt_s) {
-  const std::shared_ptr<const MirrorView> view = source_();
-  const double age_s = view->telemetryAgeAt_s(monotonicNow_ns());
-  const bool current = isCurrent(*view, age_s);
-  noteChanges(*view);
-  if (objects_.update(*view, current || !wasLive_)) {
-    glyphs_.drawLast();
-    closeUpGlyphs_.drawLast();
-  }
-  if (!framed_ && view->link == LinkState::kLive && !objects_.outline().empty()) {
-    cameras_.frame(objects_.outline());
-    framed_ = true;
-  }
-  if (view->sample) trail_.add(*view->sample, now_s_);
-  cameras_.update(view->sample ? &*view->sample : nullptr, dt_s);
-  objects_.setSeenFromAbove(cameras_.position());
-  const double scale = view->sample ? cameras_.worldMetresPerPixel(view->sample->ihip) : 1;
-  glyphs_.update(*view, trail_, scale, current);
-  closeUpGlyphs_.update(*view, trail_, cameras_.closeUpMetresPerPixel(), current);
-  overlay_.update(*view,
-                  {.age_s = age_s,
-                   .framesPerSecond = framesPerSecond_,
-                   .gridSpacing_m = objects_.gridSpacing_m(),
-                   .closeUpMetresPerPixel = cameras_.closeUpMetresPerPixel(),
-                   .wasLive = wasLive_,
-                   .stateWasReset = now_s_ - resetAt_s_ < kResetNotice_s},
-                  now_s_);
-  stage_.render();
-  summary_.addFrame(view, age_s, now_s_);
+  moment_.view = source_();
+  moment_.age_s = moment_.view->telemetryAgeAt_s(monotonicNow_ns());
+  noteChanges(*moment_.view);
+  if (moment_.view->sample) moment_.trail.add(*moment_.view->sample, now_s_);
+  show(moment_, dt_s);
+  if (summary_.frames() == 0) stage_.smoothOutlines(smooth_ = !stage_.drawsInSoftware());
+  summary_.addFrame(moment_.view, moment_.age_s, now_s_);
   ++rateFrames_;
   if (now_s_ - rateFrom_s_ >= kRateWindow_s) {
     framesPerSecond_ = static_cast<double>(rateFrames_) / (now_s_ - rateFrom_s_);
     rateFrom_s_ = now_s_;
     rateFrames_ = 0;
   }
-  keepPicture(*view);
+  if (options_.offscreen && !options_.screenshot.empty()) keepIfBetter(moment_);
+}
+
+void Viewer::show(const Moment& moment, double dt_s) {
+  const MirrorView& view = *moment.view;
+  const bool current = isCurrent(view, moment.age_s);
+  if (objects_.update(view, current || !wasLive_)) {
+    glyphs_.drawLast();
+    closeUpGlyphs_.drawLast();
+  }
+  overlay_.update(view,
+                  {.age_s = moment.age_s,
+                   .framesPerSecond = framesPerSecond_,
+                   .gridSpacing_m = objects_.gridSpacing_m(),
+                   .closeUpMetresPerPixel = cameras_.closeUpMetresPerPixel(),
+                   .wasLive = wasLive_,
+                   .stateWasReset = now_s_ - resetAt_s_ < kResetNotice_s},
+                  now_s_);
+  if (!framed_ && view.link == LinkState::kLive && !objects_.outline().empty()) {
+    cameras_.frame(objects_.outline(), overlay_.freeArea());
+    framed_ = true;
+  }
+  cameras_.update(view.sample ? &*view.sample : nullptr, dt_s);
+  objects_.setSeenFromAbove(cameras_.position());
+  const double scale = view.sample ? cameras_.worldMetresPerPixel(view.sample->ihip) : 1;
+  glyphs_.update(view, moment.trail, scale, current);
+  closeUpGlyphs_.update(view, moment.trail, cameras_.closeUpMetresPerPixel(), current);
+  stage_.render();
 }
 
 void Viewer::noteChanges(const MirrorView& view) {
   if (view.stateResets != stateResets_) {
     stateResets_ = view.stateResets;
     resetAt_s_ = now_s_;
-    trail_.clear();
+    moment_.trail.clear();
     framed_ = false;
   }
   if (view.link == LinkState::kLive) wasLive_ = true;
 }
 
-void Viewer::keepPicture(const MirrorView& view) {
-  if (options_.screenshot.empty() || !options_.offscreen) return;
-  if (view.link != LinkState::kLive || !view.sample || view.sample->object == 0) return;
-  const bool showsForce = glm::length(view.sample->force.written) >= kShownForce_N;
-  if (keptShowsForce_ && !showsForce) return;
-  if (now_s_ - keptAt_s_ < kKeepEvery_s && showsForce == keptShowsForce_) return;
-  kept_ = stage_.grab();
-  keptShowsForce_ = showsForce;
-  keptAt_s_ = now_s_;
+void Viewer::keepIfBetter(const Moment& moment) {
+  const auto shows = [](const Moment& m) {  // nothing, a contact, or a contact with a force worth seeing
+    if (m.view->link != LinkState::kLive || !m.view->sample || m.view->sample->object == 0) return 0;
+    return glm::length(m.view->sample->force.written) < kShownForce_N ? 1 : 2;
+  };
+  if (!best_ || shows(moment) >= shows(*best_)) best_ = moment;
 }
 
 void Viewer::handleKey(char key) {
   switch (key) {
-    case 'r': cameras_.frame(objects_.outline()); break;
-    case 'f': cameras_.setFollow(follow_ = !follow_); break;
-    case 'c': stage_.showCloseUp(!stage_.closeUpShown()); break;
-    case 'w': objects_.setWireframe(wireframe_ = !wireframe_); break;
-    case 'e': objects_.setEdges(edges_ = !edges_); break;
-    case 'o': overlay_.toggle(); break;
-    case 'h': overlay_.toggleHelp(); break;
-    case 's': saveScreenshot(); break;
+    case 'r':
+      cameras_.frame(objects_.outline(), overlay_.freeArea());
+      break;
+    case 'f':
+      cameras_.setFollow(follow_ = !follow_);
+      break;
+    case 'c':
+      stage_.showCloseUp(!stage_.closeUpShown());
+      break;
+    case 'w':
+      objects_.setWireframe(wireframe_ = !wireframe_);
+      break;
+    case 'e':
+      objects_.setEdges(edges_ = !edges_);
+      break;
+    case 'o':
+      overlay_.toggle();
+      break;
+    case 'h':
+      overlay_.toggleHelp();
+      break;
+    case 's': {
+      const std::filesystem::path file = "haptic_view_" + std::to_string(++screenshots_) + ".png";
+      const Result<void> written = takeScreenshot(moment_, 0, file);
+      if (written) {
+        spdlog::info("screenshot written to {}", file.string());
+      } else {
+        spdlog::error("{}", written.error().text());
+      }
+      break;
+    }
     case 'q':
-    case '\x1b': quit_ = true; break;
-    default: break;
+    case '\x1b':
+      quit_ = true;
+      break;
+    default:
+      break;
   }
 }
 
-void Viewer::saveScreenshot() {
-  const std::filesystem::path file = "haptic_view_" + std::to_string(++screenshots_) + ".png";
-  const Result<void> written = writePng(stage_.grab(), file);
-  if (written) {
-    spdlog::info("screenshot written to {}", file.string());
-  } else {
-    spdlog::error("{}", written.error().text());
-  }
+Result<void> Viewer::takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file) {
+  stage_.smoothOutlines(true);
+  overlay_.refresh();
+  show(moment, settle_s);
+  const vtkSmartPointer<vtkImageData> picture = stage_.grab();
+  stage_.smoothOutlines(smooth_);
+  return writePng(picture, file);
 }
 
 }  // namespace

@@ -15,10 +15,10 @@ namespace haptics {
 struct ViewerOptions {
   int width_px = 1280;
   int height_px = 1024;
-  bool offscreen = false;               ///< No window; the picture goes to `screenshot`.
-  std::optional<double> duration_s;     ///< Ends by itself after it.
-  double frameLimit_Hz = 60;            ///< > 0.
-  std::filesystem::path screenshot;     ///< Written at the end when not empty; also where the s key writes.
+  bool offscreen = false;            ///< No window; the picture goes to `screenshot`.
+  std::optional<double> duration_s;  ///< Ends by itself after it.
+  double frameLimit_Hz = 60;         ///< > 0.
+  std::filesystem::path screenshot;  ///< Written at the end when not empty; also where the s key writes.
 };
 
 /// The newest picture of the mirror; never null. Called once a frame, from the thread that runs the viewer.

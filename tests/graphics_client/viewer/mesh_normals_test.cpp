@@ -35,8 +35,8 @@ TEST(MeshNormals, KeepABoxSharp) {
   EXPECT_EQ(shaded.source.size(), 24U);  // each of 8 corners three times
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const TriangleIndices& i = mesh.triangles[t];
-    const Vec3f face = glm::normalize(glm::cross(mesh.vertices[i[1]] - mesh.vertices[i[0]],
-                                                 mesh.vertices[i[2]] - mesh.vertices[i[0]]));
+    const Vec3f face = glm::normalize(
+        glm::cross(mesh.vertices[i[1]] - mesh.vertices[i[0]], mesh.vertices[i[2]] - mesh.vertices[i[0]]));
     for (const std::uint32_t v : shaded.triangles[t]) EXPECT_LT(angleBetween(shaded.normals[v], face), 1e-3);
   }
 }

@@ -116,7 +116,9 @@ TEST_F(Touching, ThePictureIsCurrentOnlyWithALiveLinkAndFreshTelemetry) {
   EXPECT_FALSE(isCurrent(view, kFresh_s));
 }
 
-TEST_F(Touching, TheBannerIsSilentWhenAllIsWell) { EXPECT_THAT(bannerFor(view, kFresh_s, true, false).text, IsEmpty()); }
+TEST_F(Touching, TheBannerIsSilentWhenAllIsWell) {
+  EXPECT_THAT(bannerFor(view, kFresh_s, true, false).text, IsEmpty());
+}
 
 TEST_F(Touching, TheBannerTellsLossFromFirstConnection) {
   view.link = LinkState::kConnecting;
