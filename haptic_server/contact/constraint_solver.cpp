@@ -39,6 +39,7 @@ void ContactTick::resolve(Vec3 hip) noexcept {
 /// The IHIP moves straight to the point nearest to the HIP above all planes met so far; each blocked attempt adds the
 /// plane that blocked it. When a move succeeds the planes are forgotten and met again from the new place: that is what
 /// releases them.
+/// A pocket that moving bodies close entirely has no place for the IHIP: it is then let through one of them.
 void ContactTick::solve(Vec3 hip) noexcept {
   state_.mode = Mode::kSeveralSurfaces;
   Move last;

@@ -27,7 +27,6 @@ class PlaneSet {
     std::array<int, ContactState::kMaxHolding> tight;  ///< Planes that push, the strongest first.
   };
 
-  void clear() noexcept { count_ = 0; }
   [[nodiscard]] bool full() const noexcept { return count_ == kMaxPlanes; }
   void add(const ConstraintPlane& plane) noexcept { planes_[static_cast<std::size_t>(count_++)] = plane; }
   [[nodiscard]] const ConstraintPlane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }

@@ -253,7 +253,8 @@ class Builder {
     return best;
   }
   static float leaves(std::uint32_t triangles) {
-    return static_cast<float>((triangles + BoundingHierarchy::kLeafTriangles - 1) / BoundingHierarchy::kLeafTriangles);
+    const std::uint32_t count = (triangles + BoundingHierarchy::kLeafTriangles - 1) / BoundingHierarchy::kLeafTriangles;
+    return static_cast<float>(count);
   }
 
   std::vector<Reference> references_;

@@ -15,7 +15,7 @@ namespace {
 
 struct Scene {
   const char* name;
-  friend void PrintTo(const Scene& scene, std::ostream* out) { *out << scene.name; }
+  friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
   std::function<void(World&)> fill;
   std::function<void(World&, int tick)> animate = [](World&, int) {};
 };

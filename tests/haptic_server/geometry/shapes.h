@@ -45,7 +45,7 @@ inline Shape cubeGrid(int n) {
   std::map<std::array<int, 3>, std::uint32_t> known;
   const auto vertex = [&](std::array<int, 3> at) {
     const auto [entry, added] = known.try_emplace(at, static_cast<std::uint32_t>(shape.vertices.size()));
-    if (added) shape.vertices.push_back(Vec3f(Vec3(at[0], at[1], at[2]) * (2.0 / n) - Vec3(1)));
+    if (added) shape.vertices.emplace_back(Vec3(at[0], at[1], at[2]) * (2.0 / n) - Vec3(1));
     return entry->second;
   };
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -141,8 +141,7 @@ inline Shape sheet(double size, int n) {
   return shape;
 }
 
-/// The outline (x, z), counter-clockwise seen from -y, swept along y from -depth / 2 to depth / 2. The outline must be
-/// a row of points above a straight bottom edge: its last two points.
+/// A row of boxes along x, upright in z.
 inline Shape comb(int teeth, double pitch, double tooth, double height, double depth) {
   Shape shape;
   for (int i = 0; i < teeth; ++i) {
