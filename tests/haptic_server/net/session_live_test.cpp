@@ -141,7 +141,7 @@ TEST_F(SessionLive, EditsBeyondTheRateAreRejectedAndLaterOnesNot) {
 TEST_F(SessionLive, AReaderThatStopsCostsBoundedMemoryUntilItIsDisconnected) {
   std::size_t largest = 0;
   Transaction all;
-  for (int i = 0; i < 200; ++i) all.operations.push_back(add(std::string(50, 'n').append(std::to_string(i))));
+  for (int i = 0; i < 40; ++i) all.operations.push_back(add(std::string(50, 'n').append(std::to_string(i))));
   edit(all);
   for (std::size_t i = 0; i < kRememberedEdits + 200 && refusals.empty(); ++i) {
     Transaction moves;
