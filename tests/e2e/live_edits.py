@@ -1,4 +1,5 @@
 """Edits from hapticctl to a running server: each is felt from a tick that the reply names, and the viewer follows."""
+import concurrent.futures
 import unittest
 
 import harness
@@ -16,9 +17,9 @@ class LiveEdits(harness.EndToEnd):
         self.viewer.wait_for(start["revision"], start["root"])
         self.revision, self.tick = start["revision"], 0
 
-    def apply(self, text):
+    def apply(self, text, *options):
         """Applies, checks the reply and that the viewer's own hash becomes the server's."""
-        reply = self.server.ctl("apply", "-", text=text).json()
+        reply = self.server.ctl("apply", "-", *options, text=text).json()
         self.assertEqual(reply["revision"], self.revision + 1)
         self.assertGreater(reply["live_since_tick"], self.tick)
         self.revision, self.tick = reply["revision"], reply["live_since_tick"]
@@ -72,11 +73,34 @@ class LiveEdits(harness.EndToEnd):
                            'pose { position { y: -0.1 } } } }')
         self.assertTrue(any("4" in line for line in added["report"]), added["report"])
 
+    def test_a_mesh_of_the_clients_machine_is_sent_along(self):
+        local = self.folder / "only here" / "tetrahedron.off"
+        local.parent.mkdir()
+        local.write_text(harness.TETRAHEDRON_OFF)
+        reply = self.apply('operations { add { name: "sent" mesh { file: "mine" unit_m: 0.5 } } }',
+                           "--upload", f"mine={local}")
+        self.assertEqual([item["name"] for item in reply["object"]], ["sent"])
+        unused = self.server.ctl("apply", "-", "--upload", f"other={local}", text=BALL)
+        self.assertEqual(unused.code, 1)
+        self.assertIn("other", unused.errors)
+
     def test_a_transaction_is_applied_as_a_whole_or_not_at_all(self):
         refused = self.server.ctl("apply", "-", text=BALL + 'operations { remove { object { name: "nobody" } } }')
         self.assertEqual(refused.code, 1)
         self.assertIn("operations[1]", refused.errors)
         self.assertEqual(self.server.status()["revision"], self.revision)
+
+    def test_edits_of_many_clients_at_once_are_all_applied_in_one_order(self):
+        texts = [f'operations {{ set_pose {{ object {{ name: "{name}" }} pose {{ position {{ x: {0.01 * i} }} }} }} }}'
+                 for i in range(20) for name in ("torus", "box")]
+        with concurrent.futures.ThreadPoolExecutor(4) as clients:
+            replies = list(clients.map(lambda text: self.server.ctl("apply", "-", text=text).json(), texts))
+        replies.sort(key=lambda reply: reply["revision"])
+        self.assertEqual([reply["revision"] for reply in replies],
+                         list(range(self.revision + 1, self.revision + 1 + len(texts))))
+        ticks = [reply["live_since_tick"] for reply in replies]
+        self.assertEqual(ticks, sorted(ticks))
+        self.viewer.wait_for(replies[-1]["revision"], replies[-1]["root"])
 
     def test_what_get_prints_can_be_applied_again(self):
         shown = harness.subprocess.run([str(harness.BIN / "hapticctl"), "--connect", self.server.address, "get", "box"],
