@@ -6,8 +6,8 @@
 #include <fstream>
 #include <iostream>
 #include <optional>
-#include <regex>
 #include <sstream>
+#include <string_view>
 
 #include "common/wire/convert.h"
 
@@ -28,8 +28,10 @@ class FirstError final : public pb::io::ErrorCollector {
 
   [[nodiscard]] const std::string& message() const { return message_; }
   [[nodiscard]] int line() const { return line_; }  // from 0; -1 for the whole text
+  /// ":3:24", counted from 1 as editors do; empty for the whole text.
   [[nodiscard]] std::string place() const {
-    return line_ < 0 ? "" : ":" + std::to_string(line_ + 1) + ":" + std::to_string(column_ + 1);
+    if (line_ < 0) return {};
+    return std::string(1, ':').append(std::to_string(line_ + 1)).append(1, ':').append(std::to_string(column_ + 1));
   }
 
  private:
@@ -45,12 +47,16 @@ std::string fieldNames(const pb::Descriptor& message) {
 
 /// Protobuf's message, and for an unknown field the fields that there are.
 std::string explain(const std::string& message) {
-  static const std::regex kUnknownField(R"re(Message type "([^"]+)" has no field named "([^"]+)".*)re");
-  std::smatch part;
-  if (!std::regex_match(message, part, kUnknownField)) return message;
-  const pb::Descriptor* type = v1::Transaction::descriptor()->file()->pool()->FindMessageTypeByName(part[1]);
-  if (type == nullptr) return message;
-  return type->name() + " has no field \"" + part[2].str() + "\"; its fields are " + fieldNames(*type);
+  constexpr std::string_view kBeforeType = "Message type \"";
+  constexpr std::string_view kBeforeField = "\" has no field named \"";
+  const std::size_t typeEnd = message.find(kBeforeField);
+  if (!message.starts_with(kBeforeType) || typeEnd == std::string::npos) return message;
+  const std::string type = message.substr(kBeforeType.size(), typeEnd - kBeforeType.size());
+  const std::size_t field = typeEnd + kBeforeField.size();
+  const pb::Descriptor* known = v1::Transaction::descriptor()->file()->pool()->FindMessageTypeByName(type);
+  if (known == nullptr) return message;
+  return known->name() + " has no field \"" + message.substr(field, message.find('"', field) - field) +
+         "\"; its fields are " + fieldNames(*known);
 }
 
 std::string lineOf(const std::string& text, int number) {

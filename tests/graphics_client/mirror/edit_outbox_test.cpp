@@ -102,6 +102,19 @@ TEST(EditOutbox, AsksAgainWhenAnAcceptedEditIsLive) {
   EXPECT_EQ(sendAll(outbox), Lines{});
 }
 
+TEST(EditOutbox, StillAwaitsLiveWhenTheServerHasForgottenItsAnswer) {
+  EditOutbox outbox;
+  Log log;
+  outbox.submit(removal(5), log.callbacks());
+  (void)sendAll(outbox);
+  outbox.replied(accepted(1, 12));
+  outbox.connectionLost();
+  (void)sendAll(outbox);
+  outbox.replied(rejected(1));
+  outbox.live(live(1, 900));
+  EXPECT_EQ(log.lines, (Lines{"1 accepted 12", "1 live 900"}));
+}
+
 TEST(EditOutbox, DoesNotWaitForLiveWhenNobodyAsked) {
   EditOutbox outbox;
   outbox.submit(removal(5), {});
