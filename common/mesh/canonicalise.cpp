@@ -134,7 +134,7 @@ TriMesh ordered(const std::vector<Vec3f>& vertices, const std::vector<TriangleIn
 
 }  // namespace
 
-Result<ImportedMesh> canonicalise(std::vector<Vec3> vertices, std::vector<TriangleIndices> triangles,
+Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices, std::vector<TriangleIndices> triangles,
                                   const ImportOptions& options) {
   if (auto ok = checkOptions(options); !ok) return tl::unexpected(std::move(ok).error());
   if (auto ok = checkInput(vertices, triangles); !ok) return tl::unexpected(std::move(ok).error());

@@ -40,7 +40,7 @@ struct Quads {
   /// room for them) would leave a hole.
   [[nodiscard]] Result<TriMesh> canonical(const char* name) && {
     const std::size_t made = triangles.size();
-    auto imported = canonicalise(std::move(vertices), std::move(triangles), ImportOptions{});
+    auto imported = canonicalise(vertices, std::move(triangles), ImportOptions{});
     if (!imported) return refused(name, std::move(imported).error().reason);
     if (imported->report.kept != made || !imported->report.closed()) {
       return refused(name, "its triangles would be too thin or too small for float32 vertices; choose fewer segments");

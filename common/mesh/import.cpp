@@ -60,7 +60,7 @@ Result<ImportedMesh> importSoup(const std::filesystem::path& file, const ImportO
   if (taken == 0 && soup->shapesSkipped > 0) {
     return refused("", "holds nothing but NURBS shapes or files that are not beside it, which are not read");
   }
-  auto imported = canonicalise(std::move(soup->vertices), std::move(soup->triangles), options);
+  auto imported = canonicalise(soup->vertices, std::move(soup->triangles), options);
   if (!imported) return imported;
   MeshReport& report = imported->report;
   report.verticesInFile += joined;

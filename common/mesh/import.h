@@ -54,7 +54,7 @@ struct ImportedMesh {
 
 /// Welding, scaling, canonical order and report for raw triangles in memory (units of the file): the second half of
 /// importMesh, and all of it for generated meshes. `verticesInFile` and `trianglesInFile` are taken from the arguments.
-[[nodiscard]] Result<ImportedMesh> canonicalise(std::vector<Vec3> vertices, std::vector<TriangleIndices> triangles,
-                                                const ImportOptions& options);
+[[nodiscard]] Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices,
+                                                std::vector<TriangleIndices> triangles, const ImportOptions& options);
 
 }  // namespace haptics

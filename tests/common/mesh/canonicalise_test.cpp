@@ -26,11 +26,11 @@ Soup cubeSoup() {
 }
 
 ImportedMesh canonical(Soup soup, const ImportOptions& options = {}) {
-  return canonicalise(std::move(soup.vertices), std::move(soup.triangles), options).value();
+  return canonicalise(soup.vertices, std::move(soup.triangles), options).value();
 }
 
 std::string refusal(Soup soup, const ImportOptions& options = {}) {
-  const auto imported = canonicalise(std::move(soup.vertices), std::move(soup.triangles), options);
+  const auto imported = canonicalise(soup.vertices, std::move(soup.triangles), options);
   return imported ? "accepted" : imported.error().text();
 }
 
