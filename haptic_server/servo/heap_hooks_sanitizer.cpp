@@ -1,7 +1,11 @@
 // Under a sanitizer, which owns the heap, the tripwire is called by the sanitizer's own hooks.
-#include <sanitizer/allocator_interface.h>
+#include <cstddef>
 
 #include "haptic_server/servo/allocation_tripwire.h"
+
+// Of sanitizer/allocator_interface.h, which g++ does not ship.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*onMalloc)(const volatile void*, std::size_t),
+                                                         void (*onFree)(const volatile void*));
 
 namespace {
 

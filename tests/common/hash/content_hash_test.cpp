@@ -25,9 +25,7 @@ TEST(Hasher, TakesIntegersAsEightLittleEndianBytes) {
             Hasher().add(bytesOf({raw, sizeof raw})).finish());
 }
 
-TEST(Hasher, TakesFloatsAtTheirOwnWidth) {
-  EXPECT_NE(Hasher().add(1.5).finish(), Hasher().add(1.5F).finish());
-}
+TEST(Hasher, TakesFloatsAtTheirOwnWidth) { EXPECT_NE(Hasher().add(1.5).finish(), Hasher().add(1.5F).finish()); }
 
 TEST(Hasher, HashesMinusZeroAsZero) {
   EXPECT_EQ(Hasher().add(-0.0).finish(), Hasher().add(0.0).finish());
@@ -44,9 +42,7 @@ TEST(Hasher, TellsWhereOneTextEndsAndTheNextBegins) {
   EXPECT_NE(hash("", "abc"), hash("abc", ""));
 }
 
-TEST(Hasher, DependsOnTheOrder) {
-  EXPECT_NE(Hasher().add(1.0).add(2.0).finish(), Hasher().add(2.0).add(1.0).finish());
-}
+TEST(Hasher, DependsOnTheOrder) { EXPECT_NE(Hasher().add(1.0).add(2.0).finish(), Hasher().add(2.0).add(1.0).finish()); }
 
 TEST(ContentHash, SurvivesTheWayOverTheWire) {
   const ContentHash hash = Hasher().add(std::uint64_t{7}).finish();

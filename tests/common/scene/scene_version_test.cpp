@@ -195,8 +195,7 @@ TEST(PoseEdit, KeepsWhatItDoesNotName) {
 TEST(MaterialEdit, KeepsWhatItDoesNotName) {
   const Material before{100, 2, {0, 1, 0}};
   EXPECT_EQ(edited(before, {}), before);
-  EXPECT_EQ(edited(before, {.stiffness_N_per_m = 7, .damping_Ns_per_m = {}, .color = {}}),
-            (Material{7, 2, {0, 1, 0}}));
+  EXPECT_EQ(edited(before, {.stiffness_N_per_m = 7, .damping_Ns_per_m = {}, .color = {}}), (Material{7, 2, {0, 1, 0}}));
   EXPECT_EQ(edited(before, {.stiffness_N_per_m = {}, .damping_Ns_per_m = 0, .color = {}}),
             (Material{100, 0, {0, 1, 0}}));
 }

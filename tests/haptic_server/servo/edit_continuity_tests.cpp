@@ -61,8 +61,8 @@ class EditUnderTheStylus : public ::testing::Test {
     edited.adopt(sceneOf(2, std::move(objects)));
     return watch(edited, before_);
   }
-  /// In the tick of the adoption nothing but what the trajectory itself does, and later no more than it does on one of the
-  /// two scenes: stiffer or coarser surfaces have larger steps of their own.
+  /// In the tick of the adoption nothing but what the trajectory itself does, and later no more than it does on one of
+  /// the two scenes: stiffer or coarser surfaces have larger steps of their own.
   void expectNoStep(const Steps& with, std::vector<ServoObject> objects) const {
     VirtualServo always(stroke, kConfig);
     always.adopt(sceneOf(1, std::move(objects)));

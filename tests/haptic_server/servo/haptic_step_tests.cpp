@@ -1,5 +1,3 @@
-#include "haptic_server/servo/haptic_step.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -7,6 +5,7 @@
 
 #include "common/mesh/generators.h"
 #include "haptic_server/servo/allocation_tripwire.h"
+#include "haptic_server/servo/haptic_step.h"
 #include "virtual_servo.h"
 
 namespace haptics {
@@ -56,7 +55,8 @@ TEST(HapticStep, FeelsTheSurfaceInTheVeryTickOfFirstContact) {
 }
 
 TEST(HapticStep, NeverWritesMoreThanTheDeviceTakes) {
-  VirtualServo servo([](std::uint64_t tick) { return Vec3(0.01, 0.012, 0.005 - 5e-5 * static_cast<double>(tick)); }, kConfig);
+  VirtualServo servo([](std::uint64_t tick) { return Vec3(0.01, 0.012, 0.005 - 5e-5 * static_cast<double>(tick)); },
+                     kConfig);
   servo.adopt(sceneOf(1, {slab()}));
   const TelemetrySample sample = servo.run(500);
   EXPECT_GT(glm::length(sample.force.contact), 10);

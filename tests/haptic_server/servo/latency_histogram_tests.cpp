@@ -1,6 +1,6 @@
-#include "haptic_server/servo/latency_histogram.h"
-
 #include <gtest/gtest.h>
+
+#include "haptic_server/servo/latency_histogram.h"
 
 namespace haptics {
 namespace {

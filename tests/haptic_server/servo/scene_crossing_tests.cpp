@@ -1,13 +1,14 @@
-#include "haptic_server/servo/scene_crossing.h"
-
 #include <gtest/gtest.h>
 
 #include <thread>
 
+#include "haptic_server/servo/scene_crossing.h"
+
 namespace haptics {
 namespace {
 
-std::unique_ptr<const ServoScene> sceneWithRevision(std::uint64_t revision, std::shared_ptr<const ExplorationPlan> plan) {
+std::unique_ptr<const ServoScene> sceneWithRevision(std::uint64_t revision,
+                                                    std::shared_ptr<const ExplorationPlan> plan) {
   auto scene = std::make_unique<ServoScene>();
   scene->revision = revision;
   scene->plan = std::move(plan);
@@ -48,7 +49,8 @@ TEST(SceneCrossing, NeverShowsTheServoAFreedOrOlderScene) {
   constexpr std::uint64_t kScenes = 20'000;
   SceneCrossing crossing;
   std::thread builder([&] {
-    for (std::uint64_t revision = 1; revision <= kScenes; ++revision) crossing.publish(sceneWithRevision(revision, nullptr));
+    for (std::uint64_t revision = 1; revision <= kScenes; ++revision)
+      crossing.publish(sceneWithRevision(revision, nullptr));
   });
   const ServoScene* current = nullptr;
   std::uint64_t last = 0;

@@ -1,11 +1,10 @@
-#include "haptic_server/servo/servo_loop.h"
-
 #include <gtest/gtest.h>
 
 #include <thread>
 
 #include "common/mesh/generators.h"
 #include "haptic_server/servo/allocation_tripwire.h"
+#include "haptic_server/servo/servo_loop.h"
 #include "virtual_servo.h"
 
 namespace haptics {

@@ -9,7 +9,9 @@
 
 namespace haptics::testing {
 
-inline std::shared_ptr<const Surface> surfaceOf(const TriMesh& mesh) { return buildSurface(mesh.vertices, mesh.triangles); }
+inline std::shared_ptr<const Surface> surfaceOf(const TriMesh& mesh) {
+  return buildSurface(mesh.vertices, mesh.triangles);
+}
 
 inline ServoObject objectOf(std::uint64_t id, std::shared_ptr<const Surface> surface, Vec3 position,
                             double stiffness_N_per_m = 800) {
@@ -28,7 +30,8 @@ class VirtualServo {
  public:
   using Trajectory = std::function<Vec3(std::uint64_t tick)>;
 
-  VirtualServo(Trajectory trajectory, StepConfig config) : trajectory_(std::move(trajectory)), config_(config), state_(config) {}
+  VirtualServo(Trajectory trajectory, StepConfig config)
+      : trajectory_(std::move(trajectory)), config_(config), state_(config) {}
 
   void adopt(std::shared_ptr<const ServoScene> scene) {
     adoptScene(*scene, state_, tick_);
