@@ -1,0 +1,92 @@
+"""Edits under the stylus of a running server do not kick: every tick is recorded, and the ticks that adopted an edit are
+compared with all others.
+
+The simulated hand strokes for ever, so the ticks without an edit show what the trajectory itself does to the force. The
+same trajectory with and without an edit, from one state, is compared in tests/haptic_server/servo.
+"""
+import math
+import time
+import unittest
+
+import harness
+
+FADE_TICKS = 300  # after an adoption while which a fade, and a hand that has lost its surface, are still its doing
+MARGIN_N = 0.05
+
+
+def read_recording(file):
+    from google.protobuf.internal.decoder import _DecodeVarint32
+    from haptics.v1 import telemetry_pb2
+    data, at, samples = file.read_bytes(), 0, []
+    while at < len(data):
+        length, at = _DecodeVarint32(data, at)
+        samples.append(telemetry_pb2.Telemetry.FromString(data[at:at + length]))
+        at += length
+    return samples
+
+
+def difference(a, b):
+    return math.dist((a.x, a.y, a.z), (b.x, b.y, b.z))
+
+
+class ForceAcrossEdits(harness.EndToEnd):
+    def setUp(self):
+        super().setUp()
+        self.recording = self.folder / "ticks"
+        self.server = self.start_server(options=["--record", self.recording])
+        self.moves = []  # ticks that adopted an edit which moves the surface through the stylus
+
+    def touched(self, name):
+        """Waits until the hand strokes the object."""
+        objects = {item["name"]: str(item["id"]) for item in self.server.ctl("get").json()["object"]}
+
+        def pressed():
+            lines = self.server.ctl("watch", "--rate", "100", "--seconds", "0.1").output.splitlines()
+            last = harness.json.loads(lines[-1]) if lines else {}
+            return str(last.get("object", 0)) == objects[name] and last.get("penetration_m", 0) > 0.001
+        harness.wait_until(pressed, harness.START_TIMEOUT_S, f"the hand touches the {name}")
+
+    def apply(self, text):
+        reply = self.server.ctl("apply", "-", text=text).json()
+        time.sleep(0.4)
+        return reply["live_since_tick"]
+
+    def test_the_force_has_no_step_where_an_edit_was_adopted(self):
+        adopted = []
+        for stiffness in (1600, 400, 800):
+            self.touched("torus")
+            adopted.append(self.apply('operations { set_material { object { name: "torus" } material { '
+                                      f'stiffness_N_per_m: {stiffness} }} }} }}'))
+        for segments in (96, 160, 128):
+            self.touched("torus")
+            adopted.append(self.apply('operations { remesh { object { name: "torus" } mesh { torus { major_radius_m: 0.042 '
+                                      f'minor_radius_m: 0.018 major_segments: {segments} minor_segments: 64 }} }} }} }}'))
+        self.touched("torus")
+        adopted.append(self.apply('operations { add { name: "ball" mesh { sphere { radius_m: 0.01 } } '
+                                  'pose { position { y: 0.3 } } } }'))
+        self.touched("torus")
+        moved = self.apply('operations { set_pose { object { name: "torus" } pose { position { x: -0.06 z: 0.020 } } } }')
+        self.touched("torus")
+        adopted.append(self.apply('operations { remove { object { name: "torus" } } }'))
+        self.stop_and_check(self.server)
+
+        samples = read_recording(self.recording)
+        index = {sample.tick: i for i, sample in enumerate(samples)}
+        near = {tick + i for tick in [*adopted, moved] for i in range(FADE_TICKS)}
+        contact = [difference(b.force.contact, a.force.contact) for a, b in zip(samples, samples[1:])]
+        written = [difference(b.force.written, a.force.written) for a, b in zip(samples, samples[1:])]
+        own = max(step for step, sample in zip(contact, samples[1:]) if sample.tick not in near)
+        for tick in adopted:
+            step = contact[index[tick] - 1]
+            print(f"tick {tick}: contact force steps by {step:.3f} N; without an edit by up to {own:.3f} N")
+            self.assertEqual(samples[index[tick]].adoption_tick, tick)
+            self.assertLessEqual(step, 1.1 * own + MARGIN_N)
+        at = index[moved]
+        jump = contact[at - 1]
+        print(f"tick {moved}: the surface moved 2 mm: contact force jumps by {jump:.3f} N, written by {written[at - 1]:.3f} N")
+        self.assertGreater(jump, 0.5, "the move must be one that matters")
+        self.assertLessEqual(max(written[at - 1:at + 50]), jump / 50 + 1.1 * own + MARGIN_N)
+
+
+if __name__ == "__main__":
+    unittest.main()
