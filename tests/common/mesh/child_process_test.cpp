@@ -23,6 +23,7 @@ TEST_F(ChildProcess, GivesItsOutput) {
 TEST_F(ChildProcess, CanRunManyTimesAtOnce) {
   const auto file = write("content", "x");
   std::vector<std::thread> threads;
+  threads.reserve(4);
   std::array<int, 4> good{};
   for (int& count : good) {
     threads.emplace_back([&] {

@@ -1,6 +1,7 @@
 #include <sys/stat.h>
 
 #include <random>
+#include <sstream>
 #include <thread>
 
 #include "common/mesh/import.h"
@@ -74,7 +75,9 @@ TEST_F(ImportInventor, IncludesFilesFromItsFolderOnly) {
   const std::string own = "Separator {" + kTetrahedron + "}\n";
   for (const std::string& name : {std::string("../part.iv"), (folder_ / "part.iv").string(), std::string("missing.iv"),
                                   std::string("/dev/zero")}) {
-    const auto imported = import("inner/t.iv", kHeader + own + "File { name \"" + name + "\" }\n");
+    std::ostringstream file;
+    file << kHeader << own << "File { name \"" << name << "\" }\n";
+    const auto imported = import("inner/t.iv", file.str());
     ASSERT_TRUE(imported) << imported.error().text();
     EXPECT_EQ(imported->mesh, tetrahedron()) << name;
     EXPECT_EQ(imported->report.shapesSkipped, 1U) << name;
@@ -119,6 +122,7 @@ TEST_F(ImportInventor, RefusesNestingThatWouldOverflowTheStack) {
 TEST_F(ImportInventor, CanBeUsedFromSeveralThreads) {
   const auto file = write("t.iv", kHeader + kTetrahedron);
   std::vector<std::thread> threads;
+  threads.reserve(4);
   std::array<bool, 4> good{};
   for (bool& result : good) {
     threads.emplace_back([&] {

@@ -96,7 +96,7 @@ TEST_F(ImportPly, RefusesAFileThatIsCutOffAnywhere) {
 }
 
 TEST_F(ImportPly, RefusesAHeaderThatClaimsMoreThanTheFileHolds) {
-  for (std::string ply : {textPly(), binaryPly()}) {
+  for (const std::string& ply : {textPly(), binaryPly()}) {
     std::string vertices = ply, faces = ply;
     vertices.replace(ply.find("vertex 4"), 8, "vertex 300000000");
     faces.replace(ply.find("face 4"), 6, "face 18446744073709551615");

@@ -88,6 +88,7 @@ TEST(Polygon, ThatCrossesItselfOrHasNoAreaStillGivesAllItsTriangles) {
 
 TEST(Polygon, OfManyCornersIsCutInReasonableTime) {
   std::vector<Vec3> zigzag;
+  zigzag.reserve(10'000);
   for (int i = 0; i < 5000; ++i) zigzag.emplace_back(i, i % 2, 0);
   for (int i = 5000; i > 0; --i) zigzag.emplace_back(i, 3 + i % 2, 0);
   EXPECT_EQ(cut(zigzag).triangles.size(), zigzag.size() - 2);
