@@ -93,7 +93,7 @@ class ClientSession {
   MeshUploader uploads_;
   std::vector<StatusCallback> statusWaiters_;
   std::uint64_t changes_ = 1;
-  bool refused_ = false;          // until the next Welcome
+  bool refused_ = false;        // until the next Welcome
   bool needsSnapshot_ = false;  // roots differed, or the server could not resume: the next Hello claims nothing
   std::string linkText_ = "not connected";
   v1::Welcome welcome_;  // the last

@@ -78,6 +78,15 @@ TEST(MemoryLink, DeliversWhatWasSentBeforeClose) {
   EXPECT_EQ(pair.server.reason, "closed by the peer");
 }
 
+TEST(MemoryLink, ClosesForTheFirstReasonGiven) {
+  Pair pair;
+  pair.client.transport->close("first");
+  pair.client.transport->close("second");
+  pair.link.settle();
+  EXPECT_EQ(pair.client.reason, "first");
+  EXPECT_EQ(pair.client.closed, 1);
+}
+
 TEST(MemoryLink, DeliversNothingToAnEndThatClosed) {
   Pair pair;
   pair.client.transport->close("done");

@@ -133,6 +133,7 @@ TEST_F(Tcp, DeliversTheLastMessageToAPeerThatIsStillSending) {
   server_->transport.reset();  // as a server does that forgets the session at once
   serveUntil([&] { return client_->closed == 1; });
   EXPECT_EQ(client_->heard, "refused");
+  EXPECT_EQ(client_->reason, "closed by the peer");  // and not reset, which can overtake the message
 }
 
 TEST_F(Tcp, HearsNothingAfterItsClose) {
