@@ -1,8 +1,9 @@
 """A viewer that is stopped or killed costs the servo nothing, and another is in step within two seconds.
 
-Missed ticks in blocks with the viewer stopped or killed are compared with those in quiet blocks between them, as Poisson
-rates: given the sum, the count in the disturbed blocks is binomial with their share of the time (the conditional test of
-Przyborowski and Wilenski 1940).
+Blocks with the viewer stopped or killed are compared with quiet blocks between them, as Poisson rates: given the sum, the
+count in the disturbed blocks is binomial with their share of the time (the conditional test of Przyborowski and Wilenski
+1940). What is counted is late wake-ups: the ticks that one of them misses are no independent events (a host that takes the
+processor away for 30 ms costs 30 at once). The ticks are printed beside them.
 """
 import math
 import os
@@ -13,6 +14,7 @@ import unittest
 import harness
 
 BLOCK_S = 1.5
+LOOK_S = 0.02  # Ticks missed between two looks count as one late wake-up.
 ROUNDS = int(os.environ.get("HAPTICS_ROUNDS", "4"))  # of quiet, stopped, quiet, killed
 IN_STEP_S = 2.0
 # A run fails by chance once in a thousand.
@@ -42,14 +44,19 @@ class ViewerDeath(harness.EndToEnd):
         self.probe = harness.StatusProbe(self.server)
         self.addCleanup(self.probe.close)
         self.display = self.start_display()
-        self.time_s = {"quiet": 0.0, "stopped": 0.0, "killed": 0.0}
+        self.time_s = dict.fromkeys(("quiet", "stopped", "killed"), 0.0)
         self.missed = dict.fromkeys(self.time_s, 0)
+        self.late = dict.fromkeys(self.time_s, 0)
 
     def count(self, kind):
         """One block of this kind."""
-        before, start = self.probe.status().missed_ticks, time.monotonic()
-        time.sleep(BLOCK_S)
-        self.missed[kind] += self.probe.status().missed_ticks - before
+        start, before = time.monotonic(), self.probe.status().missed_ticks
+        while time.monotonic() < start + BLOCK_S:
+            time.sleep(LOOK_S)
+            now = self.probe.status().missed_ticks
+            self.late[kind] += now > before
+            self.missed[kind] += now - before
+            before = now
         self.time_s[kind] += time.monotonic() - start
 
     def new_viewer(self):
@@ -72,12 +79,13 @@ class ViewerDeath(harness.EndToEnd):
             viewer, took_s = self.new_viewer()
             joined_s.append(took_s)
 
+        for kind in self.time_s:
+            print(f"{kind}: {self.late[kind]} late wake-ups, {self.missed[kind]} missed ticks in {self.time_s[kind]:.1f} s")
         for kind in ("stopped", "killed"):
             share = self.time_s[kind] / (self.time_s[kind] + self.time_s["quiet"])
-            chance = chance_of_as_many(self.missed[kind], self.missed["quiet"], share)
-            print(f"{kind}: {self.missed[kind]} missed in {self.time_s[kind]:.1f} s; quiet: {self.missed['quiet']} in "
-                  f"{self.time_s['quiet']:.1f} s; p = {chance:.3g}")
-            self.assertGreater(chance, SIGNIFICANCE, f"more missed ticks with the viewer {kind} than without")
+            chance = chance_of_as_many(self.late[kind], self.late["quiet"], share)
+            print(f"{kind}: p = {chance:.3g}")
+            self.assertGreater(chance, SIGNIFICANCE, f"more late wake-ups with the viewer {kind} than without")
         print("new viewers were in step after", ", ".join(f"{took_s:.2f} s" for took_s in joined_s))
         self.assertLess(max(joined_s), IN_STEP_S)
         self.stop_and_check(self.server)
