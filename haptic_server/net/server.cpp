@@ -48,7 +48,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   }
 
   void start() {
-    room_.setListener([weak = weak_from_this()](std::shared_ptr<const SceneHistory> history) {
+    room_.setListener([weak = weak_from_this()](const std::shared_ptr<const SceneHistory>& history) {
       if (const auto self = weak.lock()) self->post([history](Impl& impl) { impl.sceneChanged(history); });
     });
     timer_ = loop_.every(kDrainEvery, [this] { onTimer(); });

@@ -93,10 +93,10 @@ void ServerSession::refuse(const std::string& field, const std::string& reason) 
   envelope.mutable_refusal()->set_field(field);
   envelope.mutable_refusal()->set_reason(reason);
   envelope.mutable_refusal()->set_supported_version(kProtocolVersion);
-  phase_ = Phase::kClosed;
-  send(envelope);
   const std::string why = Error{field, reason}.text();
+  phase_ = Phase::kClosed;
   host_.refused(why);
+  send(envelope);
   transport_.close(why);
 }
 
@@ -182,12 +182,9 @@ void ServerSession::handle(const v1::Hello& hello) {
   welcome.set_max_force_n(identity_.maxForce_N);
   welcome.set_may_edit(true);
   send(envelope);
-  if (resumed) {
-    sentRevision_ = hello.revision();
-  } else {
-    snapshot_ = Snapshot{.of = history};
-  }
   host_.sessionClaimed(id_);
+  if (!resumed) sendSnapshot(history->version);
+  sentRevision_ = resumed ? hello.revision() : history->version.revision();
 }
 
 void ServerSession::handle(const v1::Subscribe& subscribe) {
@@ -242,7 +239,6 @@ void ServerSession::reportStatus() {
 
 void ServerSession::pump() {
   if (phase_ != Phase::kLive) return;
-  sendSnapshot();
   sendCommits();
   if (phase_ != Phase::kLive || transport_.backlog() != 0) return;
   // The line is free: the newest sample, and behind it one chunk, so that neither starves the other.
@@ -257,41 +253,35 @@ void ServerSession::pump() {
   }
 }
 
-void ServerSession::sendSnapshot() {
-  if (!snapshot_) return;
-  const SceneVersion& version = snapshot_->of->version;
-  if (!snapshot_->begun) {
-    snapshot_->begun = true;
-    v1::Envelope envelope;
-    envelope.mutable_snapshot_begin()->set_revision(version.revision());
-    envelope.mutable_snapshot_begin()->set_object_count(version.objects().size());
-    send(envelope);
-  }
-  while (snapshot_->sent < version.objects().size()) {
-    if (phase_ != Phase::kLive || transport_.backlog() > kSendAheadBytes) return;
-    v1::Envelope envelope;
-    v1::SnapshotObjects& part = *envelope.mutable_snapshot_objects();
-    std::size_t bytes = 0;
-    while (snapshot_->sent < version.objects().size()) {
-      v1::ObjectState state;
-      toWire(*version.objects()[snapshot_->sent], state);
-      bytes += state.ByteSizeLong() + kPerObject_bytes;
-      if (part.object_size() > 0 && bytes > kMaxChunkBytes) break;
-      *part.add_object() = std::move(state);
-      ++snapshot_->sent;
-    }
-    send(envelope);
-  }
+/// All of it at once: a scene has at most kMaxServoObjects objects, some 50 KiB. In messages as small as any bulk data.
+void ServerSession::sendSnapshot(const SceneVersion& version) {
   v1::Envelope envelope;
+  envelope.mutable_snapshot_begin()->set_revision(version.revision());
+  envelope.mutable_snapshot_begin()->set_object_count(version.objects().size());
+  send(envelope);
+
+  std::size_t bytes = 0;
+  v1::SnapshotObjects* part = envelope.mutable_snapshot_objects();
+  for (const auto& object : version.objects()) {
+    v1::ObjectState state;
+    toWire(*object, state);
+    const std::size_t more = state.ByteSizeLong() + kPerObject_bytes;
+    if (part->object_size() > 0 && bytes + more > kMaxChunkBytes) {
+      send(envelope);
+      part->clear_object();
+      bytes = 0;
+    }
+    *part->add_object() = std::move(state);
+    bytes += more;
+  }
+  if (part->object_size() > 0) send(envelope);
+
   envelope.mutable_snapshot_end()->set_revision(version.revision());
   envelope.mutable_snapshot_end()->set_root(version.root().asBytes());
   send(envelope);
-  sentRevision_ = version.revision();
-  snapshot_.reset();
 }
 
 void ServerSession::sendCommits() {
-  if (snapshot_) return;
   const auto history = host_.history();
   while (phase_ == Phase::kLive && sentRevision_ < history->version.revision()) {
     const auto edit = history->find(sentRevision_ + 1);
@@ -316,13 +306,12 @@ void ServerSession::sendLive() {
 /// Names the state that the client is in once it has read everything before this heartbeat, so that it can compare.
 void ServerSession::sendHeartbeat() {
   const auto history = host_.history();
-  const auto edit = history->find(sentRevision_);
-  const bool behind = edit && !snapshot_;
+  const auto edit = history->find(sentRevision_);  // null: the start, which the client is then at
   v1::Envelope envelope;
   v1::Heartbeat& heartbeat = *envelope.mutable_heartbeat();
   heartbeat.set_epoch(history->epoch);
-  heartbeat.set_revision(behind ? sentRevision_ : history->version.revision());
-  heartbeat.set_root((behind ? edit->commit.root : history->version.root()).asBytes());
+  heartbeat.set_revision(edit ? sentRevision_ : history->version.revision());
+  heartbeat.set_root((edit ? edit->commit.root : history->version.root()).asBytes());
   send(envelope);
 }
 

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 
@@ -40,7 +39,7 @@ class ServerSession {
   /// burst is what a client may resend after a reconnect: rejecting an edit that had been applied would be a lie.
   static constexpr double kEditRate_Hz = 200;
   static constexpr double kEditBurst = 1000;
-  /// Snapshots and commits wait in the shared history while more than this is queued for the client.
+  /// Commits wait in the shared history while more than this is queued for the client.
   static constexpr std::size_t kSendAheadBytes = 256U << 10;
   /// Replies cannot wait: with more than this queued the client is disconnected and left to resume.
   static constexpr std::size_t kMaxBacklogBytes = 4U << 20;
@@ -74,12 +73,6 @@ class ServerSession {
 
  private:
   enum class Phase { kAwaitingHello, kLive, kClosed };
-  struct Snapshot {
-    std::shared_ptr<const SceneHistory> of;
-    bool begun = false;
-    std::size_t sent = 0;  // objects
-  };
-
   Transport& transport_;
   SessionHost& host_;
   const ServerIdentity& identity_;
@@ -92,7 +85,6 @@ class ServerSession {
   std::uint64_t nextHeartbeat_ns_ = 0;
   std::uint64_t nextMessageId_ = 1;
 
-  std::optional<Snapshot> snapshot_;
   std::uint64_t sentRevision_ = 0;  // the client has, or is about to have, this
   AssetSender assets_;
 
@@ -115,7 +107,7 @@ class ServerSession {
   void reportStatus();
 
   void pump();
-  void sendSnapshot();
+  void sendSnapshot(const SceneVersion& version);
   void sendCommits();
   void sendLive();
   void sendHeartbeat();

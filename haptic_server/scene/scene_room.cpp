@@ -51,7 +51,8 @@ void SceneRoom::stop() {
   if (builder_.joinable()) builder_.join();
 }
 
-void SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, EditReply reply) {
+void SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
+                           const EditReply& reply) {
   const std::size_t work = 1 + transaction.operations.size() + transaction.preconditions.size();
   auto job = [this, session, clientSeq, transaction = std::move(transaction), reply] {
     reply(apply(session, clientSeq, transaction));
@@ -60,7 +61,7 @@ void SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transacti
     reply(Error{"busy", "the server has too many edits waiting; send it again later"});
 }
 
-void SceneRoom::submitMesh(const ContentHash& hash, std::string bytes, UploadReply reply) {
+void SceneRoom::submitMesh(const ContentHash& hash, std::string bytes, const UploadReply& reply) {
   auto job = [this, hash, bytes = std::move(bytes), reply]() mutable {
     try {
       reply(store_.internEncoded(hash, std::move(bytes)));

@@ -51,9 +51,9 @@ class SceneRoom {
 
   /// Any thread. The reply comes on the builder thread, after the new history was published; when the queue is full at
   /// once on the caller's.
-  void submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, EditReply reply);
+  void submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, const EditReply& reply);
   /// Any thread. Checks the bytes against the hash and builds the mesh; who asked holds it until an edit names it.
-  void submitMesh(const ContentHash& hash, std::string bytes, UploadReply reply);
+  void submitMesh(const ContentHash& hash, std::string bytes, const UploadReply& reply);
   /// Any thread. Null when it is neither in the scene nor held by someone.
   [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const { return store_.find(hash); }
   /// Any thread. The newest.
