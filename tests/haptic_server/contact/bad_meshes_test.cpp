@@ -44,6 +44,10 @@ int badTicks(const Shape& shape, double reach) {
         world.lead(from, to, 0.0013, check);
         from = to;
       }
+      for (const double height : {0.0001, 0.002}) {
+        const ContactResult r = world.tick(place(0.001, 0.002, height));
+        bad += r.touching ? 1 : 0;
+      }
     }
   }
   return bad;
@@ -68,6 +72,23 @@ TEST(BadMeshes, WithDuplicateFacesHold) {
   Shape shape = cube();
   for (std::size_t t = 0; t < 768; t += 5) shape.triangles.push_back(shape.triangles[t]);
   EXPECT_EQ(badTicks(shape, 0.045), 0);
+}
+
+TEST(BadMeshes, WithDuplicatesInTheSamePlaceLetGo) {
+  // Tilted, so that feet round to either side of the plane.
+  const Quat tilt = glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 0.5)));
+  const Shape once = shapes::sheet(0.1, 5).mapped([&](Vec3 v) { return tilt * v; });
+  Shape twice = once;
+  twice.add(once);
+  World world;
+  world.add(twice);
+  for (int i = 0; i < 400; ++i) {
+    const double x = 0.0002 * i - 0.04;
+    world.place(tilt * Vec3(x, 0.5 * x, 0.001));
+    EXPECT_TRUE(world.tick(tilt * Vec3(x, 0.5 * x, -0.001)).touching);
+    EXPECT_FALSE(world.tick(tilt * Vec3(x, 0.5 * x, 0.0005)).touching) << i;
+    EXPECT_FALSE(world.tick(tilt * Vec3(x, 0.5 * x, 0.001)).touching) << i;
+  }
 }
 
 TEST(BadMeshes, WithFlippedFacesHold) {
@@ -149,6 +170,25 @@ TEST(BadMeshes, OfSliversHold) {  // S12: 20 x 0.001 mm
     return Vec3(squeeze(v.x), squeeze(v.y), v.z) * 0.05;
   });
   EXPECT_EQ(badTicks(shape, 0.045), 0);
+}
+
+TEST(BadMeshes, WithAValleyOfTwoSheetsHoldInIt) {
+  for (const double slope : {0.5, 2.0, 6.0}) {
+    Shape valley = shapes::sheet(0.1, 5).mapped([&](Vec3 v) { return Vec3(v.x + 0.05, v.y, (v.x + 0.05) * slope); });
+    valley.add(shapes::sheet(0.1, 5).mapped([&](Vec3 v) { return Vec3(v.x - 0.05, v.y, (0.05 - v.x) * slope); }));
+    World world;
+    world.add(valley);
+    for (const double x : {-0.002, 0.0, 0.0011}) {
+      const Vec3 bottom{x, 0.0031, -0.004};
+      world.place({0, 0.003, 0.03});
+      world.lead({0, 0.003, 0.03}, bottom, 0.0013, [](const ContactResult&, Vec3) {});
+      world.lead(bottom, bottom + Vec3(0, 0.02, 0), 0.0007, [&](const ContactResult& r, Vec3 hip) {
+        EXPECT_TRUE(r.touching);
+        EXPECT_NEAR(glm::distance(r.ihip, Vec3(0, hip.y, 0)), 0, 0.0005) << slope << " " << x;
+        EXPECT_GE(r.ihip.z, std::abs(r.ihip.x) * slope - kTouchable);
+      });
+    }
+  }
 }
 
 TEST(BadMeshes, WithAcuteCreasesStayOnTheRightSide) {  // S12

@@ -131,19 +131,43 @@ TEST(Reseat, PushesOutOfABodyThatWasAddedOverAHeldContact) {
 }
 
 TEST(Reseat, EscapesFromAHeapOfOverlappingNewBodies) {
+  for (int heap = 0; heap < 30; ++heap) {
+    World before;
+    before.place({0.001, 0.002, 0.003});
+    before.tick({0.001, 0.002, 0.003});
+    World after;
+    std::vector<BodyOrigin> origins;
+    for (int i = 0; i < 12; ++i) {
+      const double k = heap + i;
+      after.add(shapes::sphere(0.02 + 0.01 * std::sin(k), 6),
+                0.03 * Vec3(std::sin(k * 1.3), std::cos(k * 2.1), std::sin(k * 0.7 + 1)));
+      origins.push_back({-1, true});
+    }
+    if (after.depthInside({0.001, 0.002, 0.003}) == 0) continue;
+    EXPECT_TRUE(adopt(before, after, origins));
+    EXPECT_EQ(after.depthInside(after.state().ihip), 0) << heap;
+    for (int i = 0; i < 5; ++i) {
+      const ContactResult r = after.tick({0.001, 0.002, 0.003});
+      EXPECT_TRUE(r.touching) << heap;
+      EXPECT_LT(after.depthInside(r.ihip), kTouchable) << heap;
+    }
+  }
+}
+
+TEST(Reseat, FleesWhenEveryBodyPushesItIntoTheNext) {
+  const Vec3 hip{0.0095, 0, 0};
   World before;
-  before.place({0.001, 0.002, 0.003});
-  before.tick({0.001, 0.002, 0.003});
+  before.place(hip);
+  before.tick(hip);
   World after;
   std::vector<BodyOrigin> origins;
-  for (int i = 0; i < 12; ++i) {
-    after.add(shapes::sphere(0.03, 6), 0.02 * Vec3(std::sin(i * 1.3), std::cos(i * 2.1), std::sin(i * 0.7 + 1)));
+  for (int i = 12; i >= 0; --i) {
+    after.add(shapes::box({0.01, 0.1, 0.1}, 3), Vec3(0.005 + 0.009 * i, 0, 0));
     origins.push_back({-1, true});
   }
   EXPECT_TRUE(adopt(before, after, origins));
-  EXPECT_EQ(after.depthInside(after.state().ihip), 0);
-  for (int i = 0; i < 20; ++i) {
-    const ContactResult r = after.tick({0.001, 0.002, 0.003});
+  for (int i = 0; i < 5; ++i) {
+    const ContactResult r = after.tick(hip);
     EXPECT_TRUE(r.touching);
     EXPECT_LT(after.depthInside(r.ihip), kTouchable);
   }
@@ -186,27 +210,49 @@ TEST(Reseat, HoldsOnAThinPlateThatIsRemeshedUnderTheHip) {
   }
 }
 
+TEST(Reseat, HoldsOnASheetThatIsRemeshedUnderTheHip) {
+  // Tilted, so that the vertices' rounding puts the new sheet a little above or below the old one.
+  const Quat tilt = glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 0.5)));
+  const auto sheet = [&](int n) { return shapes::sheet(0.1, n).mapped([&](Vec3 v) { return tilt * v; }).build(); };
+  for (int n = 1; n < 20; ++n) {
+    World before;
+    before.add(sheet(7));
+    press(before, tilt * Vec3(0.001, 0.002, 0.003), tilt * Vec3(0.0033, 0.0041, -0.005));
+    World after;
+    after.add(sheet(n));
+    EXPECT_TRUE(adopt(before, after, {{0, true}}));
+    const ContactResult r = after.tick(tilt * Vec3(0.0033, 0.0041, -0.005));
+    EXPECT_TRUE(r.touching) << n;
+    EXPECT_GT(glm::dot(r.normal, tilt * Vec3(0, 0, 1)), 0.99) << n;
+  }
+}
+
 TEST(Reseat, ComesBackOutOnItsOwnSideOfAThinShell) {
-  // A dome of 0.3 mm wall, re-meshed coarser and finer: the old contact lies within the new wall, or beyond its inner
-  // side.
-  const auto dome = [](int n) {
-    return shapes::box({2, 2, 1}, n).mapped([](Vec3 v) {
-      const double r = 0.05 + 0.0003 * v.z;
-      return glm::normalize(Vec3(v.x * 0.6, v.y * 0.6, 1)) * r;
+  // A dome, re-meshed finer: the old contact, on a facet, now lies within the wall and nearer to its inner side.
+  const auto dome = [](int n, double wall) {
+    return shapes::box({2, 2, 1}, n).mapped([&](Vec3 v) {
+      return glm::normalize(Vec3(v.x * 0.6, v.y * 0.6, 1)) * (0.05 - wall * (0.5 - v.z));
     });
   };
-  World before;
-  before.add(dome(12));
-  press(before, {0.001, 0.002, 0.052}, {0.001, 0.002, 0.046});
-  for (const int n : {10, 14, 40}) {
-    World after;
-    after.add(dome(n));
-    EXPECT_TRUE(adopt(before, after, {{0, true}}));
-    const ContactResult r = after.tick({0.001, 0.002, 0.046});
-    EXPECT_TRUE(r.touching) << n;
-    EXPECT_GT(r.normal.z, 0.9) << n;
-    EXPECT_GT(glm::length(r.ihip), 0.0499) << n;
-  }
+  const Vec3 direction = glm::normalize(Vec3(0.074, 0.076, 1));  // over the middle of a facet of the coarse dome
+  const auto pressed = [&](double wall) {
+    World world;
+    world.add(dome(8, wall));
+    press(world, direction * 0.052, direction * 0.046);
+    return world;
+  };
+  World probe = pressed(0.001);
+  const double sag = 0.05 - glm::length(probe.result().ihip);
+  ASSERT_GT(sag, 5e-5);
+  World before = pressed(sag * 1.5);
+  World after;
+  after.add(dome(40, sag * 1.5));
+  ASSERT_GT(after.depthInside(before.result().ihip), 0);
+  EXPECT_TRUE(adopt(before, after, {{0, true}}));
+  const ContactResult r = after.tick(direction * 0.046);
+  EXPECT_TRUE(r.touching);
+  EXPECT_GT(glm::dot(r.normal, direction), 0.9);
+  EXPECT_NEAR(glm::length(r.ihip), 0.05, 2e-5);
 }
 
 TEST(Reseat, StaysFreeWhenNothingIsNear) {

@@ -80,7 +80,7 @@ TEST_P(Hierarchy, FindsTheFirstCrossingThatAllTrianglesTogetherHave) {
 TEST_P(Hierarchy, FindsCrossingsFromFarAway) {
   const auto s = GetParam().build();
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 from = point(1000);
+    const Vec3 from = point(100'000);
     const Vec3 to = point(0.03);
     EXPECT_EQ(static_cast<bool>(s->firstCrossing(from, to)), static_cast<bool>(bruteCrossing(*s, from, to)));
   }

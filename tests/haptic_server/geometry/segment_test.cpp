@@ -50,6 +50,26 @@ TEST(Segment, NeverSlipsBetweenNeighbours) {
   EXPECT_EQ(leaks(*rough.build(), verticesAndLinePoints(rough), 4, 3), 0);
 }
 
+TEST(Segment, EntersWhereItMeetsLinesAndVerticesExactly) {
+  const Shape cube = shapes::box({2, 2, 2}, 4);
+  const auto surface = cube.build();
+  for (double x = -0.875; x < 1; x += 0.125) {
+    for (double y = -0.875; y < 1; y += 0.125) {
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const double end : {1.0, -1.0}) {
+          Vec3 from(x, y, x);
+          Vec3 to = from;
+          from[axis] = end * 1.5;
+          to[axis] = end * 0.5;
+          const Crossing crossing = surface->firstCrossing(from, to);
+          EXPECT_TRUE(crossing);
+          EXPECT_EQ(crossing.time, 0.5);
+        }
+      }
+    }
+  }
+}
+
 TEST(Segment, EntersAtOneOfManyNeedlesAroundAnApex) {
   for (const int valence : {3, 8, 64, 1024}) {
     const Shape cone = shapes::cone(0.03, 0.05, valence);
