@@ -243,7 +243,7 @@ TEST_F(SequencerTest, TheSameSubmissionsGiveTheSameHistory) {
           t.operations.push_back(moveTo(name, {double(random() % 10), 0, 0}));
           break;
         default:
-          t.operations.push_back(RemeshObject{named(name), box(0.5)});
+          t.operations.emplace_back(RemeshObject{named(name), box(0.5)});
       }
     }
     const std::uint64_t number = 1 + random() % 200;
