@@ -126,7 +126,7 @@ ShadedMesh shadeMesh(const TriMesh& mesh, double crease_rad) {
       const double length = glm::length(sums[i]);
       shadedVertex[i] = static_cast<std::uint32_t>(shaded.source.size());
       shaded.source.push_back(v);
-      shaded.normals.push_back(Vec3f(length > 0 ? sums[i] / length : Vec3(0, 0, 1)));
+      shaded.normals.emplace_back(length > 0 ? sums[i] / length : Vec3(0, 0, 1));
     }
     for (std::size_t i = 0; i < corners.size(); ++i) {
       shaded.triangles[corners[i] / 3][corners[i] % 3] = shadedVertex[fans.root(i)];

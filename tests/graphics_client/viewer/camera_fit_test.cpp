@@ -40,7 +40,9 @@ std::vector<Vec3> cloud(Vec3 size) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-0.5, 0.5);
   std::vector<Vec3> points;
-  for (int i = 0; i < 200; ++i)
+  constexpr std::size_t kPoints = 200;
+  points.reserve(kPoints);
+  for (std::size_t i = 0; i < kPoints; ++i)
     points.push_back(Vec3(place(random), place(random), place(random)) * size + Vec3(3, -2, 1));
   return points;
 }

@@ -101,6 +101,7 @@ TEST_F(Touching, AForceAtTheLimitIsMarked) {
 TEST_F(Touching, TheCardsKeepTheirShapeWhateverIsKnown) {
   const auto labels = [](const std::vector<OverlayLine>& lines) {
     std::vector<std::string> names;
+    names.reserve(lines.size());
     for (const OverlayLine& line : lines) names.push_back(line.label);
     return names;
   };
