@@ -1,3 +1,4 @@
+#include <google/protobuf/stubs/logging.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -125,7 +126,8 @@ int run(const ServerOptions& options) {
   servoReady.wait(false);
   for (const std::string& warning : realtime.warnings) spdlog::warn("{}", warning);
   (*server)->start();
-  std::cout << "listening on " << options.listen.substr(0, options.listen.rfind(':')) << ':' << (*server)->port() << std::endl;
+  std::cout << "listening on " << options.listen.substr(0, options.listen.rfind(':')) << ':' << (*server)->port()
+            << std::endl;
 
   stopSignals.wait(options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0);
   spdlog::info("stopping");
@@ -142,7 +144,8 @@ int run(const ServerOptions& options) {
     status.set_revision(history->version.revision());
     status.set_root(history->version.root().asBytes());
     status.set_refused_connections((*server)->counters().refusedConnections);
-    if (auto written = writeSummary(options.summary, status, device.info().maxForce_N); !written) return fail(written.error());
+    if (auto written = writeSummary(options.summary, status, device.info().maxForce_N); !written)
+      return fail(written.error());
   }
   return 0;
 }
@@ -152,6 +155,7 @@ int run(const ServerOptions& options) {
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
+  google::protobuf::SetLogHandler(nullptr);  // it would write a line for each bad string that a client sends
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
   const auto options = haptics::parseServerOptions(argc, argv);
   if (const int* code = std::get_if<int>(&options)) return *code;

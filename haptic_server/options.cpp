@@ -28,10 +28,12 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   ServerOptions options;
   options.devicePreset = kDefaultDevicePreset;
   options.hand = kDefaultHandPreset;
-  CLI::App app{"The haptic server: reads the force-feedback device, finds the contact, writes the force, keeps the scene."};
+  CLI::App app{
+      "The haptic server: reads the force-feedback device, finds the contact, writes the force, keeps the scene."};
   app.footer(kExamples);
   app.add_option("--scene", options.scene, "Scene file to start with (protobuf text format); \"-\" for standard input");
-  app.add_option("--assets", options.assets, "Folder where scenes and clients may name mesh files (besides the scene file's)")
+  app.add_option("--assets", options.assets,
+                 "Folder where scenes and clients may name mesh files (besides the scene file's)")
       ->check(CLI::ExistingDirectory);
   app.add_option("--device", options.device, "Force-feedback device")
       ->check(CLI::IsMember({"simulated"}))
@@ -45,11 +47,14 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   app.add_option("--listen", options.listen, "HOST:PORT for clients; port 0 takes a free one")->capture_default_str();
   app.add_flag("--allow-insecure-lan", options.allowInsecureLan,
                "Accept clients from other machines, without encryption: for networks that you trust");
-  app.add_option("--rate", options.rate_Hz, "Servo rate in Hz")->check(CLI::Range(100.0, 20'000.0))->capture_default_str();
+  app.add_option("--rate", options.rate_Hz, "Servo rate in Hz")
+      ->check(CLI::Range(100.0, 20'000.0))
+      ->capture_default_str();
   app.add_option("--seconds", options.seconds, "Stop after this time (default: run until a signal)")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--summary", options.summary, "Write the run's figures here as JSON");
-  app.add_option("--record", options.record, "Write every tick's telemetry here (length-delimited haptics.v1.Telemetry)");
+  app.add_option("--record", options.record,
+                 "Write every tick's telemetry here (length-delimited haptics.v1.Telemetry)");
   app.add_option("--pin", options.cpu, "CPU to bind the servo thread to")->check(CLI::NonNegativeNumber);
   try {
     app.parse(argc, argv);

@@ -56,8 +56,7 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"adopted_revision", status.adopted_revision()},
       {"scene_hash", root.hex()},
       {"device", status.device()},
-      {"realtime",
-       {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
+      {"realtime", {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
   };
   std::ofstream out(file);
   out << summary.dump(2) << '\n';

@@ -17,7 +17,8 @@ void ClockOffset::add(std::uint64_t clientSend, std::uint64_t serverReceive, std
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(filled / 2);
   std::nth_element(sorted.begin(), middle, end);
   median_ = *middle;
-  smallestRoundTrip_ = *std::min_element(roundTrips_.begin(), roundTrips_.begin() + static_cast<std::ptrdiff_t>(filled));
+  smallestRoundTrip_ =
+      *std::min_element(roundTrips_.begin(), roundTrips_.begin() + static_cast<std::ptrdiff_t>(filled));
 }
 
 }  // namespace haptics

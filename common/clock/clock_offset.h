@@ -13,7 +13,8 @@ class ClockOffset {
   static constexpr std::size_t kWindow = 64;
 
   /// Times in nanoseconds, client send and receive on the client's clock, server's on the server's.
-  void add(std::uint64_t clientSend, std::uint64_t serverReceive, std::uint64_t serverSend, std::uint64_t clientReceive);
+  void add(std::uint64_t clientSend, std::uint64_t serverReceive, std::uint64_t serverSend,
+           std::uint64_t clientReceive);
 
   [[nodiscard]] bool known() const noexcept { return count_ > 0; }
   [[nodiscard]] std::int64_t offset_ns() const noexcept { return median_; }

@@ -19,8 +19,8 @@ struct ContentHash {
 
   auto operator<=>(const ContentHash&) const = default;
   [[nodiscard]] bool isZero() const noexcept { return *this == ContentHash{}; }
-  [[nodiscard]] std::string hex() const;                 ///< 64 lower-case digits.
-  [[nodiscard]] std::string asBytes() const;             ///< 32 bytes, as protobuf carries them.
+  [[nodiscard]] std::string hex() const;      ///< 64 lower-case digits.
+  [[nodiscard]] std::string asBytes() const;  ///< 32 bytes, as protobuf carries them.
   [[nodiscard]] static std::optional<ContentHash> fromBytes(std::string_view bytes);  ///< Nothing unless 32 bytes.
 };
 

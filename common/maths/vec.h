@@ -6,9 +6,9 @@
 
 namespace haptics {
 
-using Vec3 = glm::dvec3;   ///< Everything that is computed.
-using Vec3f = glm::vec3;   ///< Vertices as stored: these floats *are* the surface.
-using Quat = glm::dquat;   ///< Unit quaternion; constructor order w, x, y, z.
+using Vec3 = glm::dvec3;  ///< Everything that is computed.
+using Vec3f = glm::vec3;  ///< Vertices as stored: these floats *are* the surface.
+using Quat = glm::dquat;  ///< Unit quaternion; constructor order w, x, y, z.
 
 /// Object frame to world: x_world = rotation * x_object + position (metres).
 struct Pose {

@@ -95,17 +95,34 @@ struct Precondition {
   std::optional<ContentHash> expectedHash;
 };
 
-struct BoxSource { Vec3 size_m{0}; std::uint32_t segments = 1; };
-struct SphereSource { double radius_m = 0; std::uint32_t segments = 32; };
-struct CylinderSource { double radius_m = 0, height_m = 0; std::uint32_t segments = 64; };
-struct TorusSource { double majorRadius_m = 0, minorRadius_m = 0; std::uint32_t majorSegments = 128, minorSegments = 64; };
-struct FileSource { std::string path; };   ///< Relative, below an asset folder.
-struct AssetSource { ContentHash hash; };  ///< A mesh that the server holds.
+struct BoxSource {
+  Vec3 size_m{0};
+  std::uint32_t segments = 1;
+};
+struct SphereSource {
+  double radius_m = 0;
+  std::uint32_t segments = 32;
+};
+struct CylinderSource {
+  double radius_m = 0, height_m = 0;
+  std::uint32_t segments = 64;
+};
+struct TorusSource {
+  double majorRadius_m = 0, minorRadius_m = 0;
+  std::uint32_t majorSegments = 128, minorSegments = 64;
+};
+struct FileSource {
+  std::string path;
+};  ///< Relative, below an asset folder.
+struct AssetSource {
+  ContentHash hash;
+};  ///< A mesh that the server holds.
 
 struct MeshSource {
   std::variant<BoxSource, SphereSource, CylinderSource, TorusSource, FileSource, AssetSource> source;
-  double unit_m = 1;                        ///< Metres per unit of a file.
-  std::optional<double> largestExtent_m = std::nullopt;    ///< Instead of unit_m: scale to this longest side, centre at the origin.
+  double unit_m = 1;  ///< Metres per unit of a file.
+  std::optional<double> largestExtent_m =
+      std::nullopt;  ///< Instead of unit_m: scale to this longest side, centre at the origin.
 };
 
 struct PoseEdit {
@@ -118,11 +135,27 @@ struct MaterialEdit {
   std::optional<Color> color;
 };
 
-struct AddObject { std::string name; MeshSource mesh; PoseEdit pose; MaterialEdit material; };
-struct RemoveObject { ObjectRef object; };
-struct RemeshObject { ObjectRef object; MeshSource mesh; };
-struct SetPose { ObjectRef object; PoseEdit pose; };
-struct SetMaterial { ObjectRef object; MaterialEdit material; };
+struct AddObject {
+  std::string name;
+  MeshSource mesh;
+  PoseEdit pose;
+  MaterialEdit material;
+};
+struct RemoveObject {
+  ObjectRef object;
+};
+struct RemeshObject {
+  ObjectRef object;
+  MeshSource mesh;
+};
+struct SetPose {
+  ObjectRef object;
+  PoseEdit pose;
+};
+struct SetMaterial {
+  ObjectRef object;
+  MaterialEdit material;
+};
 using Operation = std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial>;
 
 struct Transaction {

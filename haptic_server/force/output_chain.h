@@ -4,8 +4,8 @@
 
 #include "common/maths/vec.h"
 
-// What stands between the force law and the device, in this order: finite check (the step's, it names the fault), blend,
-// magnitude limit. There is no slew limit: at 0.3 N a tick it turned a stable tap into an unstable one.
+// What stands between the force law and the device, in this order: finite check (the step's, it names the fault),
+// blend, magnitude limit. There is no slew limit: at 0.3 N a tick it turned a stable tap into an unstable one.
 namespace haptics {
 
 /// Blends out the jump that an edit, attach or re-seat causes.

@@ -36,12 +36,12 @@ struct SpringDamperForce {
 
 /// Bounds how fast an edit of the material (or the coming or going of an object under the stylus) is felt.
 ///
-/// The felt stiffness moves towards the object's by as much as changes the force by kRate; with no contact it is there at
-/// once. So the contact force itself has no step, before any limit or blend.
+/// The felt stiffness moves towards the object's by as much as changes the force by kRate; with no contact it is there
+/// at once. So the contact force itself has no step, before any limit or blend.
 class FeltStiffness {
  public:
-  /// Newtons per second. Higher makes an edit felt sooner and as more of a kick: 30 N/s is 0.03 N a tick at 1 kHz, and 2 N
-  /// fade in 67 ms.
+  /// Newtons per second. Higher makes an edit felt sooner and as more of a kick: 30 N/s is 0.03 N a tick at 1 kHz, and
+  /// 2 N fade in 67 ms.
   static constexpr double kRate_N_per_s = 30;
 
   [[nodiscard]] Stiffness value() const noexcept { return felt_; }
@@ -49,7 +49,8 @@ class FeltStiffness {
   /// @param penetration_m, approach_m_per_s  As in springDamper(); 0 when the object is not in contact.
   void follow(Stiffness target, double penetration_m, double approach_m_per_s, double period_s) noexcept {
     if (felt_ == target) return;
-    const Stiffness missing{target.spring_N_per_m - felt_.spring_N_per_m, target.damping_Ns_per_m - felt_.damping_Ns_per_m};
+    const Stiffness missing{target.spring_N_per_m - felt_.spring_N_per_m,
+                            target.damping_Ns_per_m - felt_.damping_Ns_per_m};
     const double change =
         std::abs(missing.spring_N_per_m * penetration_m) + std::abs(missing.damping_Ns_per_m * approach_m_per_s);
     const double allowed = kRate_N_per_s * period_s;

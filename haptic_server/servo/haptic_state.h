@@ -36,8 +36,8 @@ struct HapticState {
   std::size_t bodyCount = 0;
   std::array<Body, kMaxServoObjects> bodies;
   std::array<ObjectState, kMaxServoObjects> objects;
-  bool adoptedNow = false;    ///< Until the end of the tick of an adoption.
-  bool contactBroken = false; ///< The adoption could not carry the contact on as it was.
+  bool adoptedNow = false;     ///< Until the end of the tick of an adoption.
+  bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
 
   // Written by the step, stage by stage.
   bool attached = false;

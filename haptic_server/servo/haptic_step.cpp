@@ -43,7 +43,8 @@ void superviseDevice(HapticState& state, const DeviceReading& device) noexcept {
   return glm::dot(relative, direction);
 }
 
-/// Paper 3: spring from the penetration vector, with a damper. Also moves every object's felt stiffness towards its own.
+/// Paper 3: spring from the penetration vector, with a damper. Also moves every object's felt stiffness towards its
+/// own.
 void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig& config, const ContactResult& contact,
                   ForceComponents& force) noexcept {
   const Vec3 toSurface = contact.ihip - state.hip;
@@ -53,18 +54,20 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     const ServoObject& object = scene.objects[i];
     const bool touched = contact.touching && static_cast<std::size_t>(contact.body) == i;
-    const Stiffness target = object.leaving ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
+    const Stiffness target =
+        object.leaving ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
     state.objects[i].felt.follow(target, touched ? depth : 0, touched ? speed : 0, config.period_s);
   }
   if (!contact.touching) return;
-  const auto felt = springDamper(toSurface, direction, speed,
-                                 state.objects[static_cast<std::size_t>(contact.body)].felt.value());
+  const auto felt =
+      springDamper(toSurface, direction, speed, state.objects[static_cast<std::size_t>(contact.body)].felt.value());
   force.spring = felt.spring;
   force.damping = felt.damping;
 }
 
 /// Finite check, blend, fault ramp, magnitude limit: always last before the device.
-void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touchedObject, ForceComponents& force) noexcept {
+void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touchedObject,
+                ForceComponents& force) noexcept {
   if (!isFinite(force.contact)) state.fault = Fault::kNonFiniteForce;
   if (state.fault == Fault::kNone) {
     if (state.adoptedNow && (state.contactBroken || touchedObject != state.contactObject)) {
@@ -124,8 +127,8 @@ void adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) 
   std::copy_n(bodies.begin(), count, state.bodies.begin());
   std::copy_n(objects.begin(), count, state.objects.begin());
   state.bodyCount = count;
+  if (next.revision != state.sceneRevision) state.adoptionTick = tick;  // not when a removed object has left
   state.sceneRevision = next.revision;
-  state.adoptionTick = tick;
   state.adoptedNow = true;
   state.contactBroken = reseat(state.contact, {state.bodies.data(), count}, {origins.data(), count});
 }

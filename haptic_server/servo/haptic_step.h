@@ -18,10 +18,11 @@ struct StepInput {
 /// Goes over to another scene at a tick's start: contact and motion state is carried over by object id.
 void adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept;
 
-/// One servo tick, device position to force (paper 3.2): (scene, state, input) -> (state, sample). No clock, socket, lock,
-/// allocation or device inside; the server, the evaluation tools and replay run this same function.
-/// `scene` is the one that `state` adopted last.
-/// @return What was felt; `force.written` (N, world) is for the device. Its queue and loop counters are left to the loop.
+/// One servo tick, device position to force (paper 3.2): (scene, state, input) -> (state, sample). No clock, socket,
+/// lock, allocation or device inside; the server, the evaluation tools and replay run this same function. `scene` is
+/// the one that `state` adopted last.
+/// @return What was felt; `force.written` (N, world) is for the device. Its queue and loop counters are left to the
+/// loop.
 [[nodiscard]] TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
                                          const StepInput& input) noexcept;
 

@@ -67,13 +67,15 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
 void ServoLoop::account(TelemetrySample& sample, std::uint64_t now_ns) noexcept {
   add(statistics_.ticks, 1);
   if (sample.object != 0) add(statistics_.contactTicks, 1);
-  if (const double force = glm::length(sample.force.written); force > statistics_.maxForce_N.load(std::memory_order_relaxed)) {
+  if (const double force = glm::length(sample.force.written);
+      force > statistics_.maxForce_N.load(std::memory_order_relaxed)) {
     statistics_.maxForce_N.store(force, std::memory_order_relaxed);
   }
   if (now_ns - secondBegan_ns_ >= kSecond_ns) {
     const std::uint64_t ticks = statistics_.ticks.load(std::memory_order_relaxed);
-    statistics_.rate_Hz.store(static_cast<double>(ticks - ticksBefore_) * 1e9 / static_cast<double>(now_ns - secondBegan_ns_),
-                              std::memory_order_relaxed);
+    statistics_.rate_Hz.store(
+        static_cast<double>(ticks - ticksBefore_) * 1e9 / static_cast<double>(now_ns - secondBegan_ns_),
+        std::memory_order_relaxed);
     ticksBefore_ = ticks;
     secondBegan_ns_ = now_ns;
   }

@@ -24,7 +24,7 @@ struct ServoObject {
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.
 struct ServoScene {
   std::uint64_t revision = 0;
-  std::vector<ServoObject> objects;       ///< At most kMaxServoObjects, in order of id.
+  std::vector<ServoObject> objects;             ///< At most kMaxServoObjects, in order of id.
   std::shared_ptr<const ExplorationPlan> plan;  ///< Null unless a simulated hand explores.
 };
 

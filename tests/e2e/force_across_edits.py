@@ -12,6 +12,7 @@ import harness
 
 FADE_TICKS = 300  # after an adoption while which a fade, and a hand that has lost its surface, are still its doing
 MARGIN_N = 0.05
+BLEND_TICKS = 50  # 50 ms
 
 
 def read_recording(file):
@@ -85,7 +86,11 @@ class ForceAcrossEdits(harness.EndToEnd):
         jump = contact[at - 1]
         print(f"tick {moved}: the surface moved 2 mm: contact force jumps by {jump:.3f} N, written by {written[at - 1]:.3f} N")
         self.assertGreater(jump, 0.5, "the move must be one that matters")
-        self.assertLessEqual(max(written[at - 1:at + 50]), jump / 50 + 1.1 * own + MARGIN_N)
+        self.assertLessEqual(written[at - 1], 1.1 * own + MARGIN_N)
+        blended = [difference(sample.force.written, sample.force.contact) for sample in samples[at:at + BLEND_TICKS + 2]]
+        steps = [abs(b - a) for a, b in zip(blended, blended[1:])]
+        self.assertLessEqual(max(steps), 1.05 * jump / BLEND_TICKS + 0.001, "what blends the jump out fades evenly")
+        self.assertAlmostEqual(blended[-1], 0, delta=0.001)
 
 
 if __name__ == "__main__":

@@ -137,6 +137,17 @@ TEST(HapticStep, AllocatesNothing) {
   EXPECT_GT(AllocationTripwire::count(), before) << "the tripwire itself must work";
 }
 
+TEST(HapticStep, SaysSinceWhenARevisionIsFeltAlsoWhenItIsPublishedAgain) {
+  VirtualServo servo(pressDown, kConfig);
+  servo.run(3);
+  servo.adopt(sceneOf(1, {slab()}));
+  servo.run(10);
+  servo.adopt(sceneOf(1, {slab()}));
+  EXPECT_EQ(servo.step().adoptionTick, 3U);
+  servo.adopt(sceneOf(2, {slab()}));
+  EXPECT_EQ(servo.step().adoptionTick, 14U);
+}
+
 TEST(HapticStep, AccountsTheWorkOfThePress) {
   VirtualServo servo(pressDown, kConfig);
   servo.adopt(sceneOf(1, {slab()}));
