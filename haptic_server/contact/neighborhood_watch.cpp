@@ -70,11 +70,10 @@ SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& sp
 
 /// Paper 3.2, the loop of the pseudocode, with these deviations, without which it does not work:
 ///  - A polygon's lines and vertices are part of it, so no neighbour of a polygon is strictly closer and the printed
-///  loop
-///    never leaves its first polygon. The primitive that holds the closest point is therefore taken from the closest
-///    point computation itself, ties going to the lower dimension, and only strictly closer neighbours are hopped to.
-///    Each hop goes to a triangle that shares that primitive, so that the path is continuous, stays on the surface and
-///    ends.
+///    loop never leaves its first polygon. The primitive that holds the closest point is therefore taken from the
+///    closest point computation itself, ties going to the lower dimension, and only strictly closer neighbours are
+///    hopped to. Each hop goes to a triangle that shares that primitive, so that the path is continuous, stays on the
+///    surface and ends.
 ///  - The search has a budget. Distance never grows, so that it may stop at any hop and go on in the next tick.
 SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
                                int& spent) noexcept {

@@ -7,9 +7,8 @@ namespace haptics {
 /// Paper 3.2, the search and the test whether the HIP is still inside. Deviations:
 ///  - The sign is tested only once the search has converged, with the normal of the primitive that holds the foot.
 ///  - The path of the IHIP is guarded: "we constrain the IHIP such that it does not penetrate any object", but
-///  neighbours
-///    know nothing of other objects, nor of another part of their own. Where something else is near, each hop is
-///    tested.
+///    neighbours know nothing of other objects, nor of another part of their own. Where something else is near, each
+///    hop is tested.
 ///  - The way out is tested in the same tick: it may lead into another tooth of a comb, or another body.
 ///  - At a boundary neither search nor sign mean anything: the constraint solver takes over.
 void ContactTick::followSurface(Vec3 hip) noexcept {

@@ -21,8 +21,7 @@ namespace haptics {
 /// polygons' records, one cache line each, in the order of the hierarchy:
 ///  - polygon t: its lines are (t, 0..2), its vertices triangle(t).vertex[0..2];
 ///  - line (t, k): its polygons are t and triangle(t).neighbour(k), its vertices corners k and k + 1 of t. A line is
-///  the
-///    same from both of its polygons;
+///    the same from both of its polygons;
 ///  - vertex (t, k): its polygons are the fan around corner k, its lines the edges between them (see visitFan()).
 /// A line joins two polygons only where exactly two run along it, in opposite directions. Every other edge is a
 /// boundary: rims of holes, fins, duplicates, flipped faces.
