@@ -58,6 +58,7 @@ class BoundingHierarchy {
   void visitNear(Vec3 h, Visit visit) const noexcept;
 
   [[nodiscard]] std::span<const Node> nodes() const noexcept { return nodes_; }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept { return nodes_.capacity() * sizeof(Node); }
 
  private:
   struct Slabs;

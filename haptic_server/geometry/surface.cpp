@@ -149,6 +149,11 @@ Foot Surface::closestFoot(Vec3 h, int budget, int& spent) const noexcept {
   return best;
 }
 
+std::size_t Surface::memory_bytes() const noexcept {
+  return records_.capacity() * sizeof(TriangleRecord) + hierarchy_.memory_bytes() +
+         vertexNormals_.capacity() * sizeof(Vec3f) + canonical_.capacity() * sizeof(std::uint32_t);
+}
+
 std::shared_ptr<const Surface> buildSurface(std::span<const Vec3f> vertices,
                                             std::span<const std::array<std::uint32_t, 3>> triangles, int threads) {
   return std::make_shared<const Surface>(vertices, triangles, threads);

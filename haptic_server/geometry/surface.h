@@ -74,6 +74,9 @@ class Surface {
   /// boxes come first, so what is left out seldom matters. Adds the triangles looked at to `spent`.
   [[nodiscard]] Foot closestFoot(Vec3 h, int budget, int& spent) const noexcept;
 
+  /// What the database holds, tree and normals included.
+  [[nodiscard]] std::size_t memory_bytes() const noexcept;
+
   [[nodiscard]] const BoundingHierarchy& hierarchy() const noexcept { return hierarchy_; }
 
  private:

@@ -140,6 +140,13 @@ TEST(Surface, GivesAFaceWithoutAreaTheNormalBesideIt) {
   for (std::uint32_t v = 0; v < 5; ++v) EXPECT_EQ(s->vertexNormal(v), Vec3(0, 0, 1));
 }
 
+TEST(Surface, HoldsAFineMeshInFewBytesATriangle) {
+  const auto s = shapes::sphere(0.05, 73).build();
+  const double each = static_cast<double>(s->memory_bytes()) / s->triangleCount();
+  EXPECT_GT(each, sizeof(TriangleRecord) + 4 + 6);  // its canonical number, the normal of half a vertex
+  EXPECT_LE(each, 95);
+}
+
 TEST(Surface, BuildsWhateverSatisfiesTheMeshsInvariants) {
   const Shape one{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
   const Shape speck{{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}};

@@ -1,0 +1,34 @@
+#include <benchmark/benchmark.h>
+
+#include <string>
+
+#include "tests/bench/benches.h"
+#include "tests/bench/scenes.h"
+
+namespace haptics::bench {
+namespace {
+
+/// Tree, neighbours, records, normals and flags, from a mesh in canonical order.
+void build(benchmark::State& state, std::uint32_t segments, int threads) {
+  const TriMesh mesh = sphereMesh(segments);
+  const auto triangles = static_cast<double>(mesh.triangles.size());
+  std::size_t memory_bytes = 0;
+  for (auto _ : state) memory_bytes = buildSurface(mesh.vertices, mesh.triangles, threads)->memory_bytes();
+  state.counters["s_per_million_triangles"] =
+      benchmark::Counter(triangles * 1e-6, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  state.counters["bytes_per_triangle"] = static_cast<double>(memory_bytes) / triangles;
+}
+
+}  // namespace
+
+void registerBuild() {
+  for (const std::uint32_t n : kSegments) {
+    for (const int threads : {1, 2}) {
+      const std::string name =
+          "build/threads:" + std::to_string(threads) + "/triangles:" + std::to_string(triangleCount(n));
+      benchmark::RegisterBenchmark(name.c_str(), build, n, threads)->Unit(benchmark::kMillisecond)->UseRealTime();
+    }
+  }
+}
+
+}  // namespace haptics::bench

@@ -1,0 +1,100 @@
+#include <benchmark/benchmark.h>
+
+#include <string>
+
+#include "haptic_server/contact/neighborhood_watch.h"
+#include "haptic_server/servo/haptic_step.h"
+#include "tests/bench/benches.h"
+#include "tests/bench/scenes.h"
+#include "tests/bench/stopwatch.h"
+
+namespace haptics::bench {
+namespace {
+
+/// Timed one by one for the percentiles, beside the mean of an unbroken run.
+constexpr int kSingleTicks = 20'000;
+constexpr int kColdTicks = 300;
+
+std::string nameOf(const char* what, const Trajectory& trajectory, std::uint32_t segments) {
+  return std::string(what) + "/" + trajectory.name + "/triangles:" + std::to_string(triangleCount(segments));
+}
+
+void tickHot(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments) {
+  Replay replay(trajectory.make(segments));
+  for (auto _ : state) benchmark::DoNotOptimize(replay.tick());
+  Stopwatch stopwatch;
+  for (int i = 0; i < kSingleTicks; ++i) stopwatch.time([&] { benchmark::DoNotOptimize(replay.tick()); });
+  stopwatch.report(state);
+  state.counters["surfaces"] = static_cast<double>(replay.state().surfaces().size());
+}
+
+void tickCold(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments) {
+  Replay replay(trajectory.make(segments));
+  Stopwatch stopwatch;
+  for (auto _ : state) {
+    sweepCaches();
+    state.SetIterationTime(1e-9 * stopwatch.time([&] { benchmark::DoNotOptimize(replay.tick()); }));
+  }
+  stopwatch.report(state);
+}
+
+/// The neighborhood watch alone, from where the tick before ended.
+void search(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments) {
+  Replay replay(trajectory.make(segments));
+  const Scene& scene = replay.scene();
+  const Surface& surface = *scene.bodies.front().surface;
+  std::uint32_t triangle = replay.state().holding[0].triangle;
+  std::size_t next = 0;
+  for (auto _ : state) {
+    int spent = 0;
+    triangle = neighborhoodWatch(surface, triangle, scene.path[next], nullptr, spent).foot.triangle;
+    benchmark::DoNotOptimize(triangle);
+    if (++next == scene.path.size()) next = 0;
+  }
+}
+
+/// From the device's position to the force (paper 3.2), with one object.
+void wholeStep(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments) {
+  const Scene path = trajectory.make(segments);
+  ServoScene scene;
+  scene.revision = 1;
+  scene.objects.push_back({1, sphere(segments), {}, 1000, 0.5, false});
+  const StepConfig config;
+  HapticState servo(config);
+  adoptScene(scene, servo, 0);
+  StepInput input;
+  const auto step = [&](Vec3 hip) {
+    ++input.tick;
+    input.device = {hip, DeviceState::kReady};
+    return hapticStep(scene, servo, config, input);
+  };
+  for (const Vec3 hip : path.approach) static_cast<void>(step(hip));
+  std::size_t next = 0;
+  const auto stepOn = [&] {
+    benchmark::DoNotOptimize(step(path.path[next]));
+    if (++next == path.path.size()) next = 0;
+  };
+  for (auto _ : state) stepOn();
+  Stopwatch stopwatch;
+  for (int i = 0; i < kSingleTicks; ++i) stopwatch.time(stepOn);
+  stopwatch.report(state);
+}
+
+}  // namespace
+
+void registerContact() {
+  for (const std::uint32_t n : kSegments) {
+    for (const Trajectory& t : {kRubbing, kSlide, kFreeSpace, kSecondBodyNear, kLineContact}) {
+      benchmark::RegisterBenchmark(nameOf("contact_tick/hot", t, n).c_str(), tickHot, t, n);
+      benchmark::RegisterBenchmark(nameOf("contact_tick/cold", t, n).c_str(), tickCold, t, n)
+          ->UseManualTime()
+          ->Iterations(kColdTicks);
+    }
+    for (const Trajectory& t : {kRubbing, kSlide}) {
+      benchmark::RegisterBenchmark(nameOf("search/hot", t, n).c_str(), search, t, n);
+      benchmark::RegisterBenchmark(nameOf("haptic_step/hot", t, n).c_str(), wholeStep, t, n);
+    }
+  }
+}
+
+}  // namespace haptics::bench

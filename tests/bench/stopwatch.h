@@ -1,0 +1,38 @@
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <vector>
+
+namespace haptics::bench {
+
+using Clock = std::chrono::steady_clock;
+
+/// Durations of single events, without what reading the clock adds to each.
+class Stopwatch {
+ public:
+  Stopwatch();
+
+  /// Returns the duration, ns.
+  template <class Event>
+  double time(Event event) {
+    const Clock::time_point begin = Clock::now();
+    event();
+    const std::chrono::duration<double, std::nano> taken = Clock::now() - begin;
+    durations_ns_.push_back(std::max(0.0, taken.count() - clock_ns_));
+    return durations_ns_.back();
+  }
+
+  /// Adds p50_ns, p99_ns and worst_ns to the benchmark's figures.
+  void report(benchmark::State& state);
+
+ private:
+  double clock_ns_;  // the median of an event that does nothing
+  std::vector<double> durations_ns_;
+};
+
+/// Reads and writes a buffer of several times the last level cache, so that nothing else is left in any cache.
+void sweepCaches();
+
+}  // namespace haptics::bench
