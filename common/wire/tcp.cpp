@@ -271,7 +271,7 @@ struct TcpConnector::State : std::enable_shared_from_this<TcpConnector::State> {
     }
     resolver.async_resolve(
         server.host, std::to_string(server.port),
-        [self = shared_from_this()](const std::error_code& error, tcp::resolver::results_type found) {
+        [self = shared_from_this()](const std::error_code& error, const tcp::resolver::results_type& found) {
           if (self->abandoned) return;
           if (error) return self->fail("the host is not known: " + error.message());
           self->connect(found);

@@ -76,6 +76,7 @@ TEST(SceneVersion, ReachesTheSameRootByCommitsAndBySnapshot) {
     ASSERT_TRUE(next) << next.error().text();
     scene = *next;
     std::vector<ObjectRecord> records;
+    records.reserve(model.size());
     for (const auto& [id, record] : model) records.push_back(record);
     ASSERT_EQ(scene.root(), SceneVersion::fromSnapshot(revision, records)->root()) << "revision " << revision;
   }
