@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "common/maths/vec.h"
+#include "haptic_server/geometry/surface.h"
+
+namespace haptics::eval {
+
+/// The spring that every method renders with, contact.md's k: forces compare as depths.
+inline constexpr double kSpring_N_per_m = 1000;
+/// The servo's period in virtual time.
+inline constexpr double kPeriod_s = 1e-3;
+
+/// What a method answers in one tick. World frame.
+struct Felt {
+  bool touching = false;
+  Vec3 ihip{0};       ///< Metres; the HIP when free.
+  Vec3 force_N{0};    ///< On the hand, before any limit.
+  int triangles = 0;  ///< Looked at one by one by a search, those behind the hierarchy's segment test not counted.
+};
+
+/// A method of rendering contact with a point, in virtual time.
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  /// Another scene: bodies at these poses, the HIP (world, m) outside of all.
+  virtual void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) = 0;
+  /// The same scene, its bodies as they are now, attached anew to a HIP outside of all.
+  virtual void place(Vec3 hip) = 0;
+  /// One tick. A pose other than the last is motion.
+  virtual Felt tick(std::span<const Pose> poses, Vec3 hip) = 0;
+};
+
+}  // namespace haptics::eval

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+namespace haptics::eval {
+
+/// One run of one method: flat, with `method`, `scene`, each measure under its own key with its unit in the name, and
+/// `pass`.
+using Record = nlohmann::ordered_json;
+
+/// Writes DIR/<verb>.json, a list of records; makes DIR. Throws std::runtime_error naming the file that cannot be
+/// written.
+void writeRecords(const std::filesystem::path& directory, std::string_view verb, const std::vector<Record>& records);
+
+/// One line for the table on standard output: the keys from `first` on that are measures.
+[[nodiscard]] std::string measuresText(const Record& measures);
+
+}  // namespace haptics::eval

@@ -1,0 +1,104 @@
+// Limits of the search and of the crossing test: S5, S6, S7.
+
+#include <algorithm>
+
+#include "haptic_server/contact/neighborhood_watch.h"
+#include "tests/eval/scenes/scenes.h"
+#include "tests/eval/stage.h"
+
+namespace haptics::eval {
+namespace {
+
+/// The search's budget, and at most one triangle for each step of the motion after it is spent.
+constexpr int kMostTriangles = kSearchBudget + 48;
+
+/// A place on the mesh where a test may fail: a vertex, or a point of an edge or of a diagonal.
+Vec3 delicatePlace(const shapes::Shape& shape, Random& random) {
+  const auto t = static_cast<std::size_t>(random.below(static_cast<int>(shape.triangles.size())));
+  const auto k = static_cast<std::size_t>(random.below(3));
+  const Vec3 a = shape.corner(t, k);
+  if (random.below(2) == 0) return a;
+  const Vec3 b = shape.corner(t, (k + 1) % 3);
+  return random.below(2) == 0 ? (a + b) * 0.5 : glm::mix(a, b, random.between(0, 1));
+}
+
+}  // namespace
+
+SceneResult aimAtVerticesAndEdges(Renderer& method, Random& random) {
+  constexpr int kSegments = 100'000;
+  constexpr double kMostTilt_rad = 0.5;  // against the radius: within, the far end is inside of either shape
+  int leaks = 0;
+  for (const shapes::Shape& upright : {shapes::sphere(0.05, 6), shapes::box(Vec3(0.08), 4)}) {
+    const Quat rotation = random.rotation();
+    const shapes::Shape shape = upright.mapped([&](Vec3 v) { return rotation * v; });
+    Stage stage(method, Pose{});
+    stage.add(shape);
+    stage.begin(Vec3(0, 0, 0.2));
+    for (int i = 0; i < kSegments / 2; ++i) {
+      const Vec3 place = delicatePlace(shape, random);
+      const Quat tilt = glm::angleAxis(random.between(0, kMostTilt_rad), random.direction());
+      const Vec3 out = tilt * glm::normalize(place) * random.between(0.0001, 0.002);
+      stage.place(place + out);
+      leaks += stage.tick(place - out).touching ? 0 : 1;
+    }
+  }
+  return {{{"segments", kSegments}, {"leaks", leaks}}, leaks == 0};
+}
+
+/// Stroked around the apex; then the HIP stands still, and the IHIP has to arrive.
+SceneResult strokeFans(Renderer& method, Random& random) {
+  constexpr double kMostStall = 0.05;  // of the depth: the side that holds need not be the nearest one
+  int most = 0;
+  int lost = 0;
+  int ticks = 0;
+  double stall = 0;
+  for (const int valence : {8, 64, 700, 4096}) {
+    Stage stage(method, random);
+    const int cone = stage.add(shapes::cone(0.05, 0.02, valence));
+    stage.begin({0, 0, 0.021});
+    stage.tick({0.0001, 0, 0.015});
+    const double start = random.between(0, 6);
+    const double turn = random.between(0.02, 0.08) * random.sign();
+    for (int i = 0; i < 400; ++i) {
+      const double angle = start + turn * i;
+      const double radius = 0.006 * std::sin(0.02 * i);
+      const Felt felt = stage.tick({radius * std::cos(angle), radius * std::sin(angle), 0.012});
+      lost += felt.touching ? 0 : 1;
+      most = std::max(most, felt.triangles);
+    }
+    const Vec3 rest{0.005 * std::cos(start), 0.005 * std::sin(start), 0.012};
+    Felt felt;
+    for (int i = 0; i < 20; ++i) felt = stage.tick(rest);
+    const double depth = stage.depthIn(cone, rest);
+    stall = std::max(stall, std::abs(glm::distance(felt.ihip, rest) - depth) / depth);
+    ticks += stage.ticks();
+  }
+  return {{{"ticks", ticks}, {"triangles_per_tick_max", most}, {"stall_of_depth_ratio", stall}, {"lost_ticks", lost}},
+          most <= kMostTriangles && stall <= kMostStall && lost == 0};
+}
+
+SceneResult runDeepAndFast(Renderer& method, Random& random) {
+  constexpr double kRadius = 0.05;
+  constexpr double kDepth = 0.04;
+  constexpr double kSpeed_m_per_s = 5;
+  int lost = 0;
+  int most = 0;
+  Stage stage(method, random);
+  stage.add(shapes::sphere(kRadius, 48));
+  const Quat plane = random.rotation();
+  const auto at = [&](double angle, double radius) {
+    return plane * Vec3(std::sin(angle), 0, std::cos(angle)) * radius;
+  };
+  const auto check = [&](const Felt& felt, Vec3) {
+    lost += felt.touching ? 0 : 1;
+    most = std::max(most, felt.triangles);
+  };
+  stage.begin(at(0, kRadius + 0.001));
+  stage.lead(at(0, kRadius + 0.001), at(0, kRadius - kDepth), kSpeed_m_per_s * kPeriod_s, check);
+  const double turn = kSpeed_m_per_s * kPeriod_s / (kRadius - kDepth);
+  for (int i = 1; i <= 500; ++i) check(stage.tick(at(turn * i, kRadius - kDepth)), {});
+  return {{{"ticks", stage.ticks()}, {"lost_ticks", lost}, {"triangles_per_tick_max", most}},
+          lost == 0 && most <= kMostTriangles};
+}
+
+}  // namespace haptics::eval

@@ -1,0 +1,131 @@
+// Sharp, thin and scaled meshes: S12.
+
+#include <algorithm>
+
+#include "tests/eval/scenes/scenes.h"
+#include "tests/eval/stage.h"
+
+namespace haptics::eval {
+namespace {
+
+/// A blade, or a gash into a block, of about one degree.
+shapes::Shape crease(bool inwards) {
+  return shapes::box({0.02, 0.1, 0.1}, 4).mapped([&](Vec3 v) {
+    return inwards ? Vec3(v.x, v.y, v.z - 0.06 * std::max(0.0, 1 - std::abs(v.x) / 0.004))
+                   : Vec3(v.x * (0.06 - v.z) * 1.6, v.y, v.z);
+  });
+}
+
+/// A cube with strips of 1 um across the middle of each side.
+shapes::Shape slivers() {
+  return shapes::cubeGrid(8).mapped([](Vec3 v) {
+    const auto squeeze = [](double x) { return std::abs(x) < 0.3 ? x * 4e-5 : x; };
+    return Vec3(squeeze(v.x), squeeze(v.y), v.z) * 0.05;
+  });
+}
+
+int strokeCreases(Renderer& method, Random& random, int& ticks) {
+  int wrong = 0;
+  for (const bool inwards : {false, true}) {
+    Stage stage(method, random);
+    stage.add(crease(inwards));
+    stage.begin({0, 0, 0.07});
+    for (int i = 0; i < 100; ++i) {
+      const Vec3 over{random.between(-0.003, 0.003), random.between(-0.04, 0.04), 0.053};
+      stage.place(over);
+      const Vec3 to{-0.5 * over.x, over.y + random.between(-0.004, 0.004), random.between(0.043, 0.049)};
+      stage.lead(over, to, 0.0011,
+                 [&](const Felt& felt, Vec3) { wrong += stage.depthInside(felt.ihip) > kInside_m ? 1 : 0; });
+    }
+    ticks += stage.ticks();
+  }
+  return wrong;
+}
+
+int strokeSlivers(Renderer& method, Random& random, int& ticks) {
+  constexpr double kDepth = 0.003;
+  int wrong = 0;
+  Stage stage(method, random);
+  stage.add(slivers());
+  Vec3 at{0.001, 0.002, 0.05 - kDepth};
+  stage.begin(at + Vec3(0, 0, 2 * kDepth));
+  stage.tick(at);
+  for (int i = 0; i < 20; ++i) {
+    const Vec3 to{random.between(-0.045, 0.045), random.between(-0.045, 0.045), 0.05 - kDepth};
+    stage.lead(at, to, 0.0013, [&](const Felt& felt, Vec3 hip) {
+      const bool right = felt.touching && glm::distance(felt.ihip, hip + Vec3(0, 0, kDepth)) < kInside_m;
+      wrong += right ? 0 : 1;
+    });
+    at = to;
+  }
+  ticks += stage.ticks();
+  return wrong;
+}
+
+/// IHIPs, in units of `scale`, of the same walk over overlapping bodies, all lengths times `scale`.
+std::vector<Vec3> walk(Renderer& method, Random random, double scale) {
+  Stage stage(method, Pose{});
+  stage.add(shapes::bumpy(0.03, 8).scaled(scale));
+  stage.add(shapes::torus(0.03, 0.01, 24, 12).scaled(scale), Vec3(0.02, 0, 0.01) * scale);
+  Vec3 hip{0, 0, 0.07};
+  Vec3 step(0);
+  stage.begin(hip * scale);
+  std::vector<Vec3> ihips;
+  for (int i = 0; i < 1500; ++i) {
+    step =
+        step * 0.95 + Vec3(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)) * 0.001 - hip * 0.001;
+    hip += step;
+    ihips.push_back(stage.tick(hip * scale).ihip / scale);
+  }
+  return ihips;
+}
+
+/// The same for presses onto a sphere. Rounding the vertices anew moves them by 2^-24: on a long stroke it decides now
+/// and then at which side of a vertex the IHIP passes, and both are right; in a press it does not.
+std::vector<Vec3> press(Renderer& method, Random random, double scale) {
+  constexpr double kRadius = 0.05;
+  Stage stage(method, Pose{});
+  stage.add(shapes::sphere(kRadius, 16).scaled(scale));
+  stage.begin(Vec3(0, 0, 2 * kRadius) * scale);
+  std::vector<Vec3> ihips;
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 way = random.direction();
+    stage.place(way * (kRadius + 0.0005) * scale);
+    for (int j = 0; j < 8; ++j) ihips.push_back(stage.tick(way * (kRadius - 0.0005 * j) * scale).ihip / scale);
+  }
+  return ihips;
+}
+
+int differentTicks(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  int different = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) different += a[i] == b[i] ? 0 : 1;
+  return different;
+}
+
+}  // namespace
+
+SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random) {
+  constexpr double kMostRelative = 1e-5;
+  int ticks = 0;
+  const int creases = strokeCreases(method, random, ticks);
+  const int sliver = strokeSlivers(method, random, ticks);
+  int different = 0;
+  const auto once = walk(method, random, 1);
+  for (const double scale : {0x1p-10, 0x1p-3, 0x1p10}) different += differentTicks(once, walk(method, random, scale));
+  double relative = 0;
+  const auto pressed = press(method, random, 1);
+  for (const double scale : {1e-3, 0.1, 1e3}) {
+    const auto scaled = press(method, random, scale);
+    for (std::size_t i = 0; i < pressed.size(); ++i) {
+      relative = std::max(relative, glm::distance(scaled[i], pressed[i]) / 0.05);
+    }
+  }
+  return {{{"ticks", ticks},
+           {"crease_wrong_side_ticks", creases},
+           {"sliver_wrong_ticks", sliver},
+           {"powers_of_two_different_ticks", different},
+           {"powers_of_ten_relative_error_max", relative}},
+          creases == 0 && sliver == 0 && different == 0 && relative <= kMostRelative};
+}
+
+}  // namespace haptics::eval

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "tests/eval/random.h"
+#include "tests/eval/renderer.h"
+
+/// The failure scenes: scripted motion that breaks methods of rendering, each with a number for it. SI in the code,
+/// metres in the scene's frame; units as the keys say in the results.
+namespace haptics::eval {
+
+struct SceneResult {
+  nlohmann::ordered_json measures;  ///< Flat; each key names its unit.
+  bool pass = false;                ///< The method is safe here.
+};
+
+/// `random` decides place, orientation, direction and speed.
+using SceneRun = SceneResult (*)(Renderer& method, Random& random);
+
+struct FailureScene {
+  std::string_view name;
+  std::string_view about;
+  SceneRun run;
+};
+
+[[nodiscard]] SceneResult slideOffCube(Renderer& method, Random& random);                ///< S1
+[[nodiscard]] SceneResult slideIntoBox(Renderer& method, Random& random);                ///< S2
+[[nodiscard]] SceneResult crossComb(Renderer& method, Random& random);                   ///< S3
+[[nodiscard]] SceneResult moveThroughStillHip(Renderer& method, Random& random);         ///< S4
+[[nodiscard]] SceneResult aimAtVerticesAndEdges(Renderer& method, Random& random);       ///< S5
+[[nodiscard]] SceneResult strokeFans(Renderer& method, Random& random);                  ///< S6
+[[nodiscard]] SceneResult runDeepAndFast(Renderer& method, Random& random);              ///< S7
+[[nodiscard]] SceneResult approachMedialAxis(Renderer& method, Random& random);          ///< S8
+[[nodiscard]] SceneResult pressThinPlates(Renderer& method, Random& random);             ///< S9
+[[nodiscard]] SceneResult slideOverSphere(Renderer& method, Random& random);             ///< S10
+[[nodiscard]] SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random);  ///< S12
+
+inline constexpr std::array kFailureScenes{
+    FailureScene{"S1", "slide off a cube, 2 mm deep", slideOffCube},
+    FailureScene{"S2", "slide along a floor into a box that stands on it", slideIntoBox},
+    FailureScene{"S3", "cross a comb with gaps of 0.5 mm, 1 mm a tick", crossComb},
+    FailureScene{"S4", "box, cube and plate move through a still point", moveThroughStillHip},
+    FailureScene{"S5", "segments aimed at vertices, edges and diagonals", aimAtVerticesAndEdges},
+    FailureScene{"S6", "fans of 8 to 4096 triangles", strokeFans},
+    FailureScene{"S7", "fine sphere, 40 mm deep, 5 m/s", runDeepAndFast},
+    FailureScene{"S8", "cube, to within 1 mm of its side", approachMedialAxis},
+    FailureScene{"S9", "plates of 0.5 and 1 mm pressed 5 mm and slid", pressThinPlates},
+    FailureScene{"S10", "sphere, 2 mm deep at 0.1 m/s: steps of the force", slideOverSphere},
+    FailureScene{"S12", "blades, gashes, slivers, and all of it scaled", strokeSharpAndScaledShapes},
+};
+
+}  // namespace haptics::eval
