@@ -81,6 +81,7 @@ int run(const ServerOptions& options) {
   const auto preset = findDevicePreset(options.devicePreset);
   const auto hand = findHandPreset(options.hand);
   if (!preset || !hand) return fail(!preset ? preset.error() : hand.error());
+  if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);
   ExploringHand exploringHand(*hand, preset->maxForce_N);
   SimulatedDevice device({*preset, *hand, 1 / options.rate_Hz}, exploringHand);
 
