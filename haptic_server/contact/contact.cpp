@@ -5,14 +5,10 @@
 #include <limits>
 
 #include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/follow_alone.h"
 
 namespace haptics {
 namespace {
-
-PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept {
-  constexpr std::array kKinds{PrimitiveKind::kPolygon, PrimitiveKind::kLine, PrimitiveKind::kVertex};
-  return {kKinds[static_cast<std::size_t>(foot.feature)], foot.index, surface.canonical(foot.triangle)};
-}
 
 bool isUsable(Vec3 hip) noexcept {
   constexpr double kFarthest = std::numeric_limits<float>::max();
@@ -21,13 +17,21 @@ bool isUsable(Vec3 hip) noexcept {
 
 }  // namespace
 
+PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept {
+  constexpr std::array kKinds{PrimitiveKind::kPolygon, PrimitiveKind::kLine, PrimitiveKind::kVertex};
+  return {kKinds[static_cast<std::size_t>(foot.feature)], foot.index, surface.canonical(foot.triangle)};
+}
+
 void place(ContactState& state, Vec3 hip) noexcept {
   state = {};
   state.hip = state.ihip = hip;
 }
 
 ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept {
-  return ContactTick(bodies, state, isUsable(hip) ? hip : state.hip).run();
+  const Vec3 usable = isUsable(hip) ? hip : state.hip;
+  ContactResult result;
+  if (!followAlone(bodies, state, usable, result)) result = ContactTick(bodies, state, usable).run();
+  return result;
 }
 
 ContactTick::ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept
@@ -62,8 +66,7 @@ double ContactTick::stepEnd(double now) const noexcept {
   const double twiceArea2 = squaredLength(body.surface->triangle(held().triangle).areaNormal());
   const double step2 = body.moving ? squaredLength(toLocal(body.current, hip_) - toLocal(body.previous, state_.hip))
                                    : squaredLength(hip_ - state_.hip);
-  constexpr double kFraction2 = kStepFraction * kStepFraction;
-  if (step2 * step2 <= kFraction2 * kFraction2 * twiceArea2) return 1;
+  if (inOneStep(step2, twiceArea2)) return 1;
   const double part = kStepFraction * std::sqrt(std::sqrt(twiceArea2) / step2);
   return std::min(1.0, now + std::max(part, 1.0 / (kMaxSteps - 1)));
 }

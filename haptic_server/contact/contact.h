@@ -63,6 +63,9 @@ struct ContactResult {
   ContactWork work;
 };
 
+/// The primitive that holds the foot, in canonical numbering.
+[[nodiscard]] PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept;
+
 /// Free at hip (world): attach, re-attach.
 void place(ContactState& state, Vec3 hip) noexcept;
 

@@ -20,14 +20,23 @@ double push(const Body& body, const ContactState& state, Vec3 hip, double reach)
   return squaredLength(hip - body.centre) > inReach * inReach ? 0 : 2 * motion;
 }
 
-double squaredGapToBox(const Surface& surface, Vec3 local) noexcept {
-  return squaredLength(glm::max(glm::max(surface.low() - local, local - surface.high()), Vec3(0)));
-}
-
 }  // namespace
 
+double reachOf(const ContactState& state, Vec3 hip) noexcept {
+  return glm::distance(state.ihip, state.hip) + 2 * glm::distance(hip, state.hip);
+}
+
+std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexcept {
+  const Surface& surface = *body.surface;
+  const double inReach = surface.radius_m() + reach;
+  if (squaredLength(hip - body.centre) > inReach * inReach) return std::nullopt;
+  const Vec3 local = toLocal(body.current, hip);
+  const double gap = squaredLength(glm::max(glm::max(surface.low() - local, local - surface.high()), Vec3(0)));
+  return gap <= reach * reach ? std::optional(gap) : std::nullopt;
+}
+
 void NearBodies::gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept {
-  double reach = glm::distance(state.ihip, state.hip) + 2 * glm::distance(hip, state.hip);
+  double reach = reachOf(state, hip);
   for (const Body& body : bodies) {
     if (body.moving) reach += push(body, state, hip, reach);
   }
@@ -39,10 +48,7 @@ void NearBodies::gather(std::span<const Body> bodies, const ContactState& state,
       continue;
     }
     if (body.leaving) continue;
-    const double inReach = body.surface->radius_m() + reach;
-    if (squaredLength(hip - body.centre) > inReach * inReach) continue;
-    const double gap = squaredGapToBox(*body.surface, toLocal(body.current, hip));
-    if (gap <= reach * reach) admit(body, b, gap, work);
+    if (const auto gap = squaredGap(body, hip, reach)) admit(body, b, *gap, work);
   }
   extent_ = 0;
   for (int i = 0; i < count_; ++i) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "haptic_server/contact/contact.h"
@@ -10,6 +11,14 @@ namespace haptics {
 /// Bodies that a tick can look at. More in reach at once are counted and the farthest left out. Costs 130 bytes of
 /// stack each.
 inline constexpr int kMaxNear = 16;
+
+/// How far from the HIP (world, metres) the IHIP can come in this tick: it never gets farther from the HIP than it is
+/// now, so the ball about the HIP through the IHIP, widened by the HIP's own step, holds all. Moving bodies can push it
+/// farther.
+[[nodiscard]] double reachOf(const ContactState& state, Vec3 hip) noexcept;
+
+/// Squared distance of the HIP (world, metres) to the body's box in its own frame, m^2; none when it is beyond `reach`.
+[[nodiscard]] std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexcept;
 
 /// The bodies within reach in a tick and, for each, the invariant of the contact core: `from` is the IHIP in the body's
 /// own frame, and it advances only along segments that were tested against the body there. In every frame the IHIP thus
@@ -38,9 +47,8 @@ class NearBodies {
     explicit operator bool() const noexcept { return near >= 0; }
   };
 
-  /// Bodies that anything that the IHIP can do in this tick may meet: it never gets farther from the HIP than it is
-  /// now, so the ball about the HIP through the IHIP, widened by the HIP's own step and by what moving bodies can push,
-  /// holds all.
+  /// Bodies that anything that the IHIP can do in this tick may meet: those within reachOf(), widened by what moving
+  /// bodies can push.
   void gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept;
 
   [[nodiscard]] int count() const noexcept { return count_; }

@@ -8,11 +8,6 @@
 namespace haptics {
 namespace {
 
-Vec3 unitOrZero(Vec3 v) noexcept {
-  const double length = glm::length(v);
-  return length > 0 ? v / length : Vec3(0);
-}
-
 double angleAt(const TriangleRecord& r, int k) {
   const Vec3 a = unitOrZero(r.corner(nextCorner(k)) - r.corner(k));
   const Vec3 b = unitOrZero(r.corner(previousCorner(k)) - r.corner(k));

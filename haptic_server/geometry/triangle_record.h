@@ -1,5 +1,7 @@
 #pragma once
 
+#include <smmintrin.h>
+
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -10,6 +12,11 @@
 namespace haptics {
 
 inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
+
+[[nodiscard]] inline Vec3 unitOrZero(Vec3 v) noexcept {
+  const double length = glm::length(v);
+  return length > 0 ? v / length : Vec3(0);
+}
 
 /// The corner after corner k of a triangle.
 [[nodiscard]] constexpr int nextCorner(int k) noexcept { return k == 2 ? 0 : k + 1; }
@@ -89,30 +96,82 @@ inline void closestOnEdge(const TriangleRecord& record, int k, Vec3 h, Foot& bes
 
 }  // namespace detail
 
+/// h (object frame, metres) against a triangle's plane and against the planes through its edges along the normal.
+class Prism {
+ public:
+  Prism(const TriangleRecord& record, Vec3 h) noexcept {
+    const Pairs a(record, {0, 1});  // in the upper half: of corner 1
+    const Pairs b(record, {1, 2});
+    const Pairs edges = b - a;
+    const Pairs fromCorners = Pairs(h) - a;
+    const Vec3 c = b.upper();
+    normal_ = glm::cross(edges.lower(), c - a.lower());
+    height_ = glm::dot(normal_, fromCorners.lower());
+    squaredNormal_ = squaredLength(normal_);
+    const __m128d inner = dot(cross(Pairs(normal_), edges), fromCorners);
+    const double inner2 = glm::dot(glm::cross(normal_, a.lower() - c), h - c);
+    inside_ = _mm_movemask_pd(_mm_cmpgt_pd(inner, _mm_setzero_pd())) | (inner2 > 0 ? 4 : 0);
+  }
+
+  /// As areaNormal(), bit for bit.
+  [[nodiscard]] Vec3 normal() const noexcept { return normal_; }
+  [[nodiscard]] double squaredNormal() const noexcept { return squaredNormal_; }
+  /// Of h above the plane, times the length of the normal; m^3.
+  [[nodiscard]] double height() const noexcept { return height_; }
+  /// h is on the plane through edge k or on its outer side.
+  [[nodiscard]] bool beyond(int k) const noexcept { return (inside_ >> k & 1) == 0; }
+  /// h is strictly within all three.
+  [[nodiscard]] bool holds() const noexcept { return inside_ == 7; }
+  /// Of h, onto the plane.
+  [[nodiscard]] Vec3 foot(Vec3 h) const noexcept { return h - normal_ * (height_ / squaredNormal_); }
+
+ private:
+  /// Two vectors at work at once, each with the operations of glm in their order.
+  struct Pairs {
+    __m128d x, y, z;
+
+    Pairs(__m128d x_, __m128d y_, __m128d z_) noexcept : x(x_), y(y_), z(z_) {}
+    explicit Pairs(Vec3 both) noexcept : x(_mm_set1_pd(both.x)), y(_mm_set1_pd(both.y)), z(_mm_set1_pd(both.z)) {}
+    Pairs(const TriangleRecord& r, std::array<std::size_t, 2> corners) noexcept
+        : x(pair(r.rows[0], corners)), y(pair(r.rows[1], corners)), z(pair(r.rows[2], corners)) {}
+
+    [[nodiscard]] static __m128d pair(const std::array<float, 4>& row, std::array<std::size_t, 2> at) noexcept {
+      return _mm_set_pd(row[at[1]], row[at[0]]);
+    }
+    [[nodiscard]] Vec3 lower() const noexcept { return {_mm_cvtsd_f64(x), _mm_cvtsd_f64(y), _mm_cvtsd_f64(z)}; }
+    [[nodiscard]] Vec3 upper() const noexcept {
+      return Pairs(_mm_unpackhi_pd(x, x), _mm_unpackhi_pd(y, y), _mm_unpackhi_pd(z, z)).lower();
+    }
+    friend Pairs operator-(const Pairs& a, const Pairs& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  };
+  static Pairs cross(const Pairs& a, const Pairs& b) noexcept {
+    return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
+  }
+  static __m128d dot(const Pairs& a, const Pairs& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+  Vec3 normal_;
+  double height_;
+  double squaredNormal_;
+  int inside_;  // bit k: strictly on the inner side of edge k
+};
+
 /// Closest point of the triangle to h (object frame, metres). Ties go to the primitive of lower dimension.
 ///
-/// Tests h against the planes through the edges along the normal rather than by products of dot products (Ericson,
-/// Real-Time Collision Detection, 5.1.5): the error is then of the order of the distance over the triangle's width, not
-/// of its square, which a sliver needs. The closest point lies on an edge that h is beyond, so only those are looked
-/// at.
+/// Tests h against the prism over the triangle rather than by products of dot products (Ericson, Real-Time Collision
+/// Detection, 5.1.5): the error is then of the order of the distance over the triangle's width, not of its square,
+/// which a sliver needs. The closest point lies on an edge that h is beyond, so only those are looked at.
 [[nodiscard]] inline Foot closestOn(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
   Foot foot;
   foot.triangle = triangle;
-  const std::array<Vec3, 3> corner{record.corner(0), record.corner(1), record.corner(2)};
-  const std::array<Vec3, 3> edge{corner[1] - corner[0], corner[2] - corner[1], corner[0] - corner[2]};
-  const Vec3 normal = glm::cross(edge[0], edge[1]);
-  const std::array<Vec3, 3> from{h - corner[0], h - corner[1], h - corner[2]};
-  const bool beyond0 = !(glm::dot(glm::cross(normal, edge[0]), from[0]) > 0);
-  const bool beyond1 = !(glm::dot(glm::cross(normal, edge[1]), from[1]) > 0);
-  const bool beyond2 = !(glm::dot(glm::cross(normal, edge[2]), from[2]) > 0);
-  if (!(beyond0 | beyond1 | beyond2)) {
-    foot.point = h - normal * (glm::dot(normal, from[0]) / squaredLength(normal));
+  const Prism prism(record, h);
+  if (prism.holds()) {
+    foot.point = prism.foot(h);
     foot.squaredDistance = squaredLength(h - foot.point);
     return foot;
   }
-  if (beyond0) detail::closestOnEdge(record, 0, h, foot);
-  if (beyond1) detail::closestOnEdge(record, 1, h, foot);
-  if (beyond2) detail::closestOnEdge(record, 2, h, foot);
+  for (int k = 0; k < 3; ++k) {
+    if (prism.beyond(k)) detail::closestOnEdge(record, k, h, foot);
+  }
   return foot;
 }
 
