@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/maths/vec.h"
+#include "haptic_server/contact/frame.h"
 #include "haptic_server/geometry/surface.h"
 
 namespace haptics {
@@ -14,11 +15,13 @@ struct Body {
   bool leaving = false;  ///< Cannot be touched anew; a contact that holds goes on.
 
   bool moving = false;  ///< Derived: previous != current.
+  Frame frame;          ///< Derived: `current`.
   Vec3 centre{0};       ///< Derived: of the bounding sphere, at `current`.
 
   void update() noexcept {
     moving = !(previous == current);
-    centre = toWorld(current, surface->centre());
+    frame = Frame(current);
+    centre = frame.toWorld(surface->centre());
   }
 };
 

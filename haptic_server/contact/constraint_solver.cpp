@@ -32,7 +32,7 @@ void ContactTick::resolve(Vec3 hip) noexcept {
     if (!record.crossed() || clearOfOwnFolds(s, t, state_.local, inner)) break;
   }
   own.from = inner + s.faceNormal(t) * (held().side * lift_);
-  state_.ihip = toWorld(own.pose(), own.from);
+  state_.ihip = own.frame.toWorld(own.from);
   solve(hip);
 }
 
@@ -88,9 +88,8 @@ bool ContactTick::restsOn(const Move& move) const noexcept {
 }
 
 ConstraintPlane ContactTick::planeOf(const Near& near, const Crossing& crossing) const noexcept {
-  const Vec3 normal =
-      near.rotation * (near.surface->faceNormal(crossing.triangle) * static_cast<double>(crossing.side));
-  const Vec3 corner = toWorld(near.pose(), near.surface->triangle(crossing.triangle).corner(0));
+  const Vec3 normal = near.frame.turn(near.surface->faceNormal(crossing.triangle) * static_cast<double>(crossing.side));
+  const Vec3 corner = near.frame.toWorld(near.surface->triangle(crossing.triangle).corner(0));
   return {normal, glm::dot(normal, corner) + skin_, {near.body, crossing.side, crossing.triangle}};
 }
 

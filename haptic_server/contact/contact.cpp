@@ -54,7 +54,7 @@ void ContactTick::start() noexcept {
   lift_ = kLift * near_.extent_m();
   const bool oneSurface = state_.mode == Mode::kOneSurface;
   if (oneSurface && near_.count() == 1) return;  // no other body's frame to keep
-  const Vec3 ihip = oneSurface ? toWorld(heldNear().pose(), lifted(state_.local, held().triangle)) : state_.ihip;
+  const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held().triangle)) : state_.ihip;
   const Points from = near_.inEachFrame(ihip);
   near_.moveAll(from, 1);
 }
@@ -73,7 +73,7 @@ double ContactTick::stepEnd(double now) const noexcept {
 
 /// Returns the time reached: before `end` when something was touched on the way.
 double ContactTick::advance(double now, double end) noexcept {
-  near_.poseAt(bodies_, end);
+  near_.setTime(bodies_, end);
   const Vec3 hip = end < 1 ? glm::mix(state_.hip, hip_, end) : hip_;
   if (state_.mode == Mode::kFree) return advanceFree(now, end, hip);
   if (state_.mode == Mode::kOneSurface) {
@@ -107,7 +107,7 @@ double ContactTick::advanceFree(double now, double end, Vec3 hip) noexcept {
   touch(hit, to);
   const double reached = now + (end - now) * hit.crossing.time;
   if (reached < 1) return reached;
-  near_.poseAt(bodies_, 1);
+  near_.setTime(bodies_, 1);
   followSurface(hip_);
   return 1;
 }
@@ -118,7 +118,7 @@ void ContactTick::touch(const Hit& hit, const Points& to) noexcept {
   Foot foot;
   foot.triangle = hit.crossing.triangle;
   foot.point = near.from;
-  hold({near.body, hit.crossing.side, foot.triangle}, foot, toWorld(near.pose(), near.from));
+  hold({near.body, hit.crossing.side, foot.triangle}, foot, near.frame.toWorld(near.from));
 }
 
 void ContactTick::setFree(Vec3 hip) noexcept {
@@ -147,13 +147,13 @@ ContactResult ContactTick::result() noexcept {
   result.body = held().body;
   result.penetration_m = glm::length(way);
   if (state_.mode == Mode::kOneSurface) {
-    result.normal = near.rotation * (near.surface->normal(foot_) * static_cast<double>(held().side));
+    result.normal = near.frame.turn(near.surface->normal(foot_) * static_cast<double>(held().side));
   } else {
     const std::uint32_t t = held().triangle;
-    foot_ = closestOn(near.surface->triangle(t), t, toLocal(near.pose(), state_.ihip));
+    foot_ = closestOn(near.surface->triangle(t), t, near.frame.toLocal(state_.ihip));
     result.normal = result.penetration_m > 0
                         ? way / result.penetration_m
-                        : near.rotation * (near.surface->faceNormal(t) * static_cast<double>(held().side));
+                        : near.frame.turn(near.surface->faceNormal(t) * static_cast<double>(held().side));
   }
   result.primitive = primitiveOf(*near.surface, foot_);
   return result;

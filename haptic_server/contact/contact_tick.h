@@ -59,8 +59,8 @@ class ContactTick {
 
   // surface_following.cpp: one surface
   void followSurface(Vec3 hip) noexcept;
-  [[nodiscard]] bool pathIsClear(const SearchPath& path, const Pose& pose) noexcept;
-  [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Pose& pose) noexcept;
+  [[nodiscard]] bool pathIsClear(const SearchPath& path, const Frame& frame) noexcept;
+  [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame& frame) noexcept;
   [[nodiscard]] bool clearOfOwnFolds(const Surface& surface, std::uint32_t within, Vec3 a, Vec3 b) noexcept;
   [[nodiscard]] Vec3 lifted(Vec3 at, std::uint32_t triangle) const noexcept;
   void leave(const Foot& foot, Vec3 hip) noexcept;

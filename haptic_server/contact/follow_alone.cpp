@@ -28,7 +28,7 @@ bool followAlone(std::span<const Body> bodies, ContactState& state, Vec3 hip, Co
   const Surface& surface = *body.surface;
   if (body.moving || surface.anyCrossed()) return false;
 
-  const Vec3 h = toLocal(body.current, hip);
+  const Vec3 h = body.frame.toLocal(hip);
   const Prism prism(surface.triangle(holding.triangle), h);
   if (!inOneStep(squaredLength(hip - state.hip), prism.squaredNormal())) return false;
   int looked = 1;
@@ -51,12 +51,12 @@ bool followAlone(std::span<const Body> bodies, ContactState& state, Vec3 hip, Co
 
   state.holding[0].triangle = foot.triangle;
   state.local = foot.point;
-  state.ihip = toWorld(body.current, state.local);
+  state.ihip = body.frame.toWorld(state.local);
   state.hip = hip;
   result.touching = true;
   result.body = holding.body;
   result.ihip = state.ihip;
-  result.normal = body.current.rotation * (normal * static_cast<double>(holding.side));
+  result.normal = body.frame.turn(normal * static_cast<double>(holding.side));
   result.penetration_m = glm::length(state.ihip - hip);
   result.primitive = primitiveOf(surface, foot);
   result.work.triangles = looked;

@@ -30,7 +30,7 @@ std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexc
   const Surface& surface = *body.surface;
   const double inReach = surface.radius_m() + reach;
   if (squaredLength(hip - body.centre) > inReach * inReach) return std::nullopt;
-  const Vec3 local = toLocal(body.current, hip);
+  const Vec3 local = body.frame.toLocal(hip);
   const double gap = squaredLength(glm::max(glm::max(surface.low() - local, local - surface.high()), Vec3(0)));
   return gap <= reach * reach ? std::optional(gap) : std::nullopt;
 }
@@ -52,7 +52,7 @@ void NearBodies::gather(std::span<const Body> bodies, const ContactState& state,
   }
   extent_ = 0;
   for (int i = 0; i < count_; ++i) {
-    extent_ = std::max(extent_, (*this)[i].surface->extent_m() + glm::length((*this)[i].position));
+    extent_ = std::max(extent_, (*this)[i].surface->extent_m() + glm::length((*this)[i].frame.origin));
   }
 }
 
@@ -70,7 +70,7 @@ void NearBodies::admit(const Body& body, int index, double gap, ContactWork& wor
   near.leaving = body.leaving;
   near.surface = body.surface;
   near.from = Vec3(0);
-  near.setPose(body.previous);
+  near.frame = body.moving ? Frame(body.previous) : body.frame;
   gap_[static_cast<std::size_t>(place)] = gap;
 }
 
@@ -81,16 +81,17 @@ int NearBodies::indexOf(int body) const noexcept {
   return -1;
 }
 
-void NearBodies::poseAt(std::span<const Body> bodies, double time) noexcept {
+void NearBodies::setTime(std::span<const Body> bodies, double time) noexcept {
   for (int i = 0; i < count_; ++i) {
     const Body& body = bodies[static_cast<std::size_t>((*this)[i].body)];
-    (*this)[i].setPose(!body.moving || time >= 1 ? body.current : interpolate(body.previous, body.current, time));
+    if (!body.moving) continue;
+    (*this)[i].frame = time >= 1 ? body.frame : Frame(interpolate(body.previous, body.current, time));
   }
 }
 
 NearBodies::Points NearBodies::inEachFrame(Vec3 world) const noexcept {
   Points points;
-  for (int i = 0; i < count_; ++i) points[static_cast<std::size_t>(i)] = toLocal((*this)[i].pose(), world);
+  for (int i = 0; i < count_; ++i) points[static_cast<std::size_t>(i)] = (*this)[i].frame.toLocal(world);
   return points;
 }
 

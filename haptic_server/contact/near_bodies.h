@@ -8,7 +8,7 @@
 
 namespace haptics {
 
-/// Bodies that a tick can look at. More in reach at once are counted and the farthest left out. Costs 130 bytes of
+/// Bodies that a tick can look at. More in reach at once are counted and the farthest left out. Costs 150 bytes of
 /// stack each.
 inline constexpr int kMaxNear = 16;
 
@@ -30,14 +30,7 @@ class NearBodies {
     bool leaving;
     const Surface* surface;
     Vec3 from;  // body frame, metres
-    Quat rotation;
-    Vec3 position;
-
-    [[nodiscard]] Pose pose() const noexcept { return {rotation, position}; }
-    void setPose(const Pose& pose) noexcept {
-      rotation = pose.rotation;
-      position = pose.position;
-    }
+    Frame frame;
   };
   using Points = std::array<Vec3, kMaxNear>;  ///< One for each near body, in its frame.
   struct Hit {
@@ -57,8 +50,8 @@ class NearBodies {
   [[nodiscard]] const Near& operator[](int i) const noexcept { return near_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] int indexOf(int body) const noexcept;
 
-  /// Poses at fraction `time` of the tick.
-  void poseAt(std::span<const Body> bodies, double time) noexcept;
+  /// Frames at fraction `time` of the tick.
+  void setTime(std::span<const Body> bodies, double time) noexcept;
   [[nodiscard]] Points inEachFrame(Vec3 world) const noexcept;
   /// Advances every `from` by the fraction `time` of the way.
   void moveAll(const Points& to, double time) noexcept;

@@ -17,13 +17,13 @@ void ContactTick::followSurface(Vec3 hip) noexcept {
     const HoldingSurface holding = held();
     const Near& near = heldNear();
     const Surface& s = *near.surface;
-    const Pose pose = near.pose();
-    const Vec3 h = toLocal(pose, hip);
+    const Frame& frame = near.frame;
+    const Vec3 h = frame.toLocal(hip);
     const bool guarded = near_.count() > 1 || s.anyCrossed();
     SearchPath path;
     const SearchResult found = neighborhoodWatch(s, holding.triangle, h, guarded ? &path : nullptr, work_.triangles);
-    if (guarded && !pathIsClear(path, pose)) return resolve(hip);
-    hold({holding.body, holding.side, found.foot.triangle}, found.foot, toWorld(pose, found.foot.point));
+    if (guarded && !pathIsClear(path, frame)) return resolve(hip);
+    hold({holding.body, holding.side, found.foot.triangle}, found.foot, frame.toWorld(found.foot.point));
     if (s.onBoundary(found.foot)) return resolve(hip);
     work_.interrupted = work_.interrupted || !found.converged;
     if (!found.converged || !s.isOutside(found.foot, h, holding.side)) return;
@@ -33,19 +33,19 @@ void ContactTick::followSurface(Vec3 hip) noexcept {
 
 /// Carries the IHIP with the contacted body, then along the path of the search, testing all others. Leaves triangle and
 /// place at the last clear point when blocked.
-bool ContactTick::pathIsClear(const SearchPath& path, const Pose& pose) noexcept {
+bool ContactTick::pathIsClear(const SearchPath& path, const Frame& frame) noexcept {
   if (!path.complete()) return false;
-  if (!pieceIsClear(held().triangle, state_.local, state_.local, pose)) return false;
+  if (!pieceIsClear(held().triangle, state_.local, state_.local, frame)) return false;
   for (const SearchPath::Point& point : path) {
-    if (!pieceIsClear(point.triangle, state_.local, point.place, pose)) return false;
+    if (!pieceIsClear(point.triangle, state_.local, point.place, frame)) return false;
     state_.local = point.place;
     held().triangle = point.triangle;
   }
   return true;
 }
 
-bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Pose& pose) noexcept {
-  const Points to = near_.inEachFrame(toWorld(pose, lifted(b, within)));
+bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame& frame) noexcept {
+  const Points to = near_.inEachFrame(frame.toWorld(lifted(b, within)));
   for (int i = 0; i < near_.count(); ++i) {
     const Near& near = near_[i];
     if (near.body == held().body) {

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+/// A pose with its rotation as a matrix, which turns a vector at less than half of what a quaternion costs. Metres.
+struct Frame {
+  Vec3 x{1, 0, 0};  ///< The frame's own axes, in the world.
+  Vec3 y{0, 1, 0};
+  Vec3 z{0, 0, 1};
+  Vec3 origin{0};  ///< World.
+
+  Frame() = default;
+  explicit Frame(const Pose& pose) noexcept
+      : x(pose.rotation * Vec3(1, 0, 0)),
+        y(pose.rotation * Vec3(0, 1, 0)),
+        z(pose.rotation * Vec3(0, 0, 1)),
+        origin(pose.position) {}
+
+  /// Of a direction, to the world.
+  [[nodiscard]] Vec3 turn(Vec3 local) const noexcept { return x * local.x + y * local.y + z * local.z; }
+  [[nodiscard]] Vec3 toWorld(Vec3 local) const noexcept { return turn(local) + origin; }
+  [[nodiscard]] Vec3 toLocal(Vec3 world) const noexcept {
+    const Vec3 way = world - origin;
+    return {glm::dot(x, way), glm::dot(y, way), glm::dot(z, way)};
+  }
+};
+
+}  // namespace haptics
