@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "haptic_server/geometry/surface.h"
+#include "tests/eval/renderer.h"
+
+namespace haptics::eval {
+
+/// How a segment is tested against a triangle.
+enum class SegmentTest {
+  kWatertight,       ///< The production one (segment.h).
+  kMoellerTrumbore,  ///< Moeller and Trumbore, Fast, minimum storage ray/triangle intersection, 1997, culling branch.
+};
+
+/// The bodies as the published methods see them: where they are at this tick. That a body moved since the last one is
+/// nothing that any of them accounts for. Boxes are tested by the production hierarchy.
+class BodySet {
+ public:
+  explicit BodySet(SegmentTest test = SegmentTest::kWatertight) : test_(test) {}
+
+  struct Hit {
+    int body = -1;
+    Crossing crossing;
+
+    explicit operator bool() const noexcept { return body >= 0; }
+  };
+  /// The nearest point of a surface, in the world.
+  struct Nearest {
+    bool inside = false;
+    Vec3 point{0};
+    Vec3 normal{0};  ///< Of the primitive there.
+    double distance_m = 0;
+    int triangles = 0;  ///< Looked at.
+  };
+
+  void set(std::span<const std::shared_ptr<const Surface>> surfaces, std::span<const Pose> poses) {
+    surfaces_.assign(surfaces.begin(), surfaces.end());
+    setPoses(poses);
+  }
+  void setPoses(std::span<const Pose> poses) { poses_.assign(poses.begin(), poses.end()); }
+
+  [[nodiscard]] const Surface& surface(int body) const { return *surfaces_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] const Pose& pose(int body) const { return poses_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] double extent_m() const;  ///< Largest coordinate that any body reaches.
+
+  /// The first crossing into a body on from -> to (world).
+  [[nodiscard]] Hit firstCrossing(Vec3 from, Vec3 to) const;
+  /// Of the body that `hip` is deepest in, or nearest to when it is outside of all.
+  [[nodiscard]] Nearest nearest(Vec3 hip) const;
+
+ private:
+  [[nodiscard]] static Crossing firstByRay(const Surface& surface, Vec3 from, Vec3 to);
+
+  SegmentTest test_;
+  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<Pose> poses_;
+};
+
+}  // namespace haptics::eval
