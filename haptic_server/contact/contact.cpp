@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "haptic_server/contact/contact_tick.h"
-#include "haptic_server/contact/follow_alone.h"
+#include "haptic_server/contact/follow_unblocked.h"
 
 namespace haptics {
 namespace {
@@ -30,7 +30,7 @@ void place(ContactState& state, Vec3 hip) noexcept {
 ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept {
   const Vec3 usable = isUsable(hip) ? hip : state.hip;
   ContactResult result;
-  if (!followAlone(bodies, state, usable, result)) result = ContactTick(bodies, state, usable).run();
+  if (!followUnblocked(bodies, state, usable, result)) result = ContactTick(bodies, state, usable).run();
   return result;
 }
 

@@ -6,12 +6,19 @@
 #include "haptic_server/contact/near_bodies.h"
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/contact/plane_set.h"
-#include "haptic_server/contact/step_length.h"
 
 namespace haptics {
 
 /// Steps into which the HIP's motion is divided in contact, at most; longer motion makes longer steps.
 inline constexpr int kMaxSteps = 16;
+/// Of a triangle's size (root of twice its area) that the HIP advances per step in contact, so that the search follows
+/// the path that a slow hand would take. Larger jumps over creases; smaller costs time.
+inline constexpr double kStepFraction = 0.5;
+/// Is a motion of the HIP (squared, m^2) no more than a step over a triangle (square of twice its area, m^4)?
+[[nodiscard]] constexpr bool inOneStep(double squaredStep, double squaredTwiceArea) noexcept {
+  constexpr double kFraction2 = kStepFraction * kStepFraction;
+  return squaredStep * squaredStep <= kFraction2 * kFraction2 * squaredTwiceArea;
+}
 /// Rounds of the constraint solver in a step. Each meets the planes anew from where the last one came to.
 inline constexpr int kMaxSolverRounds = 8;
 

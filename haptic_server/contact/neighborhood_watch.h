@@ -27,6 +27,7 @@ class SearchPath {
     ++count_;
   }
   [[nodiscard]] bool complete() const noexcept { return count_ <= kCapacity; }
+  [[nodiscard]] std::size_t size() const noexcept { return count_; }
   [[nodiscard]] auto begin() const noexcept { return points_.begin(); }
   [[nodiscard]] auto end() const noexcept { return points_.begin() + static_cast<std::ptrdiff_t>(count_); }
 

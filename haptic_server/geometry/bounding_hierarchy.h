@@ -67,6 +67,9 @@ class BoundingHierarchy {
     std::uint32_t child;
     std::uint32_t count;
   };
+  [[nodiscard]] bool holds(Vec3 at) const noexcept {
+    return glm::all(glm::greaterThanEqual(at, low_)) && glm::all(glm::lessThanEqual(at, high_));
+  }
   [[nodiscard]] bool clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept;
   [[nodiscard]] static __m128 squaredDistances(const Node& node, Vec3f h, int half) noexcept;
 
@@ -167,6 +170,7 @@ void BoundingHierarchy::visitNear(Vec3 h, Visit visit) const noexcept {
 }
 
 inline bool BoundingHierarchy::clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept {
+  if (holds(from) && holds(to)) return true;
   for (int k = 0; k < 3; ++k) {
     const double d = to[k] - from[k];
     if (d == 0) {

@@ -108,6 +108,7 @@ class Surface {
 template <class Skip>
 Crossing Surface::firstCrossing(Vec3 from, Vec3 to, bool twoSided, Skip skip) const noexcept {
   Crossing first;
+  if (from == to) return first;  // a point enters nothing
   const Segment segment(from, to);
   hierarchy_.visitAlong(from, to, [&](std::uint32_t begin, std::uint32_t end) noexcept {
     for (std::uint32_t t = begin; t < end; ++t) {
