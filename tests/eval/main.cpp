@@ -3,6 +3,7 @@
 #include <exception>
 #include <string>
 
+#include "tests/eval/accuracy.h"
 #include "tests/eval/failures.h"
 
 namespace {
@@ -12,6 +13,7 @@ constexpr int kExitFailed = 1;
 struct Options {
   std::uint64_t seed = 1;
   std::string out = ".";
+  int finest = haptics::eval::kFinestMesh;
 };
 
 CLI::App* addVerb(CLI::App& app, const std::string& name, const std::string& about, Options& options) {
@@ -31,13 +33,21 @@ int run(int argc, char** argv) {
   Options options;
   const CLI::App* failures =
       addVerb(app, "failures", "Scripted motion that breaks methods of rendering: who holds where", options);
+  CLI::App* accuracy =
+      addVerb(app, "accuracy", "Error against exact shapes, by method, mesh resolution and depth", options);
+  accuracy->add_option("--finest", options.finest, "Leave out finer meshes: a quick look")
+      ->type_name("TRIANGLES")
+      ->capture_default_str();
   app.footer(
       "Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.\n\n"
       "Examples:\n"
       "  haptic_eval failures\n"
-      "  haptic_eval failures --seed 7 --out results");
+      "  haptic_eval failures --seed 7 --out results\n"
+      "  haptic_eval accuracy --out results");
   CLI11_PARSE(app, argc, argv);
-  const bool good = !failures->parsed() || haptics::eval::runFailures(options.seed, options.out);
+  bool good = true;
+  if (failures->parsed()) good = haptics::eval::runFailures(options.seed, options.out);
+  if (accuracy->parsed()) good = haptics::eval::runAccuracy(options.seed, options.finest, options.out);
   return good ? 0 : kExitFailed;
 }
 
