@@ -12,7 +12,7 @@ namespace {
 
 bool isUsable(Vec3 hip) noexcept {
   constexpr double kFarthest = std::numeric_limits<float>::max();
-  return glm::all(glm::lessThanEqual(glm::abs(hip), Vec3(kFarthest)));  // false for NaN
+  return std::abs(hip.x) <= kFarthest && std::abs(hip.y) <= kFarthest && std::abs(hip.z) <= kFarthest;  // not NaN
 }
 
 }  // namespace

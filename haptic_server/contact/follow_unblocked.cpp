@@ -54,6 +54,7 @@ bool pathIsClear(const Body& body, const Others& others, const ContactState& sta
 /// The local minimum near h and the normal there; false when it is none, or does not hold h any more.
 bool findFoot(const Surface& surface, const HoldingSurface& holding, Vec3 h, const Prism& prism, SearchPath* path,
               int& looked, Foot& foot, Vec3& normal) noexcept {
+  looked = 1;
   if (prism.holds()) {
     const bool outside = (prism.height() >= 0) == (holding.side > 0);
     if (outside) return false;
@@ -61,10 +62,10 @@ bool findFoot(const Surface& surface, const HoldingSurface& holding, Vec3 h, con
     foot.point = prism.foot(h);
     normal = unitOrZero(prism.normal());
     if (path != nullptr) path->add(foot);
-    looked = 1;
     return true;
   }
-  const SearchResult found = neighborhoodWatch(surface, holding.triangle, h, path, looked);
+  const Foot start = closestOn(surface.triangle(holding.triangle), holding.triangle, h, prism);
+  const SearchResult found = neighborhoodWatch(surface, start, h, path, looked);
   foot = found.foot;
   if (!found.converged || surface.onBoundary(foot) || surface.isOutside(foot, h, holding.side)) return false;
   normal = surface.normal(foot);

@@ -75,10 +75,9 @@ SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& sp
 ///    hopped to. Each hop goes to a triangle that shares that primitive, so that the path is continuous, stays on the
 ///    surface and ends.
 ///  - The search has a budget. Distance never grows, so that it may stop at any hop and go on in the next tick.
-SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
+SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path,
                                int& spent) noexcept {
-  ++spent;
-  Foot foot = closestOn(surface.triangle(start), start, h);
+  Foot foot = start;
   while (true) {
     if (path != nullptr) path->add(foot);
     if (foot.feature == Feature::kPolygon) return {foot, true};

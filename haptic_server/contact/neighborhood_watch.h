@@ -43,9 +43,16 @@ struct SearchResult {
   bool converged = true;
 };
 
-/// Descends from triangle `start` to a local minimum of the distance to h (body frame, metres). Adds the triangles
-/// looked at to `spent`; `path` may be null.
-[[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
+/// Descends from `start`, the closest point to h (body frame, metres) of some triangle, to a local minimum of the
+/// distance. Adds the further triangles looked at to `spent`; `path` may be null.
+[[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path,
                                              int& spent) noexcept;
+
+/// The same from triangle `start`, which counts as looked at.
+[[nodiscard]] inline SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h,
+                                                    SearchPath* path, int& spent) noexcept {
+  ++spent;
+  return neighborhoodWatch(surface, closestOn(surface.triangle(start), start, h), h, path, spent);
+}
 
 }  // namespace haptics

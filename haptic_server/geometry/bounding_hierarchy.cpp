@@ -290,6 +290,8 @@ std::vector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> verti
       high_[d] = std::max<double>(high_[d], root.bounds[1][d][i]);
     }
   }
+  const Vec3 size = high_ - low_;
+  short_ = kShort * std::max({size.x, size.y, size.z});
   return builder.order();
 }
 

@@ -32,6 +32,9 @@ class BoundingHierarchy {
   /// Boxes are tested in float and are widened by this fraction of the mesh's extent, 16 times the rounding of a float
   /// coordinate. Smaller loses crossings; larger costs time.
   static constexpr double kBoxPad = 0x1p-20;
+  /// Segments shorter than this fraction of the root's box are looked for by their own box, which costs half as much
+  /// per node. Larger meets more leaves in vain; smaller makes slower ticks.
+  static constexpr double kShort = 0x1p-8;
 
   struct alignas(64) Node {
     float bounds[2][3][kWidth];   // low, high; inverted when the place is empty
@@ -62,20 +65,21 @@ class BoundingHierarchy {
 
  private:
   struct Slabs;
+  struct Window;
   struct Ranked {
     float squaredDistance;
     std::uint32_t child;
     std::uint32_t count;
   };
-  [[nodiscard]] bool holds(Vec3 at) const noexcept {
-    return glm::all(glm::greaterThanEqual(at, low_)) && glm::all(glm::lessThanEqual(at, high_));
-  }
+  template <class Visit>
+  void visitBox(Vec3f low, Vec3f high, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
   [[nodiscard]] bool clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept;
   [[nodiscard]] static __m128 squaredDistances(const Node& node, Vec3f h, int half) noexcept;
 
   LargePageVector<Node> nodes_;
   Vec3 low_{0};  // of the root, padded
   Vec3 high_{0};
+  double short_ = 0;  // m
 };
 
 /// A segment prepared for the test of four boxes at a time.
@@ -109,10 +113,37 @@ struct BoundingHierarchy::Slabs {
   }
 };
 
+/// A box prepared for the test against four at a time.
+struct BoundingHierarchy::Window {
+  __m128 low[3];
+  __m128 high[3];
+
+  Window(Vec3f l, Vec3f h) noexcept {
+    for (int d = 0; d < 3; ++d) {
+      low[d] = _mm_set1_ps(l[d]);
+      high[d] = _mm_set1_ps(h[d]);
+    }
+  }
+  /// Bit i: overlaps box 4 * half + i.
+  [[nodiscard]] int meet(const Node& node, int half) const noexcept {
+    __m128 both = _mm_cmple_ps(_mm_load_ps(node.bounds[0][0] + 4 * half), high[0]);
+    both = _mm_and_ps(both, _mm_cmple_ps(low[0], _mm_load_ps(node.bounds[1][0] + 4 * half)));
+    for (int d = 1; d < 3; ++d) {
+      both = _mm_and_ps(both, _mm_cmple_ps(_mm_load_ps(node.bounds[0][d] + 4 * half), high[d]));
+      both = _mm_and_ps(both, _mm_cmple_ps(low[d], _mm_load_ps(node.bounds[1][d] + 4 * half)));
+    }
+    return _mm_movemask_ps(both);
+  }
+};
+
 template <class Visit>
 void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U))) {
   // Times are rounded to float: looks a little beyond the end, by more than the boxes' padding can hide.
   constexpr double kTimeSlack = 0x1p-20;
+  const Vec3 low = glm::min(from, to);
+  const Vec3 high = glm::max(from, to);
+  const bool within = glm::all(glm::greaterThanEqual(low, low_)) && glm::all(glm::lessThanEqual(high, high_));
+  if (within && glm::all(glm::lessThan(high - low, Vec3(short_)))) return visitBox(Vec3f(low), Vec3f(high), visit);
   double enter = 0;
   double leave = 1;
   if (!clip(from, to, enter, leave)) return;
@@ -134,6 +165,26 @@ void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexce
       }
       const double time = visit(node.child[i], node.child[i] + node.count[i]);
       if (time < leave) limit = _mm_set1_ps(static_cast<float>((time - enter) * scale + kTimeSlack));
+    }
+  }
+}
+
+template <class Visit>
+void BoundingHierarchy::visitBox(Vec3f low, Vec3f high, Visit visit) const noexcept(noexcept(visit(0U, 0U))) {
+  const Window window(low, high);
+  std::array<std::uint32_t, kStackSize> stack;
+  std::size_t top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = nodes_[stack[--top]];
+    const int hits = window.meet(node, 0) | window.meet(node, 1) << 4;
+    for (auto rest = static_cast<unsigned>(hits); rest != 0; rest &= rest - 1) {
+      const int i = std::countr_zero(rest);
+      if (node.count[i] == 0) {
+        stack[top++] = node.child[i];
+      } else {
+        visit(node.child[i], node.child[i] + node.count[i]);
+      }
     }
   }
 }
@@ -170,7 +221,6 @@ void BoundingHierarchy::visitNear(Vec3 h, Visit visit) const noexcept {
 }
 
 inline bool BoundingHierarchy::clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept {
-  if (holds(from) && holds(to)) return true;
   for (int k = 0; k < 3; ++k) {
     const double d = to[k] - from[k];
     if (d == 0) {

@@ -156,14 +156,15 @@ class Prism {
 };
 
 /// Closest point of the triangle to h (object frame, metres). Ties go to the primitive of lower dimension.
+/// `prism` is the one of record and h.
 ///
 /// Tests h against the prism over the triangle rather than by products of dot products (Ericson, Real-Time Collision
 /// Detection, 5.1.5): the error is then of the order of the distance over the triangle's width, not of its square,
 /// which a sliver needs. The closest point lies on an edge that h is beyond, so only those are looked at.
-[[nodiscard]] inline Foot closestOn(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
+[[nodiscard]] inline Foot closestOn(const TriangleRecord& record, std::uint32_t triangle, Vec3 h,
+                                    const Prism& prism) noexcept {
   Foot foot;
   foot.triangle = triangle;
-  const Prism prism(record, h);
   if (prism.holds()) {
     foot.point = prism.foot(h);
     foot.squaredDistance = squaredLength(h - foot.point);
@@ -173,6 +174,9 @@ class Prism {
     if (prism.beyond(k)) detail::closestOnEdge(record, k, h, foot);
   }
   return foot;
+}
+[[nodiscard]] inline Foot closestOn(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
+  return closestOn(record, triangle, h, Prism(record, h));
 }
 
 }  // namespace haptics

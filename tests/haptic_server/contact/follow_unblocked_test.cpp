@@ -87,6 +87,11 @@ std::vector<Scene> scenes() {
          w.add(shapes::sphere(0.03, 10), {kAslant.rotation, {0.0302, 0, 0}});
          w.add(shapes::sphere(0.03, 20), {kFar.rotation, {-0.0302, 0, 0}});
        }},
+      {"TilesThatAreFlush", 30,
+       [](World& w) {
+         w.add(shapes::box({0.06, 0.06, 0.06}, 3), {kAslant.rotation, kAslant.rotation * Vec3(-0.02, 0, 0)});
+         w.add(shapes::box({0.06, 0.06, 0.06}, 2), {kAslant.rotation, kAslant.rotation * Vec3(0.02, 0, 0)});
+       }},
       {"MoreThanATickLooksAt", 0,
        [](World& w) {
          w.add(shapes::sphere(0.04, 12));

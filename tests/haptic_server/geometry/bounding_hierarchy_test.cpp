@@ -77,6 +77,27 @@ TEST_P(Hierarchy, FindsTheFirstCrossingThatAllTrianglesTogetherHave) {
   }
 }
 
+TEST_P(Hierarchy, FindsTheFirstCrossingOfMotionsAsShortAsATicks) {
+  const auto s = GetParam().build();
+  const double size = BoundingHierarchy::kShort *
+                      std::max({s->high().x - s->low().x, s->high().y - s->low().y, s->high().z - s->low().z});
+  int crossings = 0;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const TriangleRecord& r = s->triangle(i % s->triangleCount());
+    const Vec3 near = (r.corner(0) + r.corner(1) + r.corner(2)) / 3.0;
+    const Vec3 from = near + point(size);
+    const Vec3 to = from + point(size * (i % 2 == 0 ? 0.9 : 0.1));
+    const Crossing expected = bruteCrossing(*s, from, to);
+    const Crossing found = s->firstCrossing(from, to);
+    ASSERT_EQ(static_cast<bool>(found), static_cast<bool>(expected));
+    if (expected) {
+      ++crossings;
+      EXPECT_EQ(found.time, expected.time);
+    }
+  }
+  EXPECT_GT(crossings, 10);
+}
+
 TEST_P(Hierarchy, FindsCrossingsFromFarAway) {
   const auto s = GetParam().build();
   for (int i = 0; i < 1000; ++i) {
