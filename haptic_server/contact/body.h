@@ -16,11 +16,13 @@ struct Body {
 
   bool moving = false;  ///< Derived: previous != current.
   Frame frame;          ///< Derived: `current`.
+  double extent_m = 0;  ///< Derived: largest coordinate that it brings into the world.
   Vec3 centre{0};       ///< Derived: of the bounding sphere, at `current`.
 
   void update() noexcept {
     moving = !(previous == current);
     frame = Frame(current);
+    extent_m = surface->extent_m() + glm::length(current.position);
     centre = frame.toWorld(surface->centre());
   }
 };

@@ -17,11 +17,6 @@ bool isUsable(Vec3 hip) noexcept {
 
 }  // namespace
 
-PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept {
-  constexpr std::array kKinds{PrimitiveKind::kPolygon, PrimitiveKind::kLine, PrimitiveKind::kVertex};
-  return {kKinds[static_cast<std::size_t>(foot.feature)], foot.index, surface.canonical(foot.triangle)};
-}
-
 void place(ContactState& state, Vec3 hip) noexcept {
   state = {};
   state.hip = state.ihip = hip;

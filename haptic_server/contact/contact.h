@@ -64,7 +64,10 @@ struct ContactResult {
 };
 
 /// The primitive that holds the foot, in canonical numbering.
-[[nodiscard]] PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept;
+[[nodiscard]] inline PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept {
+  constexpr std::array kKinds{PrimitiveKind::kPolygon, PrimitiveKind::kLine, PrimitiveKind::kVertex};
+  return {kKinds[static_cast<std::size_t>(foot.feature)], foot.index, surface.canonical(foot.triangle)};
+}
 
 /// Free at hip (world): attach, re-attach.
 void place(ContactState& state, Vec3 hip) noexcept;

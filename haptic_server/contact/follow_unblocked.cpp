@@ -2,6 +2,8 @@
 
 #include "haptic_server/contact/follow_unblocked.h"
 
+#include <algorithm>
+
 #include "haptic_server/contact/contact_tick.h"
 
 namespace haptics {
@@ -29,13 +31,14 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
   return true;
 }
 
-/// ContactTick::pathIsClear() of a held body at rest that crosses itself nowhere.
-bool pathIsClear(const Body& body, const Others& others, const ContactState& state, const SearchPath& path) noexcept {
+/// ContactTick::pathIsClear() of a held body at rest that crosses itself nowhere. `normal` is that of the held triangle.
+[[gnu::noinline]] bool pathIsClear(const Body& body, const Others& others, const ContactState& state, Vec3 normal,
+                                   const SearchPath& path) noexcept {
   if (!path.complete()) return false;
-  double extent = extentInReach(body);
-  for (const Body* other : others.all()) extent = std::max(extent, extentInReach(*other));
+  double extent = body.extent_m;
+  for (const Body* other : others.all()) extent = std::max(extent, other->extent_m);
   std::uint32_t triangle = state.holding[0].triangle;
-  Vec3 lift = body.surface->faceNormal(triangle) * (state.holding[0].side * (kSkin * extent));
+  Vec3 lift = normal * (state.holding[0].side * (kSkin * extent));
   Vec3 from = body.frame.toWorld(state.local + lift);
   for (const SearchPath::Point& point : path) {
     if (point.triangle != triangle) {
@@ -51,25 +54,22 @@ bool pathIsClear(const Body& body, const Others& others, const ContactState& sta
   return true;
 }
 
-/// The local minimum near h and the normal there; false when it is none, or does not hold h any more.
-bool findFoot(const Surface& surface, const HoldingSurface& holding, Vec3 h, const Prism& prism, SearchPath* path,
-              int& looked, Foot& foot, Vec3& normal) noexcept {
-  looked = 1;
-  if (prism.holds()) {
-    const bool outside = (prism.height() >= 0) == (holding.side > 0);
-    if (outside) return false;
-    foot.triangle = holding.triangle;
-    foot.point = prism.foot(h);
-    normal = unitOrZero(prism.normal());
-    if (path != nullptr) path->add(foot);
-    return true;
-  }
+/// Where the neighborhood watch ends.
+struct Minimum {
+  Foot foot;
+  Vec3 normal;
+  int looked = 1;  // triangles
+};
+
+/// The HIP has left the prism over the held triangle. False when the search ends nowhere, or where h is not held.
+/// Out of line, as pathIsClear() is, to leave the registers to the tick that stays on its triangle.
+[[gnu::noinline]] bool searchOn(const Surface& surface, const HoldingSurface& holding, Vec3 h, const Prism& prism,
+                                SearchPath* path, Minimum& minimum) noexcept {
   const Foot start = closestOn(surface.triangle(holding.triangle), holding.triangle, h, prism);
-  const SearchResult found = neighborhoodWatch(surface, start, h, path, looked);
-  foot = found.foot;
-  if (!found.converged || surface.onBoundary(foot) || surface.isOutside(foot, h, holding.side)) return false;
-  normal = surface.normal(foot);
-  return true;
+  const SearchResult found = neighborhoodWatch(surface, start, h, path, minimum.looked);
+  minimum.foot = found.foot;
+  minimum.normal = surface.normal(found.foot);
+  return found.converged && !surface.onBoundary(found.foot) && !surface.isOutside(found.foot, h, holding.side);
 }
 
 }  // namespace
@@ -83,27 +83,36 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip
   if (body.moving || surface.anyCrossed() || !findOthers(bodies, state, hip, others)) return false;
 
   const Vec3 h = body.frame.toLocal(hip);
-  const Prism prism(surface.triangle(holding.triangle), h);
-  if (!inOneStep(squaredLength(hip - state.hip), prism.squaredNormal())) return false;
+  const TriangleRecord& record = surface.triangle(holding.triangle);
+  const Prism prism(record, h);
+  if (record.zeroArea() || !inOneStep(squaredLength(hip - state.hip), prism.squaredNormal())) return false;
   SearchPath path;
   const bool guarded = others.count > 0;
-  int looked = 0;
-  Foot foot;
-  Vec3 normal;
-  if (!findFoot(surface, holding, h, prism, guarded ? &path : nullptr, looked, foot, normal)) return false;
-  if (guarded && !pathIsClear(body, others, state, path)) return false;
+  const Vec3 normal = unitOrZero(prism.normal());
+  Minimum minimum;
+  if (prism.holds()) {
+    const bool outside = (prism.height() >= 0) == (holding.side > 0);
+    if (outside) return false;
+    minimum.foot.triangle = holding.triangle;
+    minimum.foot.point = prism.foot(h);
+    minimum.normal = normal;
+    if (guarded) path.add(minimum.foot);
+  } else if (!searchOn(surface, holding, h, prism, guarded ? &path : nullptr, minimum)) {
+    return false;
+  }
+  if (guarded && !pathIsClear(body, others, state, normal, path)) return false;
 
-  state.holding[0].triangle = foot.triangle;
-  state.local = foot.point;
+  state.holding[0].triangle = minimum.foot.triangle;
+  state.local = minimum.foot.point;
   state.ihip = body.frame.toWorld(state.local);
   state.hip = hip;
   result.touching = true;
   result.body = holding.body;
   result.ihip = state.ihip;
-  result.normal = body.frame.turn(normal * static_cast<double>(holding.side));
+  result.normal = body.frame.turn(minimum.normal * static_cast<double>(holding.side));
   result.penetration_m = glm::length(state.ihip - hip);
-  result.primitive = primitiveOf(surface, foot);
-  result.work.triangles = looked;
+  result.primitive = primitiveOf(surface, minimum.foot);
+  result.work.triangles = minimum.looked;
   result.work.segments = static_cast<int>(others.count * (1 + path.size()));  // the held body's own motion is one
   result.work.steps = 1;
   return true;

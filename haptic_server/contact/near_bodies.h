@@ -17,11 +17,6 @@ inline constexpr int kMaxNear = 16;
 /// farther.
 [[nodiscard]] double reachOf(const ContactState& state, Vec3 hip) noexcept;
 
-/// Largest coordinate that a body in reach brings in, m.
-[[nodiscard]] inline double extentInReach(const Body& body) noexcept {
-  return body.surface->extent_m() + glm::length(body.frame.origin);
-}
-
 /// Squared distance of the HIP (world, metres) to the body's box in its own frame, m^2; none when it is beyond `reach`.
 [[nodiscard]] std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexcept;
 
