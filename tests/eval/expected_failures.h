@@ -16,23 +16,23 @@ struct Expectation {
 ///
 /// pseudocode_*: as printed, the first contact has no force (S3), the path is not taken in a moving body's frame (S4),
 ///   neighbours know nothing of other bodies (S2). Closed primitives never leave their first polygon (S1, S6, S7, S10,
-///   sliver walks of S12); open ones stay at a vertex whose neighbours' projections all fall outside (S6, S7, S10, S12,
-///   and S1 and S8 when the way leads there).
+///   S11, slivers of S12); open ones stay at a vertex whose neighbours' projections all fall outside (S6, S7, S10, S11,
+///   S12, and S1 and S8 when the way leads there).
 /// global_closest: has no memory of where it came in: into the other body (S2), through plates (S4, S9), across the
-///   medial axis (S8); looks at too many triangles on fans and deep inside (S6, S7).
+///   medial axis (S8); looks at too many triangles on fans and deep inside (S6, S7); needs an inside (S11).
 /// god_object: as published for bodies at rest (S4).
-/// god_object_by_rays: loses segments through edges and vertices (S5), and with them contact on diagonals (S1).
+/// god_object_by_rays: loses segments through edges and vertices (S5), and with them contact (S1, S11).
 /// intermediate_plane_*: as global_closest wherever the plane is put anew; between, the plane ends nowhere (S1), is not
 ///   there (S3, S4), and steps when it is put anew (S10).
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
-    Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S12 ", ""},
-    Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S12 ", "S1 S8 "},
-    Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 ", ""},
+    Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 ", ""},
+    Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 ", "S1 S8 "},
+    Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 ", ""},
     Expectation{"god_object", "S4 ", ""},
-    Expectation{"god_object_by_rays", "S1 S4 S5 ", "S12 "},
-    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 ", ""},
-    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 ", ""},
+    Expectation{"god_object_by_rays", "S1 S4 S5 S11 ", "S12 "},
+    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 ", ""},
+    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 ", ""},
 };
 
 }  // namespace haptics::eval

@@ -35,6 +35,7 @@ struct FailureScene {
 [[nodiscard]] SceneResult approachMedialAxis(Renderer& method, Random& random);          ///< S8
 [[nodiscard]] SceneResult pressThinPlates(Renderer& method, Random& random);             ///< S9
 [[nodiscard]] SceneResult slideOverSphere(Renderer& method, Random& random);             ///< S10
+[[nodiscard]] SceneResult strokeBadMeshes(Renderer& method, Random& random);             ///< S11
 [[nodiscard]] SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random);  ///< S12
 
 inline constexpr std::array kFailureScenes{
@@ -48,6 +49,7 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S8", "cube, to within 1 mm of its side", approachMedialAxis},
     FailureScene{"S9", "plates of 0.5 and 1 mm pressed 5 mm and slid", pressThinPlates},
     FailureScene{"S10", "sphere, 2 mm deep at 0.1 m/s: steps of the force", slideOverSphere},
+    FailureScene{"S11", "holes, T-junctions, fins, duplicate, flipped, empty and unwelded faces", strokeBadMeshes},
     FailureScene{"S12", "blades, gashes, slivers, and all of it scaled", strokeSharpAndScaledShapes},
 };
 
