@@ -52,9 +52,14 @@ SceneResult strokeFans(Renderer& method, Random& random) {
   int lost = 0;
   int ticks = 0;
   double stall = 0;
-  for (const int valence : {8, 64, 700, 4096}) {
+  static const auto fans = [] {  // the same for every method
+    std::vector<std::shared_ptr<const Surface>> built;
+    for (const int valence : {8, 64, 700, 4096}) built.push_back(shapes::cone(0.05, 0.02, valence).build());
+    return built;
+  }();
+  for (const auto& fan : fans) {
     Stage stage(method, random);
-    const int cone = stage.add(shapes::cone(0.05, 0.02, valence));
+    const int cone = stage.add(fan);
     stage.begin({0, 0, 0.021});
     stage.tick({0.0001, 0, 0.015});
     const double start = random.between(0, 6);
@@ -85,7 +90,8 @@ SceneResult runDeepAndFast(Renderer& method, Random& random) {
   int lost = 0;
   int most = 0;
   Stage stage(method, random);
-  stage.add(shapes::sphere(kRadius, 48));
+  static const auto ball = shapes::sphere(kRadius, 48).build();  // the same for every method
+  stage.add(ball);
   const Quat plane = random.rotation();
   const auto at = [&](double angle, double radius) {
     return plane * Vec3(std::sin(angle), 0, std::cos(angle)) * radius;

@@ -178,7 +178,8 @@ SceneResult slideOverSphere(Renderer& method, Random& random) {
   double jump_N = 0;
   int lost = 0;
   Stage stage(method, random);
-  stage.add(shapes::sphere(kRadius, 64));
+  static const auto ball = shapes::sphere(kRadius, 64).build();  // the same for every method
+  stage.add(ball);
   const double turn = kSpeed_m_per_s * kPeriod_s / kRadius;
   const auto at = [](double angle, double radius) { return Vec3(std::sin(angle), 0, std::cos(angle)) * radius; };
   const double start = random.between(0, 1);
