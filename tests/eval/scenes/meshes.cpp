@@ -80,8 +80,9 @@ std::vector<Vec3> walk(Renderer& method, Random random, double scale) {
   return ihips;
 }
 
-/// The same for presses onto a sphere. Rounding the vertices anew moves them by 2^-24: on a long stroke it decides now
-/// and then at which side of a vertex the IHIP passes, and both are right; in a press it does not.
+/// The same for presses onto a sphere. Open: strokes. Rounding the vertices anew moves them by 2^-24, and in some
+/// strokes the IHIP is then up to 0.3 mm elsewhere for a few ticks, presumably at another local minimum beside a vertex;
+/// that both are minima is not shown yet.
 std::vector<Vec3> press(Renderer& method, Random random, double scale) {
   constexpr double kRadius = 0.05;
   Stage stage(method, Pose{});
