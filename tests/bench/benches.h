@@ -1,10 +1,16 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
+
+/// What haptic_bench measures; `sizes` are segments of the spheres (scenes.h).
 namespace haptics::bench {
 
 /// The contact tick hot and cold, the search alone, and the whole step.
-void registerContact();
+void registerContact(std::span<const std::uint32_t> sizes);
+/// The same questions put to Embree, CGAL and a god-object.
+void registerPeers(std::span<const std::uint32_t> sizes);
 /// The database's build, and its size.
-void registerBuild();
+void registerBuild(std::span<const std::uint32_t> sizes);
 
 }  // namespace haptics::bench

@@ -21,8 +21,8 @@ void build(benchmark::State& state, std::uint32_t segments, int threads) {
 
 }  // namespace
 
-void registerBuild() {
-  for (const std::uint32_t n : kSegments) {
+void registerBuild(std::span<const std::uint32_t> sizes) {
+  for (const std::uint32_t n : sizes) {
     for (const int threads : {1, 2}) {
       const std::string name =
           "build/threads:" + std::to_string(threads) + "/triangles:" + std::to_string(triangleCount(n));

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/scenes.h"
@@ -38,19 +37,9 @@ void tickCold(benchmark::State& state, const Trajectory& trajectory, std::uint32
   stopwatch.report(state);
 }
 
-/// The neighborhood watch alone, from where the tick before ended.
-void search(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments) {
-  Replay replay(trajectory.make(segments));
-  const Scene& scene = replay.scene();
-  const Surface& surface = *scene.bodies.front().surface;
-  std::uint32_t triangle = replay.state().holding[0].triangle;
-  std::size_t next = 0;
-  for (auto _ : state) {
-    int spent = 0;
-    triangle = neighborhoodWatch(surface, triangle, scene.path[next], nullptr, spent).foot.triangle;
-    benchmark::DoNotOptimize(triangle);
-    if (++next == scene.path.size()) next = 0;
-  }
+void searchAlone(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments) {
+  Search search(trajectory.make(segments));
+  for (auto _ : state) benchmark::DoNotOptimize(search.tick());
 }
 
 /// From the device's position to the force (paper 3.2), with one object.
@@ -82,8 +71,8 @@ void wholeStep(benchmark::State& state, const Trajectory& trajectory, std::uint3
 
 }  // namespace
 
-void registerContact() {
-  for (const std::uint32_t n : kSegments) {
+void registerContact(std::span<const std::uint32_t> sizes) {
+  for (const std::uint32_t n : sizes) {
     for (const Trajectory& t : {kRubbing, kSlide, kFreeSpace, kSecondBodyNear, kLineContact}) {
       benchmark::RegisterBenchmark(nameOf("contact_tick/hot", t, n).c_str(), tickHot, t, n);
       benchmark::RegisterBenchmark(nameOf("contact_tick/cold", t, n).c_str(), tickCold, t, n)
@@ -91,7 +80,7 @@ void registerContact() {
           ->Iterations(kColdTicks);
     }
     for (const Trajectory& t : {kRubbing, kSlide}) {
-      benchmark::RegisterBenchmark(nameOf("search/hot", t, n).c_str(), search, t, n);
+      benchmark::RegisterBenchmark(nameOf("search/hot", t, n).c_str(), searchAlone, t, n);
       benchmark::RegisterBenchmark(nameOf("haptic_step/hot", t, n).c_str(), wholeStep, t, n);
     }
   }

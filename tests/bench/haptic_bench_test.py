@@ -13,7 +13,9 @@ class HapticBench(unittest.TestCase):
         run = subprocess.run(
             [BENCH, "--benchmark_filter=" + pattern, "--benchmark_format=json", "--benchmark_min_time=0.001"],
             check=True, capture_output=True, text=True, timeout=100)
-        return {figure["name"]: figure for figure in json.loads(run.stdout)["benchmarks"]}
+        output = json.loads(run.stdout)
+        self.context = output["context"]
+        return {figure["name"]: figure for figure in output["benchmarks"]}
 
     def test_times_a_tick_on_each_trajectory(self):
         figures = self.figures("contact_tick/hot/.*triangles:1728")
@@ -29,6 +31,20 @@ class HapticBench(unittest.TestCase):
         self.assertEqual(surfaces, {
             "rubbing_0.5mm_circle": 1, "slide_48mm_circle": 1, "free_space_52mm_circle": 0,
             "second_body_1mm_above_rubbing_0.5mm_circle": 1, "line_contact_of_two_28mm_circle": 2})
+
+    def test_puts_the_same_questions_to_peers(self):
+        figures = self.figures("peers/.*triangles:1728")
+        self.assertEqual(len(figures), 4)
+        peers = {"embree": {"embree_point_query", "embree_occluded", "embree_intersect"},
+                 "cgal": {"cgal_closest_point"}}
+        timed = {key[:-len("_ns")] for figure in figures.values() for key in figure if key.endswith("_ns")}
+        for library, ways in peers.items():
+            installed = "not installed" not in self.context[library]
+            self.assertEqual(ways <= timed, installed, library)
+        for figure in figures.values():
+            self.assertNotIn("error_message", figure)  # they disagree on the answer
+        (slide,) = (figure for name, figure in figures.items() if "slide" in name)
+        self.assertGreater(slide["god_object_over_tick"], 1)
 
     def test_measures_a_build(self):
         figures = self.figures("build/threads:1/triangles:1728")

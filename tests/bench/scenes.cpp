@@ -88,4 +88,6 @@ Replay::Replay(Scene scene) : scene_(std::move(scene)) {
   for (std::size_t i = 0; i < scene_.path.size(); ++i) static_cast<void>(tick());
 }
 
+Search::Search(Scene scene) : replay_(std::move(scene)), triangle_(replay_.state().holding[0].triangle) {}
+
 }  // namespace haptics::bench

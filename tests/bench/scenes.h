@@ -6,6 +6,7 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/neighborhood_watch.h"
 
 /// Spheres of 50 mm radius and closed paths of the HIP at 0.1 m/s and 1 kHz, 2 mm deep.
 namespace haptics::bench {
@@ -16,8 +17,8 @@ inline constexpr double kStep_m = 1e-4;  ///< Of the HIP in a tick.
 inline constexpr double kRubbingRadius_m = 0.0005;
 inline constexpr double kGap_m = 0.001;  ///< Between the contacted sphere and a second one that is near.
 
-/// Of the cube that the sphere is mapped from: 1,728, 63,948 and 1,002,252 triangles.
-inline constexpr std::array<std::uint32_t, 3> kSegments{12, 73, 289};
+/// Of the cube that the sphere is mapped from: 1,728, 63,948, 1,002,252 and 10,002,828 triangles.
+inline constexpr std::array<std::uint32_t, 4> kSegments{12, 73, 289, 913};
 [[nodiscard]] constexpr std::uint32_t triangleCount(std::uint32_t segments) noexcept {
   return 12 * segments * segments;
 }
@@ -72,6 +73,26 @@ class Replay {
  private:
   Scene scene_;
   ContactState state_;
+  std::size_t next_ = 0;
+};
+
+/// The neighborhood watch alone, around a scene's path from where each answer leaves it.
+class Search {
+ public:
+  explicit Search(Scene scene);
+
+  SearchResult tick() noexcept {
+    int spent = 0;
+    const SearchResult found = neighborhoodWatch(*replay_.scene().bodies.front().surface, triangle_,
+                                                 replay_.scene().path[next_], nullptr, spent);
+    if (++next_ == replay_.scene().path.size()) next_ = 0;
+    triangle_ = found.foot.triangle;
+    return found;
+  }
+
+ private:
+  Replay replay_;
+  std::uint32_t triangle_;
   std::size_t next_ = 0;
 };
 

@@ -5,12 +5,6 @@
 namespace haptics::bench {
 namespace {
 
-double percentile(std::vector<double>& values, double fraction) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 std::size_t lastLevelCache_bytes() {
   std::size_t largest = std::size_t{32} << 20;  // where the system does not tell
   for (const auto& cache : benchmark::CPUInfo::Get().caches) {
@@ -20,6 +14,12 @@ std::size_t lastLevelCache_bytes() {
 }
 
 }  // namespace
+
+double percentile(std::vector<double>& values, double fraction) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
 
 Stopwatch::Stopwatch() : clock_ns_(0) {
   constexpr int kRounds = 1001;

@@ -2,12 +2,16 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <chrono>
 #include <vector>
 
 namespace haptics::bench {
 
 using Clock = std::chrono::steady_clock;
+
+/// The value that this fraction of them does not exceed. Reorders them.
+[[nodiscard]] double percentile(std::vector<double>& values, double fraction);
 
 /// Durations of single events, without what reading the clock adds to each.
 class Stopwatch {
