@@ -1,21 +1,9 @@
 #include "haptic_server/contact/contact.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
-#include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/contact_tick_impl.h"
 #include "haptic_server/contact/follow_unblocked.h"
 
 namespace haptics {
-namespace {
-
-bool isUsable(Vec3 hip) noexcept {
-  constexpr double kFarthest = std::numeric_limits<float>::max();
-  return std::abs(hip.x) <= kFarthest && std::abs(hip.y) <= kFarthest && std::abs(hip.z) <= kFarthest;  // not NaN
-}
-
-}  // namespace
 
 void place(ContactState& state, Vec3 hip) noexcept {
   state = {};
@@ -23,134 +11,11 @@ void place(ContactState& state, Vec3 hip) noexcept {
 }
 
 ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept {
-  const Vec3 usable = isUsable(hip) ? hip : state.hip;
+  const Vec3 usable = usableHip(state, hip);
   ContactResult result;
-  if (!followUnblocked(bodies, state, usable, result)) result = ContactTick(bodies, state, usable).run();
-  return result;
-}
-
-ContactTick::ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept
-    : bodies_(bodies), state_(state), hip_(hip) {}
-
-ContactResult ContactTick::run() noexcept {
-  start();
-  double now = 0;
-  // Contacts and releases within a step may divide it again; a bound on all of them together bounds the tick.
-  while (now < 1 && work_.steps < 3 * kMaxSteps) {
-    now = advance(now, ++work_.steps >= kMaxSteps ? 1 : stepEnd(now));
+  if (!followUnblocked(bodies, state, usable, result)) {
+    result = ContactTick<AllCorrections>(bodies, state, usable).run();
   }
-  state_.hip = hip_;
-  return result();
-}
-
-void ContactTick::start() noexcept {
-  near_.gather(bodies_, state_, hip_, work_);
-  skin_ = kSkin * near_.extent_m();
-  lift_ = kLift * near_.extent_m();
-  const bool oneSurface = state_.mode == Mode::kOneSurface;
-  if (oneSurface && near_.count() == 1) return;  // no other body's frame to keep
-  const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held().triangle)) : state_.ihip;
-  const Points from = near_.inEachFrame(ihip);
-  near_.moveAll(from, 1);
-}
-
-/// The time to advance to.
-double ContactTick::stepEnd(double now) const noexcept {
-  if (state_.holdingCount == 0) return 1;
-  const Body& body = bodies_[static_cast<std::size_t>(held().body)];
-  const double twiceArea2 = squaredLength(body.surface->triangle(held().triangle).areaNormal());
-  const double step2 = body.moving ? squaredLength(toLocal(body.current, hip_) - toLocal(body.previous, state_.hip))
-                                   : squaredLength(hip_ - state_.hip);
-  if (inOneStep(step2, twiceArea2)) return 1;
-  const double part = kStepFraction * std::sqrt(std::sqrt(twiceArea2) / step2);
-  return std::min(1.0, now + std::max(part, 1.0 / (kMaxSteps - 1)));
-}
-
-/// Returns the time reached: before `end` when something was touched on the way.
-double ContactTick::advance(double now, double end) noexcept {
-  near_.setTime(bodies_, end);
-  const Vec3 hip = end < 1 ? glm::mix(state_.hip, hip_, end) : hip_;
-  if (state_.mode == Mode::kFree) return advanceFree(now, end, hip);
-  if (state_.mode == Mode::kOneSurface) {
-    followSurface(hip);
-  } else {
-    solve(hip);
-  }
-  return end;
-}
-
-/// Paper 3.2, first contact: the segment between two places of the HIP against the bounding hierarchies. Deviations:
-/// the segment is taken in each body's own frame, from where the HIP was in it to where it is, so that a body cannot
-/// pass through a still HIP; all bodies advance to the instant of the earliest hit, and the search runs in the same
-/// tick.
-double ContactTick::advanceFree(double now, double end, Vec3 hip) noexcept {
-  const Points to = near_.inEachFrame(hip);
-  // Starts a hair behind on the way into closed bodies: a crossing lost to rounding where two ticks meet is seen now,
-  // and the start only moves farther above all that can be entered. A sheet could be entered from its other side
-  // instead; there the rule for points on the plane (Segment::enters) joins the segments.
-  for (int i = 0; i < near_.count(); ++i) {
-    const Vec3 way = to[static_cast<std::size_t>(i)] - near_[i].from;
-    const double length = glm::length(way);
-    if (length > 0 && near_[i].surface->closed()) near_[i].from -= way * (lift_ / length);
-  }
-  const Hit hit = firstNewContact(to, [](int, std::uint32_t) noexcept { return false; });
-  if (!hit) {
-    near_.moveAll(to, 1);
-    setFree(hip);
-    return end;
-  }
-  touch(hit, to);
-  const double reached = now + (end - now) * hit.crossing.time;
-  if (reached < 1) return reached;
-  near_.setTime(bodies_, 1);
-  followSurface(hip_);
-  return 1;
-}
-
-void ContactTick::touch(const Hit& hit, const Points& to) noexcept {
-  near_.moveAll(to, hit.crossing.time);
-  const Near& near = near_[hit.near];
-  Foot foot;
-  foot.triangle = hit.crossing.triangle;
-  foot.point = near.from;
-  hold({near.body, hit.crossing.side, foot.triangle}, foot, near.frame.toWorld(near.from));
-}
-
-void ContactTick::setFree(Vec3 hip) noexcept {
-  state_.mode = Mode::kFree;
-  state_.holdingCount = 0;
-  state_.ihip = hip;
-}
-
-void ContactTick::hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept {
-  state_.mode = Mode::kOneSurface;
-  state_.holdingCount = 1;
-  state_.holding[0] = surface;
-  state_.local = foot.point;
-  state_.ihip = ihip;
-  foot_ = foot;
-}
-
-ContactResult ContactTick::result() noexcept {
-  ContactResult result;
-  result.ihip = state_.ihip;
-  result.work = work_;
-  if (state_.mode == Mode::kFree) return result;
-  const Near& near = heldNear();
-  const Vec3 way = state_.ihip - hip_;
-  result.touching = true;
-  result.body = held().body;
-  result.penetration_m = glm::length(way);
-  if (state_.mode == Mode::kOneSurface) {
-    result.normal = near.frame.turn(near.surface->normal(foot_) * static_cast<double>(held().side));
-  } else {
-    const std::uint32_t t = held().triangle;
-    foot_ = closestOn(near.surface->triangle(t), t, near.frame.toLocal(state_.ihip));
-    result.normal = result.penetration_m > 0
-                        ? way / result.penetration_m
-                        : near.frame.turn(near.surface->faceNormal(t) * static_cast<double>(held().side));
-  }
-  result.primitive = primitiveOf(*near.surface, foot_);
   return result;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <limits>
 #include <span>
 
 #include "haptic_server/contact/contact.h"
@@ -34,9 +36,17 @@ inline constexpr double kLift = 0x1p-32;
 /// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
 inline constexpr double kSettled = 0x1p-14;
 
+/// The HIP that a tick goes to: one that is not finite, or beyond the range of the float vertices, has not moved.
+[[nodiscard]] inline Vec3 usableHip(const ContactState& state, Vec3 hip) noexcept {
+  constexpr double kFarthest = std::numeric_limits<float>::max();
+  const bool usable = std::abs(hip.x) <= kFarthest && std::abs(hip.y) <= kFarthest && std::abs(hip.z) <= kFarthest;
+  return usable ? hip : state.hip;  // usable is false for NaN
+}
+
 /// One tick at work on the state: the neighborhood watch proposes a path, a guard tests it against everything else that
 /// is near, and a constraint solver takes over only where it is blocked, at boundaries, and while several surfaces
 /// hold.
+template <class Corrections>
 class ContactTick {
  public:
   ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
@@ -47,8 +57,9 @@ class ContactTick {
   using Hit = NearBodies::Hit;
   using Points = NearBodies::Points;
   using Mode = ContactState::Mode;
+  using SegmentTest = typename Corrections::SegmentTest;
 
-  // contact.cpp: the tick in steps, motion in free space
+  // contact_tick_impl.h: the tick in steps, motion in free space
   void start() noexcept;
   [[nodiscard]] double stepEnd(double now) const noexcept;
   [[nodiscard]] double advance(double now, double end) noexcept;
@@ -56,7 +67,7 @@ class ContactTick {
   /// Bodies that are leaving the scene cannot be touched anew.
   template <class Skip>
   [[nodiscard]] Hit firstNewContact(const Points& to, Skip skip) noexcept {
-    return near_.firstHit(
+    return near_.template firstHit<SegmentTest>(
         to, [&](int i, std::uint32_t t) noexcept { return near_[i].leaving || skip(i, t); }, work_);
   }
   void touch(const Hit& hit, const Points& to) noexcept;
@@ -64,17 +75,19 @@ class ContactTick {
   void hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept;
   [[nodiscard]] ContactResult result() noexcept;
 
-  // surface_following.cpp: one surface
+  // surface_following_impl.h: one surface
   void followSurface(Vec3 hip) noexcept;
+  [[nodiscard]] bool isOutside(const Surface& surface, const Foot& foot, Vec3 h) const noexcept;
   [[nodiscard]] bool pathIsClear(const SearchPath& path, const Frame& frame) noexcept;
   [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame& frame) noexcept;
   [[nodiscard]] bool clearOfOwnFolds(const Surface& surface, std::uint32_t within, Vec3 a, Vec3 b) noexcept;
   [[nodiscard]] Vec3 lifted(Vec3 at, std::uint32_t triangle) const noexcept;
   void leave(const Foot& foot, Vec3 hip) noexcept;
 
-  // constraint_solver.cpp: several surfaces
+  // constraint_solver_impl.h: several surfaces
   struct Move;
   void resolve(Vec3 hip) noexcept;
+  void stay() noexcept;
   void solve(Vec3 hip) noexcept;
   [[nodiscard]] Move moveTowards(Vec3 hip) noexcept;
   [[nodiscard]] bool restsOn(const Move& move) const noexcept;
@@ -95,6 +108,7 @@ class ContactTick {
   Foot foot_;        // kOneSurface: of the IHIP
   double skin_ = 0;  // metres
   double lift_ = 0;
+  bool recordedOnly_ = false;  // touched in this tick, to be searched in the next (kSameTickSearch off)
   ContactWork work_;
 };
 

@@ -57,15 +57,15 @@ class NearBodies {
   void moveAll(const Points& to, double time) noexcept;
 
   /// The earliest crossing on from -> to over all near bodies; `skip(near index, triangle)` leaves out.
-  template <class Skip>
+  template <class SegmentTest, class Skip>
   [[nodiscard]] Hit firstHit(const Points& to, Skip skip, ContactWork& work) const noexcept {
     Hit hit;
     for (int i = 0; i < count_; ++i) {
       const Near& near = (*this)[i];
       ++work.segments;
       const Crossing crossing =
-          near.surface->firstCrossing(near.from, to[static_cast<std::size_t>(i)], !near.surface->closed(),
-                                      [&](std::uint32_t t) noexcept { return skip(i, t); });
+          near.surface->firstCrossing<SegmentTest>(near.from, to[static_cast<std::size_t>(i)], !near.surface->closed(),
+                                                   [&](std::uint32_t t) noexcept { return skip(i, t); });
       if (crossing && (!hit || crossing.time < hit.crossing.time)) hit = {i, crossing};
     }
     return hit;

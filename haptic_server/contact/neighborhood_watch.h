@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "haptic_server/contact/corrections.h"
 #include "haptic_server/geometry/surface.h"
 
 namespace haptics {
@@ -45,14 +46,19 @@ struct SearchResult {
 
 /// Descends from `start`, the closest point to h (body frame, metres) of some triangle, to a local minimum of the
 /// distance. Adds the further triangles looked at to `spent`; `path` may be null.
+template <class Corrections = AllCorrections>
 [[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path,
                                              int& spent) noexcept;
+extern template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*,
+                                                               int&) noexcept;
 
 /// The same from triangle `start`, which counts as looked at.
-[[nodiscard]] inline SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h,
-                                                    SearchPath* path, int& spent) noexcept {
+template <class Corrections = AllCorrections>
+[[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
+                                             int& spent) noexcept {
   ++spent;
-  return neighborhoodWatch(surface, closestOn(surface.triangle(start), start, h), h, path, spent);
+  const Foot foot = Corrections::closestPoint(surface.triangle(start), start, h);
+  return neighborhoodWatch<Corrections>(surface, foot, h, path, spent);
 }
 
 }  // namespace haptics

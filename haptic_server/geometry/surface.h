@@ -64,10 +64,12 @@ class Surface {
 
   /// First entering crossing on from -> to (paper 3.2, first contact). `skip(triangle)` leaves out those that contain
   /// the start by construction. Watertight. Sheets, that is surfaces that are not closed, are entered from both sides.
-  template <class Skip>
+  /// `Test` is made of from and to, and meets each triangle with enters().
+  template <class Test = Segment, class Skip>
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, bool twoSided, Skip skip) const noexcept;
+  template <class Test = Segment>
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to) const noexcept {
-    return firstCrossing(from, to, !closed_, [](std::uint32_t) { return false; });
+    return firstCrossing<Test>(from, to, !closed_, [](std::uint32_t) { return false; });
   }
 
   /// Closest point of the whole mesh to h. Looks at no more than `budget` triangles and returns the best of them: near
@@ -105,11 +107,11 @@ class Surface {
                                                           std::span<const std::array<std::uint32_t, 3>> triangles,
                                                           int threads = 1);
 
-template <class Skip>
+template <class Test, class Skip>
 Crossing Surface::firstCrossing(Vec3 from, Vec3 to, bool twoSided, Skip skip) const noexcept {
   Crossing first;
   if (from == to) return first;  // a point enters nothing
-  const Segment segment(from, to);
+  const Test segment(from, to);
   hierarchy_.visitAlong(from, to, [&](std::uint32_t begin, std::uint32_t end) noexcept {
     for (std::uint32_t t = begin; t < end; ++t) {
       Crossing crossing{t};

@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/contact_tick_impl.h"
 #include "tests/haptic_server/contact/world.h"
 
 namespace haptics {
@@ -151,7 +151,7 @@ TEST_P(FollowUnblocked, GivesTheBitsOfTheLongWay) {
     for (Body& body : bodies) body.update();
 
     ContactState longWay = before;
-    ASSERT_NO_FATAL_FAILURE(expectSame(result, ContactTick(bodies, longWay, hip).run())) << "tick " << i;
+    ASSERT_NO_FATAL_FAILURE(expectSame(result, followContact<AllCorrections>(bodies, longWay, hip))) << "tick " << i;
     ASSERT_NO_FATAL_FAILURE(expectSame(world.state(), longWay)) << "tick " << i;
     ContactState shortWay = before;
     ContactResult unused;

@@ -1,3 +1,5 @@
+#pragma once
+
 // One surface: the neighborhood watch, guarded.
 
 #include "haptic_server/contact/contact_tick.h"
@@ -11,7 +13,8 @@ namespace haptics {
 ///    hop is tested.
 ///  - The way out is tested in the same tick: it may lead into another tooth of a comb, or another body.
 ///  - At a boundary neither search nor sign mean anything: the constraint solver takes over.
-void ContactTick::followSurface(Vec3 hip) noexcept {
+template <class Corrections>
+void ContactTick<Corrections>::followSurface(Vec3 hip) noexcept {
   constexpr int kMostTeeth = 4;  // left and entered again within a step; the next step goes on
   for (int i = 0; i < kMostTeeth && state_.mode == Mode::kOneSurface; ++i) {
     const HoldingSurface holding = held();
@@ -19,21 +22,30 @@ void ContactTick::followSurface(Vec3 hip) noexcept {
     const Surface& s = *near.surface;
     const Frame& frame = near.frame;
     const Vec3 h = frame.toLocal(hip);
-    const bool guarded = near_.count() > 1 || s.anyCrossed();
+    const bool guarded = Corrections::kGuard && (near_.count() > 1 || s.anyCrossed());
     SearchPath path;
-    const SearchResult found = neighborhoodWatch(s, holding.triangle, h, guarded ? &path : nullptr, work_.triangles);
-    if (guarded && !pathIsClear(path, frame)) return resolve(hip);
+    const SearchResult found =
+        neighborhoodWatch<Corrections>(s, holding.triangle, h, guarded ? &path : nullptr, work_.triangles);
+    if (guarded && !pathIsClear(path, frame)) return Corrections::kSeveralSurfaces ? resolve(hip) : stay();
     hold({holding.body, holding.side, found.foot.triangle}, found.foot, frame.toWorld(found.foot.point));
-    if (s.onBoundary(found.foot)) return resolve(hip);
+    if (Corrections::kSeveralSurfaces && s.onBoundary(found.foot)) return resolve(hip);
     work_.interrupted = work_.interrupted || !found.converged;
-    if (!found.converged || !s.isOutside(found.foot, h, holding.side)) return;
+    if (!found.converged || !isOutside(s, found.foot, h)) return;
     leave(found.foot, hip);
   }
 }
 
+template <class Corrections>
+bool ContactTick<Corrections>::isOutside(const Surface& s, const Foot& foot, Vec3 h) const noexcept {
+  Foot judged = foot;
+  if (!Corrections::kPseudonormals) judged.feature = Feature::kPolygon;
+  return s.isOutside(judged, h, held().side);
+}
+
 /// Carries the IHIP with the contacted body, then along the path of the search, testing all others. Leaves triangle and
 /// place at the last clear point when blocked.
-bool ContactTick::pathIsClear(const SearchPath& path, const Frame& frame) noexcept {
+template <class Corrections>
+bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& frame) noexcept {
   if (!path.complete()) return false;
   if (!pieceIsClear(held().triangle, state_.local, state_.local, frame)) return false;
   for (const SearchPath::Point& point : path) {
@@ -44,7 +56,8 @@ bool ContactTick::pathIsClear(const SearchPath& path, const Frame& frame) noexce
   return true;
 }
 
-bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame& frame) noexcept {
+template <class Corrections>
+bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame& frame) noexcept {
   const Points to = near_.inEachFrame(frame.toWorld(lifted(b, within)));
   for (int i = 0; i < near_.count(); ++i) {
     const Near& near = near_[i];
@@ -53,7 +66,7 @@ bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame
       continue;
     }
     ++work_.segments;
-    if (near.surface->firstCrossing(near.from, to[static_cast<std::size_t>(i)])) return false;
+    if (near.surface->firstCrossing<SegmentTest>(near.from, to[static_cast<std::size_t>(i)])) return false;
   }
   for (int i = 0; i < near_.count(); ++i) {
     if (near_[i].body != held().body) near_[i].from = to[static_cast<std::size_t>(i)];
@@ -63,7 +76,8 @@ bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame
 
 /// Within one triangle only the parts that pass through it matter. Left out are those that contain the path by
 /// construction: the neighbours across its edges, and the fan of a vertex when the path starts or ends exactly there.
-bool ContactTick::clearOfOwnFolds(const Surface& s, std::uint32_t within, Vec3 a, Vec3 b) noexcept {
+template <class Corrections>
+bool ContactTick<Corrections>::clearOfOwnFolds(const Surface& s, std::uint32_t within, Vec3 a, Vec3 b) noexcept {
   ++work_.segments;
   const TriangleRecord& own = s.triangle(within);
   const auto containsPath = [&](std::uint32_t t) noexcept {
@@ -74,15 +88,17 @@ bool ContactTick::clearOfOwnFolds(const Surface& s, std::uint32_t within, Vec3 a
     }
     return shared >= 2;
   };
-  return !s.firstCrossing(a, b, true, containsPath);
+  return !s.firstCrossing<SegmentTest>(a, b, true, containsPath);
 }
 
 /// The path that is tested against other bodies runs a skin above the contacted surface.
-Vec3 ContactTick::lifted(Vec3 at, std::uint32_t triangle) const noexcept {
+template <class Corrections>
+Vec3 ContactTick<Corrections>::lifted(Vec3 at, std::uint32_t triangle) const noexcept {
   return at + surface(held().body).faceNormal(triangle) * (held().side * skin_);
 }
 
-void ContactTick::leave(const Foot& foot, Vec3 hip) noexcept {
+template <class Corrections>
+void ContactTick<Corrections>::leave(const Foot& foot, Vec3 hip) noexcept {
   const int own = near_.indexOf(held().body);
   const Surface& s = *near_[own].surface;
   const TriangleRecord& r = s.triangle(foot.triangle);
@@ -99,7 +115,7 @@ void ContactTick::leave(const Foot& foot, Vec3 hip) noexcept {
   // A sheet may have a duplicate in the same place, which a start below its rounding would enter from behind.
   if (!s.closed()) near_[own].from += s.normal(foot) * (held().side * lift_);
   const Points to = near_.inEachFrame(hip);
-  const Hit hit = firstNewContact(to, holdsFoot);
+  const Hit hit = Corrections::kExitRetest ? firstNewContact(to, holdsFoot) : Hit{};
   if (hit) return touch(hit, to);
   near_.moveAll(to, 1);
   setFree(hip);

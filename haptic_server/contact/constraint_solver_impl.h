@@ -1,3 +1,5 @@
+#pragma once
+
 // Several surfaces: the IHIP held by up to three, as the god-object is (Zilles and Salisbury 1995).
 
 #include <algorithm>
@@ -7,7 +9,8 @@
 namespace haptics {
 
 /// Where one round of the solver came to.
-struct ContactTick::Move {
+template <class Corrections>
+struct ContactTick<Corrections>::Move {
   bool done = false;  ///< The straight way to the optimum was clear.
   Vec3 to{0};         ///< World.
   int count = 0;      ///< Surfaces that push there, the strongest first.
@@ -17,7 +20,8 @@ struct ContactTick::Move {
 /// From one surface to the solver. The start in the contacted body's frame: off its triangle by a lift, and a little of
 /// the way to the triangle's middle, which puts it above the neighbours across a valley too. Other bodies' frames keep
 /// theirs.
-void ContactTick::resolve(Vec3 hip) noexcept {
+template <class Corrections>
+void ContactTick<Corrections>::resolve(Vec3 hip) noexcept {
   // From the largest pull that crosses no fold of the own mesh, in steps of 8.
   constexpr double kPull = 0x1p-10;
   constexpr double kLeastPull = 0x1p-20;
@@ -36,11 +40,21 @@ void ContactTick::resolve(Vec3 hip) noexcept {
   solve(hip);
 }
 
+/// One surface only (kSeveralSurfaces off).
+template <class Corrections>
+void ContactTick<Corrections>::stay() noexcept {
+  Foot foot;
+  foot.triangle = held().triangle;
+  foot.point = state_.local;
+  hold(held(), foot, heldNear().frame.toWorld(foot.point));
+}
+
 /// The IHIP moves straight to the point nearest to the HIP above all planes met so far; each blocked attempt adds the
 /// plane that blocked it. When a move succeeds the planes are forgotten and met again from the new place: that is what
 /// releases them.
 /// A pocket that moving bodies close entirely has no place for the IHIP: it is then let through one of them.
-void ContactTick::solve(Vec3 hip) noexcept {
+template <class Corrections>
+void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
   state_.mode = Mode::kSeveralSurfaces;
   Move last;
   bool settled = false;
@@ -56,15 +70,15 @@ void ContactTick::solve(Vec3 hip) noexcept {
   work_.unsettled = work_.unsettled || !settled;
   classify(hip, last, settled);
 }
-
-ContactTick::Move ContactTick::moveTowards(Vec3 hip) noexcept {
+template <class Corrections>
+typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Vec3 hip) noexcept {
   constexpr double kSlack = 0x1p-2;  // of the skin: a plane is held when the point is not farther below it
   PlaneSet planes;
   while (true) {
     const std::optional<PlaneSet::Nearest> optimum = planes.nearest(hip, kSlack * skin_);
     if (!optimum) return {};
     const Points to = near_.inEachFrame(optimum->point);
-    const Hit hit = near_.firstHit(
+    const Hit hit = near_.template firstHit<SegmentTest>(
         to, [](int, std::uint32_t) noexcept { return false; }, work_);
     if (!hit) {
       near_.moveAll(to, 1);
@@ -80,14 +94,16 @@ ContactTick::Move ContactTick::moveTowards(Vec3 hip) noexcept {
 }
 
 /// The pushing triangles are really under the IHIP, not only their planes: the planes' optimum is a local optimum.
-bool ContactTick::restsOn(const Move& move) const noexcept {
+template <class Corrections>
+bool ContactTick<Corrections>::restsOn(const Move& move) const noexcept {
   return std::all_of(move.pushing.begin(), move.pushing.begin() + move.count, [&](const HoldingSurface& s) {
     const Foot foot = closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from);
     return foot.squaredDistance <= 4 * skin_ * skin_;
   });
 }
 
-ConstraintPlane ContactTick::planeOf(const Near& near, const Crossing& crossing) const noexcept {
+template <class Corrections>
+ConstraintPlane ContactTick<Corrections>::planeOf(const Near& near, const Crossing& crossing) const noexcept {
   const Vec3 normal = near.frame.turn(near.surface->faceNormal(crossing.triangle) * static_cast<double>(crossing.side));
   const Vec3 corner = near.frame.toWorld(near.surface->triangle(crossing.triangle).corner(0));
   return {normal, glm::dot(normal, corner) + skin_, {near.body, crossing.side, crossing.triangle}};
@@ -95,7 +111,8 @@ ConstraintPlane ContactTick::planeOf(const Near& near, const Crossing& crossing)
 
 /// Remembers what pushes. One surface left, and the IHIP really over it: back to the neighborhood watch, which is
 /// cheaper and exact there.
-void ContactTick::classify(Vec3 hip, const Move& move, bool settled) noexcept {
+template <class Corrections>
+void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled) noexcept {
   if (!move.done) {
     state_.holdingCount = 0;  // holding[0] stays: whom the contact belongs to
     return;
