@@ -22,6 +22,8 @@ struct Expectation {
 ///   medial axis (S8); looks at too many triangles on fans and deep inside (S6, S7); needs an inside (S11).
 /// god_object: as published for bodies at rest (S4).
 /// god_object_by_rays: loses segments through edges and vertices (S5), and with them contact (S1, S11).
+/// finite_proxy_1mm: as published for bodies at rest (S4); its radius is a length of its own, whatever the scale (S12).
+///   Everywhere else it is a god-object that is also watertight where the mesh is not.
 /// intermediate_plane_*: as global_closest wherever the plane is put anew; between, the plane ends nowhere (S1), is not
 ///   there (S3, S4), and steps when it is put anew (S10).
 inline constexpr std::array kExpectedFailures{
@@ -31,6 +33,7 @@ inline constexpr std::array kExpectedFailures{
     Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 ", ""},
     Expectation{"god_object", "S4 ", ""},
     Expectation{"god_object_by_rays", "S1 S4 S5 S11 ", "S12 "},
+    Expectation{"finite_proxy_1mm", "S4 S12 ", ""},
     Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 ", ""},
     Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 ", ""},
 };
