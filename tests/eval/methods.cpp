@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "tests/eval/baselines/finite_proxy.h"
 #include "tests/eval/baselines/global_closest.h"
 #include "tests/eval/baselines/god_object.h"
 #include "tests/eval/baselines/intermediate_plane.h"
@@ -24,6 +25,7 @@ constexpr std::array kMethods{
     Method{"global_closest", "penalty towards the closest point of the whole surface", make<GlobalClosest>},
     Method{"god_object", "up to three active planes by Lagrange multipliers", make<GodObject>},
     Method{"god_object_by_rays", "the same over a ray test that is not watertight", make<GodObjectByRays>},
+    Method{"finite_proxy_1mm", "a sphere among offset faces, cylinders and spheres", make<FiniteProxy>},
     Method{"intermediate_plane_30Hz", "tangent plane, put anew 30 times a second", make<IntermediatePlane<30>>},
     Method{"intermediate_plane_100Hz", "tangent plane, put anew 100 times a second", make<IntermediatePlane<100>>},
 };

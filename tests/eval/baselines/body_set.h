@@ -42,6 +42,7 @@ class BodySet {
   }
   void setPoses(std::span<const Pose> poses) { poses_.assign(poses.begin(), poses.end()); }
 
+  [[nodiscard]] int count() const { return static_cast<int>(surfaces_.size()); }
   [[nodiscard]] const Surface& surface(int body) const { return *surfaces_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] const Pose& pose(int body) const { return poses_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] double extent_m() const;  ///< Largest coordinate that any body reaches.
