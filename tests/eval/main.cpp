@@ -35,7 +35,7 @@ int run(int argc, char** argv) {
       addVerb(app, "failures", "Scripted motion that breaks methods of rendering: who holds where", options);
   CLI::App* accuracy =
       addVerb(app, "accuracy", "Error against exact shapes, by method, mesh resolution and depth", options);
-  accuracy->add_option("--finest", options.finest, "Leave out finer meshes: a quick look")
+  accuracy->add_option("--finest", options.finest, "Leave out finer meshes; there are some up to 10 million")
       ->type_name("TRIANGLES")
       ->capture_default_str();
   app.footer(

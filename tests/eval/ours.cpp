@@ -15,6 +15,7 @@ void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::sp
 }
 
 void Ours::place(Vec3 hip) {
+  haptics::place(state_.contact, hip);
   state_.attached = false;
   (void)step(hip);
 }
@@ -29,9 +30,14 @@ Felt Ours::tick(std::span<const Pose> poses, Vec3 hip) {
 }
 
 Felt Ours::step(Vec3 hip) {
+  const std::span<const Body> bodies(state_.bodies.data(), state_.bodyCount);
+  if (contactOnly_) {
+    const ContactResult contact = followContact(bodies, state_.contact, hip);
+    return {contact.touching, contact.ihip, kSpring_N_per_m * (contact.ihip - hip), 0};
+  }
   // The step keeps what its contact cost to itself: asked of the same core, on a copy of its state.
   ContactState copy = state_.contact;
-  const ContactWork work = followContact({state_.bodies.data(), state_.bodyCount}, copy, hip).work;
+  const ContactWork work = followContact(bodies, copy, hip).work;
   const TelemetrySample sample = hapticStep(scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
   return {sample.object != 0, sample.ihip, sample.force.contact, work.triangles};
 }

@@ -12,6 +12,7 @@ class Ours final : public Renderer {
  public:
   void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override;
   void place(Vec3 hip) override;
+  void contactOnly() override { contactOnly_ = true; }
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 
  private:
@@ -21,6 +22,7 @@ class Ours final : public Renderer {
   ServoScene scene_;
   HapticState state_{config_};
   std::uint64_t tick_ = 0;
+  bool contactOnly_ = false;
 };
 
 }  // namespace haptics::eval

@@ -29,6 +29,9 @@ class Renderer {
   virtual void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) = 0;
   /// The same scene, its bodies as they are now, attached anew to a HIP outside of all.
   virtual void place(Vec3 hip) = 0;
+  /// From now on a tick does no more than find the contact and its spring force, and counts no triangles: what the
+  /// methods are timed at.
+  virtual void contactOnly() {}
   /// One tick. A pose other than the last is motion.
   virtual Felt tick(std::span<const Pose> poses, Vec3 hip) = 0;
 };

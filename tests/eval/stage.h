@@ -42,6 +42,8 @@ class Stage {
   [[nodiscard]] double depthIn(int body, Vec3 point) const;
   /// In the deepest body.
   [[nodiscard]] double depthInside(Vec3 point) const;
+  [[nodiscard]] Vec3 inWorld(Vec3 point) const { return toWorld(frame_, point); }
+  [[nodiscard]] const std::vector<Pose>& poses() const noexcept { return poses_; }  ///< In the world.
   [[nodiscard]] int ticks() const noexcept { return ticks_; }
 
  private:

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+
+#include "tests/eval/analytic_shapes.h"
+#include "tests/eval/methods.h"
+#include "tests/eval/report.h"
+
+namespace haptics::eval {
+
+/// A mesh of an analytic shape.
+struct Sample {
+  const AnalyticShape& shape;
+  TriMesh mesh;
+  std::shared_ptr<const Surface> surface;
+};
+
+[[nodiscard]] Sample makeSample(const AnalyticShape& shape, int triangles);
+
+/// Presses at the path's start, strokes along it at 0.1 m/s and constant depth, lifts at its end.
+/// @param compare  With a brute-force proxy on the same mesh; takes time in proportion to the triangles.
+[[nodiscard]] Record measureAccuracy(const Method& method, const Sample& sample, double depth_m, std::uint64_t seed,
+                                     bool compare);
+
+}  // namespace haptics::eval

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <algorithm>
+#include <numbers>
+
+#include "common/maths/vec.h"
+
+namespace haptics::eval {
+
+inline constexpr double kForceThreshold_ratio = 0.07;    ///< Pang, Tan and Durlach 1991: 7 % of a force.
+inline constexpr double kLeastForceThreshold_N = 0.05;   ///< For forces so small that 7 % means nothing.
+inline constexpr double kDirectionThreshold_deg = 18.4;  ///< Barbagli et al. 2006, with congruent vision.
+inline constexpr double kFeltArtefactsFrom_Hz = 100;     ///< Above, small changes of force are felt as vibration.
+
+[[nodiscard]] inline double angle_deg(Vec3 a, Vec3 b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
+}
+
+/// The error of a force in units of what a hand with vision can notice: 1 is just noticeable.
+[[nodiscard]] inline double epsilon(Vec3 felt_N, Vec3 ideal_N) {
+  const double threshold_N = std::max(kForceThreshold_ratio * glm::length(ideal_N), kLeastForceThreshold_N);
+  const double magnitude = glm::length(felt_N - ideal_N) / threshold_N;
+  if (felt_N == Vec3(0) || ideal_N == Vec3(0)) return magnitude;
+  return std::max(magnitude, angle_deg(felt_N, ideal_N) / kDirectionThreshold_deg);
+}
+
+}  // namespace haptics::eval
