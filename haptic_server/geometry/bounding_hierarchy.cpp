@@ -103,8 +103,8 @@ class Builder {
     return nodes;
   }
 
-  [[nodiscard]] std::vector<std::uint32_t> order() const {
-    std::vector<std::uint32_t> order(references_.size());
+  [[nodiscard]] LargePageVector<std::uint32_t> order() const {
+    LargePageVector<std::uint32_t> order(references_.size());
     std::transform(references_.begin(), references_.end(), order.begin(),
                    [](const Reference& r) { return r.triangle; });
     return order;
@@ -273,9 +273,9 @@ void pad(BoundingHierarchy::Node& node, float by) {
 
 }  // namespace
 
-std::vector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> vertices,
-                                                    std::span<const std::array<std::uint32_t, 3>> triangles,
-                                                    double extent_m, int threads) {
+LargePageVector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> vertices,
+                                                        std::span<const std::array<std::uint32_t, 3>> triangles,
+                                                        double extent_m, int threads) {
   Builder builder(vertices, triangles);
   const std::vector<Node> nodes = builder.build(threads);
   nodes_.assign(nodes.begin(), nodes.end());

@@ -45,9 +45,9 @@ class BoundingHierarchy {
   /// Builds over the triangles with binned surface area heuristic (Wald 2007). Returns the order of the leaves: place
   /// in the hierarchy -> index in `triangles`. `extent_m` is the largest coordinate. The result does not depend on
   /// `threads`.
-  std::vector<std::uint32_t> build(std::span<const Vec3f> vertices,
-                                   std::span<const std::array<std::uint32_t, 3>> triangles, double extent_m,
-                                   int threads);
+  LargePageVector<std::uint32_t> build(std::span<const Vec3f> vertices,
+                                       std::span<const std::array<std::uint32_t, 3>> triangles, double extent_m,
+                                       int threads);
 
   /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment
   /// is still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a

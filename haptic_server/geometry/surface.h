@@ -35,6 +35,12 @@ class Surface {
   [[nodiscard]] const TriangleRecord& triangle(std::uint32_t t) const noexcept { return records_[t]; }
   [[nodiscard]] std::uint32_t canonical(std::uint32_t t) const noexcept { return canonical_[t]; }
 
+  /// Asks the caches for what a search reads of triangle t.
+  void prefetch(std::uint32_t t) const noexcept {
+    _mm_prefetch(reinterpret_cast<const char*>(&records_[t]), _MM_HINT_T0);
+    _mm_prefetch(reinterpret_cast<const char*>(&canonical_[t]), _MM_HINT_T0);
+  }
+
   [[nodiscard]] Vec3 low() const noexcept { return low_; }    ///< Corner of the box about all vertices.
   [[nodiscard]] Vec3 high() const noexcept { return high_; }  ///< Opposite corner.
   [[nodiscard]] Vec3 centre() const noexcept { return (low_ + high_) * 0.5; }
@@ -89,8 +95,8 @@ class Surface {
 
   LargePageVector<TriangleRecord> records_;
   BoundingHierarchy hierarchy_;
-  std::vector<Vec3f> vertexNormals_;  // by canonical vertex; rounded once, 6e-8 rad
-  std::vector<std::uint32_t> canonical_;
+  LargePageVector<Vec3f> vertexNormals_;  // by canonical vertex; rounded once, 6e-8 rad
+  LargePageVector<std::uint32_t> canonical_;
   Vec3 low_{0};
   Vec3 high_{0};
   double radius_ = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <type_traits>
@@ -19,27 +20,15 @@ struct StepConfig {
   double maxForce_N = 3.3;  ///< Magnitude limit, the device's.
 };
 
-/// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
-struct HapticState {
-  explicit HapticState(const StepConfig& config) noexcept : velocity(config.period_s) {}
-
-  /// One object's lasting state, carried over adoptions by id.
-  struct ObjectState {
-    std::uint64_t id = 0;
-    Pose scenePose;  ///< As in the scene; an edit of it resets the body's motion.
-    FeltStiffness felt;
-  };
-
-  // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
+/// What the servo remembers from tick to tick, but for the bodies. Written by the step, stage by stage, unless noted.
+struct StepMemory {
+  // Written by adoptScene().
   std::uint64_t sceneRevision = 0;
   std::uint64_t adoptionTick = 0;
   std::size_t bodyCount = 0;
-  std::array<Body, kMaxServoObjects> bodies;
-  std::array<ObjectState, kMaxServoObjects> objects;
   bool adoptedNow = false;     ///< Until the end of the tick of an adoption.
   bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
 
-  // Written by the step, stage by stage.
   bool attached = false;
   VelocityEstimator velocity;
   ContactState contact;
@@ -51,6 +40,29 @@ struct HapticState {
   Vec3 unlimited_N{0};  ///< After blend, before fault ramp and limit.
   Vec3 written_N{0};
   double contactEnergy_J = 0;
+};
+
+/// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
+struct HapticState : StepMemory {
+  explicit HapticState(const StepConfig& config) noexcept { velocity = VelocityEstimator(config.period_s); }
+
+  /// Becomes a copy of another, which goes on exactly like it, without copying the places beyond its bodyCount.
+  void copyInUse(const HapticState& other) noexcept {
+    static_cast<StepMemory&>(*this) = other;
+    std::copy_n(other.bodies.begin(), bodyCount, bodies.begin());
+    std::copy_n(other.objects.begin(), bodyCount, objects.begin());
+  }
+
+  /// One object's lasting state, carried over adoptions by id.
+  struct ObjectState {
+    std::uint64_t id = 0;
+    Pose scenePose;  ///< As in the scene; an edit of it resets the body's motion.
+    FeltStiffness felt;
+  };
+
+  // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
+  std::array<Body, kMaxServoObjects> bodies;
+  std::array<ObjectState, kMaxServoObjects> objects;
 };
 
 static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");

@@ -24,12 +24,14 @@ void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // th
 
 }  // namespace
 
-ServoLoop::ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz)
+ServoLoop::ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch)
     : device_(device),
       crossing_(crossing),
       config_{1 / rate_Hz, device.info().maxForce_N},
       period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) / rate_Hz))),
-      state_(config_) {}
+      state_(config_) {
+  if (withPreTouch) preTouch_.emplace(config_);
+}
 
 void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexcept {
   const std::uint64_t start_ns = monotonicNow_ns() + period_ns_;
@@ -56,6 +58,7 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
     crossing_.adopted();
     statistics_.adoptedRevision.store(next->revision, std::memory_order_relaxed);
   }
+  if (preTouch_) (*preTouch_)(*scene_, state_);
   const DeviceReading reading = device_.read(index);
   TelemetrySample sample = hapticStep(*scene_, state_, config_, {index, now_ns, reading});
   device_.write(sample.force.written);

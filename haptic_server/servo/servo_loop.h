@@ -4,11 +4,13 @@
 #include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/latency_histogram.h"
+#include "haptic_server/servo/pre_touch.h"
 #include "haptic_server/servo/scene_crossing.h"
 
 namespace haptics {
@@ -26,8 +28,8 @@ struct ServoStatistics {
   LatencyHistogram wakeLatency_ns;    ///< Deadline to wake-up.
 };
 
-/// The servo loop: wakes on an absolute clock at a fixed rate, adopts a scene if there is a new one, reads the device,
-/// runs hapticStep(), writes the force, queues the sample. After start-up it neither allocates nor locks nor wakes a
+/// The servo loop: wakes on an absolute clock at a fixed rate, adopts a scene if there is a new one, pre-touches what
+/// the tick will read, reads the device, runs hapticStep(), writes the force, queues the sample. After start-up it neither allocates nor locks nor wakes a
 /// thread.
 class ServoLoop {
  public:
@@ -35,8 +37,8 @@ class ServoLoop {
   /// counted.
   static constexpr std::size_t kQueuedSamples = 4096;
 
-  /// `device` and `crossing` outlive the loop. rate_Hz > 0.
-  ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz);
+  /// `device` and `crossing` outlive the loop. rate_Hz > 0. Without pre-touch the forces are the same, only later.
+  ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch = true);
 
   /// Runs on the calling thread until `stop` is set or `maxTicks` periods (0: no end) have passed; stops the device.
   /// A tick whose whole period was slept through is skipped and counted; there is no burst to catch up.
@@ -56,6 +58,7 @@ class ServoLoop {
   StepConfig config_;
   std::uint64_t period_ns_;
   HapticState state_;
+  std::optional<PreTouch> preTouch_;
   ServoScene empty_;
   const ServoScene* scene_ = &empty_;
   ServoStatistics statistics_;

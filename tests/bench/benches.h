@@ -10,6 +10,8 @@ namespace haptics::bench {
 void registerContact(std::span<const std::uint32_t> sizes);
 /// The same questions put to Embree, CGAL and a god-object.
 void registerPeers(std::span<const std::uint32_t> sizes);
+/// From the device's position to the force in the server's loop, which sleeps between ticks; with and without pre-touch.
+void registerServo(std::span<const std::uint32_t> sizes);
 /// The database's build, and its size.
 void registerBuild(std::span<const std::uint32_t> sizes);
 

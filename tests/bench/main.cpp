@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   const auto sizes = std::span(bench::kSegments).first(bench::kSegments.size() - (largest ? 0 : 1));
   bench::registerContact(sizes);
   bench::registerPeers(sizes);
+  bench::registerServo(sizes);
   bench::registerBuild(sizes);
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

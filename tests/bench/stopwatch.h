@@ -23,10 +23,15 @@ class Stopwatch {
   double time(Event event) {
     const Clock::time_point begin = Clock::now();
     event();
-    const std::chrono::duration<double, std::nano> taken = Clock::now() - begin;
+    return record(Clock::now() - begin);
+  }
+  /// The same for an event that read the clock itself, at its begin and its end.
+  double record(std::chrono::duration<double, std::nano> taken) {
     durations_ns_.push_back(std::max(0.0, taken.count() - clock_ns_));
     return durations_ns_.back();
   }
+  /// Room for this many, so that record() does not allocate.
+  void reserve(std::size_t events) { durations_ns_.reserve(events); }
 
   /// Adds p50_ns, p99_ns and worst_ns to the benchmark's figures.
   void report(benchmark::State& state);

@@ -24,11 +24,11 @@ void race(benchmark::State& state, const Course& course) {
       ratio[i].push_back(lap_ns[i].back() / lap_ns[0].back());
     }
   }
-  const std::string& ours = course.contestants.front().name;
+  const std::string against = "_over_" + course.contestants.front().name;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string& name = course.contestants[i].name;
     state.counters[name + "_ns"] = percentile(lap_ns[i], 0.5);
-    if (i > 0) state.counters[name + "_over_" + ours] = percentile(ratio[i], 0.5);
+    if (i > 0) state.counters[name + against] = percentile(ratio[i], 0.5);
   }
 }
 

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "haptic_server/servo/haptic_step.h"
+
+namespace haptics {
+
+/// Rehearses the coming tick while the hand's place is not yet known. After a period of sleep the caches have lost what
+/// a tick reads, and it would wait for memory between the device's position and its force, the longer the larger the
+/// mesh; after a rehearsal it need not.
+class PreTouch {
+ public:
+  explicit PreTouch(const StepConfig& config) noexcept : config_(config), rehearsal_(config) {}
+
+  /// Runs hapticStep() on a copy of the state, with the HIP where its velocity takes it; then looks at the polygons
+  /// around the contact, for a hand that did something else. Costs what a tick with cold caches costs (4 us on a mesh of
+  /// 10 million triangles) and changes nothing but the caches.
+  void operator()(const ServoScene& scene, const HapticState& state) noexcept;
+
+ private:
+  StepConfig config_;
+  HapticState rehearsal_;
+};
+
+}  // namespace haptics

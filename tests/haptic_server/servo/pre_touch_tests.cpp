@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "common/mesh/generators.h"
+#include "haptic_server/servo/allocation_tripwire.h"
+#include "haptic_server/servo/pre_touch.h"
+#include "virtual_servo.h"
+
+namespace haptics {
+namespace {
+
+using testing::objectOf;
+using testing::sceneOf;
+using testing::surfaceOf;
+
+constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 3.3};
+
+/// In and out of a sphere, and along the edge between it and a box.
+DeviceReading hand(std::uint64_t tick) {
+  const double angle = 0.004 * static_cast<double>(tick);
+  const double radius_m = 0.05 + 0.004 * std::cos(5 * angle);
+  return {radius_m * glm::normalize(Vec3(std::cos(angle), std::sin(angle), std::sin(0.3 * angle))),
+          DeviceState::kReady};
+}
+
+std::unique_ptr<ServoScene> sphereAndBox() {
+  return sceneOf(1, {objectOf(1, surfaceOf(makeSphere(0.05, 20).value()), Vec3(0)),
+                     objectOf(2, surfaceOf(makeBox(Vec3(0.05), 3).value()), Vec3(0.05, 0, 0))});
+}
+
+TEST(PreTouch, ChangesNoBitOfWhatIsFelt) {
+  const auto scene = sphereAndBox();
+  HapticState with(kConfig), without(kConfig);
+  adoptScene(*scene, with, 0);
+  adoptScene(*scene, without, 0);
+  const auto preTouch = std::make_unique<PreTouch>(kConfig);
+  int touched = 0;
+  for (std::uint64_t tick = 0; tick < 5000; ++tick) {
+    (*preTouch)(*scene, with);
+    const StepInput input{tick, 0, hand(tick)};
+    const TelemetrySample a = hapticStep(*scene, with, kConfig, input);
+    const TelemetrySample b = hapticStep(*scene, without, kConfig, input);
+    touched += a.object != 0 ? 1 : 0;
+    ASSERT_EQ(std::memcmp(&a.force, &b.force, sizeof a.force), 0) << tick;
+    ASSERT_EQ(std::memcmp(&a.ihip, &b.ihip, sizeof a.ihip), 0) << tick;
+    ASSERT_EQ(a.primitive, b.primitive) << tick;
+    ASSERT_EQ(a.contactEnergy_J, b.contactEnergy_J) << tick;
+    ASSERT_EQ(a.fault, b.fault) << tick;
+  }
+  EXPECT_GT(touched, 1000);
+  EXPECT_LT(touched, 4900);
+}
+
+TEST(PreTouch, LeavesADeviceThatWasNeverReadyAlone) {
+  const auto scene = sphereAndBox();
+  HapticState state(kConfig);
+  adoptScene(*scene, state, 0);
+  (*std::make_unique<PreTouch>(kConfig))(*scene, state);
+  const TelemetrySample sample = hapticStep(*scene, state, kConfig, {0, 0, {Vec3(0), DeviceState::kAbsent}});
+  EXPECT_FALSE(state.attached);
+  EXPECT_EQ(sample.fault, Fault::kDeviceLost);
+}
+
+TEST(PreTouch, AllocatesNothing) {
+  const auto scene = sphereAndBox();
+  HapticState state(kConfig);
+  adoptScene(*scene, state, 0);
+  const auto preTouch = std::make_unique<PreTouch>(kConfig);
+  const std::uint64_t allocations = AllocationTripwire::count();
+  for (std::uint64_t tick = 0; tick < 2000; ++tick) {
+    const AllocationTripwire armed;
+    (*preTouch)(*scene, state);
+    static_cast<void>(hapticStep(*scene, state, kConfig, {tick, 0, hand(tick)}));
+  }
+  EXPECT_EQ(AllocationTripwire::count(), allocations);
+}
+
+}  // namespace
+}  // namespace haptics
