@@ -28,6 +28,9 @@ struct StepMemory {
   std::size_t bodyCount = 0;
   bool adoptedNow = false;     ///< Until the end of the tick of an adoption.
   bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
+  bool anyBeingMoved = false;
+  bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
+  double letGo_s = 0;      ///< For so long. Written by the step.
 
   bool attached = false;
   VelocityEstimator velocity;
@@ -56,7 +59,8 @@ struct HapticState : StepMemory {
   /// One object's lasting state, carried over adoptions by id.
   struct ObjectState {
     std::uint64_t id = 0;
-    Pose scenePose;  ///< As in the scene; an edit of it resets the body's motion.
+    Pose scenePose;           ///< As in the scene; an edit of it resets the body's motion.
+    bool beingMoved = false;  ///< Edited under the stylus: on its way to scenePose.
     FeltStiffness felt;
   };
 

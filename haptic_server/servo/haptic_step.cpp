@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "haptic_server/servo/felt_pose.h"
+
 namespace haptics {
 namespace {
 
@@ -43,6 +45,23 @@ void superviseDevice(HapticState& state, const DeviceReading& device) noexcept {
   return glm::dot(relative, direction);
 }
 
+/// Objects that were edited under the stylus, on their way to where the scene has them.
+void moveEdited(HapticState& state, const StepConfig& config) noexcept {
+  if (!state.anyBeingMoved) return;
+  state.anyBeingMoved = false;
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    HapticState::ObjectState& object = state.objects[i];
+    if (!object.beingMoved) continue;
+    Body& body = state.bodies[i];
+    object.beingMoved = !(body.current == object.scenePose);  // there: one more tick, at rest
+    state.anyBeingMoved = state.anyBeingMoved || object.beingMoved;
+    const FeltPose felt(state.contact.hip, state.contact.ihip, object.felt.value());
+    body.previous = body.current;
+    body.current = felt.next(body.current, object.scenePose, config.period_s);
+    body.update();
+  }
+}
+
 /// Paper 3: spring from the penetration vector, with a damper. Also moves every object's felt stiffness towards its
 /// own.
 void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig& config, const ContactResult& contact,
@@ -54,10 +73,11 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     const ServoObject& object = scene.objects[i];
     const bool touched = contact.touching && static_cast<std::size_t>(contact.body) == i;
-    const Stiffness target =
-        object.leaving ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
+    const bool fading = object.leaving || (touched && state.lettingGo);
+    const Stiffness target = fading ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
     state.objects[i].felt.follow(target, touched ? depth : 0, touched ? speed : 0, config.period_s);
   }
+  if (state.lettingGo) state.letGo_s += config.period_s;
   if (!contact.touching) return;
   const auto felt =
       springDamper(toSurface, direction, speed, state.objects[static_cast<std::size_t>(contact.body)].felt.value());
@@ -100,39 +120,6 @@ void describe(const HapticState& state, const ContactResult& contact, TelemetryS
 
 }  // namespace
 
-void adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
-  const std::size_t count = std::min(next.objects.size(), kMaxServoObjects);
-  std::array<Body, kMaxServoObjects> bodies;
-  std::array<HapticState::ObjectState, kMaxServoObjects> objects;
-  std::array<BodyOrigin, kMaxServoObjects> origins;
-
-  std::size_t before = 0;  // both lists are in order of id
-  for (std::size_t i = 0; i < count; ++i) {
-    const ServoObject& object = next.objects[i];
-    while (before < state.bodyCount && state.objects[before].id < object.id) ++before;
-    const bool known = before < state.bodyCount && state.objects[before].id == object.id;
-    const bool samePose = known && state.objects[before].scenePose == object.pose;
-    const bool sameSurface = known && state.bodies[before].surface == object.surface.get();
-
-    objects[i] = known ? state.objects[before] : HapticState::ObjectState{};
-    objects[i].id = object.id;
-    objects[i].scenePose = object.pose;
-    if (samePose) bodies[i] = state.bodies[before];
-    bodies[i].surface = object.surface.get();
-    bodies[i].leaving = object.leaving;
-    if (!samePose) bodies[i].previous = bodies[i].current = object.pose;
-    bodies[i].update();
-    origins[i] = {known ? static_cast<int>(before) : -1, !(samePose && sameSurface)};
-  }
-  std::copy_n(bodies.begin(), count, state.bodies.begin());
-  std::copy_n(objects.begin(), count, state.objects.begin());
-  state.bodyCount = count;
-  if (next.revision != state.sceneRevision) state.adoptionTick = tick;  // not when a removed object has left
-  state.sceneRevision = next.revision;
-  state.adoptedNow = true;
-  state.contactBroken = reseat(state.contact, {state.bodies.data(), count}, {origins.data(), count});
-}
-
 TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
                            const StepInput& input) noexcept {
   TelemetrySample sample;
@@ -146,6 +133,7 @@ TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const St
     const Vec3 hip = input.device.position;
     accountEnergy(state, hip);
     state.velocity.update(hip);
+    moveEdited(state, config);
 
     contact = followContact({state.bodies.data(), state.bodyCount}, state.contact, hip);
     feelSurfaces(scene, state, config, contact, sample.force);

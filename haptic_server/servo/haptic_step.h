@@ -15,8 +15,13 @@ struct StepInput {
   DeviceReading device;
 };
 
-/// Goes over to another scene at a tick's start: contact and motion state is carried over by object id.
-void adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept;
+/// Goes over to another scene at a tick's start: contact and motion state is carried over by object id. An edit under
+/// the stylus is felt without a step of the contact force: of the material, or a removal, by FeltStiffness; a short way
+/// of the object by FeltPose. Where neither will do, and the force would step by more than a hand notices, the contact
+/// is first let go.
+/// @return False while that lasts: the state stays with its scene, which must stay alive; call again at the next tick's
+/// start, with this scene or a newer one.
+[[nodiscard]] bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept;
 
 /// One servo tick, device position to force (paper 3.2): (scene, state, input) -> (state, sample). No clock, socket,
 /// lock, allocation or device inside; the server, the evaluation tools and replay run this same function. `scene` is

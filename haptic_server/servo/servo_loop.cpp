@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cmath>
 #include <ctime>
+#include <utility>
 
 #include "common/clock/monotonic.h"
 #include "haptic_server/servo/allocation_tripwire.h"
@@ -51,12 +52,12 @@ void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexc
 
 void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
   const AllocationTripwire armed;
-  if (const ServoScene* next = crossing_.newest()) {
-    adoptScene(*next, state_, index);
-    scene_ = next;
-    device_.follow(next->plan.get());
+  if (const ServoScene* newest = crossing_.newest()) next_ = newest;
+  if (next_ != nullptr && adoptScene(*next_, state_, index)) {
+    scene_ = std::exchange(next_, nullptr);
+    device_.follow(scene_->plan.get());
     crossing_.adopted();
-    statistics_.adoptedRevision.store(next->revision, std::memory_order_relaxed);
+    statistics_.adoptedRevision.store(scene_->revision, std::memory_order_relaxed);
   }
   if (preTouch_) (*preTouch_)(*scene_, state_);
   const DeviceReading reading = device_.read(index);

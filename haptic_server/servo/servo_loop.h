@@ -61,6 +61,7 @@ class ServoLoop {
   std::optional<PreTouch> preTouch_;
   ServoScene empty_;
   const ServoScene* scene_ = &empty_;
+  const ServoScene* next_ = nullptr;  // to be adopted, once the contact that it would break has been let go
   ServoStatistics statistics_;
   std::uint64_t secondBegan_ns_ = 0;
   std::uint64_t ticksBefore_ = 0;

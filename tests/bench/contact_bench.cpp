@@ -50,7 +50,7 @@ void wholeStep(benchmark::State& state, const Trajectory& trajectory, std::uint3
   scene.objects.push_back({1, sphere(segments), {}, 1000, 0.5, false});
   const StepConfig config;
   HapticState servo(config);
-  adoptScene(scene, servo, 0);
+  (void)adoptScene(scene, servo, 0);  // nothing is in contact
   StepInput input;
   const auto step = [&](Vec3 hip) {
     ++input.tick;

@@ -12,7 +12,7 @@ import harness
 
 FADE_TICKS = 300  # after an adoption while which a fade, and a hand that has lost its surface, are still its doing
 MARGIN_N = 0.05
-BLEND_TICKS = 50  # 50 ms
+MOVE_TICKS = 80  # 2 mm at 30 mm/s take 67 ms
 
 
 def read_recording(file):
@@ -35,7 +35,6 @@ class ForceAcrossEdits(harness.EndToEnd):
         super().setUp()
         self.recording = self.folder / "ticks"
         self.server = self.start_server(options=["--record", self.recording])
-        self.moves = []  # ticks that adopted an edit which moves the surface through the stylus
 
     def touched(self, name):
         """Waits until the hand strokes the object."""
@@ -77,20 +76,16 @@ class ForceAcrossEdits(harness.EndToEnd):
         contact = [difference(b.force.contact, a.force.contact) for a, b in zip(samples, samples[1:])]
         written = [difference(b.force.written, a.force.written) for a, b in zip(samples, samples[1:])]
         own = max(step for step, sample in zip(contact, samples[1:]) if sample.tick not in near)
-        for tick in adopted:
+        for tick in [*adopted, moved]:
             step = contact[index[tick] - 1]
             print(f"tick {tick}: contact force steps by {step:.3f} N; without an edit by up to {own:.3f} N")
             self.assertEqual(samples[index[tick]].adoption_tick, tick)
             self.assertLessEqual(step, 1.1 * own + MARGIN_N)
         at = index[moved]
-        jump = contact[at - 1]
-        print(f"tick {moved}: the surface moved 2 mm: contact force jumps by {jump:.3f} N, written by {written[at - 1]:.3f} N")
-        self.assertGreater(jump, 0.5, "the move must be one that matters")
-        self.assertLessEqual(written[at - 1], 1.1 * own + MARGIN_N)
-        blended = [difference(sample.force.written, sample.force.contact) for sample in samples[at:at + BLEND_TICKS + 2]]
-        steps = [abs(b - a) for a, b in zip(blended, blended[1:])]
-        self.assertLessEqual(max(steps), 1.05 * jump / BLEND_TICKS + 0.001, "what blends the jump out fades evenly")
-        self.assertAlmostEqual(blended[-1], 0, delta=0.001)
+        step = max(contact[at - 1:at + MOVE_TICKS])
+        print(f"tick {moved}: the surface moves 2 mm through the stylus: contact force steps by up to {step:.3f} N")
+        self.assertLessEqual(step, 1.1 * own + MARGIN_N)
+        self.assertGreater(samples[at].penetration_m, 0.0005, "the move must be one that matters")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::sp
   }
   state_ = HapticState(config_);
   tick_ = 0;
-  adoptScene(scene_, state_, tick_);
+  (void)adoptScene(scene_, state_, tick_);  // nothing is in contact
   place(hip);
 }
 

@@ -31,6 +31,8 @@ struct Steps {
   double adoption_N = 0;  ///< Step of the contact force, before blend and limit, into the tick of the adoption.
   double contact_N = 0;   ///< The same, largest of all ticks watched.
   double written_N = 0;
+  std::uint64_t waited = 0;     ///< Ticks until the edit was adopted.
+  std::uint64_t freeTicks = 0;  ///< Without contact.
   TelemetrySample last;
 };
 
@@ -43,6 +45,8 @@ Steps watch(VirtualServo servo, const TelemetrySample& before) {
     if (i == 0) steps.adoption_N = step_N;
     steps.contact_N = std::max(steps.contact_N, step_N);
     steps.written_N = std::max(steps.written_N, glm::length(now.force.written - steps.last.force.written));
+    steps.waited += servo.adopted() ? 0 : 1;
+    steps.freeTicks += now.object == 0 ? 1 : 0;
     steps.last = now;
   }
   return steps;
@@ -130,20 +134,69 @@ TEST_F(EditUnderTheStylus, AnObjectAddedAroundAFreeStylusPushesItOutGently) {
   EXPECT_NEAR(with.last.penetration_m, kRadius_m - glm::length(with.last.hip), 2e-4);
 }
 
-TEST_F(EditUnderTheStylus, AnObjectMovedAwayIsBlendedOutIn50Milliseconds) {
+TEST_F(EditUnderTheStylus, AShortWayOfTheObjectIsFeltAsAMotionThatKeepsTheContact) {
+  const Quat turned = glm::angleAxis(0.03, glm::normalize(Vec3(1, 2, 3)));
+  for (const Pose& pose :
+       {Pose{{1, 0, 0, 0}, {0, 0, 0.002}}, Pose{{1, 0, 0, 0}, {0, 0.004, -0.001}}, Pose{turned, {}}}) {
+    ServoObject moved = sphere_;
+    moved.pose = pose;
+    const Steps with = withEdit({moved});
+    expectNoStep(with, {moved});
+    EXPECT_EQ(with.waited, 0U) << "felt from the very tick";
+    EXPECT_EQ(with.freeTicks, 0U);
+    EXPECT_NEAR(with.last.penetration_m, kRadius_m - glm::distance(with.last.hip, pose.position), 5e-5) << "and there";
+  }
+}
+
+TEST_F(EditUnderTheStylus, AnObjectMovedFarAwayIsLetGo) {
   ServoObject moved = sphere_;
   moved.pose.position = Vec3(0, 0, -0.2);
   const Steps with = withEdit({moved});
+  expectNoStep(with, {sphere_});
   EXPECT_EQ(with.last.object, 0U);
-  EXPECT_LE(with.written_N, glm::length(before_.force.written) / 50 + without_.written_N + 0.05);
+  EXPECT_EQ(with.last.force.written, Vec3(0));
 }
 
-TEST_F(EditUnderTheStylus, AnObjectMovedFartherOverTheStylusIsBlendedIn) {
+TEST_F(EditUnderTheStylus, WhatNeedsAnotherContactIsLetGoFirstAndThenPushesTheStylusOutGently) {
+  ServoObject farther = sphere_;
+  farther.pose.position = Vec3(0.02, 0, 0);
+  ServoObject larger = sphere_;
+  larger.surface = surfaceOf(makeSphere(kRadius_m + 0.004, 48).value());
+  const ServoObject over = objectOf(2, surfaceOf(makeBox(Vec3(0.06), 4).value()), Vec3(0, 0, kRadius_m));
+  for (const std::vector<ServoObject>& objects :
+       {std::vector{farther}, std::vector{larger}, std::vector{sphere_, over}}) {
+    const Steps with = withEdit(objects);
+    expectNoStep(with, objects);
+    EXPECT_GT(with.waited, 10U);
+    EXPECT_LT(with.waited, 150U);
+    EXPECT_NE(with.last.object, 0U);
+    EXPECT_NEAR(glm::length(with.last.force.written), glm::length(with.last.force.contact), 0.01);
+  }
+}
+
+TEST_F(EditUnderTheStylus, AnObjectMovedOverAFreeStylusPushesItOutGently) {
+  VirtualServo servo([](std::uint64_t) { return Vec3(0.002, 0.003, 0.045); }, kConfig);
+  ServoObject away = sphere_;
+  away.pose.position = Vec3(0, 0, -0.2);
+  servo.adopt(sceneOf(1, {away}));
+  const TelemetrySample free = servo.run(10);
+  servo.adopt(sceneOf(2, {sphere_}));
+  const Steps with = watch(servo, free);
+  EXPECT_EQ(with.waited, 0U);
+  EXPECT_LE(with.contact_N, 0.05);
+  EXPECT_NEAR(glm::length(with.last.force.written), 800 * with.last.penetration_m, 1e-6);
+}
+
+TEST_F(EditUnderTheStylus, ATooStrongContactIsNotWaitedForLong) {
+  VirtualServo servo(
+      [](std::uint64_t tick) { return Vec3(0, 0, kRadius_m + 0.001 - 1e-4 * static_cast<double>(tick)); },
+      kConfig);  // pushes on
+  servo.adopt(sceneOf(1, {sphere_}));
+  const TelemetrySample pushed = servo.run(200);
   ServoObject moved = sphere_;
-  moved.pose.position = Vec3(0, 0, 0.004);
-  const Steps with = withEdit({moved});
-  EXPECT_EQ(with.last.object, 1U);
-  EXPECT_LE(with.written_N, 800 * 0.005 / 50 + without_.written_N + 0.05);
+  moved.pose.position = Vec3(0, 0, -0.2);
+  servo.adopt(sceneOf(2, {moved}));
+  EXPECT_NEAR(static_cast<double>(watch(servo, pushed).waited), 250, 1);
 }
 
 }  // namespace

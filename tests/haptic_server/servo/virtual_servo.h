@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
@@ -33,12 +34,15 @@ class VirtualServo {
   VirtualServo(Trajectory trajectory, StepConfig config)
       : trajectory_(std::move(trajectory)), config_(config), state_(config) {}
 
+  /// Now, or as soon as the contact that it would break has been let go.
   void adopt(std::shared_ptr<const ServoScene> scene) {
-    adoptScene(*scene, state_, tick_);
-    scene_ = std::move(scene);
+    next_ = std::move(scene);
+    tryToAdopt();
   }
+  [[nodiscard]] bool adopted() const { return next_ == nullptr; }
   TelemetrySample step() { return stepAt(trajectory_(tick_), DeviceState::kReady); }
   TelemetrySample stepAt(Vec3 position, DeviceState device) {
+    tryToAdopt();
     const StepInput input{tick_++, 0, {position, device}};
     return hapticStep(*scene_, state_, config_, input);
   }
@@ -50,10 +54,15 @@ class VirtualServo {
   [[nodiscard]] std::uint64_t tick() const { return tick_; }
 
  private:
+  void tryToAdopt() {
+    if (next_ && adoptScene(*next_, state_, tick_)) scene_ = std::exchange(next_, nullptr);
+  }
+
   Trajectory trajectory_;
   StepConfig config_;
   HapticState state_;
   std::shared_ptr<const ServoScene> scene_ = std::make_shared<ServoScene>();
+  std::shared_ptr<const ServoScene> next_;
   std::uint64_t tick_ = 0;
 };
 

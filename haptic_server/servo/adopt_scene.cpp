@@ -1,0 +1,160 @@
+#include <algorithm>
+
+#include "haptic_server/servo/felt_pose.h"
+#include "haptic_server/servo/haptic_step.h"
+
+namespace haptics {
+namespace {
+
+/// A step of the contact force that may go with an adoption. Larger makes more edits felt at once, smaller lets the
+/// contact go for less: a hand notices 0.05 N.
+constexpr double kMostStep_N = 0.05;
+/// Seconds for which an adoption waits until the contact has faded; 7.5 N fade in it. What is left then is a jump for
+/// ForceBlend.
+constexpr double kLongestFade_s = 0.25;
+
+/// What the next scene makes of the state, each of its objects from the one with the same id.
+class Succession {
+ public:
+  Succession(const ServoScene& next, const HapticState& state) noexcept
+      : state_(state), count_(std::min(next.objects.size(), kMaxServoObjects)) {
+    std::size_t before = 0;  // both lists are in order of id
+    for (std::size_t i = 0; i < count_; ++i) {
+      const ServoObject& object = next.objects[i];
+      while (before < state.bodyCount && state.objects[before].id < object.id) ++before;
+      const bool known = before < state.bodyCount && state.objects[before].id == object.id;
+      if (known) {
+        follow(i, object, before);
+      } else {
+        begin(i, object);
+      }
+    }
+    contact_ = state.contact;
+    broken_ = reseat(contact_, bodies(), {origins_.data(), count_});
+  }
+
+  /// The contact could not be carried on as it was.
+  [[nodiscard]] bool broken() const noexcept { return broken_; }
+
+  /// Spring force (N, world) that would be felt at once, with every object's stiffness as it is felt now; `touched` is
+  /// the body, -1 when free.
+  [[nodiscard]] Vec3 springForce_N(int& touched) const noexcept {
+    ContactState trial = contact_;
+    const ContactResult result = followContact(bodies(), trial, trial.hip);
+    touched = result.body;
+    if (!result.touching) return Vec3(0);
+    const Stiffness felt = objects_[static_cast<std::size_t>(touched)].felt.value();
+    return felt.spring_N_per_m * (result.ihip - trial.hip);
+  }
+
+  /// What was edited, and what would be touched, is felt from nothing on.
+  void fadeIn(int touched) noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (origins_[i].changed || static_cast<int>(i) == touched) objects_[i].felt = {};
+    }
+  }
+
+  void apply(HapticState& state) const noexcept {
+    std::copy_n(bodies_.begin(), count_, state.bodies.begin());
+    std::copy_n(objects_.begin(), count_, state.objects.begin());
+    state.bodyCount = count_;
+    state.contact = contact_;
+    state.contactBroken = broken_;
+    state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
+                                      [](const HapticState::ObjectState& o) { return o.beingMoved; });
+  }
+
+ private:
+  [[nodiscard]] std::span<const Body> bodies() const noexcept { return {bodies_.data(), count_}; }
+
+  void begin(std::size_t i, const ServoObject& object) noexcept {
+    objects_[i].id = object.id;
+    put(i, object);
+    origins_[i] = {-1, true};
+  }
+
+  void follow(std::size_t i, const ServoObject& object, std::size_t before) noexcept {
+    const bool sameSurface = state_.bodies[before].surface == object.surface.get();
+    const bool samePose = state_.objects[before].scenePose == object.pose;
+    bodies_[i] = state_.bodies[before];
+    objects_[i] = state_.objects[before];
+    bool changed = !sameSurface;
+    if (samePose) {
+      bodies_[i].surface = object.surface.get();
+      bodies_[i].leaving = object.leaving;
+      bodies_[i].previous = bodies_[i].current;
+      bodies_[i].update();
+    } else if (sameSurface && isCarried(object, before)) {
+      objects_[i].scenePose = object.pose;
+      objects_[i].beingMoved = true;
+      bodies_[i].previous = bodies_[i].current;
+      bodies_[i].update();
+    } else {
+      put(i, object);
+      changed = true;
+    }
+    origins_[i] = {static_cast<int>(before), changed};
+  }
+
+  /// Does a known object go to its new pose as a motion, with the contact on it?
+  [[nodiscard]] bool isCarried(const ServoObject& object, std::size_t before) const noexcept {
+    const auto surfaces = state_.contact.surfaces();
+    const bool holds = std::any_of(surfaces.begin(), surfaces.end(),
+                                   [&](const HoldingSurface& s) { return s.body == static_cast<int>(before); });
+    const FeltPose pose(state_.contact.hip, state_.contact.ihip, state_.objects[before].felt.value());
+    return holds && pose.follows(state_.bodies[before].current, object.pose);
+  }
+
+  /// At its place in the scene, at rest.
+  void put(std::size_t i, const ServoObject& object) noexcept {
+    objects_[i].scenePose = object.pose;
+    objects_[i].beingMoved = false;
+    bodies_[i].surface = object.surface.get();
+    bodies_[i].leaving = object.leaving;
+    bodies_[i].previous = bodies_[i].current = object.pose;
+    bodies_[i].update();
+  }
+
+  const HapticState& state_;
+  std::size_t count_;
+  std::array<Body, kMaxServoObjects> bodies_;
+  std::array<HapticState::ObjectState, kMaxServoObjects> objects_;
+  std::array<BodyOrigin, kMaxServoObjects> origins_;
+  ContactState contact_;
+  bool broken_ = false;
+};
+
+/// As of the last tick.
+[[nodiscard]] Vec3 springForceNow_N(const HapticState& state) noexcept {
+  const auto surfaces = state.contact.surfaces();
+  if (surfaces.empty()) return Vec3(0);
+  const Stiffness felt = state.objects[static_cast<std::size_t>(surfaces.front().body)].felt.value();
+  return felt.spring_N_per_m * (state.contact.ihip - state.contact.hip);
+}
+
+}  // namespace
+
+bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
+  const Vec3 now_N = springForceNow_N(state);
+  const bool mayWait = glm::length(now_N) > kMostStep_N && state.letGo_s < kLongestFade_s;
+  if (state.lettingGo && mayWait) return false;
+  Succession succession(next, state);
+  if (succession.broken()) {
+    int touched = -1;
+    const Vec3 then_N = succession.springForce_N(touched);
+    if (glm::distance(now_N, then_N) > kMostStep_N) {
+      state.lettingGo = mayWait;
+      if (mayWait) return false;
+      succession.fadeIn(touched);
+    }
+  }
+  succession.apply(state);
+  if (next.revision != state.sceneRevision) state.adoptionTick = tick;  // not when a removed object has left
+  state.sceneRevision = next.revision;
+  state.adoptedNow = true;
+  state.lettingGo = false;
+  state.letGo_s = 0;
+  return true;
+}
+
+}  // namespace haptics
