@@ -32,8 +32,8 @@ std::unique_ptr<ServoScene> sphereAndBox() {
 TEST(PreTouch, ChangesNoBitOfWhatIsFelt) {
   const auto scene = sphereAndBox();
   HapticState with(kConfig), without(kConfig);
-  adoptScene(*scene, with, 0);
-  adoptScene(*scene, without, 0);
+  (void)adoptScene(*scene, with, 0);
+  (void)adoptScene(*scene, without, 0);
   const auto preTouch = std::make_unique<PreTouch>(kConfig);
   int touched = 0;
   for (std::uint64_t tick = 0; tick < 5000; ++tick) {
@@ -55,7 +55,7 @@ TEST(PreTouch, ChangesNoBitOfWhatIsFelt) {
 TEST(PreTouch, LeavesADeviceThatWasNeverReadyAlone) {
   const auto scene = sphereAndBox();
   HapticState state(kConfig);
-  adoptScene(*scene, state, 0);
+  (void)adoptScene(*scene, state, 0);
   (*std::make_unique<PreTouch>(kConfig))(*scene, state);
   const TelemetrySample sample = hapticStep(*scene, state, kConfig, {0, 0, {Vec3(0), DeviceState::kAbsent}});
   EXPECT_FALSE(state.attached);
@@ -65,7 +65,7 @@ TEST(PreTouch, LeavesADeviceThatWasNeverReadyAlone) {
 TEST(PreTouch, AllocatesNothing) {
   const auto scene = sphereAndBox();
   HapticState state(kConfig);
-  adoptScene(*scene, state, 0);
+  (void)adoptScene(*scene, state, 0);
   const auto preTouch = std::make_unique<PreTouch>(kConfig);
   const std::uint64_t allocations = AllocationTripwire::count();
   for (std::uint64_t tick = 0; tick < 2000; ++tick) {
