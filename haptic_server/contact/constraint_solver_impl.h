@@ -3,18 +3,63 @@
 // Several surfaces: the IHIP held by up to three, as the god-object is (Zilles and Salisbury 1995).
 
 #include <algorithm>
+#include <utility>
 
 #include "haptic_server/contact/contact_tick.h"
 
 namespace haptics {
 
-/// Where one round of the solver came to.
+/// Where the solver came to.
 template <class Corrections>
 struct ContactTick<Corrections>::Move {
-  bool done = false;  ///< The straight way to the optimum was clear.
+  bool done = false;  ///< The way to the optimum was clear.
   Vec3 to{0};         ///< World.
   int count = 0;      ///< Surfaces that push there, the strongest first.
   std::array<HoldingSurface, ContactState::kMaxHolding> pushing;
+};
+
+/// A triangle of each body that holds.
+template <class Corrections>
+struct ContactTick<Corrections>::Holding {
+  std::array<HoldingSurface, ContactState::kMaxHolding> at;
+  std::size_t count = 0;
+
+  [[nodiscard]] std::span<HoldingSurface> surfaces() noexcept { return std::span(at).first(count); }
+  [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept { return std::span(at).first(count); }
+  friend bool operator==(const Holding& a, const Holding& b) noexcept {
+    return std::ranges::equal(a.surfaces(), b.surfaces(), {}, &HoldingSurface::triangle, &HoldingSurface::triangle);
+  }
+};
+
+/// The planes met so far, and where they let the IHIP come.
+template <class Corrections>
+struct ContactTick<Corrections>::Constraints {
+  PlaneSet planes;
+  PlaneSet::Nearest optimum;
+
+  Constraints(Vec3 hip, double slack) noexcept : hip_(hip), slack_(slack) { optimum.point = hip; }
+  /// False when there is no place above all planes.
+  [[nodiscard]] bool add(const ConstraintPlane& plane) noexcept {
+    if (planes.full()) return false;
+    planes.add(plane);
+    if (planes.holds(optimum.point, slack_)) return true;
+    const std::optional<PlaneSet::Nearest> nearest = planes.nearest(hip_, slack_);
+    if (nearest) optimum = *nearest;
+    return nearest.has_value();
+  }
+
+  /// To the optimum.
+  [[nodiscard]] Move move() const noexcept {
+    Move move{true, optimum.point, optimum.tightCount, {}};
+    for (std::size_t i = 0; i < static_cast<std::size_t>(move.count); ++i) {
+      move.pushing[i] = planes[optimum.tight[i]].surface;
+    }
+    return move;
+  }
+
+ private:
+  Vec3 hip_;      // world
+  double slack_;  // m
 };
 
 /// From one surface to the solver. The start in the contacted body's frame: off its triangle by a lift, and a little of
@@ -50,63 +95,124 @@ void ContactTick<Corrections>::stay() noexcept {
 }
 
 /// The IHIP moves straight to the point nearest to the HIP above all planes met so far; each blocked attempt adds the
-/// plane that blocked it. When a move succeeds the planes are forgotten and met again from the new place: that is what
-/// releases them.
+/// plane that blocked it. Before that it is tried to carry the surfaces on that held. When a move does not settle the
+/// planes are forgotten and met anew from the new place, which is what releases them.
 /// A pocket that moving bodies close entirely has no place for the IHIP: it is then let through one of them.
 template <class Corrections>
 void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
-  state_.mode = Mode::kSeveralSurfaces;
   Move last;
-  bool settled = false;
+  if (state_.mode == Mode::kSeveralSurfaces && state_.holdingCount > 0) last = followHeld(hip);
+  state_.mode = Mode::kSeveralSurfaces;
+  bool settled = last.done && restsOn(last);
   for (int round = 0; round < kMaxSolverRounds && !settled; ++round) {
     ++work_.solverRounds;
+    const Vec3 from = state_.ihip;
     const Move move = moveTowards(hip);
     if (!move.done) break;
     settled = move.count == 0 || restsOn(move) ||
-              squaredLength(move.to - state_.ihip) <= kSettled * kSettled * squaredLength(move.to - hip);
-    state_.ihip = move.to;
+              squaredLength(move.to - from) <= kSettled * kSettled * squaredLength(move.to - hip);
     last = move;
   }
   work_.unsettled = work_.unsettled || !settled;
   classify(hip, last, settled);
 }
+
+/// A neighborhood watch on each body that held. The planes of the triangles that hold lead to a point; where it is no
+/// longer over one of them, the search hops from that triangle, and the IHIP moves to where the planes of both let it,
+/// over the edge between them. Fine surfaces that hold the IHIP together are thus followed triangle by triangle, where
+/// meeting every plane takes a test of the whole bodies each. All ways are tested like any other.
+template <class Corrections>
+typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec3 hip) noexcept {
+  constexpr int kMostHops = 8;  // what is left is met as usual
+  Holding held = oneOfEachBody();
+  Holding before;
+  for (int i = 0; i < kMostHops; ++i) {
+    Constraints constraints(hip, kSlack * skin_);
+    if (!add(held, constraints)) return {};
+    Holding next = held;
+    if (!hopUnder(constraints.optimum.point, next)) return {};
+    if (next == held) return go(constraints.optimum.point) ? Move{} : constraints.move();
+    if (!add(next, constraints) || go(constraints.optimum.point)) return {};
+    if (next == before) return constraints.move();  // to and fro: the IHIP is held on the edge
+    before = held;
+    held = next;
+  }
+  return {};
+}
+
+template <class Corrections>
+bool ContactTick<Corrections>::add(const Holding& holding, Constraints& constraints) const noexcept {
+  const auto surfaces = holding.surfaces();
+  return std::all_of(surfaces.begin(), surfaces.end(),
+                     [&](const HoldingSurface& s) { return constraints.add(planeOf(s)); });
+}
+
+/// From the triangles that hold to those under the point. False when they are not near.
+template <class Corrections>
+bool ContactTick<Corrections>::hopUnder(Vec3 point, Holding& holding) noexcept {
+  constexpr int kNear = 32;  // triangles looked at: a few fans
+  for (HoldingSurface& s : holding.surfaces()) {
+    const Surface& mesh = surface(s.body);
+    const Vec3 at = near_[near_.indexOf(s.body)].frame.toLocal(point);
+    const Foot start = closestOn(mesh.triangle(s.triangle), s.triangle, at);
+    if (isUnder(start)) continue;
+    int looked = 0;
+    s.triangle = neighborhoodWatch<Corrections>(mesh, start, at, nullptr, looked).foot.triangle;
+    work_.triangles += looked;
+    if (looked > kNear) return false;
+  }
+  return true;
+}
+
+/// Of two triangles of one body that held, across an edge, one is enough: the search finds the other.
+template <class Corrections>
+typename ContactTick<Corrections>::Holding ContactTick<Corrections>::oneOfEachBody() const noexcept {
+  Holding holding;
+  for (const HoldingSurface& s : state_.surfaces()) {
+    const auto known = std::as_const(holding).surfaces();
+    if (std::none_of(known.begin(), known.end(), [&](const HoldingSurface& o) { return o.body == s.body; })) {
+      holding.at[holding.count++] = s;
+    }
+  }
+  return holding;
+}
+
 template <class Corrections>
 typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Vec3 hip) noexcept {
-  constexpr double kSlack = 0x1p-2;  // of the skin: a plane is held when the point is not farther below it
-  PlaneSet planes;
-  while (true) {
-    const std::optional<PlaneSet::Nearest> optimum = planes.nearest(hip, kSlack * skin_);
-    if (!optimum) return {};
-    const Points to = near_.inEachFrame(optimum->point);
-    const Hit hit = near_.template firstHit<SegmentTest>(
-        to, [](int, std::uint32_t) noexcept { return false; }, work_);
-    if (!hit) {
-      near_.moveAll(to, 1);
-      Move move{true, optimum->point, optimum->tightCount, {}};
-      for (std::size_t i = 0; i < static_cast<std::size_t>(move.count); ++i) {
-        move.pushing[i] = planes[optimum->tight[i]].surface;
-      }
-      return move;
-    }
-    if (planes.full()) return {};
-    planes.add(planeOf(near_[hit.near], hit.crossing));
+  Constraints constraints(hip, kSlack * skin_);
+  while (const Hit hit = go(constraints.optimum.point)) {
+    const HoldingSurface blocking{near_[hit.near].body, hit.crossing.side, hit.crossing.triangle};
+    if (!constraints.add(planeOf(blocking))) return {};
   }
+  return constraints.move();
+}
+
+/// Straight to a place in the world, unless something is in the way.
+template <class Corrections>
+typename ContactTick<Corrections>::Hit ContactTick<Corrections>::go(Vec3 world) noexcept {
+  const Points to = near_.inEachFrame(world);
+  const Hit hit = near_.template firstHit<SegmentTest>(
+      to, [](int, std::uint32_t) noexcept { return false; }, work_);
+  if (hit) return hit;
+  near_.moveAll(to, 1);
+  state_.ihip = world;
+  return hit;
 }
 
 /// The pushing triangles are really under the IHIP, not only their planes: the planes' optimum is a local optimum.
 template <class Corrections>
 bool ContactTick<Corrections>::restsOn(const Move& move) const noexcept {
   return std::all_of(move.pushing.begin(), move.pushing.begin() + move.count, [&](const HoldingSurface& s) {
-    const Foot foot = closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from);
-    return foot.squaredDistance <= 4 * skin_ * skin_;
+    return isUnder(closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from));
   });
 }
 
 template <class Corrections>
-ConstraintPlane ContactTick<Corrections>::planeOf(const Near& near, const Crossing& crossing) const noexcept {
-  const Vec3 normal = near.frame.turn(near.surface->faceNormal(crossing.triangle) * static_cast<double>(crossing.side));
-  const Vec3 corner = near.frame.toWorld(near.surface->triangle(crossing.triangle).corner(0));
-  return {normal, glm::dot(normal, corner) + skin_, {near.body, crossing.side, crossing.triangle}};
+ConstraintPlane ContactTick<Corrections>::planeOf(const HoldingSurface& holding) const noexcept {
+  const Near& near = near_[near_.indexOf(holding.body)];
+  const Vec3 normal = near.frame.turn(near.surface->faceNormal(holding.triangle) * static_cast<double>(holding.side));
+  const Vec3 corner = near.frame.toWorld(near.surface->triangle(holding.triangle).corner(0));
+  return {normal, glm::dot(normal, corner) + skin_, holding};
 }
 
 /// Remembers what pushes. One surface left, and the IHIP really over it: back to the neighborhood watch, which is

@@ -33,6 +33,8 @@ inline constexpr double kSkin = 0x1p-20;
 /// How far above its own triangle a segment starts: far more than the arithmetic's rounding, far less than the
 /// vertices'.
 inline constexpr double kLift = 0x1p-32;
+/// Of the skin: a plane is held when the IHIP is not farther below it.
+inline constexpr double kSlack = 0x1p-2;
 /// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
 inline constexpr double kSettled = 0x1p-14;
 
@@ -85,13 +87,21 @@ class ContactTick {
   void leave(const Foot& foot, Vec3 hip) noexcept;
 
   // constraint_solver_impl.h: several surfaces
+  struct Constraints;
+  struct Holding;
   struct Move;
   void resolve(Vec3 hip) noexcept;
   void stay() noexcept;
   void solve(Vec3 hip) noexcept;
+  [[nodiscard]] Move followHeld(Vec3 hip) noexcept;
+  [[nodiscard]] Holding oneOfEachBody() const noexcept;
+  [[nodiscard]] bool hopUnder(Vec3 point, Holding& holding) noexcept;
+  [[nodiscard]] bool add(const Holding& holding, Constraints& constraints) const noexcept;
   [[nodiscard]] Move moveTowards(Vec3 hip) noexcept;
+  [[nodiscard]] Hit go(Vec3 world) noexcept;
   [[nodiscard]] bool restsOn(const Move& move) const noexcept;
-  [[nodiscard]] ConstraintPlane planeOf(const Near& near, const Crossing& crossing) const noexcept;
+  [[nodiscard]] bool isUnder(const Foot& foot) const noexcept { return foot.squaredDistance <= 4 * skin_ * skin_; }
+  [[nodiscard]] ConstraintPlane planeOf(const HoldingSurface& holding) const noexcept;
   void classify(Vec3 hip, const Move& move, bool settled) noexcept;
 
   [[nodiscard]] const Surface& surface(int body) const noexcept {

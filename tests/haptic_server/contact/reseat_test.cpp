@@ -52,11 +52,10 @@ TEST(Reseat, CarriesContactWithSeveralUnchangedBodies) {
   const auto ball = shapes::sphere(0.05, 12).build();
   World before;
   World after;
-  World* const worlds[] = {&before, &after};
-  for (World* world : worlds) {
-    world->add(ball, {{1, 0, 0, 0}, {0, -0.03, 0}});
-    world->add(ball, {{1, 0, 0, 0}, {0, 0.03, 0}});
-  }
+  before.add(ball, {{1, 0, 0, 0}, {0, -0.03, 0}});
+  before.add(ball, {{1, 0, 0, 0}, {0, 0.03, 0}});
+  after.add(ball, {{1, 0, 0, 0}, {0, 0.03, 0}});
+  after.add(ball, {{1, 0, 0, 0}, {0, -0.03, 0}});
   press(before, {0, 0.001, 0.06}, {0, 0.001, 0.03});
   ASSERT_EQ(before.state().mode, ContactState::Mode::kSeveralSurfaces);
   EXPECT_FALSE(adopt(before, after, {{1, false}, {0, false}}));
