@@ -42,7 +42,7 @@ struct ContactTick<Corrections>::Constraints {
   [[nodiscard]] bool add(const ConstraintPlane& plane) noexcept {
     if (planes.full()) return false;
     planes.add(plane);
-    if (planes.holds(optimum.point, slack_)) return true;
+    if (glm::dot(plane.normal, optimum.point) >= plane.offset) return true;
     const std::optional<PlaneSet::Nearest> nearest = planes.nearest(hip_, slack_);
     if (nearest) optimum = *nearest;
     return nearest.has_value();
@@ -128,11 +128,11 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec
   Holding before;
   for (int i = 0; i < kMostHops; ++i) {
     Constraints constraints(hip, kSlack * skin_);
-    if (!add(held, constraints)) return {};
+    if (!add(held, {}, constraints)) return {};
     Holding next = held;
     if (!hopUnder(constraints.optimum.point, next)) return {};
     if (next == held) return go(constraints.optimum.point) ? Move{} : constraints.move();
-    if (!add(next, constraints) || go(constraints.optimum.point)) return {};
+    if (!add(next, held, constraints) || go(constraints.optimum.point)) return {};
     if (next == before) return constraints.move();  // to and fro: the IHIP is held on the edge
     before = held;
     held = next;
@@ -140,11 +140,15 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec
   return {};
 }
 
+/// The planes of a holding, but for those that another has.
 template <class Corrections>
-bool ContactTick<Corrections>::add(const Holding& holding, Constraints& constraints) const noexcept {
-  const auto surfaces = holding.surfaces();
-  return std::all_of(surfaces.begin(), surfaces.end(),
-                     [&](const HoldingSurface& s) { return constraints.add(planeOf(s)); });
+bool ContactTick<Corrections>::add(const Holding& holding, const Holding& known,
+                                   Constraints& constraints) const noexcept {
+  for (std::size_t i = 0; i < holding.count; ++i) {
+    const bool isKnown = i < known.count && known.at[i].triangle == holding.at[i].triangle;
+    if (!isKnown && !constraints.add(planeOf(holding.at[i]))) return false;
+  }
+  return true;
 }
 
 /// From the triangles that hold to those under the point. False when they are not near.

@@ -96,7 +96,7 @@ class ContactTick {
   [[nodiscard]] Move followHeld(Vec3 hip) noexcept;
   [[nodiscard]] Holding oneOfEachBody() const noexcept;
   [[nodiscard]] bool hopUnder(Vec3 point, Holding& holding) noexcept;
-  [[nodiscard]] bool add(const Holding& holding, Constraints& constraints) const noexcept;
+  [[nodiscard]] bool add(const Holding& holding, const Holding& known, Constraints& constraints) const noexcept;
   [[nodiscard]] Move moveTowards(Vec3 hip) noexcept;
   [[nodiscard]] Hit go(Vec3 world) noexcept;
   [[nodiscard]] bool restsOn(const Move& move) const noexcept;

@@ -31,14 +31,13 @@ class PlaneSet {
   void add(const ConstraintPlane& plane) noexcept { planes_[static_cast<std::size_t>(count_++)] = plane; }
   [[nodiscard]] const ConstraintPlane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
-  /// Is x above all planes, to within `slack` (m)?
-  [[nodiscard]] bool holds(Vec3 x, double slack) const noexcept;
   /// The point nearest to h above all planes, to within `slack` (m): a set of up to three planes with multipliers >= 0
   /// (Kuhn-Tucker; Zilles and Salisbury 1995 solve the same with Lagrange multipliers). Call it after an add() that
   /// cut off the previous answer: only sets that hold the newest plane are tried. Empty when there is no such point.
   [[nodiscard]] std::optional<Nearest> nearest(Vec3 h, double slack) const noexcept;
 
  private:
+  [[nodiscard]] bool holds(Vec3 x, double slack) const noexcept;
   [[nodiscard]] bool solve(Vec3 h, Nearest& candidate) const noexcept;
 
   std::array<ConstraintPlane, kMaxPlanes> planes_;
