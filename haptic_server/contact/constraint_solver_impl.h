@@ -151,7 +151,8 @@ bool ContactTick<Corrections>::add(const Holding& holding, const Holding& known,
   return true;
 }
 
-/// From the triangles that hold to those under the point. False when they are not near.
+/// From the first triangle that is not under the point to the one of its body that is: one body at a time keeps to the
+/// groove. False when that one is not near.
 template <class Corrections>
 bool ContactTick<Corrections>::hopUnder(Vec3 point, Holding& holding) noexcept {
   constexpr int kNear = 32;  // triangles looked at: a few fans
@@ -163,7 +164,7 @@ bool ContactTick<Corrections>::hopUnder(Vec3 point, Holding& holding) noexcept {
     int looked = 0;
     s.triangle = neighborhoodWatch<Corrections>(mesh, start, at, nullptr, looked).foot.triangle;
     work_.triangles += looked;
-    if (looked > kNear) return false;
+    return looked <= kNear;
   }
   return true;
 }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "haptic_server/contact/contact.h"
 #include "haptic_server/contact/near_bodies.h"
 #include "tests/haptic_server/contact/world.h"
@@ -68,6 +70,53 @@ TEST(SeveralBodies, GuideTheContactAlongTheirSeam) {
     line += world.state().mode == ContactState::Mode::kSeveralSurfaces ? 1 : 0;
   }
   EXPECT_GT(line, 150);
+}
+
+TEST(SeveralBodies, AreFollowedTriangleByTriangleAlongTheirSeam) {
+  World world;
+  world.add(shapes::sphere(0.05, 40), Pose{glm::angleAxis(0.3, Vec3(0, 0.6, 0.8)), {0.036, 0, 0}});
+  world.add(shapes::sphere(0.05, 40), Pose{glm::angleAxis(1.0, Vec3(0.6, 0, 0.8)), {-0.036, 0, 0}});
+  const auto hipAt = [](double angle) { return Vec3(0, std::cos(angle), std::sin(angle)) * 0.031; };
+  world.place({0, 0.06, 0});
+  world.lead({0, 0.06, 0}, hipAt(0), 0.0005, [](const ContactResult&, Vec3) {});
+  int metAnew = 0;
+  for (int i = 1; i <= 2000; ++i) {
+    const ContactResult r = world.tick(hipAt(0.003 * i));
+    ASSERT_EQ(world.state().mode, ContactState::Mode::kSeveralSurfaces);
+    EXPECT_EQ(world.depthInside(r.ihip), 0) << i;
+    EXPECT_NEAR(r.penetration_m, 0.0037, 0.0003) << i;
+    metAnew += r.work.solverRounds > 0 ? 1 : 0;
+  }
+  EXPECT_LT(metAnew, 20);
+}
+
+/// Each tick divided by 64 is the path of a slow hand.
+TEST(SeveralBodies, HoldTheContactWhereTheyWouldHoldThatOfASlowHand) {
+  World world;
+  world.add(shapes::sphere(0.05, 40), Pose{glm::angleAxis(0.3, Vec3(0, 0.6, 0.8)), {0.036, 0, 0}});
+  world.add(shapes::bumpy(0.05, 40), Pose{glm::angleAxis(1.0, Vec3(0.6, 0, 0.8)), {-0.036, 0, 0}});
+  Vec3 hip{0, 0.06, 0};
+  world.place(hip);
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  int compared = 0;
+  int elsewhere = 0;
+  for (int stroke = 0; stroke < 25; ++stroke) {
+    const Vec3 aim(0.002 * normal(random), 0.03 + 0.01 * normal(random), 0.02 * normal(random));
+    world.lead(hip, aim, 0.0003, [&](const ContactResult&, Vec3 at) {
+      ContactState slow = world.state();
+      const Vec3 next = at + glm::normalize(aim - hip) * 0.0003;
+      ContactState quick = slow;
+      Vec3 reference(0);
+      for (int i = 1; i <= 64; ++i) reference = followContact(world.bodies(), slow, glm::mix(at, next, i / 64.0)).ihip;
+      if (slow.mode != ContactState::Mode::kSeveralSurfaces) return;
+      ++compared;
+      elsewhere += glm::distance(followContact(world.bodies(), quick, next).ihip, reference) > 1e-5 ? 1 : 0;
+    });
+    hip = aim;
+  }
+  EXPECT_GT(compared, 500);
+  EXPECT_LT(elsewhere, compared / 200);
 }
 
 TEST(SeveralBodies, CannotSqueezeTheContactIntoOneAnother) {
