@@ -1,17 +1,44 @@
 #include "tests/eval/ours.h"
 
+#include <algorithm>
+
 namespace haptics::eval {
 
 void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) {
-  scene_ = {};
-  scene_.revision = 1;
+  auto scene = std::make_unique<ServoScene>();
+  scene->revision = 1;
+  ids_.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    scene_.objects.push_back({i + 1, bodies[i], poses[i], kSpring_N_per_m, 0, false});
+    ids_.push_back(i + 1);
+    scene->objects.push_back({i + 1, bodies[i], poses[i], kSpring_N_per_m, 0, false});
   }
+  poses_.assign(poses.begin(), poses.end());
+  next_ = std::move(scene);
   state_ = HapticState(config_);
   tick_ = 0;
-  (void)adoptScene(scene_, state_, tick_);  // nothing is in contact
+  adopt();
   place(hip);
+}
+
+void Ours::edit(const EditedScene& edited, Vec3 /*hip*/) {
+  auto scene = std::make_unique<ServoScene>();
+  scene->revision = scene_->revision + 1;
+  for (std::size_t i = 0; i < edited.bodies.size(); ++i) {
+    scene->objects.push_back({edited.ids[i], edited.bodies[i], edited.poses[i], edited.spring_N_per_m, 0, false});
+  }
+  for (const ServoObject& object : scene_->objects) {
+    if (std::ranges::find(edited.ids, object.id) != edited.ids.end()) continue;
+    scene->objects.push_back(object);
+    scene->objects.back().leaving = true;
+  }
+  std::ranges::sort(scene->objects, {}, &ServoObject::id);
+  ids_.assign(edited.ids.begin(), edited.ids.end());
+  poses_.assign(edited.poses.begin(), edited.poses.end());
+  next_ = std::move(scene);
+}
+
+void Ours::adopt() {
+  if (next_ && adoptScene(*next_, state_, tick_)) scene_ = std::move(next_);
 }
 
 void Ours::place(Vec3 hip) {
@@ -21,11 +48,18 @@ void Ours::place(Vec3 hip) {
 }
 
 Felt Ours::tick(std::span<const Pose> poses, Vec3 hip) {
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    state_.bodies[i].previous = state_.bodies[i].current;
-    state_.bodies[i].current = poses[i];
-    state_.bodies[i].update();
+  adopt();
+  for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+    const auto id = std::ranges::find(ids_, state_.objects[i].id);
+    const auto given = static_cast<std::size_t>(id - ids_.begin());
+    Body& body = state_.bodies[i];
+    const bool moves = id != ids_.end() && !(poses[given] == poses_[given]);
+    if (!moves && !body.moving) continue;
+    body.previous = body.current;
+    if (moves) body.current = poses[given];
+    body.update();
   }
+  poses_.assign(poses.begin(), poses.end());
   return step(hip);
 }
 
@@ -38,7 +72,7 @@ Felt Ours::step(Vec3 hip) {
   // The step keeps what its contact cost to itself: asked of the same core, on a copy of its state.
   ContactState copy = state_.contact;
   const ContactWork work = followContact(bodies, copy, hip).work;
-  const TelemetrySample sample = hapticStep(scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
+  const TelemetrySample sample = hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
   return {sample.object != 0, sample.ihip, sample.force.contact, work.triangles};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -21,6 +22,14 @@ struct Felt {
   int triangles = 0;  ///< Looked at one by one by a search, those behind the hierarchy's segment test not counted.
 };
 
+/// A scene as an edit leaves it.
+struct EditedScene {
+  std::span<const std::uint64_t> ids;  ///< Which body is which: 1, 2, ... in the order of begin(), and new ones.
+  std::span<const std::shared_ptr<const Surface>> bodies;
+  std::span<const Pose> poses;
+  double spring_N_per_m;
+};
+
 /// A method of rendering contact with a point, in virtual time.
 class Renderer {
  public:
@@ -32,8 +41,20 @@ class Renderer {
   /// From now on a tick does no more than find the contact and its spring force, and counts no triangles: what the
   /// methods are timed at.
   virtual void contactOnly() {}
+  /// The scene becomes another one under the hand, with the HIP wherever it is. Published methods know nothing of that:
+  /// they begin anew.
+  virtual void edit(const EditedScene& scene, Vec3 hip) {
+    begin(scene.bodies, scene.poses, hip);
+    spring_N_per_m_ = scene.spring_N_per_m;
+  }
   /// One tick. A pose other than the last is motion.
   virtual Felt tick(std::span<const Pose> poses, Vec3 hip) = 0;
+
+ protected:
+  [[nodiscard]] double spring_N_per_m() const { return spring_N_per_m_; }
+
+ private:
+  double spring_N_per_m_ = kSpring_N_per_m;
 };
 
 }  // namespace haptics::eval

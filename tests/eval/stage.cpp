@@ -10,12 +10,23 @@ Stage::Stage(Renderer& method, Random& random) : method_(method) {
 }
 
 int Stage::add(std::shared_ptr<const Surface> surface, const Pose& pose) {
+  ids_.push_back(++lastId_);
   surfaces_.push_back(std::move(surface));
   poses_.push_back(inWorld(pose));
   return static_cast<int>(surfaces_.size()) - 1;
 }
 
 void Stage::begin(Vec3 hip) { method_.begin(surfaces_, poses_, toWorld(frame_, hip)); }
+
+void Stage::edit(Vec3 hip, double spring_N_per_m) {
+  method_.edit({ids_, surfaces_, poses_, spring_N_per_m}, toWorld(frame_, hip));
+}
+
+void Stage::remove(int body) {
+  ids_.erase(ids_.begin() + body);
+  surfaces_.erase(surfaces_.begin() + body);
+  poses_.erase(poses_.begin() + body);
+}
 
 Felt Stage::tick(Vec3 hip) {
   ++ticks_;

@@ -24,6 +24,13 @@ class Stage {
   int add(const shapes::Shape& shape, Vec3 position = Vec3(0)) { return add(shape.build(), {{1, 0, 0, 0}, position}); }
 
   void begin(Vec3 hip);
+  /// Hands over what add(), replace(), remove() and move() have made of the scene, under a HIP that is at `hip`.
+  void edit(Vec3 hip, double spring_N_per_m = kSpring_N_per_m);
+  void replace(int body, std::shared_ptr<const Surface> surface) {
+    surfaces_[static_cast<std::size_t>(body)] = std::move(surface);
+  }
+  void remove(int body);  ///< Those after it move up.
+
   void place(Vec3 hip) { method_.place(toWorld(frame_, hip)); }
   void move(int body, const Pose& pose) { poses_[static_cast<std::size_t>(body)] = inWorld(pose); }
   Felt tick(Vec3 hip);
@@ -53,8 +60,10 @@ class Stage {
 
   Renderer& method_;
   Pose frame_;
+  std::vector<std::uint64_t> ids_;
   std::vector<std::shared_ptr<const Surface>> surfaces_;
   std::vector<Pose> poses_;
+  std::uint64_t lastId_ = 0;
   int ticks_ = 0;
 };
 

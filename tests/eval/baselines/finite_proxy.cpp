@@ -55,7 +55,7 @@ Felt FiniteProxy::tick(std::span<const Pose> poses, Vec3 hip) {
   const double distance = glm::length(toHip);
   if (distance <= kRadius_m) return {false, hip, Vec3(0), 0};
   const Vec3 ihip = proxy_ + toHip * (kRadius_m / distance);
-  return {true, ihip, kSpring_N_per_m * (ihip - hip), 0};
+  return {true, ihip, spring_N_per_m() * (ihip - hip), 0};
 }
 
 template <class Visit>

@@ -17,7 +17,7 @@ class GlobalClosest final : public Renderer {
     bodies_.setPoses(poses);
     const BodySet::Nearest nearest = bodies_.nearest(hip);
     if (!nearest.inside) return {false, hip, Vec3(0), nearest.triangles};
-    return {true, nearest.point, kSpring_N_per_m * (nearest.point - hip), nearest.triangles};
+    return {true, nearest.point, spring_N_per_m() * (nearest.point - hip), nearest.triangles};
   }
 
  private:

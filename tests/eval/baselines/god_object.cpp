@@ -15,7 +15,7 @@ Felt GodObject::tick(std::span<const Pose> poses, Vec3 hip) {
     if (activeCount_ == 0 || god_ == before) break;
   }
   if (activeCount_ == 0) return {false, hip, Vec3(0), 0};
-  return {true, god_, kSpring_N_per_m * (god_ - hip), 0};
+  return {true, god_, spring_N_per_m() * (god_ - hip), 0};
 }
 
 void GodObject::move(Vec3 hip) {

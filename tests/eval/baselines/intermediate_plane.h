@@ -24,7 +24,7 @@ class IntermediatePlane final : public Renderer {
     const int looked = ++tick_ % kTicks == 0 ? updatePlane(hip) : 0;
     const double depth = glm::dot(normal_, point_ - hip);
     if (depth <= 0) return {false, hip, Vec3(0), looked};
-    return {true, hip + normal_ * depth, normal_ * (kSpring_N_per_m * depth), looked};
+    return {true, hip + normal_ * depth, normal_ * (spring_N_per_m() * depth), looked};
   }
 
  private:

@@ -67,7 +67,7 @@ Felt Pseudocode<kPrimitives>::search(Vec3 hip) {
     collision_ = false;
     return {false, hip, Vec3(0), looked};
   }
-  return {true, toWorld(pose, distance1.point), kSpring_N_per_m * (pose.rotation * vector1), looked};
+  return {true, toWorld(pose, distance1.point), spring_N_per_m() * (pose.rotation * vector1), looked};
 }
 
 template <Primitives kPrimitives>

@@ -37,6 +37,7 @@ struct FailureScene {
 [[nodiscard]] SceneResult slideOverSphere(Renderer& method, Random& random);             ///< S10
 [[nodiscard]] SceneResult strokeBadMeshes(Renderer& method, Random& random);             ///< S11
 [[nodiscard]] SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random);  ///< S12
+[[nodiscard]] SceneResult editUnderTheHand(Renderer& method, Random& random);            ///< S17
 
 inline constexpr std::array kFailureScenes{
     FailureScene{"S1", "slide off a cube, 2 mm deep", slideOffCube},
@@ -51,6 +52,7 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S10", "sphere, 2 mm deep at 0.1 m/s: steps of the force", slideOverSphere},
     FailureScene{"S11", "holes, T-junctions, fins, duplicate, flipped, empty and unwelded faces", strokeBadMeshes},
     FailureScene{"S12", "blades, gashes, slivers, and all of it scaled", strokeSharpAndScaledShapes},
+    FailureScene{"S17", "edits under the hand: steps of the force", editUnderTheHand},
 };
 
 }  // namespace haptics::eval
