@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tests/eval/accuracy.h"
+#include "tests/eval/chart.h"
 #include "tests/eval/failures.h"
 
 namespace {
@@ -14,6 +15,7 @@ struct Options {
   std::uint64_t seed = 1;
   std::string out = ".";
   int finest = haptics::eval::kFinestMesh;
+  int chartFinest = haptics::eval::kChartFinestMesh;
 };
 
 CLI::App* addVerb(CLI::App& app, const std::string& name, const std::string& about, Options& options) {
@@ -38,16 +40,22 @@ int run(int argc, char** argv) {
   accuracy->add_option("--finest", options.finest, "Leave out finer meshes; there are some up to 10 million")
       ->type_name("TRIANGLES")
       ->capture_default_str();
+  CLI::App* chart = addVerb(app, "chart", "Speed against accuracy of every method, as a picture and a table", options);
+  chart->add_option("--finest", options.chartFinest, "Leave out finer meshes; there are some up to 10 million")
+      ->type_name("TRIANGLES")
+      ->capture_default_str();
   app.footer(
       "Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.\n\n"
       "Examples:\n"
       "  haptic_eval failures\n"
       "  haptic_eval failures --seed 7 --out results\n"
-      "  haptic_eval accuracy --out results");
+      "  haptic_eval accuracy --out results\n"
+      "  haptic_eval chart --finest 12288");
   CLI11_PARSE(app, argc, argv);
   bool good = true;
   if (failures->parsed()) good = haptics::eval::runFailures(options.seed, options.out);
   if (accuracy->parsed()) good = haptics::eval::runAccuracy(options.seed, options.finest, options.out);
+  if (chart->parsed()) haptics::eval::runChart(options.seed, options.chartFinest, options.out);
   return good ? 0 : kExitFailed;
 }
 

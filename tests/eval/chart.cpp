@@ -1,0 +1,171 @@
+#include "tests/eval/chart.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <stdexcept>
+
+#include "tests/eval/chart_points.h"
+#include "tests/eval/figure/figure.h"
+#include "tests/eval/figure/virtual_display.h"
+#include "tests/eval/scenes/scenes.h"
+
+namespace haptics::eval {
+namespace {
+
+using FailedScenes = std::vector<std::string_view>;
+
+/// Okabe and Ito's colours, which colour-blind people tell apart. What is not named is in the table only: a variant that
+/// would be drawn over another.
+struct Look {
+  std::string_view method;
+  const char* name;
+  Colour colour;
+};
+constexpr std::array kLooks{
+    Look{kOurs, "this runtime", {0.835, 0.369, 0.0}},
+    Look{"god_object", "god-object", {0.0, 0.447, 0.698}},
+    Look{"finite_proxy_1mm", "finite proxy, 1 mm", {0.337, 0.706, 0.914}},
+    Look{"global_closest", "closest point, penalty", {0.0, 0.62, 0.451}},
+    Look{"intermediate_plane_100Hz", "tangent plane, 100 Hz", {0.8, 0.475, 0.655}},
+    Look{"intermediate_plane_30Hz", "tangent plane, 30 Hz", {0.52, 0.30, 0.50}},
+    Look{"pseudocode_open", "paper as printed, open", {0.45, 0.45, 0.45}},
+    Look{"pseudocode_closed", "paper as printed, closed", {0.0, 0.0, 0.0}},
+};
+
+std::string sizeText(int triangles) {
+  if (triangles < 1000) return std::to_string(triangles);
+  const bool millions = triangles >= 1'000'000;
+  return std::to_string(std::lround(triangles / (millions ? 1e6 : 1e3))) + (millions ? " M" : " k");
+}
+
+/// "passes all 12 failure scenes", "fails 2 of 12: S4 S12", "fails 10 of 12: all but S5 S12".
+std::string outcomeText(const FailedScenes& failed) {
+  std::ostringstream text;
+  if (failed.empty()) {
+    text << "passes all " << kFailureScenes.size() << " failure scenes";
+    return text.str();
+  }
+  const bool most = 2 * failed.size() > kFailureScenes.size();
+  text << "fails " << failed.size() << " of " << kFailureScenes.size() << (most ? ": all but" : ":");
+  for (const FailureScene& scene : kFailureScenes) {
+    const bool fails = std::find(failed.begin(), failed.end(), scene.name) != failed.end();
+    if (fails != most) text << ' ' << scene.name;
+  }
+  return text.str();
+}
+
+const Method& methodNamed(std::string_view name) {
+  const auto all = methods();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Method& m) { return m.name == name; });
+  if (found == all.end()) throw std::logic_error("no method is called " + std::string(name));
+  return *found;
+}
+
+using Value = std::function<double(const ChartPoint&)>;
+
+struct Axis {
+  const char* label;
+  Value value;
+  Decades decades;
+};
+
+/// Never beyond `most`: what lies farther out is drawn on the rim.
+Axis axis(const char* label, Value value, const std::vector<ChartPoint>& points, Decades most) {
+  std::vector<double> values;
+  for (const ChartPoint& p : points) values.push_back(value(p));
+  const Decades all = decadesOf(values);
+  return {label, std::move(value), {std::max(all.low, most.low), std::min(all.high, most.high)}};
+}
+
+Panel panelOf(const std::string& title, const Axis& x, const Axis& y, const std::vector<ChartPoint>& points,
+              bool labelled) {
+  Panel panel{title, x.label, y.label, x.decades, y.decades, {}, {}};
+  for (std::size_t i = 0; i < kLooks.size(); ++i) {
+    Curve curve{i, {}};
+    for (const ChartPoint& p : points) {
+      if (p.method != kLooks[i].method || !(x.value(p) > 0)) continue;
+      const bool named = labelled && i == 0;
+      curve.points.push_back({x.value(p), y.value(p), named ? sizeText(p.triangles) : ""});
+    }
+    panel.curves.push_back(std::move(curve));
+  }
+  return panel;
+}
+
+Figure figureOf(const std::vector<ChartPoint>& points, const std::vector<FailedScenes>& outcomes) {
+  Figure figure;
+  figure.title = "Speed and accuracy of point-based haptic rendering";
+  figure.caption = {
+      "Sphere, torus, cylinder, cube, L-shape and sine grating, stroked 2 mm deep at 0.1 m/s, 1 kHz, "
+      "k = 1000 N/m. One point for each mesh resolution, numbers: triangles."};
+  figure.columns = 3;
+  constexpr Decades kTimes{0, 6};
+  const std::array xs{
+      axis(
+          "contact tick, ns (median)", [](const ChartPoint& p) { return p.price.hot_ns; }, points, kTimes),
+      axis(
+          "contact tick, ns (median)", [](const ChartPoint& p) { return p.price.cold_ns; }, points, kTimes),
+      axis(
+          "instructions per tick", [](const ChartPoint& p) { return p.price.instructions.value_or(0); }, points,
+          kTimes)};
+  const std::array ys{
+      axis("force error, 1: just noticeable", [](const ChartPoint& p) { return p.epsilon; }, points, {-2, 3}),
+      axis("false force above 100 Hz, N rms", [](const ChartPoint& p) { return p.above100Hz_rms_N; }, points, {-3, 1})};
+  const std::array titles{"Caches hot", "Caches cold", "Instructions"};
+  for (const Axis& y : ys) {
+    for (std::size_t i = 0; i < xs.size(); ++i) {
+      figure.panels.push_back(panelOf(titles[i], xs[i], y, points, i == 0 && &y == &ys.front()));
+      if (&y == &ys.front()) figure.panels.back().threshold = Threshold{1, "what a hand can notice"};
+    }
+  }
+  figure.legendTitle = "Method";
+  for (std::size_t i = 0; i < kLooks.size(); ++i) {
+    figure.styles.push_back({kLooks[i].name, outcomeText(outcomes[i]), kLooks[i].colour,
+                             outcomes[i].empty() ? Marker::kDisc : Marker::kCross, i == 0});
+  }
+  figure.legendNotes = {"Disc: passes every scripted failure scene.", "Cross: fails some; the scenes are those of",
+                        "haptic_eval failures."};
+  return figure;
+}
+
+void writeCsv(const std::filesystem::path& path, const std::vector<ChartPoint>& points, std::uint64_t seed) {
+  std::ofstream file(path);
+  file << "method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
+          "force_above_100Hz_rms_N,failed_scenes\n";
+  for (const Method& method : methods()) {
+    std::ostringstream failed;
+    for (const std::string_view scene : failedScenes(method, seed)) failed << scene << ' ';
+    for (const ChartPoint& p : points) {
+      if (p.method != method.name) continue;
+      file << p.method << ',' << p.triangles << ',' << p.price.hot_ns << ',' << p.price.cold_ns << ',';
+      if (p.price.instructions) file << *p.price.instructions;
+      file << ',' << p.epsilon << ',' << p.above100Hz_rms_N << ',' << failed.str() << '\n';
+    }
+  }
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+}  // namespace
+
+void runChart(std::uint64_t seed, int finest, const std::filesystem::path& out) {
+  std::error_code ignored;  // what matters is whether the files can be written
+  std::filesystem::create_directories(out, ignored);
+  const std::vector<ChartPoint> points = measureChartPoints(seed, finest);
+  writeCsv(out / "chart.csv", points, seed);
+
+  std::vector<FailedScenes> outcomes;
+  for (const Look& look : kLooks) outcomes.push_back(failedScenes(methodNamed(look.method), seed));
+  const auto display = VirtualDisplay::ensure();
+  if (!display) throw std::runtime_error(display.error().text());
+  const auto drawn = drawFigure(figureOf(points, outcomes), out / "chart.png", out / "chart.svg");
+  if (!drawn) throw std::runtime_error(drawn.error().text());
+  std::printf("written to %s: chart.png, chart.svg, chart.csv\n", out.c_str());
+}
+
+}  // namespace haptics::eval

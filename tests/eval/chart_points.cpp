@@ -1,0 +1,87 @@
+#include "tests/eval/chart_points.h"
+
+#include <array>
+#include <cstdio>
+
+#include "tests/eval/accuracy_run.h"
+#include "tests/eval/scenes/scenes.h"
+#include "tests/eval/statistics.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr std::array kTriangles{12, 192, 768, 3072, 12288, 12 * 74 * 74, 12 * 289 * 289, 12 * 913 * 913};
+constexpr double kDepth_m = 0.002;
+constexpr double kStep_m = 1e-4;  // 0.1 m/s at 1 kHz
+constexpr int kColdTicks = 8;     // on each shape: a sweep takes some 10 ms
+constexpr int kCountedTicks = 5;
+
+struct Way {
+  std::vector<Vec3> down;
+  std::vector<Vec3> stroke;  ///< As far as it is in contact.
+};
+
+Way wayOn(const AnalyticShape& shape) {
+  constexpr double kLift_m = 0.002;
+  Way way;
+  for (double below = -kLift_m; below < kDepth_m; below += kStep_m) way.down.push_back(shape.at(0, below).hip);
+  for (double s = 0; s <= kPath_m; s += kStep_m) {
+    const Truth truth = shape.at(s, kDepth_m);
+    if (!truth.touching) break;
+    way.stroke.push_back(truth.hip);
+  }
+  return way;
+}
+
+ChartPoint measure(const Method& method, int triangles, const std::vector<Sample>& samples, std::uint64_t seed) {
+  ChartPoint point{method.name, triangles, 0, 0, {}};
+  Statistics hot;
+  Statistics cold;
+  for (const Sample& sample : samples) {
+    const Record record = measureAccuracy(method, sample, kDepth_m, seed, false);
+    point.epsilon = std::max(point.epsilon, record["epsilon_p99_ratio"].get<double>());
+    point.above100Hz_rms_N = std::max(point.above100Hz_rms_N, record["force_above_100Hz_rms_N"].get<double>());
+    const Way way = wayOn(sample.shape);
+    const bool first = &sample == &samples.front();
+    const Price price =
+        priceOf(*method.make(), sample.surface, way.down, way.stroke, kColdTicks, first ? kCountedTicks : 0);
+    hot.add(price.hot_ns);
+    cold.add(price.cold_ns);
+    if (first) point.price.instructions = price.instructions;
+  }
+  point.price.hot_ns = hot.quantile(0.5);
+  point.price.cold_ns = cold.quantile(0.5);
+  return point;
+}
+
+}  // namespace
+
+std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest) {
+  std::vector<ChartPoint> points;
+  for (const int triangles : kTriangles) {
+    if (triangles > finest) break;
+    std::vector<Sample> samples;
+    for (const AnalyticShape& shape : analyticShapes()) samples.push_back(makeSample(shape, triangles));
+    for (const Method& method : methods()) {
+      points.push_back(measure(method, triangles, samples, seed));
+      const ChartPoint& p = points.back();
+      std::printf("%8d triangles  %-25s hot %8.1f ns  cold %8.0f ns  %8.0f instructions  epsilon %8.3f  %.4f N\n",
+                  triangles, method.name.data(), p.price.hot_ns, p.price.cold_ns, p.price.instructions.value_or(0),
+                  p.epsilon, p.above100Hz_rms_N);
+      std::fflush(stdout);
+    }
+  }
+  return points;
+}
+
+std::vector<std::string_view> failedScenes(const Method& method, std::uint64_t seed) {
+  std::vector<std::string_view> failed;
+  std::uint64_t number = 0;
+  for (const FailureScene& scene : kFailureScenes) {
+    Random random(seed * kFailureScenes.size() + number++);
+    if (!scene.run(*method.make(), random).pass) failed.push_back(scene.name);
+  }
+  return failed;
+}
+
+}  // namespace haptics::eval

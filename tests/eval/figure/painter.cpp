@@ -1,0 +1,205 @@
+#include "tests/eval/figure/painter.h"
+
+#include <vtkBrush.h>
+#include <vtkContext2D.h>
+#include <vtkObjectFactory.h>
+#include <vtkPen.h>
+#include <vtkTextProperty.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "tests/eval/figure/layout.h"
+
+namespace haptics::eval {
+namespace {
+
+using namespace layout;
+
+constexpr Colour kInk{0.13, 0.15, 0.18};
+constexpr Colour kSoft{0.38, 0.42, 0.47};
+constexpr Colour kGrid{0.87, 0.885, 0.90};
+constexpr Colour kFineGrid{0.945, 0.95, 0.957};
+constexpr Colour kLimit{0.20, 0.22, 0.26};
+constexpr double kMarkerRadius = 6.5, kStrongMarkerRadius = 9;
+
+unsigned char byteOf(double share) { return static_cast<unsigned char>(std::lround(255 * share)); }
+
+/// 0 to 1 within the decades; points beyond on the rim.
+double shareOf(double value, Decades decades) {
+  const double share = (std::log10(value) - decades.low) / (decades.high - decades.low);
+  return std::clamp(std::isfinite(share) ? share : 0.0, 0.0, 1.0);
+}
+
+/// 0.01, 1, 100, 10 k, 1 M.
+std::string numberText(int decade) {
+  if (decade < 0) return "0." + std::string(static_cast<std::size_t>(-decade - 1), '0') + "1";
+  constexpr std::array kDigits{"1", "10", "100"};
+  constexpr std::array kPrefixes{"", " k", " M", " G"};
+  return std::string(kDigits[static_cast<std::size_t>(decade % 3)]) + kPrefixes[static_cast<std::size_t>(decade / 3)];
+}
+
+}  // namespace
+
+vtkStandardNewMacro(FigurePainter)
+
+    int FigurePainter::width_px(const Figure& figure) {
+  return static_cast<int>(kGap + static_cast<double>(figure.columns) * cellWidth() + kLegend);
+}
+
+int FigurePainter::height_px(const Figure& figure) {
+  const double rows = std::ceil(static_cast<double>(figure.panels.size()) / static_cast<double>(figure.columns));
+  return static_cast<int>(kHeader + kLine * static_cast<double>(figure.caption.size()) + rows * cellHeight() + kGap);
+}
+
+bool FigurePainter::Paint(vtkContext2D* painter) {
+  context_ = painter;
+  const double height = height_px(*figure_);
+  text(2 * kGap, height - kHeader + 14, figure_->title, kTitleFont, Align::kLeft, kInk, true);
+  double top = height - kHeader;
+  for (const std::string& words : figure_->caption) {
+    top -= kLine;
+    text(2 * kGap, top + 8, words, kTextFont, Align::kLeft, kSoft);
+  }
+  for (std::size_t i = 0; i < figure_->panels.size(); ++i) {
+    const auto column = static_cast<double>(i % figure_->columns);
+    const auto row = static_cast<double>(i / figure_->columns);
+    paintPanel(figure_->panels[i],
+               {kGap + column * cellWidth() + kLeft, top - row * cellHeight() - kTitle - kPanelHeight});
+  }
+  paintLegend(kGap + static_cast<double>(figure_->columns) * cellWidth() + kGap, top - kTitle);
+  return true;
+}
+
+void FigurePainter::text(double x, double y, const std::string& words, int size, Align align, Colour colour,
+                         bool bold) {
+  vtkTextProperty* property = context_->GetTextProp();
+  property->SetFontFamilyToArial();
+  property->SetFontSize(size);
+  property->SetBold(bold);
+  property->SetOrientation(0);
+  property->SetColor(colour.red, colour.green, colour.blue);
+  property->SetVerticalJustificationToBottom();
+  if (align == Align::kLeft) property->SetJustificationToLeft();
+  if (align == Align::kCentre) property->SetJustificationToCentered();
+  if (align == Align::kRight) property->SetJustificationToRight();
+  context_->DrawString(static_cast<float>(x), static_cast<float>(y), words.c_str());
+}
+
+void FigurePainter::upright(double x, double y, const std::string& words, int size) {
+  vtkTextProperty* property = context_->GetTextProp();
+  property->SetFontSize(size);
+  property->SetBold(false);
+  property->SetOrientation(90);
+  property->SetColor(kInk.red, kInk.green, kInk.blue);
+  property->SetJustificationToCentered();
+  property->SetVerticalJustificationToCentered();
+  context_->DrawString(static_cast<float>(x), static_cast<float>(y), words.c_str());
+}
+
+void FigurePainter::line(double x0, double y0, double x1, double y1, Colour colour, double width, bool dashed) {
+  vtkPen* pen = context_->GetPen();
+  pen->SetColor(byteOf(colour.red), byteOf(colour.green), byteOf(colour.blue));
+  pen->SetWidth(static_cast<float>(width));
+  pen->SetLineType(dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE);
+  context_->DrawLine(static_cast<float>(x0), static_cast<float>(y0), static_cast<float>(x1), static_cast<float>(y1));
+}
+
+void FigurePainter::marker(double x, double y, const Style& style) {
+  const double r = style.strong ? kStrongMarkerRadius : kMarkerRadius;
+  if (style.marker == Marker::kCross) {
+    for (const double s : {-1.0, 1.0}) line(x - r, y - s * r, x + r, y + s * r, style.colour, 3.5);
+    return;
+  }
+  context_->GetPen()->SetLineType(vtkPen::NO_PEN);
+  context_->GetBrush()->SetColor(byteOf(style.colour.red), byteOf(style.colour.green), byteOf(style.colour.blue));
+  context_->DrawEllipse(static_cast<float>(x), static_cast<float>(y), static_cast<float>(r), static_cast<float>(r));
+}
+
+void FigurePainter::paintPanel(const Panel& panel, Box box) {
+  text(box.left, box.below + kPanelHeight + 10, panel.title, kTextFont, Align::kLeft, kInk, true);
+  paintGrid(panel, box);
+  if (panel.threshold) {
+    const double y = box.below + kPanelHeight * shareOf(panel.threshold->y, panel.y);
+    line(box.left, y, box.left + kPanelWidth, y, kLimit, 2.5, true);
+    text(box.left + 8, y + 4, panel.threshold->text, kSmallFont, Align::kLeft, kLimit);
+  }
+  for (const bool strong : {false, true}) {
+    for (const Curve& curve : panel.curves) {
+      if (figure_->styles[curve.style].strong == strong) paintCurve(panel, curve, box);
+    }
+  }
+}
+
+void FigurePainter::paintGrid(const Panel& panel, Box box) {
+  const double right = box.left + kPanelWidth;
+  const double above = box.below + kPanelHeight;
+  const auto grid = [&](Decades decades, auto draw) {
+    for (int d = decades.low; d < decades.high; ++d) {
+      for (int k = 2; k < 10; ++k) draw(shareOf(k * std::pow(10, d), decades), kFineGrid, 1.0);
+    }
+    for (int d = decades.low; d <= decades.high; ++d) draw(shareOf(std::pow(10, d), decades), kGrid, 1.5);
+  };
+  grid(panel.x, [&](double share, Colour colour, double width) {
+    const double x = box.left + share * kPanelWidth;
+    line(x, box.below, x, above, colour, width);
+  });
+  grid(panel.y, [&](double share, Colour colour, double width) {
+    const double y = box.below + share * kPanelHeight;
+    line(box.left, y, right, y, colour, width);
+  });
+  line(box.left, box.below, right, box.below, kInk, 2);
+  line(box.left, box.below, box.left, above, kInk, 2);
+  for (int d = panel.x.low; d <= panel.x.high; ++d) {
+    const double x = box.left + kPanelWidth * (d - panel.x.low) / (panel.x.high - panel.x.low);
+    text(x, box.below - 32, numberText(d), kSmallFont, Align::kCentre, kInk);
+  }
+  for (int d = panel.y.low; d <= panel.y.high; ++d) {
+    const double y = box.below + kPanelHeight * (d - panel.y.low) / (panel.y.high - panel.y.low);
+    text(box.left - 10, y - 11, numberText(d), kSmallFont, Align::kRight, kInk);
+  }
+  text(box.left + kPanelWidth / 2, box.below - 70, panel.xLabel, kTextFont, Align::kCentre, kInk);
+  upright(box.left - 90, box.below + kPanelHeight / 2, panel.yLabel, kTextFont);
+}
+
+void FigurePainter::paintCurve(const Panel& panel, const Curve& curve, Box box) {
+  const Style& style = figure_->styles[curve.style];
+  const auto place = [&](const CurvePoint& p) {
+    return std::pair{box.left + kPanelWidth * shareOf(p.x, panel.x), box.below + kPanelHeight * shareOf(p.y, panel.y)};
+  };
+  for (std::size_t i = 1; i < curve.points.size(); ++i) {
+    const auto [x0, y0] = place(curve.points[i - 1]);
+    const auto [x1, y1] = place(curve.points[i]);
+    line(x0, y0, x1, y1, style.colour, style.strong ? 5 : 2.5);
+  }
+  for (const CurvePoint& point : curve.points) marker(place(point).first, place(point).second, style);
+  constexpr double kApart = kSmallFont * 1.3;
+  std::vector<double> written;  // a label that would cover another is left out
+  for (auto point = curve.points.rbegin(); point != curve.points.rend(); ++point) {
+    const auto at = place(*point);
+    const auto covers = [&](double other) { return std::abs(other - at.second) < kApart; };
+    if (point->label.empty() || std::any_of(written.begin(), written.end(), covers)) continue;
+    text(at.first - 16, at.second - 11, point->label, kSmallFont, Align::kRight, style.colour, style.strong);
+    written.push_back(at.second);
+  }
+}
+
+void FigurePainter::paintLegend(double left, double top) {
+  text(left, top - 26, figure_->legendTitle, kTextFont, Align::kLeft, kInk, true);
+  double y = top - 70;
+  for (const Style& style : figure_->styles) {
+    line(left, y + 8, left + 52, y + 8, style.colour, style.strong ? 5 : 2.5);
+    marker(left + 26, y + 8, style);
+    text(left + 66, y - 4, style.name, kTextFont, Align::kLeft, kInk, style.strong);
+    text(left + 66, y - 29, style.note, kSmallFont, Align::kLeft, kSoft);
+    y -= kEntry;
+  }
+  for (const std::string& words : figure_->legendNotes) {
+    text(left, y, words, kSmallFont, Align::kLeft, kSoft);
+    y -= kLine;
+  }
+}
+
+}  // namespace haptics::eval
