@@ -50,6 +50,12 @@ void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexc
   device_.stop();
 }
 
+void ServoLoop::runFlatOut(const std::atomic<bool>& stop) noexcept {
+  secondBegan_ns_ = monotonicNow_ns();
+  for (std::uint64_t index = 0; !stop.load(std::memory_order_relaxed); ++index) tick(index, monotonicNow_ns());
+  device_.stop();
+}
+
 void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
   const AllocationTripwire armed;
   if (const ServoScene* newest = crossing_.newest()) next_ = newest;

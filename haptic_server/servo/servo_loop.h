@@ -44,6 +44,9 @@ class ServoLoop {
   /// A tick whose whole period was slept through is skipped and counted; there is no burst to catch up.
   void run(const std::atomic<bool>& stop, std::uint64_t maxTicks = 0) noexcept;
 
+  /// As run(), but begins each tick as soon as the last one is done: for measuring what the machine can do.
+  void runFlatOut(const std::atomic<bool>& stop) noexcept;
+
   [[nodiscard]] const ServoStatistics& statistics() const noexcept { return statistics_; }
   /// For one consumer thread, wait-free: the oldest queued sample. False when there is none.
   [[nodiscard]] bool pop(TelemetrySample& sample) noexcept { return samples_.pop(sample); }

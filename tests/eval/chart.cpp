@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
@@ -18,6 +19,7 @@ namespace haptics::eval {
 namespace {
 
 using FailedScenes = std::vector<std::string_view>;
+using Outcomes = std::map<std::string_view, FailedScenes>;  // by method
 
 /// Okabe and Ito's colours, which colour-blind people tell apart. What is not named is in the table only: a variant that
 /// would be drawn over another.
@@ -59,13 +61,6 @@ std::string outcomeText(const FailedScenes& failed) {
   return text.str();
 }
 
-const Method& methodNamed(std::string_view name) {
-  const auto all = methods();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Method& m) { return m.name == name; });
-  if (found == all.end()) throw std::logic_error("no method is called " + std::string(name));
-  return *found;
-}
-
 using Value = std::function<double(const ChartPoint&)>;
 
 struct Axis {
@@ -74,9 +69,9 @@ struct Axis {
   Decades decades;
 };
 
-/// Never beyond `most`: what lies farther out is drawn on the rim.
-Axis axis(const char* label, Value value, const std::vector<ChartPoint>& points, Decades most) {
-  std::vector<double> values;
+/// Holds the points and the `values`, but is never beyond `most`: what lies farther out is drawn on the rim.
+Axis axis(const char* label, Value value, const std::vector<ChartPoint>& points, Decades most,
+          std::vector<double> values = {}) {
   for (const ChartPoint& p : points) values.push_back(value(p));
   const Decades all = decadesOf(values);
   return {label, std::move(value), {std::max(all.low, most.low), std::min(all.high, most.high)}};
@@ -97,13 +92,14 @@ Panel panelOf(const std::string& title, const Axis& x, const Axis& y, const std:
   return panel;
 }
 
-Figure figureOf(const std::vector<ChartPoint>& points, const std::vector<FailedScenes>& outcomes) {
+Figure figureOf(const std::vector<ChartPoint>& points, const Outcomes& outcomes) {
   Figure figure;
   figure.title = "Speed and accuracy of point-based haptic rendering";
   figure.caption = {
       "Sphere, torus, cylinder, cube, L-shape and sine grating, stroked 2 mm deep at 0.1 m/s, 1 kHz, "
       "k = 1000 N/m. One point for each mesh resolution, numbers: triangles."};
   figure.columns = 3;
+  constexpr double kNoticeable = 1;
   constexpr Decades kTimes{0, 6};
   const std::array xs{
       axis(
@@ -114,37 +110,39 @@ Figure figureOf(const std::vector<ChartPoint>& points, const std::vector<FailedS
           "instructions per tick", [](const ChartPoint& p) { return p.price.instructions.value_or(0); }, points,
           kTimes)};
   const std::array ys{
-      axis("force error, 1: just noticeable", [](const ChartPoint& p) { return p.epsilon; }, points, {-2, 3}),
+      axis("force error, 1: just noticeable", [](const ChartPoint& p) { return p.epsilon; }, points, {-2, 3},
+           {kNoticeable}),
       axis("false force above 100 Hz, N rms", [](const ChartPoint& p) { return p.above100Hz_rms_N; }, points, {-3, 1})};
   const std::array titles{"Caches hot", "Caches cold", "Instructions"};
   for (const Axis& y : ys) {
     for (std::size_t i = 0; i < xs.size(); ++i) {
       figure.panels.push_back(panelOf(titles[i], xs[i], y, points, i == 0 && &y == &ys.front()));
-      if (&y == &ys.front()) figure.panels.back().threshold = Threshold{1, "what a hand can notice"};
+      if (&y == &ys.front()) figure.panels.back().threshold = Threshold{kNoticeable, "what a hand can notice"};
     }
   }
   figure.legendTitle = "Method";
-  for (std::size_t i = 0; i < kLooks.size(); ++i) {
-    figure.styles.push_back({kLooks[i].name, outcomeText(outcomes[i]), kLooks[i].colour,
-                             outcomes[i].empty() ? Marker::kDisc : Marker::kCross, i == 0});
+  for (const Look& look : kLooks) {
+    const FailedScenes& failed = outcomes.at(look.method);
+    figure.styles.push_back({look.name, outcomeText(failed), look.colour,
+                             failed.empty() ? Marker::kDisc : Marker::kCross, look.method == kOurs});
   }
   figure.legendNotes = {"Disc: passes every scripted failure scene.", "Cross: fails some; the scenes are those of",
                         "haptic_eval failures."};
   return figure;
 }
 
-void writeCsv(const std::filesystem::path& path, const std::vector<ChartPoint>& points, std::uint64_t seed) {
+void writeCsv(const std::filesystem::path& path, const std::vector<ChartPoint>& points, const Outcomes& outcomes) {
   std::ofstream file(path);
   file << "method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
           "force_above_100Hz_rms_N,failed_scenes\n";
-  for (const Method& method : methods()) {
-    std::ostringstream failed;
-    for (const std::string_view scene : failedScenes(method, seed)) failed << scene << ' ';
+  for (const auto& [method, failed] : outcomes) {
     for (const ChartPoint& p : points) {
-      if (p.method != method.name) continue;
+      if (p.method != method) continue;
       file << p.method << ',' << p.triangles << ',' << p.price.hot_ns << ',' << p.price.cold_ns << ',';
       if (p.price.instructions) file << *p.price.instructions;
-      file << ',' << p.epsilon << ',' << p.above100Hz_rms_N << ',' << failed.str() << '\n';
+      file << ',' << p.epsilon << ',' << p.above100Hz_rms_N << ',';
+      for (const std::string_view scene : failed) file << scene << ' ';
+      file << '\n';
     }
   }
   file.close();
@@ -157,10 +155,9 @@ void runChart(std::uint64_t seed, int finest, const std::filesystem::path& out) 
   std::error_code ignored;  // what matters is whether the files can be written
   std::filesystem::create_directories(out, ignored);
   const std::vector<ChartPoint> points = measureChartPoints(seed, finest);
-  writeCsv(out / "chart.csv", points, seed);
-
-  std::vector<FailedScenes> outcomes;
-  for (const Look& look : kLooks) outcomes.push_back(failedScenes(methodNamed(look.method), seed));
+  Outcomes outcomes;
+  for (const Method& method : methods()) outcomes[method.name] = failedScenes(method, seed);
+  writeCsv(out / "chart.csv", points, outcomes);
   const auto display = VirtualDisplay::ensure();
   if (!display) throw std::runtime_error(display.error().text());
   const auto drawn = drawFigure(figureOf(points, outcomes), out / "chart.png", out / "chart.svg");

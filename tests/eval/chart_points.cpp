@@ -13,7 +13,7 @@ namespace {
 constexpr std::array kTriangles{12, 192, 768, 3072, 12288, 12 * 74 * 74, 12 * 289 * 289, 12 * 913 * 913};
 constexpr double kDepth_m = 0.002;
 constexpr double kStep_m = 1e-4;  // 0.1 m/s at 1 kHz
-constexpr int kColdTicks = 8;     // on each shape: a sweep takes some 10 ms
+constexpr int kColdTicks = 12;    // on each shape: a sweep takes some 10 ms
 constexpr int kCountedTicks = 5;
 
 struct Way {

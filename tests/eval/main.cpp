@@ -6,6 +6,7 @@
 #include "tests/eval/accuracy.h"
 #include "tests/eval/chart.h"
 #include "tests/eval/failures.h"
+#include "tests/eval/table1/table1.h"
 
 namespace {
 
@@ -44,6 +45,19 @@ int run(int argc, char** argv) {
   chart->add_option("--finest", options.chartFinest, "Leave out finer meshes; there are some up to 10 million")
       ->type_name("TRIANGLES")
       ->capture_default_str();
+  haptics::eval::Table1Options table;
+  bool asInPaper = false;
+  CLI::App* table1 =
+      app.add_subcommand("table1", "The paper's Table I: rates of the servo loop with the viewer connected");
+  table1->add_flag("--paper", asInPaper, "Three times three minutes for each object");
+  table1->add_option("--seconds", table.seconds, "For each object")
+      ->check(CLI::PositiveNumber)
+      ->excludes("--paper")
+      ->capture_default_str();
+  table1->add_option("--finest", table.finest, "Leave out objects of more triangles")
+      ->type_name("TRIANGLES")
+      ->capture_default_str();
+  table1->add_option("--out", table.out, "Folder for table1.json; made when missing")->type_name("DIR");
   app.footer(
       "Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.\n\n"
       "Examples:\n"
@@ -56,6 +70,11 @@ int run(int argc, char** argv) {
   if (failures->parsed()) good = haptics::eval::runFailures(options.seed, options.out);
   if (accuracy->parsed()) good = haptics::eval::runAccuracy(options.seed, options.finest, options.out);
   if (chart->parsed()) haptics::eval::runChart(options.seed, options.chartFinest, options.out);
+  if (asInPaper) {
+    table.seconds = 180;
+    table.runs = 3;
+  }
+  if (table1->parsed()) good = haptics::eval::runTable1(table);
   return good ? 0 : kExitFailed;
 }
 

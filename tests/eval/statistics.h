@@ -13,8 +13,10 @@ class Statistics {
  public:
   void add(double value) {
     values_.push_back(value);
+    last_ = value;
     sorted_ = false;
   }
+  [[nodiscard]] double last() const noexcept { return last_; }  ///< Added.
   [[nodiscard]] bool empty() const noexcept { return values_.empty(); }
   [[nodiscard]] double rms() const {
     double squares = 0;
@@ -31,6 +33,7 @@ class Statistics {
 
  private:
   std::vector<double> values_;
+  double last_ = 0;
   bool sorted_ = false;
 };
 

@@ -124,7 +124,7 @@ void FigurePainter::paintPanel(const Panel& panel, Box box) {
   if (panel.threshold) {
     const double y = box.below + kPanelHeight * shareOf(panel.threshold->y, panel.y);
     line(box.left, y, box.left + kPanelWidth, y, kLimit, 2.5, true);
-    text(box.left + 8, y + 4, panel.threshold->text, kSmallFont, Align::kLeft, kLimit);
+    text(box.left + kPanelWidth - 8, y + 4, panel.threshold->text, kSmallFont, Align::kRight, kLimit);
   }
   for (const bool strong : {false, true}) {
     for (const Curve& curve : panel.curves) {
@@ -161,7 +161,7 @@ void FigurePainter::paintGrid(const Panel& panel, Box box) {
     text(box.left - 10, y - 11, numberText(d), kSmallFont, Align::kRight, kInk);
   }
   text(box.left + kPanelWidth / 2, box.below - 70, panel.xLabel, kTextFont, Align::kCentre, kInk);
-  upright(box.left - 90, box.below + kPanelHeight / 2, panel.yLabel, kTextFont);
+  upright(box.left - 98, box.below + kPanelHeight / 2, panel.yLabel, kTextFont);
 }
 
 void FigurePainter::paintCurve(const Panel& panel, const Curve& curve, Box box) {
@@ -193,7 +193,7 @@ void FigurePainter::paintLegend(double left, double top) {
     line(left, y + 8, left + 52, y + 8, style.colour, style.strong ? 5 : 2.5);
     marker(left + 26, y + 8, style);
     text(left + 66, y - 4, style.name, kTextFont, Align::kLeft, kInk, style.strong);
-    text(left + 66, y - 29, style.note, kSmallFont, Align::kLeft, kSoft);
+    text(left + 66, y - 32, style.note, kSmallFont, Align::kLeft, kSoft);
     y -= kEntry;
   }
   for (const std::string& words : figure_->legendNotes) {
