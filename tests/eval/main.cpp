@@ -7,6 +7,7 @@
 #include "tests/eval/chart.h"
 #include "tests/eval/failures.h"
 #include "tests/eval/table1/table1.h"
+#include "tests/eval/walk/walk.h"
 
 namespace {
 
@@ -17,6 +18,7 @@ struct Options {
   std::string out = ".";
   int finest = haptics::eval::kFinestMesh;
   int chartFinest = haptics::eval::kChartFinestMesh;
+  haptics::eval::WalkOptions walk;
 };
 
 CLI::App* addVerb(CLI::App& app, const std::string& name, const std::string& about, Options& options) {
@@ -58,13 +60,21 @@ int run(int argc, char** argv) {
       ->type_name("TRIANGLES")
       ->capture_default_str();
   table1->add_option("--out", table.out, "Folder for table1.json; made when missing")->type_name("DIR");
+  CLI::App* walk = addVerb(app, "walk", "A random walk over generated and real shapes against a reference", options);
+  walk->add_option("--ticks", options.walk.ticks, "Of all scenes together")->type_name("N")->capture_default_str();
+  walk->add_option("--models", options.walk.models, "Folder that deploy/models/fetch_and_report filled")
+      ->type_name("DIR");
+  walk->add_option("--method", options.walk.method, "Ours or a baseline, as failures names them")
+      ->type_name("NAME")
+      ->capture_default_str();
   app.footer(
       "Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.\n\n"
       "Examples:\n"
       "  haptic_eval failures\n"
       "  haptic_eval failures --seed 7 --out results\n"
       "  haptic_eval accuracy --out results\n"
-      "  haptic_eval chart --finest 12288");
+      "  haptic_eval chart --finest 12288\n"
+      "  haptic_eval walk --models /var/tmp/models --out results");
   CLI11_PARSE(app, argc, argv);
   bool good = true;
   if (failures->parsed()) good = haptics::eval::runFailures(options.seed, options.out);
@@ -75,6 +85,10 @@ int run(int argc, char** argv) {
     table.runs = 3;
   }
   if (table1->parsed()) good = haptics::eval::runTable1(table);
+  if (walk->parsed()) {
+    options.walk.seed = options.seed;
+    good = haptics::eval::runWalk(options.walk, options.out);
+  }
   return good ? 0 : kExitFailed;
 }
 

@@ -1,0 +1,95 @@
+#include "tests/eval/walk/obstacles.h"
+
+#include <algorithm>
+
+#include "tests/eval/closest_on_triangle.h"
+
+namespace haptics::eval {
+namespace {
+
+// In skins. A triangle blocks as far beyond its edges as kBlockBeyond, so that nothing slips between neighbours, and
+// carries as far as kCarryBeyond, so that what leaves it is clear of it.
+constexpr double kBlockBeyond = 0.5;
+constexpr double kCarryBeyond = 2;
+
+}  // namespace
+
+Obstacles::Face::Face(const TriangleSoup::Face& face)
+    : normal(face.normal), offset_m(face.offset_m), sheet(face.sheet), corner(face.corner) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    inward[k] = glm::normalize(glm::cross(normal, corner[(k + 1) % 3] - corner[k]));
+    inwardOffset_m[k] = glm::dot(inward[k], corner[k]);
+  }
+}
+
+void Obstacles::gather(Vec3 centre, double reach) {
+  faces_.clear();
+  soup_->visitBox(centre - reach, centre + reach, [&](const TriangleSoup::Face& face) { faces_.emplace_back(face); });
+}
+
+std::optional<Obstacles::Block> Obstacles::firstBlock(Vec3 from, Vec3 to) const {
+  std::optional<Block> first;
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    const Face& face = faces_[f];
+    const double start = glm::dot(face.normal, from) - face.offset_m;
+    const double end = glm::dot(face.normal, to) - face.offset_m;
+    const bool down = start >= 0 && end < 0;
+    const bool up = face.sheet && start < 0 && end >= 0;
+    if (!down && !up) continue;
+    const double time = start / (start - end);
+    if (first && time >= first->time) continue;
+    const Vec3 at = glm::mix(from, to, time);
+    const double inside = std::min({face.insideEdge(0, at), face.insideEdge(1, at), face.insideEdge(2, at)});
+    if (inside < -kBlockBeyond * skin_) continue;
+    if (inside < 0 && glm::distance(closestOnTriangle(at, face.corner), at) > kBlockBeyond * skin_) continue;
+    first = Block{time, face.wall(down ? 1 : -1, skin_, f)};
+  }
+  return first;
+}
+
+double Obstacles::timeOnSupports(std::span<const Wall* const> walls, Vec3 from, Vec3 to) const {
+  double time = 1;
+  const Vec3 way = to - from;
+  for (const Wall* wall : walls) {
+    const Face& face = faces_[wall->face];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double speed = glm::dot(face.inward[k], way);
+      if (speed < 0) time = std::min(time, -(face.insideEdge(k, from) + kCarryBeyond * skin_) / speed);
+    }
+  }
+  return time;
+}
+
+std::vector<Wall> Obstacles::touching(Vec3 at, Vec3 inward, double within) const {
+  std::vector<Wall> walls;
+  double steepest = 0;
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    const Face& face = faces_[f];
+    if (glm::distance(closestOnTriangle(at, face.corner), at) > within) continue;
+    walls.push_back(face.wall(1, skin_, f));
+    const double steep = glm::dot(face.normal, inward);
+    if (face.sheet && std::abs(steep) > std::abs(steepest)) steepest = steep;
+  }
+  for (Wall& wall : walls) {
+    const Face& face = faces_[wall.face];
+    if (face.sheet && steepest > 0) wall = face.wall(-1, skin_, wall.face);
+  }
+  return walls;
+}
+
+Vec3 pushedOff(std::span<const Wall> walls, Vec3 at) {
+  constexpr int kMostRounds = 64;
+  for (int round = 0; round < kMostRounds; ++round) {
+    bool good = true;
+    for (const Wall& wall : walls) {
+      const double missing = wall.offset_m - glm::dot(wall.normal, at);
+      if (missing <= 0) continue;
+      good = false;
+      at += wall.normal * missing;
+    }
+    if (good) break;
+  }
+  return at;
+}
+
+}  // namespace haptics::eval

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "tests/eval/walk/triangle_soup.h"
+
+namespace haptics::eval {
+
+/// normal . x >= offset; world, metres.
+struct Wall {
+  Vec3 normal;  ///< Unit.
+  double offset_m;
+  std::size_t face;  ///< Of the Obstacles that it belongs to.
+};
+
+/// The triangles about a place, and what they keep a point from. The point stays a skin above them.
+class Obstacles {
+ public:
+  struct Block {
+    double time;  ///< Fraction of the way to the triangle itself.
+    Wall wall;    ///< A skin above it.
+  };
+
+  /// `skin` in metres.
+  Obstacles(const TriangleSoup& soup, double skin) : soup_(&soup), skin_(skin) {}
+
+  /// Knows all triangles that meet the cube of half side `reach` (m) about the centre from now on, and no others.
+  void gather(Vec3 centre, double reach);
+  [[nodiscard]] std::size_t count() const { return faces_.size(); }
+
+  [[nodiscard]] std::optional<Block> firstBlock(Vec3 from, Vec3 to) const;
+  /// Fraction of the way from -> to for which all of these walls' triangles are still underneath.
+  [[nodiscard]] double timeOnSupports(std::span<const Wall* const> walls, Vec3 from, Vec3 to) const;
+  /// The walls at most `within` (m) from a point. Sheets are touched from the side of -`inward`.
+  [[nodiscard]] std::vector<Wall> touching(Vec3 at, Vec3 inward, double within) const;
+
+ private:
+  struct Face {
+    Vec3 normal;
+    double offset_m;
+    bool sheet;
+    std::array<Vec3, 3> corner;
+    std::array<Vec3, 3> inward;  // unit, in the plane, from each edge
+    std::array<double, 3> inwardOffset_m;
+
+    explicit Face(const TriangleSoup::Face& face);
+    [[nodiscard]] double insideEdge(std::size_t k, Vec3 p) const { return glm::dot(inward[k], p) - inwardOffset_m[k]; }
+    [[nodiscard]] Wall wall(double side, double skin, std::size_t index) const {
+      return {normal * side, offset_m * side + skin, index};
+    }
+  };
+
+  const TriangleSoup* soup_;
+  double skin_;
+  std::vector<Face> faces_;
+};
+
+/// The place at or near `at` that is above all walls; `at` pushed off them in turn.
+[[nodiscard]] Vec3 pushedOff(std::span<const Wall> walls, Vec3 at);
+
+}  // namespace haptics::eval

@@ -1,0 +1,158 @@
+#include "tests/eval/walk/reference_proxy.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace haptics::eval {
+namespace {
+
+/// Of a skin: shorter than this is no motion, and deeper than this is below a wall.
+constexpr double kStill = 0x1p-10;
+
+/// The point nearest to h that lies on all of these walls: their normals made orthogonal one by one.
+std::optional<Vec3> nearestOnAll(Vec3 h, std::span<const Wall* const> walls) {
+  constexpr double kParallel = 1e-9;  // sine
+  Vec3 x = h;
+  std::array<Vec3, 3> axis;
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    Vec3 free = walls[i]->normal;
+    for (int twice = 0; twice < 2; ++twice) {
+      for (std::size_t j = 0; j < i; ++j) free -= axis[j] * glm::dot(free, axis[j]);
+    }
+    const double sine = glm::length(free);
+    if (sine < kParallel) return std::nullopt;
+    axis[i] = free / sine;
+    x += axis[i] * ((walls[i]->offset_m - glm::dot(walls[i]->normal, x)) / sine);
+  }
+  return x;
+}
+
+}  // namespace
+
+ReferenceProxy::ReferenceProxy(const TriangleSoup& soup)
+    : soup_(&soup),
+      skin_(kSkin * soup.extent_m()),
+      obstacles_(soup, skin_),
+      sight_(soup.meanEdge_m()),
+      nextSight_(sight_) {}
+
+void ReferenceProxy::place(Vec3 hip) {
+  at_ = hip_ = hip;
+  lookAround();
+}
+
+void ReferenceProxy::resume(Vec3 ihip, Vec3 hip) {
+  place(hip);
+  if (ihip == hip) return;
+  at_ = ihip;
+  lookAround();
+  at_ = pushedOff(obstacles_.touching(ihip, hip - ihip, skin_), ihip);
+  settle(hip);
+}
+
+void ReferenceProxy::follow(Vec3 hip, int parts) {
+  const Vec3 from = hip_;
+  for (int i = 1; i <= parts; ++i) {
+    hip_ = i < parts ? glm::mix(from, hip, static_cast<double>(i) / parts) : hip;
+    settle(hip_);
+  }
+}
+
+void ReferenceProxy::settle(Vec3 h) {
+  constexpr int kMostMoves = 1000;
+  for (int i = 0; i < kMostMoves && move(h); ++i) {
+  }
+}
+
+/// One straight motion: until something is met, what carries ends, or the best place on what carries is reached.
+/// Returns whether there may be more to come.
+bool ReferenceProxy::move(Vec3 h) {
+  if (glm::any(glm::greaterThan(glm::abs(at_ - sightCentre_), Vec3(sight_ / 2)))) lookAround();
+  Walls walls;
+  Vec3 to = h;
+  double time = 1;
+  while (true) {
+    time = timeInSight(to);
+    const auto block = obstacles_.firstBlock(at_, glm::mix(at_, to, time));
+    if (!block) break;
+    const double above = glm::dot(block->wall.normal, at_) - block->wall.offset_m;
+    const double below = glm::dot(block->wall.normal, to) - block->wall.offset_m;
+    const double reach = above > 0 ? above / (above - below) : 0;
+    if (reach * glm::distance(at_, to) > kStill * skin_) {
+      time = std::min(time, reach);
+      break;
+    }
+    if (walls.count == Walls::kMost) return false;
+    walls.met[walls.count++] = block->wall;
+    const auto best = walls.nearest(h, kStill * skin_);
+    if (!best) return false;  // held in a point
+    to = *best;
+  }
+  const double way = glm::distance(at_, to);
+  const double carried = obstacles_.timeOnSupports(std::span(walls.pushing).first(walls.pushingCount), at_, to);
+  time = std::min(time, std::max(carried, skin_ / way));  // on, whatever happens
+  if (time < 1) {
+    at_ = glm::mix(at_, to, time);
+    return time * way > kStill * skin_;
+  }
+  at_ = to;
+  return false;
+}
+
+void ReferenceProxy::lookAround() {
+  constexpr std::size_t kFew = 12;   // widens the sight
+  constexpr std::size_t kMany = 64;  // narrows it
+  sight_ = nextSight_;
+  sightCentre_ = at_;
+  while (true) {
+    obstacles_.gather(at_, sight_ + 4 * skin_);
+    if (obstacles_.count() <= kMany || sight_ < 256 * skin_) break;
+    nextSight_ = sight_ *= 0.5;
+  }
+  if (obstacles_.count() < kFew) nextSight_ = std::min(sight_ * 1.5, soup_->extent_m() / 8);
+}
+
+/// Fraction of the way to `to` that stays within sight.
+double ReferenceProxy::timeInSight(Vec3 to) const {
+  double time = 1;
+  for (int d = 0; d < 3; ++d) {
+    const double way = to[d] - at_[d];
+    const double wall = sightCentre_[d] + (way > 0 ? sight_ : -sight_);
+    if (way > 0 ? to[d] > wall : to[d] < wall) time = std::min(time, (wall - at_[d]) / way);
+  }
+  return time;
+}
+
+/// The point nearest to h above all walls: of the points nearest to h on each wall, on each line and in each corner of
+/// theirs, the nearest that is above all.
+std::optional<Vec3> ReferenceProxy::Walls::nearest(Vec3 h, double slack) {
+  std::optional<Vec3> best;
+  double least = std::numeric_limits<double>::infinity();
+  std::array<const Wall*, 3> of{};
+  const auto consider = [&](std::size_t size) {
+    const std::optional<Vec3> x = nearestOnAll(h, std::span(of).first(size));
+    if (!x || glm::distance(*x, h) >= least) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (glm::dot(met[i].normal, *x) < met[i].offset_m - slack) return;
+    }
+    least = glm::distance(*x, h);
+    best = x;
+    pushing = of;
+    pushingCount = size;
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    of[0] = &met[i];
+    consider(1);
+    for (std::size_t j = 0; j < i; ++j) {
+      of[1] = &met[j];
+      consider(2);
+      for (std::size_t k = 0; k < j; ++k) {
+        of[2] = &met[k];
+        consider(3);
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace haptics::eval

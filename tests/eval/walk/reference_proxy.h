@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "tests/eval/walk/obstacles.h"
+
+namespace haptics::eval {
+
+/// What the IHIP should be: the HIP's motion is cut into many parts, and in each the proxy follows the steepest descent
+/// of its distance to the HIP, outside of every body, to the next local minimum. It moves straight, on a triangle at
+/// most to that triangle's end; where others stand in its way, along them, as the god-object does (Zilles and Salisbury
+/// 1995). Knows triangles only: no neighbours, no features, no hierarchy of the server. World, metres; bodies at rest.
+class ReferenceProxy {
+ public:
+  /// The proxy keeps this fraction of the largest coordinate above what it rests on.
+  static constexpr double kSkin = 0x1p-26;
+
+  explicit ReferenceProxy(const TriangleSoup& soup);
+
+  /// Free.
+  void place(Vec3 hip);
+  /// Goes on from another proxy's place.
+  void resume(Vec3 ihip, Vec3 hip);
+  void follow(Vec3 hip, int parts);
+
+  [[nodiscard]] Vec3 ihip() const { return at_; }
+  [[nodiscard]] bool touching() const { return at_ != hip_; }
+
+ private:
+  /// The walls that the proxy has met in one place.
+  struct Walls {
+    static constexpr std::size_t kMost = 8;
+    std::array<Wall, kMost> met;
+    std::size_t count = 0;
+    std::array<const Wall*, 3> pushing{};
+    std::size_t pushingCount = 0;
+
+    [[nodiscard]] std::optional<Vec3> nearest(Vec3 h, double slack);
+  };
+
+  void settle(Vec3 h);
+  [[nodiscard]] bool move(Vec3 h);
+  void lookAround();
+  [[nodiscard]] double timeInSight(Vec3 to) const;
+
+  const TriangleSoup* soup_;
+  double skin_;
+  Obstacles obstacles_;
+  Vec3 at_{0};
+  Vec3 hip_{0};
+  Vec3 sightCentre_{0};  // of the cube that was gathered
+  double sight_;         // half of its side, m
+  double nextSight_;
+};
+
+}  // namespace haptics::eval

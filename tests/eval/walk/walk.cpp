@@ -1,0 +1,256 @@
+#include "tests/eval/walk/walk.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+
+#include "tests/eval/methods.h"
+#include "tests/eval/report.h"
+#include "tests/eval/walk/judge.h"
+#include "tests/eval/walk/reference_proxy.h"
+#include "tests/eval/walk/walk_scenes.h"
+#include "tests/eval/walk/wanderer.h"
+
+namespace haptics::eval {
+namespace {
+
+/// Parts into which the reference, and the finer one that it is compared with, divide a tick.
+constexpr int kParts = 64;
+constexpr int kFinerParts = 512;
+/// Of the mean edge: farther apart than this is elsewhere.
+constexpr double kElsewhere = 0.02;
+/// What is allowed of episodes: a number of times those of the reference with itself, and some in a tick.
+constexpr double kOfReference = 2;
+constexpr double kInATick = 5e-6;
+
+struct Counts {
+  std::int64_t ticks = 0;
+  std::int64_t contact = 0;
+  std::int64_t notFinite = 0;
+  std::int64_t inside = 0;
+  std::int64_t heldByNothing = 0;
+  std::int64_t lost = 0;
+  std::int64_t episodes = 0;
+  std::int64_t notMinima = 0;
+  std::int64_t comparedTicks = 0;  ///< Of the reference with the finer one.
+  std::int64_t referenceEpisodes = 0;
+
+  [[nodiscard]] double episodesInATick() const { return ratio(episodes, ticks); }
+  [[nodiscard]] double referenceEpisodesInATick() const { return ratio(referenceEpisodes, comparedTicks); }
+  [[nodiscard]] double allowedInATick() const { return kOfReference * referenceEpisodesInATick() + kInATick; }
+  [[nodiscard]] bool pass() const {
+    return notFinite + inside + heldByNothing + lost + notMinima == 0 && episodesInATick() <= allowedInATick();
+  }
+  Counts& operator+=(const Counts& other) {
+    ticks += other.ticks;
+    contact += other.contact;
+    notFinite += other.notFinite;
+    inside += other.inside;
+    heldByNothing += other.heldByNothing;
+    lost += other.lost;
+    episodes += other.episodes;
+    notMinima += other.notMinima;
+    comparedTicks += other.comparedTicks;
+    referenceEpisodes += other.referenceEpisodes;
+    return *this;
+  }
+
+ private:
+  static double ratio(std::int64_t part, std::int64_t whole) {
+    return static_cast<double>(part) / static_cast<double>(std::max<std::int64_t>(whole, 1));
+  }
+};
+
+/// A method, a HIP and the judges in one scene.
+class Walk {
+ public:
+  Walk(const WalkScene& scene, Renderer& method, Random random, std::ofstream& episodes)
+      : scene_(scene),
+        method_(method),
+        wanderer_(scene.soup, random),
+        judge_(scene.soup),
+        reference_(scene.soup),
+        finer_(scene.soup),
+        elsewhere_(kElsewhere * scene.soup.meanEdge_m()),
+        hip_(wanderer_.hip()),
+        felt_{false, hip_, Vec3(0), 0},
+        episodes_(episodes) {
+    method_.begin(scene.surfaces, scene.poses, hip_);
+    reference_.place(hip_);
+    finer_.place(hip_);
+  }
+
+  /// `compare`: the reference is compared with the finer one too.
+  void tick(bool compare) {
+    const Vec3 before = hip_;
+    const Vec3 ihipBefore = felt_.ihip;
+    hip_ = wanderer_.next();
+    felt_ = method_.tick(scene_.poses, hip_);
+    ++counts_.ticks;
+    if (!isFinite(felt_.ihip) || !isFinite(felt_.force_N)) {
+      ++counts_.notFinite;
+      method_.place(hip_);
+      felt_ = {false, hip_, Vec3(0), 0};
+    }
+    counts_.contact += felt_.touching ? 1 : 0;
+    counts_.inside += judge_.isInside(felt_.ihip) ? 1 : 0;
+    counts_.heldByNothing += felt_.touching && judge_.isHeldByNothing(felt_.ihip, hip_) ? 1 : 0;
+    reference_.follow(hip_, kParts);
+    if (compare) compareReferences();
+    comparing_ = compare;
+    if (glm::distance(felt_.ihip, reference_.ihip()) > elsewhere_) episode(before, ihipBefore);
+  }
+
+  [[nodiscard]] const Counts& counts() const { return counts_; }
+
+ private:
+  void compareReferences() {
+    if (!comparing_) {
+      finer_ = reference_;
+      return;
+    }
+    ++counts_.comparedTicks;
+    finer_.follow(hip_, kFinerParts);
+    if (glm::distance(finer_.ihip(), reference_.ihip()) <= elsewhere_) return;
+    ++counts_.referenceEpisodes;
+    finer_ = reference_;
+  }
+
+  void episode(Vec3 before, Vec3 ihipBefore) {
+    ++counts_.episodes;
+    const bool minimum = !felt_.touching || judge_.isLocalMinimum(felt_.ihip, hip_, elsewhere_);
+    const bool lost = !felt_.touching && holds(before, ihipBefore, kParts) && holds(before, ihipBefore, kFinerParts);
+    counts_.notMinima += minimum ? 0 : 1;
+    counts_.lost += lost ? 1 : 0;
+    const Vec3 other = reference_.ihip();
+    char line[512];
+    std::snprintf(
+        line, sizeof line, "%s,%lld,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.9g,%.9g,%.9g,%d,%d\n",
+        scene_.name.c_str(), static_cast<long long>(counts_.ticks), hip_.x, hip_.y, hip_.z, felt_.ihip.x, felt_.ihip.y,
+        felt_.ihip.z, other.x, other.y, other.z, glm::distance(felt_.ihip, other) * 1e3,
+        glm::distance(felt_.ihip, hip_) * 1e3, glm::distance(other, hip_) * 1e3, minimum ? 1 : 0, lost ? 1 : 0);
+    episodes_ << line;
+    reference_.resume(felt_.ihip, hip_);
+    finer_ = reference_;
+  }
+
+  /// Would the reference, from where the method was a tick ago, hold now?
+  [[nodiscard]] bool holds(Vec3 before, Vec3 ihipBefore, int parts) const {
+    ReferenceProxy proxy(scene_.soup);
+    proxy.resume(ihipBefore, before);
+    proxy.follow(hip_, parts);
+    return glm::distance(proxy.ihip(), hip_) > elsewhere_;
+  }
+
+  const WalkScene& scene_;
+  Renderer& method_;
+  Wanderer wanderer_;
+  Judge judge_;
+  ReferenceProxy reference_;
+  ReferenceProxy finer_;
+  double elsewhere_;  // m
+  Vec3 hip_;
+  Felt felt_;
+  std::ofstream& episodes_;
+  bool comparing_ = false;
+  Counts counts_;
+};
+
+/// Stretches of ticks in turn, so that the comparison of the references sees all of the walk.
+bool isCompared(std::int64_t tick, std::int64_t ticks) {
+  constexpr std::int64_t kAll = 20'000;  // a walk no longer than this is compared throughout
+  constexpr std::int64_t kStretch = 1000;
+  constexpr std::int64_t kOneOf = 8;
+  return ticks <= kAll || tick / kStretch % kOneOf == 0;
+}
+
+Record recordOf(const std::string& method, const std::string& scene, std::uint64_t seed, const Counts& c) {
+  constexpr double kMillion = 1e6;
+  return {{"method", method},
+          {"scene", scene},
+          {"seed", seed},
+          {"ticks", c.ticks},
+          {"contact_ticks", c.contact},
+          {"not_finite_ticks", c.notFinite},
+          {"inside_ticks", c.inside},
+          {"wrong_side_ticks", c.heldByNothing},
+          {"lost_contacts", c.lost},
+          {"episodes", c.episodes},
+          {"episodes_not_local_minima", c.notMinima},
+          {"episodes_per_1e6_ticks", c.episodesInATick() * kMillion},
+          {"compared_ticks", c.comparedTicks},
+          {"reference_episodes", c.referenceEpisodes},
+          {"reference_episodes_per_1e6_ticks", c.referenceEpisodesInATick() * kMillion},
+          {"allowed_episodes_per_1e6_ticks", c.allowedInATick() * kMillion},
+          {"pass", c.pass()}};
+}
+
+void printHead() {
+  std::printf("%-20s %9s %9s %4s %7s %6s %5s %9s %7s %10s %10s %10s\n", "scene", "ticks", "contact", "NaN", "inside",
+              "wrong", "lost", "episodes", "not", "per 1e6", "reference", "allowed");
+  std::printf("%-20s %9s %9s %4s %7s %6s %5s %9s %7s %10s %10s %10s\n", "", "", "", "", "", "side", "", "", "minima",
+              "ticks", "to itself", "");
+}
+
+void printRow(const std::string& scene, const Counts& c) {
+  const auto n = [](std::int64_t x) { return static_cast<long long>(x); };
+  std::printf("%-20s %9lld %9lld %4lld %7lld %6lld %5lld %9lld %7lld %10.1f %10.1f %10.1f  %s\n", scene.c_str(),
+              n(c.ticks), n(c.contact), n(c.notFinite), n(c.inside), n(c.heldByNothing), n(c.lost), n(c.episodes),
+              n(c.notMinima), c.episodesInATick() * 1e6, c.referenceEpisodesInATick() * 1e6, c.allowedInATick() * 1e6,
+              c.pass() ? "pass" : "FAIL");
+  std::fflush(stdout);
+}
+
+const Method& methodNamed(const std::string& name) {
+  const auto all = methods();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Method& m) { return m.name == name; });
+  if (found == all.end()) throw std::runtime_error("--method " + name + ": there is none of that name");
+  return *found;
+}
+
+std::vector<WalkSceneSource> sourcesAtHand(const std::filesystem::path& models) {
+  std::vector<WalkSceneSource> sources = walkSceneSources(models);
+  std::erase_if(sources, [](const WalkSceneSource& source) {
+    const bool missing = !source.file.empty() && !std::filesystem::exists(source.file);
+    if (missing) {
+      std::printf("left out: %s, no file %s (deploy/models/fetch_and_report DIR fetches it; then --models DIR)\n",
+                  source.name.c_str(), source.file.c_str());
+    }
+    return missing;
+  });
+  return sources;
+}
+
+}  // namespace
+
+bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
+  const Method& method = methodNamed(options.method);
+  const std::vector<WalkSceneSource> sources = sourcesAtHand(options.models);
+  const std::int64_t ticks = options.ticks / static_cast<std::int64_t>(sources.size());
+  std::filesystem::create_directories(out);
+  std::ofstream episodes(out / "walk_episodes.csv");
+  episodes << "scene,tick,hip_x_m,hip_y_m,hip_z_m,ihip_x_m,ihip_y_m,ihip_z_m,reference_x_m,reference_y_m,"
+              "reference_z_m,apart_mm,depth_mm,reference_depth_mm,local_minimum,lost\n";
+  std::vector<Record> records;
+  Counts all;
+  bool pass = true;
+  printHead();
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    Random random(options.seed * sources.size() + i);
+    const WalkScene scene = makeWalkScene(sources[i], random);
+    const auto renderer = method.make();
+    Walk walk(scene, *renderer, random, episodes);
+    for (std::int64_t tick = 0; tick < ticks; ++tick) walk.tick(isCompared(tick, ticks));
+    printRow(scene.name, walk.counts());
+    records.push_back(recordOf(options.method, scene.name, options.seed, walk.counts()));
+    all += walk.counts();
+    pass = pass && walk.counts().pass();
+  }
+  printRow("all", all);
+  records.push_back(recordOf(options.method, "all", options.seed, all));
+  writeRecords(out, "walk", records);
+  return pass;
+}
+
+}  // namespace haptics::eval

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace haptics::eval {
+
+struct WalkOptions {
+  std::uint64_t seed = 1;
+  std::int64_t ticks = 10'000'000;  ///< Over all scenes together.
+  std::string method = "ours";      ///< One of methods().
+  std::filesystem::path models;     ///< Folder that deploy/models/fetch_and_report filled; may be empty.
+};
+
+/// A HIP that wanders over generated and real shapes at up to 2 m/s, judged in each tick by code that shares nothing
+/// with the method: is the IHIP inside a body, is it held by nothing, is it let go where a path-continuous reference
+/// holds, is it elsewhere than the reference. Prints a table, writes DIR/walk.json and DIR/walk_episodes.csv.
+/// @return Whether every scene passed: no wrong tick, and the reference left no more often than twice as often as it
+/// leaves itself when its steps are made eight times finer, and 5 times in 10^6 ticks.
+/// Throws std::runtime_error when the method or a file is not there.
+[[nodiscard]] bool runWalk(const WalkOptions& options, const std::filesystem::path& out);
+
+}  // namespace haptics::eval

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptic_server/geometry/surface.h"
+#include "tests/eval/random.h"
+#include "tests/eval/walk/triangle_soup.h"
+
+namespace haptics::eval {
+
+/// One scene of the walk: what the method gets and what the judges get of it.
+struct WalkScene {
+  std::string name;
+  std::vector<std::shared_ptr<const Surface>> surfaces;
+  std::vector<Pose> poses;  ///< In the world.
+  TriangleSoup soup;
+
+  void add(const std::vector<Vec3f>& vertices, const std::vector<TriangleIndices>& triangles, const Pose& pose);
+};
+
+/// A scene that is made when its turn has come.
+struct WalkSceneSource {
+  std::string name;
+  std::filesystem::path file;  ///< Of a model; empty when the scene is generated.
+};
+
+/// Generated scenes first, then the models, found in the folder that deploy/models/fetch_and_report fills, or installed.
+/// A model that is not there has a path that does not exist.
+[[nodiscard]] std::vector<WalkSceneSource> walkSceneSources(const std::filesystem::path& models);
+
+/// In a random orientation. Throws std::runtime_error with the reason when a model cannot be read.
+[[nodiscard]] WalkScene makeWalkScene(const WalkSceneSource& source, Random& random);
+
+}  // namespace haptics::eval
