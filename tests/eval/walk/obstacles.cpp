@@ -1,6 +1,6 @@
 #include "tests/eval/walk/obstacles.h"
 
-#include <algorithm>
+#include <cmath>
 
 #include "tests/eval/closest_on_triangle.h"
 
@@ -39,7 +39,7 @@ std::optional<Obstacles::Block> Obstacles::firstBlock(Vec3 from, Vec3 to) const 
     const double time = start / (start - end);
     if (first && time >= first->time) continue;
     const Vec3 at = glm::mix(from, to, time);
-    const double inside = std::min({face.insideEdge(0, at), face.insideEdge(1, at), face.insideEdge(2, at)});
+    const double inside = face.inside(at);
     if (inside < -kBlockBeyond * skin_) continue;
     if (inside < 0 && glm::distance(closestOnTriangle(at, face.corner), at) > kBlockBeyond * skin_) continue;
     first = Block{time, face.wall(down ? 1 : -1, skin_, f)};
@@ -60,11 +60,23 @@ double Obstacles::timeOnSupports(std::span<const Wall* const> walls, Vec3 from, 
   return time;
 }
 
+std::optional<Vec3> Obstacles::nearestOfTouched(Vec3 at, Vec3 h) const {
+  std::optional<Vec3> nearest;
+  for (const Face& face : faces_) {
+    const double height = std::abs(glm::dot(face.normal, at) - face.offset_m);
+    if (height > kCarryBeyond * skin_ || face.inside(at) < -kCarryBeyond * skin_) continue;
+    const Vec3 point = closestOnTriangle(h, face.corner);
+    if (!nearest || glm::distance(point, h) < glm::distance(*nearest, h)) nearest = point;
+  }
+  return nearest;
+}
+
 std::vector<Wall> Obstacles::touching(Vec3 at, Vec3 inward, double within) const {
   std::vector<Wall> walls;
   double steepest = 0;
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const Face& face = faces_[f];
+    if (std::abs(glm::dot(face.normal, at) - face.offset_m) > within || face.inside(at) < -within) continue;
     if (glm::distance(closestOnTriangle(at, face.corner), at) > within) continue;
     walls.push_back(face.wall(1, skin_, f));
     const double steep = glm::dot(face.normal, inward);
@@ -79,11 +91,12 @@ std::vector<Wall> Obstacles::touching(Vec3 at, Vec3 inward, double within) const
 
 Vec3 pushedOff(std::span<const Wall> walls, Vec3 at) {
   constexpr int kMostRounds = 64;
+  constexpr double kSlack = 0x1p-45;  // of the coordinates
   for (int round = 0; round < kMostRounds; ++round) {
     bool good = true;
     for (const Wall& wall : walls) {
       const double missing = wall.offset_m - glm::dot(wall.normal, at);
-      if (missing <= 0) continue;
+      if (missing <= kSlack * std::abs(wall.offset_m)) continue;
       good = false;
       at += wall.normal * missing;
     }

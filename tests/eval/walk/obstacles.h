@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <vector>
@@ -33,6 +34,8 @@ class Obstacles {
   [[nodiscard]] std::optional<Block> firstBlock(Vec3 from, Vec3 to) const;
   /// Fraction of the way from -> to for which all of these walls' triangles are still underneath.
   [[nodiscard]] double timeOnSupports(std::span<const Wall* const> walls, Vec3 from, Vec3 to) const;
+  /// Of the triangles that carry a point a skin above them, the point nearest to h.
+  [[nodiscard]] std::optional<Vec3> nearestOfTouched(Vec3 at, Vec3 h) const;
   /// The walls at most `within` (m) from a point. Sheets are touched from the side of -`inward`.
   [[nodiscard]] std::vector<Wall> touching(Vec3 at, Vec3 inward, double within) const;
 
@@ -47,6 +50,9 @@ class Obstacles {
 
     explicit Face(const TriangleSoup::Face& face);
     [[nodiscard]] double insideEdge(std::size_t k, Vec3 p) const { return glm::dot(inward[k], p) - inwardOffset_m[k]; }
+    [[nodiscard]] double inside(Vec3 p) const {
+      return std::min({insideEdge(0, p), insideEdge(1, p), insideEdge(2, p)});
+    }
     [[nodiscard]] Wall wall(double side, double skin, std::size_t index) const {
       return {normal * side, offset_m * side + skin, index};
     }

@@ -60,14 +60,29 @@ void ReferenceProxy::follow(Vec3 hip, int parts) {
 
 void ReferenceProxy::settle(Vec3 h) {
   constexpr int kMostMoves = 1000;
-  for (int i = 0; i < kMostMoves && move(h); ++i) {
+  for (int i = 0; i < kMostMoves && (hop(h) || move(h)); ++i) {
   }
+}
+
+/// To the point nearest to h of the triangles that the proxy lies on, when that is a nearer one and the way is open.
+bool ReferenceProxy::hop(Vec3 h) {
+  constexpr double kNearer = 1 - 0x1p-44;
+  if (at_ == h) return false;
+  keepInSight();
+  const auto nearest = obstacles_.nearestOfTouched(at_, h);
+  if (!nearest || glm::distance(*nearest, at_) < 2 * skin_) return false;
+  if (!obstacles_.firstBlock(at_, glm::mix(at_, h, timeInSight(h)))) return false;
+  const Vec3 to = pushedOff(obstacles_.touching(*nearest, h - at_, skin_), *nearest);
+  const bool nearer = glm::distance(to, h) < glm::distance(at_, h) * kNearer && glm::distance(to, at_) > skin_;
+  if (!nearer || timeInSight(to) < 1 || obstacles_.firstBlock(at_, to)) return false;
+  at_ = to;
+  return true;
 }
 
 /// One straight motion: until something is met, what carries ends, or the best place on what carries is reached.
 /// Returns whether there may be more to come.
 bool ReferenceProxy::move(Vec3 h) {
-  if (glm::any(glm::greaterThan(glm::abs(at_ - sightCentre_), Vec3(sight_ / 2)))) lookAround();
+  keepInSight();
   Walls walls;
   Vec3 to = h;
   double time = 1;
@@ -97,6 +112,10 @@ bool ReferenceProxy::move(Vec3 h) {
   }
   at_ = to;
   return false;
+}
+
+void ReferenceProxy::keepInSight() {
+  if (glm::any(glm::greaterThan(glm::abs(at_ - sightCentre_), Vec3(sight_ / 2)))) lookAround();
 }
 
 void ReferenceProxy::lookAround() {

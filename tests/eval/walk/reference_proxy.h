@@ -7,10 +7,12 @@
 
 namespace haptics::eval {
 
-/// What the IHIP should be: the HIP's motion is cut into many parts, and in each the proxy follows the steepest descent
-/// of its distance to the HIP, outside of every body, to the next local minimum. It moves straight, on a triangle at
-/// most to that triangle's end; where others stand in its way, along them, as the god-object does (Zilles and Salisbury
-/// 1995). Knows triangles only: no neighbours, no features, no hierarchy of the server. World, metres; bodies at rest.
+/// What the IHIP should be: the HIP's motion is cut into many parts, and in each the proxy descends to the next local
+/// minimum of its distance to the HIP, outside of every body. As long as it can it goes to the nearest point of the
+/// triangles that it lies on: where a minimum ends, that rule, which is the paper's, decides for the next one. Where
+/// several surfaces hold it, and in the air, it moves straight, on a triangle at most to that triangle's end, along what
+/// stands in its way, as the god-object does (Zilles and Salisbury 1995). Knows triangles only: no neighbours, no
+/// features, no hierarchy of the server. World, metres; bodies at rest.
 class ReferenceProxy {
  public:
   /// The proxy keeps this fraction of the largest coordinate above what it rests on.
@@ -40,7 +42,9 @@ class ReferenceProxy {
   };
 
   void settle(Vec3 h);
+  [[nodiscard]] bool hop(Vec3 h);
   [[nodiscard]] bool move(Vec3 h);
+  void keepInSight();
   void lookAround();
   [[nodiscard]] double timeInSight(Vec3 to) const;
 
