@@ -1,104 +1,155 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string>
 
+#include "haptic_server/device/presets.h"
 #include "tests/eval/accuracy.h"
+#include "tests/eval/advise/advise.h"
 #include "tests/eval/chart.h"
 #include "tests/eval/failures.h"
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/walk/walk.h"
 
+// Each verb in a function of its own; parsing the command line runs it.
+namespace haptics::eval {
 namespace {
 
 constexpr int kExitFailed = 1;
 
-struct Options {
+/// What every verb takes, and whether it came out well.
+struct Common {
   std::uint64_t seed = 1;
-  std::string out = ".";
-  int finest = haptics::eval::kFinestMesh;
-  int chartFinest = haptics::eval::kChartFinestMesh;
-  haptics::eval::WalkOptions walk;
+  std::filesystem::path out = ".";
+  bool good = true;
 };
 
-CLI::App* addVerb(CLI::App& app, const std::string& name, const std::string& about, Options& options) {
+CLI::App* addVerb(CLI::App& app, const std::string& name, const std::string& about, const std::string& example,
+                  Common& common) {
   CLI::App* verb = app.add_subcommand(name, about);
-  verb->add_option("--seed", options.seed, "Decides places, orientations, directions and speeds")
-      ->type_name("S")
-      ->capture_default_str();
-  verb->add_option("--out", options.out, "Folder for " + name + ".json; made when missing")
+  verb->add_option("--out", common.out, "Folder for " + name + ".json and what else it writes; made when missing")
       ->type_name("DIR")
       ->capture_default_str();
+  verb->footer("Example:\n  haptic_eval " + name + ' ' + example);
   return verb;
 }
 
-int run(int argc, char** argv) {
-  CLI::App app{"Evaluates the haptic step and baselines in virtual time.", "haptic_eval"};
-  app.require_subcommand(1);
-  Options options;
-  const CLI::App* failures =
-      addVerb(app, "failures", "Scripted motion that breaks methods of rendering: who holds where", options);
-  CLI::App* accuracy =
-      addVerb(app, "accuracy", "Error against exact shapes, by method, mesh resolution and depth", options);
-  accuracy->add_option("--finest", options.finest, "Leave out finer meshes; there are some up to 10 million")
+void addSeed(CLI::App* verb, Common& common) {
+  verb->add_option("--seed", common.seed, "Decides places, orientations, directions and speeds")
+      ->type_name("S")
+      ->capture_default_str();
+}
+
+void addFinest(CLI::App* verb, int& finest) {
+  verb->add_option("--finest", finest, "Leave out meshes of more triangles; there are some up to 10 million")
       ->type_name("TRIANGLES")
       ->capture_default_str();
-  CLI::App* chart = addVerb(app, "chart", "Speed against accuracy of every method, as a picture and a table", options);
-  chart->add_option("--finest", options.chartFinest, "Leave out finer meshes; there are some up to 10 million")
-      ->type_name("TRIANGLES")
-      ->capture_default_str();
-  haptics::eval::Table1Options table;
-  bool asInPaper = false;
-  CLI::App* table1 =
-      app.add_subcommand("table1", "The paper's Table I: rates of the servo loop with the viewer connected");
-  table1->add_flag("--paper", asInPaper, "Three times three minutes for each object");
-  table1->add_option("--seconds", table.seconds, "For each object")
-      ->check(CLI::PositiveNumber)
-      ->excludes("--paper")
-      ->capture_default_str();
-  table1->add_option("--finest", table.finest, "Leave out objects of more triangles")
-      ->type_name("TRIANGLES")
-      ->capture_default_str();
-  table1->add_option("--out", table.out, "Folder for table1.json; made when missing")->type_name("DIR");
-  CLI::App* walk = addVerb(app, "walk", "A random walk over generated and real shapes against a reference", options);
-  walk->add_option("--ticks", options.walk.ticks, "Of all scenes together")->type_name("N")->capture_default_str();
-  walk->add_option("--models", options.walk.models, "Folder that deploy/models/fetch_and_report filled")
-      ->type_name("DIR");
-  walk->add_option("--method", options.walk.method, "Ours or a baseline, as failures names them")
+}
+
+void addFailures(CLI::App& app, Common& common) {
+  CLI::App* verb = addVerb(app, "failures", "Scripted motion that breaks methods of rendering: who holds where",
+                           "--seed 7 --out results", common);
+  addSeed(verb, common);
+  verb->callback([&] { common.good = runFailures(common.seed, common.out); });
+}
+
+void addAccuracy(CLI::App& app, Common& common) {
+  static int finest = kFinestMesh;
+  CLI::App* verb = addVerb(app, "accuracy", "Error against exact shapes, by method, mesh resolution and depth",
+                           "--finest 12288", common);
+  addSeed(verb, common);
+  addFinest(verb, finest);
+  verb->callback([&] { common.good = runAccuracy(common.seed, finest, common.out); });
+}
+
+void addChart(CLI::App& app, Common& common) {
+  static int finest = kChartFinestMesh;
+  CLI::App* verb = addVerb(app, "chart", "Speed against accuracy of every method, as a picture and a table",
+                           "--finest 12288 --out results", common);
+  addSeed(verb, common);
+  addFinest(verb, finest);
+  verb->callback([&] { runChart(common.seed, finest, common.out); });
+}
+
+void addTable1(CLI::App& app, Common& common) {
+  static Table1Options options;
+  static bool asInPaper = false;
+  CLI::App* verb = addVerb(app, "table1", "The paper's Table I: rates of the servo loop with the viewer connected",
+                           "--seconds 10 --out results", common);
+  verb->add_option("--seconds", options.seconds, "For each object")->check(CLI::PositiveNumber)->capture_default_str();
+  verb->add_flag("--paper", asInPaper, "Three times three minutes for each object")->excludes("--seconds");
+  addFinest(verb, options.finest);
+  verb->callback([&] {
+    constexpr double kPaper_s = 180;
+    constexpr int kPaperRuns = 3;
+    if (asInPaper) {
+      options.seconds = kPaper_s;
+      options.runs = kPaperRuns;
+    }
+    options.out = common.out;
+    common.good = runTable1(options);
+  });
+}
+
+void addWalk(CLI::App& app, Common& common) {
+  static WalkOptions options;
+  CLI::App* verb = addVerb(app, "walk", "A random walk over generated and real shapes against a reference",
+                           "--models /var/tmp/models --out results", common);
+  addSeed(verb, common);
+  verb->add_option("--ticks", options.ticks, "Of all scenes together")->type_name("N")->capture_default_str();
+  verb->add_option("--models", options.models, "Folder that deploy/models/fetch_and_report filled")->type_name("DIR");
+  verb->add_option("--method", options.method, "Ours or a baseline, as failures names them")
       ->type_name("NAME")
       ->capture_default_str();
-  app.footer(
-      "Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.\n\n"
-      "Examples:\n"
-      "  haptic_eval failures\n"
-      "  haptic_eval failures --seed 7 --out results\n"
-      "  haptic_eval accuracy --out results\n"
-      "  haptic_eval chart --finest 12288\n"
-      "  haptic_eval walk --models /var/tmp/models --out results");
+  verb->callback([&] {
+    options.seed = common.seed;
+    common.good = runWalk(options, common.out);
+  });
+}
+
+void addAdvise(CLI::App& app, Common& common) {
+  constexpr const char* kInventorModels = "/usr/share/inventor/data";  // Debian's: the demo scene's head
+  static AdviseOptions options;
+  options.devicePreset = kDefaultDevicePreset;
+  if (std::filesystem::is_directory(kInventorModels)) options.assets.emplace_back(kInventorModels);
+  CLI::App* verb = addVerb(app, "advise", "What your own scene needs: the cheapest meshes and the lowest rate",
+                           "deploy/scenes/demo.scene --out results", common);
+  verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();
+  verb->add_option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")
+      ->type_name("DIR")
+      ->capture_default_str();
+  verb->add_option("--device-preset", options.devicePreset, "Device that is to rest on the objects")
+      ->capture_default_str();
+  verb->add_option("--tolerance", options.tolerance,
+                   "How far a copy may stray from the scene's mesh, as a part of the object's longest side")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  verb->callback([&] {
+    options.out = common.out;
+    runAdvise(options);
+  });
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Evaluates the haptic step and baselines in virtual time, and the server's loop against the paper's.",
+               "haptic_eval"};
+  app.require_subcommand(1);
+  app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
+  Common common;
+  for (const auto add : {addFailures, addAccuracy, addChart, addTable1, addWalk, addAdvise}) add(app, common);
   CLI11_PARSE(app, argc, argv);
-  bool good = true;
-  if (failures->parsed()) good = haptics::eval::runFailures(options.seed, options.out);
-  if (accuracy->parsed()) good = haptics::eval::runAccuracy(options.seed, options.finest, options.out);
-  if (chart->parsed()) haptics::eval::runChart(options.seed, options.chartFinest, options.out);
-  if (asInPaper) {
-    table.seconds = 180;
-    table.runs = 3;
-  }
-  if (table1->parsed()) good = haptics::eval::runTable1(table);
-  if (walk->parsed()) {
-    options.walk.seed = options.seed;
-    good = haptics::eval::runWalk(options.walk, options.out);
-  }
-  return good ? 0 : kExitFailed;
+  return common.good ? 0 : kExitFailed;
 }
 
 }  // namespace
+}  // namespace haptics::eval
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return haptics::eval::run(argc, argv);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "haptic_eval: %s\n", error.what());
-    return kExitFailed;
+    return haptics::eval::kExitFailed;
   }
 }

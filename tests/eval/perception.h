@@ -16,10 +16,13 @@ inline constexpr double kFeltArtefactsFrom_Hz = 100;     ///< Above, small chang
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
 }
 
-/// The error of a force in units of what a hand with vision can notice: 1 is just noticeable.
+/// The error of a force in units of what a hand with vision can notice: 1 is just noticeable. Its magnitude and its
+/// direction have thresholds of their own, so the difference of the magnitudes counts here, not that of the vectors: an
+/// error of direction at its threshold would already be four times the magnitude's.
 [[nodiscard]] inline double epsilon(Vec3 felt_N, Vec3 ideal_N) {
-  const double threshold_N = std::max(kForceThreshold_ratio * glm::length(ideal_N), kLeastForceThreshold_N);
-  const double magnitude = glm::length(felt_N - ideal_N) / threshold_N;
+  const double ideal = glm::length(ideal_N);
+  const double magnitude =
+      std::abs(glm::length(felt_N) - ideal) / std::max(kForceThreshold_ratio * ideal, kLeastForceThreshold_N);
   if (felt_N == Vec3(0) || ideal_N == Vec3(0)) return magnitude;
   return std::max(magnitude, angle_deg(felt_N, ideal_N) / kDirectionThreshold_deg);
 }

@@ -42,7 +42,7 @@ struct Decades {
 
 struct Threshold {
   double y;
-  std::string text;  ///< Above the line, at its right end.
+  std::string text;  ///< Above the line, at its right end; may be empty.
 };
 
 /// Logarithmic in both. Points beyond the decades are drawn on the rim.

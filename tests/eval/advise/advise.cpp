@@ -1,0 +1,115 @@
+#include "tests/eval/advise/advise.h"
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <stdexcept>
+
+#include "tests/eval/advise/advice.h"
+#include "tests/eval/figure/figure.h"
+#include "tests/eval/figure/virtual_display.h"
+
+namespace haptics::eval {
+namespace {
+
+/// Okabe and Ito's, in turn.
+constexpr std::array kColours{Colour{0.835, 0.369, 0.0}, Colour{0.0, 0.447, 0.698},   Colour{0.0, 0.62, 0.451},
+                              Colour{0.8, 0.475, 0.655}, Colour{0.337, 0.706, 0.914}, Colour{0.902, 0.624, 0.0},
+                              Colour{0.0, 0.0, 0.0}};
+
+using Value = std::function<double(const Candidate&)>;
+
+/// Its own mesh has no error against itself: it is left out where nothing is to be drawn.
+Panel panelOf(const SceneAdvice& advice, const char* title, const char* label, const Value& value, int leastDecade,
+              double alwaysShown) {
+  Panel panel{title, "triangles", label, {}, {}, {}, {}};
+  std::vector<double> xs;
+  std::vector<double> ys{alwaysShown};
+  for (std::size_t i = 0; i < advice.objects.size(); ++i) {
+    const ObjectAdvice& object = advice.objects[i];
+    Curve curve{i, {}};
+    for (const Candidate& c : object.candidates) {
+      if (!(value(c) > 0)) continue;
+      curve.points.push_back({static_cast<double>(c.triangles), value(c), ""});
+      xs.push_back(static_cast<double>(c.triangles));
+      ys.push_back(value(c));
+    }
+    panel.curves.push_back(std::move(curve));
+  }
+  panel.x = decadesOf(xs);
+  panel.y = decadesOf(ys);
+  panel.y.low = std::max(panel.y.low, leastDecade);
+  return panel;
+}
+
+Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
+  constexpr int kLeastError = -3;
+  Figure figure;
+  figure.title = "What " + std::filesystem::path(scene).filename().string() + " needs";
+  figure.caption = {
+      "Decimated copies of each object against its own mesh, stroked with 1 N at 0.1 m/s, on the production contact "
+      "core."};
+  figure.columns = 3;
+  const auto error = [](const Candidate& c) { return c.epsilon_p99; };
+  figure.panels.push_back(panelOf(advice, "Force error", "force error, 1: just noticeable", error, kLeastError, 1));
+  figure.panels.back().threshold = Threshold{1, ""};
+  const auto hot = [](const Candidate& c) { return c.hot_ns; };
+  figure.panels.push_back(panelOf(advice, "Time, caches hot", "contact tick, ns (median)", hot, 0, 10));
+  const auto memory = [](const Candidate& c) { return c.memory_MB; };
+  figure.panels.push_back(panelOf(advice, "Memory", "server's database, MB", memory, kLeastError, 0.1));
+  figure.legendTitle = "Object";
+  for (std::size_t i = 0; i < advice.objects.size(); ++i) {
+    const ObjectAdvice& o = advice.objects[i];
+    std::string note = "not judged: no hand gets there";
+    if (!o.candidates.empty()) {
+      note = std::to_string(o.candidates.front().triangles) + " triangles, ";
+      note += std::to_string(o.candidates[o.advised].triangles) + " are enough";
+    }
+    figure.styles.push_back({o.name, note, kColours[i % kColours.size()], Marker::kDisc, false});
+  }
+  figure.legendNotes = {"Dashed: what a hand can notice."};
+  if (const RateAdvice* rate = advice.advisedRate()) {
+    figure.legendNotes.push_back("Lowest steady rate: " + std::to_string(static_cast<int>(rate->rate_Hz)) + " Hz");
+  }
+  return figure;
+}
+
+void writeCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
+  std::ofstream file(path);
+  file << "object,triangles,advised,deviation_mm,epsilon_p99_ratio,epsilon_max_ratio,hot_tick_p50_ns,cold_tick_p50_ns,"
+          "memory_MB,pass\n";
+  for (const ObjectAdvice& o : advice.objects) {
+    for (std::size_t i = 0; i < o.candidates.size(); ++i) {
+      const Candidate& c = o.candidates[i];
+      file << o.name << ',' << c.triangles << ',' << (i == o.advised) << ',' << c.deviation_mm << ',' << c.epsilon_p99
+           << ',' << c.epsilon_max << ',' << c.hot_ns << ',' << c.cold_ns << ',' << c.memory_MB << ',' << c.good()
+           << '\n';
+    }
+  }
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+template <class Value>
+Value orThrow(Result<Value> result) {
+  if (!result) throw std::runtime_error(result.error().text());
+  return std::move(*result);
+}
+
+}  // namespace
+
+void runAdvise(const AdviseOptions& options) {
+  const DevicePreset device = orThrow(findDevicePreset(options.devicePreset));
+  const SceneAdvice advice = adviceFor(orThrow(loadScene(options.scene, options.assets)), device, options.tolerance);
+  print(advice, device);
+  writeRecords(options.out, "advise", recordsOf(advice));
+  writeCsv(options.out / "advise.csv", advice);
+  const auto display = orThrow(VirtualDisplay::ensure());
+  const auto drawn =
+      drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg");
+  if (!drawn) throw std::runtime_error(drawn.error().text());
+  std::printf("written to %s: advise.json, advise.csv, advise.png, advise.svg\n", options.out.c_str());
+}
+
+}  // namespace haptics::eval

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace haptics::eval {
+
+struct AdviseOptions {
+  std::string scene;                          ///< Scene file, protobuf text format.
+  std::vector<std::filesystem::path> assets;  ///< Folders of the meshes that it names, besides its own.
+  std::string devicePreset;
+  double tolerance = 0.01;  ///< How far a copy may stray from the scene's own mesh, of the object's longest side.
+  std::filesystem::path out = ".";
+};
+
+/// What a scene needs: for each object the cheapest copy of its mesh whose force a hand cannot tell from that of the mesh
+/// itself and on which no contact is lost, and the lowest rate at which a device rests steadily on all of them, with no
+/// hand and with a light one; with the price of a step up and a step down. Prints it, writes DIR/advise.json, advise.csv,
+/// advise.png and advise.svg.
+/// Throws std::runtime_error naming the file or field that is wrong.
+void runAdvise(const AdviseOptions& options);
+
+}  // namespace haptics::eval

@@ -1,0 +1,140 @@
+#include "tests/eval/advise/candidate.h"
+
+#include <algorithm>
+
+#include "haptic_server/contact/contact.h"
+#include "tests/eval/advise/decimate.h"
+#include "tests/eval/advise/fit.h"
+#include "tests/eval/perception.h"
+#include "tests/eval/statistics.h"
+#include "tests/eval/timing.h"
+
+namespace haptics::eval {
+namespace {
+
+/// The contact core over the scene, one object's surface exchanged.
+class SceneContact {
+ public:
+  SceneContact(const std::vector<LoadedObject>& scene, std::size_t object, const Surface& surface)
+      : scene_(scene), bodies_(scene.size()) {
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      bodies_[i].surface = i == object ? &surface : scene[i].surface.get();
+      bodies_[i].previous = bodies_[i].current = scene[i].pose;
+      bodies_[i].update();
+    }
+  }
+  void place(Vec3 hip) { haptics::place(state_, hip); }
+  /// The spring's force, N.
+  Vec3 tick(Vec3 hip) {
+    const ContactResult contact = followContact(bodies_, state_, hip);
+    if (!contact.touching) return Vec3(0);
+    return scene_[static_cast<std::size_t>(contact.body)].material.stiffness_N_per_m * (contact.ihip - hip);
+  }
+
+ private:
+  const std::vector<LoadedObject>& scene_;
+  std::vector<Body> bodies_;
+  ContactState state_;
+};
+
+std::vector<Vec3> forcesOn(SceneContact contact, const HandStroke& hand) {
+  std::vector<Vec3> forces_N;
+  contact.place(hand.down.front());
+  for (const auto* part : {&hand.down, &hand.stroke, &hand.up}) {
+    for (const Vec3 hip : *part) forces_N.push_back(contact.tick(hip));
+  }
+  return forces_N;
+}
+
+void compare(const std::vector<Vec3>& felt_N, const std::vector<Vec3>& truth_N, Candidate& candidate,
+             Statistics& epsilons) {
+  int missing = 0;  // on end
+  for (std::size_t i = 0; i < felt_N.size(); ++i) {
+    const bool touching = felt_N[i] != Vec3(0);
+    const bool shouldTouch = truth_N[i] != Vec3(0);
+    if (!touching && !shouldTouch) continue;
+    ++candidate.ticks;
+    epsilons.add(epsilon(felt_N[i], truth_N[i]));
+    missing = shouldTouch && !touching && glm::length(truth_N[i]) > kLeastForceThreshold_N ? missing + 1 : 0;
+    candidate.missedTicks += missing > 1 ? 1 : 0;
+    candidate.wrongSideTicks += glm::dot(felt_N[i], truth_N[i]) < 0 ? 1 : 0;
+  }
+}
+
+void price(SceneContact contact, const HandStroke& hand, Candidate& candidate) {
+  constexpr std::size_t kBatch = 16;  // a single tick is no longer than reading the clock
+  constexpr int kRounds = 3;
+  constexpr std::size_t kColdTicks = 12;
+  contact.place(hand.down.front());
+  for (const Vec3 hip : hand.down) (void)contact.tick(hip);
+  Stopwatch hot;
+  const std::size_t count = hand.stroke.size();
+  for (int round = 0; round < 2 * kRounds; ++round) {  // to and fro
+    for (std::size_t i = 0; i + kBatch <= count; i += kBatch) {
+      hot.time([&] {
+        for (std::size_t k = i; k < i + kBatch; ++k) (void)contact.tick(hand.stroke[round % 2 ? count - 1 - k : k]);
+      });
+    }
+  }
+  candidate.hot_ns = hot.durations_ns().quantile(0.5) / kBatch;
+  Stopwatch cold;
+  const std::size_t apart = std::max<std::size_t>(1, count / kColdTicks);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i % apart != 0) {
+      (void)contact.tick(hand.stroke[i]);
+      continue;
+    }
+    sweepCaches();
+    cold.time([&] { (void)contact.tick(hand.stroke[i]); });
+  }
+  candidate.cold_ns = cold.durations_ns().quantile(0.5);
+}
+
+double longestSide(const Surface& surface) {
+  const Vec3 size = surface.high() - surface.low();
+  return std::max({size.x, size.y, size.z});
+}
+
+}  // namespace
+
+std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std::size_t object,
+                                     const std::vector<HandStroke>& strokes, double tolerance) {
+  const LoadedObject& own = scene[object];
+  std::vector<std::vector<Vec3>> truths;
+  for (const HandStroke& hand : strokes) truths.push_back(forcesOn({scene, object, *own.surface}, hand));
+
+  std::vector<Candidate> candidates;
+  const auto judge = [&](std::shared_ptr<const Surface> surface) {
+    Candidate candidate;
+    candidate.surface = std::move(surface);
+    candidate.triangles = candidate.surface->triangleCount();
+    candidate.memory_MB = static_cast<double>(candidate.surface->memory_bytes()) * 1e-6;
+    candidate.opened = own.surface->closed() && !candidate.surface->closed();
+    const double deviation_m = deviationOf(*own.mesh, *candidate.surface);
+    candidate.deviation_mm = deviation_m * 1e3;
+    candidate.strayed = deviation_m > tolerance * longestSide(*own.surface);
+    const SceneContact contact(scene, object, *candidate.surface);
+    Statistics epsilons;
+    for (std::size_t i = 0; i < strokes.size(); ++i)
+      compare(forcesOn(contact, strokes[i]), truths[i], candidate, epsilons);
+    if (!epsilons.empty()) {
+      candidate.epsilon_p99 = epsilons.quantile(0.99);
+      candidate.epsilon_max = epsilons.max();
+    }
+    price(contact, strokes.front(), candidate);
+    candidates.push_back(std::move(candidate));
+  };
+  judge(own.surface);
+  constexpr double kStep = 0.7071;  // two steps are a half
+  constexpr double kFewest = 4;
+  for (double wanted = kStep * static_cast<double>(own.mesh->triangles.size()); wanted >= kFewest; wanted *= kStep) {
+    const TriMesh copy = fitted(decimated(*own.mesh, static_cast<std::size_t>(wanted)), *own.mesh);
+    if (copy.triangles.size() >= candidates.back().triangles) continue;  // no edge was left to collapse
+    judge(buildSurface(copy.vertices, copy.triangles));
+    const std::size_t count = candidates.size();
+    if (count > 2 && !candidates[count - 1].good() && !candidates[count - 2].good()) break;
+  }
+  return candidates;
+}
+
+}  // namespace haptics::eval

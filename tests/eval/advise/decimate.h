@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstddef>
+
+#include "common/mesh/tri_mesh.h"
+
+namespace haptics::eval {
+
+/// A copy of about so many triangles by quadric error (Garland and Heckbert, Surface Simplification Using Quadric Error
+/// Metrics, 1997), through OpenMesh, which flips no face. More triangles remain where no more edge can be collapsed.
+/// OpenMesh leaves out faces at which the mesh is not manifold.
+[[nodiscard]] TriMesh decimated(const TriMesh& mesh, std::size_t triangles);
+
+}  // namespace haptics::eval

@@ -1,0 +1,78 @@
+#include "tests/eval/advise/fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptics::eval {
+namespace {
+
+struct Misfit {
+  double largest_m = 0;
+  std::vector<Vec3> pull;      ///< Of each vertex of the copy: weighted sum of what is missing.
+  std::vector<double> weight;  ///< Of the weights' squares.
+};
+
+Foot footOn(const Surface& surface, Vec3 place) {
+  int spent = 0;
+  return surface.closestFoot(place, static_cast<int>(surface.triangleCount()) + 1, spent);
+}
+
+/// Barycentric coordinates of a point in a triangle.
+Vec3 weightsIn(const TriangleRecord& triangle, Vec3 point) {
+  const Vec3 normal = glm::cross(triangle.corner(1) - triangle.corner(0), triangle.corner(2) - triangle.corner(0));
+  Vec3 weights;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 a = triangle.corner((k + 1) % 3) - point;
+    const Vec3 b = triangle.corner((k + 2) % 3) - point;
+    weights[k] = glm::dot(glm::cross(a, b), normal) / squaredLength(normal);
+  }
+  return weights;
+}
+
+Misfit misfitOf(const TriMesh& copy, const TriMesh& original) {
+  const auto surface = buildSurface(copy.vertices, copy.triangles);
+  Misfit misfit{0, std::vector<Vec3>(copy.vertices.size(), Vec3(0)), std::vector<double>(copy.vertices.size())};
+  for (const Vec3f v : original.vertices) {
+    const Foot foot = footOn(*surface, Vec3(v));
+    const TriangleRecord& triangle = surface->triangle(foot.triangle);
+    const Vec3 weights = weightsIn(triangle, foot.point);
+    const TriangleIndices& corners = copy.triangles[surface->canonical(foot.triangle)];
+    // A record may begin at another corner than the mesh's triangle does.
+    for (int k = 0; k < 3; ++k) {
+      const auto corner = std::find_if(corners.begin(), corners.end(),
+                                       [&](std::uint32_t c) { return Vec3(copy.vertices[c]) == triangle.corner(k); });
+      misfit.pull[*corner] += weights[k] * (Vec3(v) - foot.point);
+      misfit.weight[*corner] += weights[k] * weights[k];
+    }
+    misfit.largest_m = std::max(misfit.largest_m, std::sqrt(foot.squaredDistance));
+  }
+  return misfit;
+}
+
+}  // namespace
+
+double deviationOf(const TriMesh& mesh, const Surface& surface) {
+  double most = 0;
+  for (const Vec3f v : mesh.vertices) most = std::max(most, footOn(surface, Vec3(v)).squaredDistance);
+  return std::sqrt(most);
+}
+
+TriMesh fitted(TriMesh copy, const TriMesh& original) {
+  constexpr int kRounds = 6;
+  constexpr double kPart = 0.7;  // of a round's move: neighbours move too
+  Misfit misfit = misfitOf(copy, original);
+  for (int round = 0; round < kRounds; ++round) {
+    TriMesh moved = copy;
+    for (std::size_t v = 0; v < moved.vertices.size(); ++v) {
+      if (misfit.weight[v] > 0) moved.vertices[v] += Vec3f(kPart * misfit.pull[v] / misfit.weight[v]);
+    }
+    if (!checkMesh(moved)) break;
+    Misfit next = misfitOf(moved, original);
+    if (!(next.largest_m < misfit.largest_m)) break;
+    copy = std::move(moved);
+    misfit = std::move(next);
+  }
+  return copy;
+}
+
+}  // namespace haptics::eval

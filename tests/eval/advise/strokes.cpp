@@ -1,0 +1,54 @@
+#include "tests/eval/advise/strokes.h"
+
+#include <numbers>
+
+#include "haptic_server/device/exploration_planner.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr double kStep_m = 1e-4;
+constexpr double kPress_N = 1;
+constexpr double kLift_m = 0.003;
+const Vec3 kUp(0, 0, 1);
+
+std::vector<Vec3> line(Vec3 from, Vec3 to) {
+  std::vector<Vec3> places;
+  const int steps = std::max(1, static_cast<int>(std::ceil(glm::distance(from, to) / kStep_m)));
+  for (int i = 0; i < steps; ++i) places.push_back(glm::mix(from, to, static_cast<double>(i) / steps));
+  return places;
+}
+
+HandStroke along(const std::vector<Vec3>& points, double depth_m) {
+  const Vec3 deep = kUp * -depth_m;
+  const Vec3 high = kUp * kLift_m;
+  HandStroke hand{
+      line(points.front() + high, points.front() + deep), {}, line(points.back() + deep, points.back() + high)};
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    const std::vector<Vec3> piece = line(points[i] + deep, points[i + 1] + deep);
+    hand.stroke.insert(hand.stroke.end(), piece.begin(), piece.end());
+  }
+  hand.stroke.push_back(points.back() + deep);
+  hand.up.push_back(points.back() + high);
+  return hand;
+}
+
+}  // namespace
+
+std::vector<HandStroke> strokesOver(const LoadedObject& object) {
+  constexpr int kDirections = 3;
+  std::vector<HandStroke> strokes;
+  for (int i = 0; i < kDirections; ++i) {
+    // The planner looks along its own axes: another direction is the same object turned about the vertical.
+    const Quat turn = glm::angleAxis(i * std::numbers::pi / kDirections, kUp);
+    const ExploredObject turned{1, object.surface.get(), {turn * object.pose.rotation, turn * object.pose.position}};
+    for (const Stroke& stroke : makeExplorationPlan({&turned, 1}).strokes) {
+      std::vector<Vec3> points;
+      for (const Vec3 p : stroke.points) points.push_back(glm::conjugate(turn) * p);
+      strokes.push_back(along(points, kPress_N / object.material.stiffness_N_per_m));
+    }
+  }
+  return strokes;
+}
+
+}  // namespace haptics::eval
