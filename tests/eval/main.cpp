@@ -18,25 +18,31 @@ namespace {
 
 constexpr int kExitFailed = 1;
 
-/// What every verb takes, and whether it came out well.
-struct Common {
+struct Arguments {
   std::uint64_t seed = 1;
   std::filesystem::path out = ".";
-  bool good = true;
+  int accuracyFinest = kFinestMesh;
+  int chartFinest = kChartFinestMesh;
+  Table1Options table1;
+  bool asInPaper = false;
+  WalkOptions walk;
+  AdviseOptions advise;
+
+  bool good = true;  ///< What the verb came to.
 };
 
 CLI::App* addVerb(CLI::App& app, const std::string& name, const std::string& about, const std::string& example,
-                  Common& common) {
+                  Arguments& arguments) {
   CLI::App* verb = app.add_subcommand(name, about);
-  verb->add_option("--out", common.out, "Folder for " + name + ".json and what else it writes; made when missing")
+  verb->add_option("--out", arguments.out, "Folder for " + name + ".json and what else it writes; made when missing")
       ->type_name("DIR")
       ->capture_default_str();
   verb->footer("Example:\n  haptic_eval " + name + ' ' + example);
   return verb;
 }
 
-void addSeed(CLI::App* verb, Common& common) {
-  verb->add_option("--seed", common.seed, "Decides places, orientations, directions and speeds")
+void addSeed(CLI::App* verb, Arguments& arguments) {
+  verb->add_option("--seed", arguments.seed, "Decides places, orientations, directions and speeds")
       ->type_name("S")
       ->capture_default_str();
 }
@@ -47,74 +53,72 @@ void addFinest(CLI::App* verb, int& finest) {
       ->capture_default_str();
 }
 
-void addFailures(CLI::App& app, Common& common) {
+void addFailures(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(app, "failures", "Scripted motion that breaks methods of rendering: who holds where",
-                           "--seed 7 --out results", common);
-  addSeed(verb, common);
-  verb->callback([&] { common.good = runFailures(common.seed, common.out); });
+                           "--seed 7 --out results", arguments);
+  addSeed(verb, arguments);
+  verb->callback([&arguments] { arguments.good = runFailures(arguments.seed, arguments.out); });
 }
 
-void addAccuracy(CLI::App& app, Common& common) {
-  static int finest = kFinestMesh;
+void addAccuracy(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(app, "accuracy", "Error against exact shapes, by method, mesh resolution and depth",
-                           "--finest 12288", common);
-  addSeed(verb, common);
-  addFinest(verb, finest);
-  verb->callback([&] { common.good = runAccuracy(common.seed, finest, common.out); });
+                           "--finest 12288", arguments);
+  addSeed(verb, arguments);
+  addFinest(verb, arguments.accuracyFinest);
+  verb->callback(
+      [&arguments] { arguments.good = runAccuracy(arguments.seed, arguments.accuracyFinest, arguments.out); });
 }
 
-void addChart(CLI::App& app, Common& common) {
-  static int finest = kChartFinestMesh;
+void addChart(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(app, "chart", "Speed against accuracy of every method, as a picture and a table",
-                           "--finest 12288 --out results", common);
-  addSeed(verb, common);
-  addFinest(verb, finest);
-  verb->callback([&] { runChart(common.seed, finest, common.out); });
+                           "--finest 12288 --out results", arguments);
+  addSeed(verb, arguments);
+  addFinest(verb, arguments.chartFinest);
+  verb->callback([&arguments] { runChart(arguments.seed, arguments.chartFinest, arguments.out); });
 }
 
-void addTable1(CLI::App& app, Common& common) {
-  static Table1Options options;
-  static bool asInPaper = false;
+void addTable1(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(app, "table1", "The paper's Table I: rates of the servo loop with the viewer connected",
-                           "--seconds 10 --out results", common);
+                           "--seconds 10 --out results", arguments);
+  Table1Options& options = arguments.table1;
   verb->add_option("--seconds", options.seconds, "For each object")->check(CLI::PositiveNumber)->capture_default_str();
-  verb->add_flag("--paper", asInPaper, "Three times three minutes for each object")->excludes("--seconds");
+  verb->add_flag("--paper", arguments.asInPaper, "Three times three minutes for each object")->excludes("--seconds");
   addFinest(verb, options.finest);
-  verb->callback([&] {
+  verb->callback([&arguments, &options] {
     constexpr double kPaper_s = 180;
     constexpr int kPaperRuns = 3;
-    if (asInPaper) {
+    if (arguments.asInPaper) {
       options.seconds = kPaper_s;
       options.runs = kPaperRuns;
     }
-    options.out = common.out;
-    common.good = runTable1(options);
+    options.out = arguments.out;
+    arguments.good = runTable1(options);
   });
 }
 
-void addWalk(CLI::App& app, Common& common) {
-  static WalkOptions options;
+void addWalk(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(app, "walk", "A random walk over generated and real shapes against a reference",
-                           "--models /var/tmp/models --out results", common);
-  addSeed(verb, common);
+                           "--models /var/tmp/models --out results", arguments);
+  WalkOptions& options = arguments.walk;
+  addSeed(verb, arguments);
   verb->add_option("--ticks", options.ticks, "Of all scenes together")->type_name("N")->capture_default_str();
   verb->add_option("--models", options.models, "Folder that deploy/models/fetch_and_report filled")->type_name("DIR");
   verb->add_option("--method", options.method, "Ours or a baseline, as failures names them")
       ->type_name("NAME")
       ->capture_default_str();
-  verb->callback([&] {
-    options.seed = common.seed;
-    common.good = runWalk(options, common.out);
+  verb->callback([&arguments, &options] {
+    options.seed = arguments.seed;
+    arguments.good = runWalk(options, arguments.out);
   });
 }
 
-void addAdvise(CLI::App& app, Common& common) {
+void addAdvise(CLI::App& app, Arguments& arguments) {
   constexpr const char* kInventorModels = "/usr/share/inventor/data";  // Debian's: the demo scene's head
-  static AdviseOptions options;
+  AdviseOptions& options = arguments.advise;
   options.devicePreset = kDefaultDevicePreset;
   if (std::filesystem::is_directory(kInventorModels)) options.assets.emplace_back(kInventorModels);
   CLI::App* verb = addVerb(app, "advise", "What your own scene needs: the cheapest meshes and the lowest rate",
-                           "deploy/scenes/demo.scene --out results", common);
+                           "deploy/scenes/demo.scene --out results", arguments);
   verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();
   verb->add_option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")
       ->type_name("DIR")
@@ -125,8 +129,8 @@ void addAdvise(CLI::App& app, Common& common) {
                    "How far a copy may stray from the scene's mesh, as a part of the object's longest side")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  verb->callback([&] {
-    options.out = common.out;
+  verb->callback([&arguments, &options] {
+    options.out = arguments.out;
     runAdvise(options);
   });
 }
@@ -136,10 +140,10 @@ int run(int argc, char** argv) {
                "haptic_eval"};
   app.require_subcommand(1);
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
-  Common common;
-  for (const auto add : {addFailures, addAccuracy, addChart, addTable1, addWalk, addAdvise}) add(app, common);
+  Arguments arguments;
+  for (const auto add : {addFailures, addAccuracy, addChart, addTable1, addWalk, addAdvise}) add(app, arguments);
   CLI11_PARSE(app, argc, argv);
-  return common.good ? 0 : kExitFailed;
+  return arguments.good ? 0 : kExitFailed;
 }
 
 }  // namespace
