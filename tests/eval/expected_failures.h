@@ -14,6 +14,13 @@ struct Expectation {
 /// The scenes that each baseline is expected to fail. What is not named it passes, as ours passes all: that a correct
 /// god-object holds nearly everywhere is a finding.
 ///
+/// ours_without_*: each in the scenes that the correction is for.
+///   feature_codes: stays on its first polygon, as pseudocode_closed. pseudonormals: a needle's tip (S12).
+///   same_tick_search: a tick without force wherever a first contact is looked at. exit_retest: a comb's next tooth (S3).
+///   object_frames: moving bodies (S4). guard: into the box (S2). several_surfaces: not along the box (S2), nor at the
+///   boundaries of bad meshes (S11). budget: fans (S6). scale_free_tolerances: scaled scenes (S12). substeps: not where a
+///   slow hand would be (S7). watertight_test: segments through vertices and edges (S5).
+/// ours_float: rounds to 2^-24 of the extent, which a sliver of 1 um may notice (S12).
 /// No baseline knows of edits: it begins anew, with the HIP wherever it is (S17).
 /// pseudocode_*: as printed, the first contact has no force (S3), the path is not taken in a moving body's frame (S4),
 ///   neighbours know nothing of other bodies (S2). Closed primitives never leave their first polygon (S1, S6, S7, S10,
@@ -21,22 +28,34 @@ struct Expectation {
 ///   S12, and S1 and S8 when the way leads there).
 /// global_closest: has no memory of where it came in: into the other body (S2), through plates (S4, S9), across the
 ///   medial axis (S8); looks at too many triangles on fans and deep inside (S6, S7); needs an inside (S11).
-/// god_object: as published for bodies at rest (S4).
+/// god_object: as published for bodies at rest (S4); goes straight to where a tick ends, not where a slow hand would (S7).
 /// god_object_by_rays: loses segments through edges and vertices (S5), and with them contact (S1, S11).
-/// finite_proxy_1mm: as published for bodies at rest (S4); its radius is a length of its own, whatever the scale (S12).
-///   Everywhere else it is a god-object that is also watertight where the mesh is not.
+/// finite_proxy_1mm: as god_object (S4, S7), but watertight even where the mesh is not; its radius is a length of its
+///   own, whatever the scale (S12).
 /// intermediate_plane_*: as global_closest wherever the plane is put anew; between, the plane ends nowhere (S1), is not
-///   there (S3, S4), and steps when it is put anew (S10).
+///   there (S3, S4), holds what has gone past a needle's tip (S12), and steps when it is put anew (S10).
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
+    Expectation{"ours_float", "", "S12 "},
+    Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 ", ""},
+    Expectation{"ours_without_pseudonormals", "S12 ", ""},
+    Expectation{"ours_without_same_tick_search", "S3 S4 S5 S7 S9 S11 S12 ", ""},
+    Expectation{"ours_without_exit_retest", "S3 ", "S12 "},
+    Expectation{"ours_without_object_frames", "S4 ", ""},
+    Expectation{"ours_without_guard", "S2 ", ""},
+    Expectation{"ours_without_several_surfaces", "S2 S11 ", ""},
+    Expectation{"ours_without_budget", "S6 ", ""},
+    Expectation{"ours_without_scale_free_tolerances", "S12 ", ""},
+    Expectation{"ours_without_substeps", "S7 ", ""},
+    Expectation{"ours_without_watertight_test", "S5 ", "S1 S2 S3 S9 S11 S12 "},
     Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 ", ""},
     Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 ", "S1 S8 "},
     Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 ", ""},
-    Expectation{"god_object", "S4 S17 ", ""},
-    Expectation{"god_object_by_rays", "S1 S4 S5 S11 S17 ", "S12 "},
-    Expectation{"finite_proxy_1mm", "S4 S12 S17 ", ""},
-    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S17 ", ""},
-    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S17 ", ""},
+    Expectation{"god_object", "S4 S7 S17 ", ""},
+    Expectation{"god_object_by_rays", "S1 S4 S5 S7 S11 S17 ", "S12 "},
+    Expectation{"finite_proxy_1mm", "S4 S7 S12 S17 ", ""},
+    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 ", ""},
+    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 ", ""},
 };
 
 }  // namespace haptics::eval

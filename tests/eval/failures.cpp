@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <stdexcept>
 
 #include "tests/eval/expected_failures.h"
@@ -23,31 +24,82 @@ std::string_view expectedOutcome(std::string_view method, std::string_view scene
   return names(entry->fails) ? "fail" : names(entry->either) ? "either" : "pass";
 }
 
-}  // namespace
+std::vector<Method> chosenMethods(std::string_view name) {
+  std::vector<Method> chosen;
+  for (const std::span<const Method> all : {methods(), oursWithout()}) {
+    std::ranges::copy_if(all, std::back_inserter(chosen),
+                         [&](const Method& m) { return name.empty() || m.name == name; });
+  }
+  if (chosen.empty()) throw std::invalid_argument("--method: there is none called " + std::string(name));
+  return chosen;
+}
 
-bool runFailures(std::uint64_t seed, const std::filesystem::path& out) {
-  std::vector<Record> records;
-  int surprises = 0;
-  for (const Method& method : methods()) {
-    std::printf("%s: %s\n", method.name.data(), method.about.data());
-    std::uint64_t number = 0;
-    for (const FailureScene& scene : kFailureScenes) {
-      Random random(seed * kFailureScenes.size() + number++);  // every method meets the same scene
-      const SceneResult result = scene.run(*method.make(), random);
-      const std::string_view expected = expectedOutcome(method.name, scene.name);
-      const bool asExpected = expected == "either" || result.pass == (expected == "pass");
-      surprises += asExpected ? 0 : 1;
+/// All runs, and how they came out.
+class Runs {
+ public:
+  explicit Runs(bool printMeasures) : printMeasures_(printMeasures) {}
+
+  void run(const Method& method, const FailureScene& scene, std::uint64_t seed) {
+    Random random = scene.random(seed);
+    const SceneResult result = scene.run(*method.make(), random);
+    const std::string_view expected = expectedOutcome(method.name, scene.name);
+    const bool asExpected = expected == "either" || result.pass == (expected == "pass");
+    surprises_ += asExpected ? 0 : 1;
+    if (!result.pass) ++failures_[{method.name, scene.name}];
+    if (printMeasures_ || !asExpected) {
       std::printf("  %-4s %s%s  %s\n", scene.name.data(), result.pass ? "pass" : "FAIL", asExpected ? " " : "!",
                   measuresText(result.measures).c_str());
-      Record record{{"method", method.name}, {"scene", scene.name}, {"seed", seed}};
-      record.update(result.measures);
-      record.update({{"pass", result.pass}, {"expected", expected}, {"as_expected", asExpected}});
-      records.push_back(std::move(record));
+    }
+    Record record{{"method", method.name}, {"scene", scene.name}, {"seed", seed}};
+    record.update(result.measures);
+    record.update({{"pass", result.pass}, {"expected", expected}, {"as_expected", asExpected}});
+    records_.push_back(std::move(record));
+  }
+
+  /// Failures of each method in each scene.
+  void printTable(std::span<const Method> chosen) const {
+    std::printf("%-35s", "failed runs");
+    for (const FailureScene& scene : kFailureScenes) std::printf("%5s", scene.name.data());
+    for (const Method& method : chosen) {
+      std::printf("\n%-35s", method.name.data());
+      for (const FailureScene& scene : kFailureScenes) {
+        const auto failed = failures_.find({method.name, scene.name});
+        const bool notRun = scene.edited && !method.edited;
+        std::printf("%5s", notRun ? "" : failed == failures_.end() ? "." : std::to_string(failed->second).c_str());
+      }
+    }
+    std::printf("\n");
+  }
+  [[nodiscard]] const std::vector<Record>& records() const { return records_; }
+  [[nodiscard]] int surprises() const { return surprises_; }
+
+ private:
+  bool printMeasures_;
+  std::vector<Record> records_;
+  std::map<std::pair<std::string_view, std::string_view>, int> failures_;
+  int surprises_ = 0;
+};
+
+}  // namespace
+
+bool runFailures(const FailuresOptions& options) {
+  const std::vector<Method> chosen = chosenMethods(options.method);
+  Runs runs(options.seeds == 1);
+  for (int i = 0; i < options.seeds; ++i) {
+    const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(i);
+    if (options.seeds > 1) std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+    for (const Method& method : chosen) {
+      if (options.seeds == 1) std::printf("%s: %s\n", method.name.data(), method.about.data());
+      for (const FailureScene& scene : kFailureScenes) {
+        if (method.edited || !scene.edited) runs.run(method, scene, seed);
+      }
+      std::fflush(stdout);
     }
   }
-  writeRecords(out, "failures", records);
-  std::printf("%zu runs, %d not as expected\n", records.size(), surprises);
-  return surprises == 0;
+  runs.printTable(chosen);
+  writeRecords(options.out, "failures", runs.records());
+  std::printf("%zu runs, %d not as expected\n", runs.records().size(), runs.surprises());
+  return runs.surprises() == 0;
 }
 
 }  // namespace haptics::eval

@@ -21,6 +21,7 @@ constexpr int kExitFailed = 1;
 struct Arguments {
   std::uint64_t seed = 1;
   std::filesystem::path out = ".";
+  FailuresOptions failures;
   int accuracyFinest = kFinestMesh;
   int chartFinest = kChartFinestMesh;
   Table1Options table1;
@@ -55,9 +56,19 @@ void addFinest(CLI::App* verb, int& finest) {
 
 void addFailures(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(app, "failures", "Scripted motion that breaks methods of rendering: who holds where",
-                           "--seed 7 --out results", arguments);
+                           "--seeds 20 --out results", arguments);
+  FailuresOptions& options = arguments.failures;
   addSeed(verb, arguments);
-  verb->callback([&arguments] { arguments.good = runFailures(arguments.seed, arguments.out); });
+  verb->add_option("--seeds", options.seeds, "How many seeds, from --seed on")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N")
+      ->capture_default_str();
+  verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
+  verb->callback([&arguments, &options] {
+    options.seed = arguments.seed;
+    options.out = arguments.out;
+    arguments.good = runFailures(options);
+  });
 }
 
 void addAccuracy(CLI::App& app, Arguments& arguments) {

@@ -7,6 +7,7 @@
 #include "tests/eval/baselines/god_object.h"
 #include "tests/eval/baselines/intermediate_plane.h"
 #include "tests/eval/baselines/pseudocode.h"
+#include "tests/eval/corrections_off.h"
 #include "tests/eval/ours.h"
 
 namespace haptics::eval {
@@ -19,6 +20,7 @@ std::unique_ptr<Renderer> make() {
 
 constexpr std::array kMethods{
     Method{kOurs, "the production step", make<Ours>},
+    Method{"ours_float", "its contact core with the search in float", make<OursUnder<InFloat>>, false},
     Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
            make<Pseudocode<Primitives::kClosed>>},
     Method{"pseudocode_open", "as printed; a polygon is its interior only", make<Pseudocode<Primitives::kOpen>>},
@@ -30,8 +32,24 @@ constexpr std::array kMethods{
     Method{"intermediate_plane_100Hz", "tangent plane, put anew 100 times a second", make<IntermediatePlane<100>>},
 };
 
+constexpr std::array kOursWithout{
+    Method{"ours_without_feature_codes", "the printed loop", make<OursUnder<WithoutFeatureCodes>>, false},
+    Method{"ours_without_pseudonormals", "sign by the polygon's normal", make<OursUnder<WithoutPseudonormals>>, false},
+    Method{"ours_without_same_tick_search", "first force a tick late", make<OursUnder<WithoutSameTickSearch>>, false},
+    Method{"ours_without_exit_retest", "free at once when it leaves", make<OursUnder<WithoutExitRetest>>, false},
+    Method{"ours_without_object_frames", "segments in the world", make<OursUnder<WithoutObjectFrames>>, false},
+    Method{"ours_without_guard", "the path is tested against nothing", make<OursUnder<WithoutGuard>>, false},
+    Method{"ours_without_several_surfaces", "one at a time", make<OursUnder<WithoutSeveralSurfaces>>, false},
+    Method{"ours_without_budget", "searches to the end", make<OursUnder<WithoutBudget>>, false},
+    Method{"ours_without_scale_free_tolerances", "lengths in metres", make<OursUnder<WithoutScaleFreeTolerances>>,
+           false},
+    Method{"ours_without_substeps", "a tick is a step", make<OursUnder<WithoutSubsteps>>, false},
+    Method{"ours_without_watertight_test", "the usual ray test", make<OursUnder<WithoutWatertightTest>>, false},
+};
+
 }  // namespace
 
+std::span<const Method> oursWithout() { return kOursWithout; }
 std::span<const Method> methods() { return kMethods; }
 
 }  // namespace haptics::eval

@@ -12,11 +12,14 @@ struct Method {
   std::string_view name;
   std::string_view about;
   std::unique_ptr<Renderer> (*make)();
+  bool edited = true;  ///< Has to do with scenes that are edited.
 };
 
 inline constexpr std::string_view kOurs = "ours";
 
-/// Ours first, then the baselines.
+/// Ours first, ours with the search in float, then the baselines.
 [[nodiscard]] std::span<const Method> methods();
+/// Ours with one correction switched off: the contact core and a spring, without the rest of the step.
+[[nodiscard]] std::span<const Method> oursWithout();
 
 }  // namespace haptics::eval

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/eval/baselines/moeller_trumbore.h"
+
 namespace haptics::eval {
 
 double BodySet::extent_m() const {
@@ -27,23 +29,11 @@ BodySet::Hit BodySet::firstCrossing(Vec3 from, Vec3 to) const {
 
 Crossing BodySet::firstByRay(const Surface& surface, Vec3 from, Vec3 to) {
   Crossing first;
-  const Vec3 d = to - from;
+  const MoellerTrumbore ray(from, to);
   surface.hierarchy().visitAlong(from, to, [&](std::uint32_t begin, std::uint32_t end) noexcept {
     for (std::uint32_t t = begin; t < end; ++t) {
-      const TriangleRecord& r = surface.triangle(t);
-      const Vec3 edge1 = r.corner(1) - r.corner(0);
-      const Vec3 edge2 = r.corner(2) - r.corner(0);
-      const Vec3 p = glm::cross(d, edge2);
-      const double determinant = glm::dot(edge1, p);
-      if (determinant <= 0) continue;  // the paper's epsilon, 1e-6, would make it depend on the unit of length
-      const Vec3 s = from - r.corner(0);
-      const double u = glm::dot(s, p);
-      if (u < 0 || u > determinant) continue;
-      const Vec3 q = glm::cross(s, edge1);
-      const double v = glm::dot(d, q);
-      if (v < 0 || u + v > determinant) continue;
-      const double time = glm::dot(edge2, q) / determinant;
-      if (time >= 0 && time <= 1 && (!first || time < first.time)) first = {t, time, 1};
+      Crossing crossing{t};
+      if (ray.enters(surface.triangle(t), false, crossing) && (!first || crossing.time < first.time)) first = crossing;
     }
     return first.time;
   });

@@ -12,7 +12,7 @@ namespace haptics::eval {
 /// How a segment is tested against a triangle.
 enum class SegmentTest {
   kWatertight,       ///< The production one (segment.h).
-  kMoellerTrumbore,  ///< Moeller and Trumbore, Fast, minimum storage ray/triangle intersection, 1997, culling branch.
+  kMoellerTrumbore,  ///< moeller_trumbore.h.
 };
 
 /// The bodies as the published methods see them: where they are at this tick. That a body moved since the last one is

@@ -42,6 +42,27 @@ int strokeCreases(Renderer& method, Random& random, int& ticks) {
   return wrong;
 }
 
+/// Through the side of a needle of three degrees and out beyond its tip.
+int strokeNeedle(Renderer& method, Random& random, int& ticks) {
+  constexpr double kHeight = 0.05;
+  int wrong = 0;
+  Stage stage(method, random);
+  const int needle = stage.add(shapes::cone(0.0015, kHeight, 7));
+  stage.begin({0, 0, 2 * kHeight});
+  for (int i = 0; i < 200; ++i) {
+    const Quat around = glm::angleAxis(random.between(0, 6), Vec3(0, 0, 1));
+    const Vec3 from = around * Vec3(0.002, random.between(-0.0001, 0.0001), kHeight - random.between(0.002, 0.006));
+    const Vec3 to = around * Vec3(random.between(-0.002, -0.0005), 0, kHeight + random.between(0.0005, 0.003));
+    stage.place(from);
+    stage.lead(from, to, random.between(0.0001, 0.0004), [&](const Felt& felt, Vec3 hip) {
+      const bool ghost = felt.touching && stage.depthIn(needle, hip) == 0 && glm::distance(felt.ihip, hip) > kInside_m;
+      wrong += ghost || stage.depthIn(needle, felt.ihip) > kInside_m ? 1 : 0;
+    });
+  }
+  ticks += stage.ticks();
+  return wrong;
+}
+
 int strokeSlivers(Renderer& method, Random& random, int& ticks) {
   constexpr double kDepth = 0.003;
   int wrong = 0;
@@ -109,6 +130,7 @@ SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random) {
   constexpr double kMostRelative = 1e-5;
   int ticks = 0;
   const int creases = strokeCreases(method, random, ticks);
+  const int needle = strokeNeedle(method, random, ticks);
   const int sliver = strokeSlivers(method, random, ticks);
   int different = 0;
   const auto once = walk(method, random, 1);
@@ -123,10 +145,11 @@ SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random) {
   }
   return {{{"ticks", ticks},
            {"crease_wrong_side_ticks", creases},
+           {"needle_wrong_side_ticks", needle},
            {"sliver_wrong_ticks", sliver},
            {"powers_of_two_different_ticks", different},
            {"powers_of_ten_relative_error_max", relative}},
-          creases == 0 && sliver == 0 && different == 0 && relative <= kMostRelative};
+          creases == 0 && needle == 0 && sliver == 0 && different == 0 && relative <= kMostRelative};
 }
 
 }  // namespace haptics::eval

@@ -40,7 +40,7 @@ SceneResult slideOffCube(Renderer& method, Random& random) {
       ghost_N == 0 && lag < kInside_m && lost == 0};
 }
 
-/// The box just stands on the floor, or has sunk into it a little.
+/// The box just stands on the floor, or has sunk into it a little. The hand goes into it, along its side, and out again.
 SceneResult slideIntoBox(Renderer& method, Random& random) {
   constexpr double kDepth = 0.003;
   constexpr double kBeforeBox = 0.014;  // x of no part of the box, however it is turned
@@ -49,6 +49,7 @@ SceneResult slideIntoBox(Renderer& method, Random& random) {
   int ticks = 0;
   double leastLateral_N = std::numeric_limits<double>::infinity();
   double before_N = 0;
+  double alongLag = 0;
   for (const double sunk : {0.0, random.between(0.0002, 0.002), 0.01}) {
     Stage stage(method, random);
     stage.add(shapes::box({0.3, 0.3, 0.1}, 4), {0, 0, -0.05});
@@ -67,16 +68,25 @@ SceneResult slideIntoBox(Renderer& method, Random& random) {
       if (hip.x < kBeforeBox) before_N = std::max(before_N, now_N);
     };
     stage.lead(from, to, random.between(0.0003, 0.001), check);
-    stage.lead(to, from, random.between(0.0003, 0.001), check);
+    const Vec3 inWall = Vec3(0.04, 0, -kDepth) + yaw * Vec3(-0.017, random.between(-0.01, -0.005), 0);
+    const Vec3 alongWall = yaw * Vec3(0, random.between(0.012, 0.018), 0);
+    stage.lead(to, inWall, random.between(0.0003, 0.001), check);
+    stage.lead(inWall, inWall + alongWall, random.between(0.0003, 0.001), [&](const Felt& felt, Vec3 hip) {
+      check(felt, hip);
+      alongLag = std::max(alongLag, std::abs(glm::dot(felt.ihip - hip, yaw * Vec3(0, 1, 0))));
+    });
+    stage.lead(inWall + alongWall, from, random.between(0.0003, 0.001), check);
     leastLateral_N = std::min(leastLateral_N, lateral_N);
     ticks += stage.ticks();
   }
-  return {{{"ticks", ticks},
-           {"inside_box_ticks", inside},
-           {"lateral_force_N", leastLateral_N},
-           {"lateral_force_before_box_N", before_N},
-           {"lost_ticks", lost}},
-          inside == 0 && leastLateral_N > 1 && before_N < kSpring_N_per_m * kInside_m && lost == 0};
+  return {
+      {{"ticks", ticks},
+       {"inside_box_ticks", inside},
+       {"lateral_force_N", leastLateral_N},
+       {"lateral_force_before_box_N", before_N},
+       {"lag_along_box_mm", alongLag * 1e3},
+       {"lost_ticks", lost}},
+      inside == 0 && leastLateral_N > 1 && before_N < kSpring_N_per_m * kInside_m && alongLag < kInside_m && lost == 0};
 }
 
 /// Teeth of 2 mm as one mesh and as a body each, crossed to and fro below their tops.
