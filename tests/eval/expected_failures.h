@@ -15,7 +15,7 @@ struct Expectation {
 /// god-object holds nearly everywhere is a finding.
 ///
 /// ours_without_*: each in the scenes that the correction is for.
-///   feature_codes: stays on its first polygon, as pseudocode_closed. pseudonormals: a needle's tip (S12).
+///   feature_codes: stays on its first polygon, as pseudocode_closed. pseudonormals: a knife's edge (S12).
 ///   same_tick_search: a tick without force wherever a first contact is looked at. exit_retest: a comb's next tooth (S3).
 ///   object_frames: moving bodies (S4). guard: into the box (S2). several_surfaces: not along the box (S2), nor at the
 ///   boundaries of bad meshes (S11). budget: fans (S6). scale_free_tolerances: scaled scenes (S12). substeps: not where a
@@ -33,7 +33,7 @@ struct Expectation {
 /// finite_proxy_1mm: as god_object (S4, S7), but watertight even where the mesh is not; its radius is a length of its
 ///   own, whatever the scale (S12).
 /// intermediate_plane_*: as global_closest wherever the plane is put anew; between, the plane ends nowhere (S1), is not
-///   there (S3, S4), holds what has gone past a needle's tip (S12), and steps when it is put anew (S10).
+///   there (S3, S4), holds what has gone past a knife's edge (S12), and steps when it is put anew (S10).
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
     Expectation{"ours_float", "", "S12 "},

@@ -88,7 +88,7 @@ double notWhereASlowHandIs(Renderer& method, Random& random) {
   constexpr double kRadius = 0.05;
   constexpr double kSpeed_m_per_s = 5;
   constexpr double kElsewhere = 1e-4;  // metres, a tenth of an edge
-  constexpr int kStrokes = 120;
+  constexpr int kStrokes = 400;
   constexpr int kTicks = 8;
   static const auto hills =
       shapes::sphere(1, 64)  // the same for every method
@@ -125,7 +125,7 @@ SceneResult runDeepAndFast(Renderer& method, Random& random) {
   constexpr double kDepth = 0.04;
   constexpr double kSpeed_m_per_s = 5;
   constexpr double kMostLag = 0.1 * kDepth;
-  constexpr double kMostElsewhere = 0.025;
+  constexpr double kMostElsewhere = 0.03;
   int lost = 0;
   int most = 0;
   Stage stage(method, random);
