@@ -36,11 +36,15 @@ class BoundingHierarchy {
   /// per node. Larger meets more leaves in vain; smaller makes slower ticks.
   static constexpr double kShort = 0x1p-8;
 
+  /// Times of meeting a box are rounded to float: looks this fraction beyond the end, more than the boxes' padding hides.
+  static constexpr float kTimeSlack = 0x1p-20F;
+
   struct alignas(64) Node {
     float bounds[2][3][kWidth];   // low, high; inverted when the place is empty
     std::uint32_t child[kWidth];  // inner: index of a node; leaf: first triangle
     std::uint32_t count[kWidth];  // leaf: triangles; inner: 0
   };
+  struct Slabs;
 
   /// Builds over the triangles with binned surface area heuristic (Wald 2007). Returns the order of the leaves: place
   /// in the hierarchy -> index in `triangles`. `extent_m` is the largest coordinate. The result does not depend on
@@ -55,6 +59,10 @@ class BoundingHierarchy {
   template <class Visit>
   void visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
 
+  /// Calls visit(begin, end) for the leaves that overlap the box.
+  template <class Visit>
+  void visitBox(Vec3f low, Vec3f high, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
+
   /// Calls visit(begin, end) for the leaves nearer to h than the bound, near ones first; visit returns the squared
   /// distance (m^2) beyond which nothing is of interest, negative to stop.
   template <class Visit>
@@ -64,15 +72,12 @@ class BoundingHierarchy {
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return nodes_.capacity() * sizeof(Node); }
 
  private:
-  struct Slabs;
   struct Window;
   struct Ranked {
     float squaredDistance;
     std::uint32_t child;
     std::uint32_t count;
   };
-  template <class Visit>
-  void visitBox(Vec3f low, Vec3f high, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
   [[nodiscard]] bool clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept;
   [[nodiscard]] static __m128 squaredDistances(const Node& node, Vec3f h, int half) noexcept;
 
@@ -138,8 +143,6 @@ struct BoundingHierarchy::Window {
 
 template <class Visit>
 void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U))) {
-  // Times are rounded to float: looks a little beyond the end, by more than the boxes' padding can hide.
-  constexpr double kTimeSlack = 0x1p-20;
   const Vec3 low = glm::min(from, to);
   const Vec3 high = glm::max(from, to);
   const bool within = glm::all(glm::greaterThanEqual(low, low_)) && glm::all(glm::lessThanEqual(high, high_));
@@ -150,7 +153,7 @@ void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexce
   const double scale = leave > enter ? 1 / (leave - enter) : 0;
   const Vec3 d = to - from;
   const Slabs slabs(enter > 0 ? from + d * enter : from, leave < 1 ? from + d * leave : to);
-  __m128 limit = _mm_set1_ps(static_cast<float>(1 + kTimeSlack));
+  __m128 limit = _mm_set1_ps(1 + kTimeSlack);
   std::array<std::uint32_t, kStackSize> stack;
   std::size_t top = 0;
   stack[top++] = 0;
@@ -164,7 +167,7 @@ void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexce
         continue;
       }
       const double time = visit(node.child[i], node.child[i] + node.count[i]);
-      if (time < leave) limit = _mm_set1_ps(static_cast<float>((time - enter) * scale + kTimeSlack));
+      if (time < leave) limit = _mm_set1_ps(static_cast<float>((time - enter) * scale) + kTimeSlack);
     }
   }
 }

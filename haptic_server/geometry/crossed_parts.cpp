@@ -12,74 +12,158 @@ namespace {
 /// meshes, never safety.
 constexpr std::int64_t kMostTests = 1 << 25;
 constexpr std::int64_t kMostTestsEach = 64;
-/// A triangle that shares a vertex with the edge is passed over, at a fraction of a test's cost: in a fan all of them
-/// meet.
-constexpr std::int64_t kPassesPerTest = 16;
+/// Costs are counted in box tests of four triangles; a test of a line against a triangle costs as much as these.
+constexpr std::int64_t kBoxTestsPerTest = 16;
 
 using Marks = std::vector<std::atomic<bool>>;
 
-/// Where the lines of some triangles pierce triangles that they share no vertex with.
-class CrossedSearch {
+/// Triangles that may be pierced by some line, with their boxes, eight to a block.
+class Candidates {
  public:
-  CrossedSearch(const Surface& surface, Marks& marks) : surface_(surface), marks_(marks) {}
+  static constexpr std::size_t kBlocks = 16;
+  static constexpr std::size_t kCapacity = kBlocks * BoundingHierarchy::kWidth;
 
-  /// Looks at the lines of triangles [begin, end) and takes the cost from `left`, in passes, until there is none left.
-  void run(std::uint32_t begin, std::uint32_t end, std::atomic<std::int64_t>& left) {
-    for (std::uint32_t t = begin; t < end && left > 0; ++t) {
-      spent_ = 0;
-      for (int k = 0; k < 3; ++k) {
-        const std::uint32_t across = surface_.triangle(t).neighbour(k);
-        if (across == kNoTriangle || across > t) follow(t, k);  // else the line was looked at from its other polygon
+  explicit Candidates(float pad) : pad_(pad) {}
+  [[nodiscard]] bool full() const { return count_ == kCapacity; }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  void clear() { count_ = 0; }
+
+  void add(const Surface& surface, std::uint32_t t) {
+    const TriangleRecord& r = surface.triangle(t);
+    Block& block = blocks_[count_ / BoundingHierarchy::kWidth];
+    const std::size_t place = count_++ % BoundingHierarchy::kWidth;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const auto& x = r.rows[d];
+      block.boxes.bounds[0][d][place] = std::min({x[0], x[1], x[2]}) - pad_;
+      block.boxes.bounds[1][d][place] = std::max({x[0], x[1], x[2]}) + pad_;
+      block.vertex[d][place] = r.vertex[d];
+    }
+    block.boxes.child[place] = t;
+  }
+
+  /// Calls visit(triangle) for those whose boxes meet the line and that have neither of its vertices a and b, around
+  /// which all meet.
+  template <class Visit>
+  void visit(const BoundingHierarchy::Slabs& line, std::uint32_t a, std::uint32_t b, Visit visit) const {
+    const __m128 end = _mm_set1_ps(1 + BoundingHierarchy::kTimeSlack);
+    for (std::size_t i = 0; i < count_; i += 4) {
+      const Block& block = blocks_[i / BoundingHierarchy::kWidth];
+      const std::size_t first = i % BoundingHierarchy::kWidth;
+      const int met = line.meet(block.boxes, first == 0 ? 0 : 1, end) & ~sharing(block, first, a, b);
+      for (auto rest = static_cast<unsigned>(met); rest != 0; rest &= rest - 1) {
+        const auto place = static_cast<std::size_t>(std::countr_zero(rest));
+        if (i + place < count_) visit(block.boxes.child[first + place]);
       }
-      left -= spent_;
     }
   }
 
  private:
+  struct Block {
+    BoundingHierarchy::Node boxes;  // child: the triangle
+    alignas(16) std::uint32_t vertex[3][BoundingHierarchy::kWidth];
+  };
+
+  static int sharing(const Block& block, std::size_t first, std::uint32_t a, std::uint32_t b) {
+    __m128i shares = _mm_setzero_si128();
+    for (const auto& row : block.vertex) {
+      const __m128i vertex = _mm_load_si128(reinterpret_cast<const __m128i*>(row + first));
+      shares = _mm_or_si128(shares, _mm_cmpeq_epi32(vertex, _mm_set1_epi32(static_cast<int>(a))));
+      shares = _mm_or_si128(shares, _mm_cmpeq_epi32(vertex, _mm_set1_epi32(static_cast<int>(b))));
+    }
+    return _mm_movemask_ps(_mm_castsi128_ps(shares));
+  }
+
+  float pad_;  // m
+  std::size_t count_ = 0;
+  std::array<Block, kBlocks> blocks_{};
+};
+
+/// Where the lines of some triangles pierce triangles that they share no vertex with. A whole leaf's lines are looked
+/// at together: the tree is gone through once for all of them.
+class CrossedSearch {
+ public:
+  CrossedSearch(const Surface& surface, Marks& marks)
+      : surface_(surface), marks_(marks), near_(static_cast<float>(surface.extent_m() * BoundingHierarchy::kBoxPad)) {}
+
+  /// Looks at the lines of triangles [begin, end), a leaf. Returns the cost in box tests.
+  std::int64_t run(std::uint32_t begin, std::uint32_t end) {
+    spent_ = 0;
+    Vec3f low(std::numeric_limits<float>::max());
+    Vec3f high = -low;
+    for (std::uint32_t t = begin; t < end; ++t) {
+      for (int k = 0; k < 3; ++k) {
+        const Vec3f corner(surface_.triangle(t).corner(k));
+        low = glm::min(low, corner);
+        high = glm::max(high, corner);
+      }
+    }
+    near_.clear();
+    surface_.hierarchy().visitBox(low, high, [&](std::uint32_t first, std::uint32_t last) {
+      for (std::uint32_t t = first; t < last; ++t) {
+        if (near_.full()) followAll(begin, end);
+        near_.add(surface_, t);
+      }
+    });
+    followAll(begin, end);
+    return spent_;
+  }
+
+ private:
+  void followAll(std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t t = begin; t < end; ++t) {
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t across = surface_.triangle(t).neighbour(k);
+        if (across == kNoTriangle || across > t) follow(t, k);  // else the line is looked at from its other polygon
+      }
+    }
+    spent_ += static_cast<std::int64_t>(near_.count());
+    near_.clear();
+  }
+
   void follow(std::uint32_t t, int k) {
     const TriangleRecord& own = surface_.triangle(t);
     const Vec3 from = own.corner(k);
     const Vec3 to = own.corner(nextCorner(k));
-    const std::uint32_t a = own.vertexAt(k);
-    const std::uint32_t b = own.vertexAt(nextCorner(k));
-    const Segment edge(from, to);
-    surface_.hierarchy().visitAlong(from, to, [&](std::uint32_t first, std::uint32_t last) {
-      for (std::uint32_t other = first; other < last; ++other) {
-        const TriangleRecord& r = surface_.triangle(other);
-        ++spent_;
-        if (r.cornerOf(a) >= 0 || r.cornerOf(b) >= 0) continue;
-        spent_ += kPassesPerTest;
-        Crossing crossing;
-        if (!edge.enters(r, true, crossing)) continue;
-        for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
-          if (crossed != kNoTriangle) marks_[crossed].store(true, std::memory_order_relaxed);
-        }
-      }
-      return 1.0;
-    });
+    const Segment line(from, to);
+    spent_ += static_cast<std::int64_t>(near_.count() / 4);
+    near_.visit(BoundingHierarchy::Slabs(from, to), own.vertexAt(k), own.vertexAt(nextCorner(k)),
+                [&](std::uint32_t other) {
+                  spent_ += kBoxTestsPerTest;
+                  Crossing crossing;
+                  if (!line.enters(surface_.triangle(other), true, crossing)) return;
+                  for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
+                    if (crossed != kNoTriangle) marks_[crossed].store(true, std::memory_order_relaxed);
+                  }
+                });
   }
 
   const Surface& surface_;
   Marks& marks_;
-  std::int64_t spent_ = 0;  // passes
+  Candidates near_;
+  std::int64_t spent_ = 0;  // box tests
 };
 
 }  // namespace
 
 void Surface::markCrossed(int threads) {
-  constexpr std::uint32_t kPiece = 4096;  // triangles that a thread takes at a time
+  constexpr std::size_t kPiece = 1024;  // nodes that a thread takes at a time
+  const std::span<const BoundingHierarchy::Node> nodes = hierarchy_.nodes();
   Marks marks(triangleCount());
-  std::atomic<std::uint32_t> next{0};
-  std::atomic<std::int64_t> left{(kMostTests + kMostTestsEach * triangleCount()) * kPassesPerTest};
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::int64_t> left{(kMostTests + kMostTestsEach * triangleCount()) * kBoxTestsPerTest};
   const auto work = [&] {
     CrossedSearch search(*this, marks);
-    for (std::uint32_t t = next.fetch_add(kPiece); t < triangleCount(); t = next.fetch_add(kPiece)) {
-      search.run(t, std::min(triangleCount(), t + kPiece), left);
+    for (std::size_t begin = next.fetch_add(kPiece); begin < nodes.size(); begin = next.fetch_add(kPiece)) {
+      for (const auto& node : nodes.subspan(begin, std::min(kPiece, nodes.size() - begin))) {
+        for (int i = 0; i < BoundingHierarchy::kWidth && left > 0; ++i) {
+          if (node.count[i] > 0) left -= search.run(node.child[i], node.child[i] + node.count[i]);
+        }
+      }
     }
   };
   {
     std::vector<std::jthread> helpers;
-    for (int i = 1; i < threads && triangleCount() > kPiece; ++i) helpers.emplace_back(work);
+    for (int i = 1; i < threads && nodes.size() > kPiece; ++i) helpers.emplace_back(work);
     work();
   }
   const bool all = left <= 0;  // the sum of all costs, whatever the threads
