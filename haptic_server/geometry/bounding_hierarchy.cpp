@@ -148,7 +148,7 @@ class Builder {
       std::size_t widest = part.size();
       float most = -1;
       for (std::size_t i = 0; i < count; ++i) {
-        if (part[i].isLeaf()) continue;
+        if (part[i].size() < BoundingHierarchy::kDivided) continue;
         const float size = halve ? static_cast<float>(part[i].size()) : part[i].box.halfArea();
         if (size > most) {
           most = size;
@@ -253,7 +253,8 @@ class Builder {
     return best;
   }
   static float leaves(std::uint32_t triangles) {
-    const std::uint32_t count = (triangles + BoundingHierarchy::kLeafTriangles - 1) / BoundingHierarchy::kLeafTriangles;
+    constexpr std::uint32_t kUsualLeaf = 4;  // triangles
+    const std::uint32_t count = (triangles + kUsualLeaf - 1) / kUsualLeaf;
     return static_cast<float>(count);
   }
 

@@ -23,7 +23,10 @@ class BoundingHierarchy {
  public:
   static constexpr int kWidth = 8;
   /// Triangles in a leaf, at most. More make a smaller tree and a slower query.
-  static constexpr std::uint32_t kLeafTriangles = 4;
+  static constexpr std::uint32_t kLeafTriangles = 8;
+  /// Triangles that are divided among the free places of a node, though they would fit into one leaf. Fewer make
+  /// queries faster as long as there are places, and the tree no larger.
+  static constexpr std::uint32_t kDivided = 3;
   /// Levels that the surface area heuristic may use; below, ranges are halved, so that the depth stays below kMaxDepth
   /// for any input.
   static constexpr int kHeuristicDepth = 12;
