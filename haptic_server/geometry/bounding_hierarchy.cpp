@@ -66,6 +66,7 @@ struct Binning {
 
 class Builder {
  public:
+  using Child = BoundingHierarchy::Child;
   using Node = BoundingHierarchy::Node;
   using Nodes = std::vector<Node>;
 
@@ -123,16 +124,18 @@ class Builder {
     const auto first = static_cast<std::uint32_t>(nodes.size());
     nodes.resize(nodes.size() + tasks.size());
     for (std::uint32_t i = 0; i < tasks.size(); ++i) {
-      nodes[index].child[tasks[i].place] = first + i;
+      nodes[index].child[tasks[i].place] = Child::node(first + i);
       buildBelow(nodes, first + i, tasks[i].range, depth + 1);
     }
   }
 
   static void append(Nodes& nodes, const Task& task, const Nodes& subtree) {
     const auto offset = static_cast<std::uint32_t>(nodes.size());
-    nodes[task.node].child[task.place] = offset;
+    nodes[task.node].child[task.place] = Child::node(offset);
     for (Node node : subtree) {
-      for (int i = 0; i < BoundingHierarchy::kWidth; ++i) node.child[i] += node.count[i] == 0 ? offset : 0;
+      for (Child& child : node.child) {
+        if (!child.isLeaf()) child = Child::node(child.index() + offset);
+      }
       nodes.push_back(node);
     }
   }
@@ -165,8 +168,7 @@ class Builder {
       const bool empty = i >= count;
       setPlace(nodes[index], i, empty ? Box{} : part[i].box);
       const bool leaf = !empty && part[i].isLeaf();
-      nodes[index].child[i] = leaf ? part[i].begin : 0;
-      nodes[index].count[i] = leaf ? part[i].size() : 0;
+      nodes[index].child[i] = leaf ? Child::leaf(part[i].begin, part[i].size()) : Child();
       if (!empty && !leaf) tasks.push_back({index, static_cast<int>(i), part[i]});
     }
     return tasks;

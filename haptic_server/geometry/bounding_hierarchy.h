@@ -42,11 +42,29 @@ class BoundingHierarchy {
   /// Times of meeting a box are rounded to float: looks this fraction beyond the end, more than the boxes' padding hides.
   static constexpr float kTimeSlack = 0x1p-20F;
 
-  struct alignas(64) Node {
-    float bounds[2][3][kWidth];   // low, high; inverted when the place is empty
-    std::uint32_t child[kWidth];  // inner: index of a node; leaf: first triangle
-    std::uint32_t count[kWidth];  // leaf: triangles; inner: 0
+  /// What lies in a box: a node, or a leaf's triangles. 2^28 of either can be told apart.
+  class Child {
+   public:
+    Child() = default;
+    static Child node(std::uint32_t index) { return Child(index); }
+    static Child leaf(std::uint32_t first, std::uint32_t count) { return Child(first | count << kIndexBits); }
+
+    [[nodiscard]] bool isLeaf() const noexcept { return bits_ >> kIndexBits != 0; }
+    [[nodiscard]] std::uint32_t index() const noexcept { return bits_; }                             ///< Of a node.
+    [[nodiscard]] std::uint32_t begin() const noexcept { return bits_ & ((1U << kIndexBits) - 1); }  ///< Of a leaf.
+    [[nodiscard]] std::uint32_t end() const noexcept { return begin() + (bits_ >> kIndexBits); }
+
+   private:
+    static constexpr int kIndexBits = 28;
+    static_assert(kLeafTriangles < 1U << (32 - kIndexBits));
+    explicit Child(std::uint32_t bits) : bits_(bits) {}
+    std::uint32_t bits_ = 0;
   };
+  struct alignas(32) Node {
+    float bounds[2][3][kWidth];  // low, high; inverted when the place is empty
+    Child child[kWidth];
+  };
+  static_assert(sizeof(Node) == 224);
   struct Slabs;
 
   /// Builds over the triangles with binned surface area heuristic (Wald 2007). Returns the order of the leaves: place
@@ -78,8 +96,7 @@ class BoundingHierarchy {
   struct Window;
   struct Ranked {
     float squaredDistance;
-    std::uint32_t child;
-    std::uint32_t count;
+    Child child;
   };
   [[nodiscard]] bool clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept;
   [[nodiscard]] static __m128 squaredDistances(const Node& node, Vec3f h, int half) noexcept;
@@ -165,11 +182,12 @@ void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexce
     const int hits = slabs.meet(node, 0, limit) | slabs.meet(node, 1, limit) << 4;
     for (auto rest = static_cast<unsigned>(hits); rest != 0; rest &= rest - 1) {
       const int i = std::countr_zero(rest);
-      if (node.count[i] == 0) {
-        stack[top++] = node.child[i];
+      const Child child = node.child[i];
+      if (!child.isLeaf()) {
+        stack[top++] = child.index();
         continue;
       }
-      const double time = visit(node.child[i], node.child[i] + node.count[i]);
+      const double time = visit(child.begin(), child.end());
       if (time < leave) limit = _mm_set1_ps(static_cast<float>((time - enter) * scale) + kTimeSlack);
     }
   }
@@ -186,10 +204,11 @@ void BoundingHierarchy::visitBox(Vec3f low, Vec3f high, Visit visit) const noexc
     const int hits = window.meet(node, 0) | window.meet(node, 1) << 4;
     for (auto rest = static_cast<unsigned>(hits); rest != 0; rest &= rest - 1) {
       const int i = std::countr_zero(rest);
-      if (node.count[i] == 0) {
-        stack[top++] = node.child[i];
+      const Child child = node.child[i];
+      if (child.isLeaf()) {
+        visit(child.begin(), child.end());
       } else {
-        visit(node.child[i], node.child[i] + node.count[i]);
+        stack[top++] = child.index();
       }
     }
   }
@@ -202,16 +221,16 @@ void BoundingHierarchy::visitNear(Vec3 h, Visit visit) const noexcept {
   double bound = std::numeric_limits<double>::infinity();
   std::array<Ranked, kStackSize> stack;
   std::size_t top = 0;
-  stack[top++] = {0, 0, 0};
+  stack[top++] = {0, Child::node(0)};
   while (top > 0) {
     const Ranked here = stack[--top];
     if (here.squaredDistance * kSlack >= bound) continue;
-    if (here.count > 0) {
-      bound = visit(here.child, here.child + here.count);
+    if (here.child.isLeaf()) {
+      bound = visit(here.child.begin(), here.child.end());
       if (bound < 0) return;
       continue;
     }
-    const Node& node = nodes_[here.child];
+    const Node& node = nodes_[here.child.index()];
     alignas(16) std::array<float, kWidth> distance;
     _mm_store_ps(distance.data(), squaredDistances(node, at, 0));
     _mm_store_ps(distance.data() + 4, squaredDistances(node, at, 1));
@@ -221,7 +240,7 @@ void BoundingHierarchy::visitNear(Vec3 h, Visit visit) const noexcept {
       if (empty || distance[i] * kSlack >= bound) continue;
       std::size_t place = top++;
       for (; place > base && stack[place - 1].squaredDistance < distance[i]; --place) stack[place] = stack[place - 1];
-      stack[place] = {distance[i], node.child[i], node.count[i]};
+      stack[place] = {distance[i], node.child[i]};
     }
   }
 }

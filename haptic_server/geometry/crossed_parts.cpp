@@ -38,7 +38,7 @@ class Candidates {
       block.boxes.bounds[1][d][place] = std::max({x[0], x[1], x[2]}) + pad_;
       block.vertex[d][place] = r.vertex[d];
     }
-    block.boxes.child[place] = t;
+    block.triangle[place] = t;
   }
 
   /// Calls visit(triangle) for those whose boxes meet the line and that have neither of its vertices a and b, around
@@ -52,14 +52,15 @@ class Candidates {
       const int met = line.meet(block.boxes, first == 0 ? 0 : 1, end) & ~sharing(block, first, a, b);
       for (auto rest = static_cast<unsigned>(met); rest != 0; rest &= rest - 1) {
         const auto place = static_cast<std::size_t>(std::countr_zero(rest));
-        if (i + place < count_) visit(block.boxes.child[first + place]);
+        if (i + place < count_) visit(block.triangle[first + place]);
       }
     }
   }
 
  private:
   struct Block {
-    BoundingHierarchy::Node boxes;  // child: the triangle
+    BoundingHierarchy::Node boxes;
+    std::uint32_t triangle[BoundingHierarchy::kWidth];
     alignas(16) std::uint32_t vertex[3][BoundingHierarchy::kWidth];
   };
 
@@ -155,8 +156,8 @@ void Surface::markCrossed(int threads) {
     CrossedSearch search(*this, marks);
     for (std::size_t begin = next.fetch_add(kPiece); begin < nodes.size(); begin = next.fetch_add(kPiece)) {
       for (const auto& node : nodes.subspan(begin, std::min(kPiece, nodes.size() - begin))) {
-        for (int i = 0; i < BoundingHierarchy::kWidth && left > 0; ++i) {
-          if (node.count[i] > 0) left -= search.run(node.child[i], node.child[i] + node.count[i]);
+        for (const auto child : node.child) {
+          if (child.isLeaf() && left > 0) left -= search.run(child.begin(), child.end());
         }
       }
     }

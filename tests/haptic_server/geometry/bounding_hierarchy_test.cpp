@@ -145,8 +145,8 @@ TEST_P(Hierarchy, IsNotDeeperThanTheQueriesStacksAllow) {
     ASSERT_LE(depth, BoundingHierarchy::kMaxDepth);
     for (int i = 0; i < BoundingHierarchy::kWidth; ++i) {
       const auto& node = nodes[index];
-      if (node.count[i] == 0 && node.bounds[0][0][i] <= node.bounds[1][0][i])
-        open.emplace_back(node.child[i], depth + 1);
+      if (!node.child[i].isLeaf() && node.bounds[0][0][i] <= node.bounds[1][0][i])
+        open.emplace_back(node.child[i].index(), depth + 1);
     }
   }
 }

@@ -88,6 +88,15 @@ TEST(Surface, KnowsItsSize) {
   EXPECT_NEAR(s->extent_m(), std::sqrt(0.12), 1e-7);
 }
 
+TEST(Surface, TakesAtMost95BytesATriangle) {
+  for (int n = 8; n < 120; n += 7) {
+    const auto torus = shapes::torus(0.05, 0.02, 2 * n, n).build();
+    EXPECT_LE(torus->memory_bytes(), 95U * torus->triangleCount()) << torus->triangleCount();
+    const auto box = shapes::box({0.1, 0.05, 0.02}, n).build();
+    EXPECT_LE(box->memory_bytes(), 95U * box->triangleCount()) << box->triangleCount();
+  }
+}
+
 TEST(Surface, MarksPartsThatPassThroughEachOther) {
   Shape apart = shapes::box({1, 1, 1}, 2);
   apart.add(shapes::box({1, 1, 1}, 2), Vec3(1.5, 0, 0));
