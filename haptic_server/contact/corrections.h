@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "common/maths/vec.h"
+#include "haptic_server/geometry/closest_point.h"
 #include "haptic_server/geometry/segment.h"
-#include "haptic_server/geometry/triangle_record.h"
 
 namespace haptics {
 

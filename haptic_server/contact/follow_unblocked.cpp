@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/cross_lines.h"
 
 namespace haptics {
 namespace {
@@ -19,7 +20,6 @@ struct Others {
 
 /// False when a body moves, or when there are more than a tick looks at.
 bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hip, Others& others) noexcept {
-  if (bodies.size() == 1) return true;
   const double reach = reachOf(state, hip);
   const Body* held = &bodies[static_cast<std::size_t>(state.holding[0].body)];
   for (const Body& body : bodies) {
@@ -58,19 +58,29 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
 struct Minimum {
   Foot foot;
   Vec3 normal;
-  int looked = 1;  // triangles
+  int looked = 0;  // triangles
 };
 
-/// The HIP has left the prism over the held triangle. False when the search ends nowhere, or where h is not held.
-/// Out of line, as pathIsClear() is, to leave the registers to the tick that stays on its triangle.
-[[gnu::noinline]] bool searchOn(const Surface& surface, const HoldingSurface& holding, Vec3 h, const Prism& prism,
-                                SearchPath* path, Minimum& minimum) noexcept {
-  const Foot start = closestOn(surface.triangle(holding.triangle), holding.triangle, h, prism);
-  const SearchResult found = neighborhoodWatch(surface, start, h, path, minimum.looked);
+/// Any search. False when it ends nowhere, or where h is not held. Out of line, as pathIsClear() is, to leave the
+/// registers to the tick that goes straight.
+[[gnu::noinline]] bool searchOn(const Surface& surface, const HoldingSurface& holding, Vec3 h, SearchPath* path,
+                                Minimum& minimum) noexcept {
+  minimum.looked = 0;
+  const SearchResult found = neighborhoodWatch(surface, holding.triangle, h, path, minimum.looked);
   minimum.foot = found.foot;
   minimum.normal = surface.normal(found.foot);
   return found.converged && !surface.onBoundary(found.foot) && !surface.isOutside(found.foot, h, holding.side);
 }
+
+/// Axes and origin of a Frame, to turn and carry with its operations.
+struct WideFrame {
+  Four x, y, z, origin;
+
+  explicit WideFrame(const Frame& f) noexcept : x(four(f.x)), y(four(f.y)), z(four(f.z)), origin(four(f.origin)) {}
+  [[nodiscard]] Four turn(Four local) const noexcept {
+    return x * allOf<0>(local) + y * allOf<1>(local) + z * allOf<2>(local);
+  }
+};
 
 }  // namespace
 
@@ -79,37 +89,43 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip
   const HoldingSurface holding = state.holding[0];
   const Body& body = bodies[static_cast<std::size_t>(holding.body)];
   const Surface& surface = *body.surface;
+  const TriangleRecord& record = surface.triangle(holding.triangle);
+  if (body.moving || surface.anyCrossed() || record.zeroArea()) return false;
   Others others;
-  if (body.moving || surface.anyCrossed() || !findOthers(bodies, state, hip, others)) return false;
+  if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
 
   const Vec3 h = body.frame.toLocal(hip);
-  const TriangleRecord& record = surface.triangle(holding.triangle);
-  const Prism prism(record, h);
-  if (record.zeroArea() || !inOneStep(squaredLength(hip - state.hip), prism.squaredNormal())) return false;
+  Walk walk{holding.triangle, Prism(record, all(h))};
+  if (!inOneStep(squaredLength(hip - state.hip), walk.prism.squaredNormal())) return false;
   SearchPath path;
   const bool guarded = others.count > 0;
-  const Vec3 normal = unitOrZero(prism.normal());
   Minimum minimum;
-  if (prism.holds()) {
-    const bool outside = (prism.height() >= 0) == (holding.side > 0);
+  Four foot;
+  Four normal;
+  if (crossLines(surface, h, guarded ? &path : nullptr, walk)) {
+    const bool outside = (walk.prism.height() >= 0) == (holding.side > 0);
     if (outside) return false;
-    minimum.foot.triangle = holding.triangle;
-    minimum.foot.point = prism.foot(h);
-    minimum.normal = normal;
-    if (guarded) path.add(minimum.foot);
-  } else if (!searchOn(surface, holding, h, prism, guarded ? &path : nullptr, minimum)) {
-    return false;
+    minimum.foot.triangle = walk.triangle;
+    minimum.looked = walk.looked;
+    foot = walk.foot;
+    normal = walk.prism.unitNormal();
+  } else {
+    path.clear();
+    if (!searchOn(surface, holding, h, guarded ? &path : nullptr, minimum)) return false;
+    foot = four(minimum.foot.point);
+    normal = four(minimum.normal);
   }
-  if (guarded && !pathIsClear(body, others, state, normal, path)) return false;
+  if (guarded && !pathIsClear(body, others, state, surface.faceNormal(holding.triangle), path)) return false;
 
+  const WideFrame frame(body.frame);
   state.holding[0].triangle = minimum.foot.triangle;
-  state.local = minimum.foot.point;
-  state.ihip = body.frame.toWorld(state.local);
+  state.local = vec3(foot);
+  state.ihip = vec3(frame.turn(foot) + frame.origin);
   state.hip = hip;
   result.touching = true;
   result.body = holding.body;
   result.ihip = state.ihip;
-  result.normal = body.frame.turn(minimum.normal * static_cast<double>(holding.side));
+  result.normal = vec3(frame.turn(normal * all(holding.side)));
   result.penetration_m = glm::length(state.ihip - hip);
   result.primitive = primitiveOf(surface, minimum.foot);
   result.work.triangles = minimum.looked;

@@ -23,10 +23,11 @@ class SearchPath {
     std::uint32_t triangle;
   };
 
-  void add(const Foot& foot) noexcept {
-    if (count_ < kCapacity) points_[count_] = {foot.point, foot.triangle};
+  void add(Vec3 place, std::uint32_t triangle) noexcept {
+    if (count_ < kCapacity) points_[count_] = {place, triangle};
     ++count_;
   }
+  void clear() noexcept { count_ = 0; }
   [[nodiscard]] bool complete() const noexcept { return count_ <= kCapacity; }
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   [[nodiscard]] auto begin() const noexcept { return points_.begin(); }
@@ -52,7 +53,7 @@ template <class Corrections = AllCorrections>
 extern template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*,
                                                                int&) noexcept;
 
-/// The same from triangle `start`, which counts as looked at.
+/// The same from triangle `start`, which counts as looked at; `path` is null or empty.
 template <class Corrections = AllCorrections>
 [[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
                                              int& spent) noexcept {
@@ -60,5 +61,8 @@ template <class Corrections = AllCorrections>
   const Foot foot = Corrections::closestPoint(surface.triangle(start), start, h);
   return neighborhoodWatch<Corrections>(surface, foot, h, path, spent);
 }
+template <>
+[[nodiscard]] SearchResult neighborhoodWatch<AllCorrections>(const Surface& surface, std::uint32_t start, Vec3 h,
+                                                             SearchPath* path, int& spent) noexcept;
 
 }  // namespace haptics

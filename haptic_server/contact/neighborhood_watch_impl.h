@@ -89,7 +89,7 @@ SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h
                                int& spent) noexcept {
   Foot foot = start;
   while (true) {
-    if (path != nullptr) path->add(foot);
+    if (path != nullptr) path->add(foot.point, foot.triangle);
     if (!Corrections::kFeatureCodes || foot.feature == Feature::kPolygon) return {foot, true};
     if (!detail::withinBudget<Corrections>(spent)) return {foot, false};
     const SearchResult next = foot.feature == Feature::kLine

@@ -8,6 +8,7 @@
 
 #include "common/maths/vec.h"
 #include "haptic_server/geometry/bounding_hierarchy.h"
+#include "haptic_server/geometry/closest_point.h"
 #include "haptic_server/geometry/large_pages.h"
 #include "haptic_server/geometry/segment.h"
 #include "haptic_server/geometry/triangle_record.h"

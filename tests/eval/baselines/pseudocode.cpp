@@ -79,14 +79,14 @@ typename Pseudocode<kPrimitives>::Distance Pseudocode<kPrimitives>::distanceTo(c
     const Vec3 corner = record.corner(primitive.index);
     return {squaredLength(hip - corner), corner};
   }
-  Foot foot;
-  foot.triangle = primitive.triangle;
   if (primitive.kind == Feature::kLine) {
-    detail::closestOnEdge(record, primitive.index, hip, foot);
-  } else {
-    foot = closestOn(record, primitive.triangle, hip);
+    const FourVec3 h = all(hip);
+    const Prism::OnEdges on = Prism(record, h).onEdges(h);
+    if (kPrimitives == Primitives::kOpen && on.atCorner(primitive.index)) return none;
+    return {on.squaredDistance[primitive.index], on.point[primitive.index]};
   }
-  if (kPrimitives == Primitives::kOpen && foot.feature != primitive.kind) return none;
+  const Foot foot = closestOn(record, primitive.triangle, hip);
+  if (kPrimitives == Primitives::kOpen && foot.feature != Feature::kPolygon) return none;
   return {foot.squaredDistance, foot.point};
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <random>
 
-#include "haptic_server/geometry/triangle_record.h"
+#include "haptic_server/geometry/closest_point.h"
 
 namespace haptics {
 namespace {
