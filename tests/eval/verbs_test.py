@@ -1,0 +1,97 @@
+"""Runs the verbs of haptic_eval that draw or measure, small, and checks what they wrote."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = sys.argv.pop(1)
+HERE = Path(__file__).parent
+
+
+def run(*arguments):
+    # Without a display: the program has to find one itself.
+    environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, env=environment)
+
+
+class Verb(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.out = Path(folder.name) / "made"
+
+    def run_well(self, *arguments):
+        done = run(*arguments, "--out", str(self.out))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def records(self, verb):
+        return json.loads((self.out / f"{verb}.json").read_text())
+
+    def check_pictures(self, verb):
+        self.assertEqual((self.out / f"{verb}.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertGreater((self.out / f"{verb}.png").stat().st_size, 20_000)
+        self.assertIn("</svg>", (self.out / f"{verb}.svg").read_text()[-20:])
+
+
+class Chart(Verb):
+    def test_has_every_method_priced_and_judged(self):
+        self.run_well("chart", "--finest", "12")
+        rows = list(csv.DictReader((self.out / "chart.csv").open()))
+        methods = {row["method"]: row for row in rows}
+        self.assertIn("ours", methods)
+        self.assertIn("god_object", methods)
+        for row in rows:
+            self.assertGreater(float(row["hot_tick_p50_ns"]), 0)
+            self.assertGreater(float(row["cold_tick_p50_ns"]), float(row["hot_tick_p50_ns"]))
+        self.assertEqual(methods["ours"]["failed_scenes"], "")
+        self.assertIn("S4", methods["god_object"]["failed_scenes"].split())
+        self.check_pictures("chart")
+
+
+class Table1(Verb):
+    def test_has_the_papers_counts_and_rates_with_the_viewer_connected(self):
+        self.run_well("table1", "--seconds", "0.5", "--finest", "64800")
+        records = self.records("table1")
+        counts = [(r["vertices"], r["lines"], r["polygons"], r["boundary_lines"]) for r in records]
+        self.assertEqual(counts, [(8, 18, 12, 0), (239, 695, 456, 22), (902, 2750, 1800, 100), (32402, 97200, 64800, 0)])
+        for record in records:
+            self.assertTrue(record["viewer_held_the_scene"])
+            self.assertGreater(record["viewer_frames_per_s"], 0)
+            self.assertGreater(record["complete_step_rate_per_processor_s_kHz"], record["paper_rate_high_kHz"])
+            self.assertGreater(record["bare_step_rate_kHz"], record["complete_step_rate_per_processor_s_kHz"])
+
+
+class Advise(Verb):
+    def test_keeps_a_balls_roundness_and_not_a_boxs_grid(self):
+        self.run_well("advise", str(HERE / "advise" / "advise_test.scene"))
+        records = self.records("advise")
+        for name, least, most in (("ball", 100, 1728), ("box", 12, 100)):
+            meshes = [r for r in records if r["scene"] == name]
+            advised = [r for r in meshes if r["advised"]]
+            self.assertEqual(len(advised), 1)
+            self.assertTrue(advised[0]["pass"])
+            self.assertLess(advised[0]["epsilon_p99_ratio"], 1)
+            self.assertGreaterEqual(advised[0]["triangles"], least)
+            self.assertLess(advised[0]["triangles"], most)
+            self.assertTrue(any(not r["pass"] for r in meshes), "went on until it would not do")
+        rates = [r for r in records if "rate_Hz" in r]
+        self.assertEqual([r["rate_Hz"] for r in rates if r["pass"]][:1], [r["rate_Hz"] for r in rates if r["advised"]])
+        self.check_pictures("advise")
+
+    def test_names_the_field_that_is_wrong(self):
+        self.out.mkdir()
+        scene = self.out / "bad.scene"
+        good = (HERE / "advise" / "advise_test.scene").read_text()
+        scene.write_text(good.replace("radius_m: 0.03", "radius_m: -1"))
+        done = run("advise", str(scene))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("operations[0].add.mesh.sphere.radius_m", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
