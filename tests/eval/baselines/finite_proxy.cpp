@@ -59,31 +59,34 @@ Felt FiniteProxy::tick(std::span<const Pose> poses, Vec3 hip) {
 }
 
 template <class Visit>
-void FiniteProxy::forNear(Vec3 centre, double radius, Visit visit) const {
-  for (int body = 0; body < bodies_.count(); ++body) {
-    bodies_.surface(body).hierarchy().visitNear(toLocal(bodies_.pose(body), centre),
-                                                [&](std::uint32_t begin, std::uint32_t end) {
-                                                  for (std::uint32_t t = begin; t < end; ++t) visit(body, t);
-                                                  return radius * radius;
-                                                });
-  }
+void FiniteProxy::forNear(int body, Vec3 centre, double radius, Visit visit) const {
+  bodies_.surface(body).hierarchy().visitNear(toLocal(bodies_.pose(body), centre),
+                                              [&](std::uint32_t begin, std::uint32_t end) {
+                                                for (std::uint32_t t = begin; t < end; ++t) visit(t);
+                                                return radius * radius;
+                                              });
 }
 
 std::vector<Vec3> FiniteProxy::touchedPlanes() {
   constexpr double kSame = 1 - 1e-12;  // cosine
   std::vector<Vec3> normals;
-  forNear(proxy_, kRadius_m * (1 + kTouching), [&](int body, std::uint32_t t) {
+  for (int body = 0; body < bodies_.count(); ++body) {
     const Pose& pose = bodies_.pose(body);
-    const Vec3 local = toLocal(pose, proxy_);
-    const Vec3 away = local - closestOn(bodies_.surface(body).triangle(t), t, local).point;
-    const double distance = glm::length(away);
-    if (distance > kRadius_m * (1 + kTouching) || distance == 0) return;
-    const Vec3 normal = pose.rotation * (away / distance);
-    if (distance < kRadius_m) proxy_ += normal * (kRadius_m - distance);
-    const bool known =
-        std::any_of(normals.begin(), normals.end(), [&](Vec3 other) { return glm::dot(normal, other) > kSame; });
-    if (!known && normals.size() < kMaxPlanes) normals.push_back(normal);
-  });
+    Vec3 local = toLocal(pose, proxy_);
+    forNear(body, proxy_, kRadius_m * (1 + kTouching), [&](std::uint32_t t) {
+      const Vec3 away = local - closestOn(bodies_.surface(body).triangle(t), t, local).point;
+      const double distance = glm::length(away);
+      if (distance > kRadius_m * (1 + kTouching) || distance == 0) return;
+      const Vec3 normal = pose.rotation * (away / distance);
+      if (distance < kRadius_m) {
+        proxy_ += normal * (kRadius_m - distance);
+        local = toLocal(pose, proxy_);
+      }
+      const bool known =
+          std::any_of(normals.begin(), normals.end(), [&](Vec3 other) { return glm::dot(normal, other) > kSame; });
+      if (!known && normals.size() < kMaxPlanes) normals.push_back(normal);
+    });
+  }
   return normals;
 }
 
@@ -91,12 +94,14 @@ std::vector<Vec3> FiniteProxy::touchedPlanes() {
 double FiniteProxy::firstTouch(Vec3 way) const {
   constexpr double kRadius = kRadius_m * (1 - kTouching);
   double first = 1;
-  forNear(proxy_ + way * 0.5, 0.5 * glm::length(way) + kRadius_m, [&](int body, std::uint32_t t) {
+  for (int body = 0; body < bodies_.count(); ++body) {
     const Pose& pose = bodies_.pose(body);
-    const TriangleRecord& r = bodies_.surface(body).triangle(t);
     const SweptSphere sphere(toLocal(pose, proxy_), glm::conjugate(pose.rotation) * way, kRadius);
-    first = std::min(first, sphere.firstTouch({r.corner(0), r.corner(1), r.corner(2)}));
-  });
+    forNear(body, proxy_ + way * 0.5, 0.5 * glm::length(way) + kRadius_m, [&](std::uint32_t t) {
+      const TriangleRecord& r = bodies_.surface(body).triangle(t);
+      first = sphere.firstTouch({r.corner(0), r.corner(1), r.corner(2)}, first);
+    });
+  }
   return first;
 }
 

@@ -24,9 +24,9 @@ class FiniteProxy final : public Renderer {
   static constexpr double kTouching = 1e-7;  ///< Of the radius: an obstacle not farther away is touched.
   static constexpr std::size_t kMaxPlanes = 16;
 
-  /// Calls visit(body, triangle) for all triangles that a ball about `centre` (world) may meet.
+  /// Calls visit(triangle) for all triangles of a body that a ball about `centre` (world) may meet.
   template <class Visit>
-  void forNear(Vec3 centre, double radius, Visit visit) const;
+  void forNear(int body, Vec3 centre, double radius, Visit visit) const;
   /// Normals of the constraint planes, all through the proxy, which is put back to where it just touches.
   [[nodiscard]] std::vector<Vec3> touchedPlanes();
   [[nodiscard]] double firstTouch(Vec3 way) const;

@@ -16,10 +16,10 @@ class SweptSphere {
   SweptSphere(Vec3 from, Vec3 way, double radius)
       : from_(from), way_(way), radius_(radius), grazing_(kGrazing * glm::length(way)) {}
 
-  /// Fraction of the way at which it first touches the triangle on approach; 1 when it does not.
-  [[nodiscard]] double firstTouch(const std::array<Vec3, 3>& corner) const {
-    if (outOfReach(corner)) return 1;
-    double first = faceTouch(corner);
+  /// Fraction of the way at which it first touches the triangle on approach; `before` when it does not until then.
+  [[nodiscard]] double firstTouch(const std::array<Vec3, 3>& corner, double before) const {
+    if (outOfReach(corner, before)) return before;
+    double first = std::min(before, faceTouch(corner));
     for (std::size_t k = 0; k < 3; ++k) {
       first = std::min(first, edgeTouch(corner[k], corner[(k + 1) % 3]));
       first = std::min(first, roundTouch(from_ - corner[k], way_));
@@ -32,10 +32,10 @@ class SweptSphere {
   static constexpr double kGrazing = 1e-9;
 
   /// By the ball about the first corner that holds the triangle.
-  [[nodiscard]] bool outOfReach(const std::array<Vec3, 3>& corner) const {
+  [[nodiscard]] bool outOfReach(const std::array<Vec3, 3>& corner, double before) const {
     const Vec3 to = corner[0] - from_;
     const double way2 = squaredLength(way_);
-    const double time = way2 > 0 ? std::clamp(glm::dot(to, way_) / way2, 0.0, 1.0) : 0;
+    const double time = way2 > 0 ? std::clamp(glm::dot(to, way_) / way2, 0.0, before) : 0;
     const double size2 = std::max(squaredLength(corner[1] - corner[0]), squaredLength(corner[2] - corner[0]));
     const double reach = radius_ + std::sqrt(size2);
     return squaredLength(to - way_ * time) > reach * reach;

@@ -106,7 +106,7 @@ std::vector<Vec3> walk(Renderer& method, Random random, double scale) {
   Vec3 step(0);
   stage.begin(hip * scale);
   std::vector<Vec3> ihips;
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 0; i < 600; ++i) {
     step = step * 0.95 + Vec3(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)) * 0.0005 -
            (hip - seam) * 0.01;
     hip += step;
