@@ -13,6 +13,21 @@
 namespace haptics::eval {
 namespace {
 
+constexpr bool isScene(std::string_view name) {
+  return std::ranges::any_of(kFailureScenes, [&](const FailureScene& scene) { return scene.name == name; });
+}
+/// Each name is that of a scene, and is followed by a space.
+constexpr bool areScenes(std::string_view names) {
+  while (!names.empty()) {
+    const std::size_t end = names.find(' ');
+    if (end == std::string_view::npos || !isScene(names.substr(0, end))) return false;
+    names.remove_prefix(end + 1);
+  }
+  return true;
+}
+static_assert(std::ranges::all_of(kExpectedFailures,
+                                  [](const Expectation& e) { return areScenes(e.fails) && areScenes(e.either); }));
+
 /// "pass", "fail" or "either".
 std::string_view expectedOutcome(std::string_view method, std::string_view scene) {
   const auto entry = std::find_if(kExpectedFailures.begin(), kExpectedFailures.end(),

@@ -1,0 +1,97 @@
+// What the baselines are made of, each against something simpler.
+#include <gtest/gtest.h>
+
+#include "tests/eval/baselines/finite_proxy.h"
+#include "tests/eval/baselines/moeller_trumbore.h"
+#include "tests/eval/baselines/swept_sphere.h"
+#include "tests/eval/corrections_off.h"
+#include "tests/eval/random.h"
+#include "tests/haptic_server/geometry/shapes.h"
+
+namespace haptics::eval {
+namespace {
+
+Vec3 anywhere(Random& random) { return {random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)}; }
+
+TriangleRecord recordOf(const std::array<Vec3, 3>& corners) {
+  shapes::Shape shape;
+  for (const Vec3 v : corners) shape.vertices.emplace_back(v);
+  shape.triangles = {{0, 1, 2}};
+  return shape.build()->triangle(0);
+}
+
+TEST(SweptSphere, StopsWhereItFirstTouchesTheTriangle) {
+  constexpr double kRadius = 0.3;
+  Random random(1);
+  int touched = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const TriangleRecord record = recordOf({anywhere(random), anywhere(random), anywhere(random)});
+    const std::array<Vec3, 3> corners{record.corner(0), record.corner(1), record.corner(2)};
+    const auto gap = [&](Vec3 at) { return std::sqrt(closestOn(record, 0, at).squaredDistance) - kRadius; };
+    const Vec3 from = anywhere(random) * 2.0;
+    const Vec3 way = anywhere(random) * 3.0;
+    if (gap(from) < 0) continue;
+    const double time = SweptSphere(from, way, kRadius).firstTouch(corners, 1);
+    for (int j = 0; j < 20; ++j) ASSERT_GT(gap(from + way * (time * j / 20)), -1e-9) << "not through it before";
+    if (time < 1) {
+      ++touched;
+      ASSERT_NEAR(gap(from + way * time), 0, 1e-9);
+    }
+  }
+  EXPECT_GT(touched, 100);
+}
+
+TEST(SweptSphere, SlidesAlongWhatItTouches) {
+  const std::array<Vec3, 3> corners{Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(0, 1, 0)};
+  EXPECT_EQ(SweptSphere({-0.1, 0, 0.3}, {0.2, 0, 0}, 0.3).firstTouch(corners, 1), 1);
+  EXPECT_EQ(SweptSphere({-0.1, 0, 0.3}, {0.2, 0, -0.1}, 0.3).firstTouch(corners, 1), 0);
+}
+
+TEST(FiniteProxy, FeelsASurfaceWhereItIsAndCannotEnterANarrowGap) {
+  const auto comb = shapes::comb(2, 0.011, 0.01, 0.02, 0.02).build();  // a gap of 1 mm, half of what would pass
+  const std::vector<std::shared_ptr<const Surface>> bodies{comb};
+  const std::vector<Pose> poses(1);
+  FiniteProxy proxy;
+  proxy.begin(bodies, poses, {0.005, 0.001, 0.012});
+  const Felt pressed = proxy.tick(poses, {0.005, 0.001, 0.008});
+  EXPECT_NEAR(glm::distance(pressed.ihip, Vec3(0.005, 0.001, 0.01)), 0, 1e-9);
+  EXPECT_NEAR(pressed.force_N.z, kSpring_N_per_m * 0.002, 1e-6);
+  proxy.place({0, 0.001, 0.012});
+  EXPECT_GT(proxy.tick(poses, {0, 0.001, 0.005}).force_N.z, kSpring_N_per_m * 0.004);
+}
+
+TEST(MoellerTrumbore, AgreesWithTheProductionTestAwayFromEdges) {
+  Random random(2);
+  int entered = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const TriangleRecord record = recordOf({anywhere(random), anywhere(random), anywhere(random)});
+    const Vec3 from = anywhere(random), to = anywhere(random);
+    const bool twoSided = random.below(2) == 0;
+    Crossing a, b;
+    const bool enters = Segment(from, to).enters(record, twoSided, a);
+    ASSERT_EQ(MoellerTrumbore(from, to).enters(record, twoSided, b), enters);
+    if (!enters) continue;
+    ++entered;
+    ASSERT_NEAR(a.time, b.time, 1e-9);
+    ASSERT_EQ(a.side, b.side);
+  }
+  EXPECT_GT(entered, 500);
+}
+
+TEST(InFloat, FindsTheClosestPointToWithinTheRoundingOfFloats) {
+  Random random(3);
+  for (int i = 0; i < 20000; ++i) {
+    const TriangleRecord record = recordOf({anywhere(random), anywhere(random), anywhere(random)});
+    const double area = glm::length(record.areaNormal());
+    if (area < 0.1) continue;  // rounding over a sliver moves the foot along it
+    const Vec3 h = anywhere(random);
+    const Foot inFloat = InFloat::closestPoint(record, 7, h);
+    const Foot inDouble = closestOn(record, 7, h);
+    ASSERT_LT(glm::distance(inFloat.point, inDouble.point), 1e-3);
+    ASSERT_NEAR(inFloat.squaredDistance, inDouble.squaredDistance, 1e-5);
+    ASSERT_EQ(inFloat.triangle, 7U);
+  }
+}
+
+}  // namespace
+}  // namespace haptics::eval
