@@ -10,6 +10,9 @@
 
 namespace haptics {
 
+/// Faces around one vertex above which the contact search cannot look at all of them in one tick.
+inline constexpr std::uint32_t kCrowdedValence = 512;
+
 /// What import found in a file and what it did about it. Counts are of triangles unless the name says otherwise.
 struct MeshReport {
   std::uint64_t trianglesInFile = 0;  ///< After triangulating polygons.
@@ -23,8 +26,11 @@ struct MeshReport {
   std::uint64_t verticesUnused = 0;     ///< Left out: no kept triangle names them.
   std::uint64_t shapesSkipped = 0;      ///< NURBS of an Inventor file, which are not triangulated.
   std::uint64_t boundaryEdges = 0;      ///< One face.
+  std::uint64_t tJunctions = 0;         ///< Boundary edges with a vertex of other boundary edges on them.
   std::uint64_t nonManifoldEdges = 0;   ///< More than two faces.
   std::uint64_t inconsistentEdges = 0;  ///< Two faces that run along it the same way: one is flipped.
+  std::uint64_t slivers = 0;            ///< More than 1,000 times as long as high; kept.
+  std::uint64_t crowdedVertices = 0;    ///< More than kCrowdedValence triangles around them.
   std::uint32_t maxValence = 0;         ///< Most triangles around one vertex.
   double meanEdge_m = 0;
   Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.

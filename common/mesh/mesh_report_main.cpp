@@ -37,9 +37,12 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Impor
               {"vertices_unused", r.verticesUnused},
               {"shapes_skipped", r.shapesSkipped},
               {"boundary_edges", r.boundaryEdges},
+              {"t_junctions", r.tJunctions},
               {"non_manifold_edges", r.nonManifoldEdges},
               {"inconsistent_edges", r.inconsistentEdges},
               {"closed", r.closed()},
+              {"slivers", r.slivers},
+              {"crowded_vertices", r.crowdedVertices},
               {"max_valence", r.maxValence},
               {"mean_edge_m", r.meanEdge_m},
               {"box_min_m", {r.boxMin_m.x, r.boxMin_m.y, r.boxMin_m.z}},
@@ -49,14 +52,15 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Impor
 }
 
 void printHeading() {
-  std::cout << "| file | triangles | kept | degenerate | out of range | duplicate | skipped parts | boundary edges | "
-               "non-manifold | flipped | closed | max valence | size m |\n"
-               "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | ---: | --- |\n";
+  std::cout
+      << "| file | triangles | kept | degenerate | out of range | duplicate | skipped parts | boundary edges | "
+         "T-junctions | non-manifold | flipped | slivers | closed | max valence | size m |\n"
+         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | ---: | --- |\n";
 }
 
 void printRow(const std::string& file, const haptics::Result<ImportedMesh>& imported) {
   if (!imported) {
-    std::cout << "| " << file << " | refused: " << imported.error().reason << " | | | | | | | | | | | |\n";
+    std::cout << "| " << file << " | refused: " << imported.error().reason << " | | | | | | | | | | | | | |\n";
     return;
   }
   const MeshReport& r = imported->report;
@@ -65,8 +69,8 @@ void printRow(const std::string& file, const haptics::Result<ImportedMesh>& impo
   std::snprintf(sizes, sizeof sizes, "%.4g x %.4g x %.4g", size_m.x, size_m.y, size_m.z);
   std::cout << "| " << file << " | " << r.trianglesInFile << " | " << r.kept << " | " << r.droppedDegenerate << " | "
             << r.droppedOutOfRange << " | " << r.duplicateFaces << " | " << r.shapesSkipped << " | " << r.boundaryEdges
-            << " | " << r.nonManifoldEdges << " | " << r.inconsistentEdges << " | " << (r.closed() ? "yes" : "no")
-            << " | " << r.maxValence << " | " << sizes << " |\n";
+            << " | " << r.tJunctions << " | " << r.nonManifoldEdges << " | " << r.inconsistentEdges << " | "
+            << r.slivers << " | " << (r.closed() ? "yes" : "no") << " | " << r.maxValence << " | " << sizes << " |\n";
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "common/mesh/t_junctions.h"
+
 namespace haptics {
 namespace {
 
@@ -17,7 +19,7 @@ std::uint64_t sideKey(std::uint32_t from, std::uint32_t to) {
   return low << (kVertexBits + 1) | high << 1 | (from > to ? 1 : 0);
 }
 
-void countEdges(const TriMesh& mesh, MeshReport& report) {
+void describeEdges(const TriMesh& mesh, MeshReport& report) {
   std::vector<std::uint64_t> sides;
   sides.reserve(3 * mesh.triangles.size());
   for (const auto [a, b, c] : mesh.triangles) {
@@ -25,6 +27,7 @@ void countEdges(const TriMesh& mesh, MeshReport& report) {
   }
   std::sort(sides.begin(), sides.end());
 
+  std::vector<EdgeIndices> boundary;
   double length = 0;
   std::uint64_t edges = 0;
   for (std::size_t i = 0; i < sides.size(); ++edges) {
@@ -32,13 +35,37 @@ void countEdges(const TriMesh& mesh, MeshReport& report) {
     std::size_t end = i;
     while (end < sides.size() && sides[end] >> 1 == edge) ++end;
     const std::size_t faces = end - i;
-    if (faces == 1) ++report.boundaryEdges;
+    const EdgeIndices ends{static_cast<std::uint32_t>(edge >> kVertexBits),
+                           static_cast<std::uint32_t>(edge & kVertexMask)};
+    if (faces == 1) boundary.push_back(ends);
     if (faces > 2) ++report.nonManifoldEdges;
     if (faces == 2 && sides[i] == sides[i + 1]) ++report.inconsistentEdges;
-    length += glm::distance(Vec3(mesh.vertices[edge >> kVertexBits]), Vec3(mesh.vertices[edge & kVertexMask]));
+    length += glm::distance(Vec3(mesh.vertices[ends[0]]), Vec3(mesh.vertices[ends[1]]));
     i = end;
   }
   report.meanEdge_m = length / static_cast<double>(edges);
+  report.boundaryEdges = boundary.size();
+  report.tJunctions = countTJunctions(mesh.vertices, boundary);
+}
+
+/// A sliver's longest side is this many times as long as it is high.
+constexpr double kSliver = 1000;
+
+bool isSliver(Vec3 a, Vec3 b, Vec3 c) {
+  const double longest2 = std::max({squaredLength(b - a), squaredLength(c - b), squaredLength(a - c)});
+  return glm::length(glm::cross(b - a, c - a)) * kSliver < longest2;
+}
+
+void describeFaces(const TriMesh& mesh, MeshReport& report) {
+  std::vector<std::uint32_t> valence(mesh.vertices.size(), 0);
+  for (const TriangleIndices& triangle : mesh.triangles) {
+    const auto [a, b, c] = triangle;
+    if (isSliver(Vec3(mesh.vertices[a]), Vec3(mesh.vertices[b]), Vec3(mesh.vertices[c]))) ++report.slivers;
+    for (const std::uint32_t v : triangle) ++valence[v];
+  }
+  report.maxValence = *std::max_element(valence.begin(), valence.end());
+  report.crowdedVertices = static_cast<std::uint64_t>(
+      std::count_if(valence.begin(), valence.end(), [](std::uint32_t n) { return n > kCrowdedValence; }));
 }
 
 void countDuplicates(const TriMesh& mesh, MeshReport& report) {
@@ -51,13 +78,9 @@ void countDuplicates(const TriMesh& mesh, MeshReport& report) {
 }  // namespace
 
 void describeTopology(const TriMesh& mesh, MeshReport& report) {
-  countEdges(mesh, report);
+  describeEdges(mesh, report);
   countDuplicates(mesh, report);
-
-  std::vector<std::uint32_t> valence(mesh.vertices.size(), 0);
-  for (const TriangleIndices& triangle : mesh.triangles) {
-    for (const std::uint32_t v : triangle) report.maxValence = std::max(report.maxValence, ++valence[v]);
-  }
+  describeFaces(mesh, report);
   report.boxMin_m = report.boxMax_m = mesh.vertices.front();
   for (const Vec3f v : mesh.vertices) {
     report.boxMin_m = glm::min(report.boxMin_m, Vec3(v));
@@ -78,8 +101,11 @@ std::string MeshReport::text() const {
   mention(verticesWelded, "vertices welded");
   mention(verticesUnused, "unused vertices left out");
   mention(boundaryEdges, "boundary edges");
+  mention(tJunctions, "of them T-junctions");
   mention(nonManifoldEdges, "non-manifold edges");
   mention(inconsistentEdges, "edges with one face flipped");
+  mention(slivers, "slivers");
+  mention(crowdedVertices, "vertices with so many faces that a search around them takes several ticks");
   if (closed()) line += ", closed";
   const Vec3 size_mm = (boxMax_m - boxMin_m) * 1e3;
   char sizes[160];
