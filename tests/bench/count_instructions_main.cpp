@@ -1,0 +1,47 @@
+// Runs the ticks of one trajectory over a sphere of 10,800 triangles in a function of their own, for callgrind to count
+// (instruction_gate.py). Usage: count_instructions TRAJECTORY; prints the number of ticks.
+
+#include <cstring>
+#include <iostream>
+
+#include "tests/bench/scenes.h"
+
+namespace {
+
+using namespace haptics::bench;
+
+constexpr std::uint32_t kSegmentsCounted = 30;
+constexpr int kTicks = 4000;
+
+struct Case {
+  const char* name;
+  Trajectory trajectory;
+};
+constexpr Case kCases[] = {{"rubbing", kRubbing},
+                           {"slide", kSlide},
+                           {"free", kFreeSpace},
+                           {"second_body", kSecondBodyNear},
+                           {"line_contact", kLineContact}};
+
+double sum = 0;  // keeps the ticks' results alive
+
+}  // namespace
+
+/// Nothing else is counted: its name is what the gate tells callgrind.
+extern "C" [[gnu::noinline]] void countedTicks(Replay& replay) {
+  for (int i = 0; i < kTicks; ++i) sum += replay.tick().penetration_m;
+}
+
+int main(int argc, char** argv) {
+  for (const Case& each : kCases) {
+    if (argc != 2 || std::strcmp(argv[1], each.name) != 0) continue;
+    Replay replay(each.trajectory.make(kSegmentsCounted));
+    countedTicks(replay);
+    std::cout << kTicks << '\n';
+    return sum >= 0 ? 0 : 1;
+  }
+  std::cerr << "usage: count_instructions";
+  for (const Case& each : kCases) std::cerr << ' ' << each.name;
+  std::cerr << '\n';
+  return 2;
+}
