@@ -1,4 +1,4 @@
-"""Runs the verbs of haptic_eval that draw or measure, small, and checks what they wrote."""
+"""Runs verbs of haptic_eval, small, and checks what they wrote."""
 
 import csv
 import json
@@ -36,6 +36,29 @@ class Verb(unittest.TestCase):
         self.assertEqual((self.out / f"{verb}.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
         self.assertGreater((self.out / f"{verb}.png").stat().st_size, 20_000)
         self.assertIn("</svg>", (self.out / f"{verb}.svg").read_text()[-20:])
+
+
+class Failures(Verb):
+    def test_writes_flat_records_of_every_scene_for_each_seed(self):
+        self.run_well("failures", "--seed", "3", "--seeds", "2", "--method", "ours")
+        records = self.records("failures")
+        names = [f"S{i}" for i in (*range(1, 13), 17)]
+        self.assertEqual([(r["seed"], r["scene"]) for r in records], [(seed, name) for seed in (3, 4) for name in names])
+        for record in records:
+            self.assertEqual((record["method"], record["pass"], record["expected"]), ("ours", True, "pass"))
+            for key, value in record.items():
+                self.assertIsInstance(value, (bool, int, float, str), key)
+        by_name = {r["scene"]: r for r in records}
+        for scene, zero in (("S1", "ghost_force_N"), ("S2", "inside_box_ticks"), ("S3", "inside_without_force_ticks"),
+                            ("S4", "plate_undetected_ticks"), ("S5", "leaks"), ("S7", "lost_ticks"),
+                            ("S9", "pop_through_ticks"), ("S11", "wrong_ticks_away_from_defects"),
+                            ("S12", "powers_of_two_different_ticks"), ("S17", "nan_ticks")):
+            self.assertEqual(by_name[scene][zero], 0, zero)
+
+    def test_says_which_method_there_is_not(self):
+        done = run("failures", "--method", "hearsay")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("hearsay", done.stderr)
 
 
 class Chart(Verb):

@@ -69,6 +69,52 @@ TEST(ServoLoop, DropsAndCountsSamplesThatNobodyTakes) {
   EXPECT_EQ(loop.statistics().droppedSamples.load(), loop.statistics().ticks.load() - ServoLoop::kQueuedSamples);
 }
 
+/// Comes down into z < 0 once and stays there.
+class PressingDevice final : public FakeDevice {
+ public:
+  [[nodiscard]] DeviceReading read(std::uint64_t) noexcept override {
+    depth_ = std::min(depth_ + 1e-4, 0.002);
+    return {Vec3(0.001, 0.002, -depth_), DeviceState::kReady};
+  }
+
+ private:
+  double depth_ = -0.003;
+};
+
+TEST(ServoLoop, KeepsItsSceneUntilTheContactThatTheNextOneBreaksIsLetGoAndThenTakesTheNewest) {
+  const auto box = testing::surfaceOf(makeBox(Vec3(0.1), 2).value());
+  const auto boxAt = [&](std::uint64_t revision, double z) {
+    auto scene = testing::sceneOf(revision, {testing::objectOf(1, box, Vec3(0, 0, z), 1000)});
+    scene->plan = std::make_shared<const ExplorationPlan>();
+    return scene;
+  };
+  PressingDevice device;
+  SceneCrossing crossing;
+  ServoLoop loop(device, crossing, 2000);
+  const std::atomic<bool> stop{false};
+  auto held = boxAt(1, -0.05);
+  const std::weak_ptr<const ExplorationPlan> heldPlan = held->plan;
+  crossing.publish(std::move(held));
+  while (loop.statistics().contactTicks.load() < 30) loop.run(stop, 10);  // a loaded machine misses ticks
+  crossing.publish(boxAt(2, -0.3));
+  loop.run(stop, 10);
+  crossing.publish(boxAt(3, -0.4));
+  loop.run(stop, 10);
+  EXPECT_EQ(loop.statistics().adoptedRevision.load(), 1U);
+  EXPECT_FALSE(heldPlan.expired()) << "still in use";
+  while (loop.statistics().adoptedRevision.load() == 1) loop.run(stop, 10);
+  EXPECT_EQ(loop.statistics().adoptedRevision.load(), 3U);
+  EXPECT_GT(loop.statistics().contactTicks.load(), 100U);
+  crossing.reclaim();
+  EXPECT_TRUE(heldPlan.expired());
+  TelemetrySample sample;
+  std::uint64_t revision = 1;
+  while (loop.pop(sample)) {
+    EXPECT_TRUE(sample.sceneRevision == 3 || sample.sceneRevision == revision);
+    revision = sample.sceneRevision;
+  }
+}
+
 TEST(ServoLoop, StopsWhenAsked) {
   FakeDevice device;
   SceneCrossing crossing;
