@@ -27,10 +27,12 @@ struct ContactState {
   int holdingCount =
       0;  ///< kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
   std::array<HoldingSurface, kMaxHolding>
-      holding;    ///< Unless free, the first one is that to which the contact belongs.
-  Vec3 hip{0};    ///< World, of the last tick.
-  Vec3 ihip{0};   ///< World, of the last tick; also when free.
-  Vec3 local{0};  ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
+      holding;   ///< Unless free, the first one is that to which the contact belongs.
+  Vec3 hip{0};   ///< World, of the last tick.
+  Vec3 ihip{0};  ///< World, of the last tick; also when free.
+  Feature feature =
+      Feature::kPolygon;  ///< kOneSurface: what of the triangle holds the IHIP, itself, one of its lines or vertices.
+  Vec3 local{0};          ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
 
   /// The surfaces that the contact involves: none when free, else at least the first.
   [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept {

@@ -5,17 +5,20 @@
 #include <span>
 
 #include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/hip_following.h"
 #include "haptic_server/contact/near_bodies.h"
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/contact/plane_set.h"
 
 namespace haptics {
 
-/// Steps into which the HIP's motion is divided in contact, at most; longer motion makes longer steps.
-inline constexpr int kMaxSteps = 16;
-/// Of a triangle's size (root of twice its area) that the HIP advances per step in contact, so that the search follows
-/// the path that a slow hand would take. Larger jumps over creases; smaller costs time.
+/// Steps into which the HIP's motion is divided, at most.
+inline constexpr int kMaxSteps = 64;
+/// Of a triangle's size (root of twice its area) that the HIP advances per step while several surfaces hold the IHIP, so
+/// that the solver follows the path that a slow hand would take. Larger jumps over creases; smaller costs time.
 inline constexpr double kStepFraction = 0.5;
+/// No step of the solver is a smaller fraction of the tick.
+inline constexpr double kLeastSolverStep = 0x1p-4;
 /// Is a motion of the HIP (squared, m^2) no more than a step over a triangle (square of twice its area, m^4)?
 [[nodiscard]] constexpr bool inOneStep(double squaredStep, double squaredTwiceArea) noexcept {
   constexpr double kFraction2 = kStepFraction * kStepFraction;
@@ -63,8 +66,10 @@ class ContactTick {
 
   // contact_tick_impl.h: the tick in steps, motion in free space
   void start() noexcept;
-  [[nodiscard]] double stepEnd(double now) const noexcept;
-  [[nodiscard]] double advance(double now, double end) noexcept;
+  [[nodiscard]] double solverStepEnd(double now) const noexcept;
+  [[nodiscard]] double advance(double now, bool last) noexcept;
+  [[nodiscard]] Vec3 hipAt(double time) const noexcept { return time < 1 ? glm::mix(state_.hip, hip_, time) : hip_; }
+  void setTime(double time) noexcept { near_.setTime(bodies_, Corrections::kObjectFrameSegments ? time : 1); }
   [[nodiscard]] double advanceFree(double now, double end, Vec3 hip) noexcept;
   /// Bodies that are leaving the scene cannot be touched anew.
   template <class Skip>
@@ -78,7 +83,13 @@ class ContactTick {
   [[nodiscard]] ContactResult result() noexcept;
 
   // surface_following_impl.h: one surface
+  [[nodiscard]] HipMotion motionOver(const Body& body) const noexcept;
+  [[nodiscard]] double advanceOnSurface(double now, bool last) noexcept;
   void followSurface(Vec3 hip) noexcept;
+  [[nodiscard]] bool isGuarded(const Surface& surface) const noexcept {
+    return Corrections::kGuard && (near_.count() > 1 || surface.anyCrossed());
+  }
+  [[nodiscard]] bool settle(const SearchResult& found, const SearchPath& path, Vec3 h, Vec3 hip) noexcept;
   [[nodiscard]] bool isOutside(const Surface& surface, const Foot& foot, Vec3 h) const noexcept;
   [[nodiscard]] bool pathIsClear(const SearchPath& path, const Frame& frame) noexcept;
   [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame& frame) noexcept;

@@ -28,8 +28,9 @@ ContactResult ContactTick<Corrections>::run() noexcept {
   start();
   double now = 0;
   // Contacts and releases within a step may divide it again; a bound on all of them together bounds the tick.
-  while (now < 1 && work_.steps < 3 * kMaxSteps) {
-    now = advance(now, ++work_.steps >= kMaxSteps ? 1 : stepEnd(now));
+  while (now < 1 && work_.steps < 2 * kMaxSteps) {
+    const bool last = ++work_.steps >= kMaxSteps || work_.interrupted;
+    now = advance(now, last);
   }
   state_.hip = hip_;
   return result();
@@ -44,15 +45,19 @@ void ContactTick<Corrections>::start() noexcept {
   lift_ = kLift * extent_m;
   if (!Corrections::kObjectFrameSegments) near_.setTime(bodies_, 1);
   const bool oneSurface = state_.mode == Mode::kOneSurface;
+  if (oneSurface) {
+    const Body& body = bodies_[static_cast<std::size_t>(held().body)];
+    foot_ = heldFoot(*body.surface, state_, motionOver(body).from);
+  }
   if (oneSurface && near_.count() == 1) return;  // no other body's frame to keep
   const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held().triangle)) : state_.ihip;
   const Points from = near_.inEachFrame(ihip);
   near_.moveAll(from, 1);
 }
 
-/// The time to advance to.
+/// The time to advance to while several surfaces hold.
 template <class Corrections>
-double ContactTick<Corrections>::stepEnd(double now) const noexcept {
+double ContactTick<Corrections>::solverStepEnd(double now) const noexcept {
   if (!Corrections::kSubsteps || state_.holdingCount == 0) return 1;
   const Body& body = bodies_[static_cast<std::size_t>(held().body)];
   const double twiceArea2 = squaredLength(body.surface->triangle(held().triangle).areaNormal());
@@ -60,20 +65,17 @@ double ContactTick<Corrections>::stepEnd(double now) const noexcept {
                                    : squaredLength(hip_ - state_.hip);
   if (inOneStep(step2, twiceArea2)) return 1;
   const double part = kStepFraction * std::sqrt(std::sqrt(twiceArea2) / step2);
-  return std::min(1.0, now + std::max(part, 1.0 / (kMaxSteps - 1)));
+  return std::min(1.0, now + std::max(part, kLeastSolverStep));
 }
 
-/// Returns the time reached: before `end` when something was touched on the way.
+/// Returns the time reached; the end of the tick when this is its last step, unless something is touched on the way.
 template <class Corrections>
-double ContactTick<Corrections>::advance(double now, double end) noexcept {
-  near_.setTime(bodies_, Corrections::kObjectFrameSegments ? end : 1);
-  const Vec3 hip = end < 1 ? glm::mix(state_.hip, hip_, end) : hip_;
-  if (state_.mode == Mode::kFree) return advanceFree(now, end, hip);
-  if (state_.mode == Mode::kOneSurface) {
-    followSurface(hip);
-  } else {
-    solve(hip);
-  }
+double ContactTick<Corrections>::advance(double now, bool last) noexcept {
+  if (state_.mode == Mode::kOneSurface) return advanceOnSurface(now, last);
+  const double end = state_.mode == Mode::kFree || last ? 1 : solverStepEnd(now);
+  setTime(end);
+  if (state_.mode == Mode::kFree) return advanceFree(now, end, hipAt(end));
+  solve(hipAt(end));
   return end;
 }
 
@@ -132,6 +134,7 @@ void ContactTick<Corrections>::hold(const HoldingSurface& surface, const Foot& f
   state_.mode = Mode::kOneSurface;
   state_.holdingCount = 1;
   state_.holding[0] = surface;
+  state_.feature = foot.feature;
   state_.local = foot.point;
   state_.ihip = ihip;
   foot_ = foot;

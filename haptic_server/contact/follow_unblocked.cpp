@@ -3,9 +3,11 @@
 #include "haptic_server/contact/follow_unblocked.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "haptic_server/contact/contact_tick.h"
-#include "haptic_server/contact/cross_lines.h"
+#include "haptic_server/contact/hip_following.h"
+#include "haptic_server/geometry/neighbours.h"
 
 namespace haptics {
 namespace {
@@ -59,17 +61,48 @@ struct Minimum {
   Foot foot;
   Vec3 normal;
   int looked = 0;  // triangles
+  int steps = 0;
 };
 
-/// Any search. False when it ends nowhere, or where h is not held. Out of line, as pathIsClear() is, to leave the
-/// registers to the tick that goes straight.
-[[gnu::noinline]] bool searchOn(const Surface& surface, const HoldingSurface& holding, Vec3 h, SearchPath* path,
-                                Minimum& minimum) noexcept {
-  minimum.looked = 0;
-  const SearchResult found = neighborhoodWatch(surface, holding.triangle, h, path, minimum.looked);
-  minimum.foot = found.foot;
-  minimum.normal = surface.normal(found.foot);
-  return found.converged && !surface.onBoundary(found.foot) && !surface.isOutside(found.foot, h, holding.side);
+/// A polygon and the prism over it, of h.
+struct Over {
+  std::uint32_t triangle;
+  Prism prism;
+};
+
+/// The HIP has gone from one prism into the next: what followHip() makes of it when nothing else was in between, without
+/// the time at which it went. False when there may be more to it.
+[[nodiscard, gnu::always_inline]] inline bool hopOnce(const Surface& surface, int side, Vec3 from, Vec3 h,
+                                                      Over& over) noexcept {
+  const unsigned beyond = over.prism.beyond();
+  const bool outside = (over.prism.height() >= 0) == (side > 0);
+  if (!std::has_single_bit(beyond) || outside) return false;
+  const int line = std::countr_zero(beyond);
+  const int across = sameLineAcross(surface, over.triangle, line);
+  if (across < 0) return false;
+  over.triangle = surface.triangle(over.triangle).neighbour(line);
+  over.prism = Prism(surface.triangle(over.triangle), all(h));
+  // At both ends on the inner side of the other two lines: so it was when it came.
+  const Prism before(surface.triangle(over.triangle), all(from));
+  return over.prism.holds() && (before.beyond() & ~(1U << across)) == 0;
+}
+
+/// The HIP may have left the region of the primitive that held it. False when a search ends nowhere, or where the HIP is
+/// not held. Out of line, as pathIsClear() is, to leave the registers to the tick that goes straight.
+[[gnu::noinline]] bool searchOn(const Surface& surface, const ContactState& state, const HipMotion& motion,
+                                SearchPath* path, Minimum& minimum) noexcept {
+  const int side = state.holding[0].side;
+  minimum.foot = heldFoot(surface, state, motion.from);
+  for (double now = 0; now < 1;) {
+    if (++minimum.steps == kMaxSteps) return false;
+    const HipStep step = followHip(surface, motion, side, minimum.foot, now, path, minimum.looked);
+    now = step.end;
+    minimum.foot = step.found.foot;
+    if (!step.found.converged || surface.onBoundary(minimum.foot)) return false;
+    if (surface.isOutside(minimum.foot, motion.at(now), side)) return false;
+  }
+  minimum.normal = surface.normal(minimum.foot);
+  return true;
 }
 
 /// Axes and origin of a Frame, to turn and carry with its operations.
@@ -95,23 +128,26 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
 
   const Vec3 h = body.frame.toLocal(hip);
-  Walk walk{holding.triangle, Prism(record, all(h))};
-  if (!inOneStep(squaredLength(hip - state.hip), walk.prism.squaredNormal())) return false;
+  Over over{holding.triangle, Prism(record, all(h))};
   SearchPath path;
   const bool guarded = others.count > 0;
   Minimum minimum;
   Four foot;
   Four normal;
-  if (crossLines(surface, h, guarded ? &path : nullptr, walk)) {
-    const bool outside = (walk.prism.height() >= 0) == (holding.side > 0);
+  const bool onPolygon = state.feature == Feature::kPolygon;
+  const Vec3 from = body.frame.toLocal(state.hip);
+  const bool stays = onPolygon && over.prism.holds();
+  if (stays || (onPolygon && !guarded && hopOnce(surface, holding.side, from, h, over))) {
+    const bool outside = (over.prism.height() >= 0) == (holding.side > 0);
     if (outside) return false;
-    minimum.foot.triangle = walk.triangle;
-    minimum.looked = walk.looked;
-    foot = walk.foot;
-    normal = walk.prism.unitNormal();
+    minimum.foot.triangle = over.triangle;
+    minimum.looked = stays ? 1 : 2;
+    minimum.steps = 1;
+    foot = over.prism.foot(four(h));
+    normal = over.prism.unitNormal();
+    if (guarded) path.add(vec3(foot), over.triangle);
   } else {
-    path.clear();
-    if (!searchOn(surface, holding, h, guarded ? &path : nullptr, minimum)) return false;
+    if (!searchOn(surface, state, {from, h}, guarded ? &path : nullptr, minimum)) return false;
     foot = four(minimum.foot.point);
     normal = four(minimum.normal);
   }
@@ -119,6 +155,7 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip
 
   const WideFrame frame(body.frame);
   state.holding[0].triangle = minimum.foot.triangle;
+  state.feature = minimum.foot.feature;
   state.local = vec3(foot);
   state.ihip = vec3(frame.turn(foot) + frame.origin);
   state.hip = hip;
@@ -129,8 +166,9 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip
   result.penetration_m = glm::length(state.ihip - hip);
   result.primitive = primitiveOf(surface, minimum.foot);
   result.work.triangles = minimum.looked;
-  result.work.segments = static_cast<int>(others.count * (1 + path.size()));  // the held body's own motion is one
-  result.work.steps = 1;
+  result.work.segments =
+      static_cast<int>(others.count * (static_cast<std::size_t>(minimum.steps) + path.size()));  // each starts with one
+  result.work.steps = minimum.steps;
   return true;
 }
 

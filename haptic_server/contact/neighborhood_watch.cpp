@@ -11,13 +11,14 @@ SearchResult neighborhoodWatch<AllCorrections>(const Surface& surface, std::uint
                                                int& spent) noexcept {
   const TriangleRecord& record = surface.triangle(start);
   if (!record.zeroArea() && spent + kMostCrossed < kSearchBudget) {
+    const std::size_t known = path != nullptr ? path->size() : 0;
     Walk walk{start, Prism(record, all(h))};
     if (crossLines(surface, h, path, walk)) {
       spent += walk.looked;
       const Vec3 foot = vec3(walk.foot);
       return {{walk.triangle, Feature::kPolygon, 0, foot, squaredLength(h - foot)}, true};
     }
-    if (path != nullptr) path->clear();
+    if (path != nullptr) path->keepFirst(known);
   }
   ++spent;
   return neighborhoodWatch(surface, closestOn(record, start, h), h, path, spent);

@@ -27,7 +27,7 @@ class SearchPath {
     if (count_ < kCapacity) points_[count_] = {place, triangle};
     ++count_;
   }
-  void clear() noexcept { count_ = 0; }
+  void keepFirst(std::size_t count) noexcept { count_ = count; }
   [[nodiscard]] bool complete() const noexcept { return count_ <= kCapacity; }
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   [[nodiscard]] auto begin() const noexcept { return points_.begin(); }
@@ -53,7 +53,7 @@ template <class Corrections = AllCorrections>
 extern template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*,
                                                                int&) noexcept;
 
-/// The same from triangle `start`, which counts as looked at; `path` is null or empty.
+/// The same from triangle `start`, which counts as looked at.
 template <class Corrections = AllCorrections>
 [[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
                                              int& spent) noexcept {

@@ -6,6 +6,12 @@
 
 namespace haptics {
 
+template <class Corrections>
+HipMotion ContactTick<Corrections>::motionOver(const Body& body) const noexcept {
+  const Vec3 from = body.moving ? toLocal(body.previous, state_.hip) : body.frame.toLocal(state_.hip);
+  return {from, body.frame.toLocal(hip_)};
+}
+
 /// Paper 3.2, the search and the test whether the HIP is still inside. Deviations:
 ///  - The sign is tested only once the search has converged, with the normal of the primitive that holds the foot.
 ///  - The path of the IHIP is guarded: "we constrain the IHIP such that it does not penetrate any object", but
@@ -14,25 +20,63 @@ namespace haptics {
 ///  - The way out is tested in the same tick: it may lead into another tooth of a comb, or another body.
 ///  - At a boundary neither search nor sign mean anything: the constraint solver takes over.
 template <class Corrections>
+double ContactTick<Corrections>::advanceOnSurface(double now, bool last) noexcept {
+  const HoldingSurface holding = held();
+  const Body& body = bodies_[static_cast<std::size_t>(holding.body)];
+  const HipMotion motion = motionOver(body);
+  SearchPath path;
+  SearchPath* const guarded = isGuarded(*body.surface) ? &path : nullptr;
+  HipStep step{1, {}};
+  constexpr bool kFollows = Corrections::kSubsteps && Corrections::kFeatureCodes &&
+                            &Corrections::closestPoint == &AllCorrections::closestPoint;
+  if (last || !kFollows) {
+    step.found = neighborhoodWatch<Corrections>(*body.surface, holding.triangle, motion.to, guarded, work_.triangles);
+  } else {
+    step = followHip<Corrections>(*body.surface, motion, holding.side, foot_, now, guarded, work_.triangles);
+  }
+  setTime(step.end);
+  const Vec3 hip = hipAt(step.end);
+  if (settle(step.found, path, motion.at(step.end), hip)) followSurface(hip);
+  return step.end;
+}
+
+/// The search from a triangle that was touched just now.
+template <class Corrections>
 void ContactTick<Corrections>::followSurface(Vec3 hip) noexcept {
   constexpr int kMostTeeth = 4;  // left and entered again within a step; the next step goes on
-  for (int i = 0; i < kMostTeeth && state_.mode == Mode::kOneSurface; ++i) {
-    const HoldingSurface holding = held();
+  for (int i = 0; i < kMostTeeth; ++i) {
     const Near& near = heldNear();
-    const Surface& s = *near.surface;
-    const Frame& frame = near.frame;
-    const Vec3 h = frame.toLocal(hip);
-    const bool guarded = Corrections::kGuard && (near_.count() > 1 || s.anyCrossed());
+    const Vec3 h = near.frame.toLocal(hip);
     SearchPath path;
-    const SearchResult found =
-        neighborhoodWatch<Corrections>(s, holding.triangle, h, guarded ? &path : nullptr, work_.triangles);
-    if (guarded && !pathIsClear(path, frame)) return Corrections::kSeveralSurfaces ? resolve(hip) : stay();
-    hold({holding.body, holding.side, found.foot.triangle}, found.foot, frame.toWorld(found.foot.point));
-    if (Corrections::kSeveralSurfaces && s.onBoundary(found.foot)) return resolve(hip);
-    work_.interrupted = work_.interrupted || !found.converged;
-    if (!found.converged || !isOutside(s, found.foot, h)) return;
-    leave(found.foot, hip);
+    SearchPath* const guarded = isGuarded(*near.surface) ? &path : nullptr;
+    if (!settle(neighborhoodWatch<Corrections>(*near.surface, held().triangle, h, guarded, work_.triangles), path, h,
+                hip)) {
+      return;
+    }
   }
+}
+
+/// The IHIP to where the search for h, the HIP in the body's frame, has led, unless something blocks the path, and off
+/// the surface when h is outside. Returns whether another surface was touched then.
+template <class Corrections>
+bool ContactTick<Corrections>::settle(const SearchResult& found, const SearchPath& path, Vec3 h, Vec3 hip) noexcept {
+  const HoldingSurface holding = held();
+  const Near& near = heldNear();
+  const Surface& s = *near.surface;
+  const Frame& frame = near.frame;
+  if (isGuarded(s) && !pathIsClear(path, frame)) {
+    Corrections::kSeveralSurfaces ? resolve(hip) : stay();
+    return false;
+  }
+  hold({holding.body, holding.side, found.foot.triangle}, found.foot, frame.toWorld(found.foot.point));
+  if (Corrections::kSeveralSurfaces && s.onBoundary(found.foot)) {
+    resolve(hip);
+    return false;
+  }
+  work_.interrupted = work_.interrupted || !found.converged;
+  if (!found.converged || !isOutside(s, found.foot, h)) return false;
+  leave(found.foot, hip);
+  return state_.mode == Mode::kOneSurface;
 }
 
 template <class Corrections>

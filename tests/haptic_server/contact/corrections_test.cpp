@@ -59,15 +59,22 @@ TEST(Corrections, WithoutFeatureCodesTheIhipNeverLeavesItsFirstPolygon) {
 struct WithoutPseudonormals : AllCorrections {
   static constexpr bool kPseudonormals = false;
 };
-TEST(Corrections, WithoutPseudonormalsASpikesTipHoldsAHipThatIsBeyondIt) {
+/// A hand so fast that steps do not divide its motion.
+template <class Corrections>
+struct InOneStep : Corrections {
+  static constexpr bool kSubsteps = false;
+};
+template <class Corrections>
+bool isHeldBeyondATip() {
   World world;
   world.add(shapes::cone(0.01, 0.05, 5));
-  Apprentice<WithoutPseudonormals> pricked(world, {0.004, 0.0003, 0.046});
-  (void)pricked.tick({0.0002, 0.0003, 0.045});
-  EXPECT_TRUE(pricked.full().touching);
-  const ContactResult r = pricked.tick({-0.001, 0.0003, 0.051});
-  EXPECT_FALSE(pricked.full().touching);
-  EXPECT_TRUE(r.touching);
+  Apprentice<InOneStep<Corrections>> pricked(world, {0.004, 0.0003, 0.046});
+  EXPECT_TRUE(pricked.tick({0.0002, 0.0003, 0.045}).touching);
+  return pricked.tick({-0.001, 0.0003, 0.051}).touching;
+}
+TEST(Corrections, WithoutPseudonormalsASpikesTipHoldsAHipThatIsBeyondIt) {
+  EXPECT_FALSE(isHeldBeyondATip<AllCorrections>());
+  EXPECT_TRUE(isHeldBeyondATip<WithoutPseudonormals>());
 }
 
 struct WithoutSameTickSearch : AllCorrections {
@@ -91,9 +98,9 @@ TEST(Corrections, WithoutTheExitRetestTheHipFallsIntoTheNextBody) {
   World world;
   world.add(shapes::box({0.02, 0.02, 0.02}, 1));
   world.add(shapes::box({0.02, 0.02, 0.02}, 1), Vec3(0.0205, 0, 0));
-  Apprentice<WithoutExitRetest> combed(world, {0.0, 0.001, 0.011});
-  (void)combed.tick({0.0092, 0.001, 0.0095});
+  Apprentice<WithoutExitRetest> combed(world, {0.0101, 0.001, 0.009});
   (void)combed.tick({0.0097, 0.001, 0.009});
+  EXPECT_TRUE(combed.full().touching);
   const ContactResult r = combed.tick({0.0112, 0.001, 0.0085});
   EXPECT_FALSE(r.touching);
   EXPECT_TRUE(combed.full().touching);

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <algorithm>
+
+#include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/neighborhood_watch.h"
+
+namespace haptics {
+
+/// How far, as a fraction of the tick, beyond the region of a line or vertex that the HIP has left the next search is
+/// made. Larger confuses the order in which primitives are left; smaller makes more steps where they are tiny.
+inline constexpr double kLeastStep = 0x1p-6;
+
+/// The HIP's way in a tick, in the frame of the body that holds the IHIP, metres.
+struct HipMotion {
+  Vec3 from;
+  Vec3 to;
+
+  [[nodiscard]] Vec3 at(double time) const noexcept { return time < 1 ? glm::mix(from, to, time) : to; }
+};
+
+/// Where a step along the HIP's way came to.
+struct HipStep {
+  double end;          ///< Time, as a fraction of the tick.
+  SearchResult found;  ///< At that time.
+};
+
+/// Of the IHIP on its one surface, for the HIP h of the last tick (body frame). Of a polygon only which one it is.
+[[nodiscard]] inline Foot heldFoot(const Surface& surface, const ContactState& state, Vec3 h) noexcept {
+  const std::uint32_t triangle = state.holding[0].triangle;
+  return state.feature == Feature::kPolygon ? Foot{triangle} : closestOn(surface.triangle(triangle), triangle, h);
+}
+
+/// From polygon to polygon, as long as the HIP goes from one's prism into the next one's, straight or by the wedge over
+/// the line between: `foot` and `now` are taken along. Returns whether that leads to the end of the motion.
+[[nodiscard]] bool followOverPolygons(const Surface& surface, const HipMotion& motion, int side, Foot& foot,
+                                      double& now, SearchPath* path, int& spent) noexcept;
+
+/// The time, not before `now`, at which the HIP leaves the region for which the line or vertex of the foot is a local
+/// minimum of the distance: over a line the wedge between the prisms beside it, over a vertex the cone between the
+/// planes at the ends of its lines. 1 when it stays.
+[[nodiscard]] double timeInRegion(const Surface& surface, const Foot& foot, const HipMotion& motion,
+                                  double now) noexcept;
+
+/// One step of the IHIP after the HIP over a surface, from `foot` at time `now`. As long as the HIP stays in the region
+/// of a primitive nothing can change but the place on it, so that steps go from region to region, and none, however
+/// long, takes the IHIP along another path than a slow hand's. `side` as in HoldingSurface; `path` may be null; `spent`
+/// as in neighborhoodWatch().
+template <class Corrections = AllCorrections>
+[[nodiscard]] HipStep followHip(const Surface& surface, const HipMotion& motion, int side, Foot foot, double now,
+                                SearchPath* path, int& spent) noexcept {
+  if (foot.feature == Feature::kPolygon) {
+    if (followOverPolygons(surface, motion, side, foot, now, path, spent)) return {1, {foot, true}};
+  } else {
+    now = timeInRegion(surface, foot, motion, now);
+  }
+  const double end = std::min(1.0, now + kLeastStep);
+  return {end, neighborhoodWatch<Corrections>(surface, foot.triangle, motion.at(end), path, spent)};
+}
+
+}  // namespace haptics
