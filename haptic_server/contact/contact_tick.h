@@ -17,8 +17,8 @@ inline constexpr int kMaxSteps = 64;
 /// Of a triangle's size (root of twice its area) that the HIP advances per step while several surfaces hold the IHIP, so
 /// that the solver follows the path that a slow hand would take. Larger jumps over creases; smaller costs time.
 inline constexpr double kStepFraction = 0.5;
-/// No step of the solver is a smaller fraction of the tick.
-inline constexpr double kLeastSolverStep = 0x1p-4;
+/// No such step is a smaller fraction of the tick.
+inline constexpr double kLeastShortStep = 0x1p-4;
 /// Is a motion of the HIP (squared, m^2) no more than a step over a triangle (square of twice its area, m^4)?
 [[nodiscard]] constexpr bool inOneStep(double squaredStep, double squaredTwiceArea) noexcept {
   constexpr double kFraction2 = kStepFraction * kStepFraction;
@@ -66,7 +66,7 @@ class ContactTick {
 
   // contact_tick_impl.h: the tick in steps, motion in free space
   void start() noexcept;
-  [[nodiscard]] double solverStepEnd(double now) const noexcept;
+  [[nodiscard]] double shortStepEnd(double now) const noexcept;
   [[nodiscard]] double advance(double now, bool last) noexcept;
   [[nodiscard]] Vec3 hipAt(double time) const noexcept { return time < 1 ? glm::mix(state_.hip, hip_, time) : hip_; }
   void setTime(double time) noexcept { near_.setTime(bodies_, Corrections::kObjectFrameSegments ? time : 1); }

@@ -55,9 +55,9 @@ void ContactTick<Corrections>::start() noexcept {
   near_.moveAll(from, 1);
 }
 
-/// The time to advance to while several surfaces hold.
+/// The time to advance to where the HIP is followed by length: while several surfaces hold.
 template <class Corrections>
-double ContactTick<Corrections>::solverStepEnd(double now) const noexcept {
+double ContactTick<Corrections>::shortStepEnd(double now) const noexcept {
   if (!Corrections::kSubsteps || state_.holdingCount == 0) return 1;
   const Body& body = bodies_[static_cast<std::size_t>(held().body)];
   const double twiceArea2 = squaredLength(body.surface->triangle(held().triangle).areaNormal());
@@ -65,14 +65,14 @@ double ContactTick<Corrections>::solverStepEnd(double now) const noexcept {
                                    : squaredLength(hip_ - state_.hip);
   if (inOneStep(step2, twiceArea2)) return 1;
   const double part = kStepFraction * std::sqrt(std::sqrt(twiceArea2) / step2);
-  return std::min(1.0, now + std::max(part, kLeastSolverStep));
+  return std::min(1.0, now + std::max(part, kLeastShortStep));
 }
 
 /// Returns the time reached; the end of the tick when this is its last step, unless something is touched on the way.
 template <class Corrections>
 double ContactTick<Corrections>::advance(double now, bool last) noexcept {
   if (state_.mode == Mode::kOneSurface) return advanceOnSurface(now, last);
-  const double end = state_.mode == Mode::kFree || last ? 1 : solverStepEnd(now);
+  const double end = state_.mode == Mode::kFree || last ? 1 : shortStepEnd(now);
   setTime(end);
   if (state_.mode == Mode::kFree) return advanceFree(now, end, hipAt(end));
   solve(hipAt(end));

@@ -30,7 +30,9 @@ double ContactTick<Corrections>::advanceOnSurface(double now, bool last) noexcep
   constexpr bool kFollows = Corrections::kSubsteps && Corrections::kFeatureCodes &&
                             &Corrections::closestPoint == &AllCorrections::closestPoint;
   if (last || !kFollows) {
-    step.found = neighborhoodWatch<Corrections>(*body.surface, holding.triangle, motion.to, guarded, work_.triangles);
+    step.end = last ? 1 : shortStepEnd(now);
+    step.found =
+        neighborhoodWatch<Corrections>(*body.surface, holding.triangle, motion.at(step.end), guarded, work_.triangles);
   } else {
     step = followHip<Corrections>(*body.surface, motion, holding.side, foot_, now, guarded, work_.triangles);
   }

@@ -69,7 +69,9 @@ int strokeKnife(Renderer& method, Random& random, int& ticks) {
     const Vec3 through{random.between(-0.001, -0.0002) * way, from.y + random.between(-0.005, 0.005), from.z};
     stage.place(from);
     stage.lead(from, through, random.between(0.0001, 0.0004), check);
-    stage.lead(through, {through.x, through.y, 0.001}, random.between(0.0001, 0.0004), check);
+    // Slowly, and so fast that a single step leads over the edge.
+    const double step = i % 2 == 0 ? random.between(0.0001, 0.0004) : random.between(0.003, 0.005);
+    stage.lead(through, {through.x, through.y, 0.001}, step, check);
   }
   ticks += stage.ticks();
   return wrong;
