@@ -14,7 +14,7 @@ constexpr std::array kTriangles{12, 192, 768, 3072, 12288, 12 * 74 * 74, 12 * 28
 constexpr double kDepth_m = 0.002;
 constexpr double kStep_m = 1e-4;  // 0.1 m/s at 1 kHz
 constexpr int kColdTicks = 12;    // on each shape: a sweep takes some 10 ms
-constexpr int kCountedTicks = 5;
+constexpr int kCountedTicks = 20;
 
 struct Way {
   std::vector<Vec3> down;
@@ -66,22 +66,22 @@ std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest) {
       points.push_back(measure(method, triangles, samples, seed));
       const ChartPoint& p = points.back();
       std::printf("%8d triangles  %-25s hot %8.1f ns  cold %8.0f ns  %8.0f instructions  epsilon %8.3f  %.4f N\n",
-                  triangles, method.name.data(), p.price.hot_ns, p.price.cold_ns, p.price.instructions.value_or(0),
-                  p.epsilon, p.above100Hz_rms_N);
+                  triangles, method.name.data(), p.price.hot_ns, p.price.cold_ns, p.price.instructions, p.epsilon,
+                  p.above100Hz_rms_N);
       std::fflush(stdout);
     }
   }
   return points;
 }
 
-std::vector<std::string_view> failedScenes(const Method& method, std::uint64_t seed) {
-  std::vector<std::string_view> failed;
+Outcome outcomeOf(const Method& method, std::uint64_t seed) {
+  Outcome outcome;
   for (const FailureScene& scene : kFailureScenes) {
     if (scene.edited && !method.edited) continue;
     Random random = scene.random(seed);
-    if (!scene.run(*method.make(), random).pass) failed.push_back(scene.name);
+    (scene.run(*method.make(), random).pass ? outcome.passed : outcome.failed).push_back(scene.name);
   }
-  return failed;
+  return outcome;
 }
 
 }  // namespace haptics::eval

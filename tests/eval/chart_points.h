@@ -21,7 +21,11 @@ struct ChartPoint {
 /// In order of triangles, then of methods().
 [[nodiscard]] std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest);
 
-/// Names of the failure scenes that a method fails.
-[[nodiscard]] std::vector<std::string_view> failedScenes(const Method& method, std::uint64_t seed);
+/// How a method does in the failure scenes that it can be put into.
+struct Outcome {
+  std::vector<std::string_view> passed;
+  std::vector<std::string_view> failed;
+};
+[[nodiscard]] Outcome outcomeOf(const Method& method, std::uint64_t seed);
 
 }  // namespace haptics::eval

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 
 namespace haptics::eval {
 
-/// Instructions that `work` executes in user space, counted one by one: a copy of this process runs it under a tracer.
-/// Exactly repeatable, a million times slower than the work, changes nothing here. Empty where tracing is not permitted.
-[[nodiscard]] std::optional<double> countInstructions(const std::function<void()>& work);
+/// Instructions that `work` executes in user space, counted one by one by the processor's trap flag: exactly repeatable,
+/// a thousand times slower than the work, and needs no hardware counters, which virtual machines seldom have. x86-64. Not
+/// under a debugger or valgrind.
+[[nodiscard]] double countInstructions(const std::function<void()>& work);
 
 }  // namespace haptics::eval

@@ -48,8 +48,8 @@ Price priceOf(Renderer& renderer, const std::shared_ptr<const Surface>& surface,
   price.hot_ns = hot.durations_ns().quantile(0.5) / kBatch;
 
   if (countedTicks > 0) {
-    const auto counted = countInstructions([&] { strokes.ticks(static_cast<std::size_t>(countedTicks)); });
-    if (counted) price.instructions = *counted / countedTicks;
+    price.instructions =
+        countInstructions([&] { strokes.ticks(static_cast<std::size_t>(countedTicks)); }) / countedTicks;
   }
   Stopwatch cold;
   for (int i = 0; i < coldTicks; ++i) {

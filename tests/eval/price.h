@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 
 #include "common/maths/vec.h"
@@ -10,9 +9,9 @@ namespace haptics::eval {
 
 /// What a contact tick costs: medians over a stroke.
 struct Price {
-  double hot_ns = 0;                   ///< The same stroke again and again.
-  double cold_ns = 0;                  ///< Every cache swept before the tick.
-  std::optional<double> instructions;  ///< Mean; empty where they cannot be counted.
+  double hot_ns = 0;        ///< The same stroke again and again.
+  double cold_ns = 0;       ///< Every cache swept before the tick.
+  double instructions = 0;  ///< Mean; 0 where they were not counted.
 };
 
 /// @param way  Places of the HIP (world, m): from outside of the surface down to where the stroke begins.

@@ -40,11 +40,6 @@ struct Decades {
   int low, high;
 };
 
-struct Threshold {
-  double y;
-  std::string text;  ///< Above the line, at its right end; may be empty.
-};
-
 /// Logarithmic in both. Points beyond the decades are drawn on the rim.
 struct Panel {
   std::string title;
@@ -52,7 +47,7 @@ struct Panel {
   std::string yLabel;
   Decades x, y;
   std::vector<Curve> curves;
-  std::optional<Threshold> threshold;
+  std::optional<double> threshold;  ///< Of y, dashed.
 };
 
 /// Panels in rows, a legend beside them.

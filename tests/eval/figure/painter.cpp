@@ -122,9 +122,8 @@ void FigurePainter::paintPanel(const Panel& panel, Box box) {
   text(box.left, box.below + kPanelHeight + 10, panel.title, kTextFont, Align::kLeft, kInk, true);
   paintGrid(panel, box);
   if (panel.threshold) {
-    const double y = box.below + kPanelHeight * shareOf(panel.threshold->y, panel.y);
+    const double y = box.below + kPanelHeight * shareOf(*panel.threshold, panel.y);
     line(box.left, y, box.left + kPanelWidth, y, kLimit, 2.5, true);
-    text(box.left + kPanelWidth - 8, y + 4, panel.threshold->text, kSmallFont, Align::kRight, kLimit);
   }
   for (const bool strong : {false, true}) {
     for (const Curve& curve : panel.curves) {
