@@ -23,17 +23,17 @@ struct Walk {
                                                          Walk& walk) noexcept {
   const FourVec3 each = all(h);
   double nearest = std::numeric_limits<double>::infinity();  // squared distance, m^2
-  while (!walk.prism.holds()) {
-    const Prism::OnEdges on = walk.prism.onEdges(each);
-    const int k = on.nearest(walk.prism.beyond());
-    if (on.atCorner(k) || !(on.squaredDistance[k] < nearest) || walk.looked == kMostCrossed) return false;
-    nearest = on.squaredDistance[k];
-    if (path != nullptr) path->add(on.point[k], walk.triangle);
-    walk.triangle = surface.triangle(walk.triangle).neighbour(k);
-    if (walk.triangle == kNoTriangle || surface.triangle(walk.triangle).zeroArea()) return false;
-    walk.prism = Prism(surface.triangle(walk.triangle), each);
-    ++walk.looked;
-  }
+  while (!walk.prism.holds()) [[unlikely]] {
+      const Prism::OnEdges on = walk.prism.onEdges(each);
+      const int k = on.nearest(walk.prism.beyond());
+      if (on.atCorner(k) || !(on.squaredDistance[k] < nearest) || walk.looked == kMostCrossed) return false;
+      nearest = on.squaredDistance[k];
+      if (path != nullptr) path->add(on.point[k], walk.triangle);
+      walk.triangle = surface.triangle(walk.triangle).neighbour(k);
+      if (walk.triangle == kNoTriangle || surface.triangle(walk.triangle).zeroArea()) return false;
+      walk.prism = Prism(surface.triangle(walk.triangle), each);
+      ++walk.looked;
+    }
   walk.foot = walk.prism.foot(four(h));
   const Vec3 foot = vec3(walk.foot);
   if (path != nullptr) path->add(foot, walk.triangle);

@@ -115,6 +115,16 @@ struct WideFrame {
   }
 };
 
+/// All that the tick reads and writes, asked for at once: with cold caches it then waits for memory once, not again and
+/// again between waits for its own code.
+void prefetch(const ContactState& state, const Body& body) noexcept {
+  body.surface->prefetch(state.holding[0].triangle);
+  for (const void* place : {static_cast<const void*>(&body.frame), static_cast<const void*>(&body.frame.origin),
+                            static_cast<const void*>(&state.local)}) {
+    __builtin_prefetch(place);
+  }
+}
+
 }  // namespace
 
 bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip, ContactResult& result) noexcept {
@@ -123,7 +133,9 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip
   const Body& body = bodies[static_cast<std::size_t>(holding.body)];
   const Surface& surface = *body.surface;
   const TriangleRecord& record = surface.triangle(holding.triangle);
-  if (body.moving || surface.anyCrossed() || record.zeroArea()) return false;
+  prefetch(state, body);
+  if (body.moving || surface.anyCrossed() || record.zeroArea()) [[unlikely]]
+    return false;
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
 
@@ -137,9 +149,10 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip
   const bool onPolygon = state.feature == Feature::kPolygon;
   const Vec3 from = body.frame.toLocal(state.hip);
   const bool stays = onPolygon && over.prism.holds();
-  if (stays || (onPolygon && !guarded && hopOnce(surface, holding.side, from, h, over))) {
+  if (stays || (onPolygon && !guarded && hopOnce(surface, holding.side, from, h, over))) [[likely]] {
     const bool outside = (over.prism.height() >= 0) == (holding.side > 0);
-    if (outside) return false;
+    if (outside) [[unlikely]]
+      return false;
     minimum.foot.triangle = over.triangle;
     minimum.looked = stays ? 1 : 2;
     minimum.steps = 1;
