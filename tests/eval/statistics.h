@@ -23,8 +23,9 @@ class Statistics {
     for (const double v : values_) squares += v * v;
     return std::sqrt(squares / static_cast<double>(values_.size()));
   }
-  /// The value that this part (0 to 1) of them does not exceed.
+  /// The value that this part (0 to 1) of them does not exceed; 0 when there are none.
   [[nodiscard]] double quantile(double part) {
+    if (values_.empty()) return 0;
     if (!sorted_) std::sort(values_.begin(), values_.end());
     sorted_ = true;
     return values_[static_cast<std::size_t>(part * static_cast<double>(values_.size() - 1))];

@@ -43,7 +43,8 @@ RateAdvice restAt(double rate_Hz, const ServoScene& scene, const std::vector<Res
     for (const char* hand : {"none", "light"}) {
       const Steadiness rest = restOn(scene, at.place, at.normal, device, findHandPreset(hand).value(), rate_Hz);
       advice.steady = advice.steady && rest.steady;
-      if (!rest.steady) advice.unsteady.push_back(at.object + " with hand " + hand);
+      if (!rest.steady)
+        advice.unsteady.push_back(at.object + ", hand " + hand + (rest.touching ? ": limit cycle" : ": contact lost"));
       advice.worstCycle_um = std::max(advice.worstCycle_um, rest.cycle_um);
     }
   }

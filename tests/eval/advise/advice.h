@@ -18,7 +18,7 @@ struct RateAdvice {
   double rate_Hz;
   bool steady = true;                 ///< On every object, with no hand and with a light one.
   double worstCycle_um = 0;           ///< Limit cycle.
-  std::vector<std::string> unsteady;  ///< Objects and hands.
+  std::vector<std::string> unsteady;  ///< Object, hand and what happens.
   double passiveTo_N_per_m = 0;       ///< min(2b/T, 2f/quantum) of the device alone (Abbott and Okamura 2005).
 };
 

@@ -93,7 +93,8 @@ void print(const SceneAdvice& advice, const DevicePreset& device) {
                 r.passiveTo_N_per_m, tickOf(advice) * r.rate_Hz * 1e-7, &r == advised ? " <- advised" : "");
     for (const std::string& where : r.unsteady) std::printf("              %s\n", where.c_str());
   }
-  if (!advised) std::printf("  No rate is steady: lower the stiffness.\n");
+  if (!advised)
+    std::printf("  No rate is steady on every object: another stiffness or damping is needed, or another device.\n");
   std::printf("\nall objects: %.3f MB instead of %.3f\n", advised_MB, all_MB);
 }
 

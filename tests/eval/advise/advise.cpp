@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+#include <iomanip>
 #include <stdexcept>
 
 #include "tests/eval/advise/advice.h"
@@ -82,9 +83,9 @@ void writeCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
   for (const ObjectAdvice& o : advice.objects) {
     for (std::size_t i = 0; i < o.candidates.size(); ++i) {
       const Candidate& c = o.candidates[i];
-      file << o.name << ',' << c.triangles << ',' << (i == o.advised) << ',' << c.deviation_mm << ',' << c.epsilon_p99
-           << ',' << c.epsilon_max << ',' << c.hot_ns << ',' << c.cold_ns << ',' << c.memory_MB << ',' << c.good()
-           << '\n';
+      file << std::quoted(o.name, '"', '"') << ',' << c.triangles << ',' << (i == o.advised) << ',' << c.deviation_mm
+           << ',' << c.epsilon_p99 << ',' << c.epsilon_max << ',' << c.hot_ns << ',' << c.cold_ns << ',' << c.memory_MB
+           << ',' << c.good() << '\n';
     }
   }
   file.close();

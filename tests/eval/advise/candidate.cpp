@@ -61,25 +61,33 @@ void compare(const std::vector<Vec3>& felt_N, const std::vector<Vec3>& truth_N, 
   }
 }
 
+/// The stroke to and fro, as often as `ticks` takes.
+std::vector<Vec3> toAndFro(const std::vector<Vec3>& stroke, std::size_t ticks) {
+  std::vector<Vec3> places;
+  while (places.size() < ticks) {
+    places.insert(places.end(), stroke.begin(), stroke.end());
+    places.insert(places.end(), stroke.rbegin(), stroke.rend());
+  }
+  return places;
+}
+
 void price(SceneContact contact, const HandStroke& hand, Candidate& candidate) {
   constexpr std::size_t kBatch = 16;  // a single tick is no longer than reading the clock
-  constexpr int kRounds = 3;
+  constexpr std::size_t kHotTicks = 4096;
   constexpr std::size_t kColdTicks = 12;
   contact.place(hand.down.front());
   for (const Vec3 hip : hand.down) (void)contact.tick(hip);
   Stopwatch hot;
-  const std::size_t count = hand.stroke.size();
-  for (int round = 0; round < 2 * kRounds; ++round) {  // to and fro
-    for (std::size_t i = 0; i + kBatch <= count; i += kBatch) {
-      hot.time([&] {
-        for (std::size_t k = i; k < i + kBatch; ++k) (void)contact.tick(hand.stroke[round % 2 ? count - 1 - k : k]);
-      });
-    }
+  const std::vector<Vec3> places = toAndFro(hand.stroke, kHotTicks);
+  for (std::size_t i = 0; i + kBatch <= places.size(); i += kBatch) {
+    hot.time([&] {
+      for (std::size_t k = i; k < i + kBatch; ++k) (void)contact.tick(places[k]);
+    });
   }
   candidate.hot_ns = hot.durations_ns().quantile(0.5) / kBatch;
   Stopwatch cold;
-  const std::size_t apart = std::max<std::size_t>(1, count / kColdTicks);
-  for (std::size_t i = 0; i < count; ++i) {
+  const std::size_t apart = std::max<std::size_t>(1, hand.stroke.size() / kColdTicks);
+  for (std::size_t i = 0; i < hand.stroke.size(); ++i) {
     if (i % apart != 0) {
       (void)contact.tick(hand.stroke[i]);
       continue;
