@@ -18,7 +18,7 @@ struct StepInput {
 /// Goes over to another scene at a tick's start: contact and motion state is carried over by object id. An edit under
 /// the stylus is felt without a step of the contact force: of the material, or a removal, by FeltStiffness; a short way
 /// of the object by FeltPose. Where neither will do, and the force would step by more than a hand notices, the contact
-/// is first let go.
+/// is first let go, for up to 0.25 s.
 /// @return False while that lasts: the state stays with its scene, which must stay alive; call again at the next tick's
 /// start, with this scene or a newer one.
 [[nodiscard]] bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept;
