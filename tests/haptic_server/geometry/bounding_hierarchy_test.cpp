@@ -63,6 +63,28 @@ std::vector<Shape> manyShapes() {
           shapes::cone(0.03, 0.05, 512)};
 }
 
+TEST_P(Hierarchy, VisitsTheSameLeavesInTheSameOrderByFourBoxesAndByEight) {
+  const Shape& shape = GetParam();
+  BoundingHierarchy byEight;
+  static_cast<void>(byEight.build(shape.vertices, shape.triangles, 0.1, 1));
+  BoundingHierarchy byFour = byEight;
+  byFour.setWide(false);
+  const auto leavesOf = [](const BoundingHierarchy& hierarchy, Vec3f low, Vec3f high) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> leaves;
+    hierarchy.visitBox(low, high, [&](std::uint32_t begin, std::uint32_t end) { leaves.emplace_back(begin, end); });
+    return leaves;
+  };
+  std::size_t visited = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3f a(point(0.06));
+    const Vec3f b = a + Vec3f(point(i % 2 == 0 ? 0.001 : 0.03));
+    const auto leaves = leavesOf(byEight, glm::min(a, b), glm::max(a, b));
+    visited += leaves.size();
+    ASSERT_EQ(leavesOf(byFour, glm::min(a, b), glm::max(a, b)), leaves);
+  }
+  EXPECT_GT(visited, 100U);
+}
+
 TEST_P(Hierarchy, FindsTheFirstCrossingThatAllTrianglesTogetherHave) {
   const auto s = GetParam().build();
   for (int i = 0; i < 1000; ++i) {
