@@ -1,9 +1,9 @@
+#include "haptic_server/geometry/closest_point.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
-
-#include "haptic_server/geometry/closest_point.h"
 
 namespace haptics {
 namespace {
