@@ -1,6 +1,6 @@
 #include "tests/eval/instructions.h"
 
-#include <x86gprintrin.h>
+#include <x86intrin.h>
 
 #include <csignal>
 #include <cstdint>
