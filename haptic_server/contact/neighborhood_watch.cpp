@@ -1,27 +1,75 @@
-#include "haptic_server/contact/cross_lines.h"
+#include <limits>
+
 #include "haptic_server/contact/neighborhood_watch_impl.h"
 
 namespace haptics {
+namespace {
+
+/// Triangles that a walk looks at before the general search takes over.
+constexpr int kMostCrossed = 16;
+
+/// From triangle to triangle, across the lines that are closest to h: the general search in its common case, to the bit.
+struct Walk {
+  enum class End {
+    kHeld,      ///< The prism over the triangle holds h.
+    kAtVertex,  ///< A vertex of the triangle is the closest so far: the search goes on around it.
+    kUnclear,   ///< At a boundary, at a triangle without area, or where nothing is closer than a line.
+  };
+
+  std::uint32_t triangle;
+  int looked = 1;  // triangles
+  Vec3 foot{0};    // kHeld: of h
+
+  [[gnu::always_inline]] End go(const Surface& surface, Vec3 h, SearchPath* path) noexcept {
+    const FourVec3 each = all(h);
+    double nearest = std::numeric_limits<double>::infinity();  // squared distance, m^2
+    while (true) {
+      const TriangleRecord& record = surface.triangle(triangle);
+      if (record.zeroArea() || looked > kMostCrossed) return End::kUnclear;
+      const Prism prism(record, each);
+      if (prism.holds()) {
+        foot = vec3(prism.foot(four(h)));
+        if (path != nullptr) path->add(foot, triangle);
+        return squaredLength(h - foot) < nearest ? End::kHeld : End::kUnclear;
+      }
+      const Prism::OnEdges on = prism.onEdges(each);
+      const int k = on.nearest(prism.beyond());
+      if (!(on.squaredDistance[k] < nearest) || record.neighbour(k) == kNoTriangle) return End::kUnclear;
+      if (on.atCorner(k)) return End::kAtVertex;
+      nearest = on.squaredDistance[k];
+      if (path != nullptr) path->add(on.point[k], triangle);
+      triangle = record.neighbour(k);
+      ++looked;
+    }
+  }
+};
+
+}  // namespace
 
 template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*, int&) noexcept;
 
-/// Most searches by the short way.
+/// As the general search does, to the bit.
 template <>
 SearchResult neighborhoodWatch<AllCorrections>(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
                                                int& spent) noexcept {
-  const TriangleRecord& record = surface.triangle(start);
-  if (!record.zeroArea() && spent + kMostCrossed < kSearchBudget) {
+  std::uint32_t goOn = start;
+  if (spent + kMostCrossed < kSearchBudget) {
     const std::size_t known = path != nullptr ? path->size() : 0;
-    Walk walk{start, Prism(record, all(h))};
-    if (crossLines(surface, h, path, walk)) {
+    Walk walk{start};
+    const Walk::End end = walk.go(surface, h, path);
+    if (end == Walk::End::kHeld) {
       spent += walk.looked;
-      const Vec3 foot = vec3(walk.foot);
-      return {{walk.triangle, Feature::kPolygon, 0, foot, squaredLength(h - foot)}, true};
+      return {{walk.triangle, Feature::kPolygon, 0, walk.foot, squaredLength(h - walk.foot)}, true};
     }
-    if (path != nullptr) path->keepFirst(known);
+    if (end == Walk::End::kAtVertex) {
+      goOn = walk.triangle;
+      spent += walk.looked - 1;
+    } else if (path != nullptr) {
+      path->keepFirst(known);
+    }
   }
   ++spent;
-  return neighborhoodWatch(surface, closestOn(record, start, h), h, path, spent);
+  return neighborhoodWatch(surface, closestOn(surface.triangle(goOn), goOn, h), h, path, spent);
 }
 
 }  // namespace haptics

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "haptic_server/contact/neighborhood_watch_impl.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
 namespace haptics {
@@ -50,6 +51,40 @@ TEST_F(NeighborhoodWatch, LeavesTheFirstPolygon) {
     const SearchResult found = search(*s, start, h);
     EXPECT_TRUE(found.converged);
     EXPECT_NEAR(glm::distance(found.foot.point, Vec3(0.033, 0.021, 0.05)), 0, 1e-8) << "from " << start;
+  }
+}
+
+/// A policy of its own takes the general search all the way.
+struct Generally : AllCorrections {};
+TEST_F(NeighborhoodWatch, GoesAcrossLinesAsTheGeneralSearchDoesToTheBit) {
+  for (const Shape& shape : {shapes::sphere(0.05, 20), shapes::bumpy(0.05, 16), shapes::box({0.1, 0.06, 0.03}, 5),
+                             shapes::sheet(0.1, 10), shapes::cone(0.05, 0.06, 40)}) {
+    const auto s = shape.build();
+    std::uint32_t start = 0;
+    Vec3 h = s->triangle(0).corner(0);
+    for (int i = 0; i < 20'000; ++i) {
+      h = i % 100 == 0 ? point(0.06) : h + point(0.002);
+      SearchPath path;
+      SearchPath expectedPath;
+      int spent = i % 7 * 80;
+      int expectedSpent = spent;
+      const SearchResult found = neighborhoodWatch(*s, start, h, &path, spent);
+      const SearchResult expected = neighborhoodWatch<Generally>(*s, start, h, &expectedPath, expectedSpent);
+      ASSERT_EQ(found.foot.triangle, expected.foot.triangle) << i;
+      ASSERT_EQ(found.foot.feature, expected.foot.feature) << i;
+      ASSERT_EQ(found.foot.index, expected.foot.index) << i;
+      ASSERT_EQ(found.foot.point, expected.foot.point) << i;
+      ASSERT_EQ(found.foot.squaredDistance, expected.foot.squaredDistance) << i;
+      ASSERT_EQ(found.converged, expected.converged) << i;
+      ASSERT_EQ(spent, expectedSpent) << i;
+      ASSERT_EQ(path.size(), expectedPath.size()) << i;
+      ASSERT_TRUE(!path.complete() || std::equal(path.begin(), path.end(), expectedPath.begin(),
+                                                 [](const SearchPath::Point& a, const SearchPath::Point& b) {
+                                                   return a.place == b.place && a.triangle == b.triangle;
+                                                 }))
+          << i;
+      start = found.foot.triangle;
+    }
   }
 }
 
