@@ -114,6 +114,7 @@ void addWalk(CLI::App& app, Arguments& arguments) {
   addSeed(verb, arguments);
   verb->add_option("--ticks", options.ticks, "Of all scenes together")->type_name("N")->capture_default_str();
   verb->add_option("--models", options.models, "Folder that deploy/models/fetch_and_report filled")->type_name("DIR");
+  verb->add_option("--scene", options.scene, "Only this one, as the table names it")->type_name("NAME");
   verb->add_option("--method", options.method, "Ours or a baseline, as failures names them")
       ->type_name("NAME")
       ->capture_default_str();

@@ -11,6 +11,8 @@ namespace {
 // carries as far as kCarryBeyond, so that what leaves it is clear of it.
 constexpr double kBlockBeyond = 0.5;
 constexpr double kCarryBeyond = 2;
+/// What keeps a point a skin above several triangles can lift it this far off each.
+constexpr double kTouchWithin = 64;
 
 }  // namespace
 
@@ -64,7 +66,7 @@ std::optional<Vec3> Obstacles::nearestOfTouched(Vec3 at, Vec3 h) const {
   std::optional<Vec3> nearest;
   for (const Face& face : faces_) {
     const double height = std::abs(glm::dot(face.normal, at) - face.offset_m);
-    if (height > kCarryBeyond * skin_ || face.inside(at) < -kCarryBeyond * skin_) continue;
+    if (height > kTouchWithin * skin_ || face.inside(at) < -kTouchWithin * skin_) continue;
     const Vec3 point = closestOnTriangle(h, face.corner);
     if (!nearest || glm::distance(point, h) < glm::distance(*nearest, h)) nearest = point;
   }

@@ -71,10 +71,15 @@ bool ReferenceProxy::hop(Vec3 h) {
   keepInSight();
   const auto nearest = obstacles_.nearestOfTouched(at_, h);
   if (!nearest || glm::distance(*nearest, at_) < 2 * skin_) return false;
-  if (!obstacles_.firstBlock(at_, glm::mix(at_, h, timeInSight(h)))) return false;
   const Vec3 to = pushedOff(obstacles_.touching(*nearest, h - at_, skin_), *nearest);
   const bool nearer = glm::distance(to, h) < glm::distance(at_, h) * kNearer && glm::distance(to, at_) > skin_;
-  if (!nearer || timeInSight(to) < 1 || obstacles_.firstBlock(at_, to)) return false;
+  if (!nearer) return false;
+  if (timeInSight(to) < 1) {
+    sight_ = 2 * glm::distance(at_, to);
+    sightCentre_ = at_;
+    obstacles_.gather(at_, sight_ + 4 * skin_);
+  }
+  if (obstacles_.firstBlock(at_, to)) return false;
   at_ = to;
   return true;
 }

@@ -16,7 +16,7 @@ namespace haptics::eval {
 class ReferenceProxy {
  public:
   /// The proxy keeps this fraction of the largest coordinate above what it rests on.
-  static constexpr double kSkin = 0x1p-26;
+  static constexpr double kSkin = 0x1p-30;
 
   explicit ReferenceProxy(const TriangleSoup& soup);
 

@@ -23,6 +23,8 @@ constexpr double kElsewhere = 0.02;
 /// What is allowed of episodes: a number of times those of the reference with itself, and some in a tick.
 constexpr double kOfReference = 2;
 constexpr double kInATick = 5e-6;
+/// More than there are: no two scenes of two seeds share their random numbers.
+constexpr std::uint64_t kMostScenes = 64;
 
 struct Counts {
   std::int64_t ticks = 0;
@@ -209,8 +211,11 @@ const Method& methodNamed(const std::string& name) {
   return *found;
 }
 
-std::vector<WalkSceneSource> sourcesAtHand(const std::filesystem::path& models) {
-  std::vector<WalkSceneSource> sources = walkSceneSources(models);
+std::vector<WalkSceneSource> sourcesAtHand(const WalkOptions& options) {
+  std::vector<WalkSceneSource> sources = walkSceneSources(options.models);
+  std::uint64_t number = 0;
+  for (WalkSceneSource& source : sources) source.number = number++;
+  std::erase_if(sources, [&](const WalkSceneSource& s) { return !options.scene.empty() && s.name != options.scene; });
   std::erase_if(sources, [](const WalkSceneSource& source) {
     const bool missing = !source.file.empty() && !std::filesystem::exists(source.file);
     if (missing) {
@@ -226,7 +231,9 @@ std::vector<WalkSceneSource> sourcesAtHand(const std::filesystem::path& models) 
 
 bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
   const Method& method = methodNamed(options.method);
-  const std::vector<WalkSceneSource> sources = sourcesAtHand(options.models);
+  const std::vector<WalkSceneSource> sources = sourcesAtHand(options);
+  if (sources.empty())
+    throw std::runtime_error("--scene " + options.scene + ": there is none of that name, or its file is missing");
   const std::int64_t ticks = options.ticks / static_cast<std::int64_t>(sources.size());
   std::filesystem::create_directories(out);
   std::ofstream episodes(out / "walk_episodes.csv");
@@ -237,7 +244,7 @@ bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
   bool pass = true;
   printHead();
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    Random random(options.seed * sources.size() + i);
+    Random random(options.seed * kMostScenes + sources[i].number);
     const WalkScene scene = makeWalkScene(sources[i], random);
     const auto renderer = method.make();
     Walk walk(scene, *renderer, random, episodes);

@@ -10,6 +10,7 @@ struct WalkOptions {
   std::uint64_t seed = 1;
   std::int64_t ticks = 10'000'000;  ///< Over all scenes together.
   std::string method = "ours";      ///< One of methods().
+  std::string scene;                ///< Only this one; empty for all.
   std::filesystem::path models;     ///< Folder that deploy/models/fetch_and_report filled; may be empty.
 };
 

