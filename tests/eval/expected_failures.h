@@ -14,7 +14,8 @@ struct Expectation {
 /// The scenes that each method is expected to fail. What is not named it passes, as ours passes all: that a correct
 /// god-object holds nearly everywhere is a finding.
 ///
-/// ours_float: rounds to 2^-24 of the extent, which a sliver of 1 um may notice (S12).
+/// ours_float: rounds to 2^-24 of the extent, which a sliver of 1 um may notice (S12), and so may a force along the floor
+///   that is to be below 1 mN (S2).
 /// pseudocode_*: as printed, the first contact has no force (S3), the path is not taken in a moving body's frame (S4),
 ///   neighbours know nothing of other bodies (S2). Closed primitives never leave their first polygon (S1, S6, S7, S10,
 ///   S11, slivers of S12); open ones stay at a vertex whose neighbours' projections all fall outside (S6, S7, S10, S11,
@@ -27,8 +28,7 @@ struct Expectation {
 /// finite_proxy_1mm: as god_object (S4, S7), but watertight even where the mesh is not; its radius is a length of its
 ///   own, whatever the scale (S12).
 /// intermediate_plane_*: as global_closest wherever the plane is put anew; between, the plane ends nowhere (S1), is not
-///   there (S3, S4), holds what has gone past a knife's edge unless it is put anew in time (S12), and steps when it is
-///   (S10).
+///   there (S3, S4), holds what has gone past a knife's edge (S12), and steps when it is put anew (S10).
 /// All of these know nothing of edits: they begin anew, with the HIP wherever it is (S17).
 /// ours_without_*: what the correction is for.
 ///   feature_codes: as pseudocode_closed but for the corrections that it has (S1, S2, S6, S7, S10, S11, S12).
@@ -44,7 +44,7 @@ struct Expectation {
 ///   watertight_test: segments through edges and vertices (S5); elsewhere the first contact alone needs a segment.
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
-    Expectation{"ours_float", "", "S12 "},
+    Expectation{"ours_float", "", "S2 S12 "},
     Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 ", ""},
     Expectation{"ours_without_pseudonormals", "S12 ", ""},
     Expectation{"ours_without_same_tick_search", "S3 S4 S5 S7 S9 S11 S12 ", ""},
@@ -63,7 +63,7 @@ inline constexpr std::array kExpectedFailures{
     Expectation{"god_object_by_rays", "S1 S4 S5 S7 S11 S17 ", "S12 "},
     Expectation{"finite_proxy_1mm", "S4 S7 S12 S17 ", ""},
     Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 ", ""},
-    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S17 ", "S12 "},
+    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 ", ""},
 };
 
 }  // namespace haptics::eval
