@@ -117,19 +117,20 @@ std::vector<Vec3> walk(Renderer& method, Random random, double scale) {
   return ihips;
 }
 
-/// The same for presses onto a sphere. Open: strokes. Rounding the vertices anew moves them by 2^-24, and in some
-/// strokes the IHIP is then up to 0.3 mm elsewhere for a few ticks, presumably at another local minimum beside a vertex;
-/// that both are minima is not shown yet.
-std::vector<Vec3> press(Renderer& method, Random random, double scale) {
+/// The same for strokes over a sphere. Rounding the vertices anew moves them by 2^-24.
+std::vector<Vec3> stroke(Renderer& method, Random random, double scale) {
   constexpr double kRadius = 0.05;
   Stage stage(method, Pose{});
   stage.add(shapes::sphere(kRadius, 16).scaled(scale));
   stage.begin(Vec3(0, 0, 2 * kRadius) * scale);
   std::vector<Vec3> ihips;
   for (int i = 0; i < 100; ++i) {
-    const Vec3 way = random.direction();
-    stage.place(way * (kRadius + 0.0005) * scale);
-    for (int j = 0; j < 8; ++j) ihips.push_back(stage.tick(way * (kRadius - 0.0005 * j) * scale).ihip / scale);
+    const Vec3 over = random.direction() * (kRadius + 0.0005);
+    const Vec3 along = glm::normalize(glm::cross(over, random.direction()));
+    const Vec3 step = along * random.between(0.0001, 0.002) - glm::normalize(over) * 0.0005;
+    stage.place(over * scale);
+    for (int j = 1; j <= 8; ++j)
+      ihips.push_back(stage.tick((over + step * static_cast<double>(j)) * scale).ihip / scale);
   }
   return ihips;
 }
@@ -152,11 +153,11 @@ SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random) {
   const auto once = walk(method, random, 1);
   for (const double scale : {0x1p-10, 0x1p-3, 0x1p10}) different += differentTicks(once, walk(method, random, scale));
   double relative = 0;
-  const auto pressed = press(method, random, 1);
+  const auto stroked = stroke(method, random, 1);
   for (const double scale : {1e-3, 0.1, 1e3}) {
-    const auto scaled = press(method, random, scale);
-    for (std::size_t i = 0; i < pressed.size(); ++i) {
-      relative = std::max(relative, glm::distance(scaled[i], pressed[i]) / 0.05);
+    const auto scaled = stroke(method, random, scale);
+    for (std::size_t i = 0; i < stroked.size(); ++i) {
+      relative = std::max(relative, glm::distance(scaled[i], stroked[i]) / 0.05);
     }
   }
   return {{{"ticks", ticks},
