@@ -35,8 +35,8 @@ class ForceBlend {
 
 /// The force shortened to at most `limit_N`, its direction kept.
 [[nodiscard]] inline Vec3 limitMagnitude(Vec3 force, double limit_N) noexcept {
-  const double magnitude = glm::length(force);
-  return magnitude > limit_N ? force * (limit_N / magnitude) : force;
+  const double squared = glm::dot(force, force);
+  return squared > limit_N * limit_N ? force * (limit_N / std::sqrt(squared)) : force;
 }
 
 /// Takes the force away within kDuration_s once something is wrong, and keeps it away.

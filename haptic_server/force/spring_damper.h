@@ -22,16 +22,16 @@ struct SpringDamperForce {
 
 /// Hooke's law on the penetration vector (paper 3, F = kx) with a damper along it.
 ///
-/// @param toSurface  IHIP - HIP, metres.
-/// @param direction  Unit vector out of the surface: toSurface normalised, or the surface's normal at depth 0.
+/// @param penetration_m  Length of the penetration vector IHIP - HIP.
+/// @param direction  Unit vector out of the surface: along the penetration vector, or the surface's normal at depth 0.
 /// @param approach_m_per_s  Velocity of the HIP relative to the surface along `direction`; negative when pressing in.
 /// Deviation from the paper, which has no damper: the damper may take the spring's force away but never pulls the hand
 /// towards the surface.
-[[nodiscard]] inline SpringDamperForce springDamper(Vec3 toSurface, Vec3 direction, double approach_m_per_s,
+[[nodiscard]] inline SpringDamperForce springDamper(double penetration_m, Vec3 direction, double approach_m_per_s,
                                                     Stiffness k) noexcept {
-  const double spring = k.spring_N_per_m * glm::length(toSurface);
+  const double spring = k.spring_N_per_m * penetration_m;
   const double damping = std::max(-k.damping_Ns_per_m * approach_m_per_s, -spring);
-  return {k.spring_N_per_m * toSurface, damping * direction};
+  return {spring * direction, damping * direction};
 }
 
 /// Bounds how fast an edit of the material (or the coming or going of an object under the stylus) is felt.

@@ -66,9 +66,8 @@ void moveEdited(HapticState& state, const StepConfig& config) noexcept {
 /// own.
 void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig& config, const ContactResult& contact,
                   ForceComponents& force) noexcept {
-  const Vec3 toSurface = contact.ihip - state.hip;
-  const double depth = glm::length(toSurface);
-  const Vec3 direction = depth > 0 ? toSurface / depth : contact.normal;
+  const double depth = contact.penetration_m;
+  const Vec3 direction = depth > 0 ? (contact.ihip - state.hip) / depth : contact.normal;
   const double speed = contact.touching ? separationSpeed(state, contact, direction, config.period_s) : 0;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     const ServoObject& object = scene.objects[i];
@@ -80,7 +79,7 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
   if (state.lettingGo) state.letGo_s += config.period_s;
   if (!contact.touching) return;
   const auto felt =
-      springDamper(toSurface, direction, speed, state.objects[static_cast<std::size_t>(contact.body)].felt.value());
+      springDamper(depth, direction, speed, state.objects[static_cast<std::size_t>(contact.body)].felt.value());
   force.spring = felt.spring;
   force.damping = felt.damping;
 }

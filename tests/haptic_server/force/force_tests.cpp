@@ -32,15 +32,15 @@ TEST(VelocityEstimator, IsCriticallyDamped) {
 }
 
 TEST(SpringDamper, PushesOutWithHookesLaw) {
-  const auto f = springDamper(Vec3(0, 0, 0.002), Vec3(0, 0, 1), 0, {1000, 5});
+  const auto f = springDamper(0.002, Vec3(0, 0, 1), 0, {1000, 5});
   EXPECT_NEAR(f.spring.z, 2.0, 1e-12);
   EXPECT_EQ(f.damping, Vec3(0));
 }
 
 TEST(SpringDamper, DampsPressingInAndNeverPullsWhenLifted) {
-  const auto in = springDamper(Vec3(0, 0, 0.002), Vec3(0, 0, 1), -0.1, {1000, 5});
+  const auto in = springDamper(0.002, Vec3(0, 0, 1), -0.1, {1000, 5});
   EXPECT_NEAR(in.damping.z, 0.5, 1e-12);
-  const auto out = springDamper(Vec3(0, 0, 0.002), Vec3(0, 0, 1), 10, {1000, 5});
+  const auto out = springDamper(0.002, Vec3(0, 0, 1), 10, {1000, 5});
   EXPECT_NEAR(out.spring.z + out.damping.z, 0, 1e-12);
 }
 
