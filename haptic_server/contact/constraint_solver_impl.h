@@ -192,6 +192,15 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Ve
   return constraints.move();
 }
 
+template <class Corrections>
+bool ContactTick<Corrections>::meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept {
+  if (a.body != b.body) return false;
+  const TriangleRecord& one = surface(a.body).triangle(a.triangle);
+  const TriangleRecord& other = surface(a.body).triangle(b.triangle);
+  return other.cornerOf(one.vertexAt(0)) >= 0 || other.cornerOf(one.vertexAt(1)) >= 0 ||
+         other.cornerOf(one.vertexAt(2)) >= 0;
+}
+
 /// Straight to a place in the world, unless something is in the way.
 template <class Corrections>
 typename ContactTick<Corrections>::Hit ContactTick<Corrections>::go(Vec3 world) noexcept {
@@ -221,7 +230,8 @@ ConstraintPlane ContactTick<Corrections>::planeOf(const HoldingSurface& holding)
 }
 
 /// Remembers what pushes. One surface left, and the IHIP really over it: back to the neighborhood watch, which is
-/// cheaper and exact there.
+/// cheaper and exact there. The planes of several triangles around one vertex are one surface too: held above all of
+/// them the IHIP would stay at a saddle's vertex, where it could come nearer to the HIP above some.
 template <class Corrections>
 void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled) noexcept {
   if (!move.done) {
@@ -231,11 +241,14 @@ void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled
   if (move.count == 0 && settled) return setFree(hip);
   std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
   state_.holdingCount = move.count;
-  if (move.count != 1 || !settled) return;
-  const HoldingSurface only = held();
-  const Vec3 at = heldNear().from;
-  const Foot foot = closestOn(surface(only.body).triangle(only.triangle), only.triangle, at);
-  if (foot.squaredDistance <= 16 * skin_ * skin_) hold(only, foot, state_.ihip);
+  if (!settled) return;
+  const HoldingSurface strongest = held();
+  const Surface& mesh = surface(strongest.body);
+  const bool oneFan = std::all_of(move.pushing.begin() + 1, move.pushing.begin() + move.count,
+                                  [&](const HoldingSurface& s) { return !mesh.anyCrossed() && meet(s, strongest); });
+  if (!oneFan) return;
+  const Foot foot = closestOn(mesh.triangle(strongest.triangle), strongest.triangle, heldNear().from);
+  if (foot.squaredDistance <= 16 * skin_ * skin_) hold(strongest, foot, state_.ihip);
 }
 
 }  // namespace haptics

@@ -24,8 +24,9 @@ inline constexpr double kLeastShortStep = 0x1p-4;
   constexpr double kFraction2 = kStepFraction * kStepFraction;
   return squaredStep * squaredStep <= kFraction2 * kFraction2 * squaredTwiceArea;
 }
-/// Rounds of the constraint solver in a step. Each meets the planes anew from where the last one came to.
-inline constexpr int kMaxSolverRounds = 8;
+/// Rounds of the constraint solver in a step. Each meets the planes anew from where the last one came to. Fewer leave a
+/// long slide along a seam to the next tick, with a force too many; more cost time, 40 us at most with 32.
+inline constexpr int kMaxSolverRounds = 32;
 
 /// Lengths are fractions of the largest coordinate in reach, powers of two, so that nothing depends on the unit.
 /// Vertices are floats (2^-24 of the extent), arithmetic is double (2^-52).
@@ -109,6 +110,8 @@ class ContactTick {
   [[nodiscard]] bool hopUnder(Vec3 point, Holding& holding) noexcept;
   [[nodiscard]] bool add(const Holding& holding, const Holding& known, Constraints& constraints) const noexcept;
   [[nodiscard]] Move moveTowards(Vec3 hip) noexcept;
+  /// Do two triangles share a vertex?
+  [[nodiscard]] bool meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept;
   [[nodiscard]] Hit go(Vec3 world) noexcept;
   [[nodiscard]] bool restsOn(const Move& move) const noexcept;
   [[nodiscard]] bool isUnder(const Foot& foot) const noexcept { return foot.squaredDistance <= 4 * skin_ * skin_; }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "haptic_server/contact/contact.h"
@@ -88,6 +89,36 @@ TEST(SeveralBodies, AreFollowedTriangleByTriangleAlongTheirSeam) {
     metAnew += r.work.solverRounds > 0 ? 1 : 0;
   }
   EXPECT_LT(metAnew, 20);
+}
+
+/// At a saddle's vertex the planes of three triangles hold a point, the surface need not.
+TEST(SeveralBodies, LeaveTheTrianglesAroundAVertexToTheNeighborhoodWatch) {
+  World world;
+  world.add(shapes::bumpy(0.05, 12));
+  world.add(shapes::box({0.1, 0.1, 0.02}, 4), Pose{glm::angleAxis(0.7, Vec3(0.6, 0, 0.8)), {0, 0, 0.045}});
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  Vec3 hip{0, 0.1, 0};
+  world.place(hip);
+  const auto meet = [](const TriangleRecord& a, const TriangleRecord& b) {
+    return b.cornerOf(a.vertexAt(0)) >= 0 || b.cornerOf(a.vertexAt(1)) >= 0 || b.cornerOf(a.vertexAt(2)) >= 0;
+  };
+  int several = 0;
+  for (int stroke = 0; stroke < 200; ++stroke) {
+    const Vec3 aim = 0.025 * Vec3(normal(random), normal(random), 0.5 + normal(random));
+    world.lead(hip, aim, 0.0005, [&](const ContactResult& r, Vec3) {
+      if (world.state().mode != ContactState::Mode::kSeveralSurfaces || r.work.unsettled) return;
+      ++several;
+      const auto held = world.state().surfaces();
+      const Surface& mesh = *world.bodies()[static_cast<std::size_t>(held.front().body)].surface;
+      const bool oneFan = std::all_of(held.begin(), held.end(), [&](const HoldingSurface& s) {
+        return s.body == held.front().body && meet(mesh.triangle(s.triangle), mesh.triangle(held.front().triangle));
+      });
+      EXPECT_FALSE(oneFan && held.size() > 1);
+    });
+    hip = aim;
+  }
+  EXPECT_GT(several, 100);
 }
 
 /// Each tick divided by 64 is the path of a slow hand.
