@@ -37,6 +37,9 @@ struct AllCorrections {
   /// A segment against a triangle: watertight. Another one has the same constructor and enters().
   using SegmentTest = Segment;
 
+  /// Off: steps of a length, not from primitive to primitive; for another closest point computation, which does not
+  /// agree to the last bit on where their regions meet.
+  static constexpr bool kRegionSteps = true;
   /// The closest point computation of the search; body frame, metres.
   [[nodiscard]] static Foot closestPoint(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
     return closestOn(record, triangle, h);

@@ -27,8 +27,7 @@ double ContactTick<Corrections>::advanceOnSurface(double now, bool last) noexcep
   SearchPath path;
   SearchPath* const guarded = isGuarded(*body.surface) ? &path : nullptr;
   HipStep step{1, {}};
-  constexpr bool kFollows = Corrections::kSubsteps && Corrections::kFeatureCodes &&
-                            &Corrections::closestPoint == &AllCorrections::closestPoint;
+  constexpr bool kFollows = Corrections::kSubsteps && Corrections::kFeatureCodes && Corrections::kRegionSteps;
   if (last || !kFollows) {
     step.end = last ? 1 : shortStepEnd(now);
     step.found =

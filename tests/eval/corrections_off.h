@@ -41,6 +41,7 @@ struct WithoutWatertightTest : AllCorrections {
   using SegmentTest = MoellerTrumbore;
 };
 struct InFloat : AllCorrections {
+  static constexpr bool kRegionSteps = false;
   [[nodiscard]] static Foot closestPoint(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept;
 };
 

@@ -208,6 +208,7 @@ TEST(Corrections, TheSegmentTestIsThePolicys) {
 
 /// Every closest point a millimetre too high.
 struct WithHighFeet : AllCorrections {
+  static constexpr bool kRegionSteps = false;
   [[nodiscard]] static Foot closestPoint(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
     Foot foot = closestOn(record, triangle, h);
     foot.point.z += 0.001;
