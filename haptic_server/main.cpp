@@ -118,6 +118,7 @@ int run(const ServerOptions& options) {
   std::atomic<bool> stop{false};
   std::atomic<bool> servoReady{false};
   lockMemory(realtime);
+  const WakefulProcessors wakeful(realtime);
   std::thread servoThread([&] {
     becomeServoThread(options.cpu, realtime);
     servoReady.store(true);

@@ -1,11 +1,14 @@
 #include "haptic_server/servo/realtime.h"
 
+#include <fcntl.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 
 namespace haptics {
@@ -32,6 +35,18 @@ void lockMemory(RealtimeStatus& status) {
   }
   status.warnings.push_back("memory is not locked" + why(errno) +
                             ": a page fault may delay a tick; run as root or raise the memlock limit (ulimit -l)");
+}
+
+WakefulProcessors::WakefulProcessors(RealtimeStatus& status)
+    : request_(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
+  const std::int32_t latency_us = 0;
+  if (request_ >= 0 && write(request_, &latency_us, sizeof latency_us) == sizeof latency_us) return;
+  status.warnings.push_back("idle processors may sleep deeply" + why(errno) +
+                            ": the servo wakes later; run as root or allow writing /dev/cpu_dma_latency");
+}
+
+WakefulProcessors::~WakefulProcessors() {
+  if (request_ >= 0) close(request_);
 }
 
 void becomeServoThread(std::optional<int> cpu, RealtimeStatus& status) {
