@@ -25,7 +25,7 @@ inline constexpr double kLeastShortStep = 0x1p-4;
   return squaredStep * squaredStep <= kFraction2 * kFraction2 * squaredTwiceArea;
 }
 /// Rounds of the constraint solver in a step. Each meets the planes anew from where the last one came to. Fewer leave a
-/// long slide along a seam to the next tick, with a force too many; more cost time, 40 us at most with 32.
+/// long slide along a seam to the next tick, with a force that is a tick late; more make the longest tick longer.
 inline constexpr int kMaxSolverRounds = 32;
 
 /// Lengths are fractions of the largest coordinate in reach, powers of two, so that nothing depends on the unit.
