@@ -5,6 +5,7 @@
 #include <deque>
 #include <list>
 #include <unordered_map>
+#include <vector>
 
 #include "common/hash/content_hash.h"
 #include "haptic_server/scene/scene_history.h"
@@ -30,14 +31,25 @@ class EditMemory {
     Result result;  ///< For kApplied.
   };
 
+  /// What is remembered of one session.
+  struct SessionResults {
+    SessionId session = kServerSession;
+    std::uint64_t forgottenUpTo = 0;  ///< Highest clientSeq dropped from the results.
+    std::deque<Result> results;       ///< Oldest first.
+  };
+
   /// kForgotten: so old that it may have been applied.
   [[nodiscard]] Lookup find(SessionId session, std::uint64_t clientSeq) const;
   void remember(SessionId session, const Result& result);
 
+  /// Everything, least recent editor first; remembering it in this order makes an equal memory.
+  [[nodiscard]] std::vector<SessionResults> sessions() const;
+  /// A session that is not remembered yet, as the most recent editor.
+  void remember(SessionResults session);
+
  private:
   struct Session {
-    std::deque<Result> results;
-    std::uint64_t forgottenUpTo = 0;  // highest clientSeq dropped from results
+    SessionResults known;
     std::list<SessionId>::iterator age;
   };
   std::unordered_map<SessionId, Session> sessions_;

@@ -1,6 +1,15 @@
 #include "haptic_server/scene/scene_history.h"
 
+#include <random>
+#include <utility>
+
 namespace haptics {
+
+void SceneHistory::append(std::shared_ptr<const AcceptedEdit> edit, SceneVersion made) {
+  version = std::move(made);
+  edits.push_back(std::move(edit));
+  if (edits.size() > kRememberedEdits) edits.pop_front();
+}
 
 std::shared_ptr<const AcceptedEdit> SceneHistory::find(std::uint64_t revision) const {
   if (edits.empty()) return nullptr;
@@ -14,6 +23,12 @@ bool SceneHistory::canResumeFrom(std::uint64_t itsEpoch, std::uint64_t revision,
   if (revision == version.revision()) return root == version.root();
   const auto next = find(revision + 1);
   return next && next->commit.prevRoot == root;
+}
+
+std::uint64_t newEpoch() {
+  std::random_device entropy;
+  const std::uint64_t epoch = std::uint64_t{entropy()} << 32 | entropy();
+  return epoch == 0 ? 1 : epoch;
 }
 
 }  // namespace haptics

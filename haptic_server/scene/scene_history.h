@@ -21,6 +21,7 @@ struct AcceptedEdit {
   std::uint64_t clientSeq = 0;
   Commit commit;  ///< `put` holds each object once, in the order in which the operations first name them.
   std::vector<std::string> reports;  ///< What making each mesh kept and dropped.
+  ObjectId nextId = 1;               ///< First id that no object has had after it.
 };
 
 /// Edits kept for clients that reconnect. A client farther behind gets a snapshot.
@@ -32,10 +33,15 @@ struct SceneHistory {
   SceneVersion version;
   std::deque<std::shared_ptr<const AcceptedEdit>> edits;  ///< The last of them, oldest first, up to `version`.
 
+  /// Takes over an edit and the version it made; lets the oldest remembered edit go.
+  void append(std::shared_ptr<const AcceptedEdit> edit, SceneVersion made);
   /// The edit that made this revision; null when it is not remembered.
   [[nodiscard]] std::shared_ptr<const AcceptedEdit> find(std::uint64_t revision) const;
   /// Whether one who holds this state becomes equal to `version` by applying remembered edits.
   [[nodiscard]] bool canResumeFrom(std::uint64_t itsEpoch, std::uint64_t revision, const ContentHash& root) const;
 };
+
+/// At random, never 0: that is the epoch of a client that holds nothing.
+[[nodiscard]] std::uint64_t newEpoch();
 
 }  // namespace haptics

@@ -1,8 +1,8 @@
 #include "haptic_server/scene/scene_room.h"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
-#include <random>
 #include <utility>
 
 #include "common/clock/monotonic.h"
@@ -13,10 +13,11 @@ namespace {
 /// How often the builder frees scenes that the servo has left behind while nothing is edited.
 constexpr std::chrono::milliseconds kReclaimEvery{100};
 
-std::uint64_t randomEpoch() {
-  std::random_device entropy;
-  const std::uint64_t epoch = std::uint64_t{entropy()} << 32 | entropy();
-  return epoch == 0 ? 1 : epoch;  // 0 is a client that holds nothing
+/// Making a mesh may take seconds, which only its own edit waits for.
+bool makesMesh(const Transaction& transaction) {
+  return std::ranges::any_of(transaction.operations, [](const Operation& operation) {
+    return std::holds_alternative<AddObject>(operation) || std::holds_alternative<RemeshObject>(operation);
+  });
 }
 
 }  // namespace
@@ -25,17 +26,36 @@ SceneRoom::SceneRoom(Options options, SceneCrossing& crossing)
     : options_(std::move(options)),
       crossing_(crossing),
       library_(options_.assetFolders, store_),
-      sequencer_(randomEpoch(), library_),
+      sequencer_(newEpoch(), library_),
       servoScenes_(options_.makePlan),
       published_(sequencer_.history()) {}
 
 SceneRoom::~SceneRoom() { stop(); }
 
 Result<std::vector<std::string>> SceneRoom::loadStartScene(const Transaction& scene) {
-  const EditOutcome outcome = apply(kServerSession, history()->version.revision() + 1, scene);
+  const Submission submission{kServerSession, history()->version.revision() + 1, scene};
+  const EditOutcome outcome = apply(std::span(&submission, 1)).front();
   if (const auto* error = std::get_if<Error>(&outcome)) return tl::unexpected(*error);
   if (const auto* conflict = std::get_if<EditConflict>(&outcome)) return refused("preconditions", conflict->reason);
   return std::get<std::shared_ptr<const AcceptedEdit>>(outcome)->reports;
+}
+
+Result<void> SceneRoom::resume(SequencerState state, const MeshReader& readMesh, EditJournal& journal) {
+  Sequencer::Meshes meshes;
+  for (const auto& object : state.history->version.objects()) {
+    auto mesh = Result<std::shared_ptr<const MeshAsset>>(store_.find(object->mesh));
+    if (!*mesh) {
+      auto bytes = readMesh(object->mesh);
+      if (!bytes) return refused("object \"" + object->name + "\"", bytes.error().text());
+      mesh = store_.internEncoded(object->mesh, *std::move(bytes));
+    }
+    if (!mesh) return refused("object \"" + object->name + "\"", "its mesh is damaged: " + mesh.error().text());
+    meshes[object->id] = *std::move(mesh);
+  }
+  sequencer_.resume(std::move(state), std::move(meshes), journal);
+  published_ = sequencer_.history();
+  publishToServo();
+  return {};
 }
 
 void SceneRoom::start() {
@@ -54,10 +74,7 @@ void SceneRoom::stop() {
 void SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                            const EditReply& reply) {
   const std::size_t work = 1 + transaction.operations.size() + transaction.preconditions.size();
-  auto job = [this, session, clientSeq, transaction = std::move(transaction), reply] {
-    reply(apply(session, clientSeq, transaction));
-  };
-  if (!enqueue({work, std::move(job)}))
+  if (!enqueue({work, Edit{{session, clientSeq, std::move(transaction)}, reply}}))
     reply(Error{"busy", "the server has too many edits waiting; send it again later"});
 }
 
@@ -99,41 +116,62 @@ void SceneRoom::run() {
   std::unique_lock lock(queueMutex_);
   while (!stopping_) {
     if (queue_.empty()) queueChanged_.wait_for(lock, kReclaimEvery);
-    std::function<void()> task;
-    if (!stopping_ && !queue_.empty()) {
-      task = std::move(queue_.front().run);
-      queuedWork_ -= queue_.front().work;
-      queue_.pop_front();
-    }
+    std::vector<Job> jobs = takeJobs();
     lock.unlock();
-    if (task) task();
+    carryOut(jobs);
     const auto departure = servoScenes_.nextDeparture_ns();
     if (departure && *departure <= monotonicNow_ns()) publishToServo();
     crossing_.reclaim();
-    task = nullptr;  // what it holds is freed without the lock
+    jobs.clear();  // what they hold is freed without the lock
     lock.lock();
   }
 }
 
-EditOutcome SceneRoom::apply(SessionId session, std::uint64_t clientSeq, const Transaction& transaction) {
-  const auto before = sequencer_.history();
-  EditOutcome outcome;
-  try {
-    outcome = sequencer_.submit(session, clientSeq, transaction);
-  } catch (const std::exception& failure) {
-    return Error{"", std::string("the server could not carry out the edit: ") + failure.what()};
+/// The next job, or several edits that make no meshes.
+std::vector<SceneRoom::Job> SceneRoom::takeJobs() {
+  const auto mayShare = [](const Job& job) {
+    const auto* edit = std::get_if<Edit>(&job.task);
+    return edit && !makesMesh(edit->submission.transaction);
+  };
+  std::vector<Job> jobs;
+  while (!stopping_ && !queue_.empty() && jobs.size() < kMaxBatch) {
+    if (!jobs.empty() && !(mayShare(jobs.back()) && mayShare(queue_.front()))) break;
+    queuedWork_ -= queue_.front().work;
+    jobs.push_back(std::move(queue_.front()));
+    queue_.pop_front();
   }
-  if (sequencer_.history() == before) return outcome;
+  return jobs;
+}
+
+void SceneRoom::carryOut(std::span<Job> jobs) {
+  std::vector<Submission> submissions;
+  for (Job& job : jobs) {
+    if (auto* edit = std::get_if<Edit>(&job.task)) {
+      submissions.push_back(std::move(edit->submission));
+    } else {
+      std::get<std::function<void()>>(job.task)();
+    }
+  }
+  const auto outcomes = apply(submissions);
+  for (std::size_t i = 0; i < outcomes.size(); ++i) std::get<Edit>(jobs[i].task).reply(outcomes[i]);
+}
+
+std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submissions) {
+  const auto before = sequencer_.history();
+  auto outcomes = sequencer_.submit(submissions);
+  const auto& now = sequencer_.history();
+  if (now == before) return outcomes;
 
   publishToServo();
   if (options_.log) {
-    for (const std::string& report : std::get<std::shared_ptr<const AcceptedEdit>>(outcome)->reports)
-      options_.log(report);
+    for (std::uint64_t revision = before->version.revision() + 1; revision <= now->version.revision(); ++revision) {
+      for (const std::string& report : now->find(revision)->reports) options_.log(report);
+    }
   }
   const std::lock_guard lock(historyMutex_);
-  published_ = sequencer_.history();
+  published_ = now;
   if (listener_) listener_(published_);
-  return outcome;
+  return outcomes;
 }
 
 void SceneRoom::publishToServo() { crossing_.publish(servoScenes_.make(sequencer_, monotonicNow_ns())); }

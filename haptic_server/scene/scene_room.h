@@ -9,8 +9,10 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "haptic_server/scene/asset_store.h"
@@ -32,11 +34,15 @@ class SceneRoom {
   };
   using EditReply = std::function<void(const EditOutcome&)>;
   using UploadReply = std::function<void(Result<std::shared_ptr<const MeshAsset>>)>;
+  using MeshReader = std::function<Result<std::string>(const ContentHash&)>;  ///< Canonical bytes, unverified.
   using HistoryListener = std::function<void(std::shared_ptr<const SceneHistory>)>;
 
   /// Work waiting for the builder, in operations and preconditions (an upload counts as one): some 30 MB. Above, an
   /// edit is rejected with field "busy".
   static constexpr std::size_t kMaxQueuedWork = 65'536;
+  /// Edits that are decided together when so many wait: the journal then waits for the disk once. More of them delay
+  /// the first one's reply.
+  static constexpr std::size_t kMaxBatch = 64;
 
   SceneRoom(Options options, SceneCrossing& crossing);
   ~SceneRoom();
@@ -46,6 +52,10 @@ class SceneRoom {
   /// Applies the transaction at once and publishes it, the same way as any edit. Before start() only.
   /// @return The reports of the meshes, or the bad field.
   [[nodiscard]] Result<std::vector<std::string>> loadStartScene(const Transaction& scene);
+  /// Goes on from this state, whose meshes are read by hash, and publishes it; every edit from now on is kept by the
+  /// journal, which outlives the room, before it is published or answered. Before loadStartScene() and start() only.
+  /// @return Or which object's mesh cannot be had.
+  [[nodiscard]] Result<void> resume(SequencerState state, const MeshReader& readMesh, EditJournal& journal);
   void start();
   void stop();  ///< Finishes the job in hand and drops the rest; their replies never come. Also done on destruction.
 
@@ -63,9 +73,13 @@ class SceneRoom {
   void setListener(HistoryListener listener);
 
  private:
+  struct Edit {
+    Submission submission;
+    EditReply reply;
+  };
   struct Job {
     std::size_t work;  // as in kMaxQueuedWork
-    std::function<void()> run;
+    std::variant<Edit, std::function<void()>> task;
   };
 
   Options options_;
@@ -88,7 +102,9 @@ class SceneRoom {
 
   bool enqueue(Job job);
   void run();
-  EditOutcome apply(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
+  std::vector<Job> takeJobs();
+  void carryOut(std::span<Job> jobs);
+  std::vector<EditOutcome> apply(std::span<const Submission> submissions);
   void publishToServo();
 };
 

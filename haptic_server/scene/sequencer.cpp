@@ -1,7 +1,8 @@
 #include "haptic_server/scene/sequencer.h"
 
 #include <algorithm>
-#include <optional>
+#include <cstddef>
+#include <exception>
 #include <string>
 #include <utility>
 
@@ -46,22 +47,74 @@ std::optional<EditConflict> conflictOf(const SceneVersion& version, const std::v
 }  // namespace
 
 Sequencer::Sequencer(std::uint64_t epoch, MeshResolver& meshes) : resolver_(meshes) {
-  history_ = std::make_shared<const SceneHistory>(SceneHistory{.epoch = epoch, .version = {}, .edits = {}});
+  state_.history = std::make_shared<const SceneHistory>(SceneHistory{.epoch = epoch, .version = {}, .edits = {}});
+}
+
+void Sequencer::resume(SequencerState state, Meshes meshes, EditJournal& journal) {
+  state_ = std::move(state);
+  meshes_ = std::move(meshes);
+  journal_ = &journal;
 }
 
 EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction) {
-  if (clientSeq == 0) return Error{"client_seq", "is 0; it counts up from 1"};
-  const auto known = memory_.find(session, clientSeq);
-  if (known.answer == EditMemory::Answer::kApplied) return applied(session, known.result);
+  const Submission submission{session, clientSeq, transaction};
+  return submit(std::span(&submission, 1)).front();
+}
+
+std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissions) {
+  Batch batch{*state_.history, meshes_, state_.nextId, {}, {}};
+  std::vector<EditOutcome> outcomes;
+  std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
+  for (const Submission& submission : submissions) {
+    if (auto known = answeredBefore(submission)) {
+      outcomes.push_back(*std::move(known));
+      continue;
+    }
+    try {
+      outcomes.push_back(decide(submission, batch));
+    } catch (const std::exception& failure) {
+      outcomes.push_back(Error{"", std::string("the server could not carry out the edit: ") + failure.what()});
+    }
+    if (!batch.edits.empty()) unkept.push_back(outcomes.size() - 1);
+  }
+  if (batch.edits.empty()) return outcomes;
+  if (journal_) {
+    if (const auto kept = journal_->keep(state_, batch.edits, batch.newMeshes); !kept) {
+      for (const std::size_t i : unkept) outcomes[i] = kept.error();
+      return outcomes;
+    }
+  }
+  adopt(std::move(batch));
+  return outcomes;
+}
+
+std::optional<EditOutcome> Sequencer::answeredBefore(const Submission& submission) const {
+  if (submission.clientSeq == 0) return Error{"client_seq", "is 0; it counts up from 1"};
+  const auto known = state_.memory.find(submission.session, submission.clientSeq);
+  if (known.answer == EditMemory::Answer::kNew) return std::nullopt;
   if (known.answer == EditMemory::Answer::kForgotten) {
     return Error{"client_seq", "is so far behind the session's newest edits that it may have been applied already"};
   }
+  if (auto edit = state_.history->find(known.result.revision)) return edit;
+  auto edit = std::make_shared<AcceptedEdit>();
+  edit->session = submission.session;
+  edit->clientSeq = submission.clientSeq;
+  edit->commit.revision = known.result.revision;
+  edit->commit.root = known.result.root;
+  return edit;
+}
+
+EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const {
+  const auto& [session, clientSeq, transaction] = submission;
+  for (const auto& edit : batch.edits) {
+    if (edit->session == session && edit->clientSeq == clientSeq) return edit;
+  }
   if (transaction.operations.empty()) return Error{"operations", "is empty; an edit has at least one operation"};
 
-  const SceneVersion& base = history_->version;
+  const SceneVersion& base = batch.history.version;
   if (auto conflict = conflictOf(base, transaction.preconditions)) return *std::move(conflict);
 
-  SceneDraft draft(base, nextId_);
+  SceneDraft draft(base, batch.nextId);
   for (std::size_t i = 0; i < transaction.operations.size(); ++i) {
     const auto done = draft.apply(transaction.operations[i], "operations[" + std::to_string(i) + "].");
     if (!done) return done.error();
@@ -69,32 +122,37 @@ EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const 
   auto reports = draft.resolveMeshes(resolver_);
   if (!reports) return std::move(reports).error();
 
-  auto edit = std::make_shared<AcceptedEdit>(AcceptedEdit{session, clientSeq, draft.commit(), *std::move(reports)});
+  auto edit = std::make_shared<AcceptedEdit>(
+      AcceptedEdit{session, clientSeq, draft.commit(), *std::move(reports), draft.nextId()});
   auto next = base.apply(edit->commit);
   if (!next) return std::move(next).error();
   edit->commit.root = next->root();
 
-  auto history = std::make_shared<SceneHistory>(*history_);
-  history->version = *std::move(next);
-  history->edits.push_back(edit);
-  if (history->edits.size() > kRememberedEdits) history->edits.pop_front();
-
-  for (const ObjectId id : edit->commit.removed) meshes_.erase(id);
-  for (const auto& [id, asset] : draft.meshes()) meshes_[id] = asset;
-  nextId_ = draft.nextId();
-  memory_.remember(session, {clientSeq, edit->commit.revision, edit->commit.root});
-  history_ = std::move(history);
+  batch.take(edit, *std::move(next), draft.meshes());
   return edit;
 }
 
-std::shared_ptr<const AcceptedEdit> Sequencer::applied(SessionId session, const EditMemory::Result& result) const {
-  if (auto edit = history_->find(result.revision)) return edit;
-  auto edit = std::make_shared<AcceptedEdit>();
-  edit->session = session;
-  edit->clientSeq = result.clientSeq;
-  edit->commit.revision = result.revision;
-  edit->commit.root = result.root;
-  return edit;
+/// Whole or not at all: without the memory for it the process ends.
+void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made,
+                            const Meshes& itsMeshes) noexcept {
+  for (const ObjectId id : edit->commit.removed) meshes.erase(id);
+  for (const auto& [id, asset] : itsMeshes) {
+    meshes[id] = asset;
+    newMeshes.push_back(asset);
+  }
+  nextId = edit->nextId;
+  edits.push_back(edit);
+  history.append(edit, std::move(made));
+}
+
+/// The journal has the edits already: without the memory to follow it the process ends, and goes on from there.
+void Sequencer::adopt(Batch&& batch) noexcept {
+  for (const auto& edit : batch.edits) {
+    state_.memory.remember(edit->session, {edit->clientSeq, edit->commit.revision, edit->commit.root});
+  }
+  state_.history = std::make_shared<const SceneHistory>(std::move(batch.history));
+  state_.nextId = batch.nextId;
+  meshes_ = std::move(batch.meshes);
 }
 
 }  // namespace haptics

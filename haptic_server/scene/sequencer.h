@@ -1,17 +1,25 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
+#include <optional>
+#include <span>
 #include <variant>
 #include <vector>
 
 #include "common/scene/scene.h"
-#include "haptic_server/scene/edit_memory.h"
+#include "haptic_server/scene/edit_journal.h"
 #include "haptic_server/scene/mesh_resolver.h"
-#include "haptic_server/scene/scene_history.h"
+#include "haptic_server/scene/scene_draft.h"
 
 namespace haptics {
+
+/// An edit as it comes from a client.
+struct Submission {
+  SessionId session = kServerSession;
+  std::uint64_t clientSeq = 0;
+  Transaction transaction;
+};
 
 /// A precondition did not hold; nothing was changed.
 struct EditConflict {
@@ -26,24 +34,45 @@ using EditOutcome = std::variant<std::shared_ptr<const AcceptedEdit>, EditConfli
 /// or none. The same submissions give the same history. One thread; no clock, no sockets.
 class Sequencer {
  public:
+  using Meshes = SceneDraft::Meshes;
+
   Sequencer(std::uint64_t epoch, MeshResolver& meshes);
 
-  /// An edit that was accepted before is answered again with the same revision and root and not applied again (with
-  /// its objects and reports while the history still holds them). Conflicts and rejections are not remembered.
+  /// Goes on from an earlier sequencer's state, with the meshes of its objects; from now on every accepted edit is kept
+  /// by the journal before it counts. Instead of all that was submitted so far.
+  void resume(SequencerState state, Meshes meshes, EditJournal& journal);
+
+  /// Decides the edits in this order, as if one by one; the journal keeps them together. One that was accepted before
+  /// is answered again with the same revision and root and not applied again (with its objects and reports while the
+  /// history still holds them). Conflicts and rejections are not remembered.
+  /// @return The outcomes, in the same order.
+  std::vector<EditOutcome> submit(std::span<const Submission> submissions);
   EditOutcome submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
 
-  [[nodiscard]] const std::shared_ptr<const SceneHistory>& history() const noexcept { return history_; }
+  [[nodiscard]] const std::shared_ptr<const SceneHistory>& history() const noexcept { return state_.history; }
+  [[nodiscard]] const SequencerState& state() const noexcept { return state_; }
   /// The mesh of an object of the current version.
   [[nodiscard]] const std::shared_ptr<const MeshAsset>& meshOf(ObjectId id) const { return meshes_.at(id); }
 
  private:
-  MeshResolver& resolver_;
-  std::shared_ptr<const SceneHistory> history_;
-  std::map<ObjectId, std::shared_ptr<const MeshAsset>> meshes_;  // holds what the current version names
-  EditMemory memory_;
-  ObjectId nextId_ = 1;
+  /// What becomes of the state while edits are decided, until the journal has kept them.
+  struct Batch {
+    SceneHistory history;
+    Meshes meshes;
+    ObjectId nextId;
+    EditJournal::Edits edits;
+    EditJournal::Meshes newMeshes;
 
-  std::shared_ptr<const AcceptedEdit> applied(SessionId session, const EditMemory::Result& result) const;
+    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Meshes& itsMeshes) noexcept;
+  };
+  MeshResolver& resolver_;
+  EditJournal* journal_ = nullptr;
+  SequencerState state_;
+  Meshes meshes_;  // holds what the current version names
+
+  std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
+  EditOutcome decide(const Submission& submission, Batch& batch) const;
+  void adopt(Batch&& batch) noexcept;
 };
 
 }  // namespace haptics
