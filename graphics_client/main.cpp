@@ -28,7 +28,7 @@ const char* const kExamples = R"(
 Examples:
   graphics_client
       shows the server on this machine
-  graphics_client --connect 192.168.1.20:7654 --size 1600x1000
+  graphics_client --connect 192.168.1.20:7654 --credentials viewer.credentials --size 1600x1000
       shows a server elsewhere
   xvfb-run -a -s "-screen 0 1280x1024x24" graphics_client --offscreen --seconds 20 --screenshot view.png
       draws for 20 s without a screen and writes a picture
@@ -39,7 +39,7 @@ Exit status: 0 done, 1 failed, 2 wrong usage, 3 --seconds are over and there nev
 struct Arguments {
   std::string connect = "127.0.0.1:7654";
   std::string size = "1280x1024";
-  std::string screenshot, summary;
+  std::string credentials, screenshot, summary;
   bool offscreen = false;
   std::optional<double> seconds, frameLimit_Hz;
 };
@@ -93,12 +93,20 @@ int run(const Arguments& arguments) {
   if (!options) return fail(options.error(), kBadUsage);
   const Result<haptics::Endpoint> server = haptics::parseEndpoint(arguments.connect);
   if (!server) return fail(Error(server.error()).within("--connect: "), kBadUsage);
+  std::optional<haptics::ClientCredentials> credentials;
+  if (!arguments.credentials.empty()) {
+    auto read = haptics::readClientCredentials(arguments.credentials);
+    if (!read) return fail(std::move(read.error()).within("--credentials: "), kBadUsage);
+    credentials = *std::move(read);
+  }
   // Mesa's software renderer takes every core unless told otherwise, the servo's too. A choice made outside stands.
   if (arguments.offscreen) setenv("LP_NUM_THREADS", "1", 0);
   if (const Result<void> display = haptics::checkDisplay(); !display) return fail(display.error(), kFailed);
 
-  const haptics::ServerLink link(
-      {.server = *server, .clientName = "graphics_client", .token = "", .telemetryRate_Hz = kWindowFrames_Hz});
+  const haptics::ServerLink link({.server = *server,
+                                  .clientName = "graphics_client",
+                                  .credentials = std::move(credentials),
+                                  .telemetryRate_Hz = kWindowFrames_Hz});
   HeldScene held;
   const auto newest = [&] {
     auto view = link.latest();
@@ -125,6 +133,9 @@ int main(int argc, char** argv) {
   CLI::App app("Shows the objects, the stylus, the contact and the force of a haptic_server.", "graphics_client");
   app.footer(kExamples);
   app.add_option("--connect", arguments.connect, "The server")->type_name("HOST:PORT")->capture_default_str();
+  app.add_option("--credentials", arguments.credentials,
+                 "Of a server that has some: its viewer.credentials or editor.credentials")
+      ->type_name("FILE");
   app.add_flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)");
   app.add_option("--seconds", arguments.seconds, "End by itself after this long")
       ->type_name("S")

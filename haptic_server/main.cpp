@@ -105,12 +105,18 @@ int run(const ServerOptions& options) {
     status.set_device(device.info().name);
   };
   Server::Options serving{.listen = options.listen,
+                          .credentials = {},
                           .allowInsecureLan = options.allowInsecureLan,
                           .identity = {"haptic_server", device.info().name, options.rate_Hz, device.info().maxForce_N},
                           .popTelemetry = [&](TelemetrySample& sample) { return servo->pop(sample); },
                           .recordSample = {},
                           .fillStatus = fillStatus,
                           .log = log};
+  if (!options.credentials.empty()) {
+    auto credentials = readServerCredentials(options.credentials);
+    if (!credentials) return fail(std::move(credentials.error()).within("--credentials "));
+    serving.credentials = *std::move(credentials);
+  }
   if (recorder) serving.recordSample = [&](const TelemetrySample& sample) { recorder->write(sample); };
   auto server = Server::listen(std::move(serving), room);
   if (!server) return fail(server.error());

@@ -18,7 +18,7 @@ constexpr const char* kExamples = R"(
 Examples:
   haptic_server --scene deploy/scenes/demo.scene --assets /usr/share/inventor/data
   haptic_server --device-preset falcon --hand light --rate 4000 --seconds 60 --summary out.json
-  haptic_server --scene my.scene --listen 192.168.1.5:7654 --allow-insecure-lan
+  haptic_server --scene my.scene --listen 192.168.1.5:7654 --credentials my_server
 
 Runs until Ctrl-C, or for --seconds; then stops the device and writes the summary.)";
 
@@ -45,8 +45,11 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
       ->check(CLI::IsMember(namesOf(handPresets())))
       ->capture_default_str();
   app.add_option("--listen", options.listen, "HOST:PORT for clients; port 0 takes a free one")->capture_default_str();
+  app.add_option("--credentials", options.credentials,
+                 "Speak TLS 1.3 only, with clients that hold credentials of this folder (hapticctl credentials DIR)")
+      ->type_name("DIR");
   app.add_flag("--allow-insecure-lan", options.allowInsecureLan,
-               "Accept clients from other machines, without encryption: for networks that you trust");
+               "Accept clients from other machines without credentials: where everybody may read and edit");
   app.add_option("--rate", options.rate_Hz, "Servo rate in Hz")
       ->check(CLI::Range(100.0, 20'000.0))
       ->capture_default_str();

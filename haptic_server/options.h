@@ -17,6 +17,7 @@ struct ServerOptions {
   std::string devicePreset;
   std::string hand;
   std::string listen = "127.0.0.1:7654";
+  std::string credentials;  ///< Folder; empty: everybody who can connect may edit.
   bool allowInsecureLan = false;
   double rate_Hz = 1000;
   double seconds = 0;      ///< 0: until a signal.

@@ -62,11 +62,12 @@ bool isLoopback(const Endpoint& endpoint) {
   return !error && address.is_loopback();
 }
 
-Result<void> checkListenAddress(const Endpoint& endpoint, bool allowInsecureLan) {
-  if (allowInsecureLan || isLoopback(endpoint)) return {};
-  return refused("--listen " + endpoint.text(),
-                 "other machines can reach it, and the connection is neither encrypted nor authenticated; listen at "
-                 "127.0.0.1, or add --allow-insecure-lan on a network that you trust");
+Result<void> checkListenAddress(const Endpoint& endpoint, bool securedOrTrusted) {
+  if (securedOrTrusted || isLoopback(endpoint)) return {};
+  return refused(
+      "--listen " + endpoint.text(),
+      "other machines can reach it; make credentials with \"hapticctl credentials DIR\" and add --credentials "
+      "DIR, or add --allow-insecure-lan on a network where everybody may read and edit");
 }
 
 }  // namespace haptics

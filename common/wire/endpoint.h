@@ -24,8 +24,8 @@ struct Endpoint {
 /// Only this machine can reach it: 127.0.0.0/8, ::1. A name other than localhost never counts.
 [[nodiscard]] bool isLoopback(const Endpoint& endpoint);
 
-/// The protocol is neither encrypted nor authenticated: addresses that other machines can reach are refused unless the
-/// person who starts the server says that the network is trusted (--allow-insecure-lan).
-[[nodiscard]] Result<void> checkListenAddress(const Endpoint& endpoint, bool allowInsecureLan);
+/// Addresses that other machines can reach are refused unless the connections are secured, or the person who starts the
+/// server says that the network is trusted (--allow-insecure-lan).
+[[nodiscard]] Result<void> checkListenAddress(const Endpoint& endpoint, bool securedOrTrusted);
 
 }  // namespace haptics

@@ -60,6 +60,11 @@ void ClientSession::poll(std::uint64_t now_ns) {
   pumpUploads();
 }
 
+void ClientSession::turnedAway(const std::string& why) {
+  refused_ = true;
+  linkText_ = why;
+}
+
 void ClientSession::connectionLost(const std::string& why) {
   transport_ = nullptr;
   phase_ = Phase::kDown;

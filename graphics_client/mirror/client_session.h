@@ -59,6 +59,8 @@ class ClientSession {
   /// The session has no more use for the connection: drop it, then call connectionLost() with overReason().
   [[nodiscard]] bool connectionOver() const noexcept { return !over_.empty(); }
   [[nodiscard]] const std::string& overReason() const noexcept { return over_; }
+  /// There is no speaking with this server, and trying again soon will not help: as if it had refused.
+  void turnedAway(const std::string& why);
   /// The connection, or the attempt to make one, is at its end.
   void connectionLost(const std::string& why);
   /// How long to wait now before the next attempt.

@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <thread>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "common/clock/monotonic.h"
 #include "common/wire/event_loop.h"
 #include "common/wire/tcp.h"
+#include "common/wire/tls.h"
 #include "graphics_client/mirror/client_session.h"
 
 namespace haptics {
@@ -27,8 +29,10 @@ std::uint64_t randomSession() {
 struct ServerLink::Worker {
   explicit Worker(Options options)
       : server(options.server),
-        session({randomSession(), std::move(options.clientName), std::move(options.token), options.telemetryRate_Hz,
+        session({randomSession(), std::move(options.clientName),
+                 options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
                  options.fetchMeshes}) {
+    if (options.credentials) tls = TlsContext::client(options.credentials->serverCertificatePem).value();
     MirrorView first;
     first.linkText = "connecting to " + server.text();
     newest = std::make_shared<const MirrorView>(std::move(first));
@@ -53,7 +57,7 @@ struct ServerLink::Worker {
   void connect() {
     connector = std::make_unique<TcpConnector>(loop, server, [this](Result<std::unique_ptr<Transport>> result) {
       if (!result) return lost(result.error().text());
-      transport = std::move(*result);
+      transport = tls ? tls->secure(std::move(*result)) : std::move(*result);
       transport->start({.received = [this](std::span<const char> bytes) { received(bytes); },
                         .drained = [this] { session.drained(); },
                         .closed = [this](const std::string& why) { lost(why); }});
@@ -81,6 +85,7 @@ struct ServerLink::Worker {
   void lost(const std::string& why) {
     if (leaving) return loop.stop();
     transport.reset();
+    if (why.starts_with(kTlsFailure)) session.turnedAway(why);
     session.connectionLost(why);
     publish();
     retryTimer = loop.after(std::chrono::nanoseconds(session.reconnectDelay_ns()), [this] { connect(); });
@@ -103,6 +108,7 @@ struct ServerLink::Worker {
   }
 
   Endpoint server;
+  std::optional<TlsContext> tls;
   EventLoop loop;
   ClientSession session;
   std::unique_ptr<TcpConnector> connector;

@@ -3,8 +3,10 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "common/credentials/credentials.h"
 #include "common/wire/endpoint.h"
 #include "graphics_client/mirror/client_callbacks.h"
 #include "graphics_client/mirror/mirror_view.h"
@@ -19,10 +21,10 @@ class ServerLink {
  public:
   struct Options {
     Endpoint server;
-    std::string clientName;        ///< For the server's log, at most 64 characters.
-    std::string token;             ///< Decides the role; empty on loopback.
-    double telemetryRate_Hz = 60;  ///< 0: none.
-    bool fetchMeshes = true;       ///< false: records only; hashesEqual then stays false.
+    std::string clientName;                          ///< For the server's log, at most 64 characters.
+    std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
+    double telemetryRate_Hz = 60;                    ///< 0: none.
+    bool fetchMeshes = true;                         ///< false: records only; hashesEqual then stays false.
   };
 
   explicit ServerLink(Options options);

@@ -12,7 +12,8 @@ int fail(ExitCode code, const Error& error) {
 }
 
 Connection::Connection(const CommonOptions& options, Needs needs)
-    : options_(options), link_({options.server, "hapticctl", "", needs.telemetryRate_Hz, needs.meshes}) {}
+    : options_(options),
+      link_({options.server, "hapticctl", options.credentials, needs.telemetryRate_Hz, needs.meshes}) {}
 
 Result<std::shared_ptr<const MirrorView>> Connection::open() {
   auto view = link_.waitUntil(

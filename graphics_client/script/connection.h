@@ -3,6 +3,7 @@
 #include <chrono>
 #include <future>
 #include <memory>
+#include <optional>
 
 #include "common/clock/monotonic.h"
 #include "common/error/error.h"
@@ -14,6 +15,7 @@ namespace haptics {
 /// What every verb of hapticctl takes.
 struct CommonOptions {
   Endpoint server{"127.0.0.1", 7654};
+  std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
   double timeout_s = 10;  ///< Longest time without a connection, or without the progress that a verb waits for.
   bool json = false;
 };

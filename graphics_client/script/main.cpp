@@ -23,6 +23,15 @@ void addCommonOptions(CLI::App& app, CommonOptions& common) {
          "The server")
       ->type_name("HOST:PORT")
       ->default_str(common.server.text());
+  app.add_option_function<std::string>(
+         "--credentials",
+         [&common](const std::string& file) {
+           auto credentials = readClientCredentials(file);
+           if (!credentials) throw CLI::ValidationError("--credentials", credentials.error().text());
+           common.credentials = *std::move(credentials);
+         },
+         "Of a server that has some: its viewer.credentials or editor.credentials")
+      ->type_name("FILE");
   app.add_option("--timeout", common.timeout_s, "Give up after this time without a connection")
       ->type_name("SECONDS")
       ->check(CLI::Range(0.1, kMaxTimeout_s))
@@ -77,6 +86,17 @@ CLI::App* addWatch(CLI::App& app, WatchOptions& options) {
   return verb;
 }
 
+CLI::App* addCredentials(CLI::App& app, std::string& folder) {
+  auto* verb =
+      app.add_subcommand("credentials", "Make a server's certificate and its clients' tokens; no server needed");
+  verb->add_option("folder", folder, "Where to; made if missing")->type_name("DIR")->required();
+  verb->footer(
+      "Then, on the server's machine:  haptic_server --listen 192.168.1.5:7654 --credentials DIR\n"
+      "and on the others, with a copy of DIR/viewer.credentials or DIR/editor.credentials:\n"
+      "  hapticctl --connect 192.168.1.5:7654 --credentials editor.credentials status");
+  return verb;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -89,11 +109,12 @@ int main(int argc, char** argv) {
   CommonOptions common;
   ApplyOptions applyOptions;
   WatchOptions watchOptions;
-  std::string name;
+  std::string name, folder;
   addCommonOptions(app, common);
   const auto* applyVerb = addApply(app, applyOptions);
   const auto* getVerb = addGet(app, name);
   const auto* watchVerb = addWatch(app, watchOptions);
+  const auto* credentialsVerb = addCredentials(app, folder);
   const auto* statusVerb = app.add_subcommand("status", "Print the figures of servo and server")
                                ->footer("Example:\n  hapticctl --json status | jq .missed_ticks");
   app.add_subcommand("verify", "Fetch the whole scene anew and compare its hash with the server's")
@@ -107,5 +128,6 @@ int main(int argc, char** argv) {
   if (getVerb->parsed()) return get(common, name);
   if (watchVerb->parsed()) return watch(common, watchOptions);
   if (statusVerb->parsed()) return status(common);
+  if (credentialsVerb->parsed()) return credentials(common, folder);
   return verify(common);
 }

@@ -32,4 +32,7 @@ int status(const CommonOptions& common);
 /// Fetches the whole scene anew, hashes every byte of it and compares with the server's root.
 int verify(const CommonOptions& common);
 
+/// Makes the credentials of a server, in a folder that has none.
+int credentials(const CommonOptions& common, const std::filesystem::path& folder);
+
 }  // namespace haptics

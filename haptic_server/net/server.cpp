@@ -1,5 +1,6 @@
 #include "haptic_server/net/server.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <map>
@@ -11,6 +12,7 @@
 #include "common/wire/endpoint.h"
 #include "common/wire/event_loop.h"
 #include "common/wire/tcp.h"
+#include "common/wire/tls.h"
 
 namespace haptics {
 namespace {
@@ -20,8 +22,6 @@ using std::chrono::milliseconds;
 /// How often the servo's queue is emptied: the delay it adds to a sample's age. Shorter costs wake-ups beside the
 /// servo.
 constexpr milliseconds kDrainEvery{2};
-/// Connections beyond the clients that are told so before they are closed; above, they are dropped without a word.
-constexpr std::size_t kMaxTurnedAway = 64;
 /// How long stop() lets clients read why.
 constexpr milliseconds kStopGrace{200};
 /// Memory for uploads under way, being built and waiting for an edit, all clients together.
@@ -29,6 +29,17 @@ constexpr std::size_t kUploadBudget_bytes = 512U << 20;
 /// Lines about connections in the log: a flood of them must not fill the disk.
 constexpr double kLogLinesPerSecond = 5;
 constexpr double kLogBurst = 50;
+
+/// What a client hears that does not speak TLS to a server that does.
+std::string plainRefusal() {
+  v1::Envelope envelope;
+  envelope.set_protocol_version(kProtocolVersion);
+  envelope.mutable_refusal()->set_reason("this server speaks TLS only; connect with --credentials FILE");
+  envelope.mutable_refusal()->set_supported_version(kProtocolVersion);
+  std::string frame;
+  appendFrame(frame, envelope);
+  return frame;
+}
 
 }  // namespace
 
@@ -38,10 +49,17 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
 
   Result<void> open() {
     const auto endpoint = parseEndpoint(options_.listen);
-    if (!endpoint) return tl::unexpected(endpoint.error());
-    if (auto allowed = checkListenAddress(*endpoint, options_.allowInsecureLan); !allowed) return allowed;
+    if (!endpoint) return tl::unexpected(Error(endpoint.error()).within("--listen "));
+    const bool open = options_.allowInsecureLan || options_.credentials;
+    if (auto allowed = checkListenAddress(*endpoint, open); !allowed) return allowed;
+    if (options_.credentials) {
+      auto tls =
+          TlsContext::server(options_.credentials->certificatePem, options_.credentials->privateKeyPem, plainRefusal());
+      if (!tls) return tl::unexpected(std::move(tls.error()).within("--credentials: "));
+      tls_ = *std::move(tls);
+    }
     auto listener = TcpListener::open(loop_, *endpoint, [this](std::unique_ptr<Transport> t) { accept(std::move(t)); });
-    if (!listener) return tl::unexpected(listener.error());
+    if (!listener) return tl::unexpected(std::move(listener.error()).within("--listen "));
     listener_ = *std::move(listener);
     port_ = listener_->local().port;
     return {};
@@ -110,6 +128,9 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       return true;
     }
     void releaseUpload(std::size_t bytes) override { server.uploadBytes_ -= bytes; }
+    [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) const override {
+      return server.admit(id, token);
+    }
     void sessionClaimed(SessionId id) override { server.claimed(*this, id); }
     void fillStatus(v1::Status& status) override { server.fillStatus(status); }
     void refused(const std::string& why) override {
@@ -119,6 +140,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     }
     void ended(const std::string& why) override {
       if (!wasRefused && session.id() != 0) server.log(described() + " left: " + why);
+      if (!wasRefused && session.id() == 0) refused(why);
       server.post([n = number](Impl& impl) { impl.remove(n); });
     }
     [[nodiscard]] std::string described() const {
@@ -140,17 +162,39 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   }
 
   void accept(std::unique_ptr<Transport> transport) {
-    if (connections_.size() >= kMaxClients + kMaxTurnedAway || stopTimer_) {
-      ++refusedConnections_;
-      return;
-    }
-    const bool full = connections_.size() >= kMaxClients;
+    if (stopTimer_) return;
+    makeRoom();
+    if (tls_) transport = tls_->secure(std::move(transport));
     const std::uint64_t number = nextNumber_++;
     auto& connection =
         *connections_.emplace(number, std::make_unique<Connection>(*this, number, std::move(transport))).first->second;
     connection.session.start();
-    if (full) return connection.session.refuse("", "the server has its " + std::to_string(kMaxClients) + " clients");
     if (lastSample_) connection.session.adopted(lastSample_->sceneRevision, lastSample_->adoptionTick);
+  }
+
+  /// Drops the oldest connection that has not been welcomed where there are too many of them.
+  void makeRoom() {
+    if (connections_.size() - clients_ < kMaxHalfOpen) return;
+    const auto oldest = std::find_if(connections_.begin(), connections_.end(),
+                                     [](const auto& entry) { return !entry.second->session.welcomed(); });
+    ++refusedConnections_;
+    log("dropped " + oldest->second->transport->peer() + ": too many connections that say nothing");
+    connections_.erase(oldest);
+  }
+
+  [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) const {
+    Role role = Role::kEdit;
+    if (options_.credentials) {
+      if (token.empty()) return refused("hello.token", "is missing; connect with --credentials FILE");
+      const auto known = options_.credentials->roleOf(token);
+      if (!known) return refused("hello.token", "is not one that this server knows, or was withdrawn");
+      role = *known;
+    }
+    const auto others = std::count_if(connections_.begin(), connections_.end(), [id](const auto& entry) {
+      return entry.second->session.welcomed() && entry.second->session.id() != id;
+    });
+    if (static_cast<std::size_t>(others) < kMaxClients) return role;
+    return refused("", "the server has its " + std::to_string(kMaxClients) + " clients");
   }
 
   void claimed(const Connection& by, SessionId id) {
@@ -234,6 +278,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   EventLoop loop_;  // before what lives on it
   std::unique_ptr<TcpListener> listener_;
   std::uint16_t port_ = 0;
+  std::optional<TlsContext> tls_;
   Timer timer_;
   std::optional<Timer> stopTimer_;
   std::thread thread_;

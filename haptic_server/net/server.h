@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "common/credentials/credentials.h"
 #include "common/error/error.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/net/server_session.h"
@@ -18,7 +20,9 @@ class Server {
  public:
   struct Options {
     std::string listen = "127.0.0.1:0";  ///< HOST:PORT; port 0: any free one.
-    bool allowInsecureLan = false;       ///< Without it only loopback addresses are accepted.
+    /// With them every client speaks TLS 1.3 and has the role of its token; without, every client may edit.
+    std::optional<ServerCredentials> credentials;
+    bool allowInsecureLan = false;  ///< Without it, and without credentials, only loopback addresses are accepted.
     ServerIdentity identity;
     /// The servo's queue: takes its oldest sample, false when empty. Called on the network thread only.
     std::function<bool(TelemetrySample&)> popTelemetry;
@@ -29,13 +33,17 @@ class Server {
     std::function<void(const std::string&)> log;  ///< One line; may be empty. Network thread.
   };
   struct Counters {
-    std::uint32_t clients = 0;  ///< Welcomed and connected.
-    std::uint64_t refusedConnections = 0;
+    std::uint32_t clients = 0;             ///< Welcomed and connected.
+    std::uint64_t refusedConnections = 0;  ///< Turned away, or gone before they were welcomed.
   };
 
   static constexpr std::size_t kMaxClients = 64;
+  /// Connections that have not been welcomed yet. Beyond, the oldest gives way to the newest: those who open connections
+  /// and say nothing keep nobody out who speaks at once.
+  static constexpr std::size_t kMaxHalfOpen = 64;
 
-  /// Binds the address. Errors: malformed or not allowed address, port in use.
+  /// Binds the address. Errors: malformed or not allowed address, port in use, a key that is not the
+  /// certificate's.
   [[nodiscard]] static Result<std::unique_ptr<Server>> listen(Options options, SceneRoom& room);
   ~Server();  ///< Stops.
   Server(const Server&) = delete;

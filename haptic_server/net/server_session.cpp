@@ -13,6 +13,8 @@ namespace {
 /// Tag and length of an object inside SnapshotObjects, at most.
 constexpr std::size_t kPerObject_bytes = 6;
 
+Error notAnEditor() { return {"role", "is view, and this asks for edit; connect with editor.credentials"}; }
+
 }  // namespace
 
 ServerSession::ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity)
@@ -149,8 +151,7 @@ void ServerSession::handleLive(const v1::Envelope& envelope) {
     case v1::Envelope::kStatusRequest:
       return reportStatus();
     case v1::Envelope::kAssetUpload:
-      if (const auto reply = uploads_.take(envelope.asset_upload().chunk())) send(*reply);
-      return;
+      return handle(envelope.asset_upload());
     default:
       return refuse("body", "is a message that a client does not send, or not after Hello");
   }
@@ -161,12 +162,15 @@ void ServerSession::handle(const v1::Hello& hello) {
   if (hello.client_name().size() > kMaxClientName) {
     return refuse("hello.client_name", "is longer than " + std::to_string(kMaxClientName) + " bytes");
   }
+  const auto role = host_.admit(hello.session(), hello.token());
+  if (!role) return refuse(role.error().field, role.error().reason);
   const auto history = host_.history();
   // A root that is no hash is the root of no revision: the client gets a snapshot.
   const auto root = ContentHash::fromBytes(hello.root());
   const bool resumed = root && history->canResumeFrom(hello.epoch(), hello.revision(), *root);
   id_ = hello.session();
   name_ = hello.client_name();
+  role_ = *role;
   phase_ = Phase::kLive;
   nextHeartbeat_ns_ = host_.now_ns() + kHeartbeat_ns;
 
@@ -180,7 +184,7 @@ void ServerSession::handle(const v1::Hello& hello) {
   welcome.set_servo_rate_hz(identity_.servoRate_Hz);
   welcome.set_device(identity_.device);
   welcome.set_max_force_n(identity_.maxForce_N);
-  welcome.set_may_edit(true);
+  welcome.set_may_edit(role_ == Role::kEdit);
   send(envelope);
   host_.sessionClaimed(id_);
   if (!resumed) sendSnapshot(history->version);
@@ -209,12 +213,19 @@ void ServerSession::handle(const v1::AssetRequest& request) {
 }
 
 void ServerSession::handle(const v1::EditRequest& request) {
+  if (role_ != Role::kEdit) return editDecided(request.client_seq(), notAnEditor());
   if (!editRate_.allow(host_.now_ns())) {
     return editDecided(request.client_seq(), Error{"rate", "more than 200 edits per second; send it again later"});
   }
   auto transaction = fromWire(request.transaction());
   if (!transaction) return editDecided(request.client_seq(), std::move(transaction).error());
   host_.submitEdit(id_, request.client_seq(), *std::move(transaction));
+}
+
+void ServerSession::handle(const v1::AssetUpload& upload) {
+  const auto reply =
+      role_ == Role::kEdit ? uploads_.take(upload.chunk()) : uploads_.turnAway(upload.chunk(), notAnEditor());
+  if (reply) send(*reply);
 }
 
 void ServerSession::handle(const v1::ClockProbe& probe) {

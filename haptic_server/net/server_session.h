@@ -78,6 +78,7 @@ class ServerSession {
   const ServerIdentity& identity_;
   Phase phase_ = Phase::kAwaitingHello;
   SessionId id_ = 0;
+  Role role_ = Role::kView;
   std::string name_;
   FrameDecoder decoder_;
   std::uint64_t started_ns_ = 0;
@@ -103,6 +104,7 @@ class ServerSession {
   void handle(const v1::Subscribe& subscribe);
   void handle(const v1::AssetRequest& request);
   void handle(const v1::EditRequest& request);
+  void handle(const v1::AssetUpload& upload);
   void handle(const v1::ClockProbe& probe);
   void reportStatus();
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "common/credentials/credentials.h"
 #include "haptic_server/scene/scene_history.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptics/v1/envelope.pb.h"
@@ -29,6 +30,12 @@ class SessionHost {
   [[nodiscard]] virtual bool reserveUpload(std::size_t bytes) = 0;
   virtual void releaseUpload(std::size_t bytes) = 0;
 
+  /// What a client may do that says Hello as `session` with this token; or why it is turned away. As it stands here:
+  /// a server that only this machine can reach, where everybody may edit.
+  [[nodiscard]] virtual Result<Role> admit([[maybe_unused]] SessionId session,
+                                           [[maybe_unused]] const std::string& token) const {
+    return Role::kEdit;
+  }
   /// The client said who it is: an older connection of the same session is to be closed.
   virtual void sessionClaimed(SessionId session) = 0;
   /// All but what the session knows itself: epoch, revision and root.

@@ -56,6 +56,13 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
   return std::nullopt;
 }
 
+std::optional<v1::AssetUploadReply> SessionUploads::turnAway(const v1::AssetChunk& chunk, const Error& why) {
+  const auto hash = hashFromWire(chunk.hash(), "chunk.hash");
+  if (!hash) return refusedReply({}, hash.error());
+  if (assembly_.ignores(chunk, *hash)) return std::nullopt;
+  return refuse(*hash, why);
+}
+
 v1::AssetUploadReply SessionUploads::decided(const ContentHash& hash,
                                              Result<std::shared_ptr<const MeshAsset>> outcome) {
   const auto at = building_.find(hash);

@@ -27,6 +27,8 @@ class SessionUploads {
 
   /// Takes a chunk; hands a complete upload to the host. Not every chunk is answered.
   [[nodiscard]] std::optional<v1::AssetUploadReply> take(const v1::AssetChunk& chunk);
+  /// Answers in place of take() a client that may not upload: once an upload.
+  [[nodiscard]] std::optional<v1::AssetUploadReply> turnAway(const v1::AssetChunk& chunk, const Error& why);
   /// The host has built the upload, or not.
   [[nodiscard]] v1::AssetUploadReply decided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome);
   /// The scene holds this mesh from now on.

@@ -1,8 +1,10 @@
 #include "graphics_client/mirror/server_link.h"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <filesystem>
 #include <future>
 #include <mutex>
 #include <thread>
@@ -29,6 +31,7 @@ class TcpFakeServer {
     auto listener = TcpListener::open(loop_, {"127.0.0.1", port}, [this](auto transport) {
       server.accept(std::move(transport));
       served_ = 0;
+      if (speaksFirst) server.heartbeat();
     });
     EXPECT_TRUE(listener) << listener.error().text();
     listener_ = std::move(*listener);
@@ -58,6 +61,7 @@ class TcpFakeServer {
 
   FakeServer server;  // on the loop's thread
   bool refuses = false;
+  bool speaksFirst = false;  ///< As a server that answers what it cannot read.
 
  private:
   void serve() {
@@ -99,7 +103,7 @@ class TcpFakeServer {
 };
 
 ServerLink::Options to(const Endpoint& where) {
-  return {.server = where, .clientName = "test", .token = "", .telemetryRate_Hz = 60, .fetchMeshes = true};
+  return {.server = where, .clientName = "test", .credentials = {}, .telemetryRate_Hz = 60, .fetchMeshes = true};
 }
 
 bool inStep(const MirrorView& view) { return view.link == LinkState::kLive && view.hashesEqual; }
@@ -185,6 +189,21 @@ TEST(ServerLink, ShowsThatItWasRefused) {
   const auto view = link.waitUntil([](const MirrorView& v) { return v.link == LinkState::kRefused; }, kPatience);
   ASSERT_TRUE(view);
   EXPECT_EQ(view->linkText, "refused by the server: closed today");
+}
+
+TEST(ServerLink, WithCredentialsSaysAtOnceThatTheServerSpeaksPlainly) {
+  std::string folder = (std::filesystem::temp_directory_path() / "haptics-link-XXXXXX").string();
+  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  ASSERT_TRUE(makeCredentials(folder));
+  TcpFakeServer fake;
+  ServerLink::Options options = to(fake.where());
+  options.credentials = readClientCredentials(std::filesystem::path(folder) / kEditorFile).value();
+  std::filesystem::remove_all(folder);
+  fake.run([&] { fake.speaksFirst = true; });
+  const ServerLink link(options);
+  const auto view = link.waitUntil([](const MirrorView& v) { return v.link == LinkState::kRefused; }, kPatience);
+  ASSERT_TRUE(view);
+  EXPECT_THAT(view->linkText, HasSubstr("does not speak TLS"));
 }
 
 TEST(ServerLink, HasAViewFromTheFirstMoment) {

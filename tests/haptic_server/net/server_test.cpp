@@ -2,12 +2,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <deque>
+#include <filesystem>
 #include <mutex>
 
 #include "common/wire/tcp.h"
+#include "common/wire/tls.h"
 #include "tests/haptic_server/net/session_world.h"
 
 namespace haptics {
@@ -54,6 +57,7 @@ class ServerTest : public ::testing::Test {
 
   Server::Options options(std::string listen = "127.0.0.1:0") {
     return {.listen = std::move(listen),
+            .credentials = credentials,
             .allowInsecureLan = false,
             .identity = {"test", "simulated", 1000, 3.3},
             .popTelemetry = [this](TelemetrySample& sample) { return samples.pop(sample); },
@@ -68,6 +72,7 @@ class ServerTest : public ::testing::Test {
       const TcpConnector connector(test.loop, {"127.0.0.1", port},
                                    [this](Result<std::unique_ptr<Transport>> connected) {
                                      transport = std::move(connected).value();
+                                     if (test.tls) transport = test.tls->secure(std::move(transport));
                                      raw = std::make_unique<RawClient>(*transport);
                                    });
       EXPECT_TRUE(test.waitFor([this] { return raw != nullptr; }));
@@ -99,6 +104,23 @@ class ServerTest : public ::testing::Test {
     return held;
   }
 
+  /// A server that wants credentials, in place of the one that does not; clients get its viewer.credentials.
+  void secureServer() {
+    std::string folder = (std::filesystem::temp_directory_path() / "haptics-server-XXXXXX").string();
+    ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+    ASSERT_TRUE(makeCredentials(folder));
+    credentials = readServerCredentials(folder).value();
+    viewer = readClientCredentials(std::filesystem::path(folder) / kViewerFile).value();
+    std::filesystem::remove_all(folder);
+    tls = TlsContext::client(viewer.serverCertificatePem).value();
+    server->stop();
+    server = Server::listen(options(), room).value();
+    server->start();
+  }
+
+  std::optional<ServerCredentials> credentials;
+  ClientCredentials viewer;
+  std::optional<TlsContext> tls;
   EventLoop loop;
   Samples samples;
   std::vector<std::uint64_t> recorded;
@@ -164,10 +186,71 @@ TEST_F(ServerTest, TurnsAwayTheClientThatIsOneTooMany) {
     clients.back()->join(100 + i);
   }
   Client late(*this, server->port());
+  late.raw->hello(0, 0, {}, 99);
   ASSERT_TRUE(late.waitFor(Kind::kRefusal));
   EXPECT_THAT(late.raw->refusal().reason(), ::testing::HasSubstr("64"));
   EXPECT_EQ(server->counters().refusedConnections, 1U);
   EXPECT_EQ(server->counters().clients, Server::kMaxClients);
+}
+
+TEST_F(ServerTest, LetsAClientOfTheFullServerComeBack) {
+  std::vector<std::unique_ptr<Client>> clients;
+  for (std::size_t i = 0; i < Server::kMaxClients; ++i) {
+    clients.push_back(std::make_unique<Client>(*this, server->port()));
+    clients.back()->join(100 + i);
+  }
+  Client again(*this, server->port());
+  again.join(100);
+  EXPECT_EQ(again.raw->count(Kind::kRefusal), 0U);
+}
+
+TEST_F(ServerTest, ServesWhoSpeaksWhileHundredsSayNothing) {
+  std::vector<std::unique_ptr<Client>> silent;
+  const auto more = [&] {
+    for (int i = 0; i < 150; ++i) silent.push_back(std::make_unique<Client>(*this, server->port()));
+  };
+  more();
+  Client client(*this, server->port());
+  client.join();
+  more();
+  EXPECT_TRUE(waitFor([&] { return server->counters().refusedConnections >= 300 - Server::kMaxHalfOpen; }));
+  EXPECT_EQ(server->counters().clients, 1U);
+  EXPECT_FALSE(client.raw->closed) << "who is welcome is not dropped";
+}
+
+TEST_F(ServerTest, WithCredentialsWelcomesThroughTlsAndByToken) {
+  secureServer();
+  Client client(*this, server->port());
+  v1::Envelope hello;
+  hello.mutable_hello()->set_session(kClientSession);
+  hello.mutable_hello()->set_token(viewer.token);
+  client.raw->send(hello);
+  ASSERT_TRUE(client.waitFor(Kind::kWelcome));
+  EXPECT_FALSE(client.raw->all(Kind::kWelcome)[0].welcome().may_edit());
+}
+
+TEST_F(ServerTest, WithCredentialsRefusesWhoHasNoToken) {
+  secureServer();
+  for (const std::string& token : {std::string(), std::string(kTokenBytes, 'x')}) {
+    Client client(*this, server->port());
+    v1::Envelope hello;
+    hello.mutable_hello()->set_session(kClientSession);
+    hello.mutable_hello()->set_token(token);
+    client.raw->send(hello);
+    ASSERT_TRUE(client.waitFor(Kind::kRefusal));
+    EXPECT_EQ(client.raw->refusal().field(), "hello.token");
+    EXPECT_EQ(client.raw->count(Kind::kWelcome), 0U);
+  }
+}
+
+TEST_F(ServerTest, WithCredentialsTellsAPlainClientWhatToDo) {
+  secureServer();
+  tls.reset();
+  Client client(*this, server->port());
+  client.raw->hello();
+  ASSERT_TRUE(client.waitFor(Kind::kRefusal));
+  EXPECT_THAT(client.raw->refusal().reason(), ::testing::HasSubstr("--credentials"));
+  EXPECT_TRUE(waitFor([&] { return server->counters().refusedConnections == 1; }));
 }
 
 TEST_F(ServerTest, CountsRandomBytesAsRefused) {
@@ -184,7 +267,10 @@ TEST_F(ServerTest, NamesTheAddressThatItCannotListenOn) {
   const auto open = Server::listen(options("0.0.0.0:0"), room);
   ASSERT_FALSE(open);
   EXPECT_THAT(open.error().text(), ::testing::HasSubstr("--allow-insecure-lan"));
-  EXPECT_FALSE(Server::listen(options("nonsense"), room));
+  EXPECT_THAT(open.error().text(), ::testing::HasSubstr("--credentials"));
+  const auto malformed = Server::listen(options("nonsense"), room);
+  ASSERT_FALSE(malformed);
+  EXPECT_THAT(malformed.error().text(), ::testing::StartsWith("--listen"));
 }
 
 }  // namespace

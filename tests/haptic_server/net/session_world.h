@@ -145,6 +145,11 @@ class SessionWorld : public SessionHost {
   void refused(const std::string& why) override { refusals.push_back(why); }
   void ended(const std::string&) override { over = true; }
 
+  [[nodiscard]] Result<Role> admit(SessionId, const std::string& token) const override {
+    tokens.push_back(token);
+    return role;
+  }
+
   /// The server's own edit.
   Accepted edit(const Transaction& transaction) {
     auto accepted = std::get<Accepted>(sequencer.submit(kServerSession, ++serverSeq, transaction));
@@ -180,6 +185,8 @@ class SessionWorld : public SessionHost {
   std::size_t uploadBudget = 64U << 20;
   std::size_t reserved = 0;
   std::optional<SessionId> claimed;
+  Result<Role> role = Role::kEdit;          ///< What the next Hello gets.
+  mutable std::vector<std::string> tokens;  ///< That came with a Hello.
   std::vector<std::string> refusals;
   bool over = false;
 

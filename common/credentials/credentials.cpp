@@ -1,0 +1,137 @@
+#include "common/credentials/credentials.h"
+
+#include <openssl/crypto.h>
+#include <openssl/pem.h>
+
+#include <array>
+#include <fstream>
+#include <memory>
+#include <span>
+#include <sstream>
+
+namespace haptics {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// No file of credentials comes near it; what does is no file of credentials.
+constexpr std::uintmax_t kMaxFileBytes = 64U << 10;
+constexpr std::string_view kPemBegin = "-----BEGIN CERTIFICATE-----", kPemEnd = "-----END CERTIFICATE-----";
+constexpr std::string_view kTokenKey = "token:";
+constexpr const char* kHowToMake = "; make the credentials with: hapticctl credentials DIR";
+
+Result<std::string> readSmallFile(const fs::path& file) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(file, error);
+  if (error) return refused(file.string(), error.message() + kHowToMake);
+  if (size > kMaxFileBytes) return refused(file.string(), "is too large to be credentials");
+  std::ifstream in(file, std::ios::binary);
+  std::string text(size, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(size));
+  if (!in) return refused(file.string(), "cannot be read");
+  return text;
+}
+
+std::optional<std::string> bytesOfHex(std::string_view digits) {
+  const auto valueOf = [](char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1; };
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
+    const int high = valueOf(digits[i]), low = valueOf(digits[i + 1]);
+    if (high < 0 || low < 0) return std::nullopt;
+    bytes += static_cast<char>(high << 4 | low);
+  }
+  if (digits.size() % 2 != 0) return std::nullopt;
+  return bytes;
+}
+
+bool isCertificate(const std::string& pem) {
+  const std::unique_ptr<BIO, decltype(&BIO_free)> in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())),
+                                                     &BIO_free);
+  const std::unique_ptr<X509, decltype(&X509_free)> certificate(PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr),
+                                                                &X509_free);
+  return certificate != nullptr;
+}
+
+Result<void> checkPrivate(const fs::path& file) {
+  std::error_code error;
+  const fs::perms perms = fs::status(file, error).permissions();
+  constexpr fs::perms kOthers = fs::perms::group_all | fs::perms::others_all;
+  if (!error && (perms & kOthers) == fs::perms::none) return {};
+  return refused(file.string(),
+                 error ? error.message() + kHowToMake : "others may read it; run: chmod 600 " + file.string());
+}
+
+Result<ServerCredentials::KnownToken> knownToken(const std::string& line) {
+  std::istringstream words(line);
+  std::string role, digits, more;
+  words >> role >> digits;
+  const auto bytes = bytesOfHex(digits);
+  const auto hash = bytes ? ContentHash::fromBytes(*bytes) : std::nullopt;
+  if ((role != "view" && role != "edit") || !hash || words >> more) {
+    return refused("", "\"" + line + "\" is not a role (view or edit) and the SHA-256 of a token");
+  }
+  return ServerCredentials::KnownToken{role == "view" ? Role::kView : Role::kEdit, *hash};
+}
+
+}  // namespace
+
+std::string_view nameOf(Role role) { return role == Role::kView ? "view" : "edit"; }
+
+ContentHash hashOfToken(std::string_view token) { return Hasher().add(std::as_bytes(std::span(token))).finish(); }
+
+Result<ClientCredentials> readClientCredentials(const fs::path& file) {
+  const auto text = readSmallFile(file);
+  if (!text) return tl::unexpected(text.error());
+  const std::size_t begin = text->find(kPemBegin), end = text->find(kPemEnd);
+  if (begin == std::string::npos || end == std::string::npos || end < begin) {
+    return refused(file.string(), "holds no certificate of a server; give viewer.credentials or editor.credentials");
+  }
+  ClientCredentials credentials;
+  credentials.serverCertificatePem = text->substr(begin, end + kPemEnd.size() - begin) + "\n";
+  if (!isCertificate(credentials.serverCertificatePem)) return refused(file.string(), "holds a damaged certificate");
+  std::istringstream lines(*text);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with(kTokenKey)) continue;
+    std::istringstream rest(line.substr(kTokenKey.size()));
+    std::string digits;
+    rest >> digits;
+    credentials.token = bytesOfHex(digits).value_or("");
+  }
+  if (credentials.token.size() != kTokenBytes) {
+    return refused(file.string(), "holds no line \"token: \" with 64 hexadecimal digits");
+  }
+  return credentials;
+}
+
+std::optional<Role> ServerCredentials::roleOf(std::string_view token) const {
+  const ContentHash hash = hashOfToken(token);
+  std::optional<Role> role;
+  for (const KnownToken& known : tokens) {
+    if (CRYPTO_memcmp(known.hash.bytes.data(), hash.bytes.data(), hash.bytes.size()) == 0) role = known.role;
+  }
+  return role;
+}
+
+Result<ServerCredentials> readServerCredentials(const fs::path& folder) {
+  auto certificate = readSmallFile(folder / kServerCertificateFile);
+  if (!certificate) return tl::unexpected(certificate.error());
+  if (auto kept = checkPrivate(folder / kServerKeyFile); !kept) return tl::unexpected(kept.error());
+  auto key = readSmallFile(folder / kServerKeyFile);
+  if (!key) return tl::unexpected(key.error());
+  const auto list = readSmallFile(folder / kTokensFile);
+  if (!list) return tl::unexpected(list.error());
+
+  ServerCredentials credentials{*std::move(certificate), *std::move(key), {}};
+  std::istringstream lines(*list);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    const auto token = knownToken(line);
+    if (!token) return refused((folder / kTokensFile).string(), token.error().reason);
+    credentials.tokens.push_back(*token);
+  }
+  if (credentials.tokens.empty())
+    return refused((folder / kTokensFile).string(), "names no token: nobody could connect");
+  return credentials;
+}
+
+}  // namespace haptics

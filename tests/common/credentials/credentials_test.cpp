@@ -1,0 +1,130 @@
+#include "common/credentials/credentials.h"
+
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <regex>
+
+namespace haptics {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Credentials : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "haptics-credentials-XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    parent = name;
+    folder = parent / "made";
+    ASSERT_TRUE(makeCredentials(folder));
+  }
+  void TearDown() override { fs::remove_all(parent); }
+
+  static void write(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::trunc) << text; }
+  static std::string read(const fs::path& file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  fs::path parent, folder;
+};
+
+TEST_F(Credentials, GiveEachFileItsRoleAndNobodyElseOne) {
+  const auto server = readServerCredentials(folder);
+  ASSERT_TRUE(server) << server.error().text();
+  const auto viewer = readClientCredentials(folder / kViewerFile);
+  const auto editor = readClientCredentials(folder / kEditorFile);
+  ASSERT_TRUE(viewer) << viewer.error().text();
+  ASSERT_TRUE(editor) << editor.error().text();
+  EXPECT_EQ(server->roleOf(viewer->token), Role::kView);
+  EXPECT_EQ(server->roleOf(editor->token), Role::kEdit);
+  EXPECT_EQ(viewer->serverCertificatePem, server->certificatePem);
+
+  std::string guess = editor->token;
+  guess.back() = static_cast<char>(guess.back() ^ 1);
+  EXPECT_FALSE(server->roleOf(guess));
+  EXPECT_FALSE(server->roleOf(""));
+  EXPECT_FALSE(server->roleOf(editor->token.substr(0, kTokenBytes - 1)));
+  EXPECT_FALSE(server->roleOf(editor->token + '\0'));
+  EXPECT_FALSE(server->roleOf(hashOfToken(editor->token).asBytes())) << "the list itself is no token";
+}
+
+TEST_F(Credentials, AreReadableByTheirOwnerOnly) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    EXPECT_EQ(entry.status().permissions(), fs::perms::owner_read | fs::perms::owner_write) << entry.path();
+  }
+}
+
+TEST_F(Credentials, DifferEachTime) {
+  ASSERT_TRUE(makeCredentials(parent / "other"));
+  const auto other = readServerCredentials(parent / "other");
+  ASSERT_TRUE(other);
+  EXPECT_FALSE(other->roleOf(readClientCredentials(folder / kEditorFile)->token));
+  EXPECT_NE(other->certificatePem, readServerCredentials(folder)->certificatePem);
+}
+
+TEST_F(Credentials, AreNeverReplaced) {
+  const std::string key = read(folder / kServerKeyFile);
+  const auto again = makeCredentials(folder);
+  ASSERT_FALSE(again);
+  EXPECT_THAT(again.error().text(), HasSubstr(kServerKeyFile));
+  EXPECT_EQ(read(folder / kServerKeyFile), key);
+}
+
+TEST_F(Credentials, AreRefusedWhileOthersMayReadTheKey) {
+  fs::permissions(folder / kServerKeyFile, fs::perms::group_read, fs::perm_options::add);
+  const auto server = readServerCredentials(folder);
+  ASSERT_FALSE(server);
+  EXPECT_THAT(server.error().text(), HasSubstr("chmod 600"));
+}
+
+TEST_F(Credentials, NameTheFileThatIsMissing) {
+  for (const char* name : {kServerCertificateFile, kServerKeyFile, kTokensFile}) {
+    const fs::path away = parent / "away";
+    fs::rename(folder / name, away);
+    const auto server = readServerCredentials(folder);
+    ASSERT_FALSE(server) << name;
+    EXPECT_THAT(server.error().text(), HasSubstr(name));
+    fs::rename(away, folder / name);
+  }
+  EXPECT_THAT(readClientCredentials(parent / "absent").error().text(), HasSubstr("hapticctl credentials"));
+}
+
+TEST_F(Credentials, OfATokenWithdrawnOpenNothing) {
+  const auto editor = readClientCredentials(folder / kEditorFile);
+  write(folder / kTokensFile, std::regex_replace(read(folder / kTokensFile), std::regex("edit .*\n"), ""));
+  const auto server = readServerCredentials(folder);
+  ASSERT_TRUE(server) << server.error().text();
+  EXPECT_FALSE(server->roleOf(editor->token));
+}
+
+TEST_F(Credentials, OfATornListAreRefused) {
+  for (const char* list : {"", "# nobody\n", "edit 12\n",
+                           "admin "
+                           "0000000000000000000000000000000000000000000000000000000000000000\n"}) {
+    write(folder / kTokensFile, list);
+    const auto server = readServerCredentials(folder);
+    ASSERT_FALSE(server) << list;
+    EXPECT_THAT(server.error().text(), HasSubstr(kTokensFile));
+  }
+}
+
+TEST_F(Credentials, OfATornClientFileAreRefused) {
+  const std::string whole = read(folder / kEditorFile);
+  const fs::path torn = parent / "torn";
+  for (const std::string& text :
+       {std::string(), whole.substr(0, 120), std::regex_replace(whole, std::regex("token"), "key"),
+        std::regex_replace(whole, std::regex("token: .."), "token: xy"),
+        std::regex_replace(whole, std::regex("MII"), "MMM"), std::string(1U << 17, 'a')}) {
+    write(torn, text);
+    const auto client = readClientCredentials(torn);
+    ASSERT_FALSE(client) << text;
+    EXPECT_EQ(client.error().field, torn.string());
+  }
+}
+
+}  // namespace
+}  // namespace haptics

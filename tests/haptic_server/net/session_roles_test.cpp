@@ -1,0 +1,91 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/haptic_server/net/session_world.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+using Kind = v1::Envelope;
+
+class SessionRoles : public ::testing::Test, public SessionWorld {
+ protected:
+  SessionRoles() { edit(test::edit(add("a"))); }
+  void hello(const std::string& token) {
+    v1::Envelope envelope;
+    envelope.mutable_hello()->set_session(kClientSession);
+    envelope.mutable_hello()->set_token(token);
+    client.send(envelope);
+    link.settle();
+  }
+  [[nodiscard]] const v1::EditReply& editReply() {
+    const auto replies = client.all(Kind::kEditReply);
+    EXPECT_EQ(replies.size(), 1U);
+    reply_ = replies.empty() ? v1::EditReply{} : replies[0].edit_reply();
+    return reply_;
+  }
+
+ private:
+  v1::EditReply reply_;
+};
+
+TEST_F(SessionRoles, ComeWithTheToken) {
+  role = Role::kView;
+  hello("my token");
+  EXPECT_THAT(tokens, ::testing::ElementsAre("my token"));
+  ASSERT_EQ(client.count(Kind::kWelcome), 1U);
+  EXPECT_FALSE(client.all(Kind::kWelcome)[0].welcome().may_edit());
+  EXPECT_EQ(client.count(Kind::kSnapshotEnd), 1U) << "a viewer sees the scene";
+}
+
+TEST_F(SessionRoles, EditorsMayEdit) {
+  hello("");
+  EXPECT_TRUE(client.all(Kind::kWelcome)[0].welcome().may_edit());
+  client.moveObject(1, "a", 0.5);
+  link.settle();
+  EXPECT_TRUE(editReply().has_accepted());
+}
+
+TEST_F(SessionRoles, ViewersEditsAreAnsweredAndChangeNothing) {
+  role = Role::kView;
+  hello("");
+  const ContentHash root = history()->version.root();
+  client.moveObject(7, "a", 0.5);
+  link.settle();
+  EXPECT_EQ(editReply().client_seq(), 7U);
+  EXPECT_EQ(editReply().rejected().field(), "role");
+  EXPECT_EQ(history()->version.root(), root);
+  EXPECT_FALSE(client.closed);
+  EXPECT_TRUE(session.welcomed());
+}
+
+TEST_F(SessionRoles, ViewersUploadsAreAnsweredOnceAndHeldNowhere) {
+  role = Role::kView;
+  hello("");
+  const ContentHash hash = Hasher().add(std::uint64_t{1}).finish();
+  client.upload(hash, 100, 0, std::string(50, 'x'));
+  client.upload(hash, 100, 50, std::string(50, 'x'));
+  link.settle();
+  const auto replies = client.all(Kind::kAssetUploadReply);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].asset_upload_reply().hash(), hash.asBytes());
+  EXPECT_FALSE(replies[0].asset_upload_reply().accepted());
+  EXPECT_EQ(replies[0].asset_upload_reply().field(), "role");
+  EXPECT_EQ(reserved, 0U);
+  EXPECT_TRUE(building.empty());
+  EXPECT_FALSE(client.closed);
+}
+
+TEST_F(SessionRoles, WhoeverHasNoneIsRefusedBeforeAnythingIsSaid) {
+  role = haptics::refused("hello.token", "is not one that this server knows");
+  hello("guess");
+  EXPECT_EQ(client.refusal().field(), "hello.token");
+  EXPECT_EQ(client.got.size(), 1U);
+  EXPECT_FALSE(session.welcomed());
+  EXPECT_FALSE(claimed);
+  EXPECT_TRUE(client.closed);
+}
+
+}  // namespace
+}  // namespace haptics
