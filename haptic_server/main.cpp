@@ -18,6 +18,7 @@
 #include "haptic_server/scene/scene_room.h"
 #include "haptic_server/servo/realtime.h"
 #include "haptic_server/servo/servo_loop.h"
+#include "haptic_server/state/state_folder.h"
 
 namespace haptics {
 namespace {
@@ -49,6 +50,23 @@ constexpr int kExitFailed = 1;
   return {};
 }
 
+/// Goes on from the folder's state where there is one, else from the scene file, and keeps all edits there.
+[[nodiscard]] Result<std::unique_ptr<StateFolder>> resumeState(SceneRoom& room, const ServerOptions& options) {
+  auto opened = StateFolder::open(options.state, newEpoch(),
+                                  {.info = [](const std::string& line) { spdlog::info("{}", line); },
+                                   .warning = [](const std::string& line) { spdlog::warn("{}", line); }});
+  if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
+  auto& folder = *opened->folder;
+  const auto readMesh = [&folder](const ContentHash& hash) { return folder.readMesh(hash); };
+  if (auto resumed = room.resume(std::move(opened->state), readMesh, folder); !resumed)
+    return tl::unexpected(std::move(resumed.error()).within("--state " + options.state + ": "));
+  if (const auto revision = room.history()->version.revision(); revision > 0) {
+    spdlog::info("going on at revision {} of {}{}", revision, options.state,
+                 options.scene.empty() ? "" : "; " + options.scene + " is not loaded");
+  }
+  return std::move(opened->folder);
+}
+
 /// SIGINT, SIGTERM and SIGHUP, taken by the main thread alone. Blocked before any thread starts.
 class StopSignals {
  public:
@@ -57,6 +75,7 @@ class StopSignals {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set_, signal);
     pthread_sigmask(SIG_BLOCK, &set_, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write
   }
   /// Waits for one of them, or until `deadline_ns` on the monotonic clock (0: for ever).
   void wait(std::uint64_t deadline_ns) const {
@@ -94,8 +113,16 @@ int run(const ServerOptions& options) {
 
   const auto log = [](const std::string& line) { spdlog::info("{}", line); };
   SceneCrossing crossing;
+  std::unique_ptr<StateFolder> state;  // outlives the room
   SceneRoom room({.assetFolders = options.assets, .makePlan = planExploration, .log = log}, crossing);
-  if (auto loaded = loadScene(room, options.scene); !loaded) return fail(loaded.error());
+  if (!options.state.empty()) {
+    auto resumed = resumeState(room, options);
+    if (!resumed) return fail(resumed.error());
+    state = *std::move(resumed);
+  }
+  if (room.history()->version.revision() == 0) {
+    if (auto loaded = loadScene(room, options.scene); !loaded) return fail(loaded.error());
+  }
   room.start();
 
   const auto servo = std::make_unique<ServoLoop>(device, crossing, options.rate_Hz);
@@ -103,6 +130,7 @@ int run(const ServerOptions& options) {
     fillServoStatus(servo->statistics(), realtime, status);
     status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns) * 1e-9);
     status.set_device(device.info().name);
+    status.set_durable(state != nullptr);
   };
   Server::Options serving{.listen = options.listen,
                           .credentials = {},

@@ -18,6 +18,7 @@ constexpr const char* kExamples = R"(
 Examples:
   haptic_server --scene deploy/scenes/demo.scene --assets /usr/share/inventor/data
   haptic_server --device-preset falcon --hand light --rate 4000 --seconds 60 --summary out.json
+  haptic_server --scene my.scene --state /var/lib/haptics
   haptic_server --scene my.scene --listen 192.168.1.5:7654 --credentials my_server
 
 Runs until Ctrl-C, or for --seconds; then stops the device and writes the summary.)";
@@ -32,6 +33,9 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
       "The haptic server: reads the force-feedback device, finds the contact, writes the force, keeps the scene."};
   app.footer(kExamples);
   app.add_option("--scene", options.scene, "Scene file to start with (protobuf text format); \"-\" for standard input");
+  app.add_option("--state", options.state,
+                 "Folder that keeps the scene and every accepted edit, also across a crash; once it holds a scene, the "
+                 "server goes on from it and --scene is not loaded");
   app.add_option("--assets", options.assets,
                  "Folder where scenes and clients may name mesh files (besides the scene file's)")
       ->check(CLI::ExistingDirectory);

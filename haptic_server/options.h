@@ -12,6 +12,7 @@ namespace haptics {
 /// The server's command line.
 struct ServerOptions {
   std::string scene;                          ///< Scene file; empty: an empty scene.
+  std::string state;                          ///< Folder that keeps the scene across a crash; empty: none.
   std::vector<std::filesystem::path> assets;  ///< Folders where scenes and clients may name mesh files.
   std::string device = "simulated";
   std::string devicePreset;

@@ -35,6 +35,7 @@ void printForPeople(const v1::Status& status) {
               yesNo(status.memory_locked()), yesNo(status.pinned()), count(status.allocations_in_servo()));
   std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());
   std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));
+  std::printf("kept       %s\n", status.durable() ? "on the server's disk" : "until the server ends");
   std::printf("root       %s\n", ContentHash::fromBytes(status.root()).value_or(ContentHash{}).hex().c_str());
   std::printf("dropped    %llu samples, %llu connections refused\n", count(status.dropped_samples()),
               count(status.refused_connections()));

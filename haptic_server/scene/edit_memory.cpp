@@ -8,7 +8,7 @@ namespace haptics {
 EditMemory::Lookup EditMemory::find(SessionId session, std::uint64_t clientSeq) const {
   const auto at = sessions_.find(session);
   if (at == sessions_.end()) return {};
-  const auto& [known, age] = at->second;
+  const SessionResults& known = at->second.known;
   const auto result = std::ranges::find(known.results, clientSeq, &Result::clientSeq);
   if (result != known.results.end()) return {Answer::kApplied, *result};
   return {clientSeq <= known.forgottenUpTo ? Answer::kForgotten : Answer::kNew, {}};
@@ -17,8 +17,10 @@ EditMemory::Lookup EditMemory::find(SessionId session, std::uint64_t clientSeq) 
 void EditMemory::remember(SessionId session, const Result& result) {
   const auto at = sessions_.find(session);
   if (at == sessions_.end()) return remember(SessionResults{session, 0, {result}});
-  auto& [known, age] = at->second;
-  byAge_.splice(byAge_.end(), byAge_, age);
+  auto& [known, lastEdit] = at->second;
+  byLastEdit_.erase(lastEdit);
+  lastEdit = ++edits_;
+  byLastEdit_[lastEdit] = session;
   known.results.push_back(result);
   if (known.results.size() > kResultsPerSession) {
     known.forgottenUpTo = std::max(known.forgottenUpTo, known.results.front().clientSeq);
@@ -28,16 +30,17 @@ void EditMemory::remember(SessionId session, const Result& result) {
 
 void EditMemory::remember(SessionResults session) {
   const SessionId id = session.session;
-  sessions_[id] = {std::move(session), byAge_.insert(byAge_.end(), id)};
+  sessions_[id] = {std::move(session), ++edits_};
+  byLastEdit_[edits_] = id;
   if (sessions_.size() > kSessions) {
-    sessions_.erase(byAge_.front());
-    byAge_.pop_front();
+    sessions_.erase(byLastEdit_.begin()->second);
+    byLastEdit_.erase(byLastEdit_.begin());
   }
 }
 
 std::vector<EditMemory::SessionResults> EditMemory::sessions() const {
   std::vector<SessionResults> sessions;
-  for (const SessionId id : byAge_) sessions.push_back(sessions_.at(id).known);
+  for (const auto& [lastEdit, id] : byLastEdit_) sessions.push_back(sessions_.at(id).known);
   return sessions;
 }
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <list>
+#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -50,10 +50,11 @@ class EditMemory {
  private:
   struct Session {
     SessionResults known;
-    std::list<SessionId>::iterator age;
+    std::uint64_t lastEdit = 0;  // a number that grows with each
   };
   std::unordered_map<SessionId, Session> sessions_;
-  std::list<SessionId> byAge_;  // least recent editor first
+  std::map<std::uint64_t, SessionId> byLastEdit_;
+  std::uint64_t edits_ = 0;
 };
 
 }  // namespace haptics

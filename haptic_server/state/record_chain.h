@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/hash/content_hash.h"
+
+// A log's bytes: kLogHead, then records:
+//
+//   u32 length of the payload | 4 bytes of SHA-256(chain, length) | payload | SHA-256(chain, all of these)
+//
+// little-endian, where the chain is the hash of the record before, and of the head for the first. A record is therefore
+// bound to all before it: one that was damaged, left out, repeated or moved is found, and so is each record after it.
+// The short check of the length tells a record that was cut off, whose length is right, from a damaged one.
+namespace haptics {
+
+inline constexpr std::string_view kLogHead = "haptics state 1\n";
+
+/// Writes records, each after the one before.
+class RecordWriter {
+ public:
+  RecordWriter();                                           ///< Of the first record, after kLogHead.
+  explicit RecordWriter(const ContentHash& chain);          ///< Goes on where a reader is.
+  void append(std::string& out, std::string_view payload);  ///< The payload is at most 4 GiB.
+
+ private:
+  ContentHash chain_;
+};
+
+enum class LogEnd {
+  kWhole,    ///< After the last record.
+  kCutOff,   ///< Within the last record: the bytes end before it does.
+  kDamaged,  ///< At a record that is not what was written.
+};
+
+/// Reads records as far as they are whole.
+class RecordReader {
+ public:
+  /// All of a log, its head included, which the caller has checked; outlives the reader.
+  explicit RecordReader(std::string_view log);
+
+  /// The next record's payload; nothing at the end, whichever it is.
+  [[nodiscard]] std::optional<std::string_view> next();
+  [[nodiscard]] LogEnd end() const noexcept { return end_; }             ///< Once next() has returned nothing.
+  [[nodiscard]] std::size_t offset() const noexcept { return offset_; }  ///< Bytes of the head and the records read.
+  [[nodiscard]] const ContentHash& chain() const noexcept { return chain_; }  ///< To append after them.
+
+ private:
+  std::string_view log_;
+  std::size_t offset_;
+  ContentHash chain_;
+  LogEnd end_ = LogEnd::kWhole;
+};
+
+}  // namespace haptics

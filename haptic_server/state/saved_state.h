@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+
+#include "common/error/error.h"
+#include "haptic_server/scene/edit_journal.h"
+#include "haptic_server/state/record_chain.h"
+
+// What the log's records say (state.proto).
+namespace haptics {
+
+/// Remembered edits go into a checkpoint up to this size: they spare reconnecting clients a snapshot, no more.
+inline constexpr std::size_t kMaxResumeBytes = 4U << 20;
+
+[[nodiscard]] std::string checkpointRecord(const SequencerState& state);
+[[nodiscard]] std::string editRecord(const AcceptedEdit& edit);
+
+/// Where a log stops making sense.
+struct LogDamage {
+  bool cutOff = false;  ///< Its last record is incomplete, as a crash leaves it; nothing was answered on its strength.
+  std::size_t offset = 0;   ///< First bad byte's record begins here.
+  std::size_t dropped = 0;  ///< Bytes from there on.
+  std::string reason;
+};
+
+/// What a log leads to.
+struct SavedState {
+  SequencerState state;
+  RecordWriter writer;                     ///< To go on after the last good record.
+  std::unordered_set<ContentHash> meshes;  ///< Every mesh that a good record names.
+  std::optional<LogDamage> damage;         ///< The state is that before it.
+};
+
+/// Refused: bytes that do not begin with this version's head and a good checkpoint. Untrusted bytes are welcome.
+[[nodiscard]] Result<SavedState> readLog(std::string_view log);
+
+}  // namespace haptics

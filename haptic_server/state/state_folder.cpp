@@ -1,0 +1,189 @@
+#include "haptic_server/state/state_folder.h"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <ctime>
+#include <exception>
+#include <system_error>
+#include <utility>
+
+#include "common/mesh/file_bytes.h"
+
+namespace haptics {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kLogName = "log";
+constexpr const char* kMeshFolder = "meshes";
+constexpr const char* kDamagedPrefix = "log.damaged-";
+
+bool holdsDamagedLog(const fs::path& folder) {
+  return std::ranges::any_of(fs::directory_iterator(folder), [](const fs::directory_entry& entry) {
+    return entry.path().filename().string().starts_with(kDamagedPrefix);
+  });
+}
+
+}  // namespace
+
+Result<StateFolder::Opened> StateFolder::open(const fs::path& folder, std::uint64_t freshEpoch, Options options) {
+  std::error_code error;
+  const fs::path path = fs::absolute(folder).lexically_normal();
+  fs::create_directories(path / kMeshFolder, error);
+  if (error) return refused(path.string(), "cannot make the folder: " + error.message());
+  if (auto synced = syncFolder(path); !synced) return tl::unexpected(std::move(synced).error());
+
+  std::unique_ptr<StateFolder> opened(new StateFolder(path, std::move(options)));
+  auto lock = lockFile(path / "lock");
+  if (!lock) return tl::unexpected(std::move(lock).error());
+  opened->lock_ = *std::move(lock);
+  auto state = opened->load(freshEpoch);
+  if (!state) return tl::unexpected(std::move(state).error());
+  return Opened{std::move(opened), *std::move(state)};
+}
+
+Result<SequencerState> StateFolder::load(std::uint64_t freshEpoch) {
+  const fs::path path = folder_ / kLogName;
+  if (!fs::exists(path)) {
+    SequencerState state;
+    state.history = std::make_shared<const SceneHistory>(SceneHistory{freshEpoch, {}, {}});
+    if (auto made = checkpoint(state); !made) return tl::unexpected(std::move(made).error());
+    return state;
+  }
+  const auto bytes = readFile(path);
+  if (!bytes) return refused(path.string(), bytes.error().text());
+  auto saved = readLog(*bytes);
+  if (!saved) {
+    return refused(path.string(), saved.error().text() + ". Move it away to start without it");
+  }
+  if (saved->damage) {
+    if (auto handled = giveUpDamaged(*bytes, *saved->damage); !handled) return tl::unexpected(handled.error());
+    auto history = std::make_shared<SceneHistory>(*saved->state.history);
+    history->epoch = freshEpoch;
+    saved->state.history = std::move(history);
+    if (auto made = checkpoint(saved->state); !made) return tl::unexpected(std::move(made).error());
+    return std::move(saved->state);
+  }
+  auto log = openForWriting(path);
+  if (!log) return tl::unexpected(std::move(log).error());
+  log_ = *std::move(log);
+  size_ = written_ = bytes->size();
+  nextCheckpoint_ = options_.checkpointAfter_bytes;
+  writer_ = saved->writer;
+  return std::move(saved->state);
+}
+
+Result<void> StateFolder::giveUpDamaged(std::string_view log, const LogDamage& damage) {
+  const std::string where = (folder_ / kLogName).string() + ": " + damage.reason + " at byte " +
+                            std::to_string(damage.offset) + ": " + std::to_string(damage.dropped) +
+                            " bytes are dropped";
+  if (damage.cutOff) {
+    options_.warning(where + ". It was being written when the server ended, and no edit in it had been accepted");
+    return {};
+  }
+  const fs::path aside = folder_ / (kDamagedPrefix + std::to_string(std::time(nullptr)));
+  if (auto kept = createDurably(aside, log); !kept) return tl::unexpected(std::move(kept).error());
+  options_.warning(where +
+                   ", ACCEPTED EDITS AMONG THEM. The scene is that before the damage; the damaged log is kept as " +
+                   aside.filename().string());
+  return {};
+}
+
+Result<std::string> StateFolder::readMesh(const ContentHash& hash) const {
+  const fs::path path = folder_ / kMeshFolder / hash.hex();
+  auto bytes = readFile(path);
+  if (!bytes) return refused(path.string(), bytes.error().text());
+  return bytes;
+}
+
+Result<void> StateFolder::keep(const SequencerState& before, const Edits& edits, const Meshes& meshes) {
+  Result<void> kept;
+  try {
+    kept = tryToKeep(before, edits, meshes);
+  } catch (const std::exception& failure) {
+    log_ = {};
+    kept = refused("", failure.what());
+  }
+  if (!kept && !failing_) options_.warning("edits are rejected until they can be kept: " + kept.error().text());
+  if (kept && failing_) options_.info("edits are kept again");
+  failing_ = !kept;
+  if (kept) return {};
+  return refused("state", "the server cannot keep edits now (" + kept.error().reason + "); send it again later");
+}
+
+Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& edits, const Meshes& meshes) {
+  if (!log_ || written_ >= nextCheckpoint_) {
+    const auto made = checkpoint(before);
+    if (!made && !log_) return made;
+    if (!made) nextCheckpoint_ = written_ + options_.checkpointAfter_bytes;  // the log can wait
+  }
+  for (const auto& mesh : meshes) {
+    if (auto stored = storeMesh(*mesh); !stored) return stored;
+  }
+  RecordWriter writer = writer_;
+  std::string records;
+  for (const auto& edit : edits) writer.append(records, editRecord(*edit));
+  if (auto written = writeDurably(log_, records, size_); !written) {
+    // After a failed wait for the disk nobody knows what is on it, nor will a second wait tell: on with another file.
+    // These edits are rejected; if they cannot be taken out either, a crash before that file is there brings them back.
+    (void)truncateDurably(log_, size_);
+    log_ = {};
+    return written;
+  }
+  writer_ = writer;
+  size_ += records.size();
+  written_ += records.size();
+  return {};
+}
+
+Result<void> StateFolder::checkpoint(const SequencerState& state) {
+  std::string bytes(kLogHead);
+  RecordWriter writer;
+  writer.append(bytes, checkpointRecord(state));
+  const fs::path path = folder_ / kLogName;
+  const fs::path unfinished = path.string() + ".new";
+  auto log = createDurably(unfinished, bytes);
+  if (!log) return tl::unexpected(std::move(log).error());
+  if (auto renamed = renameDurably(unfinished, path); !renamed) {
+    log_ = {};  // which of the two a crash would leave is not known
+    return renamed;
+  }
+  log_ = *std::move(log);
+  writer_ = writer;
+  size_ = bytes.size();
+  written_ = 0;
+  nextCheckpoint_ = std::max(options_.checkpointAfter_bytes,
+                             Options::kCheckpointAfterSizes * (size_ + collectMeshes(state.history->version)));
+  return {};
+}
+
+Result<void> StateFolder::storeMesh(const MeshAsset& mesh) {
+  if (stored_.contains(mesh.hash)) return {};
+  const fs::path path = folder_ / kMeshFolder / mesh.hash.hex();
+  const fs::path unfinished = path.string() + ".new";
+  if (auto made = createDurably(unfinished, *mesh.encoded); !made) return tl::unexpected(std::move(made).error());
+  if (auto renamed = renameDurably(unfinished, path); !renamed) return renamed;
+  stored_.insert(mesh.hash);
+  written_ += mesh.encoded->size();
+  return {};
+}
+
+/// Removes the meshes that the version does not name, unless a damaged log may name them; returns the others' bytes.
+std::size_t StateFolder::collectMeshes(const SceneVersion& version) {
+  std::unordered_set<std::string> named;
+  for (const auto& object : version.objects()) named.insert(object->mesh.hex());
+  std::erase_if(stored_, [&](const ContentHash& hash) { return !named.contains(hash.hex()); });
+  const bool collects = !holdsDamagedLog(folder_);
+  std::size_t bytes = 0;
+  std::error_code ignored;  // a file that cannot be removed costs its space
+  for (const auto& entry : fs::directory_iterator(folder_ / kMeshFolder)) {
+    if (named.contains(entry.path().filename().string())) {
+      bytes += entry.file_size(ignored);
+    } else if (collects) {
+      fs::remove(entry.path(), ignored);
+    }
+  }
+  return bytes;
+}
+
+}  // namespace haptics

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "haptic_server/scene/sequencer.h"
+#include "haptic_server/state/state_folder.h"
+#include "tests/haptic_server/scene/scene_edits.h"
+
+namespace haptics::test {
+
+/// A folder of its own below `where`, removed at the end.
+class TemporaryFolder {
+ public:
+  explicit TemporaryFolder(const std::filesystem::path& where = std::filesystem::temp_directory_path()) {
+    std::string pattern = (where / "haptics-state-XXXXXX").string();
+    if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
+    path_ = pattern;
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// A sequencer that keeps its edits in a folder, as a server does, from one start to the next.
+class KeptScene {
+ public:
+  explicit KeptScene(const std::filesystem::path& folder, std::uint64_t freshEpoch = 1,
+                     std::size_t checkpointAfter_bytes = 16U << 20) {
+    const auto note = [this](const std::string& line) { said.push_back(line); };
+    auto opened = StateFolder::open(folder, freshEpoch, {note, note, checkpointAfter_bytes});
+    if (!opened) throw std::runtime_error(opened.error().text());
+    folder_ = std::move(opened->folder);
+    Sequencer::Meshes meshes;
+    for (const auto& object : opened->state.history->version.objects()) {
+      meshes[object->id] = store_.internEncoded(object->mesh, folder_->readMesh(object->mesh).value()).value();
+    }
+    sequencer.resume(std::move(opened->state), std::move(meshes), *folder_);
+  }
+
+  [[nodiscard]] const SceneVersion& version() const { return sequencer.history()->version; }
+  Accepted accept(SessionId session, std::uint64_t seq, const Transaction& transaction) {
+    const auto outcome = sequencer.submit(session, seq, transaction);
+    if (const auto* error = std::get_if<Error>(&outcome)) throw std::runtime_error(error->text());
+    return std::get<Accepted>(outcome);
+  }
+
+  std::vector<std::string> said;  ///< Lines for the log.
+  BoxResolver resolver;
+  Sequencer sequencer{999, resolver};
+
+ private:
+  AssetStore store_;
+  std::unique_ptr<StateFolder> folder_;
+};
+
+}  // namespace haptics::test

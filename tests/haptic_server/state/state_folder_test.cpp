@@ -1,0 +1,243 @@
+#include "haptic_server/state/state_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "common/mesh/file_bytes.h"
+#include "tests/haptic_server/state/kept_scene.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+namespace fs = std::filesystem;
+
+constexpr SessionId kAlice = 11;
+constexpr SessionId kBob = 12;
+
+std::vector<std::string> namesIn(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
+  std::ranges::sort(names);
+  return names;
+}
+
+void flipByte(const fs::path& file, std::size_t at) {
+  std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
+  stream.seekg(static_cast<std::streamoff>(at));
+  const int byte = stream.get();
+  stream.seekp(static_cast<std::streamoff>(at));
+  stream.put(static_cast<char>(byte ^ 1));
+}
+
+/// While it lives, no file of this process may grow beyond so many bytes: as on a full disk.
+class FullDisk {
+ public:
+  explicit FullDisk(std::size_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+class StateFolderTest : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::size_t logSize() const { return fs::file_size(folder / "log"); }
+  TemporaryFolder folder;
+};
+
+TEST_F(StateFolderTest, GoesOnWhereTheLastServerWas) {
+  ContentHash root;
+  {
+    KeptScene first(folder.path(), 41);
+    first.accept(kAlice, 1, edit(add("a"), add("gone"), remove("gone")));
+    first.accept(kBob, 1, edit(add("b", box(0.2)), moveTo("a", {1, 2, 3})));
+    root = first.version().root();
+  }
+  KeptScene second(folder.path(), 42);
+  EXPECT_THAT(second.said, IsEmpty());
+  EXPECT_EQ(second.version().root(), root);
+  EXPECT_EQ(second.sequencer.history()->epoch, 41U) << "nothing was lost: clients resume";
+  EXPECT_EQ(second.sequencer.history()->edits.size(), 2U);
+  const auto again = second.accept(kBob, 1, edit(add("b", box(0.2))));
+  EXPECT_EQ(again->commit.revision, 2U) << "a resent edit is known";
+  EXPECT_THAT(again->reports, ElementsAre("b: made"));
+  EXPECT_EQ(second.version().revision(), 2U);
+  const auto next = second.accept(kAlice, 2, edit(add("c")));
+  EXPECT_EQ(next->commit.put[0].id, 4U) << "no id is given twice, not even one that was never seen";
+}
+
+TEST_F(StateFolderTest, IsOneServersAtATime) {
+  const KeptScene first(folder.path());
+  const auto second = StateFolder::open(folder.path(), 1, {});
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().text(), HasSubstr("another server uses this folder"));
+}
+
+TEST_F(StateFolderTest, MakesTheFolderAndSaysWhenItCannot) {
+  const KeptScene scene(folder / "new/state");
+  EXPECT_TRUE(fs::exists(folder / "new/state/log"));
+  std::ofstream(folder / "file") << "x";
+  const auto refusal = StateFolder::open(folder / "file", 1, {});
+  ASSERT_FALSE(refusal);
+  EXPECT_THAT(refusal.error().text(), HasSubstr((folder / "file").string()));
+}
+
+TEST_F(StateFolderTest, AnIncompleteLastRecordCostsTheEpochAndNothingElse) {
+  {
+    KeptScene first(folder.path(), 41);
+    first.accept(kAlice, 1, edit(add("a")));
+    first.accept(kAlice, 2, edit(moveTo("a", {1, 0, 0})));
+  }
+  fs::resize_file(folder / "log", logSize() - 1);
+  KeptScene second(folder.path(), 42);
+  EXPECT_EQ(second.version().revision(), 1U);
+  EXPECT_EQ(second.sequencer.history()->epoch, 42U);
+  EXPECT_THAT(second.said, ElementsAre(HasSubstr("incomplete")));
+  EXPECT_THAT(namesIn(folder.path()), ElementsAre("lock", "log", "meshes"));
+  EXPECT_EQ(second.accept(kAlice, 2, edit(moveTo("a", {1, 0, 0})))->commit.revision, 2U);
+}
+
+TEST_F(StateFolderTest, ADamagedLogIsKeptAsideAndTheNewStateIsWhole) {
+  std::size_t twoEdits = 0;
+  {
+    KeptScene first(folder.path(), 41);
+    first.accept(kAlice, 1, edit(add("a")));
+    first.accept(kAlice, 2, edit(moveTo("a", {1, 0, 0})));
+    twoEdits = logSize();
+    first.accept(kAlice, 3, edit(moveTo("a", {2, 0, 0})));
+    first.accept(kAlice, 4, edit(remove("a")));
+  }
+  flipByte(folder / "log", twoEdits + 30);
+  const std::string damaged = readFile(folder / "log").value();
+  {
+    KeptScene second(folder.path(), 42);
+    EXPECT_EQ(second.version().revision(), 2U);
+    EXPECT_EQ(second.sequencer.history()->epoch, 42U);
+    EXPECT_THAT(second.said, ElementsAre(HasSubstr("at byte " + std::to_string(twoEdits))));
+    const auto names = namesIn(folder.path());
+    ASSERT_EQ(names.size(), 4U);
+    EXPECT_THAT(names[2], HasSubstr("log.damaged-"));
+    EXPECT_EQ(readFile(folder / names[2]).value(), damaged);
+  }
+  const KeptScene third(folder.path(), 43);
+  EXPECT_THAT(third.said, IsEmpty());
+  EXPECT_EQ(third.version().revision(), 2U);
+  EXPECT_EQ(third.sequencer.history()->epoch, 42U);
+}
+
+TEST_F(StateFolderTest, DoesNotStartFromADamagedCheckpoint) {
+  { const KeptScene first(folder.path()); }
+  flipByte(folder / "log", logSize() - 1);
+  const std::string before = readFile(folder / "log").value();
+  const auto refusal = StateFolder::open(folder.path(), 1, {});
+  ASSERT_FALSE(refusal);
+  EXPECT_THAT(refusal.error().text(), HasSubstr("damaged"));
+  EXPECT_EQ(readFile(folder / "log").value(), before) << "is left as it was";
+}
+
+TEST_F(StateFolderTest, ACheckpointReplacesALogThatHasGrown) {
+  constexpr std::size_t kAfter_bytes = 3000;
+  ContentHash root;
+  std::size_t largest = 0;
+  {
+    KeptScene first(folder.path(), 41, kAfter_bytes);
+    first.accept(kAlice, 1, edit(add("a"), add("b", box(0.2))));
+    for (std::uint64_t i = 2; i <= 200; ++i) {
+      first.accept(kAlice, i, edit(moveTo("a", {double(i), 0, 0})));
+      largest = std::max(largest, logSize());
+    }
+    root = first.version().root();
+  }
+  EXPECT_LT(largest, 200'000U) << "200 edits of 300 bytes, remembered ones included";
+  KeptScene second(folder.path(), 42);
+  EXPECT_EQ(second.version().root(), root);
+  EXPECT_EQ(second.sequencer.history()->epoch, 41U);
+  EXPECT_EQ(second.sequencer.history()->edits.size(), 200U);
+  EXPECT_EQ(second.accept(kAlice, 150, edit(remove("a")))->commit.revision, 150U);
+  EXPECT_TRUE(std::holds_alternative<Error>(second.sequencer.submit(kAlice, 2, edit(remove("a"))))) << "forgotten";
+}
+
+TEST_F(StateFolderTest, MeshesGoWithTheCheckpointThatNoLongerNamesThem) {
+  KeptScene scene(folder.path(), 41, 3000);
+  scene.accept(kAlice, 1, edit(add("a", box(0.1)), add("b", box(0.2))));
+  scene.accept(kAlice, 2, edit(RemeshObject{named("b"), box(0.3)}));
+  EXPECT_EQ(namesIn(folder / "meshes").size(), 3U) << "an edit in the log still names the old one";
+  for (std::uint64_t i = 3; i <= 60; ++i) scene.accept(kAlice, i, edit(moveTo("a", {double(i), 0, 0})));
+  const std::vector<std::string> left = namesIn(folder / "meshes");
+  std::vector<std::string> expected = {scene.version().find("a")->mesh.hex(), scene.version().find("b")->mesh.hex()};
+  std::ranges::sort(expected);
+  EXPECT_EQ(left, expected);
+  scene.accept(kAlice, 61, edit(RemeshObject{test::named("b"), box(0.2)}));
+  EXPECT_EQ(namesIn(folder / "meshes").size(), 3U) << "is written again when it comes back";
+}
+
+TEST_F(StateFolderTest, AFullDiskRejectsEditsUntilThereIsRoomAgain) {
+  KeptScene scene(folder.path(), 41);
+  scene.accept(kAlice, 1, edit(add("a")));
+  const auto before = scene.sequencer.history();
+  {
+    const FullDisk full(logSize() + 100);
+    for (std::uint64_t seq = 2; seq <= 3; ++seq) {
+      const auto outcome = scene.sequencer.submit(kAlice, seq, edit(moveTo("a", {double(seq), 0, 0})));
+      ASSERT_TRUE(std::holds_alternative<Error>(outcome));
+      EXPECT_EQ(std::get<Error>(outcome).field, "state");
+      EXPECT_THAT(std::get<Error>(outcome).reason, Not(HasSubstr(folder.path().string())));
+    }
+    EXPECT_EQ(std::get<Error>(scene.sequencer.submit(kAlice, 9, edit(add("b", box(0.7))))).field, "state");
+    EXPECT_EQ(scene.sequencer.history(), before);
+  }
+  EXPECT_THAT(scene.said, ElementsAre(HasSubstr("rejected until")));
+  EXPECT_EQ(scene.accept(kAlice, 4, edit(moveTo("a", {4, 0, 0})))->commit.revision, 2U);
+  EXPECT_THAT(scene.said, ElementsAre(HasSubstr("rejected until"), HasSubstr("kept again")));
+}
+
+TEST_F(StateFolderTest, WhatAFullDiskRejectedIsNotThereAfterACrash) {
+  {
+    KeptScene scene(folder.path(), 41);
+    scene.accept(kAlice, 1, edit(add("a")));
+    const FullDisk full(logSize() + 100);
+    scene.sequencer.submit(kAlice, 2, edit(moveTo("a", {2, 0, 0})));
+  }
+  const KeptScene second(folder.path(), 42);
+  EXPECT_EQ(second.version().revision(), 1U);
+  EXPECT_EQ(second.sequencer.history()->epoch, 41U) << "the log was left whole";
+  EXPECT_THAT(second.said, IsEmpty());
+}
+
+TEST_F(StateFolderTest, ACheckpointThatFindsNoRoomLetsTheLogGrow) {
+  KeptScene scene(folder.path(), 41, 2000);
+  for (std::uint64_t i = 1; logSize() < 2000; ++i) scene.accept(kAlice, i, edit(add(numbered("o", i))));
+  fs::create_directory(folder / "log.new");  // no file can be made there
+  const std::size_t before = logSize();
+  scene.accept(kBob, 1, edit(moveTo("o1", {1, 0, 0})));
+  EXPECT_GT(logSize(), before);
+  fs::remove(folder / "log.new");
+}
+
+TEST_F(StateFolderTest, TellsWhichMeshIsDamaged) {
+  ContentHash mesh;
+  {
+    KeptScene first(folder.path());
+    mesh = first.accept(kAlice, 1, edit(add("a")))->commit.put[0].mesh;
+  }
+  flipByte((folder / "meshes") / mesh.hex(), 40);
+  EXPECT_THROW(KeptScene(folder.path()), std::exception);
+  fs::remove((folder / "meshes") / mesh.hex());
+  EXPECT_THROW(KeptScene(folder.path()), std::exception);
+}
+
+}  // namespace
+}  // namespace haptics
