@@ -33,25 +33,42 @@ Way wayOn(const AnalyticShape& shape) {
   return way;
 }
 
-ChartPoint measure(const Method& method, int triangles, const std::vector<Sample>& samples, std::uint64_t seed) {
-  ChartPoint point{method.name, triangles, 0, 0, {}};
-  Statistics hot;
-  Statistics cold;
-  for (const Sample& sample : samples) {
-    const Record record = measureAccuracy(method, sample, kDepth_m, seed, false);
-    point.epsilon = std::max(point.epsilon, record["epsilon_p99_ratio"].get<double>());
-    point.above100Hz_rms_N = std::max(point.above100Hz_rms_N, record["force_above_100Hz_rms_N"].get<double>());
+/// One method on the shapes, as they come.
+class Measured {
+ public:
+  explicit Measured(const Method& method) : method_(method) {}
+
+  void add(const Sample& sample, std::uint64_t seed) {
+    const Record record = measureAccuracy(method_, sample, kDepth_m, seed, false);
+    epsilon_ = std::max(epsilon_, record["epsilon_p99_ratio"].get<double>());
+    above100Hz_rms_N_ = std::max(above100Hz_rms_N_, record["force_above_100Hz_rms_N"].get<double>());
     const Way way = wayOn(sample.shape);
-    const bool first = &sample == &samples.front();
+    const bool first = hot_.empty();
     const Price price =
-        priceOf(*method.make(), sample.surface, way.down, way.stroke, kColdTicks, first ? kCountedTicks : 0);
-    hot.add(price.hot_ns);
-    cold.add(price.cold_ns);
-    if (first) point.price.instructions = price.instructions;
+        priceOf(*method_.make(), sample.surface, way.down, way.stroke, kColdTicks, first ? kCountedTicks : 0);
+    hot_.add(price.hot_ns);
+    cold_.add(price.cold_ns);
+    if (first) instructions_ = price.instructions;
   }
-  point.price.hot_ns = hot.quantile(0.5);
-  point.price.cold_ns = cold.quantile(0.5);
-  return point;
+
+  [[nodiscard]] ChartPoint pointAt(int triangles) {
+    return {
+        method_.name, triangles, epsilon_, above100Hz_rms_N_, {hot_.quantile(0.5), cold_.quantile(0.5), instructions_}};
+  }
+
+ private:
+  const Method& method_;
+  double epsilon_ = 0;
+  double above100Hz_rms_N_ = 0;
+  double instructions_ = 0;
+  Statistics hot_;
+  Statistics cold_;
+};
+
+void print(const ChartPoint& p) {
+  std::printf("%8d triangles  %-25s hot %8.1f ns  cold %8.0f ns  %8.0f instructions  epsilon %8.3f  %.4f N\n",
+              p.triangles, p.method.data(), p.price.hot_ns, p.price.cold_ns, p.price.instructions, p.epsilon,
+              p.above100Hz_rms_N);
 }
 
 }  // namespace
@@ -60,16 +77,16 @@ std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest) {
   std::vector<ChartPoint> points;
   for (const int triangles : kTriangles) {
     if (triangles > finest) break;
-    std::vector<Sample> samples;
-    for (const AnalyticShape& shape : analyticShapes()) samples.push_back(makeSample(shape, triangles));
-    for (const Method& method : methods()) {
-      points.push_back(measure(method, triangles, samples, seed));
-      const ChartPoint& p = points.back();
-      std::printf("%8d triangles  %-25s hot %8.1f ns  cold %8.0f ns  %8.0f instructions  epsilon %8.3f  %.4f N\n",
-                  triangles, method.name.data(), p.price.hot_ns, p.price.cold_ns, p.price.instructions, p.epsilon,
-                  p.above100Hz_rms_N);
-      std::fflush(stdout);
+    std::vector<Measured> all(methods().begin(), methods().end());
+    for (const AnalyticShape& shape : analyticShapes()) {  // one at a time: 10 million triangles take a gigabyte
+      const Sample sample = makeSample(shape, triangles);
+      for (Measured& measured : all) measured.add(sample, seed);
     }
+    for (Measured& measured : all) {
+      points.push_back(measured.pointAt(triangles));
+      print(points.back());
+    }
+    std::fflush(stdout);
   }
   return points;
 }

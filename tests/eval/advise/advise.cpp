@@ -54,7 +54,7 @@ Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
   figure.columns = 3;
   const auto error = [](const Candidate& c) { return c.epsilon_p99; };
   figure.panels.push_back(panelOf(advice, "Force error", "force error, 1: just noticeable", error, kLeastError, 1));
-  figure.panels.back().threshold = 1;
+  figure.panels.back().threshold = {1, "too small to notice"};
   const auto hot = [](const Candidate& c) { return c.hot_ns; };
   figure.panels.push_back(panelOf(advice, "Time, caches hot", "contact tick, ns (median)", hot, 0, 10));
   const auto memory = [](const Candidate& c) { return c.memory_MB; };

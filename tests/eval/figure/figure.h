@@ -27,7 +27,7 @@ struct Style {
 
 struct CurvePoint {
   double x, y;
-  std::string label;  ///< Beside the marker; may be empty.
+  std::string label;  ///< Beside the marker, where no curve passes; may be empty.
 };
 
 struct Curve {
@@ -40,6 +40,12 @@ struct Decades {
   int low, high;
 };
 
+/// A value of y, dashed.
+struct Threshold {
+  double y;
+  std::string label;  ///< Below its right end; left out where a curve passes there.
+};
+
 /// Logarithmic in both. Points beyond the decades are drawn on the rim.
 struct Panel {
   std::string title;
@@ -47,7 +53,7 @@ struct Panel {
   std::string yLabel;
   Decades x, y;
   std::vector<Curve> curves;
-  std::optional<double> threshold;  ///< Of y, dashed.
+  std::optional<Threshold> threshold = std::nullopt;
 };
 
 /// Panels in rows, a legend beside them.

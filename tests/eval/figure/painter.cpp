@@ -24,6 +24,7 @@ constexpr Colour kGrid{0.87, 0.885, 0.90};
 constexpr Colour kFineGrid{0.945, 0.95, 0.957};
 constexpr Colour kLimit{0.20, 0.22, 0.26};
 constexpr double kMarkerRadius = 6.5, kStrongMarkerRadius = 9;
+constexpr double kToBaseline = 11;  // of the small font, down from its middle
 
 unsigned char byteOf(double share) { return static_cast<unsigned char>(std::lround(255 * share)); }
 
@@ -39,6 +40,16 @@ std::string numberText(int decade) {
   constexpr std::array kDigits{"1", "10", "100"};
   constexpr std::array kPrefixes{"", " k", " M", " G"};
   return std::string(kDigits[static_cast<std::size_t>(decade % 3)]) + kPrefixes[static_cast<std::size_t>(decade / 3)];
+}
+
+double radiusOf(const Style& style) { return style.strong ? kStrongMarkerRadius : kMarkerRadius; }
+
+struct Place {
+  double x, y;
+};
+
+Place placeOf(const CurvePoint& point, const Panel& panel, double left, double below) {
+  return {left + kPanelWidth * shareOf(point.x, panel.x), below + kPanelHeight * shareOf(point.y, panel.y)};
 }
 
 }  // namespace
@@ -108,7 +119,7 @@ void FigurePainter::line(double x0, double y0, double x1, double y1, Colour colo
 }
 
 void FigurePainter::marker(double x, double y, const Style& style) {
-  const double r = style.strong ? kStrongMarkerRadius : kMarkerRadius;
+  const double r = radiusOf(style);
   if (style.marker == Marker::kCross) {
     for (const double s : {-1.0, 1.0}) line(x - r, y - s * r, x + r, y + s * r, style.colour, 3.5);
     return;
@@ -121,15 +132,55 @@ void FigurePainter::marker(double x, double y, const Style& style) {
 void FigurePainter::paintPanel(const Panel& panel, Box box) {
   text(box.left, box.below + kPanelHeight + 10, panel.title, kTextFont, Align::kLeft, kInk, true);
   paintGrid(panel, box);
-  if (panel.threshold) {
-    const double y = box.below + kPanelHeight * shareOf(*panel.threshold, panel.y);
-    line(box.left, y, box.left + kPanelWidth, y, kLimit, 2.5, true);
-  }
   for (const bool strong : {false, true}) {
     for (const Curve& curve : panel.curves) {
       if (figure_->styles[curve.style].strong == strong) paintCurve(panel, curve, box);
     }
   }
+  if (panel.threshold) paintThreshold(panel, box);
+  for (const Curve& curve : panel.curves) paintLabels(panel, curve, box);
+}
+
+void FigurePainter::paintThreshold(const Panel& panel, Box box) {
+  const double right = box.left + kPanelWidth;
+  const double y = box.below + kPanelHeight * shareOf(panel.threshold->y, panel.y);
+  line(box.left, y, right, y, kLimit, 2.5, true);
+  constexpr double kMargin = 6, kUnder = 17;
+  const Area area = areaOf(panel.threshold->label, right - kMargin, y - kUnder, Align::kRight, false);
+  if (area.below < box.below || isCrossed(panel, box, area)) return;
+  text(right - kMargin, y - kUnder - kToBaseline, panel.threshold->label, kSmallFont, Align::kRight, kLimit);
+}
+
+FigurePainter::Area FigurePainter::areaOf(const std::string& words, double x, double y, Align align, bool bold) {
+  vtkTextProperty* property = context_->GetTextProp();
+  property->SetFontSize(kSmallFont);
+  property->SetBold(bold);
+  property->SetOrientation(0);
+  std::array<float, 4> bounds{};  // left, below, width, height
+  context_->ComputeStringBounds(words.c_str(), bounds.data());
+  const double width = static_cast<double>(bounds[2]);
+  const double left = align == Align::kLeft ? x : align == Align::kRight ? x - width : x - width / 2;
+  return {left, y - kToBaseline, left + width, y + kToBaseline};
+}
+
+bool FigurePainter::isCrossed(const Panel& panel, Box box, const Area& area) const {
+  constexpr double kStep = 3;
+  constexpr double kClear = 3;  // to a line's middle
+  const auto touches = [&](double x, double y, double r) { return area.overlaps({x - r, y - r, x + r, y + r}); };
+  for (const Curve& curve : panel.curves) {
+    for (std::size_t i = 0; i < curve.points.size(); ++i) {
+      const Place to = placeOf(curve.points[i], panel, box.left, box.below);
+      if (touches(to.x, to.y, radiusOf(figure_->styles[curve.style]))) return true;
+      if (i == 0) continue;
+      const Place from = placeOf(curve.points[i - 1], panel, box.left, box.below);
+      const int steps = static_cast<int>(std::hypot(to.x - from.x, to.y - from.y) / kStep) + 1;
+      for (int k = 0; k <= steps; ++k) {
+        const double part = static_cast<double>(k) / steps;
+        if (touches(std::lerp(from.x, to.x, part), std::lerp(from.y, to.y, part), kClear)) return true;
+      }
+    }
+  }
+  return false;
 }
 
 void FigurePainter::paintGrid(const Panel& panel, Box box) {
@@ -165,23 +216,32 @@ void FigurePainter::paintGrid(const Panel& panel, Box box) {
 
 void FigurePainter::paintCurve(const Panel& panel, const Curve& curve, Box box) {
   const Style& style = figure_->styles[curve.style];
-  const auto place = [&](const CurvePoint& p) {
-    return std::pair{box.left + kPanelWidth * shareOf(p.x, panel.x), box.below + kPanelHeight * shareOf(p.y, panel.y)};
-  };
+  const auto place = [&](const CurvePoint& p) { return placeOf(p, panel, box.left, box.below); };
   for (std::size_t i = 1; i < curve.points.size(); ++i) {
-    const auto [x0, y0] = place(curve.points[i - 1]);
-    const auto [x1, y1] = place(curve.points[i]);
-    line(x0, y0, x1, y1, style.colour, style.strong ? 5 : 2.5);
+    const Place from = place(curve.points[i - 1]);
+    const Place to = place(curve.points[i]);
+    line(from.x, from.y, to.x, to.y, style.colour, style.strong ? 5 : 2.5);
   }
-  for (const CurvePoint& point : curve.points) marker(place(point).first, place(point).second, style);
-  constexpr double kApart = kSmallFont * 1.3;
-  std::vector<double> written;  // a label that would cover another is left out
+  for (const CurvePoint& point : curve.points) marker(place(point).x, place(point).y, style);
+}
+
+/// Left of the marker or right of it; a label that would cover a curve or another label is left out.
+void FigurePainter::paintLabels(const Panel& panel, const Curve& curve, Box box) {
+  constexpr double kAside = 16;
+  const Style& style = figure_->styles[curve.style];
+  std::vector<Area> written;
   for (auto point = curve.points.rbegin(); point != curve.points.rend(); ++point) {
-    const auto at = place(*point);
-    const auto covers = [&](double other) { return std::abs(other - at.second) < kApart; };
-    if (point->label.empty() || std::any_of(written.begin(), written.end(), covers)) continue;
-    text(at.first - 16, at.second - 11, point->label, kSmallFont, Align::kRight, style.colour, style.strong);
-    written.push_back(at.second);
+    if (point->label.empty()) continue;
+    const Place at = placeOf(*point, panel, box.left, box.below);
+    for (const Align align : {Align::kRight, Align::kLeft}) {
+      const double x = align == Align::kRight ? at.x - kAside : at.x + kAside;
+      const Area area = areaOf(point->label, x, at.y, align, style.strong);
+      const auto covers = [&](const Area& other) { return area.overlaps(other); };
+      if (area.left < box.left || isCrossed(panel, box, area) || std::ranges::any_of(written, covers)) continue;
+      text(x, at.y - kToBaseline, point->label, kSmallFont, align, style.colour, style.strong);
+      written.push_back(area);
+      break;
+    }
   }
 }
 

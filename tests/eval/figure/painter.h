@@ -25,6 +25,12 @@ class FigurePainter final : public vtkContextItem {
   struct Box {
     double left, below;
   };
+  struct Area {
+    double left, below, right, above;
+    [[nodiscard]] bool overlaps(const Area& other) const {
+      return left < other.right && other.left < right && below < other.above && other.below < above;
+    }
+  };
   enum class Align { kLeft, kCentre, kRight };
 
   void text(double x, double y, const std::string& words, int size, Align align, Colour colour, bool bold = false);
@@ -33,7 +39,12 @@ class FigurePainter final : public vtkContextItem {
   void marker(double x, double y, const Style& style);
   void paintPanel(const Panel& panel, Box box);
   void paintGrid(const Panel& panel, Box box);
+  void paintThreshold(const Panel& panel, Box box);
   void paintCurve(const Panel& panel, const Curve& curve, Box box);
+  void paintLabels(const Panel& panel, const Curve& curve, Box box);
+  /// What words in kSmallFont would cover, centred about y.
+  [[nodiscard]] Area areaOf(const std::string& words, double x, double y, Align align, bool bold);
+  [[nodiscard]] bool isCrossed(const Panel& panel, Box box, const Area& area) const;
   void paintLegend(double left, double top);
 
   const Figure* figure_ = nullptr;
