@@ -126,9 +126,9 @@ Figure figureOf(const std::vector<ChartPoint>& points, const Outcomes& outcomes)
   figure.legendNotes = {"Disc: passes every scripted failure scene.",
                         "Cross: fails some; the scenes are those of",
                         "haptic_eval failures.",
-                        "Dashed: what a hand that is also seen just",
-                        "notices, 7 % of a force (Pang et al. 1991)",
-                        "or 0.05 N, 18.4 deg (Barbagli et al. 2006)."};
+                        "Dashed: what a hand with vision just notices,",
+                        "7 % of a force (Pang et al. 1991) or 0.05 N,",
+                        "18.4 deg (Barbagli et al. 2006)."};
   return figure;
 }
 

@@ -94,7 +94,7 @@ class Advise(Verb):
         self.run_well("advise", str(HERE / "advise" / "advise_test.scene"))
         records = self.records("advise")
         for name, least, most in (("ball", 100, 1728), ("box", 12, 100)):
-            meshes = [r for r in records if r["scene"] == name]
+            meshes = [r for r in records if r["scene"] == name and "triangles" in r]
             advised = [r for r in meshes if r["advised"]]
             self.assertEqual(len(advised), 1)
             self.assertTrue(advised[0]["pass"])
@@ -102,9 +102,25 @@ class Advise(Verb):
             self.assertGreaterEqual(advised[0]["triangles"], least)
             self.assertLess(advised[0]["triangles"], most)
             self.assertTrue(any(not r["pass"] for r in meshes), "went on until it would not do")
-        rates = [r for r in records if "rate_Hz" in r]
+        rates = [r for r in records if r["scene"] == "all objects"]
         self.assertEqual([r["rate_Hz"] for r in rates if r["pass"]][:1], [r["rate_Hz"] for r in rates if r["advised"]])
         self.check_pictures("advise")
+
+    def test_gives_a_stiff_slab_damping_that_is_not_felt_before_a_higher_rate(self):
+        self.run_well("advise", str(HERE / "advise" / "stiff_test.scene"), "--device-preset", "premium-1.5")
+        options = [r for r in self.records("advise") if "stiffness_N_per_m" in r]
+        advised = [r for r in options if r["advised"]]
+        self.assertEqual(len(advised), 1)
+        own_steady = [r["rate_Hz"] for r in options if r["own_material"] and r["steady"]]
+        self.assertFalse(advised[0]["own_material"])
+        self.assertEqual(advised[0]["stiffness_N_per_m"], 2000)
+        self.assertGreater(advised[0]["damping_Ns_per_m"], 0)
+        self.assertLess(advised[0]["epsilon_p99_ratio"], 1)
+        self.assertLess(advised[0]["rate_Hz"], own_steady[0])
+        for option in options:
+            if option["stiffness_N_per_m"] != 2000:
+                self.assertGreater(option["epsilon_p99_ratio"], 1, "half or twice as stiff is felt")
+                self.assertFalse(option["pass"])
 
     def test_names_the_field_that_is_wrong(self):
         self.out.mkdir()
@@ -114,6 +130,18 @@ class Advise(Verb):
         done = run("advise", str(scene))
         self.assertEqual(done.returncode, 1)
         self.assertIn("operations[0].add.mesh.sphere.radius_m", done.stderr)
+
+    def test_says_of_a_scene_or_mesh_what_is_wrong_with_it(self):
+        self.out.mkdir()
+        (self.out / "empty.scene").write_text("")
+        (self.out / "damaged.obj").write_text("no mesh")
+        (self.out / "damaged.scene").write_text('operations { add { name: "a" mesh { file: "damaged.obj" } } }')
+        for scene, says in (("missing.scene", "there is no such file"), ("empty.scene", "operations: is empty"),
+                            ("damaged.scene", "operations[0].add.mesh.file")):
+            done = run("advise", str(self.out / scene))
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(scene, done.stderr)
+            self.assertIn(says, done.stderr)
 
 
 if __name__ == "__main__":

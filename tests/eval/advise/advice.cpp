@@ -1,87 +1,96 @@
 #include "tests/eval/advise/advice.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <cstdio>
+#include <tuple>
 
 namespace haptics::eval {
 namespace {
-
-constexpr std::array kRates_Hz{500.0, 1000.0, 2000.0, 4000.0, 10'000.0};
-
-/// A place on an object, where the simulated hand or device is put.
-struct RestingPlace {
-  std::string object;
-  Vec3 place{0};
-  Vec3 normal{0};
-};
-
-/// Of all strokes' places on the surface the one that lies most level: a hand reaches it best.
-RestingPlace levelPlace(const LoadedObject& object, const std::vector<HandStroke>& strokes) {
-  RestingPlace best{object.name};
-  double most = -2;
-  for (const HandStroke& hand : strokes) {
-    for (const Vec3 hip : hand.stroke) {
-      int spent = 0;
-      const Foot foot = object.surface->closestFoot(toLocal(object.pose, hip),
-                                                    static_cast<int>(object.surface->triangleCount()) + 1, spent);
-      const Vec3 normal = object.pose.rotation * object.surface->normal(foot);
-      if (normal.z <= most) continue;
-      most = normal.z;
-      best.place = toWorld(object.pose, foot.point);
-      best.normal = normal;
-    }
-  }
-  return best;
-}
-
-RateAdvice restAt(double rate_Hz, const ServoScene& scene, const std::vector<RestingPlace>& places,
-                  const DevicePreset& device) {
-  RateAdvice advice{rate_Hz, true, 0, {}, 0};
-  advice.passiveTo_N_per_m =
-      std::min(2 * device.viscousFriction_Ns_per_m * rate_Hz, 2 * device.coulombFriction_N / device.resolution_m);
-  for (const RestingPlace& at : places) {
-    for (const char* hand : {"none", "light"}) {
-      const Steadiness rest = restOn(scene, at.place, at.normal, device, findHandPreset(hand).value(), rate_Hz);
-      advice.steady = advice.steady && rest.steady;
-      if (!rest.steady)
-        advice.unsteady.push_back(at.object + ", hand " + hand + (rest.touching ? ": limit cycle" : ": contact lost"));
-      advice.worstCycle_um = std::max(advice.worstCycle_um, rest.cycle_um);
-    }
-  }
-  return advice;
-}
 
 std::size_t advisedOf(const std::vector<Candidate>& candidates) {
   const auto bad = std::find_if(candidates.begin() + 1, candidates.end(), [](const Candidate& c) { return !c.good(); });
   return static_cast<std::size_t>(bad - candidates.begin()) - 1;
 }
 
+/// The lowest rate at which every judged object has a good option.
+std::optional<std::size_t> lowestRate(const std::vector<ObjectAdvice>& objects) {
+  if (std::ranges::none_of(objects, &ObjectAdvice::judged)) return std::nullopt;
+  for (std::size_t rate = 0; rate < kRates_Hz.size(); ++rate) {
+    const auto serves = [&](const ObjectAdvice& o) { return !o.judged() || o.optionAt(rate) != nullptr; };
+    if (std::ranges::all_of(objects, serves)) return rate;
+  }
+  return std::nullopt;
+}
+
+/// Scenes of many objects take minutes.
+void tell(const char* doing, const std::string& object) { std::fprintf(stderr, "%s %s ...\n", doing, object.c_str()); }
+
 }  // namespace
 
-const RateAdvice* SceneAdvice::advisedRate() const {
-  const auto found = std::find_if(rates.begin(), rates.end(), [](const RateAdvice& r) { return r.steady; });
-  return found == rates.end() ? nullptr : &*found;
+const MaterialOption& ObjectAdvice::ownOption() const {
+  return *std::ranges::find_if(options, [](const MaterialOption& option) { return option.own; });
+}
+
+const MaterialOption* ObjectAdvice::optionAt(std::size_t rate) const {
+  const MaterialOption& own = ownOption();
+  const auto farFromOwn = [&](const MaterialOption& option) {
+    return std::tuple(std::abs(std::log(option.stiffness_N_per_m / own.stiffness_N_per_m)),
+                      std::abs(option.damping_Ns_per_m - own.damping_Ns_per_m));
+  };
+  const MaterialOption* nearest = nullptr;
+  for (const MaterialOption& option : options) {
+    if (!option.trials[rate].good()) continue;
+    if (nearest == nullptr || farFromOwn(option) < farFromOwn(*nearest)) nearest = &option;
+  }
+  return nearest;
+}
+
+const MaterialOption& SceneAdvice::optionOf(const ObjectAdvice& object) const {
+  const MaterialOption* option = rate ? object.optionAt(*rate) : nullptr;
+  return option != nullptr ? *option : object.ownOption();
+}
+
+RateSummary summaryAt(const SceneAdvice& advice, std::size_t rate, const DevicePreset& device) {
+  RateSummary summary;
+  double slowest_ns = 0;
+  for (const ObjectAdvice& object : advice.objects) {
+    if (!object.judged()) continue;
+    const MaterialOption* good = object.optionAt(rate);
+    const Trial& trial = (good != nullptr ? *good : object.ownOption()).trials[rate];
+    summary.good = summary.good && good != nullptr;
+    summary.epsilon_p99 = std::max(summary.epsilon_p99, trial.difference.epsilon_p99);
+    summary.worstCycle_um = std::max(summary.worstCycle_um, trial.worstCycle_um);
+    for (const std::string& what : trial.happens) summary.unsteady.push_back(object.name + ", " + what);
+    slowest_ns = std::max(slowest_ns, object.mesh().hot_ns);
+  }
+  summary.core_ratio = slowest_ns * 1e-9 * kRates_Hz[rate];
+  summary.passiveTo_N_per_m = std::min(2 * device.viscousFriction_Ns_per_m * kRates_Hz[rate],
+                                       2 * device.coulombFriction_N / device.resolution_m);
+  return summary;
 }
 
 SceneAdvice adviceFor(std::vector<LoadedObject> scene, const DevicePreset& device, double tolerance) {
   SceneAdvice advice;
-  std::vector<RestingPlace> places;
+  std::vector<LoadedObject> advised = scene;
+  std::vector<std::vector<HandStroke>> strokes;
   for (std::size_t i = 0; i < scene.size(); ++i) {
-    ObjectAdvice object{scene[i].name, {}, 0};
-    const std::vector<HandStroke> strokes = strokesOver(scene[i]);
-    if (!strokes.empty()) {
-      object.candidates = candidatesFor(scene, i, strokes, tolerance);
+    tell("meshes of", scene[i].name);
+    ObjectAdvice object{scene[i].name, {}, 0, {}};
+    strokes.push_back(strokesOver(scene[i]));
+    if (!strokes[i].empty()) {
+      object.candidates = candidatesFor(scene, i, strokes[i], tolerance);
       object.advised = advisedOf(object.candidates);
-      places.push_back(levelPlace(scene[i], strokes));
+      advised[i].surface = object.mesh().surface;
     }
     advice.objects.push_back(std::move(object));
   }
   for (std::size_t i = 0; i < scene.size(); ++i) {
-    const ObjectAdvice& object = advice.objects[i];
-    if (!object.candidates.empty()) scene[i].surface = object.candidates[object.advised].surface;
+    if (!advice.objects[i].judged()) continue;
+    tell("rates and options of", scene[i].name);
+    advice.objects[i].options = optionsFor(scene, advised, i, strokes[i], device);
   }
-  const ServoScene advised = servoSceneOf(scene);
-  for (const double rate_Hz : kRates_Hz) advice.rates.push_back(restAt(rate_Hz, advised, places, device));
+  advice.rate = lowestRate(advice.objects);
   return advice;
 }
 

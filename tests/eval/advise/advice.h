@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
+
 #include "tests/eval/advise/candidate.h"
-#include "tests/eval/advise/steadiness.h"
+#include "tests/eval/advise/material_option.h"
 #include "tests/eval/report.h"
 
 namespace haptics::eval {
@@ -9,26 +11,26 @@ namespace haptics::eval {
 /// What one object needs.
 struct ObjectAdvice {
   std::string name;
-  std::vector<Candidate> candidates;  ///< Finest first; none where no hand gets to the object from above.
-  std::size_t advised = 0;            ///< The coarsest of which it and all finer ones are good.
-};
+  std::vector<Candidate> candidates;    ///< Finest first; none where no hand gets to the object from above.
+  std::size_t advised = 0;              ///< The coarsest of which it and all finer ones are good.
+  std::vector<MaterialOption> options;  ///< None where there are no candidates.
 
-/// How the advised meshes rest under a device at one rate.
-struct RateAdvice {
-  double rate_Hz;
-  bool steady = true;                 ///< On every object, with no hand and with a light one.
-  double worstCycle_um = 0;           ///< Limit cycle.
-  std::vector<std::string> unsteady;  ///< Object, hand and what happens.
-  double passiveTo_N_per_m = 0;       ///< min(2b/T, 2f/quantum) of the device alone (Abbott and Okamura 2005).
+  [[nodiscard]] bool judged() const noexcept { return !candidates.empty(); }
+  [[nodiscard]] const Candidate& mesh() const { return candidates[advised]; }
+  /// The scene's own material.
+  [[nodiscard]] const MaterialOption& ownOption() const;
+  /// The own material where it is good at this rate, else of the good ones the one that is nearest to it; null when
+  /// there is none.
+  [[nodiscard]] const MaterialOption* optionAt(std::size_t rate) const;
 };
 
 /// What the whole scene needs.
 struct SceneAdvice {
   std::vector<ObjectAdvice> objects;
-  std::vector<RateAdvice> rates;  ///< Rising.
+  std::optional<std::size_t> rate;  ///< The lowest at which every object has a good option; none when there is none.
 
-  /// Lowest steady rate; null when none is.
-  [[nodiscard]] const RateAdvice* advisedRate() const;
+  /// The option that is advised for an object: at the advised rate, or where there is none its own.
+  [[nodiscard]] const MaterialOption& optionOf(const ObjectAdvice& object) const;
 };
 
 /// @param tolerance  As in candidatesFor().
@@ -36,6 +38,17 @@ struct SceneAdvice {
 
 /// In words, for a terminal.
 void print(const SceneAdvice& advice, const DevicePreset& device);
-[[nodiscard]] std::vector<Record> recordsOf(const SceneAdvice& advice);
+[[nodiscard]] std::vector<Record> recordsOf(const SceneAdvice& advice, const DevicePreset& device);
+
+/// Of a rate: how the options that are best there do.
+struct RateSummary {
+  bool good = true;                   ///< Steady on every object, and felt as the scene as it is.
+  double epsilon_p99 = 0;             ///< Of the object that feels most different.
+  double worstCycle_um = 0;           ///< Limit cycle.
+  std::vector<std::string> unsteady;  ///< Object, hand and what happens.
+  double core_ratio = 0;              ///< Of a processor core, for the contact on the slowest object.
+  double passiveTo_N_per_m = 0;       ///< min(2b/T, 2f/quantum) of the device alone (Abbott and Okamura 2005).
+};
+[[nodiscard]] RateSummary summaryAt(const SceneAdvice& advice, std::size_t rate, const DevicePreset& device);
 
 }  // namespace haptics::eval

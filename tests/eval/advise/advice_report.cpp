@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "tests/eval/advise/advice.h"
 
@@ -8,9 +11,9 @@ namespace {
 const char* verdict(const Candidate& c) {
   if (c.opened) return "has holes";
   if (c.strayed) return "strays too far";
-  if (c.missedTicks > 0) return "loses contact";
-  if (c.wrongSideTicks > 0) return "pushes the wrong way";
-  return c.epsilon_p99 < 1 ? "" : "is felt";
+  if (c.difference.missedTicks > 0) return "loses contact";
+  if (c.difference.wrongSideTicks > 0) return "pushes the wrong way";
+  return c.difference.epsilon_p99 < 1 ? "" : "is felt";
 }
 
 void printCandidates(const ObjectAdvice& object) {
@@ -19,102 +22,129 @@ void printCandidates(const ObjectAdvice& object) {
   for (std::size_t i = 0; i < object.candidates.size(); ++i) {
     const Candidate& c = object.candidates[i];
     std::printf("%s %10zu  %12.4f  %8.3f  %8.3f  %7.0f  %8.0f  %8.3f  %s%s\n", i == object.advised ? " >" : "  ",
-                c.triangles, c.deviation_mm, c.epsilon_p99, c.epsilon_max, c.hot_ns, c.cold_ns, c.memory_MB,
-                i == 0 ? "its own mesh" : verdict(c), i == object.advised ? " <- advised" : "");
+                c.triangles, c.deviation_mm, c.difference.epsilon_p99, c.difference.epsilon_max, c.hot_ns, c.cold_ns,
+                c.memory_MB, i == 0 ? "its own mesh" : verdict(c), i == object.advised ? " <- advised" : "");
   }
 }
 
-void printSteps(const ObjectAdvice& object) {
-  const Candidate& here = object.candidates[object.advised];
+void printMeshSteps(const ObjectAdvice& object) {
+  const Candidate& here = object.mesh();
   if (object.advised > 0) {
     const Candidate& up = object.candidates[object.advised - 1];
     std::printf("  A step up, %zu triangles: %+.3f MB, %+.0f ns; error %.3f instead of %.3f.\n", up.triangles,
-                up.memory_MB - here.memory_MB, up.hot_ns - here.hot_ns, up.epsilon_p99, here.epsilon_p99);
+                up.memory_MB - here.memory_MB, up.hot_ns - here.hot_ns, up.difference.epsilon_p99,
+                here.difference.epsilon_p99);
   }
   if (object.advised + 1 < object.candidates.size()) {
     const Candidate& down = object.candidates[object.advised + 1];
     std::printf("  A step down, %zu triangles: %+.3f MB, %+.0f ns; but it %s: error %.3f.\n", down.triangles,
-                down.memory_MB - here.memory_MB, down.hot_ns - here.hot_ns, verdict(down), down.epsilon_p99);
+                down.memory_MB - here.memory_MB, down.hot_ns - here.hot_ns, verdict(down), down.difference.epsilon_p99);
   }
 }
 
-double tickOf(const SceneAdvice& advice) {
-  double slowest_ns = 0;
-  for (const ObjectAdvice& o : advice.objects) {
-    if (!o.candidates.empty()) slowest_ns = std::max(slowest_ns, o.candidates[o.advised].hot_ns);
-  }
-  return slowest_ns;
+std::string steadyFromText(const MaterialOption& option) {
+  const auto rate = option.steadyFrom();
+  return rate ? std::to_string(std::lround(kRates_Hz[*rate])) + " Hz" : "no rate";
 }
 
-Record recordOf(const ObjectAdvice& object, std::size_t i) {
-  const Candidate& c = object.candidates[i];
-  return {{"method", "ours"},
-          {"scene", object.name},
-          {"triangles", c.triangles},
-          {"own_mesh", i == 0},
-          {"advised", i == object.advised},
-          {"deviation_mm", c.deviation_mm},
-          {"ticks", c.ticks},
-          {"epsilon_p99_ratio", c.epsilon_p99},
-          {"epsilon_max_ratio", c.epsilon_max},
-          {"missed_contact_ticks", c.missedTicks},
-          {"wrong_side_ticks", c.wrongSideTicks},
-          {"opened", c.opened},
-          {"strayed", c.strayed},
-          {"hot_tick_p50_ns", c.hot_ns},
-          {"cold_tick_p50_ns", c.cold_ns},
-          {"memory_MB", c.memory_MB},
-          {"pass", c.good()}};
+/// A row for each stiffness, a column for each damping.
+void printOptions(const SceneAdvice& advice, const ObjectAdvice& object) {
+  const MaterialOption& advised = advice.optionOf(object);
+  std::printf("\n  %10s  %10s  %s\n  %10s  %10s", "stiffness", "1 N goes",
+              "lowest steady rate and (error) at a damping, Ns/m, of", "N/m", "in, mm");
+  double row = object.options.front().stiffness_N_per_m;
+  for (const MaterialOption& option : object.options) {
+    if (option.stiffness_N_per_m == row) std::printf("  %19.3g", option.damping_Ns_per_m);
+  }
+  row = 0;
+  for (const MaterialOption& option : object.options) {
+    if (option.stiffness_N_per_m != row) {
+      row = option.stiffness_N_per_m;
+      std::printf("\n%s %10.0f  %10.3f", row == advised.stiffness_N_per_m ? " >" : "  ", row, option.depth_mm());
+    }
+    std::printf("  %s%8s (%6.2f)", &option == &advised ? "> " : "  ", steadyFromText(option).c_str(),
+                option.firstSteady().difference.epsilon_p99);
+  }
+  std::printf("\n");
+}
+
+void printStiffnessSteps(const SceneAdvice& advice, const ObjectAdvice& object) {
+  const MaterialOption& here = advice.optionOf(object);
+  for (const MaterialOption& other : object.options) {
+    if (other.damping_Ns_per_m != here.damping_Ns_per_m || &other == &here) continue;
+    const ForceDifference& difference = other.firstSteady().difference;
+    const bool up = other.stiffness_N_per_m > here.stiffness_N_per_m;
+    const std::string rate = steadyFromText(other);
+    std::printf("  A step %s, %.0f N/m: 1 N goes %.3f mm %s; steady from %s%s; it is %s: error %.2f.\n",
+                up ? "up" : "down", other.stiffness_N_per_m, std::abs(other.depth_mm() - here.depth_mm()),
+                up ? "less deep" : "deeper", rate.c_str(), rate == steadyFromText(here) ? " too" : "",
+                difference.good() ? "not felt" : "felt", difference.epsilon_p99);
+  }
+  if (!here.own) {
+    std::printf("  Its own damping, %.3g Ns/m, is steady from %s.\n", object.ownOption().damping_Ns_per_m,
+                steadyFromText(object.ownOption()).c_str());
+  }
+}
+
+void printRates(const SceneAdvice& advice, const DevicePreset& device) {
+  std::printf("\nrate, a %s resting with 1 N on each object as advised, no hand and a light one\n",
+              device.title.data());
+  std::printf("  %10s  %8s  %14s  %15s  %17s\n", "Hz", "error", "limit cycle um", "passive to N/m",
+              "contact, % of core");
+  for (std::size_t i = 0; i < kRates_Hz.size(); ++i) {
+    const RateSummary at = summaryAt(advice, i, device);
+    const bool advised = advice.rate == i;
+    std::printf("%s %10.0f  %8.3f  %14.1f  %15.0f  %17.4f  %s%s\n", advised ? " >" : "  ", kRates_Hz[i], at.epsilon_p99,
+                at.worstCycle_um, at.passiveTo_N_per_m, 100 * at.core_ratio,
+                at.good               ? ""
+                : at.unsteady.empty() ? "is felt"
+                                      : "UNSTEADY",
+                advised ? "<- advised" : "");
+    for (const std::string& where : at.unsteady) std::printf("              %s\n", where.c_str());
+  }
+  if (!advice.rate) {
+    std::printf("  No rate is steady on every object with a material that feels the same: see the options above.\n");
+    return;
+  }
+  const double core_ratio = summaryAt(advice, *advice.rate, device).core_ratio;
+  for (const auto& [name, step] : {std::pair{"up", 1}, {"down", -1}}) {
+    const std::size_t other = *advice.rate + static_cast<std::size_t>(step);  // below 0: beyond the last
+    if (other >= kRates_Hz.size()) continue;
+    const RateSummary at = summaryAt(advice, other, device);
+    std::printf("  A step %s, %.0f Hz: %+.4f %% of a core%s.\n", name, kRates_Hz[other],
+                100 * (at.core_ratio - core_ratio),
+                at.good               ? ""
+                : at.unsteady.empty() ? "; but it is felt"
+                                      : "; but it is not steady");
+  }
 }
 
 }  // namespace
 
 void print(const SceneAdvice& advice, const DevicePreset& device) {
   std::printf(
-      "error: of the force, against the scene's own mesh, in units of what a hand just notices; 99 %% of the ticks\n");
+      "error: of the force, against the scene as it is, in units of what a hand just notices; 99 %% of the ticks\n");
   double all_MB = 0;
   double advised_MB = 0;
   for (const ObjectAdvice& object : advice.objects) {
     std::printf("\n%s\n", object.name.c_str());
-    if (object.candidates.empty()) {
+    if (!object.judged()) {
       std::printf("  No hand gets to it from above: not judged.\n");
       continue;
     }
     printCandidates(object);
-    printSteps(object);
+    printMeshSteps(object);
+    printOptions(advice, object);
+    printStiffnessSteps(advice, object);
     all_MB += object.candidates.front().memory_MB;
-    advised_MB += object.candidates[object.advised].memory_MB;
+    advised_MB += object.mesh().memory_MB;
   }
-  std::printf("\nrate, a %s resting with 1 N, no hand and a light one\n", device.title.data());
-  const RateAdvice* advised = advice.advisedRate();
-  for (const RateAdvice& r : advice.rates) {
-    std::printf("%s %7.0f Hz  %-8s  limit cycle %6.1f um  passive to %5.0f N/m  contact takes %.4f %% of a core%s\n",
-                &r == advised ? " >" : "  ", r.rate_Hz, r.steady ? "steady" : "UNSTEADY", r.worstCycle_um,
-                r.passiveTo_N_per_m, tickOf(advice) * r.rate_Hz * 1e-7, &r == advised ? " <- advised" : "");
-    for (const std::string& where : r.unsteady) std::printf("              %s\n", where.c_str());
+  if (std::ranges::none_of(advice.objects, &ObjectAdvice::judged)) {
+    std::printf("\nNo hand gets to any object from above: there is nothing to advise.\n");
+    return;
   }
-  if (!advised)
-    std::printf("  No rate is steady on every object: another stiffness or damping is needed, or another device.\n");
+  printRates(advice, device);
   std::printf("\nall objects: %.3f MB instead of %.3f\n", advised_MB, all_MB);
-}
-
-std::vector<Record> recordsOf(const SceneAdvice& advice) {
-  std::vector<Record> records;
-  for (const ObjectAdvice& object : advice.objects) {
-    for (std::size_t i = 0; i < object.candidates.size(); ++i) records.push_back(recordOf(object, i));
-  }
-  for (const RateAdvice& r : advice.rates) {
-    records.push_back({{"method", "ours"},
-                       {"scene", "all objects"},
-                       {"rate_Hz", r.rate_Hz},
-                       {"advised", &r == advice.advisedRate()},
-                       {"limit_cycle_um", r.worstCycle_um},
-                       {"unsteady", r.unsteady},
-                       {"passive_to_N_per_m", r.passiveTo_N_per_m},
-                       {"processor_ratio", tickOf(advice) * r.rate_Hz * 1e-9},
-                       {"pass", r.steady}});
-  }
-  return records;
 }
 
 }  // namespace haptics::eval

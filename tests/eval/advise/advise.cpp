@@ -24,7 +24,7 @@ using Value = std::function<double(const Candidate&)>;
 /// Its own mesh has no error against itself: it is left out where nothing is to be drawn.
 Panel panelOf(const SceneAdvice& advice, const char* title, const char* label, const Value& value, int leastDecade,
               double alwaysShown) {
-  Panel panel{title, "triangles", label, {}, {}, {}, {}};
+  Panel panel{title, "triangles", label, {}, {}, {}};
   std::vector<double> xs;
   std::vector<double> ys{alwaysShown};
   for (std::size_t i = 0; i < advice.objects.size(); ++i) {
@@ -44,6 +44,25 @@ Panel panelOf(const SceneAdvice& advice, const char* title, const char* label, c
   return panel;
 }
 
+/// Where no rate is steady nothing is drawn.
+Panel ratePanel(const SceneAdvice& advice) {
+  Panel panel{"Rate, with its own damping", "stiffness, N/m", "lowest steady rate, Hz", {}, {}, {}};
+  std::vector<double> xs;
+  for (std::size_t i = 0; i < advice.objects.size(); ++i) {
+    Curve curve{i, {}};
+    for (const MaterialOption& option : advice.objects[i].options) {
+      const auto rate = option.steadyFrom();
+      if (option.damping_Ns_per_m != advice.objects[i].ownOption().damping_Ns_per_m) continue;
+      xs.push_back(option.stiffness_N_per_m);
+      if (rate) curve.points.push_back({option.stiffness_N_per_m, kRates_Hz[*rate], ""});
+    }
+    panel.curves.push_back(std::move(curve));
+  }
+  panel.x = decadesOf(xs);
+  panel.y = decadesOf({kRates_Hz.begin(), kRates_Hz.end()});
+  return panel;
+}
+
 Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
   constexpr int kLeastError = -3;
   Figure figure;
@@ -51,27 +70,29 @@ Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
   figure.caption = {
       "Decimated copies of each object against its own mesh, stroked with 1 N at 0.1 m/s, on the production contact "
       "core."};
-  figure.columns = 3;
-  const auto error = [](const Candidate& c) { return c.epsilon_p99; };
-  figure.panels.push_back(panelOf(advice, "Force error", "force error, 1: just noticeable", error, kLeastError, 1));
+  figure.columns = 2;
+  const auto error = [](const Candidate& c) { return c.difference.epsilon_p99; };
+  figure.panels.push_back(panelOf(advice, "Force error", "force error, 1: just noticeable", error, kLeastError, 0.5));
   figure.panels.back().threshold = {1, "too small to notice"};
   const auto hot = [](const Candidate& c) { return c.hot_ns; };
   figure.panels.push_back(panelOf(advice, "Time, caches hot", "contact tick, ns (median)", hot, 0, 10));
   const auto memory = [](const Candidate& c) { return c.memory_MB; };
   figure.panels.push_back(panelOf(advice, "Memory", "server's database, MB", memory, kLeastError, 0.1));
+  figure.panels.push_back(ratePanel(advice));
   figure.legendTitle = "Object";
   for (std::size_t i = 0; i < advice.objects.size(); ++i) {
     const ObjectAdvice& o = advice.objects[i];
     std::string note = "not judged: no hand gets there";
-    if (!o.candidates.empty()) {
-      note = std::to_string(o.candidates.front().triangles) + " triangles, ";
-      note += std::to_string(o.candidates[o.advised].triangles) + " are enough";
+    if (o.judged()) {
+      const std::string own = std::to_string(o.candidates.front().triangles) + " triangles, ";
+      note = own + (o.advised == 0 ? "all are needed" : std::to_string(o.mesh().triangles) + " are enough");
     }
     figure.styles.push_back({o.name, note, kColours[i % kColours.size()], Marker::kDisc, false});
   }
-  figure.legendNotes = {"Dashed: what a hand can notice."};
-  if (const RateAdvice* rate = advice.advisedRate()) {
-    figure.legendNotes.push_back("Lowest steady rate: " + std::to_string(static_cast<int>(rate->rate_Hz)) + " Hz");
+  figure.legendNotes = {"Dashed: what a hand just notices."};
+  if (advice.rate) {
+    figure.legendNotes.push_back("Lowest steady rate of all: " + std::to_string(std::lround(kRates_Hz[*advice.rate])) +
+                                 " Hz");
   }
   return figure;
 }
@@ -84,8 +105,8 @@ void writeCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
     for (std::size_t i = 0; i < o.candidates.size(); ++i) {
       const Candidate& c = o.candidates[i];
       file << std::quoted(o.name, '"', '"') << ',' << c.triangles << ',' << (i == o.advised) << ',' << c.deviation_mm
-           << ',' << c.epsilon_p99 << ',' << c.epsilon_max << ',' << c.hot_ns << ',' << c.cold_ns << ',' << c.memory_MB
-           << ',' << c.good() << '\n';
+           << ',' << c.difference.epsilon_p99 << ',' << c.difference.epsilon_max << ',' << c.hot_ns << ',' << c.cold_ns
+           << ',' << c.memory_MB << ',' << c.good() << '\n';
     }
   }
   file.close();
@@ -104,7 +125,7 @@ void runAdvise(const AdviseOptions& options) {
   const DevicePreset device = orThrow(findDevicePreset(options.devicePreset));
   const SceneAdvice advice = adviceFor(orThrow(loadScene(options.scene, options.assets)), device, options.tolerance);
   print(advice, device);
-  writeRecords(options.out, "advise", recordsOf(advice));
+  writeRecords(options.out, "advise", recordsOf(advice, device));
   writeCsv(options.out / "advise.csv", advice);
   const auto display = orThrow(VirtualDisplay::ensure());
   const auto drawn =

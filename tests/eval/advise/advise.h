@@ -15,9 +15,10 @@ struct AdviseOptions {
 };
 
 /// What a scene needs: for each object the cheapest copy of its mesh whose force a hand cannot tell from that of the mesh
-/// itself and on which no contact is lost, and the lowest rate at which a device rests steadily on all of them, with no
-/// hand and with a light one; with the price of a step up and a step down. Prints it, writes DIR/advise.json, advise.csv,
-/// advise.png and advise.svg.
+/// itself and on which no contact is lost; for all the lowest rate, and for each object the stiffness and damping nearest
+/// to its own, at which a device rests steadily on it, with no hand and with a light one, and which are felt as the scene
+/// as it is. With the price of a step up and a step down of each. Prints it, writes DIR/advise.json, advise.csv (the
+/// meshes), advise.png and advise.svg.
 /// Throws std::runtime_error naming the file or field that is wrong.
 void runAdvise(const AdviseOptions& options);
 

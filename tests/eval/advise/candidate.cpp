@@ -5,8 +5,6 @@
 #include "haptic_server/contact/contact.h"
 #include "tests/eval/advise/decimate.h"
 #include "tests/eval/advise/fit.h"
-#include "tests/eval/perception.h"
-#include "tests/eval/statistics.h"
 #include "tests/eval/timing.h"
 
 namespace haptics::eval {
@@ -37,28 +35,14 @@ class SceneContact {
   ContactState state_;
 };
 
-std::vector<Vec3> forcesOn(SceneContact contact, const HandStroke& hand) {
-  std::vector<Vec3> forces_N;
-  contact.place(hand.down.front());
-  for (const auto* part : {&hand.down, &hand.stroke, &hand.up}) {
-    for (const Vec3 hip : *part) forces_N.push_back(contact.tick(hip));
+std::vector<Forces> forcesOn(SceneContact contact, const std::vector<HandStroke>& strokes) {
+  std::vector<Forces> all;
+  for (const HandStroke& hand : strokes) {
+    Forces& forces_N = all.emplace_back();
+    contact.place(hand.down.front());
+    for (const Vec3 hip : hand.places()) forces_N.push_back(contact.tick(hip));
   }
-  return forces_N;
-}
-
-void compare(const std::vector<Vec3>& felt_N, const std::vector<Vec3>& truth_N, Candidate& candidate,
-             Statistics& epsilons) {
-  int missing = 0;  // on end
-  for (std::size_t i = 0; i < felt_N.size(); ++i) {
-    const bool touching = felt_N[i] != Vec3(0);
-    const bool shouldTouch = truth_N[i] != Vec3(0);
-    if (!touching && !shouldTouch) continue;
-    ++candidate.ticks;
-    epsilons.add(epsilon(felt_N[i], truth_N[i]));
-    missing = shouldTouch && !touching && glm::length(truth_N[i]) > kLeastForceThreshold_N ? missing + 1 : 0;
-    candidate.missedTicks += missing > 1 ? 1 : 0;
-    candidate.wrongSideTicks += glm::dot(felt_N[i], truth_N[i]) < 0 ? 1 : 0;
-  }
+  return all;
 }
 
 /// The stroke to and fro, as often as `ticks` takes.
@@ -108,8 +92,7 @@ double longestSide(const Surface& surface) {
 std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std::size_t object,
                                      const std::vector<HandStroke>& strokes, double tolerance) {
   const LoadedObject& own = scene[object];
-  std::vector<std::vector<Vec3>> truths;
-  for (const HandStroke& hand : strokes) truths.push_back(forcesOn({scene, object, *own.surface}, hand));
+  const std::vector<Forces> truth = forcesOn({scene, object, *own.surface}, strokes);
 
   std::vector<Candidate> candidates;
   const auto judge = [&](std::shared_ptr<const Surface> surface) {
@@ -122,13 +105,7 @@ std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std
     candidate.deviation_mm = deviation_m * 1e3;
     candidate.strayed = deviation_m > tolerance * longestSide(*own.surface);
     const SceneContact contact(scene, object, *candidate.surface);
-    Statistics epsilons;
-    for (std::size_t i = 0; i < strokes.size(); ++i)
-      compare(forcesOn(contact, strokes[i]), truths[i], candidate, epsilons);
-    if (!epsilons.empty()) {
-      candidate.epsilon_p99 = epsilons.quantile(0.99);
-      candidate.epsilon_max = epsilons.max();
-    }
+    candidate.difference = differenceOf(forcesOn(contact, strokes), truth);
     price(contact, strokes.front(), candidate);
     candidates.push_back(std::move(candidate));
   };

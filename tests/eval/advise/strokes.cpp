@@ -35,6 +35,13 @@ HandStroke along(const std::vector<Vec3>& points, double depth_m) {
 
 }  // namespace
 
+std::vector<Vec3> HandStroke::places() const {
+  std::vector<Vec3> all = down;
+  all.insert(all.end(), stroke.begin(), stroke.end());
+  all.insert(all.end(), up.begin(), up.end());
+  return all;
+}
+
 std::vector<HandStroke> strokesOver(const LoadedObject& object) {
   constexpr int kDirections = 3;
   std::vector<HandStroke> strokes;

@@ -11,6 +11,8 @@ struct HandStroke {
   std::vector<Vec3> down;    ///< From above the surface to where the stroke begins.
   std::vector<Vec3> stroke;  ///< As deep as 1 N presses into a surface that faces up.
   std::vector<Vec3> up;
+
+  [[nodiscard]] std::vector<Vec3> places() const;  ///< All, in turn.
 };
 
 /// Along the object's upper side, as the simulated hand of the server would choose it if the object stood alone, in

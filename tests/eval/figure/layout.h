@@ -13,6 +13,7 @@ inline constexpr double kTitle = 44;   ///< Above a panel.
 inline constexpr double kHeader = 70;  ///< The figure's title.
 inline constexpr double kLine = 30;    ///< Of the caption.
 inline constexpr double kLegend = 490;
+inline constexpr double kLegendTitle = 70;
 inline constexpr double kEntry = 72;  ///< Of the legend.
 
 inline constexpr int kTitleFont = 36, kTextFont = 24, kSmallFont = 21;

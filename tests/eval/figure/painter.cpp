@@ -62,7 +62,10 @@ vtkStandardNewMacro(FigurePainter)
 
 int FigurePainter::height_px(const Figure& figure) {
   const double rows = std::ceil(static_cast<double>(figure.panels.size()) / static_cast<double>(figure.columns));
-  return static_cast<int>(kHeader + kLine * static_cast<double>(figure.caption.size()) + rows * cellHeight() + kGap);
+  const double legend = kTitle + kLegendTitle + kEntry * static_cast<double>(figure.styles.size()) +
+                        kLine * static_cast<double>(figure.legendNotes.size());
+  return static_cast<int>(kHeader + kLine * static_cast<double>(figure.caption.size()) +
+                          std::max(rows * cellHeight(), legend) + kGap);
 }
 
 bool FigurePainter::Paint(vtkContext2D* painter) {
@@ -247,7 +250,7 @@ void FigurePainter::paintLabels(const Panel& panel, const Curve& curve, Box box)
 
 void FigurePainter::paintLegend(double left, double top) {
   text(left, top - 26, figure_->legendTitle, kTextFont, Align::kLeft, kInk, true);
-  double y = top - 70;
+  double y = top - kLegendTitle;
   for (const Style& style : figure_->styles) {
     line(left, y + 8, left + 52, y + 8, style.colour, style.strong ? 5 : 2.5);
     marker(left + 26, y + 8, style);

@@ -1,0 +1,72 @@
+#include "tests/eval/advise/advice.h"
+
+namespace haptics::eval {
+namespace {
+
+void addDifference(Record& record, const ForceDifference& difference) {
+  record["ticks"] = difference.ticks;
+  record["epsilon_p99_ratio"] = difference.epsilon_p99;
+  record["epsilon_max_ratio"] = difference.epsilon_max;
+  record["missed_contact_ticks"] = difference.missedTicks;
+  record["wrong_side_ticks"] = difference.wrongSideTicks;
+}
+
+Record meshRecord(const ObjectAdvice& object, std::size_t i) {
+  const Candidate& c = object.candidates[i];
+  Record record{{"method", "ours"},   {"scene", object.name},           {"triangles", c.triangles},
+                {"own_mesh", i == 0}, {"advised", i == object.advised}, {"deviation_mm", c.deviation_mm}};
+  addDifference(record, c.difference);
+  record.update({{"opened", c.opened},
+                 {"strayed", c.strayed},
+                 {"hot_tick_p50_ns", c.hot_ns},
+                 {"cold_tick_p50_ns", c.cold_ns},
+                 {"memory_MB", c.memory_MB},
+                 {"pass", c.good()}});
+  return record;
+}
+
+Record optionRecord(const SceneAdvice& advice, const ObjectAdvice& object, const MaterialOption& option,
+                    std::size_t rate) {
+  const Trial& trial = option.trials[rate];
+  Record record{{"method", "ours"},
+                {"scene", object.name},
+                {"stiffness_N_per_m", option.stiffness_N_per_m},
+                {"damping_Ns_per_m", option.damping_Ns_per_m},
+                {"own_material", option.own},
+                {"rate_Hz", kRates_Hz[rate]},
+                {"advised", advice.rate == rate && &option == &advice.optionOf(object)},
+                {"depth_of_1_N_mm", option.depth_mm()}};
+  addDifference(record, trial.difference);
+  record.update({{"limit_cycle_um", trial.worstCycle_um}, {"steady", trial.steady}, {"pass", trial.good()}});
+  return record;
+}
+
+Record rateRecord(const SceneAdvice& advice, std::size_t rate, const DevicePreset& device) {
+  const RateSummary at = summaryAt(advice, rate, device);
+  return {{"method", "ours"},
+          {"scene", "all objects"},
+          {"rate_Hz", kRates_Hz[rate]},
+          {"advised", advice.rate == rate},
+          {"epsilon_p99_ratio", at.epsilon_p99},
+          {"limit_cycle_um", at.worstCycle_um},
+          {"unsteady", at.unsteady},
+          {"passive_to_N_per_m", at.passiveTo_N_per_m},
+          {"processor_ratio", at.core_ratio},
+          {"pass", at.good}};
+}
+
+}  // namespace
+
+std::vector<Record> recordsOf(const SceneAdvice& advice, const DevicePreset& device) {
+  std::vector<Record> records;
+  for (const ObjectAdvice& object : advice.objects) {
+    for (std::size_t i = 0; i < object.candidates.size(); ++i) records.push_back(meshRecord(object, i));
+    for (const MaterialOption& option : object.options) {
+      for (std::size_t i = 0; i < kRates_Hz.size(); ++i) records.push_back(optionRecord(advice, object, option, i));
+    }
+  }
+  for (std::size_t i = 0; i < kRates_Hz.size(); ++i) records.push_back(rateRecord(advice, i, device));
+  return records;
+}
+
+}  // namespace haptics::eval

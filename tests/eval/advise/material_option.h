@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptic_server/device/presets.h"
+#include "tests/eval/advise/force_difference.h"
+#include "tests/eval/advise/strokes.h"
+
+namespace haptics::eval {
+
+/// Servo rates that are weighed, rising.
+inline constexpr std::array kRates_Hz{500.0, 1000.0, 2000.0, 4000.0, 10'000.0};
+
+/// A material at one rate.
+struct Trial {
+  ForceDifference difference;        ///< Of the production step on the advised meshes, from the scene as it is.
+  bool steady = true;                ///< A device comes to rest on it, with no hand and with a light one.
+  double worstCycle_um = 0;          ///< Limit cycle.
+  std::vector<std::string> happens;  ///< Hand, and what it meets instead of rest.
+
+  [[nodiscard]] bool good() const noexcept { return difference.good() && steady; }
+};
+
+/// A material that one object could have. Stiffness and damping are all that a scene can choose of the contact: its
+/// corrections cannot be switched off.
+struct MaterialOption {
+  double stiffness_N_per_m = 0;
+  double damping_Ns_per_m = 0;
+  bool own = false;  ///< The scene's.
+  std::array<Trial, kRates_Hz.size()> trials;
+
+  /// How deep 1 N presses.
+  [[nodiscard]] double depth_mm() const noexcept { return 1e3 / stiffness_N_per_m; }
+  /// Index of the lowest rate at which a device comes to rest on it; none when there is none.
+  [[nodiscard]] std::optional<std::size_t> steadyFrom() const noexcept;
+  /// At that rate, or at the highest where there is none.
+  [[nodiscard]] const Trial& firstSteady() const noexcept { return trials[steadyFrom().value_or(trials.size() - 1)]; }
+};
+
+/// Half, all and twice the object's stiffness; no damping, half of its own, its own and twice as much (of a scene's
+/// default where it has none). By stiffness, then damping.
+/// @param scene  As it is; `advised` the same with the advised meshes.
+/// @param object  Index of the object whose material varies.
+/// @param strokes  Over it; not empty.
+[[nodiscard]] std::vector<MaterialOption> optionsFor(const std::vector<LoadedObject>& scene,
+                                                     const std::vector<LoadedObject>& advised, std::size_t object,
+                                                     const std::vector<HandStroke>& strokes,
+                                                     const DevicePreset& device);
+
+}  // namespace haptics::eval
