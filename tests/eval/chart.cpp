@@ -152,8 +152,6 @@ void writeCsv(const std::filesystem::path& path, const std::vector<ChartPoint>& 
 }  // namespace
 
 void runChart(std::uint64_t seed, int finest, const std::filesystem::path& out) {
-  std::error_code ignored;  // what matters is whether the files can be written
-  std::filesystem::create_directories(out, ignored);
   const std::vector<ChartPoint> points = measureChartPoints(seed, finest);
   Outcomes outcomes;
   for (const Method& method : methods()) outcomes[method.name] = outcomeOf(method, seed);

@@ -39,14 +39,12 @@ std::string_view expectedOutcome(std::string_view method, std::string_view scene
   return names(entry->fails) ? "fail" : names(entry->either) ? "either" : "pass";
 }
 
+/// All when no name is given.
 std::vector<Method> chosenMethods(std::string_view name) {
-  std::vector<Method> chosen;
-  for (const std::span<const Method> all : {methods(), oursWithout()}) {
-    std::ranges::copy_if(all, std::back_inserter(chosen),
-                         [&](const Method& m) { return name.empty() || m.name == name; });
-  }
-  if (chosen.empty()) throw std::invalid_argument("--method: there is none called " + std::string(name));
-  return chosen;
+  std::vector<Method> all(methods().begin(), methods().end());
+  all.insert(all.end(), oursWithout().begin(), oursWithout().end());
+  if (name.empty()) return all;
+  return {findMethod(name, all)};
 }
 
 /// All runs, and how they came out.

@@ -9,6 +9,7 @@
 #include "tests/eval/advise/advise.h"
 #include "tests/eval/chart.h"
 #include "tests/eval/failures.h"
+#include "tests/eval/report.h"
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/walk/walk.h"
 
@@ -17,6 +18,7 @@ namespace haptics::eval {
 namespace {
 
 constexpr int kExitFailed = 1;
+constexpr int kCoarsestMesh = 12;  ///< Triangles.
 
 struct Arguments {
   std::uint64_t seed = 1;
@@ -32,35 +34,67 @@ struct Arguments {
   bool good = true;  ///< What the verb came to.
 };
 
-CLI::App* addVerb(CLI::App& app, const std::string& name, const std::string& about, const std::string& example,
-                  Arguments& arguments) {
-  CLI::App* verb = app.add_subcommand(name, about);
+CLI::Validator wholeNumber(double least) {
+  const auto check = [least](const std::string& text) {
+    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+    if (digits && std::stod(text) >= least) return std::string();
+    return text + ": give a whole number, at least " + std::to_string(std::lround(least));
+  };
+  return CLI::Validator(check, "");
+}
+
+CLI::Validator moreThanZero() {
+  const auto check = [](const std::string& text) {
+    double value = 0;
+    if (CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value)) return std::string();
+    return text + ": give a number more than 0";
+  };
+  return CLI::Validator(check, "");
+}
+
+struct Verb {
+  const char* name;
+  const char* about;    ///< One line.
+  const char* example;  ///< Its arguments.
+  const char* notes = "";
+};
+
+CLI::App* addVerb(CLI::App& app, const Verb& of, Arguments& arguments) {
+  const std::string name = of.name;
+  CLI::App* verb = app.add_subcommand(name, of.about);
+  verb->parse_complete_callback([&arguments] { makeFolder(arguments.out); });
   verb->add_option("--out", arguments.out, "Folder for " + name + ".json and what else it writes; made when missing")
       ->type_name("DIR")
       ->capture_default_str();
-  verb->footer("Example:\n  haptic_eval " + name + ' ' + example);
+  verb->footer("Example:\n  haptic_eval " + name + ' ' + of.example + '\n' + of.notes);
   return verb;
 }
 
 void addSeed(CLI::App* verb, Arguments& arguments) {
   verb->add_option("--seed", arguments.seed, "Decides places, orientations, directions and speeds")
       ->type_name("S")
+      ->check(wholeNumber(0))
       ->capture_default_str();
 }
 
 void addFinest(CLI::App* verb, int& finest) {
   verb->add_option("--finest", finest, "Leave out meshes of more triangles; there are some up to 10 million")
       ->type_name("TRIANGLES")
+      ->check(wholeNumber(kCoarsestMesh))
       ->capture_default_str();
 }
 
 void addFailures(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app, "failures", "Scripted motion that breaks methods of rendering: who holds where",
-                           "--seeds 20 --out results", arguments);
+  CLI::App* verb = addVerb(
+      app,
+      {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
+       "The scenes are S1 to S12 and S17. S13 to S16 come with what they are about: texture, force shading,\n"
+       "friction and deformation."},
+      arguments);
   FailuresOptions& options = arguments.failures;
   addSeed(verb, arguments);
   verb->add_option("--seeds", options.seeds, "How many seeds, from --seed on")
-      ->check(CLI::PositiveNumber)
+      ->check(wholeNumber(1))
       ->type_name("N")
       ->capture_default_str();
   verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
@@ -72,8 +106,9 @@ void addFailures(CLI::App& app, Arguments& arguments) {
 }
 
 void addAccuracy(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app, "accuracy", "Error against exact shapes, by method, mesh resolution and depth",
-                           "--finest 12288", arguments);
+  CLI::App* verb =
+      addVerb(app, {"accuracy", "Error against exact shapes, by method, mesh resolution and depth", "--finest 12288"},
+              arguments);
   addSeed(verb, arguments);
   addFinest(verb, arguments.accuracyFinest);
   verb->callback(
@@ -81,20 +116,33 @@ void addAccuracy(CLI::App& app, Arguments& arguments) {
 }
 
 void addChart(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app, "chart", "Speed against accuracy of every method, as a picture and a table",
-                           "--finest 12288 --out results", arguments);
+  CLI::App* verb = addVerb(
+      app,
+      {"chart", "Speed against accuracy of every method, as a picture and a table", "--finest 12288 --out results"},
+      arguments);
   addSeed(verb, arguments);
   addFinest(verb, arguments.chartFinest);
   verb->callback([&arguments] { runChart(arguments.seed, arguments.chartFinest, arguments.out); });
 }
 
 void addTable1(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app, "table1", "The paper's Table I: rates of the servo loop with the viewer connected",
-                           "--seconds 10 --out results", arguments);
+  CLI::App* verb = addVerb(app,
+                           {"table1", "The paper's Table I: rates of the servo loop with the viewer connected",
+                            "--seconds 10 --out results", "Ctrl-C ends it early: what was measured is written."},
+                           arguments);
   Table1Options& options = arguments.table1;
-  verb->add_option("--seconds", options.seconds, "For each object")->check(CLI::PositiveNumber)->capture_default_str();
-  verb->add_flag("--paper", arguments.asInPaper, "Three times three minutes for each object")->excludes("--seconds");
-  addFinest(verb, options.finest);
+  verb->add_option("--seconds", options.seconds, "For each object")->check(moreThanZero())->capture_default_str();
+  verb->add_option("--runs", options.runs, "As many times that long")
+      ->type_name("N")
+      ->check(wholeNumber(1))
+      ->capture_default_str();
+  verb->add_flag("--paper", arguments.asInPaper, "Three times three minutes for each object, as in the paper")
+      ->excludes("--seconds")
+      ->excludes("--runs");
+  verb->add_option("--finest", options.finest, "Leave out spheres of more triangles, besides the paper's objects")
+      ->type_name("TRIANGLES")
+      ->check(wholeNumber(kCoarsestMesh))
+      ->capture_default_str();
   verb->callback([&arguments, &options] {
     constexpr double kPaper_s = 180;
     constexpr int kPaperRuns = 3;
@@ -108,12 +156,19 @@ void addTable1(CLI::App& app, Arguments& arguments) {
 }
 
 void addWalk(CLI::App& app, Arguments& arguments) {
-  CLI::App* verb = addVerb(app, "walk", "A random walk over generated and real shapes against a reference",
-                           "--models /var/tmp/models --out results", arguments);
+  CLI::App* verb = addVerb(app,
+                           {"walk", "A random walk over generated and real shapes against a reference",
+                            "--models /var/tmp/models --out results"},
+                           arguments);
   WalkOptions& options = arguments.walk;
   addSeed(verb, arguments);
-  verb->add_option("--ticks", options.ticks, "Of all scenes together")->type_name("N")->capture_default_str();
-  verb->add_option("--models", options.models, "Folder that deploy/models/fetch_and_report filled")->type_name("DIR");
+  verb->add_option("--ticks", options.ticks, "Of all scenes together")
+      ->type_name("N")
+      ->check(wholeNumber(1))
+      ->capture_default_str();
+  verb->add_option("--models", options.models, "Folder that deploy/models/fetch_and_report filled")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
   verb->add_option("--scene", options.scene, "Only this one, as the table names it")->type_name("NAME");
   verb->add_option("--method", options.method, "Ours or a baseline, as failures names them")
       ->type_name("NAME")
@@ -129,22 +184,37 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
   AdviseOptions& options = arguments.advise;
   options.devicePreset = kDefaultDevicePreset;
   if (std::filesystem::is_directory(kInventorModels)) options.assets.emplace_back(kInventorModels);
-  CLI::App* verb = addVerb(app, "advise", "What your own scene needs: the cheapest meshes and the lowest rate",
-                           "deploy/scenes/demo.scene --out results", arguments);
+  CLI::App* verb =
+      addVerb(app,
+              {"advise", "What your own scene needs: the cheapest meshes, the lowest rate, stiffness and damping",
+               "deploy/scenes/demo.scene --out results",
+               "Stiffness and damping of each object are all the options that a scene has today: no correction of the\n"
+               "contact can be switched off, and surfaces have no other features yet."},
+              arguments);
   verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();
   verb->add_option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")
       ->type_name("DIR")
+      ->check(CLI::ExistingDirectory)
       ->capture_default_str();
   verb->add_option("--device-preset", options.devicePreset, "Device that is to rest on the objects")
       ->capture_default_str();
   verb->add_option("--tolerance", options.tolerance,
                    "How far a copy may stray from the scene's mesh, as a part of the object's longest side")
-      ->check(CLI::PositiveNumber)
+      ->check(moreThanZero())
       ->capture_default_str();
   verb->callback([&arguments, &options] {
     options.out = arguments.out;
     runAdvise(options);
   });
+}
+
+void mustBeVerb(const CLI::App& app, const std::string& name) {
+  std::string known;
+  for (const CLI::App* verb : app.get_subcommands({})) {
+    if (verb->get_name() == name) return;
+    known += (known.empty() ? "" : ", ") + verb->get_name();
+  }
+  throw std::invalid_argument("there is no verb " + name + "; there are " + known);
 }
 
 int run(int argc, char** argv) {
@@ -154,6 +224,7 @@ int run(int argc, char** argv) {
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
   for (const auto add : {addFailures, addAccuracy, addChart, addTable1, addWalk, addAdvise}) add(app, arguments);
+  if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);
   return arguments.good ? 0 : kExitFailed;
 }

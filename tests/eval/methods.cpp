@@ -1,6 +1,8 @@
 #include "tests/eval/methods.h"
 
 #include <array>
+#include <stdexcept>
+#include <string>
 
 #include "tests/eval/baselines/finite_proxy.h"
 #include "tests/eval/baselines/global_closest.h"
@@ -51,5 +53,14 @@ constexpr std::array kOursWithout{
 
 std::span<const Method> oursWithout() { return kOursWithout; }
 std::span<const Method> methods() { return kMethods; }
+
+const Method& findMethod(std::string_view name, std::span<const Method> among) {
+  std::string known;
+  for (const Method& method : among) {
+    if (method.name == name) return method;
+    known += (known.empty() ? "" : ", ") + std::string(method.name);
+  }
+  throw std::invalid_argument("--method: there is none called " + std::string(name) + "; there are " + known);
+}
 
 }  // namespace haptics::eval

@@ -22,4 +22,7 @@ inline constexpr std::string_view kOurs = "ours";
 /// Ours with one correction switched off: the contact core and a spring, without the rest of the step.
 [[nodiscard]] std::span<const Method> oursWithout();
 
+/// Throws std::invalid_argument, listing the names of `among`, when there is none called so.
+[[nodiscard]] const Method& findMethod(std::string_view name, std::span<const Method> among);
+
 }  // namespace haptics::eval

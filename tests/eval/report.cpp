@@ -1,19 +1,33 @@
 #include "tests/eval/report.h"
 
+#include <unistd.h>
+
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
 namespace haptics::eval {
 
+void makeFolder(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (!std::filesystem::is_directory(directory))
+    throw std::runtime_error("--out " + directory.string() +
+                             ": cannot be made; give a folder, or where one can be made");
+  if (access(directory.c_str(), W_OK) != 0)
+    throw std::runtime_error("--out " + directory.string() + ": must not be written to; give another folder");
+}
+
 void writeRecords(const std::filesystem::path& directory, std::string_view verb, const std::vector<Record>& records) {
-  std::error_code ignored;  // what matters is whether the file can be written
-  std::filesystem::create_directories(directory, ignored);
   const std::filesystem::path path = directory / (std::string(verb) + ".json");
-  std::ofstream file(path);
+  std::filesystem::path unfinished = path;  // what is there stays whole whenever this ends
+  unfinished += ".part";
+  std::ofstream file(unfinished);
   file << Record(records).dump(1) << '\n';
   file.close();
-  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+  std::error_code error;
+  if (file) std::filesystem::rename(unfinished, path, error);
+  if (!file || error) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
 std::string measuresText(const Record& measures) {

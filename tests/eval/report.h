@@ -10,7 +10,10 @@ namespace haptics::eval {
 /// `pass`.
 using Record = nlohmann::ordered_json;
 
-/// Writes DIR/<verb>.json, a list of records; makes DIR. Throws std::runtime_error naming the file that cannot be
+/// Makes the folder for results where it is missing. Throws std::runtime_error when it cannot be made or written to.
+void makeFolder(const std::filesystem::path& directory);
+
+/// Writes DIR/<verb>.json, a list of records. Throws std::runtime_error naming the file that cannot be
 /// written.
 void writeRecords(const std::filesystem::path& directory, std::string_view verb, const std::vector<Record>& records);
 

@@ -17,6 +17,7 @@ class Statistics {
     sorted_ = false;
   }
   [[nodiscard]] double last() const noexcept { return last_; }  ///< Added.
+  [[nodiscard]] std::size_t count() const noexcept { return values_.size(); }
   [[nodiscard]] bool empty() const noexcept { return values_.empty(); }
   [[nodiscard]] double rms() const {
     double squares = 0;

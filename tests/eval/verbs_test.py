@@ -55,10 +55,31 @@ class Failures(Verb):
                             ("S12", "powers_of_two_different_ticks"), ("S17", "nan_ticks")):
             self.assertEqual(by_name[scene][zero], 0, zero)
 
-    def test_says_which_method_there_is_not(self):
-        done = run("failures", "--method", "hearsay")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("hearsay", done.stderr)
+
+class Arguments(Verb):
+    def test_each_that_is_wrong_is_named_with_what_would_be_right(self):
+        for arguments, says in (
+                ("hearsay", ("hearsay", "failures, accuracy, chart")),
+                ("failures --seeds 0", ("--seeds", "at least 1")),
+                ("failures --seed -1", ("--seed", "at least 0")),
+                ("failures --method hearsay", ("--method", "hearsay", "god_object", "ours_without_guard")),
+                ("walk --ticks -5", ("--ticks", "at least 1")),
+                ("walk --scene sphere --ticks 0", ("--ticks", "at least 1")),
+                ("walk --scene hearsay", ("--scene", "hearsay", "sphere")),
+                ("walk --method hearsay", ("--method", "hearsay", "god_object")),
+                ("walk --models /hearsay", ("--models", "/hearsay")),
+                ("accuracy --finest 3", ("--finest", "at least 12")),
+                ("chart --finest x", ("--finest", "whole number")),
+                ("table1 --seconds 0", ("--seconds", "more than 0")),
+                ("table1 --runs 0", ("--runs", "at least 1")),
+                ("advise scene --tolerance -1", ("--tolerance", "more than 0")),
+                ("advise scene --device-preset hearsay", ("--device-preset", "hearsay", "omega.3")),
+                ("advise", ("SCENE", "required")),
+                ("accuracy --out /dev/null/results", ("--out", "/dev/null/results"))):
+            done = run(*arguments.split()) if "--out" in arguments else run(*arguments.split(), "--out", str(self.out))
+            self.assertNotEqual(done.returncode, 0, arguments)
+            for words in says:
+                self.assertIn(words, done.stderr, arguments)
 
 
 class Chart(Verb):

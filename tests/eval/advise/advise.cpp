@@ -122,7 +122,9 @@ Value orThrow(Result<Value> result) {
 }  // namespace
 
 void runAdvise(const AdviseOptions& options) {
-  const DevicePreset device = orThrow(findDevicePreset(options.devicePreset));
+  const auto found = findDevicePreset(options.devicePreset);
+  if (!found) throw std::invalid_argument("--device-preset: " + found.error().text());
+  const DevicePreset& device = *found;
   const SceneAdvice advice = adviceFor(orThrow(loadScene(options.scene, options.assets)), device, options.tolerance);
   print(advice, device);
   writeRecords(options.out, "advise", recordsOf(advice, device));

@@ -1,16 +1,17 @@
 #include "tests/eval/table1/table1.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <span>
-#include <thread>
+#include <stdexcept>
 
 #include "tests/eval/figure/virtual_display.h"
-#include "tests/eval/report.h"
-#include "tests/eval/statistics.h"
 #include "tests/eval/table1/flat_out_server.h"
-#include "tests/eval/table1/paper_objects.h"
+#include "tests/eval/table1/interruption.h"
+#include "tests/eval/table1/rates.h"
 #include "tests/eval/table1/viewer_process.h"
 
 namespace haptics::eval {
@@ -18,47 +19,22 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kLeastRatio = 0.9;          // of 64,800 polygons to 12
-constexpr double kLeastContactShare = 0.98;  // the recording's own is 0.99
-constexpr std::size_t kTurns = 10;
 constexpr std::size_t kTakingTurns = 4;    // the paper's objects; larger ones take minutes to send and draw
 constexpr double kViewerPatience_s = 300;  // 10 million triangles
 
-/// Of one object, turn by turn.
-struct Rates {
-  Statistics complete_kHz;   ///< On the wall's clock.
-  Statistics processor_kHz;  ///< On the servo thread's own.
-  Statistics bare_kHz;
-  Statistics ratio;  ///< Of the latter, to the first object's in the same turn.
-  double contactTicks = 0;
-  double ticks = 0;
-  bool viewerHeld = true;
-};
-
 double secondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-/// One turn of the complete step.
-void measureComplete(FlatOutServer& server, ViewerProcess& viewer, const TriMesh& mesh, double seconds, Rates& rates) {
-  constexpr std::chrono::milliseconds kSettle{100};
-  rates.viewerHeld = viewer.holds(server.show(mesh), kViewerPatience_s) && rates.viewerHeld;
-  std::this_thread::sleep_for(kSettle);
-  const ServoStatistics& statistics = server.statistics();
-  const Clock::time_point begin = Clock::now();
-  const double processorBefore_s = server.processorTime_s();
-  const auto ticksBefore = static_cast<double>(statistics.ticks);
-  const auto contactBefore = static_cast<double>(statistics.contactTicks);
-  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
-  const double ticks = static_cast<double>(statistics.ticks) - ticksBefore;
-  rates.complete_kHz.add(ticks / secondsSince(begin) * 1e-3);
-  rates.processor_kHz.add(ticks / (server.processorTime_s() - processorBefore_s) * 1e-3);
-  rates.ticks += ticks;
-  rates.contactTicks += static_cast<double>(statistics.contactTicks) - contactBefore;
-}
 
 double threadTime_s() {
   timespec time;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
+}
+
+/// Turns of short blocks, so that what else the machine does falls on all alike.
+std::size_t turnsIn(double seconds) {
+  constexpr double kLongestBlock_s = 2;
+  constexpr double kFewest = 10;
+  return static_cast<std::size_t>(std::max(kFewest, std::ceil(seconds / kLongestBlock_s)));
 }
 
 /// The contact alone over the same recording, on this thread's own clock.
@@ -77,91 +53,126 @@ double bareRate_kHz(const Surface& surface, const std::vector<Vec3>& places, dou
   return ticks / (threadTime_s() - begin_s) * 1e-3;
 }
 
-/// Contact held, and the viewer proved each time that it held the same scene.
-bool wasMeasured(const Rates& rates) {
-  return rates.viewerHeld && rates.contactTicks >= kLeastContactShare * rates.ticks;
-}
-
-Record describe(const TableObject& object, Rates& rates, double viewer_Hz) {
-  const MeshCounts counts = countsOf(object.mesh);
-  Record record{{"method", "ours"},      {"scene", object.name},        {"vertices", counts.vertices},
-                {"lines", counts.lines}, {"polygons", counts.polygons}, {"boundary_lines", counts.boundaryLines}};
-  if (object.paperLow_kHz > 0) {
-    record["paper_rate_low_kHz"] = object.paperLow_kHz;
-    record["paper_rate_high_kHz"] = object.paperHigh_kHz;
+/// The objects, the server that shows them in turn, and the viewer.
+class Table1 {
+ public:
+  explicit Table1(const Table1Options& options)
+      : options_(options),
+        objects_(tableObjects(options.finest)),
+        rates_(objects_.size()),
+        turns_(turnsIn(options.seconds)),
+        server_(objects_.front().mesh),
+        viewer_(server_.port(), options.out / "table1_viewer.json") {
+    if (!viewer_.holds(server_.revision(), kViewerPatience_s)) throw std::runtime_error("the viewer did not connect");
   }
-  record["complete_step_rate_kHz"] = rates.complete_kHz.quantile(0.5);
-  record["complete_step_rate_per_processor_s_kHz"] = rates.processor_kHz.quantile(0.5);
-  record["complete_step_to_12_polygons_ratio"] = rates.ratio.quantile(0.5);
-  record["bare_step_rate_kHz"] = rates.bare_kHz.quantile(0.5);
-  record["contact_ticks_ratio"] = rates.contactTicks / rates.ticks;
-  record["ticks"] = rates.ticks;
-  record["viewer_held_the_scene"] = rates.viewerHeld;
-  record["viewer_frames_per_s"] = viewer_Hz;
-  const bool judged = counts.polygons == 64'800;
-  record["pass"] = wasMeasured(rates) && (!judged || rates.ratio.quantile(0.5) >= kLeastRatio);
-  return record;
-}
 
-void print(const std::vector<Record>& records) {
-  std::printf("%-20s %9s %9s %9s  %10s  %15s  %17s  %5s  %9s\n", "", "vertices", "lines", "polygons", "paper, kHz",
-              "whole step, kHz", "same on own clock", "ratio", "bare, kHz");
-  for (const Record& r : records) {
-    char paper[32] = "";
-    if (r.contains("paper_rate_low_kHz")) {
-      std::snprintf(paper, sizeof paper, "%g to %g", r["paper_rate_low_kHz"].get<double>(),
-                    r["paper_rate_high_kHz"].get<double>());
+  void measureComplete() {
+    const std::size_t last = objects_.size();
+    for (int run = 0; run < options_.runs && !interruption_.came(); ++run) {
+      for (std::size_t turn = 0; turn < turns_ && !interruption_.came(); ++turn) {
+        takeTurn(turn % 2 == 0);
+        write();
+        tell(run, turn);
+      }
+      for (std::size_t i = kTakingTurns; i < last && !interruption_.came(); ++i) {
+        std::fprintf(stderr, "%s ...\n", objects_[i].name.data());
+        if (!measureBlock(i, options_.seconds)) break;
+        rates_[i].ratio.add(rates_[i].processor_kHz.last() / rates_.front().processor_kHz.last());
+        write();
+      }
     }
-    std::printf("%-20s %9d %9d %9d  %10s  %15.0f  %17.0f  %5.3f  %9.0f%s\n", r["scene"].get<std::string>().c_str(),
-                r["vertices"].get<int>(), r["lines"].get<int>(), r["polygons"].get<int>(), paper,
-                r["complete_step_rate_kHz"].get<double>(), r["complete_step_rate_per_processor_s_kHz"].get<double>(),
-                r["complete_step_to_12_polygons_ratio"].get<double>(), r["bare_step_rate_kHz"].get<double>(),
-                r["pass"].get<bool>() ? "" : "  FAIL");
+    server_.stop();
   }
-}
+
+  void measureBare() {
+    constexpr double kPart = 0.1;  // of the time for the complete step
+    std::vector<std::shared_ptr<const Surface>> surfaces;
+    for (std::size_t i = 0; i < objects_.size() && !interruption_.came(); ++i)
+      surfaces.push_back(buildSurface(objects_[i].mesh.vertices, objects_[i].mesh.triangles));
+    for (std::size_t turn = 0; turn < turns_ && !interruption_.came(); ++turn) {
+      for (std::size_t i = 0; i < objects_.size(); ++i) {
+        const double seconds = kPart * options_.seconds / static_cast<double>(turns_);
+        rates_[i].bare_kHz.add(bareRate_kHz(*surfaces[i], server_.hand().places(), seconds));
+        rates_[i].bareRatio.add(rates_[i].bare_kHz.last() / rates_.front().bare_kHz.last());
+      }
+    }
+  }
+
+  /// Ends the viewer, prints. Returns whether all was measured.
+  bool finish() {
+    const bool complete = !interruption_.came();
+    const std::vector<Record> records = write({viewer_.finish(), complete});
+    printTable(records);
+    if (!complete) std::printf("interrupted: %zu of %zu objects\n", records.size(), objects_.size());
+    return complete && std::ranges::all_of(rates_, &Rates::measured);
+  }
+
+ private:
+  /// The paper's objects, every other time from the last to the first: what drifts cancels.
+  void takeTurn(bool forward) {
+    const double seconds = options_.seconds / static_cast<double>(turns_);
+    for (std::size_t k = 0; k < kTakingTurns; ++k) {
+      if (!measureBlock(forward ? k : kTakingTurns - 1 - k, seconds)) return;
+    }
+    for (std::size_t i = 0; i < kTakingTurns; ++i)
+      rates_[i].ratio.add(rates_[i].processor_kHz.last() / rates_.front().processor_kHz.last());
+  }
+
+  /// One block of the complete step. False when it was interrupted: it does not count.
+  bool measureBlock(std::size_t object, double seconds) {
+    constexpr double kSettle_s = 0.1;
+    const bool held = viewer_.holds(server_.show(objects_[object].mesh), kViewerPatience_s);
+    interruption_.sleep(kSettle_s);
+    const ServoStatistics& statistics = server_.statistics();
+    const Clock::time_point begin = Clock::now();
+    const double processorBefore_s = server_.processorTime_s();
+    const auto ticksBefore = static_cast<double>(statistics.ticks);
+    const auto contactBefore = static_cast<double>(statistics.contactTicks);
+    interruption_.sleep(seconds);
+    const double ticks = static_cast<double>(statistics.ticks) - ticksBefore;
+    if (interruption_.came()) return false;
+    Rates& rates = rates_[object];
+    rates.viewerHeld = rates.viewerHeld && held;
+    rates.complete_kHz.add(ticks / secondsSince(begin) * 1e-3);
+    rates.processor_kHz.add(ticks / (server_.processorTime_s() - processorBefore_s) * 1e-3);
+    rates.ticks += ticks;
+    rates.contactTicks += static_cast<double>(statistics.contactTicks) - contactBefore;
+    return true;
+  }
+
+  /// What there is so far, so that it is kept whatever ends the program.
+  std::vector<Record> write(const Table1Run& run = {.complete = false}) {
+    std::vector<Record> records;
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+      if (rates_[i].begun()) records.push_back(describe(objects_[i], rates_[i], run));
+    }
+    writeRecords(options_.out, "table1", records);
+    return records;
+  }
+
+  void tell(int run, std::size_t turn) {
+    std::fprintf(stderr, "run %d of %d, turn %zu of %zu: rate at 64,800 polygons %.3f of that at 12\n", run + 1,
+                 options_.runs, turn + 1, turns_, rates_[kTakingTurns - 1].ratio.quantile(0.5));
+  }
+
+  Table1Options options_;
+  Interruption interruption_;
+  std::vector<TableObject> objects_;
+  std::vector<Rates> rates_;
+  std::size_t turns_;
+  FlatOutServer server_;
+  ViewerProcess viewer_;
+};
 
 }  // namespace
 
 bool runTable1(const Table1Options& options) {
-  std::error_code ignored;  // what matters is whether the result can be written
-  std::filesystem::create_directories(options.out, ignored);
   const auto display = VirtualDisplay::ensure();
   if (!display) throw std::runtime_error(display.error().text());
-  const std::vector<TableObject> objects = tableObjects(options.finest);
-  std::vector<Rates> rates(objects.size());
-
-  FlatOutServer server(objects.front().mesh);
-  ViewerProcess viewer(server.port(), options.out / "table1_viewer.json");
-  if (!viewer.holds(server.revision(), kViewerPatience_s)) throw std::runtime_error("the viewer did not connect");
-  const auto take = [&](std::size_t i, double seconds) {
-    measureComplete(server, viewer, objects[i].mesh, seconds, rates[i]);
-    rates[i].ratio.add(rates[i].processor_kHz.last() / rates.front().processor_kHz.last());
-  };
-  for (int run = 0; run < options.runs; ++run) {
-    for (std::size_t turn = 0; turn < kTurns; ++turn) {
-      for (std::size_t i = 0; i < kTakingTurns; ++i) take(i, options.seconds / kTurns);
-    }
-    for (std::size_t i = kTakingTurns; i < objects.size(); ++i) take(i, options.seconds);
-  }
-  server.stop();
-  std::vector<std::shared_ptr<const Surface>> surfaces;
-  for (const TableObject& object : objects)
-    surfaces.push_back(buildSurface(object.mesh.vertices, object.mesh.triangles));
-  for (std::size_t turn = 0; turn < kTurns; ++turn) {
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-      rates[i].bare_kHz.add(bareRate_kHz(*surfaces[i], server.hand().places(), options.seconds / kTurns / 10));
-    }
-  }
-  const double viewer_Hz = viewer.finish();
-  std::vector<Record> records;
-  bool good = true;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    records.push_back(describe(objects[i], rates[i], viewer_Hz));
-    good = good && wasMeasured(rates[i]);
-  }
-  print(records);
-  writeRecords(options.out, "table1", records);
-  return good;
+  Table1 table(options);
+  table.measureComplete();
+  table.measureBare();
+  return table.finish();
 }
 
 }  // namespace haptics::eval

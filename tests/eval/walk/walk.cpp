@@ -204,18 +204,22 @@ void printRow(const std::string& scene, const Counts& c) {
   std::fflush(stdout);
 }
 
-const Method& methodNamed(const std::string& name) {
-  const auto all = methods();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Method& m) { return m.name == name; });
-  if (found == all.end()) throw std::runtime_error("--method " + name + ": there is none of that name");
-  return *found;
-}
-
-std::vector<WalkSceneSource> sourcesAtHand(const WalkOptions& options) {
+/// Throws where --scene names none.
+std::vector<WalkSceneSource> chosenSources(const WalkOptions& options) {
   std::vector<WalkSceneSource> sources = walkSceneSources(options.models);
   std::uint64_t number = 0;
-  for (WalkSceneSource& source : sources) source.number = number++;
+  std::string known;
+  for (WalkSceneSource& source : sources) {
+    source.number = number++;
+    known += (known.empty() ? "" : ", ") + source.name;
+  }
   std::erase_if(sources, [&](const WalkSceneSource& s) { return !options.scene.empty() && s.name != options.scene; });
+  if (sources.empty())
+    throw std::invalid_argument("--scene: there is none called " + options.scene + "; there are " + known);
+  return sources;
+}
+
+void leaveOutMissing(std::vector<WalkSceneSource>& sources) {
   std::erase_if(sources, [](const WalkSceneSource& source) {
     const bool missing = !source.file.empty() && !std::filesystem::exists(source.file);
     if (missing) {
@@ -224,18 +228,19 @@ std::vector<WalkSceneSource> sourcesAtHand(const WalkOptions& options) {
     }
     return missing;
   });
-  return sources;
 }
 
 }  // namespace
 
 bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
-  const Method& method = methodNamed(options.method);
-  const std::vector<WalkSceneSource> sources = sourcesAtHand(options);
-  if (sources.empty())
-    throw std::runtime_error("--scene " + options.scene + ": there is none of that name, or its file is missing");
-  const std::int64_t ticks = options.ticks / static_cast<std::int64_t>(sources.size());
-  std::filesystem::create_directories(out);
+  const Method& method = findMethod(options.method, methods());
+  std::vector<WalkSceneSource> sources = chosenSources(options);
+  leaveOutMissing(sources);
+  if (sources.empty()) throw std::runtime_error("--scene " + options.scene + ": its file is missing");
+  const auto scenes = static_cast<std::int64_t>(sources.size());
+  if (options.ticks < scenes)
+    throw std::invalid_argument("--ticks: give at least " + std::to_string(scenes) + ", one for each scene");
+  const std::int64_t ticks = options.ticks / scenes;
   std::ofstream episodes(out / "walk_episodes.csv");
   episodes << "scene,tick,hip_x_m,hip_y_m,hip_z_m,ihip_x_m,ihip_y_m,ihip_z_m,reference_x_m,reference_y_m,"
               "reference_z_m,apart_mm,depth_mm,reference_depth_mm,local_minimum,lost\n";
