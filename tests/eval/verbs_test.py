@@ -3,9 +3,11 @@
 import csv
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -13,10 +15,12 @@ PROGRAM = sys.argv.pop(1)
 HERE = Path(__file__).parent
 
 
+# The program has to find a display itself.
+WITHOUT_DISPLAY = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
+
+
 def run(*arguments):
-    # Without a display: the program has to find one itself.
-    environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
-    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, env=environment)
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, env=WITHOUT_DISPLAY)
 
 
 class Verb(unittest.TestCase):
@@ -108,6 +112,29 @@ class Table1(Verb):
             self.assertGreater(record["viewer_frames_per_s"], 0)
             self.assertGreater(record["complete_step_rate_per_processor_s_kHz"], record["paper_rate_high_kHz"])
             self.assertGreater(record["bare_step_rate_kHz"], record["complete_step_rate_per_processor_s_kHz"])
+            self.assertTrue(record["complete"])
+            self.assertEqual(record["blocks"], 10)
+
+    def test_repeats_as_the_paper_does(self):
+        self.run_well("table1", "--seconds", "0.2", "--runs", "3", "--finest", "64800")
+        self.assertEqual([r["blocks"] for r in self.records("table1")], 4 * [30])
+
+    def test_keeps_what_was_measured_when_interrupted(self):
+        running = subprocess.Popen([PROGRAM, "table1", "--paper", "--finest", "64800", "--out", str(self.out)],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=WITHOUT_DISPLAY)
+        self.addCleanup(running.kill)
+        written = self.out / "table1.json"
+        deadline = time.monotonic() + 120
+        while not written.exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        running.send_signal(signal.SIGINT)
+        said = running.communicate(timeout=60)
+        self.assertEqual(running.returncode, 1, said)
+        records = self.records("table1")
+        self.assertEqual(len(records), 4)
+        for record in records:
+            self.assertFalse(record["complete"])
+            self.assertGreater(record["complete_step_rate_kHz"], 0)
 
 
 class Advise(Verb):

@@ -103,7 +103,7 @@ class Table1 {
     const bool complete = !interruption_.came();
     const std::vector<Record> records = write({viewer_.finish(), complete});
     printTable(records);
-    if (!complete) std::printf("interrupted: %zu of %zu objects\n", records.size(), objects_.size());
+    if (!complete) std::printf("interrupted: this is what was measured by then\n");
     return complete && std::ranges::all_of(rates_, &Rates::measured);
   }
 
