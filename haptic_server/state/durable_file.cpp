@@ -71,6 +71,14 @@ Result<void> renameDurably(const fs::path& from, const fs::path& to) {
 
 Result<FileHandle> openForWriting(const fs::path& path) { return open(path, O_RDWR); }
 
+Result<void> makeFolderDurably(const fs::path& folder) {
+  if (fs::is_directory(folder)) return {};
+  if (auto made = makeFolderDurably(folder.parent_path()); !made) return made;
+  std::error_code error;
+  if (!fs::create_directory(folder, error) && error) return refused(folder.string(), error.message());
+  return syncFolder(folder.parent_path());
+}
+
 Result<void> syncFolder(const fs::path& folder) {
   const auto opened = open(folder, O_RDONLY | O_DIRECTORY);
   if (!opened) return tl::unexpected(opened.error());

@@ -36,6 +36,8 @@ class FileHandle {
 /// Within a folder. At every moment, also after a crash, `to` is either what it was or what `from` was.
 [[nodiscard]] Result<void> renameDurably(const std::filesystem::path& from, const std::filesystem::path& to);
 [[nodiscard]] Result<FileHandle> openForWriting(const std::filesystem::path& path);
+/// The folder, and those above it, where there is none.
+[[nodiscard]] Result<void> makeFolderDurably(const std::filesystem::path& folder);
 /// Makes the names in a folder durable.
 [[nodiscard]] Result<void> syncFolder(const std::filesystem::path& folder);
 /// Holds this file's lock until the handle or the process is gone. Refused while another process has it.

@@ -27,11 +27,8 @@ bool holdsDamagedLog(const fs::path& folder) {
 }  // namespace
 
 Result<StateFolder::Opened> StateFolder::open(const fs::path& folder, std::uint64_t freshEpoch, Options options) {
-  std::error_code error;
-  const fs::path path = fs::absolute(folder).lexically_normal();
-  fs::create_directories(path / kMeshFolder, error);
-  if (error) return refused(path.string(), "cannot make the folder: " + error.message());
-  if (auto synced = syncFolder(path); !synced) return tl::unexpected(std::move(synced).error());
+  const fs::path path = fs::absolute(folder / "").lexically_normal().parent_path();
+  if (auto made = makeFolderDurably(path / kMeshFolder); !made) return tl::unexpected(std::move(made).error());
 
   std::unique_ptr<StateFolder> opened(new StateFolder(path, std::move(options)));
   auto lock = lockFile(path / "lock");
