@@ -11,11 +11,8 @@ void place(ContactState& state, Vec3 hip) noexcept {
 }
 
 ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept {
-  const Vec3 usable = usableHip(state, hip);
   ContactResult result;
-  if (!followUnblocked(bodies, state, usable, result)) {
-    result = ContactTick<AllCorrections>(bodies, state, usable).run();
-  }
+  if (!followUnblocked(bodies, state, hip, result)) result = followContact<AllCorrections>(bodies, state, hip);
   return result;
 }
 

@@ -67,7 +67,7 @@ struct ContactResult {
 
 /// The primitive that holds the foot, in canonical numbering.
 [[nodiscard]] inline PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept {
-  constexpr std::array kKinds{PrimitiveKind::kPolygon, PrimitiveKind::kLine, PrimitiveKind::kVertex};
+  static constexpr std::array kKinds{PrimitiveKind::kPolygon, PrimitiveKind::kLine, PrimitiveKind::kVertex};
   return {kKinds[static_cast<std::size_t>(foot.feature)], foot.index, surface.canonical(foot.triangle)};
 }
 

@@ -42,11 +42,14 @@ inline constexpr double kSlack = 0x1p-2;
 /// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
 inline constexpr double kSettled = 0x1p-14;
 
-/// The HIP that a tick goes to: one that is not finite, or beyond the range of the float vertices, has not moved.
-[[nodiscard]] inline Vec3 usableHip(const ContactState& state, Vec3 hip) noexcept {
+/// Finite, and within the range of the float vertices.
+[[nodiscard]] inline bool isUsable(Vec3 hip) noexcept {
   constexpr double kFarthest = std::numeric_limits<float>::max();
-  const bool usable = std::abs(hip.x) <= kFarthest && std::abs(hip.y) <= kFarthest && std::abs(hip.z) <= kFarthest;
-  return usable ? hip : state.hip;  // usable is false for NaN
+  return std::abs(hip.x) <= kFarthest && std::abs(hip.y) <= kFarthest && std::abs(hip.z) <= kFarthest;  // not for NaN
+}
+/// The HIP that a tick goes to: one that is not usable has not moved.
+[[nodiscard]] inline Vec3 usableHip(const ContactState& state, Vec3 hip) noexcept {
+  return isUsable(hip) ? hip : state.hip;
 }
 
 /// One tick at work on the state: the neighborhood watch proposes a path, a guard tests it against everything else that

@@ -3,11 +3,10 @@
 #include "haptic_server/contact/follow_unblocked.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "haptic_server/contact/contact_tick.h"
 #include "haptic_server/contact/hip_following.h"
-#include "haptic_server/geometry/neighbours.h"
+#include "haptic_server/contact/over_polygon.h"
 
 namespace haptics {
 namespace {
@@ -56,55 +55,6 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
   return true;
 }
 
-/// Where the neighborhood watch ends.
-struct Minimum {
-  Foot foot;
-  Vec3 normal;
-  int looked = 0;  // triangles
-  int steps = 0;
-};
-
-/// A polygon and the prism over it, of h.
-struct Over {
-  std::uint32_t triangle;
-  Prism prism;
-};
-
-/// The HIP has gone from one prism into the next: what followHip() makes of it when nothing else was in between, without
-/// the time at which it went. False when there may be more to it.
-[[nodiscard, gnu::always_inline]] inline bool hopOnce(const Surface& surface, int side, Vec3 from, Vec3 h,
-                                                      Over& over) noexcept {
-  const unsigned beyond = over.prism.beyond();
-  const bool outside = (over.prism.height() >= 0) == (side > 0);
-  if (!std::has_single_bit(beyond) || outside) return false;
-  const int line = std::countr_zero(beyond);
-  const int across = sameLineAcross(surface, over.triangle, line);
-  if (across < 0) return false;
-  over.triangle = surface.triangle(over.triangle).neighbour(line);
-  over.prism = Prism(surface.triangle(over.triangle), all(h));
-  // At both ends on the inner side of the other two lines: so it was when it came.
-  const Prism before(surface.triangle(over.triangle), all(from));
-  return over.prism.holds() && (before.beyond() & ~(1U << across)) == 0;
-}
-
-/// The HIP may have left the region of the primitive that held it. False when a search ends nowhere, or where the HIP is
-/// not held. Out of line, as pathIsClear() is, to leave the registers to the tick that goes straight.
-[[gnu::noinline]] bool searchOn(const Surface& surface, const ContactState& state, const HipMotion& motion,
-                                SearchPath* path, Minimum& minimum) noexcept {
-  const int side = state.holding[0].side;
-  minimum.foot = heldFoot(surface, state, motion.from);
-  for (double now = 0; now < 1;) {
-    if (++minimum.steps == kMaxSteps) return false;
-    const HipStep step = followHip(surface, motion, side, minimum.foot, now, path, minimum.looked);
-    now = step.end;
-    minimum.foot = step.found.foot;
-    if (!step.found.converged || surface.onBoundary(minimum.foot)) return false;
-    if (surface.isOutside(minimum.foot, motion.at(now), side)) return false;
-  }
-  minimum.normal = surface.normal(minimum.foot);
-  return true;
-}
-
 /// Axes and origin of a Frame, to turn and carry with its operations.
 struct WideFrame {
   Four x, y, z, origin;
@@ -114,6 +64,95 @@ struct WideFrame {
     return x * allOf<0>(local) + y * allOf<1>(local) + z * allOf<2>(local);
   }
 };
+
+/// Where the neighborhood watch ends.
+struct Minimum {
+  std::uint32_t triangle;
+  Feature feature;
+  std::uint8_t index;
+  Four foot;
+  Four normal;
+};
+
+/// What a tick over one surface hands on. Inline, each value a store of its own: where values are put together in
+/// memory and taken out again in larger pieces, the processor waits for every store.
+[[gnu::always_inline]] inline void keep(const Body& body, ContactState& state, const Vec3& hip, const Minimum& minimum,
+                                        ContactResult& result) noexcept {
+  const WideFrame frame(body.frame);
+  const Vec3 ihip = vec3(frame.turn(minimum.foot) + frame.origin);
+  HoldingSurface& holding = state.holding[0];
+  result.touching = true;
+  result.body = holding.body;
+  result.ihip = ihip;
+  result.normal = vec3(frame.turn(minimum.normal * all(holding.side)));
+  result.penetration_m = glm::length(ihip - hip);
+  result.primitive = primitiveOf(*body.surface, {minimum.triangle, minimum.feature, minimum.index});
+  holding.triangle = minimum.triangle;
+  state.feature = minimum.feature;
+  state.local = vec3(minimum.foot);
+  state.ihip = ihip;
+  state.hip = hip;
+}
+
+/// From polygon to polygon as followOverPolygons() does, or not even that, with nothing else in reach: the common case
+/// of all. False when there is more to it.
+[[nodiscard, gnu::always_inline]] inline bool goOverPolygons(const Body& body, ContactState& state, const Vec3& hip,
+                                                             ContactResult& result) noexcept {
+  const Surface& surface = *body.surface;
+  const HoldingSurface holding = state.holding[0];
+  const Vec3 h = body.frame.toLocal(hip);
+  const FourVec3 to = all(h);
+  OverPolygon over(surface, holding.triangle, to);
+  int looked = 1;
+  if (!over.holdsEnd()) {
+    const FourVec3 from = all(body.frame.toLocal(state.hip));
+    double now = 0;
+    do {
+      OverPolygon::Hop hop;
+      if (!over.leave(surface, from, now, hop) || ++looked == kSearchBudget) return false;
+      const OverPolygon next(surface, surface.triangle(over.triangle()).neighbour(hop.edge), to);
+      if (!next.enter(from, holding.side, hop) || hop.enters >= 1) return false;
+      now = hop.enters;
+      over = next;
+    } while (!over.holdsEnd());
+  }
+  if (over.endsOutside(holding.side)) return false;
+  const Minimum minimum{over.triangle(), Feature::kPolygon, 0, over.endFoot(four(h)), over.unitNormal()};
+  result.work.triangles = looked;
+  result.work.steps = 1;
+  keep(body, state, hip, minimum, result);
+  return true;
+}
+
+/// A line or vertex holds the IHIP, or other bodies are in reach. False when a search ends nowhere, where the HIP is not
+/// held, or when something blocks the way.
+[[nodiscard, gnu::noinline]] bool searchBeside(const Body& body, const Others& others, ContactState& state,
+                                               const Vec3& hip, ContactResult& result) noexcept {
+  const Surface& surface = *body.surface;
+  const int side = state.holding[0].side;
+  const HipMotion motion{body.frame.toLocal(state.hip), body.frame.toLocal(hip)};
+  const bool guarded = others.count > 0;
+  SearchPath path;
+  int looked = 0;
+  int steps = 0;
+  Foot foot = heldFoot(surface, state, motion.from);
+  for (double now = 0; now < 1;) {
+    if (++steps == kMaxSteps) return false;
+    const HipStep step = followHip(surface, motion, side, foot, now, guarded ? &path : nullptr, looked);
+    now = step.end;
+    foot = step.found.foot;
+    if (!step.found.converged || surface.onBoundary(foot)) return false;
+    if (surface.isOutside(foot, motion.at(now), side)) return false;
+  }
+  if (guarded && !pathIsClear(body, others, state, surface.faceNormal(state.holding[0].triangle), path)) return false;
+  result.work.triangles = looked;
+  result.work.steps = steps;
+  result.work.segments =
+      static_cast<int>(others.count * (static_cast<std::size_t>(steps) + path.size()));  // each starts with one
+  keep(body, state, hip, {foot.triangle, foot.feature, foot.index, four(foot.point), four(surface.normal(foot))},
+       result);
+  return true;
+}
 
 /// All that the tick reads and writes, asked for at once: with cold caches it then waits for memory once, not again and
 /// again between waits for its own code.
@@ -127,62 +166,18 @@ void prefetch(const ContactState& state, const Body& body) noexcept {
 
 }  // namespace
 
-bool followUnblocked(std::span<const Body> bodies, ContactState& state, Vec3 hip, ContactResult& result) noexcept {
-  if (state.mode != ContactState::Mode::kOneSurface) return false;
-  const HoldingSurface holding = state.holding[0];
-  const Body& body = bodies[static_cast<std::size_t>(holding.body)];
+bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+                     ContactResult& result) noexcept {
+  if (state.mode != ContactState::Mode::kOneSurface || !isUsable(hip)) return false;
+  const Body& body = bodies[static_cast<std::size_t>(state.holding[0].body)];
   const Surface& surface = *body.surface;
-  const TriangleRecord& record = surface.triangle(holding.triangle);
   prefetch(state, body);
-  if (body.moving || surface.anyCrossed() || record.zeroArea()) [[unlikely]]
+  if (body.moving || surface.anyCrossed() || surface.triangle(state.holding[0].triangle).zeroArea()) [[unlikely]]
     return false;
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
-
-  const Vec3 h = body.frame.toLocal(hip);
-  Over over{holding.triangle, Prism(record, all(h))};
-  SearchPath path;
-  const bool guarded = others.count > 0;
-  Minimum minimum;
-  Four foot;
-  Four normal;
-  const bool onPolygon = state.feature == Feature::kPolygon;
-  const Vec3 from = body.frame.toLocal(state.hip);
-  const bool stays = onPolygon && over.prism.holds();
-  if (stays || (onPolygon && !guarded && hopOnce(surface, holding.side, from, h, over))) [[likely]] {
-    const bool outside = (over.prism.height() >= 0) == (holding.side > 0);
-    if (outside) [[unlikely]]
-      return false;
-    minimum.foot.triangle = over.triangle;
-    minimum.looked = stays ? 1 : 2;
-    minimum.steps = 1;
-    foot = over.prism.foot(four(h));
-    normal = over.prism.unitNormal();
-    if (guarded) path.add(vec3(foot), over.triangle);
-  } else {
-    if (!searchOn(surface, state, {from, h}, guarded ? &path : nullptr, minimum)) return false;
-    foot = four(minimum.foot.point);
-    normal = four(minimum.normal);
-  }
-  if (guarded && !pathIsClear(body, others, state, surface.faceNormal(holding.triangle), path)) return false;
-
-  const WideFrame frame(body.frame);
-  state.holding[0].triangle = minimum.foot.triangle;
-  state.feature = minimum.foot.feature;
-  state.local = vec3(foot);
-  state.ihip = vec3(frame.turn(foot) + frame.origin);
-  state.hip = hip;
-  result.touching = true;
-  result.body = holding.body;
-  result.ihip = state.ihip;
-  result.normal = vec3(frame.turn(normal * all(holding.side)));
-  result.penetration_m = glm::length(state.ihip - hip);
-  result.primitive = primitiveOf(surface, minimum.foot);
-  result.work.triangles = minimum.looked;
-  result.work.segments =
-      static_cast<int>(others.count * (static_cast<std::size_t>(minimum.steps) + path.size()));  // each starts with one
-  result.work.steps = minimum.steps;
-  return true;
+  const bool straight = state.feature == Feature::kPolygon && others.count == 0;
+  return (straight && goOverPolygons(body, state, hip, result)) || searchBeside(body, others, state, hip, result);
 }
 
 }  // namespace haptics

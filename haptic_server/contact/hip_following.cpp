@@ -1,17 +1,9 @@
 #include "haptic_server/contact/hip_following.h"
 
-#include <bit>
-
-#include "haptic_server/geometry/neighbours.h"
+#include "haptic_server/contact/over_polygon.h"
 
 namespace haptics {
 namespace {
-
-/// A half space that the HIP is within at value 0 and more: when does it go out?
-[[nodiscard]] double timeWithin(double atFrom, double atTo) noexcept {
-  if (atTo >= atFrom || atTo >= 0) return 1;
-  return std::max(atFrom, 0.0) / (atFrom - atTo);
-}
 
 /// Beside the plane through edge k along the triangle's normal, on the inner side; `side` -1 for the outer.
 [[nodiscard, gnu::always_inline]] inline double timeBeside(const TriangleRecord& record, int k, double side,
@@ -19,26 +11,6 @@ namespace {
   const Vec3 a = record.corner(k);
   const Vec3 inward = glm::cross(record.areaNormal(), record.corner(nextCorner(k)) - a) * side;
   return timeWithin(glm::dot(inward, motion.from - a), glm::dot(inward, motion.to - a));
-}
-
-/// Where the HIP goes out of a prism that it is beyond at the end.
-struct Exit {
-  double time = 2;
-  int edge = 0;
-};
-[[nodiscard]] Exit exitFrom(const TriangleRecord& record, const Prism& atEnd, const HipMotion& motion) noexcept {
-  const unsigned beyond = atEnd.beyond();
-  if (std::has_single_bit(beyond)) {  // nearly always, and free of branches that nobody can predict
-    const int k = std::countr_zero(beyond);
-    return {timeBeside(record, k, 1, motion), k};
-  }
-  Exit exit;
-  for (int k = 0; k < 3; ++k) {
-    if ((beyond >> k & 1) == 0) continue;
-    const double time = timeBeside(record, k, 1, motion);
-    if (time < exit.time) exit = {time, k};
-  }
-  return exit;
 }
 
 /// Between the planes at the ends of edge k.
@@ -58,48 +30,38 @@ struct Exit {
 
 bool followOverPolygons(const Surface& surface, const HipMotion& motion, int side, Foot& foot, double& now,
                         SearchPath* path, int& spent) noexcept {
+  const FourVec3 from = all(motion.from);
+  const FourVec3 to = all(motion.to);
+  OverPolygon over(surface, foot.triangle, to);
+  const auto stand = [&](Vec3 point) noexcept {
+    foot.point = point;
+    if (path != nullptr) path->add(point, foot.triangle);
+  };
   ++spent;
-  while (true) {
-    const TriangleRecord& record = surface.triangle(foot.triangle);
-    const Prism prism(record, all(motion.to));
-    if (prism.holds()) {
-      foot.point = vec3(prism.foot(four(motion.to)));
-      if (path != nullptr) path->add(foot.point, foot.triangle);
-      now = 1;
-      return true;
-    }
-    const Exit exit = exitFrom(record, prism, motion);
-    now = std::max(now, exit.time);
-    const int line = sameLineAcross(surface, foot.triangle, exit.edge);
-    if (line < 0 || spent >= kSearchBudget) return false;
+  while (!over.holdsEnd()) {
+    OverPolygon::Hop hop;
+    const bool leaves = over.leave(surface, from, now, hop);
+    now = hop.leaves;
+    if (!leaves || spent >= kSearchBudget) return false;
     ++spent;
-    const TriangleRecord& next = surface.triangle(record.neighbour(exit.edge));
-    double enters = now;
-    Prism over(next, all(motion.at(now)));
-    if ((over.beyond() >> line & 1) != 0) {  // a valley: the line holds the IHIP for a while
-      enters = std::max(now, timeBeside(next, line, -1, motion));
-      over = Prism(next, all(motion.at(enters)));
-    }
-    const bool isOutside = (over.height() >= 0) == (side > 0);
-    if (isOutside || (over.beyond() & ~(1U << line)) != 0) return false;
-    if (path != nullptr) {
-      const Vec3 h = motion.at(now);
-      foot.point = vec3(Prism(record, all(h)).foot(four(h)));
-      path->add(foot.point, foot.triangle);
-    }
-    if (enters >= 1) {
-      if (!isAlong(record, exit.edge, motion.to)) return false;
-      foot = {foot.triangle, Feature::kLine, static_cast<std::uint8_t>(exit.edge)};
-      foot.point = onLine(record, exit.edge, motion.to);
-      if (path != nullptr) path->add(foot.point, foot.triangle);
-      now = 1;
+    const TriangleRecord& record = surface.triangle(over.triangle());
+    const OverPolygon next(surface, record.neighbour(hop.edge), to);
+    if (!next.enter(from, side, hop)) return false;
+    if (path != nullptr) stand(over.footOf(motion.at(now)));
+    now = hop.enters;
+    if (now >= 1) {  // on the line of a valley
+      if (!isAlong(record, hop.edge, motion.to)) return false;
+      foot = {foot.triangle, Feature::kLine, static_cast<std::uint8_t>(hop.edge)};
+      stand(onLine(record, hop.edge, motion.to));
       return true;
     }
-    now = enters;
-    foot.triangle = record.neighbour(exit.edge);
-    foot.point = vec3(over.foot(four(motion.at(now))));
-    if (path != nullptr) path->add(foot.point, foot.triangle);
+    over = next;
+    foot.triangle = over.triangle();
+    if (path != nullptr) stand(over.footOf(motion.at(now)));
   }
+  stand(vec3(over.endFoot(four(motion.to))));
+  now = 1;
+  return true;
 }
 
 double timeInRegion(const Surface& surface, const Foot& foot, const HipMotion& motion, double now) noexcept {

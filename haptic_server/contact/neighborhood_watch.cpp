@@ -26,14 +26,16 @@ struct Walk {
     while (true) {
       const TriangleRecord& record = surface.triangle(triangle);
       if (record.zeroArea() || looked > kMostCrossed) return End::kUnclear;
-      const Prism prism(record, each);
-      if (prism.holds()) {
-        foot = vec3(prism.foot(four(h)));
+      const Prism prism(record);
+      const Prism::Place place = prism.place(each);
+      const unsigned beyond = place.beyond();
+      if (beyond == 0) {
+        foot = vec3(prism.foot(four(h), place.height));
         if (path != nullptr) path->add(foot, triangle);
         return squaredLength(h - foot) < nearest ? End::kHeld : End::kUnclear;
       }
       const Prism::OnEdges on = prism.onEdges(each);
-      const int k = on.nearest(prism.beyond());
+      const int k = on.nearest(beyond);
       if (!(on.squaredDistance[k] < nearest) || record.neighbour(k) == kNoTriangle) return End::kUnclear;
       if (on.atCorner(k)) return End::kAtVertex;
       nearest = on.squaredDistance[k];

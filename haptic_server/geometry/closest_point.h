@@ -22,28 +22,35 @@ struct Foot {
   double squaredDistance = std::numeric_limits<double>::infinity();  ///< |h - point|^2, m^2.
 };
 
-/// h (object frame, metres) against a triangle's plane and against the planes through its edges along the normal.
+/// A triangle's plane and the planes through its edges along the normal, for points of the object frame (metres).
 class Prism {
  public:
-  Prism(const TriangleRecord& r, const FourVec3& h) noexcept
+  explicit Prism(const TriangleRecord& r) noexcept
       : corner_{firstThree(r.rows[0]), firstThree(r.rows[1]), firstThree(r.rows[2])},
         edge_(following(corner_) - corner_),
-        toH_(h - corner_),
         // Of edge 2 and the one that follows, edge 0: areaNormal() to the bit.
         normal_(allOf<2>(cross(edge_, following(edge_)))),
-        squaredNormal_(squaredLength(normal_)),
-        height_(dot(normal_, toH_)),
-        beyond_(~(dot(cross(normal_, edge_), toH_) > all(0)).bits() & 7) {}
+        inward_(cross(normal_, edge_)),
+        squaredNormal_(squaredLength(normal_)) {}
+
+  /// Where some h is.
+  struct Place {
+    Four inside;    ///< Of the plane through edge k, times the lengths of normal and edge; m^4.
+    double height;  ///< Above the triangle's plane, times the length of the normal; m^3.
+
+    /// Bit k: h is on the plane through edge k or on its outer side.
+    [[nodiscard]] unsigned beyond() const noexcept { return ~(inside > all(0)).bits() & 7; }
+  };
+  [[nodiscard]] Place place(const FourVec3& h) const noexcept {
+    const FourVec3 toH = h - corner_;
+    return {dot(inward_, toH), dot(normal_, toH)[0]};
+  }
 
   [[nodiscard]] double squaredNormal() const noexcept { return squaredNormal_[0]; }
-  /// Of h above the plane, times the length of the normal; m^3.
-  [[nodiscard]] double height() const noexcept { return height_[0]; }
-  /// Bit k: h is on the plane through edge k or on its outer side.
-  [[nodiscard]] unsigned beyond() const noexcept { return beyond_; }
-  /// h is strictly within all three.
-  [[nodiscard]] bool holds() const noexcept { return beyond_ == 0; }
-  /// Of h, onto the plane; x, y, z.
-  [[nodiscard]] Four foot(Four h) const noexcept { return h - xyz(normal_) * (allOf<0>(height_) / squaredNormal_); }
+  /// Of an h of that height, onto the plane; x, y, z.
+  [[nodiscard]] Four foot(Four h, double height) const noexcept {
+    return h - xyz(normal_) * all(height * (1 / squaredNormal()));
+  }
   [[nodiscard]] Four unitNormal() const noexcept { return xyz(normal_) / all(std::sqrt(squaredNormal())); }
 
   /// The points of the edges that are closest to h. Ends go to the vertices.
@@ -65,7 +72,7 @@ class Prism {
     [[nodiscard]] bool atCorner(int k) const noexcept { return ((atStart | atEnd) >> k & 1) != 0; }
   };
   [[nodiscard]] OnEdges onEdges(const FourVec3& h) const noexcept {
-    const Four along = dot(toH_, edge_);
+    const Four along = dot(h - corner_, edge_);
     const Four end = squaredLength(edge_);
     const FourTruths atStart = along <= all(0);
     const FourTruths atEnd = end <= along;
@@ -77,11 +84,9 @@ class Prism {
  private:
   FourVec3 corner_;
   FourVec3 edge_;
-  FourVec3 toH_;  // from each corner
   FourVec3 normal_;
+  FourVec3 inward_;
   Four squaredNormal_;
-  Four height_;  // the first
-  unsigned beyond_;
 };
 
 /// Closest point of the triangle to h (object frame, metres). Ties go to the primitive of lower dimension.
@@ -91,13 +96,15 @@ class Prism {
 /// which a sliver needs. The closest point lies on an edge that h is beyond, so only those are looked at.
 [[nodiscard]] inline Foot closestOn(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
   const FourVec3 each = all(h);
-  const Prism prism(record, each);
-  if (prism.holds()) {
-    const Vec3 point = vec3(prism.foot(four(h)));
+  const Prism prism(record);
+  const Prism::Place place = prism.place(each);
+  const unsigned beyond = place.beyond();
+  if (beyond == 0) {
+    const Vec3 point = vec3(prism.foot(four(h), place.height));
     return {triangle, Feature::kPolygon, 0, point, squaredLength(h - point)};
   }
   const Prism::OnEdges on = prism.onEdges(each);
-  const int k = on.nearest(prism.beyond());
+  const int k = on.nearest(beyond);
   const int index = (on.atStart >> k & 1) != 0 ? k : (on.atEnd >> k & 1) != 0 ? nextCorner(k) : k;
   const Feature feature = on.atCorner(k) ? Feature::kVertex : Feature::kLine;
   return {triangle, feature, static_cast<std::uint8_t>(index), on.point[k], on.squaredDistance[k]};

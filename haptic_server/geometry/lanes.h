@@ -13,7 +13,13 @@ namespace haptics {
 struct Four {
   __m128d low, high;
 
-  [[nodiscard]] double operator[](int k) const noexcept { return k < 2 ? low[k] : high[k - 2]; }
+  [[nodiscard]] double operator[](int k) const noexcept {
+    if (__builtin_constant_p(k)) return k < 2 ? low[k] : high[k - 2];
+    alignas(16) std::array<double, 4> lanes;  // for a k that nobody can predict, without a branch
+    _mm_store_pd(lanes.data(), low);
+    _mm_store_pd(lanes.data() + 2, high);
+    return lanes[static_cast<std::size_t>(k)];
+  }
   friend Four operator+(Four a, Four b) noexcept { return {a.low + b.low, a.high + b.high}; }
   friend Four operator-(Four a, Four b) noexcept { return {a.low - b.low, a.high - b.high}; }
   friend Four operator*(Four a, Four b) noexcept { return {a.low * b.low, a.high * b.high}; }

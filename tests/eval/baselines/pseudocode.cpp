@@ -81,7 +81,7 @@ typename Pseudocode<kPrimitives>::Distance Pseudocode<kPrimitives>::distanceTo(c
   }
   if (primitive.kind == Feature::kLine) {
     const FourVec3 h = all(hip);
-    const Prism::OnEdges on = Prism(record, h).onEdges(h);
+    const Prism::OnEdges on = Prism(record).onEdges(h);
     if (kPrimitives == Primitives::kOpen && on.atCorner(primitive.index)) return none;
     return {on.squaredDistance[primitive.index], on.point[primitive.index]};
   }
