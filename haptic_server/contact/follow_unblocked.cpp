@@ -94,9 +94,20 @@ struct Minimum {
   state.hip = hip;
 }
 
-/// From polygon to polygon as followOverPolygons() does, or not even that, with nothing else in reach: the common case
+/// Beside others, without a change of polygon.
+[[nodiscard, gnu::noinline]] bool stayIsClear(const Body& body, const Others& others, const ContactState& state,
+                                              const Vec3& foot, ContactWork& work) noexcept {
+  const std::uint32_t triangle = state.holding[0].triangle;
+  SearchPath path;
+  path.add(foot, triangle);
+  work.segments = static_cast<int>(2 * others.count);
+  return pathIsClear(body, others, state, body.surface->faceNormal(triangle), path);
+}
+
+/// On the polygon, or with nothing else in reach from polygon to polygon as followOverPolygons() does: the common case
 /// of all. False when there is more to it.
-[[nodiscard, gnu::always_inline]] inline bool goOverPolygons(const Body& body, ContactState& state, const Vec3& hip,
+[[nodiscard, gnu::always_inline]] inline bool goOverPolygons(const Body& body, const Others& others,
+                                                             ContactState& state, const Vec3& hip,
                                                              ContactResult& result) noexcept {
   const Surface& surface = *body.surface;
   const HoldingSurface holding = state.holding[0];
@@ -105,6 +116,7 @@ struct Minimum {
   OverPolygon over(surface, holding.triangle, to);
   int looked = 1;
   if (!over.holdsEnd()) {
+    if (others.count > 0) return false;
     const FourVec3 from = all(body.frame.toLocal(state.hip));
     double now = 0;
     do {
@@ -118,6 +130,7 @@ struct Minimum {
   }
   if (over.endsOutside(holding.side)) return false;
   const Minimum minimum{over.triangle(), Feature::kPolygon, 0, over.endFoot(four(h)), over.unitNormal()};
+  if (others.count > 0 && !stayIsClear(body, others, state, vec3(minimum.foot), result.work)) return false;
   result.work.triangles = looked;
   result.work.steps = 1;
   keep(body, state, hip, minimum, result);
@@ -176,8 +189,8 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Ve
     return false;
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
-  const bool straight = state.feature == Feature::kPolygon && others.count == 0;
-  return (straight && goOverPolygons(body, state, hip, result)) || searchBeside(body, others, state, hip, result);
+  if (state.feature == Feature::kPolygon && goOverPolygons(body, others, state, hip, result)) return true;
+  return searchBeside(body, others, state, hip, result);
 }
 
 }  // namespace haptics

@@ -72,12 +72,16 @@ void wholeStep(benchmark::State& state, const Trajectory& trajectory, std::uint3
 }  // namespace
 
 void registerContact(std::span<const std::uint32_t> sizes) {
+  const auto cold = [](const Trajectory& t, std::uint32_t n) {
+    benchmark::RegisterBenchmark(nameOf("contact_tick/cold", t, n).c_str(), tickCold, t, n)
+        ->UseManualTime()
+        ->Iterations(kColdTicks);
+  };
+  cold(kRubbing, kCoarsest);  // what the others are compared with
   for (const std::uint32_t n : sizes) {
     for (const Trajectory& t : {kRubbing, kSlide, kFreeSpace, kSecondBodyNear, kLineContact}) {
       benchmark::RegisterBenchmark(nameOf("contact_tick/hot", t, n).c_str(), tickHot, t, n);
-      benchmark::RegisterBenchmark(nameOf("contact_tick/cold", t, n).c_str(), tickCold, t, n)
-          ->UseManualTime()
-          ->Iterations(kColdTicks);
+      cold(t, n);
     }
     for (const Trajectory& t : {kRubbing, kSlide}) {
       benchmark::RegisterBenchmark(nameOf("search/hot", t, n).c_str(), searchAlone, t, n);

@@ -36,10 +36,7 @@ Course holdContact(const Trajectory& trajectory, std::uint32_t segments) {
   course.tolerance = 0.02;
   course.contestants = {
       {"tick", [=] { return meanOf(path.size(), [&](std::size_t) { return replay->tick().penetration_m; }); }},
-      {"search",
-       [=] {
-         return meanOf(path.size(), [&](std::size_t) { return std::sqrt(search->tick().foot.squaredDistance); });
-       }},
+      {"search", [=] { return meanOf(path.size(), [&](std::size_t) { return search->tick(); }); }},
       {"god_object",
        [=] { return meanOf(path.size(), [&](std::size_t i) { return glm::distance(god->tick(path[i]), path[i]); }); }}};
   const TriMesh mesh = sphereMesh(segments);

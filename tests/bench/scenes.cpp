@@ -55,7 +55,9 @@ std::shared_ptr<const Surface> sphere(std::uint32_t segments) {
 }
 
 Scene rubbing(std::uint32_t segments) {
-  return sceneOf({bodyAt(segments, Vec3(0))}, circle(kUp * (kRadius_m - kDepth_m), kUp, kRubbingRadius_m),
+  const Crossing top = sphere(segments)->firstCrossing(kUp * (2 * kRadius_m), Vec3(0));
+  const double height_m = 2 * kRadius_m * (1 - top.time);
+  return sceneOf({bodyAt(segments, Vec3(0))}, circle(kUp * (height_m - kDepth_m), kUp, kRubbingRadius_m),
                  kUp * (kRadius_m + kGap_m / 2));
 }
 
@@ -88,6 +90,9 @@ Replay::Replay(Scene scene) : scene_(std::move(scene)) {
   for (std::size_t i = 0; i < scene_.path.size(); ++i) static_cast<void>(tick());
 }
 
-Search::Search(Scene scene) : replay_(std::move(scene)), triangle_(replay_.state().holding[0].triangle) {}
+Search::Search(Scene scene)
+    : replay_(std::move(scene)),
+      hip_(replay_.state().hip),
+      foot_(heldFoot(*replay_.scene().bodies.front().surface, replay_.state(), hip_)) {}
 
 }  // namespace haptics::bench

@@ -6,7 +6,7 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/contact/contact.h"
-#include "haptic_server/contact/neighborhood_watch.h"
+#include "haptic_server/contact/hip_following.h"
 
 /// Spheres of 50 mm radius and closed paths of the HIP at 0.1 m/s and 1 kHz, 2 mm deep.
 namespace haptics::bench {
@@ -17,6 +17,8 @@ inline constexpr double kStep_m = 1e-4;  ///< Of the HIP in a tick.
 inline constexpr double kRubbingRadius_m = 0.0005;
 inline constexpr double kGap_m = 0.001;  ///< Between the contacted sphere and a second one that is near.
 
+/// The cube itself, of 12 triangles.
+inline constexpr std::uint32_t kCoarsest = 1;
 /// Of the cube that the sphere is mapped from: 1,728, 63,948, 1,002,252 and 10,002,828 triangles.
 inline constexpr std::array<std::uint32_t, 4> kSegments{12, 73, 289, 913};
 [[nodiscard]] constexpr std::uint32_t triangleCount(std::uint32_t segments) noexcept {
@@ -76,23 +78,31 @@ class Replay {
   std::size_t next_ = 0;
 };
 
-/// The neighborhood watch alone, around a scene's path from where each answer leaves it.
+/// The search of a tick alone: where the neighborhood watch takes the IHIP after the HIP, around the path of a scene
+/// whose first body holds it and stands at the origin.
 class Search {
  public:
   explicit Search(Scene scene);
 
-  SearchResult tick() noexcept {
+  /// Returns the distance of HIP and IHIP, m.
+  double tick() noexcept {
+    const Surface& surface = *replay_.scene().bodies.front().surface;
+    const HipMotion motion{hip_, replay_.scene().path[next_]};
     int spent = 0;
-    const SearchResult found = neighborhoodWatch(*replay_.scene().bodies.front().surface, triangle_,
-                                                 replay_.scene().path[next_], nullptr, spent);
+    for (double now = 0; now < 1;) {
+      const HipStep step = followHip(surface, motion, 1, foot_, now, nullptr, spent);
+      now = step.end;
+      foot_ = step.found.foot;
+    }
     if (++next_ == replay_.scene().path.size()) next_ = 0;
-    triangle_ = found.foot.triangle;
-    return found;
+    hip_ = motion.to;
+    return glm::distance(foot_.point, hip_);
   }
 
  private:
   Replay replay_;
-  std::uint32_t triangle_;
+  Vec3 hip_;
+  Foot foot_;
   std::size_t next_ = 0;
 };
 

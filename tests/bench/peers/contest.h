@@ -18,9 +18,10 @@ struct Contestant {
 };
 using Contestants = std::vector<Contestant>;
 
-/// Registers a benchmark that lets the contestants run laps in turn, so that a noisy machine disturbs all alike. Reports
-/// `<name>_ns`, the median over the laps of the mean time per question, and `<name>_over_<first name>`, the median of
-/// the ratios within a round. `make` is called when the benchmark runs; it also returns the number of questions.
+/// Registers a benchmark that lets the contestants run laps in turn, so that a noisy machine disturbs all alike, two
+/// each: one with caches that hold what the others read, one right after with its own. Reports `<name>_ns`, the median
+/// over the latter of the mean time per question, `<name>_over_<first name>`, the median of their ratios within a
+/// round, and `<name>_after_others_ns`, the median over the former. `make` is called when the benchmark runs; it also returns the number of questions.
 struct Course {
   std::size_t questions = 0;
   Contestants contestants;
