@@ -24,25 +24,27 @@ void print(const Record& r) {
 
 }  // namespace
 
-bool runAccuracy(std::uint64_t seed, int finest, const std::filesystem::path& out) {
+bool runAccuracy(const AccuracyOptions& options) {
+  const std::span<const Method> chosen =
+      options.method.empty() ? methods() : std::span(&findMethod(options.method, methods()), 1);
   std::vector<Record> records;
   bool good = true;
   std::printf("depth %g mm\n", kPrintedDepth_m * 1e3);
   for (const AnalyticShape& shape : analyticShapes()) {
     for (const int triangles : kTriangles) {
-      if (triangles > finest) break;
+      if (triangles > options.finest) break;
       const Sample sample = makeSample(shape, triangles);
-      for (const Method& method : methods()) {
+      for (const Method& method : chosen) {
         for (const double depth : kDepths_m) {
           const bool compare = method.name == kOurs && triangles <= kFinestMesh;
-          records.push_back(measureAccuracy(method, sample, depth, seed, compare));
+          records.push_back(measureAccuracy(method, sample, depth, options.seed, compare));
           if (depth == kPrintedDepth_m) print(records.back());
           if (method.name == kOurs) good = good && records.back()["pass"].get<bool>();
         }
       }
     }
   }
-  writeRecords(out, "accuracy", records);
+  writeRecords(options.out, "accuracy", records);
   return good;
 }
 

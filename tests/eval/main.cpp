@@ -24,7 +24,7 @@ struct Arguments {
   std::uint64_t seed = 1;
   std::filesystem::path out = ".";
   FailuresOptions failures;
-  int accuracyFinest = kFinestMesh;
+  AccuracyOptions accuracy;
   int chartFinest = kChartFinestMesh;
   Table1Options table1;
   bool asInPaper = false;
@@ -109,10 +109,15 @@ void addAccuracy(CLI::App& app, Arguments& arguments) {
   CLI::App* verb =
       addVerb(app, {"accuracy", "Error against exact shapes, by method, mesh resolution and depth", "--finest 12288"},
               arguments);
+  AccuracyOptions& options = arguments.accuracy;
   addSeed(verb, arguments);
-  addFinest(verb, arguments.accuracyFinest);
-  verb->callback(
-      [&arguments] { arguments.good = runAccuracy(arguments.seed, arguments.accuracyFinest, arguments.out); });
+  addFinest(verb, options.finest);
+  verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
+  verb->callback([&arguments, &options] {
+    options.seed = arguments.seed;
+    options.out = arguments.out;
+    arguments.good = runAccuracy(options);
+  });
 }
 
 void addChart(CLI::App& app, Arguments& arguments) {

@@ -73,6 +73,7 @@ class Arguments(Verb):
                 ("walk --method hearsay", ("--method", "hearsay", "god_object")),
                 ("walk --models /hearsay", ("--models", "/hearsay")),
                 ("accuracy --finest 3", ("--finest", "at least 12")),
+                ("accuracy --method hearsay", ("--method", "hearsay", "god_object")),
                 ("chart --finest x", ("--finest", "whole number")),
                 ("table1 --seconds 0", ("--seconds", "more than 0")),
                 ("table1 --runs 0", ("--runs", "at least 1")),
