@@ -8,7 +8,6 @@
 namespace haptics::eval {
 namespace {
 
-constexpr std::array kTriangles{12, 192, 768, 3072, 12288, kFinestMesh, 12 * 289 * 289, 12 * 913 * 913};
 constexpr std::array kDepths_m{0.0005, 0.001, 0.002, 0.005};
 constexpr double kPrintedDepth_m = 0.002;
 
@@ -31,7 +30,7 @@ bool runAccuracy(const AccuracyOptions& options) {
   bool good = true;
   std::printf("depth %g mm\n", kPrintedDepth_m * 1e3);
   for (const AnalyticShape& shape : analyticShapes()) {
-    for (const int triangles : kTriangles) {
+    for (const int triangles : kMeshTriangles) {
       if (triangles > options.finest) break;
       const Sample sample = makeSample(shape, triangles);
       for (const Method& method : chosen) {

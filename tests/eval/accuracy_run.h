@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include "tests/eval/analytic_shapes.h"
@@ -7,6 +8,9 @@
 #include "tests/eval/report.h"
 
 namespace haptics::eval {
+
+/// What meshes of the shapes are asked for.
+inline constexpr std::array kMeshTriangles{12, 192, 768, 3072, 12288, 12 * 74 * 74, 12 * 289 * 289, 12 * 913 * 913};
 
 /// A mesh of an analytic shape.
 struct Sample {

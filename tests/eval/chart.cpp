@@ -13,6 +13,7 @@
 #include "tests/eval/chart_points.h"
 #include "tests/eval/figure/figure.h"
 #include "tests/eval/figure/virtual_display.h"
+#include "tests/eval/or_throw.h"
 #include "tests/eval/scenes/scenes.h"
 
 namespace haptics::eval {
@@ -156,10 +157,8 @@ void runChart(std::uint64_t seed, int finest, const std::filesystem::path& out) 
   Outcomes outcomes;
   for (const Method& method : methods()) outcomes[method.name] = outcomeOf(method, seed);
   writeCsv(out / "chart.csv", points, outcomes);
-  const auto display = VirtualDisplay::ensure();
-  if (!display) throw std::runtime_error(display.error().text());
-  const auto drawn = drawFigure(figureOf(points, outcomes), out / "chart.png", out / "chart.svg");
-  if (!drawn) throw std::runtime_error(drawn.error().text());
+  const auto display = orThrow(VirtualDisplay::ensure());
+  orThrow(drawFigure(figureOf(points, outcomes), out / "chart.png", out / "chart.svg"));
   std::printf("written to %s: chart.png, chart.svg, chart.csv\n", out.c_str());
 }
 

@@ -1,6 +1,5 @@
 #include "tests/eval/chart_points.h"
 
-#include <array>
 #include <cstdio>
 
 #include "tests/eval/accuracy_run.h"
@@ -10,7 +9,6 @@
 namespace haptics::eval {
 namespace {
 
-constexpr std::array kTriangles{12, 192, 768, 3072, 12288, 12 * 74 * 74, 12 * 289 * 289, 12 * 913 * 913};
 constexpr double kDepth_m = 0.002;
 constexpr double kStep_m = 1e-4;  // 0.1 m/s at 1 kHz
 constexpr int kColdTicks = 12;    // on each shape: a sweep takes some 10 ms
@@ -75,7 +73,7 @@ void print(const ChartPoint& p) {
 
 std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest) {
   std::vector<ChartPoint> points;
-  for (const int triangles : kTriangles) {
+  for (const int triangles : kMeshTriangles) {
     if (triangles > finest) break;
     std::vector<Measured> all(methods().begin(), methods().end());
     for (const AnalyticShape& shape : analyticShapes()) {  // one at a time: 10 million triangles take a gigabyte

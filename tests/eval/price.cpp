@@ -29,6 +29,18 @@ class Strokes {
   bool forth_ = true;
 };
 
+/// Of a tick, over as many, or fewer where they are long: an instruction that is counted takes microseconds.
+double meanInstructions(Strokes& strokes, int mostTicks) {
+  constexpr double kEnough = 1e6;
+  double all = 0;
+  int ticks = 0;
+  while (ticks < mostTicks && all < kEnough) {
+    all += countInstructions([&] { strokes.tick(); });
+    ++ticks;
+  }
+  return ticks > 0 ? all / ticks : 0;
+}
+
 }  // namespace
 
 Price priceOf(Renderer& renderer, const std::shared_ptr<const Surface>& surface, std::span<const Vec3> way,
@@ -47,10 +59,7 @@ Price priceOf(Renderer& renderer, const std::shared_ptr<const Surface>& surface,
   for (int i = 0; i < kBatches; ++i) hot.time([&] { strokes.ticks(kBatch); });
   price.hot_ns = hot.durations_ns().quantile(0.5) / kBatch;
 
-  if (countedTicks > 0) {
-    price.instructions =
-        countInstructions([&] { strokes.ticks(static_cast<std::size_t>(countedTicks)); }) / countedTicks;
-  }
+  price.instructions = meanInstructions(strokes, countedTicks);
   Stopwatch cold;
   for (int i = 0; i < coldTicks; ++i) {
     strokes.ticks(stroke.size() / static_cast<std::size_t>(coldTicks));

@@ -16,7 +16,7 @@ struct Price {
 
 /// @param way  Places of the HIP (world, m): from outside of the surface down to where the stroke begins.
 /// @param stroke  In contact throughout.
-/// @param countedTicks  Whose instructions are counted; 0: none.
+/// @param countedTicks  At most so many have their instructions counted; 0: none.
 [[nodiscard]] Price priceOf(Renderer& renderer, const std::shared_ptr<const Surface>& surface,
                             std::span<const Vec3> way, std::span<const Vec3> stroke, int coldTicks, int countedTicks);
 

@@ -17,7 +17,7 @@ void makeFolder(const std::filesystem::path& directory);
 /// written.
 void writeRecords(const std::filesystem::path& directory, std::string_view verb, const std::vector<Record>& records);
 
-/// One line for the table on standard output: the keys from `first` on that are measures.
+/// One line for standard output: each key and its value.
 [[nodiscard]] std::string measuresText(const Record& measures);
 
 }  // namespace haptics::eval

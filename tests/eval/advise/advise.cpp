@@ -10,6 +10,7 @@
 #include "tests/eval/advise/advice.h"
 #include "tests/eval/figure/figure.h"
 #include "tests/eval/figure/virtual_display.h"
+#include "tests/eval/or_throw.h"
 
 namespace haptics::eval {
 namespace {
@@ -113,12 +114,6 @@ void writeCsv(const std::filesystem::path& path, const SceneAdvice& advice) {
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-template <class Value>
-Value orThrow(Result<Value> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
-
 }  // namespace
 
 void runAdvise(const AdviseOptions& options) {
@@ -130,9 +125,7 @@ void runAdvise(const AdviseOptions& options) {
   writeRecords(options.out, "advise", recordsOf(advice, device));
   writeCsv(options.out / "advise.csv", advice);
   const auto display = orThrow(VirtualDisplay::ensure());
-  const auto drawn =
-      drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg");
-  if (!drawn) throw std::runtime_error(drawn.error().text());
+  orThrow(drawFigure(figureOf(advice, options.scene), options.out / "advise.png", options.out / "advise.svg"));
   std::printf("written to %s: advise.json, advise.csv, advise.png, advise.svg\n", options.out.c_str());
 }
 

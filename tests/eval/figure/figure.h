@@ -70,7 +70,7 @@ struct Figure {
 /// Smallest decades that hold the values; at least one.
 [[nodiscard]] Decades decadesOf(const std::vector<double>& values);
 
-/// Draws with VTK into a PNG and an SVG of the same look. Needs an X display: ensureDisplay(). Refused: a file that cannot
+/// Draws with VTK into a PNG and an SVG of the same look. Needs an X display: VirtualDisplay::ensure(). Refused: a file that cannot
 /// be written.
 [[nodiscard]] Result<void> drawFigure(const Figure& figure, const std::filesystem::path& png,
                                       const std::filesystem::path& svg);

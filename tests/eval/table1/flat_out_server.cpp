@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "common/mesh/mesh_asset.h"
+#include "tests/eval/or_throw.h"
 
 namespace haptics::eval {
 namespace {
@@ -16,12 +17,6 @@ constexpr const char* kObject = "object";
 constexpr SessionId kSession = 1;
 constexpr double kStiffness_N_per_m = 1000;
 constexpr double kNominalRate_Hz = 1000;  // of the recording; the loop does not wait for it
-
-template <class Value>
-Value orThrow(Result<Value> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
 
 }  // namespace
 

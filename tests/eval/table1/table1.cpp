@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "tests/eval/figure/virtual_display.h"
+#include "tests/eval/or_throw.h"
 #include "tests/eval/table1/flat_out_server.h"
 #include "tests/eval/table1/interruption.h"
 #include "tests/eval/table1/rates.h"
@@ -167,8 +168,7 @@ class Table1 {
 }  // namespace
 
 bool runTable1(const Table1Options& options) {
-  const auto display = VirtualDisplay::ensure();
-  if (!display) throw std::runtime_error(display.error().text());
+  const auto display = orThrow(VirtualDisplay::ensure());
   Table1 table(options);
   table.measureComplete();
   table.measureBare();
