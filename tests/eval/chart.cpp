@@ -4,13 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <functional>
-#include <map>
 #include <sstream>
 #include <stdexcept>
 
-#include "tests/eval/chart_points.h"
+#include "tests/eval/chart_table.h"
 #include "tests/eval/figure/figure.h"
 #include "tests/eval/figure/virtual_display.h"
 #include "tests/eval/or_throw.h"
@@ -18,8 +16,6 @@
 
 namespace haptics::eval {
 namespace {
-
-using Outcomes = std::map<std::string_view, Outcome>;  // by method
 
 /// Okabe and Ito's colours, which colour-blind people tell apart. What is not named is in the table only: a variant that
 /// would be drawn over another.
@@ -91,7 +87,8 @@ Panel panelOf(const std::string& title, const Axis& x, const Axis& y, const std:
   return panel;
 }
 
-Figure figureOf(const std::vector<ChartPoint>& points, const Outcomes& outcomes) {
+Figure figureOf(const ChartData& data) {
+  const std::vector<ChartPoint>& points = data.points;
   Figure figure;
   figure.title = "Speed and accuracy of point-based haptic rendering";
   figure.caption = {
@@ -120,46 +117,35 @@ Figure figureOf(const std::vector<ChartPoint>& points, const Outcomes& outcomes)
   }
   figure.legendTitle = "Method";
   for (const Look& look : kLooks) {
-    const Outcome& outcome = outcomes.at(look.method);
+    const auto found = data.outcomes.find(look.method);
+    if (found == data.outcomes.end()) throw std::runtime_error("the table has no " + std::string(look.method));
+    const Outcome& outcome = found->second;
     figure.styles.push_back({look.name, outcomeText(outcome), look.colour,
                              outcome.failed.empty() ? Marker::kDisc : Marker::kCross, look.method == kOurs});
   }
   figure.legendNotes = {"Disc: passes every scripted failure scene.",
                         "Cross: fails some; the scenes are those of",
                         "haptic_eval failures.",
-                        "Dashed: what a hand with vision just notices,",
+                        "Dashed: what a hand with vision notices,",
                         "7 % of a force (Pang et al. 1991) or 0.05 N,",
                         "18.4 deg (Barbagli et al. 2006)."};
   return figure;
 }
 
-void writeCsv(const std::filesystem::path& path, const std::vector<ChartPoint>& points, const Outcomes& outcomes) {
-  std::ofstream file(path);
-  file << "method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
-          "force_above_100Hz_rms_N,failed_scenes\n";
-  for (const auto& [method, outcome] : outcomes) {
-    for (const ChartPoint& p : points) {
-      if (p.method != method) continue;
-      file << p.method << ',' << p.triangles << ',' << p.price.hot_ns << ',' << p.price.cold_ns << ','
-           << p.price.instructions << ',' << p.epsilon << ',' << p.above100Hz_rms_N << ',';
-      for (const std::string_view scene : outcome.failed) file << scene << ' ';
-      file << '\n';
-    }
-  }
-  file.close();
-  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
-}
-
 }  // namespace
 
-void runChart(std::uint64_t seed, int finest, const std::filesystem::path& out) {
-  const std::vector<ChartPoint> points = measureChartPoints(seed, finest);
-  Outcomes outcomes;
-  for (const Method& method : methods()) outcomes[method.name] = outcomeOf(method, seed);
-  writeCsv(out / "chart.csv", points, outcomes);
+void runChart(const ChartOptions& options) {
+  ChartData data;
+  if (options.from.empty()) {
+    data.points = measureChartPoints(options.seed, options.finest);
+    for (const Method& method : methods()) data.outcomes[method.name] = outcomeOf(method, options.seed);
+  } else {
+    data = readChartTable(options.from);
+  }
+  writeChartTable(options.out / "chart.csv", data);
   const auto display = orThrow(VirtualDisplay::ensure());
-  orThrow(drawFigure(figureOf(points, outcomes), out / "chart.png", out / "chart.svg"));
-  std::printf("written to %s: chart.png, chart.svg, chart.csv\n", out.c_str());
+  orThrow(drawFigure(figureOf(data), options.out / "chart.png", options.out / "chart.svg"));
+  std::printf("written to %s: chart.png, chart.svg, chart.csv\n", options.out.c_str());
 }
 
 }  // namespace haptics::eval

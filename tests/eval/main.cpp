@@ -25,7 +25,7 @@ struct Arguments {
   std::filesystem::path out = ".";
   FailuresOptions failures;
   AccuracyOptions accuracy;
-  int chartFinest = kChartFinestMesh;
+  ChartOptions chart;
   Table1Options table1;
   bool asInPaper = false;
   WalkOptions walk;
@@ -126,8 +126,16 @@ void addChart(CLI::App& app, Arguments& arguments) {
       {"chart", "Speed against accuracy of every method, as a picture and a table", "--finest 12288 --out results"},
       arguments);
   addSeed(verb, arguments);
-  addFinest(verb, arguments.chartFinest);
-  verb->callback([&arguments] { runChart(arguments.seed, arguments.chartFinest, arguments.out); });
+  ChartOptions& options = arguments.chart;
+  addFinest(verb, options.finest);
+  verb->add_option("--from", options.from, "Draw this chart.csv of an earlier run again, and measure nothing")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+  verb->callback([&arguments, &options] {
+    options.seed = arguments.seed;
+    options.out = arguments.out;
+    runChart(options);
+  });
 }
 
 void addTable1(CLI::App& app, Arguments& arguments) {

@@ -1,5 +1,7 @@
 #include "tests/eval/price.h"
 
+#include <algorithm>
+
 #include "tests/eval/instructions.h"
 #include "tests/eval/timing.h"
 
@@ -32,13 +34,9 @@ class Strokes {
 /// Of a tick, over as many, or fewer where they are long: an instruction that is counted takes microseconds.
 double meanInstructions(Strokes& strokes, int mostTicks) {
   constexpr double kEnough = 1e6;
-  double all = 0;
-  int ticks = 0;
-  while (ticks < mostTicks && all < kEnough) {
-    all += countInstructions([&] { strokes.tick(); });
-    ++ticks;
-  }
-  return ticks > 0 ? all / ticks : 0;
+  const double first = countInstructions([&] { strokes.tick(); });
+  const auto ticks = static_cast<std::size_t>(std::clamp(kEnough / first, 1.0, static_cast<double>(mostTicks)));
+  return countInstructions([&] { strokes.ticks(ticks); }) / static_cast<double>(ticks);
 }
 
 }  // namespace
@@ -59,7 +57,7 @@ Price priceOf(Renderer& renderer, const std::shared_ptr<const Surface>& surface,
   for (int i = 0; i < kBatches; ++i) hot.time([&] { strokes.ticks(kBatch); });
   price.hot_ns = hot.durations_ns().quantile(0.5) / kBatch;
 
-  price.instructions = meanInstructions(strokes, countedTicks);
+  if (countedTicks > 0) price.instructions = meanInstructions(strokes, countedTicks);
   Stopwatch cold;
   for (int i = 0; i < coldTicks; ++i) {
     strokes.ticks(stroke.size() / static_cast<std::size_t>(coldTicks));

@@ -100,6 +100,22 @@ class Chart(Verb):
         self.assertEqual(methods["ours"]["failed_scenes"], "")
         self.assertIn("S4", methods["god_object"]["failed_scenes"].split())
         self.check_pictures("chart")
+        measured = (self.out / "chart.csv").read_text()
+        (self.out / "kept.csv").write_text(measured)
+        self.run_well("chart", "--from", str(self.out / "kept.csv"))
+        self.assertEqual((self.out / "chart.csv").read_text(), measured)
+
+    def test_says_which_line_of_a_table_is_wrong(self):
+        self.out.mkdir()
+        head = ("method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
+                "force_above_100Hz_rms_N,failed_scenes\n")
+        for table, says in (("", "is not a chart.csv"), (head + "hearsay,12,1,1,1,1,1,\n", ":2: "),
+                            (head + "ours,12,1,1,x\n", ":2: "), (head + "ours,12,1,1,1,1,1,S99\n", "S99"),
+                            (head + "ours,12,1,1,1,1,1,\n", "the table has no")):
+            (self.out / "wrong.csv").write_text(table)
+            done = run("chart", "--from", str(self.out / "wrong.csv"), "--out", str(self.out))
+            self.assertEqual(done.returncode, 1, table)
+            self.assertIn(says, done.stderr, table)
 
 
 class Table1(Verb):

@@ -1,0 +1,82 @@
+#include "tests/eval/chart_table.h"
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "tests/eval/scenes/scenes.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr const char* kHead =
+    "method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
+    "force_above_100Hz_rms_N,failed_scenes";
+
+Outcome outcomeFrom(const Method& method, const std::string& failedScenes) {
+  std::istringstream words(failedScenes);
+  std::set<std::string> failed;
+  for (std::string word; words >> word;) failed.insert(word);
+  Outcome outcome;
+  for (const FailureScene& scene : kFailureScenes) {
+    if (scene.edited && !method.edited) continue;
+    (failed.erase(std::string(scene.name)) > 0 ? outcome.failed : outcome.passed).push_back(scene.name);
+  }
+  if (!failed.empty()) throw std::invalid_argument("there is no scene " + *failed.begin());
+  return outcome;
+}
+
+void readLine(const std::string& line, ChartData& data) {
+  std::istringstream fields(line);
+  std::string name;
+  std::getline(fields, name, ',');
+  const Method& method = findMethod(name, methods());
+  ChartPoint point{method.name, 0, 0, 0, {}};
+  char comma = 0;
+  fields >> point.triangles >> comma >> point.price.hot_ns >> comma >> point.price.cold_ns >> comma >>
+      point.price.instructions >> comma >> point.epsilon >> comma >> point.above100Hz_rms_N >> comma;
+  if (!fields) throw std::invalid_argument("is not what chart writes");
+  std::string failed;
+  std::getline(fields, failed);
+  data.points.push_back(point);
+  data.outcomes[method.name] = outcomeFrom(method, failed);
+}
+
+}  // namespace
+
+void writeChartTable(const std::filesystem::path& path, const ChartData& data) {
+  std::ofstream file(path);
+  file << kHead << '\n';
+  for (const auto& [method, outcome] : data.outcomes) {
+    for (const ChartPoint& p : data.points) {
+      if (p.method != method) continue;
+      file << p.method << ',' << p.triangles << ',' << p.price.hot_ns << ',' << p.price.cold_ns << ','
+           << p.price.instructions << ',' << p.epsilon << ',' << p.above100Hz_rms_N << ',';
+      for (const std::string_view scene : outcome.failed) file << scene << ' ';
+      file << '\n';
+    }
+  }
+  file.close();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+ChartData readChartTable(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  if (!std::getline(file, line) || line != kHead)
+    throw std::runtime_error(path.string() + ": is not a chart.csv that chart has written");
+  ChartData data;
+  for (int number = 2; std::getline(file, line); ++number) {
+    try {
+      readLine(line, data);
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error(path.string() + ':' + std::to_string(number) + ": " + error.what());
+    }
+  }
+  std::ranges::stable_sort(data.points, {}, &ChartPoint::triangles);
+  return data;
+}
+
+}  // namespace haptics::eval

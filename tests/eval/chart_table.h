@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+
+#include "tests/eval/chart_points.h"
+
+namespace haptics::eval {
+
+using Outcomes = std::map<std::string_view, Outcome>;  ///< By method.
+
+/// What the chart shows.
+struct ChartData {
+  std::vector<ChartPoint> points;
+  Outcomes outcomes;
+};
+
+/// CSV, a line for each point. Throws std::runtime_error naming the file when it cannot be written.
+void writeChartTable(const std::filesystem::path& file, const ChartData& data);
+
+/// What writeChartTable() wrote. Throws std::runtime_error naming file and line when it cannot be read.
+[[nodiscard]] ChartData readChartTable(const std::filesystem::path& file);
+
+}  // namespace haptics::eval
