@@ -106,9 +106,8 @@ struct Minimum {
 
 /// On the polygon, or with nothing else in reach from polygon to polygon as followOverPolygons() does: the common case
 /// of all. False when there is more to it.
-[[nodiscard, gnu::always_inline]] inline bool goOverPolygons(const Body& body, const Others& others,
-                                                             ContactState& state, const Vec3& hip,
-                                                             ContactResult& result) noexcept {
+[[nodiscard, gnu::always_inline]] inline bool goStraight(const Body& body, const Others& others, ContactState& state,
+                                                         const Vec3& hip, ContactResult& result) noexcept {
   const Surface& surface = *body.surface;
   const HoldingSurface holding = state.holding[0];
   const Vec3 h = body.frame.toLocal(hip);
@@ -118,15 +117,7 @@ struct Minimum {
   if (!over.holdsEnd()) {
     if (others.count > 0) return false;
     const FourVec3 from = all(body.frame.toLocal(state.hip));
-    double now = 0;
-    do {
-      OverPolygon::Hop hop;
-      if (!over.leave(surface, from, now, hop) || ++looked == kSearchBudget) return false;
-      const OverPolygon next(surface, surface.triangle(over.triangle()).neighbour(hop.edge), to);
-      if (!next.enter(from, holding.side, hop) || hop.enters >= 1) return false;
-      now = hop.enters;
-      over = next;
-    } while (!over.holdsEnd());
+    if (!goOverPolygons(surface, from, to, holding.side, over, looked)) return false;
   }
   if (over.endsOutside(holding.side)) return false;
   const Minimum minimum{over.triangle(), Feature::kPolygon, 0, over.endFoot(four(h)), over.unitNormal()};
@@ -189,7 +180,7 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Ve
     return false;
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
-  if (state.feature == Feature::kPolygon && goOverPolygons(body, others, state, hip, result)) return true;
+  if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) return true;
   return searchBeside(body, others, state, hip, result);
 }
 

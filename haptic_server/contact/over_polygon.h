@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/geometry/neighbours.h"
 
 namespace haptics {
@@ -80,5 +81,22 @@ class OverPolygon {
   Prism prism_;
   Prism::Place end_;
 };
+
+/// From the polygon, which does not hold the HIP at the end, to the one that does, by polygons only. False when there is
+/// more to it. `looked` counts polygons.
+[[nodiscard, gnu::always_inline]] inline bool goOverPolygons(const Surface& surface, const FourVec3& from,
+                                                             const FourVec3& to, int side, OverPolygon& over,
+                                                             int& looked) noexcept {
+  double now = 0;
+  do {
+    OverPolygon::Hop hop;
+    if (!over.leave(surface, from, now, hop) || ++looked == kSearchBudget) return false;
+    const OverPolygon next(surface, surface.triangle(over.triangle()).neighbour(hop.edge), to);
+    if (!next.enter(from, side, hop) || hop.enters >= 1) return false;
+    now = hop.enters;
+    over = next;
+  } while (!over.holdsEnd());
+  return true;
+}
 
 }  // namespace haptics

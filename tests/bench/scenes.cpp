@@ -95,4 +95,13 @@ Search::Search(Scene scene)
       hip_(replay_.state().hip),
       foot_(heldFoot(*replay_.scene().bodies.front().surface, replay_.state(), hip_)) {}
 
+void Search::searchFurther(const HipMotion& motion) noexcept {
+  int spent = 0;
+  for (double now = 0; now < 1;) {
+    const HipStep step = followHip(*replay_.scene().bodies.front().surface, motion, 1, foot_, now, nullptr, spent);
+    now = step.end;
+    foot_ = step.found.foot;
+  }
+}
+
 }  // namespace haptics::bench

@@ -7,6 +7,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/contact/contact.h"
 #include "haptic_server/contact/hip_following.h"
+#include "haptic_server/contact/over_polygon.h"
 
 /// Spheres of 50 mm radius and closed paths of the HIP at 0.1 m/s and 1 kHz, 2 mm deep.
 namespace haptics::bench {
@@ -88,11 +89,15 @@ class Search {
   double tick() noexcept {
     const Surface& surface = *replay_.scene().bodies.front().surface;
     const HipMotion motion{hip_, replay_.scene().path[next_]};
-    int spent = 0;
-    for (double now = 0; now < 1;) {
-      const HipStep step = followHip(surface, motion, 1, foot_, now, nullptr, spent);
-      now = step.end;
-      foot_ = step.found.foot;
+    const FourVec3 to = all(motion.to);
+    OverPolygon over(surface, foot_.triangle, to);
+    int looked = 1;
+    if (foot_.feature == Feature::kPolygon &&
+        (over.holdsEnd() || goOverPolygons(surface, all(motion.from), to, 1, over, looked))) {
+      foot_.triangle = over.triangle();
+      foot_.point = vec3(over.endFoot(four(motion.to)));
+    } else {
+      searchFurther(motion);
     }
     if (++next_ == replay_.scene().path.size()) next_ = 0;
     hip_ = motion.to;
@@ -100,6 +105,8 @@ class Search {
   }
 
  private:
+  void searchFurther(const HipMotion& motion) noexcept;
+
   Replay replay_;
   Vec3 hip_;
   Foot foot_;
