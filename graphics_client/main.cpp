@@ -40,7 +40,7 @@ struct Arguments {
   std::string connect = "127.0.0.1:7654";
   std::string size = "1280x1024";
   std::string credentials, screenshot, summary;
-  bool offscreen = false;
+  bool offscreen = false, udp = false;
   std::optional<double> seconds, frameLimit_Hz;
 };
 
@@ -106,7 +106,9 @@ int run(const Arguments& arguments) {
   const haptics::ServerLink link({.server = *server,
                                   .clientName = "graphics_client",
                                   .credentials = std::move(credentials),
-                                  .telemetryRate_Hz = kWindowFrames_Hz});
+                                  .telemetryRate_Hz = kWindowFrames_Hz,
+                                  .fetchMeshes = true,
+                                  .datagrams = arguments.udp});
   HeldScene held;
   const auto newest = [&] {
     auto view = link.latest();
@@ -136,6 +138,8 @@ int main(int argc, char** argv) {
   app.add_option("--credentials", arguments.credentials,
                  "Of a server that has some: its viewer.credentials or editor.credentials")
       ->type_name("FILE");
+  app.add_flag("--udp", arguments.udp,
+               "Telemetry by UDP where the server offers it (without TLS) and the network lets it through");
   app.add_flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)");
   app.add_option("--seconds", arguments.seconds, "End by itself after this long")
       ->type_name("S")

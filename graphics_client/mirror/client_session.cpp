@@ -60,6 +60,35 @@ void ClientSession::poll(std::uint64_t now_ns) {
   pumpUploads();
 }
 
+void ClientSession::datagramReceived(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns) {
+  const auto telemetry = datagrams_.take(bytes, from, now_ns);
+  followDatagramPath();
+  if (telemetry && mirror_.take(fromWire(*telemetry))) ++changes_;
+}
+
+std::optional<DatagramPath::Datagram> ClientSession::nextDatagram(std::uint64_t now_ns) {
+  auto datagram = datagrams_.poll(now_ns);
+  followDatagramPath();
+  return datagram;
+}
+
+/// Telemetry takes the path that is open. Before the first Subscribe there is nothing to say.
+void ClientSession::followDatagramPath() {
+  if (phase_ != Phase::kLive || datagrams_.open() == byDatagram_) return;
+  if (byDatagram_) ++datagramPathsLost_;
+  sendSubscribe();
+  linkText_ = liveText();
+  ++changes_;
+}
+
+std::string ClientSession::liveText() const {
+  const std::string text = "connected to " + transport_->peer();
+  if (!options_.datagrams || options_.telemetryRate_Hz <= 0) return text;
+  if (!datagrams_.offered()) return text + "; telemetry over TCP: the server offers no UDP";
+  if (byDatagram_) return text + "; telemetry over UDP";
+  return text + "; telemetry over TCP: no datagram has come " + (datagramPathsLost_ > 0 ? "for 1 s" : "yet");
+}
+
 void ClientSession::turnedAway(const std::string& why) {
   refused_ = true;
   linkText_ = why;
@@ -73,6 +102,8 @@ void ClientSession::connectionLost(const std::string& why) {
   edits_.connectionLost();
   assets_.connectionLost();
   uploads_.connectionLost();
+  datagrams_.connectionLost();
+  byDatagram_ = false;
   if (!refused_) linkText_ = why;
   ++changes_;
 }
@@ -121,6 +152,9 @@ MirrorView ClientSession::view(std::uint64_t now_ns) const {
   view.maxForce_N = welcome_.max_force_n();
   view.servoRate_Hz = welcome_.servo_rate_hz();
   view.mayEdit = welcome_.may_edit();
+  view.telemetryByDatagram = byDatagram_;
+  view.forgedDatagrams = datagrams_.forged();
+  view.datagramPathsLost = datagramPathsLost_;
   return view;
 }
 
@@ -168,7 +202,9 @@ void ClientSession::sendHello() {
 
 void ClientSession::sendSubscribe() {
   v1::Envelope envelope;
+  byDatagram_ = datagrams_.open();
   envelope.mutable_subscribe()->set_rate_hz(options_.telemetryRate_Hz);
+  envelope.mutable_subscribe()->set_datagrams(byDatagram_);
   send(envelope);
 }
 

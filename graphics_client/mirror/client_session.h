@@ -11,6 +11,7 @@
 #include "common/wire/framing.h"
 #include "common/wire/transport.h"
 #include "graphics_client/mirror/asset_fetcher.h"
+#include "graphics_client/mirror/datagram_path.h"
 #include "graphics_client/mirror/edit_outbox.h"
 #include "graphics_client/mirror/mesh_uploader.h"
 #include "graphics_client/mirror/mirror.h"
@@ -47,6 +48,7 @@ class ClientSession {
     std::string token;
     double telemetryRate_Hz = 60;  ///< 0: none.
     bool fetchMeshes = true;
+    bool datagrams = false;  ///< Telemetry by UDP where the server offers it and the network lets it through.
   };
 
   explicit ClientSession(Options options);
@@ -56,6 +58,10 @@ class ClientSession {
   void received(std::span<const char> bytes, std::uint64_t now_ns);
   void drained();
   void poll(std::uint64_t now_ns);
+  /// A datagram came in at this host.
+  void datagramReceived(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns);
+  /// What is to be sent now; ask with each poll().
+  [[nodiscard]] std::optional<DatagramPath::Datagram> nextDatagram(std::uint64_t now_ns);
   /// The session has no more use for the connection: drop it, then call connectionLost() with overReason().
   [[nodiscard]] bool connectionOver() const noexcept { return !over_.empty(); }
   [[nodiscard]] const std::string& overReason() const noexcept { return over_; }
@@ -93,6 +99,8 @@ class ClientSession {
   EditOutbox edits_;
   AssetFetcher assets_;
   MeshUploader uploads_;
+  DatagramPath datagrams_;
+  std::uint64_t datagramPathsLost_ = 0;
   std::vector<StatusCallback> statusWaiters_;
   std::uint64_t changes_ = 1;
   bool refused_ = false;        // until the next Welcome
@@ -113,6 +121,7 @@ class ClientSession {
   std::uint64_t probesAnswered_ = 0;
   std::optional<Snapshot> snapshot_;
   bool behindAtHeartbeat_ = false;
+  bool byDatagram_ = false;  // as last subscribed
 
   void handle(const v1::Envelope& envelope, std::uint64_t now_ns);
   void handleGreeting(const v1::Envelope& envelope, std::uint64_t now_ns);
@@ -129,6 +138,8 @@ class ClientSession {
 
   void sceneChanged();
   void becomeLive();
+  void followDatagramPath();
+  [[nodiscard]] std::string liveText() const;
   void requestAssets();
   void pumpEdits();
   void pumpUploads();

@@ -70,6 +70,10 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
   welcome_ = welcome;
   ++connections_;
   ++changes_;
+  if (options_.datagrams) {
+    const auto server = parseEndpoint(transport_->peer());
+    datagrams_.welcomed(welcome, server ? server->host : transport_->peer());
+  }
   linkText_ = "getting the scene from " + transport_->peer();
   nextHeartbeat_ns_ = nextProbe_ns_ = now_ns;
   mirror_.startTelemetry();
@@ -186,11 +190,11 @@ void ClientSession::sceneChanged() {
 
 void ClientSession::becomeLive() {
   phase_ = Phase::kLive;
-  linkText_ = "connected to " + transport_->peer();
   if (mirror_.scene().revision() == welcome_.revision() && mirror_.scene().root().asBytes() != welcome_.root()) {
     return resync({"welcome.root", "differs at revision " + std::to_string(welcome_.revision())});
   }
   if (options_.telemetryRate_Hz > 0) sendSubscribe();
+  linkText_ = liveText();
 }
 
 }  // namespace haptics

@@ -40,6 +40,9 @@ struct MirrorView {
   double maxForce_N = 0;
   double servoRate_Hz = 0;  ///< Nominal.
   bool mayEdit = false;
+  bool telemetryByDatagram = false;     ///< Else over the connection.
+  std::uint64_t forgedDatagrams = 0;    ///< Ignored: not this server's, or no datagram of this connection.
+  std::uint64_t datagramPathsLost = 0;  ///< Times that no datagram came for a second, and telemetry took TCP.
 
   /// Age of `sample` at a later moment of this host's monotonic clock (monotonicNow_ns()).
   [[nodiscard]] double telemetryAgeAt_s(std::uint64_t now_ns) const noexcept {

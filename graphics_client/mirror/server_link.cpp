@@ -11,6 +11,7 @@
 #include "common/wire/event_loop.h"
 #include "common/wire/tcp.h"
 #include "common/wire/tls.h"
+#include "common/wire/udp.h"
 #include "graphics_client/mirror/client_session.h"
 
 namespace haptics {
@@ -31,7 +32,7 @@ struct ServerLink::Worker {
       : server(options.server),
         session({randomSession(), std::move(options.clientName),
                  options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
-                 options.fetchMeshes}) {
+                 options.fetchMeshes, options.datagrams}) {
     if (options.credentials) tls = TlsContext::client(options.credentials->serverCertificatePem).value();
     MirrorView first;
     first.linkText = "connecting to " + server.text();
@@ -51,6 +52,7 @@ struct ServerLink::Worker {
     pollTimer = {};
     retryTimer = {};
     connector.reset();
+    datagrams.reset();
     transport.reset();
   }
 
@@ -72,8 +74,23 @@ struct ServerLink::Worker {
   }
 
   void poll() {
-    session.poll(monotonicNow_ns());
+    const std::uint64_t now_ns = monotonicNow_ns();
+    session.poll(now_ns);
+    if (const auto datagram = session.nextDatagram(now_ns)) send(*datagram);
     settle();
+  }
+
+  void send(const DatagramPath::Datagram& datagram) {
+    if (!datagrams) {
+      auto socket =
+          DatagramSocket::towards(loop, datagram.to, [this](std::span<const char> bytes, const Endpoint& from) {
+            session.datagramReceived(bytes, from, monotonicNow_ns());
+            publish();
+          });
+      if (!socket) return;
+      datagrams = *std::move(socket);
+    }
+    datagrams->send(datagram.bytes, datagram.to);
   }
 
   /// After every event: leaves a connection that the session has done with, and shows what is new.
@@ -85,6 +102,7 @@ struct ServerLink::Worker {
   void lost(const std::string& why) {
     if (leaving) return loop.stop();
     transport.reset();
+    datagrams.reset();
     if (why.starts_with(kTlsFailure)) session.turnedAway(why);
     session.connectionLost(why);
     publish();
@@ -113,6 +131,7 @@ struct ServerLink::Worker {
   ClientSession session;
   std::unique_ptr<TcpConnector> connector;
   std::unique_ptr<Transport> transport;
+  std::unique_ptr<DatagramSocket> datagrams;
   Timer pollTimer, retryTimer;
   bool leaving = false;
   std::uint64_t published = 0;  // session.changes() of `newest`

@@ -25,6 +25,7 @@ class ServerLink {
     std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
     double telemetryRate_Hz = 60;                    ///< 0: none.
     bool fetchMeshes = true;                         ///< false: records only; hashesEqual then stays false.
+    bool datagrams = false;  ///< Telemetry by UDP where the server offers it and the network lets it through.
   };
 
   explicit ServerLink(Options options);

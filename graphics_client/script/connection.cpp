@@ -13,7 +13,8 @@ int fail(ExitCode code, const Error& error) {
 
 Connection::Connection(const CommonOptions& options, Needs needs)
     : options_(options),
-      link_({options.server, "hapticctl", options.credentials, needs.telemetryRate_Hz, needs.meshes}) {}
+      link_({options.server, "hapticctl", options.credentials, needs.telemetryRate_Hz, needs.meshes, needs.datagrams}) {
+}
 
 Result<std::shared_ptr<const MirrorView>> Connection::open() {
   auto view = link_.waitUntil(

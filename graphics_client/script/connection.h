@@ -32,6 +32,7 @@ class Connection {
   struct Needs {
     double telemetryRate_Hz = 0;
     bool meshes = false;
+    bool datagrams = false;
   };
 
   Connection(const CommonOptions& options, Needs needs);

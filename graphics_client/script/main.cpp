@@ -82,6 +82,8 @@ CLI::App* addWatch(CLI::App& app, WatchOptions& options) {
   verb->add_option("--seconds", options.duration_s, "Stop after this time (default: at Ctrl-C)")
       ->type_name("SECONDS")
       ->check(CLI::Range(0.0, kMaxTimeout_s));
+  verb->add_flag("--udp", options.datagrams,
+                 "By UDP where the server offers it (without TLS) and the network lets it through");
   verb->footer("Examples:\n  hapticctl watch\n  hapticctl --json watch --rate 100 --seconds 5 > forces.jsonl");
   return verb;
 }

@@ -37,8 +37,8 @@ void printForPeople(const v1::Status& status) {
   std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));
   std::printf("kept       %s\n", status.durable() ? "on the server's disk" : "until the server ends");
   std::printf("root       %s\n", ContentHash::fromBytes(status.root()).value_or(ContentHash{}).hex().c_str());
-  std::printf("dropped    %llu samples, %llu connections refused\n", count(status.dropped_samples()),
-              count(status.refused_connections()));
+  std::printf("dropped    %llu samples, %llu connections refused, %llu forged datagrams\n",
+              count(status.dropped_samples()), count(status.refused_connections()), count(status.forged_datagrams()));
 }
 
 }  // namespace

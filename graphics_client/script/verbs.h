@@ -19,6 +19,7 @@ struct ApplyOptions {
 struct WatchOptions {
   double rate_Hz = 10;
   std::optional<double> duration_s;  ///< Without end.
+  bool datagrams = false;            ///< By UDP where that goes.
 };
 
 /// Applies a transaction and waits until it is felt.

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cstdio>
 #include <iostream>
+#include <string>
 
 #include "common/wire/convert.h"
 #include "graphics_client/script/message_json.h"
@@ -51,7 +52,7 @@ void printForScripts(const TelemetrySample& sample) {
 
 int watch(const CommonOptions& common, const WatchOptions& options) {
   using Clock = std::chrono::steady_clock;
-  Connection connection(common, {.telemetryRate_Hz = options.rate_Hz, .meshes = false});
+  Connection connection(common, {.telemetryRate_Hz = options.rate_Hz, .meshes = false, .datagrams = options.datagrams});
   auto view = connection.open();
   if (!view) return fail(kNoConnection, view.error());
 
@@ -59,6 +60,7 @@ int watch(const CommonOptions& common, const WatchOptions& options) {
                                                            std::chrono::duration<double>(*options.duration_s))
                                       : Clock::time_point::max();
   std::uint64_t seen = 0;
+  std::string said;
   while (Clock::now() < end) {
     const auto next = connection.link().waitUntil([seen](const MirrorView& v) { return v.samplesReceived > seen; },
                                                   std::min<Clock::duration>(end - Clock::now(), connection.timeout()));
@@ -67,6 +69,8 @@ int watch(const CommonOptions& common, const WatchOptions& options) {
       return fail(kNoConnection, connection.noConnection(*connection.link().latest()).value());
     }
     seen = next->samplesReceived;
+    if (options.datagrams && next->linkText != said) std::fprintf(stderr, "hapticctl: %s\n", next->linkText.c_str());
+    said = next->linkText;
     common.json ? printForScripts(*next->sample) : printForPeople(*next, *next->sample);
   }
   return kDone;

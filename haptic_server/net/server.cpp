@@ -13,6 +13,8 @@
 #include "common/wire/event_loop.h"
 #include "common/wire/tcp.h"
 #include "common/wire/tls.h"
+#include "common/wire/udp.h"
+#include "haptic_server/net/datagram_paths.h"
 
 namespace haptics {
 namespace {
@@ -62,6 +64,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     if (!listener) return tl::unexpected(std::move(listener.error()).within("--listen "));
     listener_ = *std::move(listener);
     port_ = listener_->local().port;
+    if (!tls_) openDatagrams(endpoint->host);
     return {};
   }
 
@@ -81,6 +84,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     drainTelemetry();
     timer_ = {};
     connections_.clear();
+    datagrams_.reset();
     listener_.reset();
   }
 
@@ -131,6 +135,14 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) const override {
       return server.admit(id, token);
     }
+    [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override {
+      const auto from = parseEndpoint(transport->peer());
+      if (!server.datagrams_ || !from) return std::nullopt;
+      return DatagramOffer{server.datagrams_->local().port, server.paths_.add(number, from->host)};
+    }
+    [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override {
+      return server.paths_.send(number, telemetry, now_ns());
+    }
     void sessionClaimed(SessionId id) override { server.claimed(*this, id); }
     void fillStatus(v1::Status& status) override { server.fillStatus(status); }
     void refused(const std::string& why) override {
@@ -172,6 +184,16 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     if (lastSample_) connection.session.adopted(lastSample_->sceneRevision, lastSample_->adoptionTick);
   }
 
+  /// At the port of the same number where it is free. A server that gets no socket offers no datagrams.
+  void openDatagrams(const std::string& host) {
+    const auto received = [this](std::span<const char> bytes, const Endpoint& from) {
+      paths_.received(bytes, from, monotonicNow_ns());
+    };
+    auto socket = DatagramSocket::open(loop_, {host, port_}, received);
+    if (!socket) socket = DatagramSocket::open(loop_, {host, 0}, received);
+    if (socket) datagrams_ = *std::move(socket);
+  }
+
   /// Drops the oldest connection that has not been welcomed where there are too many of them.
   void makeRoom() {
     if (connections_.size() - clients_ < kMaxHalfOpen) return;
@@ -209,6 +231,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
 
   void remove(std::uint64_t number) {
     connections_.erase(number);
+    paths_.remove(number);
     countClients();
     if (stopTimer_ && connections_.empty()) loop_.stop();
   }
@@ -253,6 +276,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     if (options_.fillStatus) options_.fillStatus(status);
     status.set_clients(clients_);
     status.set_refused_connections(refusedConnections_);
+    status.set_forged_datagrams(paths_.forged());
   }
 
   void log(const std::string& line) {
@@ -284,6 +308,10 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   std::thread thread_;
 
   // The network thread's.
+  std::unique_ptr<DatagramSocket> datagrams_;
+  DatagramPaths paths_{[this](std::span<const char> bytes, const Endpoint& to) {
+    if (datagrams_) datagrams_->send(bytes, to);
+  }};
   std::shared_ptr<const SceneHistory> history_;
   std::map<std::uint64_t, std::unique_ptr<Connection>> connections_;
   std::uint64_t nextNumber_ = 1;

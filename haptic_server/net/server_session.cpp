@@ -185,6 +185,10 @@ void ServerSession::handle(const v1::Hello& hello) {
   welcome.set_device(identity_.device);
   welcome.set_max_force_n(identity_.maxForce_N);
   welcome.set_may_edit(role_ == Role::kEdit);
+  if (auto offer = host_.offerDatagrams()) {
+    welcome.set_datagram_port(offer->port);
+    welcome.set_datagram_cookie(std::move(offer->cookie));
+  }
   send(envelope);
   host_.sessionClaimed(id_);
   if (!resumed) sendSnapshot(history->version);
@@ -195,6 +199,7 @@ void ServerSession::handle(const v1::Subscribe& subscribe) {
   const double rate_Hz = subscribe.rate_hz();
   if (!std::isfinite(rate_Hz) || rate_Hz < 0) return refuse("subscribe.rate_hz", "must be finite and >= 0");
   telemetry_.setRate(std::min(rate_Hz, kMaxTelemetryRate_Hz));
+  byDatagram_ = subscribe.datagrams();
 }
 
 void ServerSession::handle(const v1::AssetRequest& request) {
@@ -251,17 +256,25 @@ void ServerSession::reportStatus() {
 void ServerSession::pump() {
   if (phase_ != Phase::kLive) return;
   sendCommits();
-  if (phase_ != Phase::kLive || transport_.backlog() != 0) return;
-  // The line is free: the newest sample, and behind it one chunk, so that neither starves the other.
-  if (const std::uint64_t now_ns = host_.now_ns(); telemetry_.due(now_ns)) {
-    toWire(telemetry_.take(now_ns), *telemetryEnvelope_.mutable_telemetry());
-    send(telemetryEnvelope_);
-  }
+  if (phase_ != Phase::kLive) return;
+  const bool lineIsFree = transport_.backlog() == 0;
+  if (lineIsFree || byDatagram_) sendTelemetry(lineIsFree);
+  if (phase_ != Phase::kLive || !lineIsFree) return;
+  // Behind the newest sample one chunk, so that neither starves the other.
   if (!assets_.empty()) {
     v1::Envelope envelope;
     assets_.next(*envelope.mutable_asset_chunk());
     send(envelope);
   }
+}
+
+void ServerSession::sendTelemetry(bool lineIsFree) {
+  const std::uint64_t now_ns = host_.now_ns();
+  if (!telemetry_.due(now_ns)) return;
+  v1::Telemetry& message = *telemetryEnvelope_.mutable_telemetry();
+  toWire(telemetry_.take(now_ns), message);
+  if (byDatagram_ && host_.sendDatagram(message)) return;
+  if (lineIsFree) send(telemetryEnvelope_);
 }
 
 /// All of it at once: a scene has at most kMaxServoObjects objects, some 50 KiB. In messages as small as any bulk data.

@@ -91,6 +91,7 @@ class ServerSession {
 
   v1::Envelope telemetryEnvelope_;  // reused: encoding a sample allocates only its frame
   TelemetrySlot telemetry_;
+  bool byDatagram_ = false;
 
   RateLimit editRate_{kEditRate_Hz, kEditBurst};
   AdoptionWatch adoptions_;
@@ -109,6 +110,7 @@ class ServerSession {
   void reportStatus();
 
   void pump();
+  void sendTelemetry(bool lineIsFree);
   void sendSnapshot(const SceneVersion& version);
   void sendCommits();
   void sendLive();

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/credentials/credentials.h"
@@ -36,6 +37,15 @@ class SessionHost {
                                            [[maybe_unused]] const std::string& token) const {
     return Role::kEdit;
   }
+  struct DatagramOffer {
+    std::uint16_t port;
+    std::string cookie;
+  };
+  /// Telemetry by datagram, for Welcome; nothing where there is none.
+  [[nodiscard]] virtual std::optional<DatagramOffer> offerDatagrams() { return std::nullopt; }
+  /// False: there is no open path for datagrams now.
+  [[nodiscard]] virtual bool sendDatagram([[maybe_unused]] const v1::Telemetry& telemetry) { return false; }
+
   /// The client said who it is: an older connection of the same session is to be closed.
   virtual void sessionClaimed(SessionId session) = 0;
   /// All but what the session knows itself: epoch, revision and root.

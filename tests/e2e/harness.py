@@ -9,6 +9,7 @@ import re
 import shutil
 import signal
 import socket
+import ssl
 import struct
 import subprocess
 import tempfile
@@ -59,11 +60,11 @@ def wait_until(condition, timeout_s, what, pause_s=0.05):
 class Process:
     """A child whose output is collected line by line, standard error apart."""
 
-    def __init__(self, command, env=None, prefix=()):
+    def __init__(self, command, env=None, prefix=(), cwd=None):
         self.lines, self.errors = [], []
         self.process = subprocess.Popen([*map(str, prefix), *map(str, command)], stdin=subprocess.DEVNULL,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                        env={**os.environ, **(env or {})})
+                                        env={**os.environ, **(env or {})}, cwd=cwd)
         self.readers = [threading.Thread(target=self.collect, args=pair, daemon=True)
                         for pair in ((self.process.stdout, self.lines), (self.process.stderr, self.errors))]
         for reader in self.readers:
@@ -125,8 +126,12 @@ class NotStarted(AssertionError):
 class Server(Process):
     """haptic_server with the simulated device; ready when constructed."""
 
-    def __init__(self, folder, scene=SCENE, listen="127.0.0.1:0", options=(), prefix=()):
+    def __init__(self, folder, scene=SCENE, listen="127.0.0.1:0", options=(), prefix=(), credentials=None):
+        """`credentials`: a folder of make_credentials()."""
         self.folder = Path(folder)
+        self.credentials = credentials
+        if credentials:
+            options = [*options, "--credentials", credentials]
         self.summary_file = self.folder / "server.json"
         scene_file = self.folder / "test.scene"
         scene_file.write_text(scene)
@@ -146,6 +151,8 @@ class Server(Process):
         return host.strip("[]"), int(port)
 
     def ctl(self, *arguments, **options):
+        if self.credentials:
+            options.setdefault("credentials", self.credentials / "editor.credentials")
         return ctl(self.address, *arguments, **options)
 
     def status(self):
@@ -167,11 +174,23 @@ class Answer:
         return json.loads(self.output)
 
 
-def ctl(address, *arguments, text=None, timeout_s=60, prefix=()):
-    """hapticctl --json; `text` is its standard input."""
-    done = subprocess.run([*map(str, prefix), str(BIN / "hapticctl"), "--connect", address, "--json",
+def ctl(address, *arguments, text=None, timeout_s=60, prefix=(), credentials=None):
+    """hapticctl --json; `text` is its standard input, `credentials` a client's file."""
+    secured = ["--credentials", str(credentials)] if credentials else []
+    done = subprocess.run([*map(str, prefix), str(BIN / "hapticctl"), "--connect", address, "--json", *secured,
                            *map(str, arguments)], input=text or "", capture_output=True, text=True, timeout=timeout_s)
     return Answer(done.returncode, done.stdout, done.stderr)
+
+
+def make_credentials(folder):
+    """The folder, with what hapticctl credentials makes in it."""
+    subprocess.run([BIN / "hapticctl", "credentials", folder], check=True, stdout=subprocess.DEVNULL)
+    return Path(folder)
+
+
+def token_of(file):
+    """The token in a client's credentials."""
+    return bytes.fromhex(re.search(r"^token: ([0-9a-f]{64})$", Path(file).read_text(), re.MULTILINE)[1])
 
 
 class Display:
@@ -223,8 +242,11 @@ class Viewer(Process):
 class WireClient:
     """A connection on which a test says what it likes."""
 
-    def __init__(self, server):
+    def __init__(self, server, tls=None):
+        """`tls`: an ssl.SSLContext."""
         self.socket = socket.create_connection(server.host_and_port(), timeout=START_TIMEOUT_S)
+        if tls:
+            self.socket = tls.wrap_socket(self.socket, server_hostname="haptic_server")
 
     def send(self, data):
         self.socket.sendall(data)
@@ -265,11 +287,17 @@ class WireClient:
         self.socket.close()
 
 
-def hello_envelope(name, version=1):
+def tls_context(credentials_file):
+    """Python's own verification, host name and all, with the certificate in a client's credentials."""
+    return ssl.create_default_context(cafile=str(credentials_file))
+
+
+def hello_envelope(name, version=1, token=b""):
     from haptics.v1 import envelope_pb2
     envelope = envelope_pb2.Envelope(protocol_version=version, message_id=1)
     envelope.hello.session = int.from_bytes(os.urandom(8), "little")
     envelope.hello.client_name = name
+    envelope.hello.token = token
     return envelope
 
 

@@ -45,6 +45,8 @@ void FakeServer::welcome(bool resumed) {
   welcome.set_servo_rate_hz(1000);
   welcome.set_max_force_n(5);
   welcome.set_may_edit(true);
+  welcome.set_datagram_port(datagramPort);
+  welcome.set_datagram_cookie(datagramCookie);
   send(envelope);
 }
 

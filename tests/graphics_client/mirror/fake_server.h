@@ -51,6 +51,8 @@ class FakeServer {
   [[nodiscard]] bool connected() const noexcept { return transport_ != nullptr; }
 
   std::uint64_t epoch = 1'001;
+  std::uint16_t datagramPort = 0;
+  std::string datagramCookie;
   SceneVersion scene;
   std::map<ContentHash, std::string> assets;
 

@@ -51,6 +51,32 @@ TEST_F(SessionLive, SendsOnlyTheNewestSampleToALineThatWasBusy) {
   EXPECT_THAT(ticks(), ElementsAre(1, 100));
 }
 
+TEST_F(SessionLive, SendsDatagramsWhereThatPathIsOpenHoweverBusyTheLine) {
+  client.subscribe(1000, true);
+  link.settle();
+  offer(1);
+  link.settle();
+  EXPECT_THAT(ticks(), ElementsAre(1)) << "no path yet";
+  datagramPathOpen = true;
+  serverEnd->send(std::string(4, '\0'));  // waits: nothing is pumped from here on
+  for (std::uint64_t tick = 2; tick <= 4; ++tick) {
+    time_ns += kMillisecond_ns;
+    offer(tick);
+  }
+  ASSERT_EQ(datagrams.size(), 3U);
+  EXPECT_EQ(datagrams.back().tick(), 4U);
+}
+
+TEST_F(SessionLive, SendsNoDatagramsUnasked) {
+  datagramPathOpen = true;
+  client.subscribe(1000);
+  link.settle();
+  offer(1);
+  link.settle();
+  EXPECT_TRUE(datagrams.empty());
+  EXPECT_THAT(ticks(), ElementsAre(1));
+}
+
 TEST_F(SessionLive, KeepsToTheSubscribedRate) {
   for (const double rate_Hz : {60.0, 250.0, 5000.0}) {
     client.subscribe(rate_Hz);

@@ -48,8 +48,9 @@ class RawClient {
     envelope.mutable_hello()->set_root(root.asBytes());
     send(envelope);
   }
-  void subscribe(double rate_Hz) {
+  void subscribe(double rate_Hz, bool datagrams = false) {
     v1::Envelope envelope;
+    envelope.mutable_subscribe()->set_datagrams(datagrams);
     envelope.mutable_subscribe()->set_rate_hz(rate_Hz);
     send(envelope);
   }
@@ -149,6 +150,11 @@ class SessionWorld : public SessionHost {
     tokens.push_back(token);
     return role;
   }
+  [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override { return DatagramOffer{7654, "cookie"}; }
+  [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override {
+    if (datagramPathOpen) datagrams.push_back(telemetry);
+    return datagramPathOpen;
+  }
 
   /// The server's own edit.
   Accepted edit(const Transaction& transaction) {
@@ -185,7 +191,9 @@ class SessionWorld : public SessionHost {
   std::size_t uploadBudget = 64U << 20;
   std::size_t reserved = 0;
   std::optional<SessionId> claimed;
-  Result<Role> role = Role::kEdit;          ///< What the next Hello gets.
+  Result<Role> role = Role::kEdit;  ///< What the next Hello gets.
+  bool datagramPathOpen = false;
+  std::vector<v1::Telemetry> datagrams;     ///< That were sent.
   mutable std::vector<std::string> tokens;  ///< That came with a Hello.
   std::vector<std::string> refusals;
   bool over = false;

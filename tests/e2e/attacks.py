@@ -1,0 +1,388 @@
+"""Each attack is refused with a reason, and the server is unharmed: it ticks, its scene stands, others go on editing."""
+import math
+import os
+import resource
+import socket
+import ssl
+import struct
+import time
+import unittest
+from pathlib import Path
+
+import harness
+
+HALF_OPEN = 10_000
+FLOOD = 3000
+FORGED = 2000
+
+
+class Client(harness.WireClient):
+    """Welcomed, with answers found by their kind."""
+
+    def __init__(self, server, tls=None, token=b""):
+        super().__init__(server, tls)
+        self.send_envelope(harness.hello_envelope("attacker", token=token))
+        self.welcome = self.answer("welcome").welcome
+
+    def say(self, fill):
+        from haptics.v1 import envelope_pb2
+        envelope = envelope_pb2.Envelope(protocol_version=1)
+        fill(envelope)
+        self.send_envelope(envelope)
+
+    def edit(self, fill, seq=1):
+        """The reply to a transaction of one operation that `fill` fills in."""
+        def request(envelope):
+            envelope.edit_request.client_seq = seq
+            fill(envelope.edit_request.transaction.operations.add())
+        self.say(request)
+        return self.answer("edit_reply").edit_reply
+
+    def upload(self, data, digest, kind=1):
+        def request(envelope):
+            chunk = envelope.asset_upload.chunk
+            chunk.hash, chunk.kind, chunk.total_size, chunk.data = digest, kind, len(data), data
+        self.say(request)
+        return self.answer("asset_upload_reply").asset_upload_reply
+
+    def answer(self, kind):
+        while True:
+            envelope = self.receive_envelope()
+            if envelope is None:
+                raise AssertionError(f"closed before a {kind} came")
+            if envelope.WhichOneof("body") == kind:
+                return envelope
+
+
+def move(name="box", x=0.0):
+    def fill(operation):
+        operation.set_pose.object.name = name
+        operation.set_pose.pose.position.x = x
+    return fill
+
+
+class Attacks(harness.EndToEnd):
+    secured = False
+
+    def setUp(self):
+        super().setUp()
+        self.credentials = harness.make_credentials(self.folder / "credentials") if self.secured else None
+        self.server = self.start_server(credentials=self.credentials)
+        self.before = self.server.status()
+        self.edits = 0
+
+    def tearDown(self):
+        """Unharmed: nothing that was not allowed has changed, the servo ticks, another client's edit is felt."""
+        after = self.server.status()
+        if self.edits == 0:
+            self.assertEqual((after["revision"], after["root"]), (self.before["revision"], self.before["root"]))
+        self.assertEqual(after["allocations_in_servo"], 0)
+        harness.wait_until(lambda: self.server.status()["ticks"] > after["ticks"], 10, "the servo ticks on")
+        reply = self.server.ctl("apply", "-", text='operations { remove { object { name: "box" } } }').json()
+        self.assertGreater(reply["live_since_tick"], 0)
+        self.stop_and_check(self.server)
+        super().tearDown()
+
+    def connect(self, **options):
+        client = Client(self.server, **options)
+        self.addCleanup(client.close)
+        return client
+
+    def raw(self, tls=None):
+        client = harness.WireClient(self.server, tls)
+        self.addCleanup(client.close)
+        return client
+
+    def refusal(self, client):
+        refusals = [said.refusal for said in client.until_closed() if said.WhichOneof("body") == "refusal"]
+        self.assertEqual(len(refusals), 1)
+        return refusals[0]
+
+    def memory_kB(self):
+        status = Path(f"/proc/{self.server.process.pid}/status").read_text()
+        return int(next(line.split()[1] for line in status.splitlines() if line.startswith("VmRSS:")))
+
+    def descriptors(self):
+        return len(os.listdir(f"/proc/{self.server.process.pid}/fd"))
+
+
+class OnASecuredServer(Attacks):
+    secured = True
+
+    def tls(self, credentials=None):
+        return harness.tls_context((credentials or self.credentials) / "viewer.credentials")
+
+    def token(self, role):
+        return harness.token_of(self.credentials / f"{role}.credentials")
+
+    def test_no_token(self):
+        client = self.raw(self.tls())
+        client.send_envelope(harness.hello_envelope("nobody"))
+        refusal = self.refusal(client)
+        self.assertEqual(refusal.field, "hello.token")
+        self.assertIn("is missing", refusal.reason)
+
+    def test_a_wrong_token(self):
+        for token in (os.urandom(32), b"x", self.token("editor")[:-1], self.token("editor") + b"\0", b"y" * 100_000):
+            client = self.raw(self.tls())
+            client.send_envelope(harness.hello_envelope("somebody", token=token))
+            refusal = self.refusal(client)
+            self.assertEqual(refusal.field, "hello.token")
+            self.assertIn("is not one that this server knows", refusal.reason)
+
+    def test_another_servers_credentials(self):
+        other = harness.make_credentials(self.folder / "other")
+        with self.assertRaises(ssl.SSLCertVerificationError):
+            self.raw(self.tls(other))
+        answer = self.server.ctl("status", credentials=other / "editor.credentials")
+        self.assertEqual(answer.code, 3)
+        self.assertIn("not the one that the credentials are of", answer.errors)
+
+    def test_a_viewer_that_edits_is_answered_and_stays_connected(self):
+        viewer = self.connect(tls=self.tls(), token=self.token("viewer"))
+        self.assertFalse(viewer.welcome.may_edit)
+        for _ in range(3):
+            self.assertEqual(viewer.edit(move()).rejected.field, "role")
+        self.assertEqual(viewer.upload(b"x" * 100, bytes(32)).field, "role")
+        viewer.say(lambda envelope: envelope.status_request.SetInParent())
+        self.assertGreater(viewer.answer("status").status.ticks, 0)
+        answer = self.server.ctl("apply", "-", text='operations { remove { object { name: "box" } } }',
+                                 credentials=self.credentials / "viewer.credentials")
+        self.assertEqual(answer.code, 1)
+        self.assertIn("role", answer.errors)
+
+    def test_a_downgrade_to_an_older_tls(self):
+        old = self.tls()
+        old.maximum_version = ssl.TLSVersion.TLSv1_2
+        with self.assertRaises(ssl.SSLError) as refused:
+            self.raw(old)
+        self.assertIn("PROTOCOL_VERSION", str(refused.exception))
+
+    def test_a_downgrade_to_no_tls(self):
+        client = self.raw()
+        client.send_envelope(harness.hello_envelope("plain", token=self.token("editor")))
+        self.assertIn("TLS only", self.refusal(client).reason)
+        self.assertIn("TLS only", harness.ctl(self.server.address, "status").errors)
+
+    def test_garbage_in_place_of_tls_and_within_it(self):
+        for first in (b"\x16\x03\x01\xff\xff" + os.urandom(2000), os.urandom(500), b"\x16\x03\x01\x00\x00" * 100):
+            client = self.raw()
+            client.send(first)
+            client.close()
+        client = self.raw(self.tls())
+        client.send(os.urandom(5000))
+        client.until_closed()
+
+    def test_udp_is_not_offered_where_there_is_tls(self):
+        viewer = self.connect(tls=self.tls(), token=self.token("viewer"))
+        self.assertEqual(viewer.welcome.datagram_port, 0)
+
+    def test_10000_half_open_connections(self):
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, HALF_OPEN + 2000), hard))
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        other = self.connect(tls=self.tls(), token=self.token("editor"))  # before, and meanwhile
+        memory_kB, descriptors, most = self.memory_kB(), self.descriptors(), 0
+        opened = []
+        try:
+            for number in range(HALF_OPEN):
+                attack = socket.create_connection(self.server.host_and_port(), timeout=harness.START_TIMEOUT_S)
+                opened.append(attack)
+                if number % 3 == 1:
+                    attack.setblocking(False)
+                    attack.send(b"\x16\x03\x01\x02\x00\x01")  # the beginning of a handshake
+                if number % 500 == 0:
+                    most = max(most, self.descriptors())
+                    self.assertTrue(other.edit(move(x=number * 1e-6), seq=number + 1).HasField("accepted"))
+                    self.edits += 1
+            self.assertGreater(self.server.status()["ticks"], 0)  # a newcomer gets in while they stay open
+            print(f"{len(opened)} half-open connections: at most {most - descriptors} more descriptors, "
+                  f"{self.memory_kB() - memory_kB} kB more")
+            self.assertLess(most - descriptors, 300)
+            self.assertLess(self.memory_kB() - memory_kB, 32 << 10)
+        finally:
+            for attack in opened:
+                attack.close()
+        harness.wait_until(lambda: self.descriptors() <= descriptors + 1, 20, "the descriptors are free again")
+        self.assertGreater(self.server.status()["refused_connections"], HALF_OPEN - 1000)
+
+
+class OnAnOpenServer(Attacks):
+    def test_a_path_out_of_the_asset_folder(self):
+        outside = self.folder.parent / f"{self.folder.name}.off"
+        outside.write_text(harness.TETRAHEDRON_OFF)
+        self.addCleanup(outside.unlink)
+        (self.folder / "link.off").symlink_to(outside)
+        (self.folder / "folder").symlink_to(self.folder.parent)
+        client = self.connect()
+        for path in (f"../{outside.name}", str(outside), "/etc/passwd", f"./x/../../{outside.name}", "link.off",
+                     f"folder/{outside.name}", "a.off\0.png", "..", ""):
+            def fill(operation, path=path):
+                operation.add.name = "stolen"
+                operation.add.mesh.file = path
+            with self.subTest(path):
+                reply = client.edit(fill)
+                self.assertIn("mesh", reply.rejected.field, reply)
+                self.assertNotIn("root:", reply.rejected.reason)
+
+    def test_oversized_frames(self):
+        for size in ((1 << 20) + 1, 0x7FFFFFFF, 0xFFFFFFFF, 0):
+            with self.subTest(size):
+                memory_kB = self.memory_kB()
+                client = self.raw()
+                client.send(struct.pack("<I", size) + b"x" * 100)
+                self.assertEqual(self.refusal(client).field, "frame.length")
+                self.assertLess(self.memory_kB() - memory_kB, 8 << 10, "nothing is allocated for a claim")
+
+    def test_nested_frames(self):
+        groups = b"\xf3\x07" * 100_000  # field 126 begins a group, 100,000 deep
+        fields = b""
+        for _ in range(2000):
+            fields = b"\x52" + self.varint(len(fields)) + fields  # Hello in Hello in Hello ...
+        for content in (groups, fields, b"\x0a" * (1 << 20)):
+            client = self.raw()
+            client.send(struct.pack("<I", len(content)) + content)
+            self.assertIn(self.refusal(client).field, ("frame", "body", "protocol_version"))
+
+    @staticmethod
+    def varint(value):
+        out = b""
+        while value >= 128:
+            out += bytes([value & 127 | 128])
+            value >>= 7
+        return out + bytes([value])
+
+    def test_numbers_that_are_none(self):
+        client = self.connect()
+        for bad in (math.nan, math.inf, -math.inf):
+            def pose(operation):
+                operation.set_pose.object.name = "box"
+                operation.set_pose.pose.position.y = bad
+
+            def rotation(operation):
+                operation.set_pose.object.name = "box"
+                operation.set_pose.pose.rotation.w = bad
+
+            def material(operation):
+                operation.set_material.object.name = "box"
+                operation.set_material.material.stiffness_N_per_m = bad
+
+            def color(operation):
+                operation.set_material.object.name = "box"
+                operation.set_material.material.color.red = bad
+
+            def shape(operation):
+                operation.add.name = "new"
+                operation.add.mesh.sphere.radius_m = bad
+
+            def scale(operation):
+                operation.remesh.object.name = "box"
+                operation.remesh.mesh.file = "test.scene"
+                operation.remesh.mesh.unit_m = bad
+            for fill in (pose, rotation, material, color, shape, scale):
+                with self.subTest(f"{fill.__name__} {bad}"):
+                    self.assertIn("operations[0]", client.edit(fill).rejected.field)
+        client.say(lambda envelope: setattr(envelope.subscribe, "rate_hz", math.nan))
+        self.assertEqual(self.refusal(client).field, "subscribe.rate_hz")
+
+    def test_a_hash_that_does_not_match(self):
+        from haptics.v1 import envelope_pb2
+        client = self.connect()
+        reply = client.upload(b"not what the hash says", bytes(range(32)))
+        self.assertFalse(reply.accepted)
+        self.assertTrue(reply.field.startswith("chunk."), reply)
+        reply = client.upload(b"x", b"short")
+        self.assertEqual(reply.field, "chunk.hash")
+        envelope = envelope_pb2.Envelope(protocol_version=1)
+        envelope.edit_request.client_seq = 9
+        move(x=0.1)(envelope.edit_request.transaction.operations.add())
+        precondition = envelope.edit_request.transaction.preconditions.add()
+        precondition.object.name = "box"
+        precondition.expected_revision = self.before["revision"]
+        precondition.expected_hash = bytes(32)
+        client.send_envelope(envelope)
+        self.assertTrue(client.answer("edit_reply").edit_reply.HasField("conflict"))
+
+    def test_an_enum_and_an_operation_that_nobody_knows(self):
+        from haptics.v1 import scene_pb2
+        client = self.connect()
+        for kind in (77, -1, 2):
+            self.assertEqual(client.upload(b"x" * 10, bytes(32), kind=kind).field, "chunk.kind")
+        unknown = scene_pb2.Operation.FromString(b"\xfa\x07\x01x")  # field 127
+        self.assertIn("operations[0]", client.edit(lambda operation: operation.CopyFrom(unknown)).rejected.field)
+
+    def test_a_message_that_is_the_servers(self):
+        client = self.connect()
+        client.say(lambda envelope: envelope.commit.SetInParent())
+        self.assertEqual(self.refusal(client).field, "body")
+
+    def test_an_older_protocol_version(self):
+        for version in (0, 2):
+            client = self.raw()
+            client.send_envelope(harness.hello_envelope("old", version=version))
+            refusal = self.refusal(client)
+            self.assertEqual((refusal.field, refusal.supported_version), ("protocol_version", 1))
+
+    def test_an_edit_flood(self):
+        client, other = self.connect(), self.connect()
+        for seq in range(1, FLOOD + 1):
+            def request(envelope):
+                envelope.edit_request.client_seq = seq
+                move("torus", seq * 1e-5)(envelope.edit_request.transaction.operations.add())
+            client.say(request)
+        start = time.monotonic()
+        self.assertTrue(other.edit(move("box", 0.01)).HasField("accepted"))
+        waited_s = time.monotonic() - start
+        outcomes = [client.answer("edit_reply").edit_reply for _ in range(FLOOD)]
+        limited = [reply for reply in outcomes if reply.rejected.field == "rate"]
+        self.edits += FLOOD
+        print(f"{FLOOD} edits at once: {len(limited)} turned away, another client's edit took {waited_s:.2f} s")
+        self.assertGreater(len(limited), FLOOD // 4)
+        self.assertIn("later", limited[0].rejected.reason)
+        self.assertLess(waited_s, 10)
+
+    def test_forged_udp(self):
+        from haptics.v1 import envelope_pb2
+        victim = self.connect()
+        host, _ = self.server.host_and_port()
+        server = (host, victim.welcome.datagram_port)
+        self.assertNotEqual(server[1], 0)
+        attacker = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        attacker.bind(("127.0.0.66", 0))  # knows the cookie, but is elsewhere
+        neighbour = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)  # on the victim's host
+        neighbour.bind((host, 0))
+        for forger in (attacker, neighbour):
+            self.addCleanup(forger.close)
+            forger.settimeout(0.5)
+        true = envelope_pb2.Datagram(cookie=victim.welcome.datagram_cookie).SerializeToString()
+        forged = [os.urandom(20), b"", b"\xff" * 9000, os.urandom(60_000),
+                  envelope_pb2.Datagram(cookie=os.urandom(16)).SerializeToString(), true + os.urandom(1300)]
+        sent = 0
+        for _ in range(FORGED // len(forged)):
+            for content in forged:
+                neighbour.sendto(content, server)
+                sent += 1
+            attacker.sendto(true, server)
+            sent += 1
+            time.sleep(0.001)
+        for forger in (attacker, neighbour):
+            with self.assertRaises(TimeoutError, msg="a forger gets no answer"):
+                forger.recv(2000)
+        counted = self.server.status()["forged_datagrams"]
+        print(f"{sent} forged datagrams, {counted} counted (the system drops what it cannot hold)")
+        self.assertGreater(counted, sent // 10)
+        self.assertLessEqual(counted, sent)
+        neighbour.sendto(true, server)
+        self.assertEqual(neighbour.recv(2000), true, "the cookie opens the path")
+
+    def test_telemetry_over_udp_is_what_a_client_gets_that_asks(self):
+        answer = self.server.ctl("watch", "--udp", "--rate", "50", "--seconds", "3")
+        self.assertEqual(answer.code, 0, answer.errors)
+        self.assertIn("telemetry over UDP", answer.errors)
+        ticks = [int(line.split('"tick":')[1].split(",")[0]) for line in answer.output.splitlines()]
+        self.assertGreater(len(ticks), 50)
+        self.assertEqual(ticks, sorted(set(ticks)))
+
+
+if __name__ == "__main__":
+    unittest.main()

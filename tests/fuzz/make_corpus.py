@@ -1,0 +1,156 @@
+"""Writes the fuzzers' seeds: real messages, a file for each kind and some in a row. Run it after a change of the protocol:
+
+  PYTHONPATH=build/release/tests/e2e/modules /usr/bin/python3 tests/fuzz/make_corpus.py
+"""
+import hashlib
+import struct
+from pathlib import Path
+
+from google.protobuf import text_format
+from haptics.v1 import envelope_pb2, scene_pb2
+
+CORPUS = Path(__file__).parent / "corpus"
+SCENES = {
+    "add": 'operations { add { name: "new" mesh { box { size_m { x: 0.1 y: 0.2 z: 0.3 } segments: 2 } } '
+           'pose { position { x: 1 } rotation { w: 1 } } material { stiffness_N_per_m: 400 damping_Ns_per_m: 1 '
+           'color { red: 1 green: 0.5 } } } }',
+    "shapes": 'operations { add { name: "s" mesh { sphere { radius_m: 0.1 } } } } operations { add { name: "c" mesh { '
+              'cylinder { radius_m: 0.1 height_m: 0.2 } } } } operations { add { name: "t" mesh { torus { '
+              'major_radius_m: 0.2 minor_radius_m: 0.1 } } } }',
+    "file": 'operations { add { name: "f" mesh { file: "../a.stl" unit_m: 0.001 } } }',
+    "asset": 'operations { remesh { object { id: 1 } mesh { asset: "0123456789abcdef0123456789abcdef" '
+             'largest_extent_m: 0.1 } } }',
+    "pose": 'operations { set_pose { object { name: "a" } pose { position { x: -0.5 y: 1e-3 } } } }',
+    "material": 'operations { set_material { object { id: 1 } material { stiffness_N_per_m: 1500 } } }',
+    "remove": 'operations { remove { object { name: "a" } } }',
+    "condition": 'preconditions { object { name: "a" } expected_revision: 1 } operations { remove { object { id: 1 } } }',
+    "remesh": 'operations { remesh { object { name: "a" } mesh { box { size_m { x: 0.3 y: 0.3 z: 0.3 } } } } }',
+}
+
+
+def tetrahedron():
+    vertices = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]
+    triangles = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
+    return b"HMSH" + struct.pack("<IQQ12f12I", 1, 4, 4, *vertices, *triangles)
+
+
+def envelope(body, text="", **fields):
+    message = envelope_pb2.Envelope(protocol_version=1, message_id=1)
+    part = getattr(message, body)
+    part.SetInParent()
+    if text:
+        text_format.Parse(text, part)
+    for name, value in fields.items():
+        if hasattr(value, "CopyFrom"):
+            getattr(part, name).CopyFrom(value)
+        else:
+            setattr(part, name, value)
+    return message
+
+
+def transaction(name):
+    return text_format.Parse(SCENES[name], scene_pb2.Transaction())
+
+
+def pieces(messages):
+    return b"".join(struct.pack("<H", len(data)) + data for data in messages)
+
+
+def write(fuzzer, name, data):
+    folder = CORPUS / fuzzer
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(data)
+
+
+def main():
+    mesh = tetrahedron()
+    digest = hashlib.sha256(mesh).digest()
+    chunk = envelope_pb2.AssetChunk(hash=digest, kind=1, total_size=len(mesh), data=mesh)
+    half = envelope_pb2.AssetChunk(hash=digest, kind=1, total_size=len(mesh), data=mesh[:60])
+    rest = envelope_pb2.AssetChunk(hash=digest, kind=1, total_size=len(mesh), offset=60, data=mesh[60:])
+    use = text_format.Parse('operations { add { name: "up" mesh { box { size_m { x: 1 y: 1 z: 1 } } } } }',
+                            scene_pb2.Transaction())
+    use.operations[0].add.mesh.asset = digest
+    client = {
+        "hello": envelope("hello", 'session: 5 client_name: "seed" token: "t" epoch: 5 revision: 1', root=bytes(32)),
+        "asset_request": envelope("asset_request", hash=digest, offset=4),
+        "subscribe": envelope("subscribe", "rate_hz: 60 datagrams: true"),
+        "heartbeat": envelope("heartbeat", "epoch: 5 revision: 1", root=bytes(32)),
+        "clock_probe": envelope("clock_probe", "client_send_ns: 12345"),
+        "status_request": envelope("status_request"),
+        "upload": envelope("asset_upload", chunk=chunk),
+        "upload_half": envelope("asset_upload", chunk=half),
+        "upload_rest": envelope("asset_upload", chunk=rest),
+        **{f"edit_{name}": envelope("edit_request", client_seq=1, transaction=transaction(name)) for name in SCENES},
+    }
+    objects = 'object { id: 1 name: "a" revision: 1 stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 ' \
+              'pose { position { x: 1 } rotation { w: 1 } } color { red: 1 } }'
+    snapshot = envelope("snapshot_objects", objects)
+    snapshot.snapshot_objects.object[0].mesh = digest
+    server = {
+        "welcome": envelope("welcome", 'epoch: 1001 revision: 1 server_name: "s" servo_rate_hz: 1000 device: "d" '
+                            'max_force_N: 3 may_edit: true datagram_port: 7654 datagram_cookie: "0123456789abcdef"',
+                            root=bytes(32)),
+        "refusal": envelope("refusal", 'field: "f" reason: "r" supported_version: 1'),
+        "snapshot_begin": envelope("snapshot_begin", "revision: 1 object_count: 1"),
+        "snapshot_objects": snapshot,
+        "snapshot_end": envelope("snapshot_end", "revision: 1", root=bytes(32)),
+        "asset_chunk": envelope("asset_chunk", hash=digest, kind=1, total_size=len(mesh), data=mesh),
+        "asset_unavailable": envelope("asset_unavailable", hash=digest),
+        "telemetry": envelope("telemetry", 'tick: 7 time_ns: 99 scene_revision: 1 hip { x: 0.1 } ihip { y: 0.1 } object: 1 '
+                              'primitive { kind: PRIMITIVE_KIND_LINE polygon: 3 local_index: 2 } force { written { z: 1 } '
+                              'spring { z: 1 } } energy { object: 1 feature: FEATURE_CONTACT energy_J: 1 } '
+                              'body { object: 1 pose { position { x: 1 } } } device_state: DEVICE_STATE_READY'),
+        "accepted": envelope("edit_reply", 'client_seq: 1 accepted { revision: 2 report: "r" ' + objects + " }"),
+        "conflict": envelope("edit_reply", 'client_seq: 1 conflict { reason: "r" current { id: 1 name: "a" } }'),
+        "rejected": envelope("edit_reply", 'client_seq: 1 rejected { field: "f" reason: "r" }'),
+        "edit_live": envelope("edit_live", "client_seq: 1 revision: 2 tick: 9"),
+        "commit": envelope("commit", 'revision: 2 removed: 1 put { id: 2 name: "b" revision: 2 }', prev_root=bytes(32),
+                           root=bytes(32)),
+        "heartbeat": envelope("heartbeat", "epoch: 1001 revision: 1", root=bytes(32)),
+        "clock_reply": envelope("clock_reply", "client_send_ns: 1 server_receive_ns: 2 server_send_ns: 3"),
+        "status": envelope("status", 'uptime_s: 1 ticks: 5 tick_ns { p50: 1 } device: "d"'),
+        "upload_reply": envelope("asset_upload_reply", hash=digest, accepted=True),
+    }
+    for name, message in client.items():
+        write("client_messages", name, b"\0" + pieces([message.SerializeToString()]))
+    upload = [client["upload_half"], client["upload_rest"], envelope("edit_request", client_seq=2, transaction=use)]
+    for flags, name in ((0, "editor"), (1, "viewer"), (4, "datagrams"), (2, "strangers")):
+        row = [client["hello"]] * (flags == 2) + [client["subscribe"], *upload, client["edit_pose"]]
+        write("client_messages", f"row_of_{name}", bytes([flags]) + pieces(m.SerializeToString() for m in row))
+    for name, message in server.items():
+        write("server_messages", name, b"\0" + pieces([message.SerializeToString()]))
+        write("server_messages", f"{name}_first", b"\2" + pieces([message.SerializeToString()]))
+    join = ["welcome", "snapshot_begin", "snapshot_objects", "snapshot_end", "asset_chunk", "telemetry", "commit"]
+    write("server_messages", "row", b"\3" + pieces(server[name].SerializeToString() for name in join))
+
+    def framed(messages):
+        return b"".join(struct.pack("<I", m.ByteSize()) + m.SerializeToString() for m in messages)
+    write("framer", "hello", b"\0" + framed([client["hello"]]))
+    write("framer", "row", b"\6" + framed(client.values()))
+    write("framer", "answers", b"\x1f" + framed(server.values()))
+    write("framer", "too_long", b"\0" + struct.pack("<I", 1 << 24) + b"x")
+    write("framer", "empty", b"\0" + struct.pack("<I", 0))
+
+    for name in SCENES:
+        write("apply", name, pieces([transaction(name).SerializeToString()]))
+        write("scene_text", name, SCENES[name].encode())
+    row = ["add", "pose", "material", "remesh", "condition", "remove"]
+    named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
+    write("apply", "row", pieces(t.SerializeToString() for t in named_a))
+    write("scene_text", "comment", b"# a comment\noperations { remove { object { id: 7 } } }\n")
+
+    cookie = envelope_pb2.Datagram(cookie=b"0123456789abcdef")
+    sample = envelope_pb2.Datagram(cookie=cookie.cookie, telemetry=server["telemetry"].telemetry)
+    for flags in range(0, 32, 5):
+        row = [bytes([flags]) + cookie.SerializeToString(), bytes([1]) + cookie.SerializeToString(),
+               bytes([flags | 1]) + sample.SerializeToString()]
+        write("datagram", f"row_{flags}", pieces(row))
+
+    write("mesh_bytes", "tetrahedron", mesh)
+    write("mesh_bytes", "empty", b"HMSH" + struct.pack("<IQQ", 1, 0, 0))
+    write("mesh_bytes", "claims_much", b"HMSH" + struct.pack("<IQQ", 1, 1 << 60, 1 << 60))
+
+
+if __name__ == "__main__":
+    main()
