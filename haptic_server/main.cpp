@@ -112,6 +112,7 @@ int run(const ServerOptions& options) {
   }
 
   const auto log = [](const std::string& line) { spdlog::info("{}", line); };
+  for (const auto& folder : options.assets) spdlog::info("mesh files are looked for in {}", folder.string());
   SceneCrossing crossing;
   std::unique_ptr<StateFolder> state;  // outlives the room
   SceneRoom room({.assetFolders = options.assets, .makePlan = planExploration, .log = log}, crossing);

@@ -1,6 +1,8 @@
 #include "haptic_server/scene/mesh_library.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <variant>
@@ -14,6 +16,14 @@ namespace {
 
 bool isBelow(const fs::path& folder, const fs::path& file) {
   return std::ranges::mismatch(folder, file).in1 == folder.end();
+}
+
+/// Where a file lies is the server's affair.
+std::string seenFromOutside(std::string text, const fs::path& file, const std::string& nameForClients) {
+  for (std::size_t at = 0; (at = text.find(file.string(), at)) != std::string::npos; at += nameForClients.size()) {
+    text.replace(at, file.string().size(), nameForClients);
+  }
+  return text;
 }
 
 struct Generated {
@@ -52,23 +62,20 @@ Result<fs::path> MeshLibrary::locate(const std::string& path) const {
     return refused("file",
                    "\"" + path + "\" is not a path below an asset folder: give one without a leading / and without ..");
   }
-  std::string searched;
   for (const fs::path& folder : folders_) {
     std::error_code error;
     const fs::path root = fs::canonical(folder, error);
-    searched += (searched.empty() ? "" : ", ") + folder.string();
     if (error) continue;
     const fs::path file = fs::canonical(root / relative, error);
     if (error) continue;
     if (!isBelow(root, file)) {
-      return refused("file",
-                     "\"" + path + "\" leads out of the asset folder " + folder.string() + " by a symbolic link");
+      return refused("file", "\"" + path + "\" leads out of its asset folder by a symbolic link");
     }
     if (!fs::is_regular_file(file, error)) return refused("file", "\"" + path + "\" is not a regular file");
     return file;
   }
-  return refused("file",
-                 "there is no \"" + path + "\" in the asset folders: " + (searched.empty() ? "none is set" : searched));
+  if (folders_.empty()) return refused("file", "there is no \"" + path + "\": the server has no asset folder");
+  return refused("file", "there is no \"" + path + "\" in the server's asset folders");
 }
 
 Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileSource& file) {
@@ -81,7 +88,7 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
     if (auto asset = at->second.asset.lock()) return ResolvedMesh{std::move(asset), at->second.report};
   }
   auto imported = importMesh(*located, {.unit_m = source.unit_m, .largestExtent_m = source.largestExtent_m});
-  if (!imported) return refused("file", imported.error().text());
+  if (!imported) return refused("file", seenFromOutside(imported.error().text(), *located, file.path));
 
   ResolvedMesh resolved{store_.intern(std::move(imported->mesh)), file.path + ": " + imported->report.text()};
   std::erase_if(imported_, [](const auto& entry) { return entry.second.asset.expired(); });

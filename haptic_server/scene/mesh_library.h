@@ -20,7 +20,7 @@ class MeshLibrary final : public MeshResolver {
   MeshLibrary(std::vector<std::filesystem::path> folders, AssetStore& store);
 
   /// Refused: a file that is not below an asset folder once `..` and symbolic links are followed, and whatever
-  /// importMesh and the generators refuse.
+  /// importMesh and the generators refuse. Errors name a file as the source does, never where it lies.
   [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source) override;
 
  private:

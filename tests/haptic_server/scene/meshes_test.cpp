@@ -15,6 +15,8 @@ namespace {
 
 using namespace test;
 using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
 constexpr const char* kTetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -62,7 +64,6 @@ TEST_F(MeshLibraryTest, RefusesEveryWayOutOfTheAssetFolder) {
         std::string("nothing.obj"), std::string("tetrahedron.obj\0x", 17)}) {
     EXPECT_EQ(refusedFile(path).field, "file");
   }
-  EXPECT_THAT(refusedFile("nothing.obj").reason, HasSubstr("assets"));
 }
 
 TEST_F(MeshLibraryTest, FollowsALinkThatStaysInside) {
@@ -95,6 +96,15 @@ TEST_F(MeshLibraryTest, AFileThatIsNoMeshIsNamed) {
   const Error error = refusedFile("bad.obj");
   EXPECT_EQ(error.field, "file");
   EXPECT_THAT(error.reason, HasSubstr("bad.obj"));
+}
+
+TEST_F(MeshLibraryTest, DoesNotTellWhereItsFilesLie) {
+  write("assets/bad.obj", "v 0 0 nan\n");
+  fs::create_symlink(root / "secret.obj", root / "assets" / "leak.obj");
+  for (const auto& path : {"bad.obj", "nothing.obj", "sub", "leak.obj", "sub/../bad.obj"}) {
+    EXPECT_THAT(refusedFile(path).text(), Not(HasSubstr(root.filename().string()))) << path;
+  }
+  EXPECT_THAT(refusedFile("bad.obj").reason, StartsWith("bad.obj: "));
 }
 
 TEST_F(MeshLibraryTest, NamesTheBadArgumentOfAGenerator) {
