@@ -30,13 +30,15 @@ constexpr int kExitFailed = 1;
   return kExitFailed;
 }
 
-/// What a person would explore in this scene.
-[[nodiscard]] std::shared_ptr<const ExplorationPlan> planExploration(const ServoScene& scene) {
-  std::vector<ExploredObject> objects;
-  for (const ServoObject& object : scene.objects) {
-    if (!object.leaving) objects.push_back({object.id, object.surface.get(), object.pose});
-  }
-  return std::make_shared<const ExplorationPlan>(makeExplorationPlan(objects));
+/// What a person would explore in one scene after another.
+[[nodiscard]] ServoSceneMaker::MakePlan explorationPlans() {
+  return [planner = ExplorationPlanner()](const ServoScene& scene) mutable {
+    std::vector<ExploredObject> objects;
+    for (const ServoObject& object : scene.objects) {
+      if (!object.leaving) objects.push_back({object.id, object.surface, object.pose});
+    }
+    return std::make_shared<const ExplorationPlan>(planner.plan(objects));
+  };
 }
 
 [[nodiscard]] Result<void> loadScene(SceneRoom& room, const std::string& file) {
@@ -115,7 +117,7 @@ int run(const ServerOptions& options) {
   for (const auto& folder : options.assets) spdlog::info("mesh files are looked for in {}", folder.string());
   SceneCrossing crossing;
   std::unique_ptr<StateFolder> state;  // outlives the room
-  SceneRoom room({.assetFolders = options.assets, .makePlan = planExploration, .log = log}, crossing);
+  SceneRoom room({.assetFolders = options.assets, .makePlan = explorationPlans(), .log = log}, crossing);
   if (!options.state.empty()) {
     auto resumed = resumeState(room, options);
     if (!resumed) return fail(resumed.error());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "haptic_server/device/stroke_choice.h"
@@ -45,13 +46,24 @@ std::optional<TopPoint> topOf(const Placed& placed, double x, double y) {
   return TopPoint{glm::mix(from, to, crossing.time), outward * static_cast<double>(crossing.side)};
 }
 
-std::optional<TopPoint> visibleTop(const std::vector<Placed>& all, const Placed& placed, double x, double y) {
+/// Those that may hide parts of one object from above.
+std::vector<const Placed*> above(const std::vector<Placed>& all, const Placed& placed) {
+  std::vector<const Placed*> above;
+  for (const Placed& other : all) {
+    const bool beside = other.low.x > placed.high.x || other.high.x < placed.low.x || other.low.y > placed.high.y ||
+                        other.high.y < placed.low.y;
+    if (&other != &placed && !beside && other.high.z > placed.low.z) above.push_back(&other);
+  }
+  return above;
+}
+
+std::optional<TopPoint> visibleTop(const std::vector<const Placed*>& above, const Placed& placed, double x, double y) {
   const auto top = topOf(placed, x, y);
   if (!top) return top;
-  for (const Placed& other : all) {
-    if (&other == &placed || other.high.z <= top->position.z || !covers(other, x, y)) continue;
-    const auto above = topOf(other, x, y);
-    if (above && above->position.z > top->position.z) return std::nullopt;
+  for (const Placed* other : above) {
+    if (other->high.z <= top->position.z || !covers(*other, x, y)) continue;
+    const auto hiding = topOf(*other, x, y);
+    if (hiding && hiding->position.z > top->position.z) return std::nullopt;
   }
   return top;
 }
@@ -59,19 +71,34 @@ std::optional<TopPoint> visibleTop(const std::vector<Placed>& all, const Placed&
 }  // namespace
 
 ExplorationPlan makeExplorationPlan(std::span<const ExploredObject> objects) {
+  return ExplorationPlanner().plan(objects);
+}
+
+ExplorationPlan ExplorationPlanner::plan(std::span<const ExploredObject> objects) {
   std::vector<Placed> placed;
   placed.reserve(objects.size());
   std::ranges::transform(objects, std::back_inserter(placed), place);
 
   ExplorationPlan plan;
+  std::map<std::uint64_t, Choice> choices;
   double highest = -std::numeric_limits<double>::infinity();
   for (const Placed& each : placed) {
     highest = std::max(highest, each.high.z);
-    const auto view = [&](double x, double y) { return visibleTop(placed, each, x, y); };
-    auto points = chooseStroke(view, each.low, each.high);
-    if (!points.empty()) plan.strokes.push_back({each.object->id, std::move(points)});
+    const auto hiding = above(placed, each);
+    Choice choice{{*each.object}, {}};
+    for (const Placed* other : hiding) choice.from.push_back(*other->object);
+    const auto last = choices_.find(each.object->id);
+    if (last != choices_.end() && last->second.from == choice.from) {
+      choice.points = std::move(last->second.points);
+    } else {
+      const auto view = [&](double x, double y) { return visibleTop(hiding, each, x, y); };
+      choice.points = chooseStroke(view, each.low, each.high);
+    }
+    if (!choice.points.empty()) plan.strokes.push_back({each.object->id, choice.points});
+    choices[each.object->id] = std::move(choice);
   }
   if (!placed.empty()) plan.clearHeight_m = highest + kClearance;
+  choices_ = std::move(choices);
   return plan;
 }
 

@@ -54,7 +54,7 @@ Result<void> SceneRoom::resume(SequencerState state, const MeshReader& readMesh,
   }
   sequencer_.resume(std::move(state), std::move(meshes), journal);
   published_ = sequencer_.history();
-  publishToServo();
+  publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
   return {};
 }
 
@@ -115,12 +115,15 @@ bool SceneRoom::enqueue(Job job) {
 void SceneRoom::run() {
   std::unique_lock lock(queueMutex_);
   while (!stopping_) {
-    if (queue_.empty()) queueChanged_.wait_for(lock, kReclaimEvery);
+    if (queue_.empty() && !servoScenes_.planIsOld()) queueChanged_.wait_for(lock, kReclaimEvery);
     std::vector<Job> jobs = takeJobs();
     lock.unlock();
     carryOut(jobs);
     const auto departure = servoScenes_.nextDeparture_ns();
-    if (departure && *departure <= monotonicNow_ns()) publishToServo();
+    const bool idle = jobs.empty();
+    if ((idle && servoScenes_.planIsOld()) || (departure && *departure <= monotonicNow_ns())) {
+      publishToServo(idle ? ServoSceneMaker::Plan::kOfThisOne : ServoSceneMaker::Plan::kOfTheLastScene);
+    }
     crossing_.reclaim();
     jobs.clear();  // what they hold is freed without the lock
     lock.lock();
@@ -162,7 +165,7 @@ std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submission
   const auto& now = sequencer_.history();
   if (now == before) return outcomes;
 
-  publishToServo();
+  publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
   if (options_.log) {
     for (std::uint64_t revision = before->version.revision() + 1; revision <= now->version.revision(); ++revision) {
       for (const std::string& report : now->find(revision)->reports) options_.log(report);
@@ -174,6 +177,8 @@ std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submission
   return outcomes;
 }
 
-void SceneRoom::publishToServo() { crossing_.publish(servoScenes_.make(sequencer_, monotonicNow_ns())); }
+void SceneRoom::publishToServo(ServoSceneMaker::Plan plan) {
+  crossing_.publish(servoScenes_.make(sequencer_, monotonicNow_ns(), plan));
+}
 
 }  // namespace haptics

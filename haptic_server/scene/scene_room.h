@@ -105,7 +105,7 @@ class SceneRoom {
   std::vector<Job> takeJobs();
   void carryOut(std::span<Job> jobs);
   std::vector<EditOutcome> apply(std::span<const Submission> submissions);
-  void publishToServo();
+  void publishToServo(ServoSceneMaker::Plan plan);
 };
 
 }  // namespace haptics

@@ -7,10 +7,10 @@ namespace haptics {
 
 ServoSceneMaker::ServoSceneMaker(MakePlan makePlan) : makePlan_(std::move(makePlan)) {}
 
-std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequencer, std::uint64_t now_ns) {
+std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan) {
   const SceneVersion& version = sequencer.history()->version;
   auto scene = std::make_unique<ServoScene>();
-  scene->revision = version.revision();
+  scene->revision = revision_ = version.revision();
   for (const auto& record : version.objects()) {
     scene->objects.push_back({.id = record->id,
                               .surface = sequencer.meshOf(record->id)->surface,
@@ -18,9 +18,9 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
                               .stiffness_N_per_m = record->material.stiffness_N_per_m,
                               .damping_Ns_per_m = record->material.damping_Ns_per_m});
   }
-  if (makePlan_ && (!plan_ || planRevision_ != scene->revision)) {
+  if (makePlan_ && (!plan_ || (plan == Plan::kOfThisOne && planIsOld()))) {
     plan_ = makePlan_(*scene);
-    planRevision_ = scene->revision;
+    planRevision_ = revision_;
   }
   scene->plan = plan_;
 
@@ -39,6 +39,8 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
   std::ranges::sort(scene->objects, {}, &ServoObject::id);
   return scene;
 }
+
+bool ServoSceneMaker::planIsOld() const noexcept { return makePlan_ && planRevision_ != revision_; }
 
 std::optional<std::uint64_t> ServoSceneMaker::nextDeparture_ns() const {
   if (leaving_.empty()) return std::nullopt;

@@ -23,9 +23,14 @@ class ServoSceneMaker {
 
   explicit ServoSceneMaker(MakePlan makePlan);
 
+  /// Planning takes milliseconds, which no edit should wait for.
+  enum class Plan { kOfTheLastScene, kOfThisOne };
+
   /// The sequencer's current version for the servo. Objects that were in the last one and are gone are leaving; those
-  /// that have left for kLeaving_ns are dropped.
-  [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns);
+  /// that have left for kLeaving_ns are dropped. The first scene's plan is always its own.
+  [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan);
+  /// Whether the last scene's plan was made for another revision.
+  [[nodiscard]] bool planIsOld() const noexcept;
   /// When make() is to be called again though nothing was edited: the time when the next object has left.
   [[nodiscard]] std::optional<std::uint64_t> nextDeparture_ns() const;
 
@@ -38,7 +43,8 @@ class ServoSceneMaker {
   std::vector<ServoObject> present_;  // of the last scene made, in order of id
   std::vector<Leaving> leaving_;      // in order of time
   std::shared_ptr<const ExplorationPlan> plan_;
-  std::uint64_t planRevision_ = 0;
+  std::uint64_t revision_ = 0;      // of the last scene made
+  std::uint64_t planRevision_ = 0;  // for which plan_ was made
 };
 
 }  // namespace haptics

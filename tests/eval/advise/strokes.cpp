@@ -48,7 +48,7 @@ std::vector<HandStroke> strokesOver(const LoadedObject& object) {
   for (int i = 0; i < kDirections; ++i) {
     // The planner looks along its own axes: another direction is the same object turned about the vertical.
     const Quat turn = glm::angleAxis(i * std::numbers::pi / kDirections, kUp);
-    const ExploredObject turned{1, object.surface.get(), {turn * object.pose.rotation, turn * object.pose.position}};
+    const ExploredObject turned{1, object.surface, {turn * object.pose.rotation, turn * object.pose.position}};
     for (const Stroke& stroke : makeExplorationPlan({&turned, 1}).strokes) {
       std::vector<Vec3> points;
       for (const Vec3 p : stroke.points) points.push_back(glm::conjugate(turn) * p);

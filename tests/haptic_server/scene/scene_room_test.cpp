@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <thread>
@@ -29,24 +30,27 @@ std::vector<ObjectId> idsOf(const ServoScene& scene, bool leaving) {
   return ids;
 }
 
+constexpr auto kNewPlan = ServoSceneMaker::Plan::kOfThisOne;
+constexpr auto kOldPlan = ServoSceneMaker::Plan::kOfTheLastScene;
+
 TEST(ServoSceneMaker, KeepsARemovedObjectForAWhileAsLeaving) {
   BoxResolver resolver;
   Sequencer sequencer(1, resolver);
   ServoSceneMaker maker({});
   sequencer.submit(kAlice, 1, edit(add("a"), add("b")));
-  EXPECT_THAT(idsOf(*maker.make(sequencer, 0), false), ElementsAre(1, 2));
+  EXPECT_THAT(idsOf(*maker.make(sequencer, 0, kNewPlan), false), ElementsAre(1, 2));
   EXPECT_EQ(maker.nextDeparture_ns(), std::nullopt);
 
   sequencer.submit(kAlice, 2, edit(remove("a"), add("c")));
-  const auto scene = maker.make(sequencer, 100);
+  const auto scene = maker.make(sequencer, 100, kNewPlan);
   EXPECT_EQ(scene->revision, 2U);
   EXPECT_THAT(idsOf(*scene, false), ElementsAre(2, 3));
   EXPECT_THAT(idsOf(*scene, true), ElementsAre(1));
   EXPECT_EQ(scene->objects[0].id, 1U) << "in order of id";
   EXPECT_EQ(maker.nextDeparture_ns(), 100 + kLeaving_ns);
 
-  EXPECT_THAT(idsOf(*maker.make(sequencer, 99 + kLeaving_ns), true), ElementsAre(1));
-  const auto after = maker.make(sequencer, 100 + kLeaving_ns);
+  EXPECT_THAT(idsOf(*maker.make(sequencer, 99 + kLeaving_ns, kNewPlan), true), ElementsAre(1));
+  const auto after = maker.make(sequencer, 100 + kLeaving_ns, kNewPlan);
   EXPECT_THAT(idsOf(*after, true), ElementsAre());
   EXPECT_EQ(after->revision, 2U);
   EXPECT_EQ(maker.nextDeparture_ns(), std::nullopt);
@@ -62,11 +66,11 @@ TEST(ServoSceneMaker, LetsTheOldestGoEarlyWhenThereIsNoRoomToLeave) {
     if (i >= 2) fullAgain.operations.push_back(remove(numbered("o", i)));
   }
   sequencer.submit(kAlice, 1, full);
-  (void)maker.make(sequencer, 0);
+  (void)maker.make(sequencer, 0, kNewPlan);
   sequencer.submit(kAlice, 2, edit(remove("o0")));
-  (void)maker.make(sequencer, 0);
+  (void)maker.make(sequencer, 0, kNewPlan);
   sequencer.submit(kAlice, 3, fullAgain);
-  const auto scene = maker.make(sequencer, 1);
+  const auto scene = maker.make(sequencer, 1, kNewPlan);
   EXPECT_EQ(scene->objects.size(), kMaxServoObjects);
   EXPECT_THAT(idsOf(*scene, false), ElementsAre(2));
 }
@@ -80,14 +84,29 @@ TEST(ServoSceneMaker, PlansTheExplorationOncePerRevision) {
     return std::make_shared<const ExplorationPlan>();
   });
   sequencer.submit(kAlice, 1, edit(add("a"), add("b")));
-  const auto first = maker.make(sequencer, 0);
+  const auto first = maker.make(sequencer, 0, kNewPlan);
   EXPECT_NE(first->plan, nullptr);
   sequencer.submit(kAlice, 2, edit(remove("a")));
-  const auto second = maker.make(sequencer, 0);
-  const auto third = maker.make(sequencer, kLeaving_ns);
+  const auto second = maker.make(sequencer, 0, kNewPlan);
+  const auto third = maker.make(sequencer, kLeaving_ns, kNewPlan);
   EXPECT_NE(second->plan, first->plan);
   EXPECT_EQ(third->plan, second->plan);
   EXPECT_THAT(planned, ElementsAre(2, 1)) << "what is leaving is not explored";
+}
+
+TEST(ServoSceneMaker, LeavesThePlanForLaterWhenToldSo) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  ServoSceneMaker maker([](const ServoScene&) { return std::make_shared<const ExplorationPlan>(); });
+  sequencer.submit(kAlice, 1, edit(add("a")));
+  const auto first = maker.make(sequencer, 0, kOldPlan);
+  EXPECT_NE(first->plan, nullptr) << "there is none to keep";
+  EXPECT_FALSE(maker.planIsOld());
+  sequencer.submit(kAlice, 2, edit(add("b")));
+  EXPECT_EQ(maker.make(sequencer, 0, kOldPlan)->plan, first->plan);
+  EXPECT_TRUE(maker.planIsOld());
+  EXPECT_NE(maker.make(sequencer, 0, kNewPlan)->plan, first->plan);
+  EXPECT_FALSE(maker.planIsOld());
 }
 
 /// Plays the servo: goes over to the newest scene.
@@ -173,6 +192,31 @@ TEST_F(SceneRoomTest, ARemovedObjectLeavesLater) {
   EXPECT_THAT(idsOf(*servo.look(), false), ElementsAre(2));
   EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return idsOf(scene, true).empty(); }));
   EXPECT_EQ(servo.look()->revision, 2U);
+}
+
+TEST(SceneRoom, NoEditWaitsForThePlan) {
+  std::atomic<int> planned{0};
+  std::promise<void> release;
+  auto released = release.get_future().share();
+  const auto makePlan = [&, released](const ServoScene& scene) {
+    if (++planned > 1) released.wait();
+    auto plan = std::make_shared<ExplorationPlan>();
+    plan->clearHeight_m = static_cast<double>(scene.revision);
+    return plan;
+  };
+  SceneCrossing crossing;
+  Servo servo(crossing);
+  SceneRoom room({.assetFolders = {}, .makePlan = makePlan, .log = {}}, crossing);
+  ASSERT_TRUE(room.loadStartScene(edit(add("a"))));
+  room.start();
+  std::promise<void> replied;
+  room.submitEdit(kAlice, 1, edit(add("b")), [&](const EditOutcome&) { replied.set_value(); });
+  ASSERT_EQ(replied.get_future().wait_for(kPatience), std::future_status::ready);
+  EXPECT_EQ(servo.look()->revision, 2U);
+  EXPECT_EQ(servo.look()->plan->clearHeight_m, 1) << "of the scene before";
+  release.set_value();
+  EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return scene.plan->clearHeight_m == 2; }));
+  EXPECT_EQ(planned, 2);
 }
 
 TEST_F(SceneRoomTest, AnEditMayNameAnUploadThatSomeoneHolds) {
