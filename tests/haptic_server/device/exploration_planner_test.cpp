@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -131,15 +132,18 @@ TEST(ExplorationPlanner, DoesNotChooseAgainWhatDidNotChange) {
   const auto sphere = sphereSurface();
   std::vector<ExploredObject> objects;
   for (std::uint64_t id = 1; id <= 20; ++id) objects.push_back({id, sphere, {{1, 0, 0, 0}, {0.2 * double(id), 0, 0}}});
-  ExplorationPlanner planner;
-  const auto timed = [&] {
+  auto whole = std::chrono::steady_clock::duration::max(), one = whole;
+  for (int i = 0; i < 10; ++i) {  // the quickest of ten: this machine may have other things to do
+    ExplorationPlanner planner;
     const auto began = std::chrono::steady_clock::now();
     (void)planner.plan(objects);
-    return std::chrono::steady_clock::now() - began;
-  };
-  const auto first = timed();
-  objects[7].pose.position.y = 0.1;
-  EXPECT_LT(timed(), first / 3) << "one of twenty";
+    const auto planned = std::chrono::steady_clock::now();
+    objects[7].pose.position.y += 0.01;
+    (void)planner.plan(objects);
+    whole = std::min(whole, planned - began);
+    one = std::min(one, std::chrono::steady_clock::now() - planned);
+  }
+  EXPECT_LT(one, whole / 3) << "one of twenty";
 }
 
 TEST(ExplorationPlanner, PlansNothingForAnEmptyScene) { EXPECT_TRUE(makeExplorationPlan({}).strokes.empty()); }
