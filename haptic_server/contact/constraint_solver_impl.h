@@ -3,7 +3,6 @@
 // Several surfaces: the IHIP held by up to three, as the god-object is (Zilles and Salisbury 1995).
 
 #include <algorithm>
-#include <utility>
 
 #include "haptic_server/contact/contact_tick.h"
 
@@ -12,9 +11,10 @@ namespace haptics {
 /// Where the solver came to.
 template <class Corrections>
 struct ContactTick<Corrections>::Move {
-  bool done = false;  ///< The way to the optimum was clear.
-  Vec3 to{0};         ///< World.
-  int count = 0;      ///< Surfaces that push there, the strongest first.
+  bool done = false;   ///< The way was clear.
+  bool whole = false;  ///< It led to the optimum, over what carries the IHIP there.
+  Vec3 to{0};          ///< World.
+  int count = 0;       ///< Surfaces that push there, the strongest first.
   std::array<HoldingSurface, ContactState::kMaxHolding> pushing;
 };
 
@@ -26,9 +26,23 @@ struct ContactTick<Corrections>::Holding {
 
   [[nodiscard]] std::span<HoldingSurface> surfaces() noexcept { return std::span(at).first(count); }
   [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept { return std::span(at).first(count); }
+  [[nodiscard]] Holding with(std::size_t i, std::uint32_t triangle) const noexcept {
+    Holding other = *this;
+    other.at[i].triangle = triangle;
+    return other;
+  }
   friend bool operator==(const Holding& a, const Holding& b) noexcept {
     return std::ranges::equal(a.surfaces(), b.surfaces(), {}, &HoldingSurface::triangle, &HoldingSurface::triangle);
   }
+};
+
+/// What carries the IHIP on a way.
+template <class Corrections>
+struct ContactTick<Corrections>::Carried {
+  bool ends = false;        ///< A triangle does, before the way does.
+  double time = 1;          ///< Fraction of the way to clear of the first one that does.
+  std::size_t surface = 0;  ///< Which one.
+  int edge = 0;             ///< Over which of its edges.
 };
 
 /// The planes met so far, and where they let the IHIP come.
@@ -48,9 +62,23 @@ struct ContactTick<Corrections>::Constraints {
     return nearest.has_value();
   }
 
+  [[nodiscard]] bool cutOffBy(const ConstraintPlane& plane) const noexcept {
+    return glm::dot(plane.normal, optimum.point) < plane.offset - slack_;
+  }
+  /// How far planes that are lifted by a skin have moved the optimum.
+  [[nodiscard]] Vec3 lift(double skin) const noexcept {
+    if (optimum.tightCount == 0) return Vec3(0);
+    const Vec3 a = planes[optimum.tight[0]].normal;
+    if (optimum.tightCount == 1) return a * skin;
+    const Vec3 b = planes[optimum.tight[1]].normal;
+    if (optimum.tightCount == 2) return (a + b) * (skin / (1 + glm::dot(a, b)));
+    const Vec3 c = planes[optimum.tight[2]].normal;
+    return (glm::cross(a, b) + glm::cross(b, c) + glm::cross(c, a)) * (skin / glm::dot(a, glm::cross(b, c)));
+  }
+
   /// To the optimum.
   [[nodiscard]] Move move() const noexcept {
-    Move move{true, optimum.point, optimum.tightCount, {}};
+    Move move{true, true, optimum.point, optimum.tightCount, {}};
     for (std::size_t i = 0; i < static_cast<std::size_t>(move.count); ++i) {
       move.pushing[i] = planes[optimum.tight[i]].surface;
     }
@@ -94,102 +122,79 @@ void ContactTick<Corrections>::stay() noexcept {
   hold(held(), foot, heldNear().frame.toWorld(foot.point));
 }
 
-/// The IHIP moves straight to the point nearest to the HIP above all planes met so far; each blocked attempt adds the
-/// plane that blocked it. Before that it is tried to carry the surfaces on that held. When a move does not settle the
-/// planes are forgotten and met anew from the new place, which is what releases them.
+/// The IHIP moves towards the point nearest to the HIP above all planes met so far; what it is in touch with and blocks
+/// it adds a plane. A move goes no farther than what carries it, or to what it comes to on the way, so that the IHIP
+/// keeps to the surfaces as a slow hand's would. Then the planes are forgotten and met anew from there, which is what
+/// releases them. Wherever surfaces hold that are known, they are followed without meeting them.
 /// A pocket that moving bodies close entirely has no place for the IHIP: it is then let through one of them.
 template <class Corrections>
 void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
   Move last;
   if (state_.mode == Mode::kSeveralSurfaces && state_.holdingCount > 0) last = followHeld(hip);
   state_.mode = Mode::kSeveralSurfaces;
-  bool settled = last.done && restsOn(last);
+  bool settled = last.done && restsOn(last) && !(isOneSurface(last) && last.count > 1);
   for (int round = 0; round < kMaxSolverRounds && !settled; ++round) {
     ++work_.solverRounds;
     const Vec3 from = state_.ihip;
-    const Move move = moveTowards(hip);
+    Move move = moveTowards(hip);
     if (!move.done) break;
-    settled = move.count == 0 || restsOn(move) ||
-              squaredLength(move.to - from) <= kSettled * kSettled * squaredLength(move.to - hip);
+    const double way = glm::distance(state_.ihip, from);
+    settled = move.whole && (move.count == 0 || restsOn(move) || way <= kSettled * glm::distance(move.to, hip));
+    if (isOneSurface(move) && isAbove(move.pushing[0])) {
+      const Vec3 start = state_.ihip;
+      const bool ended = watchOn(hip, move);
+      settled = ended || (settled && state_.ihip == start);
+    }
+    const bool nearer = glm::distance(state_.ihip, hip) < glm::distance(from, hip);
+    settled = settled || (round > 0 && !nearer);
     last = move;
+    if (settled || move.count < 2 || isOneSurface(move)) continue;
+    std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
+    state_.holdingCount = move.count;
+    const Move followed = followHeld(hip);
+    if (!followed.done) continue;
+    last = followed;
+    settled = restsOn(last) && !isOneSurface(last);
   }
   work_.unsettled = work_.unsettled || !settled;
   classify(hip, last, settled);
 }
 
-/// A neighborhood watch on each body that held. The planes of the triangles that hold lead to a point; where it is no
-/// longer over one of them, the search hops from that triangle, and the IHIP moves to where the planes of both let it,
-/// over the edge between them. Fine surfaces that hold the IHIP together are thus followed triangle by triangle, where
-/// meeting every plane takes a test of the whole bodies each. All ways are tested like any other.
-template <class Corrections>
-typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec3 hip) noexcept {
-  constexpr int kMostHops = 8;  // what is left is met as usual
-  Holding held = oneOfEachBody();
-  Holding before;
-  for (int i = 0; i < kMostHops; ++i) {
-    Constraints constraints(hip, kSlack * skin_);
-    if (!add(held, {}, constraints)) return {};
-    Holding next = held;
-    if (!hopUnder(constraints.optimum.point, next)) return {};
-    if (next == held) return go(constraints.optimum.point) ? Move{} : constraints.move();
-    if (!add(next, held, constraints) || go(constraints.optimum.point)) return {};
-    if (next == before) return constraints.move();  // to and fro: the IHIP is held on the edge
-    before = held;
-    held = next;
-  }
-  return {};
-}
-
-/// The planes of a holding, but for those that another has.
-template <class Corrections>
-bool ContactTick<Corrections>::add(const Holding& holding, const Holding& known,
-                                   Constraints& constraints) const noexcept {
-  for (std::size_t i = 0; i < holding.count; ++i) {
-    const bool isKnown = i < known.count && known.at[i].triangle == holding.at[i].triangle;
-    if (!isKnown && !constraints.add(planeOf(holding.at[i]))) return false;
-  }
-  return true;
-}
-
-/// From the first triangle that is not under the point to the one of its body that is: one body at a time keeps to the
-/// groove. False when that one is not near.
-template <class Corrections>
-bool ContactTick<Corrections>::hopUnder(Vec3 point, Holding& holding) noexcept {
-  constexpr int kNear = 32;  // triangles looked at: a few fans
-  for (HoldingSurface& s : holding.surfaces()) {
-    const Surface& mesh = surface(s.body);
-    const Vec3 at = near_[near_.indexOf(s.body)].frame.toLocal(point);
-    const Foot start = closestOn(mesh.triangle(s.triangle), s.triangle, at);
-    if (isUnder(start)) continue;
-    int looked = 0;
-    s.triangle = neighborhoodWatch<Corrections>(mesh, start, at, nullptr, looked).foot.triangle;
-    work_.triangles += looked;
-    return looked <= kNear;
-  }
-  return true;
-}
-
-/// Of two triangles of one body that held, across an edge, one is enough: the search finds the other.
-template <class Corrections>
-typename ContactTick<Corrections>::Holding ContactTick<Corrections>::oneOfEachBody() const noexcept {
-  Holding holding;
-  for (const HoldingSurface& s : state_.surfaces()) {
-    const auto known = std::as_const(holding).surfaces();
-    if (std::none_of(known.begin(), known.end(), [&](const HoldingSurface& o) { return o.body == s.body; })) {
-      holding.at[holding.count++] = s;
-    }
-  }
-  return holding;
-}
-
+/// One straight move: to the optimum of the planes of all that is in touch and in the way, as far as it is carried, or
+/// to what is met on the way.
 template <class Corrections>
 typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Vec3 hip) noexcept {
   Constraints constraints(hip, kSlack * skin_);
-  while (const Hit hit = go(constraints.optimum.point)) {
-    const HoldingSurface blocking{near_[hit.near].body, hit.crossing.side, hit.crossing.triangle};
-    if (!constraints.add(planeOf(blocking))) return {};
+  const bool behind = isBehind();
+  while (true) {
+    Move move = constraints.move();
+    const auto pushing = std::span<const HoldingSurface>(move.pushing).first(static_cast<std::size_t>(move.count));
+    const Carried carried = carriedBy(pushing, constraints);
+    if (carried.ends) {
+      const auto next = across(pushing[carried.surface], carried.edge);
+      if (next && constraints.cutOffBy(planeOf(*next))) {
+        Constraints both = constraints;
+        if (both.add(planeOf(*next))) {
+          constraints = both;
+          continue;
+        }
+      }
+      const double least = skin_ / glm::distance(state_.ihip, move.to);  // on, whatever happens
+      move.whole = false;
+      if (!behind) move.to = glm::mix(state_.ihip, move.to, std::min(std::max(carried.time, least), 1.0));
+    }
+    const Hit hit = go(move.to);
+    if (!hit) return move;
+    const ConstraintPlane plane = planeOf({near_[hit.near].body, hit.crossing.side, hit.crossing.triangle});
+    const double above = glm::dot(plane.normal, state_.ihip) - plane.offset;
+    const double below = glm::dot(plane.normal, move.to) - plane.offset;
+    const double clear = above / (above - below);  // of the way, to a skin above the plane
+    if (!behind && above > 0 && clear * glm::distance(state_.ihip, move.to) > kTouching * skin_) {
+      move = {true, false, glm::mix(state_.ihip, move.to, clear), 1, {plane.surface}};
+      if (!go(move.to)) return move;
+    }
+    if (!constraints.add(plane)) return {};
   }
-  return constraints.move();
 }
 
 template <class Corrections>
@@ -221,6 +226,13 @@ bool ContactTick<Corrections>::restsOn(const Move& move) const noexcept {
   });
 }
 
+/// Is the IHIP close enough over a triangle for the neighborhood watch to go on from there?
+template <class Corrections>
+bool ContactTick<Corrections>::isAbove(const HoldingSurface& s) const noexcept {
+  const Foot foot = closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from);
+  return foot.squaredDistance <= 16 * skin_ * skin_;
+}
+
 template <class Corrections>
 ConstraintPlane ContactTick<Corrections>::planeOf(const HoldingSurface& holding) const noexcept {
   const Near& near = near_[near_.indexOf(holding.body)];
@@ -242,13 +254,9 @@ void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled
   std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
   state_.holdingCount = move.count;
   if (!settled) return;
-  const HoldingSurface strongest = held();
-  const Surface& mesh = surface(strongest.body);
-  const bool oneFan = std::all_of(move.pushing.begin() + 1, move.pushing.begin() + move.count,
-                                  [&](const HoldingSurface& s) { return !mesh.anyCrossed() && meet(s, strongest); });
-  if (!oneFan) return;
-  const Foot foot = closestOn(mesh.triangle(strongest.triangle), strongest.triangle, heldNear().from);
-  if (foot.squaredDistance <= 16 * skin_ * skin_) hold(strongest, foot, state_.ihip);
+  if (!isOneSurface(move) || !isAbove(held())) return;
+  const std::uint32_t t = held().triangle;
+  hold(held(), closestOn(surface(held().body).triangle(t), t, heldNear().from), state_.ihip);
 }
 
 }  // namespace haptics

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "haptic_server/contact/contact.h"
@@ -39,6 +40,11 @@ inline constexpr double kSkin = 0x1p-20;
 inline constexpr double kLift = 0x1p-32;
 /// Of the skin: a plane is held when the IHIP is not farther below it.
 inline constexpr double kSlack = 0x1p-2;
+/// In skins: what is not farther on the way holds the IHIP, anything else is gone to first. Larger cuts corners; smaller
+/// takes more rounds in acute grooves.
+inline constexpr double kTouching = 16;
+/// Of the skin: closer than this to an edge is on it, for vertices are floats.
+inline constexpr double kHair = 0x1p-4;
 /// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
 inline constexpr double kSettled = 0x1p-14;
 
@@ -105,21 +111,31 @@ class ContactTick {
   struct Constraints;
   struct Holding;
   struct Move;
+  struct Carried;
   void resolve(Vec3 hip) noexcept;
   void stay() noexcept;
   void solve(Vec3 hip) noexcept;
-  [[nodiscard]] Move followHeld(Vec3 hip) noexcept;
-  [[nodiscard]] Holding oneOfEachBody() const noexcept;
-  [[nodiscard]] bool hopUnder(Vec3 point, Holding& holding) noexcept;
-  [[nodiscard]] bool add(const Holding& holding, const Holding& known, Constraints& constraints) const noexcept;
   [[nodiscard]] Move moveTowards(Vec3 hip) noexcept;
   /// Do two triangles share a vertex?
   [[nodiscard]] bool meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept;
   [[nodiscard]] Hit go(Vec3 world) noexcept;
+  [[nodiscard]] bool isAbove(const HoldingSurface& s) const noexcept;
   [[nodiscard]] bool restsOn(const Move& move) const noexcept;
   [[nodiscard]] bool isUnder(const Foot& foot) const noexcept { return foot.squaredDistance <= 4 * skin_ * skin_; }
   [[nodiscard]] ConstraintPlane planeOf(const HoldingSurface& holding) const noexcept;
   void classify(Vec3 hip, const Move& move, bool settled) noexcept;
+
+  // held_surfaces_impl.h: surfaces that are known to hold
+  [[nodiscard]] Move followHeld(Vec3 hip) noexcept;
+  [[nodiscard]] Holding oneOfEachBody() const noexcept;
+  [[nodiscard]] Carried carriedBy(std::span<const HoldingSurface> surfaces,
+                                  const Constraints& constraints) const noexcept;
+  [[nodiscard]] bool isBehind() const noexcept;
+  [[nodiscard]] bool fallsAway(const HoldingSurface& s, int k, const Constraints& constraints) const noexcept;
+  [[nodiscard]] std::optional<HoldingSurface> across(const HoldingSurface& s, int k) const noexcept;
+  [[nodiscard]] static Vec3 inwardOf(const TriangleRecord& record, int k) noexcept;
+  [[nodiscard]] bool watchOn(Vec3 hip, Move& move) noexcept;
+  [[nodiscard]] bool isOneSurface(const Move& move) const noexcept;
 
   [[nodiscard]] const Surface& surface(int body) const noexcept {
     return *bodies_[static_cast<std::size_t>(body)].surface;

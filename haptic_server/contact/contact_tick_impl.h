@@ -7,6 +7,7 @@
 
 #include "haptic_server/contact/constraint_solver_impl.h"
 #include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/held_surfaces_impl.h"
 #include "haptic_server/contact/neighborhood_watch_impl.h"
 #include "haptic_server/contact/surface_following_impl.h"
 
@@ -76,6 +77,7 @@ double ContactTick<Corrections>::advance(double now, bool last) noexcept {
   setTime(end);
   if (state_.mode == Mode::kFree) return advanceFree(now, end, hipAt(end));
   solve(hipAt(end));
+  if (state_.mode == Mode::kOneSurface) followSurface(hipAt(end));
   return end;
 }
 

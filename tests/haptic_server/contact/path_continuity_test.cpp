@@ -1,0 +1,98 @@
+// Where several bodies hold the IHIP and let it go it takes the way over their surfaces that a slow hand's would take,
+// and rests only where nothing beside it is nearer to the HIP.
+
+#include <gtest/gtest.h>
+
+#include "haptic_server/contact/contact.h"
+#include "tests/haptic_server/contact/world.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kSame = 1e-6;  // m: a few skins
+
+/// A moment of a random walk about five bodies, and where a reference proxy that divides the tick by 64 and knows
+/// triangles only has its IHIP at the end of the tick. World, metres.
+struct Moment {
+  const char* name;
+  friend std::ostream& operator<<(std::ostream& out, const Moment& moment) { return out << moment.name; }
+  ContactState::Mode mode;
+  Feature feature;
+  std::vector<HoldingSurface> holding;
+  Vec3 local, hip, ihip;  // at the start
+  Vec3 nextHip, nextIhip;
+};
+
+using Mode = ContactState::Mode;
+const std::vector<Moment> kMoments{
+    {"OnTheSeamOverACreaseOfIt",
+     Mode::kSeveralSurfaces,
+     Feature::kPolygon,
+     {{2, 1, 2038}, {3, 1, 853}},
+     Vec3(0),
+     {0.025421261056465149, 0.0039567585587986578, 0.0044788886644855563},
+     {0.02928723900760849, 0.0013248060107967806, 0.0024165648169638763},
+     {0.025248507958275036, 0.0038738560193943409, 0.0044271522686856087},
+     {0.026879362789020134, 0.00098902139592319145, 0.0016461979547377282}},
+    {"HeldInAPointWhereASaddleMeetsAnother",
+     Mode::kSeveralSurfaces,
+     Feature::kPolygon,
+     {{2, 1, 2717}, {2, 1, 2716}, {1, 1, 1195}},
+     Vec3(0),
+     {0.011466253864339549, -0.01515216445370967, 0.012675197713133829},
+     {0.0016957788638490351, 0.033408394891113531, 0.0061724946651376313},
+     {0.011486160534641597, -0.015180973534615914, 0.0126713771670701},
+     {0.0016957564952511384, 0.033408293567134983, 0.0061725055749586527}},
+    {"ASkinFromTheEndOfATriangle",
+     Mode::kSeveralSurfaces,
+     Feature::kPolygon,
+     {{0, 1, 1166}, {1, 1, 1880}},
+     Vec3(0),
+     {-0.021341808045619526, -0.0050234447291882126, 0.012705585778745854},
+     {-0.020570223488288474, -0.010396717812301823, -0.00247480678293234},
+     {-0.021338944160536527, -0.0050455969033802676, 0.012709469295376882},
+     {-0.019476525630680429, -0.010903969907220668, -0.0021384451026043522}},
+    {"PastTheVertexOfASaddleBesideAnother",
+     Mode::kOneSurface,
+     Feature::kLine,
+     {{2, 1, 1859}},
+     {0.021286188727617898, -0.010961349185225962, -0.0017556226493785512},
+     {0.02626851454105587, 0.013645772193005523, 0.024539054461979345},
+     {0.012697809684531224, -0.0013438657595492114, 0.0077368208464914986},
+     {0.0267409886072669, 0.012825283406552576, 0.024302762618540197},
+     {0.013366256019133757, -0.0027850929546122507, 0.0089121031602767894}},
+};
+
+class PathContinuity : public testing::TestWithParam<Moment> {};
+
+TEST_P(PathContinuity, IsThatOfASlowHand) {
+  const Moment& moment = GetParam();
+  const Quat turn{0.2983204717376271, -0.36399926120541576, 0.87484162251014996, 0.11472388377299372};
+  World world;
+  world.add(shapes::box({0.1, 0.1, 0.02}, 12),
+            Pose{turn, {-0.010246574031050988, 0.0057819881125940539, 0.024279031035198621}});
+  world.add(shapes::sphere(0.025, 16), Pose{turn, {-0.01057447432117762, 0.011999219770582546, 0.0022282144537057579}});
+  world.add(shapes::bumpy(0.025, 16), Pose{turn, {0.017592972365984484, 0.019257778628628878, 0.019048091695533596}});
+  world.add(shapes::torus(0.03, 0.008, 72, 24),
+            Pose{turn, {0.00075084895759256007, 0.010552755151314295, 0.0014252245804498888}});
+  world.add(shapes::box({0.02, 0.09, 0.012}, 8),
+            Pose{turn, {-0.0063661264705111541, 0.010786600323032176, 0.012707687839483006}});
+  ContactState& state = world.state();
+  state.mode = moment.mode;
+  state.feature = moment.feature;
+  state.holdingCount = static_cast<int>(moment.holding.size());
+  std::copy(moment.holding.begin(), moment.holding.end(), state.holding.begin());
+  state.local = moment.local;
+  state.hip = moment.hip;
+  state.ihip = moment.ihip;
+  const ContactResult r = world.tick(moment.nextHip);
+  EXPECT_TRUE(r.touching);
+  EXPECT_FALSE(r.work.unsettled);
+  EXPECT_NEAR(glm::distance(r.ihip, moment.nextIhip), 0, kSame);
+}
+
+INSTANTIATE_TEST_SUITE_P(Moments, PathContinuity, testing::ValuesIn(kMoments),
+                         [](const auto& moment) { return std::string(moment.param.name); });
+
+}  // namespace
+}  // namespace haptics
