@@ -13,6 +13,7 @@ template <class Corrections>
 struct ContactTick<Corrections>::Move {
   bool done = false;   ///< The way was clear.
   bool whole = false;  ///< It led to the optimum, over what carries the IHIP there.
+  bool rests = false;  ///< All that push there are known to be under the IHIP.
   Vec3 to{0};          ///< World.
   int count = 0;       ///< Surfaces that push there, the strongest first.
   std::array<HoldingSurface, ContactState::kMaxHolding> pushing;
@@ -40,6 +41,7 @@ struct ContactTick<Corrections>::Holding {
 template <class Corrections>
 struct ContactTick<Corrections>::Carried {
   bool ends = false;        ///< A triangle does, before the way does.
+  bool over = true;         ///< The optimum is well within all of them.
   double time = 1;          ///< Fraction of the way to clear of the first one that does.
   std::size_t surface = 0;  ///< Which one.
   int edge = 0;             ///< Over which of its edges.
@@ -77,8 +79,8 @@ struct ContactTick<Corrections>::Constraints {
   }
 
   /// To the optimum.
-  [[nodiscard]] Move move() const noexcept {
-    Move move{true, true, optimum.point, optimum.tightCount, {}};
+  [[nodiscard]] Move move(bool over = false) const noexcept {
+    Move move{true, true, over, optimum.point, optimum.tightCount, {}};
     for (std::size_t i = 0; i < static_cast<std::size_t>(move.count); ++i) {
       move.pushing[i] = planes[optimum.tight[i]].surface;
     }
@@ -190,7 +192,7 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Ve
     const double below = glm::dot(plane.normal, move.to) - plane.offset;
     const double clear = above / (above - below);  // of the way, to a skin above the plane
     if (!behind && above > 0 && clear * glm::distance(state_.ihip, move.to) > kTouching * skin_) {
-      move = {true, false, glm::mix(state_.ihip, move.to, clear), 1, {plane.surface}};
+      move = {true, false, false, glm::mix(state_.ihip, move.to, clear), 1, {plane.surface}};
       if (!go(move.to)) return move;
     }
     if (!constraints.add(plane)) return {};
@@ -221,9 +223,11 @@ typename ContactTick<Corrections>::Hit ContactTick<Corrections>::go(Vec3 world) 
 /// The pushing triangles are really under the IHIP, not only their planes: the planes' optimum is a local optimum.
 template <class Corrections>
 bool ContactTick<Corrections>::restsOn(const Move& move) const noexcept {
-  return std::all_of(move.pushing.begin(), move.pushing.begin() + move.count, [&](const HoldingSurface& s) {
-    return isUnder(closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from));
-  });
+  return move.rests ||
+         std::all_of(move.pushing.begin(), move.pushing.begin() + move.count, [&](const HoldingSurface& s) {
+           return isUnder(
+               closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from));
+         });
 }
 
 /// Is the IHIP close enough over a triangle for the neighborhood watch to go on from there?

@@ -133,7 +133,6 @@ class ContactTick {
   [[nodiscard]] bool isBehind() const noexcept;
   [[nodiscard]] bool fallsAway(const HoldingSurface& s, int k, const Constraints& constraints) const noexcept;
   [[nodiscard]] std::optional<HoldingSurface> across(const HoldingSurface& s, int k) const noexcept;
-  [[nodiscard]] static Vec3 inwardOf(const TriangleRecord& record, int k) noexcept;
   [[nodiscard]] bool watchOn(Vec3 hip, Move& move) noexcept;
   [[nodiscard]] bool isOneSurface(const Move& move) const noexcept;
 

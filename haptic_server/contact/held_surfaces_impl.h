@@ -3,6 +3,7 @@
 // How surfaces that hold carry the IHIP on, triangle by triangle.
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "haptic_server/contact/constraint_solver_impl.h"
@@ -25,7 +26,7 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec
     }
     Vec3 to = constraints.optimum.point;
     const Carried carried = carriedBy(std::as_const(held).surfaces(), constraints);
-    if (!carried.ends) return go(to) ? Move{} : constraints.move();
+    if (!carried.ends) return go(to) ? Move{} : constraints.move(carried.over);
     const auto next = across(held.at[carried.surface], carried.edge);
     if (!next) return {};
     if (constraints.cutOffBy(planeOf(*next))) {
@@ -71,12 +72,6 @@ std::optional<HoldingSurface> ContactTick<Corrections>::across(const HoldingSurf
   return HoldingSurface{s.body, s.side, neighbour};
 }
 
-/// Of the edge's plane along the triangle's normal.
-template <class Corrections>
-Vec3 ContactTick<Corrections>::inwardOf(const TriangleRecord& record, int k) noexcept {
-  return glm::normalize(glm::cross(record.areaNormal(), record.corner(nextCorner(k)) - record.corner(k)));
-}
-
 /// How far on the straight way to the optimum the triangles under the IHIP stay under it, and which one ends first: of
 /// where both would be without the skin, which lifts them over edges. As far beyond its edge counts as over a triangle
 /// as makes clear that it is left.
@@ -84,22 +79,29 @@ template <class Corrections>
 typename ContactTick<Corrections>::Carried ContactTick<Corrections>::carriedBy(
     std::span<const HoldingSurface> surfaces, const Constraints& constraints) const noexcept {
   Carried carried;
-  const Vec3 lift = constraints.lift(skin_);
+  const Vec3 optimum = constraints.optimum.point;
+  const Vec3 lowered = optimum - constraints.lift(skin_);
+  const double hair = kHair * skin_;
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const Near& near = near_[near_.indexOf(surfaces[i].body)];
     const TriangleRecord& record = near.surface->triangle(surfaces[i].triangle);
-    if (record.zeroArea()) continue;
-    const Vec3 to = near.frame.toLocal(constraints.optimum.point - lift);
-    const Vec3 way = near.frame.toLocal(constraints.optimum.point) - near.from;
+    const Vec3 normal = record.areaNormal();
+    const Vec3 to = near.frame.toLocal(lowered);
     for (int k = 0; k < 3; ++k) {
-      const Vec3 inward = inwardOf(record, k);
-      const double speed = glm::dot(inward, way);
-      const double end = glm::dot(inward, to - record.corner(k));
+      const Vec3 inward = glm::cross(normal, record.corner(nextCorner(k)) - record.corner(k));
+      const double squaredScale = squaredLength(inward);
+      double end = glm::dot(inward, to - record.corner(k));
+      if (end > 0 && end * end >= hair * hair * squaredScale) continue;  // nearly always
+      carried.over = false;
+      if (!(squaredScale > 0)) continue;
+      const double scale = std::sqrt(squaredScale);
+      end /= scale;
+      if (end >= 0 && fallsAway(surfaces[i], k, constraints)) carried = {true, false, 1, i, k};
+      const double speed = glm::dot(inward, near.frame.toLocal(optimum) - near.from) / scale;
       const double inside = end - speed;
-      if (end >= 0 && end < kHair * skin_ && fallsAway(surfaces[i], k, constraints)) carried = {true, 1, i, k};
       if (inside < -2 * skin_ || end >= 0 || speed >= 0) continue;
       const double time = std::min((inside + 2 * skin_) / -speed, 1.0);
-      if (!carried.ends || time < carried.time) carried = {true, time, i, k};
+      if (!carried.ends || time < carried.time) carried = {true, false, time, i, k};
     }
   }
   return carried;
