@@ -90,7 +90,7 @@ class Arguments(Verb):
 class Chart(Verb):
     def test_has_every_method_priced_and_judged(self):
         self.run_well("chart", "--finest", "12")
-        rows = list(csv.DictReader((self.out / "chart.csv").open()))
+        rows = list(csv.DictReader((self.out / "chart.csv").read_text().splitlines()))
         methods = {row["method"]: row for row in rows}
         self.assertIn("ours", methods)
         self.assertIn("god_object", methods)
