@@ -163,7 +163,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   asio::steady_timer graceTimer_;
   State state_ = State::kOpen;
   std::shared_ptr<Transport::Events> events_;
-  std::array<char, kReadBuffer_bytes> input_{};
+  std::array<char, kReadBuffer_bytes> input_;  // not cleared: a connection that says nothing costs no pages
   std::string sending_, queued_;
   std::size_t sent_ = 0;
   bool reading_ = false;

@@ -111,7 +111,9 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
       {"Device", view.device.empty() ? kNothing : shortened(view.device)},
       heard ? faultOrRate(sample) : OverlayLine{"Servo", kNothing},
       {"Missed ticks", heard ? std::to_string(sample.missedTicks) : kNothing},
-      {"Telemetry age", heard ? formatted("%.1f ms", age_s * kMillisecondsPerSecond) : kNothing,
+      {"Telemetry age",
+       heard ? formatted("%.1f ms", age_s * kMillisecondsPerSecond) + (view.telemetryByDatagram ? " by UDP" : "")
+             : kNothing,
        isStale(view, age_s) ? Tone::kWarning : Tone::kPlain},
       {"Revision", heard ? formatted("%llu, felt: %llu", static_cast<unsigned long long>(view.scene->revision()),
                                      static_cast<unsigned long long>(sample.sceneRevision))

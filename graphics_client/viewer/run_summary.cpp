@@ -41,6 +41,8 @@ std::string RunSummary::json() const {
       {"scene_revision", 0},
       {"hashes_equal", false},
       {"telemetry_age_ms", {{"p50", percentile(ages_ms_, 0.5)}, {"p99", percentile(ages_ms_, 0.99)}}},
+      {"telemetry_by_datagram", newestLive_ && newestLive_->telemetryByDatagram},
+      {"forged_datagrams", newest_ ? newest_->forgedDatagrams : 0},
       {"resyncs", newest_ ? newest_->resyncs : 0},
       {"state_resets", newest_ ? newest_->stateResets : 0},
   };

@@ -201,6 +201,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
                                      [](const auto& entry) { return !entry.second->session.welcomed(); });
     ++refusedConnections_;
     log("dropped " + oldest->second->transport->peer() + ": too many connections that say nothing");
+    paths_.remove(oldest->first);
     connections_.erase(oldest);
   }
 

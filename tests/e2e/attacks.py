@@ -1,4 +1,5 @@
 """Each attack is refused with a reason, and the server is unharmed: it ticks, its scene stands, others go on editing."""
+import contextlib
 import math
 import os
 import resource
@@ -172,6 +173,18 @@ class OnASecuredServer(Attacks):
         client = self.raw(self.tls())
         client.send(os.urandom(5000))
         client.until_closed()
+
+    def test_a_handshake_that_never_ends(self):
+        client = self.raw()
+        start = time.monotonic()
+        client.socket.settimeout(0.1)
+        with self.assertRaises(ConnectionError):
+            for byte in b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(500):
+                client.send(bytes([byte]))
+                with contextlib.suppress(TimeoutError):
+                    if not client.socket.recv(100):
+                        raise ConnectionError
+        self.assertLess(time.monotonic() - start, 20)
 
     def test_udp_is_not_offered_where_there_is_tls(self):
         viewer = self.connect(tls=self.tls(), token=self.token("viewer"))

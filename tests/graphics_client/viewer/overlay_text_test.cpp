@@ -41,6 +41,8 @@ TEST_F(Touching, StatusSaysRateAgeRevisionAndFrames) {
   EXPECT_EQ(status("Servo").value, "1000 Hz");
   EXPECT_EQ(status("Missed ticks").value, "17");
   EXPECT_EQ(status("Telemetry age").value, "4.0 ms");
+  view.telemetryByDatagram = true;
+  EXPECT_EQ(status("Telemetry age").value, "4.0 ms by UDP");
   EXPECT_EQ(status("Revision").value, "1, felt: 1");
   EXPECT_EQ(status("Objects").value, "1");
   EXPECT_EQ(status("Picture").value, "60 frames/s");
