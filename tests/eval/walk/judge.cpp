@@ -53,14 +53,15 @@ bool Judge::isLocalMinimum(Vec3 ihip, Vec3 hip, double step) {
   return std::none_of(ways.begin(), ways.end(), [&](Vec3 way) { return isBetter(from, way, step, hip); });
 }
 
-/// Nearer by more than a thousandth of the way, and open.
+/// Nearer by more than a thousandth of the way, and open. A place inside of a body is none: where two faces stand back
+/// to back, pushing off each in turn can end between them, in the body, from where every way is open.
 bool Judge::isBetter(Vec3 from, Vec3 way, double step, Vec3 hip) const {
   constexpr double kSlope = 1e-3;
   const double length = glm::length(way);
   if (!(length > 0)) return false;
   const Vec3 to = from + way * (std::min(step, length) / length);
   const double gain = glm::distance(from, hip) - glm::distance(to, hip);
-  return gain > kSlope * glm::distance(from, to) + skin_ && !obstacles_.firstBlock(from, to);
+  return gain > kSlope * glm::distance(from, to) + skin_ && !obstacles_.firstBlock(from, to) && !soup_.isInside(to, 0);
 }
 
 }  // namespace haptics::eval
