@@ -67,8 +67,10 @@ struct ContactResult {
 
 /// The primitive that holds the foot, in canonical numbering.
 [[nodiscard]] inline PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept {
-  static constexpr std::array kKinds{PrimitiveKind::kPolygon, PrimitiveKind::kLine, PrimitiveKind::kVertex};
-  return {kKinds[static_cast<std::size_t>(foot.feature)], foot.index, surface.canonical(foot.triangle)};
+  static_assert(static_cast<int>(PrimitiveKind::kPolygon) == static_cast<int>(Feature::kPolygon) + 1);
+  static_assert(static_cast<int>(PrimitiveKind::kVertex) == static_cast<int>(Feature::kVertex) + 1);
+  const auto kind = static_cast<PrimitiveKind>(static_cast<int>(foot.feature) + 1);
+  return {kind, foot.index, surface.canonical(foot.triangle)};
 }
 
 /// Free at hip (world): attach, re-attach.

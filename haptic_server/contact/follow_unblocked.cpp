@@ -114,14 +114,17 @@ struct Minimum {
   const FourVec3 to = all(h);
   OverPolygon over(surface, holding.triangle, to);
   int looked = 1;
-  if (!over.holdsEnd()) {
+  if (!over.holdsEnd()) [[unlikely]] {
     if (others.count > 0) return false;
     const FourVec3 from = all(body.frame.toLocal(state.hip));
     if (!goOverPolygons(surface, from, to, holding.side, over, looked)) return false;
   }
-  if (over.endsOutside(holding.side)) return false;
+  if (over.endsOutside(holding.side)) [[unlikely]]
+    return false;
   const Minimum minimum{over.triangle(), Feature::kPolygon, 0, over.endFoot(four(h)), over.unitNormal()};
-  if (others.count > 0 && !stayIsClear(body, others, state, vec3(minimum.foot), result.work)) return false;
+  if (others.count > 0) [[unlikely]] {
+    if (!stayIsClear(body, others, state, vec3(minimum.foot), result.work)) return false;
+  }
   result.work.triangles = looked;
   result.work.steps = 1;
   keep(body, state, hip, minimum, result);
@@ -179,8 +182,11 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Ve
   if (body.moving || surface.anyCrossed() || surface.triangle(state.holding[0].triangle).zeroArea()) [[unlikely]]
     return false;
   Others others;
-  if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
-  if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) return true;
+  if (bodies.size() > 1) [[unlikely]] {
+    if (!findOthers(bodies, state, hip, others)) return false;
+  }
+  if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) [[likely]]
+    return true;
   return searchBeside(body, others, state, hip, result);
 }
 
