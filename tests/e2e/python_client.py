@@ -1,0 +1,208 @@
+"""The Python client and its examples: the same promises as the C++ client's, with hashes computed independently."""
+import contextlib
+import csv
+import signal
+import socket
+import sys
+import threading
+import time
+import unittest
+
+import harness
+from haptic_client import Client, Conflict, Refused, Rejected
+
+EXAMPLES = harness.Path(__file__).resolve().parents[2] / "graphics_client/script/python/examples"
+BALL = 'operations { add { name: "ball" mesh { sphere { radius_m: 0.01 segments: 4 } } pose { position { z: 0.2 } } } }'
+
+
+def increment(client, name):
+    """Read, add 1 N/m, write if nobody else did in between, else read again. The number of tries."""
+    tries = 0
+    while True:
+        tries += 1
+        known = client.objects()[name]
+        try:
+            client.submit(f'preconditions {{ object {{ id: {known.id} }} expected_revision: {known.revision} }} operations {{ '
+                          f'set_material {{ object {{ id: {known.id} }} material {{ '
+                          f'stiffness_N_per_m: {known.stiffness_N_per_m + 1} }} }} }}').result(30)
+            return tries
+        except Conflict:
+            time.sleep(0.001)  # until the commit that came between is here
+
+
+class DeafRelay:
+    """Forwards to the server; while `deaf`, what the server answers is lost. cut() ends all connections."""
+
+    def __init__(self, server):
+        self.server, self.deaf, self.pairs = server.host_and_port(), False, []
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.address = f"127.0.0.1:{self.listener.getsockname()[1]}"
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self):
+        while True:
+            try:
+                client = self.listener.accept()[0]
+            except OSError:
+                return
+            pair = client, socket.create_connection(self.server)
+            self.pairs.append(pair)
+            threading.Thread(target=self.pump, args=(*pair, False), daemon=True).start()
+            threading.Thread(target=self.pump, args=(*reversed(pair), True), daemon=True).start()
+
+    def pump(self, source, target, answers):
+        try:
+            while data := source.recv(1 << 16):
+                if not (answers and self.deaf):
+                    target.sendall(data)
+        except OSError:
+            pass
+
+    def cut(self):
+        pairs, self.pairs = self.pairs, []
+        for pair in pairs:
+            for end in pair:
+                with contextlib.suppress(OSError):
+                    end.shutdown(socket.SHUT_RDWR)
+                end.close()
+
+    def close(self):
+        self.listener.close()
+        self.cut()
+
+
+class PythonClient(harness.EndToEnd):
+    def setUp(self):
+        super().setUp()
+        self.server = self.start_server()
+
+    def client(self, address=None, **options):
+        client = Client(address or self.server.address, **options)
+        self.addCleanup(client.close)
+        client.wait_live(30)
+        return client
+
+    def example(self, name, *arguments):
+        process = harness.Process([sys.executable, EXAMPLES / f"{name}.py", "--connect", self.server.address, *arguments])
+        self.addCleanup(process.kill)
+        return process
+
+    def assert_in_step(self, client):
+        status = self.server.status()
+        held = status["revision"], status["root"]
+        harness.wait_until(lambda: client.revision_and_root() == held, 10, lambda: f"{client.revision_and_root()} {held}")
+        self.assertEqual(client.resyncs, 0)
+
+    def test_it_computes_the_servers_root_at_every_revision(self):
+        client = self.client()
+        self.assert_in_step(client)
+        client.apply(BALL)
+        client.apply('operations { set_pose { object { name: "ball" } pose { position { x: -0.0 y: 1e-300 } '
+                     'rotation { w: 0.6 z: 0.8 } } } } operations { remove { object { name: "box" } } }')
+        client.apply('operations { set_material { object { name: "ball" } material { color { red: 0.1 } } } }')
+        self.assert_in_step(client)
+        self.assertEqual(set(client.objects()), {"torus", "ball"})
+
+    def test_it_raises_what_is_wrong_and_where(self):
+        client = self.client()
+        with self.assertRaises(Rejected) as rejected:
+            client.apply('operations { set_material { object { name: "box" } material { damping_Ns_per_m: -1 } } }')
+        self.assertEqual(rejected.exception.field, "operations[0].set_material.material.damping_Ns_per_m")
+        stale = client.objects()["box"]
+        increment(client, "box")
+        with self.assertRaises(Conflict) as conflict:
+            client.apply(f'preconditions {{ object {{ name: "box" }} expected_revision: {stale.revision} }}' + BALL)
+        self.assertEqual(conflict.exception.current[0].stiffness_N_per_m, stale.stiffness_N_per_m + 1)
+
+    def test_increments_of_clients_at_once_are_all_there(self):
+        clients = [self.client() for _ in range(4)]
+        start = clients[0].objects()["box"].stiffness_N_per_m
+        threads = [threading.Thread(target=lambda c=client: [increment(c, "box") for _ in range(25)])
+                   for client in clients]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(60)
+        for client in clients:
+            self.assert_in_step(client)
+        self.assertEqual(clients[0].objects()["box"].stiffness_N_per_m, start + 100)
+
+    def test_an_edit_whose_answer_was_lost_is_applied_once(self):
+        relay = DeafRelay(self.server)
+        self.addCleanup(relay.close)
+        client = self.client(relay.address)
+        start = self.server.status()["revision"]
+        relay.deaf = True
+        edit = client.submit(BALL)
+        harness.wait_until(lambda: self.server.status()["revision"] == start + 1, 10, "the edit is applied")
+        self.assertFalse(edit.reply.done())
+        relay.cut()
+        relay.deaf = False
+        self.assertEqual(edit.result(30).revision, start + 1)
+        self.assertGreater(edit.live_since_tick(30), 0)
+        self.assertEqual(client.connections, 2)
+        self.assert_in_step(client)
+        self.assertEqual(self.server.status()["revision"], start + 1)
+
+    def test_it_outlives_a_restart_of_the_server(self):
+        client = self.client()
+        client.apply(BALL)
+        self.server.kill()
+        late = client.submit('operations { remove { object { name: "box" } } }')
+        self.server = self.start_server(listen=self.server.address)
+        late.result(30)
+        self.assert_in_step(client)
+        self.assertEqual(set(client.objects()), {"torus"})
+
+    def test_it_speaks_tls_with_a_token(self):
+        self.server.kill()
+        self.server = self.start_server(credentials=harness.make_credentials(self.folder / "keys"))
+        with self.assertRaises(Refused) as refusal, Client(self.server.address):
+            pass
+        self.assertIn("--credentials", str(refusal.exception))
+        self.client(credentials=self.folder / "keys" / "editor.credentials").apply(BALL)
+        with self.assertRaises(Rejected) as rejected:
+            self.client(credentials=self.folder / "keys" / "viewer.credentials").apply(BALL)
+        self.assertEqual(rejected.exception.field, "role")
+
+    def test_example_pushes_a_scene_change(self):
+        scene = self.folder / "ball.scene"
+        scene.write_text(BALL)
+        pushed = self.example("push_scene_change", scene)
+        self.assertEqual(pushed.wait(), 0, pushed.text())
+        status = self.server.status()
+        said = pushed.find(r"^revision (\d+), live since tick \d+, root ([0-9a-f]{64})$")
+        self.assertEqual((int(said[1]), said[2]), (status["revision"], status["root"]))
+        changed = self.example("push_scene_change", "--stiffness", "321", "ball")
+        self.assertEqual(changed.wait(), 0, changed.text())
+        self.assertEqual(self.server.ctl("get", "ball").json()["object"][0]["stiffness_N_per_m"], 321)
+        refused = self.example("push_scene_change", "--stiffness", "-1", "ball")
+        self.assertEqual(refused.wait(), 1)
+        self.assertIn("operations[0].set_material.material.stiffness_N_per_m", refused.text())
+
+    def test_example_streams_forces_to_csv(self):
+        file = self.folder / "forces.csv"
+        streaming = self.example("stream_forces", "--rate", "200", "--out", file)
+        harness.wait_until(lambda: streaming.alive() and file.exists() and file.stat().st_size > 20_000, 60, streaming.text)
+        streaming.send(signal.SIGINT)
+        self.assertEqual(streaming.wait(), 0, streaming.text())
+        with file.open() as lines:
+            rows = list(csv.DictReader(lines))
+        ticks = [int(row["tick"]) for row in rows]
+        self.assertEqual(ticks, sorted(set(ticks)))
+        self.assertTrue(any(row["object"] and float(row["force_z_N"]) != 0 for row in rows), "the hand touches something")
+
+    def test_example_animates_an_object_at_60_hz(self):
+        before = self.server.status()["revision"]
+        home = self.server.ctl("get", "torus").json()["object"][0]["pose"]["position"]
+        animation = self.example("animate_object", "--seconds", "3", "torus")
+        self.assertEqual(animation.wait(), 0, animation.text())
+        poses, left_out = map(int, animation.find(r"^(\d+) poses in 3 s, (\d+) left out$").groups())
+        self.assertEqual(poses + left_out, 180)
+        self.assertGreater(poses, 90, "a loaded machine leaves some out, not most")
+        self.assertEqual(self.server.status()["revision"], before + poses + 1)
+        self.assertEqual(self.server.ctl("get", "torus").json()["object"][0]["pose"]["position"], home)
+
+
+if __name__ == "__main__":
+    unittest.main()
