@@ -123,6 +123,16 @@ void ClientSession::upload(std::string meshBytes, UploadCallbacks callbacks) {
   pumpUploads();
 }
 
+void ClientSession::cancelUpload(const ContentHash& mesh) {
+  const bool connected = phase_ == Phase::kSyncing || phase_ == Phase::kLive;
+  if (uploads_.cancel(mesh) && connected) {
+    v1::Envelope envelope;
+    envelope.mutable_asset_upload()->set_cancel(mesh.asBytes());
+    send(envelope);
+  }
+  pumpUploads();
+}
+
 void ClientSession::requestStatus(StatusCallback callback) {
   statusWaiters_.push_back(std::move(callback));
   if (statusWaiters_.size() == 1) sendStatusRequest();

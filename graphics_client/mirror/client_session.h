@@ -74,6 +74,7 @@ class ClientSession {
 
   void submit(v1::Transaction transaction, EditCallbacks callbacks);
   void upload(std::string meshBytes, UploadCallbacks callbacks);
+  void cancelUpload(const ContentHash& mesh);
   /// Asked again after a reconnect until it is answered.
   void requestStatus(StatusCallback callback);
   void setTelemetryRate(double rate_Hz);

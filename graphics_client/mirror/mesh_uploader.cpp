@@ -44,6 +44,19 @@ std::optional<v1::AssetUpload> MeshUploader::next() {
   return message;
 }
 
+bool MeshUploader::cancel(const ContentHash& hash) {
+  const auto upload = std::ranges::find(uploads_, hash, &Upload::hash);
+  if (upload == uploads_.end()) return false;
+  const bool begun = upload->sent_bytes > 0;
+  const auto finished = std::move(upload->callbacks.finished);
+  uploads_.erase(upload);
+  v1::AssetUploadReply reply;
+  reply.set_hash(hash.asBytes());
+  reply.set_reason("was cancelled");
+  if (finished) finished(reply);
+  return begun;
+}
+
 void MeshUploader::replied(const v1::AssetUploadReply& reply) {
   if (uploads_.empty() || uploads_.front().hash.asBytes() != reply.hash()) return;
   const auto finished = std::move(uploads_.front().callbacks.finished);

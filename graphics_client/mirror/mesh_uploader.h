@@ -17,6 +17,9 @@ class MeshUploader {
   void add(std::string bytes, UploadCallbacks callbacks);
   /// The next chunk to send; counts as sent. Nothing while the server's reply to a complete mesh is awaited.
   [[nodiscard]] std::optional<v1::AssetUpload> next();
+  /// The upload of the mesh with this hash is not to go on; it finishes as refused, from within.
+  /// @return Whether the server has had a part of it and is to be told.
+  bool cancel(const ContentHash& hash);
   void replied(const v1::AssetUploadReply& reply);
   void connectionLost();
 

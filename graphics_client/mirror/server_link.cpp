@@ -171,6 +171,10 @@ void ServerLink::upload(std::string meshBytes, UploadCallbacks callbacks) {
       });
 }
 
+void ServerLink::cancelUpload(const ContentHash& mesh) {
+  worker_->loop.post([worker = worker_.get(), mesh] { worker->session.cancelUpload(mesh); });
+}
+
 void ServerLink::requestStatus(StatusCallback callback) {
   worker_->loop.post([worker = worker_.get(), callback = std::move(callback)]() mutable {
     worker->session.requestStatus(std::move(callback));

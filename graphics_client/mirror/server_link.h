@@ -44,6 +44,8 @@ class ServerLink {
   void submit(v1::Transaction transaction, EditCallbacks callbacks);
   /// Sends a mesh's canonical bytes (encodeMesh), so that edits of this link may name its hash.
   void upload(std::string meshBytes, UploadCallbacks callbacks);
+  /// By the mesh's hash; the upload finishes as refused and the server frees what it has of it.
+  void cancelUpload(const ContentHash& mesh);
   void requestStatus(StatusCallback callback);
   void setTelemetryRate(double rate_Hz);
 

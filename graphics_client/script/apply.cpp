@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/wire/convert.h"
+#include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/upload.h"
 #include "graphics_client/script/verbs.h"
@@ -57,7 +58,7 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
   Connection connection(common, {});
   if (const auto opened = connection.open(); !opened) return fail(kNoConnection, opened.error());
   if (const auto sent = uploadMeshes(connection, options.uploads, *transaction); !sent) {
-    return fail(kRefused, sent.error());
+    return fail(Interrupt::interrupted() ? kInterrupted : kRefused, sent.error());
   }
 
   const auto answers = std::make_shared<Answers>();

@@ -4,6 +4,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "common/clock/monotonic.h"
 #include "common/error/error.h"
@@ -21,7 +22,7 @@ struct CommonOptions {
 };
 
 /// What hapticctl exits with; scripts rely on it.
-enum ExitCode : int { kDone = 0, kRefused = 1, kUsage = 2, kNoConnection = 3 };
+enum ExitCode : int { kDone = 0, kRefused = 1, kUsage = 2, kNoConnection = 3, kInterrupted = 130 };
 
 /// Prints "hapticctl: ..." on standard error and returns the code.
 int fail(ExitCode code, const Error& error);
@@ -43,8 +44,14 @@ class Connection {
   /// Waits for an answer as long as there is a connection. Refused: none for timeout_s.
   template <class T>
   [[nodiscard]] Result<T> await(std::future<T> answer) {
+    return await(std::move(answer), [] {});
+  }
+  /// The same; `look` is called now and then meanwhile.
+  template <class T, class Look>
+  [[nodiscard]] Result<T> await(std::future<T> answer, Look look) {
     std::uint64_t lastLive_ns = monotonicNow_ns();
     while (answer.wait_for(kLook) != std::future_status::ready) {
+      look();
       const auto view = link_.latest();
       if (view->link == LinkState::kLive) lastLive_ns = monotonicNow_ns();
       if (1e-9 * static_cast<double>(monotonicNow_ns() - lastLive_ns) > options_.timeout_s) return noConnection(*view);

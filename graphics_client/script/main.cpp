@@ -106,7 +106,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();
   app.footer(
-      "Exits with 0 when done, 1 when refused or not equal, 2 for wrong usage, 3 without a connection.\n"
+      "Exits with 0 when done, 1 when refused or not equal, 2 for wrong usage, 3 without a connection, 130 at Ctrl-C.\n"
       "hapticctl VERB --help shows examples.");
   CommonOptions common;
   ApplyOptions applyOptions;

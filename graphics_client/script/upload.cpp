@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cstddef>
 #include <cstdio>
 #include <future>
 #include <memory>
@@ -10,6 +11,7 @@
 
 #include "common/mesh/import.h"
 #include "common/mesh/mesh_asset.h"
+#include "graphics_client/script/interrupt.h"
 
 namespace haptics {
 namespace {
@@ -20,10 +22,20 @@ v1::MeshSource* meshOf(v1::Operation& operation) {
   return nullptr;
 }
 
+constexpr double kMegabyte = 1e6;
+
+/// A line on the terminal that is drawn over and over, if there is a terminal.
 void showProgress(const std::string& name, std::uint64_t sent_bytes, std::uint64_t total_bytes) {
+  constexpr int kBar = 30;  // characters
   if (isatty(STDERR_FILENO) == 0) return;
-  std::fprintf(stderr, "\ruploading %s: %3d %%%s", name.c_str(), static_cast<int>(100 * sent_bytes / total_bytes),
-               sent_bytes == total_bytes ? "\n" : "");
+  const double share = static_cast<double>(sent_bytes) / static_cast<double>(total_bytes);
+  const std::string bar(static_cast<std::size_t>(kBar * share), '#');
+  std::fprintf(stderr, "\ruploading %s [%-*s] %3d %% of %.1f MB ", name.c_str(), kBar, bar.c_str(),
+               static_cast<int>(100 * share), static_cast<double>(total_bytes) / kMegabyte);
+}
+
+void endProgress() {
+  if (isatty(STDERR_FILENO) != 0) std::fputc('\n', stderr);
 }
 
 Result<void> uploadOne(Connection& connection, const std::string& name, const std::filesystem::path& file,
@@ -35,16 +47,22 @@ Result<void> uploadOne(Connection& connection, const std::string& name, const st
   if (!imported) return tl::unexpected(imported.error());
   std::fprintf(stderr, "%s: %s\n", file.c_str(), imported->report.text().c_str());
 
+  const ContentHash hash = hashOf(imported->mesh);
+  const Interrupt interrupt;
   const auto finished = std::make_shared<std::promise<v1::AssetUploadReply>>();
   connection.link().upload(
       encodeMesh(imported->mesh),
       {[name](std::uint64_t sent_bytes, std::uint64_t total_bytes) { showProgress(name, sent_bytes, total_bytes); },
        [finished](const v1::AssetUploadReply& reply) { finished->set_value(reply); }});
-  const auto reply = connection.await(finished->get_future());
+  const auto reply = connection.await(finished->get_future(), [&] {
+    if (Interrupt::interrupted()) connection.link().cancelUpload(hash);
+  });
+  endProgress();
+  if (Interrupt::interrupted()) return refused(file.string(), "the upload was cancelled; nothing was changed");
   if (!reply) return tl::unexpected(reply.error());
   if (!reply->accepted()) return refused(file.string() + ": " + reply->field(), reply->reason());
   source.Clear();
-  source.set_asset(hashOf(imported->mesh).asBytes());
+  source.set_asset(hash.asBytes());
   return {};
 }
 

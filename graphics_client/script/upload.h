@@ -11,7 +11,7 @@ namespace haptics {
 
 /// Imports the local files whose names the transaction's meshes carry (with the unit or extent given there), uploads
 /// them with progress on standard error, and names them by their hash instead. Errors name the file or the upload:
-/// import refused, name not used, server refused, connection lost.
+/// import refused, name not used, server refused, connection lost. Ctrl-C cancels the upload under way.
 [[nodiscard]] Result<void> uploadMeshes(Connection& connection,
                                         const std::map<std::string, std::filesystem::path>& files,
                                         v1::Transaction& transaction);

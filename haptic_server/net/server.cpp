@@ -122,9 +122,12 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
                               });
     }
     void submitMesh(const ContentHash& hash, std::string bytes) override {
-      server.room_.submitMesh(hash, std::move(bytes), [here = here(), hash](const auto& mesh) {
-        here([hash, mesh](ServerSession& s) { s.meshDecided(hash, mesh); });
-      });
+      const std::size_t size = bytes.size();
+      server.room_.submitMesh(hash, std::move(bytes),
+                              [weak = server.weak_from_this(), n = number, hash, size](const auto& mesh) {
+                                const auto self = weak.lock();
+                                if (self) self->post([=](Impl& impl) { impl.meshDecided(n, hash, size, mesh); });
+                              });
     }
     [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
       if (bytes > kUploadBudget_bytes - server.uploadBytes_) return false;
@@ -218,6 +221,16 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     });
     if (static_cast<std::size_t>(others) < kMaxClients) return role;
     return refused("", "the server has its " + std::to_string(kMaxClients) + " clients");
+  }
+
+  void meshDecided(std::uint64_t number, const ContentHash& hash, std::size_t bytes,
+                   const Result<std::shared_ptr<const MeshAsset>>& mesh) {
+    const auto at = connections_.find(number);
+    if (at == connections_.end()) {
+      uploadBytes_ -= bytes;
+    } else {
+      at->second->session.meshDecided(hash, mesh);
+    }
   }
 
   void claimed(const Connection& by, SessionId id) {

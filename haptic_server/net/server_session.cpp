@@ -86,7 +86,8 @@ void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outc
 }
 
 void ServerSession::meshDecided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome) {
-  if (phase_ == Phase::kLive) send(uploads_.decided(hash, std::move(outcome)));
+  const auto reply = uploads_.decided(hash, std::move(outcome));
+  if (reply && phase_ == Phase::kLive) send(*reply);
 }
 
 void ServerSession::refuse(const std::string& field, const std::string& reason) {
@@ -228,6 +229,11 @@ void ServerSession::handle(const v1::EditRequest& request) {
 }
 
 void ServerSession::handle(const v1::AssetUpload& upload) {
+  if (!upload.cancel().empty()) {
+    const auto hash = hashFromWire(upload.cancel(), "asset_upload.cancel");
+    if (!hash) return refuse(hash.error().field, hash.error().reason);
+    return uploads_.cancel(*hash);
+  }
   const auto reply =
       role_ == Role::kEdit ? uploads_.take(upload.chunk()) : uploads_.turnAway(upload.chunk(), notAnEditor());
   if (reply) send(*reply);

@@ -25,7 +25,8 @@ class SessionHost {
 
   /// Answered with ServerSession::editDecided, now or later.
   virtual void submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction) = 0;
-  /// Answered with ServerSession::meshDecided, now or later.
+  /// Answered with ServerSession::meshDecided, now or later. When the session is destroyed before, the host releases
+  /// what it had reserved for these bytes.
   virtual void submitMesh(const ContentHash& hash, std::string bytes) = 0;
   /// Memory of the server for uploads, shared by all clients. False: there is not so much left.
   [[nodiscard]] virtual bool reserveUpload(std::size_t bytes) = 0;

@@ -35,7 +35,8 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
   if (const auto checked = assembly_.check(chunk, *hash); !checked) return refuse(*hash, checked.error());
   if (chunk.offset() == 0) {
     releaseAssembly();
-    if (building_.contains(*hash)) {  // answered when it is built
+    if (const auto at = building_.find(*hash); at != building_.end()) {  // answered when it is built
+      at->second.wanted = true;
       assembly_.abandon(*hash);
       return std::nullopt;
     }
@@ -51,7 +52,7 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
   }
   assembly_.add(chunk, *hash);
   if (!assembly_.complete()) return std::nullopt;
-  building_[*hash] = std::exchange(assemblyReserved_, 0);
+  building_[*hash] = {std::exchange(assemblyReserved_, 0)};
   host_.submitMesh(*hash, assembly_.take());
   return std::nullopt;
 }
@@ -63,17 +64,28 @@ std::optional<v1::AssetUploadReply> SessionUploads::turnAway(const v1::AssetChun
   return refuse(*hash, why);
 }
 
-v1::AssetUploadReply SessionUploads::decided(const ContentHash& hash,
-                                             Result<std::shared_ptr<const MeshAsset>> outcome) {
+std::optional<v1::AssetUploadReply> SessionUploads::decided(const ContentHash& hash,
+                                                            Result<std::shared_ptr<const MeshAsset>> outcome) {
   const auto at = building_.find(hash);
-  const std::size_t reserved = at == building_.end() ? 0 : at->second;
-  if (at != building_.end()) building_.erase(at);
+  if (at == building_.end()) return std::nullopt;
+  const auto [reserved, wanted] = at->second;
+  building_.erase(at);
+  if (!wanted || !outcome) host_.releaseUpload(reserved);
+  if (!wanted) return std::nullopt;
   if (!outcome) {
-    host_.releaseUpload(reserved);
     return refusedReply(hash.asBytes(), std::move(outcome).error().within("chunk."));
   }
   hold(*std::move(outcome), reserved);
   return acceptedReply(hash);
+}
+
+void SessionUploads::cancel(const ContentHash& hash) {
+  if (assembly_.assembles(hash)) {
+    releaseAssembly();
+    assembly_.abandon(hash);
+  }
+  if (const auto at = building_.find(hash); at != building_.end()) at->second.wanted = false;
+  named(hash);
 }
 
 void SessionUploads::named(const ContentHash& mesh) {
@@ -86,8 +98,7 @@ void SessionUploads::named(const ContentHash& mesh) {
 
 void SessionUploads::clear() {
   releaseAssembly();
-  for (const auto& [hash, reserved] : building_) host_.releaseUpload(reserved);
-  building_.clear();
+  for (auto& [hash, building] : building_) building.wanted = false;
   for (const Held& held : held_) host_.releaseUpload(held.reserved);
   held_.clear();
 }

@@ -30,21 +30,28 @@ class SessionUploads {
   /// Answers in place of take() a client that may not upload: once an upload.
   [[nodiscard]] std::optional<v1::AssetUploadReply> turnAway(const v1::AssetChunk& chunk, const Error& why);
   /// The host has built the upload, or not.
-  [[nodiscard]] v1::AssetUploadReply decided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome);
+  [[nodiscard]] std::optional<v1::AssetUploadReply> decided(const ContentHash& hash,
+                                                            Result<std::shared_ptr<const MeshAsset>> outcome);
+  /// The client gives an upload up. One that is being built is dropped when it is decided.
+  void cancel(const ContentHash& hash);
   /// The scene holds this mesh from now on.
   void named(const ContentHash& mesh);
-  /// Drops everything.
+  /// Drops everything. What is being built keeps its reservation until it is decided.
   void clear();
 
  private:
+  struct Building {
+    std::size_t reserved;  // bytes
+    bool wanted = true;
+  };
   struct Held {
     std::shared_ptr<const MeshAsset> asset;
     std::size_t reserved;
   };
   SessionHost& host_;
   UploadAssembly assembly_;
-  std::size_t assemblyReserved_ = 0;                       // bytes
-  std::unordered_map<ContentHash, std::size_t> building_;  // with their reserved bytes
+  std::size_t assemblyReserved_ = 0;  // bytes
+  std::unordered_map<ContentHash, Building> building_;
   std::deque<Held> held_;
 
   v1::AssetUploadReply refuse(const ContentHash& hash, const Error& error);

@@ -20,6 +20,7 @@ class UploadAssembly {
   /// Checks a chunk on its own and against what came before. A chunk at offset 0 begins a new upload and drops an
   /// unfinished one. Errors name the field below AssetUpload.
   [[nodiscard]] Result<void> check(const v1::AssetChunk& chunk, const ContentHash& hash) const;
+  [[nodiscard]] bool assembles(const ContentHash& hash) const noexcept { return total_ != 0 && hash_ == hash; }
   [[nodiscard]] bool ignores(const v1::AssetChunk& chunk, const ContentHash& hash) const;
   /// Takes a checked chunk's bytes.
   void add(const v1::AssetChunk& chunk, const ContentHash& hash);

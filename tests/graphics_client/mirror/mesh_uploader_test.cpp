@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
 #include "common/mesh/mesh_asset.h"
 #include "common/wire/framing.h"
 #include "tests/graphics_client/mirror/fake_server.h"
@@ -77,6 +80,22 @@ TEST(MeshUploader, StopsAnUploadThatIsRefusedUnderWay) {
   uploader.replied(reply(grid(100), false));
   EXPECT_TRUE(refused);
   EXPECT_FALSE(uploader.next());
+}
+
+TEST(MeshUploader, TellsTheServerOnlyOfACancelledUploadThatWasBegun) {
+  MeshUploader uploader;
+  std::vector<std::string> ended;
+  const auto finished = [&](const auto& r) { ended.push_back(r.accepted() ? "accepted" : r.reason()); };
+  uploader.add(encodeMesh(grid(100)), {.progress = {}, .finished = finished});
+  uploader.add(encodeMesh(grid(101)), {.progress = {}, .finished = finished});
+  (void)uploader.next();
+  EXPECT_FALSE(uploader.cancel(hashOf(grid(101))));
+  EXPECT_TRUE(uploader.cancel(hashOf(grid(100))));
+  EXPECT_FALSE(uploader.cancel(hashOf(grid(100))));
+  EXPECT_EQ(ended, (std::vector<std::string>{"was cancelled", "was cancelled"}));
+  EXPECT_FALSE(uploader.next());
+  uploader.replied(reply(grid(100), true));  // was on its way
+  EXPECT_EQ(ended.size(), 2U);
 }
 
 TEST(MeshUploader, StartsAnewAfterAReconnect) {

@@ -293,5 +293,21 @@ TEST_F(SessionTraffic, UploadsFromTheStartAgainAfterAReconnect) {
   EXPECT_EQ(uploads[0].asset_upload().chunk().offset(), 0U);
 }
 
+TEST_F(SessionTraffic, TellsTheServerThatAnUploadIsCancelledAndGoesOnWithTheNext) {
+  const ContentHash first = hashOf(grid(200));
+  bool cancelled = false;
+  rig_.client.upload(encodeMesh(grid(200)),
+                     {.progress = {}, .finished = [&](const auto& r) { cancelled = !r.accepted(); }});
+  rig_.client.upload(encodeMesh(grid(20)), {});
+  rig_.client.cancelUpload(first);
+  EXPECT_TRUE(cancelled);
+  rig_.settle();
+  const auto uploads = rig_.server.heard(v1::Envelope::kAssetUpload);
+  ASSERT_GT(uploads.size(), 2U);
+  EXPECT_EQ(uploads.back().asset_upload().chunk().hash(), hashOf(grid(20)).asBytes());
+  EXPECT_EQ(std::ranges::count_if(uploads, [&](const auto& u) { return u.asset_upload().cancel() == first.asBytes(); }),
+            1);
+}
+
 }  // namespace
 }  // namespace haptics

@@ -208,9 +208,53 @@ TEST_F(SessionAssets, GivesTheUploadBudgetBackWhenTheClientLeaves) {
   EXPECT_EQ(reserved, bytes_.size() + 5000);
   link.cut("gone");
   EXPECT_TRUE(over);
+  EXPECT_EQ(reserved, bytes_.size()) << "the builder still has the bytes of one";
+  decideMeshes();
   EXPECT_EQ(reserved, 0U);
-  decideMeshes();  // comes too late, harms nothing
+  EXPECT_EQ(findMesh(hash_), nullptr);
+}
+
+TEST_F(SessionAssets, AnUploadThatIsCancelledUnderWayGivesItsMemoryBack) {
+  client.upload(hash_, bytes_.size(), 0, bytes_.substr(0, 30'000));
+  link.settle();
+  EXPECT_EQ(reserved, bytes_.size());
+  client.cancelUpload(hash_);
+  client.upload(hash_, bytes_.size(), 30'000, bytes_.substr(30'000, 30'000));  // was on its way
+  link.settle();
   EXPECT_EQ(reserved, 0U);
+  EXPECT_EQ(client.count(Kind::kAssetUploadReply), 0U);
+  uploadAll(hash_, bytes_);
+  decideMeshes();
+  EXPECT_TRUE(lastReply().accepted()) << "may be begun again";
+}
+
+TEST_F(SessionAssets, AnUploadThatIsCancelledWhileItIsBuiltKeepsItsMemoryUntilThen) {
+  uploadAll(hash_, bytes_);
+  client.cancelUpload(hash_);
+  link.settle();
+  EXPECT_EQ(reserved, bytes_.size()) << "the builder has the bytes";
+  decideMeshes();
+  EXPECT_EQ(reserved, 0U);
+  EXPECT_EQ(client.count(Kind::kAssetUploadReply), 0U);
+  EXPECT_EQ(findMesh(hash_), nullptr);
+}
+
+TEST_F(SessionAssets, AnUploadThatIsCancelledAndBegunAgainWhileItIsBuiltIsAnswered) {
+  uploadAll(hash_, bytes_);
+  client.cancelUpload(hash_);
+  uploadAll(hash_, bytes_);
+  decideMeshes();
+  EXPECT_TRUE(lastReply().accepted());
+  EXPECT_EQ(client.count(Kind::kAssetUploadReply), 1U);
+}
+
+TEST_F(SessionAssets, AnUploadThatIsHeldCanBeCancelled) {
+  uploadAll(hash_, bytes_);
+  decideMeshes();
+  client.cancelUpload(hash_);
+  link.settle();
+  EXPECT_EQ(reserved, 0U);
+  EXPECT_EQ(findMesh(hash_), nullptr);
 }
 
 }  // namespace

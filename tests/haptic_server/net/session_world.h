@@ -77,6 +77,11 @@ class RawClient {
     chunk.set_data(std::move(data));
     send(envelope);
   }
+  void cancelUpload(const ContentHash& hash) {
+    v1::Envelope envelope;
+    envelope.mutable_asset_upload()->set_cancel(hash.asBytes());
+    send(envelope);
+  }
   void requestAsset(const ContentHash& hash, std::uint64_t offset = 0) {
     v1::Envelope envelope;
     envelope.mutable_asset_request()->set_hash(hash.asBytes());
