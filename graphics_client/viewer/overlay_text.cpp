@@ -149,7 +149,7 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
 }
 
 Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateWasReset) {
-  if (view.link == LinkState::kRefused) return {"Refused by the server: " + view.linkText, Tone::kBad};
+  if (view.link == LinkState::kRefused) return {view.linkText, Tone::kBad};
   if (view.link != LinkState::kLive && wasLive) {
     return {"LINK LOST: showing the last known state; " +
                 (view.linkText.empty() ? std::string("reconnecting") : view.linkText),
