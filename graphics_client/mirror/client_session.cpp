@@ -82,7 +82,7 @@ void ClientSession::followDatagramPath() {
 }
 
 std::string ClientSession::liveText() const {
-  const std::string text = "connected to " + transport_->peer();
+  std::string text = "connected to " + transport_->peer();
   if (!options_.datagrams || options_.telemetryRate_Hz <= 0) return text;
   if (!datagrams_.offered()) return text + "; telemetry over TCP: the server offers no UDP";
   if (byDatagram_) return text + "; telemetry over UDP";

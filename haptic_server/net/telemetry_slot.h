@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "common/telemetry/telemetry_sample.h"
@@ -9,9 +10,12 @@ namespace haptics {
 /// One client's newest sample, and when it may have it. Latest wins: a sample that was not sent is replaced.
 class TelemetrySlot {
  public:
+  /// Longest time between samples, however low the rate that was asked for.
+  static constexpr double kLongestPeriod_s = 3600;
+
   /// Samples a second; 0: none.
   void setRate(double rate_Hz) noexcept {
-    period_ns_ = rate_Hz > 0 ? static_cast<std::uint64_t>(1e9 / rate_Hz) : 0;
+    period_ns_ = rate_Hz > 0 ? static_cast<std::uint64_t>(1e9 * std::min(1 / rate_Hz, kLongestPeriod_s)) : 0;
     next_ns_ = 0;
   }
   void offer(const TelemetrySample& sample) noexcept {

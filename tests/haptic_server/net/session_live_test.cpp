@@ -67,6 +67,16 @@ TEST_F(SessionLive, SendsDatagramsWhereThatPathIsOpenHoweverBusyTheLine) {
   EXPECT_EQ(datagrams.back().tick(), 4U);
 }
 
+TEST_F(SessionLive, SendsOneSampleAnHourAtLeast) {
+  client.subscribe(std::numeric_limits<double>::denorm_min());
+  link.settle();
+  offer(1);
+  time_ns += static_cast<std::uint64_t>(TelemetrySlot::kLongestPeriod_s * 1e9);
+  offer(2);
+  link.settle();
+  EXPECT_THAT(ticks(), ElementsAre(1, 2));
+}
+
 TEST_F(SessionLive, SendsNoDatagramsUnasked) {
   datagramPathOpen = true;
   client.subscribe(1000);
