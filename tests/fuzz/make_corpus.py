@@ -81,6 +81,7 @@ def main():
         "upload": envelope("asset_upload", chunk=chunk),
         "upload_half": envelope("asset_upload", chunk=half),
         "upload_rest": envelope("asset_upload", chunk=rest),
+        "upload_cancel": envelope("asset_upload", cancel=digest),
         **{f"edit_{name}": envelope("edit_request", client_seq=1, transaction=transaction(name)) for name in SCENES},
     }
     objects = 'object { id: 1 name: "a" revision: 1 stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 ' \
@@ -116,7 +117,8 @@ def main():
         write("client_messages", name, b"\0" + pieces([message.SerializeToString()]))
     upload = [client["upload_half"], client["upload_rest"], envelope("edit_request", client_seq=2, transaction=use)]
     for flags, name in ((0, "editor"), (1, "viewer"), (4, "datagrams"), (2, "strangers")):
-        row = [client["hello"]] * (flags == 2) + [client["subscribe"], *upload, client["edit_pose"]]
+        row = [client["hello"]] * (flags == 2) + [client["subscribe"], *upload, client["upload_half"],
+                                                  client["upload_cancel"], client["edit_pose"]]
         write("client_messages", f"row_of_{name}", bytes([flags]) + pieces(m.SerializeToString() for m in row))
     for name, message in server.items():
         write("server_messages", name, b"\0" + pieces([message.SerializeToString()]))
