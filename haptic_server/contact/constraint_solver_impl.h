@@ -173,17 +173,17 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Ve
     const auto pushing = std::span<const HoldingSurface>(move.pushing).first(static_cast<std::size_t>(move.count));
     const Carried carried = carriedBy(pushing, constraints);
     if (carried.ends) {
+      const double way = glm::distance(state_.ihip, move.to);
       const auto next = across(pushing[carried.surface], carried.edge);
-      if (next && constraints.cutOffBy(planeOf(*next))) {
+      if (carried.time * way <= kTouching * skin_ && next && constraints.cutOffBy(planeOf(*next))) {
         Constraints both = constraints;
         if (both.add(planeOf(*next))) {
           constraints = both;
           continue;
         }
       }
-      const double least = skin_ / glm::distance(state_.ihip, move.to);  // on, whatever happens
       move.whole = false;
-      if (!behind) move.to = glm::mix(state_.ihip, move.to, std::min(std::max(carried.time, least), 1.0));
+      if (!behind) move.to = glm::mix(state_.ihip, move.to, std::min(std::max(carried.time, skin_ / way), 1.0));
     }
     const Hit hit = go(move.to);
     if (!hit) return move;
