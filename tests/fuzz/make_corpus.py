@@ -1,6 +1,6 @@
 """Writes the fuzzers' seeds: real messages, a file for each kind and some in a row. Run it after a change of the protocol:
 
-  PYTHONPATH=build/release/tests/e2e/modules /usr/bin/python3 tests/fuzz/make_corpus.py
+  PYTHONPATH=build/release/python /usr/bin/python3 tests/fuzz/make_corpus.py
 """
 import hashlib
 import struct
