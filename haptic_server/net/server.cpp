@@ -64,7 +64,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     if (!listener) return tl::unexpected(std::move(listener.error()).within("--listen "));
     listener_ = *std::move(listener);
     port_ = listener_->local().port;
-    if (!tls_) openDatagrams(endpoint->host);
+    if (!tls_) openDatagrams(listener_->local().host);
     return {};
   }
 
