@@ -192,4 +192,14 @@ Result<SavedState> readLog(std::string_view log) {
   return saved;
 }
 
+Result<SavedState> readLogBehind(std::string_view beginning, std::string_view log) {
+  std::string whole(beginning);
+  if (log.size() > beginning.size()) whole += log.substr(beginning.size());
+  auto saved = readLog(whole);
+  if (saved && log.size() < beginning.size()) {
+    saved->damage = LogDamage{false, log.size(), 0, "the log is shorter than its checkpoint"};
+  }
+  return saved;
+}
+
 }  // namespace haptics

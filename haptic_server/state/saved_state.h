@@ -37,5 +37,8 @@ struct SavedState {
 
 /// Refused: bytes that do not begin with this version's head and a good checkpoint. Untrusted bytes are welcome.
 [[nodiscard]] Result<SavedState> readLog(std::string_view log);
+/// The same for a log whose beginning is damaged, with a copy of its head and checkpoint in their place: the hashes of
+/// the edits tell whether it is one.
+[[nodiscard]] Result<SavedState> readLogBehind(std::string_view beginning, std::string_view log);
 
 }  // namespace haptics

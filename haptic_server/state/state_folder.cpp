@@ -15,6 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kLogName = "log";
+constexpr const char* kCheckpointName = "checkpoint";
 constexpr const char* kMeshFolder = "meshes";
 constexpr const char* kDamagedPrefix = "log.damaged-";
 
@@ -49,15 +50,22 @@ Result<SequencerState> StateFolder::load(std::uint64_t freshEpoch) {
   }
   const auto bytes = readFile(path);
   if (!bytes) return refused(path.string(), bytes.error().text());
+  const auto beginning = readFile(folder_ / kCheckpointName);
   auto saved = readLog(*bytes);
-  if (!saved) {
-    return refused(path.string(), saved.error().text() + ". Move it away to start without it");
+  const bool beginsWell = saved.has_value();
+  if (!beginsWell && beginning) {
+    if (auto repaired = readLogBehind(*beginning, *bytes)) saved = std::move(repaired);
   }
+  if (!saved) return refused(path.string(), saved.error().text() + ". Move it away to start without it");
   if (saved->damage) {
     if (auto handled = giveUpDamaged(*bytes, *saved->damage); !handled) return tl::unexpected(handled.error());
     auto history = std::make_shared<SceneHistory>(*saved->state.history);
     history->epoch = freshEpoch;
     saved->state.history = std::move(history);
+  } else if (!beginsWell) {
+    options_.warning(path.string() + ": the beginning was damaged and is restored from its copy; nothing is lost");
+  }
+  if (saved->damage || !beginsWell || !beginning || !bytes->starts_with(*beginning)) {
     if (auto made = checkpoint(saved->state); !made) return tl::unexpected(std::move(made).error());
     return std::move(saved->state);
   }
@@ -110,7 +118,7 @@ Result<void> StateFolder::keep(const SequencerState& before, const Edits& edits,
 
 Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& edits, const Meshes& meshes) {
   if (!log_ || written_ >= nextCheckpoint_) {
-    const auto made = checkpoint(before);
+    auto made = checkpoint(before);
     if (!made && !log_) return made;
     if (!made) nextCheckpoint_ = written_ + options_.checkpointAfter_bytes;  // the log can wait
   }
@@ -137,13 +145,13 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
   std::string bytes(kLogHead);
   RecordWriter writer;
   writer.append(bytes, checkpointRecord(state));
-  const fs::path path = folder_ / kLogName;
-  const fs::path unfinished = path.string() + ".new";
-  auto log = createDurably(unfinished, bytes);
+  if (const auto copy = createDurably(folder_ / "checkpoint.new", bytes); !copy) return tl::unexpected(copy.error());
+  if (auto named = renameDurably(folder_ / "checkpoint.new", folder_ / kCheckpointName); !named) return named;
+  auto log = createDurably(folder_ / "log.new", bytes);
   if (!log) return tl::unexpected(std::move(log).error());
-  if (auto renamed = renameDurably(unfinished, path); !renamed) {
+  if (auto named = renameDurably(folder_ / "log.new", folder_ / kLogName); !named) {
     log_ = {};  // which of the two a crash would leave is not known
-    return renamed;
+    return named;
   }
   log_ = *std::move(log);
   writer_ = writer;

@@ -20,6 +20,7 @@ namespace haptics {
 /// A folder in which the scene outlives the server:
 ///
 ///   log               a checkpoint and the edits accepted since (record_chain.h, state.proto)
+///   checkpoint        a copy of the log's beginning, without which all that follows would mean nothing
 ///   meshes/<hash>     the meshes that the log names, canonical bytes
 ///   log.damaged-<n>   what was left of a log that had to be given up, for whoever wants to look into it
 ///   lock              held by the server that uses the folder
@@ -40,8 +41,8 @@ class StateFolder final : public EditJournal {
 
   /// Makes the folder when there is none. The state has the epoch that the folder holds if nothing of the log was lost,
   /// else `freshEpoch`, so that clients who may have seen more start anew.
-  /// Refused: a folder that cannot be written or that another server uses, a log whose beginning is damaged or of
-  /// another version.
+  /// Refused: a folder that cannot be written or that another server uses, a log of another version or whose beginning
+  /// is damaged together with its copy.
   [[nodiscard]] static Result<Opened> open(const std::filesystem::path& folder, std::uint64_t freshEpoch,
                                            Options options);
 

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "haptic_server/state/saved_state.h"
 #include "tests/haptic_server/scene/scene_edits.h"
@@ -140,29 +143,51 @@ TEST_F(DamagedLog, CutOffAtAnyByteItIsTheStateOfTheRecordsBefore) {
   }
 }
 
-TEST_F(DamagedLog, IsRefusedWhenItsCheckpointIsCutOff) {
+TEST_F(DamagedLog, CutOffWithinItsCheckpointItIsThatOfTheCopy) {
+  const std::string beginning = log().bytes.substr(0, checkpointEnd());
   for (std::size_t size = 0; size < checkpointEnd(); ++size) {
-    ASSERT_FALSE(readLog(std::string_view(log().bytes).substr(0, size))) << size;
+    const auto cut = std::string_view(log().bytes).substr(0, size);
+    ASSERT_FALSE(readLog(cut)) << size;
+    const auto repaired = readLogBehind(beginning, cut);
+    ASSERT_TRUE(repaired && repaired->damage && !repaired->damage->cutOff) << size;
+    ASSERT_EQ(repaired->state.history->version.root(), log().marks[0].state.history->version.root());
   }
+}
+
+TEST_F(DamagedLog, DoesNotFollowTheBeginningOfAnother) {
+  std::string other(kLogHead);
+  SequencerState state = log().marks[0].state;
+  auto history = std::make_shared<SceneHistory>(*state.history);
+  history->epoch = 78;
+  state.history = history;
+  RecordWriter().append(other, checkpointRecord(state));
+  ASSERT_EQ(other.size(), checkpointEnd());
+  const auto saved = readLogBehind(other, log().bytes);
+  ASSERT_TRUE(saved && saved->damage);
+  EXPECT_EQ(saved->damage->offset, checkpointEnd());
+  EXPECT_FALSE(saved->damage->cutOff);
 }
 
 TEST_F(DamagedLog, ABitThatFlippedAnywhereIsFound) {
   std::mt19937 random(4);
-  int refusals = 0;
+  int inCheckpoint = 0;
   for (int i = 0; i < 1000; ++i) {
     std::string flipped = log().bytes;
     const std::size_t at = random() % flipped.size();
     flipped[at] = static_cast<char>(flipped[at] ^ 1U << random() % 8);
     if (at < checkpointEnd()) {
       ASSERT_FALSE(readLog(flipped)) << at;
-      ++refusals;
+      const auto repaired = readLogBehind(log().bytes.substr(0, checkpointEnd()), flipped);
+      ASSERT_TRUE(repaired && !repaired->damage) << at;
+      expectEqual(repaired->state, log().marks.back().state);
+      ++inCheckpoint;
     } else {
       expectDamageAfter(flipped, at, false);
     }
     if (HasFatalFailure() || HasNonfatalFailure()) FAIL() << "flipped at " << at;
   }
-  EXPECT_GT(refusals, 10);
-  EXPECT_LT(refusals, 800);
+  EXPECT_GT(inCheckpoint, 100);
+  EXPECT_LT(inCheckpoint, 900);
 }
 
 TEST_F(DamagedLog, EveryBitOfALengthIsGuarded) {

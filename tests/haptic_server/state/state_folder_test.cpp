@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <fstream>
 
@@ -106,7 +107,7 @@ TEST_F(StateFolderTest, AnIncompleteLastRecordCostsTheEpochAndNothingElse) {
   EXPECT_EQ(second.version().revision(), 1U);
   EXPECT_EQ(second.sequencer.history()->epoch, 42U);
   EXPECT_THAT(second.said, ElementsAre(HasSubstr("incomplete")));
-  EXPECT_THAT(namesIn(folder.path()), ElementsAre("lock", "log", "meshes"));
+  EXPECT_THAT(namesIn(folder.path()), ElementsAre("checkpoint", "lock", "log", "meshes"));
   EXPECT_EQ(second.accept(kAlice, 2, edit(moveTo("a", {1, 0, 0})))->commit.revision, 2U);
 }
 
@@ -128,9 +129,9 @@ TEST_F(StateFolderTest, ADamagedLogIsKeptAsideAndTheNewStateIsWhole) {
     EXPECT_EQ(second.sequencer.history()->epoch, 42U);
     EXPECT_THAT(second.said, ElementsAre(HasSubstr("at byte " + std::to_string(twoEdits))));
     const auto names = namesIn(folder.path());
-    ASSERT_EQ(names.size(), 4U);
-    EXPECT_THAT(names[2], HasSubstr("log.damaged-"));
-    EXPECT_EQ(readFile(folder / names[2]).value(), damaged);
+    ASSERT_EQ(names.size(), 5U);
+    EXPECT_THAT(names[3], HasSubstr("log.damaged-"));
+    EXPECT_EQ(readFile(folder / names[3]).value(), damaged);
   }
   const KeptScene third(folder.path(), 43);
   EXPECT_THAT(third.said, IsEmpty());
@@ -138,9 +139,41 @@ TEST_F(StateFolderTest, ADamagedLogIsKeptAsideAndTheNewStateIsWhole) {
   EXPECT_EQ(third.sequencer.history()->epoch, 42U);
 }
 
-TEST_F(StateFolderTest, DoesNotStartFromADamagedCheckpoint) {
+TEST_F(StateFolderTest, ADamagedBeginningIsRestoredFromItsCopy) {
+  std::size_t beginning = 0;
+  {
+    KeptScene first(folder.path(), 41);
+    beginning = logSize();
+    first.accept(kAlice, 1, edit(add("a")));
+  }
+  for (std::size_t at = 0; at < beginning; at += 7) {
+    flipByte(folder / "log", at);
+    const KeptScene second(folder.path(), 42);
+    ASSERT_EQ(second.version().revision(), 1U) << at;
+    ASSERT_EQ(second.sequencer.history()->epoch, 41U);
+    ASSERT_THAT(second.said, ElementsAre(HasSubstr("restored from its copy")));
+  }
+  const KeptScene third(folder.path(), 43);
+  EXPECT_THAT(third.said, IsEmpty());
+}
+
+TEST_F(StateFolderTest, ADamagedCopyIsReplaced) {
+  {
+    KeptScene first(folder.path(), 41);
+    first.accept(kAlice, 1, edit(add("a")));
+  }
+  flipByte(folder / "checkpoint", 30);
+  { const KeptScene second(folder.path(), 42); }
+  flipByte(folder / "log", 30);
+  const KeptScene third(folder.path(), 43);
+  EXPECT_EQ(third.version().revision(), 1U);
+  EXPECT_EQ(third.sequencer.history()->epoch, 41U);
+}
+
+TEST_F(StateFolderTest, DoesNotStartWithoutAWholeCheckpoint) {
   { const KeptScene first(folder.path()); }
   flipByte(folder / "log", logSize() - 1);
+  flipByte(folder / "checkpoint", logSize() - 1);
   const std::string before = readFile(folder / "log").value();
   const auto refusal = StateFolder::open(folder.path(), 1, {});
   ASSERT_FALSE(refusal);
