@@ -7,11 +7,12 @@
 
 namespace haptics {
 
-/// What comes of an edit. Either may be empty. After `replied` with an acceptance, `live` follows when the servo feels
-/// it; a server that restarts in between never says so.
+/// What comes of an edit. Each may be empty. After `replied` with an acceptance, either `live` follows when the servo
+/// feels it, or `stateLost` when the server has restarted without its state and the edit is gone with it.
 struct EditCallbacks {
   std::function<void(const v1::EditReply&)> replied;  ///< Once, however often the edit had to be resent.
   std::function<void(const v1::EditLive&)> live;
+  std::function<void()> stateLost = nullptr;
 };
 
 struct UploadCallbacks {

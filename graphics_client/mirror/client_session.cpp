@@ -57,6 +57,9 @@ void ClientSession::poll(std::uint64_t now_ns) {
     envelope.mutable_clock_probe()->set_client_send_ns(now_ns);
     send(envelope);
   }
+  edits_.poll(now_ns);
+  uploads_.poll(now_ns);
+  pumpEdits();
   pumpUploads();
 }
 
@@ -114,7 +117,7 @@ std::uint64_t ClientSession::reconnectDelay_ns() {
 }
 
 void ClientSession::submit(v1::Transaction transaction, EditCallbacks callbacks) {
-  edits_.submit(std::move(transaction), std::move(callbacks));
+  edits_.submit(std::move(transaction), std::move(callbacks), mirror_.epoch());
   pumpEdits();
 }
 

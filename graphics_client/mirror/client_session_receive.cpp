@@ -27,7 +27,7 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
       if (mirror_.take(fromWire(envelope.telemetry()))) ++changes_;
       return;
     case v1::Envelope::kEditReply:
-      edits_.replied(envelope.edit_reply());
+      edits_.replied(envelope.edit_reply(), now_ns);
       return pumpEdits();
     case v1::Envelope::kEditLive:
       return edits_.live(envelope.edit_live());
@@ -36,7 +36,7 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
     case v1::Envelope::kStatus:
       return handle(envelope.status());
     case v1::Envelope::kAssetUploadReply:
-      uploads_.replied(envelope.asset_upload_reply());
+      uploads_.replied(envelope.asset_upload_reply(), now_ns);
       return pumpUploads();
     case v1::Envelope::kRefusal:
       return handle(envelope.refusal());
@@ -146,7 +146,9 @@ void ClientSession::handle(const v1::Heartbeat& heartbeat) {
   if (!root) return over(root.error().text());
   mirror_.announce(heartbeat.revision(), *root);
   ++changes_;
+  edits_.adopted(heartbeat.adopted_revision(), heartbeat.adoption_tick());
   if (phase_ != Phase::kLive) return;
+  if (const auto sound = mirror_.audit(); !sound) return resync(sound.error());
   const SceneVersion& own = mirror_.scene();
   if (own.revision() == heartbeat.revision()) {
     behindAtHeartbeat_ = false;

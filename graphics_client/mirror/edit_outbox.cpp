@@ -1,8 +1,10 @@
 #include "graphics_client/mirror/edit_outbox.h"
 
 #include <algorithm>
+#include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/wire/framing.h"
 
@@ -11,6 +13,7 @@ namespace {
 
 /// Room in a frame for what stands around a transaction: envelope, numbers, lengths.
 constexpr std::size_t kEnvelopeBytes = 64;
+constexpr std::uint64_t kNanosecondsPerMillisecond = 1'000'000;
 
 void reject(const EditCallbacks& callbacks, const char* field, const std::string& reason) {
   v1::EditReply reply;
@@ -21,7 +24,7 @@ void reject(const EditCallbacks& callbacks, const char* field, const std::string
 
 }  // namespace
 
-void EditOutbox::submit(v1::Transaction transaction, EditCallbacks callbacks) {
+void EditOutbox::submit(v1::Transaction transaction, EditCallbacks callbacks, std::uint64_t epoch) {
   if (transaction.ByteSizeLong() > kMaxFrameBytes - kEnvelopeBytes) {
     return reject(callbacks, "transaction", "is larger than a frame, 1 MiB; split it");
   }
@@ -30,25 +33,33 @@ void EditOutbox::submit(v1::Transaction transaction, EditCallbacks callbacks) {
   }
   Edit edit;
   edit.request.set_client_seq(++lastSeq_);
+  edit.request.set_epoch(epoch);
   *edit.request.mutable_transaction() = std::move(transaction);
   edit.callbacks = std::move(callbacks);
   edits_.push_back(std::move(edit));
 }
 
 const v1::EditRequest* EditOutbox::next() {
-  const auto inFlight = std::ranges::count_if(edits_, [](const Edit& edit) { return edit.sent && !edit.accepted; });
   const auto edit = std::ranges::find(edits_, false, &Edit::sent);
-  if (edit == edits_.end() || (static_cast<std::size_t>(inFlight) >= kMaxInFlight && !edit->accepted)) return nullptr;
+  if (edit == edits_.end() || waitingUntil_ns_ || inFlight() >= kMaxInFlight) return nullptr;
   edit->sent = true;
   return &edit->request;
 }
 
-void EditOutbox::replied(const v1::EditReply& reply) {
+void EditOutbox::replied(const v1::EditReply& reply, std::uint64_t now_ns) {
   const auto edit = find(reply.client_seq());
-  if (edit == edits_.end() || edit->accepted) return;
+  if (edit == edits_.end() || edit->acceptedRevision != 0) return;
+  if (const std::uint32_t wait_ms = reply.rejected().retry_after_ms(); wait_ms != 0) {
+    if (edit->firstPutOff_ns == 0) edit->firstPutOff_ns = now_ns;
+    if (now_ns - edit->firstPutOff_ns < kPatience_ns) {
+      edit->sent = false;
+      waitingUntil_ns_ = now_ns + wait_ms * kNanosecondsPerMillisecond;
+      return;
+    }
+  }
   const auto callback = std::exchange(edit->callbacks.replied, nullptr);
   if (reply.has_accepted() && edit->callbacks.live) {
-    edit->accepted = true;
+    edit->acceptedRevision = reply.accepted().revision();
   } else {
     edits_.erase(edit);
   }
@@ -57,17 +68,50 @@ void EditOutbox::replied(const v1::EditReply& reply) {
 
 void EditOutbox::live(const v1::EditLive& live) {
   const auto edit = find(live.client_seq());
-  if (edit == edits_.end() || !edit->accepted) return;
+  if (edit == edits_.end() || edit->acceptedRevision == 0) return;
   const auto callback = std::move(edit->callbacks.live);
   edits_.erase(edit);
   callback(live);
 }
 
-void EditOutbox::connectionLost() {
-  for (Edit& edit : edits_) edit.sent = false;
+void EditOutbox::adopted(std::uint64_t revision, std::uint64_t tick) {
+  for (;;) {
+    const auto edit = std::ranges::find_if(
+        edits_, [&](const Edit& e) { return e.acceptedRevision != 0 && e.acceptedRevision <= revision; });
+    if (edit == edits_.end()) return;
+    v1::EditLive message;
+    message.set_client_seq(edit->request.client_seq());
+    message.set_revision(edit->acceptedRevision);
+    message.set_tick(tick);
+    live(message);
+  }
 }
 
-void EditOutbox::stateLost() { std::erase_if(edits_, &Edit::accepted); }
+/// What was sent behind the edit that came too early has come too early as well; it is all sent again once the last of
+/// those answers is here. Earlier, a later edit could overtake one whose refusal is still under way.
+void EditOutbox::poll(std::uint64_t now_ns) {
+  if (waitingUntil_ns_ && now_ns >= *waitingUntil_ns_ && inFlight() == 0) waitingUntil_ns_.reset();
+}
+
+void EditOutbox::connectionLost() {
+  for (Edit& edit : edits_) edit.sent = edit.acceptedRevision != 0;
+  waitingUntil_ns_.reset();
+}
+
+void EditOutbox::stateLost() {
+  std::vector<std::function<void()>> callbacks;
+  std::erase_if(edits_, [&](Edit& edit) {
+    if (edit.acceptedRevision == 0) return false;
+    if (edit.callbacks.stateLost) callbacks.push_back(std::move(edit.callbacks.stateLost));
+    return true;
+  });
+  for (const auto& callback : callbacks) callback();
+}
+
+std::size_t EditOutbox::inFlight() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(edits_, [](const Edit& edit) { return edit.sent && edit.acceptedRevision == 0; }));
+}
 
 std::deque<EditOutbox::Edit>::iterator EditOutbox::find(std::uint64_t seq) {
   return std::ranges::find(edits_, seq, [](const Edit& edit) { return edit.request.client_seq(); });

@@ -3,28 +3,35 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "graphics_client/mirror/client_callbacks.h"
 
 namespace haptics {
 
-/// Edits on their way: numbered from 1, kept until answered, sent again in the same order and under the same number
-/// after a reconnect. Those accepted and not yet live are sent again too: the server does not apply them twice, and
-/// says again from which tick they are felt.
+/// Edits on their way: numbered from 1, kept until they are live, sent again in the same order and under the same
+/// number after a reconnect until they are answered. What came too early for the server is kept and sent again too.
 class EditOutbox {
  public:
   /// Sent and not yet replied to. A server remembers at least as many results, so that each resend finds its own.
   static constexpr std::size_t kMaxInFlight = 32;
   static constexpr std::size_t kMaxPendingEdits = 1000;
+  /// Refused as too early for this long, an edit is given up and its refusal reported.
+  static constexpr std::uint64_t kPatience_ns = 60'000'000'000;
 
-  /// An edit that is too large, or one too many, is answered from within with Rejected, under number 0.
-  void submit(v1::Transaction transaction, EditCallbacks callbacks);
+  /// Made from a scene of this epoch (0: none). An edit that is too large, or one too many, is answered from within
+  /// with Rejected, under number 0.
+  void submit(v1::Transaction transaction, EditCallbacks callbacks, std::uint64_t epoch);
   /// The next edit to send, or null; counts as sent. Valid until the next call of another method.
   [[nodiscard]] const v1::EditRequest* next();
   /// Unknown numbers and second answers are ignored.
-  void replied(const v1::EditReply& reply);
+  void replied(const v1::EditReply& reply, std::uint64_t now_ns);
   void live(const v1::EditLive& live);
-  /// The connection is new: everything is to be sent again.
+  /// The servo feels this revision: what was accepted up to it is live, though nobody has said so of each edit.
+  void adopted(std::uint64_t revision, std::uint64_t tick);
+  /// Call every few milliseconds: what came too early may go again after a while.
+  void poll(std::uint64_t now_ns);
+  /// The connection is new: what was not answered is to be sent again.
   void connectionLost();
   /// The server lost its state: what it had accepted never becomes live.
   void stateLost();
@@ -34,11 +41,14 @@ class EditOutbox {
     v1::EditRequest request;
     EditCallbacks callbacks;
     bool sent = false;
-    bool accepted = false;  // replied, not yet live
+    std::uint64_t acceptedRevision = 0;  // not 0: replied, not yet live
+    std::uint64_t firstPutOff_ns = 0;    // 0: never
   };
   std::deque<Edit> edits_;  // in order of number
   std::uint64_t lastSeq_ = 0;
+  std::optional<std::uint64_t> waitingUntil_ns_;  // sends nothing: the server found that edits came too early
 
+  [[nodiscard]] std::size_t inFlight() const;
   std::deque<Edit>::iterator find(std::uint64_t seq);
 };
 

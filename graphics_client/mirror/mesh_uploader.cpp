@@ -12,6 +12,7 @@ namespace {
 /// What stands around a chunk's data in its frame.
 constexpr std::size_t kChunkOverhead_bytes = 128;
 constexpr std::size_t kDataBytes = kMaxChunkBytes - kChunkOverhead_bytes;
+constexpr std::uint64_t kNanosecondsPerMillisecond = 1'000'000;
 
 }  // namespace
 
@@ -28,7 +29,7 @@ void MeshUploader::add(std::string bytes, UploadCallbacks callbacks) {
 }
 
 std::optional<v1::AssetUpload> MeshUploader::next() {
-  if (uploads_.empty()) return std::nullopt;
+  if (uploads_.empty() || waitingUntil_ns_) return std::nullopt;
   Upload& upload = uploads_.front();
   if (upload.sent_bytes == upload.bytes.size()) return std::nullopt;
   const std::size_t size = std::min(kDataBytes, upload.bytes.size() - upload.sent_bytes);
@@ -57,14 +58,28 @@ bool MeshUploader::cancel(const ContentHash& hash) {
   return begun;
 }
 
-void MeshUploader::replied(const v1::AssetUploadReply& reply) {
+void MeshUploader::replied(const v1::AssetUploadReply& reply, std::uint64_t now_ns) {
   if (uploads_.empty() || uploads_.front().hash.asBytes() != reply.hash()) return;
-  const auto finished = std::move(uploads_.front().callbacks.finished);
+  Upload& upload = uploads_.front();
+  if (reply.retry_after_ms() != 0) {
+    if (upload.firstPutOff_ns == 0) upload.firstPutOff_ns = now_ns;
+    if (now_ns - upload.firstPutOff_ns < kPatience_ns) {
+      upload.sent_bytes = 0;
+      waitingUntil_ns_ = now_ns + reply.retry_after_ms() * kNanosecondsPerMillisecond;
+      return;
+    }
+  }
+  const auto finished = std::move(upload.callbacks.finished);
   uploads_.pop_front();
   if (finished) finished(reply);
 }
 
+void MeshUploader::poll(std::uint64_t now_ns) {
+  if (waitingUntil_ns_ && now_ns >= *waitingUntil_ns_) waitingUntil_ns_.reset();
+}
+
 void MeshUploader::connectionLost() {
+  waitingUntil_ns_.reset();
   if (!uploads_.empty()) uploads_.front().sent_bytes = 0;
 }
 

@@ -13,6 +13,9 @@ namespace haptics {
 /// Sends meshes to the server in chunks, one mesh after the other; one that a lost connection interrupted starts anew.
 class MeshUploader {
  public:
+  /// Put off by the server for this long, an upload is given up and its refusal reported.
+  static constexpr std::uint64_t kPatience_ns = 60'000'000'000;
+
   /// Canonical bytes (encodeMesh). Their hash names the mesh from now on. No bytes: answered from within.
   void add(std::string bytes, UploadCallbacks callbacks);
   /// The next chunk to send; counts as sent. Nothing while the server's reply to a complete mesh is awaited.
@@ -20,7 +23,9 @@ class MeshUploader {
   /// The upload of the mesh with this hash is not to go on; it finishes as refused, from within.
   /// @return Whether the server has had a part of it and is to be told.
   bool cancel(const ContentHash& hash);
-  void replied(const v1::AssetUploadReply& reply);
+  void replied(const v1::AssetUploadReply& reply, std::uint64_t now_ns);
+  /// Call every few milliseconds: a mesh for which the server had no room is sent again after a while.
+  void poll(std::uint64_t now_ns);
   void connectionLost();
 
  private:
@@ -29,8 +34,10 @@ class MeshUploader {
     std::string bytes;
     UploadCallbacks callbacks;
     std::uint64_t sent_bytes = 0;
+    std::uint64_t firstPutOff_ns = 0;  // 0: never
   };
   std::deque<Upload> uploads_;
+  std::optional<std::uint64_t> waitingUntil_ns_;
 };
 
 }  // namespace haptics

@@ -57,6 +57,20 @@ Result<void> Mirror::addMesh(const ContentHash& hash, std::string_view bytes) {
   return {};
 }
 
+Result<void> Mirror::audit() {
+  std::vector<ObjectRecord> records;
+  for (const SceneVersion::Object& object : scene().objects()) records.push_back(*object);
+  const auto anew = SceneVersion::fromSnapshot(scene().revision(), std::move(records));
+  if (!anew || anew->root() != scene().root()) return refused("memory", "holds other records than it was given");
+  if (view_.meshes.empty()) return {};
+  auto mesh = view_.meshes.upper_bound(lastAudited_);
+  if (mesh == view_.meshes.end()) mesh = view_.meshes.begin();
+  lastAudited_ = mesh->first;
+  if (hashOf(*mesh->second) == mesh->first) return {};
+  view_.meshes.erase(mesh);
+  return refused("memory", "holds another mesh " + lastAudited_.hex() + " than it was given");
+}
+
 bool Mirror::take(const TelemetrySample& sample) {
   if (newestTick_ && sample.tick <= *newestTick_) return false;
   newestTick_ = sample.tick;

@@ -22,6 +22,9 @@ class Mirror {
   [[nodiscard]] Result<void> apply(const Commit& commit);
   /// Decodes, hashes what was decoded, and keeps it if the scene still uses it.
   [[nodiscard]] Result<void> addMesh(const ContentHash& hash, std::string_view bytes);
+  /// Hashes every record anew, and one mesh, the next in turn: memory that changed behind the mirror's back is found.
+  /// Refused: what it is not what it was; such a mesh is dropped.
+  [[nodiscard]] Result<void> audit();
   /// Latest wins: a sample that is not newer than the newest is dropped (false).
   bool take(const TelemetrySample& sample);
   /// A new connection: its ticks may start anew (a server that restarted and kept its state).
@@ -38,6 +41,7 @@ class Mirror {
  private:
   MirrorView view_;
   std::optional<std::uint64_t> newestTick_;
+  ContentHash lastAudited_;  // mesh
 
   void setScene(SceneVersion scene);
   void compare();

@@ -2,6 +2,7 @@
 #include <future>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "common/wire/convert.h"
@@ -16,7 +17,7 @@ namespace {
 /// The two answers to one edit. Shared with the link's thread.
 struct Answers {
   std::promise<v1::EditReply> reply;
-  std::promise<v1::EditLive> live;
+  std::promise<std::optional<v1::EditLive>> live;  // nothing: the server lost its state
 };
 
 std::string hexOf(const std::string& hash) {
@@ -64,7 +65,8 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
   const auto answers = std::make_shared<Answers>();
   connection.link().submit(std::move(*transaction),
                            {[answers](const v1::EditReply& reply) { answers->reply.set_value(reply); },
-                            [answers](const v1::EditLive& live) { answers->live.set_value(live); }});
+                            [answers](const v1::EditLive& live) { answers->live.set_value(live); },
+                            [answers] { answers->live.set_value(std::nullopt); }});
   const auto reply = connection.await(answers->reply.get_future());
   if (!reply) return fail(kNoConnection, reply.error());
   if (!reply->has_accepted()) return refuse(*reply);
@@ -74,7 +76,9 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
     return fail(kNoConnection, {"", "accepted as revision " + std::to_string(reply->accepted().revision()) +
                                         ", but the servo has not taken it up in time"});
   }
-  print(reply->accepted(), live.get(), common.json);
+  const auto felt = live.get();
+  if (!felt) return fail(kNoConnection, {"", "accepted, but the server has restarted without its state"});
+  print(reply->accepted(), *felt, common.json);
   return kDone;
 }
 

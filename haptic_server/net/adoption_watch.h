@@ -12,7 +12,7 @@ namespace haptics {
 /// one. Adoption and acceptance may come in either order.
 class AdoptionWatch {
  public:
-  static constexpr std::size_t kMaxAwaited = 4096;   ///< Beyond, the oldest are let go untold.
+  static constexpr std::size_t kMaxAwaited = 4096;   ///< Beyond, the oldest are left to the next heartbeat.
   static constexpr std::size_t kMaxAdoptions = 256;  ///< Remembered for edits whose acceptance comes late.
 
   /// The servo feels `revision` since `tick`. Only a revision newer than the last counts.
@@ -21,10 +21,12 @@ class AdoptionWatch {
   /// What has become known since the last call, in order of acceptance.
   [[nodiscard]] std::vector<v1::EditLive> take();
 
- private:
   struct Adoption {
-    std::uint64_t revision, tick;
+    std::uint64_t revision = 0, tick = 0;
   };
+  [[nodiscard]] Adoption newest() const { return adoptions_.empty() ? Adoption{} : adoptions_.back(); }
+
+ private:
   struct Awaited {
     std::uint64_t clientSeq, revision;
   };

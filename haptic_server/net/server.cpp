@@ -115,15 +115,15 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const override {
       return server.room_.findMesh(hash);
     }
-    void submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
-      server.room_.submitEdit(id, clientSeq, std::move(transaction),
-                              [here = here(), clientSeq](const EditOutcome& outcome) {
-                                here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
-                              });
+    [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
+      return server.room_.submitEdit(
+          id, clientSeq, std::move(transaction), [here = here(), clientSeq](const EditOutcome& outcome) {
+            here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
+          });
     }
-    void submitMesh(const ContentHash& hash, std::string bytes) override {
+    [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes) override {
       const std::size_t size = bytes.size();
-      server.room_.submitMesh(hash, std::move(bytes),
+      return server.room_.submitMesh(hash, std::move(bytes),
                               [weak = server.weak_from_this(), n = number, hash, size](const auto& mesh) {
                                 const auto self = weak.lock();
                                 if (self) self->post([=](Impl& impl) { impl.meshDecided(n, hash, size, mesh); });

@@ -15,6 +15,20 @@ constexpr std::size_t kPerObject_bytes = 6;
 
 Error notAnEditor() { return {"role", "is view, and this asks for edit; connect with editor.credentials"}; }
 
+bool namesAnId(const Operation& operation) {
+  return std::visit(
+      [](const auto& op) {
+        if constexpr (requires { op.object; }) return std::holds_alternative<ObjectId>(op.object.value);
+        return false;
+      },
+      operation);
+}
+
+/// Whether it means something else in another epoch, where ids and revisions are others.
+bool restsOnState(const Transaction& transaction) {
+  return !transaction.preconditions.empty() || std::ranges::any_of(transaction.operations, namesAnId);
+}
+
 }  // namespace
 
 ServerSession::ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity)
@@ -173,7 +187,7 @@ void ServerSession::handle(const v1::Hello& hello) {
   name_ = hello.client_name();
   role_ = *role;
   phase_ = Phase::kLive;
-  nextHeartbeat_ns_ = host_.now_ns() + kHeartbeat_ns;
+  nextHeartbeat_ns_ = host_.now_ns();  // at once: it also says what the servo feels
 
   v1::Envelope envelope;
   v1::Welcome& welcome = *envelope.mutable_welcome();
@@ -219,13 +233,29 @@ void ServerSession::handle(const v1::AssetRequest& request) {
 }
 
 void ServerSession::handle(const v1::EditRequest& request) {
-  if (role_ != Role::kEdit) return editDecided(request.client_seq(), notAnEditor());
-  if (!editRate_.allow(host_.now_ns())) {
-    return editDecided(request.client_seq(), Error{"rate", "more than 200 edits per second; send it again later"});
+  const std::uint64_t clientSeq = request.client_seq();
+  if (role_ != Role::kEdit) return editDecided(clientSeq, notAnEditor());
+  if (!editGate_.allow(clientSeq, host_.now_ns())) {
+    return putOff(clientSeq, {"rate", "more than 200 edits per second; send it again later"});
   }
   auto transaction = fromWire(request.transaction());
-  if (!transaction) return editDecided(request.client_seq(), std::move(transaction).error());
-  host_.submitEdit(id_, request.client_seq(), *std::move(transaction));
+  if (!transaction) return editDecided(clientSeq, std::move(transaction).error());
+  if (request.epoch() != 0 && request.epoch() != host_.history()->epoch && restsOnState(*transaction)) {
+    return editDecided(clientSeq, EditConflict{{}, "it was made from a state that the server has lost"});
+  }
+  if (host_.submitEdit(id_, clientSeq, *std::move(transaction))) return;
+  editGate_.putOff(clientSeq);
+  putOff(clientSeq, {"busy", "the server has too many edits waiting; send it again later"});
+}
+
+void ServerSession::putOff(std::uint64_t clientSeq, const Error& why) {
+  v1::Envelope envelope;
+  v1::EditReply& reply = *envelope.mutable_edit_reply();
+  reply.set_client_seq(clientSeq);
+  reply.mutable_rejected()->set_field(why.field);
+  reply.mutable_rejected()->set_reason(why.reason);
+  reply.mutable_rejected()->set_retry_after_ms(EditGate::kRetryAfter_ms);
+  send(envelope);
 }
 
 void ServerSession::handle(const v1::AssetUpload& upload) {
@@ -336,12 +366,15 @@ void ServerSession::sendLive() {
 /// Names the state that the client is in once it has read everything before this heartbeat, so that it can compare.
 void ServerSession::sendHeartbeat() {
   const auto history = host_.history();
-  const auto edit = history->find(sentRevision_);  // null: the start, which the client is then at
+  const auto root = history->rootAt(sentRevision_);
+  if (!root) return;  // so far behind that it is about to be disconnected
   v1::Envelope envelope;
   v1::Heartbeat& heartbeat = *envelope.mutable_heartbeat();
   heartbeat.set_epoch(history->epoch);
-  heartbeat.set_revision(edit ? sentRevision_ : history->version.revision());
-  heartbeat.set_root((edit ? edit->commit.root : history->version.root()).asBytes());
+  heartbeat.set_revision(sentRevision_);
+  heartbeat.set_root(root->asBytes());
+  heartbeat.set_adopted_revision(adoptions_.newest().revision);
+  heartbeat.set_adoption_tick(adoptions_.newest().tick);
   send(envelope);
 }
 

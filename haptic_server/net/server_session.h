@@ -11,7 +11,7 @@
 #include "common/wire/transport.h"
 #include "haptic_server/net/adoption_watch.h"
 #include "haptic_server/net/asset_sender.h"
-#include "haptic_server/net/rate_limit.h"
+#include "haptic_server/net/edit_gate.h"
 #include "haptic_server/net/session_host.h"
 #include "haptic_server/net/session_uploads.h"
 #include "haptic_server/net/telemetry_slot.h"
@@ -35,8 +35,7 @@ class ServerSession {
   static constexpr std::uint64_t kSilence_ns = 3'000'000'000;  ///< Dead after this long without a byte.
   static constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
   static constexpr double kMaxTelemetryRate_Hz = 1000;
-  /// Sustained edits per second of one client, and how many may come at once; above, rejected with field "rate". The
-  /// burst is what a client may resend after a reconnect: rejecting an edit that had been applied would be a lie.
+  /// Sustained edits per second of one client, and how many may come at once; above, they come too early.
   static constexpr double kEditRate_Hz = 200;
   static constexpr double kEditBurst = 1000;
   /// Commits wait in the shared history while more than this is queued for the client.
@@ -93,7 +92,7 @@ class ServerSession {
   TelemetrySlot telemetry_;
   bool byDatagram_ = false;
 
-  RateLimit editRate_{kEditRate_Hz, kEditBurst};
+  EditGate editGate_{kEditRate_Hz, kEditBurst};
   AdoptionWatch adoptions_;
   SessionUploads uploads_;
 
@@ -106,6 +105,7 @@ class ServerSession {
   void handle(const v1::AssetRequest& request);
   void handle(const v1::EditRequest& request);
   void handle(const v1::AssetUpload& upload);
+  void putOff(std::uint64_t clientSeq, const Error& why);
   void handle(const v1::ClockProbe& probe);
   void reportStatus();
 

@@ -23,6 +23,9 @@ v1::AssetUploadReply refusedReply(const std::string& hash, const Error& error) {
   return reply;
 }
 
+/// How long a client is to wait when there is no room now: others' uploads take seconds.
+constexpr std::uint32_t kRetryAfter_ms = 1000;
+
 }  // namespace
 
 SessionUploads::SessionUploads(SessionHost& host) : host_(host) {}
@@ -46,14 +49,17 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
       return acceptedReply(*hash);
     }
     if (!host_.reserveUpload(chunk.total_size())) {
-      return refuse(*hash, {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
+      return putOff(*hash, {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
     }
     assemblyReserved_ = chunk.total_size();
   }
   assembly_.add(chunk, *hash);
   if (!assembly_.complete()) return std::nullopt;
   building_[*hash] = {std::exchange(assemblyReserved_, 0)};
-  host_.submitMesh(*hash, assembly_.take());
+  if (!host_.submitMesh(*hash, assembly_.take())) {
+    host_.releaseUpload(building_.extract(*hash).mapped().reserved);
+    return putOff(*hash, {"busy", "the server has too many edits waiting; try again later"});
+  }
   return std::nullopt;
 }
 
@@ -107,6 +113,12 @@ v1::AssetUploadReply SessionUploads::refuse(const ContentHash& hash, const Error
   releaseAssembly();
   assembly_.abandon(hash);
   return refusedReply(hash.asBytes(), error);
+}
+
+v1::AssetUploadReply SessionUploads::putOff(const ContentHash& hash, const Error& why) {
+  v1::AssetUploadReply reply = refuse(hash, why);
+  reply.set_retry_after_ms(kRetryAfter_ms);
+  return reply;
 }
 
 void SessionUploads::hold(std::shared_ptr<const MeshAsset> asset, std::size_t reserved) {

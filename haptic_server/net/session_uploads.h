@@ -55,6 +55,7 @@ class SessionUploads {
   std::deque<Held> held_;
 
   v1::AssetUploadReply refuse(const ContentHash& hash, const Error& error);
+  v1::AssetUploadReply putOff(const ContentHash& hash, const Error& why);
   void hold(std::shared_ptr<const MeshAsset> asset, std::size_t reserved);
   void releaseAssembly();
 };

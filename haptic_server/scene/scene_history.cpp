@@ -18,11 +18,14 @@ std::shared_ptr<const AcceptedEdit> SceneHistory::find(std::uint64_t revision) c
   return edits[revision - first];
 }
 
+std::optional<ContentHash> SceneHistory::rootAt(std::uint64_t revision) const {
+  if (revision == version.revision()) return version.root();
+  if (const auto next = find(revision + 1)) return next->commit.prevRoot;
+  return std::nullopt;
+}
+
 bool SceneHistory::canResumeFrom(std::uint64_t itsEpoch, std::uint64_t revision, const ContentHash& root) const {
-  if (itsEpoch != epoch || revision > version.revision()) return false;
-  if (revision == version.revision()) return root == version.root();
-  const auto next = find(revision + 1);
-  return next && next->commit.prevRoot == root;
+  return itsEpoch == epoch && rootAt(revision) == root;
 }
 
 std::uint64_t newEpoch() {

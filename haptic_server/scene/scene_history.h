@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,8 @@ struct SceneHistory {
   void append(std::shared_ptr<const AcceptedEdit> edit, SceneVersion made);
   /// The edit that made this revision; null when it is not remembered.
   [[nodiscard]] std::shared_ptr<const AcceptedEdit> find(std::uint64_t revision) const;
+  /// Nothing when the revision is older than what is remembered, or not made yet.
+  [[nodiscard]] std::optional<ContentHash> rootAt(std::uint64_t revision) const;
   /// Whether one who holds this state becomes equal to `version` by applying remembered edits.
   [[nodiscard]] bool canResumeFrom(std::uint64_t itsEpoch, std::uint64_t revision, const ContentHash& root) const;
 };

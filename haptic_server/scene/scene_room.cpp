@@ -71,14 +71,13 @@ void SceneRoom::stop() {
   if (builder_.joinable()) builder_.join();
 }
 
-void SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
+bool SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                            const EditReply& reply) {
   const std::size_t work = 1 + transaction.operations.size() + transaction.preconditions.size();
-  if (!enqueue({work, Edit{{session, clientSeq, std::move(transaction)}, reply}}))
-    reply(Error{"busy", "the server has too many edits waiting; send it again later"});
+  return enqueue({work, Edit{{session, clientSeq, std::move(transaction)}, reply}});
 }
 
-void SceneRoom::submitMesh(const ContentHash& hash, std::string bytes, const UploadReply& reply) {
+bool SceneRoom::submitMesh(const ContentHash& hash, std::string bytes, const UploadReply& reply) {
   auto job = [this, hash, bytes = std::move(bytes), reply]() mutable {
     try {
       reply(store_.internEncoded(hash, std::move(bytes)));
@@ -86,8 +85,7 @@ void SceneRoom::submitMesh(const ContentHash& hash, std::string bytes, const Upl
       reply(refused("data", std::string("the server could not build the mesh: ") + failure.what()));
     }
   };
-  if (!enqueue({1, std::move(job)}))
-    reply(refused("busy", "the server has too many edits waiting; send it again later"));
+  return enqueue({1, std::move(job)});
 }
 
 std::shared_ptr<const SceneHistory> SceneRoom::history() const {

@@ -37,8 +37,7 @@ class SceneRoom {
   using MeshReader = std::function<Result<std::string>(const ContentHash&)>;  ///< Canonical bytes, unverified.
   using HistoryListener = std::function<void(std::shared_ptr<const SceneHistory>)>;
 
-  /// Work waiting for the builder, in operations and preconditions (an upload counts as one): some 30 MB. Above, an
-  /// edit is rejected with field "busy".
+  /// Work waiting for the builder, in operations and preconditions (an upload counts as one): some 30 MB.
   static constexpr std::size_t kMaxQueuedWork = 65'536;
   /// Edits that are decided together when so many wait: the journal then waits for the disk once. More of them delay
   /// the first one's reply.
@@ -59,11 +58,13 @@ class SceneRoom {
   void start();
   void stop();  ///< Finishes the job in hand and drops the rest; their replies never come. Also done on destruction.
 
-  /// Any thread. The reply comes on the builder thread, after the new history was published; when the queue is full at
-  /// once on the caller's.
-  void submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, const EditReply& reply);
+  /// Any thread. The reply comes on the builder thread, after the new history was published. False, and no reply:
+  /// there is no room for more work now.
+  [[nodiscard]] bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
+                                const EditReply& reply);
   /// Any thread. Checks the bytes against the hash and builds the mesh; who asked holds it until an edit names it.
-  void submitMesh(const ContentHash& hash, std::string bytes, const UploadReply& reply);
+  /// False as above.
+  [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes, const UploadReply& reply);
   /// Any thread. Null when it is neither in the scene nor held by someone.
   [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const { return store_.find(hash); }
   /// Any thread. The newest.

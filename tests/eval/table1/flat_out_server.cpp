@@ -61,14 +61,18 @@ void FlatOutServer::stop() {
 
 std::shared_ptr<const MeshAsset> FlatOutServer::upload(const TriMesh& mesh) {
   std::promise<Result<std::shared_ptr<const MeshAsset>>> built;
-  room_->submitMesh(hashOf(mesh), encodeMesh(mesh), [&](auto asset) { built.set_value(std::move(asset)); });
+  if (!room_->submitMesh(hashOf(mesh), encodeMesh(mesh), [&](auto asset) { built.set_value(std::move(asset)); })) {
+    throw std::runtime_error("the builder is busy");
+  }
   return orThrow(built.get_future().get());
 }
 
 void FlatOutServer::apply(Operation operation) {
   std::promise<EditOutcome> outcome;
-  room_->submitEdit(kSession, ++edits_, Transaction{{}, {std::move(operation)}},
-                    [&](const EditOutcome& answer) { outcome.set_value(answer); });
+  if (!room_->submitEdit(kSession, ++edits_, Transaction{{}, {std::move(operation)}},
+                         [&](const EditOutcome& answer) { outcome.set_value(answer); })) {
+    throw std::runtime_error("the builder is busy");
+  }
   const EditOutcome answer = outcome.get_future().get();
   if (const auto* error = std::get_if<Error>(&answer)) throw std::runtime_error(error->text());
 }

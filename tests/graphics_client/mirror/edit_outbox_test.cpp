@@ -8,6 +8,10 @@
 namespace haptics {
 namespace {
 
+constexpr std::uint64_t kEpoch = 1001;
+constexpr std::uint64_t kNow_ns = 1'000'000'000'000;
+constexpr std::uint64_t kMillisecond_ns = 1'000'000;
+
 /// What came of edits, in words: "1 accepted 5", "2 rejected", "1 live 900".
 struct Log {
   EditCallbacks callbacks() {
@@ -21,7 +25,8 @@ struct Log {
             .live =
                 [this](const v1::EditLive& live) {
                   lines.push_back(std::to_string(live.client_seq()) + " live " + std::to_string(live.tick()));
-                }};
+                },
+            .stateLost = [this] { lines.push_back("lost"); }};
   }
   std::vector<std::string> lines;
 };
@@ -37,6 +42,12 @@ v1::EditReply rejected(std::uint64_t seq) {
   v1::EditReply reply;
   reply.set_client_seq(seq);
   reply.mutable_rejected();
+  return reply;
+}
+
+v1::EditReply tooEarly(std::uint64_t seq) {
+  v1::EditReply reply = rejected(seq);
+  reply.mutable_rejected()->set_retry_after_ms(100);
   return reply;
 }
 
@@ -61,8 +72,8 @@ using Lines = std::vector<std::string>;
 
 TEST(EditOutbox, NumbersEditsFromOneInTheirOrder) {
   EditOutbox outbox;
-  outbox.submit(removal(5), {});
-  outbox.submit(removal(6), {});
+  outbox.submit(removal(5), {}, kEpoch);
+  outbox.submit(removal(6), {}, kEpoch);
   EXPECT_EQ(sendAll(outbox), (Lines{"1:5", "2:6"}));
   EXPECT_EQ(sendAll(outbox), Lines{});
 }
@@ -70,9 +81,9 @@ TEST(EditOutbox, NumbersEditsFromOneInTheirOrder) {
 TEST(EditOutbox, ReportsTheReplyAndThenThatItIsLive) {
   EditOutbox outbox;
   Log log;
-  outbox.submit(removal(5), log.callbacks());
+  outbox.submit(removal(5), log.callbacks(), kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(accepted(1, 12));
+  outbox.replied(accepted(1, 12), kNow_ns);
   outbox.live(live(1, 900));
   EXPECT_EQ(log.lines, (Lines{"1 accepted 12", "1 live 900"}));
 }
@@ -80,46 +91,76 @@ TEST(EditOutbox, ReportsTheReplyAndThenThatItIsLive) {
 TEST(EditOutbox, SendsUnansweredEditsAgainUnchangedAndInOrder) {
   EditOutbox outbox;
   Log log;
-  for (const std::uint64_t object : {5, 6, 7}) outbox.submit(removal(object), log.callbacks());
+  for (const std::uint64_t object : {5, 6, 7}) outbox.submit(removal(object), log.callbacks(), kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(rejected(2));
+  outbox.replied(rejected(2), kNow_ns);
   outbox.connectionLost();
   EXPECT_EQ(sendAll(outbox), (Lines{"1:5", "3:7"}));
 }
 
-TEST(EditOutbox, AsksAgainWhenAnAcceptedEditIsLive) {
+TEST(EditOutbox, LearnsFromTheServosRevisionThatAnAcceptedEditIsLive) {
   EditOutbox outbox;
   Log log;
-  outbox.submit(removal(5), log.callbacks());
+  for (const std::uint64_t object : {5, 6, 7}) outbox.submit(removal(object), log.callbacks(), kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(accepted(1, 12));
+  outbox.replied(accepted(1, 12), kNow_ns);
+  outbox.replied(accepted(2, 14), kNow_ns);
   outbox.connectionLost();
-  EXPECT_EQ(sendAll(outbox), Lines{"1:5"});
-  outbox.replied(accepted(1, 12));  // the server's remembered answer
-  outbox.live(live(1, 900));
-  EXPECT_EQ(log.lines, (Lines{"1 accepted 12", "1 live 900"}));
-  outbox.connectionLost();
-  EXPECT_EQ(sendAll(outbox), Lines{});
+  EXPECT_EQ(sendAll(outbox), Lines{"3:7"}) << "only what was not answered is sent again";
+  outbox.adopted(11, 800);
+  outbox.adopted(13, 900);
+  outbox.adopted(14, 950);
+  EXPECT_EQ(log.lines, (Lines{"1 accepted 12", "2 accepted 14", "1 live 900", "2 live 950"}));
 }
 
-TEST(EditOutbox, StillAwaitsLiveWhenTheServerHasForgottenItsAnswer) {
+TEST(EditOutbox, SendsWhatCameTooEarlyAgainInOrderOnceAllAnswersAreHere) {
   EditOutbox outbox;
   Log log;
-  outbox.submit(removal(5), log.callbacks());
+  for (const std::uint64_t object : {5, 6, 7}) outbox.submit(removal(object), log.callbacks(), kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(accepted(1, 12));
+  outbox.replied(accepted(1, 12), kNow_ns);
+  outbox.replied(tooEarly(2), kNow_ns);
+  outbox.submit(removal(8), log.callbacks(), kEpoch);
+  EXPECT_EQ(sendAll(outbox), Lines{}) << "would overtake";
+  outbox.poll(kNow_ns + 200 * kMillisecond_ns);
+  EXPECT_EQ(sendAll(outbox), Lines{}) << "the third edit's answer is still under way";
+  outbox.replied(tooEarly(3), kNow_ns + 250 * kMillisecond_ns);
+  outbox.poll(kNow_ns + 349 * kMillisecond_ns);
+  EXPECT_EQ(sendAll(outbox), Lines{});
+  outbox.poll(kNow_ns + 350 * kMillisecond_ns);
+  EXPECT_EQ(sendAll(outbox), (Lines{"2:6", "3:7", "4:8"}));
+  EXPECT_EQ(log.lines, Lines{"1 accepted 12"});
+}
+
+TEST(EditOutbox, ANewConnectionNeedNotWaitAsTheOldOneHadTo) {
+  EditOutbox outbox;
+  outbox.submit(removal(5), {}, kEpoch);
+  (void)sendAll(outbox);
+  outbox.replied(tooEarly(1), kNow_ns);
   outbox.connectionLost();
+  EXPECT_EQ(sendAll(outbox), Lines{"1:5"});
+}
+
+TEST(EditOutbox, LosesPatienceWithAServerThatIsAlwaysBusy) {
+  EditOutbox outbox;
+  Log log;
+  outbox.submit(removal(5), log.callbacks(), kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(rejected(1));
-  outbox.live(live(1, 900));
-  EXPECT_EQ(log.lines, (Lines{"1 accepted 12", "1 live 900"}));
+  std::uint64_t now_ns = kNow_ns;
+  for (; log.lines.empty() && now_ns < kNow_ns + 2 * EditOutbox::kPatience_ns; now_ns += 1000 * kMillisecond_ns) {
+    outbox.replied(tooEarly(1), now_ns);
+    outbox.poll(now_ns + 500 * kMillisecond_ns);
+    (void)sendAll(outbox);
+  }
+  EXPECT_EQ(log.lines, Lines{"1 rejected"});
+  EXPECT_NEAR(static_cast<double>(now_ns - kNow_ns), EditOutbox::kPatience_ns, 2e9);
 }
 
 TEST(EditOutbox, DoesNotWaitForLiveWhenNobodyAsked) {
   EditOutbox outbox;
-  outbox.submit(removal(5), {});
+  outbox.submit(removal(5), {}, kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(accepted(1, 12));
+  outbox.replied(accepted(1, 12), kNow_ns);
   outbox.connectionLost();
   EXPECT_EQ(sendAll(outbox), Lines{});
 }
@@ -127,41 +168,42 @@ TEST(EditOutbox, DoesNotWaitForLiveWhenNobodyAsked) {
 TEST(EditOutbox, IgnoresAnswersToWhatItDidNotAsk) {
   EditOutbox outbox;
   Log log;
-  outbox.submit(removal(5), log.callbacks());
+  outbox.submit(removal(5), log.callbacks(), kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(accepted(2, 12));
+  outbox.replied(accepted(2, 12), kNow_ns);
   outbox.live(live(1, 900));  // live before it was accepted
-  outbox.replied(rejected(1));
-  outbox.replied(rejected(1));
+  outbox.replied(rejected(1), kNow_ns);
+  outbox.replied(rejected(1), kNow_ns);
   outbox.live(live(1, 900));
   EXPECT_EQ(log.lines, Lines{"1 rejected"});
 }
 
-TEST(EditOutbox, ForgetsAcceptedEditsOfAServerThatLostItsState) {
+TEST(EditOutbox, TellsOfAcceptedEditsThatAServerLostWithItsState) {
   EditOutbox outbox;
   Log log;
-  outbox.submit(removal(5), log.callbacks());
-  outbox.submit(removal(6), log.callbacks());
+  outbox.submit(removal(5), log.callbacks(), kEpoch);
+  outbox.submit(removal(6), log.callbacks(), kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(accepted(1, 12));
+  outbox.replied(accepted(1, 12), kNow_ns);
   outbox.connectionLost();
   outbox.stateLost();
   EXPECT_EQ(sendAll(outbox), Lines{"2:6"});
+  EXPECT_EQ(log.lines, (Lines{"1 accepted 12", "lost"}));
 }
 
 TEST(EditOutbox, KeepsFewInFlight) {
   EditOutbox outbox;
-  for (std::size_t i = 0; i < EditOutbox::kMaxInFlight + 5; ++i) outbox.submit(removal(i), {});
+  for (std::size_t i = 0; i < EditOutbox::kMaxInFlight + 5; ++i) outbox.submit(removal(i), {}, kEpoch);
   EXPECT_EQ(sendAll(outbox).size(), EditOutbox::kMaxInFlight);
-  outbox.replied(accepted(1, 1));
+  outbox.replied(accepted(1, 1), kNow_ns);
   EXPECT_EQ(sendAll(outbox).size(), 1U);
 }
 
 TEST(EditOutbox, RejectsOneEditTooManyAtOnce) {
   EditOutbox outbox;
   Log log;
-  for (std::size_t i = 0; i < EditOutbox::kMaxPendingEdits; ++i) outbox.submit(removal(i), {});
-  outbox.submit(removal(1), log.callbacks());
+  for (std::size_t i = 0; i < EditOutbox::kMaxPendingEdits; ++i) outbox.submit(removal(i), {}, kEpoch);
+  outbox.submit(removal(1), log.callbacks(), kEpoch);
   EXPECT_EQ(log.lines, Lines{"0 rejected"});
 }
 
@@ -171,10 +213,10 @@ TEST(EditOutbox, RejectsAnEditLargerThanAFrameAtOnceAndTakesTheLargest) {
   v1::Transaction transaction = removal(1);
   std::string& name = *transaction.add_operations()->mutable_add()->mutable_name();
   name.resize(kMaxFrameBytes);
-  outbox.submit(transaction, log.callbacks());
+  outbox.submit(transaction, log.callbacks(), kEpoch);
   EXPECT_EQ(log.lines, Lines{"0 rejected"});
   name.resize(name.size() - (transaction.ByteSizeLong() - kMaxFrameBytes) - 64);
-  outbox.submit(transaction, log.callbacks());
+  outbox.submit(transaction, log.callbacks(), kEpoch);
   const v1::EditRequest* request = outbox.next();
   ASSERT_NE(request, nullptr);
   v1::Envelope envelope;
@@ -187,10 +229,12 @@ TEST(EditOutbox, RejectsAnEditLargerThanAFrameAtOnceAndTakesTheLargest) {
 TEST(EditOutbox, LetsACallbackSubmitTheNextEdit) {
   EditOutbox outbox;
   Log log;
-  outbox.submit(removal(5), {.replied = [&](const v1::EditReply&) { outbox.submit(removal(6), log.callbacks()); },
-                             .live = [&](const v1::EditLive&) { outbox.submit(removal(7), log.callbacks()); }});
+  outbox.submit(removal(5),
+                {.replied = [&](const v1::EditReply&) { outbox.submit(removal(6), log.callbacks(), kEpoch); },
+                 .live = [&](const v1::EditLive&) { outbox.submit(removal(7), log.callbacks(), kEpoch); }},
+                kEpoch);
   (void)sendAll(outbox);
-  outbox.replied(accepted(1, 1));
+  outbox.replied(accepted(1, 1), kNow_ns);
   outbox.live(live(1, 1));
   EXPECT_EQ(sendAll(outbox), (Lines{"2:6", "3:7"}));
 }

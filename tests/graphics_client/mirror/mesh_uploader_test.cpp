@@ -12,6 +12,9 @@
 namespace haptics {
 namespace {
 
+constexpr std::uint64_t kNow_ns = 1'000'000'000'000;
+constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+
 v1::AssetUploadReply reply(const TriMesh& mesh, bool accepted) {
   v1::AssetUploadReply message;
   message.set_hash(hashOf(mesh).asBytes());
@@ -65,9 +68,9 @@ TEST(MeshUploader, SendsTheNextMeshOnlyAfterTheReply) {
                                             }});
   uploader.add(encodeMesh(tetrahedron(2)), {});
   EXPECT_EQ(sendAll(uploader), encodeMesh(tetrahedron(1)));
-  uploader.replied(reply(tetrahedron(2), true));  // not asked yet
+  uploader.replied(reply(tetrahedron(2), true), kNow_ns);  // not asked yet
   EXPECT_EQ(finished, 0);
-  uploader.replied(reply(tetrahedron(1), true));
+  uploader.replied(reply(tetrahedron(1), true), kNow_ns);
   EXPECT_EQ(finished, 1);
   EXPECT_EQ(sendAll(uploader), encodeMesh(tetrahedron(2)));
 }
@@ -77,7 +80,7 @@ TEST(MeshUploader, StopsAnUploadThatIsRefusedUnderWay) {
   bool refused = false;
   uploader.add(encodeMesh(grid(100)), {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
   (void)uploader.next();
-  uploader.replied(reply(grid(100), false));
+  uploader.replied(reply(grid(100), false), kNow_ns);
   EXPECT_TRUE(refused);
   EXPECT_FALSE(uploader.next());
 }
@@ -94,8 +97,26 @@ TEST(MeshUploader, TellsTheServerOnlyOfACancelledUploadThatWasBegun) {
   EXPECT_FALSE(uploader.cancel(hashOf(grid(100))));
   EXPECT_EQ(ended, (std::vector<std::string>{"was cancelled", "was cancelled"}));
   EXPECT_FALSE(uploader.next());
-  uploader.replied(reply(grid(100), true));  // was on its way
+  uploader.replied(reply(grid(100), true), kNow_ns);  // was on its way
   EXPECT_EQ(ended.size(), 2U);
+}
+
+TEST(MeshUploader, SendsAMeshForWhichThereWasNoRoomAgainAfterAWhileAndNotForEver) {
+  MeshUploader uploader;
+  bool refused = false;
+  const std::string bytes = encodeMesh(grid(100));
+  uploader.add(bytes, {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
+  (void)uploader.next();
+  v1::AssetUploadReply later = reply(grid(100), false);
+  later.set_retry_after_ms(1000);
+  uploader.replied(later, kNow_ns);
+  uploader.poll(kNow_ns + kSecond_ns - 1);
+  EXPECT_FALSE(uploader.next());
+  uploader.poll(kNow_ns + kSecond_ns);
+  EXPECT_EQ(sendAll(uploader), bytes);
+  EXPECT_FALSE(refused);
+  uploader.replied(later, kNow_ns + MeshUploader::kPatience_ns);
+  EXPECT_TRUE(refused);
 }
 
 TEST(MeshUploader, StartsAnewAfterAReconnect) {

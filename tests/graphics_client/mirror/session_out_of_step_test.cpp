@@ -78,6 +78,28 @@ TEST_F(OutOfStep, WhenAHeartbeatHasAnotherRootAtTheSameRevision) {
   expectResync();
 }
 
+TEST_F(OutOfStep, WhenItsOwnMemoryIsNoLongerWhatItWas) {
+  rig_.server.sendCommit(next_);
+  rig_.settle();
+  const auto object = rig_.client.mirror().scene().objects()[0];
+  const_cast<ObjectRecord&>(*object).material.color.red += 0.125F;
+  rig_.server.heartbeat();
+  rig_.settle();
+  expectResync();
+}
+
+TEST_F(OutOfStep, WhenAMeshInItsMemoryIsNoLongerWhatItWas) {
+  rig_.server.sendCommit(next_);
+  rig_.settle();
+  const auto mesh = rig_.client.mirror().contents().meshes.begin()->second;
+  const_cast<TriMesh&>(*mesh).vertices[0].x += 0.125F;
+  for (std::size_t i = 0; i < rig_.client.mirror().contents().meshes.size() && rig_.view().resyncs == 0; ++i) {
+    rig_.server.heartbeat();
+    rig_.settle();
+  }
+  expectResync();
+}
+
 TEST_F(OutOfStep, WhenTwoHeartbeatsInARowAreAheadWithoutACommit) {
   rig_.server.heartbeat();
   rig_.settle();

@@ -46,6 +46,45 @@ class SessionTraffic : public testing::Test {
 
 // ---- Edits ----
 
+TEST_F(SessionTraffic, SaysFromWhichStateAnEditWasMade) {
+  rig_.client.submit(removal(1), {});
+  rig_.settle();
+  EXPECT_EQ(rig_.server.heard(v1::Envelope::kEditRequest)[0].edit_request().epoch(), rig_.server.epoch);
+}
+
+TEST_F(SessionTraffic, LearnsFromAHeartbeatThatAnEditIsLive) {
+  rig_.client.submit(removal(1), callbacks());
+  rig_.settle();
+  rig_.server.accepted(1, 2);
+  rig_.settle();
+  rig_.cut();
+  resume();
+  EXPECT_EQ(heardEdits(), Seqs{});
+  v1::Envelope envelope;
+  envelope.mutable_heartbeat()->set_epoch(rig_.server.epoch);
+  envelope.mutable_heartbeat()->set_revision(rig_.server.scene.revision());
+  envelope.mutable_heartbeat()->set_root(rig_.server.scene.root().asBytes());
+  envelope.mutable_heartbeat()->set_adopted_revision(2);
+  envelope.mutable_heartbeat()->set_adoption_tick(900);
+  rig_.server.send(envelope);
+  rig_.settle();
+  EXPECT_EQ(lives_, 1);
+}
+
+TEST_F(SessionTraffic, SendsAnEditThatCameTooEarlyAgainByItself) {
+  rig_.client.submit(removal(1), callbacks());
+  rig_.settle();
+  v1::Envelope envelope;
+  envelope.mutable_edit_reply()->set_client_seq(1);
+  envelope.mutable_edit_reply()->mutable_rejected()->set_retry_after_ms(100);
+  rig_.server.send(envelope);
+  rig_.settle();
+  EXPECT_EQ(heardEdits(), Seqs{1});
+  rig_.advance(200 * kMillisecond_ns);
+  EXPECT_EQ(heardEdits(), (Seqs{1, 1}));
+  EXPECT_EQ(replies_, 0);
+}
+
 TEST_F(SessionTraffic, SendsAnEditAtOnceAndReportsBothAnswers) {
   rig_.client.submit(removal(1), callbacks());
   rig_.settle();

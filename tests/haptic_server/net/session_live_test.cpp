@@ -162,16 +162,84 @@ TEST_F(SessionLive, AConflictShowsTheObjectAsItStands) {
   EXPECT_EQ(client.got.back().edit_reply().conflict().current(0).name(), "a");
 }
 
-TEST_F(SessionLive, EditsBeyondTheRateAreRejectedAndLaterOnesNot) {
+TEST_F(SessionLive, EditsBeyondTheRateComeTooEarlyAndLaterOnesNot) {
   const auto burst = static_cast<std::uint64_t>(ServerSession::kEditBurst);
   for (std::uint64_t seq = 1; seq <= burst + 10; ++seq) client.moveObject(seq, "a", 0);
   link.settle();
   EXPECT_EQ(history()->version.revision(), 1 + burst);
   EXPECT_EQ(client.all(Kind::kEditReply).back().edit_reply().rejected().field(), "rate");
+  EXPECT_EQ(client.all(Kind::kEditReply).back().edit_reply().rejected().retry_after_ms(), EditGate::kRetryAfter_ms);
   pass(kSecond_ns);
-  client.moveObject(5000, "a", 0);
+  client.moveObject(burst + 11, "a", 0);
   link.settle();
-  EXPECT_EQ(history()->version.revision(), 2 + burst);
+  EXPECT_EQ(history()->version.revision(), 1 + burst) << "may not overtake those before it";
+  for (std::uint64_t seq = burst + 1; seq <= burst + 11; ++seq) client.moveObject(seq, "a", 0);
+  link.settle();
+  EXPECT_EQ(history()->version.revision(), 12 + burst);
+}
+
+TEST_F(SessionLive, NoEditOvertakesOneForWhichThereWasNoRoom) {
+  builderIsFull = true;
+  client.moveObject(1, "a", 1);
+  link.settle();
+  EXPECT_EQ(client.got.back().edit_reply().rejected().field(), "busy");
+  EXPECT_GT(client.got.back().edit_reply().rejected().retry_after_ms(), 0U);
+  builderIsFull = false;
+  client.moveObject(2, "a", 2);
+  link.settle();
+  EXPECT_EQ(client.got.back().edit_reply().client_seq(), 2U);
+  EXPECT_TRUE(client.got.back().edit_reply().has_rejected());
+  EXPECT_EQ(history()->version.revision(), 1U);
+  client.moveObject(1, "a", 1);
+  client.moveObject(2, "a", 2);
+  link.settle();
+  EXPECT_EQ(history()->version.revision(), 3U);
+  EXPECT_EQ(history()->version.find("a")->pose.position.x, 2);
+}
+
+/// Revisions and ids of one epoch mean other things in the next.
+TEST_F(SessionLive, AnEditThatRestsOnALostStateIsInConflict) {
+  const auto send = [&](std::uint64_t seq, const auto& change) {
+    v1::Envelope envelope;
+    v1::EditRequest& request = *envelope.mutable_edit_request();
+    request.set_client_seq(seq);
+    request.set_epoch(history()->epoch + 1);
+    request.mutable_transaction()->add_operations()->mutable_set_material()->mutable_object()->set_name("a");
+    request.mutable_transaction()
+        ->mutable_operations(0)
+        ->mutable_set_material()
+        ->mutable_material()
+        ->set_stiffness_n_per_m(500);
+    change(request);
+    client.send(envelope);
+    link.settle();
+    return client.all(Kind::kEditReply).back().edit_reply();
+  };
+  const auto expectingRevision = [](v1::EditRequest& request) {
+    v1::Precondition& precondition = *request.mutable_transaction()->add_preconditions();
+    precondition.mutable_object()->set_name("a");
+    precondition.set_expected_revision(1);
+  };
+  const auto byId = [this](v1::EditRequest& request) {
+    auto& object = *request.mutable_transaction()->mutable_operations(0)->mutable_set_material()->mutable_object();
+    object.set_id(history()->version.find("a")->id);
+  };
+  EXPECT_TRUE(send(1, expectingRevision).has_conflict());
+  EXPECT_TRUE(send(2, byId).has_conflict());
+  EXPECT_TRUE(send(3, [](v1::EditRequest&) {}).has_accepted()) << "a name means the same";
+  EXPECT_TRUE(send(4, [&](v1::EditRequest& request) {
+                request.set_epoch(history()->epoch);
+                byId(request);
+              }).has_accepted());
+}
+
+TEST_F(SessionLive, HeartbeatsSayWhatTheServoFeels) {
+  session.adopted(1, 100);
+  pass(kSecond_ns);
+  const auto beats = client.all(Kind::kHeartbeat);
+  ASSERT_FALSE(beats.empty());
+  EXPECT_EQ(beats.back().heartbeat().adopted_revision(), 1U);
+  EXPECT_EQ(beats.back().heartbeat().adoption_tick(), 100U);
 }
 
 TEST_F(SessionLive, AReaderThatStopsCostsBoundedMemoryUntilItIsDisconnected) {

@@ -133,12 +133,16 @@ class SessionWorld : public SessionHost {
     if (auto asset = resolver.store().find(hash)) return asset;
     return uploads.find(hash);
   }
-  void submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
+  [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
+    if (builderIsFull) return false;
     session.editDecided(clientSeq, sequencer.submit(id, clientSeq, transaction));
     session.sceneChanged();
+    return true;
   }
-  void submitMesh(const ContentHash& hash, std::string bytes) override {
+  [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes) override {
+    if (builderIsFull) return false;
     building.emplace_back(hash, std::move(bytes));
+    return true;
   }
   [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
     if (reserved + bytes > uploadBudget) return false;
@@ -192,6 +196,7 @@ class SessionWorld : public SessionHost {
   AssetStore uploads;
   Sequencer sequencer{5, resolver};
   std::uint64_t serverSeq = 0;
+  bool builderIsFull = false;
   std::vector<std::pair<ContentHash, std::string>> building;
   std::size_t uploadBudget = 64U << 20;
   std::size_t reserved = 0;
