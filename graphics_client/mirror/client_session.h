@@ -39,6 +39,8 @@ class ClientSession {
   static constexpr std::uint64_t kLaterProbes_ns = 1'000'000'000;
   /// Longest time between two calls of poll(); half the shortest interval above.
   static constexpr std::uint64_t kPoll_ns = 20'000'000;
+  /// Meshes hashed anew at each heartbeat, in turn: some milliseconds. More would delay telemetry.
+  static constexpr std::size_t kAudit_bytes = 4U << 20;
   /// An upload's next chunk is queued below this backlog, so that edits and heartbeats find a short queue.
   static constexpr std::size_t kUploadBacklog_bytes = 64U << 10;
 

@@ -148,7 +148,7 @@ void ClientSession::handle(const v1::Heartbeat& heartbeat) {
   ++changes_;
   edits_.adopted(heartbeat.adopted_revision(), heartbeat.adoption_tick());
   if (phase_ != Phase::kLive) return;
-  if (const auto sound = mirror_.audit(); !sound) return resync(sound.error());
+  if (const auto sound = mirror_.audit(kAudit_bytes); !sound) return resync(sound.error());
   const SceneVersion& own = mirror_.scene();
   if (own.revision() == heartbeat.revision()) {
     behindAtHeartbeat_ = false;

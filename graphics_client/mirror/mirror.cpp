@@ -57,18 +57,23 @@ Result<void> Mirror::addMesh(const ContentHash& hash, std::string_view bytes) {
   return {};
 }
 
-Result<void> Mirror::audit() {
+Result<void> Mirror::audit(std::size_t meshBytes) {
   std::vector<ObjectRecord> records;
   for (const SceneVersion::Object& object : scene().objects()) records.push_back(*object);
   const auto anew = SceneVersion::fromSnapshot(scene().revision(), std::move(records));
   if (!anew || anew->root() != scene().root()) return refused("memory", "holds other records than it was given");
-  if (view_.meshes.empty()) return {};
-  auto mesh = view_.meshes.upper_bound(lastAudited_);
-  if (mesh == view_.meshes.end()) mesh = view_.meshes.begin();
-  lastAudited_ = mesh->first;
-  if (hashOf(*mesh->second) == mesh->first) return {};
-  view_.meshes.erase(mesh);
-  return refused("memory", "holds another mesh " + lastAudited_.hex() + " than it was given");
+  std::size_t done_bytes = 0;
+  for (std::size_t left = view_.meshes.size(); left > 0 && done_bytes < meshBytes; --left) {
+    auto mesh = view_.meshes.upper_bound(lastAudited_);
+    if (mesh == view_.meshes.end()) mesh = view_.meshes.begin();
+    lastAudited_ = mesh->first;
+    done_bytes +=
+        sizeof(Vec3f) * mesh->second->vertices.size() + sizeof(TriangleIndices) * mesh->second->triangles.size();
+    if (hashOf(*mesh->second) == mesh->first) continue;
+    view_.meshes.erase(mesh);
+    return refused("memory", "holds another mesh " + lastAudited_.hex() + " than it was given");
+  }
+  return {};
 }
 
 bool Mirror::take(const TelemetrySample& sample) {

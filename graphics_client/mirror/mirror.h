@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -22,9 +23,9 @@ class Mirror {
   [[nodiscard]] Result<void> apply(const Commit& commit);
   /// Decodes, hashes what was decoded, and keeps it if the scene still uses it.
   [[nodiscard]] Result<void> addMesh(const ContentHash& hash, std::string_view bytes);
-  /// Hashes every record anew, and one mesh, the next in turn: memory that changed behind the mirror's back is found.
-  /// Refused: what it is not what it was; such a mesh is dropped.
-  [[nodiscard]] Result<void> audit();
+  /// Hashes every record anew, and meshes, in turn, until so many bytes of them are done (at least one mesh): finds
+  /// memory that changed behind the mirror's back. Refused: something is not what it was; such a mesh is dropped.
+  [[nodiscard]] Result<void> audit(std::size_t meshBytes);
   /// Latest wins: a sample that is not newer than the newest is dropped (false).
   bool take(const TelemetrySample& sample);
   /// A new connection: its ticks may start anew (a server that restarted and kept its state).

@@ -11,7 +11,8 @@ EditMemory::Lookup EditMemory::find(SessionId session, std::uint64_t clientSeq) 
   const SessionResults& known = at->second.known;
   const auto result = std::ranges::find(known.results, clientSeq, &Result::clientSeq);
   if (result != known.results.end()) return {Answer::kApplied, *result};
-  return {clientSeq <= known.forgottenUpTo ? Answer::kForgotten : Answer::kNew, {}};
+  if (clientSeq <= known.forgottenUpTo) return {Answer::kForgotten, {}};
+  return {clientSeq < known.results.back().clientSeq ? Answer::kPassedOver : Answer::kNew, {}};
 }
 
 void EditMemory::remember(SessionId session, const Result& result) {

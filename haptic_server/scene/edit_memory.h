@@ -25,7 +25,7 @@ class EditMemory {
     std::uint64_t revision = 0;
     ContentHash root;
   };
-  enum class Answer { kNew, kApplied, kForgotten };
+  enum class Answer { kNew, kApplied, kPassedOver, kForgotten };
   struct Lookup {
     Answer answer = Answer::kNew;
     Result result;  ///< For kApplied.
@@ -38,7 +38,7 @@ class EditMemory {
     std::deque<Result> results;       ///< Oldest first.
   };
 
-  /// kForgotten: so old that it may have been applied.
+  /// kPassedOver: not applied, and a later one was. kForgotten: so old that it may have been applied.
   [[nodiscard]] Lookup find(SessionId session, std::uint64_t clientSeq) const;
   void remember(SessionId session, const Result& result);
 

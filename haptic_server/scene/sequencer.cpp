@@ -44,6 +44,13 @@ std::optional<EditConflict> conflictOf(const SceneVersion& version, const std::v
   return conflict;
 }
 
+/// An edit that was refused before a later one of its session was accepted, and whose answer was lost. Applied now, it
+/// would take effect out of order.
+EditOutcome passedOver(const SceneVersion& version, const Submission& submission) {
+  if (auto conflict = conflictOf(version, submission.transaction.preconditions)) return *std::move(conflict);
+  return Error{"client_seq", "was refused before, and later edits of this session were accepted since"};
+}
+
 }  // namespace
 
 Sequencer::Sequencer(std::uint64_t epoch, MeshResolver& meshes) : resolver_(meshes) {
@@ -92,6 +99,7 @@ std::optional<EditOutcome> Sequencer::answeredBefore(const Submission& submissio
   if (submission.clientSeq == 0) return Error{"client_seq", "is 0; it counts up from 1"};
   const auto known = state_.memory.find(submission.session, submission.clientSeq);
   if (known.answer == EditMemory::Answer::kNew) return std::nullopt;
+  if (known.answer == EditMemory::Answer::kPassedOver) return passedOver(state_.history->version, submission);
   if (known.answer == EditMemory::Answer::kForgotten) {
     return Error{"client_seq", "is so far behind the session's newest edits that it may have been applied already"};
   }
@@ -106,12 +114,13 @@ std::optional<EditOutcome> Sequencer::answeredBefore(const Submission& submissio
 
 EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const {
   const auto& [session, clientSeq, transaction] = submission;
+  const SceneVersion& base = batch.history.version;
   for (const auto& edit : batch.edits) {
     if (edit->session == session && edit->clientSeq == clientSeq) return edit;
+    if (edit->session == session && edit->clientSeq > clientSeq) return passedOver(base, submission);
   }
   if (transaction.operations.empty()) return Error{"operations", "is empty; an edit has at least one operation"};
 
-  const SceneVersion& base = batch.history.version;
   if (auto conflict = conflictOf(base, transaction.preconditions)) return *std::move(conflict);
 
   SceneDraft draft(base, batch.nextId);

@@ -44,7 +44,8 @@ class Sequencer {
 
   /// Decides the edits in this order, as if one by one; the journal keeps them together. One that was accepted before
   /// is answered again with the same revision and root and not applied again (with its objects and reports while the
-  /// history still holds them). Conflicts and rejections are not remembered.
+  /// history still holds them). Conflicts and rejections are not remembered,
+  /// but one that a later edit of its session has passed over is never applied: a session's edits keep their order.
   /// @return The outcomes, in the same order.
   std::vector<EditOutcome> submit(std::span<const Submission> submissions);
   EditOutcome submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);

@@ -186,6 +186,23 @@ TEST_F(SequencerTest, ARejectionIsNotRemembered) {
   EXPECT_TRUE(std::holds_alternative<Accepted>(sequencer.submit(kBob, 1, edit(moveTo("a", {})))));
 }
 
+TEST_F(SequencerTest, AnEditIsNotAppliedAfterALaterOneOfItsSession) {
+  const auto refusedBefore = [this](std::uint64_t seq, const Transaction& transaction) {
+    return std::get<Error>(sequencer.submit(kBob, seq, transaction)).field == "client_seq";
+  };
+  EXPECT_TRUE(std::holds_alternative<Error>(sequencer.submit(kBob, 1, edit(moveTo("a", {1, 0, 0})))));
+  const auto outcomes = sequencer.submit(std::vector<Submission>{
+      {kBob, 2, edit(moveTo("a", {2, 0, 0}))}, {kBob, 3, edit(add("a"))}, {kBob, 2, edit(moveTo("a", {2, 0, 0}))}});
+  EXPECT_EQ(std::get<Error>(outcomes[2]).field, "client_seq") << "passed over within the batch";
+  EXPECT_TRUE(refusedBefore(1, edit(moveTo("a", {1, 0, 0}))));
+  EXPECT_TRUE(std::holds_alternative<Accepted>(sequencer.submit(kAlice, 1, edit(moveTo("a", {3, 0, 0})))));
+  EXPECT_EQ(version().revision(), 2U);
+
+  Transaction stale = edit(moveTo("a", {1, 0, 0}));
+  stale.preconditions.push_back({named("a"), 7, {}});
+  EXPECT_TRUE(std::holds_alternative<EditConflict>(sequencer.submit(kBob, 1, stale))) << "a conflict stays one";
+}
+
 TEST_F(SequencerTest, RefusesNumbersThatItCannotKnowToBeNew) {
   EXPECT_EQ(std::get<Error>(sequencer.submit(kBob, 0, edit(add("a")))).field, "client_seq");
   for (std::uint64_t i = 1; i <= EditMemory::kResultsPerSession + 1; ++i) {

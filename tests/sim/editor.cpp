@@ -1,0 +1,130 @@
+#include "tests/sim/editor.h"
+
+#include <cmath>
+#include <utility>
+
+#include "common/mesh/generators.h"
+#include "common/mesh/mesh_asset.h"
+#include "tests/sim/sim_server.h"
+
+namespace haptics::sim {
+namespace {
+
+void refer(Random& random, const ObjectRecord& record, v1::ObjectRef& ref) {
+  if (random.chance(0.5)) {
+    ref.set_id(record.id);
+  } else {
+    ref.set_name(record.name);
+  }
+}
+
+}  // namespace
+
+Editor::Editor(Stage& stage, SimClient& client, const Habits& habits)
+    : stage_(stage), client_(client), habits_(habits) {
+  editLater();
+  if (habits.flood == 0) return;
+  stage_.time.after(stage_.random.milliseconds(500, 3000), alive_, [this] { flood(); });
+}
+
+void Editor::editLater() {
+  const double pause_ms = -std::log(1 - stage_.random.uniform(0, 0.999)) * habits_.pause_ms;
+  stage_.time.after(stage_.random.milliseconds(pause_ms, pause_ms), alive_, [this] {
+    edit();
+    editLater();
+  });
+}
+
+void Editor::edit() {
+  const double dice = stage_.random.uniform(0, 1);
+  if (dice < 0.55) return increment();
+  if (dice < 0.75) return paint(false);
+  if (dice < 0.80) return paint(true);
+  if (dice < 0.87) return addBox();
+  if (dice < 0.91) return addUpload();
+  if (dice < 0.97) return removeOwn();
+  client_.requestStatus();
+}
+
+/// Read, add one, write if nobody wrote in between: one counter or two together.
+void Editor::increment() {
+  const SceneVersion& scene = client_.mirror().scene();
+  const auto& names = SimServer::counters();
+  const std::size_t first = stage_.random.below(names.size());
+  const std::size_t count = stage_.random.chance(0.25) ? 2 : 1;
+  v1::Transaction transaction;
+  Intent intent{Intent::Kind::kIncrement, {}, {}};
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto object = scene.find(names[(first + i) % names.size()]);
+    if (!object) return;  // not joined yet
+    v1::Precondition& precondition = *transaction.add_preconditions();
+    refer(stage_.random, *object, *precondition.mutable_object());
+    precondition.set_expected_revision(object->revision);
+    if (habits_.checksHashes || stage_.random.chance(0.2)) {
+      precondition.set_expected_hash(object->hash().asBytes());
+    }
+    v1::SetPose& set = *transaction.add_operations()->mutable_set_pose();
+    refer(stage_.random, *object, *set.mutable_object());
+    set.mutable_pose()->mutable_position()->set_x(object->pose.position.x + 1);
+    set.mutable_pose()->mutable_position()->set_y(object->pose.position.y);
+    set.mutable_pose()->mutable_position()->set_z(object->pose.position.z);
+    intent.counters.push_back(object->name);
+  }
+  client_.submit(std::move(transaction), std::move(intent));
+}
+
+/// An absolute value, whatever was there before; if doomed, with an operation behind it that cannot be.
+void Editor::paint(bool doomed) {
+  const auto& objects = client_.mirror().scene().objects();
+  if (objects.empty()) return;  // not joined yet
+  const ObjectRecord& object = *objects[stage_.random.below(objects.size())];
+  v1::Transaction transaction;
+  v1::SetMaterial& set = *transaction.add_operations()->mutable_set_material();
+  refer(stage_.random, object, *set.mutable_object());
+  set.mutable_material()->mutable_color()->set_red(static_cast<float>(stage_.random.uniform(0, 1)));
+  if (doomed) transaction.add_operations()->mutable_remove()->mutable_object()->set_name("nowhere");
+  client_.submit(std::move(transaction), {doomed ? Intent::Kind::kDoomed : Intent::Kind::kBlind, {}, object.name});
+}
+
+void Editor::addBox() {
+  v1::Transaction transaction;
+  v1::AddObject& add = *transaction.add_operations()->mutable_add();
+  add.set_name(freshName());
+  const double side_m = 0.01 * static_cast<double>(1 + stage_.random.below(3));
+  add.mutable_mesh()->mutable_box()->mutable_size_m()->set_x(side_m);
+  add.mutable_mesh()->mutable_box()->mutable_size_m()->set_y(side_m);
+  add.mutable_mesh()->mutable_box()->mutable_size_m()->set_z(side_m);
+  client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, {}});
+}
+
+/// The edit that names the upload may be refused: the server holds a mesh for the connection that brought it only.
+void Editor::addUpload() {
+  const TriMesh mesh = makeBox(Vec3(stage_.random.uniform(0.01, 0.1)), 1).value();
+  client_.upload(encodeMesh(mesh), [this, hash = hashOf(mesh), alive = std::weak_ptr(alive_)](bool accepted) {
+    if (!accepted || alive.expired()) return;
+    v1::Transaction transaction;
+    v1::AddObject& add = *transaction.add_operations()->mutable_add();
+    add.set_name(freshName());
+    add.mutable_mesh()->set_asset(hash.asBytes());
+    client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, {}});
+  });
+}
+
+void Editor::removeOwn() {
+  if (own_.empty()) return;
+  v1::Transaction transaction;
+  transaction.add_operations()->mutable_remove()->mutable_object()->set_name(own_.front());
+  own_.pop_front();
+  client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, {}});
+}
+
+void Editor::flood() {
+  for (std::size_t i = 0; i < habits_.flood; ++i) paint(false);
+}
+
+std::string Editor::freshName() {
+  own_.push_back("of" + std::to_string(client_.id() % 1000) + "." + std::to_string(++made_));
+  return own_.back();
+}
+
+}  // namespace haptics::sim

@@ -1,0 +1,329 @@
+#include "tests/sim/sim_server.h"
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "common/mesh/generators.h"
+#include "haptic_server/net/server_session.h"
+#include "haptic_server/scene/mesh_library.h"
+#include "haptic_server/scene/scene_room.h"
+
+namespace haptics::sim {
+namespace {
+
+constexpr std::uint64_t kTimer_ns = 10 * kMillisecond_ns;  // the network thread's
+constexpr double kPost_ms = 2;                             // from thread to thread, at most
+constexpr double kWrite_ms = 300;                          // to disk, at most; only where replies do not wait for it
+constexpr std::uint64_t kTick_ns = kMillisecond_ns;
+
+Transaction startScene() {
+  Transaction scene;
+  for (const std::string& name : SimServer::counters()) {
+    scene.operations.push_back(AddObject{name, {BoxSource{Vec3(0.1), 1}}, {}, {}});
+  }
+  return scene;
+}
+
+}  // namespace
+
+/// All that a crash takes away.
+struct SimServer::Process : std::enable_shared_from_this<Process> {
+  Process(Stage& stage, const ServerPace& pace, AssetStore& store, Disk& disk);
+
+  struct EditJob {
+    std::uint64_t connection;
+    Submission submission;
+  };
+  using Job = std::variant<EditJob, std::function<void()>>;
+
+  Stage& stage;
+  const ServerPace& pace;
+  AssetStore& store;
+  Disk& disk;
+  const std::uint64_t started_ns = stage.time.now_ns();
+  const ServerIdentity identity{"simulated server", "simulated", 1000, 3.3};
+
+  // The network thread.
+  std::shared_ptr<const SceneHistory> published;
+  std::map<std::uint64_t, std::unique_ptr<Connection>> connections;
+  std::uint64_t nextConnection = 1;
+  std::uint64_t lastPost_ns = 0;
+  std::uint64_t feltRevision = 0, feltSince = 0;  // as this thread knows
+  std::size_t uploadBytes = 0;
+
+  // The builder and the servo.
+  MeshLibrary library{{}, store};
+  Sequencer sequencer{1, library};
+  std::deque<Job> jobs;
+  bool building = false;
+  bool adopting = false;
+  std::uint64_t lastWrite_ns = 0;
+  std::map<SessionId, std::uint64_t> freshSeq;  // without dedupe
+  struct Decision {
+    std::uint64_t connection, clientSeq;
+    EditOutcome outcome;
+  };
+  std::optional<Decision> held;  // to be swapped with the next
+
+  [[nodiscard]] std::uint64_t tick() const { return (stage.time.now_ns() - started_ns) / kTick_ns; }
+  void after(std::uint64_t delay_ns, std::function<void()> task) {
+    stage.time.after(delay_ns, weak_from_this(), std::move(task));
+  }
+  void begin();
+  void onTimer();
+  bool enqueue(Job job);
+  void buildNext();
+  void carryOut();
+  void post(std::function<void()> task);
+  void postTo(std::uint64_t connection, std::function<void(ServerSession&)> task);
+  void decide(const std::vector<EditJob>& batch);
+  std::vector<EditOutcome> apply(const std::vector<EditJob>& batch);
+  void answer(std::uint64_t connection, std::uint64_t clientSeq, const EditOutcome& outcome);
+  void adoptLater();
+  void adopted(std::uint64_t revision, std::uint64_t tick);
+};
+
+/// The network thread's end of one connection; as Server's own.
+struct SimServer::Connection final : SessionHost {
+  Connection(Process& process_, std::uint64_t number_, std::unique_ptr<Transport> transport_)
+      : process(process_),
+        number(number_),
+        transport(std::move(transport_)),
+        session(*transport, *this, process.identity) {}
+
+  [[nodiscard]] std::uint64_t now_ns() const override { return process.stage.time.now_ns() + kSecond_ns; }
+  [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return process.published; }
+  [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const override {
+    return process.store.find(hash);
+  }
+  [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
+    return process.enqueue(Process::EditJob{number, {id, clientSeq, std::move(transaction)}});
+  }
+  [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes) override {
+    const auto job = [&p = process, n = number, hash, bytes = std::move(bytes)] {
+      const auto mesh = p.store.internEncoded(hash, bytes);
+      p.postTo(n, [hash, mesh](ServerSession& s) { s.meshDecided(hash, mesh); });
+    };
+    return process.enqueue(std::function<void()>(job));
+  }
+  [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
+    process.uploadBytes += bytes;
+    return true;
+  }
+  void releaseUpload(std::size_t bytes) override { process.uploadBytes -= bytes; }
+  void sessionClaimed(SessionId id) override {
+    for (auto& [n, other] : process.connections) {
+      if (other.get() != this && other->session.welcomed() && other->session.id() == id) {
+        other->session.close("its session goes on in a newer connection");
+      }
+    }
+  }
+  void fillStatus(v1::Status& status) override { status.set_ticks(process.tick()); }
+  void refused(const std::string& why) override {
+    process.stage.log.add([&] { return "server: refuses client " + std::to_string(session.id() % 1000) + ": " + why; });
+  }
+  void ended(const std::string&) override {
+    process.post([&p = process, n = number] { p.connections.erase(n); });
+  }
+
+  Process& process;
+  std::uint64_t number;
+  std::unique_ptr<Transport> transport;
+  ServerSession session;
+};
+
+SimServer::Process::Process(Stage& stage_, const ServerPace& pace_, AssetStore& store_, Disk& disk_)
+    : stage(stage_), pace(pace_), store(store_), disk(disk_) {}
+
+void SimServer::Process::begin() {
+  const bool keptState = !disk.empty();
+  SequencerState state = disk.recovered(stage.mutant);
+  for (const auto& edit : state.history->edits) freshSeq[edit->session] = edit->clientSeq;
+  auto meshes = disk.meshesOf(state.history->version);
+  disk.delayWrites({});
+  sequencer.resume(std::move(state), std::move(meshes), disk);
+  stage.oracle.serverStarted(*sequencer.history(), keptState);
+  if (!keptState) (void)apply({{0, {kServerSession, 1, startScene()}}});
+  if (stage.mutant == Mutant::kReplyBeforeDurable) {
+    disk.delayWrites([this](const Disk::Write& write) {
+      lastWrite_ns = std::max(lastWrite_ns, stage.time.now_ns() + stage.random.milliseconds(0, kWrite_ms));
+      after(lastWrite_ns - stage.time.now_ns(), write);
+    });
+  }
+  published = sequencer.history();
+  adoptLater();
+  onTimer();
+}
+
+void SimServer::Process::onTimer() {
+  TelemetrySample sample;
+  sample.tick = tick();
+  sample.time_ns = stage.time.now_ns() + kSecond_ns;
+  sample.sceneRevision = feltRevision;
+  sample.adoptionTick = feltSince;
+  for (auto& [n, connection] : connections) {
+    connection->session.offerTelemetry(sample);
+    connection->session.poll();
+    stage.oracle.serverHolds(connection->transport->backlog());
+  }
+  after(kTimer_ns, [this] { onTimer(); });
+}
+
+bool SimServer::Process::enqueue(Job job) {
+  if (jobs.size() >= pace.builderQueue) return false;
+  jobs.push_back(std::move(job));
+  buildNext();
+  return true;
+}
+
+void SimServer::Process::buildNext() {
+  if (building || jobs.empty()) return;
+  building = true;
+  after(stage.random.milliseconds(0, pace.build_ms), [this] {
+    carryOut();
+    building = false;
+    buildNext();
+  });
+}
+
+/// An upload, or the edits that wait before the next one.
+void SimServer::Process::carryOut() {
+  std::vector<EditJob> batch;
+  const std::size_t most = 1 + stage.random.below(SceneRoom::kMaxBatch);
+  while (!jobs.empty() && batch.size() < most) {
+    if (const auto* upload = std::get_if<std::function<void()>>(&jobs.front())) {
+      if (!batch.empty()) break;
+      (*upload)();
+      jobs.pop_front();
+      return;
+    }
+    batch.push_back(std::get<EditJob>(std::move(jobs.front())));
+    jobs.pop_front();
+  }
+  decide(batch);
+}
+
+void SimServer::Process::post(std::function<void()> task) {
+  lastPost_ns = std::max(lastPost_ns, stage.time.now_ns() + stage.random.milliseconds(0, kPost_ms));
+  after(lastPost_ns - stage.time.now_ns(), std::move(task));
+}
+
+void SimServer::Process::postTo(std::uint64_t connection, std::function<void(ServerSession&)> task) {
+  post([this, connection, task = std::move(task)] {
+    if (const auto at = connections.find(connection); at != connections.end()) task(at->second->session);
+  });
+}
+
+void SimServer::Process::decide(const std::vector<EditJob>& batch) {
+  const auto before = sequencer.history();
+  const auto outcomes = apply(batch);
+  if (sequencer.history() != before) {
+    post([this, history = sequencer.history()] {
+      published = history;
+      for (auto& [n, other] : connections) other->session.sceneChanged();
+    });
+  }
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    answer(batch[i].connection, batch[i].submission.clientSeq, outcomes[i]);
+  }
+}
+
+std::vector<EditOutcome> SimServer::Process::apply(const std::vector<EditJob>& batch) {
+  auto version = sequencer.history()->version;
+  std::vector<Submission> submissions;
+  for (const EditJob& job : batch) {
+    submissions.push_back(job.submission);
+    if (stage.mutant == Mutant::kNoDedupe) submissions.back().clientSeq = ++freshSeq[job.submission.session];
+    if (stage.mutant == Mutant::kNoCompareAndSet) submissions.back().transaction.preconditions.clear();
+    auto& operations = submissions.back().transaction.operations;
+    if (stage.mutant == Mutant::kHalfTransactions && operations.size() == 2) operations.pop_back();
+  }
+  const auto outcomes = sequencer.submit(submissions);
+  if (sequencer.history()->version.revision() == version.revision()) return outcomes;
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    const auto* edit = std::get_if<std::shared_ptr<const AcceptedEdit>>(&outcomes[i]);
+    if (edit == nullptr || (*edit)->commit.revision <= version.revision()) continue;
+    const Submission& original = batch[i].submission;
+    stage.oracle.committed(sequencer.history()->epoch, original.session, original.clientSeq, version, **edit);
+    version = version.apply((*edit)->commit).value();
+  }
+  adoptLater();
+  return outcomes;
+}
+
+void SimServer::Process::answer(std::uint64_t connection, std::uint64_t clientSeq, const EditOutcome& outcome) {
+  const auto reply = [&](std::uint64_t seq, const EditOutcome& what) {
+    postTo(connection, [seq, what](ServerSession& s) { s.editDecided(seq, what); });
+  };
+  if (stage.mutant == Mutant::kSwappedReplies && !held && stage.random.chance(0.05)) {
+    held = Decision{connection, clientSeq, outcome};
+    return;
+  }
+  if (!held || held->connection != connection) return reply(clientSeq, outcome);
+  reply(clientSeq, held->outcome);
+  reply(held->clientSeq, outcome);
+  held.reset();
+}
+
+/// The servo goes over to the newest scene, some time after it was published.
+void SimServer::Process::adoptLater() {
+  if (stage.mutant == Mutant::kLiveBeforeAdoption) {
+    post([this, revision = sequencer.history()->version.revision()] { adopted(revision, tick()); });
+  }
+  if (adopting) return;
+  adopting = true;
+  after(stage.random.milliseconds(0, pace.adopt_ms), [this] {
+    adopting = false;
+    const std::uint64_t revision = sequencer.history()->version.revision();
+    stage.oracle.adopted(revision, tick());
+    post([this, revision, since = tick()] { adopted(revision, since); });
+  });
+}
+
+void SimServer::Process::adopted(std::uint64_t revision, std::uint64_t since) {
+  feltRevision = revision;
+  feltSince = since;
+  for (auto& [n, connection] : connections) connection->session.adopted(revision, since);
+}
+
+SimServer::SimServer(Stage& stage, const ServerPace& pace) : stage_(stage), pace_(pace) {}
+SimServer::~SimServer() = default;
+
+void SimServer::start(bool keepState) {
+  if (!disk_ || !keepState) {
+    const bool sameEpoch = disk_ && stage_.mutant == Mutant::kEpochKeptWithoutState;
+    disk_ = std::make_unique<Disk>(sameEpoch ? disk_->epoch() : stage_.random.bits());
+  }
+  process_ = std::make_shared<Process>(stage_, pace_, store_, *disk_);
+  process_->begin();
+  stage_.log.add([&] { return std::string("server: starts ") + (keepState ? "with its state" : "anew"); });
+}
+
+void SimServer::crash() {
+  stage_.log.add([] { return "server: crashes"; });
+  process_.reset();
+}
+
+void SimServer::accept(std::unique_ptr<Transport> transport) {
+  const std::uint64_t number = process_->nextConnection++;
+  auto& connection =
+      *process_->connections.emplace(number, std::make_unique<Connection>(*process_, number, std::move(transport)))
+           .first->second;
+  connection.session.start();
+  if (stage_.mutant != Mutant::kAdoptionUntold && process_->feltRevision != 0) {
+    connection.session.adopted(process_->feltRevision, process_->feltSince);
+  }
+}
+
+std::shared_ptr<const SceneHistory> SimServer::history() const { return process_->sequencer.history(); }
+
+const std::vector<std::string>& SimServer::counters() {
+  static const std::vector<std::string> names{"c0", "c1", "c2", "c3"};
+  return names;
+}
+
+}  // namespace haptics::sim

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/wire/transport.h"
+#include "haptic_server/scene/scene_history.h"
+#include "tests/sim/disk.h"
+#include "tests/sim/stage.h"
+
+namespace haptics::sim {
+
+/// How the server is doing at the moment.
+struct ServerPace {
+  double build_ms = 2;                ///< Longest time that the builder takes for one edit.
+  double adopt_ms = 10;               ///< Longest time until the servo adopts a scene.
+  std::size_t builderQueue = 10'000;  ///< Jobs; above, the server is busy.
+};
+
+/// The server's process: production sessions, sequencer and mesh library; a builder whose answers take a while, a
+/// servo that adopts some milliseconds later, and crashes.
+class SimServer {
+ public:
+  SimServer(Stage& stage, const ServerPace& pace);
+  ~SimServer();
+
+  /// With the state that the last one left, if wanted and there is one; else with the start scene in a new epoch.
+  void start(bool keepState);
+  /// The process is gone, with every connection and all that was not on disk.
+  void crash();
+  [[nodiscard]] bool up() const noexcept { return process_ != nullptr; }
+  void accept(std::unique_ptr<Transport> transport);
+  [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;
+  /// Names of the start scene's objects; they are never removed.
+  [[nodiscard]] static const std::vector<std::string>& counters();
+
+ private:
+  struct Process;
+  struct Connection;
+
+  Stage& stage_;
+  const ServerPace& pace_;
+  AssetStore store_;
+  std::unique_ptr<Disk> disk_;
+  std::shared_ptr<Process> process_;
+};
+
+}  // namespace haptics::sim
