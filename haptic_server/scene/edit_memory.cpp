@@ -12,7 +12,8 @@ EditMemory::Lookup EditMemory::find(SessionId session, std::uint64_t clientSeq) 
   const auto result = std::ranges::find(known.results, clientSeq, &Result::clientSeq);
   if (result != known.results.end()) return {Answer::kApplied, *result};
   if (clientSeq <= known.forgottenUpTo) return {Answer::kForgotten, {}};
-  return {clientSeq < known.results.back().clientSeq ? Answer::kPassedOver : Answer::kNew, {}};
+  const bool passedOver = !known.results.empty() && clientSeq < known.results.back().clientSeq;
+  return {passedOver ? Answer::kPassedOver : Answer::kNew, {}};
 }
 
 void EditMemory::remember(SessionId session, const Result& result) {

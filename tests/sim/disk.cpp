@@ -1,45 +1,66 @@
 #include "tests/sim/disk.h"
 
 #include <algorithm>
-#include <memory>
+#include <utility>
 
 namespace haptics::sim {
+namespace {
 
-Result<void> Disk::keep(const SequencerState&, const Edits& edits, const Meshes& meshes) {
-  const auto write = [this, edits, meshes] {
-    edits_.insert(edits_.end(), edits.begin(), edits.end());
-    meshes_.insert(meshes_.end(), meshes.begin(), meshes.end());
-  };
+constexpr std::size_t kMostBetweenCheckpoints_bytes = 40'000;
+
+}  // namespace
+
+Disk::Disk(std::uint64_t epoch, Random& random) : epoch_(epoch), random_(random) {}
+
+Result<void> Disk::keep(const SequencerState& before, const Edits& edits, const Meshes& meshes) {
+  if (!later_ && log_.size() >= checkpointAt_bytes_) checkpoint(before);
+  for (const auto& mesh : meshes) meshes_[mesh->hash] = mesh;
+  std::string records;
+  for (const auto& edit : edits) writer_.append(records, editRecord(*edit));
+  if (died_) {
+    log_.append(records, 0, random_.below(records.size() + 1));
+    std::exchange(died_, nullptr)();
+    return refused("state", "the process is dead");
+  }
   if (later_) {
-    later_(write);
+    later_([this, records] { log_ += records; });
   } else {
-    write();
+    log_ += records;
   }
   return {};
 }
 
-SequencerState Disk::recovered(Mutant mutant) const {
-  SceneHistory history{.epoch = epoch_, .version = {}, .edits = {}};
+void Disk::checkpoint(const SequencerState& state) {
+  log_ = kLogHead;
+  writer_ = {};
+  writer_.append(log_, checkpointRecord(state));
+  checkpointAt_bytes_ = log_.size() + random_.below(kMostBetweenCheckpoints_bytes);
+}
+
+Result<SequencerState> Disk::recover(Mutant mutant) {
+  died_ = nullptr;
+  later_ = nullptr;
   SequencerState state;
-  for (const auto& edit : edits_) {
-    history.append(edit, history.version.apply(edit->commit).value());
-    if (mutant != Mutant::kIdsReused) state.nextId = edit->nextId;
-    if (mutant == Mutant::kDedupeLostAtRestart) continue;
-    state.memory.remember(edit->session, {edit->clientSeq, edit->commit.revision, edit->commit.root});
+  if (empty()) {
+    state.history = std::make_shared<const SceneHistory>(SceneHistory{.epoch = epoch_, .version = {}, .edits = {}});
+    return state;
   }
+  auto saved = readLog(log_);
+  if (!saved) return tl::unexpected<Error>(std::move(saved).error());
+  if (saved->damage && !saved->damage->cutOff) return refused("log", saved->damage->reason);
+  if (saved->damage) log_.resize(saved->damage->offset);
+  writer_ = saved->writer;
+  state = std::move(saved->state);
+  if (mutant == Mutant::kDedupeLostAtRestart) state.memory = {};
   if (mutant == Mutant::kIdsReused) {
-    for (const auto& object : history.version.objects()) state.nextId = object->id + 1;
+    for (const auto& object : state.history->version.objects()) state.nextId = object->id + 1;
   }
-  state.history = std::make_shared<const SceneHistory>(std::move(history));
   return state;
 }
 
 Sequencer::Meshes Disk::meshesOf(const SceneVersion& version) const {
   Sequencer::Meshes meshes;
-  for (const auto& object : version.objects()) {
-    const auto known = std::ranges::find(meshes_, object->mesh, [](const auto& mesh) { return mesh->hash; });
-    if (known != meshes_.end()) meshes[object->id] = *known;
-  }
+  for (const auto& object : version.objects()) meshes[object->id] = meshes_.at(object->mesh);
   return meshes;
 }
 

@@ -43,6 +43,7 @@ void Oracle::serverStarted(const SceneHistory& history, bool keptState) {
   ++counts_.starts;
   if (!keptState) {
     epoch_ = history.epoch;
+    truth_ = history.version;
     epochs_[epoch_] = {{{}, history.version.root()}};
     lastCommitted_.clear();
     names_.clear();
@@ -50,7 +51,13 @@ void Oracle::serverStarted(const SceneHistory& history, bool keptState) {
     return;
   }
   const std::uint64_t revision = history.version.revision();
-  if (history.epoch != epoch_) fail("a server that kept its state announces another epoch");
+  if (history.epoch != epoch_) return fail("a server that kept its state announces another epoch");
+  // What the old process wrote as it died, and had not told anyone.
+  for (std::uint64_t next = truth_.revision() + 1; next <= revision; ++next) {
+    const auto edit = history.find(next);
+    if (!edit) return fail("the restarted server does not remember its revision " + std::to_string(next));
+    committed(edit->session, edit->clientSeq, *edit);
+  }
   if (revision < acknowledgedRevision_) {
     fail("the restarted server stands at revision " + std::to_string(revision) + ", acknowledged was " +
          std::to_string(acknowledgedRevision_));
@@ -61,12 +68,12 @@ void Oracle::serverStarted(const SceneHistory& history, bool keptState) {
   }
   auto& revisions = epochs_[epoch_];
   for (; revisions.size() > revision + 1; revisions.pop_back()) edits_[revisions.back().by].committedEpoch = 0;
+  truth_ = history.version;
 }
 
-void Oracle::committed(std::uint64_t epoch, SessionId session, std::uint64_t clientSeq, const SceneVersion& before,
-                       const AcceptedEdit& edit) {
+void Oracle::committed(SessionId session, std::uint64_t clientSeq, const AcceptedEdit& edit) {
   ++counts_.commits;
-  auto& revisions = epochs_[epoch];
+  auto& revisions = epochs_[epoch_];
   if (edit.commit.revision != revisions.size())
     fail("revision " + std::to_string(edit.commit.revision) + " is not the next");
   revisions.push_back({{session, clientSeq}, edit.commit.root});
@@ -75,18 +82,23 @@ void Oracle::committed(std::uint64_t epoch, SessionId session, std::uint64_t cli
       fail("object " + std::to_string(put.id) + " was \"" + known->second + "\" and is now \"" + put.name + "\"");
     }
   }
+  const SceneVersion before = truth_;
+  const auto after = before.apply(edit.commit);
+  if (!after || after->root() != edit.commit.root)
+    return fail("revision " + std::to_string(edit.commit.revision) + " does not lead to its root");
+  truth_ = *after;
   if (session == kServerSession) return;
 
   const std::string name = nameOf(session, clientSeq);
   log_.add([&] { return "server: revision " + std::to_string(edit.commit.revision) + " by " + name; });
   Edit& known = edits_[{session, clientSeq}];
-  if (known.committedEpoch == epoch) {
+  if (known.committedEpoch == epoch_) {
     fail(name + " was applied twice: revisions " + std::to_string(known.committedRevision) + " and " +
          std::to_string(edit.commit.revision));
   }
-  if (known.acceptedEpoch != 0 && known.acceptedEpoch != epoch)
+  if (known.acceptedEpoch != 0 && known.acceptedEpoch != epoch_)
     fail(name + ", acknowledged before the reset, was applied after it");
-  known.committedEpoch = epoch;
+  known.committedEpoch = epoch_;
   known.committedRevision = edit.commit.revision;
   std::uint64_t& last = lastCommitted_[session];
   if (clientSeq < last) fail(name + " took effect after edit " + std::to_string(last));

@@ -49,9 +49,7 @@ class Oracle {
 
   // ---- The server ----
   void serverStarted(const SceneHistory& history, bool keptState);
-  /// `edit` became a revision; `before` is the scene without it.
-  void committed(std::uint64_t epoch, SessionId session, std::uint64_t clientSeq, const SceneVersion& before,
-                 const AcceptedEdit& edit);
+  void committed(SessionId session, std::uint64_t clientSeq, const AcceptedEdit& edit);
   void adopted(std::uint64_t revision, std::uint64_t tick);
   void serverHolds(std::size_t backlog_bytes);
 
@@ -108,6 +106,7 @@ class Oracle {
   };
 
   EventLog& log_;
+  SceneVersion truth_;                                     // of the present epoch: all commits applied
   std::uint64_t epoch_ = 0;                                // of the server that runs, or ran last
   std::map<std::uint64_t, std::vector<Revision>> epochs_;  // revision 0 first
   std::map<EditId, Edit> edits_;

@@ -140,11 +140,12 @@ SimServer::Process::Process(Stage& stage_, const ServerPace& pace_, AssetStore& 
     : stage(stage_), pace(pace_), store(store_), disk(disk_) {}
 
 void SimServer::Process::begin() {
-  const bool keptState = !disk.empty();
-  SequencerState state = disk.recovered(stage.mutant);
+  auto recovered = disk.recover(stage.mutant);
+  if (!recovered) stage.oracle.fail("the log cannot be read: " + recovered.error().text());
+  const bool keptState = recovered && !disk.empty();
+  SequencerState state = recovered ? *std::move(recovered) : Disk(disk.epoch(), stage.random).recover({}).value();
   for (const auto& edit : state.history->edits) freshSeq[edit->session] = edit->clientSeq;
   auto meshes = disk.meshesOf(state.history->version);
-  disk.delayWrites({});
   sequencer.resume(std::move(state), std::move(meshes), disk);
   stage.oracle.serverStarted(*sequencer.history(), keptState);
   if (!keptState) (void)apply({{0, {kServerSession, 1, startScene()}}});
@@ -233,7 +234,7 @@ void SimServer::Process::decide(const std::vector<EditJob>& batch) {
 }
 
 std::vector<EditOutcome> SimServer::Process::apply(const std::vector<EditJob>& batch) {
-  auto version = sequencer.history()->version;
+  std::uint64_t revision = sequencer.history()->version.revision();
   std::vector<Submission> submissions;
   for (const EditJob& job : batch) {
     submissions.push_back(job.submission);
@@ -243,13 +244,13 @@ std::vector<EditOutcome> SimServer::Process::apply(const std::vector<EditJob>& b
     if (stage.mutant == Mutant::kHalfTransactions && operations.size() == 2) operations.pop_back();
   }
   const auto outcomes = sequencer.submit(submissions);
-  if (sequencer.history()->version.revision() == version.revision()) return outcomes;
+  if (sequencer.history()->version.revision() == revision) return outcomes;
   for (std::size_t i = 0; i < batch.size(); ++i) {
     const auto* edit = std::get_if<std::shared_ptr<const AcceptedEdit>>(&outcomes[i]);
-    if (edit == nullptr || (*edit)->commit.revision <= version.revision()) continue;
+    if (edit == nullptr || (*edit)->commit.revision != revision + 1) continue;
+    ++revision;
     const Submission& original = batch[i].submission;
-    stage.oracle.committed(sequencer.history()->epoch, original.session, original.clientSeq, version, **edit);
-    version = version.apply((*edit)->commit).value();
+    stage.oracle.committed(original.session, original.clientSeq, **edit);
   }
   adoptLater();
   return outcomes;
@@ -296,7 +297,7 @@ SimServer::~SimServer() = default;
 void SimServer::start(bool keepState) {
   if (!disk_ || !keepState) {
     const bool sameEpoch = disk_ && stage_.mutant == Mutant::kEpochKeptWithoutState;
-    disk_ = std::make_unique<Disk>(sameEpoch ? disk_->epoch() : stage_.random.bits());
+    disk_ = std::make_unique<Disk>(sameEpoch ? disk_->epoch() : stage_.random.bits(), stage_.random);
   }
   process_ = std::make_shared<Process>(stage_, pace_, store_, *disk_);
   process_->begin();
@@ -306,6 +307,11 @@ void SimServer::start(bool keepState) {
 void SimServer::crash() {
   stage_.log.add([] { return "server: crashes"; });
   process_.reset();
+}
+
+void SimServer::dieInNextWrite(const std::function<void()>& died) {
+  if (!up()) return;
+  disk_->dieInNextWrite([this, died] { stage_.time.after(0, process_, died); });
 }
 
 void SimServer::accept(std::unique_ptr<Transport> transport) {

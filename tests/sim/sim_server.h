@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,6 +32,8 @@ class SimServer {
   void start(bool keepState);
   /// The process is gone, with every connection and all that was not on disk.
   void crash();
+  /// The process is to crash while it writes the next edits to its disk: `died` is called then, and is to crash it.
+  void dieInNextWrite(const std::function<void()>& died);
   [[nodiscard]] bool up() const noexcept { return process_ != nullptr; }
   void accept(std::unique_ptr<Transport> transport);
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;

@@ -101,13 +101,18 @@ void World::silenceALine() {
 
 void World::changeWeather() { makeWeather(anySeat()); }
 
-void World::restartServer() { crashFor(true); }
+void World::restartServer() {
+  if (stage_.random.chance(0.5)) return crashFor(true);
+  server_.dieInNextWrite([this] { crashFor(true); });
+}
+
 void World::resetServer() { crashFor(false); }
 
 void World::crashFor(bool keepState) {
   if (!server_.up()) return;
   server_.crash();
-  const std::uint64_t down_ns = std::min(stage_.random.milliseconds(10, 1500), untilCalm_ns());
+  const std::uint64_t calmIn_ns = std::max(calmFrom_ns_, stage_.time.now_ns()) - stage_.time.now_ns();
+  const std::uint64_t down_ns = std::min(stage_.random.milliseconds(10, 1500), calmIn_ns);
   stage_.time.after(down_ns, [this, keepState] { server_.start(keepState); });
 }
 
@@ -140,7 +145,7 @@ void World::calm() {
     seat->editor->stop();
     if (troubles_.cuts) seat->client->withLine([](Line& line) { line.cut(); });
   }
-  if (!server_.up()) stage_.time.runUntil(stage_.time.now_ns() + kMillisecond_ns);
+  while (!server_.up()) stage_.time.runUntil(stage_.time.now_ns() + kStep_ns);
 }
 
 void World::awaitAnswers() {
