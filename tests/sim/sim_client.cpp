@@ -146,7 +146,7 @@ void SimClient::withLine(const std::function<void(Line&)>& what) {
 void SimClient::corruptMemory() {
   const auto& objects = mirror().scene().objects();
   const auto& meshes = mirror().contents().meshes;
-  if (stage_.random.chance(0.3)) {
+  if (stage_.random.chance(0.4)) {
     if (tap_ != nullptr) tap_->flipNext([this] { stage_.oracle.corrupted(id_); });
     return;
   }

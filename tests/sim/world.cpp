@@ -18,7 +18,7 @@ Troubles draw(Random& random) {
   Troubles t{};
   t.cuts = maybe(0.6), t.silences = maybe(), t.stalls = maybe(), t.slowLines = maybe(0.2), t.crumbs = maybe(0.2);
   t.restarts = maybe(), t.resets = maybe(0.25), t.busyBuilder = maybe(0.3), t.slowServo = maybe(0.3);
-  t.deaths = maybe(0.2), t.stops = maybe(0.3), t.corruption = maybe(), t.oldConnections = maybe(0.3),
+  t.deaths = maybe(0.2), t.stops = maybe(0.3), t.corruption = maybe(0.5), t.oldConnections = maybe(0.3),
   t.flood = maybe(0.01);
   return t;
 }
@@ -46,7 +46,7 @@ World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
   often(4000, troubles_.resets, &World::resetServer);
   often(3000, troubles_.deaths, &World::killAClient);
   often(2500, troubles_.stops, &World::stopAClient);
-  often(1500, troubles_.corruption, &World::corruptAClient);
+  often(1000, troubles_.corruption, &World::corruptAClient);
   often(1500, troubles_.oldConnections, &World::abandonALine);
 }
 
