@@ -210,7 +210,7 @@ TEST(SceneRoom, NoEditWaitsForThePlan) {
   ASSERT_TRUE(room.loadStartScene(edit(add("a"))));
   room.start();
   std::promise<void> replied;
-  room.submitEdit(kAlice, 1, edit(add("b")), [&](const EditOutcome&) { replied.set_value(); });
+  ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(add("b")), [&](const EditOutcome&) { replied.set_value(); }));
   ASSERT_EQ(replied.get_future().wait_for(kPatience), std::future_status::ready);
   EXPECT_EQ(servo.look()->revision, 2U);
   EXPECT_EQ(servo.look()->plan->clearHeight_m, 1) << "of the scene before";
