@@ -124,10 +124,10 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes) override {
       const std::size_t size = bytes.size();
       return server.room_.submitMesh(hash, std::move(bytes),
-                              [weak = server.weak_from_this(), n = number, hash, size](const auto& mesh) {
-                                const auto self = weak.lock();
-                                if (self) self->post([=](Impl& impl) { impl.meshDecided(n, hash, size, mesh); });
-                              });
+                                     [weak = server.weak_from_this(), n = number, hash, size](const auto& mesh) {
+                                       const auto self = weak.lock();
+                                       if (self) self->post([=](Impl& impl) { impl.meshDecided(n, hash, size, mesh); });
+                                     });
     }
     [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
       if (bytes > kUploadBudget_bytes - server.uploadBytes_) return false;

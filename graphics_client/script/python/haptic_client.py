@@ -104,7 +104,7 @@ class Client:
         if isinstance(transaction, str):
             transaction = text_format.Parse(transaction, scene_pb2.Transaction())
         with self._changed:
-            edit = self._edits.add(transaction)
+            edit = self._edits.add(transaction, self._scene.epoch)
         self._wake()
         return edit
 
@@ -239,6 +239,7 @@ class Client:
         self._scene.apply(commit)
 
     def _take_heartbeat(self, heartbeat):
+        self._edits.adopted(heartbeat.adopted_revision, heartbeat.adoption_tick)
         if heartbeat.revision == self._scene.revision and heartbeat.root != self._scene.root:
             raise OutOfStep(f"heartbeat's root at revision {heartbeat.revision}")
 

@@ -1,5 +1,6 @@
 """Edits on their way to the server: numbered, kept until answered, sent again after a reconnect."""
 import concurrent.futures
+import time
 
 from haptics.v1 import envelope_pb2
 
@@ -49,26 +50,31 @@ class EditQueue:
     def __init__(self):
         self._edits = {}  # by client_seq, oldest first
         self._last_seq = 0
+        self._waiting_until = None  # sends nothing: the server found that edits came too early
 
-    def add(self, transaction):
+    def add(self, transaction, epoch):
+        """Made from a scene of this epoch."""
         self._last_seq += 1
-        edit = Edit(envelope_pb2.EditRequest(client_seq=self._last_seq, transaction=transaction))
+        edit = Edit(envelope_pb2.EditRequest(client_seq=self._last_seq, transaction=transaction, epoch=epoch))
         self._edits[self._last_seq] = edit
         return edit
 
     def take_unsent(self):
-        """Requests to send now, oldest first. Those accepted and not yet live are asked again after a reconnect."""
-        room = MAX_IN_FLIGHT - sum(edit.sent and not edit.reply.done() for edit in self._edits.values())
+        """Requests to send now, oldest first. What came too early goes again once every answer under way is here."""
+        in_flight = sum(edit.sent and not edit.reply.done() for edit in self._edits.values())
+        if self._waiting_until is not None:
+            if in_flight or time.monotonic() < self._waiting_until:
+                return []
+            self._waiting_until = None
+        unsent = [edit for edit in self._edits.values() if not edit.sent and not edit.reply.done()]
         requests = []
-        for edit in self._edits.values():
-            if edit.sent or (not edit.reply.done() and room <= 0):
-                continue
-            room -= not edit.reply.done()
+        for edit in unsent[:MAX_IN_FLIGHT - in_flight]:
             edit.sent = True
             requests.append(edit.request)
         return requests
 
     def connection_lost(self):
+        self._waiting_until = None
         for edit in self._edits.values():
             edit.sent = False
 
@@ -83,11 +89,21 @@ class EditQueue:
         if reply.HasField("accepted"):
             edit.reply.set_result(reply.accepted)
             return
+        if reply.rejected.retry_after_ms:
+            edit.sent = False
+            self._waiting_until = time.monotonic() + 1e-3 * reply.rejected.retry_after_ms
+            return
         del self._edits[reply.client_seq]
         if reply.HasField("conflict"):
             edit.reply.set_exception(Conflict(reply.conflict.reason, list(reply.conflict.current)))
         else:
             edit.reply.set_exception(Rejected(reply.rejected.field, reply.rejected.reason))
+
+    def adopted(self, revision, tick):
+        """What the servo feels: edits up to this revision are live, also those of which nobody said so."""
+        for seq, edit in list(self._edits.items()):
+            if edit.reply.done() and edit.reply.result().revision <= revision:
+                self._edits.pop(seq).live.set_result(tick)
 
     def live(self, live):
         if live.client_seq in self._edits:
