@@ -49,7 +49,7 @@ class SceneRoomJournal : public ::testing::Test {
   static Result<std::string> boxBytes(const ContentHash&) { return encodeMesh(makeBox(Vec3(0.1), 1).value()); }
   std::future<void> submit(std::uint64_t seq, const Transaction& transaction) {
     auto replied = std::make_shared<std::promise<void>>();
-    room.submitEdit(7, seq, transaction, [replied](const EditOutcome&) { replied->set_value(); });
+    EXPECT_TRUE(room.submitEdit(7, seq, transaction, [replied](const EditOutcome&) { replied->set_value(); }));
     return replied->get_future();
   }
 
