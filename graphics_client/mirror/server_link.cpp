@@ -23,6 +23,12 @@ std::uint64_t randomSession() {
   return session == 0 ? 1 : session;
 }
 
+ServerLink::Connect overTcp(const Endpoint& server) {
+  return [server](EventLoop& loop, ServerLink::Connected done) {
+    return std::make_shared<TcpConnector>(loop, server, std::move(done));
+  };
+}
+
 }  // namespace
 
 /// What lives on the link's thread. The view is handed over under a mutex that is held only to copy a pointer or to
@@ -30,6 +36,7 @@ std::uint64_t randomSession() {
 struct ServerLink::Worker {
   explicit Worker(Options options)
       : server(options.server),
+        begin(options.connect ? std::move(options.connect) : overTcp(options.server)),
         session({randomSession(), std::move(options.clientName),
                  options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
                  options.fetchMeshes, options.datagrams}) {
@@ -57,7 +64,7 @@ struct ServerLink::Worker {
   }
 
   void connect() {
-    connector = std::make_unique<TcpConnector>(loop, server, [this](Result<std::unique_ptr<Transport>> result) {
+    connector = begin(loop, [this](Result<std::unique_ptr<Transport>> result) {
       if (!result) return lost(result.error().text());
       transport = tls ? tls->secure(std::move(*result)) : std::move(*result);
       transport->start({.received = [this](std::span<const char> bytes) { received(bytes); },
@@ -126,10 +133,11 @@ struct ServerLink::Worker {
   }
 
   Endpoint server;
+  Connect begin;
   std::optional<TlsContext> tls;
   EventLoop loop;
   ClientSession session;
-  std::unique_ptr<TcpConnector> connector;
+  std::shared_ptr<void> connector;
   std::unique_ptr<Transport> transport;
   std::unique_ptr<DatagramSocket> datagrams;
   Timer pollTimer, retryTimer;

@@ -8,6 +8,8 @@
 
 #include "common/credentials/credentials.h"
 #include "common/wire/endpoint.h"
+#include "common/wire/event_loop.h"
+#include "common/wire/transport.h"
 #include "graphics_client/mirror/client_callbacks.h"
 #include "graphics_client/mirror/mirror_view.h"
 
@@ -19,6 +21,11 @@ namespace haptics {
 /// connection and joins the thread; no callback comes after it.
 class ServerLink {
  public:
+  using Connected = std::function<void(Result<std::unique_ptr<Transport>>)>;
+  /// Begins one attempt to reach the server, on the link's loop. The function is to be called once, on the loop's thread
+  /// and never from within; dropping what is returned abandons the attempt.
+  using Connect = std::function<std::shared_ptr<void>(EventLoop&, Connected)>;
+
   struct Options {
     Endpoint server;
     std::string clientName;                          ///< For the server's log, at most 64 characters.
@@ -26,6 +33,7 @@ class ServerLink {
     double telemetryRate_Hz = 60;                    ///< 0: none.
     bool fetchMeshes = true;                         ///< false: records only; hashesEqual then stays false.
     bool datagrams = false;  ///< Telemetry by UDP where the server offers it and the network lets it through.
+    Connect connect{};       ///< Another way than TCP to `server`: a server in this process. Empty: TCP.
   };
 
   explicit ServerLink(Options options);

@@ -1,0 +1,123 @@
+// haptic_stress: real processes on a bad network, editing, being killed, stopped and starved; and what is left of them.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+
+#include "common/wire/endpoint.h"
+#include "tests/stress/client.h"
+#include "tests/stress/dribbler.h"
+#include "tests/stress/report.h"
+#include "tests/stress/run.h"
+
+namespace {
+
+using namespace haptics;
+using namespace haptics::stress;
+
+constexpr const char* kExamples = R"(
+Examples:
+  haptic_stress --clients 8 --rtt-ms 200 --jitter-ms 25 --loss-pct 5 --cut-every 10 --cut-ms 300 --seconds 600 --seed 1 --out out
+  haptic_stress --seconds 60 --out out
+  haptic_stress --relay --seconds 10 --clients 3 --no-viewer --out out
+
+As root the processes are in two network namespaces, joined by TUN devices and a forwarder of packets; else, and with
+--relay, TCP and UDP go through a relay. Writes DIR/stress.json.
+Exit status: 0 everything holds, 1 something does not (stress.json says what), 2 wrong usage.)";
+
+void addPlan(CLI::App& app, RunPlan& plan) {
+  app.add_option("--clients", plan.clients, "That edit")->check(CLI::Range(1, 32))->capture_default_str();
+  app.add_option("--rtt-ms", plan.rtt_ms, "Round trip")->check(CLI::Range(0.0, 2000.0))->capture_default_str();
+  app.add_option("--jitter-ms", plan.jitter_ms, "Standard deviation, each way")
+      ->check(CLI::Range(0.0, 500.0))
+      ->capture_default_str();
+  app.add_option("--loss-pct", plan.loss_pct, "Packets lost, each way")
+      ->check(CLI::Range(0.0, 50.0))
+      ->capture_default_str();
+  app.add_option("--cut-every", plan.cutEvery_s, "Seconds")->check(CLI::Range(0.1, 1e4))->capture_default_str();
+  app.add_option("--cut-ms", plan.cut_ms, "Nothing passes for so long")
+      ->check(CLI::Range(0.0, 1e5))
+      ->capture_default_str();
+  app.add_option("--seconds", plan.seconds, "Of quiet and attack in turns")
+      ->check(CLI::Range(4.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--edits", plan.edits_Hz, "A second, of each client")
+      ->check(CLI::Range(0.1, 150.0))
+      ->capture_default_str();
+  app.add_option("--seed", plan.seed)->capture_default_str();
+  app.add_option("--began", plan.began_ns)->group("");  // for the clients that this program starts
+}
+
+Endpoint endpointOrThrow(const std::string& text) {
+  const auto endpoint = parseEndpoint(text);
+  if (!endpoint) throw std::runtime_error(endpoint.error().text());
+  return *endpoint;
+}
+
+int stressed(const RunPlan& plan, const RunOptions& options) {
+  const RunResult result = run(plan, options);
+  const auto report = makeReport(result);
+  std::ofstream(options.out / "stress.json") << report.dump(2) << '\n';
+  std::printf("%s\n", report.dump(2).c_str());
+  return report.at("pass").get<bool>() ? 0 : 1;
+}
+
+}  // namespace
+
+namespace haptics::stress {
+
+std::vector<std::string> toArguments(const RunPlan& plan) {
+  return {"--clients",   std::to_string(plan.clients),    "--rtt-ms",   std::to_string(plan.rtt_ms),
+          "--jitter-ms", std::to_string(plan.jitter_ms),  "--loss-pct", std::to_string(plan.loss_pct),
+          "--cut-every", std::to_string(plan.cutEvery_s), "--cut-ms",   std::to_string(plan.cut_ms),
+          "--seconds",   std::to_string(plan.seconds),    "--edits",    std::to_string(plan.edits_Hz),
+          "--seed",      std::to_string(plan.seed),       "--began",    std::to_string(plan.began_ns)};
+}
+
+}  // namespace haptics::stress
+
+int main(int argc, char** argv) {
+  RunPlan plan;
+  RunOptions options;
+  ClientOptions client;
+  std::string address, journal;
+  bool noViewer = false, viewOnly = false;
+  CLI::App app("Real processes on a bad network, editing, being killed and stopped: what is left of them",
+               "haptic_stress");
+  app.footer(kExamples);
+  app.fallthrough();
+  addPlan(app, plan);
+  app.add_option("--out", options.out, "Where results and journals go")->type_name("DIR")->default_str("out");
+  app.add_flag("--relay", options.relay, "No network namespaces, even as root");
+  app.add_flag("--no-viewer", noViewer, "Without the real graphics_client");
+  auto* asClient = app.add_subcommand("client")->group("");
+  auto* asDribbler = app.add_subcommand("dribble")->group("");
+  for (auto* verb : {asClient, asDribbler}) verb->add_option("--connect", address);
+  asClient->add_option("--number", client.number);
+  asClient->add_option("--life", client.life);
+  asClient->add_option("--journal", journal);
+  asClient->add_flag("--udp", client.datagrams);
+  asClient->add_flag("--view", viewOnly);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  try {
+    if (asDribbler->parsed()) runDribbler(endpointOrThrow(address));
+    if (asClient->parsed()) {
+      client.server = endpointOrThrow(address);
+      client.journal = journal;
+      client.edits = !viewOnly;
+      runClient(plan, client);
+      return 0;
+    }
+    if (options.out.empty()) options.out = "out";
+    options.out = std::filesystem::absolute(options.out);
+    options.viewer = !noViewer;
+    return stressed(plan, options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "haptic_stress: %s\n", error.what());
+    return 1;
+  }
+}
