@@ -27,11 +27,11 @@
 //  7. Each accepted edit is called live exactly once, not before the servo adopted its revision or a later one.
 //  8. Whatever revision a client shows, it has the root that the server gave this revision; within an epoch a client
 //     never goes back.
-//  9. A client whose memory was corrupted finds it by hash within two heartbeats' time on a connection that works, and
-//     is repaired by one snapshot. Without corruption there is never a resync.
+//  9. A client whose memory was corrupted finds it by hash within two heartbeats (and the 3 s by which a connection that
+//     counts as alive may delay them), and is repaired by one snapshot. Without corruption there is never a resync.
 // 10. Within 5 s of quiet all roots are equal, recomputed from every byte on both sides, and so is every field.
 // 11. No session is stuck: soon after the last fault every edit, upload and status request is answered.
-// 12. Every queue stays within its bound.
+// 12. What the server holds for a client that does not read stays within its bound.
 namespace haptics::sim {
 
 /// What a client means by an edit, so that its effect can be judged.
