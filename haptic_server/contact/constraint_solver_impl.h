@@ -97,7 +97,7 @@ struct ContactTick<Corrections>::Constraints {
 /// theirs.
 template <class Corrections>
 void ContactTick<Corrections>::resolve(Vec3 hip) noexcept {
-  // From the largest pull that crosses no fold of the own mesh, in steps of 8.
+  // From the largest pull that crosses no fold of the own mesh and no other body, in steps of 8.
   constexpr double kPull = 0x1p-10;
   constexpr double kLeastPull = 0x1p-20;
   Near& own = heldNear();
@@ -108,7 +108,8 @@ void ContactTick<Corrections>::resolve(Vec3 hip) noexcept {
   Vec3 inner = state_.local;
   for (double pull = kPull; pull > kLeastPull; pull /= 8) {
     inner = glm::mix(state_.local, middle, pull);
-    if (!record.crossed() || clearOfOwnFolds(s, t, state_.local, inner)) break;
+    const bool clear = !record.crossed() || clearOfOwnFolds(s, t, state_.local, inner);
+    if (clear && !meetsAnother(own, own.frame.toWorld(inner))) break;
   }
   own.from = inner + s.faceNormal(t) * (held().side * lift_);
   state_.ihip = own.frame.toWorld(own.from);
@@ -135,7 +136,7 @@ void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
   if (state_.mode == Mode::kSeveralSurfaces && state_.holdingCount > 0) last = followHeld(hip);
   state_.mode = Mode::kSeveralSurfaces;
   bool settled = last.done && restsOn(last) && !(isOneSurface(last) && last.count > 1);
-  for (int round = 0; round < kMaxSolverRounds && !settled; ++round) {
+  for (int round = 0, notNearer = 0; round < kMaxSolverRounds && !settled; ++round) {
     ++work_.solverRounds;
     const Vec3 from = state_.ihip;
     Move move = moveTowards(hip);
@@ -148,7 +149,8 @@ void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
       settled = ended || (settled && state_.ihip == start);
     }
     const bool nearer = glm::distance(state_.ihip, hip) < glm::distance(from, hip);
-    settled = settled || (round > 0 && !nearer);
+    notNearer += nearer ? 0 : 1;
+    settled = settled || notNearer > kMostNotNearer;
     last = move;
     if (settled || move.count < 2 || isOneSurface(move)) continue;
     std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
@@ -206,6 +208,13 @@ bool ContactTick<Corrections>::meet(const HoldingSurface& a, const HoldingSurfac
   const TriangleRecord& other = surface(a.body).triangle(b.triangle);
   return other.cornerOf(one.vertexAt(0)) >= 0 || other.cornerOf(one.vertexAt(1)) >= 0 ||
          other.cornerOf(one.vertexAt(2)) >= 0;
+}
+
+/// Is a body other than this one in the way to a place in the world?
+template <class Corrections>
+bool ContactTick<Corrections>::meetsAnother(const Near& own, Vec3 world) noexcept {
+  const auto isOwn = [&](int i, std::uint32_t) noexcept { return &near_[i] == &own; };
+  return static_cast<bool>(near_.template firstHit<SegmentTest>(near_.inEachFrame(world), isOwn, work_));
 }
 
 /// Straight to a place in the world, unless something is in the way.

@@ -27,7 +27,7 @@ inline constexpr double kLeastShortStep = 0x1p-4;
 }
 /// Rounds of the constraint solver in a step. Each meets the planes anew from where the last one came to. Fewer leave a
 /// long slide along a seam to the next tick, with a force that is a tick late; more make the longest tick longer.
-inline constexpr int kMaxSolverRounds = 32;
+inline constexpr int kMaxSolverRounds = 64;
 
 /// Lengths are fractions of the largest coordinate in reach, powers of two, so that nothing depends on the unit.
 /// Vertices are floats (2^-24 of the extent), arithmetic is double (2^-52).
@@ -44,7 +44,9 @@ inline constexpr double kSlack = 0x1p-2;
 /// takes more rounds in acute grooves.
 inline constexpr double kTouching = 16;
 /// Of the skin: closer than this to an edge is on it, for vertices are floats.
-inline constexpr double kHair = 0x1p-4;
+inline constexpr double kHair = 1;
+/// Rounds of a step that may end no nearer to the HIP: the skin lifts the IHIP where another surface begins to hold it.
+inline constexpr int kMostNotNearer = 2;
 /// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
 inline constexpr double kSettled = 0x1p-14;
 
@@ -119,6 +121,7 @@ class ContactTick {
   /// Do two triangles share a vertex?
   [[nodiscard]] bool meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept;
   [[nodiscard]] Hit go(Vec3 world) noexcept;
+  [[nodiscard]] bool meetsAnother(const Near& own, Vec3 world) noexcept;
   [[nodiscard]] bool isAbove(const HoldingSurface& s) const noexcept;
   [[nodiscard]] bool restsOn(const Move& move) const noexcept;
   [[nodiscard]] bool isUnder(const Foot& foot) const noexcept { return foot.squaredDistance <= 4 * skin_ * skin_; }

@@ -56,12 +56,15 @@ bool ContactTick<Corrections>::isBehind() const noexcept {
   return false;
 }
 
-/// Does the triangle across edge k leave room for the optimum?
+/// Does the triangle across edge k leave room for the optimum, in a plane of its own?
 template <class Corrections>
 bool ContactTick<Corrections>::fallsAway(const HoldingSurface& s, int k,
                                          const Constraints& constraints) const noexcept {
+  constexpr double kSamePlane = 1e-12;  // squared sine
   const auto next = across(s, k);
-  return next && !constraints.cutOffBy(planeOf(*next));
+  if (!next) return false;
+  const ConstraintPlane plane = planeOf(*next);
+  return squaredLength(glm::cross(plane.normal, planeOf(s).normal)) > kSamePlane && !constraints.cutOffBy(plane);
 }
 
 /// What continues the side of a surface over edge k of its triangle.
