@@ -25,6 +25,12 @@ bool holdsDamagedLog(const fs::path& folder) {
   });
 }
 
+std::unordered_set<std::string> meshNames(const SceneVersion& version) {
+  std::unordered_set<std::string> names;
+  for (const auto& object : version.objects()) names.insert(object->mesh.hex());
+  return names;
+}
+
 }  // namespace
 
 Result<StateFolder::Opened> StateFolder::open(const fs::path& folder, std::uint64_t freshEpoch, Options options) {
@@ -72,9 +78,11 @@ Result<SequencerState> StateFolder::load(std::uint64_t freshEpoch) {
   auto log = openForWriting(path);
   if (!log) return tl::unexpected(std::move(log).error());
   log_ = *std::move(log);
-  size_ = written_ = bytes->size();
-  nextCheckpoint_ = options_.checkpointAfter_bytes;
   writer_ = saved->writer;
+  size_ = bytes->size();
+  const MeshBytes meshes = meshBytes(saved->state.history->version);
+  written_ = size_ - beginning->size() + meshes.others;
+  planCheckpoint(beginning->size() + meshes.named);
   return std::move(saved->state);
 }
 
@@ -156,10 +164,14 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
   log_ = *std::move(log);
   writer_ = writer;
   size_ = bytes.size();
+  collectMeshes(state.history->version);
   written_ = 0;
-  nextCheckpoint_ = std::max(options_.checkpointAfter_bytes,
-                             Options::kCheckpointAfterSizes * (size_ + collectMeshes(state.history->version)));
+  planCheckpoint(size_ + meshBytes(state.history->version).named);
   return {};
+}
+
+void StateFolder::planCheckpoint(std::size_t lastSize) {
+  nextCheckpoint_ = std::max(options_.checkpointAfter_bytes, Options::kCheckpointAfterSizes * lastSize);
 }
 
 Result<void> StateFolder::storeMesh(const MeshAsset& mesh) {
@@ -173,20 +185,22 @@ Result<void> StateFolder::storeMesh(const MeshAsset& mesh) {
   return {};
 }
 
-/// Removes the meshes that the version does not name, unless a damaged log may name them; returns the others' bytes.
-std::size_t StateFolder::collectMeshes(const SceneVersion& version) {
-  std::unordered_set<std::string> named;
-  for (const auto& object : version.objects()) named.insert(object->mesh.hex());
+/// Removes the meshes that the version does not name, unless a damaged log may name them.
+void StateFolder::collectMeshes(const SceneVersion& version) {
+  const auto named = meshNames(version);
   std::erase_if(stored_, [&](const ContentHash& hash) { return !named.contains(hash.hex()); });
-  const bool collects = !holdsDamagedLog(folder_);
-  std::size_t bytes = 0;
-  std::error_code ignored;  // a file that cannot be removed costs its space
+  if (holdsDamagedLog(folder_)) return;
   for (const auto& entry : fs::directory_iterator(folder_ / kMeshFolder)) {
-    if (named.contains(entry.path().filename().string())) {
-      bytes += entry.file_size(ignored);
-    } else if (collects) {
-      fs::remove(entry.path(), ignored);
-    }
+    std::error_code ignored;  // a file that cannot be removed costs its space
+    if (!named.contains(entry.path().filename().string())) fs::remove(entry.path(), ignored);
+  }
+}
+
+StateFolder::MeshBytes StateFolder::meshBytes(const SceneVersion& version) const {
+  const auto named = meshNames(version);
+  MeshBytes bytes;
+  for (const auto& entry : fs::directory_iterator(folder_ / kMeshFolder)) {
+    (named.contains(entry.path().filename().string()) ? bytes.named : bytes.others) += entry.file_size();
   }
   return bytes;
 }

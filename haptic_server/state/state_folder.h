@@ -51,6 +51,10 @@ class StateFolder final : public EditJournal {
   [[nodiscard]] Result<std::string> readMesh(const ContentHash& hash) const;
 
  private:
+  struct MeshBytes {
+    std::size_t named = 0;   // by the version
+    std::size_t others = 0;  // in the folder
+  };
   std::filesystem::path folder_;
   Options options_;
   FileHandle lock_;
@@ -70,7 +74,9 @@ class StateFolder final : public EditJournal {
   Result<void> checkpoint(const SequencerState& state);
   Result<void> tryToKeep(const SequencerState& before, const Edits& edits, const Meshes& meshes);
   Result<void> storeMesh(const MeshAsset& mesh);
-  std::size_t collectMeshes(const SceneVersion& version);
+  void planCheckpoint(std::size_t lastSize);
+  void collectMeshes(const SceneVersion& version);
+  [[nodiscard]] MeshBytes meshBytes(const SceneVersion& version) const;
 };
 
 struct StateFolder::Opened {

@@ -217,6 +217,18 @@ TEST_F(StateFolderTest, MeshesGoWithTheCheckpointThatNoLongerNamesThem) {
   EXPECT_EQ(namesIn(folder / "meshes").size(), 3U) << "is written again when it comes back";
 }
 
+TEST_F(StateFolderTest, MeshesGoAlsoWhenNoServerLivesLong) {
+  std::size_t most = 0;
+  for (std::uint64_t start = 1; start <= 60; ++start) {
+    KeptScene scene(folder.path(), 41, 5000);
+    scene.accept(kAlice, start,
+                 start == 1 ? edit(add("a")) : edit(RemeshObject{named("a"), box(0.01 * double(start))}));
+    most = std::max(most, namesIn(folder / "meshes").size());
+  }
+  EXPECT_GT(most, 5U);
+  EXPECT_LT(most, 40U);
+}
+
 TEST_F(StateFolderTest, AFullDiskRejectsEditsUntilThereIsRoomAgain) {
   KeptScene scene(folder.path(), 41);
   scene.accept(kAlice, 1, edit(add("a")));
