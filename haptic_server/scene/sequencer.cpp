@@ -80,7 +80,7 @@ std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissio
     try {
       outcomes.push_back(decide(submission, batch));
     } catch (const std::exception& failure) {
-      outcomes.push_back(Error{"", std::string("the server could not carry out the edit: ") + failure.what()});
+      outcomes.emplace_back(Error{"", std::string("the server could not carry out the edit: ") + failure.what()});
     }
     if (!batch.edits.empty()) unkept.push_back(outcomes.size() - 1);
   }
