@@ -164,7 +164,7 @@ void SimClient::corruptMemory() {
     }
   }
   stage_.oracle.corrupted(id_);
-  damagedAt_ns_ = stage_.time.now_ns();
+  damagedAt_ns_ = stopped_ ? 0 : stage_.time.now_ns();  // a stopped process looks at nothing
   damagedConnection_ = connection_;
 }
 
