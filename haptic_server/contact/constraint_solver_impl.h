@@ -97,7 +97,7 @@ struct ContactTick<Corrections>::Constraints {
 /// theirs.
 template <class Corrections>
 void ContactTick<Corrections>::resolve(Vec3 hip) noexcept {
-  // From the largest pull that crosses no fold of the own mesh and no other body, in steps of 8.
+  // From the largest pull that meets no other body, in steps of 8.
   constexpr double kPull = 0x1p-10;
   constexpr double kLeastPull = 0x1p-20;
   Near& own = heldNear();
@@ -108,8 +108,7 @@ void ContactTick<Corrections>::resolve(Vec3 hip) noexcept {
   Vec3 inner = state_.local;
   for (double pull = kPull; pull > kLeastPull; pull /= 8) {
     inner = glm::mix(state_.local, middle, pull);
-    const bool clear = !record.crossed() || clearOfOwnFolds(s, t, state_.local, inner);
-    if (clear && !meetsAnother(own, own.frame.toWorld(inner))) break;
+    if (!meetsAnother(own, own.frame.toWorld(inner))) break;
   }
   own.from = inner + s.faceNormal(t) * (held().side * lift_);
   state_.ihip = own.frame.toWorld(own.from);
@@ -267,7 +266,7 @@ void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled
   std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
   state_.holdingCount = move.count;
   if (!settled) return;
-  if (!isOneSurface(move) || !isAbove(held())) return;
+  if (!isOneSurface(move) || !isAbove(held()) || isCrossed(held())) return;
   const std::uint32_t t = held().triangle;
   hold(held(), closestOn(surface(held().body).triangle(t), t, heldNear().from), state_.ihip);
 }

@@ -104,8 +104,7 @@ class ContactTick {
   [[nodiscard]] bool settle(const SearchResult& found, const SearchPath& path, Vec3 h, Vec3 hip) noexcept;
   [[nodiscard]] bool isOutside(const Surface& surface, const Foot& foot, Vec3 h) const noexcept;
   [[nodiscard]] bool pathIsClear(const SearchPath& path, const Frame& frame) noexcept;
-  [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame& frame) noexcept;
-  [[nodiscard]] bool clearOfOwnFolds(const Surface& surface, std::uint32_t within, Vec3 a, Vec3 b) noexcept;
+  [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept;
   [[nodiscard]] Vec3 lifted(Vec3 at, std::uint32_t triangle) const noexcept;
   void leave(const Foot& foot, Vec3 hip) noexcept;
 
@@ -120,6 +119,10 @@ class ContactTick {
   [[nodiscard]] Move moveTowards(Vec3 hip) noexcept;
   /// Do two triangles share a vertex?
   [[nodiscard]] bool meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept;
+  /// Does another part of its mesh pass through the triangle?
+  [[nodiscard]] bool isCrossed(const HoldingSurface& s) const noexcept {
+    return Corrections::kGuard && Corrections::kSeveralSurfaces && surface(s.body).triangle(s.triangle).crossed();
+  }
   [[nodiscard]] Hit go(Vec3 world) noexcept;
   [[nodiscard]] bool meetsAnother(const Near& own, Vec3 world) noexcept;
   [[nodiscard]] bool isAbove(const HoldingSurface& s) const noexcept;

@@ -110,18 +110,30 @@ double ContactTick<Corrections>::advanceFree(double now, double end, Vec3 hip) n
   const double reached = now + (end - now) * hit.crossing.time;
   if (reached < 1) return reached;
   near_.setTime(bodies_, 1);
-  followSurface(hip_);
+  state_.mode == Mode::kOneSurface ? followSurface(hip_) : solve(hip_);
   return 1;
 }
 
+/// To where the path enters; before a triangle that others pass through, a little less far: the solver starts from
+/// there, off all of them.
 template <class Corrections>
 void ContactTick<Corrections>::touch(const Hit& hit, const Points& to) noexcept {
-  near_.moveAll(to, hit.crossing.time);
   const Near& near = near_[hit.near];
+  const HoldingSurface touched{near.body, hit.crossing.side, hit.crossing.triangle};
+  if (isCrossed(touched)) {
+    const double back = 2 * skin_ / glm::distance(near.from, to[static_cast<std::size_t>(hit.near)]);
+    near_.moveAll(to, std::max(hit.crossing.time / 2, hit.crossing.time - back));
+    state_.mode = Mode::kSeveralSurfaces;
+    state_.holdingCount = 1;
+    state_.holding[0] = touched;
+    state_.ihip = near.frame.toWorld(near.from);
+    return;
+  }
+  near_.moveAll(to, hit.crossing.time);
   Foot foot;
   foot.triangle = hit.crossing.triangle;
   foot.point = near.from;
-  hold({near.body, hit.crossing.side, foot.triangle}, foot, near.frame.toWorld(near.from));
+  hold(touched, foot, near.frame.toWorld(near.from));
 }
 
 template <class Corrections>

@@ -16,7 +16,7 @@ HipMotion ContactTick<Corrections>::motionOver(const Body& body) const noexcept 
 ///  - The sign is tested only once the search has converged, with the normal of the primitive that holds the foot.
 ///  - The path of the IHIP is guarded: "we constrain the IHIP such that it does not penetrate any object", but
 ///    neighbours know nothing of other objects, nor of another part of their own. Where something else is near, each
-///    hop is tested.
+///    hop is tested. What crosses itself has no path that a search could follow: there the constraint solver takes over.
 ///  - The way out is tested in the same tick: it may lead into another tooth of a comb, or another body.
 ///  - At a boundary neither search nor sign mean anything: the constraint solver takes over.
 template <class Corrections>
@@ -92,9 +92,9 @@ bool ContactTick<Corrections>::isOutside(const Surface& s, const Foot& foot, Vec
 template <class Corrections>
 bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& frame) noexcept {
   if (!path.complete()) return false;
-  if (!pieceIsClear(held().triangle, state_.local, state_.local, frame)) return false;
+  if (!pieceIsClear(held().triangle, state_.local, frame)) return false;
   for (const SearchPath::Point& point : path) {
-    if (!pieceIsClear(point.triangle, state_.local, point.place, frame)) return false;
+    if (!pieceIsClear(point.triangle, point.place, frame)) return false;
     state_.local = point.place;
     held().triangle = point.triangle;
   }
@@ -102,12 +102,12 @@ bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& 
 }
 
 template <class Corrections>
-bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b, const Frame& frame) noexcept {
+bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept {
   const Points to = near_.inEachFrame(frame.toWorld(lifted(b, within)));
   for (int i = 0; i < near_.count(); ++i) {
     const Near& near = near_[i];
     if (near.body == held().body) {
-      if (near.surface->triangle(within).crossed() && !clearOfOwnFolds(*near.surface, within, a, b)) return false;
+      if (near.surface->triangle(within).crossed()) return false;
       continue;
     }
     ++work_.segments;
@@ -117,23 +117,6 @@ bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 a, Vec3 b
     if (near_[i].body != held().body) near_[i].from = to[static_cast<std::size_t>(i)];
   }
   return true;
-}
-
-/// Within one triangle only the parts that pass through it matter. Left out are those that contain the path by
-/// construction: the neighbours across its edges, and the fan of a vertex when the path starts or ends exactly there.
-template <class Corrections>
-bool ContactTick<Corrections>::clearOfOwnFolds(const Surface& s, std::uint32_t within, Vec3 a, Vec3 b) noexcept {
-  ++work_.segments;
-  const TriangleRecord& own = s.triangle(within);
-  const auto containsPath = [&](std::uint32_t t) noexcept {
-    int shared = 0;
-    for (int k = 0; k < 3; ++k) {
-      if (s.triangle(t).cornerOf(own.vertexAt(k)) < 0) continue;
-      shared += own.corner(k) == a || own.corner(k) == b ? 2 : 1;
-    }
-    return shared >= 2;
-  };
-  return !s.firstCrossing<SegmentTest>(a, b, true, containsPath);
 }
 
 /// The path that is tested against other bodies runs a skin above the contacted surface.
@@ -161,7 +144,11 @@ void ContactTick<Corrections>::leave(const Foot& foot, Vec3 hip) noexcept {
   if (!s.closed()) near_[own].from += s.normal(foot) * (held().side * lift_);
   const Points to = near_.inEachFrame(hip);
   const Hit hit = Corrections::kExitRetest ? firstNewContact(to, holdsFoot) : Hit{};
-  if (hit) return touch(hit, to);
+  if (hit) {
+    touch(hit, to);
+    if (state_.mode == Mode::kSeveralSurfaces) solve(hip);
+    return;
+  }
   near_.moveAll(to, 1);
   setFree(hip);
 }

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <thread>
 
+#include "haptic_server/geometry/neighbours.h"
 #include "haptic_server/geometry/surface.h"
 
 namespace haptics {
@@ -133,9 +134,25 @@ class CrossedSearch {
                   Crossing crossing;
                   if (!line.enters(surface_.triangle(other), true, crossing)) return;
                   for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
-                    if (crossed != kNoTriangle) marks_[crossed].store(true, std::memory_order_relaxed);
+                    if (crossed != kNoTriangle) mark(crossed);
                   }
+                  markFan(other, own);
+                  if (own.neighbour(k) != kNoTriangle) markFan(other, surface_.triangle(own.neighbour(k)));
                 });
+  }
+
+  void mark(std::uint32_t t) { marks_[t].store(true, std::memory_order_relaxed); }
+
+  /// All triangles around the vertex that two have in common: around it one cannot go from one to the next without
+  /// passing through a third.
+  void markFan(std::uint32_t t, const TriangleRecord& crossed) {
+    for (int k = 0; k < 3; ++k) {
+      if (crossed.cornerOf(surface_.triangle(t).vertexAt(k)) < 0) continue;
+      visitFan(surface_, t, k, [&](std::uint32_t other, int) {
+        mark(other);
+        return true;
+      });
+    }
   }
 
   const Surface& surface_;

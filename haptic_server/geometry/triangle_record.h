@@ -23,7 +23,9 @@ inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>:
 /// All that one step of the search needs of a polygon, in one cache line. Corners keep the mesh's canonical order, so
 /// corner k and edge k (corner k to corner k + 1) are canonical numbers too. Object frame, metres.
 struct alignas(64) TriangleRecord {
-  static constexpr std::uint32_t kCrossed = 1;     ///< Another part of the same mesh passes through this triangle.
+  /// Another part of the same mesh passes through this triangle, or the triangles around one of its vertices do through
+  /// each other.
+  static constexpr std::uint32_t kCrossed = 1;
   static constexpr std::uint32_t kZeroArea = 2;    ///< Its corners lie exactly on one line.
   static constexpr std::uint32_t kOpenCorner = 4;  ///< Shifted left by k: the polygons at corner k are no closed fan.
 
