@@ -148,10 +148,8 @@ bool ContactTick<Corrections>::watchOn(Vec3 hip, Move& move) noexcept {
 template <class Corrections>
 bool ContactTick<Corrections>::isOneSurface(const Move& move) const noexcept {
   const HoldingSurface& strongest = move.pushing[0];
-  return move.count > 0 &&
-         std::all_of(move.pushing.begin() + 1, move.pushing.begin() + move.count, [&](const HoldingSurface& s) {
-           return meet(s, strongest) && !surface(strongest.body).anyCrossed();
-         });
+  return move.count > 0 && std::all_of(move.pushing.begin() + 1, move.pushing.begin() + move.count,
+                                       [&](const HoldingSurface& s) { return meet(s, strongest); });
 }
 
 }  // namespace haptics
