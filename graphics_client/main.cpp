@@ -7,12 +7,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "common/wire/endpoint.h"
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/viewer/viewer.h"
+#include "haptic_server/server_app.h"
 
 namespace {
 
@@ -30,6 +33,8 @@ Examples:
       shows the server on this machine
   graphics_client --connect 192.168.1.20:7654 --credentials viewer.credentials --size 1600x1000
       shows a server elsewhere
+  graphics_client --embedded-server --scene deploy/scenes/demo.scene --assets /usr/share/inventor/data
+      server and viewer in one process
   xvfb-run -a -s "-screen 0 1280x1024x24" graphics_client --offscreen --seconds 20 --screenshot view.png
       draws for 20 s without a screen and writes a picture
 
@@ -41,6 +46,8 @@ struct Arguments {
   std::string size = "1280x1024";
   std::string credentials, screenshot, summary;
   bool offscreen = false, udp = false;
+  bool embeddedServer = false;
+  haptics::ServerOptions serverOptions;  // of the embedded one
   std::optional<double> seconds, frameLimit_Hz;
 };
 
@@ -83,6 +90,24 @@ class HeldScene {
   bool equal_ = false;
 };
 
+/// The way to a server in this process: memory, between the two threads that would be two processes.
+haptics::ServerLink::Connect within(haptics::ServerApp& server) {
+  return [&server](haptics::EventLoop& loop, const haptics::ServerLink::Connected& done) {
+    loop.post([&server, &loop, done] { done(server.connect(loop)); });
+    return std::shared_ptr<void>();
+  };
+}
+
+/// Nothing listens; mesh files lie beside the scene file, as for haptic_server.
+haptics::ServerOptions embeddedOptions(haptics::ServerOptions options) {
+  options.listen.clear();
+  if (!options.scene.empty()) {
+    const auto folder = std::filesystem::absolute(options.scene).parent_path();
+    options.assets.insert(options.assets.begin(), folder);
+  }
+  return options;
+}
+
 int fail(const Error& error, ExitCode code) {
   std::fprintf(stderr, "graphics_client: %s\n", error.text().c_str());
   return code;
@@ -103,15 +128,23 @@ int run(const Arguments& arguments) {
   if (arguments.offscreen) setenv("LP_NUM_THREADS", "1", 0);
   if (const Result<void> display = haptics::checkDisplay(); !display) return fail(display.error(), kFailed);
 
-  const haptics::ServerLink link({.server = *server,
-                                  .clientName = "graphics_client",
-                                  .credentials = std::move(credentials),
-                                  .telemetryRate_Hz = kWindowFrames_Hz,
-                                  .fetchMeshes = true,
-                                  .datagrams = arguments.udp});
+  std::unique_ptr<haptics::ServerApp> embedded;  // outlives the link
+  if (arguments.embeddedServer) {
+    auto started = haptics::ServerApp::start(embeddedOptions(arguments.serverOptions));
+    if (!started) return fail(started.error(), kFailed);
+    embedded = *std::move(started);
+  }
+  auto link = std::make_unique<haptics::ServerLink>(
+      haptics::ServerLink::Options{.server = *server,
+                                   .clientName = "graphics_client",
+                                   .credentials = std::move(credentials),
+                                   .telemetryRate_Hz = kWindowFrames_Hz,
+                                   .fetchMeshes = true,
+                                   .datagrams = arguments.udp,
+                                   .connect = embedded ? within(*embedded) : haptics::ServerLink::Connect{}});
   HeldScene held;
   const auto newest = [&] {
-    auto view = link.latest();
+    auto view = link->latest();
     held.announce(*view);
     return view;
   };
@@ -122,8 +155,12 @@ int run(const Arguments& arguments) {
     if (!written) return fail(written.error(), kFailed);
   }
   if (arguments.seconds && !summary->wasConnected()) {
-    return fail({"--connect", "there never was a connection to " + arguments.connect + "; " + link.latest()->linkText},
+    return fail({"--connect", "there never was a connection to " + arguments.connect + "; " + link->latest()->linkText},
                 kNeverConnected);
+  }
+  link.reset();
+  if (embedded) {
+    if (const Result<void> stopped = embedded->stop(); !stopped) return fail(stopped.error(), kFailed);
   }
   return kDone;
 }
@@ -135,6 +172,21 @@ int main(int argc, char** argv) {
   CLI::App app("Shows the objects, the stylus, the contact and the force of a haptic_server.", "graphics_client");
   app.footer(kExamples);
   app.add_option("--connect", arguments.connect, "The server")->type_name("HOST:PORT")->capture_default_str();
+  auto* connect = app.get_option("--connect");
+  auto* embedded = app.add_flag("--embedded-server", arguments.embeddedServer,
+                                "With the server in this process, on threads of its own: no network between them")
+                       ->excludes(connect);
+  app.add_option("--scene", arguments.serverOptions.scene, "Scene file of the embedded server")
+      ->type_name("FILE")
+      ->needs(embedded);
+  app.add_option("--assets", arguments.serverOptions.assets, "Folder of mesh files for the embedded server")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory)
+      ->needs(embedded);
+  app.add_option("--server-summary", arguments.serverOptions.summary,
+                 "Write the embedded server's figures there (JSON)")
+      ->type_name("FILE")
+      ->needs(embedded);
   app.add_option("--credentials", arguments.credentials,
                  "Of a server that has some: its viewer.credentials or editor.credentials")
       ->type_name("FILE");

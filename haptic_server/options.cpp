@@ -27,8 +27,6 @@ Runs until Ctrl-C, or for --seconds; then stops the device and writes the summar
 
 std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   ServerOptions options;
-  options.devicePreset = kDefaultDevicePreset;
-  options.hand = kDefaultHandPreset;
   CLI::App app{
       "The haptic server: reads the force-feedback device, finds the contact, writes the force, keeps the scene."};
   app.footer(kExamples);

@@ -1,31 +1,10 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <optional>
-#include <string>
 #include <variant>
-#include <vector>
+
+#include "haptic_server/server_options.h"
 
 namespace haptics {
-
-/// The server's command line.
-struct ServerOptions {
-  std::string scene;                          ///< Scene file; empty: an empty scene.
-  std::string state;                          ///< Folder that keeps the scene across a crash; empty: none.
-  std::vector<std::filesystem::path> assets;  ///< Folders where scenes and clients may name mesh files.
-  std::string device = "simulated";
-  std::string devicePreset;
-  std::string hand;
-  std::string listen = "127.0.0.1:7654";
-  std::string credentials;  ///< Folder; empty: everybody who can connect may edit.
-  bool allowInsecureLan = false;
-  double rate_Hz = 1000;
-  double seconds = 0;      ///< 0: until a signal.
-  std::string summary;     ///< JSON file, written at the end.
-  std::string record;      ///< Every tick's Telemetry message, length-delimited.
-  std::optional<int> cpu;  ///< To bind the servo thread to.
-};
 
 /// The options, or the exit code with which to leave (0 after --help; the message has been printed).
 [[nodiscard]] std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv);

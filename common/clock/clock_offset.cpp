@@ -1,6 +1,7 @@
 #include "common/clock/clock_offset.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace haptics {
 
@@ -11,12 +12,17 @@ void ClockOffset::add(std::uint64_t clientSend, std::uint64_t serverReceive, std
   offsets_[slot] = (difference(serverReceive, clientSend) + difference(serverSend, clientReceive)) / 2;
   roundTrips_[slot] = difference(clientReceive, clientSend) - difference(serverSend, serverReceive);
 
+  // Quickest first: those waited least behind other bytes, which wait one way more than the other.
   const std::size_t filled = std::min(count_, kWindow);
-  auto sorted = offsets_;
-  const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(filled);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(filled / 2);
-  std::nth_element(sorted.begin(), middle, end);
-  median_ = *middle;
+  std::array<std::size_t, kWindow> order{};
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(filled), {},
+                    [this](std::size_t i) { return roundTrips_[i]; });
+  const std::size_t quick = (filled + kWindow / kQuickest - 1) / (kWindow / kQuickest);
+  const auto middle = order.begin() + static_cast<std::ptrdiff_t>(quick / 2);
+  std::ranges::nth_element(order.begin(), middle, order.begin() + static_cast<std::ptrdiff_t>(quick), {},
+                           [this](std::size_t i) { return offsets_[i]; });
+  offset_ = offsets_[*middle];
   smallestRoundTrip_ =
       *std::min_element(roundTrips_.begin(), roundTrips_.begin() + static_cast<std::ptrdiff_t>(filled));
 }

@@ -11,6 +11,7 @@
 #include "common/clock/monotonic.h"
 #include "common/wire/endpoint.h"
 #include "common/wire/event_loop.h"
+#include "common/wire/loop_link.h"
 #include "common/wire/tcp.h"
 #include "common/wire/tls.h"
 #include "common/wire/udp.h"
@@ -50,6 +51,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   Impl(Options options, SceneRoom& room) : options_(std::move(options)), room_(room), history_(room.history()) {}
 
   Result<void> open() {
+    if (options_.listen.empty()) return {};
     const auto endpoint = parseEndpoint(options_.listen);
     if (!endpoint) return tl::unexpected(Error(endpoint.error()).within("--listen "));
     const bool open = options_.allowInsecureLan || options_.credentials;
@@ -86,6 +88,14 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     connections_.clear();
     datagrams_.reset();
     listener_.reset();
+  }
+
+  std::unique_ptr<Transport> connect(EventLoop& clientLoop) {
+    auto [client, server] = linkLoops(clientLoop, loop_);
+    post([end = std::make_shared<std::unique_ptr<Transport>>(std::move(server))](Impl& impl) {
+      impl.accept(std::move(*end));
+    });
+    return std::move(client);
   }
 
   [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
@@ -348,6 +358,7 @@ Server::Server(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Server::~Server() { stop(); }
 void Server::start() { impl_->start(); }
 void Server::stop() { impl_->stop(); }
+std::unique_ptr<Transport> Server::connect(EventLoop& clientLoop) { return impl_->connect(clientLoop); }
 std::uint16_t Server::port() const noexcept { return impl_->port(); }
 Server::Counters Server::counters() const noexcept { return impl_->counters(); }
 

@@ -9,6 +9,8 @@
 #include "common/credentials/credentials.h"
 #include "common/error/error.h"
 #include "common/telemetry/telemetry_sample.h"
+#include "common/wire/event_loop.h"
+#include "common/wire/transport.h"
 #include "haptic_server/net/server_session.h"
 #include "haptic_server/scene/scene_room.h"
 
@@ -19,7 +21,7 @@ namespace haptics {
 class Server {
  public:
   struct Options {
-    std::string listen = "127.0.0.1:0";  ///< HOST:PORT; port 0: any free one.
+    std::string listen = "127.0.0.1:0";  ///< HOST:PORT; port 0: any free one. Empty: none, only connect().
     /// With them every client speaks TLS 1.3 and has the role of its token; without, every client may edit.
     std::optional<ServerCredentials> credentials;
     bool allowInsecureLan = false;  ///< Without it, and without credentials, only loopback addresses are accepted.
@@ -53,8 +55,10 @@ class Server {
   /// Closes every connection, takes what is left in the servo's queue and ends the thread. Before the room is
   /// destroyed.
   void stop();
-  [[nodiscard]] std::uint16_t port() const noexcept;
-  [[nodiscard]] Counters counters() const noexcept;  ///< Any thread.
+  /// A connection from this process: the client's end, used on the client's loop. Any thread, between start() and stop().
+  [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop);
+  [[nodiscard]] std::uint16_t port() const noexcept;  ///< 0 where it listens nowhere.
+  [[nodiscard]] Counters counters() const noexcept;   ///< Any thread.
 
  private:
   class Impl;

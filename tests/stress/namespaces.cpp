@@ -22,6 +22,7 @@
 #include "common/clock/monotonic.h"
 #include "tests/stress/impairment.h"
 #include "tests/stress/network.h"
+#include "tests/stress/statistics.h"
 
 namespace haptics::stress {
 namespace {
@@ -30,7 +31,7 @@ constexpr const char* kServerHost = "10.99.0.1";
 constexpr const char* kClientHost = "10.99.0.2";
 constexpr int kMtu = 1400;
 constexpr std::size_t kMaxWaiting = 20'000;  // packets; more is loss, as in a router
-constexpr int kPoll_ms = 1;
+constexpr int kPoll_ms = 1, kIdlePoll_ms = 100;
 
 class Descriptor {
  public:
@@ -102,10 +103,7 @@ class Namespaces final : public Network {
     make(server_, kServerHost);
     make(client_, kClientHost);
   }
-  ~Namespaces() override {
-    stop_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
+  ~Namespaces() override { stop(); }
 
   [[nodiscard]] std::string kind() const override { return "network namespaces, TUN devices, TCP cubic"; }
   [[nodiscard]] std::string serverHost() const override { return kServerHost; }
@@ -117,7 +115,10 @@ class Namespaces final : public Network {
   void start() override {
     thread_ = std::thread([this] { forward(); });
   }
-  [[nodiscard]] NetworkCounts counts() const override { return {packets_, lost_, 0}; }
+  [[nodiscard]] NetworkCounts counts() override {
+    stop();
+    return {packets_, lost_, percentile(late_ms_, 0.99)};
+  }
 
  private:
   struct Packet {
@@ -139,11 +140,18 @@ class Namespaces final : public Network {
     if (error) std::rethrow_exception(error);
   }
 
+  void stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
   void forward() {
+    const sched_param leastOfTheRealTimeOnes{.sched_priority = 1};  // a network does not wait for the machine's load
+    sched_setscheduler(0, SCHED_FIFO, &leastOfTheRealTimeOnes);
     const std::array<int, 2> tuns{server_.tun.get(), client_.tun.get()};
     while (!stop_) {
       std::array<pollfd, 2> ready{pollfd{tuns[0], POLLIN, 0}, pollfd{tuns[1], POLLIN, 0}};
-      poll(ready.data(), ready.size(), waiting_.empty() ? 100 : kPoll_ms);
+      poll(ready.data(), ready.size(), waiting_.empty() ? kIdlePoll_ms : kPoll_ms);
       for (int from : {0, 1}) {
         if (ready[static_cast<std::size_t>(from)].revents & POLLIN)
           take(tuns[static_cast<std::size_t>(from)], 1 - from);
@@ -152,6 +160,7 @@ class Namespaces final : public Network {
       while (!waiting_.empty() && waiting_.top().due_ns <= now_ns) {
         const Packet& packet = waiting_.top();
         if (write(tuns[static_cast<std::size_t>(packet.to)], packet.bytes.data(), packet.bytes.size()) < 0) ++lost_;
+        late_ms_.push_back(1e-6 * static_cast<double>(now_ns - packet.due_ns));
         waiting_.pop();
       }
     }
@@ -175,6 +184,7 @@ class Namespaces final : public Network {
   Impairment impairment_;
   std::priority_queue<Packet, std::vector<Packet>, std::greater<>> waiting_;
   std::atomic<std::uint64_t> packets_{0}, lost_{0};
+  std::vector<double> late_ms_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

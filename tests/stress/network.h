@@ -11,7 +11,8 @@ namespace haptics::stress {
 
 struct NetworkCounts {
   std::uint64_t packets = 0;  ///< Of IP, or pieces of a stream where it is a relay.
-  std::uint64_t lost = 0, cut = 0;
+  std::uint64_t lost = 0;
+  double late_ms = 0;  ///< 99th percentile: how much later than wanted this machine let packets pass.
 };
 
 /// The bad network between server and clients, in this process's threads.
@@ -28,7 +29,8 @@ class Network {
   virtual void enterClientSide() const = 0;
   /// Packets pass from now on; the plan's clock has begun.
   virtual void start() = 0;
-  [[nodiscard]] virtual NetworkCounts counts() const = 0;
+  /// Of the whole; nothing passes any more.
+  [[nodiscard]] virtual NetworkCounts counts() = 0;
 };
 
 /// Two network namespaces, joined by two TUN devices and a forwarder of IP packets. Null where this process may not make

@@ -43,10 +43,19 @@ Json makeReport(const RunResult& result) {
   const Json age = ages(evidence, plan);
   const bool isNetwork = !result.network.starts_with("relay");
 
-  Json report{{"network", result.network},   {"clients", plan.clients},   {"rtt_ms", plan.rtt_ms},
-              {"jitter_ms", plan.jitter_ms}, {"loss_pct", plan.loss_pct}, {"cut_every_s", plan.cutEvery_s},
-              {"cut_ms", plan.cut_ms},       {"seconds", plan.seconds},   {"edits_per_second_of_each", plan.edits_Hz},
-              {"seed", plan.seed},           {"packets", result.packets}, {"packets_lost", result.lostPackets}};
+  Json report{{"network", result.network},
+              {"clients", plan.clients},
+              {"rtt_ms", plan.rtt_ms},
+              {"jitter_ms", plan.jitter_ms},
+              {"loss_pct", plan.loss_pct},
+              {"cut_every_s", plan.cutEvery_s},
+              {"cut_ms", plan.cut_ms},
+              {"seconds", plan.seconds},
+              {"edits_per_second_of_each", plan.edits_Hz},
+              {"seed", plan.seed},
+              {"packets", result.counts.packets},
+              {"packets_lost", result.counts.lost},
+              {"packets_late_by_this_machine_ms_p99", result.counts.late_ms}};
   report["roots_equal"] = rootsEqual;
   report["seconds_to_equal"] = toEqual.empty() ? -1 : toEqual.back();
   std::vector<double> whole = toEqual;

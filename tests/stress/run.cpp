@@ -254,9 +254,7 @@ RunResult run(RunPlan plan, const RunOptions& options) {
     std::this_thread::sleep_for(kLook);
   }
   result.evidence = cast.finish(result.serverEndedWell);
-  const NetworkCounts counts = network->counts();
-  result.packets = counts.packets;
-  result.lostPackets = counts.lost;
+  result.counts = network->counts();
   return result;
 }
 

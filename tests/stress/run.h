@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "tests/stress/findings.h"
+#include "tests/stress/network.h"
 #include "tests/stress/run_plan.h"
 
 namespace haptics::stress {
@@ -21,7 +22,7 @@ struct Disturbance {
 struct RunResult {
   RunPlan plan{};
   std::string network{};
-  std::uint64_t packets = 0, lostPackets = 0;
+  NetworkCounts counts{};
   Evidence evidence{};
   std::vector<Disturbance> disturbances{};
   bool serverEndedWell = false;

@@ -1,0 +1,207 @@
+#include "haptic_server/server_app.h"
+
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "common/clock/monotonic.h"
+#include "common/wire/convert.h"
+#include "haptic_server/device/exploration_planner.h"
+#include "haptic_server/device/exploring_hand.h"
+#include "haptic_server/device/simulated_device.h"
+#include "haptic_server/net/server.h"
+#include "haptic_server/recorder.h"
+#include "haptic_server/run_summary.h"
+#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/servo/realtime.h"
+#include "haptic_server/servo/servo_loop.h"
+#include "haptic_server/state/state_folder.h"
+
+namespace haptics {
+namespace {
+
+void logInfo(const std::string& line) { spdlog::info("{}", line); }
+
+/// What a person would explore in one scene after another.
+[[nodiscard]] ServoSceneMaker::MakePlan explorationPlans() {
+  return [planner = ExplorationPlanner()](const ServoScene& scene) mutable {
+    std::vector<ExploredObject> objects;
+    for (const ServoObject& object : scene.objects) {
+      if (!object.leaving) objects.push_back({object.id, object.surface, object.pose});
+    }
+    return std::make_shared<const ExplorationPlan>(planner.plan(objects));
+  };
+}
+
+[[nodiscard]] Result<void> loadScene(SceneRoom& room, const std::string& file) {
+  if (file.empty()) return {};
+  auto message = readSceneFile(file);
+  if (!message) return tl::unexpected(message.error());
+  auto transaction = fromWire(*message);
+  if (!transaction) return tl::unexpected(std::move(transaction.error()).within(file + ": "));
+  auto reports = room.loadStartScene(*transaction);
+  if (!reports) return tl::unexpected(std::move(reports.error()).within(file + ": "));
+  return {};
+}
+
+/// Goes on from the folder's state where there is one, else from the scene file, and keeps all edits there.
+[[nodiscard]] Result<std::unique_ptr<StateFolder>> resumeState(SceneRoom& room, const ServerOptions& options) {
+  auto opened = StateFolder::open(options.state, newEpoch(),
+                                  {.info = [](const std::string& line) { spdlog::info("{}", line); },
+                                   .warning = [](const std::string& line) { spdlog::warn("{}", line); }});
+  if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
+  auto& folder = *opened->folder;
+  const auto readMesh = [&folder](const ContentHash& hash) { return folder.readMesh(hash); };
+  if (auto resumed = room.resume(std::move(opened->state), readMesh, folder); !resumed)
+    return tl::unexpected(std::move(resumed.error()).within("--state " + options.state + ": "));
+  if (const auto revision = room.history()->version.revision(); revision > 0) {
+    spdlog::info("going on at revision {} of {}{}", revision, options.state,
+                 options.scene.empty() ? "" : "; " + options.scene + " is not loaded");
+  }
+  return std::move(opened->folder);
+}
+
+}  // namespace
+
+class ServerApp::Impl {
+ public:
+  Impl(const ServerOptions& options, const DevicePreset& preset, const HandPreset& hand)
+      : options_(options),
+        exploringHand_(hand, preset.maxForce_N),
+        device_({preset, hand, 1 / options.rate_Hz}, exploringHand_),
+        room_({.assetFolders = options.assets, .makePlan = explorationPlans(), .log = logInfo}, crossing_) {}
+  ~Impl() { halt(); }
+
+  [[nodiscard]] Result<void> start() {
+    if (!options_.record.empty()) {
+      auto opened = Recorder::open(options_.record);
+      if (!opened) return tl::unexpected(opened.error());
+      recorder_ = *std::move(opened);
+    }
+    for (const auto& folder : options_.assets) spdlog::info("mesh files are looked for in {}", folder.string());
+    if (!options_.state.empty()) {
+      auto resumed = resumeState(room_, options_);
+      if (!resumed) return tl::unexpected(resumed.error());
+      state_ = *std::move(resumed);
+    }
+    if (room_.history()->version.revision() == 0) {
+      if (auto loaded = loadScene(room_, options_.scene); !loaded) return loaded;
+    }
+    room_.start();
+    servo_ = std::make_unique<ServoLoop>(device_, crossing_, options_.rate_Hz);
+    if (auto listening = listen(); !listening) return listening;
+    startServo();
+    server_->start();
+    return {};
+  }
+
+  [[nodiscard]] std::string address() const {
+    if (options_.listen.empty()) return "";
+    return options_.listen.substr(0, options_.listen.rfind(':')) + ':' + std::to_string(server_->port());
+  }
+  [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop) { return server_->connect(clientLoop); }
+
+  [[nodiscard]] Result<void> stop() {
+    halt();
+    if (recorder_ && !recorder_->close()) {
+      return refused(options_.record, "the recording is incomplete: is the disk full?");
+    }
+    if (options_.summary.empty()) return {};
+    v1::Status status;
+    fillStatus(status);
+    const auto history = room_.history();
+    status.set_revision(history->version.revision());
+    status.set_root(history->version.root().asBytes());
+    status.set_refused_connections(server_->counters().refusedConnections);
+    return writeSummary(options_.summary, status, device_.info().maxForce_N);
+  }
+
+ private:
+  [[nodiscard]] Result<void> listen() {
+    Server::Options serving{
+        .listen = options_.listen,
+        .credentials = {},
+        .allowInsecureLan = options_.allowInsecureLan,
+        .identity = {"haptic_server", device_.info().name, options_.rate_Hz, device_.info().maxForce_N},
+        .popTelemetry = [this](TelemetrySample& sample) { return servo_->pop(sample); },
+        .recordSample = {},
+        .fillStatus = [this](v1::Status& status) { fillStatus(status); },
+        .log = logInfo};
+    if (!options_.credentials.empty()) {
+      auto credentials = readServerCredentials(options_.credentials);
+      if (!credentials) return tl::unexpected(std::move(credentials.error()).within("--credentials "));
+      serving.credentials = *std::move(credentials);
+    }
+    if (recorder_) serving.recordSample = [this](const TelemetrySample& sample) { recorder_->write(sample); };
+    auto server = Server::listen(std::move(serving), room_);
+    if (!server) return tl::unexpected(server.error());
+    server_ = *std::move(server);
+    return {};
+  }
+
+  void startServo() {
+    lockMemory(realtime_);
+    wakeful_.emplace(realtime_);
+    std::atomic<bool> ready{false};
+    servoThread_ = std::thread([this, &ready] {
+      becomeServoThread(options_.cpu, realtime_);
+      ready.store(true);
+      ready.notify_one();
+      servo_->run(stop_);
+    });
+    ready.wait(false);
+    for (const std::string& warning : realtime_.warnings) spdlog::warn("{}", warning);
+  }
+
+  void halt() {
+    stop_ = true;
+    if (servoThread_.joinable()) servoThread_.join();
+    if (server_) server_->stop();
+    room_.stop();
+  }
+
+  void fillStatus(v1::Status& status) const {
+    fillServoStatus(servo_->statistics(), realtime_, status);
+    status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns_) * 1e-9);
+    status.set_device(device_.info().name);
+    status.set_durable(state_ != nullptr);
+  }
+
+  const ServerOptions options_;
+  const std::uint64_t began_ns_ = monotonicNow_ns();
+  RealtimeStatus realtime_;
+  std::optional<WakefulProcessors> wakeful_;
+  ExploringHand exploringHand_;
+  SimulatedDevice device_;
+  std::optional<Recorder> recorder_;
+  SceneCrossing crossing_;
+  std::unique_ptr<StateFolder> state_;  // outlives the room
+  SceneRoom room_;
+  std::unique_ptr<ServoLoop> servo_;
+  std::unique_ptr<Server> server_;
+  std::atomic<bool> stop_{false};
+  std::thread servoThread_;
+};
+
+ServerApp::ServerApp(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ServerApp::~ServerApp() = default;
+
+Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options) {
+  const auto preset = findDevicePreset(options.devicePreset);
+  if (!preset) return tl::unexpected(preset.error());
+  const auto hand = findHandPreset(options.hand);
+  if (!hand) return tl::unexpected(hand.error());
+  if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);
+  auto impl = std::make_unique<Impl>(options, *preset, *hand);
+  if (auto started = impl->start(); !started) return tl::unexpected(started.error());
+  return std::unique_ptr<ServerApp>(new ServerApp(std::move(impl)));
+}
+
+std::string ServerApp::address() const { return impl_->address(); }
+std::unique_ptr<Transport> ServerApp::connect(EventLoop& clientLoop) { return impl_->connect(clientLoop); }
+Result<void> ServerApp::stop() { return impl_->stop(); }
+
+}  // namespace haptics

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "common/error/error.h"
+#include "common/wire/event_loop.h"
+#include "common/wire/transport.h"
+#include "haptic_server/server_options.h"
+
+namespace haptics {
+
+/// The whole server: device, servo, scene, network. In a process of its own, or in the viewer's.
+class ServerApp {
+ public:
+  /// Everything runs when it returns. Refused, naming the option or file: what cannot be had.
+  [[nodiscard]] static Result<std::unique_ptr<ServerApp>> start(const ServerOptions& options);
+  ~ServerApp();  ///< Stops.
+  ServerApp(const ServerApp&) = delete;
+  ServerApp& operator=(const ServerApp&) = delete;
+
+  /// HOST:PORT where clients reach it; empty where it listens nowhere.
+  [[nodiscard]] std::string address() const;
+  /// A connection for a client in this process, on whose loop it is used. Any thread. The client leaves first.
+  [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop);
+  /// Stops the device, then the clients; writes summary and recording. Refused: a file that could not be written.
+  [[nodiscard]] Result<void> stop();
+
+ private:
+  class Impl;
+  explicit ServerApp(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace haptics

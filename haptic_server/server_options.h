@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptic_server/device/presets.h"
+
+namespace haptics {
+
+/// What a server is to do; its command line says it.
+struct ServerOptions {
+  std::string scene;                          ///< Scene file; empty: an empty scene.
+  std::string state;                          ///< Folder that keeps the scene across a crash; empty: none.
+  std::vector<std::filesystem::path> assets;  ///< Folders where scenes and clients may name mesh files.
+  std::string device = "simulated";
+  std::string devicePreset = std::string(kDefaultDevicePreset);
+  std::string hand = std::string(kDefaultHandPreset);
+  std::string listen = "127.0.0.1:7654";  ///< Empty: only for clients in this process.
+  std::string credentials;                ///< Folder; empty: everybody who can connect may edit.
+  bool allowInsecureLan = false;
+  double rate_Hz = 1000;
+  double seconds = 0;      ///< 0: until a signal.
+  std::string summary;     ///< JSON file, written at the end.
+  std::string record;      ///< Every tick's Telemetry message, length-delimited.
+  std::optional<int> cpu;  ///< To bind the servo thread to.
+};
+
+}  // namespace haptics
