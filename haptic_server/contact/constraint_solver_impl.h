@@ -242,7 +242,7 @@ bool ContactTick<Corrections>::restsOn(const Move& move) const noexcept {
 template <class Corrections>
 bool ContactTick<Corrections>::isAbove(const HoldingSurface& s) const noexcept {
   const Foot foot = closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from);
-  return foot.squaredDistance <= 16 * skin_ * skin_;
+  return foot.squaredDistance <= kAbove * kAbove * skin_ * skin_;
 }
 
 template <class Corrections>

@@ -43,8 +43,12 @@ inline constexpr double kSlack = 0x1p-2;
 /// In skins: what is not farther on the way holds the IHIP, anything else is gone to first. Larger cuts corners; smaller
 /// takes more rounds in acute grooves.
 inline constexpr double kTouching = 16;
-/// Of the skin: closer than this to an edge is on it, for vertices are floats.
+/// In skins: closer than this to an edge is on it. The skin hides what is smaller.
 inline constexpr double kHair = 1;
+/// In skins: a triangle that is not farther is under the IHIP, held by the lifted planes of several.
+inline constexpr double kUnder = 2;
+/// In skins: from where the neighborhood watch goes on over a triangle.
+inline constexpr double kAbove = 4;
 /// Rounds of a step that may end no nearer to the HIP: the skin lifts the IHIP where another surface begins to hold it.
 inline constexpr int kMostNotNearer = 2;
 /// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
@@ -127,7 +131,9 @@ class ContactTick {
   [[nodiscard]] bool meetsAnother(const Near& own, Vec3 world) noexcept;
   [[nodiscard]] bool isAbove(const HoldingSurface& s) const noexcept;
   [[nodiscard]] bool restsOn(const Move& move) const noexcept;
-  [[nodiscard]] bool isUnder(const Foot& foot) const noexcept { return foot.squaredDistance <= 4 * skin_ * skin_; }
+  [[nodiscard]] bool isUnder(const Foot& foot) const noexcept {
+    return foot.squaredDistance <= kUnder * kUnder * skin_ * skin_;
+  }
   [[nodiscard]] ConstraintPlane planeOf(const HoldingSurface& holding) const noexcept;
   void classify(Vec3 hip, const Move& move, bool settled) noexcept;
 

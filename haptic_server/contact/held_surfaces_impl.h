@@ -102,8 +102,8 @@ typename ContactTick<Corrections>::Carried ContactTick<Corrections>::carriedBy(
       if (end >= 0 && fallsAway(surfaces[i], k, constraints)) carried = {true, false, 1, i, k};
       const double speed = glm::dot(inward, near.frame.toLocal(optimum) - near.from) / scale;
       const double inside = end - speed;
-      if (inside < -2 * skin_ || end >= 0 || speed >= 0) continue;
-      const double time = std::min((inside + 2 * skin_) / -speed, 1.0);
+      if (inside < -kUnder * skin_ || end >= 0 || speed >= 0) continue;
+      const double time = std::min((inside + kUnder * skin_) / -speed, 1.0);
       if (!carried.ends || time < carried.time) carried = {true, false, time, i, k};
     }
   }
