@@ -24,7 +24,20 @@ bool Judge::isHeldByNothing(Vec3 ihip, Vec3 hip) {
   if (look < 2 * skin_) return false;  // too shallow to tell
   const Vec3 way = (hip - ihip) * (look / depth);
   obstacles_.gather(ihip, 2 * look);
-  return !obstacles_.firstBlock(ihip - way, ihip + way);
+  return !obstacles_.firstBlock(ihip - way, ihip + way) && !isHeldAtAGraze(ihip, hip);
+}
+
+/// Does the way to the HIP enter, farther on, a triangle that the IHIP rests on? Pushed nearly along it, it does so only
+/// after many times the height that the IHIP keeps.
+bool Judge::isHeldAtAGraze(Vec3 ihip, Vec3 hip) {
+  constexpr double kFarthest = 256;  // in skins
+  const Vec3 way = hip - ihip;
+  const double reach = std::min(kFarthest * skin_, glm::length(way));
+  obstacles_.gather(ihip, reach);
+  const auto block = obstacles_.firstBlock(ihip, ihip + way * (reach / glm::length(way)));
+  if (!block) return false;
+  const std::vector<Wall> walls = obstacles_.touching(ihip, way, skin_);
+  return std::any_of(walls.begin(), walls.end(), [&](const Wall& wall) { return wall.face == block->wall.face; });
 }
 
 bool Judge::isLocalMinimum(Vec3 ihip, Vec3 hip, double step) {

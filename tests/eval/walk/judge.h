@@ -18,6 +18,7 @@ class Judge {
   [[nodiscard]] bool isLocalMinimum(Vec3 ihip, Vec3 hip, double step);
 
  private:
+  [[nodiscard]] bool isHeldAtAGraze(Vec3 ihip, Vec3 hip);
   [[nodiscard]] bool isBetter(Vec3 from, Vec3 way, double step, Vec3 hip) const;
 
   const TriangleSoup& soup_;

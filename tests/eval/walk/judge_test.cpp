@@ -50,5 +50,13 @@ TEST(Judge, TellsAPlaceFromWhichAWayLeadsNearer) {
   EXPECT_FALSE(Judge(block.soup).isLocalMinimum({0.02, 0.01, 0}, {0.024, 0.01, -0.005}, kStep_m));
 }
 
+TEST(Judge, TakesAnIhipForHeldByATriangleThatItIsPushedAlongAtAGraze) {
+  const CrackedBlock block;
+  Judge judge(block.soup);
+  EXPECT_FALSE(judge.isHeldByNothing({0.02, 0.01, 2e-7}, {0.021, 0.01, -12e-6}));
+  EXPECT_TRUE(judge.isHeldByNothing({0.02, 0.01, 2e-7}, {0.021, 0.01, 12e-6}));
+  EXPECT_TRUE(judge.isHeldByNothing({0.02, 0.01, 2e-6}, {0.021, 0.01, -12e-6}));
+}
+
 }  // namespace
 }  // namespace haptics::eval
