@@ -15,4 +15,7 @@ void registerServo(std::span<const std::uint32_t> sizes);
 /// The database's build, and its size.
 void registerBuild(std::span<const std::uint32_t> sizes);
 
+/// Encoding, and the latency of a state and of an edit between threads of one process and over TCP.
+void registerProtocol();
+
 }  // namespace haptics::bench

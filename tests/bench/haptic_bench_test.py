@@ -53,6 +53,13 @@ class HapticBench(unittest.TestCase):
         self.assertGreater(figure["bytes_per_triangle"], 64)
         self.assertLessEqual(figure["bytes_per_triangle"], 95)
 
+    def test_compares_threads_of_one_process_with_tcp(self):
+        figures = self.figures("protocol/(encode|edit_accepted).*(10k_vertices|idle)")
+        self.assertEqual(len(figures), 3)
+        for figure in figures.values():
+            self.assertGreater(figure["real_time"], 0)
+        self.assertGreater(figures["protocol/encode_10k_vertices"]["bytes"], 120_000)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -38,6 +38,7 @@ int main(int argc, char** argv) {
   bench::registerPeers(sizes);
   bench::registerServo(sizes);
   bench::registerBuild(sizes);
+  bench::registerProtocol();
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
 }
