@@ -7,6 +7,7 @@
 #include "common/wire/endpoint.h"
 #include "tests/stress/client.h"
 #include "tests/stress/dribbler.h"
+#include "tests/stress/picture.h"
 #include "tests/stress/report.h"
 #include "tests/stress/run.h"
 
@@ -22,7 +23,7 @@ Examples:
   haptic_stress --relay --seconds 10 --clients 3 --no-viewer --out out
 
 As root the processes are in two network namespaces, joined by TUN devices and a forwarder of packets; else, and with
---relay, TCP and UDP go through a relay. Writes DIR/stress.json.
+--relay, TCP and UDP go through a relay. Writes DIR/stress.json, stress.png and stress.svg.
 Exit status: 0 everything holds, 1 something does not (stress.json says what), 2 wrong usage.)";
 
 void addPlan(CLI::App& app, RunPlan& plan) {
@@ -58,6 +59,9 @@ int stressed(const RunPlan& plan, const RunOptions& options) {
   const RunResult result = run(plan, options);
   const auto report = makeReport(result);
   std::ofstream(options.out / "stress.json") << report.dump(2) << '\n';
+  if (const auto drawn = drawPicture(result, options.out); !drawn) {
+    std::fprintf(stderr, "haptic_stress: no picture: %s\n", drawn.error().text().c_str());
+  }
   std::printf("%s\n", report.dump(2).c_str());
   return report.at("pass").get<bool>() ? 0 : 1;
 }

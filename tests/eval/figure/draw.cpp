@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/eval/figure/draw_item.h"
 #include "tests/eval/figure/figure.h"
 #include "tests/eval/figure/painter.h"
 
@@ -28,11 +29,10 @@ Decades decadesOf(const std::vector<double>& values) {
   return {from, std::max(from + 1, static_cast<int>(std::ceil(std::log10(high))))};
 }
 
-Result<void> drawFigure(const Figure& figure, const std::filesystem::path& png, const std::filesystem::path& svg) {
-  vtkNew<FigurePainter> painter;
-  painter->setFigure(figure);
+Result<void> drawItem(vtkContextItem& item, int width_px, int height_px, const std::string& title,
+                      const std::filesystem::path& png, const std::filesystem::path& svg) {
   vtkNew<vtkContextActor> actor;
-  actor->GetScene()->AddItem(painter);
+  actor->GetScene()->AddItem(&item);
   vtkNew<vtkRenderer> renderer;
   renderer->SetBackground(1, 1, 1);
   renderer->AddActor(actor);
@@ -40,7 +40,7 @@ Result<void> drawFigure(const Figure& figure, const std::filesystem::path& png, 
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(8);
-  window->SetSize(FigurePainter::width_px(figure), FigurePainter::height_px(figure));
+  window->SetSize(width_px, height_px);
   window->AddRenderer(renderer);
   window->Render();
 
@@ -55,11 +55,17 @@ Result<void> drawFigure(const Figure& figure, const std::filesystem::path& png, 
 
   vtkNew<vtkSVGExporter> exporter;
   exporter->SetRenderWindow(window);
-  exporter->SetTitle(figure.title.c_str());
+  exporter->SetTitle(title.c_str());
   exporter->SetFileName(svg.c_str());
   exporter->Write();
   if (!std::filesystem::exists(svg)) return refused(svg.string(), "cannot be written");
   return {};
+}
+
+Result<void> drawFigure(const Figure& figure, const std::filesystem::path& png, const std::filesystem::path& svg) {
+  vtkNew<FigurePainter> painter;
+  painter->setFigure(figure);
+  return drawItem(*painter, FigurePainter::width_px(figure), FigurePainter::height_px(figure), figure.title, png, svg);
 }
 
 }  // namespace haptics::eval

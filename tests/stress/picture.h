@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+
+#include "common/error/error.h"
+#include "tests/stress/run.h"
+
+namespace haptics::stress {
+
+/// DIR/stress.png and .svg: telemetry age, revision lag and the servo's wake-ups over time.
+[[nodiscard]] Result<void> drawPicture(const RunResult& result, const std::filesystem::path& folder);
+
+}  // namespace haptics::stress
