@@ -111,14 +111,16 @@ std::vector<double> secondsToEqual(const Evidence& evidence, const RunPlan& plan
 nlohmann::ordered_json ages(const Evidence& evidence, const RunPlan& plan) {
   std::map<std::tuple<bool, bool>, std::vector<double>> ages_ms;
   std::vector<double> errors_ms;
-  std::uint64_t byDatagram = 0;
+  std::uint64_t asked = 0, byDatagram = 0;
   for (const ClientLife& life : evidence.lives) {
     if (life.stopped) continue;
     for (const Record& record : life.records) {
       const bool within = record.time_ns >= plan.began_ns && record.time_ns < plan.end_ns();
       if (record.kind != Kind::kView || (record.flags & Record::kAgeKnown) == 0 || !within) continue;
-      ages_ms[{life.datagrams, plan.cutShowsAt(record.time_ns)}].push_back(1e-6 * static_cast<double>(record.age_ns));
-      byDatagram += (record.flags & Record::kByDatagram) != 0 ? 1 : 0;
+      const bool datagram = (record.flags & Record::kByDatagram) != 0;
+      ages_ms[{datagram, plan.cutShowsAt(record.time_ns)}].push_back(1e-6 * static_cast<double>(record.age_ns));
+      asked += life.datagrams ? 1 : 0;
+      byDatagram += datagram ? 1 : 0;
       if (record.ageByClient_ns != 0) {
         errors_ms.push_back(1e-6 * std::abs(static_cast<double>(record.ageByClient_ns - record.age_ns)));
       }
@@ -131,9 +133,9 @@ nlohmann::ordered_json ages(const Evidence& evidence, const RunPlan& plan) {
           quantiles(ages_ms[{datagrams, inside}]);
     }
   }
-  // The others that asked for it took TCP, until the path was proven or once it was lost.
-  const auto asked = static_cast<double>(ages_ms[{true, false}].size() + ages_ms[{true, true}].size());
-  result["udp"]["share_by_datagram"] = asked > 0 ? static_cast<double>(byDatagram) / asked : 0;
+  // For the rest of their time those that asked for UDP had TCP: until the path was proven, or once it was lost.
+  result["udp"]["share_of_the_time_of_clients_that_asked"] =
+      asked > 0 ? static_cast<double>(byDatagram) / static_cast<double>(asked) : 0;
   result["error_of_the_clients_estimate"] = quantiles(errors_ms);
   return result;
 }

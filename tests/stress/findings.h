@@ -42,7 +42,7 @@ struct Edits {
 /// the quiet was over.
 [[nodiscard]] std::vector<double> secondsToEqual(const Evidence& evidence, const RunPlan& plan);
 
-/// Telemetry age in ms by path and phase, and the error of the clients' estimates of it.
+/// Telemetry age in ms by the path in use and phase, and the error of the clients' estimates of it.
 [[nodiscard]] nlohmann::ordered_json ages(const Evidence& evidence, const RunPlan& plan);
 
 struct MissedTicks {

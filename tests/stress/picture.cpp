@@ -47,7 +47,8 @@ eval::TimePanel agePanel(const RunResult& result) {
   for (const ClientLife& life : result.evidence.lives) {
     for (const Record& record : life.records) {
       if (life.stopped || record.kind != Record::Kind::kView || (record.flags & Record::kAgeKnown) == 0) continue;
-      (life.datagrams ? udp : tcp).add(record.time_ns, 1e-6 * static_cast<double>(record.age_ns));
+      ((record.flags & Record::kByDatagram) != 0 ? udp : tcp)
+          .add(record.time_ns, 1e-6 * static_cast<double>(record.age_ns));
     }
   }
   return {"Age of the newest sample, ms: the oldest of all clients'",
