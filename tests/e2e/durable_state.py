@@ -186,9 +186,9 @@ class DurableState(harness.EndToEnd):
             time.sleep(moments.uniform(0, 0.5))
             server.kill()
             server = self.start(server.address)
+            harness.wait_until(lambda: "going on at revision" in server.text(), PATIENCE_S, server.text)
             cut_off += "incomplete" in server.text()
             self.assertNotIn("ACCEPTED EDITS", server.text())
-            self.assertIn("going on at revision", server.text())
         for editor in editors:
             editor.join_checked()
 
