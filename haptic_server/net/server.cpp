@@ -20,11 +20,14 @@
 namespace haptics {
 namespace {
 
+using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 /// How often the servo's queue is emptied: the delay it adds to a sample's age. Shorter costs wake-ups beside the
-/// servo.
-constexpr milliseconds kDrainEvery{2};
+/// servo, so it is shorter only while a client wants more than a sample every other time.
+constexpr microseconds kDrainEvery{2000};
+constexpr microseconds kDrainForFastClients{500};
+constexpr double kFastClient_Hz = 250;
 /// How long stop() lets clients read why.
 constexpr milliseconds kStopGrace{200};
 /// Memory for uploads under way, being built and waiting for an edit, all clients together.
@@ -74,7 +77,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     room_.setListener([weak = weak_from_this()](const std::shared_ptr<const SceneHistory>& history) {
       if (const auto self = weak.lock()) self->post([history](Impl& impl) { impl.sceneChanged(history); });
     });
-    timer_ = loop_.every(kDrainEvery, [this] { onTimer(); });
+    drainEvery(kDrainEvery);
     thread_ = std::thread([this] { loop_.run(); });
   }
 
@@ -271,12 +274,21 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     for (auto& [number, connection] : connections_) connection->session.sceneChanged();
   }
 
+  void drainEvery(microseconds period) {
+    drainPeriod_ = period;
+    timer_ = loop_.every(period, [this] { onTimer(); });
+  }
+
   void onTimer() {
     const bool any = drainTelemetry();
+    bool anyFast = false;
     for (auto& [number, connection] : connections_) {
       if (any) connection->session.offerTelemetry(*lastSample_);
       connection->session.poll();
+      anyFast = anyFast || connection->session.telemetryRate_Hz() > kFastClient_Hz;
     }
+    const microseconds period = anyFast ? kDrainForFastClients : kDrainEvery;
+    if (period != drainPeriod_) drainEvery(period);
   }
 
   /// Whether there was a sample; the newest is then in lastSample_.
@@ -328,6 +340,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   std::uint16_t port_ = 0;
   std::optional<TlsContext> tls_;
   Timer timer_;
+  microseconds drainPeriod_{0};
   std::optional<Timer> stopTimer_;
   std::thread thread_;
 

@@ -66,6 +66,7 @@ class ServerSession {
   /// Closes without blame: the server stops, or a newer connection took the session over.
   void close(const std::string& why);
 
+  [[nodiscard]] double telemetryRate_Hz() const noexcept { return telemetry_.rate_Hz(); }  ///< 0: none wanted.
   [[nodiscard]] bool welcomed() const noexcept { return phase_ == Phase::kLive; }
   [[nodiscard]] SessionId id() const noexcept { return id_; }  ///< 0 until Hello.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }

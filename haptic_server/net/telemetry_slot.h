@@ -18,6 +18,7 @@ class TelemetrySlot {
     period_ns_ = rate_Hz > 0 ? static_cast<std::uint64_t>(1e9 * std::min(1 / rate_Hz, kLongestPeriod_s)) : 0;
     next_ns_ = 0;
   }
+  [[nodiscard]] double rate_Hz() const noexcept { return period_ns_ == 0 ? 0 : 1e9 / static_cast<double>(period_ns_); }
   void offer(const TelemetrySample& sample) noexcept {
     newest_ = sample;
     fresh_ = true;
