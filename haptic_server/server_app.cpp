@@ -145,14 +145,13 @@ class ServerApp::Impl {
   void startServo() {
     lockMemory(realtime_);
     wakeful_.emplace(realtime_);
-    std::atomic<bool> ready{false};
-    servoThread_ = std::thread([this, &ready] {
+    servoThread_ = std::thread([this] {
       becomeServoThread(options_.cpu, realtime_);
-      ready.store(true);
-      ready.notify_one();
+      servoReady_.store(true);
+      servoReady_.notify_one();
       servo_->run(stop_);
     });
-    ready.wait(false);
+    servoReady_.wait(false);
     for (const std::string& warning : realtime_.warnings) spdlog::warn("{}", warning);
   }
 
@@ -182,6 +181,7 @@ class ServerApp::Impl {
   SceneRoom room_;
   std::unique_ptr<ServoLoop> servo_;
   std::unique_ptr<Server> server_;
+  std::atomic<bool> servoReady_{false};
   std::atomic<bool> stop_{false};
   std::thread servoThread_;
 };
