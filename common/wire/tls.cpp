@@ -9,21 +9,14 @@
 #include <new>
 #include <utility>
 
+#include "common/credentials/openssl_handles.h"
+
 namespace haptics {
 namespace {
 
-template <auto kFree>
-struct FreeWith {
-  template <class T>
-  void operator()(T* object) const noexcept {
-    kFree(object);
-  }
-};
-using Context = std::unique_ptr<SSL_CTX, FreeWith<&SSL_CTX_free>>;
-using Session = std::unique_ptr<SSL, FreeWith<&SSL_free>>;
-using Certificate = std::unique_ptr<X509, FreeWith<&X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, FreeWith<&EVP_PKEY_free>>;
-using Bio = std::unique_ptr<BIO, FreeWith<&BIO_free>>;
+using openssl::Bio, openssl::Certificate, openssl::Key;
+using Context = openssl::Handle<SSL_CTX, &SSL_CTX_free>;
+using Session = openssl::Handle<SSL, &SSL_free>;
 
 constexpr std::size_t kMostInARecord_bytes = 16U << 10;
 /// First byte of TLS records: a handshake is what a client begins with; a server may also answer with an alert.

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <regex>
 
+#include "tests/common/temporary_folder.h"
+
 namespace haptics {
 namespace {
 
@@ -14,14 +16,7 @@ using testing::HasSubstr;
 
 class Credentials : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "haptics-credentials-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    parent = name;
-    folder = parent / "made";
-    ASSERT_TRUE(makeCredentials(folder));
-  }
-  void TearDown() override { fs::remove_all(parent); }
+  void SetUp() override { ASSERT_TRUE(makeCredentials(folder)); }
 
   static void write(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::trunc) << text; }
   static std::string read(const fs::path& file) {
@@ -29,7 +24,8 @@ class Credentials : public testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
 
-  fs::path parent, folder;
+  const test::TemporaryFolder parent;
+  const fs::path folder = parent / "made";
 };
 
 TEST_F(Credentials, GiveEachFileItsRoleAndNobodyElseOne) {

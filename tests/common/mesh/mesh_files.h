@@ -11,18 +11,13 @@
 #include <string_view>
 
 #include "common/mesh/import.h"
+#include "tests/common/temporary_folder.h"
 
 namespace haptics::testing {
 
 /// A folder of its own for each test, removed with it.
 class MeshFiles : public ::testing::Test {
  protected:
-  MeshFiles() {
-    std::string pattern = ::testing::TempDir() + "mesh_test_XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~MeshFiles() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path write(const std::string& name, std::string_view content) const {
     std::ofstream(folder_ / name, std::ios::binary) << content;
     return folder_ / name;
@@ -40,7 +35,7 @@ class MeshFiles : public ::testing::Test {
     return imported.error().reason;
   }
 
-  std::filesystem::path folder_;
+  const test::TemporaryFolder folder_;
 };
 
 /// The bytes of a value, as it lies in memory (little-endian).

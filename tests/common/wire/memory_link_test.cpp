@@ -2,26 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/common/wire/transport_end.h"
+
 namespace haptics {
 namespace {
 
-/// Remembers what happened at one end.
-struct End {
-  explicit End(std::unique_ptr<Transport> t) : transport(std::move(t)) { start(); }
-  void start() {
-    transport->start({.received = [this](std::span<const char> bytes) { heard.append(bytes.data(), bytes.size()); },
-                      .drained = [this] { ++drained; },
-                      .closed =
-                          [this](const std::string& why) {
-                            ++closed;
-                            reason = why;
-                          }});
-  }
-
-  std::unique_ptr<Transport> transport;
-  std::string heard, reason;
-  int drained = 0, closed = 0;
-};
+using End = test::TransportEnd;
 
 struct Pair {
   MemoryLink link;

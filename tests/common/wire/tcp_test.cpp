@@ -5,29 +5,16 @@
 #include <chrono>
 #include <utility>
 
+#include "tests/common/wire/transport_end.h"
+
 namespace haptics {
 namespace {
+
+using End = test::TransportEnd;
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::HasSubstr;
-
-/// One end of a connection and what it saw.
-struct End {
-  explicit End(std::unique_ptr<Transport> t) : transport(std::move(t)) {
-    transport->start({.received = [this](std::span<const char> bytes) { heard.append(bytes.data(), bytes.size()); },
-                      .drained = [this] { ++drained; },
-                      .closed =
-                          [this](const std::string& why) {
-                            ++closed;
-                            reason = why;
-                          }});
-  }
-
-  std::unique_ptr<Transport> transport;
-  std::string heard, reason;
-  int drained = 0, closed = 0;
-};
 
 class Tcp : public testing::Test {
  protected:

@@ -13,20 +13,22 @@
 #include "common/credentials/credentials.h"
 #include "common/wire/memory_link.h"
 #include "common/wire/tcp.h"
+#include "tests/common/temporary_folder.h"
+#include "tests/common/wire/transport_end.h"
 
 namespace haptics {
 namespace {
+
+using End = test::TransportEnd;
 
 using testing::HasSubstr;
 
 /// Credentials of a server, made once: key generation is not what is tested.
 struct Made {
   Made() {
-    std::string name = (std::filesystem::temp_directory_path() / "haptics-tls-XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
-    EXPECT_TRUE(makeCredentials(name));
-    server = readServerCredentials(name).value();
-    std::filesystem::remove_all(name);
+    const test::TemporaryFolder folder;
+    EXPECT_TRUE(makeCredentials(folder.path()));
+    server = readServerCredentials(folder.path()).value();
   }
   ServerCredentials server;
 };
@@ -44,28 +46,6 @@ TlsContext serverOf(const ServerCredentials& credentials) {
 TlsContext clientOf(const ServerCredentials& credentials) {
   return TlsContext::client(credentials.certificatePem).value();
 }
-
-/// Remembers what happened at one end.
-struct End {
-  explicit End(std::unique_ptr<Transport> t) : transport(std::move(t)) {
-    transport->start({.received =
-                          [this](std::span<const char> bytes) {
-                            heard.append(bytes.data(), bytes.size());
-                            if (then) then();
-                          },
-                      .drained = [this] { ++drained; },
-                      .closed =
-                          [this](const std::string& why) {
-                            ++closed;
-                            reason = why;
-                          }});
-  }
-
-  std::unique_ptr<Transport> transport;
-  std::function<void()> then;
-  std::string heard, reason;
-  int drained = 0, closed = 0;
-};
 
 struct Pair {
   explicit Pair(const TlsContext& clientSide = clientOf(one()), const TlsContext& serverSide = serverOf(one()))

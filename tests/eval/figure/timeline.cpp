@@ -15,7 +15,7 @@
 namespace haptics::eval {
 namespace {
 
-constexpr double kLeft = 90, kRight = 30, kWidth = 1500, kPanel = 250, kGap = 62, kHeader = 150, kEvents = 110,
+constexpr double kLeft = 90, kRight = 50, kWidth = 1500, kPanel = 250, kGap = 62, kHeader = 150, kEvents = 110,
                  kFoot = 60;
 constexpr double kLine = 26;
 constexpr int kTitleFont = 30, kTextFont = 19, kSmallFont = 15, kTicks = 10;

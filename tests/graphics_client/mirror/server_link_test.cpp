@@ -12,6 +12,7 @@
 #include "common/clock/monotonic.h"
 #include "common/mesh/mesh_asset.h"
 #include "common/wire/tcp.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
 // Real sockets and threads; nothing here depends on how fast they are.
@@ -192,13 +193,11 @@ TEST(ServerLink, ShowsThatItWasRefused) {
 }
 
 TEST(ServerLink, WithCredentialsSaysAtOnceThatTheServerSpeaksPlainly) {
-  std::string folder = (std::filesystem::temp_directory_path() / "haptics-link-XXXXXX").string();
-  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
-  ASSERT_TRUE(makeCredentials(folder));
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(makeCredentials(folder.path()));
   TcpFakeServer fake;
   ServerLink::Options options = to(fake.where());
-  options.credentials = readClientCredentials(std::filesystem::path(folder) / kEditorFile).value();
-  std::filesystem::remove_all(folder);
+  options.credentials = readClientCredentials(folder / kEditorFile).value();
   fake.run([&] { fake.speaksFirst = true; });
   const ServerLink link(options);
   const auto view = link.waitUntil([](const MirrorView& v) { return v.link == LinkState::kRefused; }, kPatience);

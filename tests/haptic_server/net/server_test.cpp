@@ -12,6 +12,7 @@
 
 #include "common/wire/tcp.h"
 #include "common/wire/tls.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/net/session_world.h"
 
 namespace haptics {
@@ -107,12 +108,10 @@ class ServerTest : public ::testing::Test {
 
   /// A server that wants credentials, in place of the one that does not; clients get its viewer.credentials.
   void secureServer() {
-    std::string folder = (std::filesystem::temp_directory_path() / "haptics-server-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(folder.data()), nullptr);
-    ASSERT_TRUE(makeCredentials(folder));
-    credentials = readServerCredentials(folder).value();
-    viewer = readClientCredentials(std::filesystem::path(folder) / kViewerFile).value();
-    std::filesystem::remove_all(folder);
+    const test::TemporaryFolder folder;
+    ASSERT_TRUE(makeCredentials(folder.path()));
+    credentials = readServerCredentials(folder.path()).value();
+    viewer = readClientCredentials(folder / kViewerFile).value();
     tls = TlsContext::client(viewer.serverCertificatePem).value();
     server->stop();
     server = Server::listen(options(), room).value();

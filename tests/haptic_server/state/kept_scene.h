@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -10,28 +9,10 @@
 
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/state/state_folder.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics::test {
-
-/// A folder of its own below `where`, removed at the end.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(const std::filesystem::path& where = std::filesystem::temp_directory_path()) {
-    std::string pattern = (where / "haptics-state-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-    path_ = pattern;
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// A sequencer that keeps its edits in a folder, as a server does, from one start to the next.
 class KeptScene {
