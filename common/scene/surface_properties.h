@@ -1,0 +1,126 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "common/hash/content_hash.h"
+#include "common/maths/vec.h"
+
+// How an object's surface feels beyond its shape (section 4 of the paper), as records: plain data that both databases
+// hold, compare and hash. Lengths in metres, angles in radians, points and directions in the object's frame.
+namespace haptics {
+
+// ---- Dimensionless scalar fields over a surface: f of a texture's height and of friction's variation ----
+
+struct FourierTerm {
+  double amplitude = 1;  ///< Not 0.
+  Vec3 direction{0};     ///< Unit, object frame: across the waves.
+  double wavelength_m = 0;
+  double phase_rad = 0;
+  bool operator==(const FourierTerm&) const = default;
+};
+
+/// f = sum of amplitude * cos(2 pi (x . direction) / wavelength + phase). One term is a grating.
+struct FourierFamily {
+  std::vector<FourierTerm> terms;  ///< 1 to 64.
+  bool operator==(const FourierFamily&) const = default;
+};
+
+/// Gradient noise (Perlin). More octaves than one make a fractal: each has half the wavelength and `persistence` times
+/// the amplitude of the one before.
+struct NoiseFamily {
+  double wavelength_m = 0;  ///< Of the first octave's lattice.
+  std::uint32_t octaves = 1;
+  double persistence = 0.5;
+  std::uint32_t seed = 1;
+  bool operator==(const NoiseFamily&) const = default;
+};
+
+/// Distance to the nearest of randomly placed points (Worley), in cells.
+struct CellularFamily {
+  double cell_m = 0;
+  double smoothness = 0.1;  ///< Of the minimum over the points, in cells: where two are as near, f is C1.
+  std::uint32_t seed = 1;
+  bool operator==(const CellularFamily&) const = default;
+};
+
+/// Sandpaper: random with mean 0 and variance 1 everywhere.
+struct GrainFamily {
+  double grain_m = 0;  ///< Side of the lattice.
+  std::uint32_t seed = 1;
+  bool operator==(const GrainFamily&) const = default;
+};
+
+/// Two-stage mapping (Bier & Sloan 1986): a plane field wrapped round an intermediate surface, and that one on to the
+/// object.
+struct Mapping {
+  enum class Shape : std::uint8_t { kPlane = 1, kCube, kCylinder, kSphere };
+  Shape shape = Shape::kPlane;
+  Vec3 centre{0};             ///< Of the intermediate surface, object frame.
+  Quat rotation{1, 0, 0, 0};  ///< Its frame to the object's; its axis is z.
+  /// Side of one tile of the field. Round a cylinder or sphere: the whole turn holds the whole number of tiles nearest
+  /// to it.
+  double tile_m = 0;
+  bool operator==(const Mapping&) const = default;
+};
+
+/// An image or a computed field (reaction-diffusion, spot noise), which is an asset of its own.
+struct MappedFamily {
+  ContentHash field;  ///< Of a sampled field.
+  Mapping mapping;
+  bool operator==(const MappedFamily&) const = default;
+};
+
+using FieldFamily = std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily>;
+
+// ---- Properties ----
+
+/// A line given by its vertices in the mesh's canonical numbering, the smaller first.
+using Crease = std::array<std::uint32_t, 2>;
+
+/// Force shading: one direction of the force over the whole of a rounded surface.
+struct Shading {
+  double crease_rad = 0;        ///< In (0, pi]. Lines whose faces' normals differ by more stay sharp.
+  std::vector<Crease> creases;  ///< Lines that stay sharp whatever their angle; ascending, each once.
+  bool operator==(const Shading&) const = default;
+};
+
+/// One factor per vertex, linear in between.
+struct PerVertexScale {
+  ContentHash values;  ///< Of an asset: a float >= 0 for each vertex, canonical numbering.
+  bool operator==(const PerVertexScale&) const = default;
+};
+
+/// Stick and slide. Over a field f: mu(x) = mu * max(0, 1 + variation * f(x)); per vertex: mu(x) = mu * scale(x).
+struct Friction {
+  double mu_static = 0, mu_dynamic = 0;  ///< 0 <= mu_dynamic <= mu_static <= 10.
+  double variation = 0;                  ///< Of a field; 0 without one.
+  std::variant<std::monostate, FieldFamily, PerVertexScale> over;
+  bool operator==(const Friction&) const = default;
+};
+
+/// Height of the felt surface over the geometric one: h = amplitude * (f - lowest f), and the force that comes of it.
+struct Texture {
+  enum class Law : std::uint8_t {
+    kHo1999 = 1,  ///< Eqs. (4a), (4b).
+    kBump,        ///< F = d M with M as in Eq. (2), not normalised.
+  };
+  Law law = Law::kHo1999;
+  FieldFamily family;
+  double amplitude_m = 0;  ///< > 0.
+  bool literal = false;    ///< h = amplitude * f instead: below 0 it is a pit.
+  double gain_K = 1.5;     ///< K of Eq. (4), in (0, 2].
+  bool operator==(const Texture&) const = default;
+};
+
+struct SurfaceProperties {
+  std::optional<Shading> shading;
+  std::optional<Friction> friction;
+  std::optional<Texture> texture;
+  bool operator==(const SurfaceProperties&) const = default;
+};
+
+}  // namespace haptics
