@@ -55,14 +55,17 @@ struct GrainFamily {
 };
 
 /// Two-stage mapping (Bier & Sloan 1986): a plane field wrapped round an intermediate surface, and that one on to the
-/// object.
+/// object along the intermediate surface's normal (common/surface/mapping.h).
 struct Mapping {
   enum class Shape : std::uint8_t { kPlane = 1, kCube, kCylinder, kSphere };
   Shape shape = Shape::kPlane;
   Vec3 centre{0};             ///< Of the intermediate surface, object frame.
   Quat rotation{1, 0, 0, 0};  ///< Its frame to the object's; its axis is z.
-  /// Side of one tile of the field. Round a cylinder or sphere: the whole turn holds the whole number of tiles nearest
-  /// to it.
+  /// Sides of the box around the intermediate surface, in its frame, each > 0: a cube may be any box; a cylinder or a
+  /// sphere has the diameter size_m.x; a plane needs none. Left out of an edit: those of the mesh.
+  Vec3 size_m{1};
+  /// Side of one tile of the field, along its rows. Round a cylinder or sphere: the whole turn holds the whole number of
+  /// tiles nearest to it.
   double tile_m = 0;
   bool operator==(const Mapping&) const = default;
 };
