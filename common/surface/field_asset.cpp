@@ -1,0 +1,68 @@
+#include "common/surface/field_asset.h"
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <span>
+
+namespace haptics {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "canonical bytes are little-endian");
+
+constexpr std::uint32_t kVersion = 1;
+
+struct Header {
+  std::array<char, 4> magic{'H', 'S', 'F', 'D'};
+  std::uint32_t version = kVersion;
+  std::uint32_t width = 0, height = 0;
+};
+static_assert(sizeof(Header) == 16, "the header is copied as it lies");
+
+Header headerOf(const SampledField& field) {
+  Header header;
+  header.width = field.width();
+  header.height = field.height();
+  return header;
+}
+
+}  // namespace
+
+std::string encodeField(const SampledField& field) {
+  const Header header = headerOf(field);
+  const auto samples = std::as_bytes(field.samples());
+  std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
+  bytes.append(reinterpret_cast<const char*>(samples.data()), samples.size());
+  return bytes;
+}
+
+Result<SampledField> decodeField(std::string_view bytes) {
+  Header header;
+  if (bytes.size() < sizeof header) {
+    return refused("header", "the asset has " + std::to_string(bytes.size()) + " bytes; its header alone takes " +
+                                 std::to_string(sizeof header));
+  }
+  std::memcpy(&header, bytes.data(), sizeof header);
+  if (header.magic != Header{}.magic) return refused("magic", "is not \"HSFD\": the asset is not a scalar field");
+  if (header.version != kVersion) {
+    return refused("version",
+                   "is " + std::to_string(header.version) + "; this program reads " + std::to_string(kVersion));
+  }
+  if (auto ok = checkSides(header.width, header.height); !ok) return tl::unexpected(std::move(ok).error());
+  const std::size_t count = std::size_t{header.width} * header.height;
+  const std::size_t size = sizeof header + sizeof(float) * count;
+  if (bytes.size() != size) {
+    return refused("size", "is " + std::to_string(bytes.size()) + " bytes; " + std::to_string(header.width) + " * " +
+                               std::to_string(header.height) + " samples take " + std::to_string(size));
+  }
+  std::vector<float> samples(count);
+  bytes.substr(sizeof header).copy(reinterpret_cast<char*>(samples.data()), sizeof(float) * samples.size());
+  return SampledField::make(header.width, header.height, std::move(samples));
+}
+
+ContentHash hashOf(const SampledField& field) {
+  const Header header = headerOf(field);
+  return Hasher().add(std::as_bytes(std::span(&header, 1))).add(std::as_bytes(field.samples())).finish();
+}
+
+}  // namespace haptics

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "common/scene/surface_properties.h"
+#include "common/surface/scalar_field.h"
+#include "common/surface/wave_range.h"
+
+namespace haptics {
+
+/// A Fourier series: a sum of plane waves. One wave is a grating; wavelengths that halve with the amplitudes are a fractal.
+/// Bounds of slope and curvature: the waves' own added up, never passed.
+class FourierField final : public ScalarField {
+ public:
+  explicit FourierField(const FourierFamily& family);
+  [[nodiscard]] FieldSample at(Vec3 point) const noexcept override;
+
+ private:
+  std::vector<PlaneWave> waves_;
+
+  explicit FourierField(std::vector<PlaneWave> waves);
+};
+
+}  // namespace haptics

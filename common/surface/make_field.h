@@ -1,0 +1,21 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "common/error/error.h"
+#include "common/scene/surface_properties.h"
+#include "common/surface/sampled_field.h"
+#include "common/surface/scalar_field.h"
+
+namespace haptics {
+
+/// The sampled field of that content, or null.
+using FieldLookup = std::function<std::shared_ptr<const SampledField>(const ContentHash&)>;
+
+/// The field that a record describes, as server and viewer evaluate it. The record's numbers have been checked
+/// (common/wire). Takes milliseconds at most. Refused: a sampled field that the lookup does not know.
+[[nodiscard]] Result<std::shared_ptr<const ScalarField>> makeField(const FieldFamily& family,
+                                                                   const FieldLookup& lookup);
+
+}  // namespace haptics

@@ -1,0 +1,226 @@
+#include "common/surface/mapped_field.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "common/surface/fade.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kBlend = 0.2;         ///< Part of half a box's side over which its faces go over into each other.
+constexpr double kFlatWithin = 0.125;  ///< Of the radius: there the field is its mean,
+constexpr double kWholeBeyond = 0.25;  ///< and from here on itself.
+
+/// Plane field, scaled: coordinates in metres from the middle of a tile.
+class Tiles {
+ public:
+  Tiles(std::shared_ptr<const SampledField> field, double tile_m)
+      : field_(std::move(field)),
+        perMetre_(field_->width() / tile_m),
+        middle_(0.5 * (field_->width() - 1.0), 0.5 * (field_->height() - 1.0)) {}
+
+  struct Sample {
+    double value;
+    glm::dvec2 gradient;  // 1/m
+  };
+  [[nodiscard]] Sample at(double x_m, double y_m) const noexcept {
+    const SampledField::Sample s = field_->at(x_m * perMetre_ + middle_.x, y_m * perMetre_ + middle_.y);
+    return {s.value, s.gradient * perMetre_};
+  }
+  [[nodiscard]] double mean() const noexcept { return field_->mean(); }
+  [[nodiscard]] FieldBounds bounds() const noexcept {
+    const SplineBounds& b = field_->bounds();
+    return {b.lowest, b.highest, b.slope * perMetre_, b.curvature * perMetre_ * perMetre_};
+  }
+  /// Two samples: what the grid can hold.
+  [[nodiscard]] double shortestWavelength_m() const noexcept { return 2 / perMetre_; }
+
+ private:
+  std::shared_ptr<const SampledField> field_;
+  double perMetre_;
+  glm::dvec2 middle_;
+};
+
+/// Of the intermediate surface.
+class Frame {
+ public:
+  explicit Frame(const Mapping& mapping)
+      : toSurface_(glm::transpose(glm::mat3_cast(mapping.rotation))), centre_(mapping.centre) {}
+
+  [[nodiscard]] Vec3 local(Vec3 point) const noexcept { return toSurface_ * (point - centre_); }
+  [[nodiscard]] Vec3 gradient(Vec3 local) const noexcept { return local * toSurface_; }
+
+ private:
+  glm::dmat3 toSurface_;
+  Vec3 centre_;
+};
+
+/// A field and its mean: 0 gives the mean, 1 the field.
+Ramp presence(double distance) noexcept {
+  const double t = (distance - kFlatWithin) / (kWholeBeyond - kFlatWithin);
+  if (t <= 0) return {0, 0};
+  if (t >= 1) return {1, 0};
+  const Ramp r = fade(t);
+  return {r.value, r.slope / (kWholeBeyond - kFlatWithin)};
+}
+
+class OnPlane final : public ScalarField {
+ public:
+  OnPlane(const Tiles& tiles, const Mapping& mapping)
+      : ScalarField(tiles.bounds(), tiles.shortestWavelength_m()), tiles_(tiles), frame_(mapping) {}
+
+  [[nodiscard]] FieldSample at(Vec3 point) const noexcept override {
+    const Vec3 p = frame_.local(point);
+    const Tiles::Sample s = tiles_.at(p.x, p.y);
+    return {s.value, frame_.gradient({s.gradient, 0})};
+  }
+
+ private:
+  Tiles tiles_;
+  Frame frame_;
+};
+
+class AroundAxis final : public ScalarField {
+ public:
+  AroundAxis(const Tiles& tiles, const Mapping& mapping)
+      : ScalarField(boundsOf(tiles, mapping), tiles.shortestWavelength_m()),
+        tiles_(tiles),
+        frame_(mapping),
+        radius_m_(0.5 * mapping.size_m.x),
+        sphere_(mapping.shape == Mapping::Shape::kSphere) {}
+
+  /// Side of the tiles of which the turn holds a whole number.
+  [[nodiscard]] static double wholeTile_m(const Mapping& mapping) {
+    const double turn_m = std::numbers::pi * mapping.size_m.x;
+    return turn_m / std::max(1.0, std::round(turn_m / mapping.tile_m));
+  }
+
+  [[nodiscard]] FieldSample at(Vec3 point) const noexcept override {
+    const Vec3 p = frame_.local(point);
+    const double fromAxis = std::sqrt(p.x * p.x + p.y * p.y);
+    const Ramp present = presence(fromAxis / radius_m_);
+    if (present.value == 0) return {tiles_.mean(), Vec3(0)};
+
+    const Vec3 outward(p.x / fromAxis, p.y / fromAxis, 0);
+    const Vec3 alongTurn = (radius_m_ / fromAxis) * Vec3(-outward.y, outward.x, 0);
+    const double turn_m = radius_m_ * std::atan2(p.y, p.x);
+    double height_m = p.z;
+    Vec3 alongHeight(0, 0, 1);
+    if (sphere_) {
+      height_m = radius_m_ * std::atan2(p.z, fromAxis);
+      alongHeight = (radius_m_ / (fromAxis * fromAxis + p.z * p.z)) * (Vec3(0, 0, fromAxis) - p.z * outward);
+    }
+
+    const Tiles::Sample s = tiles_.at(turn_m, height_m);
+    const double above = s.value - tiles_.mean();
+    const Vec3 gradient = present.value * (s.gradient.x * alongTurn + s.gradient.y * alongHeight) +
+                          above * present.slope / radius_m_ * outward;
+    return {tiles_.mean() + present.value * above, frame_.gradient(gradient)};
+  }
+
+ private:
+  Tiles tiles_;
+  Frame frame_;
+  double radius_m_;
+  bool sphere_;
+
+  /// The coordinates' own curvature adds slope / radius.
+  [[nodiscard]] static FieldBounds boundsOf(const Tiles& tiles, const Mapping& mapping) {
+    FieldBounds bounds = tiles.bounds();
+    bounds.curvature_per_m2 += bounds.slope_per_m / (0.5 * mapping.size_m.x);
+    return bounds;
+  }
+};
+
+class OnBox final : public ScalarField {
+ public:
+  OnBox(const Tiles& tiles, const Mapping& mapping)
+      : ScalarField(boundsOf(tiles, mapping), tiles.shortestWavelength_m()),
+        tiles_(tiles),
+        frame_(mapping),
+        half_m_(0.5 * mapping.size_m) {}
+
+  [[nodiscard]] FieldSample at(Vec3 point) const noexcept override {
+    const Vec3 p = frame_.local(point);
+    const Vec3 part = glm::abs(p) / half_m_;
+    const int largest = part.x >= part.y ? (part.x >= part.z ? 0 : 2) : (part.y >= part.z ? 1 : 2);
+    const Ramp present = presence(part[largest]);
+    if (present.value == 0) return {tiles_.mean(), Vec3(0)};
+    // How |p| / half a side changes along its axis.
+    const Vec3 outward(std::copysign(1 / half_m_.x, p.x), std::copysign(1 / half_m_.y, p.y),
+                       std::copysign(1 / half_m_.z, p.z));
+
+    double weights = 0, sum = 0;
+    Vec3 weightsSlope(0), sumSlope(0);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double ratio = part[axis] / part[largest];
+      if (ratio <= 1 - kBlend) continue;
+      const Ramp w = fade((ratio - (1 - kBlend)) / kBlend);
+      Vec3 slope(0);
+      slope[axis] += outward[axis];
+      slope[largest] -= ratio * outward[largest];
+      slope *= w.slope / (kBlend * part[largest]);
+      const FieldSample face = onFace(axis, p);
+      weights += w.value;
+      weightsSlope += slope;
+      sum += w.value * face.value;
+      sumSlope += w.value * face.gradient + slope * face.value;
+    }
+    const double blended = sum / weights;
+    const Vec3 blendedSlope = (sumSlope - blended * weightsSlope) / weights;
+
+    const double above = blended - tiles_.mean();
+    Vec3 gradient = present.value * blendedSlope;
+    gradient[largest] += above * present.slope * outward[largest];
+    return {tiles_.mean() + present.value * above, frame_.gradient(gradient)};
+  }
+
+ private:
+  Tiles tiles_;
+  Frame frame_;
+  Vec3 half_m_;
+
+  /// The field on the face that the axis goes through, laid on it so that it is not mirrored from outside.
+  [[nodiscard]] FieldSample onFace(int axis, Vec3 p) const noexcept {
+    const double side = std::copysign(1, p[axis]);
+    const auto [right, up, sign] = std::array{Face{1, 2, side}, Face{0, 2, -side}, Face{0, 1, side}}[axis];
+    const Tiles::Sample s = tiles_.at(sign * p[right], p[up]);
+    Vec3 gradient(0);
+    gradient[right] = sign * s.gradient.x;
+    gradient[up] = s.gradient.y;
+    return {s.value, gradient};
+  }
+  struct Face {
+    int right, up;
+    double sign;
+  };
+
+  /// Blending from one face to another adds the weights' slope, at most 15/16 of 1 / blended length, to that of the field.
+  [[nodiscard]] static FieldBounds boundsOf(const Tiles& tiles, const Mapping& mapping) {
+    FieldBounds bounds = tiles.bounds();
+    const double narrowest_m = 0.5 * kBlend * std::min({mapping.size_m.x, mapping.size_m.y, mapping.size_m.z});
+    const double range = bounds.highest - bounds.lowest, slope = bounds.slope_per_m;
+    bounds.slope_per_m += range / narrowest_m;
+    bounds.curvature_per_m2 += 2 * slope / narrowest_m + 3 * range / (narrowest_m * narrowest_m);
+    return bounds;
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<const ScalarField> makeMappedField(std::shared_ptr<const SampledField> field, const Mapping& mapping) {
+  switch (mapping.shape) {
+    case Mapping::Shape::kPlane:
+      return std::make_shared<const OnPlane>(Tiles(std::move(field), mapping.tile_m), mapping);
+    case Mapping::Shape::kCube:
+      return std::make_shared<const OnBox>(Tiles(std::move(field), mapping.tile_m), mapping);
+    case Mapping::Shape::kCylinder:
+    case Mapping::Shape::kSphere:
+      return std::make_shared<const AroundAxis>(Tiles(std::move(field), AroundAxis::wholeTile_m(mapping)), mapping);
+  }
+  return nullptr;
+}
+
+}  // namespace haptics

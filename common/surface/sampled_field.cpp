@@ -1,0 +1,73 @@
+#include "common/surface/sampled_field.h"
+
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "common/surface/cubic_spline.h"
+
+namespace haptics {
+namespace {
+
+/// Into [0, period), whole and fraction.
+struct Split {
+  std::size_t cell;
+  double within;
+};
+Split split(double x, std::uint32_t period) noexcept {
+  const double wrapped = x - period * std::floor(x / period);
+  const auto cell = static_cast<std::size_t>(wrapped);
+  return cell < period ? Split{cell, wrapped - static_cast<double>(cell)} : Split{0, 0};  // rounding may reach the end
+}
+
+}  // namespace
+
+Result<void> checkSides(std::uint32_t width, std::uint32_t height) {
+  for (const auto& [name, side] : {std::pair("width", width), std::pair("height", height)}) {
+    if (side >= kMinFieldSide && side <= kMaxFieldSide) continue;
+    return refused(name, "is " + std::to_string(side) + " samples; " + std::to_string(kMinFieldSide) + " to " +
+                             std::to_string(kMaxFieldSide) + " are taken");
+  }
+  return {};
+}
+
+Result<SampledField> SampledField::make(std::uint32_t width, std::uint32_t height, std::vector<float> samples) {
+  if (auto ok = checkSides(width, height); !ok) return tl::unexpected(std::move(ok).error());
+  if (samples.size() != std::size_t{width} * height) {
+    return refused("samples", "are " + std::to_string(samples.size()) + "; width * height is " +
+                                  std::to_string(std::size_t{width} * height));
+  }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (!(std::abs(samples[i]) <= kMaxFieldValue)) {
+      return refused("samples[" + std::to_string(i) + "]",
+                     "is not a finite number of at most " + std::to_string(static_cast<int>(kMaxFieldValue)));
+    }
+  }
+  SplineGrid grid = interpolatingGrid(width, height, samples);
+  return SampledField(std::move(samples), std::move(grid));
+}
+
+SampledField::SampledField(std::vector<float> samples, SplineGrid grid)
+    : samples_(std::move(samples)),
+      grid_(std::move(grid)),
+      bounds_(boundsOf(grid_, samples_)),
+      mean_(std::accumulate(samples_.begin(), samples_.end(), 0.0) / static_cast<double>(samples_.size())) {}
+
+SampledField::Sample SampledField::at(double x, double y) const noexcept {
+  const auto [cellX, withinX] = split(x, grid_.width);
+  const auto [cellY, withinY] = split(y, grid_.height);
+  const SplineWeights wx = splineWeights(withinX), wy = splineWeights(withinY);
+
+  const float* row = grid_.around(cellX, cellY);
+  glm::dvec4 column(0), columnSlope(0);
+  for (int i = 0; i < 4; ++i, row += grid_.stride()) {
+    const glm::dvec4 coefficients(row[0], row[1], row[2], row[3]);
+    column += wy.value[i] * coefficients;
+    columnSlope += wy.slope[i] * coefficients;
+  }
+  const glm::dvec4 value(wx.value[0], wx.value[1], wx.value[2], wx.value[3]);
+  const glm::dvec4 slope(wx.slope[0], wx.slope[1], wx.slope[2], wx.slope[3]);
+  return {glm::dot(value, column), {glm::dot(slope, column), glm::dot(value, columnSlope)}};
+}
+
+}  // namespace haptics
