@@ -34,5 +34,30 @@ TEST(RmsAbove, IsNotFooledByAnOffsetOrASlowRamp) {
 
 TEST(RmsAbove, OfAlmostNothingIsNothing) { EXPECT_EQ(rmsAbove(100, tone(210, 3), kPeriod), 0); }
 
+std::vector<double> wave(double periods, std::size_t samples) {
+  std::vector<double> signal;
+  for (std::size_t i = 0; i < samples; ++i) {
+    signal.push_back(3 +
+                     std::sin(2 * std::numbers::pi * periods * static_cast<double>(i) / static_cast<double>(samples)));
+  }
+  return signal;
+}
+
+TEST(PowerSpectrum, DividesTheMeanSquareOfTheSignalWithoutItsMean) {
+  for (const std::size_t samples : {480, 481, 512}) {
+    double sum = 0;
+    for (const double power : powerSpectrum(wave(31.3, samples))) sum += power;
+    EXPECT_NEAR(sum, 0.5, 0.01) << samples;
+  }
+}
+
+TEST(PowerSpectrum, PeaksWhereTheWaveIsAlsoBetweenTwoElements) {
+  for (const double periods : {17.0, 17.3, 17.5, 40.9}) {
+    EXPECT_NEAR(peakOf(powerSpectrum(wave(periods, 640))), periods, 0.06);
+  }
+}
+
+TEST(PowerSpectrum, HasNoPeakWhereNothingChanges) { EXPECT_EQ(peakOf(powerSpectrum(std::vector<double>(64, 2.0))), 0); }
+
 }  // namespace
 }  // namespace haptics::eval
