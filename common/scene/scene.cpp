@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <unordered_set>
+#include <utility>
 
 namespace haptics {
 
@@ -12,7 +13,14 @@ ContentHash ObjectRecord::hash() const {
   h.add(pose.position.x).add(pose.position.y).add(pose.position.z);
   h.add(material.stiffness_N_per_m).add(material.damping_Ns_per_m);
   h.add(material.color.red).add(material.color.green).add(material.color.blue);
+  addTo(h, material.surface);
   return h.finish();
+}
+
+std::vector<AssetName> ObjectRecord::assets() const {
+  std::vector<AssetName> names = assetsOf(material.surface);
+  names.insert(names.begin(), {AssetKind::kMesh, mesh});
+  return names;
 }
 
 SceneVersion::SceneVersion() { updateRoot(); }
@@ -107,6 +115,7 @@ Material edited(Material material, const MaterialEdit& edit) {
   material.stiffness_N_per_m = edit.stiffness_N_per_m.value_or(material.stiffness_N_per_m);
   material.damping_Ns_per_m = edit.damping_Ns_per_m.value_or(material.damping_Ns_per_m);
   material.color = edit.color.value_or(material.color);
+  material.surface = edited(std::move(material.surface), edit.surface);
   return material;
 }
 

@@ -10,6 +10,9 @@
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
 #include "common/maths/vec.h"
+#include "common/scene/asset_source.h"
+#include "common/scene/surface_edits.h"
+#include "common/scene/surface_properties.h"
 
 namespace haptics {
 
@@ -24,6 +27,7 @@ struct Material {
   double stiffness_N_per_m = 800;
   double damping_Ns_per_m = 0.5;
   Color color;
+  SurfaceProperties surface = {};
   bool operator==(const Material&) const = default;
 };
 
@@ -39,6 +43,8 @@ struct ObjectRecord {
   bool operator==(const ObjectRecord&) const = default;
   /// SHA-256 over all fields in declaration order, canonical form (Hasher).
   [[nodiscard]] ContentHash hash() const;
+  /// What it names by content, the mesh first.
+  [[nodiscard]] std::vector<AssetName> assets() const;
 };
 
 /// One accepted transaction: absolute records, so that applying is replacing.
@@ -111,12 +117,6 @@ struct TorusSource {
   double majorRadius_m = 0, minorRadius_m = 0;
   std::uint32_t majorSegments = 128, minorSegments = 64;
 };
-struct FileSource {
-  std::string path;
-};  ///< Relative, below an asset folder.
-struct AssetSource {
-  ContentHash hash;
-};  ///< A mesh that the server holds.
 
 struct MeshSource {
   std::variant<BoxSource, SphereSource, CylinderSource, TorusSource, FileSource, AssetSource> source;
@@ -132,7 +132,8 @@ struct PoseEdit {
 
 struct MaterialEdit {
   std::optional<double> stiffness_N_per_m, damping_Ns_per_m;
-  std::optional<Color> color;
+  std::optional<Color> color = std::nullopt;
+  SurfaceEdit surface = {};
 };
 
 struct AddObject {

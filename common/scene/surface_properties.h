@@ -8,6 +8,7 @@
 
 #include "common/hash/content_hash.h"
 #include "common/maths/vec.h"
+#include "common/scene/asset_source.h"
 
 // How an object's surface feels beyond its shape (section 4 of the paper), as records: plain data that both databases
 // hold, compare and hash. Lengths in metres, angles in radians, points and directions in the object's frame.
@@ -125,5 +126,10 @@ struct SurfaceProperties {
   std::optional<Texture> texture;
   bool operator==(const SurfaceProperties&) const = default;
 };
+
+/// In canonical form; nothing for a surface without properties.
+void addTo(Hasher& hasher, const SurfaceProperties& properties);
+/// What the properties name by content.
+[[nodiscard]] std::vector<AssetName> assetsOf(const SurfaceProperties& properties);
 
 }  // namespace haptics

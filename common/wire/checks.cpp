@@ -8,23 +8,13 @@
 namespace haptics {
 namespace {
 
-/// Off 1 by more than this is a mistake, not rounding (scene.proto, Quaternion).
-constexpr double kRotationLengthTolerance = 1e-3;
-
-/// The shortest text that reads well: 0.1, 1e+06, nan.
-std::string text(double number) {
-  std::ostringstream out;
-  out << number;
-  return out.str();
-}
-
-Refusal outside(const std::string& field, double value, const std::string& right) {
-  return Error{field, "is " + text(value) + "; " + right};
-}
+/// Off 1 by more than this is a mistake, not rounding (scene.proto, Quaternion and FourierTerm).
+constexpr double kUnitLengthTolerance = 1e-3;
 
 Refusal checkCoordinate(double value, const std::string& field) {
   if (std::abs(value) <= kMaxCoordinate_m) return std::nullopt;  // false for NaN
-  return outside(field, value, "give metres from -" + text(kMaxCoordinate_m) + " to " + text(kMaxCoordinate_m));
+  return outside(field, value,
+                 "give metres from -" + numberText(kMaxCoordinate_m) + " to " + numberText(kMaxCoordinate_m));
 }
 
 Refusal checkShare(float value, const std::string& field) {
@@ -33,6 +23,45 @@ Refusal checkShare(float value, const std::string& field) {
 }
 
 }  // namespace
+
+std::string numberText(double number) {
+  std::ostringstream out;
+  out << number;
+  return out.str();
+}
+
+Error outside(const std::string& field, double value, const std::string& right) {
+  return {field, "is " + numberText(value) + "; " + right};
+}
+
+Refusal checkRange(double value, const Range& range, const std::string& field) {
+  if (value >= range.least && value <= range.most) return std::nullopt;  // false for NaN
+  return outside(field, value, "give " + numberText(range.least) + " to " + numberText(range.most) + range.unit);
+}
+
+Refusal checkAbove0(double value, double most, const char* unit, const std::string& field) {
+  if (value > 0 && value <= most) return std::nullopt;
+  return outside(field, value, "give more than 0 and at most " + numberText(most) + unit);
+}
+
+Refusal checkUnitVector(const v1::Vector3& vector, const std::string& field) {
+  const double length = std::sqrt(vector.x() * vector.x() + vector.y() * vector.y() + vector.z() * vector.z());
+  if (std::abs(length - 1) <= kUnitLengthTolerance) return std::nullopt;
+  return Error{field, "has length " + numberText(length) + "; a direction has length 1"};
+}
+
+Refusal checkFilePath(const std::string& path, const std::string& field) {
+  if (path.empty()) return Error{field, "is empty; give a path below the server's asset folder"};
+  if (path.size() > kMaxPathLength) {
+    return Error{field, "has more than " + std::to_string(kMaxPathLength) + " characters"};
+  }
+  if (path.find('\0') != std::string::npos) return Error{field, "holds a zero byte"};
+  if (path.front() == '/') return Error{field, "is absolute; give a path below the server's asset folder"};
+  if (("/" + path + "/").find("/../") != std::string::npos) {
+    return Error{field, "leaves the server's asset folder by \"..\""};
+  }
+  return std::nullopt;
+}
 
 Refusal checkName(const std::string& name, const std::string& field) {
   constexpr const char* kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-.";
@@ -54,18 +83,16 @@ Refusal checkPosition(const v1::Vector3& position, const std::string& field) {
 Refusal checkRotation(const v1::Quaternion& rotation, const std::string& field) {
   const double length = std::sqrt(rotation.w() * rotation.w() + rotation.x() * rotation.x() +
                                   rotation.y() * rotation.y() + rotation.z() * rotation.z());
-  if (std::abs(length - 1) <= kRotationLengthTolerance) return std::nullopt;
-  return Error{field, "has length " + text(length) + "; a rotation is a unit quaternion (w 1 for none)"};
+  if (std::abs(length - 1) <= kUnitLengthTolerance) return std::nullopt;
+  return Error{field, "has length " + numberText(length) + "; a rotation is a unit quaternion (w 1 for none)"};
 }
 
 Refusal checkStiffness(double stiffness_N_per_m, const std::string& field) {
-  if (stiffness_N_per_m > 0 && stiffness_N_per_m <= kMaxStiffness_N_per_m) return std::nullopt;
-  return outside(field, stiffness_N_per_m, "give more than 0 and at most " + text(kMaxStiffness_N_per_m) + " N/m");
+  return checkAbove0(stiffness_N_per_m, kMaxStiffness_N_per_m, " N/m", field);
 }
 
 Refusal checkDamping(double damping_Ns_per_m, const std::string& field) {
-  if (damping_Ns_per_m >= 0 && damping_Ns_per_m <= kMaxDamping_Ns_per_m) return std::nullopt;
-  return outside(field, damping_Ns_per_m, "give 0 to " + text(kMaxDamping_Ns_per_m) + " N s/m");
+  return checkRange(damping_Ns_per_m, {0, kMaxDamping_Ns_per_m, " N s/m"}, field);
 }
 
 Refusal checkColor(const v1::Color& color, const std::string& field) {
@@ -75,8 +102,7 @@ Refusal checkColor(const v1::Color& color, const std::string& field) {
 }
 
 Refusal checkLength(double length_m, const std::string& field) {
-  if (length_m > 0 && length_m <= kMaxCoordinate_m) return std::nullopt;
-  return outside(field, length_m, "give more than 0 and at most " + text(kMaxCoordinate_m) + " m");
+  return checkAbove0(length_m, kMaxCoordinate_m, " m", field);
 }
 
 }  // namespace haptics

@@ -11,6 +11,23 @@ namespace haptics {
 
 using Refusal = std::optional<Error>;
 
+/// The shortest text that reads well: 0.1, 1e+06, nan.
+[[nodiscard]] std::string numberText(double number);
+/// "is 7; " and what would be right.
+[[nodiscard]] Error outside(const std::string& field, double value, const std::string& right);
+
+struct Range {
+  double least, most;
+  const char* unit = "";  ///< " m"
+};
+[[nodiscard]] Refusal checkRange(double value, const Range& range, const std::string& field);
+[[nodiscard]] Refusal checkAbove0(double value, double most, const char* unit, const std::string& field);
+/// Length 1, off by at most 1e-3.
+[[nodiscard]] Refusal checkUnitVector(const v1::Vector3& vector, const std::string& field);
+/// A relative path without steps upwards. That it stays below the folder, whatever links lie there, is for the server
+/// to see when it opens it.
+[[nodiscard]] Refusal checkFilePath(const std::string& path, const std::string& field);
+
 [[nodiscard]] Refusal checkName(const std::string& name, const std::string& field);
 /// Finite, and no coordinate beyond kMaxCoordinate_m.
 [[nodiscard]] Refusal checkPosition(const v1::Vector3& position, const std::string& field);

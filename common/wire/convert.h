@@ -22,6 +22,11 @@ inline constexpr std::size_t kMaxSceneTextBytes = 4U << 20;
 inline constexpr double kMaxStiffness_N_per_m = 1e5;
 inline constexpr double kMaxDamping_Ns_per_m = 1e3;
 inline constexpr double kMaxCoordinate_m = 1e3;
+inline constexpr double kLeastWavelength_m = 1e-5;  ///< A tenth of what a finger can feel.
+inline constexpr double kMaxTextureAmplitude_m = 0.1;
+inline constexpr double kMaxGainK = 2;               ///< Paper, below Eq. (4b).
+inline constexpr std::size_t kMaxFourierTerms = 64;  ///< Each costs the tick some 20 ns.
+inline constexpr std::size_t kMaxCreases = 1000;
 
 /// Rotations come out normalised. Fields that this version does not know are refused: an edit that is half understood
 /// must not be answered with "accepted".
@@ -30,6 +35,7 @@ inline constexpr double kMaxCoordinate_m = 1e3;
 [[nodiscard]] Result<ObjectRecord> fromWire(const v1::ObjectState& message);
 [[nodiscard]] Result<Commit> fromWire(const v1::Commit& message);
 [[nodiscard]] Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field);
+[[nodiscard]] Result<AssetKind> assetKindFromWire(v1::AssetKind kind, const std::string& field);
 /// Unknown enum values in telemetry are ignored (kNone); numbers are taken as they are, also non-finite ones.
 [[nodiscard]] TelemetrySample fromWire(const v1::Telemetry& message);
 

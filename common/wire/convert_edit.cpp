@@ -4,6 +4,7 @@
 
 #include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_surface.h"
 
 namespace haptics {
 namespace {
@@ -51,19 +52,9 @@ Result<ObjectRef> refFrom(const v1::ObjectRef& message) {
   return refused("object", "is missing; give its id or its name");
 }
 
-/// A relative path without steps upwards. That it stays below the folder, whatever links lie there, is for the server
-/// to see when it opens it.
 Result<MeshSource> fileFrom(const v1::MeshSource& message) {
   const std::string& path = message.file();
-  if (path.empty()) return refused("file", "is empty; give a path below the server's asset folder");
-  if (path.size() > kMaxPathLength) {
-    return refused("file", "has more than " + std::to_string(kMaxPathLength) + " characters");
-  }
-  if (path.find('\0') != std::string::npos) return refused("file", "holds a zero byte");
-  if (path.front() == '/') return refused("file", "is absolute; give a path below the server's asset folder");
-  if (("/" + path + "/").find("/../") != std::string::npos) {
-    return refused("file", "leaves the server's asset folder by \"..\"");
-  }
+  if (auto bad = checkFilePath(path, "file")) return refuse(bad);
   if (message.has_unit_m() && message.has_largest_extent_m()) {
     return refused("largest_extent_m", "is given beside unit_m; give one of them");
   }
@@ -190,6 +181,9 @@ Result<MaterialEdit> materialFrom(const v1::Material& message) {
     if (auto bad = checkColor(message.color(), "material.color")) return refuse(bad);
     edit.color = Color{message.color().red(), message.color().green(), message.color().blue()};
   }
+  auto surface = surfaceFrom(message);
+  if (!surface) return tl::unexpected<Error>(std::move(surface.error()).within("material."));
+  edit.surface = *std::move(surface);
   return edit;
 }
 
@@ -207,7 +201,7 @@ Result<Operation> addFrom(const v1::AddObject& message) {
   if (!pose) return errorOf(pose);
   auto material = materialFrom(message.material());
   if (!material) return errorOf(material);
-  return AddObject{message.name(), std::move(*mesh), *pose, *material};
+  return AddObject{message.name(), std::move(*mesh), *pose, std::move(*material)};
 }
 
 Result<Operation> remeshFrom(const v1::RemeshObject& message) {
@@ -232,10 +226,10 @@ Result<Operation> setMaterialFrom(const v1::SetMaterial& message) {
   if (!object) return errorOf(object);
   auto material = materialFrom(message.material());
   if (!material) return errorOf(material);
-  if (!material->stiffness_N_per_m && !material->damping_Ns_per_m && !material->color) {
+  if (!material->stiffness_N_per_m && !material->damping_Ns_per_m && !material->color && material->surface.empty()) {
     return refused("material", "is empty; give what is to change");
   }
-  return SetMaterial{std::move(*object), *material};
+  return SetMaterial{std::move(*object), std::move(*material)};
 }
 
 Result<Operation> operationFrom(const v1::Operation& message) {

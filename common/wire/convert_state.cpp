@@ -1,5 +1,6 @@
 #include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_surface.h"
 
 namespace haptics {
 namespace {
@@ -32,6 +33,18 @@ Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& fi
   return refused(field, "has " + std::to_string(bytes.size()) + " bytes; a SHA-256 hash has 32");
 }
 
+Result<AssetKind> assetKindFromWire(v1::AssetKind kind, const std::string& field) {
+  switch (kind) {
+    case v1::ASSET_KIND_MESH:
+    case v1::ASSET_KIND_SCALAR_FIELD:
+    case v1::ASSET_KIND_VERTEX_VALUES:
+      return static_cast<AssetKind>(kind);
+    default:
+      return refused(field, "is " + std::to_string(kind) +
+                                "; give ASSET_KIND_MESH, ASSET_KIND_SCALAR_FIELD or ASSET_KIND_VERTEX_VALUES");
+  }
+}
+
 Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
   ObjectRecord record;
   record.id = message.id();
@@ -56,6 +69,9 @@ Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
   if (auto bad = checkStiffness(message.stiffness_n_per_m(), "stiffness_N_per_m")) return tl::unexpected<Error>(*bad);
   if (auto bad = checkDamping(message.damping_ns_per_m(), "damping_Ns_per_m")) return tl::unexpected<Error>(*bad);
   if (auto bad = checkColor(message.color(), "color")) return tl::unexpected<Error>(*bad);
+  auto surface = surfaceFrom(message);
+  if (!surface) return tl::unexpected<Error>(std::move(surface.error()));
+  record.material.surface = *std::move(surface);
   return record;
 }
 
@@ -93,6 +109,7 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message) {
   message.mutable_color()->set_red(record.material.color.red);
   message.mutable_color()->set_green(record.material.color.green);
   message.mutable_color()->set_blue(record.material.color.blue);
+  toWire(record.material.surface, message);
 }
 
 void toWire(const Commit& commit, v1::Commit& message) {

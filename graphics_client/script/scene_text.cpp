@@ -20,6 +20,9 @@ std::string sceneText(const SceneVersion& scene, const std::string& name) {
     add.mutable_material()->set_stiffness_n_per_m(state.stiffness_n_per_m());
     add.mutable_material()->set_damping_ns_per_m(state.damping_ns_per_m());
     *add.mutable_material()->mutable_color() = state.color();
+    if (state.has_shading()) *add.mutable_material()->mutable_shading() = state.shading();
+    if (state.has_friction()) *add.mutable_material()->mutable_friction() = state.friction();
+    if (state.has_texture()) *add.mutable_material()->mutable_texture() = state.texture();
   }
   std::string text;
   google::protobuf::TextFormat::PrintToString(transaction, &text);

@@ -103,6 +103,24 @@ class PythonClient(harness.EndToEnd):
         self.assert_in_step(client)
         self.assertEqual(set(client.objects()), {"torus", "ball"})
 
+    def test_it_hashes_surface_properties_as_the_server_does(self):
+        client = self.client()
+        client.apply(BALL)
+        wave = "fourier { terms { direction { x: 1 } wavelength_m: 2e-3 } terms { amplitude: -0.5 direction { z: 1 } " \
+               "wavelength_m: 3e-3 phase_rad: 1 } }"
+        for properties in ("shading { crease_rad: 0.5 }", "friction { mu_static: 0.6 mu_dynamic: 0.3 }",
+                           f"texture {{ amplitude_m: 5e-4 gain_K: 1 literal: true field {{ {wave} }} }}",
+                           "texture { amplitude_m: 5e-4 field { noise { wavelength_m: 2e-3 octaves: 3 } } }",
+                           "texture { amplitude_m: 5e-4 law: TEXTURE_LAW_BUMP field { cellular { cell_m: 2e-3 } } }",
+                           "friction { mu_static: 1 variation: 0.3 field { grain { grain_m: 1e-3 seed: 9 } } }",
+                           "shading {} texture {}"):
+            with self.subTest(properties=properties):
+                client.apply('operations { set_material { object { name: "ball" } material { %s } } }' % properties)
+                self.assert_in_step(client)
+        ball = client.objects()["ball"]
+        self.assertEqual(ball.friction.field.grain.seed, 9)
+        self.assertFalse(ball.HasField("texture") or ball.HasField("shading"))
+
     def test_it_raises_what_is_wrong_and_where(self):
         client = self.client()
         with self.assertRaises(Rejected) as rejected:

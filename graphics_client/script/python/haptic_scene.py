@@ -48,8 +48,61 @@ def object_hash(state):
     """SHA-256 over all fields: little-endian, text after its length, -0 as +0."""
     name = state.name.encode()
     rotation, position, color = state.pose.rotation, state.pose.position, state.color
-    doubles = (rotation.w, rotation.x, rotation.y, rotation.z, position.x, position.y, position.z,
-               state.stiffness_N_per_m, state.damping_Ns_per_m)
-    return hashlib.sha256(struct.pack("<QQ", state.id, len(name)) + name + struct.pack("<Q", state.revision) + state.mesh +
-                          struct.pack("<9d", *(value + 0.0 for value in doubles)) +
-                          struct.pack("<3f", *(value + 0.0 for value in (color.red, color.green, color.blue)))).digest()
+    return hashlib.sha256(numbers(state.id, len(name)) + name + numbers(state.revision) + state.mesh +
+                          doubles(*turn(rotation), *vector(position), state.stiffness_N_per_m, state.damping_Ns_per_m) +
+                          struct.pack("<3f", *(value + 0.0 for value in (color.red, color.green, color.blue))) +
+                          surface_bytes(state)).digest()
+
+
+def surface_bytes(state):
+    """Each property after its number: none, no bytes (common/scene/surface_properties.cpp)."""
+    data = b""
+    if state.HasField("shading"):
+        data += numbers(1) + doubles(state.shading.crease_rad) + numbers(len(state.shading.creases))
+        data += b"".join(numbers(crease.first, crease.second) for crease in state.shading.creases)
+    if state.HasField("friction"):
+        friction = state.friction
+        data += numbers(2) + doubles(friction.mu_static, friction.mu_dynamic, friction.variation)
+        over = friction.WhichOneof("over")
+        data += numbers((None, "field", "per_vertex").index(over))
+        data += field_bytes(friction.field) if over == "field" else b""
+        data += friction.per_vertex.asset if over == "per_vertex" else b""
+    if state.HasField("texture"):
+        texture = state.texture
+        data += numbers(3, texture.law) + field_bytes(texture.field) + doubles(texture.amplitude_m)
+        data += numbers(texture.literal) + doubles(texture.gain_K)
+    return data
+
+
+def field_bytes(field):
+    family = field.WhichOneof("family")
+    data = numbers(("fourier", "noise", "cellular", "grain", "mapped").index(family))
+    one = getattr(field, family)
+    if family == "fourier":
+        return data + numbers(len(one.terms)) + b"".join(
+            doubles(term.amplitude, *vector(term.direction), term.wavelength_m, term.phase_rad) for term in one.terms)
+    if family == "noise":
+        return data + doubles(one.wavelength_m) + numbers(one.octaves) + doubles(one.persistence) + numbers(one.seed)
+    if family == "cellular":
+        return data + doubles(one.cell_m, one.smoothness) + numbers(one.seed)
+    if family == "grain":
+        return data + doubles(one.grain_m) + numbers(one.seed)
+    mapping = one.mapping
+    return data + one.asset + numbers(mapping.shape) + doubles(*vector(mapping.centre), *turn(mapping.rotation),
+                                                               *vector(mapping.size_m), mapping.tile_m)
+
+
+def numbers(*values):
+    return struct.pack(f"<{len(values)}Q", *values)
+
+
+def doubles(*values):
+    return struct.pack(f"<{len(values)}d", *(value + 0.0 for value in values))
+
+
+def vector(message):
+    return message.x, message.y, message.z
+
+
+def turn(quaternion):
+    return quaternion.w, quaternion.x, quaternion.y, quaternion.z

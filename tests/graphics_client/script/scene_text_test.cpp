@@ -18,6 +18,10 @@ ObjectRecord record(ObjectId id, const std::string& name) {
   object.mesh = Hasher().add(std::string_view(name)).finish();
   object.pose = {glm::normalize(Quat(0.9, 0.1, -0.2, 0.3)), {0.1, -0.25, 1.0 / 3}};
   object.material = {1234.5, 0.1, {0.25F, 0.5F, 1.0F / 3}};
+  SurfaceProperties& surface = object.material.surface;
+  surface.shading = Shading{0.5, {{1, 2}}};
+  surface.friction = Friction{0.6, 0.3, 0.5, FieldFamily{GrainFamily{0.001, 7}}};
+  surface.texture = Texture{.family = FourierFamily{{{1, {0, 0, 1}, 0.002, 0.1}}}, .amplitude_m = 1.0 / 3000};
   return object;
 }
 

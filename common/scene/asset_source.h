@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/hash/content_hash.h"
+
+namespace haptics {
+
+/// What is named by its content and travels apart from the records. Numbered as on the wire.
+enum class AssetKind : std::uint8_t { kMesh = 1, kScalarField = 3, kVertexValues = 4 };
+
+struct AssetName {
+  AssetKind kind = AssetKind::kMesh;
+  ContentHash hash;
+  auto operator<=>(const AssetName&) const = default;
+};
+
+// ---- Where an edit says that an asset comes from ----
+
+struct FileSource {
+  std::string path;
+};  ///< Relative, below an asset folder.
+struct AssetSource {
+  ContentHash hash;
+};  ///< One that the server holds.
+
+}  // namespace haptics

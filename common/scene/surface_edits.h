@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "common/scene/asset_source.h"
+#include "common/scene/surface_properties.h"
+
+// Surface properties as an edit asks for them.
+namespace haptics {
+
+/// Samples along a tile's side of a computed field, unless an edit says otherwise.
+inline constexpr std::uint32_t kDefaultResolution = 256;
+
+struct ReactionDiffusionSource {
+  enum class Pattern : std::uint8_t { kSpots = 1, kStripes };
+  Pattern pattern = Pattern::kSpots;
+  std::uint32_t cells = 12;  ///< Spots or stripes along a tile's side.
+  std::uint32_t resolution = kDefaultResolution;
+  std::uint32_t seed = 1;
+  auto operator<=>(const ReactionDiffusionSource&) const = default;
+};
+
+struct SpotNoiseSource {
+  std::uint32_t cells = 12;  ///< Spots' widths along a tile's side.
+  double elongation = 1;     ///< Of a spot along x, over its width.
+  std::uint32_t resolution = kDefaultResolution;
+  std::uint32_t seed = 1;
+  auto operator<=>(const SpotNoiseSource&) const = default;
+};
+
+/// Of a mapped family's field. A file is an image.
+using FieldSource = std::variant<FileSource, AssetSource, ReactionDiffusionSource, SpotNoiseSource>;
+
+struct GivenValues {
+  std::vector<float> values;
+};
+using VertexValuesSource = std::variant<AssetSource, GivenValues>;
+
+/// What of a mapped family an edit leaves to be made.
+struct MappedSource {
+  FieldSource field;
+  bool centreOfMesh = false, sizeOfMesh = false;  ///< Of the mesh's box in the mapping's frame.
+};
+
+/// In the two below, the hash of a mapped field or of per-vertex values is zero until its source has been resolved.
+struct FrictionEdit {
+  Friction friction;
+  std::variant<std::monostate, MappedSource, VertexValuesSource> source;  ///< As friction.over needs it.
+};
+struct TextureEdit {
+  Texture texture;
+  std::optional<MappedSource> source;  ///< Of a mapped family.
+};
+
+/// Each property is kept where nothing is said of it, and taken away where it is given as nothing.
+struct SurfaceEdit {
+  std::optional<std::optional<Shading>> shading;
+  std::optional<std::optional<FrictionEdit>> friction;
+  std::optional<std::optional<TextureEdit>> texture;
+
+  [[nodiscard]] bool empty() const noexcept { return !shading && !friction && !texture; }
+};
+
+[[nodiscard]] SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit);
+
+}  // namespace haptics

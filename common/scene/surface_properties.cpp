@@ -1,0 +1,133 @@
+#include "common/scene/surface_properties.h"
+
+#include "common/scene/surface_edits.h"
+
+namespace haptics {
+namespace {
+
+// Each record in the order of its declaration; before what may be there or not, and before alternatives and lists, a
+// number that says which or how many: no two records give the same bytes.
+
+enum class Property : std::uint64_t { kShading = 1, kFriction, kTexture };
+
+template <class T>
+void addNumber(Hasher& h, T value) {
+  h.add(static_cast<std::uint64_t>(value));
+}
+
+void add(Hasher& h, Vec3 v) { h.add(v.x).add(v.y).add(v.z); }
+
+void add(Hasher& h, const FourierFamily& family) {
+  addNumber(h, family.terms.size());
+  for (const FourierTerm& term : family.terms) {
+    h.add(term.amplitude);
+    add(h, term.direction);
+    h.add(term.wavelength_m).add(term.phase_rad);
+  }
+}
+
+void add(Hasher& h, const NoiseFamily& family) {
+  h.add(family.wavelength_m);
+  addNumber(h, family.octaves);
+  h.add(family.persistence);
+  addNumber(h, family.seed);
+}
+
+void add(Hasher& h, const CellularFamily& family) {
+  h.add(family.cell_m).add(family.smoothness);
+  addNumber(h, family.seed);
+}
+
+void add(Hasher& h, const GrainFamily& family) {
+  h.add(family.grain_m);
+  addNumber(h, family.seed);
+}
+
+void add(Hasher& h, const MappedFamily& family) {
+  const Mapping& m = family.mapping;
+  h.add(family.field);
+  addNumber(h, m.shape);
+  add(h, m.centre);
+  h.add(m.rotation.w).add(m.rotation.x).add(m.rotation.y).add(m.rotation.z);
+  add(h, m.size_m);
+  h.add(m.tile_m);
+}
+
+void add(Hasher&, std::monostate) {}
+void add(Hasher& h, const PerVertexScale& scale) { h.add(scale.values); }
+
+template <class... Alternatives>
+void add(Hasher& h, const std::variant<Alternatives...>& chosen) {
+  addNumber(h, chosen.index());
+  std::visit([&h](const auto& alternative) { add(h, alternative); }, chosen);
+}
+
+void add(Hasher& h, const Shading& shading) {
+  h.add(shading.crease_rad);
+  addNumber(h, shading.creases.size());
+  for (const Crease& crease : shading.creases) {
+    addNumber(h, crease[0]);
+    addNumber(h, crease[1]);
+  }
+}
+
+void add(Hasher& h, const Friction& friction) {
+  h.add(friction.mu_static).add(friction.mu_dynamic).add(friction.variation);
+  add(h, friction.over);
+}
+
+void add(Hasher& h, const Texture& texture) {
+  addNumber(h, texture.law);
+  add(h, texture.family);
+  h.add(texture.amplitude_m);
+  addNumber(h, texture.literal);
+  h.add(texture.gain_K);
+}
+
+template <class T>
+void addIfThere(Hasher& h, Property which, const std::optional<T>& property) {
+  if (!property) return;
+  addNumber(h, which);
+  add(h, *property);
+}
+
+void nameField(const FieldFamily& family, std::vector<AssetName>& names) {
+  if (const auto* mapped = std::get_if<MappedFamily>(&family)) {
+    names.push_back({AssetKind::kScalarField, mapped->field});
+  }
+}
+
+}  // namespace
+
+void addTo(Hasher& hasher, const SurfaceProperties& properties) {
+  addIfThere(hasher, Property::kShading, properties.shading);
+  addIfThere(hasher, Property::kFriction, properties.friction);
+  addIfThere(hasher, Property::kTexture, properties.texture);
+}
+
+std::vector<AssetName> assetsOf(const SurfaceProperties& properties) {
+  std::vector<AssetName> names;
+  if (properties.friction) {
+    if (const auto* field = std::get_if<FieldFamily>(&properties.friction->over)) nameField(*field, names);
+    if (const auto* scale = std::get_if<PerVertexScale>(&properties.friction->over)) {
+      names.push_back({AssetKind::kVertexValues, scale->values});
+    }
+  }
+  if (properties.texture) nameField(properties.texture->family, names);
+  return names;
+}
+
+SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit) {
+  if (edit.shading) properties.shading = *edit.shading;
+  if (edit.friction) {
+    properties.friction.reset();
+    if (*edit.friction) properties.friction = (*edit.friction)->friction;
+  }
+  if (edit.texture) {
+    properties.texture.reset();
+    if (*edit.texture) properties.texture = (*edit.texture)->texture;
+  }
+  return properties;
+}
+
+}  // namespace haptics

@@ -1,0 +1,256 @@
+#include "common/wire/convert_field.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/wire/checks.h"
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+constexpr Range kWavelength_m{kLeastWavelength_m, kMaxCoordinate_m, " m"};
+constexpr Range kAmplitude{-1000, 1000};
+constexpr Range kPhase_rad{-1000, 1000, " rad"};
+constexpr Range kOctaves{1, 12};
+constexpr Range kPersistence{0.01, 1};
+constexpr Range kSmoothness{0.001, 1};
+constexpr Range kCells{2, 64};
+constexpr Range kElongation{1, 8};
+constexpr Range kResolution{32, 1024};
+constexpr std::uint32_t kLeastPerCell = 8;  // samples: fewer do not show a cell's shape
+
+auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
+
+Vec3 vectorFrom(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+void write(Vec3 v, v1::Vector3& message) {
+  message.set_x(v.x);
+  message.set_y(v.y);
+  message.set_z(v.z);
+}
+
+Result<FieldEdit> fourierFrom(const v1::FourierField& message) {
+  if (message.terms().empty() || message.terms_size() > static_cast<int>(kMaxFourierTerms)) {
+    return refused("fourier.terms", "has " + std::to_string(message.terms_size()) + " entries; give 1 to " +
+                                        std::to_string(kMaxFourierTerms));
+  }
+  FourierFamily family;
+  for (const v1::FourierTerm& given : message.terms()) {
+    const std::string field = "fourier.terms[" + std::to_string(family.terms.size()) + "].";
+    FourierTerm term{.amplitude = given.has_amplitude() ? given.amplitude() : 1,
+                     .direction = vectorFrom(given.direction()),
+                     .wavelength_m = given.wavelength_m(),
+                     .phase_rad = given.phase_rad()};
+    if (auto bad = checkRange(term.amplitude, kAmplitude, field + "amplitude")) return refuse(bad);
+    if (term.amplitude == 0) return refused(field + "amplitude", "is 0; the term would be nothing: leave it out");
+    if (auto bad = checkUnitVector(given.direction(), field + "direction")) return refuse(bad);
+    if (auto bad = checkRange(term.wavelength_m, kWavelength_m, field + "wavelength_m")) return refuse(bad);
+    if (auto bad = checkRange(term.phase_rad, kPhase_rad, field + "phase_rad")) return refuse(bad);
+    family.terms.push_back(term);
+  }
+  return FieldEdit{std::move(family), std::nullopt};
+}
+
+Result<FieldEdit> noiseFrom(const v1::NoiseField& message) {
+  NoiseFamily family;
+  family.wavelength_m = message.wavelength_m();
+  if (message.has_octaves()) family.octaves = message.octaves();
+  if (message.has_persistence()) family.persistence = message.persistence();
+  if (message.has_seed()) family.seed = message.seed();
+  if (auto bad = checkRange(family.wavelength_m, kWavelength_m, "noise.wavelength_m")) return refuse(bad);
+  if (auto bad = checkRange(family.octaves, kOctaves, "noise.octaves")) return refuse(bad);
+  if (auto bad = checkRange(family.persistence, kPersistence, "noise.persistence")) return refuse(bad);
+  return FieldEdit{family, std::nullopt};
+}
+
+Result<FieldEdit> cellularFrom(const v1::CellularField& message) {
+  CellularFamily family;
+  family.cell_m = message.cell_m();
+  if (message.has_smoothness()) family.smoothness = message.smoothness();
+  if (message.has_seed()) family.seed = message.seed();
+  if (auto bad = checkRange(family.cell_m, kWavelength_m, "cellular.cell_m")) return refuse(bad);
+  if (auto bad = checkRange(family.smoothness, kSmoothness, "cellular.smoothness")) return refuse(bad);
+  return FieldEdit{family, std::nullopt};
+}
+
+Result<FieldEdit> grainFrom(const v1::GrainField& message) {
+  GrainFamily family;
+  family.grain_m = message.grain_m();
+  if (message.has_seed()) family.seed = message.seed();
+  if (auto bad = checkRange(family.grain_m, kWavelength_m, "grain.grain_m")) return refuse(bad);
+  return FieldEdit{family, std::nullopt};
+}
+
+/// 0, which is how an absent number arrives, stands for the default.
+Refusal readGrid(std::uint32_t cells, std::uint32_t resolution, const std::string& field, std::uint32_t& toCells,
+                 std::uint32_t& toResolution) {
+  if (cells != 0) toCells = cells;
+  if (resolution != 0) toResolution = resolution;
+  if (auto bad = checkRange(toCells, kCells, field + "cells")) return bad;
+  if (auto bad = checkRange(toResolution, kResolution, field + "resolution")) return bad;
+  if (toResolution >= kLeastPerCell * toCells) return std::nullopt;
+  return Error{field + "resolution", "is " + std::to_string(toResolution) + "; " + std::to_string(toCells) +
+                                         " cells need " + std::to_string(kLeastPerCell * toCells) + " or more"};
+}
+
+Result<FieldSource> reactionDiffusionFrom(const v1::ReactionDiffusion& message) {
+  ReactionDiffusionSource source;
+  if (message.pattern() != v1::REACTION_DIFFUSION_PATTERN_UNSPECIFIED) {
+    if (!v1::ReactionDiffusionPattern_IsValid(message.pattern())) {
+      return refused("reaction_diffusion.pattern",
+                     "is " + std::to_string(message.pattern()) + "; give REACTION_DIFFUSION_PATTERN_SPOTS or _STRIPES");
+    }
+    source.pattern = static_cast<ReactionDiffusionSource::Pattern>(message.pattern());
+  }
+  if (message.has_seed()) source.seed = message.seed();
+  if (auto bad =
+          readGrid(message.cells(), message.resolution(), "reaction_diffusion.", source.cells, source.resolution))
+    return refuse(bad);
+  return FieldSource{source};
+}
+
+Result<FieldSource> spotNoiseFrom(const v1::SpotNoise& message) {
+  SpotNoiseSource source;
+  if (message.has_elongation()) source.elongation = message.elongation();
+  if (message.has_seed()) source.seed = message.seed();
+  if (auto bad = checkRange(source.elongation, kElongation, "spot_noise.elongation")) return refuse(bad);
+  if (auto bad = readGrid(message.cells(), message.resolution(), "spot_noise.", source.cells, source.resolution))
+    return refuse(bad);
+  return FieldSource{source};
+}
+
+Result<FieldSource> sourceFrom(const v1::MappedField& message) {
+  switch (message.source_case()) {
+    case v1::MappedField::kImage:
+      if (auto bad = checkFilePath(message.image(), "image")) return refuse(bad);
+      return FieldSource{FileSource{message.image()}};
+    case v1::MappedField::kAsset: {
+      const auto hash = hashFromWire(message.asset(), "asset");
+      if (!hash) return tl::unexpected<Error>(hash.error());
+      return FieldSource{AssetSource{*hash}};
+    }
+    case v1::MappedField::kReactionDiffusion:
+      return reactionDiffusionFrom(message.reaction_diffusion());
+    case v1::MappedField::kSpotNoise:
+      return spotNoiseFrom(message.spot_noise());
+    case v1::MappedField::SOURCE_NOT_SET:
+      break;
+  }
+  return refused("source", "is missing; give image, asset, reaction_diffusion or spot_noise");
+}
+
+Result<Mapping> mappingFrom(const v1::Mapping& message) {
+  Mapping mapping;
+  if (message.shape() == v1::MAPPING_SHAPE_UNSPECIFIED || !v1::MappingShape_IsValid(message.shape())) {
+    return refused("mapping.shape",
+                   "is " + std::to_string(message.shape()) + "; give MAPPING_SHAPE_PLANE, _CUBE, _CYLINDER or _SPHERE");
+  }
+  mapping.shape = static_cast<Mapping::Shape>(message.shape());
+  mapping.centre = vectorFrom(message.centre());
+  mapping.tile_m = message.tile_m();
+  if (message.has_size_m()) {
+    mapping.size_m = vectorFrom(message.size_m());
+    if (auto bad = checkLength(mapping.size_m.x, "mapping.size_m.x")) return refuse(bad);
+    if (auto bad = checkLength(mapping.size_m.y, "mapping.size_m.y")) return refuse(bad);
+    if (auto bad = checkLength(mapping.size_m.z, "mapping.size_m.z")) return refuse(bad);
+  }
+  if (auto bad = checkPosition(message.centre(), "mapping.centre")) return refuse(bad);
+  if (message.has_rotation()) {
+    const v1::Quaternion& q = message.rotation();
+    if (auto bad = checkRotation(q, "mapping.rotation")) return refuse(bad);
+    mapping.rotation = Quat(q.w(), q.x(), q.y(), q.z());
+  }
+  if (auto bad = checkRange(mapping.tile_m, kWavelength_m, "mapping.tile_m")) return refuse(bad);
+  return mapping;
+}
+
+Result<FieldEdit> mappedFrom(const v1::MappedField& message) {
+  auto source = sourceFrom(message);
+  if (!source) return tl::unexpected<Error>(std::move(source.error()).within("mapped."));
+  const auto mapping = mappingFrom(message.mapping());
+  if (!mapping) return tl::unexpected<Error>(Error(mapping.error()).within("mapped."));
+  MappedFamily family{{}, *mapping};
+  if (const auto* asset = std::get_if<AssetSource>(&*source)) family.field = asset->hash;
+  const v1::Mapping& given = message.mapping();
+  return FieldEdit{family, MappedSource{*std::move(source), !given.has_centre(), !given.has_size_m()}};
+}
+
+void write(const FourierFamily& family, v1::ScalarField& message) {
+  for (const FourierTerm& term : family.terms) {
+    v1::FourierTerm& to = *message.mutable_fourier()->add_terms();
+    to.set_amplitude(term.amplitude);
+    write(term.direction, *to.mutable_direction());
+    to.set_wavelength_m(term.wavelength_m);
+    to.set_phase_rad(term.phase_rad);
+  }
+}
+
+void write(const NoiseFamily& family, v1::ScalarField& message) {
+  v1::NoiseField& to = *message.mutable_noise();
+  to.set_wavelength_m(family.wavelength_m);
+  to.set_octaves(family.octaves);
+  to.set_persistence(family.persistence);
+  to.set_seed(family.seed);
+}
+
+void write(const CellularFamily& family, v1::ScalarField& message) {
+  v1::CellularField& to = *message.mutable_cellular();
+  to.set_cell_m(family.cell_m);
+  to.set_smoothness(family.smoothness);
+  to.set_seed(family.seed);
+}
+
+void write(const GrainFamily& family, v1::ScalarField& message) {
+  message.mutable_grain()->set_grain_m(family.grain_m);
+  message.mutable_grain()->set_seed(family.seed);
+}
+
+void write(const MappedFamily& family, v1::ScalarField& message) {
+  v1::MappedField& to = *message.mutable_mapped();
+  to.set_asset(family.field.asBytes());
+  v1::Mapping& mapping = *to.mutable_mapping();
+  mapping.set_shape(static_cast<v1::MappingShape>(family.mapping.shape));
+  write(family.mapping.centre, *mapping.mutable_centre());
+  mapping.mutable_rotation()->set_w(family.mapping.rotation.w);
+  mapping.mutable_rotation()->set_x(family.mapping.rotation.x);
+  mapping.mutable_rotation()->set_y(family.mapping.rotation.y);
+  mapping.mutable_rotation()->set_z(family.mapping.rotation.z);
+  write(family.mapping.size_m, *mapping.mutable_size_m());
+  mapping.set_tile_m(family.mapping.tile_m);
+}
+
+}  // namespace
+
+Result<FieldEdit> fieldFrom(const v1::ScalarField& message) {
+  switch (message.family_case()) {
+    case v1::ScalarField::kFourier:
+      return fourierFrom(message.fourier());
+    case v1::ScalarField::kNoise:
+      return noiseFrom(message.noise());
+    case v1::ScalarField::kCellular:
+      return cellularFrom(message.cellular());
+    case v1::ScalarField::kGrain:
+      return grainFrom(message.grain());
+    case v1::ScalarField::kMapped:
+      return mappedFrom(message.mapped());
+    case v1::ScalarField::FAMILY_NOT_SET:
+      break;
+  }
+  return refused("family", "is missing; give fourier, noise, cellular, grain or mapped");
+}
+
+void normalise(FieldFamily& family) {
+  if (auto* fourier = std::get_if<FourierFamily>(&family)) {
+    for (FourierTerm& term : fourier->terms) term.direction = glm::normalize(term.direction);
+  }
+  if (auto* mapped = std::get_if<MappedFamily>(&family)) {
+    mapped->mapping.rotation = glm::normalize(mapped->mapping.rotation);
+  }
+}
+
+void toWire(const FieldFamily& family, v1::ScalarField& message) {
+  std::visit([&message](const auto& chosen) { write(chosen, message); }, family);
+}
+
+}  // namespace haptics

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+
+#include "common/error/error.h"
+#include "common/scene/surface_edits.h"
+#include "haptics/v1/scene.pb.h"
+
+// Scalar fields between the wire and the program. Everything is checked, and every number kept bit for bit.
+namespace haptics {
+
+/// A family, and where its field comes from if it is a mapped one (whose hash is in place when that is an asset).
+struct FieldEdit {
+  FieldFamily family;
+  std::optional<MappedSource> source;
+};
+
+/// Errors name the field below ScalarField ("noise.wavelength_m").
+[[nodiscard]] Result<FieldEdit> fieldFrom(const v1::ScalarField& message);
+/// Directions and rotations to unit length.
+void normalise(FieldFamily& family);
+void toWire(const FieldFamily& family, v1::ScalarField& message);
+
+}  // namespace haptics

@@ -1,0 +1,257 @@
+#include "common/wire/convert_surface.h"
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include "common/wire/checks.h"
+#include "common/wire/convert.h"
+#include "common/wire/convert_field.h"
+
+namespace haptics {
+namespace {
+
+constexpr Range kFrictionCoefficient{0, 10};
+constexpr Range kVariation{-10, 10};
+constexpr Range kVertexScale{0, 10};
+
+auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
+
+/// The error as seen from one level farther out.
+template <class T>
+tl::unexpected<Error> errorOf(Result<T>& result, const std::string& prefix) {
+  return tl::unexpected<Error>(std::move(result.error()).within(prefix));
+}
+
+Result<Shading> shadingFrom(const v1::Shading& message) {
+  if (auto bad = checkAbove0(message.crease_rad(), std::numbers::pi, " rad (pi: no line is a crease by its angle)",
+                             "crease_rad"))
+    return refuse(bad);
+  if (message.creases_size() > static_cast<int>(kMaxCreases)) {
+    return refused("creases", "has " + std::to_string(message.creases_size()) + " entries; at most " +
+                                  std::to_string(kMaxCreases) + " lines can be named, more by crease_rad");
+  }
+  Shading shading{message.crease_rad(), {}};
+  for (const v1::Crease& given : message.creases()) {
+    if (given.first() == given.second()) {
+      return refused("creases[" + std::to_string(shading.creases.size()) + "]",
+                     "names vertex " + std::to_string(given.first()) + " twice; a line has two");
+    }
+    shading.creases.push_back({given.first(), given.second()});
+  }
+  return shading;
+}
+
+Result<FrictionEdit> perVertexFrom(const v1::PerVertex& message) {
+  FrictionEdit edit;
+  switch (message.source_case()) {
+    case v1::PerVertex::kAsset: {
+      const auto hash = hashFromWire(message.asset(), "per_vertex.asset");
+      if (!hash) return tl::unexpected<Error>(hash.error());
+      edit.friction.over = PerVertexScale{*hash};
+      edit.source = VertexValuesSource{AssetSource{*hash}};
+      return edit;
+    }
+    case v1::PerVertex::kValues: {
+      const auto& values = message.values().value();
+      if (values.empty()) return refused("per_vertex.values.value", "is empty; give one for each vertex of the mesh");
+      for (int i = 0; i < values.size(); ++i) {
+        const std::string field = "per_vertex.values.value[" + std::to_string(i) + "]";
+        if (auto bad = checkRange(values[i], kVertexScale, field)) return refuse(bad);
+      }
+      edit.friction.over = PerVertexScale{};
+      edit.source = VertexValuesSource{GivenValues{{values.begin(), values.end()}}};
+      return edit;
+    }
+    case v1::PerVertex::SOURCE_NOT_SET:
+      break;
+  }
+  return refused("per_vertex.source", "is missing; give values or asset");
+}
+
+Result<FrictionEdit> overFrom(const v1::Friction& message) {
+  if (message.over_case() == v1::Friction::kPerVertex) return perVertexFrom(message.per_vertex());
+  FrictionEdit edit;
+  if (message.over_case() == v1::Friction::kField) {
+    auto field = fieldFrom(message.field());
+    if (!field) return errorOf(field, "field.");
+    edit.friction.over = std::move(field->family);
+    if (field->source) edit.source = *std::move(field->source);
+  }
+  return edit;
+}
+
+Result<FrictionEdit> frictionFrom(const v1::Friction& message) {
+  if (auto bad = checkRange(message.mu_static(), kFrictionCoefficient, "mu_static")) return refuse(bad);
+  if (auto bad = checkRange(message.mu_dynamic(), kFrictionCoefficient, "mu_dynamic")) return refuse(bad);
+  if (message.mu_dynamic() > message.mu_static()) {
+    return refuse(outside("mu_dynamic", message.mu_dynamic(),
+                          "give at most mu_static, which is " + numberText(message.mu_static()) +
+                              ": whatever slides would be held more than what sticks"));
+  }
+  if (auto bad = checkRange(message.variation(), kVariation, "variation")) return refuse(bad);
+  const bool varies = message.over_case() == v1::Friction::kField;
+  if (varies && message.variation() == 0) return refused("variation", "is 0; the field would change nothing");
+  if (!varies && message.variation() != 0) return refused("variation", "is of a field, and there is none; give field");
+
+  auto edit = overFrom(message);
+  if (!edit) return edit;
+  edit->friction.mu_static = message.mu_static();
+  edit->friction.mu_dynamic = message.mu_dynamic();
+  edit->friction.variation = message.variation();
+  return edit;
+}
+
+Result<TextureEdit> textureFrom(const v1::Texture& message) {
+  TextureEdit edit;
+  Texture& texture = edit.texture;
+  if (message.law() != v1::TEXTURE_LAW_UNSPECIFIED) {
+    if (!v1::TextureLaw_IsValid(message.law())) {
+      return refused("law", "is " + std::to_string(message.law()) + "; give TEXTURE_LAW_HO1999 or TEXTURE_LAW_BUMP");
+    }
+    texture.law = static_cast<Texture::Law>(message.law());
+  }
+  texture.amplitude_m = message.amplitude_m();
+  texture.literal = message.literal();
+  if (message.has_gain_k()) texture.gain_K = message.gain_k();
+  if (auto bad = checkAbove0(texture.amplitude_m, kMaxTextureAmplitude_m, " m", "amplitude_m")) return refuse(bad);
+  if (auto bad = checkAbove0(texture.gain_K, kMaxGainK, "", "gain_K")) return refuse(bad);
+  auto field = fieldFrom(message.field());
+  if (!field) return errorOf(field, "field.");
+  texture.family = std::move(field->family);
+  edit.source = std::move(field->source);
+  return edit;
+}
+
+/// An empty message takes the property away.
+template <class Message>
+bool isEmpty(const Message& message) {
+  return message.ByteSizeLong() == 0;
+}
+
+Refusal checkAnnounced(const MappedSource& source, const std::string& field) {
+  if (!std::holds_alternative<AssetSource>(source.field)) {
+    return Error{field + ".source", "is yet to be made; a state names an asset"};
+  }
+  if (source.centreOfMesh) return Error{field + ".mapping.centre", "is missing"};
+  if (source.sizeOfMesh) return Error{field + ".mapping.size_m", "is missing"};
+  return std::nullopt;
+}
+
+Result<Friction> announcedFriction(const v1::Friction& message) {
+  auto edit = frictionFrom(message);
+  if (!edit) return errorOf(edit, "friction.");
+  if (const auto* source = std::get_if<MappedSource>(&edit->source)) {
+    if (auto bad = checkAnnounced(*source, "friction.field.mapped")) return refuse(bad);
+  }
+  if (const auto* source = std::get_if<VertexValuesSource>(&edit->source)) {
+    if (std::holds_alternative<GivenValues>(*source)) {
+      return refused("friction.per_vertex.source", "is a list; a state names an asset");
+    }
+  }
+  return std::move(edit->friction);
+}
+
+Result<Texture> announcedTexture(const v1::Texture& message) {
+  auto edit = textureFrom(message);
+  if (!edit) return errorOf(edit, "texture.");
+  if (edit->source) {
+    if (auto bad = checkAnnounced(*edit->source, "texture.field.mapped")) return refuse(bad);
+  }
+  return std::move(edit->texture);
+}
+
+void write(const Shading& shading, v1::Shading& message) {
+  message.set_crease_rad(shading.crease_rad);
+  for (const Crease& crease : shading.creases) {
+    v1::Crease& to = *message.add_creases();
+    to.set_first(crease[0]);
+    to.set_second(crease[1]);
+  }
+}
+
+void write(const Friction& friction, v1::Friction& message) {
+  message.set_mu_static(friction.mu_static);
+  message.set_mu_dynamic(friction.mu_dynamic);
+  message.set_variation(friction.variation);
+  if (const auto* field = std::get_if<FieldFamily>(&friction.over)) toWire(*field, *message.mutable_field());
+  if (const auto* scale = std::get_if<PerVertexScale>(&friction.over)) {
+    message.mutable_per_vertex()->set_asset(scale->values.asBytes());
+  }
+}
+
+void write(const Texture& texture, v1::Texture& message) {
+  message.set_law(static_cast<v1::TextureLaw>(texture.law));
+  toWire(texture.family, *message.mutable_field());
+  message.set_amplitude_m(texture.amplitude_m);
+  message.set_literal(texture.literal);
+  message.set_gain_k(texture.gain_K);
+}
+
+}  // namespace
+
+Result<SurfaceEdit> surfaceFrom(const v1::Material& message) {
+  SurfaceEdit edit;
+  if (message.has_shading()) {
+    edit.shading.emplace();
+    if (!isEmpty(message.shading())) {
+      auto shading = shadingFrom(message.shading());
+      if (!shading) return errorOf(shading, "shading.");
+      for (Crease& crease : shading->creases) std::ranges::sort(crease);
+      std::ranges::sort(shading->creases);
+      const auto again = std::ranges::unique(shading->creases);
+      shading->creases.erase(again.begin(), again.end());
+      *edit.shading = *std::move(shading);
+    }
+  }
+  if (message.has_friction()) {
+    edit.friction.emplace();
+    if (!isEmpty(message.friction())) {
+      auto friction = frictionFrom(message.friction());
+      if (!friction) return errorOf(friction, "friction.");
+      if (auto* field = std::get_if<FieldFamily>(&friction->friction.over)) normalise(*field);
+      *edit.friction = *std::move(friction);
+    }
+  }
+  if (message.has_texture()) {
+    edit.texture.emplace();
+    if (!isEmpty(message.texture())) {
+      auto texture = textureFrom(message.texture());
+      if (!texture) return errorOf(texture, "texture.");
+      normalise(texture->texture.family);
+      *edit.texture = *std::move(texture);
+    }
+  }
+  return edit;
+}
+
+Result<SurfaceProperties> surfaceFrom(const v1::ObjectState& message) {
+  SurfaceProperties properties;
+  if (message.has_shading()) {
+    auto shading = shadingFrom(message.shading());
+    if (!shading) return errorOf(shading, "shading.");
+    properties.shading = *std::move(shading);
+  }
+  if (message.has_friction()) {
+    auto friction = announcedFriction(message.friction());
+    if (!friction) return errorOf(friction, "");
+    properties.friction = *std::move(friction);
+  }
+  if (message.has_texture()) {
+    auto texture = announcedTexture(message.texture());
+    if (!texture) return errorOf(texture, "");
+    properties.texture = *std::move(texture);
+  }
+  return properties;
+}
+
+void toWire(const SurfaceProperties& properties, v1::ObjectState& message) {
+  message.clear_shading();
+  message.clear_friction();
+  message.clear_texture();
+  if (properties.shading) write(*properties.shading, *message.mutable_shading());
+  if (properties.friction) write(*properties.friction, *message.mutable_friction());
+  if (properties.texture) write(*properties.texture, *message.mutable_texture());
+}
+
+}  // namespace haptics

@@ -1,0 +1,297 @@
+#include "common/wire/convert_surface.h"
+
+#include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
+
+#include <limits>
+#include <numbers>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+v1::Material parse(const std::string& text) {
+  v1::Material message;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &message)) << text;
+  return message;
+}
+
+SurfaceEdit edit(const std::string& text) {
+  auto result = surfaceFrom(parse(text));
+  EXPECT_TRUE(result) << result.error().text();
+  return result ? *std::move(result) : SurfaceEdit{};
+}
+
+struct BadProperty {
+  std::string text;    // of a material
+  std::string field;   // that is named
+  std::string reason;  // part of what is said
+};
+
+void PrintTo(const BadProperty& bad, std::ostream* out) { *out << bad.text; }
+
+class RefusedProperty : public testing::TestWithParam<BadProperty> {};
+
+TEST_P(RefusedProperty, NamesItsFieldAndWhatWouldBeRight) {
+  const auto result = surfaceFrom(parse(GetParam().text));
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().field, GetParam().field);
+  EXPECT_THAT(result.error().reason, HasSubstr(GetParam().reason));
+}
+
+std::string texture(const std::string& family, const std::string& rest = "amplitude_m: 1e-3") {
+  return "texture { " + rest + " field { " + family + " } }";
+}
+std::string wave(const std::string& rest) { return texture("fourier { terms { " + rest + " } }"); }
+std::string mapped(const std::string& rest) { return texture("mapped { " + rest + " }"); }
+
+const std::string kGrain = "grain { grain_m: 1e-3 }";
+const std::string kPlane = " mapping { shape: MAPPING_SHAPE_PLANE tile_m: 0.01 }";
+const std::string kField = "texture.field.";
+
+INSTANTIATE_TEST_SUITE_P(
+    Shading, RefusedProperty,
+    testing::Values(BadProperty{"shading { crease_rad: -0.1 }", "shading.crease_rad", "more than 0"},
+                    BadProperty{"shading { crease_rad: 3.2 }", "shading.crease_rad", "3.14"},
+                    BadProperty{"shading { crease_rad: nan }", "shading.crease_rad", "nan"},
+                    BadProperty{"shading { creases { first: 1 second: 2 } }", "shading.crease_rad", "more than 0"},
+                    BadProperty{
+                        "shading { crease_rad: 1 creases { first: 1 second: 2 } creases { first: 3 second: 3 } }",
+                        "shading.creases[1]", "vertex 3 twice"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Friction, RefusedProperty,
+    testing::Values(
+        BadProperty{"friction { mu_static: 0.3 mu_dynamic: 0.4 }", "friction.mu_dynamic", "at most mu_static"},
+        BadProperty{"friction { mu_dynamic: 0.4 }", "friction.mu_dynamic", "at most mu_static"},
+        BadProperty{"friction { mu_static: -1 }", "friction.mu_static", "0 to 10"},
+        BadProperty{"friction { mu_static: 11 }", "friction.mu_static", "0 to 10"},
+        BadProperty{"friction { mu_static: nan }", "friction.mu_static", "nan"},
+        BadProperty{"friction { mu_static: 1 mu_dynamic: -inf }", "friction.mu_dynamic", "0 to 10"},
+        BadProperty{"friction { mu_static: 1 variation: 0.5 }", "friction.variation", "give field"},
+        BadProperty{"friction { mu_static: 1 field { " + kGrain + " } }", "friction.variation", "change nothing"},
+        BadProperty{"friction { mu_static: 1 variation: nan field { " + kGrain + " } }", "friction.variation", "nan"},
+        BadProperty{"friction { mu_static: 1 variation: 1 field {} }", "friction.field.family", "give fourier"},
+        BadProperty{"friction { mu_static: 1 per_vertex {} }", "friction.per_vertex.source", "give values"},
+        BadProperty{"friction { mu_static: 1 per_vertex { asset: 'x' } }", "friction.per_vertex.asset", "32"},
+        BadProperty{"friction { mu_static: 1 per_vertex { values {} } }", "friction.per_vertex.values.value",
+                    "is empty"},
+        BadProperty{"friction { mu_static: 1 per_vertex { values { value: [1, -1] } } }",
+                    "friction.per_vertex.values.value[1]", "0 to 10"},
+        BadProperty{"friction { mu_static: 1 per_vertex { values { value: [nan] } } }",
+                    "friction.per_vertex.values.value[0]", "nan"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Texture, RefusedProperty,
+    testing::Values(
+        BadProperty{texture(kGrain, ""), "texture.amplitude_m", "more than 0"},
+        BadProperty{texture(kGrain, "amplitude_m: -1e-3"), "texture.amplitude_m", "more than 0"},
+        BadProperty{texture(kGrain, "amplitude_m: inf"), "texture.amplitude_m", "inf"},
+        BadProperty{texture(kGrain, "amplitude_m: 0.2"), "texture.amplitude_m", "at most 0.1 m"},
+        BadProperty{texture(kGrain, "amplitude_m: 1e-3 gain_K: 0"), "texture.gain_K", "more than 0"},
+        BadProperty{texture(kGrain, "amplitude_m: 1e-3 gain_K: 2.1"), "texture.gain_K", "at most 2"},
+        BadProperty{texture(kGrain, "amplitude_m: 1e-3 law: 9"), "texture.law", "give TEXTURE_LAW_HO1999"},
+        BadProperty{"texture { amplitude_m: 1e-3 }", "texture.field.family", "give fourier"},
+        BadProperty{texture("fourier {}"), kField + "fourier.terms", "1 to 64"},
+        BadProperty{wave("wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "length 0"},
+        BadProperty{wave("direction { x: 2 } wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "length 2"},
+        BadProperty{wave("direction { x: nan } wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "nan"},
+        BadProperty{wave("direction { x: 1 }"), kField + "fourier.terms[0].wavelength_m", "is 0"},
+        BadProperty{wave("direction { x: 1 } wavelength_m: -1"), kField + "fourier.terms[0].wavelength_m", "1e-05 to"},
+        BadProperty{wave("direction { x: 1 } wavelength_m: nan"), kField + "fourier.terms[0].wavelength_m", "nan"},
+        BadProperty{wave("direction { x: 1 } wavelength_m: 1 amplitude: 0"), kField + "fourier.terms[0].amplitude",
+                    "leave it out"},
+        BadProperty{wave("direction { x: 1 } wavelength_m: 1 phase_rad: inf"), kField + "fourier.terms[0].phase_rad",
+                    "inf"},
+        BadProperty{texture("noise {}"), kField + "noise.wavelength_m", "is 0"},
+        BadProperty{texture("noise { wavelength_m: 1 octaves: 0 }"), kField + "noise.octaves", "1 to 12"},
+        BadProperty{texture("noise { wavelength_m: 1 octaves: 13 }"), kField + "noise.octaves", "1 to 12"},
+        BadProperty{texture("noise { wavelength_m: 1 persistence: 1.5 }"), kField + "noise.persistence", "to 1"},
+        BadProperty{texture("cellular {}"), kField + "cellular.cell_m", "is 0"},
+        BadProperty{texture("cellular { cell_m: 1 smoothness: 0 }"), kField + "cellular.smoothness", "0.001 to 1"},
+        BadProperty{texture("grain { grain_m: inf }"), kField + "grain.grain_m", "inf"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Mapped, RefusedProperty,
+    testing::Values(
+        BadProperty{mapped(kPlane), kField + "mapped.source", "give image"},
+        BadProperty{mapped("image: ''" + kPlane), kField + "mapped.image", "is empty"},
+        BadProperty{mapped("image: '/a.png'" + kPlane), kField + "mapped.image", "absolute"},
+        BadProperty{mapped("image: 'a/../../b.png'" + kPlane), kField + "mapped.image", "leaves"},
+        BadProperty{mapped("asset: 'short'" + kPlane), kField + "mapped.asset", "has 5 bytes"},
+        BadProperty{mapped("image: 'a.png'"), kField + "mapped.mapping.shape", "give MAPPING_SHAPE_PLANE"},
+        BadProperty{mapped("image: 'a.png' mapping { shape: 7 }"), kField + "mapped.mapping.shape", "is 7"},
+        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE }"), kField + "mapped.mapping.tile_m",
+                    "is 0"},
+        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: nan }"),
+                    kField + "mapped.mapping.tile_m", "nan"},
+        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 centre { y: inf } }"),
+                    kField + "mapped.mapping.centre.y", "inf"},
+        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 size_m { x: 1 y: 1 } }"),
+                    kField + "mapped.mapping.size_m.z", "more than 0"},
+        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 rotation { w: 2 } }"),
+                    kField + "mapped.mapping.rotation", "unit quaternion"},
+        BadProperty{mapped("reaction_diffusion { pattern: 5 }" + kPlane), kField + "mapped.reaction_diffusion.pattern",
+                    "is 5"},
+        BadProperty{mapped("reaction_diffusion { cells: 65 }" + kPlane), kField + "mapped.reaction_diffusion.cells",
+                    "2 to 64"},
+        BadProperty{mapped("reaction_diffusion { resolution: 4000000000 }" + kPlane),
+                    kField + "mapped.reaction_diffusion.resolution", "32 to 1024"},
+        BadProperty{mapped("reaction_diffusion { cells: 64 }" + kPlane),
+                    kField + "mapped.reaction_diffusion.resolution", "512 or more"},
+        BadProperty{mapped("spot_noise { elongation: 0.5 }" + kPlane), kField + "mapped.spot_noise.elongation",
+                    "1 to 8"},
+        BadProperty{mapped("spot_noise { cells: 1 }" + kPlane), kField + "mapped.spot_noise.cells", "2 to 64"}));
+
+TEST(SurfaceProperty, IsRefusedWithMoreCreasesThanMayBeNamed) {
+  v1::Material message = parse("shading { crease_rad: 1 }");
+  for (std::uint32_t i = 0; i < kMaxCreases; ++i) message.mutable_shading()->add_creases()->set_first(i + 1);
+  EXPECT_TRUE(surfaceFrom(message));
+  message.mutable_shading()->add_creases()->set_first(7);
+  const auto tooMany = surfaceFrom(message);
+  ASSERT_FALSE(tooMany);
+  EXPECT_EQ(tooMany.error().field, "shading.creases");
+}
+
+TEST(SurfaceProperty, IsRefusedInsideItsOperation) {
+  v1::Transaction transaction;
+  v1::SetMaterial& set = *transaction.add_operations()->mutable_set_material();
+  set.mutable_object()->set_name("a");
+  *set.mutable_material() = parse("friction { mu_static: -1 }");
+  const auto result = fromWire(transaction);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().field, "operations[0].set_material.material.friction.mu_static");
+}
+
+TEST(SurfaceProperty, IsTakenAwayByAnEmptyMessageAndKeptByNone) {
+  const SurfaceEdit none = edit("stiffness_N_per_m: 500");
+  EXPECT_TRUE(none.empty());
+  const SurfaceEdit away = edit("shading {} friction {} texture {}");
+  EXPECT_TRUE(away.shading && !*away.shading);
+  EXPECT_TRUE(away.friction && !*away.friction);
+  EXPECT_TRUE(away.texture && !*away.texture);
+}
+
+TEST(SurfaceProperty, NamesEachCreaseOnceInOrder) {
+  const SurfaceEdit given = edit(
+      "shading { crease_rad: 1 creases { first: 9 second: 4 } creases { first: 2 second: 5 } creases { first: 4 "
+      "second: 9 } creases { first: 2 second: 3 } }");
+  EXPECT_THAT((*given.shading)->creases, ElementsAre(Crease{2, 3}, Crease{2, 5}, Crease{4, 9}));
+}
+
+TEST(SurfaceProperty, ComesWithItsDefaults) {
+  const SurfaceEdit given = edit(texture("noise { wavelength_m: 2e-3 }"));
+  const Texture& t = (*given.texture)->texture;
+  EXPECT_EQ(t.law, Texture::Law::kHo1999);
+  EXPECT_EQ(t.gain_K, 1.5);
+  EXPECT_FALSE(t.literal);
+  EXPECT_EQ(std::get<NoiseFamily>(t.family), (NoiseFamily{2e-3, 1, 0.5, 1}));
+  const SurfaceEdit computed = edit(mapped("reaction_diffusion {}" + kPlane));
+  EXPECT_EQ(std::get<ReactionDiffusionSource>((*computed.texture)->source->field), ReactionDiffusionSource{});
+  EXPECT_TRUE(std::get<MappedFamily>((*computed.texture)->texture.family).field.isZero());
+}
+
+TEST(SurfaceProperty, ComesWithDirectionsOfUnitLength) {
+  const SurfaceEdit given = edit(wave("direction { x: 0.6005 y: 0.8 } wavelength_m: 1e-3"));
+  const auto& family = std::get<FourierFamily>((*given.texture)->texture.family);
+  EXPECT_NEAR(glm::length(family.terms[0].direction), 1, 1e-15);
+  EXPECT_EQ(family.terms[0].amplitude, 1);
+}
+
+TEST(SurfaceProperty, CarriesWhereItsFieldComesFrom) {
+  const SurfaceEdit image = edit(mapped("image: 'maps/a.png'" + kPlane));
+  EXPECT_EQ(std::get<FileSource>((*image.texture)->source->field).path, "maps/a.png");
+  const SurfaceEdit spots = edit(mapped("spot_noise { cells: 20 elongation: 3 resolution: 512 seed: 9 }" + kPlane));
+  EXPECT_EQ(std::get<SpotNoiseSource>((*spots.texture)->source->field), (SpotNoiseSource{20, 3, 512, 9}));
+  const SurfaceEdit values = edit("friction { mu_static: 1 per_vertex { values { value: [1, 0.5, 0] } } }");
+  const auto& source = std::get<VertexValuesSource>((*values.friction)->source);
+  EXPECT_THAT(std::get<GivenValues>(source).values, ElementsAre(1, 0.5, 0));
+}
+
+TEST(SurfaceProperty, LeavesTheSizeAndCentreOfItsMappingToTheMesh) {
+  const std::string base = "image: 'a' mapping { shape: MAPPING_SHAPE_SPHERE tile_m: 1 ";
+  const auto source = [&](const std::string& rest) { return *(*edit(mapped(base + rest + "}")).texture)->source; };
+  EXPECT_TRUE(source("").centreOfMesh && source("").sizeOfMesh);
+  EXPECT_TRUE(!source("centre {}").centreOfMesh && source("centre {}").sizeOfMesh);
+  const std::string size = "size_m { x: 1 y: 2 z: 3 }";
+  EXPECT_TRUE(source(size).centreOfMesh && !source(size).sizeOfMesh);
+}
+
+// ---- What is announced ----
+
+ContentHash hash(std::uint64_t number) { return Hasher().add(number).finish(); }
+
+std::vector<FieldFamily> families() {
+  const double third = 1.0 / 3;
+  FourierFamily fourier;
+  for (int i = 1; i <= 3; ++i)
+    fourier.terms.push_back({third * i, {third, -2 * third, 2 * third}, third * 1e-3, -third});
+  return {
+      fourier, NoiseFamily{third, 3, third, 0}, CellularFamily{third, third, 7}, GrainFamily{third, 0xffffffff},
+      MappedFamily{hash(1), {Mapping::Shape::kSphere, {third, 0, -third}, {0.6, 0, 0.8, 1e-4}, {third, 1, 2}, third}}};
+}
+
+void comesBackBitForBit(const SurfaceProperties& properties) {
+  v1::ObjectState sent, arrived;
+  toWire(properties, sent);
+  ASSERT_TRUE(arrived.ParseFromString(sent.SerializeAsString()));
+  const auto back = surfaceFrom(arrived);
+  ASSERT_TRUE(back) << back.error().text();
+  EXPECT_EQ(*back, properties) << sent.DebugString();
+}
+
+TEST(AnnouncedSurface, ComesBackBitForBit) {
+  SurfaceProperties p;
+  comesBackBitForBit(p);
+  p.shading = Shading{std::numbers::pi, {{1, 2}, {7, 9}}};
+  comesBackBitForBit(p);
+  p.friction = Friction{};
+  comesBackBitForBit(p);
+  p.friction = Friction{0.7, 0.1, 0, PerVertexScale{hash(2)}};
+  comesBackBitForBit(p);
+  for (const FieldFamily& family : families()) {
+    p.friction = Friction{0.7, 1.0 / 3, -1.0 / 3, family};
+    p.texture = Texture{Texture::Law::kBump, family, 1e-3 / 3, true, 2.0 / 3};
+    comesBackBitForBit(p);
+  }
+}
+
+TEST(AnnouncedSurface, IsNoLongerThereWhereAMessageIsUsedAnew) {
+  SurfaceProperties p;
+  p.shading = Shading{1, {}};
+  p.friction = Friction{};
+  p.texture = Texture{.family = GrainFamily{1e-3, 1}, .amplitude_m = 1e-3};
+  v1::ObjectState message;
+  toWire(p, message);
+  toWire(SurfaceProperties{}, message);
+  EXPECT_EQ(*surfaceFrom(message), SurfaceProperties{});
+}
+
+TEST(AnnouncedSurface, IsRefusedWhereItNamesNoAsset) {
+  const auto refusal = [](const std::string& text) {
+    v1::ObjectState message;
+    const v1::Material material = parse(text);
+    if (material.has_texture()) *message.mutable_texture() = material.texture();
+    if (material.has_friction()) *message.mutable_friction() = material.friction();
+    const auto result = surfaceFrom(message);
+    return result ? "accepted" : result.error().field;
+  };
+  EXPECT_EQ(refusal(mapped("image: 'a.png'" + kPlane)), "texture.field.mapped.source");
+  EXPECT_EQ(refusal(mapped("spot_noise {}" + kPlane)), "texture.field.mapped.source");
+  const std::string asset = "asset: '0123456789abcdef0123456789abcdef' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 ";
+  EXPECT_EQ(refusal(mapped(asset + "}")), "texture.field.mapped.mapping.centre");
+  EXPECT_EQ(refusal(mapped(asset + "centre {} }")), "texture.field.mapped.mapping.size_m");
+  EXPECT_EQ(refusal(mapped(asset + "centre {} size_m { x: 1 y: 1 z: 1 } }")), "accepted");
+  EXPECT_EQ(refusal("friction { mu_static: 1 variation: 1 field { mapped { image: 'a' " + kPlane + " } } }"),
+            "friction.field.mapped.source");
+  EXPECT_EQ(refusal("friction { mu_static: 1 per_vertex { values { value: 1 } } }"), "friction.per_vertex.source");
+  EXPECT_EQ(refusal("texture { amplitude_m: nan }"), "texture.amplitude_m");
+  EXPECT_EQ(refusal("friction { mu_static: nan }"), "friction.mu_static");
+}
+
+}  // namespace
+}  // namespace haptics
