@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kScale = 1.0081844136;  ///< 1 / the deviation of a flattened normal distribution.
 constexpr double kHighest = 3 * kScale;
-constexpr double kSlope = 23, kCurvature = 180;  ///< For grains of 1 m: above the largest of 2 * 10^7 samples.
+constexpr double kSlope = 23, kCurvature = 200;  ///< For grains of 1 m: above the largest of 2 * 10^7 samples.
 
 using Vec4 = glm::dvec4;  // gradient, value
 

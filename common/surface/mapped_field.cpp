@@ -9,7 +9,8 @@
 namespace haptics {
 namespace {
 
-constexpr double kBlend = 0.2;         ///< Part of half a box's side over which its faces go over into each other.
+/// Faces of a box go over into each other where |a - b| / (a + b) is less, a and b their parts of half a side.
+constexpr double kBlend = 1.0 / 9;
 constexpr double kFlatWithin = 0.125;  ///< Of the radius: there the field is its mean,
 constexpr double kWholeBeyond = 0.25;  ///< and from here on itself.
 
@@ -145,42 +146,59 @@ class OnBox final : public ScalarField {
   [[nodiscard]] FieldSample at(Vec3 point) const noexcept override {
     const Vec3 p = frame_.local(point);
     const Vec3 part = glm::abs(p) / half_m_;
-    const int largest = part.x >= part.y ? (part.x >= part.z ? 0 : 2) : (part.y >= part.z ? 1 : 2);
-    const Ramp present = presence(part[largest]);
+    const double fromMiddle = glm::length(part);
+    const Ramp present = presence(fromMiddle);
     if (present.value == 0) return {tiles_.mean(), Vec3(0)};
-    // How |p| / half a side changes along its axis.
-    const Vec3 outward(std::copysign(1 / half_m_.x, p.x), std::copysign(1 / half_m_.y, p.y),
-                       std::copysign(1 / half_m_.z, p.z));
 
-    double weights = 0, sum = 0;
-    Vec3 weightsSlope(0), sumSlope(0);
+    const Share xy = share(part, 0, 1), yz = share(part, 1, 2), zx = share(part, 2, 0);
+    const std::array<Share, 3> weights{xy * rest(zx), yz * rest(xy), zx * rest(yz)};
+    Share all{0, Vec3(0)};
+    double sum = 0;
+    Vec3 slope(0), bySide(0);  // of the sum, from the faces and from the weights
     for (int axis = 0; axis < 3; ++axis) {
-      const double ratio = part[axis] / part[largest];
-      if (ratio <= 1 - kBlend) continue;
-      const Ramp w = fade((ratio - (1 - kBlend)) / kBlend);
-      Vec3 slope(0);
-      slope[axis] += outward[axis];
-      slope[largest] -= ratio * outward[largest];
-      slope *= w.slope / (kBlend * part[largest]);
+      const Share& weight = weights[axis];
+      if (weight.value == 0) continue;
       const FieldSample face = onFace(axis, p);
-      weights += w.value;
-      weightsSlope += slope;
-      sum += w.value * face.value;
-      sumSlope += w.value * face.gradient + slope * face.value;
+      all = {all.value + weight.value, all.slope + weight.slope};
+      sum += weight.value * face.value;
+      slope += weight.value * face.gradient;
+      bySide += face.value * weight.slope;
     }
-    const double blended = sum / weights;
-    const Vec3 blendedSlope = (sumSlope - blended * weightsSlope) / weights;
-
+    const double blended = sum / all.value;
     const double above = blended - tiles_.mean();
-    Vec3 gradient = present.value * blendedSlope;
-    gradient[largest] += above * present.slope * outward[largest];
-    return {tiles_.mean() + present.value * above, frame_.gradient(gradient)};
+    bySide = present.value * (bySide - blended * all.slope) / all.value + above * present.slope / fromMiddle * part;
+    const Vec3 outward(std::copysign(1, p.x), std::copysign(1, p.y), std::copysign(1, p.z));
+    return {tiles_.mean() + present.value * above,
+            frame_.gradient(present.value * slope / all.value + bySide * outward / half_m_)};
   }
 
  private:
   Tiles tiles_;
   Frame frame_;
   Vec3 half_m_;
+
+  /// A weight and its derivatives by |x|, |y| and |z| over half a side.
+  struct Share {
+    double value;
+    Vec3 slope;
+
+    friend Share operator*(const Share& a, const Share& b) noexcept {
+      return {a.value * b.value, a.value * b.slope + b.value * a.slope};
+    }
+  };
+  [[nodiscard]] static Share rest(const Share& a) noexcept { return {1 - a.value, -a.slope}; }
+  /// What the faces of the first axis have against those of the second: all where its part is larger by far.
+  [[nodiscard]] static Share share(Vec3 part, int first, int second) noexcept {
+    const double sum = part[first] + part[second];
+    const double t = 0.5 + (part[first] - part[second]) / (2 * kBlend * sum);
+    if (!(t > 0)) return {0, Vec3(0)};
+    if (t >= 1) return {1, Vec3(0)};
+    const Ramp r = fade(t);
+    Share result{r.value, Vec3(0)};
+    result.slope[first] = r.slope * part[second] / (kBlend * sum * sum);
+    result.slope[second] = -r.slope * part[first] / (kBlend * sum * sum);
+    return result;
+  }
 
   /// The field on the face that the axis goes through, laid on it so that it is not mirrored from outside.
   [[nodiscard]] FieldSample onFace(int axis, Vec3 p) const noexcept {
@@ -197,13 +215,13 @@ class OnBox final : public ScalarField {
     double sign;
   };
 
-  /// Blending from one face to another adds the weights' slope, at most 15/16 of 1 / blended length, to that of the field.
+  /// Blending from one face to another adds the weights' slope, at most 15/8 / length, to that of the field.
   [[nodiscard]] static FieldBounds boundsOf(const Tiles& tiles, const Mapping& mapping) {
     FieldBounds bounds = tiles.bounds();
-    const double narrowest_m = 0.5 * kBlend * std::min({mapping.size_m.x, mapping.size_m.y, mapping.size_m.z});
+    const double length_m = 2 * kBlend * std::min({mapping.size_m.x, mapping.size_m.y, mapping.size_m.z});
     const double range = bounds.highest - bounds.lowest, slope = bounds.slope_per_m;
-    bounds.slope_per_m += range / narrowest_m;
-    bounds.curvature_per_m2 += 2 * slope / narrowest_m + 3 * range / (narrowest_m * narrowest_m);
+    bounds.slope_per_m += 1.9 * range / length_m;
+    bounds.curvature_per_m2 += 4 * slope / length_m + 6 * range / (length_m * length_m);
     return bounds;
   }
 };

@@ -9,8 +9,9 @@
 namespace haptics {
 namespace {
 
-constexpr double kEnough = 0.005;  ///< Of the samples' range: how far a bound may lie outside what was found.
-constexpr int kDeepest = 8;        ///< Halvings of a cell; four are enough as a rule.
+constexpr double kEnough = 0.005;   ///< Of the samples' range: how far a bound may lie outside what was found.
+constexpr double kRounding = 1e-9;  ///< Of the largest sample: above what the spline's own evaluation rounds.
+constexpr int kDeepest = 8;         ///< Halvings of a cell; four are enough as a rule.
 
 using Four = std::array<double, 4>;
 using Net = std::array<Four, 4>;  ///< Control points of one cell: the cell's values lie between their extremes.
@@ -63,7 +64,7 @@ class Ceiling {
   void raiseTo(const Net& coefficients) {
     if (highestOf(coefficients) > found_ + slack_) raise(bezier(coefficients), 0);
   }
-  [[nodiscard]] double bound() const { return bound_; }
+  [[nodiscard]] double bound() const { return std::max(bound_, found_ + slack_); }
 
  private:
   double found_;  // reached by a cell's corner
@@ -114,7 +115,8 @@ class Steepness {
 
 SplineBounds boundsOf(const SplineGrid& grid, std::span<const float> samples) {
   const auto [least, most] = std::minmax_element(samples.begin(), samples.end());
-  const double slack = kEnough * (static_cast<double>(*most) - *least);
+  const double slack =
+      kEnough * (static_cast<double>(*most) - *least) + kRounding * std::max(std::abs(*most), std::abs(*least));
   Ceiling ceiling(*most, slack), floorUpsideDown(-*least, slack);
   Steepness corner(0), middle(0.5);
   for (std::size_t y = 0; y < grid.height; ++y) {

@@ -51,25 +51,47 @@ inline void expectTheGradientIsTheDerivative(const ScalarField& field, double ha
   EXPECT_LE(worst, 1e-5 * steepest);
 }
 
+/// The largest change of the gradient from step to step of straight walks, and of the value.
+struct Steps {
+  double value = 0, gradient = 0;
+};
+inline Steps stepsAlong(const ScalarField& field, Vec3 start, Vec3 direction, double step_m, int count) {
+  Steps largest;
+  FieldSample before = field.at(start);
+  for (int i = 1; i <= count; ++i) {
+    const FieldSample now = field.at(start + i * step_m * direction);
+    largest.value = std::max(largest.value, std::abs(now.value - before.value));
+    largest.gradient = std::max(largest.gradient, glm::length(now.gradient - before.gradient));
+    before = now;
+  }
+  return largest;
+}
+
 /// Along straight walks of short steps, value and gradient change no faster than the bounds say.
 inline void expectNoStepOfValueOrGradient(const ScalarField& field, double halfSide_m, int walks = 40) {
   Random random(11);
   const double step_m = 1e-3 * field.shortestWavelength_m();
-  const FieldBounds& bounds = field.bounds();
-  double valueStep = 0, gradientStep = 0;
+  Steps largest;
   for (int walk = 0; walk < walks; ++walk) {
-    const Vec3 start = randomPoint(random, halfSide_m), direction = randomDirection(random);
-    FieldSample before = field.at(start);
-    for (int i = 1; i <= 3000; ++i) {
-      const FieldSample now = field.at(start + i * step_m * direction);
-      valueStep = std::max(valueStep, std::abs(now.value - before.value));
-      gradientStep = std::max(gradientStep, glm::length(now.gradient - before.gradient));
-      before = now;
-    }
+    const Vec3 start = randomPoint(random, halfSide_m);
+    const Steps steps = stepsAlong(field, start, randomDirection(random), step_m, 3000);
+    largest.value = std::max(largest.value, steps.value);
+    largest.gradient = std::max(largest.gradient, steps.gradient);
   }
-  EXPECT_LE(valueStep, bounds.slope_per_m * step_m);
-  EXPECT_LE(gradientStep, bounds.curvature_per_m2 * step_m);
-  EXPECT_GT(gradientStep, 0);
+  EXPECT_LE(largest.value, field.bounds().slope_per_m * step_m);
+  EXPECT_LE(largest.gradient, field.bounds().curvature_per_m2 * step_m);
+  EXPECT_GT(largest.gradient, 0);
+}
+
+/// Across a place, shorter steps change value and gradient by less in proportion: neither jumps there.
+inline void expectNoJumpAcross(const ScalarField& field, Vec3 place, Vec3 direction, double reach_m) {
+  const auto across = [&](int steps) {
+    return stepsAlong(field, place - reach_m * direction, direction, 2 * reach_m / steps, steps);
+  };
+  const Steps coarse = across(2000), fine = across(20'000);
+  EXPECT_GT(coarse.gradient, 0);
+  EXPECT_LE(fine.value, 0.15 * coarse.value) << place.x << ' ' << place.y << ' ' << place.z;
+  EXPECT_LE(fine.gradient, 0.15 * coarse.gradient) << place.x << ' ' << place.y << ' ' << place.z;
 }
 
 struct Extremes {

@@ -41,6 +41,8 @@ TEST_P(LatticeField, IsFiniteFarFromTheOrigin) {
   }
 }
 
+std::string nameOf(const ::testing::TestParamInfo<Case>& each) { return each.param.name; }
+
 template <class Field, class Family>
 std::shared_ptr<const ScalarField> make(const Family& family) {
   return std::make_shared<const Field>(family);
@@ -53,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(Each, LatticeField,
                                            Case{"SharpCells", make<CellularField>(CellularFamily{kSide_m, 0.02})},
                                            Case{"Cells", make<CellularField>(CellularFamily{kSide_m})},
                                            Case{"SoftCells", make<CellularField>(CellularFamily{kSide_m, 0.5})}),
-                         [](const auto& each) { return each.param.name; });
+                         nameOf);
 
 TEST(NoiseField, ReachesItsBoundWhereACellsGradientsAreTheBestForOnePlace) {
   // Perlin's noise with the gradients to choose: at each place the best are the edges' directions nearest to the way.
