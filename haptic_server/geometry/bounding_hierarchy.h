@@ -90,9 +90,9 @@ class BoundingHierarchy {
   void setWide(bool wide) noexcept { wide_ = wide && __builtin_cpu_supports("avx") != 0; }
 
   /// Calls visit(begin, end) for the leaves nearer to h than the bound, near ones first; visit returns the squared
-  /// distance (m^2) beyond which nothing is of interest, negative to stop.
+  /// distance (m^2) beyond which nothing is of interest, negative to stop. `bound` is the one to begin with.
   template <class Visit>
-  void visitNear(Vec3 h, Visit visit) const noexcept;
+  void visitNear(Vec3 h, Visit visit, double bound = std::numeric_limits<double>::infinity()) const noexcept;
 
   [[nodiscard]] std::span<const Node> nodes() const noexcept { return nodes_; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return nodes_.capacity() * sizeof(Node); }
@@ -267,10 +267,9 @@ void BoundingHierarchy::visitBoxByEight(Vec3f low, Vec3f high, Visit& visit) con
 }
 
 template <class Visit>
-void BoundingHierarchy::visitNear(Vec3 h, Visit visit) const noexcept {
+void BoundingHierarchy::visitNear(Vec3 h, Visit visit, double bound) const noexcept {
   constexpr float kSlack = 1 - 0x1p-20F;  // distances are rounded to float: never leaves out a box for that
   const Vec3f at(h);
-  double bound = std::numeric_limits<double>::infinity();
   std::array<Ranked, kStackSize> stack;
   std::size_t top = 0;
   stack[top++] = {0, Child::node(0)};

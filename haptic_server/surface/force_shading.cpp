@@ -1,0 +1,154 @@
+#include "haptic_server/surface/force_shading.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptics {
+namespace {
+
+/// Polygons that the projection may pass through: it leads a fraction of an edge away. Bounds the tick where the mesh is
+/// crumpled; what is not found then is not shaded.
+constexpr int kMostPolygons = 16;
+/// Of Newton's method in a polygon; one is usually enough.
+constexpr int kMostSteps = 4;
+/// Of the depth (on the surface, of its square times an edge): a projection that misses h by less has arrived.
+constexpr double kMiss = 0x1p-20;
+/// Of the polygon's height: farther beyond a line is in the next polygon.
+constexpr double kBeyondLine = 0x1p-20;
+/// Depth times curvature (p tan(angle) over the edge's length) from which the weight falls, and at which it is 0; at 1
+/// the lines along the normals meet. Larger shades deeper and steps more where they do.
+constexpr double kFadesFrom = 0.5;
+constexpr double kFadesTo = 0.9;
+/// Cosine of N_s and the polygon's normal at which the weight is 0, and from which it is whole: normals that lie in the
+/// polygon or point into it describe nothing.
+constexpr double kLeastCosine = 0.1;
+constexpr double kGoodCosine = 0.3;
+/// Depth, in bulges, over which a bulge comes to be felt. Smaller is a stiffer first touch, 1 + 3/8 times at 4; larger
+/// leaves magnitudes wrong to a greater depth.
+constexpr double kBulges = 4;
+
+/// 0 up to `from`, 1 from `to` on, C1 between.
+[[nodiscard]] double smoothStep(double from, double to, double x) noexcept {
+  const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
+  return s * s * (3 - 2 * s);
+}
+
+/// A polygon with its corners' normals: x(u, v) on it, n(u, v) there, u and v the parts of corners 1 and 2.
+class ShadedPolygon {
+ public:
+  ShadedPolygon(const TriangleRecord& triangle, const ShadingRecord& shading) noexcept
+      : triangle_(triangle),
+        shading_(shading),
+        corner_(triangle.corner(0)),
+        edge1_(triangle.corner(1) - corner_),
+        edge2_(triangle.corner(2) - corner_),
+        normal_(shading.normal(0)),
+        turn1_(shading.normal(1) - normal_),
+        turn2_(shading.normal(2) - normal_) {}
+
+  /// Solves h = x(u, v) - s n(u, v) from the middle of the polygon and from about the right s. False where there is no
+  /// solution to be found.
+  [[nodiscard]] bool project(Vec3 h, double& s) noexcept {
+    u_ = v_ = 1.0 / 3;
+    for (int i = 0; i < kMostSteps; ++i) {
+      const Vec3 n = normal_ + turn1_ * u_ + turn2_ * v_;
+      const Vec3 a = edge1_ - turn1_ * s;
+      const Vec3 b = edge2_ - turn2_ * s;
+      const Vec3 missing = h - corner_ - edge1_ * u_ - edge2_ * v_ + n * s;
+      const Vec3 along = glm::cross(a, b);
+      const Vec3 turned = glm::cross(n, missing);
+      const double scale = 1 / glm::dot(n, along);
+      const double du = glm::dot(b, turned) * scale;
+      const double dv = -glm::dot(a, turned) * scale;
+      const double ds = -glm::dot(along, missing) * scale;
+      u_ += du;
+      v_ += dv;
+      s += ds;
+      // All that the step left out: the equation is bilinear.
+      const double left2 = ds * ds * squaredLength(turn1_ * du + turn2_ * dv);
+      if (!std::isfinite(left2)) return false;
+      if (left2 <= kMiss * kMiss * (s * s + kMiss * kMiss * squaredLength(edge1_))) return true;
+    }
+    return false;
+  }
+
+  /// The edge beyond which the projection has arrived, or -1.
+  [[nodiscard]] int beyond() const noexcept {
+    const Vec3 parts = this->parts();
+    int least = 0;
+    for (int k = 1; k < 3; ++k) {
+      if (parts[k] < parts[least]) least = k;
+    }
+    return parts[least] < -kBeyondLine ? nextCorner(least) : -1;
+  }
+
+  /// @param s  In lengths of the normal, which is a little less than 1.
+  [[nodiscard]] ShadedPoint at(double s, int side) const noexcept {
+    const Vec3 parts = this->parts();
+    const Vec3 n = interpolatedNormal(shading_, parts);
+    const double length = glm::length(n);
+    const Vec3 areaNormal = glm::cross(edge1_, edge2_);
+    const double cosine = glm::dot(areaNormal, n) / (glm::length(areaNormal) * length);
+    ShadedPoint shaded{0, n / length, s * length};
+    const double bend = std::abs(shaded.depth_m) * curvature(parts, shaded.depth_m > 0);
+    shaded.weight = (1 - smoothStep(kFadesFrom, kFadesTo, bend)) * smoothStep(kLeastCosine, kGoodCosine, cosine);
+    if (shaded.depth_m * side > 0) {
+      const double bulge = this->bulge(parts);
+      if (bulge != 0) shaded.depth_m += bulge * smoothStep(0, kBulges * std::abs(bulge), std::abs(shaded.depth_m));
+    }
+    return shaded;
+  }
+
+ private:
+  [[nodiscard]] Vec3 parts() const noexcept { return {1 - u_ - v_, u_, v_}; }
+
+  /// Of the surface that the normals describe: on the side on which h is, what makes lines along them meet.
+  [[nodiscard]] double curvature(Vec3 parts, bool within) const noexcept {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) {
+      sum +=
+          std::max(parts[k], 0.0) * (within ? shading_.roundness(k) : shading_.hollowness[static_cast<std::size_t>(k)]);
+    }
+    return sum;
+  }
+
+  /// Height of the quadratic surface over the polygon.
+  [[nodiscard]] double bulge(Vec3 parts) const noexcept {
+    const Vec3 x = corner_ + edge1_ * u_ + edge2_ * v_;
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) sum += parts[k] * glm::dot(triangle_.corner(k) - x, shading_.normal(k));
+    return sum / 2;
+  }
+
+  const TriangleRecord& triangle_;
+  const ShadingRecord& shading_;
+  Vec3 corner_, edge1_, edge2_;
+  Vec3 normal_, turn1_, turn2_;
+  double u_ = 0, v_ = 0;
+};
+
+[[nodiscard]] bool isSharp(const ShadingRecord& r, const Foot& foot) noexcept {
+  if (foot.feature == Feature::kLine) return r.sharpLine(foot.index);
+  return foot.feature == Feature::kVertex && r.sharpVertex(foot.index);
+}
+
+}  // namespace
+
+ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const Foot& foot, Vec3 h, double depth_m,
+                  int side) noexcept {
+  std::uint32_t t = foot.triangle;
+  if (isSharp(normals[t], foot)) return {};
+  double s = depth_m;
+  for (int i = 0; i < kMostPolygons; ++i) {
+    const ShadingRecord& shading = normals[t];
+    if (!shading.hasNormals()) return {};
+    ShadedPolygon polygon(surface.triangle(t), shading);
+    if (!polygon.project(h, s)) return {};
+    const int edge = polygon.beyond();
+    if (edge < 0 || shading.sharpLine(edge)) return polygon.at(s, side);
+    t = surface.triangle(t).neighbour(edge);
+  }
+  return {};
+}
+
+}  // namespace haptics

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/scene/surface_properties.h"
+#include "common/surface/scalar_field.h"
+#include "haptic_server/surface/friction.h"
+#include "haptic_server/surface/shading_normals.h"
+#include "haptic_server/surface/texture_law.h"
+
+namespace haptics {
+
+/// A texture as the tick evaluates it. Object frame.
+class TextureDetail {
+ public:
+  /// Samples the height over the surface for what gainFor() needs: some milliseconds.
+  TextureDetail(const Surface& surface, const Texture& texture, std::shared_ptr<const ScalarField> field);
+
+  [[nodiscard]] Relief at(Vec3 place) const noexcept;
+  [[nodiscard]] Texture::Law law() const noexcept { return law_; }
+  /// Never exceeded: no contact farther outside.
+  [[nodiscard]] double highest_m() const noexcept { return highest_m_; }
+  /// Largest eigenvalue of grad h grad h^T + h H(h) over the surface: times k K it is the largest lateral stiffness of
+  /// Eq. (4a). Dimensionless; found by sampling, so that it may be a little less than the true one.
+  [[nodiscard]] double steepness() const noexcept { return steepness_; }
+  /// K as it was asked for, or less: so that the texture is sideways no stiffer than `most_N_per_m` on a surface of this
+  /// stiffness. Bump mapping has no K.
+  [[nodiscard]] double gainFor(double stiffness_N_per_m, double most_N_per_m) const noexcept;
+
+ private:
+  std::shared_ptr<const ScalarField> field_;
+  Texture::Law law_;
+  double amplitude_m_;
+  double zero_;  // the value of the field where h = 0
+  double gain_;
+  double highest_m_;
+  double steepness_ = 0;
+};
+
+/// Friction coefficients over a surface. Object frame.
+class FrictionDetail {
+ public:
+  /// `field` and `scale` (a factor for each vertex, canonical numbering) may be null.
+  FrictionDetail(const Friction& friction, std::shared_ptr<const ScalarField> field,
+                 std::shared_ptr<const std::vector<float>> scale);
+
+  /// At a place on polygon t of the surface.
+  [[nodiscard]] FrictionCoefficients at(const Surface& surface, std::uint32_t t, Vec3 place) const noexcept;
+  /// The largest static one.
+  [[nodiscard]] double most() const noexcept { return most_; }
+  /// c of paper 4.2: friction's spring is nowhere stiffer than the surface, nor than `most_N_per_m`.
+  [[nodiscard]] double stiffnessFor(double stiffness_N_per_m, double most_N_per_m) const noexcept {
+    return std::min(stiffness_N_per_m, most_N_per_m) / most_;
+  }
+
+ private:
+  [[nodiscard]] double factorAt(const Surface& surface, std::uint32_t t, Vec3 place) const noexcept;
+
+  FrictionCoefficients mean_;
+  double variation_;
+  std::shared_ptr<const ScalarField> field_;
+  std::shared_ptr<const std::vector<float>> scale_;
+  double most_ = 0;
+};
+
+/// How an object's surface feels beyond its shape (paper 4). Immutable; built off the servo thread.
+struct SurfaceDetail {
+  std::shared_ptr<const ShadingNormals> shading;  ///< Null: as the polygons are.
+  std::optional<FrictionDetail> friction;
+  std::optional<TextureDetail> texture;
+};
+
+/// What a detail is made of beside the records: the fields that they name, null where they name none.
+struct DetailFields {
+  std::shared_ptr<const ScalarField> texture;
+  std::shared_ptr<const ScalarField> friction;
+  std::shared_ptr<const std::vector<float>> frictionScale;  ///< A factor >= 0 for each vertex, canonical numbering.
+};
+
+/// Null when there is nothing beyond the shape. For the builder thread; an object keeps its detail, the same pointer,
+/// until its mesh or one of its properties changes. `normals` are those of an earlier detail of the same surface with the
+/// same shading, or null.
+[[nodiscard]] std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(
+    const Surface& surface, const SurfaceProperties& properties, const DetailFields& fields,
+    std::shared_ptr<const ShadingNormals> normals = {});
+
+}  // namespace haptics
