@@ -58,6 +58,8 @@ struct TelemetrySample {
   double height_m = 0;
   ForceComponents force;
   double contactEnergy_J = 0;  ///< Given to the hand by the force as written, since attach.
+  /// Given to the hand by each feature's part of the force, before blend and limit, since attach.
+  double shadingEnergy_J = 0, frictionEnergy_J = 0, textureEnergy_J = 0;
   Fault fault = Fault::kNone;
   DeviceState deviceState = DeviceState::kAbsent;
   std::uint64_t missedTicks = 0;     ///< Since start.

@@ -29,6 +29,7 @@ class Succession {
         begin(i, object);
       }
     }
+    for (std::size_t i = 0; i < count_; ++i) takeDetail(i, next.objects[i].detail.get());
     contact_ = state.contact;
     broken_ = reseat(contact_, bodies(), {origins_.data(), count_});
   }
@@ -58,7 +59,11 @@ class Succession {
     std::copy_n(bodies_.begin(), count_, state.bodies.begin());
     std::copy_n(objects_.begin(), count_, state.objects.begin());
     state.bodyCount = count_;
+    std::copy_n(textures_.begin(), count_, state.textures.begin());
     state.contact = contact_;
+    state.detailEdited = detailEdited_;
+    state.anyDetail = anyDetail_;
+    state.anyTexture = anyTexture_;
     state.contactBroken = broken_;
     state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                       [](const HapticState::ObjectState& o) { return o.beingMoved; });
@@ -105,6 +110,16 @@ class Succession {
     return holds && pose.follows(state_.bodies[before].current, object.pose);
   }
 
+  void takeDetail(std::size_t i, const SurfaceDetail* detail) noexcept {
+    const int before = origins_[i].before;
+    textures_[i] = before >= 0 ? state_.textures[static_cast<std::size_t>(before)] : TextureWatch{};
+    if (origins_[i].changed) textures_[i] = {.presence = textures_[i].presence};
+    detailEdited_ = detailEdited_ || (objects_[i].id == state_.contactObject && objects_[i].detail != detail);
+    objects_[i].detail = detail;
+    anyDetail_ = anyDetail_ || detail != nullptr;
+    anyTexture_ = anyTexture_ || (detail != nullptr && detail->texture);
+  }
+
   /// At its place in the scene, at rest.
   void put(std::size_t i, const ServoObject& object) noexcept {
     objects_[i].scenePose = object.pose;
@@ -120,7 +135,11 @@ class Succession {
   std::array<Body, kMaxServoObjects> bodies_;
   std::array<HapticState::ObjectState, kMaxServoObjects> objects_;
   std::array<BodyOrigin, kMaxServoObjects> origins_;
+  std::array<TextureWatch, kMaxServoObjects> textures_;
   ContactState contact_;
+  bool detailEdited_ = false;
+  bool anyDetail_ = false;
+  bool anyTexture_ = false;
   bool broken_ = false;
 };
 

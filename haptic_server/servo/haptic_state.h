@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include "common/telemetry/telemetry_sample.h"
@@ -11,13 +12,17 @@
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/force/velocity_estimator.h"
 #include "haptic_server/servo/servo_scene.h"
+#include "haptic_server/servo/surface_memory.h"
 
 namespace haptics {
 
 /// Fixed for a session.
 struct StepConfig {
-  double period_s = 1e-3;   ///< Nominal tick, used by every integration: never the measured one.
-  double maxForce_N = 3.3;  ///< Magnitude limit, the device's.
+  double period_s = 1e-3;     ///< Nominal tick, used by every integration: never the measured one.
+  double maxForce_N = 3.3;    ///< Magnitude limit, the device's.
+  double positionStep_m = 0;  ///< Of the device's encoders.
+  /// Largest lateral stiffness at which the device is locally stable: textures and friction stay below.
+  double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
 };
 
 /// What the servo remembers from tick to tick, but for the bodies. Written by the step, stage by stage, unless noted.
@@ -28,6 +33,9 @@ struct StepMemory {
   std::size_t bodyCount = 0;
   bool adoptedNow = false;     ///< Until the end of the tick of an adoption.
   bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
+  bool detailEdited = false;   ///< The adoption changed what the felt surface feels like.
+  bool anyDetail = false;      ///< Some object of the scene has surface properties;
+  bool anyTexture = false;     ///< a texture.
   bool anyBeingMoved = false;
   bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
   double letGo_s = 0;      ///< For so long. Written by the step.
@@ -54,6 +62,8 @@ struct HapticState : StepMemory {
     static_cast<StepMemory&>(*this) = other;
     std::copy_n(other.bodies.begin(), bodyCount, bodies.begin());
     std::copy_n(other.objects.begin(), bodyCount, objects.begin());
+    if (anyDetail) surface = other.surface;
+    if (anyTexture) std::copy_n(other.textures.begin(), bodyCount, textures.begin());
   }
 
   /// One object's lasting state, carried over adoptions by id.
@@ -62,11 +72,15 @@ struct HapticState : StepMemory {
     Pose scenePose;           ///< As in the scene; an edit of it resets the body's motion.
     bool beingMoved = false;  ///< Edited under the stylus: on its way to scenePose.
     FeltStiffness felt;
+    const SurfaceDetail* detail = nullptr;  ///< As in the scene, to tell whether it was edited.
   };
 
   // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
   std::array<Body, kMaxServoObjects> bodies;
   std::array<ObjectState, kMaxServoObjects> objects;
+  std::array<TextureWatch, kMaxServoObjects> textures;
+
+  SurfaceMemory surface;
 };
 
 static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "haptic_server/servo/feel_details.h"
 #include "haptic_server/servo/felt_pose.h"
+#include "haptic_server/servo/separation_speed.h"
 
 namespace haptics {
 namespace {
@@ -12,12 +14,23 @@ namespace {
   return isFinite(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
 
+/// As if nothing had been felt yet.
+void forgetSurfaces(HapticState& state) noexcept {
+  const SurfaceMemory before = state.surface;
+  state.surface = {};
+  state.surface.shadingEnergy_J = before.shadingEnergy_J;
+  state.surface.frictionEnergy_J = before.frictionEnergy_J;
+  state.surface.textureEnergy_J = before.textureEnergy_J;
+  std::fill_n(state.textures.begin(), state.bodyCount, TextureWatch{});
+}
+
 /// The proxy is put where the device is: no force until a surface is met anew.
 void attach(HapticState& state, Vec3 position) noexcept {
   place(state.contact, position);
   state.velocity.reset(position);
   state.hip = position;
   state.contactObject = 0;
+  if (state.anyDetail) forgetSurfaces(state);
   state.attached = true;
   state.unlimited_N = Vec3(0);
 }
@@ -31,18 +44,6 @@ void superviseDevice(HapticState& state, const DeviceReading& device) noexcept {
     state.fault = Fault::kNone;
     attach(state, device.position);
   }
-}
-
-/// Speed of the HIP away from the surface, m/s: along `direction`, relative to the contacted body.
-[[nodiscard]] double separationSpeed(const HapticState& state, const ContactResult& contact, Vec3 direction,
-                                     double period_s) noexcept {
-  Vec3 relative = state.velocity.velocity();
-  const Body& body = state.bodies[static_cast<std::size_t>(contact.body)];
-  if (body.moving) {
-    const Vec3 local = toLocal(body.current, contact.ihip);
-    relative -= (contact.ihip - toWorld(body.previous, local)) / period_s;
-  }
-  return glm::dot(relative, direction);
 }
 
 /// Objects that were edited under the stylus, on their way to where the scene has them.
@@ -68,7 +69,8 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
                   ForceComponents& force) noexcept {
   const double depth = contact.penetration_m;
   const Vec3 direction = depth > 0 ? (contact.ihip - state.hip) / depth : contact.normal;
-  const double speed = contact.touching ? separationSpeed(state, contact, direction, config.period_s) : 0;
+  const double speed =
+      contact.touching ? separationSpeed(state, contact.body, contact.ihip, direction, config.period_s) : 0;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     const ServoObject& object = scene.objects[i];
     const bool touched = contact.touching && static_cast<std::size_t>(contact.body) == i;
@@ -76,7 +78,6 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
     const Stiffness target = fading ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
     state.objects[i].felt.follow(target, touched ? depth : 0, touched ? speed : 0, config.period_s);
   }
-  if (state.lettingGo) state.letGo_s += config.period_s;
   if (!contact.touching) return;
   const auto felt =
       springDamper(depth, direction, speed, state.objects[static_cast<std::size_t>(contact.body)].felt.value());
@@ -89,7 +90,7 @@ void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touc
                 ForceComponents& force) noexcept {
   if (!isFinite(force.contact)) state.fault = Fault::kNonFiniteForce;
   if (state.fault == Fault::kNone) {
-    if (state.adoptedNow && (state.contactBroken || touchedObject != state.contactObject)) {
+    if (state.adoptedNow && (state.contactBroken || state.detailEdited || touchedObject != state.contactObject)) {
       state.blend.begin(state.unlimited_N, force.contact);
     }
     state.unlimited_N = state.blend.apply(force.contact, config.period_s);
@@ -100,7 +101,14 @@ void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touc
 
 /// The hand was given what the last force did on the way to the new position.
 void accountEnergy(HapticState& state, Vec3 hip) noexcept {
-  state.contactEnergy_J += glm::dot(state.written_N, hip - state.hip);
+  const Vec3 way = hip - state.hip;
+  state.contactEnergy_J += glm::dot(state.written_N, way);
+  if (state.anyDetail) {
+    SurfaceMemory& surface = state.surface;
+    surface.shadingEnergy_J += glm::dot(surface.shadingForce_N, way);
+    surface.frictionEnergy_J += glm::dot(surface.frictionForce_N, way);
+    surface.textureEnergy_J += glm::dot(surface.textureForce_N, way);
+  }
   state.hip = hip;
 }
 
@@ -114,6 +122,11 @@ void describe(const HapticState& state, const ContactResult& contact, TelemetryS
   sample.penetration_m = contact.penetration_m;
   sample.surfaceNormal = contact.normal;
   sample.contactEnergy_J = state.contactEnergy_J;
+  if (state.anyDetail) {
+    sample.shadingEnergy_J = state.surface.shadingEnergy_J;
+    sample.frictionEnergy_J = state.surface.frictionEnergy_J;
+    sample.textureEnergy_J = state.surface.textureEnergy_J;
+  }
   sample.fault = state.fault;
 }
 
@@ -135,7 +148,12 @@ TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const St
     moveEdited(state, config);
 
     contact = followContact({state.bodies.data(), state.bodyCount}, state.contact, hip);
-    feelSurfaces(scene, state, config, contact, sample.force);
+    if (state.anyDetail) [[unlikely]] {
+      feelDetails(scene, state, config, contact, sample);
+    } else {
+      feelSurfaces(scene, state, config, contact, sample.force);
+    }
+    if (state.lettingGo) state.letGo_s += config.period_s;
   }
   sample.force.contact = sample.force.spring + sample.force.damping + sample.force.friction + sample.force.texture;
   const std::uint64_t touched = contact.touching ? scene.objects[static_cast<std::size_t>(contact.body)].id : 0;
@@ -143,7 +161,7 @@ TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const St
 
   state.contactObject = touched;
   state.written_N = sample.force.written;
-  state.adoptedNow = state.contactBroken = false;
+  state.adoptedNow = state.contactBroken = state.detailEdited = false;
   describe(state, contact, sample);
   return sample;
 }

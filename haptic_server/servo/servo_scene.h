@@ -7,6 +7,7 @@
 #include "common/maths/vec.h"
 #include "haptic_server/device/exploration_plan.h"
 #include "haptic_server/geometry/surface.h"
+#include "haptic_server/surface/surface_detail.h"
 
 namespace haptics {
 
@@ -19,6 +20,9 @@ struct ServoObject {
   double damping_Ns_per_m = 0;
   /// Removed from the scene, but still here while the contact on it fades. Cannot be touched anew.
   bool leaving = false;
+  /// What its surface feels like beyond its shape; null for nothing. The same pointer from scene to scene as long as it
+  /// is not edited.
+  std::shared_ptr<const SurfaceDetail> detail = nullptr;
 };
 
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.

@@ -1,0 +1,281 @@
+#include "haptic_server/servo/feel_details.h"
+
+#include <algorithm>
+#include <array>
+
+#include "haptic_server/servo/separation_speed.h"
+#include "haptic_server/surface/force_shading.h"
+#include "haptic_server/surface/nearest_point.h"
+
+namespace haptics {
+namespace {
+
+/// Objects felt at once, beside the touched one those whose bumps reach the HIP. More are left out.
+constexpr std::size_t kMostFelt = 8;
+/// Of a texture's height, how far around the HIP it is looked for. Larger looks less often and farther each time.
+constexpr double kLookAhead = 8;
+/// Encoder steps that the IHIP must come back to end sliding: a tremor of one step each way along the surface, the same
+/// in depth, which moves the limit of the stretch, and the step itself.
+constexpr double kHysteresisSteps = 6;
+/// No less, though a device may resolve it: a hand's own tremor.
+constexpr double kLeastHysteresis_m = 60e-6;
+
+/// A surface as it is felt in this tick; world frame.
+struct Felt {
+  std::size_t body = 0;
+  std::uint32_t triangle = 0;
+  Vec3 normal{0};          ///< N_s, unit, towards the hand.
+  double geometric_m = 0;  ///< Depth of the HIP below the geometric surface along it; negative outside.
+  Relief relief;           ///< World frame.
+  double depth_m = 0;      ///< d: below the textured surface.
+  double speed_m_per_s = 0;
+  Vec3 spring_N{0};  ///< Force of shading's geometric part, without what the texture adds.
+};
+
+class Feeling {
+ public:
+  Feeling(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
+          TelemetrySample& sample) noexcept
+      : scene_(scene), state_(state), memory_(state.surface), config_(config), contact_(contact), sample_(sample) {}
+
+  void run() noexcept {
+    if (contact_.touching) feelTouched();
+    if (state_.anyTexture) feelBumps();
+    followStiffness();
+    for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
+    if (count_ == 0) {
+      memory_.friction.release();
+      memory_.object = 0;
+      return;
+    }
+    const Felt& first = felt_[0];
+    addFriction(first);
+    describe(first);
+  }
+
+ private:
+  [[nodiscard]] const ServoObject& object(std::size_t body) const noexcept { return scene_.objects[body]; }
+  [[nodiscard]] const SurfaceDetail* detail(std::size_t body) const noexcept { return object(body).detail.get(); }
+  [[nodiscard]] bool hasTexture(std::size_t body) const noexcept {
+    return detail(body) != nullptr && detail(body)->texture.has_value();
+  }
+  [[nodiscard]] Stiffness stiffness(const Felt& felt) const noexcept { return state_.objects[felt.body].felt.value(); }
+
+  /// What the contact core holds: the first of all.
+  void feelTouched() noexcept {
+    Felt& felt = felt_[count_++];
+    felt.body = static_cast<std::size_t>(contact_.body);
+    felt.triangle = state_.contact.holding[0].triangle;
+    felt.geometric_m = contact_.penetration_m;
+    felt.normal = felt.geometric_m > 0 ? (contact_.ihip - state_.hip) / felt.geometric_m : contact_.normal;
+    const Vec3 unshaded_m = felt.geometric_m * felt.normal;
+    shadeTouched(felt);
+    memory_.shadingForce_N = stiffness(felt).spring_N_per_m * (felt.geometric_m * felt.normal - unshaded_m);
+    TextureWatch& watch = state_.textures[felt.body];
+    watch.triangle = felt.triangle;
+    watch.clear_m = 0;
+    texture(felt, watch);
+  }
+
+  void shadeTouched(Felt& felt) noexcept {
+    ShadingFade& fade = memory_.fade;
+    const SurfaceDetail* own = detail(felt.body);
+    const Vec3 unshaded = felt.normal;
+    const double unshaded_m = felt.geometric_m;
+    const bool shaded = own != nullptr && own->shading && state_.contact.mode == ContactState::Mode::kOneSurface &&
+                        shadeAt(felt, {felt.triangle, state_.contact.feature, contact_.primitive.localIndex},
+                                state_.contact.holding[0].side);
+    const Vec3 turn = felt.normal - unshaded;
+    const double deepening_m = felt.geometric_m - unshaded_m;
+    if (memory_.object == 0) {
+      fade = {};
+    } else if (shaded != fade.shaded) {
+      fade.turnLeft += fade.turn - turn;
+      fade.deepeningLeft_m += fade.deepening_m - deepening_m;
+    }
+    fade.shaded = shaded;
+    fade.turn = turn;
+    fade.deepening_m = deepening_m;
+    if (fade.turnLeft == Vec3(0) && fade.deepeningLeft_m == 0) return;
+    felt.normal = unitOrZero(felt.normal + fade.turnLeft);
+    felt.geometric_m = std::max(0.0, felt.geometric_m + fade.deepeningLeft_m);
+    const double left = 1 - std::min(1.0, config_.period_s / ShadingFade::kTime_s);
+    fade.turnLeft *= left;
+    fade.deepeningLeft_m *= left;
+  }
+
+  /// Paper 4.1. Returns whether there is a shading normal.
+  [[nodiscard]] bool shadeAt(Felt& felt, const Foot& foot, int side) const noexcept {
+    const Body& body = state_.bodies[felt.body];
+    const ShadedPoint point = shade(*body.surface, *detail(felt.body)->shading, foot, body.frame.toLocal(state_.hip),
+                                    felt.geometric_m * side, side);
+    if (!(point.weight > 0)) return false;
+    felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
+    felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
+    return true;
+  }
+
+  /// Paper 4.3.1: "there may be a collision between the HIP and the texture-mapped surface even when no collision exists
+  /// between the HIP and the original surface".
+  void feelBumps() noexcept {
+    for (std::size_t i = 0; i < state_.bodyCount && count_ < kMostFelt; ++i) {
+      const double highest_m = hasTexture(i) ? detail(i)->texture->highest_m() : 0;
+      if (highest_m <= 0) continue;
+      if (object(i).leaving || (contact_.touching && static_cast<std::size_t>(contact_.body) == i)) continue;
+      Felt felt;
+      felt.body = i;
+      if (!nearBumps(felt, highest_m)) continue;
+      texture(felt, state_.textures[i]);
+      if (felt.depth_m > 0) felt_[count_++] = felt;
+    }
+  }
+
+  /// Looks for the nearest point of a surface that is not touched, or, when it is one of several that are, takes it.
+  [[nodiscard]] bool nearBumps(Felt& felt, double highest_m) noexcept {
+    TextureWatch& watch = state_.textures[felt.body];
+    const Body& body = state_.bodies[felt.body];
+    for (const HoldingSurface& held : state_.contact.surfaces()) {
+      if (static_cast<std::size_t>(held.body) != felt.body) continue;
+      watch.triangle = felt.triangle = held.triangle;
+      watch.clear_m = 0;
+      felt.normal = body.frame.turn(body.surface->faceNormal(held.triangle) * double(held.side));
+      return true;
+    }
+    const Vec3 h = body.frame.toLocal(state_.hip);
+    if (squaredLength(h - watch.seenFrom) < watch.clear_m * watch.clear_m) return false;
+    const double reach_m = kLookAhead * highest_m;
+    const Foot foot = nearestPoint(*body.surface, h, reach_m, watch.triangle);
+    const double distance_m = foot.triangle == kNoTriangle ? reach_m : std::sqrt(foot.squaredDistance);
+    watch.triangle = foot.triangle;
+    watch.seenFrom = h;
+    watch.clear_m = std::max(0.0, distance_m - highest_m);
+    if (distance_m >= highest_m) {
+      watch.presence = 1;
+      return false;
+    }
+    const Vec3 normal = body.surface->normal(foot);
+    const int side = body.surface->closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
+    if (body.surface->closed() && !body.surface->isOutside(foot, h)) {
+      watch.presence = 0;  // got in without touching: the way out is free too
+      return false;
+    }
+    felt.triangle = foot.triangle;
+    felt.geometric_m = -distance_m;
+    felt.normal = body.frame.turn(distance_m > 0 ? (h - foot.point) / distance_m : normal * double(side));
+    if (detail(felt.body)->shading) static_cast<void>(shadeAt(felt, foot, side));
+    return true;
+  }
+
+  /// Height and depth (paper 4.3.1) and speed.
+  void texture(Felt& felt, TextureWatch& watch) const noexcept {
+    const Body& body = state_.bodies[felt.body];
+    const Vec3 ihip = state_.hip + felt.geometric_m * felt.normal;
+    felt.depth_m = felt.geometric_m;
+    if (hasTexture(felt.body)) {
+      const Relief local = detail(felt.body)->texture->at(body.frame.toLocal(ihip));
+      felt.relief = {local.height_m * watch.presence, body.frame.turn(local.gradient) * watch.presence};
+      felt.depth_m = texturedDepth(felt.relief.height_m, -felt.geometric_m);
+      watch.presence =
+          felt.depth_m > 0 ? std::min(1.0, watch.presence + config_.period_s / TextureWatch::kFadeIn_s) : 1;
+    }
+    felt.speed_m_per_s = separationSpeed(state_, static_cast<int>(felt.body), ihip, felt.normal, config_.period_s);
+  }
+
+  /// Moves every object's felt stiffness towards its own.
+  void followStiffness() noexcept {
+    for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+      const auto end = felt_.begin() + static_cast<std::ptrdiff_t>(count_);
+      const auto felt = std::find_if(felt_.begin(), end, [i](const Felt& f) { return f.body == i; });
+      const bool touched = contact_.touching && static_cast<std::size_t>(contact_.body) == i;
+      const bool fading = object(i).leaving || (touched && state_.lettingGo);
+      const Stiffness target =
+          fading ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
+      state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0, felt != end ? felt->speed_m_per_s : 0,
+                                    config_.period_s);
+    }
+  }
+
+  /// Spring along N_s and what the texture makes of it (paper 4.3.2), and the damper.
+  void addForce(Felt& felt) noexcept {
+    const Stiffness k = stiffness(felt);
+    const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, k);
+    felt.spring_N = along.spring;
+    if (felt.depth_m > 0 || !hasTexture(felt.body)) sample_.force.damping += along.damping;
+    if (hasTexture(felt.body)) {
+      const TextureDetail& t = *detail(felt.body)->texture;
+      const Vec3 path = t.law() == Texture::Law::kBump
+                            ? bumpForce(felt.depth_m, felt.normal, felt.relief)
+                            : hoForce(felt.depth_m, felt.normal, felt.relief,
+                                      t.gainFor(k.spring_N_per_m, config_.stableLateral_N_per_m));
+      felt.spring_N = k.spring_N_per_m * std::max(0.0, felt.geometric_m) * felt.normal;
+      sample_.force.texture += k.spring_N_per_m * path - felt.spring_N;
+    }
+    sample_.force.spring += felt.spring_N;
+  }
+
+  /// Paper 4.2, on what is touched, or on the bump that reaches the HIP.
+  void addFriction(const Felt& felt) noexcept {
+    const Body& body = state_.bodies[felt.body];
+    const SurfaceDetail* own = detail(felt.body);
+    StickSlip& friction = memory_.friction;
+    const std::uint64_t id = object(felt.body).id;
+    const Stiffness k = stiffness(felt);
+    if (own == nullptr || !own->friction || !(own->friction->most() > 0) || !(k.spring_N_per_m > 0)) {
+      friction.release();
+      memory_.object = id;
+      return;
+    }
+    if (memory_.object != 0 && memory_.object != id) friction.carry(body.frame.toLocal(memory_.stickingPoint));
+    memory_.object = id;
+    const Vec3 place = body.frame.toLocal(state_.hip + felt.geometric_m * felt.normal);
+    const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, k);
+    const double pressing_N = felt.depth_m > 0 ? glm::dot(along.spring + along.damping, felt.normal) : 0;
+    const PressedPoint pressed{place, toLocalDirection(body.frame, felt.normal), std::max(0.0, pressing_N)};
+    const FrictionScale scale{own->friction->stiffnessFor(k.spring_N_per_m, config_.stableLateral_N_per_m),
+                              std::max(kHysteresisSteps * config_.positionStep_m, kLeastHysteresis_m)};
+    const Vec3 force =
+        friction.follow(pressed, own->friction->at(*body.surface, felt.triangle, place), scale, config_.period_s);
+    sample_.force.friction = body.frame.turn(force);
+    memory_.stickingPoint = body.frame.toWorld(friction.stickingPoint());
+    sample_.frictionState = friction.state();
+    sample_.stickingPoint = memory_.stickingPoint;
+  }
+
+  [[nodiscard]] static Vec3 toLocalDirection(const Frame& frame, Vec3 world) noexcept {
+    return {glm::dot(frame.x, world), glm::dot(frame.y, world), glm::dot(frame.z, world)};
+  }
+
+  void describe(const Felt& felt) noexcept {
+    const Body& body = state_.bodies[felt.body];
+    contact_.ihip = state_.hip + felt.geometric_m * felt.normal;
+    contact_.normal = felt.normal;
+    contact_.penetration_m = felt.depth_m;
+    if (!contact_.touching) {
+      contact_.touching = true;
+      contact_.body = static_cast<int>(felt.body);
+      contact_.primitive = {PrimitiveKind::kPolygon, 0, body.surface->canonical(felt.triangle)};
+    }
+    sample_.height_m = felt.relief.height_m;
+    memory_.frictionForce_N = sample_.force.friction;
+    memory_.textureForce_N = sample_.force.texture;
+  }
+
+  const ServoScene& scene_;
+  HapticState& state_;
+  SurfaceMemory& memory_;
+  const StepConfig& config_;
+  ContactResult& contact_;
+  TelemetrySample& sample_;
+  std::array<Felt, kMostFelt> felt_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
+                 TelemetrySample& sample) noexcept {
+  state.surface.shadingForce_N = state.surface.frictionForce_N = state.surface.textureForce_N = Vec3(0);
+  Feeling(scene, state, config, contact, sample).run();
+}
+
+}  // namespace haptics

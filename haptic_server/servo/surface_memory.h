@@ -1,0 +1,52 @@
+#pragma once
+
+#include <type_traits>
+
+#include "common/maths/vec.h"
+#include "haptic_server/geometry/triangle_record.h"
+#include "haptic_server/surface/friction.h"
+
+namespace haptics {
+
+/// Takes the step out of a switch of force shading: on sharp lines, and where several surfaces hold the IHIP, there is
+/// no N_s. What the switch would change at once fades instead.
+struct ShadingFade {
+  /// Seconds in which what is left falls to 1/e. Shorter is more of a step; longer leaves a wrong direction standing.
+  static constexpr double kTime_s = 0.02;
+
+  bool shaded = false;     ///< In the last tick.
+  Vec3 turn{0};            ///< What shading added to the unshaded direction in the last tick; world.
+  double deepening_m = 0;  ///< The same for the depth.
+  Vec3 turnLeft{0};        ///< Of a switch, still to fade.
+  double deepeningLeft_m = 0;
+};
+
+/// What the surface properties of the felt object remember from tick to tick. Written by feelDetails() and
+/// adoptScene().
+struct SurfaceMemory {
+  std::uint64_t object = 0;  ///< Id of what was felt in the last tick, 0 for nothing.
+  StickSlip friction;
+  Vec3 stickingPoint{0};  ///< World, as of the last tick.
+  ShadingFade fade;
+  Vec3 shadingForce_N{0};  ///< What shading changed of the last force, for the account of energy; world.
+  Vec3 frictionForce_N{0};
+  Vec3 textureForce_N{0};
+  double shadingEnergy_J = 0;  ///< Given to the hand since attach by each, before blend and limit.
+  double frictionEnergy_J = 0;
+  double textureEnergy_J = 0;
+};
+
+/// Of one object with a texture, which can be felt before its polygons are touched. Written by feelDetails().
+struct TextureWatch {
+  /// Seconds in which a texture fades in that is already there when the HIP appears in it.
+  static constexpr double kFadeIn_s = 0.05;
+
+  std::uint32_t triangle = kNoTriangle;  ///< Nearest to the HIP, when last looked for.
+  Vec3 seenFrom{0};                      ///< The HIP then; object frame.
+  double clear_m = 0;                    ///< No texture is within this distance of there.
+  double presence = 0;                   ///< The part of the height that is felt.
+};
+
+static_assert(std::is_trivially_copyable_v<SurfaceMemory> && std::is_trivially_copyable_v<TextureWatch>);
+
+}  // namespace haptics
