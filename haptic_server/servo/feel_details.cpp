@@ -175,8 +175,8 @@ class Feeling {
       const Relief local = detail(felt.body)->texture->at(body.frame.toLocal(ihip));
       felt.relief = {local.height_m * watch.presence, body.frame.turn(local.gradient) * watch.presence};
       felt.depth_m = texturedDepth(felt.relief.height_m, -felt.geometric_m);
-      watch.presence =
-          felt.depth_m > 0 ? std::min(1.0, watch.presence + config_.period_s / TextureWatch::kFadeIn_s) : 1;
+      const bool reaches = texturedDepth(local.height_m, -felt.geometric_m) > 0;
+      watch.presence = reaches ? std::min(1.0, watch.presence + config_.period_s / TextureWatch::kFadeIn_s) : 1;
     }
     felt.speed_m_per_s = separationSpeed(state_, static_cast<int>(felt.body), ihip, felt.normal, config_.period_s);
   }

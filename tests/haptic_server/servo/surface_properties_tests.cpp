@@ -1,0 +1,287 @@
+// Section 4 of the paper in the production step.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "haptic_server/servo/allocation_tripwire.h"
+#include "surface_world.h"
+
+namespace haptics {
+namespace {
+
+using testing::friction;
+using testing::objectOf;
+using testing::sceneOf;
+using testing::shading;
+using testing::slab;
+using testing::surfaceOf;
+using testing::VirtualServo;
+using testing::with;
+using testing::withGrating;
+
+constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 1e9};
+constexpr double kStiffness = 800;  // of testing::slab()
+
+/// Down to `depth_m` on the slab at x = -40 mm within 200 ticks, then along x.
+VirtualServo::Trajectory strokeAlongX(double depth_m, double speed_m_per_s) {
+  return [=](std::uint64_t tick) {
+    const double down = std::min(1.0, static_cast<double>(tick) / 200);
+    const double along = tick > 300 ? 1e-3 * speed_m_per_s * static_cast<double>(tick - 300) : 0;
+    return Vec3(-0.04 + along, 0.0123, 0.003 - (0.003 + depth_m) * down);
+  };
+}
+
+TEST(SurfaceProperties, ChangeNothingWhereAnotherObjectHasThem) {
+  const auto run = [](bool detailed) {
+    VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
+    ServoObject other = slab(2, Vec3(0, 0, -0.5));
+    servo.adopt(sceneOf(1, {slab(), detailed ? with(other, friction(0.5, 0.4)) : other}));
+    double sum = 0;
+    for (int i = 0; i < 1500; ++i) {
+      const Vec3 f = servo.step().force.written;
+      sum += f.x + 3 * f.y + 7 * f.z;
+    }
+    return sum;
+  };
+  EXPECT_EQ(run(false), run(true));
+}
+
+TEST(SurfaceProperties, FrictionBreaksAwayAtTheStaticAndSlidesAtTheDynamicCoefficient) {
+  VirtualServo servo(strokeAlongX(0.002, 0.005), kConfig);
+  servo.adopt(sceneOf(1, {with(slab(), friction(0.6, 0.3))}));
+  double most = 0;
+  TelemetrySample sample;
+  for (int i = 0; i < 3000; ++i) {
+    sample = servo.step();
+    if (sample.frictionState == FrictionState::kSticking) most = std::max(most, glm::length(sample.force.friction));
+  }
+  const double normal_N = sample.force.spring.z + sample.force.damping.z;
+  EXPECT_EQ(sample.frictionState, FrictionState::kSliding);
+  EXPECT_NEAR(most / (kStiffness * 0.002), 0.6, 0.006);
+  EXPECT_NEAR(-sample.force.friction.x / normal_N, 0.3, 0.0015);
+  EXPECT_NEAR(sample.force.friction.z, 0, 1e-9);
+  EXPECT_LT(sample.stickingPoint.x, sample.ihip.x);
+  EXPECT_NEAR(sample.stickingPoint.z, 0, 1e-9);
+  EXPECT_LT(sample.frictionEnergy_J, 0);
+}
+
+TEST(SurfaceProperties, TheStickingPointMovesWithItsObject) {
+  const auto press = [](std::uint64_t tick) {
+    return Vec3(tick > 300 ? 0.0005 : 0, 0.0123, std::max(-0.002, 0.003 - 5e-5 * static_cast<double>(tick)));
+  };
+  VirtualServo servo(press, kConfig);
+  servo.adopt(sceneOf(1, {with(slab(), friction(0.9, 0.8))}));
+  const TelemetrySample before = servo.run(400);
+  ServoObject moved = with(slab(1, Vec3(0.0005, 0, -0.05)), friction(0.9, 0.8));
+  moved.detail = nullptr;
+  EXPECT_NEAR(before.force.friction.x, -kStiffness * 0.0005, 1e-6);
+  VirtualServo carried(press, kConfig);
+  const ServoObject first = with(slab(), friction(0.9, 0.8));
+  carried.adopt(sceneOf(1, {first}));
+  carried.run(400);
+  moved = slab(1, Vec3(0.0005, 0, -0.05));
+  moved.detail = first.detail;
+  carried.adopt(sceneOf(2, {moved}));
+  const TelemetrySample after = carried.run(300);
+  EXPECT_NEAR(after.stickingPoint.x - before.stickingPoint.x, 0.0005, 1e-9);
+  EXPECT_NEAR(after.force.friction.x, 0, 1e-6);
+}
+
+TEST(SurfaceProperties, TextureIsFeltOnBumpsOutsideOfTheSurfaceAndNotInPits) {
+  // h from 0 to 0.4 mm, highest at x = 0 and every 4 mm, with the HIP 0.2 mm above the polygons.
+  const auto above = [](std::uint64_t tick) { return Vec3(-0.04 + 2e-5 * static_cast<double>(tick), 0.0123, 0.0002); };
+  VirtualServo servo(above, kConfig);
+  servo.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0002)}));
+  servo.run(250);  // what is there at first fades in
+  int felt = 0, free = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const TelemetrySample s = servo.step();
+    const double height = 0.0002 * (1 + std::cos(2 * std::numbers::pi * s.hip.x / 0.004));
+    const double depth = std::max(0.0, height - 0.0002);
+    EXPECT_NEAR(s.force.contact.z - s.force.damping.z, kStiffness * depth, 1e-6) << s.hip.x;
+    if (std::abs(height - 0.0002) > 1e-9) {
+      EXPECT_EQ(s.object, depth > 0 ? 1U : 0U);
+    }
+    felt += depth > 0 ? 1 : 0;
+    free += depth > 0 ? 0 : 1;
+  }
+  EXPECT_NEAR(felt, free, 100);
+  VirtualServo pits(
+      [](std::uint64_t tick) {
+        return Vec3(-0.04 + 2e-5 * static_cast<double>(tick), 0.0123, tick < 20 ? 0.001 : -0.0001);
+      },
+      kConfig);
+  pits.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0002, 1.5, {}, true)}));
+  pits.run(100);
+  for (int i = 0; i < 1000; ++i) {
+    const TelemetrySample s = pits.step();
+    const double height = 0.0002 * std::cos(2 * std::numbers::pi * s.hip.x / 0.004);
+    EXPECT_NEAR(s.height_m, height, 1e-8);
+    EXPECT_NEAR(s.force.contact.z - s.force.damping.z, kStiffness * std::max(0.0, height + 0.0001), 1e-5);
+  }
+}
+
+TEST(SurfaceProperties, TextureIsContinuousThroughTheSurface) {
+  VirtualServo servo([](std::uint64_t tick) { return Vec3(0.0005, 0.0123, 0.001 - 1e-6 * static_cast<double>(tick)); },
+                     kConfig);
+  servo.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0002)}));
+  Vec3 last(0);
+  for (int i = 0; i < 2000; ++i) {
+    const TelemetrySample s = servo.step();
+    EXPECT_LE(glm::length(s.force.contact - last), 0.0012) << s.hip.z;
+    last = s.force.contact;
+  }
+  EXPECT_GT(last.z, 0.8 + kStiffness * 0.0003);
+}
+
+TEST(SurfaceProperties, TextureGivesEquation4aSideways) {
+  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
+  servo.adopt(sceneOf(1, {withGrating(slab(), 0.003, 0.0002, 1.5)}));
+  servo.run(400);
+  for (int i = 0; i < 1000; ++i) {
+    const TelemetrySample s = servo.step();
+    const double q = 2 * std::numbers::pi / 0.003;
+    const double height = 0.0002 * (1 + std::cos(q * s.ihip.x)), slope = -0.0002 * q * std::sin(q * s.ihip.x);
+    EXPECT_NEAR(s.height_m, height, 1e-9);
+    EXPECT_NEAR(s.force.texture.x, -kStiffness * 1.5 * height * slope, 1e-6);
+    EXPECT_NEAR(s.force.texture.z, kStiffness * height, 1e-6);
+    EXPECT_NEAR(s.force.spring.z, kStiffness * 0.002, 1e-6);
+  }
+}
+
+TEST(SurfaceProperties, TheGainOfATextureIsClampedToWhatTheDeviceIsStableAt) {
+  StepConfig config = kConfig;
+  config.stableLateral_N_per_m = 300;
+  VirtualServo servo(strokeAlongX(0.002, 0.02), config);
+  const ServoObject steep = withGrating(slab(), 0.001, 0.0001, 1.5);
+  // h = A (1 + cos qx): h'^2 + h h'' = A^2 q^2 (cos qx - cos 2qx ...) at most 9/8 of A^2 q^2.
+  const double q = 2 * std::numbers::pi / 0.001;
+  EXPECT_NEAR(steep.detail->texture->steepness(), 1.125 * 0.0001 * 0.0001 * q * q, 0.01);
+  const double gain = steep.detail->texture->gainFor(kStiffness, 300);
+  EXPECT_LT(gain, 1.5);
+  servo.adopt(sceneOf(1, {steep}));
+  servo.run(400);
+  double stiffest = 0;
+  TelemetrySample last = servo.step();
+  for (int i = 0; i < 1000; ++i) {
+    const TelemetrySample s = servo.step();
+    stiffest = std::max(stiffest, -(s.force.texture.x - last.force.texture.x) / (s.ihip.x - last.ihip.x));
+    last = s;
+  }
+  EXPECT_LE(stiffest, 303);
+  EXPECT_GE(stiffest, 280);
+}
+
+/// Over the top of a coarse sphere.
+Vec3 overSphere(std::uint64_t tick) {
+  const double down = std::min(1.0, static_cast<double>(tick) / 200);
+  const double angle = tick > 300 ? 1e-4 * static_cast<double>(tick - 300) / 0.05 : 0;
+  return (0.052 - 0.004 * down) * glm::normalize(Vec3(std::sin(angle), 0.2, std::cos(angle)));
+}
+
+TEST(SurfaceProperties, ShadingMakesACoarseSphereRound) {
+  const ServoObject sphere = objectOf(1, surfaceOf(makeSphere(0.05, 12).value()), Vec3(0));
+  VirtualServo servo(overSphere, kConfig);
+  servo.adopt(sceneOf(1, {with(sphere, shading(std::numbers::pi))}));
+  servo.run(500);
+  for (int i = 0; i < 1000; ++i) {
+    const TelemetrySample s = servo.step();
+    const Vec3 out = glm::normalize(s.hip);
+    EXPECT_LE(glm::length(s.surfaceNormal - out), 1e-5);
+    EXPECT_NEAR(s.penetration_m, 0.002, 2e-6);
+    EXPECT_LE(glm::distance(s.ihip, 0.05 * out), 2e-6);
+  }
+}
+
+TEST(SurfaceProperties, ShadingGoesOverToAnInnerEdgeAndOutWithoutAStep) {
+  // Two slabs that overlap make an inner edge at x = 0, z = 0; one is shaded, with the normals of all its edges meeting.
+  const auto path = [](std::uint64_t tick) {
+    return Vec3(0.03 - 3e-5 * static_cast<double>(tick), 0.0123,
+                0.003 - std::min(0.005, 2.5e-5 * static_cast<double>(tick)));
+  };
+  const auto largestStep = [&](bool shaded) {
+    VirtualServo servo(path, kConfig);
+    const ServoObject floor = slab();
+    servo.adopt(sceneOf(1, {shaded ? with(floor, shading(std::numbers::pi)) : floor, slab(2, Vec3(-0.05, 0, 0.02))}));
+    double most = 0;
+    Vec3 last(0);
+    for (int i = 0; i < 1400; ++i) {
+      const TelemetrySample s = servo.step();
+      if (i > 250) most = std::max(most, glm::length(s.force.contact - s.force.damping - last));
+      last = s.force.contact - s.force.damping;
+    }
+    return most;
+  };
+  EXPECT_LE(largestStep(true), largestStep(false) + 0.03);
+}
+
+TEST(SurfaceProperties, AllFeaturesTogetherAllocateNothing) {
+  SurfaceProperties all = friction(0.5, 0.3);
+  all.shading = shading(1).shading;
+  const auto up = [](std::uint64_t tick) {
+    const double t = 1e-3 * static_cast<double>(tick);
+    return Vec3(0.02 * std::sin(t), 0.0123, 0.0015 * std::cos(9 * t));
+  };
+  VirtualServo servo(up, kConfig);
+  const std::shared_ptr<const ServoScene> scene = sceneOf(1, {withGrating(slab(), 0.003, 0.0002, 1.5, all)});
+  servo.adopt(scene);
+  const std::uint64_t before = AllocationTripwire::count();
+  {
+    const AllocationTripwire armed;
+    servo.run(3000);
+  }
+  EXPECT_EQ(AllocationTripwire::count(), before);
+}
+
+TEST(SurfaceProperties, ATextureInWhichTheStylusAppearsFadesIn) {
+  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0001); }, kConfig);
+  servo.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0003)}));
+  double last = 0;
+  for (int i = 0; i < 100; ++i) {
+    const double now = servo.step().force.contact.z;
+    EXPECT_LE(now - last, 0.02);
+    last = now;
+  }
+  EXPECT_NEAR(last, kStiffness * 0.0005, 1e-6);
+}
+
+class SurfaceEdit : public ::testing::Test {
+ protected:
+  /// Largest step of the written force around an edit under the stylus at tick 600, less the largest of either scene.
+  static double step_N(const ServoObject& before, const ServoObject& after) {
+    const auto largest = [](std::vector<ServoObject> scenes) {
+      VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
+      servo.adopt(sceneOf(1, {scenes.front()}));
+      servo.run(600);
+      double most = 0;
+      Vec3 last = servo.step().force.written;
+      servo.adopt(sceneOf(2, {scenes.back()}));
+      for (int i = 0; i < 300; ++i) {
+        const Vec3 now = servo.step().force.written;
+        most = std::max(most, glm::length(now - last));
+        last = now;
+      }
+      return most;
+    };
+    return largest({before, after}) - std::max(largest({before}), largest({after}));
+  }
+};
+
+TEST_F(SurfaceEdit, OfATextureMakesNoStep) {
+  EXPECT_LE(step_N(slab(), withGrating(slab(), 0.003, 0.0002)), 0.02);
+  EXPECT_LE(step_N(withGrating(slab(), 0.003, 0.0002), slab()), 0.02);
+  EXPECT_LE(step_N(withGrating(slab(), 0.003, 0.0002), withGrating(slab(), 0.004, 0.0005)), 0.02);
+}
+
+TEST_F(SurfaceEdit, OfFrictionMakesNoStep) {
+  EXPECT_LE(step_N(slab(), with(slab(), friction(0.8, 0.8))), 0.03);
+  EXPECT_LE(step_N(with(slab(), friction(0.8, 0.8)), slab()), 0.03);
+  EXPECT_LE(step_N(with(slab(), friction(0.8, 0.8)), with(slab(), friction(0.2, 0.1))), 0.03);
+}
+
+TEST_F(SurfaceEdit, OfAnotherObjectChangesNothing) { EXPECT_EQ(step_N(slab(), slab()), 0); }
+
+}  // namespace
+}  // namespace haptics
