@@ -41,6 +41,9 @@ struct FourTruths {
 inline FourTruths operator>(Four a, Four b) noexcept {
   return {_mm_cmpgt_pd(a.low, b.low), _mm_cmpgt_pd(a.high, b.high)};
 }
+inline FourTruths operator>=(Four a, Four b) noexcept {
+  return {_mm_cmpge_pd(a.low, b.low), _mm_cmpge_pd(a.high, b.high)};
+}
 inline FourTruths operator<=(Four a, Four b) noexcept {
   return {_mm_cmple_pd(a.low, b.low), _mm_cmple_pd(a.high, b.high)};
 }
