@@ -1,38 +1,52 @@
-"""Does the server keep its rates as well as this machine lets anyone? At each rate, in turn, haptic_server on a scene
-with its simulated device, and cyclictest (rt-tests) with the same period and priority: the server's missed ticks beside
-the periods that cyclictest slept through. Prints JSON.
+"""Does the server keep its rates as well as this machine lets anyone? At each rate haptic_server, on a scene with its
+simulated device, and cyclictest (rt-tests), with the same period and priority, run in the same instant, each on a
+processor of its own; from round to round they change places. So whatever holds up the whole machine holds up both:
+the server's missed ticks beside the periods that cyclictest slept through. Prints JSON.
 
 usage: servo_rates.py HAPTIC_SERVER SCENE [--seconds N] [--rounds N] [--rates HZ,...] [--assets FOLDER]
 """
 
 import argparse
 import json
+import os
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 PRIORITY = 80  # the servo thread's
 LONGEST_US = 100_000  # wake-ups later than this count as this late
+NEEDS_TWO = 2  # exit code
 
 
-def server_run(options, rate_hz, out):
-    summary = out / "server.json"
-    subprocess.run([options.server, "--scene", options.scene, "--assets", options.assets, "--listen", "127.0.0.1:0",
-                    "--rate", str(rate_hz), "--seconds", str(options.seconds), "--summary", summary],
-                   check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def start_server(options, rate_hz, cpu, summary):
+    """Returns once its servo runs."""
+    process = subprocess.Popen(
+        [options.server, "--scene", options.scene, "--assets", options.assets, "--listen", "127.0.0.1:0", "--rate",
+         str(rate_hz), "--seconds", str(options.seconds), "--pin", str(cpu), "--summary", summary],
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    process.stdout.readline()
+    return process
+
+
+def server_figures(summary):
     run = json.loads(summary.read_text())
     return {"ticks": run["ticks"], "missed": run["missed_ticks"], "allocations": run["allocations_in_servo"],
             "p50_us": run["wake_latency_ns"]["p50"] / 1e3, "p99_us": run["wake_latency_ns"]["p99"] / 1e3,
             "tick_p50_us": run["tick_ns"]["p50"] / 1e3, "tick_p99_us": run["tick_ns"]["p99"] / 1e3}
 
 
-def cyclictest_run(options, rate_hz, out):
-    """Times between deadline and wake-up, as a histogram of microseconds."""
-    report = out / "cyclictest.json"
+def start_cyclictest(options, rate_hz, cpu, report):
+    return subprocess.Popen(
+        ["cyclictest", "--mlockall", f"--priority={PRIORITY}", f"--interval={round(1e6 / rate_hz)}",
+         f"--affinity={cpu}", f"--duration={options.seconds}", f"--histogram={LONGEST_US}", "--quiet",
+         f"--json={report}"],
+        stdout=subprocess.DEVNULL)
+
+
+def cyclictest_figures(report, rate_hz):
+    """From a histogram of the times between deadline and wake-up, in microseconds."""
     period_us = round(1e6 / rate_hz)
-    subprocess.run(["cyclictest", "--mlockall", f"--priority={PRIORITY}", f"--interval={period_us}",
-                    f"--duration={options.seconds}", f"--histogram={LONGEST_US}", "--quiet", f"--json={report}"],
-                   check=True, stdout=subprocess.DEVNULL)
     thread = json.loads(report.read_text())["thread"]["0"]
     late = sorted((int(us), count) for us, count in thread["histogram"].items())
     beyond = thread["cycles"] - sum(count for _, count in late)
@@ -51,22 +65,38 @@ def cyclictest_run(options, rate_hz, out):
             "p50_us": quantile(0.5), "p99_us": quantile(0.99)}
 
 
+def run_both(options, rate_hz, cpus, folder):
+    summary, report = folder / "server.json", folder / "cyclictest.json"
+    server = start_server(options, rate_hz, cpus[0], summary)
+    cyclictest = start_cyclictest(options, rate_hz, cpus[1], report)
+    for process in (cyclictest, server):
+        if process.wait() != 0:
+            raise subprocess.CalledProcessError(process.returncode, process.args)
+    server.stdout.close()
+    return server_figures(summary), cyclictest_figures(report, rate_hz)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("server")
     parser.add_argument("scene")
     parser.add_argument("--assets", default="/usr/share/inventor/data")
-    parser.add_argument("--seconds", type=int, default=4, help="of each piece")
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=int, default=4, help="of each round")
+    parser.add_argument("--rounds", type=int, default=6, help="an even number is fair to both")
     parser.add_argument("--rates", default="1000,2000,4000,10000,20000", help="Hz")
     options = parser.parse_args()
+    cpus = sorted(os.sched_getaffinity(0))[:2]
+    if len(cpus) < 2:
+        print("needs two processors", file=sys.stderr)
+        return NEEDS_TWO
     rows = []
     for rate_hz in map(int, options.rates.split(",")):
         pieces = {"server": [], "cyclictest": []}
         with tempfile.TemporaryDirectory() as folder:
-            for _ in range(options.rounds):
-                pieces["server"].append(server_run(options, rate_hz, Path(folder)))
-                pieces["cyclictest"].append(cyclictest_run(options, rate_hz, Path(folder)))
+            for i in range(options.rounds):
+                server, cyclictest = run_both(options, rate_hz, cpus[::-1] if i % 2 else cpus, Path(folder))
+                pieces["server"].append(server)
+                pieces["cyclictest"].append(cyclictest)
         row = {"rate_hz": rate_hz}
         for who, runs in pieces.items():
             for key in runs[0]:
@@ -75,8 +105,10 @@ def main():
         row["server_missed_in_each_round"] = [run["missed"] for run in pieces["server"]]
         row["cyclictest_missed_in_each_round"] = [run["missed"] for run in pieces["cyclictest"]]
         rows.append(row)
-    print(json.dumps({"seconds_each": options.seconds, "rounds": options.rounds, "rates": rows}, indent=2))
+    print(json.dumps({"seconds_each": options.seconds, "rounds": options.rounds, "same_instant": True, "rates": rows},
+                     indent=2))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
