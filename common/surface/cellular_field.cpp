@@ -23,18 +23,16 @@ struct Neighbors {
 
 double uniform21(std::uint64_t bits) noexcept { return static_cast<double>(bits & 0x1fffff) * 0x1p-21; }
 
-/// Squared distance along one axis to a cell that is -1, 0 or 1 steps away.
-double gap(double within, int step) noexcept {
-  return step < 0 ? within * within : step > 0 ? (1 - within) * (1 - within) : 0;
-}
-
 Neighbors neighborsOf(const Lattice::Place& place, double rounding) noexcept {
-  Neighbors neighbors;
   const Vec3 t = place.within;
+  // Squared distances along each axis to the cells that are -1, 0 and 1 steps away.
+  const std::array<Vec3, 3> gaps{t * t, Vec3(0), (1.0 - t) * (1.0 - t)};
+  Neighbors neighbors;
   for (int k = -1; k <= 1; ++k) {
     for (int j = -1; j <= 1; ++j) {
+      const double gap = gaps[j + 1].y + gaps[k + 1].z;
       for (int i = -1; i <= 1; ++i) {
-        if (gap(t.x, i) + gap(t.y, j) + gap(t.z, k) >= 1) continue;
+        if (gap + gaps[i + 1].x >= 1) continue;
         const std::uint64_t bits = Lattice::bits(place.key, i, j, k);
         const Vec3 away = t - Vec3(i + uniform21(bits), j + uniform21(bits >> 21), k + uniform21(bits >> 42));
         const double squared = squaredLength(away);

@@ -10,10 +10,12 @@ struct SplineWeights {
 };
 
 [[nodiscard]] inline SplineWeights splineWeights(double t) noexcept {
+  constexpr double kSixth = 1.0 / 6;
   const double s = 1 - t;
-  return {{s * s * s / 6, (t * t * (3 * t - 6) + 4) / 6, (s * s * (3 * s - 6) + 4) / 6, t * t * t / 6},
-          {-s * s / 2, t * (3 * t - 4) / 2, -s * (3 * s - 4) / 2, t * t / 2},
-          {s, 3 * t - 2, 3 * s - 2, t}};
+  return {
+      {kSixth * s * s * s, kSixth * (t * t * (3 * t - 6) + 4), kSixth * (s * s * (3 * s - 6) + 4), kSixth * t * t * t},
+      {-0.5 * s * s, 0.5 * t * (3 * t - 4), -0.5 * s * (3 * s - 4), 0.5 * t * t},
+      {s, 3 * t - 2, 3 * s - 2, t}};
 }
 
 }  // namespace haptics

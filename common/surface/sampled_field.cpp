@@ -1,5 +1,7 @@
 #include "common/surface/sampled_field.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -9,15 +11,16 @@
 namespace haptics {
 namespace {
 
-/// Into [0, period), whole and fraction.
+/// Into [0, period), as whole and fraction.
 struct Split {
   std::size_t cell;
   double within;
 };
-Split split(double x, std::uint32_t period) noexcept {
-  const double wrapped = x - period * std::floor(x / period);
-  const auto cell = static_cast<std::size_t>(wrapped);
-  return cell < period ? Split{cell, wrapped - static_cast<double>(cell)} : Split{0, 0};  // rounding may reach the end
+Split split(double x, std::uint32_t period, double turnsPerStep) noexcept {
+  const double wrapped = x - period * std::floor(x * turnsPerStep);
+  const auto cell = static_cast<std::size_t>(std::max(wrapped, 0.0));
+  return cell < period ? Split{cell, wrapped - static_cast<double>(cell)}
+                       : Split{0, 0};  // rounding may pass either end
 }
 
 }  // namespace
@@ -51,23 +54,31 @@ SampledField::SampledField(std::vector<float> samples, SplineGrid grid)
     : samples_(std::move(samples)),
       grid_(std::move(grid)),
       bounds_(boundsOf(grid_, samples_)),
+      perWidth_(1.0 / grid_.width),
+      perHeight_(1.0 / grid_.height),
       mean_(std::accumulate(samples_.begin(), samples_.end(), 0.0) / static_cast<double>(samples_.size())) {}
 
 SampledField::Sample SampledField::at(double x, double y) const noexcept {
-  const auto [cellX, withinX] = split(x, grid_.width);
-  const auto [cellY, withinY] = split(y, grid_.height);
+  const auto [cellX, withinX] = split(x, grid_.width, perWidth_);
+  const auto [cellY, withinY] = split(y, grid_.height, perHeight_);
   const SplineWeights wx = splineWeights(withinX), wy = splineWeights(withinY);
 
+  // Over the rows first: four columns at a time.
+  std::array<double, 4> column{}, columnSlope{};
   const float* row = grid_.around(cellX, cellY);
-  glm::dvec4 column(0), columnSlope(0);
   for (int i = 0; i < 4; ++i, row += grid_.stride()) {
-    const glm::dvec4 coefficients(row[0], row[1], row[2], row[3]);
-    column += wy.value[i] * coefficients;
-    columnSlope += wy.slope[i] * coefficients;
+    for (int j = 0; j < 4; ++j) {
+      column[j] += wy.value[i] * row[j];
+      columnSlope[j] += wy.slope[i] * row[j];
+    }
   }
-  const glm::dvec4 value(wx.value[0], wx.value[1], wx.value[2], wx.value[3]);
-  const glm::dvec4 slope(wx.slope[0], wx.slope[1], wx.slope[2], wx.slope[3]);
-  return {glm::dot(value, column), {glm::dot(slope, column), glm::dot(value, columnSlope)}};
+  Sample sample{0, {0, 0}};
+  for (int j = 0; j < 4; ++j) {
+    sample.value += wx.value[j] * column[j];
+    sample.gradient.x += wx.slope[j] * column[j];
+    sample.gradient.y += wx.value[j] * columnSlope[j];
+  }
+  return sample;
 }
 
 }  // namespace haptics

@@ -44,6 +44,7 @@ class SampledField {
   std::vector<float> samples_;
   SplineGrid grid_;
   SplineBounds bounds_;
+  double perWidth_, perHeight_;
   double mean_;
 
   SampledField(std::vector<float> samples, SplineGrid grid);

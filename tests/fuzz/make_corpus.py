@@ -2,8 +2,10 @@
 
   PYTHONPATH=build/release/python /usr/bin/python3 tests/fuzz/make_corpus.py
 """
+import base64
 import hashlib
 import struct
+import zlib
 from pathlib import Path
 
 from google.protobuf import text_format
@@ -26,6 +28,28 @@ SCENES = {
     "condition": 'preconditions { object { name: "a" } expected_revision: 1 } operations { remove { object { id: 1 } } }',
     "remesh": 'operations { remesh { object { name: "a" } mesh { box { size_m { x: 0.3 y: 0.3 z: 0.3 } } } } }',
 }
+
+
+# 8 x 8 grey pixels, with and without passes of growing detail; the standard library writes no JPEG.
+JPEG = base64.b64decode(
+    "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAA0JCgsKCA0LCgsODg0PEyAVExISEyccHhcgLikxMC4pLSwzOko+MzZGNywtQFdBRkxOUlNSMj5aYV"
+    "pQYEpRUk//wAALCAAIAAgBAREA/8QAHwAAAQUBAQEBAQEAAAAAAAAAAAECAwQFBgcICQoL/8QAtRAAAgEDAwIEAwUFBAQAAAF9AQIDAAQRBRIh"
+    "MUEGE1FhByJxFDKBkaEII0KxwRVS0fAkM2JyggkKFhcYGRolJicoKSo0NTY3ODk6Q0RFRkdISUpTVFVWV1hZWmNkZWZnaGlqc3R1dnd4eXqDhI"
+    "WGh4iJipKTlJWWl5iZmqKjpKWmp6ipqrKztLW2t7i5usLDxMXGx8jJytLT1NXW19jZ2uHi4+Tl5ufo6erx8vP09fb3+Pn6/9oACAEBAAA/AEt/"
+    "AvT9z+lf/9k=")
+PROGRESSIVE_JPEG = base64.b64decode(
+    "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAA0JCgsKCA0LCgsODg0PEyAVExISEyccHhcgLikxMC4pLSwzOko+MzZGNywtQFdBRkxOUlNSMj5aYV"
+    "pQYEpRUk//wgALCAAIAAgBAREA/8QAFAABAAAAAAAAAAAAAAAAAAAAAf/aAAgBAQAAAAE//8QAFhAAAwAAAAAAAAAAAAAAAAAAAAIE/9oACAEB"
+    "AAEFAlhP/8QAFRABAQAAAAAAAAAAAAAAAAAAADH/2gAIAQEABj8Cj//EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAIAQEAAT8hP//aAAgBAQAAAB"
+    "D/AP/EABYQAAMAAAAAAAAAAAAAAAAAAAAxwf/aAAgBAQABPxBEH//Z")
+
+
+def png(side, colour_type, depth, pixel):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = b"".join(b"\0" + pixel * side for _ in range(side))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, depth, colour_type, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
 def tetrahedron():
@@ -152,6 +176,17 @@ def main():
     write("mesh_bytes", "tetrahedron", mesh)
     write("mesh_bytes", "empty", b"HMSH" + struct.pack("<IQQ", 1, 0, 0))
     write("mesh_bytes", "claims_much", b"HMSH" + struct.pack("<IQQ", 1, 1 << 60, 1 << 60))
+
+    write("field_bytes", "ramp", b"HSFD" + struct.pack("<III6f", 1, 2, 3, 0, 0.25, 0.5, -1, 2, 3.5))
+    write("field_bytes", "square", b"HSFD" + struct.pack("<III16f", 1, 4, 4, *(i * i % 7 / 7 for i in range(16))))
+    write("field_bytes", "claims_much", b"HSFD" + struct.pack("<III", 1, 4096, 4096))
+
+    write("image_bytes", "gray_png", png(4, 0, 8, b"\x80"))
+    write("image_bytes", "deep_png", png(4, 0, 16, b"\x80\x01"))
+    write("image_bytes", "colour_png", png(4, 2, 8, b"\x10\x20\x30"))
+    write("image_bytes", "transparent_png", png(4, 6, 8, b"\x10\x20\x30\x40"))
+    write("image_bytes", "jpeg", JPEG)
+    write("image_bytes", "progressive_jpeg", PROGRESSIVE_JPEG)
 
 
 if __name__ == "__main__":
