@@ -60,6 +60,11 @@ TEST(SampledField, RepeatsAfterEachPeriod) {
   }
 }
 
+TEST(SampledField, IsItsFirstSampleAHairBeforeIt) {
+  const SampledField field = randomField(9, 5);  // 9 - 1e-18 is 9, which is a column too far
+  EXPECT_NEAR(field.at(-1e-18, -1e-18).value, field.samples()[0], 1e-6);
+}
+
 TEST(SampledField, GoesOverItsBordersWithoutAStepOfValueGradientOrCurvature) {
   const SampledField field = randomField(9, 5);
   constexpr double kStep = 1e-7;
