@@ -59,11 +59,11 @@ class Succession {
     std::copy_n(bodies_.begin(), count_, state.bodies.begin());
     std::copy_n(objects_.begin(), count_, state.objects.begin());
     state.bodyCount = count_;
-    std::copy_n(textures_.begin(), count_, state.textures.begin());
+    std::copy_n(bumps_.begin(), count_, state.bumps.begin());
     state.contact = contact_;
     state.detailEdited = detailEdited_;
     state.anyDetail = anyDetail_;
-    state.anyTexture = anyTexture_;
+    state.anyBumps = anyBumps_;
     state.contactBroken = broken_;
     state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                       [](const HapticState::ObjectState& o) { return o.beingMoved; });
@@ -112,12 +112,12 @@ class Succession {
 
   void takeDetail(std::size_t i, const SurfaceDetail* detail) noexcept {
     const int before = origins_[i].before;
-    textures_[i] = before >= 0 ? state_.textures[static_cast<std::size_t>(before)] : TextureWatch{};
-    if (origins_[i].changed) textures_[i] = {.presence = textures_[i].presence};
+    bumps_[i] = before >= 0 ? state_.bumps[static_cast<std::size_t>(before)] : BumpWatch{};
+    if (origins_[i].changed) bumps_[i] = {.presence = bumps_[i].presence};
     detailEdited_ = detailEdited_ || (objects_[i].id == state_.contactObject && objects_[i].detail != detail);
     objects_[i].detail = detail;
     anyDetail_ = anyDetail_ || detail != nullptr;
-    anyTexture_ = anyTexture_ || (detail != nullptr && detail->texture);
+    anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
   }
 
   /// At its place in the scene, at rest.
@@ -135,11 +135,11 @@ class Succession {
   std::array<Body, kMaxServoObjects> bodies_;
   std::array<HapticState::ObjectState, kMaxServoObjects> objects_;
   std::array<BodyOrigin, kMaxServoObjects> origins_;
-  std::array<TextureWatch, kMaxServoObjects> textures_;
+  std::array<BumpWatch, kMaxServoObjects> bumps_;
   ContactState contact_;
   bool detailEdited_ = false;
   bool anyDetail_ = false;
-  bool anyTexture_ = false;
+  bool anyBumps_ = false;
   bool broken_ = false;
 };
 

@@ -12,24 +12,26 @@ namespace {
 
 /// Objects felt at once, beside the touched one those whose bumps reach the HIP. More are left out.
 constexpr std::size_t kMostFelt = 8;
-/// Of a texture's height, how far around the HIP it is looked for. Larger looks less often and farther each time.
-constexpr double kLookAhead = 8;
+/// Of a surface's size, how much farther than its highest bump reaches its nearest point is looked for. Larger looks
+/// less often and farther each time.
+constexpr double kLookAhead = 0.02;
 /// Encoder steps that the IHIP must come back to end sliding: a tremor of one step each way along the surface, the same
 /// in depth, which moves the limit of the stretch, and the step itself.
 constexpr double kHysteresisSteps = 6;
 /// No less, though a device may resolve it: a hand's own tremor.
 constexpr double kLeastHysteresis_m = 60e-6;
 
-/// A surface as it is felt in this tick; world frame.
+/// A surface as it is felt in this tick; world frame. Without initialisers: not all of the list is used.
 struct Felt {
-  std::size_t body = 0;
-  std::uint32_t triangle = 0;
-  Vec3 normal{0};          ///< N_s, unit, towards the hand.
-  double geometric_m = 0;  ///< Depth of the HIP below the geometric surface along it; negative outside.
-  Relief relief;           ///< World frame.
-  double depth_m = 0;      ///< d: below the textured surface.
-  double speed_m_per_s = 0;
-  Vec3 spring_N{0};  ///< Force of shading's geometric part, without what the texture adds.
+  std::size_t body;
+  std::uint32_t triangle;
+  Vec3 normal;         ///< N_s, unit, towards the hand.
+  double geometric_m;  ///< Depth of the HIP below the geometric surface along it; negative outside.
+  double bulge_m;      ///< Of shading, beyond that; feelHeight() adds it to the depth.
+  double height_m;     ///< Of the texture.
+  Vec3 gradient;
+  double depth_m;  ///< d: below the textured surface.
+  double speed_m_per_s;
 };
 
 class Feeling {
@@ -40,7 +42,7 @@ class Feeling {
 
   void run() noexcept {
     if (contact_.touching) feelTouched();
-    if (state_.anyTexture) feelBumps();
+    if (state_.anyBumps) feelBumps();
     followStiffness();
     for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
     if (count_ == 0) {
@@ -59,34 +61,39 @@ class Feeling {
   [[nodiscard]] bool hasTexture(std::size_t body) const noexcept {
     return detail(body) != nullptr && detail(body)->texture.has_value();
   }
+  [[nodiscard]] bool hasShading(std::size_t body) const noexcept {
+    return detail(body) != nullptr && detail(body)->shading != nullptr;
+  }
   [[nodiscard]] Stiffness stiffness(const Felt& felt) const noexcept { return state_.objects[felt.body].felt.value(); }
 
   /// What the contact core holds: the first of all.
   void feelTouched() noexcept {
     Felt& felt = felt_[count_++];
+    felt = {};
     felt.body = static_cast<std::size_t>(contact_.body);
     felt.triangle = state_.contact.holding[0].triangle;
     felt.geometric_m = contact_.penetration_m;
     felt.normal = felt.geometric_m > 0 ? (contact_.ihip - state_.hip) / felt.geometric_m : contact_.normal;
-    const Vec3 unshaded_m = felt.geometric_m * felt.normal;
-    shadeTouched(felt);
-    memory_.shadingForce_N = stiffness(felt).spring_N_per_m * (felt.geometric_m * felt.normal - unshaded_m);
-    TextureWatch& watch = state_.textures[felt.body];
+    BumpWatch& watch = state_.bumps[felt.body];
     watch.triangle = felt.triangle;
     watch.clear_m = 0;
-    texture(felt, watch);
+    const Vec3 unshaded_m = felt.geometric_m * felt.normal;
+    shadeTouched(felt);
+    feelHeight(felt, watch);
+    memory_.shadingForce_N =
+        stiffness(felt).spring_N_per_m * (std::max(0.0, felt.geometric_m) * felt.normal - unshaded_m);
   }
 
+  /// With force shading where there is a shading normal, and without a step where that begins or ends.
   void shadeTouched(Felt& felt) noexcept {
     ShadingFade& fade = memory_.fade;
-    const SurfaceDetail* own = detail(felt.body);
     const Vec3 unshaded = felt.normal;
     const double unshaded_m = felt.geometric_m;
-    const bool shaded = own != nullptr && own->shading && state_.contact.mode == ContactState::Mode::kOneSurface &&
+    const bool shaded = hasShading(felt.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
                         shadeAt(felt, {felt.triangle, state_.contact.feature, contact_.primitive.localIndex},
                                 state_.contact.holding[0].side);
     const Vec3 turn = felt.normal - unshaded;
-    const double deepening_m = felt.geometric_m - unshaded_m;
+    const double deepening_m = felt.geometric_m + felt.bulge_m - unshaded_m;
     if (memory_.object == 0) {
       fade = {};
     } else if (shaded != fade.shaded) {
@@ -98,7 +105,7 @@ class Feeling {
     fade.deepening_m = deepening_m;
     if (fade.turnLeft == Vec3(0) && fade.deepeningLeft_m == 0) return;
     felt.normal = unitOrZero(felt.normal + fade.turnLeft);
-    felt.geometric_m = std::max(0.0, felt.geometric_m + fade.deepeningLeft_m);
+    felt.geometric_m += fade.deepeningLeft_m;
     const double left = 1 - std::min(1.0, config_.period_s / ShadingFade::kTime_s);
     fade.turnLeft *= left;
     fade.deepeningLeft_m *= left;
@@ -108,10 +115,11 @@ class Feeling {
   [[nodiscard]] bool shadeAt(Felt& felt, const Foot& foot, int side) const noexcept {
     const Body& body = state_.bodies[felt.body];
     const ShadedPoint point = shade(*body.surface, *detail(felt.body)->shading, foot, body.frame.toLocal(state_.hip),
-                                    felt.geometric_m * side, side);
+                                    felt.geometric_m * side);
     if (!(point.weight > 0)) return false;
     felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
     felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
+    felt.bulge_m = point.bulge_m * side * point.weight;
     return true;
   }
 
@@ -119,32 +127,33 @@ class Feeling {
   /// between the HIP and the original surface".
   void feelBumps() noexcept {
     for (std::size_t i = 0; i < state_.bodyCount && count_ < kMostFelt; ++i) {
-      const double highest_m = hasTexture(i) ? detail(i)->texture->highest_m() : 0;
-      if (highest_m <= 0) continue;
-      if (object(i).leaving || (contact_.touching && static_cast<std::size_t>(contact_.body) == i)) continue;
-      Felt felt;
+      if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || object(i).leaving) continue;
+      if (contact_.touching && static_cast<std::size_t>(contact_.body) == i) continue;
+      Felt felt{};
       felt.body = i;
-      if (!nearBumps(felt, highest_m)) continue;
-      texture(felt, state_.textures[i]);
+      if (!nearBumps(felt)) continue;
+      feelHeight(felt, state_.bumps[i]);
       if (felt.depth_m > 0) felt_[count_++] = felt;
     }
   }
 
   /// Looks for the nearest point of a surface that is not touched, or, when it is one of several that are, takes it.
-  [[nodiscard]] bool nearBumps(Felt& felt, double highest_m) noexcept {
-    TextureWatch& watch = state_.textures[felt.body];
+  [[nodiscard]] bool nearBumps(Felt& felt) noexcept {
+    BumpWatch& watch = state_.bumps[felt.body];
     const Body& body = state_.bodies[felt.body];
+    const Surface& surface = *body.surface;
     for (const HoldingSurface& held : state_.contact.surfaces()) {
       if (static_cast<std::size_t>(held.body) != felt.body) continue;
       watch.triangle = felt.triangle = held.triangle;
       watch.clear_m = 0;
-      felt.normal = body.frame.turn(body.surface->faceNormal(held.triangle) * double(held.side));
+      felt.normal = body.frame.turn(surface.faceNormal(held.triangle) * double(held.side));
       return true;
     }
     const Vec3 h = body.frame.toLocal(state_.hip);
     if (squaredLength(h - watch.seenFrom) < watch.clear_m * watch.clear_m) return false;
-    const double reach_m = kLookAhead * highest_m;
-    const Foot foot = nearestPoint(*body.surface, h, reach_m, watch.triangle);
+    const double highest_m = detail(felt.body)->highest_m();
+    const double reach_m = highest_m + kLookAhead * surface.radius_m();
+    const Foot foot = nearestPoint(surface, h, reach_m, watch.triangle);
     const double distance_m = foot.triangle == kNoTriangle ? reach_m : std::sqrt(foot.squaredDistance);
     watch.triangle = foot.triangle;
     watch.seenFrom = h;
@@ -153,31 +162,35 @@ class Feeling {
       watch.presence = 1;
       return false;
     }
-    const Vec3 normal = body.surface->normal(foot);
-    const int side = body.surface->closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
-    if (body.surface->closed() && !body.surface->isOutside(foot, h)) {
+    if (surface.closed() && !surface.isOutside(foot, h)) {
       watch.presence = 0;  // got in without touching: the way out is free too
       return false;
     }
+    const Vec3 normal = surface.normal(foot);
+    const int side = surface.closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
     felt.triangle = foot.triangle;
     felt.geometric_m = -distance_m;
     felt.normal = body.frame.turn(distance_m > 0 ? (h - foot.point) / distance_m : normal * double(side));
-    if (detail(felt.body)->shading) static_cast<void>(shadeAt(felt, foot, side));
+    if (hasShading(felt.body)) static_cast<void>(shadeAt(felt, foot, side));
     return true;
   }
 
-  /// Height and depth (paper 4.3.1) and speed.
-  void texture(Felt& felt, TextureWatch& watch) const noexcept {
+  /// Height and depth (paper 4.3.1), and speed.
+  void feelHeight(Felt& felt, BumpWatch& watch) const noexcept {
     const Body& body = state_.bodies[felt.body];
+    const double polygon_m = felt.geometric_m;
+    felt.geometric_m += felt.bulge_m * watch.presence;
     const Vec3 ihip = state_.hip + felt.geometric_m * felt.normal;
-    felt.depth_m = felt.geometric_m;
+    double full_m = 0;
     if (hasTexture(felt.body)) {
       const Relief local = detail(felt.body)->texture->at(body.frame.toLocal(ihip));
-      felt.relief = {local.height_m * watch.presence, body.frame.turn(local.gradient) * watch.presence};
-      felt.depth_m = texturedDepth(felt.relief.height_m, -felt.geometric_m);
-      const bool reaches = texturedDepth(local.height_m, -felt.geometric_m) > 0;
-      watch.presence = reaches ? std::min(1.0, watch.presence + config_.period_s / TextureWatch::kFadeIn_s) : 1;
+      full_m = local.height_m;
+      felt.height_m = local.height_m * watch.presence;
+      felt.gradient = body.frame.turn(local.gradient) * watch.presence;
     }
+    felt.depth_m = texturedDepth(felt.height_m, -felt.geometric_m);
+    const bool reaches = texturedDepth(full_m + felt.bulge_m, -polygon_m) > 0;
+    watch.presence = reaches ? std::min(1.0, watch.presence + config_.period_s / BumpWatch::kFadeIn_s) : 1;
     felt.speed_m_per_s = separationSpeed(state_, static_cast<int>(felt.body), ihip, felt.normal, config_.period_s);
   }
 
@@ -193,24 +206,27 @@ class Feeling {
       state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0, felt != end ? felt->speed_m_per_s : 0,
                                     config_.period_s);
     }
+    if (state_.lettingGo) state_.letGo_s += config_.period_s;
   }
 
   /// Spring along N_s and what the texture makes of it (paper 4.3.2), and the damper.
-  void addForce(Felt& felt) noexcept {
+  void addForce(const Felt& felt) noexcept {
     const Stiffness k = stiffness(felt);
     const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, k);
-    felt.spring_N = along.spring;
-    if (felt.depth_m > 0 || !hasTexture(felt.body)) sample_.force.damping += along.damping;
-    if (hasTexture(felt.body)) {
-      const TextureDetail& t = *detail(felt.body)->texture;
-      const Vec3 path = t.law() == Texture::Law::kBump
-                            ? bumpForce(felt.depth_m, felt.normal, felt.relief)
-                            : hoForce(felt.depth_m, felt.normal, felt.relief,
-                                      t.gainFor(k.spring_N_per_m, config_.stableLateral_N_per_m));
-      felt.spring_N = k.spring_N_per_m * std::max(0.0, felt.geometric_m) * felt.normal;
-      sample_.force.texture += k.spring_N_per_m * path - felt.spring_N;
+    if (felt.depth_m > 0 || detail(felt.body) == nullptr) sample_.force.damping += along.damping;
+    if (!hasTexture(felt.body)) {
+      sample_.force.spring += along.spring;
+      return;
     }
-    sample_.force.spring += felt.spring_N;
+    const TextureDetail& t = *detail(felt.body)->texture;
+    const Relief relief{felt.height_m, felt.gradient};
+    const Vec3 way =
+        t.law() == Texture::Law::kBump
+            ? bumpForce(felt.depth_m, felt.normal, relief)
+            : hoForce(felt.depth_m, felt.normal, relief, t.gainFor(k.spring_N_per_m, config_.stableLateral_N_per_m));
+    const Vec3 smooth_m = std::max(0.0, felt.geometric_m) * felt.normal;
+    sample_.force.spring += k.spring_N_per_m * smooth_m;
+    sample_.force.texture += k.spring_N_per_m * (way - smooth_m);
   }
 
   /// Paper 4.2, on what is touched, or on the bump that reaches the HIP.
@@ -255,7 +271,7 @@ class Feeling {
       contact_.body = static_cast<int>(felt.body);
       contact_.primitive = {PrimitiveKind::kPolygon, 0, body.surface->canonical(felt.triangle)};
     }
-    sample_.height_m = felt.relief.height_m;
+    sample_.height_m = felt.height_m;
     memory_.frictionForce_N = sample_.force.friction;
     memory_.textureForce_N = sample_.force.texture;
   }
@@ -270,11 +286,21 @@ class Feeling {
   std::size_t count_ = 0;
 };
 
+/// The hand was given what the last forces did on the way to the new position.
+void accountEnergy(SurfaceMemory& memory, Vec3 hip) noexcept {
+  const Vec3 way = hip - memory.hip;
+  memory.shadingEnergy_J += glm::dot(memory.shadingForce_N, way);
+  memory.frictionEnergy_J += glm::dot(memory.frictionForce_N, way);
+  memory.textureEnergy_J += glm::dot(memory.textureForce_N, way);
+  memory.shadingForce_N = memory.frictionForce_N = memory.textureForce_N = Vec3(0);
+  memory.hip = hip;
+}
+
 }  // namespace
 
 void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
                  TelemetrySample& sample) noexcept {
-  state.surface.shadingForce_N = state.surface.frictionForce_N = state.surface.textureForce_N = Vec3(0);
+  accountEnergy(state.surface, state.hip);
   Feeling(scene, state, config, contact, sample).run();
 }
 

@@ -35,7 +35,7 @@ struct StepMemory {
   bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
   bool detailEdited = false;   ///< The adoption changed what the felt surface feels like.
   bool anyDetail = false;      ///< Some object of the scene has surface properties;
-  bool anyTexture = false;     ///< a texture.
+  bool anyBumps = false;       ///< bumps that are felt outside of its polygons.
   bool anyBeingMoved = false;
   bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
   double letGo_s = 0;      ///< For so long. Written by the step.
@@ -63,7 +63,7 @@ struct HapticState : StepMemory {
     std::copy_n(other.bodies.begin(), bodyCount, bodies.begin());
     std::copy_n(other.objects.begin(), bodyCount, objects.begin());
     if (anyDetail) surface = other.surface;
-    if (anyTexture) std::copy_n(other.textures.begin(), bodyCount, textures.begin());
+    if (anyBumps) std::copy_n(other.bumps.begin(), bodyCount, bumps.begin());
   }
 
   /// One object's lasting state, carried over adoptions by id.
@@ -78,7 +78,7 @@ struct HapticState : StepMemory {
   // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
   std::array<Body, kMaxServoObjects> bodies;
   std::array<ObjectState, kMaxServoObjects> objects;
-  std::array<TextureWatch, kMaxServoObjects> textures;
+  std::array<BumpWatch, kMaxServoObjects> bumps;
 
   SurfaceMemory surface;
 };

@@ -21,7 +21,7 @@ void forgetSurfaces(HapticState& state) noexcept {
   state.surface.shadingEnergy_J = before.shadingEnergy_J;
   state.surface.frictionEnergy_J = before.frictionEnergy_J;
   state.surface.textureEnergy_J = before.textureEnergy_J;
-  std::fill_n(state.textures.begin(), state.bodyCount, TextureWatch{});
+  std::fill_n(state.bumps.begin(), state.bodyCount, BumpWatch{});
 }
 
 /// The proxy is put where the device is: no force until a surface is met anew.
@@ -36,7 +36,7 @@ void attach(HapticState& state, Vec3 position) noexcept {
 }
 
 /// Attaches at the first good reading, and again after a fault, but not before the force has been taken away.
-void superviseDevice(HapticState& state, const DeviceReading& device) noexcept {
+[[gnu::always_inline]] inline void superviseDevice(HapticState& state, const DeviceReading& device) noexcept {
   const Fault fault = faultOf(device);
   if (fault != Fault::kNone) {
     state.fault = fault;
@@ -78,6 +78,7 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
     const Stiffness target = fading ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
     state.objects[i].felt.follow(target, touched ? depth : 0, touched ? speed : 0, config.period_s);
   }
+  if (state.lettingGo) state.letGo_s += config.period_s;
   if (!contact.touching) return;
   const auto felt =
       springDamper(depth, direction, speed, state.objects[static_cast<std::size_t>(contact.body)].felt.value());
@@ -86,8 +87,8 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
 }
 
 /// Finite check, blend, fault ramp, magnitude limit: always last before the device.
-void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touchedObject,
-                ForceComponents& force) noexcept {
+[[gnu::always_inline]] inline void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touchedObject,
+                                              ForceComponents& force) noexcept {
   if (!isFinite(force.contact)) state.fault = Fault::kNonFiniteForce;
   if (state.fault == Fault::kNone) {
     if (state.adoptedNow && (state.contactBroken || state.detailEdited || touchedObject != state.contactObject)) {
@@ -101,14 +102,7 @@ void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touc
 
 /// The hand was given what the last force did on the way to the new position.
 void accountEnergy(HapticState& state, Vec3 hip) noexcept {
-  const Vec3 way = hip - state.hip;
-  state.contactEnergy_J += glm::dot(state.written_N, way);
-  if (state.anyDetail) {
-    SurfaceMemory& surface = state.surface;
-    surface.shadingEnergy_J += glm::dot(surface.shadingForce_N, way);
-    surface.frictionEnergy_J += glm::dot(surface.frictionForce_N, way);
-    surface.textureEnergy_J += glm::dot(surface.textureForce_N, way);
-  }
+  state.contactEnergy_J += glm::dot(state.written_N, hip - state.hip);
   state.hip = hip;
 }
 
@@ -122,18 +116,21 @@ void describe(const HapticState& state, const ContactResult& contact, TelemetryS
   sample.penetration_m = contact.penetration_m;
   sample.surfaceNormal = contact.normal;
   sample.contactEnergy_J = state.contactEnergy_J;
-  if (state.anyDetail) {
-    sample.shadingEnergy_J = state.surface.shadingEnergy_J;
-    sample.frictionEnergy_J = state.surface.frictionEnergy_J;
-    sample.textureEnergy_J = state.surface.textureEnergy_J;
-  }
   sample.fault = state.fault;
 }
 
-}  // namespace
+void describeEnergy(const SurfaceMemory& surface, TelemetrySample& sample) noexcept {
+  sample.shadingEnergy_J = surface.shadingEnergy_J;
+  sample.frictionEnergy_J = surface.frictionEnergy_J;
+  sample.textureEnergy_J = surface.textureEnergy_J;
+}
 
-TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                           const StepInput& input) noexcept {
+/// The step, for scenes in which some object has surface properties, and for those without, where they cost nothing: for
+/// that its stages are inlined into both.
+template <bool kDetails>
+[[nodiscard, gnu::always_inline]] inline TelemetrySample step(const ServoScene& scene, HapticState& state,
+                                                              const StepConfig& config,
+                                                              const StepInput& input) noexcept {
   TelemetrySample sample;
   sample.tick = input.tick;
   sample.time_ns = input.time_ns;
@@ -148,12 +145,11 @@ TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const St
     moveEdited(state, config);
 
     contact = followContact({state.bodies.data(), state.bodyCount}, state.contact, hip);
-    if (state.anyDetail) [[unlikely]] {
+    if constexpr (kDetails) {
       feelDetails(scene, state, config, contact, sample);
     } else {
       feelSurfaces(scene, state, config, contact, sample.force);
     }
-    if (state.lettingGo) state.letGo_s += config.period_s;
   }
   sample.force.contact = sample.force.spring + sample.force.damping + sample.force.friction + sample.force.texture;
   const std::uint64_t touched = contact.touching ? scene.objects[static_cast<std::size_t>(contact.body)].id : 0;
@@ -163,7 +159,22 @@ TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const St
   state.written_N = sample.force.written;
   state.adoptedNow = state.contactBroken = state.detailEdited = false;
   describe(state, contact, sample);
+  if constexpr (kDetails) describeEnergy(state.surface, sample);
   return sample;
+}
+
+[[gnu::noinline]] TelemetrySample stepWithDetails(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                                  const StepInput& input) noexcept {
+  return step<true>(scene, state, config, input);
+}
+
+}  // namespace
+
+TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                           const StepInput& input) noexcept {
+  if (state.anyDetail) [[unlikely]]
+    return stepWithDetails(scene, state, config, input);
+  return step<false>(scene, state, config, input);
 }
 
 }  // namespace haptics

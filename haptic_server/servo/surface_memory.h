@@ -28,6 +28,7 @@ struct SurfaceMemory {
   StickSlip friction;
   Vec3 stickingPoint{0};  ///< World, as of the last tick.
   ShadingFade fade;
+  Vec3 hip{0};             ///< Of the last tick.
   Vec3 shadingForce_N{0};  ///< What shading changed of the last force, for the account of energy; world.
   Vec3 frictionForce_N{0};
   Vec3 textureForce_N{0};
@@ -36,17 +37,17 @@ struct SurfaceMemory {
   double textureEnergy_J = 0;
 };
 
-/// Of one object with a texture, which can be felt before its polygons are touched. Written by feelDetails().
-struct TextureWatch {
-  /// Seconds in which a texture fades in that is already there when the HIP appears in it.
+/// Of one object with bumps, of a texture or of shading, which can be felt before its polygons are touched. Written by feelDetails().
+struct BumpWatch {
+  /// Seconds in which a bump fades in that is already there when the HIP appears in it.
   static constexpr double kFadeIn_s = 0.05;
 
   std::uint32_t triangle = kNoTriangle;  ///< Nearest to the HIP, when last looked for.
   Vec3 seenFrom{0};                      ///< The HIP then; object frame.
-  double clear_m = 0;                    ///< No texture is within this distance of there.
+  double clear_m = 0;                    ///< No bump is within this distance of there.
   double presence = 0;                   ///< The part of the height that is felt.
 };
 
-static_assert(std::is_trivially_copyable_v<SurfaceMemory> && std::is_trivially_copyable_v<TextureWatch>);
+static_assert(std::is_trivially_copyable_v<SurfaceMemory> && std::is_trivially_copyable_v<BumpWatch>);
 
 }  // namespace haptics

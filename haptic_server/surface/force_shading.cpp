@@ -23,10 +23,6 @@ constexpr double kFadesTo = 0.9;
 /// polygon or point into it describe nothing.
 constexpr double kLeastCosine = 0.1;
 constexpr double kGoodCosine = 0.3;
-/// Depth, in bulges, over which a bulge comes to be felt. Smaller is a stiffer first touch, 1 + 3/8 times at 4; larger
-/// leaves magnitudes wrong to a greater depth.
-constexpr double kBulges = 4;
-
 /// 0 up to `from`, 1 from `to` on, C1 between.
 [[nodiscard]] double smoothStep(double from, double to, double x) noexcept {
   const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
@@ -37,8 +33,7 @@ constexpr double kBulges = 4;
 class ShadedPolygon {
  public:
   ShadedPolygon(const TriangleRecord& triangle, const ShadingRecord& shading) noexcept
-      : triangle_(triangle),
-        shading_(shading),
+      : shading_(shading),
         corner_(triangle.corner(0)),
         edge1_(triangle.corner(1) - corner_),
         edge2_(triangle.corner(2) - corner_),
@@ -83,7 +78,7 @@ class ShadedPolygon {
   }
 
   /// @param s  In lengths of the normal, which is a little less than 1.
-  [[nodiscard]] ShadedPoint at(double s, int side) const noexcept {
+  [[nodiscard]] ShadedPoint at(double s) const noexcept {
     const Vec3 parts = this->parts();
     const Vec3 n = interpolatedNormal(shading_, parts);
     const double length = glm::length(n);
@@ -92,10 +87,7 @@ class ShadedPolygon {
     ShadedPoint shaded{0, n / length, s * length};
     const double bend = std::abs(shaded.depth_m) * curvature(parts, shaded.depth_m > 0);
     shaded.weight = (1 - smoothStep(kFadesFrom, kFadesTo, bend)) * smoothStep(kLeastCosine, kGoodCosine, cosine);
-    if (shaded.depth_m * side > 0) {
-      const double bulge = this->bulge(parts);
-      if (bulge != 0) shaded.depth_m += bulge * smoothStep(0, kBulges * std::abs(bulge), std::abs(shaded.depth_m));
-    }
+    shaded.bulge_m = bulge(parts);
     return shaded;
   }
 
@@ -114,13 +106,11 @@ class ShadedPolygon {
 
   /// Height of the quadratic surface over the polygon.
   [[nodiscard]] double bulge(Vec3 parts) const noexcept {
-    const Vec3 x = corner_ + edge1_ * u_ + edge2_ * v_;
-    double sum = 0;
-    for (int k = 0; k < 3; ++k) sum += parts[k] * glm::dot(triangle_.corner(k) - x, shading_.normal(k));
-    return sum / 2;
+    return (parts[0] * parts[1] * glm::dot(edge1_, turn1_) + parts[0] * parts[2] * glm::dot(edge2_, turn2_) +
+            parts[1] * parts[2] * glm::dot(edge2_ - edge1_, turn2_ - turn1_)) /
+           2;
   }
 
-  const TriangleRecord& triangle_;
   const ShadingRecord& shading_;
   Vec3 corner_, edge1_, edge2_;
   Vec3 normal_, turn1_, turn2_;
@@ -134,8 +124,8 @@ class ShadedPolygon {
 
 }  // namespace
 
-ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const Foot& foot, Vec3 h, double depth_m,
-                  int side) noexcept {
+ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const Foot& foot, Vec3 h,
+                  double depth_m) noexcept {
   std::uint32_t t = foot.triangle;
   if (isSharp(normals[t], foot)) return {};
   double s = depth_m;
@@ -145,7 +135,7 @@ ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const F
     ShadedPolygon polygon(surface.triangle(t), shading);
     if (!polygon.project(h, s)) return {};
     const int edge = polygon.beyond();
-    if (edge < 0 || shading.sharpLine(edge)) return polygon.at(s, side);
+    if (edge < 0 || shading.sharpLine(edge)) return polygon.at(s);
     t = surface.triangle(t).neighbour(edge);
   }
   return {};

@@ -9,7 +9,8 @@ struct ShadedPoint {
   /// From 0, where the unshaded vector is to be used, to 1.
   double weight = 0;
   Vec3 normal{0};      ///< N_s: unit, out of the polygons' outer side.
-  double depth_m = 0;  ///< From h along N_s to the surface; negative beyond its outer side.
+  double depth_m = 0;  ///< From h along N_s to the polygon; negative beyond its outer side.
+  double bulge_m = 0;  ///< From there on to the smooth surface.
 };
 
 /// Eq. (1): the corners' normals weighted by the areas of the subtriangles opposite to them, given as parts of the
@@ -23,21 +24,21 @@ struct ShadedPoint {
 ///
 /// @param foot  The point of the surface that is closest to h, with the primitive that holds it.
 /// @param depth_m  Distance of foot and h, negative when h is beyond the outer side.
-/// @param side  Which side of the surface is felt, as in HoldingSurface.
 ///
 /// Deviations:
 ///  - N_s is that of the point where the projection arrives, not that of the IHIP: where h lies on the line along N_s
 ///    (Kobbelt et al. 1998, "Phong projection"). On a convex mesh the IHIP jumps from polygon to polygon, and the
 ///    paper's N_s jumps with it; this point moves over all lines without a jump. Found by Newton's method, polygon by
 ///    polygon from the IHIP's.
-///  - The depth goes to the quadratic surface that has these normals at these vertices (Boubekeur & Alexa, "Phong
-///    Tessellation", 2008, with the factor 1/2 that is exact for quadratics), not to the polygon: otherwise the
-///    force's magnitude shows the polygons though its direction does not, and direction and magnitude belong to
-///    different surfaces, which gives energy to the hand. Near depth 0, where contact is with the polygon, it fades.
+///  - The depth goes on to the quadratic surface that has these normals at these vertices (Boubekeur & Alexa, "Phong
+///    Tessellation", 2008, with the factor 1/2 that is exact for quadratics). Up to the polygon only, the force's
+///    magnitude would show the polygons though its direction does not, and direction and magnitude would belong to
+///    different surfaces, which gives energy to the hand. The bulge is a height like a texture's: there is contact on
+///    it outside of the polygons.
 ///  - "Works well when the penetration is small compared to the size of the polygon": where p tan(angle) comes near the
 ///    edge's length, that is where depth times curvature comes near 1, the weight goes smoothly to 0.
 ///  - Sharp lines and vertices have no normal of their own: weight 0.
 [[nodiscard]] ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const Foot& foot, Vec3 h,
-                                double depth_m, int side) noexcept;
+                                double depth_m) noexcept;
 
 }  // namespace haptics

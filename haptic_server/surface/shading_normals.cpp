@@ -16,6 +16,17 @@ struct Sector {
 
 [[nodiscard]] std::size_t placeOf(std::uint32_t t, int k) { return 3 * std::size_t{t} + static_cast<std::size_t>(k); }
 
+/// Of the smooth surface over a polygon: a sixth of the largest product at its lines, where all three are as large.
+[[nodiscard]] double bulgeBound(const TriangleRecord& triangle, const ShadingRecord& shading) {
+  double most = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int next = nextCorner(k);
+    most =
+        std::max(most, glm::dot(triangle.corner(next) - triangle.corner(k), shading.normal(next) - shading.normal(k)));
+  }
+  return shading.hasNormals() ? most / 6 : 0;
+}
+
 class Builder {
  public:
   Builder(const Surface& surface, double crease_rad, std::span<const std::array<std::uint32_t, 2>> creases)
@@ -147,7 +158,10 @@ ShadingNormals::ShadingNormals(const Surface& surface, double crease_rad,
                                std::span<const std::array<std::uint32_t, 2>> creases) {
   const Builder builder(surface, crease_rad, creases);
   records_.resize(surface.triangleCount());
-  for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) records_[t] = builder.record(t);
+  for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+    records_[t] = builder.record(t);
+    highestBulge_m_ = std::max(highestBulge_m_, bulgeBound(surface.triangle(t), records_[t]));
+  }
 }
 
 }  // namespace haptics

@@ -49,10 +49,13 @@ class ShadingNormals {
 
   /// `t` as in Surface.
   [[nodiscard]] const ShadingRecord& operator[](std::uint32_t t) const noexcept { return records_[t]; }
+  /// No bulge of the smooth surface over a polygon (ShadedPoint) is higher.
+  [[nodiscard]] double highestBulge_m() const noexcept { return highestBulge_m_; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return records_.capacity() * sizeof(ShadingRecord); }
 
  private:
   LargePageVector<ShadingRecord> records_;
+  double highestBulge_m_ = 0;
 };
 
 }  // namespace haptics

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -70,6 +71,11 @@ struct SurfaceDetail {
   std::shared_ptr<const ShadingNormals> shading;  ///< Null: as the polygons are.
   std::optional<FrictionDetail> friction;
   std::optional<TextureDetail> texture;
+
+  /// Nothing of the felt surface is farther outside of the polygons.
+  [[nodiscard]] double highest_m() const noexcept {
+    return std::max(0.0, (shading ? shading->highestBulge_m() : 0) + (texture ? texture->highest_m() : 0));
+  }
 };
 
 /// What a detail is made of beside the records: the fields that they name, null where they name none.

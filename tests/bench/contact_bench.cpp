@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "haptic_server/servo/haptic_step.h"
 #include "tests/bench/benches.h"
 #include "tests/bench/scenes.h"
+#include "tests/bench/step_replay.h"
 #include "tests/bench/stopwatch.h"
 
 namespace haptics::bench {
@@ -42,30 +42,13 @@ void searchAlone(benchmark::State& state, const Trajectory& trajectory, std::uin
   for (auto _ : state) benchmark::DoNotOptimize(search.tick());
 }
 
-/// From the device's position to the force (paper 3.2), with one object.
-void wholeStep(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments) {
-  const Scene path = trajectory.make(segments);
-  ServoScene scene;
-  scene.revision = 1;
-  scene.objects.push_back({1, sphere(segments), {}, 1000, 0.5, false});
-  const StepConfig config;
-  HapticState servo(config);
-  (void)adoptScene(scene, servo, 0);  // nothing is in contact
-  StepInput input;
-  const auto step = [&](Vec3 hip) {
-    ++input.tick;
-    input.device = {hip, DeviceState::kReady};
-    return hapticStep(scene, servo, config, input);
-  };
-  for (const Vec3 hip : path.approach) static_cast<void>(step(hip));
-  std::size_t next = 0;
-  const auto stepOn = [&] {
-    benchmark::DoNotOptimize(step(path.path[next]));
-    if (++next == path.path.size()) next = 0;
-  };
-  for (auto _ : state) stepOn();
+/// The same with what surface properties add.
+void wholeStep(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments,
+               const SurfaceCase& surface) {
+  StepReplay replay(trajectory.make(segments), segments, surface);
+  for (auto _ : state) benchmark::DoNotOptimize(replay.tick());
   Stopwatch stopwatch;
-  for (int i = 0; i < kSingleTicks; ++i) stopwatch.time(stepOn);
+  for (int i = 0; i < kSingleTicks; ++i) stopwatch.time([&] { benchmark::DoNotOptimize(replay.tick()); });
   stopwatch.report(state);
 }
 
@@ -85,7 +68,10 @@ void registerContact(std::span<const std::uint32_t> sizes) {
     }
     for (const Trajectory& t : {kRubbing, kSlide}) {
       benchmark::RegisterBenchmark(nameOf("search/hot", t, n).c_str(), searchAlone, t, n);
-      benchmark::RegisterBenchmark(nameOf("haptic_step/hot", t, n).c_str(), wholeStep, t, n);
+      for (const SurfaceCase& surface : {kPlain, kShading, kFriction, kGrating, kNoise, kAllFeatures}) {
+        const std::string what = std::string("haptic_step/hot/") + surface.name;
+        benchmark::RegisterBenchmark(nameOf(what.c_str(), t, n).c_str(), wholeStep, t, n, surface);
+      }
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "tests/bench/scenes.h"
+#include "tests/bench/step_replay.h"
 
 namespace {
 
@@ -23,12 +24,28 @@ constexpr Case kCases[] = {{"rubbing", kRubbing},
                            {"second_body", kSecondBodyNear},
                            {"line_contact", kLineContact}};
 
+/// The whole step with one object, rubbing; "plain" is what a scene without surface properties pays.
+struct StepCase {
+  const char* name;
+  SurfaceCase surface;
+};
+constexpr StepCase kStepCases[] = {{"step", kPlain},
+                                   {"step_shading", kShading},
+                                   {"step_friction", kFriction},
+                                   {"step_texture", kNoise},
+                                   {"step_all", kAllFeatures}};
+
 double sum = 0;  // keeps the ticks' results alive
 
 }  // namespace
 
 /// Nothing else is counted: its name is what the gate tells callgrind.
 extern "C" [[gnu::noinline]] void countedTicks(Replay& replay) {
+  for (int i = 0; i < kTicks; ++i) sum += replay.tick().penetration_m;
+}
+
+/// The same for whole steps.
+extern "C" [[gnu::noinline]] void countedSteps(StepReplay& replay) {
   for (int i = 0; i < kTicks; ++i) sum += replay.tick().penetration_m;
 }
 
@@ -40,8 +57,16 @@ int main(int argc, char** argv) {
     std::cout << kTicks << '\n';
     return sum >= 0 ? 0 : 1;
   }
+  for (const StepCase& each : kStepCases) {
+    if (argc != 2 || std::strcmp(argv[1], each.name) != 0) continue;
+    StepReplay replay(kRubbing.make(kSegmentsCounted), kSegmentsCounted, each.surface);
+    countedSteps(replay);
+    std::cout << kTicks << '\n';
+    return sum >= 0 ? 0 : 1;
+  }
   std::cerr << "usage: count_instructions";
   for (const Case& each : kCases) std::cerr << ' ' << each.name;
+  for (const StepCase& each : kStepCases) std::cerr << ' ' << each.name;
   std::cerr << '\n';
   return 2;
 }

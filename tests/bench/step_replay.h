@@ -1,0 +1,55 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "haptic_server/servo/haptic_step.h"
+#include "tests/bench/scenes.h"
+
+namespace haptics::bench {
+
+/// What the surface of the one object feels like beyond its shape.
+struct SurfaceCase {
+  const char* name;
+  bool shading = false;
+  bool friction = false;
+  /// Of a grating of 3 mm (Fourier), or of gradient noise of 2 mm in one octave.
+  enum class Texture { kNone, kGrating, kNoise } texture = Texture::kNone;
+};
+
+inline constexpr SurfaceCase kPlain{"plain"};
+inline constexpr SurfaceCase kShading{"shading", true};
+inline constexpr SurfaceCase kFriction{"friction", false, true};
+inline constexpr SurfaceCase kGrating{"texture_grating", false, false, SurfaceCase::Texture::kGrating};
+inline constexpr SurfaceCase kNoise{"texture_noise", false, false, SurfaceCase::Texture::kNoise};
+inline constexpr SurfaceCase kAllFeatures{"shading_friction_texture_noise", true, true, SurfaceCase::Texture::kNoise};
+
+/// The production step, from the device's position to the force (paper 3.2), driven around the path of a scene of which
+/// the first body is the only object.
+class StepReplay {
+ public:
+  /// Leads the HIP to the path and once around.
+  StepReplay(Scene scene, std::uint32_t segments, const SurfaceCase& surface);
+
+  TelemetrySample tick() noexcept {
+    const Vec3 hip = path_.path[next_];
+    if (++next_ == path_.path.size()) next_ = 0;
+    return step(hip);
+  }
+
+ private:
+  TelemetrySample step(Vec3 hip) noexcept {
+    ++input_.tick;
+    input_.device = {hip, DeviceState::kReady};
+    return hapticStep(scene_, *state_, config_, input_);
+  }
+
+  Scene path_;
+  ServoScene scene_;
+  StepConfig config_;
+  std::unique_ptr<HapticState> state_;
+  StepInput input_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace haptics::bench
