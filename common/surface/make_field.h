@@ -14,7 +14,7 @@ namespace haptics {
 using FieldLookup = std::function<std::shared_ptr<const SampledField>(const ContentHash&)>;
 
 /// The field that a record describes, as server and viewer evaluate it. The record's numbers have been checked
-/// (common/wire). Takes milliseconds at most. Refused: a sampled field that the lookup does not know.
+/// (common/wire). Takes up to a tenth of a second. Refused: a sampled field that the lookup does not know.
 [[nodiscard]] Result<std::shared_ptr<const ScalarField>> makeField(const FieldFamily& family,
                                                                    const FieldLookup& lookup);
 

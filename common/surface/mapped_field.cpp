@@ -104,8 +104,9 @@ class AroundAxis final : public ScalarField {
     const Ramp present = presence(fromAxis / radius_m_);
     if (present.value == 0) return {tiles_.mean(), Vec3(0)};
 
-    const Vec3 outward(p.x / fromAxis, p.y / fromAxis, 0);
-    const Vec3 alongTurn = (radius_m_ / fromAxis) * Vec3(-outward.y, outward.x, 0);
+    const double perFromAxis = 1 / fromAxis;
+    const Vec3 outward(p.x * perFromAxis, p.y * perFromAxis, 0);
+    const Vec3 alongTurn = radius_m_ * perFromAxis * Vec3(-outward.y, outward.x, 0);
     const double turn_m = radius_m_ * std::atan2(p.y, p.x);
     double height_m = p.z;
     Vec3 alongHeight(0, 0, 1);
@@ -141,11 +142,11 @@ class OnBox final : public ScalarField {
       : ScalarField(boundsOf(tiles, mapping), tiles.shortestWavelength_m()),
         tiles_(tiles),
         frame_(mapping),
-        half_m_(0.5 * mapping.size_m) {}
+        perHalf_(2.0 / mapping.size_m) {}
 
   [[nodiscard]] FieldSample at(Vec3 point) const noexcept override {
     const Vec3 p = frame_.local(point);
-    const Vec3 part = glm::abs(p) / half_m_;
+    const Vec3 part = glm::abs(p) * perHalf_;
     const double fromMiddle = glm::length(part);
     const Ramp present = presence(fromMiddle);
     if (present.value == 0) return {tiles_.mean(), Vec3(0)};
@@ -164,18 +165,19 @@ class OnBox final : public ScalarField {
       slope += weight.value * face.gradient;
       bySide += face.value * weight.slope;
     }
-    const double blended = sum / all.value;
+    const double perAll = 1 / all.value;
+    const double blended = sum * perAll;
     const double above = blended - tiles_.mean();
-    bySide = present.value * (bySide - blended * all.slope) / all.value + above * present.slope / fromMiddle * part;
+    bySide = present.value * perAll * (bySide - blended * all.slope) + above * present.slope / fromMiddle * part;
     const Vec3 outward(std::copysign(1, p.x), std::copysign(1, p.y), std::copysign(1, p.z));
     return {tiles_.mean() + present.value * above,
-            frame_.gradient(present.value * slope / all.value + bySide * outward / half_m_)};
+            frame_.gradient(present.value * perAll * slope + bySide * outward * perHalf_)};
   }
 
  private:
   Tiles tiles_;
   Frame frame_;
-  Vec3 half_m_;
+  Vec3 perHalf_;  // 1/m: 1 / half a side
 
   /// A weight and its derivatives by |x|, |y| and |z| over half a side.
   struct Share {

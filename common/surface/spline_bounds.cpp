@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 #include "common/surface/cubic_spline.h"
 #include "common/surface/spline_grid.h"
@@ -9,9 +9,10 @@
 namespace haptics {
 namespace {
 
-constexpr double kEnough = 0.005;   ///< Of the samples' range: how far a bound may lie outside what was found.
-constexpr double kRounding = 1e-9;  ///< Of the largest sample: above what the spline's own evaluation rounds.
-constexpr int kDeepest = 8;         ///< Halvings of a cell; four are enough as a rule.
+constexpr double kEnough = 0.005;       ///< Of the samples' range: how far a bound may lie outside what was found.
+constexpr double kRounding = 1e-9;      ///< Of the largest sample: above what the spline's own evaluation rounds.
+constexpr double kMostCells = 262'144;  ///< That slope and curvature are looked at in: all of 512 * 512 samples.
+constexpr int kDeepest = 8;             ///< Halvings of a cell; four are enough as a rule.
 
 using Four = std::array<double, 4>;
 using Net = std::array<Four, 4>;  ///< Control points of one cell: the cell's values lie between their extremes.
@@ -61,9 +62,8 @@ class Ceiling {
  public:
   Ceiling(double found, double slack) : found_(found), slack_(slack), bound_(found) {}
 
-  void raiseTo(const Net& coefficients) {
-    if (highestOf(coefficients) > found_ + slack_) raise(bezier(coefficients), 0);
-  }
+  [[nodiscard]] bool mayHold(double coefficient) const { return coefficient <= found_ + slack_; }
+  void raiseTo(const Net& coefficients) { raise(bezier(coefficients), 0); }
   [[nodiscard]] double bound() const { return std::max(bound_, found_ + slack_); }
 
  private:
@@ -93,8 +93,9 @@ class Steepness {
     const auto& [v, s, b] = weights_;
     const double x = product(c, s, v), y = product(c, v, s);
     const double xx = product(c, b, v), xy = product(c, s, s), yy = product(c, v, b);
-    slope = std::max(slope, std::hypot(x, y));
-    curvature = std::max(curvature, std::abs(xx + yy) / 2 + std::hypot((xx - yy) / 2, xy));
+    slope = std::max(slope, std::sqrt(x * x + y * y));
+    const double half = (xx - yy) / 2;
+    curvature = std::max(curvature, std::abs(xx + yy) / 2 + std::sqrt(half * half + xy * xy));
   }
 
   double slope = 0, curvature = 0;
@@ -111,6 +112,28 @@ class Steepness {
   }
 };
 
+Net netAround(const SplineGrid& grid, std::size_t x, std::size_t y, double sign) {
+  Net net;
+  const float* row = grid.around(x, y);
+  for (std::size_t i = 0; i < 4; ++i, row += grid.stride()) {
+    for (std::size_t j = 0; j < 4; ++j) net[i][j] = sign * row[j];
+  }
+  return net;
+}
+
+/// Lowest and highest of a cell's coefficients: the cell's values lie between these too, though often by far.
+std::pair<float, float> rangeAround(const SplineGrid& grid, std::size_t x, std::size_t y) {
+  const float* row = grid.around(x, y);
+  float low = *row, high = *row;
+  for (std::size_t i = 0; i < 4; ++i, row += grid.stride()) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      low = std::min(low, row[j]);
+      high = std::max(high, row[j]);
+    }
+  }
+  return {low, high};
+}
+
 }  // namespace
 
 SplineBounds boundsOf(const SplineGrid& grid, std::span<const float> samples) {
@@ -119,15 +142,15 @@ SplineBounds boundsOf(const SplineGrid& grid, std::span<const float> samples) {
       kEnough * (static_cast<double>(*most) - *least) + kRounding * std::max(std::abs(*most), std::abs(*least));
   Ceiling ceiling(*most, slack), floorUpsideDown(-*least, slack);
   Steepness corner(0), middle(0.5);
+  const auto cells = static_cast<double>(samples.size());
+  const auto stride = static_cast<std::size_t>(std::ceil(std::sqrt(cells / kMostCells)));
   for (std::size_t y = 0; y < grid.height; ++y) {
     for (std::size_t x = 0; x < grid.width; ++x) {
-      Net net, negative;
-      for (std::size_t i = 0; i < 4; ++i) {
-        const float* row = grid.around(x, y) + i * grid.stride();
-        for (std::size_t j = 0; j < 4; ++j) negative[i][j] = -(net[i][j] = row[j]);
-      }
-      ceiling.raiseTo(net);
-      floorUpsideDown.raiseTo(negative);
+      const auto [low, high] = rangeAround(grid, x, y);
+      if (!ceiling.mayHold(high)) ceiling.raiseTo(netAround(grid, x, y, 1));
+      if (!floorUpsideDown.mayHold(-low)) floorUpsideDown.raiseTo(netAround(grid, x, y, -1));
+      if (x % stride != 0 || y % stride != 0) continue;
+      const Net net = netAround(grid, x, y, 1);
       corner.look(net);
       middle.look(net);
     }

@@ -1,6 +1,6 @@
 #include "common/surface/spline_grid.h"
 
-#include <cmath>
+#include <algorithm>
 
 namespace haptics {
 namespace {
@@ -10,36 +10,42 @@ constexpr double kPole = -0.26794919243112270647;
 constexpr std::size_t kMemory =
     30;  ///< Its powers after so many samples are below double's rounding: 0.268^30 = 7e-18.
 
-/// In place: samples of one period to coefficients.
-void filter(std::vector<double>& line) {
-  const std::size_t n = line.size();
-  // What the recursion has come to before the first sample, in a line that has always been periodic.
-  double state = 0;
-  for (std::size_t i = kMemory; i > 0; --i) state = kPole * state + line[(n * kMemory - i) % n];
-  for (double& value : line) value = state = value + kPole * state;
+/// In place: samples of one period to coefficients, along as many lines side by side as `state` has numbers.
+void filter(double* samples, std::size_t count, std::vector<double>& state) {
+  const std::size_t lines = state.size();
+  // What each recursion has come to before the period, in lines that have always been periodic.
+  std::fill(state.begin(), state.end(), 0.0);
+  for (std::size_t i = kMemory; i > 0; --i) {
+    const double* at = samples + (count * kMemory - i) % count * lines;
+    for (std::size_t k = 0; k < lines; ++k) state[k] = kPole * state[k] + at[k];
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    double* at = samples + i * lines;
+    for (std::size_t k = 0; k < lines; ++k) at[k] = state[k] = at[k] + kPole * state[k];
+  }
 
-  state = 0;
-  for (std::size_t i = kMemory; i > 0; --i) state = kPole * (state - line[(i - 1) % n]);
-  for (std::size_t i = n; i > 0; --i) line[i - 1] = 6 * (state = kPole * (state - line[i - 1]));
+  std::fill(state.begin(), state.end(), 0.0);
+  for (std::size_t i = kMemory; i > 0; --i) {
+    const double* at = samples + (i - 1) % count * lines;
+    for (std::size_t k = 0; k < lines; ++k) state[k] = kPole * (state[k] - at[k]);
+  }
+  for (std::size_t i = count; i > 0; --i) {
+    double* at = samples + (i - 1) * lines;
+    for (std::size_t k = 0; k < lines; ++k) {
+      state[k] = kPole * (state[k] - at[k]);
+      at[k] = 6 * state[k];
+    }
+  }
 }
 
 }  // namespace
 
 SplineGrid interpolatingGrid(std::uint32_t width, std::uint32_t height, std::span<const float> samples) {
   std::vector<double> whole(samples.begin(), samples.end());
-  std::vector<double> line(width);
-  for (std::size_t y = 0; y < height; ++y) {
-    double* row = whole.data() + y * width;
-    line.assign(row, row + width);
-    filter(line);
-    std::copy(line.begin(), line.end(), row);
-  }
-  line.resize(height);
-  for (std::size_t x = 0; x < width; ++x) {
-    for (std::size_t y = 0; y < height; ++y) line[y] = whole[y * width + x];
-    filter(line);
-    for (std::size_t y = 0; y < height; ++y) whole[y * width + x] = line[y];
-  }
+  std::vector<double> state(1);
+  for (std::size_t y = 0; y < height; ++y) filter(whole.data() + y * width, width, state);
+  state.resize(width);
+  filter(whole.data(), height, state);
 
   SplineGrid grid{width, height, {}};
   grid.coefficients.reserve((width + std::size_t{3}) * (height + std::size_t{3}));

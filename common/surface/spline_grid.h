@@ -26,7 +26,7 @@ struct SplineGrid {
 /// What a spline stays within.
 struct SplineBounds {
   double lowest = 0, highest = 0;  ///< Never passed; reached within 0.5 % of the samples' range.
-  double slope = 0;                ///< Largest |gradient| at the cells' corners and middles, per sample.
+  double slope = 0;                ///< Largest |gradient| at corners and middles of up to 512 * 512 cells, per sample.
   double curvature = 0;            ///< Likewise of the second derivatives along any direction.
 };
 
