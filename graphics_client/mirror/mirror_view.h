@@ -5,10 +5,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/error/error.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/scene.h"
+#include "common/surface/sampled_field.h"
 #include "common/telemetry/telemetry_sample.h"
 
 namespace haptics {
@@ -22,7 +24,10 @@ struct MirrorView {
   std::string linkText;     ///< "connecting to host:port", why it was refused, ...
   std::uint64_t epoch = 0;  ///< Of the server that `scene` came from; 0: nothing came yet.
   std::shared_ptr<const SceneVersion> scene = std::make_shared<const SceneVersion>();  ///< Never null.
-  std::map<ContentHash, std::shared_ptr<const TriMesh>> meshes;  ///< Those that arrived and whose hash was checked.
+  /// Assets that arrived and whose hash was checked.
+  std::map<ContentHash, std::shared_ptr<const TriMesh>> meshes;
+  std::map<ContentHash, std::shared_ptr<const SampledField>> fields;
+  std::map<ContentHash, std::shared_ptr<const std::vector<float>>> vertexValues;
   ContentHash serverRoot;  ///< As last announced by the server, with its revision.
   std::uint64_t serverRevision = 0;
   /// Own root equals the server's at the same revision, and every mesh of the scene is here and hashed to its name.

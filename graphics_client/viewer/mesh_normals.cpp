@@ -25,10 +25,12 @@ std::vector<Vec3> faceNormals(const TriMesh& mesh) {
   return normals;
 }
 
-double cornerAngle(const TriMesh& mesh, const TriangleIndices& triangle, std::size_t k) {
+/// A face's normal at one of its corners, with its weight in the vertex's.
+Vec3 weightedNormal(const TriMesh& mesh, const TriangleIndices& triangle, std::size_t k) {
   const Vec3 a = corner(mesh, triangle, k + 1) - corner(mesh, triangle, k);
   const Vec3 b = corner(mesh, triangle, k + 2) - corner(mesh, triangle, k);
-  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+  const double scale = squaredLength(a) * squaredLength(b);
+  return scale > 0 ? glm::cross(a, b) / scale : Vec3(0);
 }
 
 /// Triangle corners, numbered 3 * triangle + corner, gathered by the vertex they stand at.
@@ -49,10 +51,10 @@ struct CornersByVertex {
 /// The corners at one vertex, joined into smooth fans. Kept from vertex to vertex for its memory.
 class Fans {
  public:
-  Fans(const TriMesh& mesh, const std::vector<Vec3>& normals, double cosCrease)
-      : mesh_(mesh), normals_(normals), cosCrease_(cosCrease) {}
+  Fans(const TriMesh& mesh, const std::vector<Vec3>& normals, double cosCrease, std::span<const Crease> creases)
+      : mesh_(mesh), normals_(normals), cosCrease_(cosCrease), creases_(creases) {}
 
-  void join(std::span<const std::size_t> corners) {
+  void join(std::uint32_t vertex, std::span<const std::size_t> corners) {
     parent_.resize(corners.size());
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
     spokes_.clear();
@@ -65,7 +67,9 @@ class Fans {
     for (std::size_t s = 1; s < spokes_.size(); ++s) {
       if (spokes_[s - 1].first != spokes_[s].first) continue;
       const std::size_t a = spokes_[s - 1].second, b = spokes_[s].second;
-      if (glm::dot(normals_[corners[a] / 3], normals_[corners[b] / 3]) >= cosCrease_) parent_[root(a)] = root(b);
+      if (glm::dot(normals_[corners[a] / 3], normals_[corners[b] / 3]) < cosCrease_) continue;
+      const auto [first, second] = std::minmax(vertex, spokes_[s].first);
+      if (!std::ranges::binary_search(creases_, Crease{first, second})) parent_[root(a)] = root(b);
     }
   }
 
@@ -78,34 +82,18 @@ class Fans {
   const TriMesh& mesh_;
   const std::vector<Vec3>& normals_;
   double cosCrease_;
+  std::span<const Crease> creases_;
   std::vector<std::size_t> parent_;
   std::vector<std::pair<std::uint32_t, std::size_t>> spokes_;  // other end of an edge at the vertex, corner
 };
 
-/// Whether every edge is run along once in each direction.
-bool isClosed(const TriMesh& mesh) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> forward, backward;
-  forward.reserve(3 * mesh.triangles.size());
-  backward.reserve(3 * mesh.triangles.size());
-  for (const TriangleIndices& t : mesh.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      forward.emplace_back(t[k], t[(k + 1) % 3]);
-      backward.emplace_back(t[(k + 1) % 3], t[k]);
-    }
-  }
-  std::ranges::sort(forward);
-  std::ranges::sort(backward);
-  return forward == backward && std::ranges::adjacent_find(forward) == forward.end();
-}
-
 }  // namespace
 
-ShadedMesh shadeMesh(const TriMesh& mesh, double crease_rad) {
+ShadedMesh shadeMesh(const TriMesh& mesh, double crease_rad, std::span<const Crease> creases) {
   const std::vector<Vec3> normals = faceNormals(mesh);
   const CornersByVertex incident(mesh);
-  Fans fans(mesh, normals, std::cos(crease_rad));
+  Fans fans(mesh, normals, std::cos(crease_rad), creases);
   ShadedMesh shaded;
-  shaded.closed = isClosed(mesh);
   shaded.triangles.resize(mesh.triangles.size());
   shaded.source.reserve(mesh.vertices.size());
   shaded.normals.reserve(mesh.vertices.size());
@@ -114,11 +102,10 @@ ShadedMesh shadeMesh(const TriMesh& mesh, double crease_rad) {
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
     const std::span corners(incident.corners.begin() + static_cast<std::ptrdiff_t>(incident.begin[v]),
                             incident.begin[v + 1] - incident.begin[v]);
-    fans.join(corners);
+    fans.join(v, corners);
     sums.assign(corners.size(), Vec3(0));
     for (std::size_t i = 0; i < corners.size(); ++i) {
-      const std::size_t triangle = corners[i] / 3;
-      sums[fans.root(i)] += normals[triangle] * cornerAngle(mesh, mesh.triangles[triangle], corners[i] % 3);
+      sums[fans.root(i)] += weightedNormal(mesh, mesh.triangles[corners[i] / 3], corners[i] % 3);
     }
     shadedVertex.assign(corners.size(), 0);
     for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -133,6 +120,21 @@ ShadedMesh shadeMesh(const TriMesh& mesh, double crease_rad) {
     }
   }
   return shaded;
+}
+
+bool isClosed(const TriMesh& mesh) {  // every edge is run along once in each direction
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> forward, backward;
+  forward.reserve(3 * mesh.triangles.size());
+  backward.reserve(3 * mesh.triangles.size());
+  for (const TriangleIndices& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      forward.emplace_back(t[k], t[(k + 1) % 3]);
+      backward.emplace_back(t[(k + 1) % 3], t[k]);
+    }
+  }
+  std::ranges::sort(forward);
+  std::ranges::sort(backward);
+  return forward == backward && std::ranges::adjacent_find(forward) == forward.end();
 }
 
 }  // namespace haptics

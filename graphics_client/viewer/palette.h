@@ -26,6 +26,11 @@ inline constexpr Shade kTrail{0.05, 0.42, 0.90};
 inline constexpr Shade kForceLow{0.10, 0.62, 0.30};
 inline constexpr Shade kForceMiddle{0.95, 0.60, 0.05};
 inline constexpr Shade kForceHigh{0.85, 0.10, 0.10};
+inline constexpr Shade kSlippery{0.80, 0.86, 0.88};
+inline constexpr Shade kGripping{0.86, 0.66, 0.40};
+inline constexpr Shade kRough{0.48, 0.22, 0.12};
+inline constexpr Shade kSticking{0.55, 0.20, 0.62};  // the sticking point
+inline constexpr Shade kSliding{0.95, 0.55, 0.10};
 inline constexpr Shade kFaded{0.62, 0.64, 0.66};  // what is shown but no longer true
 
 inline constexpr Shade kCard{1, 1, 1};
@@ -51,6 +56,11 @@ inline constexpr Shade kBad{0.80, 0.08, 0.10};
 /// Green through orange to red as the force nears the device's limit; share 0 to 1.
 [[nodiscard]] inline Shade forceShade(double share) {
   return share < 0.5 ? mix(kForceLow, kForceMiddle, 2 * share) : mix(kForceMiddle, kForceHigh, 2 * share - 1);
+}
+
+/// From little friction to much; share 0 to 1.
+[[nodiscard]] inline Shade frictionShade(double share) {
+  return share < 0.5 ? mix(kSlippery, kGripping, 2 * share) : mix(kGripping, kRough, 2 * share - 1);
 }
 
 }  // namespace haptics::palette

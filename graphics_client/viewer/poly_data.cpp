@@ -7,6 +7,7 @@
 #include <vtkPoints.h>
 #include <vtkTypeInt32Array.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace haptics {
@@ -19,37 +20,47 @@ vtkSmartPointer<vtkPoints> pointsOf(std::span<const Vec3> places) {
   return points;
 }
 
+/// As the mapper wants it: three floats to each.
+vtkSmartPointer<vtkFloatArray> floatsOf(std::span<const Vec3f> vectors) {
+  const auto array = vtkSmartPointer<vtkFloatArray>::New();
+  array->SetNumberOfComponents(3);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(vectors.size()));
+  if (!vectors.empty()) std::copy_n(&vectors.front().x, 3 * vectors.size(), array->GetPointer(0));
+  return array;
+}
+
 }  // namespace
 
-vtkSmartPointer<vtkPolyData> polyDataOf(const TriMesh& mesh, const ShadedMesh& shaded) {
-  const auto vertices = static_cast<vtkIdType>(shaded.source.size());
-  const auto triangles = static_cast<vtkIdType>(shaded.triangles.size());
-  vtkNew<vtkFloatArray> places, normals;
-  for (vtkFloatArray* array : {places.Get(), normals.Get()}) {
-    array->SetNumberOfComponents(3);
-    array->SetNumberOfTuples(vertices);
-  }
-  normals->SetName("Normals");
-  for (vtkIdType i = 0; i < vertices; ++i) {
-    const auto v = static_cast<std::size_t>(i);
-    places->SetTypedTuple(i, &mesh.vertices[shaded.source[v]].x);
-    normals->SetTypedTuple(i, &shaded.normals[v].x);
-  }
+static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(TriangleIndices) == 3 * sizeof(vtkTypeInt32),
+              "copied as arrays of numbers");
+
+vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points, std::span<const TriangleIndices> triangles,
+                                         std::span<const Vec3f> normals) {
   vtkNew<vtkTypeInt32Array> corners;
-  corners->SetNumberOfValues(3 * triangles);
-  for (vtkIdType c = 0; c < 3 * triangles; ++c) {
-    const auto corner = static_cast<std::size_t>(c);
-    corners->SetValue(c, static_cast<vtkTypeInt32>(shaded.triangles[corner / 3][corner % 3]));
-  }
-  vtkNew<vtkPoints> points;
-  points->SetData(places);
+  corners->SetNumberOfValues(static_cast<vtkIdType>(3 * triangles.size()));
+  if (!triangles.empty()) std::copy_n(triangles.front().data(), 3 * triangles.size(), corners->GetPointer(0));
+  vtkNew<vtkPoints> places;
+  places->SetData(floatsOf(points));
   vtkNew<vtkCellArray> cells;
   cells->SetData(3, corners);
   vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
+  data->SetPoints(places);
   data->SetPolys(cells);
-  data->GetPointData()->SetNormals(normals);
+  if (!normals.empty()) {
+    const vtkSmartPointer<vtkFloatArray> array = floatsOf(normals);
+    array->SetName("Normals");
+    data->GetPointData()->SetNormals(array);
+  }
   return data;
+}
+
+vtkSmartPointer<vtkPolyData> segmentsOf(vtkPolyData* data, std::span<const std::array<std::uint32_t, 2>> ends) {
+  vtkNew<vtkCellArray> cells;
+  for (const auto& [a, b] : ends) cells->InsertNextCell({vtkIdType{a}, vtkIdType{b}});
+  vtkNew<vtkPolyData> segments;
+  segments->SetPoints(data->GetPoints());
+  segments->SetLines(cells);
+  return segments;
 }
 
 vtkSmartPointer<vtkPolyData> segments(std::span<const Vec3> points) {

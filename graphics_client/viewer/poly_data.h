@@ -4,16 +4,23 @@
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
+#include <array>
+#include <cstdint>
 #include <span>
 
 #include "common/maths/vec.h"
 #include "common/mesh/tri_mesh.h"
-#include "graphics_client/viewer/mesh_normals.h"
 
 namespace haptics {
 
-/// The mesh with normals for smooth shading; triangle i is the mesh's triangle i. Object frame, metres.
-[[nodiscard]] vtkSmartPointer<vtkPolyData> polyDataOf(const TriMesh& mesh, const ShadedMesh& shaded);
+/// Triangles naming points; `normals` is empty or has one for each point.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points,
+                                                       std::span<const TriangleIndices> triangles,
+                                                       std::span<const Vec3f> normals = {});
+
+/// Unconnected segments between the points of `data`, which are shared with it.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> segmentsOf(vtkPolyData* data,
+                                                      std::span<const std::array<std::uint32_t, 2>> ends);
 
 /// Unconnected segments: points 2i and 2i + 1.
 [[nodiscard]] vtkSmartPointer<vtkPolyData> segments(std::span<const Vec3> points);

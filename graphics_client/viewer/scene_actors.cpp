@@ -1,57 +1,56 @@
 #include "graphics_client/viewer/scene_actors.h"
 
 #include <vtkMatrix4x4.h>
-#include <vtkPolyDataMapper.h>
-#include <vtkProperty.h>
 
 #include <algorithm>
-#include <set>
+#include <bit>
 
-#include "graphics_client/viewer/mesh_normals.h"
-#include "graphics_client/viewer/palette.h"
 #include "graphics_client/viewer/poly_data.h"
 
 namespace haptics {
 namespace {
 
-/// How much of an object's own colour is left when the picture is no longer current.
-constexpr double kFadedColorShare = 0.25;
-/// Polygon edges are the object's colour darkened this far towards black.
-constexpr double kEdgeDarkening = 0.35, kCloseUpEdgeDarkening = 0.22;
-
-vtkSmartPointer<vtkActor> makeActor(vtkPolyData* data) {
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(data);
-  mapper->ScalarVisibilityOff();
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  vtkProperty* surface = actor->GetProperty();
-  surface->SetInterpolationToPhong();
-  surface->SetAmbient(0.14);
-  surface->SetDiffuse(0.92);
-  surface->SetSpecular(0.18);
-  surface->SetSpecularPower(24);
-  return actor;
+bool hasField(const SurfaceProperties& surface) {
+  return surface.texture || (surface.friction && !std::holds_alternative<std::monostate>(surface.friction->over));
 }
 
-void setEdgeColor(vtkActor* actor, palette::Shade shade, double darkening) {
-  const palette::Shade edge = palette::mix(shade, {0, 0, 0}, darkening);
-  actor->GetProperty()->SetEdgeColor(edge.red, edge.green, edge.blue);
+/// Each textured object's share. In powers of two, so that one object more or less seldom changes the others'.
+std::size_t triangleShare(const SceneVersion& scene) {
+  const auto textured = static_cast<std::size_t>(
+      std::ranges::count_if(scene.objects(), [](const auto& o) { return hasField(o->material.surface); }));
+  return SceneActors::kMostTriangles / std::bit_ceil(std::max<std::size_t>(textured, 1));
 }
 
-/// At most about this many vertices of an object decide on the camera and the floor, besides the extreme ones.
-constexpr std::size_t kOutlinePoints = 4096;
+template <class Value>
+std::shared_ptr<const Value> find(const std::map<ContentHash, std::shared_ptr<const Value>>& held,
+                                  const ContentHash& hash) {
+  const auto at = held.find(hash);
+  return at == held.end() ? nullptr : at->second;
+}
 
-std::vector<Vec3> outlineOf(const TriMesh& mesh) {
-  std::vector<Vec3> points;
-  const std::size_t step = mesh.vertices.size() / kOutlinePoints + 1;
-  for (std::size_t i = 0; i < mesh.vertices.size(); i += step) points.emplace_back(mesh.vertices[i]);
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto [low, high] = std::ranges::minmax_element(mesh.vertices, {}, [&](Vec3f v) { return v[axis]; });
-    points.emplace_back(*low);
-    points.emplace_back(*high);
+/// Nothing while the mesh or a field is still on its way.
+std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& view, std::size_t mostTriangles) {
+  LookOrder order{.mesh = object.mesh,
+                  .surface = object.material.surface,
+                  .mostTriangles = hasField(object.material.surface) ? mostTriangles : 0,
+                  .triangles = find(view.meshes, object.mesh)};
+  bool complete = order.triangles != nullptr;
+  const auto fetch = [&](const FieldFamily& family, std::shared_ptr<const SampledField>& field) {
+    const auto* mapped = std::get_if<MappedFamily>(&family);
+    if (!mapped) return;
+    field = find(view.fields, mapped->field);
+    complete &= field != nullptr;
+  };
+  if (const auto& texture = order.surface.texture) fetch(texture->family, order.textureField);
+  if (const auto& friction = order.surface.friction) {
+    if (const auto* family = std::get_if<FieldFamily>(&friction->over)) fetch(*family, order.frictionField);
+    if (const auto* scale = std::get_if<PerVertexScale>(&friction->over)) {
+      order.frictionScale = find(view.vertexValues, scale->values);
+      complete &= order.frictionScale != nullptr;
+    }
   }
-  return points;
+  if (!complete) return {};
+  return order;
 }
 
 }  // namespace
@@ -60,98 +59,96 @@ SceneActors::SceneActors(vtkRenderer* world, vtkRenderer* closeUp)
     : worldRenderer_(world), closeUpRenderer_(closeUp), floor_(world) {}
 
 bool SceneActors::update(const MirrorView& view, bool current) {
-  bool changed = false;
-  std::set<ObjectId> present;
-  std::set<ContentHash> used;
+  const std::size_t share = triangleShare(*view.scene);
+  bool changed = std::erase_if(shown_, [&](const auto& entry) { return !view.scene->find(entry.first); }) > 0;
   for (const SceneVersion::Object& object : view.scene->objects()) {
-    const auto mesh = view.meshes.find(object->mesh);
-    if (mesh == view.meshes.end()) continue;  // still on its way
-    present.insert(object->id);
-    used.insert(object->mesh);
-    if (!prepared_.contains(object->mesh)) prepared_[object->mesh] = prepare(*mesh->second);
-    const auto at = shown_.find(object->id);
-    if (at == shown_.end() || at->second.mesh != object->mesh) {
-      if (at != shown_.end()) remove(at->second);
-      shown_[object->id] = make(*object, prepared_.at(object->mesh));
-      changed = true;
-      continue;
-    }
-    Shown& shown = at->second;
-    if (shown.pose != object->pose) {
-      shown.pose = object->pose;
-      changed = true;
-    }
-    if (shown.color != object->material.color) {
-      shown.color = object->material.color;
-      paint(shown);
-    }
+    changed |= follow(shown_[object->id], object, view, share);
   }
-  changed |= std::erase_if(shown_, [&](const auto& entry) {
-               if (present.contains(entry.first)) return false;
-               remove(entry.second);
-               return true;
-             }) > 0;
-  std::erase_if(prepared_, [&](const auto& entry) { return !used.contains(entry.first); });
+  if (changed) updateFrictionRange();
   if (current != current_) {
     current_ = current;
-    for (auto& [id, shown] : shown_) paint(shown);
+    paintAll();
   }
   if (changed) placeFloor();
   return changed;
 }
 
-SceneActors::Prepared SceneActors::prepare(const TriMesh& mesh) {
-  const ShadedMesh shaded = shadeMesh(mesh);
-  return {polyDataOf(mesh, shaded), shaded.closed, outlineOf(mesh)};
+void SceneActors::settle(const MirrorView& view, bool current) {
+  while (update(view, current) || isSettling()) {
+    for (const auto& [id, shown] : shown_) {
+      if (shown.coming.valid()) shown.coming.wait();
+    }
+  }
 }
 
-SceneActors::Shown SceneActors::make(const ObjectRecord& object, const Prepared& prepared) {
-  Shown shown{.mesh = object.mesh,
-              .pose = object.pose,
-              .color = object.material.color,
-              .world = makeActor(prepared.data),
-              .closeUp = makeActor(prepared.data),
-              .shadow = makeShadow(prepared.data)};
-  shown.world->GetProperty()->SetBackfaceCulling(prepared.closed);
-  shown.closeUp->GetProperty()->SetBackfaceCulling(prepared.closed);
-  shown.closeUp->GetProperty()->EdgeVisibilityOn();
-  worldRenderer_->AddActor(shown.shadow);
-  worldRenderer_->AddActor(shown.world);
-  closeUpRenderer_->AddActor(shown.closeUp);
+bool SceneActors::isSettling() const {
+  return std::ranges::any_of(shown_, [](const auto& entry) { return entry.second.coming.valid(); });
+}
+
+bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view,
+                         std::size_t mostTriangles) {
+  bool changed = takeLook(shown);
+  if (!shown.coming.valid() && (shown.ordered != object || shown.share != mostTriangles)) {
+    if (std::optional<LookOrder> order = orderFor(*object, view, mostTriangles)) {
+      shown.ordered = object;
+      shown.share = mostTriangles;
+      if (!order->sameAs(shown.order)) {
+        shown.coming = maker_.order(*order);
+        shown.order = *std::move(order);
+        changed |= takeLook(shown);
+      }
+    }
+  }
+  if (shown.record == object) return changed;
+  const bool moved = !shown.record || shown.record->pose != object->pose;
+  shown.record = object;
+  if (!shown.actors) return changed;
   paint(shown);
-  return shown;
+  return changed || moved;
 }
 
-void SceneActors::remove(const Shown& shown) {
-  worldRenderer_->RemoveActor(shown.shadow);
-  worldRenderer_->RemoveActor(shown.world);
-  closeUpRenderer_->RemoveActor(shown.closeUp);
+/// Shows the look that was ordered once it is made.
+bool SceneActors::takeLook(Shown& shown) {
+  if (!shown.coming.valid() || !LookMaker::isReady(shown.coming)) return false;
+  shown.actors = std::make_unique<ObjectActors>(worldRenderer_, closeUpRenderer_, shown.coming.get());
+  shown.coming = {};
+  if (shown.record) paint(shown);
+  return true;
 }
 
-void SceneActors::paint(Shown& shown) const {
-  const palette::Shade own = palette::shadeOf(shown.color);
-  const palette::Shade shade = current_ ? own : palette::mix(palette::kFaded, own, kFadedColorShare);
-  for (vtkActor* actor : {shown.world.Get(), shown.closeUp.Get()}) {
-    actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
-    actor->GetProperty()->SetSpecularColor(1, 1, 1);
+void SceneActors::updateFrictionRange() {
+  std::optional<FrictionRange> range;
+  for (const auto& [id, shown] : shown_) {
+    if (!shown.actors || shown.actors->look().friction.empty()) continue;
+    const Look& look = shown.actors->look();
+    if (!range) range = FrictionRange{look.leastFriction, look.mostFriction};
+    range->least = std::min<double>(range->least, look.leastFriction);
+    range->most = std::max<double>(range->most, look.mostFriction);
   }
-  setEdgeColor(shown.world, shade, kEdgeDarkening);
-  setEdgeColor(shown.closeUp, shade, kCloseUpEdgeDarkening);
-  shown.world->GetProperty()->SetEdgeVisibility(edges_);
-  if (wireframe_) {
-    shown.world->GetProperty()->SetRepresentationToWireframe();
-  } else {
-    shown.world->GetProperty()->SetRepresentationToSurface();
+  if (range == friction_) return;
+  friction_ = range;
+  paintAll();
+}
+
+void SceneActors::paintAll() {
+  for (const auto& [id, shown] : shown_) {
+    if (shown.actors) paint(shown);
   }
 }
 
-void SceneActors::place(Shown& shown) const {
-  const vtkSmartPointer<vtkMatrix4x4> object = matrixOf(shown.pose);
-  shown.world->SetUserMatrix(object);
-  shown.closeUp->SetUserMatrix(object);
+void SceneActors::paint(const Shown& shown) const {
+  shown.actors->paint({.color = shown.record->material.color,
+                       .current = current_,
+                       .wireframe = wireframe_,
+                       .edges = edges_,
+                       .friction = friction_});
+}
+
+void SceneActors::place(const Shown& shown) const {
+  const vtkSmartPointer<vtkMatrix4x4> object = matrixOf(shown.record->pose);
   vtkNew<vtkMatrix4x4> shadow;
   vtkMatrix4x4::Multiply4x4(floor_.shadowMatrix(), object, shadow);
-  shown.shadow->SetUserMatrix(shadow);
+  shown.actors->place(object, shadow);
 }
 
 void SceneActors::placeFloor() {
@@ -166,29 +163,46 @@ void SceneActors::placeFloor() {
     high = glm::max(high, p);
   }
   floor_.placeUnder(low, high);
-  for (auto& [id, shown] : shown_) place(shown);
+  for (const auto& [id, shown] : shown_) {
+    if (shown.actors) place(shown);
+  }
 }
 
 void SceneActors::setWireframe(bool on) {
   wireframe_ = on;
-  for (auto& [id, shown] : shown_) paint(shown);
+  paintAll();
 }
 
 void SceneActors::setEdges(bool on) {
   edges_ = on;
-  for (auto& [id, shown] : shown_) paint(shown);
+  paintAll();
 }
 
 std::vector<Vec3> SceneActors::outline() const {
   std::vector<Vec3> all;
   for (const auto& [id, shown] : shown_) {
-    for (const Vec3& p : prepared_.at(shown.mesh).outline) all.push_back(toWorld(shown.pose, p));
+    if (!shown.actors) continue;
+    for (const Vec3& p : shown.actors->look().outline) all.push_back(toWorld(shown.record->pose, p));
   }
   return all;
 }
 
 void SceneActors::setSeenFromAbove(const Vec3& camera) {
-  for (auto& [id, shown] : shown_) shown.shadow->SetVisibility(camera.z > floor_.height_m() && !wireframe_);
+  for (const auto& [id, shown] : shown_) {
+    if (shown.actors) shown.actors->setShadowVisible(camera.z > floor_.height_m() && !wireframe_);
+  }
+}
+
+std::optional<CoarseDetail> SceneActors::coarsestDetail() const {
+  std::optional<CoarseDetail> coarsest;
+  for (const auto& [id, shown] : shown_) {
+    if (!shown.actors || !shown.actors->look().filtered) continue;
+    const Look& look = shown.actors->look();
+    const CoarseDetail detail{shown.record->name, look.finestDetail_m, look.longestEdge_m};
+    const auto ratio = [](const CoarseDetail& d) { return d.edge_m / d.detail_m; };
+    if (!coarsest || ratio(detail) > ratio(*coarsest)) coarsest = detail;
+  }
+  return coarsest;
 }
 
 }  // namespace haptics

@@ -1,27 +1,43 @@
 #pragma once
 
-#include <vtkActor.h>
-#include <vtkPolyData.h>
 #include <vtkRenderer.h>
-#include <vtkSmartPointer.h>
 
 #include <map>
+#include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "common/scene/scene.h"
 #include "graphics_client/mirror/mirror_view.h"
 #include "graphics_client/viewer/floor.h"
+#include "graphics_client/viewer/look_maker.h"
+#include "graphics_client/viewer/object_actors.h"
 
 namespace haptics {
 
-/// The objects of the scene, in the world and in the close-up, with their shadows and the floor. A mesh is prepared
-/// once for its hash, whatever happens to the objects that show it.
+/// A texture or friction finer than the triangles that there are for it.
+struct CoarseDetail {
+  std::string object;
+  double detail_m = 0;  ///< Its shortest wavelength.
+  double edge_m = 0;    ///< Of the triangles.
+};
+
+/// The objects of the scene, in the world and in the close-up, with their shadows and the floor. An object shows its
+/// last look until its next one is made.
 class SceneActors {
  public:
+  /// Of all textured objects together: what software rendering draws 30 times a second.
+  static constexpr std::size_t kMostTriangles = 400'000;
+
   SceneActors(vtkRenderer* world, vtkRenderer* closeUp);
 
   /// Follows the view. `current`: false greys everything. True when objects came, went, moved or changed shape.
   bool update(const MirrorView& view, bool current);
+  /// Follows the view, waiting for all that is being made.
+  void settle(const MirrorView& view, bool current);
+  /// Looks are still being made.
+  [[nodiscard]] bool isSettling() const;
 
   void setWireframe(bool on);
   void setEdges(bool on);
@@ -32,33 +48,35 @@ class SceneActors {
   [[nodiscard]] double gridSpacing_m() const { return shown_.empty() ? 0 : floor_.spacing_m(); }
   /// Shadows are above the floor: hidden when seen from below.
   void setSeenFromAbove(const Vec3& camera);
+  /// Over the surfaces whose friction varies; nothing when there are none.
+  [[nodiscard]] std::optional<FrictionRange> frictionRange() const { return friction_; }
+  /// The one that is drawn farthest from what is felt.
+  [[nodiscard]] std::optional<CoarseDetail> coarsestDetail() const;
 
  private:
   struct Shown {
-    ContentHash mesh;
-    Pose pose;
-    Color color;
-    vtkSmartPointer<vtkActor> world, closeUp, shadow;
-  };
-
-  struct Prepared {
-    vtkSmartPointer<vtkPolyData> data;
-    bool closed = false;
-    std::vector<Vec3> outline;  ///< Some of the vertices, the extreme ones among them; object frame.
+    SceneVersion::Object record;           ///< As last seen.
+    SceneVersion::Object ordered;          ///< The record that the last order was for ...
+    std::size_t share = 0;                 ///< ... with so many triangles at most.
+    LookOrder order;                       ///< The last.
+    LookMaker::Coming coming;              ///< Its look while it is not shown.
+    std::unique_ptr<ObjectActors> actors;  ///< Null before the first look.
   };
 
   vtkRenderer* worldRenderer_;
   vtkRenderer* closeUpRenderer_;
   Floor floor_;
-  std::map<ContentHash, Prepared> prepared_;
+  LookMaker maker_;
   std::map<ObjectId, Shown> shown_;
+  std::optional<FrictionRange> friction_;
   bool current_ = true, wireframe_ = false, edges_ = false;
 
-  [[nodiscard]] static Prepared prepare(const TriMesh& mesh);
-  [[nodiscard]] Shown make(const ObjectRecord& object, const Prepared& prepared);
-  void remove(const Shown& shown);
-  void paint(Shown& shown) const;
-  void place(Shown& shown) const;
+  bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t mostTriangles);
+  bool takeLook(Shown& shown);
+  void updateFrictionRange();
+  void paintAll();
+  void paint(const Shown& shown) const;
+  void place(const Shown& shown) const;
   void placeFloor();
 };
 

@@ -139,7 +139,7 @@ void Viewer::show(const Moment& moment, double dt_s) {
                    .wasLive = wasLive_,
                    .stateWasReset = now_s_ - resetAt_s_ < kResetNotice_s},
                   now_s_);
-  if (!framed_ && view.link == LinkState::kLive && !objects_.outline().empty()) {
+  if (!framed_ && view.link == LinkState::kLive && !objects_.isSettling() && !objects_.outline().empty()) {
     cameras_.frame(objects_.outline(), overlay_.freeArea());
     framed_ = true;
   }
@@ -214,6 +214,7 @@ void Viewer::handleKey(char key) {
 Result<void> Viewer::takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file) {
   stage_.smoothOutlines(true);
   overlay_.refresh();
+  objects_.settle(*moment.view, isCurrent(*moment.view, moment.age_s) || !wasLive_);
   show(moment, settle_s);
   const vtkSmartPointer<vtkImageData> picture = stage_.grab();
   stage_.smoothOutlines(smooth_);
