@@ -20,6 +20,8 @@ struct DeviceInfo {
   double maxStiffness_N_per_m = 0;
   double maxDamping_Ns_per_m = 0;
   double resolution_m = 0;  ///< Position quantum.
+  /// Of the device alone, as at a point; a mass of 0 when they are not known.
+  double apparentMass_kg = 0, viscousFriction_Ns_per_m = 0, coulombFriction_N = 0;
 };
 
 struct ExplorationPlan;

@@ -9,7 +9,8 @@ namespace {
 
 DeviceInfo describe(const DevicePreset& preset) {
   return {std::string(preset.title) + " (simulated)", preset.maxForce_N, preset.maxStiffness_N_per_m,
-          preset.maxDamping_Ns_per_m, preset.resolution_m};
+          preset.maxDamping_Ns_per_m, preset.resolution_m, preset.apparentMass_kg, preset.viscousFriction_Ns_per_m,
+          preset.coulombFriction_N};
 }
 
 Vec3 quantised(Vec3 position, double quantum) noexcept { return quantum * glm::floor(position / quantum + 0.5); }
