@@ -25,7 +25,7 @@ constexpr std::array<std::array<double, 3>, 12> kGradients{{{1, 1, 0},
 // The highest noise is that of a cell whose gradients all are the best for one place in it: with them, each corner gives
 // its weight times the sum of the two largest components of the way to it.
 constexpr double kHighest = 1.0363538112118;  ///< There.
-const Vec3 kHighestAt(0.5, 0.481492214, 0.355256701);
+constexpr Vec3 kHighestAt(0.5, 0.481492214, 0.355256701);
 constexpr double kSlope = 3.2, kCurvature = 13.5;  ///< For wavelength 1 m: above the largest of 2 * 10^7 samples.
 
 Vec4 corner(std::uint64_t key, Vec3 within, int x, int y, int z) noexcept {
