@@ -12,8 +12,12 @@ void place(ContactState& state, Vec3 hip) noexcept {
 
 ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept {
   ContactResult result;
-  if (!followUnblocked(bodies, state, hip, result)) result = followContact<AllCorrections>(bodies, state, hip);
+  followContact(bodies, state, hip, result);
   return result;
+}
+
+void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
+  if (!followUnblocked(bodies, state, hip, result)) result = followContact<AllCorrections>(bodies, state, hip);
 }
 
 }  // namespace haptics

@@ -80,6 +80,8 @@ void place(ContactState& state, Vec3 hip) noexcept;
 /// meets. Neither allocates nor locks. A HIP that is not finite, or beyond the range of the float vertices, counts as
 /// one that did not move.
 [[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
+/// The same into a `result` as constructed: a copy of it would wait for the stores that made it.
+void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept;
 
 /// Where each body of an adopted scene comes from.
 struct BodyOrigin {

@@ -106,7 +106,8 @@ void accountEnergy(HapticState& state, Vec3 hip) noexcept {
   state.hip = hip;
 }
 
-void describe(const HapticState& state, const ContactResult& contact, TelemetrySample& sample) noexcept {
+void describe(const HapticState& state, const ContactResult& contact, const ForceComponents& force,
+              TelemetrySample& sample) noexcept {
   sample.sceneRevision = state.sceneRevision;
   sample.adoptionTick = state.adoptionTick;
   sample.hip = state.hip;
@@ -115,6 +116,7 @@ void describe(const HapticState& state, const ContactResult& contact, TelemetryS
   sample.primitive = contact.primitive;
   sample.penetration_m = contact.penetration_m;
   sample.surfaceNormal = contact.normal;
+  sample.force = force;
   sample.contactEnergy_J = state.contactEnergy_J;
   sample.fault = state.fault;
 }
@@ -136,6 +138,7 @@ template <bool kDetails>
   sample.time_ns = input.time_ns;
   sample.deviceState = input.device.state;
   ContactResult contact;
+  ForceComponents force;
 
   superviseDevice(state, input.device);
   if (state.fault == Fault::kNone) {
@@ -144,21 +147,22 @@ template <bool kDetails>
     state.velocity.update(hip);
     moveEdited(state, config);
 
-    contact = followContact({state.bodies.data(), state.bodyCount}, state.contact, hip);
+    followContact({state.bodies.data(), state.bodyCount}, state.contact, hip, contact);
     if constexpr (kDetails) {
       feelDetails(scene, state, config, contact, sample);
+      force = sample.force;
     } else {
-      feelSurfaces(scene, state, config, contact, sample.force);
+      feelSurfaces(scene, state, config, contact, force);
     }
   }
-  sample.force.contact = sample.force.spring + sample.force.damping + sample.force.friction + sample.force.texture;
+  force.contact = force.spring + force.damping + force.friction + force.texture;
   const std::uint64_t touched = contact.touching ? scene.objects[static_cast<std::size_t>(contact.body)].id : 0;
-  limitForce(state, config, touched, sample.force);
+  limitForce(state, config, touched, force);
 
   state.contactObject = touched;
-  state.written_N = sample.force.written;
+  state.written_N = force.written;
   state.adoptedNow = state.contactBroken = state.detailEdited = false;
-  describe(state, contact, sample);
+  describe(state, contact, force, sample);
   if constexpr (kDetails) describeEnergy(state.surface, sample);
   return sample;
 }
