@@ -111,23 +111,20 @@ struct Minimum {
   const Surface& surface = *body.surface;
   const HoldingSurface holding = state.holding[0];
   const Vec3 h = body.frame.toLocal(hip);
-  const FourVec3 to = all(h);
-  OverPolygon over(surface, holding.triangle, to);
-  int looked = 1;
-  if (!over.holdsEnd()) [[unlikely]] {
-    if (others.count > 0) return false;
-    const FourVec3 from = all(body.frame.toLocal(state.hip));
-    if (!goOverPolygons(surface, from, to, holding.side, over, looked)) return false;
-  }
-  if (over.endsOutside(holding.side)) [[unlikely]]
+  const auto from = [&]() noexcept { return body.frame.toLocal(state.hip); };
+  const int most = others.count > 0 ? 1 : kSearchBudget - 1;
+  HoldingPolygon over;
+  int looked = 0;
+  if (!goOverPolygons(surface, holding.triangle, from, h, holding.side, most, over, looked)) [[unlikely]]
     return false;
-  const Minimum minimum{over.triangle(), Feature::kPolygon, 0, over.endFoot(four(h)), over.unitNormal()};
+  if (over.endsOutside) [[unlikely]]
+    return false;
   if (others.count > 0) [[unlikely]] {
-    if (!stayIsClear(body, others, state, vec3(minimum.foot), result.work)) return false;
+    if (!stayIsClear(body, others, state, vec3(over.foot), result.work)) return false;
   }
   result.work.triangles = looked;
   result.work.steps = 1;
-  keep(body, state, hip, minimum, result);
+  keep(body, state, hip, {over.triangle, Feature::kPolygon, 0, over.foot, over.unitNormal}, result);
   return true;
 }
 

@@ -40,13 +40,13 @@ bool followOverPolygons(const Surface& surface, const HipMotion& motion, int sid
   ++spent;
   while (!over.holdsEnd()) {
     OverPolygon::Hop hop;
-    const bool leaves = over.leave(surface, from, now, hop);
+    const bool leaves = over.leave(surface, over.start(from), now, hop);
     now = hop.leaves;
     if (!leaves || spent >= kSearchBudget) return false;
     ++spent;
     const TriangleRecord& record = surface.triangle(over.triangle());
     const OverPolygon next(surface, record.neighbour(hop.edge), to);
-    if (!next.enter(from, side, hop)) return false;
+    if (!next.enter(next.start(from), side, hop)) return false;
     if (path != nullptr) stand(over.footOf(motion.at(now)));
     now = hop.enters;
     if (now >= 1) {  // on the line of a valley

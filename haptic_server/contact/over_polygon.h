@@ -30,6 +30,8 @@ class OverPolygon {
   };
 
   [[nodiscard]] std::uint32_t triangle() const noexcept { return triangle_; }
+  /// Of the HIP at the start of the way, for leave() and enter().
+  [[nodiscard]] Prism::Place start(const FourVec3& from) const noexcept { return prism_.place(from); }
   /// At the end of the way the HIP is in the prism.
   [[nodiscard]] bool holdsEnd() const noexcept { return end_.beyond() == 0; }
   [[nodiscard]] bool endsOutside(int side) const noexcept { return (end_.height >= 0) == (side > 0); }
@@ -39,15 +41,14 @@ class OverPolygon {
   [[nodiscard]] Four unitNormal() const noexcept { return prism_.unitNormal(); }
 
   /// Where the HIP, which is not held at the end, leaves the prism: not before `now`. False at a boundary.
-  [[nodiscard, gnu::always_inline]] bool leave(const Surface& surface, const FourVec3& from, double now,
+  [[nodiscard, gnu::always_inline]] bool leave(const Surface& surface, const Prism::Place& start, double now,
                                                Hop& hop) const noexcept {
-    const Four start = prism_.place(from).inside;
     unsigned beyond = end_.beyond();
     hop.edge = std::countr_zero(beyond);
-    hop.leaves = timeWithin(start[hop.edge], end_.inside[hop.edge]);
+    hop.leaves = timeWithin(start.inside[hop.edge], end_.inside[hop.edge]);
     for (beyond &= beyond - 1; beyond != 0; beyond &= beyond - 1) {
       const int edge = std::countr_zero(beyond);
-      const double leaves = timeWithin(start[edge], end_.inside[edge]);
+      const double leaves = timeWithin(start.inside[edge], end_.inside[edge]);
       if (leaves < hop.leaves) {
         hop.leaves = leaves;
         hop.edge = edge;
@@ -60,8 +61,7 @@ class OverPolygon {
 
   /// Where the HIP, which leaves the polygon before this one, enters the prism. False when it does so beyond another
   /// edge as well, or outside of the surface.
-  [[nodiscard, gnu::always_inline]] bool enter(const FourVec3& from, int side, Hop& hop) const noexcept {
-    const Prism::Place start = prism_.place(from);
+  [[nodiscard, gnu::always_inline]] bool enter(const Prism::Place& start, int side, Hop& hop) const noexcept {
     const auto at = [&](double time) noexcept {
       return Prism::Place{start.inside + (end_.inside - start.inside) * all(time),
                           start.height + (end_.height - start.height) * time};
@@ -82,21 +82,40 @@ class OverPolygon {
   Prism::Place end_;
 };
 
-/// From the polygon, which does not hold the HIP at the end, to the one that does, by polygons only. False when there is
-/// more to it. `looked` counts polygons.
-[[nodiscard, gnu::always_inline]] inline bool goOverPolygons(const Surface& surface, const FourVec3& from,
-                                                             const FourVec3& to, int side, OverPolygon& over,
+/// The polygon that holds the HIP at the end of its way.
+struct HoldingPolygon {
+  std::uint32_t triangle;
+  bool endsOutside;  ///< Of the surface.
+  Four foot;         ///< Of the HIP.
+  Four unitNormal;
+};
+
+/// From a polygon to the one that holds the HIP at the end, by polygons only. False when there is more to it. `from()`
+/// is the start of the way, asked for when the polygon does not hold the end. Looks at no more than `most` polygons, and
+/// counts them in `looked`. One loop for the polygon that holds the end and for those that do not: with cold caches a
+/// change of polygon then waits for little more code.
+template <class From>
+[[nodiscard, gnu::always_inline]] inline bool goOverPolygons(const Surface& surface, std::uint32_t triangle, From from,
+                                                             Vec3 to, int side, int most, HoldingPolygon& holding,
                                                              int& looked) noexcept {
-  double now = 0;
-  do {
-    OverPolygon::Hop hop;
-    if (!over.leave(surface, from, now, hop) || ++looked == kSearchBudget) return false;
-    const OverPolygon next(surface, surface.triangle(over.triangle()).neighbour(hop.edge), to);
-    if (!next.enter(from, side, hop) || hop.enters >= 1) return false;
-    now = hop.enters;
-    over = next;
-  } while (!over.holdsEnd());
-  return true;
+  OverPolygon::Hop hop;
+  const FourVec3 end = all(to);
+  for (bool hopped = false;; hopped = true) {
+    if (looked == most) return false;
+    ++looked;
+    const OverPolygon over(surface, triangle, end);
+    if (hopped || !over.holdsEnd()) [[unlikely]] {
+      const Prism::Place start = over.start(all(from()));
+      if (hopped && (!over.enter(start, side, hop) || hop.enters >= 1)) return false;
+      if (!over.holdsEnd()) {
+        if (!over.leave(surface, start, hop.enters, hop)) return false;
+        triangle = surface.triangle(triangle).neighbour(hop.edge);
+        continue;
+      }
+    }
+    holding = {triangle, over.endsOutside(side), over.endFoot(four(to)), over.unitNormal()};
+    return true;
+  }
 }
 
 }  // namespace haptics

@@ -89,13 +89,13 @@ class Search {
   double tick() noexcept {
     const Surface& surface = *replay_.scene().bodies.front().surface;
     const HipMotion motion{hip_, replay_.scene().path[next_]};
-    const FourVec3 to = all(motion.to);
-    OverPolygon over(surface, foot_.triangle, to);
-    int looked = 1;
+    HoldingPolygon over;
+    int looked = 0;
     if (foot_.feature == Feature::kPolygon &&
-        (over.holdsEnd() || goOverPolygons(surface, all(motion.from), to, 1, over, looked))) {
-      foot_.triangle = over.triangle();
-      foot_.point = vec3(over.endFoot(four(motion.to)));
+        goOverPolygons(
+            surface, foot_.triangle, [&] { return motion.from; }, motion.to, 1, kSearchBudget, over, looked)) {
+      foot_.triangle = over.triangle;
+      foot_.point = vec3(over.foot);
     } else {
       searchFurther(motion);
     }
