@@ -113,10 +113,15 @@ void describe(const HapticState& state, const ContactResult& contact, const Forc
   sample.hip = state.hip;
   sample.ihip = contact.touching ? contact.ihip : state.hip;
   sample.object = state.contactObject;
-  sample.primitive = contact.primitive;
+  sample.primitive = {contact.primitive.kind, contact.primitive.localIndex, contact.primitive.polygon};
   sample.penetration_m = contact.penetration_m;
   sample.surfaceNormal = contact.normal;
-  sample.force = force;
+  sample.force.spring = force.spring;
+  sample.force.damping = force.damping;
+  sample.force.friction = force.friction;
+  sample.force.texture = force.texture;
+  sample.force.contact = force.contact;
+  sample.force.written = force.written;
   sample.contactEnergy_J = state.contactEnergy_J;
   sample.fault = state.fault;
 }

@@ -70,8 +70,7 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
     statistics_.adoptedRevision.store(scene_->revision, std::memory_order_relaxed);
   }
   if (preTouch_) (*preTouch_)(*scene_, state_);
-  const DeviceReading reading = device_.read(index);
-  TelemetrySample sample = hapticStep(*scene_, state_, config_, {index, now_ns, reading});
+  TelemetrySample sample = hapticStep(*scene_, state_, config_, {index, now_ns, device_.read(index)});
   device_.write(sample.force.written);
   account(sample, now_ns);
   if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
