@@ -26,6 +26,22 @@ PrimitiveId primitiveFrom(const v1::Primitive& message) {
           message.polygon()};
 }
 
+/// Null for a feature that this build does not know.
+[[nodiscard]] double* energyOf(TelemetrySample& sample, v1::Feature feature) {
+  switch (feature) {
+    case v1::FEATURE_CONTACT:
+      return &sample.contactEnergy_J;
+    case v1::FEATURE_SHADING:
+      return &sample.shadingEnergy_J;
+    case v1::FEATURE_FRICTION:
+      return &sample.frictionEnergy_J;
+    case v1::FEATURE_TEXTURE:
+      return &sample.textureEnergy_J;
+    default:
+      return nullptr;
+  }
+}
+
 }  // namespace
 
 Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field) {
@@ -142,7 +158,7 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.force = {vectorFrom(force.spring()),  vectorFrom(force.damping()), vectorFrom(force.friction()),
                   vectorFrom(force.texture()), vectorFrom(force.contact()), vectorFrom(force.written())};
   for (const v1::FeatureEnergy& energy : message.energy()) {
-    if (energy.feature() == v1::FEATURE_CONTACT) sample.contactEnergy_J += energy.energy_j();
+    if (double* of = energyOf(sample, energy.feature())) *of += energy.energy_j();
   }
   sample.fault = enumFrom(message.fault(), Fault::kDeviceLost);
   sample.deviceState = enumFrom(message.device_state(), DeviceState::kStopped);
@@ -177,10 +193,16 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   write(sample.force.contact, *force.mutable_contact());
   write(sample.force.written, *force.mutable_written());
   message.clear_energy();
-  v1::FeatureEnergy& energy = *message.add_energy();
-  energy.set_object(0);  // all objects
-  energy.set_feature(v1::FEATURE_CONTACT);
-  energy.set_energy_j(sample.contactEnergy_J);
+  const auto addEnergy = [&](v1::Feature feature, double joules) {
+    v1::FeatureEnergy& energy = *message.add_energy();
+    energy.set_object(0);  // all objects
+    energy.set_feature(feature);
+    energy.set_energy_j(joules);
+  };
+  addEnergy(v1::FEATURE_CONTACT, sample.contactEnergy_J);
+  if (sample.shadingEnergy_J != 0) addEnergy(v1::FEATURE_SHADING, sample.shadingEnergy_J);
+  if (sample.frictionEnergy_J != 0) addEnergy(v1::FEATURE_FRICTION, sample.frictionEnergy_J);
+  if (sample.textureEnergy_J != 0) addEnergy(v1::FEATURE_TEXTURE, sample.textureEnergy_J);
   message.set_fault(static_cast<v1::Fault>(sample.fault));
   message.set_device_state(static_cast<v1::DeviceState>(sample.deviceState));
   message.set_missed_ticks(sample.missedTicks);

@@ -62,6 +62,7 @@ class Succession {
     std::copy_n(bumps_.begin(), count_, state.bumps.begin());
     state.contact = contact_;
     state.detailEdited = detailEdited_;
+    if (detailEdited_) state.surface.object = state.contactObject;
     state.anyDetail = anyDetail_;
     state.anyBumps = anyBumps_;
     state.contactBroken = broken_;

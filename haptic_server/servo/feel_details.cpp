@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
+#include "haptic_server/servo/held_share.h"
 #include "haptic_server/servo/separation_speed.h"
 #include "haptic_server/surface/force_shading.h"
 #include "haptic_server/surface/nearest_point.h"
@@ -25,22 +27,43 @@ constexpr double kLeastHysteresis_m = 60e-6;
 struct Felt {
   std::size_t body;
   std::uint32_t triangle;
+  Vec3 from;           ///< The HIP; the IHIP on another body, where that is what comes near this one.
   Vec3 normal;         ///< N_s, unit, towards the hand.
-  double geometric_m;  ///< Depth of the HIP below the geometric surface along it; negative outside.
+  double geometric_m;  ///< Depth of `from` below the geometric surface along it; negative outside.
   double bulge_m;      ///< Of shading, beyond that; feelHeight() adds it to the depth.
   double height_m;     ///< Of the texture.
   Vec3 gradient;
   double depth_m;  ///< d: below the textured surface.
   double speed_m_per_s;
+  bool heightOnly;  ///< One of several bodies that hold the IHIP: what is without the height is felt with the first.
+
+  [[nodiscard]] Vec3 ihip() const noexcept { return from + geometric_m * normal; }
 };
+
+/// The hand was given what the last forces did on the way to the new position.
+void accountEnergy(SurfaceMemory& memory, Vec3 hip) noexcept {
+  const Vec3 way = hip - memory.hip;
+  memory.shadingEnergy_J += glm::dot(memory.shadingForce_N, way);
+  memory.frictionEnergy_J += glm::dot(memory.frictionForce_N, way);
+  memory.textureEnergy_J += glm::dot(memory.textureForce_N, way);
+  memory.shadingForce_N = memory.frictionForce_N = memory.textureForce_N = Vec3(0);
+  memory.hip = hip;
+}
 
 class Feeling {
  public:
   Feeling(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
           TelemetrySample& sample) noexcept
-      : scene_(scene), state_(state), memory_(state.surface), config_(config), contact_(contact), sample_(sample) {}
+      : scene_(scene),
+        state_(state),
+        memory_(state.surface),
+        config_(config),
+        contact_(contact),
+        sample_(sample),
+        lastFriction_N_(state.surface.frictionForce_N) {}
 
   void run() noexcept {
+    accountEnergy(memory_, state_.hip);
     if (contact_.touching) feelTouched();
     if (state_.anyBumps) feelBumps();
     followStiffness();
@@ -66,12 +89,33 @@ class Feeling {
   }
   [[nodiscard]] Stiffness stiffness(const Felt& felt) const noexcept { return state_.objects[felt.body].felt.value(); }
 
+  [[nodiscard]] bool isTouched(std::size_t body) const noexcept {
+    return contact_.touching && static_cast<std::size_t>(contact_.body) == body;
+  }
+  /// Do surfaces of more than one body hold the IHIP?
+  [[nodiscard]] bool severalBodies() const noexcept {
+    const auto holding = state_.contact.surfaces();
+    return std::any_of(holding.begin(), holding.end(),
+                       [&](const HoldingSurface& held) { return held.body != holding.front().body; });
+  }
+  [[nodiscard]] Vec3 normalOf(const HoldingSurface& held) const noexcept {
+    const Body& body = state_.bodies[static_cast<std::size_t>(held.body)];
+    return body.frame.turn(body.surface->faceNormal(held.triangle) * double(held.side));
+  }
+  /// What one of the surfaces that hold the IHIP has of the penetration, m.
+  [[nodiscard]] double shareOf(std::size_t k) const noexcept {
+    const auto holding = state_.contact.surfaces();
+    const auto other = [&](std::size_t i) { return normalOf(holding[(k + i) % holding.size()]); };
+    return heldShare(contact_.ihip - state_.hip, other(0), other(1), holding.size() > 2 ? other(2) : Vec3(0));
+  }
+
   /// What the contact core holds: the first of all.
   void feelTouched() noexcept {
     Felt& felt = felt_[count_++];
     felt = {};
     felt.body = static_cast<std::size_t>(contact_.body);
     felt.triangle = state_.contact.holding[0].triangle;
+    felt.from = state_.hip;
     felt.geometric_m = contact_.penetration_m;
     felt.normal = felt.geometric_m > 0 ? (contact_.ihip - state_.hip) / felt.geometric_m : contact_.normal;
     BumpWatch& watch = state_.bumps[felt.body];
@@ -96,7 +140,7 @@ class Feeling {
     const double deepening_m = felt.geometric_m + felt.bulge_m - unshaded_m;
     if (memory_.object == 0) {
       fade = {};
-    } else if (shaded != fade.shaded) {
+    } else if (shaded != fade.shaded || state_.detailEdited) {
       fade.turnLeft += fade.turn - turn;
       fade.deepeningLeft_m += fade.deepening_m - deepening_m;
     }
@@ -114,8 +158,8 @@ class Feeling {
   /// Paper 4.1. Returns whether there is a shading normal.
   [[nodiscard]] bool shadeAt(Felt& felt, const Foot& foot, int side) const noexcept {
     const Body& body = state_.bodies[felt.body];
-    const ShadedPoint point = shade(*body.surface, *detail(felt.body)->shading, foot, body.frame.toLocal(state_.hip),
-                                    felt.geometric_m * side);
+    const ShadedPoint point =
+        shade(*body.surface, *detail(felt.body)->shading, foot, body.frame.toLocal(felt.from), felt.geometric_m * side);
     if (!(point.weight > 0)) return false;
     felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
     felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
@@ -128,7 +172,7 @@ class Feeling {
   void feelBumps() noexcept {
     for (std::size_t i = 0; i < state_.bodyCount && count_ < kMostFelt; ++i) {
       if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || object(i).leaving) continue;
-      if (contact_.touching && static_cast<std::size_t>(contact_.body) == i) continue;
+      if (isTouched(i) && !severalBodies()) continue;
       Felt felt{};
       felt.body = i;
       if (!nearBumps(felt)) continue;
@@ -142,14 +186,19 @@ class Feeling {
     BumpWatch& watch = state_.bumps[felt.body];
     const Body& body = state_.bodies[felt.body];
     const Surface& surface = *body.surface;
-    for (const HoldingSurface& held : state_.contact.surfaces()) {
-      if (static_cast<std::size_t>(held.body) != felt.body) continue;
-      watch.triangle = felt.triangle = held.triangle;
+    const auto holding = state_.contact.surfaces();
+    for (std::size_t k = 0; k < holding.size(); ++k) {
+      if (static_cast<std::size_t>(holding[k].body) != felt.body) continue;
+      watch.triangle = felt.triangle = holding[k].triangle;
       watch.clear_m = 0;
-      felt.normal = body.frame.turn(surface.faceNormal(held.triangle) * double(held.side));
-      return true;
+      felt.heightOnly = true;
+      felt.normal = normalOf(holding[k]);
+      felt.geometric_m = shareOf(k);
+      felt.from = contact_.ihip - felt.geometric_m * felt.normal;
+      return hasTexture(felt.body);
     }
-    const Vec3 h = body.frame.toLocal(state_.hip);
+    felt.from = contact_.touching ? contact_.ihip : state_.hip;
+    const Vec3 h = body.frame.toLocal(felt.from);
     if (squaredLength(h - watch.seenFrom) < watch.clear_m * watch.clear_m) return false;
     const double highest_m = detail(felt.body)->highest_m();
     const double reach_m = highest_m + kLookAhead * surface.radius_m();
@@ -180,18 +229,28 @@ class Feeling {
     const Body& body = state_.bodies[felt.body];
     const double polygon_m = felt.geometric_m;
     felt.geometric_m += felt.bulge_m * watch.presence;
-    const Vec3 ihip = state_.hip + felt.geometric_m * felt.normal;
     double full_m = 0;
-    if (hasTexture(felt.body)) {
-      const Relief local = detail(felt.body)->texture->at(body.frame.toLocal(ihip));
+    if (hasTexture(felt.body) && (felt.heightOnly || !isTouched(felt.body) || !severalBodies())) {
+      const Relief local = detail(felt.body)->texture->at(body.frame.toLocal(felt.ihip()));
       full_m = local.height_m;
+      if (state_.detailEdited && object(felt.body).id == state_.contactObject) goOnFrom(watch, full_m);
       felt.height_m = local.height_m * watch.presence;
       felt.gradient = body.frame.turn(local.gradient) * watch.presence;
     }
     felt.depth_m = texturedDepth(felt.height_m, -felt.geometric_m);
+    watch.height_m = felt.height_m;
     const bool reaches = texturedDepth(full_m + felt.bulge_m, -polygon_m) > 0;
-    watch.presence = reaches ? std::min(1.0, watch.presence + config_.period_s / BumpWatch::kFadeIn_s) : 1;
-    felt.speed_m_per_s = separationSpeed(state_, static_cast<int>(felt.body), ihip, felt.normal, config_.period_s);
+    const double most = config_.period_s / BumpWatch::kFadeIn_s;
+    watch.presence += reaches ? std::clamp(1 - watch.presence, -most, most) : 1 - watch.presence;
+    felt.speed_m_per_s =
+        separationSpeed(state_, static_cast<int>(felt.body), felt.ihip(), felt.normal, config_.period_s);
+  }
+
+  /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than
+  /// all, that is a steeper texture than anybody asked for: that step is ForceBlend's.
+  static void goOnFrom(BumpWatch& watch, double height_m) noexcept {
+    const double part = watch.height_m / height_m;
+    watch.presence = std::isfinite(part) ? std::clamp(part, 0.0, 1.0) : 0;
   }
 
   /// Moves every object's felt stiffness towards its own.
@@ -199,8 +258,7 @@ class Feeling {
     for (std::size_t i = 0; i < state_.bodyCount; ++i) {
       const auto end = felt_.begin() + static_cast<std::ptrdiff_t>(count_);
       const auto felt = std::find_if(felt_.begin(), end, [i](const Felt& f) { return f.body == i; });
-      const bool touched = contact_.touching && static_cast<std::size_t>(contact_.body) == i;
-      const bool fading = object(i).leaving || (touched && state_.lettingGo);
+      const bool fading = object(i).leaving || (isTouched(i) && state_.lettingGo);
       const Stiffness target =
           fading ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
       state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0, felt != end ? felt->speed_m_per_s : 0,
@@ -213,7 +271,9 @@ class Feeling {
   void addForce(const Felt& felt) noexcept {
     const Stiffness k = stiffness(felt);
     const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, k);
-    if (felt.depth_m > 0 || detail(felt.body) == nullptr) sample_.force.damping += along.damping;
+    if (!felt.heightOnly && (felt.depth_m > 0 || detail(felt.body) == nullptr)) {
+      sample_.force.damping += along.damping;
+    }
     if (!hasTexture(felt.body)) {
       sample_.force.spring += along.spring;
       return;
@@ -225,7 +285,7 @@ class Feeling {
             ? bumpForce(felt.depth_m, felt.normal, relief)
             : hoForce(felt.depth_m, felt.normal, relief, t.gainFor(k.spring_N_per_m, config_.stableLateral_N_per_m));
     const Vec3 smooth_m = std::max(0.0, felt.geometric_m) * felt.normal;
-    sample_.force.spring += k.spring_N_per_m * smooth_m;
+    if (!felt.heightOnly) sample_.force.spring += k.spring_N_per_m * smooth_m;
     sample_.force.texture += k.spring_N_per_m * (way - smooth_m);
   }
 
@@ -243,7 +303,7 @@ class Feeling {
     }
     if (memory_.object != 0 && memory_.object != id) friction.carry(body.frame.toLocal(memory_.stickingPoint));
     memory_.object = id;
-    const Vec3 place = body.frame.toLocal(state_.hip + felt.geometric_m * felt.normal);
+    const Vec3 place = body.frame.toLocal(felt.ihip());
     const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, k);
     const double pressing_N = felt.depth_m > 0 ? glm::dot(along.spring + along.damping, felt.normal) : 0;
     const PressedPoint pressed{place, toLocalDirection(body.frame, felt.normal), std::max(0.0, pressing_N)};
@@ -251,10 +311,21 @@ class Feeling {
                               std::max(kHysteresisSteps * config_.positionStep_m, kLeastHysteresis_m)};
     const Vec3 force =
         friction.follow(pressed, own->friction->at(*body.surface, felt.triangle, place), scale, config_.period_s);
-    sample_.force.friction = body.frame.turn(force);
+    sample_.force.friction = body.frame.turn(force) * frictionPresence(glm::length(force));
     memory_.stickingPoint = body.frame.toWorld(friction.stickingPoint());
     sample_.frictionState = friction.state();
     sample_.stickingPoint = memory_.stickingPoint;
+  }
+
+  /// After an edit friction goes on from the force that it was.
+  [[nodiscard]] double frictionPresence(double force_N) const noexcept {
+    double& presence = memory_.frictionPresence;
+    if (state_.detailEdited && force_N > 0) {
+      presence = std::min(glm::length(lastFriction_N_) / force_N, SurfaceMemory::kMostPresence);
+    }
+    const double most = config_.period_s / BumpWatch::kFadeIn_s;
+    presence += std::clamp(1 - presence, -most, most);
+    return presence;
   }
 
   [[nodiscard]] static Vec3 toLocalDirection(const Frame& frame, Vec3 world) noexcept {
@@ -263,7 +334,7 @@ class Feeling {
 
   void describe(const Felt& felt) noexcept {
     const Body& body = state_.bodies[felt.body];
-    contact_.ihip = state_.hip + felt.geometric_m * felt.normal;
+    contact_.ihip = felt.ihip();
     contact_.normal = felt.normal;
     contact_.penetration_m = felt.depth_m;
     if (!contact_.touching) {
@@ -282,25 +353,15 @@ class Feeling {
   const StepConfig& config_;
   ContactResult& contact_;
   TelemetrySample& sample_;
+  Vec3 lastFriction_N_;
   std::array<Felt, kMostFelt> felt_;
   std::size_t count_ = 0;
 };
-
-/// The hand was given what the last forces did on the way to the new position.
-void accountEnergy(SurfaceMemory& memory, Vec3 hip) noexcept {
-  const Vec3 way = hip - memory.hip;
-  memory.shadingEnergy_J += glm::dot(memory.shadingForce_N, way);
-  memory.frictionEnergy_J += glm::dot(memory.frictionForce_N, way);
-  memory.textureEnergy_J += glm::dot(memory.textureForce_N, way);
-  memory.shadingForce_N = memory.frictionForce_N = memory.textureForce_N = Vec3(0);
-  memory.hip = hip;
-}
 
 }  // namespace
 
 void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
                  TelemetrySample& sample) noexcept {
-  accountEnergy(state.surface, state.hip);
   Feeling(scene, state, config, contact, sample).run();
 }
 

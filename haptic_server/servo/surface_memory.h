@@ -24,9 +24,13 @@ struct ShadingFade {
 /// What the surface properties of the felt object remember from tick to tick. Written by feelDetails() and
 /// adoptScene().
 struct SurfaceMemory {
+  /// After an edit friction goes on from the force that it was, if that is no more than so many times the new one.
+  static constexpr double kMostPresence = 4;
+
   std::uint64_t object = 0;  ///< Id of what was felt in the last tick, 0 for nothing.
   StickSlip friction;
-  Vec3 stickingPoint{0};  ///< World, as of the last tick.
+  double frictionPresence = 1;  ///< The part of friction that is felt, on its way to 1 after an edit.
+  Vec3 stickingPoint{0};        ///< World, as of the last tick.
   ShadingFade fade;
   Vec3 hip{0};             ///< Of the last tick.
   Vec3 shadingForce_N{0};  ///< What shading changed of the last force, for the account of energy; world.
@@ -46,6 +50,7 @@ struct BumpWatch {
   Vec3 seenFrom{0};                      ///< The HIP then; object frame.
   double clear_m = 0;                    ///< No bump is within this distance of there.
   double presence = 0;                   ///< The part of the height that is felt.
+  double height_m = 0;                   ///< Of the texture, as felt in the last tick.
 };
 
 static_assert(std::is_trivially_copyable_v<SurfaceMemory> && std::is_trivially_copyable_v<BumpWatch>);

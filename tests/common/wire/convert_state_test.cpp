@@ -147,6 +147,9 @@ TelemetrySample sample() {
   s.height_m = 0.8;
   s.force = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {5, 0, 0}, {6, 7, 8}};
   s.contactEnergy_J = -0.9;
+  s.shadingEnergy_J = 0.01;
+  s.frictionEnergy_J = -0.4;
+  s.textureEnergy_J = 0.02;
   s.fault = Fault::kDeviceLost;
   s.deviceState = DeviceState::kStopped;
   s.missedTicks = 10;
@@ -177,6 +180,9 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.force.contact, b.force.contact);
   EXPECT_EQ(a.force.written, b.force.written);
   EXPECT_EQ(a.contactEnergy_J, b.contactEnergy_J);
+  EXPECT_EQ(a.shadingEnergy_J, b.shadingEnergy_J);
+  EXPECT_EQ(a.frictionEnergy_J, b.frictionEnergy_J);
+  EXPECT_EQ(a.textureEnergy_J, b.textureEnergy_J);
   EXPECT_EQ(a.fault, b.fault);
   EXPECT_EQ(a.deviceState, b.deviceState);
   EXPECT_EQ(a.missedTicks, b.missedTicks);

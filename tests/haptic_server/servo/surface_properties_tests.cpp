@@ -67,6 +67,59 @@ TEST(SurfaceProperties, FrictionBreaksAwayAtTheStaticAndSlidesAtTheDynamicCoeffi
   EXPECT_LT(sample.frictionEnergy_J, 0);
 }
 
+TEST(SurfaceProperties, FrictionFollowsAFieldOverTheSurface) {
+  SurfaceProperties properties = friction(0.6, 0.3);
+  properties.friction->variation = 0.5;
+  properties.friction->over = FieldFamily{FourierFamily{}};
+  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
+  servo.adopt(sceneOf(1, {with(slab(), properties, {nullptr, testing::gratingField(0.01), nullptr})}));
+  servo.run(500);
+  for (int i = 0; i < 1000; ++i) {
+    const TelemetrySample s = servo.step();
+    const double factor = 1 + 0.5 * std::cos(2 * std::numbers::pi * s.ihip.x / 0.01);
+    const double normal_N = s.force.spring.z + s.force.damping.z;
+    EXPECT_NEAR(-s.force.friction.x / normal_N, 0.3 * factor, 0.0015) << s.ihip.x;
+  }
+}
+
+TEST(SurfaceProperties, FrictionFollowsAScaleGivenByVertex) {
+  const ServoObject box = slab();
+  const TriMesh mesh = makeBox(Vec3(0.1), 8).value();
+  auto scale = std::make_shared<std::vector<float>>();
+  for (const Vec3f v : mesh.vertices) scale->push_back(1 + 10 * v.x);  // from 0.5 to 1.5
+  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
+  servo.adopt(sceneOf(1, {with(box, friction(0.6, 0.3), {nullptr, nullptr, scale})}));
+  servo.run(500);
+  for (int i = 0; i < 1000; ++i) {
+    const TelemetrySample s = servo.step();
+    const double normal_N = s.force.spring.z + s.force.damping.z;
+    EXPECT_NEAR(-s.force.friction.x / normal_N, 0.3 * (1 + 10 * s.ihip.x), 0.0015) << s.ihip.x;
+  }
+}
+
+TEST(SurfaceProperties, ATexturedFloorIsFeltWithoutAStepInTheCornerWithAPlainWall) {
+  const auto path = [](std::uint64_t tick) {  // along the floor to the wall at x = 0, into it, and out again
+    const double t = 1e-5 * static_cast<double>(tick);
+    return Vec3(0.01 - (t < 0.012 ? t : 0.024 - t), 0.0123,
+                tick < 100 ? 0.001 : 0.001 - std::min(0.002, 2e-5 * static_cast<double>(tick - 100)));
+  };
+  const auto largestStep = [&](bool textured) {
+    VirtualServo servo(path, kConfig);
+    const ServoObject floor = slab();
+    servo.adopt(sceneOf(1, {textured ? withGrating(floor, 0.008, 0.0002, 1) : floor, slab(2, Vec3(-0.05, 0, 0.02))}));
+    double most = 0;
+    Vec3 last(0);
+    for (int i = 0; i < 2300; ++i) {
+      const TelemetrySample s = servo.step();
+      const Vec3 now = s.force.contact - s.force.damping;
+      if (i > 250) most = std::max(most, glm::length(now - last));
+      last = now;
+    }
+    return most;
+  };
+  EXPECT_LE(largestStep(true), largestStep(false) + 0.02);
+}
+
 TEST(SurfaceProperties, TheStickingPointMovesWithItsObject) {
   const auto press = [](std::uint64_t tick) {
     return Vec3(tick > 300 ? 0.0005 : 0, 0.0123, std::max(-0.002, 0.003 - 5e-5 * static_cast<double>(tick)));
@@ -195,6 +248,25 @@ TEST(SurfaceProperties, ShadingMakesACoarseSphereRound) {
   }
 }
 
+TEST(SurfaceProperties, ShadingKeepsTheRimOfACylinderSharp) {
+  SurfaceProperties properties = shading(std::numbers::pi / 3);
+  const ServoObject cylinder = with(objectOf(1, surfaceOf(makeCylinder(0.02, 0.08, 48).value()), Vec3(0)), properties);
+  const auto pressOn = [&](Vec3 place, Vec3 inward) {
+    VirtualServo servo(
+        [=](std::uint64_t tick) { return place + inward * std::min(0.0004, 2e-5 * static_cast<double>(tick) - 0.002); },
+        kConfig);
+    servo.adopt(sceneOf(1, {cylinder}));
+    const TelemetrySample s = servo.run(400);
+    return glm::normalize(s.force.contact);
+  };
+  const double degree = std::numbers::pi / 180;
+  for (double angle = 0.02; angle < 6.28; angle += 0.1) {
+    const Vec3 out(std::cos(angle), std::sin(angle), 0);
+    EXPECT_LE(glm::distance(pressOn(out * 0.0195 + Vec3(0, 0, 0.04), Vec3(0, 0, -1)), Vec3(0, 0, 1)), degree) << angle;
+    EXPECT_LE(glm::distance(pressOn(out * 0.02 + Vec3(0, 0, 0.0395), -out), out), 0.1 * degree) << angle;
+  }
+}
+
 TEST(SurfaceProperties, ShadingGoesOverToAnInnerEdgeAndOutWithoutAStep) {
   // Two slabs that overlap make an inner edge at x = 0, z = 0; one is shaded, with the normals of all its edges meeting.
   const auto path = [](std::uint64_t tick) {
@@ -249,39 +321,100 @@ TEST(SurfaceProperties, ATextureInWhichTheStylusAppearsFadesIn) {
 
 class SurfaceEdit : public ::testing::Test {
  protected:
-  /// Largest step of the written force around an edit under the stylus at tick 600, less the largest of either scene.
-  static double step_N(const ServoObject& before, const ServoObject& after) {
-    const auto largest = [](std::vector<ServoObject> scenes) {
-      VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
-      servo.adopt(sceneOf(1, {scenes.front()}));
-      servo.run(600);
-      double most = 0;
-      Vec3 last = servo.step().force.written;
-      servo.adopt(sceneOf(2, {scenes.back()}));
-      for (int i = 0; i < 300; ++i) {
-        const Vec3 now = servo.step().force.written;
-        most = std::max(most, glm::length(now - last));
-        last = now;
-      }
-      return most;
-    };
-    return largest({before, after}) - std::max(largest({before}), largest({after}));
+  struct Steps {
+    double contact_N = 0;  ///< Before blend and limit.
+    double written_N = 0;
+  };
+  /// Largest steps of the force around an edit under the stylus, less the largest that either scene has by itself.
+  static Steps steps(const ServoObject& before, const ServoObject& after) {
+    const Steps edited = largest(before, after), first = largest(before, before), second = largest(after, after);
+    return {edited.contact_N - std::max(first.contact_N, second.contact_N),
+            edited.written_N - std::max(first.written_N, second.written_N)};
+  }
+
+ private:
+  static Steps largest(const ServoObject& before, const ServoObject& after) {
+    VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
+    servo.adopt(sceneOf(1, {before}));
+    servo.run(600);
+    Steps steps;
+    ForceComponents last = servo.step().force;
+    servo.adopt(sceneOf(2, {after}));
+    for (int i = 0; i < 300; ++i) {
+      const ForceComponents now = servo.step().force;
+      steps.contact_N = std::max(steps.contact_N, glm::length(now.contact - last.contact));
+      steps.written_N = std::max(steps.written_N, glm::length(now.written - last.written));
+      last = now;
+    }
+    return steps;
   }
 };
 
-TEST_F(SurfaceEdit, OfATextureMakesNoStep) {
-  EXPECT_LE(step_N(slab(), withGrating(slab(), 0.003, 0.0002)), 0.02);
-  EXPECT_LE(step_N(withGrating(slab(), 0.003, 0.0002), slab()), 0.02);
-  EXPECT_LE(step_N(withGrating(slab(), 0.003, 0.0002), withGrating(slab(), 0.004, 0.0005)), 0.02);
+TEST_F(SurfaceEdit, ThatAddsATextureMakesNoStep) {
+  const Steps added = steps(slab(), withGrating(slab(), 0.003, 0.0002));
+  EXPECT_LE(added.contact_N, 0.02);
+  EXPECT_LE(added.written_N, 0.02);
+}
+
+TEST_F(SurfaceEdit, OfATexturesAmplitudeMakesNoStep) {
+  EXPECT_LE(steps(withGrating(slab(), 0.003, 0.0002), withGrating(slab(), 0.003, 0.0004)).contact_N, 0.03);
+  for (const double amplitude : {0.0004, 0.0001}) {
+    const Steps changed = steps(withGrating(slab(), 0.003, 0.0002), withGrating(slab(), 0.003, amplitude));
+    EXPECT_LE(changed.written_N, 0.03) << amplitude;
+  }
+}
+
+TEST_F(SurfaceEdit, OfATexturesFieldOrItsRemovalMakesNoStepOfTheForceThatIsWritten) {
+  EXPECT_LE(steps(withGrating(slab(), 0.003, 0.0002), slab()).written_N, 0.02);
+  EXPECT_LE(steps(withGrating(slab(), 0.003, 0.0002), withGrating(slab(), 0.004, 0.0005)).written_N, 0.03);
 }
 
 TEST_F(SurfaceEdit, OfFrictionMakesNoStep) {
-  EXPECT_LE(step_N(slab(), with(slab(), friction(0.8, 0.8))), 0.03);
-  EXPECT_LE(step_N(with(slab(), friction(0.8, 0.8)), slab()), 0.03);
-  EXPECT_LE(step_N(with(slab(), friction(0.8, 0.8)), with(slab(), friction(0.2, 0.1))), 0.03);
+  EXPECT_LE(steps(slab(), with(slab(), friction(0.8, 0.8))).contact_N, 0.03);
+  EXPECT_LE(steps(with(slab(), friction(0.8, 0.8)), slab()).written_N, 0.03);
+  for (const double mu : {0.2, 1.2}) {
+    const Steps changed = steps(with(slab(), friction(0.6, 0.6)), with(slab(), friction(mu, mu)));
+    EXPECT_LE(changed.contact_N, 0.03) << mu;
+    EXPECT_LE(changed.written_N, 0.03) << mu;
+  }
 }
 
-TEST_F(SurfaceEdit, OfAnotherObjectChangesNothing) { EXPECT_EQ(step_N(slab(), slab()), 0); }
+TEST_F(SurfaceEdit, OfShadingMakesNoStep) {
+  const auto largest = [](bool before, bool after) {
+    const ServoObject faceted = objectOf(1, surfaceOf(makeSphere(0.05, 5).value()), Vec3(0));
+    const ServoObject round = with(faceted, shading(std::numbers::pi));
+    VirtualServo servo(overSphere, kConfig);
+    servo.adopt(sceneOf(1, {before ? round : faceted}));
+    servo.run(700);
+    double most = 0;
+    Vec3 last = servo.step().force.written;
+    servo.adopt(sceneOf(2, {after ? round : faceted}));
+    for (int i = 0; i < 100; ++i) {  // not as far as the next line
+      const Vec3 now = servo.step().force.written;
+      most = std::max(most, glm::length(now - last));
+      last = now;
+    }
+    return most;
+  };
+  EXPECT_LE(largest(false, true), largest(true, true) + 0.03);
+  EXPECT_LE(largest(true, false), std::max(largest(true, true), largest(false, false)) + 0.03);
+}
+
+TEST_F(SurfaceEdit, OfTheMeshKeepsTheStickingPoint) {
+  const auto press = [](std::uint64_t tick) {
+    return Vec3(tick > 300 ? 0.0005 : 0, 0.0123, std::max(-0.002, 0.003 - 5e-5 * static_cast<double>(tick)));
+  };
+  VirtualServo servo(press, kConfig);
+  servo.adopt(sceneOf(1, {with(slab(), friction(0.9, 0.8))}));
+  const TelemetrySample before = servo.run(400);
+  const ServoObject finer = objectOf(1, surfaceOf(makeBox(Vec3(0.1), 20).value()), Vec3(0, 0, -0.05));
+  servo.adopt(sceneOf(2, {with(finer, friction(0.9, 0.8))}));
+  const TelemetrySample after = servo.run(100);
+  EXPECT_EQ(after.sceneRevision, 2U);
+  EXPECT_EQ(after.frictionState, FrictionState::kSticking);
+  EXPECT_LE(glm::distance(after.stickingPoint, before.stickingPoint), 1e-7);
+  EXPECT_LE(glm::distance(after.force.friction, before.force.friction), 1e-3);
+}
 
 }  // namespace
 }  // namespace haptics
