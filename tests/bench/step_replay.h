@@ -39,16 +39,14 @@ class StepReplay {
 
  private:
   TelemetrySample step(Vec3 hip) noexcept {
-    ++input_.tick;
-    input_.device = {hip, DeviceState::kReady};
-    return hapticStep(scene_, *state_, config_, input_);
+    return hapticStep(scene_, *state_, config_, {++ticks_, 0, {hip, DeviceState::kReady}});
   }
 
   Scene path_;
   ServoScene scene_;
   StepConfig config_;
   std::unique_ptr<HapticState> state_;
-  StepInput input_;
+  std::uint64_t ticks_ = 0;
   std::size_t next_ = 0;
 };
 
