@@ -62,6 +62,7 @@ class Succession {
     std::copy_n(bumps_.begin(), count_, state.bumps.begin());
     state.contact = contact_;
     state.detailEdited = detailEdited_;
+    if (!state.anyDetail) state.surface.forget();  // it was not kept
     if (detailEdited_) state.surface.object = state.contactObject;
     state.anyDetail = anyDetail_;
     state.anyBumps = anyBumps_;
@@ -114,7 +115,9 @@ class Succession {
   void takeDetail(std::size_t i, const SurfaceDetail* detail) noexcept {
     const int before = origins_[i].before;
     bumps_[i] = before >= 0 ? state_.bumps[static_cast<std::size_t>(before)] : BumpWatch{};
-    if (origins_[i].changed) bumps_[i] = {.presence = bumps_[i].presence};
+    if (origins_[i].changed || objects_[i].detail != detail) {
+      bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
+    }
     detailEdited_ = detailEdited_ || (objects_[i].id == state_.contactObject && objects_[i].detail != detail);
     objects_[i].detail = detail;
     anyDetail_ = anyDetail_ || detail != nullptr;

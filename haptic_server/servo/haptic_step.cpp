@@ -14,23 +14,16 @@ namespace {
   return isFinite(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
 
-/// As if nothing had been felt yet.
-void forgetSurfaces(HapticState& state) noexcept {
-  const SurfaceMemory before = state.surface;
-  state.surface = {};
-  state.surface.shadingEnergy_J = before.shadingEnergy_J;
-  state.surface.frictionEnergy_J = before.frictionEnergy_J;
-  state.surface.textureEnergy_J = before.textureEnergy_J;
-  std::fill_n(state.bumps.begin(), state.bodyCount, BumpWatch{});
-}
-
 /// The proxy is put where the device is: no force until a surface is met anew.
 void attach(HapticState& state, Vec3 position) noexcept {
   place(state.contact, position);
   state.velocity.reset(position);
   state.hip = position;
   state.contactObject = 0;
-  if (state.anyDetail) forgetSurfaces(state);
+  if (state.anyDetail) {
+    state.surface.forget();
+    std::fill_n(state.bumps.begin(), state.bodyCount, BumpWatch{});
+  }
   state.attached = true;
   state.unlimited_N = Vec3(0);
 }

@@ -39,6 +39,15 @@ struct SurfaceMemory {
   double shadingEnergy_J = 0;  ///< Given to the hand since attach by each, before blend and limit.
   double frictionEnergy_J = 0;
   double textureEnergy_J = 0;
+
+  /// As if nothing had been felt yet, but for the energy.
+  void forget() noexcept {
+    const double shading_J = shadingEnergy_J, friction_J = frictionEnergy_J, texture_J = textureEnergy_J;
+    *this = {};
+    shadingEnergy_J = shading_J;
+    frictionEnergy_J = friction_J;
+    textureEnergy_J = texture_J;
+  }
 };
 
 /// Of one object with bumps, of a texture or of shading, which can be felt before its polygons are touched. Written by feelDetails().

@@ -379,6 +379,26 @@ TEST_F(SurfaceEdit, OfFrictionMakesNoStep) {
   }
 }
 
+TEST_F(SurfaceEdit, ToATallerTextureIsFeltByAStylusThatHoversOverIt) {
+  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0005); }, kConfig);
+  servo.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0001)}));
+  EXPECT_EQ(servo.run(100).object, 0U);
+  servo.adopt(sceneOf(2, {withGrating(slab(), 0.004, 0.0004)}));
+  const TelemetrySample after = servo.run(100);
+  EXPECT_EQ(after.object, 1U);
+  EXPECT_NEAR(after.force.contact.z, kStiffness * 0.0003, 1e-6);
+}
+
+TEST_F(SurfaceEdit, ThatBringsFrictionBackKnowsNothingOfTheOldStickingPoint) {
+  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
+  servo.adopt(sceneOf(1, {with(slab(), friction(0.9, 0.9))}));
+  servo.run(500);
+  servo.adopt(sceneOf(2, {slab()}));
+  servo.run(500);
+  servo.adopt(sceneOf(3, {with(slab(), friction(0.9, 0.9))}));
+  EXPECT_LE(glm::length(servo.step().force.friction), 0.05);
+}
+
 TEST_F(SurfaceEdit, OfShadingMakesNoStep) {
   const auto largest = [](bool before, bool after) {
     const ServoObject faceted = objectOf(1, surfaceOf(makeSphere(0.05, 5).value()), Vec3(0));
