@@ -120,6 +120,21 @@ TEST(SurfaceProperties, ATexturedFloorIsFeltWithoutAStepInTheCornerWithAPlainWal
   EXPECT_LE(largestStep(true), largestStep(false) + 0.02);
 }
 
+TEST(SurfaceProperties, FrictionGoesOnOverTheSeamBetweenTwoObjects) {
+  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
+  const ServoObject left = with(slab(1, Vec3(-0.06, 0.01, -0.05)), friction(0.6, 0.6));
+  const ServoObject right = with(slab(2, Vec3(0.04, -0.01, -0.05)), friction(0.6, 0.6));
+  servo.adopt(sceneOf(1, {left, right}));
+  servo.run(450);
+  bool crossed = false;
+  for (int i = 0; i < 1000; ++i) {
+    const TelemetrySample s = servo.step();
+    EXPECT_LE(s.force.friction.x, -0.5 * kStiffness * 0.002) << s.hip.x;
+    crossed = crossed || s.object == 2;
+  }
+  EXPECT_TRUE(crossed);
+}
+
 TEST(SurfaceProperties, TheStickingPointMovesWithItsObject) {
   const auto press = [](std::uint64_t tick) {
     return Vec3(tick > 300 ? 0.0005 : 0, 0.0123, std::max(-0.002, 0.003 - 5e-5 * static_cast<double>(tick)));
@@ -246,6 +261,27 @@ TEST(SurfaceProperties, ShadingMakesACoarseSphereRound) {
     EXPECT_NEAR(s.penetration_m, 0.002, 2e-6);
     EXPECT_LE(glm::distance(s.ihip, 0.05 * out), 2e-6);
   }
+}
+
+TEST(SurfaceProperties, ShadingEndsWithoutAStepWhereAWallStopsTheIhipBetweenTheLinesOfACoarseSphere) {
+  const auto path = [](std::uint64_t tick) {
+    const double down = std::min(1.0, static_cast<double>(tick) / 200);
+    const double x = 0.004 - (tick > 300 ? 3e-5 * static_cast<double>(tick - 300) : 0);
+    return (0.052 - 0.004 * down) * glm::normalize(Vec3(x, 0.003, 0.05));
+  };
+  VirtualServo servo(path, kConfig);
+  const ServoObject sphere = objectOf(1, surfaceOf(makeSphere(0.05, 6).value()), Vec3(0));
+  servo.adopt(sceneOf(1, {with(sphere, shading(std::numbers::pi)), slab(2, Vec3(-0.05 - 0.003, 0, 0.06))}));
+  TelemetrySample last = servo.run(320);
+  bool met = false;
+  for (int i = 0; i < 400 && !met; ++i) {
+    const TelemetrySample now = servo.step();
+    met = now.ihip.x > now.hip.x + 1e-9 && now.ihip.x > -0.0031 && now.hip.x < -0.0029;
+    EXPECT_LE(glm::length(now.force.contact - now.force.damping - (last.force.contact - last.force.damping)), 0.035)
+        << i;
+    last = now;
+  }
+  EXPECT_GT(glm::length(glm::cross(last.force.spring, glm::normalize(last.ihip))), 0) << "unshaded now";
 }
 
 TEST(SurfaceProperties, ShadingKeepsTheRimOfACylinderSharp) {
