@@ -11,17 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "graphics_client/viewer/label_layout.h"
 #include "graphics_client/viewer/overlay_text.h"
 #include "graphics_client/viewer/palette.h"
 
 namespace haptics {
-
-/// A rectangle in the window, in pixels from its lower left corner.
-struct PixelBox {
-  double left = 0, bottom = 0, width = 0, height = 0;
-
-  bool operator==(const PixelBox&) const = default;
-};
 
 /// A rounded plate with a single colour, optionally seen through.
 class Plate {
@@ -29,6 +23,7 @@ class Plate {
   Plate(vtkRenderer* renderer, palette::Shade shade, double opacity);
 
   void place(const PixelBox& box, double cornerRadius_px);
+  [[nodiscard]] const PixelBox& box() const { return box_; }  ///< Last placed.
   void setShade(palette::Shade shade);
   void setVisible(bool visible);
 
@@ -54,6 +49,8 @@ class Card {
   [[nodiscard]] double width_px(double font_px) const;
   [[nodiscard]] double height_px(double font_px);
   void place(double left_px, double bottom_px, double font_px);
+  /// Where it was placed last.
+  [[nodiscard]] const PixelBox& box() const { return plate_.box(); }
   void setVisible(bool visible);
 
  private:

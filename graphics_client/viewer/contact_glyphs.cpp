@@ -35,6 +35,8 @@ constexpr double kFullScale_N = 5;
 constexpr double kPrimitiveLift_px = 1.2;
 constexpr float kPolygonOutline_px = 2, kPrimitiveLine_px = 5, kVertexPoint_px = 11, kTrailLine_px = 2.5F,
                 kSpringLine_px = 2.5F;
+/// The pin at the sticking point: its length, and the radii of its needle, head and thread (pixels).
+constexpr double kPin_px = 26, kNeedle_px = 1.2, kPinHead_px = 4.5, kThread_px = 1;
 constexpr int kRoundness = 20;  // facets around the markers
 
 vtkSmartPointer<vtkPolyData> unitSphere() {
@@ -80,6 +82,15 @@ vtkSmartPointer<vtkPolyData> unitCone() {
 }
 
 palette::Shade shadeIf(bool current, palette::Shade shade) { return current ? shade : palette::kFaded; }
+
+/// A cylinder's glyph from one place to another; hidden where they are one.
+void show(Glyph& glyph, Vec3 from, Vec3 to, double radius, palette::Shade shade) {
+  const double length = glm::distance(from, to);
+  glyph.setVisible(length > 0);
+  if (!(length > 0)) return;
+  glyph.setShade(shade);
+  glyph.setMatrix(alongAxis(from, (to - from) / length, length, radius));
+}
 
 vtkSmartPointer<vtkMatrix4x4> ball(Vec3 centre, double radius) { return alongAxis(centre, {1, 0, 0}, radius, radius); }
 
@@ -147,13 +158,15 @@ ContactGlyphs::ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes)
       hip_(pane, unitSphere(), Glyph::Kind::kBody),
       ihip_(pane, unitSphere(), Glyph::Kind::kBody),
       spring_(pane, unitCylinder(), Glyph::Kind::kBody),
+      thread_(pane, unitCylinder(), Glyph::Kind::kBody),
+      pin_(pane, unitCylinder(), Glyph::Kind::kBody),
+      pinHead_(pane, unitSphere(), Glyph::Kind::kBody),
       shaft_(pane, unitCylinder(), Glyph::Kind::kBody),
       tip_(pane, unitCone(), Glyph::Kind::kBody) {
   trail_.setLineWidth(kTrailLine_px);
   primitive_.setOpacity(kPrimitiveOpacity);
   ihip_.setOpacity(kOnTopOpacity);
-  shaft_.setOpacity(kOnTopOpacity);
-  tip_.setOpacity(kOnTopOpacity);
+  for (Glyph* glyph : {&thread_, &pin_, &pinHead_, &shaft_, &tip_}) glyph->setOpacity(kOnTopOpacity);
 }
 
 void ContactGlyphs::drawLast() {
@@ -166,7 +179,6 @@ void ContactGlyphs::update(const MirrorView& view, const Trail& trail, double me
   if (!heard) return;
   const TelemetrySample& sample = *view.sample;
   const double radius = sizes_.marker_px * metresPerPixel;
-  const double separation = glm::distance(sample.hip, sample.ihip);
   hip_.setVisible(true);
   hip_.setShade(shadeIf(current, palette::kHip));
   hip_.setMatrix(ball(sample.hip, radius));
@@ -175,12 +187,8 @@ void ContactGlyphs::update(const MirrorView& view, const Trail& trail, double me
     ihip_.setShade(shadeIf(current, palette::kIhip));
     ihip_.setMatrix(ball(sample.ihip, radius));
   }
-  if (separation > 0) {
-    spring_.setVisible(true);
-    spring_.setShade(shadeIf(current, palette::kSpring));
-    spring_.setMatrix(alongAxis(sample.hip, (sample.ihip - sample.hip) / separation, separation,
-                                kSpringLine_px / 2 * metresPerPixel));
-  }
+  show(spring_, sample.hip, sample.ihip, kSpringLine_px / 2 * metresPerPixel, shadeIf(current, palette::kSpring));
+  updatePin(sample, metresPerPixel, current);
   updateForce(view, metresPerPixel, current);
   updatePrimitive(view, metresPerPixel, current);
   updateTrail(trail, current);
@@ -205,13 +213,27 @@ void ContactGlyphs::updateForce(const MirrorView& view, double metresPerPixel, b
   shaft_.setMatrix(alongAxis(start, axis, length - tipLength, radius));
 }
 
+void ContactGlyphs::updatePin(const TelemetrySample& sample, double metresPerPixel, bool current) {
+  if (sample.frictionState == FrictionState::kNone) return;
+  const bool sticking = sample.frictionState == FrictionState::kSticking;
+  const palette::Shade shade = shadeIf(current, sticking ? palette::kSticking : palette::kSliding);
+  const Vec3 head = sample.stickingPoint + sample.surfaceNormal * (kPin_px * metresPerPixel);
+  show(pin_, sample.stickingPoint, head, kNeedle_px * metresPerPixel, shadeIf(current, palette::kSpring));
+  show(thread_, sample.stickingPoint, sample.ihip, kThread_px * metresPerPixel, shade);
+  pinHead_.setVisible(true);
+  pinHead_.setShade(shade);
+  pinHead_.setMatrix(ball(head, kPinHead_px * metresPerPixel));
+}
+
 void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixel, bool current) {
   const PrimitiveId& primitive = view.sample->primitive;
   const SceneVersion::Object object = view.scene->find(view.sample->object);
   if (!object || primitive.kind == PrimitiveKind::kNone) return;
   const auto mesh = view.meshes.find(object->mesh);
   if (mesh == view.meshes.end()) return;
-  std::vector<Vec3> corners = primitiveCorners(*mesh->second, primitive, kPrimitiveLift_px * metresPerPixel);
+  const bool textured = object->material.surface.texture.has_value();
+  const double lift = kPrimitiveLift_px * metresPerPixel + std::max(view.sample->height_m, 0.0);
+  std::vector<Vec3> corners = primitiveCorners(*mesh->second, primitive, lift);
   if (corners.empty()) return;
   const vtkSmartPointer<vtkMatrix4x4> place = matrixOf(object->pose);
   const palette::Shade shade = shadeIf(current, palette::kPrimitive);
@@ -219,7 +241,7 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixe
     primitive_.setShape(polygon(corners));
     primitive_.setShade(shade);
     primitive_.setMatrix(place);
-    primitive_.setVisible(true);
+    primitive_.setVisible(!textured);  // its face would cut through the bumps
     corners = {corners[0], corners[1], corners[1], corners[2], corners[2], corners[0]};
   }
   primitiveOutline_.setShape(corners.size() == 1 ? vertexAt(corners[0]) : segments(corners));

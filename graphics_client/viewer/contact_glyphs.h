@@ -49,8 +49,8 @@ struct GlyphSizes {
   double arrowRadius_px = 3;  ///< Of the shaft.
 };
 
-/// HIP, IHIP, the line between them, the force at the IHIP, the contacted primitive and the trail, in one pane. Markers
-/// keep their size on the screen whatever the zoom.
+/// HIP, IHIP, the line between them, the force at the IHIP, friction's sticking point as a pin with a thread to the IHIP,
+/// the contacted primitive and the trail, in one pane. Markers keep their size on the screen whatever the zoom.
 class ContactGlyphs {
  public:
   ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes);
@@ -64,13 +64,16 @@ class ContactGlyphs {
 
  private:
   GlyphSizes sizes_;
-  Glyph trail_, primitive_, primitiveOutline_, hip_, ihip_, spring_, shaft_, tip_;  // drawn in this order
+  Glyph trail_, primitive_, primitiveOutline_, hip_, ihip_, spring_, thread_, pin_, pinHead_, shaft_,
+      tip_;  // in this order
 
-  [[nodiscard]] std::array<Glyph*, 8> all() {
-    return {&trail_, &primitive_, &primitiveOutline_, &hip_, &ihip_, &spring_, &shaft_, &tip_};
+  [[nodiscard]] std::array<Glyph*, 11> all() {
+    return {&trail_,  &primitive_, &primitiveOutline_, &hip_,   &ihip_, &spring_,
+            &thread_, &pin_,       &pinHead_,          &shaft_, &tip_};
   }
 
   void updateForce(const MirrorView& view, double metresPerPixel, bool current);
+  void updatePin(const TelemetrySample& sample, double metresPerPixel, bool current);
   void updatePrimitive(const MirrorView& view, double metresPerPixel, bool current);
   void updateTrail(const Trail& trail, bool current);
 };

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
@@ -33,6 +34,13 @@ struct DisplayedSurface {
   double finestDetail_m = 0;  ///< Wavelength of what is felt; 0 without a field.
   double longestEdge_m = 0;   ///< Of the triangles that carry it; 0 without a field.
   bool filtered = false;      ///< The triangles are too coarse for the finest detail: its local mean is drawn.
+};
+
+/// A surface whose triangles are too coarse for what is felt on it.
+struct CoarseDetail {
+  std::string object;
+  double detail_m = 0;  ///< Shortest wavelength felt.
+  double edge_m = 0;    ///< Of the triangles.
 };
 
 /// The surface, cut fine enough to carry its fields: four edges to the shortest wavelength, as far as `mostTriangles`

@@ -61,6 +61,11 @@ Look makeLook(const LookOrder& order) {
             .outline = outlineOf(mesh)};
   look.shadow = surface.triangles == mesh.triangles ? look.drawn : trianglesOf(mesh.vertices, mesh.triangles);
   if (!surface.rims.empty()) look.rims = segmentsOf(look.drawn, surface.rims);
+  look.low = look.high = look.outline.front();
+  for (const Vec3& p : look.outline) {
+    look.low = glm::min(look.low, p);
+    look.high = glm::max(look.high, p);
+  }
   if (!look.friction.empty()) {
     const auto [least, most] = std::ranges::minmax(look.friction);
     look.leastFriction = least;

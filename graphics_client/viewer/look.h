@@ -41,6 +41,7 @@ struct Look {
   double finestDetail_m = 0, longestEdge_m = 0;
   bool filtered = false;
   std::vector<Vec3> outline;  ///< Some of the mesh's vertices, the extreme ones among them.
+  Vec3 low{0}, high{0};       ///< Of the box around the mesh.
 };
 
 /// Takes from milliseconds to about a second.

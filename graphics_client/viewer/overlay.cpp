@@ -45,6 +45,8 @@ Overlay::Overlay(Stage& stage, bool showKeys)
       contact_(stage.overlay(), {6.8, 11.2}),
       legend_(stage.overlay(), {5.2, 15.2}),
       keys_(stage.overlay(), {4.0, 12.5}),
+      frictionLegend_(stage.overlay()),
+      labels_(stage.overlay(), stage.world().solid),
       bannerPlate_(stage.overlay(), palette::kBad, 0.92),
       scaleBar_(stage.overlay(), palette::kText, 1),
       helpVisible_(showKeys) {
@@ -74,9 +76,10 @@ void Overlay::update(const MirrorView& view, const State& state, double time_s) 
   const double font_px = fontFor(stage_);
   if (refreshed_s_ < 0 || time_s - refreshed_s_ >= kRefresh_s) {
     refreshed_s_ = time_s;
-    status_.setLines(statusLines(view, state.age_s, state.framesPerSecond));
+    status_.setLines(statusLines(view, state.age_s, state.framesPerSecond, state.coarse));
     contact_.setLines(contactLines(view));
     setLegend(state.gridSpacing_m);
+    frictionLegend_.setRange(state.friction);
     placeCards(font_px);
     showBanner(bannerFor(view, state.age_s, state.wasLive, state.stateWasReset), font_px);
     placeCloseUpFrame(state.closeUpMetresPerPixel, font_px);
@@ -99,7 +102,10 @@ void Overlay::placeCards(double font_px) {
                  font_px);
   legend_.place(kMargin_px, kMargin_px, font_px);
   keys_.place(2 * kMargin_px + legend_.width_px(font_px), kMargin_px, font_px);
+  frictionLegend_.place(kMargin_px, kMargin_px + legend_.height_px(font_px) + kMargin_px / 2, legend_.width_px(font_px),
+                        font_px);
   for (Card* card : {&status_, &contact_, &legend_}) card->setVisible(visible_);
+  frictionLegend_.setVisible(visible_);
   keys_.setVisible(visible_ && helpVisible_);
 }
 
@@ -157,10 +163,26 @@ PictureArea Overlay::freeArea() {
   return {.left = kSideMargin, .right = 1 - kSideMargin, .bottom = below / height, .top = 1 - above / height};
 }
 
+void Overlay::label(const std::vector<NamedBox>& objects) {
+  std::vector<PixelBox> taken;
+  if (visible_) {
+    taken = {status_.box(), contact_.box(), legend_.box(), frictionLegend_.box()};
+    if (helpVisible_) taken.push_back(keys_.box());
+  }
+  if (stage_.closeUpShown()) {
+    const double side = stage_.closeUpSide_px();
+    taken.push_back({double(stage_.closeUpLeft_px()), double(stage_.closeUpBottom_px()), side, side});
+  }
+  labels_.setVisible(visible_ && labelsVisible_);
+  labels_.update(objects, taken, fontFor(stage_));
+}
+
 void Overlay::toggle() {
   visible_ = !visible_;
   refresh();
 }
+
+void Overlay::toggleLabels() { labelsVisible_ = !labelsVisible_; }
 
 void Overlay::toggleHelp() {
   helpVisible_ = !helpVisible_;

@@ -1,16 +1,20 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "graphics_client/mirror/mirror_view.h"
 #include "graphics_client/viewer/camera_fit.h"
 #include "graphics_client/viewer/card.h"
+#include "graphics_client/viewer/friction_legend.h"
+#include "graphics_client/viewer/object_labels.h"
 #include "graphics_client/viewer/stage.h"
 
 namespace haptics {
 
 /// What lies over the picture: status and contact at the top, legend and keys at the bottom, the close-up's frame with
-/// its scale, and the banner when something is wrong.
+/// its scale, the objects' names, and the banner when something is wrong.
 class Overlay {
  public:
   Overlay(Stage& stage, bool showKeys);
@@ -20,6 +24,8 @@ class Overlay {
     double framesPerSecond = 0;
     double gridSpacing_m = 0;
     double closeUpMetresPerPixel = 0;
+    std::optional<FrictionRange> friction = {};  ///< That the surfaces' colours run over.
+    std::optional<CoarseDetail> coarse = {};     ///< The surface drawn farthest from what is felt.
     bool wasLive = false, stateWasReset = false;
   };
   /// Text is refreshed some times a second only: it is costly to draw and unreadable when faster.
@@ -28,19 +34,25 @@ class Overlay {
   /// What the cards and the close-up leave to the scene.
   [[nodiscard]] PictureArea freeArea();
 
+  /// The objects' names, wherever the world's camera has moved them.
+  void label(const std::vector<NamedBox>& objects);
+
   void refresh() { refreshed_s_ = -1; }  ///< The next update is not put off.
   void toggle();                         ///< Everything but the banner.
   void toggleHelp();
+  void toggleLabels();
 
  private:
   Stage& stage_;
   Card status_, contact_, legend_, keys_;
+  FrictionLegend frictionLegend_;
+  ObjectLabels labels_;
   Plate bannerPlate_;
   vtkNew<vtkTextActor> bannerText_, closeUpCaption_, scaleCaption_;
   vtkNew<vtkActor2D> closeUpFrame_;
   Plate scaleBar_;
   Banner shownBanner_;
-  bool visible_ = true, helpVisible_;
+  bool visible_ = true, helpVisible_, labelsVisible_ = true;
   double refreshed_s_ = -1;
 
   void setLegend(double gridSpacing_m);

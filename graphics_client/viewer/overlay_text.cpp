@@ -89,6 +89,26 @@ std::string components(Vec3 v, double scale) {
   return formatted("%+.2f  %+.2f  %+.2f", v.x * scale, v.y * scale, v.z * scale);
 }
 
+OverlayLine detailLine(const std::optional<CoarseDetail>& coarse) {
+  if (!coarse) return {"Surfaces", "drawn as felt"};
+  return {"Surfaces",
+          formatted("%.2g mm waves on %.2g mm", coarse->detail_m * kMillimetresPerMetre,
+                    coarse->edge_m * kMillimetresPerMetre),
+          Tone::kWarning};
+}
+
+std::string frictionText(const TelemetrySample& sample) {
+  if (sample.frictionState == FrictionState::kNone) return kNothing;
+  return formatted("%s, %.2f N", sample.frictionState == FrictionState::kSticking ? "sticking" : "sliding",
+                   glm::length(sample.force.friction));
+}
+
+std::string textureText(const MirrorView& view, const TelemetrySample& sample) {
+  const SceneVersion::Object object = view.scene->find(sample.object);
+  if (!object || !object->material.surface.texture) return kNothing;
+  return formatted("%+.2f mm, %.2f N", sample.height_m * kMillimetresPerMetre, glm::length(sample.force.texture));
+}
+
 /// Telemetry says so little that the link must be bad, though no connection was lost.
 bool isStale(const MirrorView& view, double age_s) { return view.sample && age_s > kStaleTelemetry_s; }
 
@@ -98,7 +118,8 @@ bool isCurrent(const MirrorView& view, double age_s) {
   return view.link == LinkState::kLive && view.sample && !isStale(view, age_s);
 }
 
-std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond) {
+std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond,
+                                     const std::optional<CoarseDetail>& coarse) {
   const TelemetrySample none;
   const TelemetrySample& sample = view.sample.value_or(none);
   const std::size_t known = static_cast<std::size_t>(std::ranges::count_if(
@@ -122,6 +143,7 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
       {"Objects", known == total ? std::to_string(total) : formatted("%zu of %zu received", known, total),
        known == total ? Tone::kPlain : Tone::kWarning},
       {"Picture", formatted("%.0f frames/s", framesPerSecond)},
+      detailLine(coarse),
   };
 }
 
@@ -129,8 +151,9 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
   const TelemetrySample none;
   const TelemetrySample& sample = view.sample.value_or(none);
   if (!view.sample) {
-    return {{"Force", kNothing}, {"x y z (N)", kNothing},   {"Limit", kNothing},   {"Contact", kNothing},
-            {"On", kNothing},    {"Penetration", kNothing}, {"HIP (mm)", kNothing}};
+    return {{"Force", kNothing},    {"x y z (N)", kNothing}, {"Limit", kNothing},
+            {"Contact", kNothing},  {"On", kNothing},        {"Penetration", kNothing},
+            {"Friction", kNothing}, {"Texture", kNothing},   {"HIP (mm)", kNothing}};
   }
   const double force_N = glm::length(sample.force.written);
   const bool touching = sample.object != 0;
@@ -143,6 +166,8 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
       {"Contact", touching ? objectName(view, sample.object) : "none", touching ? Tone::kGood : Tone::kPlain},
       {"On", primitiveName(sample.primitive)},
       {"Penetration", touching ? formatted("%.2f mm", sample.penetration_m * kMillimetresPerMetre) : kNothing},
+      {"Friction", frictionText(sample)},
+      {"Texture", textureText(view, sample)},
       {"HIP (mm)", formatted("%+.1f  %+.1f  %+.1f", sample.hip.x * kMillimetresPerMetre,
                              sample.hip.y * kMillimetresPerMetre, sample.hip.z * kMillimetresPerMetre)},
   };

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "graphics_client/mirror/mirror_view.h"
+#include "graphics_client/viewer/displayed_surface.h"
 
 // What the overlay says, as plain data: no VTK here.
 namespace haptics {
@@ -35,7 +37,9 @@ inline constexpr double kStaleTelemetry_s = 0.5;
 [[nodiscard]] bool isCurrent(const MirrorView& view, double age_s);
 
 /// Link, server, servo and scene, always the same number of lines in the same order.
-[[nodiscard]] std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond);
+/// @param coarse  the surface that is drawn farthest from what is felt, if any.
+[[nodiscard]] std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond,
+                                                   const std::optional<CoarseDetail>& coarse = {});
 
 /// Contact and force, always the same number of lines in the same order.
 [[nodiscard]] std::vector<OverlayLine> contactLines(const MirrorView& view);

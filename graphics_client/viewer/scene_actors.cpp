@@ -187,6 +187,21 @@ std::vector<Vec3> SceneActors::outline() const {
   return all;
 }
 
+std::vector<NamedBox> SceneActors::boxes() const {
+  std::vector<NamedBox> boxes;
+  for (const auto& [id, shown] : shown_) {
+    if (!shown.actors) continue;
+    const Look& look = shown.actors->look();
+    NamedBox& box = boxes.emplace_back(NamedBox{shown.record->name, {}});
+    for (std::size_t i = 0; i < box.corners.size(); ++i) {
+      const Vec3 corner((i & 1) != 0 ? look.high.x : look.low.x, (i & 2) != 0 ? look.high.y : look.low.y,
+                        (i & 4) != 0 ? look.high.z : look.low.z);
+      box.corners[i] = toWorld(shown.record->pose, corner);
+    }
+  }
+  return boxes;
+}
+
 void SceneActors::setSeenFromAbove(const Vec3& camera) {
   for (const auto& [id, shown] : shown_) {
     if (shown.actors) shown.actors->setShadowVisible(camera.z > floor_.height_m() && !wireframe_);

@@ -2,6 +2,7 @@
 
 #include <vtkRenderer.h>
 
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,17 +11,17 @@
 
 #include "common/scene/scene.h"
 #include "graphics_client/mirror/mirror_view.h"
+#include "graphics_client/viewer/displayed_surface.h"
 #include "graphics_client/viewer/floor.h"
 #include "graphics_client/viewer/look_maker.h"
 #include "graphics_client/viewer/object_actors.h"
 
 namespace haptics {
 
-/// A texture or friction finer than the triangles that there are for it.
-struct CoarseDetail {
-  std::string object;
-  double detail_m = 0;  ///< Its shortest wavelength.
-  double edge_m = 0;    ///< Of the triangles.
+/// An object's name, and the corners of the box around it, world frame.
+struct NamedBox {
+  std::string name;
+  std::array<Vec3, 8> corners;
 };
 
 /// The objects of the scene, in the world and in the close-up, with their shadows and the floor. An object shows its
@@ -50,6 +51,7 @@ class SceneActors {
   void setSeenFromAbove(const Vec3& camera);
   /// Over the surfaces whose friction varies; nothing when there are none.
   [[nodiscard]] std::optional<FrictionRange> frictionRange() const { return friction_; }
+  [[nodiscard]] std::vector<NamedBox> boxes() const;
   /// The one that is drawn farthest from what is felt.
   [[nodiscard]] std::optional<CoarseDetail> coarsestDetail() const;
 

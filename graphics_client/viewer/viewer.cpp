@@ -136,6 +136,8 @@ void Viewer::show(const Moment& moment, double dt_s) {
                    .framesPerSecond = framesPerSecond_,
                    .gridSpacing_m = objects_.gridSpacing_m(),
                    .closeUpMetresPerPixel = cameras_.closeUpMetresPerPixel(),
+                   .friction = objects_.frictionRange(),
+                   .coarse = objects_.coarsestDetail(),
                    .wasLive = wasLive_,
                    .stateWasReset = now_s_ - resetAt_s_ < kResetNotice_s},
                   now_s_);
@@ -144,6 +146,7 @@ void Viewer::show(const Moment& moment, double dt_s) {
     framed_ = true;
   }
   cameras_.update(view.sample ? &*view.sample : nullptr, dt_s);
+  overlay_.label(objects_.boxes());
   objects_.setSeenFromAbove(cameras_.position());
   const double scale = view.sample ? cameras_.worldMetresPerPixel(view.sample->ihip) : 1;
   glyphs_.update(view, moment.trail, scale, current);
@@ -185,6 +188,9 @@ void Viewer::handleKey(char key) {
       break;
     case 'e':
       objects_.setEdges(edges_ = !edges_);
+      break;
+    case 'n':
+      overlay_.toggleLabels();
       break;
     case 'o':
       overlay_.toggle();
