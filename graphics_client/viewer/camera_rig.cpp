@@ -90,6 +90,8 @@ double CameraRig::worldMetresPerPixel(Vec3 place) {
 
 double CameraRig::closeUpMetresPerPixel() { return kCloseUpHeight_m / std::max(stage_.closeUpSide_px(), 1); }
 
-Vec3 CameraRig::position() { return toVec(stage_.world().solid->GetActiveCamera()->GetPosition()); }
+Vec3 CameraRig::worldPosition() { return toVec(stage_.world().solid->GetActiveCamera()->GetPosition()); }
+
+Vec3 CameraRig::closeUpPosition() { return toVec(stage_.closeUp().solid->GetActiveCamera()->GetPosition()); }
 
 }  // namespace haptics

@@ -27,7 +27,8 @@ class CameraRig {
   /// Of the world's camera at a place, and of the close-up's at its centre.
   [[nodiscard]] double worldMetresPerPixel(Vec3 place);
   [[nodiscard]] double closeUpMetresPerPixel();
-  [[nodiscard]] Vec3 position();
+  [[nodiscard]] Vec3 worldPosition();
+  [[nodiscard]] Vec3 closeUpPosition();
 
  private:
   Stage& stage_;

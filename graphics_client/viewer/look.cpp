@@ -1,7 +1,9 @@
 #include "graphics_client/viewer/look.h"
 
 #include <algorithm>
-#include <optional>
+#include <cmath>
+#include <numbers>
+#include <span>
 #include <variant>
 
 #include "common/surface/make_field.h"
@@ -43,12 +45,35 @@ SurfaceFields fieldsOf(const LookOrder& order) {
   return fields;
 }
 
+std::vector<Look::Side> sidesOf(const DisplayedSurface& surface) {
+  const vtkSmartPointer<vtkPolyData> all = trianglesOf(surface.points, {}, surface.normals);
+  std::vector<Look::Side> sides;
+  for (const SurfaceSide& side : surface.sides) {
+    const auto drawn = vtkSmartPointer<vtkPolyData>::New();
+    drawn->ShallowCopy(all);
+    drawn->SetPolys(cellsOf(std::span(surface.triangles).subspan(side.first, side.count)));
+    sides.push_back({drawn, side.axis, side.spread_rad});
+  }
+  return sides;
+}
+
 }  // namespace
+
+bool facesAway(const Look& look, const Look::Side& side, Vec3 eye) {
+  /// Bumps rise a little over a side's horizon (radians).
+  constexpr double kMargin_rad = 0.1;
+  if (!look.closed) return false;
+  const Vec3 centre = (look.low + look.high) / 2.0, towards = centre - eye;
+  const double distance = glm::length(towards), radius = glm::length(look.high - look.low) / 2;
+  if (!(distance > radius)) return false;
+  const double angle = std::acos(std::clamp(glm::dot(side.axis, towards) / distance, -1.0, 1.0));
+  return angle + std::asin(radius / distance) + side.spread_rad + kMargin_rad < std::numbers::pi / 2;
+}
 
 Look makeLook(const LookOrder& order) {
   const TriMesh& mesh = *order.triangles;
   DisplayedSurface surface = displaySurface(mesh, order.surface, fieldsOf(order), order.mostTriangles);
-  Look look{.drawn = trianglesOf(surface.points, surface.triangles, surface.normals),
+  Look look{.sides = sidesOf(surface),
             .shadow = {},
             .rims = {},
             .heights = std::move(surface.heights),
@@ -59,8 +84,9 @@ Look makeLook(const LookOrder& order) {
             .longestEdge_m = surface.longestEdge_m,
             .filtered = surface.filtered,
             .outline = outlineOf(mesh)};
-  look.shadow = surface.triangles == mesh.triangles ? look.drawn : trianglesOf(mesh.vertices, mesh.triangles);
-  if (!surface.rims.empty()) look.rims = segmentsOf(look.drawn, surface.rims);
+  const vtkSmartPointer<vtkPolyData>& first = look.sides.front().drawn;
+  look.shadow = surface.triangles == mesh.triangles ? first : trianglesOf(mesh.vertices, mesh.triangles);
+  if (!surface.rims.empty()) look.rims = segmentsOf(first, surface.rims);
   look.low = look.high = look.outline.front();
   for (const Vec3& p : look.outline) {
     look.low = glm::min(look.low, p);

@@ -32,9 +32,15 @@ struct LookOrder {
 
 /// How the objects of one mesh and one set of surface properties are drawn. Object frame, m. Never changed once made.
 struct Look {
-  vtkSmartPointer<vtkPolyData> drawn;    ///< Without colours. With normals, unless faceted.
+  struct Side {
+    vtkSmartPointer<vtkPolyData>
+        drawn;  ///< Without colours. With normals, unless faceted. All sides share their points.
+    Vec3 axis;  ///< As in SurfaceSide.
+    double spread_rad;
+  };
+  std::vector<Side> sides;
   vtkSmartPointer<vtkPolyData> shadow;   ///< The mesh.
-  vtkSmartPointer<vtkPolyData> rims;     ///< The polygons' edges; null where they are those of `drawn`.
+  vtkSmartPointer<vtkPolyData> rims;     ///< The polygons' edges; null where they are those of the sides.
   std::vector<float> heights, friction;  ///< As in DisplayedSurface.
   float leastFriction = 0, mostFriction = 0;
   bool faceted = false, closed = false;
@@ -43,6 +49,9 @@ struct Look {
   std::vector<Vec3> outline;  ///< Some of the mesh's vertices, the extreme ones among them.
   Vec3 low{0}, high{0};       ///< Of the box around the mesh.
 };
+
+/// Whether nothing of the side is seen from the eye (object frame), in front of it or at a slant.
+[[nodiscard]] bool facesAway(const Look& look, const Look::Side& side, Vec3 eye);
 
 /// Takes from milliseconds to about a second.
 [[nodiscard]] Look makeLook(const LookOrder& order);

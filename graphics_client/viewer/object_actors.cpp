@@ -52,34 +52,44 @@ void setUpRims(vtkActor* actor, vtkPolyData* rims) {
   actor->SetPickable(false);
 }
 
-void setEdgeColor(vtkActor* actor, vtkActor* rims, palette::Shade shade, double darkening) {
-  const palette::Shade edge = palette::mix(shade, {0, 0, 0}, darkening);
+palette::Shade edgeOf(palette::Shade shade, double darkening) { return palette::mix(shade, {0, 0, 0}, darkening); }
+
+void setEdgeColor(vtkActor* actor, palette::Shade edge) {
   actor->GetProperty()->SetEdgeColor(edge.red, edge.green, edge.blue);
-  rims->GetProperty()->SetColor(edge.red, edge.green, edge.blue);
 }
 
 }  // namespace
 
 ObjectActors::ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const Look> look)
-    : worldRenderer_(world), closeUpRenderer_(closeUp), look_(std::move(look)), shadow_(makeShadow(look_->shadow)) {
-  drawn_->ShallowCopy(look_->drawn);
-  for (vtkActor* actor : {world_.Get(), closeUp_.Get()}) {
-    setUp(actor, drawn_, look_->faceted);
-    actor->GetProperty()->SetBackfaceCulling(look_->closed);
-  }
-  closeUp_->GetProperty()->SetEdgeVisibility(!look_->rims);
+    : worldRenderer_(world),
+      closeUpRenderer_(closeUp),
+      look_(std::move(look)),
+      parts_(look_->sides.size()),
+      shadow_(makeShadow(look_->shadow)) {
   worldRenderer_->AddActor(shadow_);
-  worldRenderer_->AddActor(world_);
-  closeUpRenderer_->AddActor(closeUp_);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    Part& part = parts_[i];
+    part.drawn->ShallowCopy(look_->sides[i].drawn);
+    for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
+      setUp(actor, part.drawn, look_->faceted);
+      actor->GetProperty()->SetBackfaceCulling(look_->closed);
+    }
+    part.closeUp->GetProperty()->SetEdgeVisibility(!look_->rims);
+    worldRenderer_->AddActor(part.world);
+    closeUpRenderer_->AddActor(part.closeUp);
+  }
   if (!look_->rims) return;
-  for (vtkActor* actor : {worldRims_.Get(), closeUpRims_.Get()}) setUpRims(actor, look_->rims);
-  worldRenderer_->AddActor(worldRims_);
-  closeUpRenderer_->AddActor(closeUpRims_);
+  setUpRims(rims_, look_->rims);
+  worldRenderer_->AddActor(rims_);
 }
 
 ObjectActors::~ObjectActors() {
-  for (vtkActor* actor : {shadow_.Get(), world_.Get(), worldRims_.Get()}) worldRenderer_->RemoveActor(actor);
-  for (vtkActor* actor : {closeUp_.Get(), closeUpRims_.Get()}) closeUpRenderer_->RemoveActor(actor);
+  for (const Part& part : parts_) {
+    worldRenderer_->RemoveActor(part.world);
+    closeUpRenderer_->RemoveActor(part.closeUp);
+  }
+  worldRenderer_->RemoveActor(shadow_);
+  worldRenderer_->RemoveActor(rims_);
 }
 
 void ObjectActors::paint(const Paint& paint) {
@@ -87,19 +97,24 @@ void ObjectActors::paint(const Paint& paint) {
   const palette::Shade shade = paint.current ? own : palette::mix(palette::kFaded, own, kFadedColorShare);
   const bool colored = paint.current && (!look_->heights.empty() || !look_->friction.empty());
   if (colored) colorPoints(paint);
-  for (vtkActor* actor : {world_.Get(), closeUp_.Get()}) {
-    actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
-    actor->GetMapper()->SetScalarVisibility(colored);
+  for (const Part& part : parts_) {
+    for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
+      actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
+      actor->GetMapper()->SetScalarVisibility(colored);
+    }
+    vtkProperty* world = part.world->GetProperty();
+    setEdgeColor(part.world, edgeOf(shade, kEdgeDarkening));
+    setEdgeColor(part.closeUp, edgeOf(shade, kCloseUpEdgeDarkening));
+    world->SetEdgeVisibility(paint.edges && !look_->rims);
+    if (paint.wireframe) {
+      world->SetRepresentationToWireframe();
+    } else {
+      world->SetRepresentationToSurface();
+    }
   }
-  setEdgeColor(world_, worldRims_, shade, kEdgeDarkening);
-  setEdgeColor(closeUp_, closeUpRims_, shade, kCloseUpEdgeDarkening);
-  world_->GetProperty()->SetEdgeVisibility(paint.edges && !look_->rims);
-  worldRims_->SetVisibility(paint.edges);
-  if (paint.wireframe) {
-    world_->GetProperty()->SetRepresentationToWireframe();
-  } else {
-    world_->GetProperty()->SetRepresentationToSurface();
-  }
+  const palette::Shade rims = edgeOf(shade, kEdgeDarkening);
+  rims_->GetProperty()->SetColor(rims.red, rims.green, rims.blue);
+  rims_->SetVisibility(paint.edges);
 }
 
 void ObjectActors::colorPoints(const Paint& paint) {
@@ -107,7 +122,7 @@ void ObjectActors::colorPoints(const Paint& paint) {
   colored_ = paint.color;
   coloredRange_ = paint.friction;
   const palette::Shade own = palette::shadeOf(paint.color);
-  const vtkIdType points = drawn_->GetNumberOfPoints();
+  const vtkIdType points = parts_.front().drawn->GetNumberOfPoints();
   const FrictionRange range = paint.friction.value_or(FrictionRange{});
   const double width = range.most - range.least;
   vtkNew<vtkUnsignedCharArray> colors;
@@ -129,14 +144,23 @@ void ObjectActors::colorPoints(const Paint& paint) {
       colors->SetTypedComponent(i, k, static_cast<unsigned char>(part + 0.5));
     }
   }
-  drawn_->GetPointData()->SetScalars(colors);
+  for (const Part& part : parts_) part.drawn->GetPointData()->SetScalars(colors);
 }
 
 void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {
-  for (vtkActor* actor : {world_.Get(), closeUp_.Get(), worldRims_.Get(), closeUpRims_.Get()}) {
-    actor->SetUserMatrix(object);
+  for (const Part& part : parts_) {
+    part.world->SetUserMatrix(object);
+    part.closeUp->SetUserMatrix(object);
   }
+  rims_->SetUserMatrix(object);
   shadow_->SetUserMatrix(shadow);
+}
+
+void ObjectActors::showFor(Vec3 worldEye, Vec3 closeUpEye) {
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    parts_[i].world->SetVisibility(!facesAway(*look_, look_->sides[i], worldEye));
+    parts_[i].closeUp->SetVisibility(!facesAway(*look_, look_->sides[i], closeUpEye));
+  }
 }
 
 void ObjectActors::setShadowVisible(bool visible) { shadow_->SetVisibility(visible); }

@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "common/scene/scene.h"
 #include "graphics_client/viewer/look.h"
@@ -20,7 +21,7 @@ struct FrictionRange {
   bool operator==(const FrictionRange&) const = default;
 };
 
-/// One object in the world, with its shadow, and in the close-up, with its polygons' edges.
+/// One object in the world, with its shadow, and in the close-up, with its polygons' edges where they are few.
 class ObjectActors {
  public:
   struct Paint {
@@ -38,14 +39,21 @@ class ObjectActors {
   void paint(const Paint& paint);
   void place(vtkMatrix4x4* object, vtkMatrix4x4* shadow);
   void setShadowVisible(bool visible);
+  /// Leaves out what cannot be seen by the world's and the close-up's camera; object frame.
+  void showFor(Vec3 worldEye, Vec3 closeUpEye);
   [[nodiscard]] const Look& look() const { return *look_; }
 
  private:
   vtkRenderer* worldRenderer_;
   vtkRenderer* closeUpRenderer_;
   std::shared_ptr<const Look> look_;
-  vtkNew<vtkPolyData> drawn_;  // the look's, with colours of its own
-  vtkNew<vtkActor> world_, closeUp_, worldRims_, closeUpRims_;
+  /// Of one side of the look.
+  struct Part {
+    vtkNew<vtkPolyData> drawn;  // the look's, with colours of its own
+    vtkNew<vtkActor> world, closeUp;
+  };
+  std::vector<Part> parts_;
+  vtkNew<vtkActor> rims_;
   vtkSmartPointer<vtkActor> shadow_;
   std::optional<Color> colored_;  // what the points' colours were made of
   std::optional<FrictionRange> coloredRange_;

@@ -36,22 +36,26 @@ static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(TriangleIndices) == 3
 
 vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points, std::span<const TriangleIndices> triangles,
                                          std::span<const Vec3f> normals) {
-  vtkNew<vtkTypeInt32Array> corners;
-  corners->SetNumberOfValues(static_cast<vtkIdType>(3 * triangles.size()));
-  if (!triangles.empty()) std::copy_n(triangles.front().data(), 3 * triangles.size(), corners->GetPointer(0));
   vtkNew<vtkPoints> places;
   places->SetData(floatsOf(points));
-  vtkNew<vtkCellArray> cells;
-  cells->SetData(3, corners);
   vtkNew<vtkPolyData> data;
   data->SetPoints(places);
-  data->SetPolys(cells);
+  data->SetPolys(cellsOf(triangles));
   if (!normals.empty()) {
     const vtkSmartPointer<vtkFloatArray> array = floatsOf(normals);
     array->SetName("Normals");
     data->GetPointData()->SetNormals(array);
   }
   return data;
+}
+
+vtkSmartPointer<vtkCellArray> cellsOf(std::span<const TriangleIndices> triangles) {
+  vtkNew<vtkTypeInt32Array> corners;
+  corners->SetNumberOfValues(static_cast<vtkIdType>(3 * triangles.size()));
+  if (!triangles.empty()) std::copy_n(triangles.front().data(), 3 * triangles.size(), corners->GetPointer(0));
+  const auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->SetData(3, corners);
+  return cells;
 }
 
 vtkSmartPointer<vtkPolyData> segmentsOf(vtkPolyData* data, std::span<const std::array<std::uint32_t, 2>> ends) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <vtkCellArray.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -17,6 +18,8 @@ namespace haptics {
 [[nodiscard]] vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points,
                                                        std::span<const TriangleIndices> triangles,
                                                        std::span<const Vec3f> normals = {});
+
+[[nodiscard]] vtkSmartPointer<vtkCellArray> cellsOf(std::span<const TriangleIndices> triangles);
 
 /// Unconnected segments between the points of `data`, which are shared with it.
 [[nodiscard]] vtkSmartPointer<vtkPolyData> segmentsOf(vtkPolyData* data,

@@ -3,7 +3,6 @@
 #include <vtkMatrix4x4.h>
 
 #include <algorithm>
-#include <bit>
 
 #include "graphics_client/viewer/poly_data.h"
 
@@ -14,11 +13,9 @@ bool hasField(const SurfaceProperties& surface) {
   return surface.texture || (surface.friction && !std::holds_alternative<std::monostate>(surface.friction->over));
 }
 
-/// Each textured object's share. In powers of two, so that one object more or less seldom changes the others'.
-std::size_t triangleShare(const SceneVersion& scene) {
-  const auto textured = static_cast<std::size_t>(
+std::size_t countTextured(const SceneVersion& scene) {
+  return static_cast<std::size_t>(
       std::ranges::count_if(scene.objects(), [](const auto& o) { return hasField(o->material.surface); }));
-  return SceneActors::kMostTriangles / std::bit_ceil(std::max<std::size_t>(textured, 1));
 }
 
 template <class Value>
@@ -59,7 +56,7 @@ SceneActors::SceneActors(vtkRenderer* world, vtkRenderer* closeUp)
     : worldRenderer_(world), closeUpRenderer_(closeUp), floor_(world) {}
 
 bool SceneActors::update(const MirrorView& view, bool current) {
-  const std::size_t share = triangleShare(*view.scene);
+  const std::size_t share = mostTriangles_ / std::max<std::size_t>(countTextured(*view.scene), 1);
   bool changed = std::erase_if(shown_, [&](const auto& entry) { return !view.scene->find(entry.first); }) > 0;
   for (const SceneVersion::Object& object : view.scene->objects()) {
     changed |= follow(shown_[object->id], object, view, share);
@@ -202,9 +199,12 @@ std::vector<NamedBox> SceneActors::boxes() const {
   return boxes;
 }
 
-void SceneActors::setSeenFromAbove(const Vec3& camera) {
+void SceneActors::showFor(Vec3 worldCamera, Vec3 closeUpCamera) {
   for (const auto& [id, shown] : shown_) {
-    if (shown.actors) shown.actors->setShadowVisible(camera.z > floor_.height_m() && !wireframe_);
+    if (!shown.actors) continue;
+    const Pose& pose = shown.record->pose;
+    shown.actors->showFor(toLocal(pose, worldCamera), toLocal(pose, closeUpCamera));
+    shown.actors->setShadowVisible(worldCamera.z > floor_.height_m() && !wireframe_);
   }
 }
 

@@ -28,9 +28,6 @@ struct NamedBox {
 /// last look until its next one is made.
 class SceneActors {
  public:
-  /// Of all textured objects together: what software rendering draws 30 times a second.
-  static constexpr std::size_t kMostTriangles = 400'000;
-
   SceneActors(vtkRenderer* world, vtkRenderer* closeUp);
 
   /// Follows the view. `current`: false greys everything. True when objects came, went, moved or changed shape.
@@ -40,6 +37,8 @@ class SceneActors {
   /// Looks are still being made.
   [[nodiscard]] bool isSettling() const;
 
+  /// Of all textured objects together. What is shown stays until it is made anew.
+  void setMostTriangles(std::size_t most) { mostTriangles_ = most; }
   void setWireframe(bool on);
   void setEdges(bool on);
 
@@ -47,8 +46,8 @@ class SceneActors {
   [[nodiscard]] std::vector<Vec3> outline() const;
   /// Distance between the floor's grid lines; 0 without a floor.
   [[nodiscard]] double gridSpacing_m() const { return shown_.empty() ? 0 : floor_.spacing_m(); }
-  /// Shadows are above the floor: hidden when seen from below.
-  void setSeenFromAbove(const Vec3& camera);
+  /// Leaves out what the cameras cannot see. Shadows are above the floor: hidden when seen from below.
+  void showFor(Vec3 worldCamera, Vec3 closeUpCamera);
   /// Over the surfaces whose friction varies; nothing when there are none.
   [[nodiscard]] std::optional<FrictionRange> frictionRange() const { return friction_; }
   [[nodiscard]] std::vector<NamedBox> boxes() const;
@@ -71,6 +70,7 @@ class SceneActors {
   LookMaker maker_;
   std::map<ObjectId, Shown> shown_;
   std::optional<FrictionRange> friction_;
+  std::size_t mostTriangles_ = 0;
   bool current_ = true, wireframe_ = false, edges_ = false;
 
   bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t mostTriangles);

@@ -26,6 +26,9 @@ constexpr double kRateWindow_s = 1;
 constexpr double kShownForce_N = 1.0;
 /// Time in which the close-up's camera comes to rest (seconds).
 constexpr double kSettled_s = 10;
+/// Triangles for the textures of all objects together, half of which face away: what software rendering draws 30 times a
+/// second, and what a graphics card does or a picture is worth.
+constexpr std::size_t kSoftwareTriangles = 150'000, kStillTriangles = 1'000'000;
 /// Sizes in the close-up: larger markers, and arrows that stay inside it.
 constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrowRadius_px = 2.8};
 
@@ -63,6 +66,7 @@ class Viewer {
   double now_s_ = 0, rateFrom_s_ = 0, framesPerSecond_ = 0;
   std::uint64_t rateFrames_ = 0;
 
+  [[nodiscard]] std::size_t mostTriangles() const { return smooth_ ? kStillTriangles : kSoftwareTriangles; }
   void drawFrame(double dt_s);
   void show(const Moment& moment, double dt_s);
   void noteChanges(const MirrorView& view);
@@ -101,7 +105,10 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
     std::this_thread::sleep_until(next);
   }
   if (!options_.screenshot.empty() && moment_.view) {
-    const Result<void> written = takeScreenshot(best_.value_or(moment_), kSettled_s, options_.screenshot);
+    const Moment& best = best_ ? *best_ : moment_;
+    objects_.setMostTriangles(kStillTriangles);
+    objects_.settle(*best.view, isCurrent(*best.view, best.age_s) || !wasLive_);
+    const Result<void> written = takeScreenshot(best, kSettled_s, options_.screenshot);
     if (!written) return tl::unexpected(written.error());
   }
   return std::move(summary_);
@@ -113,7 +120,11 @@ void Viewer::drawFrame(double dt_s) {
   noteChanges(*moment_.view);
   if (moment_.view->sample) moment_.trail.add(*moment_.view->sample, now_s_);
   show(moment_, dt_s);
-  if (summary_.frames() == 0) stage_.smoothOutlines(smooth_ = !stage_.drawsInSoftware());
+  if (summary_.frames() == 0) {
+    smooth_ = !stage_.drawsInSoftware();
+    stage_.smoothOutlines(smooth_);
+    objects_.setMostTriangles(mostTriangles());
+  }
   summary_.addFrame(moment_.view, moment_.age_s, now_s_);
   ++rateFrames_;
   if (now_s_ - rateFrom_s_ >= kRateWindow_s) {
@@ -147,7 +158,7 @@ void Viewer::show(const Moment& moment, double dt_s) {
   }
   cameras_.update(view.sample ? &*view.sample : nullptr, dt_s);
   overlay_.label(objects_.boxes());
-  objects_.setSeenFromAbove(cameras_.position());
+  objects_.showFor(cameras_.worldPosition(), cameras_.closeUpPosition());
   const double scale = view.sample ? cameras_.worldMetresPerPixel(view.sample->ihip) : 1;
   glyphs_.update(view, moment.trail, scale, current);
   closeUpGlyphs_.update(view, moment.trail, cameras_.closeUpMetresPerPixel(), current);
@@ -220,7 +231,6 @@ void Viewer::handleKey(char key) {
 Result<void> Viewer::takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file) {
   stage_.smoothOutlines(true);
   overlay_.refresh();
-  objects_.settle(*moment.view, isCurrent(*moment.view, moment.age_s) || !wasLive_);
   show(moment, settle_s);
   const vtkSmartPointer<vtkImageData> picture = stage_.grab();
   stage_.smoothOutlines(smooth_);
