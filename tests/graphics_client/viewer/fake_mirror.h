@@ -31,10 +31,13 @@ class FakeMirror {
     record.material.color = color;
     view_.meshes[record.mesh] = std::make_shared<const TriMesh>(mesh);
     objects_.push_back(record);
-    view_.scene = std::make_shared<const SceneVersion>(SceneVersion::fromSnapshot(1, objects_).value());
-    view_.serverRoot = view_.scene->root();
-    view_.serverRevision = 1;
+    publish();
     return record.id;
+  }
+
+  void setSurface(ObjectId object, const SurfaceProperties& surface) {
+    objects_[object - 1].material.surface = surface;
+    publish();
   }
 
   /// Presses by `depth_m` on the polygon's centre, with 800 N/m.
@@ -65,6 +68,12 @@ class FakeMirror {
  private:
   MirrorView view_;
   std::vector<ObjectRecord> objects_;
+
+  void publish() {
+    view_.scene = std::make_shared<const SceneVersion>(SceneVersion::fromSnapshot(1, objects_).value());
+    view_.serverRoot = view_.scene->root();
+    view_.serverRevision = 1;
+  }
 };
 
 }  // namespace haptics

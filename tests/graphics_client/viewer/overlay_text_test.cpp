@@ -24,11 +24,9 @@ OverlayLine find(const std::vector<OverlayLine>& lines, const std::string& label
 struct Touching : testing::Test {
   FakeMirror mirror;
   MirrorView& view = mirror.view();
+  ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 1).value(), {}, {});
 
-  Touching() {
-    const ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 1).value(), {}, {});
-    mirror.touch(box, 3, 0.0025);
-  }
+  Touching() { mirror.touch(box, 3, 0.0025); }
   [[nodiscard]] OverlayLine status(const std::string& label) const {
     return find(statusLines(view, kFresh_s, 59.6), label);
   }
@@ -98,6 +96,29 @@ TEST_F(Touching, AForceAtTheLimitIsMarked) {
   view.maxForce_N = 2.0;
   EXPECT_THAT(contact("Force").value, HasSubstr("limit"));
   EXPECT_EQ(contact("Force").tone, Tone::kWarning);
+}
+
+TEST_F(Touching, ContactSaysWhetherItSticksAndHowHighTheTextureIs) {
+  EXPECT_EQ(contact("Friction").value, "-");
+  EXPECT_EQ(contact("Texture").value, "-");
+  view.sample->frictionState = FrictionState::kSticking;
+  view.sample->force.friction = {0.3, 0.4, 0};
+  EXPECT_EQ(contact("Friction").value, "sticking, 0.50 N");
+  view.sample->frictionState = FrictionState::kSliding;
+  EXPECT_EQ(contact("Friction").value, "sliding, 0.50 N");
+  SurfaceProperties surface;
+  surface.texture = Texture{.family = NoiseFamily{.wavelength_m = 0.01}, .amplitude_m = 0.0005};
+  mirror.setSurface(box, surface);
+  view.sample->height_m = -0.00012;
+  view.sample->force.texture = {0, 0, 0.25};
+  EXPECT_EQ(contact("Texture").value, "-0.12 mm, 0.25 N");
+}
+
+TEST_F(Touching, StatusSaysWhereSurfacesAreDrawnCoarserThanFelt) {
+  EXPECT_EQ(status("Surfaces").value, "drawn as felt");
+  const CoarseDetail coarse{.object = "sandpaper", .detail_m = 0.0003, .edge_m = 0.00041};
+  const OverlayLine line = find(statusLines(view, kFresh_s, 60, coarse), "Surfaces");
+  EXPECT_EQ(line, (OverlayLine{"Surfaces", "0.3 mm waves on 0.41 mm", Tone::kWarning}));
 }
 
 TEST_F(Touching, TheCardsKeepTheirShapeWhateverIsKnown) {

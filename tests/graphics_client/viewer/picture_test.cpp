@@ -8,6 +8,7 @@
 
 #include "common/clock/monotonic.h"
 #include "common/mesh/generators.h"
+#include "graphics_client/viewer/palette.h"
 #include "graphics_client/viewer/viewer.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
@@ -61,6 +62,27 @@ struct Picture : testing::Test {
     }
     return found;
   }
+
+  /// How many neighbours in the middle of the picture differ a little in their red: nothing on facets and flat walls.
+  [[nodiscard]] int slopes() {
+    vtkImageData* image = reader->GetOutput();
+    int found = 0;
+    for (int y = kHeight_px / 3; y < kHeight_px * 9 / 10; ++y) {
+      for (int x = kWidth_px / 4; x < kWidth_px * 2 / 3; ++x) {
+        const double step =
+            image->GetScalarComponentAsDouble(x + 1, y, 0, 0) - image->GetScalarComponentAsDouble(x, y, 0, 0);
+        found += step != 0;
+      }
+    }
+    return found;
+  }
+
+  /// A stylus off the picture, so that what is shown is current.
+  void hover() {
+    TelemetrySample sample;
+    sample.hip = sample.ihip = {0.5, 0, 0};
+    mirror.view().sample = sample;
+  }
 };
 
 TEST(Display, AnswersHere) { EXPECT_TRUE(checkDisplay()) << checkDisplay().error().text(); }
@@ -87,6 +109,63 @@ TEST_F(Picture, ShowsTheHipThroughTheObject) {
   draw();
   EXPECT_EQ(withoutContact, 0);
   EXPECT_GT(count(200, 90, 100, 60), 10);
+}
+
+TEST_F(Picture, ShowsASmoothBallWhereItIsFeltShadedAndFacetsWhereNot) {
+  hover();
+  const ObjectId ball = mirror.add("ball", makeSphere(0.05, 6).value(), {}, {});
+  draw();
+  const int faceted = slopes();
+  frames = 0;
+  SurfaceProperties surface;
+  surface.shading = Shading{.crease_rad = 1, .creases = {}};
+  mirror.setSurface(ball, surface);
+  draw();
+  EXPECT_GT(slopes(), 2 * faceted);
+}
+
+TEST_F(Picture, ShowsTheTextureOfAPlainBox) {
+  hover();
+  const ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 1).value(), {}, {});
+  draw();
+  const int plain = slopes();
+  frames = 0;
+  SurfaceProperties surface;
+  surface.texture = Texture{.family = NoiseFamily{.wavelength_m = 0.01}, .amplitude_m = 0.0003};
+  mirror.setSurface(box, surface);
+  draw();
+  EXPECT_GT(slopes(), 5 * plain);
+}
+
+TEST_F(Picture, ColorsASurfaceWhoseFrictionVariesByItsFriction) {
+  hover();
+  const ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 1).value(), {}, {.red = 0, .green = 0, .blue = 1});
+  SurfaceProperties surface;
+  surface.friction = Friction{
+      .mu_static = 0.5, .mu_dynamic = 0.4, .variation = 1, .over = FieldFamily(NoiseFamily{.wavelength_m = 0.03})};
+  mirror.setSurface(box, surface);
+  draw();
+  EXPECT_EQ(count(30, 30, 180, 100), 0);
+  EXPECT_GT(count(200, 160, 100, 60), 500);
+}
+
+TEST_F(Picture, PinsTheStickingPoint) {
+  const ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 4).value(), {}, {});
+  mirror.touch(box, 3, 0.001);
+  TelemetrySample& sample = *mirror.view().sample;
+  sample.ihip = sample.hip = {0, 0, 0.05};
+  sample.surfaceNormal = {0, 0, 1};
+  sample.primitive = {};
+  draw();
+  const auto violet = [&] {
+    return count(255 * palette::kSticking.red, 255 * palette::kSticking.green, 255 * palette::kSticking.blue, 40);
+  };
+  EXPECT_EQ(violet(), 0);
+  frames = 0;
+  sample.frictionState = FrictionState::kSticking;
+  sample.stickingPoint = {0.01, 0, 0.05};
+  draw();
+  EXPECT_GT(violet(), 10);
 }
 
 TEST_F(Picture, FollowsAnEmptySceneAndALostLink) {
