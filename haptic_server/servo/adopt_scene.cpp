@@ -115,10 +115,9 @@ class Succession {
   void takeDetail(std::size_t i, const SurfaceDetail* detail) noexcept {
     const int before = origins_[i].before;
     bumps_[i] = before >= 0 ? state_.bumps[static_cast<std::size_t>(before)] : BumpWatch{};
-    if (origins_[i].changed || objects_[i].detail != detail) {
-      bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
-    }
-    detailEdited_ = detailEdited_ || (objects_[i].id == state_.contactObject && objects_[i].detail != detail);
+    const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr);
+    if (edited) bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
+    detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.contactObject);
     objects_[i].detail = detail;
     anyDetail_ = anyDetail_ || detail != nullptr;
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);

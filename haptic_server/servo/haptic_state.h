@@ -33,7 +33,7 @@ struct StepMemory {
   std::size_t bodyCount = 0;
   bool adoptedNow = false;     ///< Until the end of the tick of an adoption.
   bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
-  bool detailEdited = false;   ///< The adoption changed what the felt surface feels like.
+  bool detailEdited = false;   ///< The adoption changed what the felt surface feels like, or where it is.
   bool anyDetail = false;      ///< Some object of the scene has surface properties;
   bool anyBumps = false;       ///< bumps that are felt outside of its polygons.
   bool anyBeingMoved = false;

@@ -425,6 +425,23 @@ TEST_F(SurfaceEdit, ToATallerTextureIsFeltByAStylusThatHoversOverIt) {
   EXPECT_NEAR(after.force.contact.z, kStiffness * 0.0003, 1e-6);
 }
 
+TEST_F(SurfaceEdit, OfThePoseMakesNoStepWhereOnlyABumpReachesTheStylus) {
+  const ServoObject object = withGrating(slab(), 0.004, 0.0004);
+  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0005); }, kConfig);
+  servo.adopt(sceneOf(1, {object}));
+  double last = servo.run(100).force.written.z;
+  EXPECT_NEAR(last, kStiffness * 0.0003, 1e-6);
+  ServoObject lower = object;
+  lower.pose.position.z -= 0.0004;
+  servo.adopt(sceneOf(2, {lower}));
+  for (int i = 0; i < 100; ++i) {
+    const double now = servo.step().force.written.z;
+    EXPECT_LE(std::abs(now - last), 0.01);
+    last = now;
+  }
+  EXPECT_EQ(last, 0);
+}
+
 TEST_F(SurfaceEdit, ThatBringsFrictionBackKnowsNothingOfTheOldStickingPoint) {
   VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
   servo.adopt(sceneOf(1, {with(slab(), friction(0.9, 0.9))}));
