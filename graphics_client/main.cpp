@@ -139,7 +139,7 @@ int run(const Arguments& arguments) {
                                    .clientName = "graphics_client",
                                    .credentials = std::move(credentials),
                                    .telemetryRate_Hz = kWindowFrames_Hz,
-                                   .fetchMeshes = true,
+                                   .fetchAssets = true,
                                    .datagrams = arguments.udp,
                                    .connect = embedded ? within(*embedded) : haptics::ServerLink::Connect{}});
   HeldScene held;

@@ -54,8 +54,8 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
                                    .warning = [](const std::string& line) { spdlog::warn("{}", line); }});
   if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
   auto& folder = *opened->folder;
-  const auto readMesh = [&folder](const ContentHash& hash) { return folder.readMesh(hash); };
-  if (auto resumed = room.resume(std::move(opened->state), readMesh, folder); !resumed)
+  const auto readAsset = [&folder](const ContentHash& hash) { return folder.readAsset(hash); };
+  if (auto resumed = room.resume(std::move(opened->state), readAsset, folder); !resumed)
     return tl::unexpected(std::move(resumed.error()).within("--state " + options.state + ": "));
   if (const auto revision = room.history()->version.revision(); revision > 0) {
     spdlog::info("going on at revision {} of {}{}", revision, options.state,
@@ -72,7 +72,11 @@ class ServerApp::Impl {
       : options_(options),
         exploringHand_(hand, preset.maxForce_N),
         device_({preset, hand, 1 / options.rate_Hz}, exploringHand_),
-        room_({.assetFolders = options.assets, .makePlan = explorationPlans(), .log = logInfo}, crossing_) {}
+        room_({.assetFolders = options.assets,
+               .makePlan = explorationPlans(),
+               .encoderStep_m = preset.resolution_m,
+               .log = logInfo},
+              crossing_) {}
   ~Impl() { halt(); }
 
   [[nodiscard]] Result<void> start() {
@@ -81,7 +85,8 @@ class ServerApp::Impl {
       if (!opened) return tl::unexpected(opened.error());
       recorder_ = *std::move(opened);
     }
-    for (const auto& folder : options_.assets) spdlog::info("mesh files are looked for in {}", folder.string());
+    for (const auto& folder : options_.assets)
+      spdlog::info("mesh and image files are looked for in {}", folder.string());
     if (!options_.state.empty()) {
       auto resumed = resumeState(room_, options_);
       if (!resumed) return tl::unexpected(resumed.error());

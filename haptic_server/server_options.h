@@ -13,7 +13,7 @@ namespace haptics {
 struct ServerOptions {
   std::string scene;                          ///< Scene file; empty: an empty scene.
   std::string state;                          ///< Folder that keeps the scene across a crash; empty: none.
-  std::vector<std::filesystem::path> assets;  ///< Folders where scenes and clients may name mesh files.
+  std::vector<std::filesystem::path> assets;  ///< Folders where scenes and clients may name mesh and image files.
   std::string device = "simulated";
   std::string devicePreset = std::string(kDefaultDevicePreset);
   std::string hand = std::string(kDefaultHandPreset);

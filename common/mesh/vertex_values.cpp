@@ -65,4 +65,9 @@ Result<std::vector<float>> decodeVertexValues(std::string_view bytes) {
   return values;
 }
 
+ContentHash hashOf(const std::vector<float>& vertexValues) {
+  const std::string bytes = encodeVertexValues(vertexValues);
+  return Hasher().add(std::as_bytes(std::span(bytes))).finish();
+}
+
 }  // namespace haptics

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/error/error.h"
+#include "common/hash/content_hash.h"
 
 namespace haptics {
 
@@ -16,5 +17,8 @@ namespace haptics {
 /// Refused: wrong magic or version, a size that does not match the count (checked before anything is allocated), a count
 /// of 0 or above kMaxVertices, a number that is not finite or below 0.
 [[nodiscard]] Result<std::vector<float>> decodeVertexValues(std::string_view bytes);
+
+/// SHA-256 of encodeVertexValues(values).
+[[nodiscard]] ContentHash hashOf(const std::vector<float>& vertexValues);
 
 }  // namespace haptics

@@ -91,10 +91,18 @@ void addIfThere(Hasher& h, Property which, const std::optional<T>& property) {
   add(h, *property);
 }
 
-void nameField(const FieldFamily& family, std::vector<AssetName>& names) {
-  if (const auto* mapped = std::get_if<MappedFamily>(&family)) {
-    names.push_back({AssetKind::kScalarField, mapped->field});
+/// \param look takes the kind and hash of an asset; of a hash that may be changed where the properties may.
+void lookAtField(auto& family, const auto& look) {
+  if (auto* mapped = std::get_if<MappedFamily>(&family)) look(AssetKind::kScalarField, mapped->field);
+}
+
+void lookAtAssets(auto& properties, const auto& look) {
+  if (properties.friction) {
+    auto& over = properties.friction->over;
+    if (auto* field = std::get_if<FieldFamily>(&over)) lookAtField(*field, look);
+    if (auto* scale = std::get_if<PerVertexScale>(&over)) look(AssetKind::kVertexValues, scale->values);
   }
+  if (properties.texture) lookAtField(properties.texture->family, look);
 }
 
 }  // namespace
@@ -107,14 +115,13 @@ void addTo(Hasher& hasher, const SurfaceProperties& properties) {
 
 std::vector<AssetName> assetsOf(const SurfaceProperties& properties) {
   std::vector<AssetName> names;
-  if (properties.friction) {
-    if (const auto* field = std::get_if<FieldFamily>(&properties.friction->over)) nameField(*field, names);
-    if (const auto* scale = std::get_if<PerVertexScale>(&properties.friction->over)) {
-      names.push_back({AssetKind::kVertexValues, scale->values});
-    }
-  }
-  if (properties.texture) nameField(properties.texture->family, names);
+  lookAtAssets(properties, [&](AssetKind kind, const ContentHash& hash) { names.push_back({kind, hash}); });
   return names;
+}
+
+SurfaceProperties renamed(SurfaceProperties properties, const std::function<ContentHash(const AssetName&)>& rename) {
+  lookAtAssets(properties, [&](AssetKind kind, ContentHash& hash) { hash = rename({kind, hash}); });
+  return properties;
 }
 
 SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit) {

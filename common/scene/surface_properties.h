@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -129,7 +130,10 @@ struct SurfaceProperties {
 
 /// In canonical form; nothing for a surface without properties.
 void addTo(Hasher& hasher, const SurfaceProperties& properties);
-/// What the properties name by content.
+/// What the properties name by content, friction's first.
 [[nodiscard]] std::vector<AssetName> assetsOf(const SurfaceProperties& properties);
+/// The same properties with other names: `rename` is asked for each.
+[[nodiscard]] SurfaceProperties renamed(SurfaceProperties properties,
+                                        const std::function<ContentHash(const AssetName&)>& rename);
 
 }  // namespace haptics

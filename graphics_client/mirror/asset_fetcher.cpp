@@ -7,8 +7,8 @@
 namespace haptics {
 namespace {
 
-/// Nothing larger is a mesh (mesh_asset.h): header, three floats a vertex, three indices a triangle. Memory is taken as
-/// bytes arrive, whatever size was declared.
+/// Nothing larger is an asset; the largest is a mesh (mesh_asset.h): header, three floats a vertex, three indices a
+/// triangle. Memory is taken as bytes arrive, whatever size was declared.
 constexpr std::uint64_t kMaxAssetBytes = 24 + 12 * kMaxVertices + 12 * kMaxTriangles;
 
 auto chunkRefused(const ContentHash& hash, const char* field, const std::string& reason) {
@@ -17,9 +17,11 @@ auto chunkRefused(const ContentHash& hash, const char* field, const std::string&
 
 }  // namespace
 
-void AssetFetcher::want(const std::vector<ContentHash>& lacking) {
-  std::erase_if(transfers_, [&](const auto& entry) { return std::ranges::count(lacking, entry.first) == 0; });
-  for (const ContentHash& hash : lacking) transfers_.try_emplace(hash);
+void AssetFetcher::want(const std::vector<AssetName>& lacking) {
+  std::erase_if(transfers_, [&](const auto& entry) {
+    return std::ranges::count(lacking, AssetName{entry.second.kind, entry.first}) == 0;
+  });
+  for (const AssetName& asset : lacking) transfers_.try_emplace(asset.hash, Transfer{.kind = asset.kind});
 }
 
 std::optional<v1::AssetRequest> AssetFetcher::next() {
@@ -43,9 +45,13 @@ Result<std::optional<AssetFetcher::Asset>> AssetFetcher::take(const v1::AssetChu
   if (at == transfers_.end() || at->second.phase != Phase::kRequested) return nothing;
   Transfer& transfer = at->second;
   if (chunk.offset() != transfer.bytes.size()) return nothing;  // of a request that was given up and made again
-  if (chunk.kind() != v1::ASSET_KIND_MESH) return chunkRefused(*hash, "kind", "is not a mesh");
+  if (chunk.kind() != static_cast<v1::AssetKind>(transfer.kind)) {
+    return chunkRefused(*hash, "kind",
+                        "is " + std::to_string(chunk.kind()) + ", and the scene names it as " +
+                            std::to_string(static_cast<int>(transfer.kind)));
+  }
   if (chunk.total_size() == 0 || chunk.total_size() > kMaxAssetBytes) {
-    return chunkRefused(*hash, "total_size", "is not the size of a mesh");
+    return chunkRefused(*hash, "total_size", "is not the size of an asset");
   }
   if (transfer.total_bytes != 0 && chunk.total_size() != transfer.total_bytes) {
     return chunkRefused(*hash, "total_size", "changed under way");
@@ -56,7 +62,7 @@ Result<std::optional<AssetFetcher::Asset>> AssetFetcher::take(const v1::AssetChu
   transfer.total_bytes = chunk.total_size();
   transfer.bytes += chunk.data();
   if (transfer.bytes.size() < transfer.total_bytes) return nothing;
-  Asset asset{*hash, std::move(transfer.bytes)};
+  Asset asset{{transfer.kind, *hash}, std::move(transfer.bytes)};
   transfers_.erase(at);
   return asset;
 }

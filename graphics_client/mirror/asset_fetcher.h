@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/error/error.h"
-#include "common/hash/content_hash.h"
+#include "common/scene/asset_source.h"
 #include "haptics/v1/envelope.pb.h"
 
 namespace haptics {
@@ -21,12 +21,12 @@ class AssetFetcher {
   static constexpr std::size_t kMaxInFlight = 4;
 
   struct Asset {
-    ContentHash hash;
+    AssetName name;
     std::string bytes;
   };
 
   /// What is lacking now. What was under way and is not in the list is given up.
-  void want(const std::vector<ContentHash>& lacking);
+  void want(const std::vector<AssetName>& lacking);
   /// The next request to send; counts as sent.
   [[nodiscard]] std::optional<v1::AssetRequest> next();
   /// The asset that the chunk completes; its bytes are not checked here. Chunks of what was given up are ignored.
@@ -40,6 +40,7 @@ class AssetFetcher {
  private:
   enum class Phase { kWaiting, kRequested, kUnavailable };
   struct Transfer {
+    AssetKind kind = AssetKind::kMesh;
     Phase phase = Phase::kWaiting;
     std::string bytes;
     std::uint64_t total_bytes = 0;  // 0: not known yet

@@ -121,16 +121,16 @@ void ClientSession::submit(v1::Transaction transaction, EditCallbacks callbacks)
   pumpEdits();
 }
 
-void ClientSession::upload(std::string meshBytes, UploadCallbacks callbacks) {
-  uploads_.add(std::move(meshBytes), std::move(callbacks));
+void ClientSession::upload(AssetKind kind, std::string bytes, UploadCallbacks callbacks) {
+  uploads_.add(kind, std::move(bytes), std::move(callbacks));
   pumpUploads();
 }
 
-void ClientSession::cancelUpload(const ContentHash& mesh) {
+void ClientSession::cancelUpload(const ContentHash& asset) {
   const bool connected = phase_ == Phase::kSyncing || phase_ == Phase::kLive;
-  if (uploads_.cancel(mesh) && connected) {
+  if (uploads_.cancel(asset) && connected) {
     v1::Envelope envelope;
-    envelope.mutable_asset_upload()->set_cancel(mesh.asBytes());
+    envelope.mutable_asset_upload()->set_cancel(asset.asBytes());
     send(envelope);
   }
   pumpUploads();
@@ -172,7 +172,7 @@ MirrorView ClientSession::view(std::uint64_t now_ns) const {
 }
 
 void ClientSession::requestAssets() {
-  if (!options_.fetchMeshes || phase_ != Phase::kLive) return;
+  if (!options_.fetchAssets || phase_ != Phase::kLive) return;
   while (const auto request = assets_.next()) {
     v1::Envelope envelope;
     *envelope.mutable_asset_request() = *request;

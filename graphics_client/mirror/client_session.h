@@ -11,9 +11,9 @@
 #include "common/wire/framing.h"
 #include "common/wire/transport.h"
 #include "graphics_client/mirror/asset_fetcher.h"
+#include "graphics_client/mirror/asset_uploader.h"
 #include "graphics_client/mirror/datagram_path.h"
 #include "graphics_client/mirror/edit_outbox.h"
-#include "graphics_client/mirror/mesh_uploader.h"
 #include "graphics_client/mirror/mirror.h"
 
 namespace haptics {
@@ -39,7 +39,7 @@ class ClientSession {
   static constexpr std::uint64_t kLaterProbes_ns = 1'000'000'000;
   /// Longest time between two calls of poll(); half the shortest interval above.
   static constexpr std::uint64_t kPoll_ns = 20'000'000;
-  /// Meshes hashed anew at each heartbeat, in turn: some milliseconds. More would delay telemetry.
+  /// Assets hashed anew at each heartbeat, in turn: some milliseconds. More would delay telemetry.
   static constexpr std::size_t kAudit_bytes = 4U << 20;
   /// An upload's next chunk is queued below this backlog, so that edits and heartbeats find a short queue.
   static constexpr std::size_t kUploadBacklog_bytes = 64U << 10;
@@ -49,7 +49,7 @@ class ClientSession {
     std::string clientName;
     std::string token;
     double telemetryRate_Hz = 60;  ///< 0: none.
-    bool fetchMeshes = true;
+    bool fetchAssets = true;
     bool datagrams = false;  ///< Telemetry by UDP where the server offers it and the network lets it through.
   };
 
@@ -75,8 +75,8 @@ class ClientSession {
   [[nodiscard]] std::uint64_t reconnectDelay_ns();
 
   void submit(v1::Transaction transaction, EditCallbacks callbacks);
-  void upload(std::string meshBytes, UploadCallbacks callbacks);
-  void cancelUpload(const ContentHash& mesh);
+  void upload(AssetKind kind, std::string bytes, UploadCallbacks callbacks);
+  void cancelUpload(const ContentHash& asset);
   /// Asked again after a reconnect until it is answered.
   void requestStatus(StatusCallback callback);
   void setTelemetryRate(double rate_Hz);
@@ -101,7 +101,7 @@ class ClientSession {
   ClockOffset clock_;
   EditOutbox edits_;
   AssetFetcher assets_;
-  MeshUploader uploads_;
+  AssetUploader uploads_;
   DatagramPath datagrams_;
   std::uint64_t datagramPathsLost_ = 0;
   std::vector<StatusCallback> statusWaiters_;

@@ -166,7 +166,7 @@ void ClientSession::handle(const v1::AssetChunk& chunk) {
   auto complete = assets_.take(chunk);
   if (!complete) return resync(complete.error());
   if (!*complete) return;
-  if (auto added = mirror_.addMesh((*complete)->hash, (*complete)->bytes); !added) return resync(added.error());
+  if (auto added = mirror_.addAsset((*complete)->name, (*complete)->bytes); !added) return resync(added.error());
   ++changes_;
   requestAssets();
 }
@@ -185,7 +185,7 @@ void ClientSession::handle(const v1::Status& status) {
 void ClientSession::sceneChanged() {
   ++changes_;
   behindAtHeartbeat_ = false;
-  if (options_.fetchMeshes) assets_.want(mirror_.lackingMeshes());
+  if (options_.fetchAssets) assets_.want(mirror_.lackingAssets());
   if (phase_ == Phase::kSyncing && mirror_.scene().revision() >= welcome_.revision()) becomeLive();
   requestAssets();
 }

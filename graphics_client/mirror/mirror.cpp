@@ -1,9 +1,13 @@
 #include "graphics_client/mirror/mirror.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "common/mesh/mesh_asset.h"
+#include "common/mesh/vertex_values.h"
+#include "common/surface/field_asset.h"
 
 namespace haptics {
 namespace {
@@ -11,6 +15,44 @@ namespace {
 auto rootsDiffer(const char* field, std::uint64_t revision, const ContentHash& own, const ContentHash& server) {
   return refused(field, "differs at revision " + std::to_string(revision) + ": " + own.hex() + " here, " +
                             server.hex() + " at the server");
+}
+
+std::set<AssetName> assetsOf(const SceneVersion& scene) {
+  std::set<AssetName> names;
+  for (const SceneVersion::Object& object : scene.objects()) {
+    const auto its = object->assets();
+    names.insert(its.begin(), its.end());
+  }
+  return names;
+}
+
+/// An asset's content, hashed anew.
+struct HeldAsset {
+  std::size_t bytes;
+  ContentHash hash;
+};
+
+std::size_t sizeOf(const TriMesh& mesh) {
+  return sizeof(Vec3f) * mesh.vertices.size() + sizeof(TriangleIndices) * mesh.triangles.size();
+}
+std::size_t sizeOf(const SampledField& field) { return field.samples().size_bytes(); }
+std::size_t sizeOf(const std::vector<float>& values) { return sizeof(float) * values.size(); }
+
+std::optional<HeldAsset> heldAsset(const MirrorView& view, const AssetName& name) {
+  const auto in = [&](const auto& held) -> std::optional<HeldAsset> {
+    const auto at = held.find(name.hash);
+    if (at == held.end()) return std::nullopt;
+    return HeldAsset{sizeOf(*at->second), hashOf(*at->second)};
+  };
+  switch (name.kind) {
+    case AssetKind::kMesh:
+      return in(view.meshes);
+    case AssetKind::kScalarField:
+      return in(view.fields);
+    case AssetKind::kVertexValues:
+      return in(view.vertexValues);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -43,35 +85,45 @@ Result<void> Mirror::apply(const Commit& commit) {
   return {};
 }
 
-Result<void> Mirror::addMesh(const ContentHash& hash, std::string_view bytes) {
-  auto mesh = decodeMesh(bytes);
-  if (!mesh) return tl::unexpected<Error>(std::move(mesh.error()).within("mesh " + hash.hex() + " "));
-  if (const ContentHash own = hashOf(*mesh); own != hash) {
-    return refused("mesh " + hash.hex(), "its content hashes to " + own.hex());
-  }
-  const auto named = [&](const SceneVersion::Object& object) { return object->mesh == hash; };
-  if (std::ranges::any_of(scene().objects(), named)) {
-    view_.meshes[hash] = std::make_shared<const TriMesh>(std::move(*mesh));
+Result<void> Mirror::addAsset(const AssetName& name, std::string_view bytes) {
+  const auto keep = [&](auto decoded, auto& held) -> Result<void> {
+    if (!decoded) return tl::unexpected<Error>(std::move(decoded.error()).within("asset " + name.hash.hex() + " "));
+    if (const ContentHash own = hashOf(*decoded); own != name.hash) {
+      return refused("asset " + name.hash.hex(), "its content hashes to " + own.hex());
+    }
+    if (!assetsOf(scene()).contains(name)) return {};
+    held[name.hash] = std::make_shared<const typename decltype(decoded)::value_type>(*std::move(decoded));
     compare();
+    return {};
+  };
+  switch (name.kind) {
+    case AssetKind::kMesh:
+      return keep(decodeMesh(bytes), view_.meshes);
+    case AssetKind::kScalarField:
+      return keep(decodeField(bytes), view_.fields);
+    case AssetKind::kVertexValues:
+      return keep(decodeVertexValues(bytes), view_.vertexValues);
   }
-  return {};
+  return refused("asset " + name.hash.hex(), "is of a kind that this client does not know");
 }
 
-Result<void> Mirror::audit(std::size_t meshBytes) {
+Result<void> Mirror::audit(std::size_t assetBytes) {
   std::vector<ObjectRecord> records;
   for (const SceneVersion::Object& object : scene().objects()) records.push_back(*object);
   const auto anew = SceneVersion::fromSnapshot(scene().revision(), std::move(records));
   if (!anew || anew->root() != scene().root()) return refused("memory", "holds other records than it was given");
+  const std::set<AssetName> named = assetsOf(scene());
   std::size_t done_bytes = 0;
-  for (std::size_t left = view_.meshes.size(); left > 0 && done_bytes < meshBytes; --left) {
-    auto mesh = view_.meshes.upper_bound(lastAudited_);
-    if (mesh == view_.meshes.end()) mesh = view_.meshes.begin();
-    lastAudited_ = mesh->first;
-    done_bytes +=
-        sizeof(Vec3f) * mesh->second->vertices.size() + sizeof(TriangleIndices) * mesh->second->triangles.size();
-    if (hashOf(*mesh->second) == mesh->first) continue;
-    view_.meshes.erase(mesh);
-    return refused("memory", "holds another mesh " + lastAudited_.hex() + " than it was given");
+  for (std::size_t left = named.size(); left > 0 && done_bytes < assetBytes; --left) {
+    auto next = named.upper_bound(lastAudited_);
+    if (next == named.end()) next = named.begin();
+    lastAudited_ = *next;
+    const auto held = heldAsset(view_, *next);
+    if (!held) continue;
+    done_bytes += held->bytes;
+    if (held->hash == next->hash) continue;
+    drop(*next);
+    return refused("memory", "holds another asset " + next->hash.hex() + " than it was given");
   }
   return {};
 }
@@ -84,36 +136,74 @@ bool Mirror::take(const TelemetrySample& sample) {
   return true;
 }
 
-std::vector<ContentHash> Mirror::lackingMeshes() const {
-  std::vector<ContentHash> lacking;
-  std::set<ContentHash> seen;
+std::vector<AssetName> Mirror::lackingAssets() const {
+  std::vector<AssetName> lacking;
+  std::set<AssetName> seen;
   for (const SceneVersion::Object& object : scene().objects()) {
-    if (!view_.meshes.contains(object->mesh) && seen.insert(object->mesh).second) lacking.push_back(object->mesh);
+    for (const AssetName& asset : object->assets()) {
+      if (!view_.holds(asset) && seen.insert(asset).second) lacking.push_back(asset);
+    }
   }
   return lacking;
 }
 
-/// Meshes that the new scene does not name are let go: a client's memory follows the scene's size.
+/// Assets that the new scene does not name are let go: a client's memory follows the scene's size.
 void Mirror::setScene(SceneVersion scene) {
-  std::set<ContentHash> named;
-  for (const SceneVersion::Object& object : scene.objects()) named.insert(object->mesh);
-  std::erase_if(view_.meshes, [&](const auto& entry) { return !named.contains(entry.first); });
+  const std::set<AssetName> named = assetsOf(scene);
+  const auto letGo = [&](auto& held, AssetKind kind) {
+    std::erase_if(held, [&](const auto& entry) { return !named.contains({kind, entry.first}); });
+  };
+  letGo(view_.meshes, AssetKind::kMesh);
+  letGo(view_.fields, AssetKind::kScalarField);
+  letGo(view_.vertexValues, AssetKind::kVertexValues);
   view_.scene = std::make_shared<const SceneVersion>(std::move(scene));
   compare();
 }
 
+void Mirror::drop(const AssetName& asset) {
+  if (asset.kind == AssetKind::kMesh) view_.meshes.erase(asset.hash);
+  if (asset.kind == AssetKind::kScalarField) view_.fields.erase(asset.hash);
+  if (asset.kind == AssetKind::kVertexValues) view_.vertexValues.erase(asset.hash);
+}
+
 void Mirror::compare() {
   view_.hashesEqual = view_.epoch != 0 && view_.serverRevision == scene().revision() &&
-                      view_.serverRoot == scene().root() && lackingMeshes().empty();
+                      view_.serverRoot == scene().root() && lackingAssets().empty();
+}
+
+bool MirrorView::holds(const AssetName& asset) const {
+  switch (asset.kind) {
+    case AssetKind::kMesh:
+      return meshes.contains(asset.hash);
+    case AssetKind::kScalarField:
+      return fields.contains(asset.hash);
+    case AssetKind::kVertexValues:
+      return vertexValues.contains(asset.hash);
+  }
+  return false;
+}
+
+bool MirrorView::isComplete(const ObjectRecord& object) const {
+  return std::ranges::all_of(object.assets(), [this](const AssetName& asset) { return holds(asset); });
 }
 
 Result<ContentHash> recomputedRoot(const MirrorView& view) {
+  std::map<AssetName, ContentHash> anew;
+  for (const AssetName& asset : assetsOf(*view.scene)) {
+    if (const auto held = heldAsset(view, asset)) anew[asset] = held->hash;
+  }
   std::vector<ObjectRecord> records;
   for (const SceneVersion::Object& object : view.scene->objects()) {
-    const auto mesh = view.meshes.find(object->mesh);
-    if (mesh == view.meshes.end()) return refused("object \"" + object->name + "\"", "its mesh has not arrived");
-    records.push_back(*object);
-    records.back().mesh = hashOf(*mesh->second);
+    for (const AssetName& asset : object->assets()) {
+      if (anew.contains(asset)) continue;
+      const bool isMesh = asset.kind == AssetKind::kMesh;
+      return refused("object \"" + object->name + "\"",
+                     isMesh ? "its mesh has not arrived" : "an asset of its surface has not arrived");
+    }
+    ObjectRecord& record = records.emplace_back(*object);
+    record.mesh = anew.at({AssetKind::kMesh, record.mesh});
+    record.material.surface =
+        renamed(std::move(record.material.surface), [&anew](const AssetName& asset) { return anew.at(asset); });
   }
   auto scene = SceneVersion::fromSnapshot(view.scene->revision(), std::move(records));
   if (!scene) return tl::unexpected<Error>(scene.error());

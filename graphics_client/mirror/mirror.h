@@ -10,8 +10,8 @@
 
 namespace haptics {
 
-/// The client's copy of the scene, its meshes and the newest telemetry: plain data, without sockets, threads or a
-/// clock. Nothing enters it unchecked: commits and snapshots must lead to the root that the server announced, meshes
+/// The client's copy of the scene, its assets and the newest telemetry: plain data, without sockets, threads or a
+/// clock. Nothing enters it unchecked: commits and snapshots must lead to the root that the server announced, assets
 /// must hash to their name after decoding.
 class Mirror {
  public:
@@ -22,10 +22,10 @@ class Mirror {
   /// Refused, and nothing changed, when prevRoot is not the own root or root not the one that results.
   [[nodiscard]] Result<void> apply(const Commit& commit);
   /// Decodes, hashes what was decoded, and keeps it if the scene still uses it.
-  [[nodiscard]] Result<void> addMesh(const ContentHash& hash, std::string_view bytes);
-  /// Hashes every record anew, and meshes, in turn, until so many bytes of them are done (at least one mesh): finds
-  /// memory that changed behind the mirror's back. Refused: something is not what it was; such a mesh is dropped.
-  [[nodiscard]] Result<void> audit(std::size_t meshBytes);
+  [[nodiscard]] Result<void> addAsset(const AssetName& name, std::string_view bytes);
+  /// Hashes every record anew, and assets, in turn, until so many bytes of them are done (at least one asset): finds
+  /// memory that changed behind the mirror's back. Refused: something is not what it was; such an asset is dropped.
+  [[nodiscard]] Result<void> audit(std::size_t assetBytes);
   /// Latest wins: a sample that is not newer than the newest is dropped (false).
   bool take(const TelemetrySample& sample);
   /// A new connection: its ticks may start anew (a server that restarted and kept its state).
@@ -34,17 +34,18 @@ class Mirror {
 
   [[nodiscard]] const SceneVersion& scene() const noexcept { return *view_.scene; }
   [[nodiscard]] std::uint64_t epoch() const noexcept { return view_.epoch; }
-  /// Meshes that the scene names and that are not here, each once, in order of object id.
-  [[nodiscard]] std::vector<ContentHash> lackingMeshes() const;
+  /// Assets that the scene names and that are not here, each once, in order of object id.
+  [[nodiscard]] std::vector<AssetName> lackingAssets() const;
   /// All that is known, but for the link's and the clock's part.
   [[nodiscard]] const MirrorView& contents() const noexcept { return view_; }
 
  private:
   MirrorView view_;
   std::optional<std::uint64_t> newestTick_;
-  ContentHash lastAudited_;  // mesh
+  AssetName lastAudited_;
 
   void setScene(SceneVersion scene);
+  void drop(const AssetName& asset);
   void compare();
 };
 

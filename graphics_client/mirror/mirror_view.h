@@ -30,7 +30,7 @@ struct MirrorView {
   std::map<ContentHash, std::shared_ptr<const std::vector<float>>> vertexValues;
   ContentHash serverRoot;  ///< As last announced by the server, with its revision.
   std::uint64_t serverRevision = 0;
-  /// Own root equals the server's at the same revision, and every mesh of the scene is here and hashed to its name.
+  /// Own root equals the server's at the same revision, and every asset of the scene is here and hashed to its name.
   /// Stays as it was last known while the link is down.
   bool hashesEqual = false;
   std::optional<TelemetrySample> sample;  ///< Newest; nothing before the first.
@@ -49,14 +49,17 @@ struct MirrorView {
   std::uint64_t forgedDatagrams = 0;    ///< Ignored: not this server's, or no datagram of this connection.
   std::uint64_t datagramPathsLost = 0;  ///< Times that no datagram came for a second, and telemetry took TCP.
 
+  [[nodiscard]] bool holds(const AssetName& asset) const;
+  /// Whether everything that the object's record names is here.
+  [[nodiscard]] bool isComplete(const ObjectRecord& object) const;
   /// Age of `sample` at a later moment of this host's monotonic clock (monotonicNow_ns()).
   [[nodiscard]] double telemetryAgeAt_s(std::uint64_t now_ns) const noexcept {
     return sample ? telemetryAge_s + 1e-9 * static_cast<double>(now_ns - takenAt_ns) : 0;
   }
 };
 
-/// The root hash, computed anew from every byte that this client holds: meshes are hashed from the decoded triangles,
-/// records from their fields. Refused, naming the object, while one of its meshes is missing.
+/// The root hash, computed anew from every byte that this client holds: assets are hashed from their decoded contents,
+/// records from their fields. Refused, naming the object, while one of its assets is missing.
 [[nodiscard]] Result<ContentHash> recomputedRoot(const MirrorView& view);
 
 }  // namespace haptics

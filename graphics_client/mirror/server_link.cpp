@@ -39,7 +39,7 @@ struct ServerLink::Worker {
         begin(options.connect ? std::move(options.connect) : overTcp(options.server)),
         session({randomSession(), std::move(options.clientName),
                  options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
-                 options.fetchMeshes, options.datagrams}) {
+                 options.fetchAssets, options.datagrams}) {
     if (options.credentials) tls = TlsContext::client(options.credentials->serverCertificatePem).value();
     MirrorView first;
     first.linkText = "connecting to " + server.text();
@@ -172,15 +172,15 @@ void ServerLink::submit(v1::Transaction transaction, EditCallbacks callbacks) {
       });
 }
 
-void ServerLink::upload(std::string meshBytes, UploadCallbacks callbacks) {
+void ServerLink::upload(AssetKind kind, std::string bytes, UploadCallbacks callbacks) {
   worker_->loop.post(
-      [worker = worker_.get(), meshBytes = std::move(meshBytes), callbacks = std::move(callbacks)]() mutable {
-        worker->session.upload(std::move(meshBytes), std::move(callbacks));
+      [worker = worker_.get(), kind, bytes = std::move(bytes), callbacks = std::move(callbacks)]() mutable {
+        worker->session.upload(kind, std::move(bytes), std::move(callbacks));
       });
 }
 
-void ServerLink::cancelUpload(const ContentHash& mesh) {
-  worker_->loop.post([worker = worker_.get(), mesh] { worker->session.cancelUpload(mesh); });
+void ServerLink::cancelUpload(const ContentHash& asset) {
+  worker_->loop.post([worker = worker_.get(), asset] { worker->session.cancelUpload(asset); });
 }
 
 void ServerLink::requestStatus(StatusCallback callback) {

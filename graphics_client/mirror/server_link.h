@@ -31,7 +31,7 @@ class ServerLink {
     std::string clientName;                          ///< For the server's log, at most 64 characters.
     std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
     double telemetryRate_Hz = 60;                    ///< 0: none.
-    bool fetchMeshes = true;                         ///< false: records only; hashesEqual then stays false.
+    bool fetchAssets = true;                         ///< false: records only; hashesEqual then stays false.
     bool datagrams = false;  ///< Telemetry by UDP where the server offers it and the network lets it through.
     Connect connect{};       ///< Another way than TCP to `server`: a server in this process. Empty: TCP.
   };
@@ -50,10 +50,11 @@ class ServerLink {
   /// Queues an edit; it is sent when connected and resent until replied, and applied exactly once. What does not fit a
   /// frame, or the queue of kMaxPendingEdits, is answered at once with Rejected.
   void submit(v1::Transaction transaction, EditCallbacks callbacks);
-  /// Sends a mesh's canonical bytes (encodeMesh), so that edits of this link may name its hash.
-  void upload(std::string meshBytes, UploadCallbacks callbacks);
-  /// By the mesh's hash; the upload finishes as refused and the server frees what it has of it.
-  void cancelUpload(const ContentHash& mesh);
+  /// Sends an asset's canonical bytes (encodeMesh, encodeField, encodeVertexValues), so that edits of this link may name
+  /// its hash.
+  void upload(AssetKind kind, std::string bytes, UploadCallbacks callbacks);
+  /// By the asset's hash; the upload finishes as refused and the server frees what it has of it.
+  void cancelUpload(const ContentHash& asset);
   void requestStatus(StatusCallback callback);
   void setTelemetryRate(double rate_Hz);
 

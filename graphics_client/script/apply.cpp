@@ -58,7 +58,7 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
 
   Connection connection(common, {});
   if (const auto opened = connection.open(); !opened) return fail(kNoConnection, opened.error());
-  if (const auto sent = uploadMeshes(connection, options.uploads, *transaction); !sent) {
+  if (const auto sent = uploadFiles(connection, options.uploads, *transaction); !sent) {
     return fail(Interrupt::interrupted() ? kInterrupted : kRefused, sent.error());
   }
 

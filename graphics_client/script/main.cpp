@@ -53,7 +53,7 @@ CLI::App* addApply(CLI::App& app, ApplyOptions& options) {
               options.uploads[pair.substr(0, middle)] = pair.substr(middle + 1);
             }
           },
-          "Send a mesh of this machine: what the scene calls file: \"NAME\" is FILE here")
+          "Send a mesh or image of this machine: what the scene calls file or image: \"NAME\" is FILE here")
       ->type_name("NAME=FILE");
   verb->footer(
       "Waits until the change is felt and says from which tick on.\n\n"

@@ -7,10 +7,15 @@
 #include <future>
 #include <memory>
 #include <set>
+#include <span>
 #include <utility>
+#include <vector>
 
+#include "common/mesh/file_bytes.h"
 #include "common/mesh/import.h"
 #include "common/mesh/mesh_asset.h"
+#include "common/surface/field_asset.h"
+#include "common/surface/makers/image_field.h"
 #include "graphics_client/script/interrupt.h"
 
 namespace haptics {
@@ -20,6 +25,22 @@ v1::MeshSource* meshOf(v1::Operation& operation) {
   if (operation.has_add()) return operation.mutable_add()->mutable_mesh();
   if (operation.has_remesh()) return operation.mutable_remesh()->mutable_mesh();
   return nullptr;
+}
+
+/// The mapped fields that are to be images.
+std::vector<v1::MappedField*> imagesOf(v1::Operation& operation) {
+  v1::Material* material = nullptr;
+  if (operation.has_add() && operation.add().has_material()) material = operation.mutable_add()->mutable_material();
+  if (operation.has_set_material()) material = operation.mutable_set_material()->mutable_material();
+  std::vector<v1::MappedField*> images;
+  const auto look = [&images](v1::ScalarField* field) {
+    if (field->has_mapped() && field->mapped().source_case() == v1::MappedField::kImage) {
+      images.push_back(field->mutable_mapped());
+    }
+  };
+  if (material != nullptr && material->friction().has_field()) look(material->mutable_friction()->mutable_field());
+  if (material != nullptr && material->texture().has_field()) look(material->mutable_texture()->mutable_field());
+  return images;
 }
 
 constexpr double kMegabyte = 1e6;
@@ -38,20 +59,39 @@ void endProgress() {
   if (isatty(STDERR_FILENO) != 0) std::fputc('\n', stderr);
 }
 
-Result<void> uploadOne(Connection& connection, const std::string& name, const std::filesystem::path& file,
-                       v1::MeshSource& source) {
+/// Canonical bytes of what a local file holds.
+struct LocalAsset {
+  AssetKind kind;
+  std::string bytes;
+};
+
+Result<LocalAsset> meshIn(const std::filesystem::path& file, const v1::MeshSource& source) {
   ImportOptions options;
   if (source.has_unit_m()) options.unit_m = source.unit_m();
   if (source.has_largest_extent_m()) options.largestExtent_m = source.largest_extent_m();
   const auto imported = importMesh(file, options);
   if (!imported) return tl::unexpected(imported.error());
   std::fprintf(stderr, "%s: %s\n", file.c_str(), imported->report.text().c_str());
+  return LocalAsset{AssetKind::kMesh, encodeMesh(imported->mesh)};
+}
 
-  const ContentHash hash = hashOf(imported->mesh);
+Result<LocalAsset> fieldIn(const std::filesystem::path& file) {
+  const auto bytes = readFile(file);
+  if (!bytes) return refused(file.string(), bytes.error().text());
+  const auto field = fieldFromImage(*bytes);
+  if (!field) return refused(file.string(), field.error().text());
+  std::fprintf(stderr, "%s: %u x %u samples\n", file.c_str(), field->width(), field->height());
+  return LocalAsset{AssetKind::kScalarField, encodeField(*field)};
+}
+
+/// @return Its hash, once the server holds it.
+Result<ContentHash> uploadOne(Connection& connection, const std::string& name, const std::filesystem::path& file,
+                              LocalAsset asset) {
+  const ContentHash hash = Hasher().add(std::as_bytes(std::span(asset.bytes))).finish();
   const Interrupt interrupt;
   const auto finished = std::make_shared<std::promise<v1::AssetUploadReply>>();
   connection.link().upload(
-      encodeMesh(imported->mesh),
+      asset.kind, std::move(asset.bytes),
       {[name](std::uint64_t sent_bytes, std::uint64_t total_bytes) { showProgress(name, sent_bytes, total_bytes); },
        [finished](const v1::AssetUploadReply& reply) { finished->set_value(reply); }});
   const auto reply = connection.await(finished->get_future(), [&] {
@@ -61,26 +101,44 @@ Result<void> uploadOne(Connection& connection, const std::string& name, const st
   if (Interrupt::interrupted()) return refused(file.string(), "the upload was cancelled; nothing was changed");
   if (!reply) return tl::unexpected(reply.error());
   if (!reply->accepted()) return refused(file.string() + ": " + reply->field(), reply->reason());
-  source.Clear();
-  source.set_asset(hash.asBytes());
-  return {};
+  return hash;
 }
 
 }  // namespace
 
-Result<void> uploadMeshes(Connection& connection, const std::map<std::string, std::filesystem::path>& files,
-                          v1::Transaction& transaction) {
+Result<void> uploadFiles(Connection& connection, const std::map<std::string, std::filesystem::path>& files,
+                         v1::Transaction& transaction) {
   std::set<std::string> used;
+  const auto upload = [&](const std::string& name, auto read, auto put) -> Result<void> {
+    const auto file = files.find(name);
+    if (file == files.end()) return {};
+    used.insert(name);
+    auto asset = read(file->second);
+    if (!asset) return tl::unexpected(std::move(asset).error());
+    const auto hash = uploadOne(connection, file->first, file->second, *std::move(asset));
+    if (!hash) return tl::unexpected(hash.error());
+    put(hash->asBytes());
+    return {};
+  };
   for (auto& operation : *transaction.mutable_operations()) {
-    v1::MeshSource* source = meshOf(operation);
-    if (source == nullptr || !source->has_file()) continue;
-    const auto file = files.find(source->file());
-    if (file == files.end()) continue;
-    used.insert(file->first);
-    if (auto sent = uploadOne(connection, file->first, file->second, *source); !sent) return sent;
+    v1::MeshSource* mesh = meshOf(operation);
+    if (mesh != nullptr && mesh->has_file()) {
+      auto sent = upload(
+          std::string(mesh->file()), [&](const auto& file) { return meshIn(file, *mesh); },
+          [&](const std::string& hash) {
+            mesh->Clear();
+            mesh->set_asset(hash);
+          });
+      if (!sent) return sent;
+    }
+    for (v1::MappedField* field : imagesOf(operation)) {
+      auto sent =
+          upload(std::string(field->image()), fieldIn, [&](const std::string& hash) { field->set_asset(hash); });
+      if (!sent) return sent;
+    }
   }
   for (const auto& [name, file] : files) {
-    if (!used.contains(name)) return refused("--upload " + name, "no mesh of the scene names this file");
+    if (!used.contains(name)) return refused("--upload " + name, "no mesh or image of the scene names this file");
   }
   return {};
 }

@@ -9,11 +9,11 @@
 
 namespace haptics {
 
-/// Imports the local files whose names the transaction's meshes carry (with the unit or extent given there), uploads
+/// Reads the local files whose names the transaction's meshes (with the unit or extent given there) and images carry, uploads
 /// them with progress on standard error, and names them by their hash instead. Errors name the file or the upload:
 /// import refused, name not used, server refused, connection lost. Ctrl-C cancels the upload under way.
-[[nodiscard]] Result<void> uploadMeshes(Connection& connection,
-                                        const std::map<std::string, std::filesystem::path>& files,
-                                        v1::Transaction& transaction);
+[[nodiscard]] Result<void> uploadFiles(Connection& connection,
+                                       const std::map<std::string, std::filesystem::path>& files,
+                                       v1::Transaction& transaction);
 
 }  // namespace haptics

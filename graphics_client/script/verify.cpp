@@ -10,16 +10,17 @@ namespace {
 bool isWhole(const MirrorView& view) {
   const auto& objects = view.scene->objects();
   return view.link == LinkState::kLive && view.serverRevision == view.scene->revision() &&
-         std::all_of(objects.begin(), objects.end(),
-                     [&view](const auto& object) { return view.meshes.contains(object->mesh); });
+         std::all_of(objects.begin(), objects.end(), [&view](const auto& object) { return view.isComplete(*object); });
 }
 
-/// Goes on as long as meshes keep arriving.
+std::size_t held(const MirrorView& view) { return view.meshes.size() + view.fields.size() + view.vertexValues.size(); }
+
+/// Goes on as long as assets keep arriving.
 std::shared_ptr<const MirrorView> fetchWhole(Connection& connection) {
   while (true) {
-    const std::size_t held = connection.link().latest()->meshes.size();
-    auto view = connection.link().waitUntil(
-        [held](const MirrorView& v) { return isWhole(v) || v.meshes.size() > held; }, connection.timeout());
+    const std::size_t before = held(*connection.link().latest());
+    auto view = connection.link().waitUntil([before](const MirrorView& v) { return isWhole(v) || held(v) > before; },
+                                            connection.timeout());
     if (!view || isWhole(*view)) return view;
   }
 }
@@ -42,11 +43,12 @@ int verify(const CommonOptions& common) {
                                         {"own_root", own->hex()},
                                         {"server_revision", view->serverRevision},
                                         {"server_root", view->serverRoot.hex()},
-                                        {"meshes", view->meshes.size()}};
+                                        {"meshes", view->meshes.size()},
+                                        {"assets", held(*view)}};
     std::cout << result.dump() << '\n';
   } else {
-    std::cout << (equal ? "equal" : "NOT EQUAL") << ": " << view->scene->objects().size() << " objects, "
-              << view->meshes.size() << " meshes\n  own    revision " << view->scene->revision() << "  " << own->hex()
+    std::cout << (equal ? "equal" : "NOT EQUAL") << ": " << view->scene->objects().size() << " objects, " << held(*view)
+              << " assets\n  own    revision " << view->scene->revision() << "  " << own->hex()
               << "\n  server revision " << view->serverRevision << "  " << view->serverRoot.hex() << '\n';
   }
   return equal ? kDone : kRefused;

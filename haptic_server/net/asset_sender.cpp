@@ -7,8 +7,8 @@
 
 namespace haptics {
 
-bool AssetSender::add(std::shared_ptr<const MeshAsset> asset, std::uint64_t offset) {
-  std::erase_if(waiting_, [&](const Transfer& t) { return t.asset->hash == asset->hash; });
+bool AssetSender::add(std::shared_ptr<const Asset> asset, std::uint64_t offset) {
+  std::erase_if(waiting_, [&](const Transfer& t) { return t.asset->name == asset->name; });
   if (waiting_.size() >= kMaxWaiting) return false;
   waiting_.push_back({std::move(asset), offset});
   return true;
@@ -18,8 +18,8 @@ void AssetSender::next(v1::AssetChunk& chunk) {
   Transfer& transfer = waiting_.front();
   const std::string& bytes = *transfer.asset->encoded;
   const std::size_t size = std::min<std::size_t>(kMaxChunkBytes, bytes.size() - transfer.offset);
-  chunk.set_hash(transfer.asset->hash.asBytes());
-  chunk.set_kind(v1::ASSET_KIND_MESH);
+  chunk.set_hash(transfer.asset->name.hash.asBytes());
+  chunk.set_kind(static_cast<v1::AssetKind>(transfer.asset->name.kind));
   chunk.set_total_size(bytes.size());
   chunk.set_offset(transfer.offset);
   chunk.set_data(bytes.data() + transfer.offset, size);

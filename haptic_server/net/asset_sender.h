@@ -16,14 +16,14 @@ class AssetSender {
   static constexpr std::size_t kMaxWaiting = 1024;  ///< Requests; four times the objects that a scene can hold.
 
   /// From this byte on; a second request for the same asset replaces the first. False: too many are waiting.
-  [[nodiscard]] bool add(std::shared_ptr<const MeshAsset> asset, std::uint64_t offset);
+  [[nodiscard]] bool add(std::shared_ptr<const Asset> asset, std::uint64_t offset);
   [[nodiscard]] bool empty() const noexcept { return waiting_.empty(); }
   /// Not when empty.
   void next(v1::AssetChunk& chunk);
 
  private:
   struct Transfer {
-    std::shared_ptr<const MeshAsset> asset;
+    std::shared_ptr<const Asset> asset;
     std::uint64_t offset;
   };
   std::deque<Transfer> waiting_;

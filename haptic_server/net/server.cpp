@@ -16,6 +16,7 @@
 #include "common/wire/tls.h"
 #include "common/wire/udp.h"
 #include "haptic_server/net/datagram_paths.h"
+#include "haptic_server/net/handshake_limit.h"
 
 namespace haptics {
 namespace {
@@ -125,8 +126,8 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
 
     [[nodiscard]] std::uint64_t now_ns() const override { return monotonicNow_ns(); }
     [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return server.history_; }
-    [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const override {
-      return server.room_.findMesh(hash);
+    [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override {
+      return server.room_.findAsset(hash);
     }
     [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
       return server.room_.submitEdit(
@@ -134,13 +135,14 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
             here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
           });
     }
-    [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes) override {
+    [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
       const std::size_t size = bytes.size();
-      return server.room_.submitMesh(hash, std::move(bytes),
-                                     [weak = server.weak_from_this(), n = number, hash, size](const auto& mesh) {
-                                       const auto self = weak.lock();
-                                       if (self) self->post([=](Impl& impl) { impl.meshDecided(n, hash, size, mesh); });
-                                     });
+      return server.room_.submitAsset(
+          name, std::move(bytes),
+          [weak = server.weak_from_this(), n = number, hash = name.hash, size](const auto& asset) {
+            const auto self = weak.lock();
+            if (self) self->post([=](Impl& impl) { impl.assetDecided(n, hash, size, asset); });
+          });
     }
     [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
       if (bytes > kUploadBudget_bytes - server.uploadBytes_) return false;
@@ -191,6 +193,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
 
   void accept(std::unique_ptr<Transport> transport) {
     if (stopTimer_) return;
+    if (tls_ && !mayShakeHands(transport->peer())) return;
     makeRoom();
     if (tls_) transport = tls_->secure(std::move(transport));
     const std::uint64_t number = nextNumber_++;
@@ -198,6 +201,15 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
         *connections_.emplace(number, std::make_unique<Connection>(*this, number, std::move(transport))).first->second;
     connection.session.start();
     if (lastSample_) connection.session.adopted(lastSample_->sceneRevision, lastSample_->adoptionTick);
+  }
+
+  [[nodiscard]] bool mayShakeHands(const std::string& peer) {
+    const auto from = parseEndpoint(peer);
+    if (!from || handshakes_.allow(from->host, monotonicNow_ns())) return true;  // from this process: no endpoint
+    ++refusedConnections_;
+    log("dropped " + peer + ": its host connects more often than " +
+        std::to_string(static_cast<int>(HandshakeLimit::kPerSecond)) + " times a second");
+    return false;
   }
 
   /// At the port of the same number where it is free. A server that gets no socket offers no datagrams.
@@ -236,13 +248,13 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     return refused("", "the server has its " + std::to_string(kMaxClients) + " clients");
   }
 
-  void meshDecided(std::uint64_t number, const ContentHash& hash, std::size_t bytes,
-                   const Result<std::shared_ptr<const MeshAsset>>& mesh) {
+  void assetDecided(std::uint64_t number, const ContentHash& hash, std::size_t bytes,
+                    const Result<std::shared_ptr<const Asset>>& asset) {
     const auto at = connections_.find(number);
     if (at == connections_.end()) {
       uploadBytes_ -= bytes;
     } else {
-      at->second->session.meshDecided(hash, mesh);
+      at->second->session.assetDecided(hash, asset);
     }
   }
 
@@ -354,6 +366,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   std::uint64_t nextNumber_ = 1;
   std::optional<TelemetrySample> lastSample_;
   std::size_t uploadBytes_ = 0;
+  HandshakeLimit handshakes_;
   RateLimit logRate_{kLogLinesPerSecond, kLogBurst};
   std::uint64_t unlogged_ = 0;
 

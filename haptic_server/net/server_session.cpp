@@ -91,7 +91,7 @@ void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outc
   accepted.set_root(edit.commit.root.asBytes());
   for (const ObjectRecord& record : edit.commit.put) {
     toWire(record, *accepted.add_object());
-    uploads_.named(record.mesh);
+    for (const AssetName& name : record.assets()) uploads_.named(name.hash);
   }
   for (const std::string& report : edit.reports) accepted.add_report(report);
   send(envelope);
@@ -99,7 +99,7 @@ void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outc
   sendLive();
 }
 
-void ServerSession::meshDecided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome) {
+void ServerSession::assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome) {
   const auto reply = uploads_.decided(hash, std::move(outcome));
   if (reply && phase_ == Phase::kLive) send(*reply);
 }
@@ -220,7 +220,7 @@ void ServerSession::handle(const v1::Subscribe& subscribe) {
 void ServerSession::handle(const v1::AssetRequest& request) {
   const auto hash = hashFromWire(request.hash(), "asset_request.hash");
   if (!hash) return refuse(hash.error().field, hash.error().reason);
-  auto asset = host_.findMesh(*hash);
+  auto asset = host_.findAsset(*hash);
   if (!asset) {
     v1::Envelope envelope;
     envelope.mutable_asset_unavailable()->set_hash(request.hash());

@@ -60,7 +60,7 @@ class ServerSession {
   /// The servo feels `revision` since `tick`. Revisions in ascending order.
   void adopted(std::uint64_t revision, std::uint64_t tick);
   void editDecided(std::uint64_t clientSeq, const EditOutcome& outcome);
-  void meshDecided(const ContentHash& hash, Result<std::shared_ptr<const MeshAsset>> outcome);
+  void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
   /// Sends a Refusal naming the bad field and closes; reported to the host.
   void refuse(const std::string& field, const std::string& reason);
   /// Closes without blame: the server stops, or a newer connection took the session over.

@@ -21,13 +21,13 @@ class SessionHost {
   /// Nanoseconds on the server's monotonic clock.
   [[nodiscard]] virtual std::uint64_t now_ns() const = 0;
   [[nodiscard]] virtual std::shared_ptr<const SceneHistory> history() const = 0;
-  [[nodiscard]] virtual std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const = 0;
+  [[nodiscard]] virtual std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const = 0;
 
   /// Answered with ServerSession::editDecided, now or later. False: no room for it now, no answer follows.
   [[nodiscard]] virtual bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction) = 0;
-  /// Answered with ServerSession::meshDecided, now or later. False: no room for it now, no answer follows.
+  /// Answered with ServerSession::assetDecided, now or later. False: no room for it now, no answer follows.
   /// When the session is destroyed before, the host releases what it had reserved for these bytes.
-  [[nodiscard]] virtual bool submitMesh(const ContentHash& hash, std::string bytes) = 0;
+  [[nodiscard]] virtual bool submitAsset(const AssetName& name, std::string bytes) = 0;
   /// Memory of the server for uploads, shared by all clients. False: there is not so much left.
   [[nodiscard]] virtual bool reserveUpload(std::size_t bytes) = 0;
   virtual void releaseUpload(std::size_t bytes) = 0;

@@ -35,7 +35,10 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
   const auto hash = hashFromWire(chunk.hash(), "chunk.hash");
   if (!hash) return refusedReply({}, hash.error());
   if (assembly_.ignores(chunk, *hash)) return std::nullopt;
-  if (const auto checked = assembly_.check(chunk, *hash); !checked) return refuse(*hash, checked.error());
+  const auto kind = assetKindFromWire(chunk.kind(), "chunk.kind");
+  if (!kind) return refuse(*hash, kind.error());
+  const AssetName name{*kind, *hash};
+  if (const auto checked = assembly_.check(chunk, name); !checked) return refuse(*hash, checked.error());
   if (chunk.offset() == 0) {
     releaseAssembly();
     if (const auto at = building_.find(*hash); at != building_.end()) {  // answered when it is built
@@ -43,7 +46,7 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
       assembly_.abandon(*hash);
       return std::nullopt;
     }
-    if (auto known = host_.findMesh(*hash)) {
+    if (auto known = host_.findAsset(*hash); known && known->name == name) {
       assembly_.abandon(*hash);
       hold(std::move(known), 0);
       return acceptedReply(*hash);
@@ -53,10 +56,10 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
     }
     assemblyReserved_ = chunk.total_size();
   }
-  assembly_.add(chunk, *hash);
+  assembly_.add(chunk, name);
   if (!assembly_.complete()) return std::nullopt;
   building_[*hash] = {std::exchange(assemblyReserved_, 0)};
-  if (!host_.submitMesh(*hash, assembly_.take())) {
+  if (!host_.submitAsset(name, assembly_.take())) {
     host_.releaseUpload(building_.extract(*hash).mapped().reserved);
     return putOff(*hash, {"busy", "the server has too many edits waiting; try again later"});
   }
@@ -71,7 +74,7 @@ std::optional<v1::AssetUploadReply> SessionUploads::turnAway(const v1::AssetChun
 }
 
 std::optional<v1::AssetUploadReply> SessionUploads::decided(const ContentHash& hash,
-                                                            Result<std::shared_ptr<const MeshAsset>> outcome) {
+                                                            Result<std::shared_ptr<const Asset>> outcome) {
   const auto at = building_.find(hash);
   if (at == building_.end()) return std::nullopt;
   const auto [reserved, wanted] = at->second;
@@ -94,9 +97,9 @@ void SessionUploads::cancel(const ContentHash& hash) {
   named(hash);
 }
 
-void SessionUploads::named(const ContentHash& mesh) {
+void SessionUploads::named(const ContentHash& asset) {
   std::erase_if(held_, [&](const Held& held) {
-    if (held.asset->hash != mesh) return false;
+    if (held.asset->name.hash != asset) return false;
     host_.releaseUpload(held.reserved);
     return true;
   });
@@ -121,8 +124,8 @@ v1::AssetUploadReply SessionUploads::putOff(const ContentHash& hash, const Error
   return reply;
 }
 
-void SessionUploads::hold(std::shared_ptr<const MeshAsset> asset, std::size_t reserved) {
-  named(asset->hash);
+void SessionUploads::hold(std::shared_ptr<const Asset> asset, std::size_t reserved) {
+  named(asset->name.hash);
   held_.push_back({std::move(asset), reserved});
   if (held_.size() <= kMaxHeld) return;
   host_.releaseUpload(held_.front().reserved);

@@ -31,11 +31,11 @@ class SessionUploads {
   [[nodiscard]] std::optional<v1::AssetUploadReply> turnAway(const v1::AssetChunk& chunk, const Error& why);
   /// The host has built the upload, or not.
   [[nodiscard]] std::optional<v1::AssetUploadReply> decided(const ContentHash& hash,
-                                                            Result<std::shared_ptr<const MeshAsset>> outcome);
+                                                            Result<std::shared_ptr<const Asset>> outcome);
   /// The client gives an upload up. One that is being built is dropped when it is decided.
   void cancel(const ContentHash& hash);
-  /// The scene holds this mesh from now on.
-  void named(const ContentHash& mesh);
+  /// The scene holds this asset from now on.
+  void named(const ContentHash& asset);
   /// Drops everything. What is being built keeps its reservation until it is decided.
   void clear();
 
@@ -45,7 +45,7 @@ class SessionUploads {
     bool wanted = true;
   };
   struct Held {
-    std::shared_ptr<const MeshAsset> asset;
+    std::shared_ptr<const Asset> asset;
     std::size_t reserved;
   };
   SessionHost& host_;
@@ -56,7 +56,7 @@ class SessionUploads {
 
   v1::AssetUploadReply refuse(const ContentHash& hash, const Error& error);
   v1::AssetUploadReply putOff(const ContentHash& hash, const Error& why);
-  void hold(std::shared_ptr<const MeshAsset> asset, std::size_t reserved);
+  void hold(std::shared_ptr<const Asset> asset, std::size_t reserved);
   void releaseAssembly();
 };
 

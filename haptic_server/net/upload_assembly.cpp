@@ -10,8 +10,7 @@ bool UploadAssembly::ignores(const v1::AssetChunk& chunk, const ContentHash& has
   return chunk.offset() != 0 && ignored_ == hash;
 }
 
-Result<void> UploadAssembly::check(const v1::AssetChunk& chunk, const ContentHash& hash) const {
-  if (chunk.kind() != v1::ASSET_KIND_MESH) return refused("chunk.kind", "only ASSET_KIND_MESH can be uploaded");
+Result<void> UploadAssembly::check(const v1::AssetChunk& chunk, const AssetName& name) const {
   if (chunk.total_size() == 0 || chunk.total_size() > kMaxUploadBytes) {
     return refused("chunk.total_size", "is " + std::to_string(chunk.total_size()) + "; an upload has 1 to " +
                                            std::to_string(kMaxUploadBytes) + " bytes");
@@ -20,7 +19,7 @@ Result<void> UploadAssembly::check(const v1::AssetChunk& chunk, const ContentHas
     return refused("chunk.data", "has " + std::to_string(chunk.data().size()) + " bytes; a chunk has 1 to " +
                                      std::to_string(kMaxChunkBytes));
   }
-  const bool continues = total_ != 0 && hash == hash_ && chunk.total_size() == total_;
+  const bool continues = total_ != 0 && name == name_ && chunk.total_size() == total_;
   if (chunk.offset() != 0 && !(continues && chunk.offset() == bytes_.size())) {
     return refused("chunk.offset", "is " + std::to_string(chunk.offset()) + " where " +
                                        std::to_string(continues ? bytes_.size() : 0) +
@@ -32,12 +31,12 @@ Result<void> UploadAssembly::check(const v1::AssetChunk& chunk, const ContentHas
   return {};
 }
 
-void UploadAssembly::add(const v1::AssetChunk& chunk, const ContentHash& hash) {
+void UploadAssembly::add(const v1::AssetChunk& chunk, const AssetName& name) {
   if (chunk.offset() == 0) {
-    hash_ = hash;
+    name_ = name;
     total_ = chunk.total_size();
     bytes_.clear();
-    if (ignored_ == hash) ignored_.reset();
+    if (ignored_ == name.hash) ignored_.reset();
   }
   bytes_ += chunk.data();
 }

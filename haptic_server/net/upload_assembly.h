@@ -6,11 +6,12 @@
 
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
+#include "common/scene/asset_source.h"
 #include "haptics/v1/envelope.pb.h"
 
 namespace haptics {
 
-/// Largest mesh that a client may send, in canonical bytes: about 14 million triangles.
+/// Largest asset that a client may send, in canonical bytes: a mesh of about 14 million triangles.
 inline constexpr std::uint64_t kMaxUploadBytes = 256U << 20;
 
 /// Puts one upload's chunks together. An asset that was refused is refused once: the chunks of it that are already
@@ -19,11 +20,11 @@ class UploadAssembly {
  public:
   /// Checks a chunk on its own and against what came before. A chunk at offset 0 begins a new upload and drops an
   /// unfinished one. Errors name the field below AssetUpload.
-  [[nodiscard]] Result<void> check(const v1::AssetChunk& chunk, const ContentHash& hash) const;
-  [[nodiscard]] bool assembles(const ContentHash& hash) const noexcept { return total_ != 0 && hash_ == hash; }
+  [[nodiscard]] Result<void> check(const v1::AssetChunk& chunk, const AssetName& name) const;
+  [[nodiscard]] bool assembles(const ContentHash& hash) const noexcept { return total_ != 0 && name_.hash == hash; }
   [[nodiscard]] bool ignores(const v1::AssetChunk& chunk, const ContentHash& hash) const;
   /// Takes a checked chunk's bytes.
-  void add(const v1::AssetChunk& chunk, const ContentHash& hash);
+  void add(const v1::AssetChunk& chunk, const AssetName& name);
   /// Ends the upload; chunks of this asset are ignored from now on.
   void abandon(const ContentHash& hash);
 
@@ -32,7 +33,7 @@ class UploadAssembly {
   [[nodiscard]] std::string take();  ///< The complete upload's bytes; none is under way afterwards.
 
  private:
-  ContentHash hash_;
+  AssetName name_;
   std::uint64_t total_ = 0;
   std::string bytes_;
   std::optional<ContentHash> ignored_;

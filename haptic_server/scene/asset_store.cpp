@@ -2,35 +2,83 @@
 
 #include <cstddef>
 #include <span>
-#include <utility>
 
 #include "common/mesh/mesh_asset.h"
+#include "common/mesh/vertex_values.h"
+#include "common/surface/field_asset.h"
 
 namespace haptics {
+namespace {
+
+ContentHash hashOfBytes(const std::string& bytes) { return Hasher().add(std::as_bytes(std::span(bytes))).finish(); }
+
+std::shared_ptr<MeshAsset> build(TriMesh mesh) {
+  auto asset = std::make_shared<MeshAsset>();
+  asset->surface = buildSurface(mesh.vertices, mesh.triangles);
+  asset->mesh = std::make_shared<const TriMesh>(std::move(mesh));
+  return asset;
+}
+
+std::shared_ptr<FieldAsset> build(SampledField field) {
+  auto asset = std::make_shared<FieldAsset>();
+  asset->field = std::make_shared<const SampledField>(std::move(field));
+  return asset;
+}
+
+std::shared_ptr<VertexValuesAsset> build(std::vector<float> values) {
+  auto asset = std::make_shared<VertexValuesAsset>();
+  asset->values = std::move(values);
+  return asset;
+}
+
+}  // namespace
 
 std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh) {
   const ContentHash hash = hashOf(mesh);
-  if (auto known = find(hash)) return known;
+  if (auto known = as<MeshAsset>(find(hash))) return known;
   std::string encoded = encodeMesh(mesh);
-  return build(std::move(mesh), std::move(encoded), hash);
+  return keep(build(std::move(mesh)), std::move(encoded), hash);
 }
 
-Result<std::shared_ptr<const MeshAsset>> AssetStore::internEncoded(const ContentHash& hash, std::string bytes) {
-  if (auto known = find(hash)) return known;
-  const ContentHash actual = Hasher().add(std::as_bytes(std::span(bytes))).finish();
-  if (actual != hash) {
-    return refused("hash", "the bytes hash to " + actual.hex() + ", declared was " + hash.hex());
+std::shared_ptr<const FieldAsset> AssetStore::intern(SampledField field) {
+  const ContentHash hash = hashOf(field);
+  if (auto known = as<FieldAsset>(find(hash))) return known;
+  std::string encoded = encodeField(field);
+  return keep(build(std::move(field)), std::move(encoded), hash);
+}
+
+std::shared_ptr<const VertexValuesAsset> AssetStore::intern(std::vector<float> vertexValues) {
+  const ContentHash hash = hashOf(vertexValues);
+  if (auto known = as<VertexValuesAsset>(find(hash))) return known;
+  std::string encoded = encodeVertexValues(vertexValues);
+  return keep(build(std::move(vertexValues)), std::move(encoded), hash);
+}
+
+Result<std::shared_ptr<const Asset>> AssetStore::internEncoded(const AssetName& name, std::string bytes) {
+  if (auto known = find(name.hash); known && known->name.kind == name.kind) return known;
+  const ContentHash actual = hashOfBytes(bytes);
+  if (actual != name.hash) {
+    return refused("hash", "the bytes hash to " + actual.hex() + ", declared was " + name.hash.hex());
   }
-  auto mesh = decodeMesh(bytes);
-  if (!mesh) return refused("data", mesh.error().text());
-  return build(*std::move(mesh), std::move(bytes), hash);
+  const auto keepDecoded = [&](auto content) -> Result<std::shared_ptr<const Asset>> {
+    if (!content) return refused("data", content.error().text());
+    return keep(build(*std::move(content)), std::move(bytes), name.hash);
+  };
+  switch (name.kind) {
+    case AssetKind::kMesh:
+      return keepDecoded(decodeMesh(bytes));
+    case AssetKind::kScalarField:
+      return keepDecoded(decodeField(bytes));
+    case AssetKind::kVertexValues:
+      return keepDecoded(decodeVertexValues(bytes));
+  }
+  return refused("kind", "is none that this server knows");
 }
 
-std::shared_ptr<const MeshAsset> AssetStore::build(TriMesh mesh, std::string encoded, const ContentHash& hash) {
-  auto asset = std::make_shared<MeshAsset>();
-  asset->hash = hash;
-  asset->surface = buildSurface(mesh.vertices, mesh.triangles);
-  asset->mesh = std::make_shared<const TriMesh>(std::move(mesh));
+template <class Kind>
+std::shared_ptr<const Kind> AssetStore::keep(std::shared_ptr<Kind> asset, std::string encoded,
+                                             const ContentHash& hash) {
+  asset->name = {Kind::kKind, hash};
   asset->encoded = std::make_shared<const std::string>(std::move(encoded));
 
   const std::lock_guard lock(mutex_);
@@ -39,7 +87,7 @@ std::shared_ptr<const MeshAsset> AssetStore::build(TriMesh mesh, std::string enc
   return asset;
 }
 
-std::shared_ptr<const MeshAsset> AssetStore::find(const ContentHash& hash) const {
+std::shared_ptr<const Asset> AssetStore::find(const ContentHash& hash) const {
   const std::lock_guard lock(mutex_);
   const auto at = assets_.find(hash);
   return at == assets_.end() ? nullptr : at->second.lock();

@@ -5,41 +5,72 @@
 #include <mutex>
 #include <string>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
 #include "common/mesh/tri_mesh.h"
+#include "common/scene/asset_source.h"
+#include "common/surface/sampled_field.h"
 #include "haptic_server/geometry/surface.h"
 
 namespace haptics {
 
-/// A mesh in the three forms that the server needs. Immutable, shared between threads.
-struct MeshAsset {
-  ContentHash hash;  ///< Of `encoded`.
-  std::shared_ptr<const TriMesh> mesh;
-  std::shared_ptr<const Surface> surface;
-  std::shared_ptr<const std::string> encoded;  ///< As clients get it (encodeMesh).
+/// What is named by its content, as clients get it. Immutable, shared between threads.
+struct Asset {
+  AssetName name;                              ///< Its hash is that of `encoded`.
+  std::shared_ptr<const std::string> encoded;  ///< Canonical bytes.
+
+  virtual ~Asset() = default;
 };
 
-/// The meshes in use, each once, found by content. It owns none of them: a mesh lives as long as the scene's current
+/// A mesh in the forms that the server needs besides.
+struct MeshAsset final : Asset {
+  static constexpr AssetKind kKind = AssetKind::kMesh;
+  std::shared_ptr<const TriMesh> mesh;
+  std::shared_ptr<const Surface> surface;
+};
+
+struct FieldAsset final : Asset {
+  static constexpr AssetKind kKind = AssetKind::kScalarField;
+  std::shared_ptr<const SampledField> field;
+};
+
+struct VertexValuesAsset final : Asset {
+  static constexpr AssetKind kKind = AssetKind::kVertexValues;
+  std::vector<float> values;
+};
+
+/// Null when the asset is of another kind.
+template <class Kind>
+[[nodiscard]] std::shared_ptr<const Kind> as(std::shared_ptr<const Asset> asset) {
+  if (!asset || asset->name.kind != Kind::kKind) return nullptr;
+  return std::static_pointer_cast<const Kind>(std::move(asset));
+}
+
+/// The assets in use, each once, found by content. It owns none of them: an asset lives as long as the scene's current
 /// version, an upload or a client's transfer holds it.
 class AssetStore {
  public:
-  /// The asset with this content; its surface is built only when no one holds it yet. Builder thread: takes
+  /// The asset with this content; what is built beside it only when no one holds it yet. Builder thread: a mesh takes
   /// O(n log n) time in the triangles.
   [[nodiscard]] std::shared_ptr<const MeshAsset> intern(TriMesh mesh);
-  /// The same for canonical bytes from elsewhere. Refused: bytes that do not have this hash, or are not a mesh.
-  [[nodiscard]] Result<std::shared_ptr<const MeshAsset>> internEncoded(const ContentHash& hash, std::string bytes);
+  [[nodiscard]] std::shared_ptr<const FieldAsset> intern(SampledField field);
+  [[nodiscard]] std::shared_ptr<const VertexValuesAsset> intern(std::vector<float> vertexValues);
+  /// The same for canonical bytes from elsewhere. Refused: bytes that do not have this hash, or are not of this kind.
+  [[nodiscard]] Result<std::shared_ptr<const Asset>> internEncoded(const AssetName& name, std::string bytes);
 
   /// Any thread. Null when no one holds such an asset.
-  [[nodiscard]] std::shared_ptr<const MeshAsset> find(const ContentHash& hash) const;
+  [[nodiscard]] std::shared_ptr<const Asset> find(const ContentHash& hash) const;
   [[nodiscard]] std::size_t size() const;  ///< Any thread. Assets alive.
 
  private:
   mutable std::mutex mutex_;
-  std::unordered_map<ContentHash, std::weak_ptr<const MeshAsset>> assets_;
+  std::unordered_map<ContentHash, std::weak_ptr<const Asset>> assets_;
 
-  std::shared_ptr<const MeshAsset> build(TriMesh mesh, std::string encoded, const ContentHash& hash);
+  template <class Kind>
+  std::shared_ptr<const Kind> keep(std::shared_ptr<Kind> asset, std::string encoded, const ContentHash& hash);
 };
 
 }  // namespace haptics

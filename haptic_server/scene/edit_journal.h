@@ -10,7 +10,7 @@
 
 namespace haptics {
 
-/// All that a sequencer needs to go on where another one was, but for the meshes that its version names.
+/// All that a sequencer needs to go on where another one was, but for the assets that its version names.
 struct SequencerState {
   std::shared_ptr<const SceneHistory> history;
   EditMemory memory;
@@ -21,13 +21,13 @@ struct SequencerState {
 class EditJournal {
  public:
   using Edits = std::vector<std::shared_ptr<const AcceptedEdit>>;
-  using Meshes = std::vector<std::shared_ptr<const MeshAsset>>;
+  using Assets = std::vector<std::shared_ptr<const Asset>>;
 
   virtual ~EditJournal() = default;
-  /// Called before anyone hears of the edits, which follow `before` in this order; `meshes` are those that they brought
-  /// into the scene. Does not throw.
+  /// Called before anyone hears of the edits, which follow `before` in this order; `assets` are
+  /// those of the objects that they changed, some of which may be known. Does not throw.
   /// @return Nothing when all of them are kept. Else none of them counts, and the error is the answer to each.
-  [[nodiscard]] virtual Result<void> keep(const SequencerState& before, const Edits& edits, const Meshes& meshes) = 0;
+  [[nodiscard]] virtual Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) = 0;
 };
 
 }  // namespace haptics

@@ -14,18 +14,6 @@ namespace haptics {
 namespace fs = std::filesystem;
 namespace {
 
-bool isBelow(const fs::path& folder, const fs::path& file) {
-  return std::ranges::mismatch(folder, file).in1 == folder.end();
-}
-
-/// Where a file lies is the server's affair.
-std::string seenFromOutside(std::string text, const fs::path& file, const std::string& nameForClients) {
-  for (std::size_t at = 0; (at = text.find(file.string(), at)) != std::string::npos; at += nameForClients.size()) {
-    text.replace(at, file.string().size(), nameForClients);
-  }
-  return text;
-}
-
 struct Generated {
   const char* field;
   Result<TriMesh> mesh;
@@ -44,9 +32,6 @@ Generated generate(const MeshSource& source) {
 
 }  // namespace
 
-MeshLibrary::MeshLibrary(std::vector<fs::path> folders, AssetStore& store)
-    : folders_(std::move(folders)), store_(store) {}
-
 Result<ResolvedMesh> MeshLibrary::resolve(const MeshSource& source) {
   if (const auto* file = std::get_if<FileSource>(&source.source)) return fromFile(source, *file);
   if (source.largestExtent_m) return refused("largest_extent_m", "only a mesh from a file is scaled; leave it out");
@@ -55,31 +40,8 @@ Result<ResolvedMesh> MeshLibrary::resolve(const MeshSource& source) {
   return generated(source);
 }
 
-Result<fs::path> MeshLibrary::locate(const std::string& path) const {
-  const fs::path relative(path);
-  const bool climbs = std::ranges::find(relative, fs::path("..")) != relative.end();
-  if (path.empty() || path.find('\0') != std::string::npos || relative.is_absolute() || climbs) {
-    return refused("file",
-                   "\"" + path + "\" is not a path below an asset folder: give one without a leading / and without ..");
-  }
-  for (const fs::path& folder : folders_) {
-    std::error_code error;
-    const fs::path root = fs::canonical(folder, error);
-    if (error) continue;
-    const fs::path file = fs::canonical(root / relative, error);
-    if (error) continue;
-    if (!isBelow(root, file)) {
-      return refused("file", "\"" + path + "\" leads out of its asset folder by a symbolic link");
-    }
-    if (!fs::is_regular_file(file, error)) return refused("file", "\"" + path + "\" is not a regular file");
-    return file;
-  }
-  if (folders_.empty()) return refused("file", "there is no \"" + path + "\": the server has no asset folder");
-  return refused("file", "there is no \"" + path + "\" in the server's asset folders");
-}
-
 Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileSource& file) {
-  auto located = locate(file.path);
+  auto located = folders_.locate(file.path, "file");
   if (!located) return tl::unexpected(std::move(located).error());
   std::error_code error;
   const FileKey key{located->string(), fs::last_write_time(*located, error), fs::file_size(*located, error),
@@ -97,7 +59,7 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
 }
 
 Result<ResolvedMesh> MeshLibrary::fromStore(const AssetSource& source) const {
-  auto asset = store_.find(source.hash);
+  auto asset = as<MeshAsset>(store_.find(source.hash));
   if (!asset) return refused("asset", "no mesh " + source.hash.hex() + " is here; upload it in this session first");
   return ResolvedMesh{std::move(asset), "a mesh that the server held"};
 }

@@ -7,21 +7,22 @@
 #include <optional>
 #include <string>
 #include <tuple>
-#include <vector>
 
-#include "haptic_server/scene/mesh_resolver.h"
+#include "haptic_server/scene/asset_folders.h"
+#include "haptic_server/scene/asset_resolver.h"
 
 namespace haptics {
 
-/// Meshes from files below the asset folders, from generators and from the store. One thread.
-class MeshLibrary final : public MeshResolver {
- public:
-  /// Files are looked for in the folders in this order.
-  MeshLibrary(std::vector<std::filesystem::path> folders, AssetStore& store);
+using ResolvedMesh = Resolved<MeshAsset>;
 
-  /// Refused: a file that is not below an asset folder once `..` and symbolic links are followed, and whatever
-  /// importMesh and the generators refuse. Errors name a file as the source does, never where it lies.
-  [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source) override;
+/// Meshes from files below the asset folders, from generators and from the store. One thread.
+class MeshLibrary {
+ public:
+  /// Both outlive the library.
+  MeshLibrary(const AssetFolders& folders, AssetStore& store) : folders_(folders), store_(store) {}
+
+  /// Refused: a file that is not below an asset folder, and whatever importMesh and the generators refuse. Errors name a file as the source does, never where it lies.
+  [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source);
 
  private:
   /// Canonical path, modification time, size in bytes, unit_m, largestExtent_m: the same mesh comes out.
@@ -32,11 +33,10 @@ class MeshLibrary final : public MeshResolver {
     std::string report;
   };
 
-  std::vector<std::filesystem::path> folders_;
+  const AssetFolders& folders_;
   AssetStore& store_;
   std::map<FileKey, Imported> imported_;
 
-  Result<std::filesystem::path> locate(const std::string& path) const;
   Result<ResolvedMesh> fromFile(const MeshSource& source, const FileSource& file);
   Result<ResolvedMesh> fromStore(const AssetSource& asset) const;
   Result<ResolvedMesh> generated(const MeshSource& source);

@@ -1,6 +1,8 @@
 #include "haptic_server/scene/scene_draft.h"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <string_view>
 #include <utility>
 #include <variant>
@@ -29,9 +31,42 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
+/// What of a record grows, about as it is on the wire.
+std::size_t sizeOf(const SurfaceProperties& surface) {
+  constexpr std::size_t kTerm_bytes = 64, kCrease_bytes = 16;
+  const auto ofField = [](const FieldFamily& family) {
+    const auto* fourier = std::get_if<FourierFamily>(&family);
+    return fourier ? kTerm_bytes * fourier->terms.size() : 0;
+  };
+  std::size_t bytes = 0;
+  if (surface.shading) bytes += kCrease_bytes * surface.shading->creases.size();
+  if (surface.texture) bytes += ofField(surface.texture->family);
+  if (!surface.friction) return bytes;
+  const auto* field = std::get_if<FieldFamily>(&surface.friction->over);
+  return field ? bytes + ofField(*field) : bytes;
+}
+
+/// A flat mesh has no thickness, and a mapping's box needs one.
+constexpr double kLeastMappingSide_m = 1e-6;
+
+struct Box {
+  Vec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
+};
+
+Box boxOf(const TriMesh& mesh, const Quat& toFrame) {
+  Box box;
+  for (const Vec3f& vertex : mesh.vertices) {
+    const Vec3 at = toFrame * Vec3(vertex);
+    box.low = glm::min(box.low, at);
+    box.high = glm::max(box.high, at);
+  }
+  return box;
+}
+
 }  // namespace
 
-SceneDraft::SceneDraft(const SceneVersion& base, ObjectId nextId) : base_(base), nextId_(nextId) {}
+SceneDraft::SceneDraft(const SceneVersion& base, const Assets& baseAssets, ObjectId nextId, std::size_t maxAssets_bytes)
+    : base_(base), baseAssets_(baseAssets), nextId_(nextId), maxAssets_bytes_(maxAssets_bytes) {}
 
 Result<void> SceneDraft::apply(const Operation& operation, const std::string& field) {
   return std::visit([&](const auto& op) { return apply(op, field); }, operation);
@@ -54,7 +89,9 @@ Result<void> SceneDraft::apply(const AddObject& add, const std::string& field) {
   record.revision = base_.revision() + 1;
   record.pose = edited(record.pose, add.pose);
   record.material = edited(record.material, add.material);
-  named_.push_back({field + "add.mesh.", record.id, record.name, &add.mesh});
+  named_.push_back({field + "add.mesh.", record.id, record.name, Place::kMesh, &add.mesh});
+  given_[record.id].mesh = field + "add.mesh";
+  apply(add.material.surface, field + "add.material.", record);
   put_.push_back(std::move(record));
   return {};
 }
@@ -65,13 +102,16 @@ Result<void> SceneDraft::apply(const RemoveObject& remove, const std::string& fi
   const ObjectId id = (*record)->id;
   if (base_.find(id)) removed_.insert(id);
   std::erase_if(put_, [id](const ObjectRecord& r) { return r.id == id; });
+  given_.erase(id);
   return {};
 }
 
 Result<void> SceneDraft::apply(const RemeshObject& remesh, const std::string& field) {
   const auto record = edit(remesh.object, field + "remesh.object");
   if (!record) return tl::unexpected(record.error());
-  named_.push_back({field + "remesh.mesh.", (*record)->id, (*record)->name, &remesh.mesh});
+  const ObjectId id = (*record)->id;
+  named_.push_back({field + "remesh.mesh.", id, (*record)->name, Place::kMesh, &remesh.mesh});
+  given_[id].mesh = field + "remesh.mesh";
   return {};
 }
 
@@ -86,21 +126,167 @@ Result<void> SceneDraft::apply(const SetMaterial& set, const std::string& field)
   const auto record = edit(set.object, field + "set_material.object");
   if (!record) return tl::unexpected(record.error());
   (*record)->material = edited((*record)->material, set.material);
+  apply(set.material.surface, field + "set_material.material.", **record);
   return {};
 }
 
-Result<std::vector<std::string>> SceneDraft::resolveMeshes(MeshResolver& resolver) {
+void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record) {
+  if (edit.empty()) return;
+  auto& surface = given_[record.id].surface;
+  if (edit.shading) surface["shading"] = field;
+  if (edit.friction) surface["friction"] = field;
+  if (edit.texture) surface["texture"] = field;
+  // What an earlier operation of the transaction gave is overruled.
+  std::erase_if(named_, [&](const Named& named) {
+    const bool overruled =
+        (named.place == Place::kFriction && edit.friction) || (named.place == Place::kTexture && edit.texture);
+    return named.object == record.id && overruled;
+  });
+  const auto name = [&](const std::string& below, Place place, auto* source) {
+    named_.push_back({field + below, record.id, record.name, place, source});
+  };
+  if (edit.friction && *edit.friction) {
+    const auto& source = (*edit.friction)->source;
+    if (const auto* of = std::get_if<MappedSource>(&source)) name("friction.field.mapped.", Place::kFriction, of);
+    if (const auto* of = std::get_if<VertexValuesSource>(&source)) name("friction.per_vertex.", Place::kFriction, of);
+  }
+  if (edit.texture && *edit.texture && (*edit.texture)->source) {
+    name("texture.field.mapped.", Place::kTexture, &*(*edit.texture)->source);
+  }
+}
+
+Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
+  constexpr std::array<const char*, 3> kOf{"", "friction: ", "texture: "};  // as Place counts
   std::vector<std::string> reports;
-  for (const NamedMesh& named : named_) {
-    auto resolved = resolver.resolve(*named.source);
-    if (!resolved) return tl::unexpected(std::move(resolved).error().within(named.field));
-    reports.push_back(named.name + ": " + resolved->report);
-    if (ObjectRecord* record = put(named.object)) {
-      record->mesh = resolved->asset->hash;
-      meshes_[named.object] = std::move(resolved->asset);
+  for (const Named& named : named_) {
+    auto report = make(named, resolver);
+    if (!report) return tl::unexpected(std::move(report).error().within(named.field));
+    reports.push_back(named.name + ": " + kOf[static_cast<std::size_t>(named.place)] + *report);
+  }
+  if (auto fits = checkSurfaces(); !fits) return tl::unexpected(std::move(fits).error());
+  for (const Named& named : named_) fitMapping(named);
+  for (const auto& [object, given] : given_) {
+    const ObjectRecord& record = *put(object);
+    if (auto gathered = gather(record, given); !gathered) return tl::unexpected(std::move(gathered).error());
+    for (const std::string& remark : resolver.remarks(record, assets_.at(object))) {
+      reports.push_back(record.name + ": " + remark);
     }
   }
   return reports;
+}
+
+Result<std::string> SceneDraft::make(const Named& named, AssetResolver& resolver) {
+  const auto sourceIn = [](const auto& source) -> const auto& {
+    if constexpr (requires { source.field; }) {
+      return source.field;
+    } else {
+      return source;
+    }
+  };
+  return std::visit(
+      [&](const auto* source) -> Result<std::string> {
+        auto resolved = resolver.resolve(sourceIn(*source));
+        if (!resolved) return tl::unexpected(std::move(resolved).error());
+        if (auto room = checkRoom(*resolved->asset); !room) return tl::unexpected(std::move(room).error());
+        const ContentHash& hash = resolved->asset->name.hash;
+        made_[hash] = resolved->asset;
+        enter(named, hash);
+        return std::move(resolved->report);
+      },
+      named.source);
+}
+
+void SceneDraft::enter(const Named& named, const ContentHash& hash) {
+  ObjectRecord* record = put(named.object);
+  if (!record) return;
+  if (named.place == Place::kMesh) record->mesh = hash;
+  if (auto* mapped = mappedFamily(named)) mapped->field = hash;
+  if (!std::holds_alternative<const VertexValuesSource*>(named.source)) return;
+  auto& friction = record->material.surface.friction;
+  if (auto* scale = friction ? std::get_if<PerVertexScale>(&friction->over) : nullptr) scale->values = hash;
+}
+
+/// Against the assets of the scene as it was and those made so far: for a while, both are there.
+Result<void> SceneDraft::checkRoom(const Asset& more) const {
+  std::map<ContentHash, std::size_t> sizes{{more.name.hash, more.encoded->size()}};
+  const auto add = [&](const auto& asset) { sizes[asset->name.hash] = asset->encoded->size(); };
+  for (const auto& [hash, asset] : made_) add(asset);
+  for (const auto& [object, its] : baseAssets_) {
+    add(its.mesh);
+    std::ranges::for_each(its.others, add);
+  }
+  std::size_t bytes = 0;
+  for (const auto& [hash, size] : sizes) bytes += size;
+  if (bytes <= maxAssets_bytes_) return {};
+  return refused("source", "takes " + std::to_string(more.encoded->size()) + " bytes, which makes " +
+                               std::to_string(bytes) + " with the scene's other assets; it holds at most " +
+                               std::to_string(maxAssets_bytes_) + ": give less detail, or remove objects first");
+}
+
+Result<void> SceneDraft::checkSurfaces() const {
+  std::size_t bytes = 0;
+  for (const auto& object : base_.objects()) {
+    const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);
+    if (stays) bytes += sizeOf(object->material.surface);
+  }
+  for (const ObjectRecord& record : put_) bytes += sizeOf(record.material.surface);
+  if (bytes <= kMaxSceneSurfaces_bytes) return {};
+  for (const auto& [object, given] : given_) {
+    if (given.surface.empty()) continue;
+    const auto& [property, field] = *given.surface.begin();
+    return refused(field + property, "makes the Fourier terms and creases of all objects " + std::to_string(bytes) +
+                                         " bytes; a scene has at most " + std::to_string(kMaxSceneSurfaces_bytes));
+  }
+  return {};
+}
+
+/// That the source is of; null for other sources.
+MappedFamily* SceneDraft::mappedFamily(const Named& named) {
+  ObjectRecord* record = put(named.object);
+  if (!record || !std::holds_alternative<const MappedSource*>(named.source)) return nullptr;
+  auto& [shading, friction, texture] = record->material.surface;
+  FieldFamily* family = nullptr;
+  if (named.place == Place::kTexture && texture) family = &texture->family;
+  if (named.place == Place::kFriction && friction) family = std::get_if<FieldFamily>(&friction->over);
+  return family ? std::get_if<MappedFamily>(family) : nullptr;
+}
+
+/// What an edit left open of a mapping's intermediate surface is that of the mesh's box in its frame.
+void SceneDraft::fitMapping(const Named& named) {
+  auto* mapped = mappedFamily(named);
+  if (!mapped) return;
+  const MappedSource& source = *std::get<const MappedSource*>(named.source);
+  if (!source.centreOfMesh && !source.sizeOfMesh) return;
+  const auto mesh = as<MeshAsset>(findAsset(named.object, put(named.object)->mesh));
+  if (!mesh) return;
+  Mapping& mapping = mapped->mapping;
+  const Box box = boxOf(*mesh->mesh, glm::conjugate(mapping.rotation));
+  if (source.centreOfMesh) mapping.centre = mapping.rotation * ((box.low + box.high) / 2.0);
+  if (source.sizeOfMesh) mapping.size_m = glm::max(box.high - box.low, Vec3(kLeastMappingSide_m));
+}
+
+std::shared_ptr<const Asset> SceneDraft::findAsset(ObjectId object, const ContentHash& hash) const {
+  if (const auto at = made_.find(hash); at != made_.end()) return at->second;
+  const auto known = baseAssets_.find(object);
+  return known == baseAssets_.end() ? nullptr : known->second.find(hash);
+}
+
+Result<void> SceneDraft::gather(const ObjectRecord& record, const Given& given) {
+  auto gathered = gatherAssets(record, [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
+    auto asset = findAsset(record.id, name.hash);
+    if (!asset) return refused("", "is not here");
+    return asset;
+  });
+  if (gathered) {
+    assets_[record.id] = *std::move(gathered);
+    return {};
+  }
+  const auto& [field, reason] = gathered.error();
+  if (const auto at = given.surface.find(field.substr(0, field.find('.'))); at != given.surface.end()) {
+    return refused(at->second + field, reason);
+  }
+  return refused(given.mesh, "does not fit the object's " + field + ", which " + reason +
+                                 "; edit that property in the same transaction, or take it away");
 }
 
 Commit SceneDraft::commit() const {

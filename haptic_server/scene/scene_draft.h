@@ -6,52 +6,86 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/scene/scene.h"
-#include "haptic_server/scene/mesh_resolver.h"
+#include "haptic_server/scene/asset_resolver.h"
+#include "haptic_server/scene/object_assets.h"
 
 namespace haptics {
+
+/// Canonical bytes of all assets of a scene together: 28 million triangles, of which the server makes some 4 GB. Whoever may
+/// edit cannot fill the memory.
+inline constexpr std::size_t kMaxSceneAssets_bytes = 512U << 20;
+
+/// Of the Fourier terms and named creases of a scene, on the wire: a snapshot and a commit of all objects then fit what a
+/// connection takes at once.
+inline constexpr std::size_t kMaxSceneSurfaces_bytes = 512U << 10;
 
 /// The next revision while its operations are tried on it one by one. The version it starts from stays as it is, so
 /// that a rejected transaction is dropped by forgetting its draft.
 class SceneDraft {
  public:
-  using Meshes = std::map<ObjectId, std::shared_ptr<const MeshAsset>>;
+  using Assets = std::map<ObjectId, ObjectAssets>;
 
-  /// `base` outlives the draft. New objects are numbered from nextId.
-  SceneDraft(const SceneVersion& base, ObjectId nextId);
+  /// `base` and its objects' assets outlive the draft. New objects are numbered from nextId.
+  SceneDraft(const SceneVersion& base, const Assets& baseAssets, ObjectId nextId,
+             std::size_t maxAssets_bytes = kMaxSceneAssets_bytes);
 
-  /// Errors name the field below the operation ("add.name"). Meshes are made by resolveMeshes() only.
+  /// Errors name the field below the operation ("add.name"). Assets are made by resolve() only.
   [[nodiscard]] Result<void> apply(const Operation& operation, const std::string& field);
-  /// Makes the meshes that the operations named, after all of them are known to be right. Errors name the whole field.
+  /// Makes the assets that the operations named, after all of them are known to be right, and sees that those of each
+  /// object fit together. Errors name the whole field.
   /// @return What making each kept and dropped.
-  [[nodiscard]] Result<std::vector<std::string>> resolveMeshes(MeshResolver& resolver);
+  [[nodiscard]] Result<std::vector<std::string>> resolve(AssetResolver& resolver);
 
-  [[nodiscard]] Commit commit() const;                                     ///< Without its root.
-  [[nodiscard]] const Meshes& meshes() const noexcept { return meshes_; }  ///< Of added and re-meshed objects.
+  [[nodiscard]] Commit commit() const;  ///< Without its root.
+  /// Of objects that the operations gave a mesh or surface properties.
+  [[nodiscard]] const Assets& assets() const noexcept { return assets_; }
   [[nodiscard]] ObjectId nextId() const noexcept { return nextId_; }
 
  private:
-  struct NamedMesh {
+  enum class Place { kMesh, kFriction, kTexture };
+  /// An asset to be made, and where its name goes.
+  struct Named {
     std::string field;
     ObjectId object;
     std::string name;
-    const MeshSource* source;
+    Place place;
+    std::variant<const MeshSource*, const MappedSource*, const VertexValuesSource*> source;
+  };
+  /// The fields, if any, by which the operations last gave what an object is made of.
+  struct Given {
+    std::string mesh;                            // "operations[0].remesh.mesh"
+    std::map<std::string, std::string> surface;  // "texture": "operations[1].set_material.material."
   };
 
   const SceneVersion& base_;
+  const Assets& baseAssets_;
   ObjectId nextId_;
+  std::size_t maxAssets_bytes_;
   std::vector<ObjectRecord> put_;  // in the order in which operations first named them
   std::set<ObjectId> removed_;     // of base_
-  std::vector<NamedMesh> named_;
-  Meshes meshes_;
+  std::vector<Named> named_;
+  std::map<ObjectId, Given> given_;
+  std::map<ContentHash, std::shared_ptr<const Asset>> made_;
+  Assets assets_;
 
   Result<void> apply(const AddObject& add, const std::string& field);
   Result<void> apply(const RemoveObject& remove, const std::string& field);
   Result<void> apply(const RemeshObject& remesh, const std::string& field);
   Result<void> apply(const SetPose& set, const std::string& field);
   Result<void> apply(const SetMaterial& set, const std::string& field);
+  void apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record);
+  Result<std::string> make(const Named& named, AssetResolver& resolver);
+  Result<void> checkRoom(const Asset& more) const;
+  Result<void> checkSurfaces() const;
+  void enter(const Named& named, const ContentHash& hash);
+  void fitMapping(const Named& named);
+  MappedFamily* mappedFamily(const Named& named);
+  Result<void> gather(const ObjectRecord& record, const Given& given);
+  std::shared_ptr<const Asset> findAsset(ObjectId object, const ContentHash& hash) const;
   const ObjectRecord* find(const ObjectRef& ref) const;
   Result<ObjectRecord*> edit(const ObjectRef& ref, const std::string& field);
   ObjectRecord* put(ObjectId id);

@@ -13,10 +13,12 @@ namespace {
 /// How often the builder frees scenes that the servo has left behind while nothing is edited.
 constexpr std::chrono::milliseconds kReclaimEvery{100};
 
-/// Making a mesh may take seconds, which only its own edit waits for.
-bool makesMesh(const Transaction& transaction) {
+/// Making an asset may take seconds, which only its own edit waits for.
+bool makesAsset(const Transaction& transaction) {
   return std::ranges::any_of(transaction.operations, [](const Operation& operation) {
-    return std::holds_alternative<AddObject>(operation) || std::holds_alternative<RemeshObject>(operation);
+    const auto* material = std::get_if<SetMaterial>(&operation);
+    return std::holds_alternative<AddObject>(operation) || std::holds_alternative<RemeshObject>(operation) ||
+           (material && !material->material.surface.empty());
   });
 }
 
@@ -25,7 +27,7 @@ bool makesMesh(const Transaction& transaction) {
 SceneRoom::SceneRoom(Options options, SceneCrossing& crossing)
     : options_(std::move(options)),
       crossing_(crossing),
-      library_(options_.assetFolders, store_),
+      library_(options_.assetFolders, store_, options_.encoderStep_m),
       sequencer_(newEpoch(), library_),
       servoScenes_(options_.makePlan),
       published_(sequencer_.history()) {}
@@ -40,19 +42,22 @@ Result<std::vector<std::string>> SceneRoom::loadStartScene(const Transaction& sc
   return std::get<std::shared_ptr<const AcceptedEdit>>(outcome)->reports;
 }
 
-Result<void> SceneRoom::resume(SequencerState state, const MeshReader& readMesh, EditJournal& journal) {
-  Sequencer::Meshes meshes;
+Result<void> SceneRoom::resume(SequencerState state, const AssetReader& readAsset, EditJournal& journal) {
+  const auto lookUp = [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
+    if (auto known = store_.find(name.hash)) return known;
+    auto bytes = readAsset(name.hash);
+    if (!bytes) return refused("", bytes.error().text());
+    auto asset = store_.internEncoded(name, *std::move(bytes));
+    if (!asset) return refused("", "is damaged: " + asset.error().text());
+    return asset;
+  };
+  Sequencer::Assets assets;
   for (const auto& object : state.history->version.objects()) {
-    auto mesh = Result<std::shared_ptr<const MeshAsset>>(store_.find(object->mesh));
-    if (!*mesh) {
-      auto bytes = readMesh(object->mesh);
-      if (!bytes) return refused("object \"" + object->name + "\"", bytes.error().text());
-      mesh = store_.internEncoded(object->mesh, *std::move(bytes));
-    }
-    if (!mesh) return refused("object \"" + object->name + "\"", "its mesh is damaged: " + mesh.error().text());
-    meshes[object->id] = *std::move(mesh);
+    auto gathered = gatherAssets(*object, lookUp);
+    if (!gathered) return refused("object \"" + object->name + "\"", gathered.error().text());
+    assets[object->id] = *std::move(gathered);
   }
-  sequencer_.resume(std::move(state), std::move(meshes), journal);
+  sequencer_.resume(std::move(state), std::move(assets), journal);
   published_ = sequencer_.history();
   publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
   return {};
@@ -77,12 +82,12 @@ bool SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transacti
   return enqueue({work, Edit{{session, clientSeq, std::move(transaction)}, reply}});
 }
 
-bool SceneRoom::submitMesh(const ContentHash& hash, std::string bytes, const UploadReply& reply) {
-  auto job = [this, hash, bytes = std::move(bytes), reply]() mutable {
+bool SceneRoom::submitAsset(const AssetName& name, std::string bytes, const UploadReply& reply) {
+  auto job = [this, name, bytes = std::move(bytes), reply]() mutable {
     try {
-      reply(store_.internEncoded(hash, std::move(bytes)));
+      reply(store_.internEncoded(name, std::move(bytes)));
     } catch (const std::exception& failure) {
-      reply(refused("data", std::string("the server could not build the mesh: ") + failure.what()));
+      reply(refused("data", std::string("the server could not build the asset: ") + failure.what()));
     }
   };
   return enqueue({1, std::move(job)});
@@ -128,11 +133,11 @@ void SceneRoom::run() {
   }
 }
 
-/// The next job, or several edits that make no meshes.
+/// The next job, or several edits that make no assets.
 std::vector<SceneRoom::Job> SceneRoom::takeJobs() {
   const auto mayShare = [](const Job& job) {
     const auto* edit = std::get_if<Edit>(&job.task);
-    return edit && !makesMesh(edit->submission.transaction);
+    return edit && !makesAsset(edit->submission.transaction);
   };
   std::vector<Job> jobs;
   while (!stopping_ && !queue_.empty() && jobs.size() < kMaxBatch) {

@@ -15,8 +15,8 @@
 #include <variant>
 #include <vector>
 
+#include "haptic_server/scene/asset_library.h"
 #include "haptic_server/scene/asset_store.h"
-#include "haptic_server/scene/mesh_library.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/scene/servo_scene_maker.h"
 #include "haptic_server/servo/scene_crossing.h"
@@ -24,17 +24,18 @@
 namespace haptics {
 
 /// The server's own copy of the scene and the builder thread that changes it: edits and uploads in, servo scenes and
-/// histories out. Meshes are read, checked, hashed and built on this thread only.
+/// histories out. Assets are read, computed, checked, hashed and built on this thread only.
 class SceneRoom {
  public:
   struct Options {
     std::vector<std::filesystem::path> assetFolders;
     ServoSceneMaker::MakePlan makePlan;           ///< Empty unless a simulated hand explores.
-    std::function<void(const std::string&)> log;  ///< One line for each mesh made; called on the builder thread.
+    double encoderStep_m = 0;                     ///< Of the device, for warnings; 0: not known.
+    std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
   };
   using EditReply = std::function<void(const EditOutcome&)>;
-  using UploadReply = std::function<void(Result<std::shared_ptr<const MeshAsset>>)>;
-  using MeshReader = std::function<Result<std::string>(const ContentHash&)>;  ///< Canonical bytes, unverified.
+  using UploadReply = std::function<void(Result<std::shared_ptr<const Asset>>)>;
+  using AssetReader = std::function<Result<std::string>(const ContentHash&)>;  ///< Canonical bytes, unverified.
   using HistoryListener = std::function<void(std::shared_ptr<const SceneHistory>)>;
 
   /// Work waiting for the builder, in operations and preconditions (an upload counts as one): some 30 MB.
@@ -49,12 +50,12 @@ class SceneRoom {
   SceneRoom& operator=(const SceneRoom&) = delete;
 
   /// Applies the transaction at once and publishes it, the same way as any edit. Before start() only.
-  /// @return The reports of the meshes, or the bad field.
+  /// @return The reports of the assets, or the bad field.
   [[nodiscard]] Result<std::vector<std::string>> loadStartScene(const Transaction& scene);
-  /// Goes on from this state, whose meshes are read by hash, and publishes it; every edit from now on is kept by the
+  /// Goes on from this state, whose assets are read by hash, and publishes it; every edit from now on is kept by the
   /// journal, which outlives the room, before it is published or answered. Before loadStartScene() and start() only.
-  /// @return Or which object's mesh cannot be had.
-  [[nodiscard]] Result<void> resume(SequencerState state, const MeshReader& readMesh, EditJournal& journal);
+  /// @return Or which object's asset cannot be had.
+  [[nodiscard]] Result<void> resume(SequencerState state, const AssetReader& readAsset, EditJournal& journal);
   void start();
   void stop();  ///< Finishes the job in hand and drops the rest; their replies never come. Also done on destruction.
 
@@ -62,11 +63,11 @@ class SceneRoom {
   /// there is no room for more work now.
   [[nodiscard]] bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                                 const EditReply& reply);
-  /// Any thread. Checks the bytes against the hash and builds the mesh; who asked holds it until an edit names it.
+  /// Any thread. Checks the bytes against the hash and builds the asset; who asked holds it until an edit names it.
   /// False as above.
-  [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes, const UploadReply& reply);
+  [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes, const UploadReply& reply);
   /// Any thread. Null when it is neither in the scene nor held by someone.
-  [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const { return store_.find(hash); }
+  [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const { return store_.find(hash); }
   /// Any thread. The newest.
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;
   /// Called on the builder thread after each revision, and once here with the present one. An empty function ends it:
@@ -86,7 +87,7 @@ class SceneRoom {
   Options options_;
   SceneCrossing& crossing_;
   AssetStore store_;
-  MeshLibrary library_;
+  AssetLibrary library_;
   Sequencer sequencer_;          // builder thread, or loadStartScene before it runs
   ServoSceneMaker servoScenes_;  // likewise
 

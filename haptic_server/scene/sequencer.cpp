@@ -53,13 +53,14 @@ EditOutcome passedOver(const SceneVersion& version, const Submission& submission
 
 }  // namespace
 
-Sequencer::Sequencer(std::uint64_t epoch, MeshResolver& meshes) : resolver_(meshes) {
+Sequencer::Sequencer(std::uint64_t epoch, AssetResolver& resolver, std::size_t maxAssets_bytes)
+    : resolver_(resolver), maxAssets_bytes_(maxAssets_bytes) {
   state_.history = std::make_shared<const SceneHistory>(SceneHistory{.epoch = epoch, .version = {}, .edits = {}});
 }
 
-void Sequencer::resume(SequencerState state, Meshes meshes, EditJournal& journal) {
+void Sequencer::resume(SequencerState state, Assets assets, EditJournal& journal) {
   state_ = std::move(state);
-  meshes_ = std::move(meshes);
+  assets_ = std::move(assets);
   journal_ = &journal;
 }
 
@@ -69,7 +70,7 @@ EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const 
 }
 
 std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissions) {
-  Batch batch{*state_.history, meshes_, state_.nextId, {}, {}};
+  Batch batch{*state_.history, assets_, state_.nextId, {}, {}};
   std::vector<EditOutcome> outcomes;
   std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
   for (const Submission& submission : submissions) {
@@ -86,7 +87,7 @@ std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissio
   }
   if (batch.edits.empty()) return outcomes;
   if (journal_) {
-    if (const auto kept = journal_->keep(state_, batch.edits, batch.newMeshes); !kept) {
+    if (const auto kept = journal_->keep(state_, batch.edits, batch.newAssets); !kept) {
       for (const std::size_t i : unkept) outcomes[i] = kept.error();
       return outcomes;
     }
@@ -123,12 +124,12 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
 
   if (auto conflict = conflictOf(base, transaction.preconditions)) return *std::move(conflict);
 
-  SceneDraft draft(base, batch.nextId);
+  SceneDraft draft(base, batch.assets, batch.nextId, maxAssets_bytes_);
   for (std::size_t i = 0; i < transaction.operations.size(); ++i) {
     const auto done = draft.apply(transaction.operations[i], "operations[" + std::to_string(i) + "].");
     if (!done) return done.error();
   }
-  auto reports = draft.resolveMeshes(resolver_);
+  auto reports = draft.resolve(resolver_);
   if (!reports) return std::move(reports).error();
 
   auto edit = std::make_shared<AcceptedEdit>(
@@ -137,17 +138,18 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
   if (!next) return std::move(next).error();
   edit->commit.root = next->root();
 
-  batch.take(edit, *std::move(next), draft.meshes());
+  batch.take(edit, *std::move(next), draft.assets());
   return edit;
 }
 
 /// Whole or not at all: without the memory for it the process ends.
 void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made,
-                            const Meshes& itsMeshes) noexcept {
-  for (const ObjectId id : edit->commit.removed) meshes.erase(id);
-  for (const auto& [id, asset] : itsMeshes) {
-    meshes[id] = asset;
-    newMeshes.push_back(asset);
+                            const Assets& itsAssets) noexcept {
+  for (const ObjectId id : edit->commit.removed) assets.erase(id);
+  for (const auto& [id, held] : itsAssets) {
+    assets[id] = held;
+    newAssets.push_back(held.mesh);
+    newAssets.insert(newAssets.end(), held.others.begin(), held.others.end());
   }
   nextId = edit->nextId;
   edits.push_back(edit);
@@ -161,7 +163,7 @@ void Sequencer::adopt(Batch&& batch) noexcept {
   }
   state_.history = std::make_shared<const SceneHistory>(std::move(batch.history));
   state_.nextId = batch.nextId;
-  meshes_ = std::move(batch.meshes);
+  assets_ = std::move(batch.assets);
 }
 
 }  // namespace haptics

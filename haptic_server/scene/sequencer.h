@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "haptic_server/scene/asset_resolver.h"
 #include "haptic_server/scene/edit_journal.h"
-#include "haptic_server/scene/mesh_resolver.h"
 #include "haptic_server/scene/scene_draft.h"
 
 namespace haptics {
@@ -34,13 +34,13 @@ using EditOutcome = std::variant<std::shared_ptr<const AcceptedEdit>, EditConfli
 /// or none. The same submissions give the same history. One thread; no clock, no sockets.
 class Sequencer {
  public:
-  using Meshes = SceneDraft::Meshes;
+  using Assets = SceneDraft::Assets;
 
-  Sequencer(std::uint64_t epoch, MeshResolver& meshes);
+  Sequencer(std::uint64_t epoch, AssetResolver& resolver, std::size_t maxAssets_bytes = kMaxSceneAssets_bytes);
 
-  /// Goes on from an earlier sequencer's state, with the meshes of its objects; from now on every accepted edit is kept
+  /// Goes on from an earlier sequencer's state, with the assets of its objects; from now on every accepted edit is kept
   /// by the journal before it counts. Instead of all that was submitted so far.
-  void resume(SequencerState state, Meshes meshes, EditJournal& journal);
+  void resume(SequencerState state, Assets assets, EditJournal& journal);
 
   /// Decides the edits in this order, as if one by one; the journal keeps them together. One that was accepted before
   /// is answered again with the same revision and root and not applied again (with its objects and reports while the
@@ -52,24 +52,25 @@ class Sequencer {
 
   [[nodiscard]] const std::shared_ptr<const SceneHistory>& history() const noexcept { return state_.history; }
   [[nodiscard]] const SequencerState& state() const noexcept { return state_; }
-  /// The mesh of an object of the current version.
-  [[nodiscard]] const std::shared_ptr<const MeshAsset>& meshOf(ObjectId id) const { return meshes_.at(id); }
+  /// Of an object of the current version.
+  [[nodiscard]] const ObjectAssets& assetsOf(ObjectId id) const { return assets_.at(id); }
 
  private:
   /// What becomes of the state while edits are decided, until the journal has kept them.
   struct Batch {
     SceneHistory history;
-    Meshes meshes;
+    Assets assets;
     ObjectId nextId;
     EditJournal::Edits edits;
-    EditJournal::Meshes newMeshes;
+    EditJournal::Assets newAssets;
 
-    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Meshes& itsMeshes) noexcept;
+    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Assets& itsAssets) noexcept;
   };
-  MeshResolver& resolver_;
+  AssetResolver& resolver_;
+  const std::size_t maxAssets_bytes_;
   EditJournal* journal_ = nullptr;
   SequencerState state_;
-  Meshes meshes_;  // holds what the current version names
+  Assets assets_;  // holds what the current version names
 
   std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
   EditOutcome decide(const Submission& submission, Batch& batch) const;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -15,7 +16,8 @@ namespace haptics {
 /// ten times the 50 ms over which the servo blends an edit's jump out.
 inline constexpr std::uint64_t kLeaving_ns = 500'000'000;
 
-/// Makes the servo's scenes from the sequencer's revisions. Remembers only which objects are leaving. Builder thread.
+/// Makes the servo's scenes from the sequencer's revisions. Remembers which objects are leaving, and what the surfaces of
+/// those that stay were made of. Builder thread.
 class ServoSceneMaker {
  public:
   /// The exploration for a scene whose objects are complete.
@@ -39,12 +41,20 @@ class ServoSceneMaker {
     ServoObject object;
     std::uint64_t until_ns;
   };
+  struct Detailed {
+    std::shared_ptr<const Surface> surface;
+    SurfaceProperties properties;
+    std::shared_ptr<const SurfaceDetail> detail;
+  };
   MakePlan makePlan_;
-  std::vector<ServoObject> present_;  // of the last scene made, in order of id
-  std::vector<Leaving> leaving_;      // in order of time
+  std::map<ObjectId, Detailed> detailed_;  // of the last scene made
+  std::vector<ServoObject> present_;       // of the last scene made, in order of id
+  std::vector<Leaving> leaving_;           // in order of time
   std::shared_ptr<const ExplorationPlan> plan_;
   std::uint64_t revision_ = 0;      // of the last scene made
   std::uint64_t planRevision_ = 0;  // for which plan_ was made
+
+  Detailed detailOf(const ObjectRecord& record, const ObjectAssets& assets) const;
 };
 
 }  // namespace haptics

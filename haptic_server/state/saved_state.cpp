@@ -91,7 +91,6 @@ struct Replay {
   SceneHistory history;
   EditMemory memory;
   ObjectId nextId = 1;
-  std::unordered_set<ContentHash> meshes;
 
   Result<void> begin(const v1::Checkpoint& checkpoint) {
     auto read = historyIn(checkpoint);
@@ -103,7 +102,6 @@ struct Replay {
       memory.remember(*std::move(session));
     }
     nextId = checkpoint.next_object_id();
-    for (const auto& object : history.version.objects()) meshes.insert(object->mesh);
     return {};
   }
 
@@ -118,7 +116,6 @@ struct Replay {
 
     memory.remember((*edit)->session, {(*edit)->clientSeq, commit.revision, commit.root});
     nextId = (*edit)->nextId;
-    for (const ObjectRecord& object : commit.put) meshes.insert(object.mesh);
     history.append(*std::move(edit), *std::move(next));
     return {};
   }
@@ -182,7 +179,6 @@ Result<SavedState> readLog(std::string_view log) {
   SavedState saved{
       {std::make_shared<const SceneHistory>(std::move(replay.history)), std::move(replay.memory), replay.nextId},
       writer,
-      std::move(replay.meshes),
       {}};
   if (good < log.size()) {
     const bool cutOff = misfit.empty() && reader.end() == LogEnd::kCutOff;

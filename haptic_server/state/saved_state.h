@@ -30,9 +30,8 @@ struct LogDamage {
 /// What a log leads to.
 struct SavedState {
   SequencerState state;
-  RecordWriter writer;                     ///< To go on after the last good record.
-  std::unordered_set<ContentHash> meshes;  ///< Every mesh that a good record names.
-  std::optional<LogDamage> damage;         ///< The state is that before it.
+  RecordWriter writer;              ///< To go on after the last good record.
+  std::optional<LogDamage> damage;  ///< The state is that before it.
 };
 
 /// Refused: bytes that do not begin with this version's head and a good checkpoint. Untrusted bytes are welcome.

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kLogName = "log";
 constexpr const char* kCheckpointName = "checkpoint";
-constexpr const char* kMeshFolder = "meshes";
+constexpr const char* kAssetFolder = "assets";
 constexpr const char* kDamagedPrefix = "log.damaged-";
 
 bool holdsDamagedLog(const fs::path& folder) {
@@ -25,9 +25,11 @@ bool holdsDamagedLog(const fs::path& folder) {
   });
 }
 
-std::unordered_set<std::string> meshNames(const SceneVersion& version) {
+std::unordered_set<std::string> assetNames(const SceneVersion& version) {
   std::unordered_set<std::string> names;
-  for (const auto& object : version.objects()) names.insert(object->mesh.hex());
+  for (const auto& object : version.objects()) {
+    for (const AssetName& asset : object->assets()) names.insert(asset.hash.hex());
+  }
   return names;
 }
 
@@ -35,7 +37,7 @@ std::unordered_set<std::string> meshNames(const SceneVersion& version) {
 
 Result<StateFolder::Opened> StateFolder::open(const fs::path& folder, std::uint64_t freshEpoch, Options options) {
   const fs::path path = fs::absolute(folder / "").lexically_normal().parent_path();
-  if (auto made = makeFolderDurably(path / kMeshFolder); !made) return tl::unexpected(std::move(made).error());
+  if (auto made = makeFolderDurably(path / kAssetFolder); !made) return tl::unexpected(std::move(made).error());
 
   std::unique_ptr<StateFolder> opened(new StateFolder(path, std::move(options)));
   auto lock = lockFile(path / "lock");
@@ -80,9 +82,9 @@ Result<SequencerState> StateFolder::load(std::uint64_t freshEpoch) {
   log_ = *std::move(log);
   writer_ = saved->writer;
   size_ = bytes->size();
-  const MeshBytes meshes = meshBytes(saved->state.history->version);
-  written_ = size_ - beginning->size() + meshes.others;
-  planCheckpoint(beginning->size() + meshes.named);
+  const AssetBytes assets = assetBytes(saved->state.history->version);
+  written_ = size_ - beginning->size() + assets.others;
+  planCheckpoint(beginning->size() + assets.named);
   return std::move(saved->state);
 }
 
@@ -102,17 +104,17 @@ Result<void> StateFolder::giveUpDamaged(std::string_view log, const LogDamage& d
   return {};
 }
 
-Result<std::string> StateFolder::readMesh(const ContentHash& hash) const {
-  const fs::path path = folder_ / kMeshFolder / hash.hex();
+Result<std::string> StateFolder::readAsset(const ContentHash& hash) const {
+  const fs::path path = folder_ / kAssetFolder / hash.hex();
   auto bytes = readFile(path);
   if (!bytes) return refused(path.string(), bytes.error().text());
   return bytes;
 }
 
-Result<void> StateFolder::keep(const SequencerState& before, const Edits& edits, const Meshes& meshes) {
+Result<void> StateFolder::keep(const SequencerState& before, const Edits& edits, const Assets& assets) {
   Result<void> kept;
   try {
-    kept = tryToKeep(before, edits, meshes);
+    kept = tryToKeep(before, edits, assets);
   } catch (const std::exception& failure) {
     log_ = {};
     kept = refused("", failure.what());
@@ -124,14 +126,14 @@ Result<void> StateFolder::keep(const SequencerState& before, const Edits& edits,
   return refused("state", "the server cannot keep edits now (" + kept.error().reason + "); send it again later");
 }
 
-Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& edits, const Meshes& meshes) {
+Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& edits, const Assets& assets) {
   if (!log_ || written_ >= nextCheckpoint_) {
     auto made = checkpoint(before);
     if (!made && !log_) return made;
     if (!made) nextCheckpoint_ = written_ + options_.checkpointAfter_bytes;  // the log can wait
   }
-  for (const auto& mesh : meshes) {
-    if (auto stored = storeMesh(*mesh); !stored) return stored;
+  for (const auto& asset : assets) {
+    if (auto stored = storeAsset(*asset); !stored) return stored;
   }
   RecordWriter writer = writer_;
   std::string records;
@@ -164,9 +166,9 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
   log_ = *std::move(log);
   writer_ = writer;
   size_ = bytes.size();
-  collectMeshes(state.history->version);
+  collectAssets(state.history->version);
   written_ = 0;
-  planCheckpoint(size_ + meshBytes(state.history->version).named);
+  planCheckpoint(size_ + assetBytes(state.history->version).named);
   return {};
 }
 
@@ -174,32 +176,32 @@ void StateFolder::planCheckpoint(std::size_t lastSize) {
   nextCheckpoint_ = std::max(options_.checkpointAfter_bytes, Options::kCheckpointAfterSizes * lastSize);
 }
 
-Result<void> StateFolder::storeMesh(const MeshAsset& mesh) {
-  if (stored_.contains(mesh.hash)) return {};
-  const fs::path path = folder_ / kMeshFolder / mesh.hash.hex();
+Result<void> StateFolder::storeAsset(const Asset& asset) {
+  if (stored_.contains(asset.name.hash)) return {};
+  const fs::path path = folder_ / kAssetFolder / asset.name.hash.hex();
   const fs::path unfinished = path.string() + ".new";
-  if (auto made = createDurably(unfinished, *mesh.encoded); !made) return tl::unexpected(std::move(made).error());
+  if (auto made = createDurably(unfinished, *asset.encoded); !made) return tl::unexpected(std::move(made).error());
   if (auto renamed = renameDurably(unfinished, path); !renamed) return renamed;
-  stored_.insert(mesh.hash);
-  written_ += mesh.encoded->size();
+  stored_.insert(asset.name.hash);
+  written_ += asset.encoded->size();
   return {};
 }
 
-/// Removes the meshes that the version does not name, unless a damaged log may name them.
-void StateFolder::collectMeshes(const SceneVersion& version) {
-  const auto named = meshNames(version);
+/// Removes the assets that the version does not name, unless a damaged log may name them.
+void StateFolder::collectAssets(const SceneVersion& version) {
+  const auto named = assetNames(version);
   std::erase_if(stored_, [&](const ContentHash& hash) { return !named.contains(hash.hex()); });
   if (holdsDamagedLog(folder_)) return;
-  for (const auto& entry : fs::directory_iterator(folder_ / kMeshFolder)) {
+  for (const auto& entry : fs::directory_iterator(folder_ / kAssetFolder)) {
     std::error_code ignored;  // a file that cannot be removed costs its space
     if (!named.contains(entry.path().filename().string())) fs::remove(entry.path(), ignored);
   }
 }
 
-StateFolder::MeshBytes StateFolder::meshBytes(const SceneVersion& version) const {
-  const auto named = meshNames(version);
-  MeshBytes bytes;
-  for (const auto& entry : fs::directory_iterator(folder_ / kMeshFolder)) {
+StateFolder::AssetBytes StateFolder::assetBytes(const SceneVersion& version) const {
+  const auto named = assetNames(version);
+  AssetBytes bytes;
+  for (const auto& entry : fs::directory_iterator(folder_ / kAssetFolder)) {
     (named.contains(entry.path().filename().string()) ? bytes.named : bytes.others) += entry.file_size();
   }
   return bytes;

@@ -21,11 +21,11 @@ namespace haptics {
 ///
 ///   log               a checkpoint and the edits accepted since (record_chain.h, state.proto)
 ///   checkpoint        a copy of the log's beginning, without which all that follows would mean nothing
-///   meshes/<hash>     the meshes that the log names, canonical bytes
+///   assets/<hash>     the meshes, fields and vertex values that the log names, canonical bytes
 ///   log.damaged-<n>   what was left of a log that had to be given up, for whoever wants to look into it
 ///   lock              held by the server that uses the folder
 ///
-/// An edit is on the disk, its meshes before it, when keep() returns. A log that has grown is replaced by a checkpoint;
+/// An edit is on the disk, its assets before it, when keep() returns. A log that has grown is replaced by a checkpoint;
 /// the old one is there until the new one is durable. One thread.
 class StateFolder final : public EditJournal {
  public:
@@ -46,12 +46,12 @@ class StateFolder final : public EditJournal {
   [[nodiscard]] static Result<Opened> open(const std::filesystem::path& folder, std::uint64_t freshEpoch,
                                            Options options);
 
-  [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Meshes& meshes) override;
+  [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) override;
   /// The bytes as they are in the file: to be compared with the hash.
-  [[nodiscard]] Result<std::string> readMesh(const ContentHash& hash) const;
+  [[nodiscard]] Result<std::string> readAsset(const ContentHash& hash) const;
 
  private:
-  struct MeshBytes {
+  struct AssetBytes {
     std::size_t named = 0;   // by the version
     std::size_t others = 0;  // in the folder
   };
@@ -61,8 +61,8 @@ class StateFolder final : public EditJournal {
   FileHandle log_;        // none: it is not known what is in the file, and only a new one can tell
   std::size_t size_ = 0;  // of the log, good records only
   RecordWriter writer_;
-  std::unordered_set<ContentHash> stored_;  // meshes that this process has made durable
-  std::size_t written_ = 0;                 // log and meshes, since the last checkpoint
+  std::unordered_set<ContentHash> stored_;  // assets that this process has made durable
+  std::size_t written_ = 0;                 // log and assets, since the last checkpoint
   std::size_t nextCheckpoint_ = 0;          // when written_ has come so far
   bool failing_ = false;
 
@@ -72,11 +72,11 @@ class StateFolder final : public EditJournal {
   Result<SequencerState> load(std::uint64_t freshEpoch);
   Result<void> giveUpDamaged(std::string_view log, const LogDamage& damage);
   Result<void> checkpoint(const SequencerState& state);
-  Result<void> tryToKeep(const SequencerState& before, const Edits& edits, const Meshes& meshes);
-  Result<void> storeMesh(const MeshAsset& mesh);
+  Result<void> tryToKeep(const SequencerState& before, const Edits& edits, const Assets& assets);
+  Result<void> storeAsset(const Asset& asset);
   void planCheckpoint(std::size_t lastSize);
-  void collectMeshes(const SceneVersion& version);
-  [[nodiscard]] MeshBytes meshBytes(const SceneVersion& version) const;
+  void collectAssets(const SceneVersion& version);
+  [[nodiscard]] AssetBytes assetBytes(const SceneVersion& version) const;
 };
 
 struct StateFolder::Opened {

@@ -82,7 +82,7 @@ class Connected {
     return std::make_unique<ServerLink>(ServerLink::Options{.server = parseEndpoint(app_->address()).value(),
                                                             .clientName = "bench",
                                                             .telemetryRate_Hz = telemetry_Hz,
-                                                            .fetchMeshes = meshes,
+                                                            .fetchAssets = meshes,
                                                             .connect = std::move(connect)});
   }
 

@@ -28,7 +28,7 @@ void run(std::span<const std::uint8_t> input) {
     sample.tick = ++tick;
     world.session.offerTelemetry(sample);
     world.pass(kPause_ns, kPause_ns);
-    world.decideMeshes();
+    world.decideAssets();
   });
   fuzz::require(world.reserved <= world.uploadBudget, "uploads stay within their memory");
   const auto history = world.history();

@@ -24,6 +24,25 @@ SCENES = {
              'largest_extent_m: 0.1 } } }',
     "pose": 'operations { set_pose { object { name: "a" } pose { position { x: -0.5 y: 1e-3 } } } }',
     "material": 'operations { set_material { object { id: 1 } material { stiffness_N_per_m: 1500 } } }',
+    "shading": 'operations { set_material { object { id: 1 } material { shading { crease_rad: 0.5 creases { first: 1 second: 2 } '
+               '} } } }',
+    "friction": 'operations { set_material { object { id: 1 } material { friction { mu_static: 0.6 mu_dynamic: 0.3 variation: '
+                '0.5 field { grain { grain_m: 1e-3 } } } } } }',
+    "per_vertex": 'operations { set_material { object { name: "a" } material { friction { mu_static: 1 per_vertex { values { '
+                  'value: [0, 1, 2, 1, 1, 1, 1, 0.5] } } } } } }',
+    "fourier": 'operations { set_material { object { id: 1 } material { texture { amplitude_m: 1e-3 law: TEXTURE_LAW_BUMP field '
+               '{ fourier { terms { direction { x: 1 } wavelength_m: 2e-3 } terms { amplitude: -2 direction { z: 1 } '
+               'wavelength_m: 3e-3 phase_rad: 1 } } } } } } }',
+    "noise": 'operations { set_material { object { id: 1 } material { texture { amplitude_m: 1e-3 gain_K: 1 field { noise { '
+             'wavelength_m: 2e-3 octaves: 3 persistence: 0.6 seed: 4 } } } } } }',
+    "cellular": 'operations { set_material { object { id: 1 } material { texture { amplitude_m: 1e-3 literal: true field { '
+                'cellular { cell_m: 2e-3 smoothness: 0.2 } } } } } }',
+    "spots": 'operations { set_material { object { id: 1 } material { texture { amplitude_m: 1e-3 field { mapped { spot_noise { '
+             'cells: 3 resolution: 32 } mapping { shape: MAPPING_SHAPE_SPHERE tile_m: 0.01 } } } } } } }',
+    "image": 'operations { set_material { object { id: 1 } material { texture { amplitude_m: 1e-3 field { mapped { image: "a.png" '
+             'mapping { shape: MAPPING_SHAPE_CUBE tile_m: 0.01 centre { x: 1 } size_m { x: 1 y: 1 z: 1 } rotation { w: 1 } } } } '
+             '} } } }',
+    "take_away": 'operations { set_material { object { name: "a" } material { shading {} friction {} texture {} } } }',
     "remove": 'operations { remove { object { name: "a" } } }',
     "condition": 'preconditions { object { name: "a" } expected_revision: 1 } operations { remove { object { id: 1 } } }',
     "remesh": 'operations { remesh { object { name: "a" } mesh { box { size_m { x: 0.3 y: 0.3 z: 0.3 } } } } }',
@@ -109,7 +128,9 @@ def main():
         **{f"edit_{name}": envelope("edit_request", client_seq=1, transaction=transaction(name)) for name in SCENES},
     }
     objects = 'object { id: 1 name: "a" revision: 1 stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 ' \
-              'pose { position { x: 1 } rotation { w: 1 } } color { red: 1 } }'
+              'pose { position { x: 1 } rotation { w: 1 } } color { red: 1 } shading { crease_rad: 1 } ' \
+              'friction { mu_static: 1 mu_dynamic: 0.5 variation: 1 field { noise { wavelength_m: 1 octaves: 1 } } } ' \
+              'texture { law: TEXTURE_LAW_HO1999 amplitude_m: 1e-3 gain_K: 1 field { grain { grain_m: 1 seed: 1 } } } }'
     snapshot = envelope("snapshot_objects", objects)
     snapshot.snapshot_objects.object[0].mesh = digest
     server = {
@@ -161,7 +182,7 @@ def main():
     for name in SCENES:
         write("apply", name, pieces([transaction(name).SerializeToString()]))
         write("scene_text", name, SCENES[name].encode())
-    row = ["add", "pose", "material", "remesh", "condition", "remove"]
+    row = ["add", "pose", "material", "per_vertex", "spots", "remesh", "noise", "take_away", "condition", "remove"]
     named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
     write("apply", "row", pieces(t.SerializeToString() for t in named_a))
     write("scene_text", "comment", b"# a comment\noperations { remove { object { id: 7 } } }\n")

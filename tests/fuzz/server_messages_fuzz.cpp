@@ -15,7 +15,7 @@ void run(std::span<const std::uint8_t> input) {
                   .clientName = "fuzz",
                   .token = "",
                   .telemetryRate_Hz = 60,
-                  .fetchMeshes = true,
+                  .fetchAssets = true,
                   .datagrams = (input[0] & 1) != 0});
   rig.server.addObject("a");
   if ((input[0] & 2) == 0) {

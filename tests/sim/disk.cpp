@@ -12,9 +12,9 @@ constexpr std::size_t kMostBetweenCheckpoints_bytes = 40'000;
 
 Disk::Disk(std::uint64_t epoch, Random& random) : epoch_(epoch), random_(random) {}
 
-Result<void> Disk::keep(const SequencerState& before, const Edits& edits, const Meshes& meshes) {
+Result<void> Disk::keep(const SequencerState& before, const Edits& edits, const Assets& assets) {
   if (!later_ && log_.size() >= checkpointAt_bytes_) checkpoint(before);
-  for (const auto& mesh : meshes) meshes_[mesh->hash] = mesh;
+  for (const auto& asset : assets) assets_[asset->name.hash] = asset;
   std::string records;
   for (const auto& edit : edits) writer_.append(records, editRecord(*edit));
   if (died_) {
@@ -58,10 +58,13 @@ Result<SequencerState> Disk::recover(Mutant mutant) {
   return state;
 }
 
-Sequencer::Meshes Disk::meshesOf(const SceneVersion& version) const {
-  Sequencer::Meshes meshes;
-  for (const auto& object : version.objects()) meshes[object->id] = meshes_.at(object->mesh);
-  return meshes;
+Sequencer::Assets Disk::assetsOf(const SceneVersion& version) const {
+  const auto lookUp = [this](const AssetName& name) {
+    return Result<std::shared_ptr<const Asset>>(assets_.at(name.hash));
+  };
+  Sequencer::Assets assets;
+  for (const auto& object : version.objects()) assets[object->id] = gatherAssets(*object, lookUp).value();
+  return assets;
 }
 
 }  // namespace haptics::sim

@@ -24,7 +24,7 @@ class Disk final : public EditJournal {
   /// Chance outlives it.
   Disk(std::uint64_t epoch, Random& random);
 
-  [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Meshes& meshes) override;
+  [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) override;
   /// Writes reach the disk when this says so; empty: before keep() returns.
   void delayWrites(WriteLater later) { later_ = std::move(later); }
   /// In the middle of the next write the process dies: some of the bytes are there, and `died` is called.
@@ -32,7 +32,7 @@ class Disk final : public EditJournal {
 
   /// The state that a new process finds; `mutant` says what it overlooks.
   [[nodiscard]] Result<SequencerState> recover(Mutant mutant);
-  [[nodiscard]] Sequencer::Meshes meshesOf(const SceneVersion& version) const;
+  [[nodiscard]] Sequencer::Assets assetsOf(const SceneVersion& version) const;
   [[nodiscard]] std::uint64_t epoch() const noexcept { return epoch_; }
   [[nodiscard]] bool empty() const noexcept { return log_.empty(); }
 
@@ -42,7 +42,7 @@ class Disk final : public EditJournal {
   std::string log_;
   RecordWriter writer_;
   std::size_t checkpointAt_bytes_ = 0;
-  std::unordered_map<ContentHash, std::shared_ptr<const MeshAsset>> meshes_;
+  std::unordered_map<ContentHash, std::shared_ptr<const Asset>> assets_;
   WriteLater later_;
   std::function<void()> died_;
 

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
+#include "common/surface/field_asset.h"
 #include "tests/sim/sim_server.h"
 
 namespace haptics::sim {
@@ -37,7 +39,9 @@ void Editor::editLater() {
 
 void Editor::edit() {
   const double dice = stage_.random.uniform(0, 1);
-  if (dice < 0.55) return increment();
+  if (dice < 0.50) return increment();
+  if (dice < 0.58) return changeSurface();
+  if (dice < 0.62) return uploadTexture();
   if (dice < 0.75) return paint(false);
   if (dice < 0.80) return paint(true);
   if (dice < 0.87) return addBox();
@@ -100,14 +104,74 @@ void Editor::addBox() {
 /// The edit that names the upload may be refused: the server holds a mesh for the connection that brought it only.
 void Editor::addUpload() {
   const TriMesh mesh = makeBox(Vec3(stage_.random.uniform(0.01, 0.1)), 1).value();
-  client_.upload(encodeMesh(mesh), [this, hash = hashOf(mesh), alive = std::weak_ptr(alive_)](bool accepted) {
-    if (!accepted || alive.expired()) return;
+  client_.upload(AssetKind::kMesh, encodeMesh(mesh),
+                 [this, hash = hashOf(mesh), alive = std::weak_ptr(alive_)](bool accepted) {
+                   if (!accepted || alive.expired()) return;
+                   v1::Transaction transaction;
+                   v1::AddObject& add = *transaction.add_operations()->mutable_add();
+                   add.set_name(freshName());
+                   add.mutable_mesh()->set_asset(hash.asBytes());
+                   client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, {}});
+                 });
+}
+
+/// Gives an object a property of its surface, or takes it away.
+void Editor::changeSurface() {
+  const auto& objects = client_.mirror().scene().objects();
+  if (objects.empty()) return;  // not joined yet
+  const ObjectRecord& object = *objects[stage_.random.below(objects.size())];
+  v1::Transaction transaction;
+  v1::SetMaterial& set = *transaction.add_operations()->mutable_set_material();
+  refer(stage_.random, object, *set.mutable_object());
+  v1::Material& material = *set.mutable_material();
+  switch (stage_.random.below(4)) {
+    case 0:
+      material.mutable_shading()->set_crease_rad(stage_.random.uniform(0.1, 3));
+      break;
+    case 1: {
+      v1::Friction& friction = *material.mutable_friction();
+      friction.set_mu_static(stage_.random.uniform(0.5, 1));
+      friction.set_mu_dynamic(stage_.random.uniform(0, 0.5));
+      constexpr int kBoxVertices = 8;
+      for (int i = 0; i < kBoxVertices; ++i) {
+        friction.mutable_per_vertex()->mutable_values()->add_value(static_cast<float>(stage_.random.below(3)));
+      }
+      break;
+    }
+    case 2: {
+      v1::Texture& texture = *material.mutable_texture();
+      texture.set_amplitude_m(stage_.random.uniform(1e-4, 1e-3));
+      texture.mutable_field()->mutable_grain()->set_grain_m(stage_.random.uniform(1e-3, 1e-2));
+      break;
+    }
+    default:
+      material.mutable_friction();
+      material.mutable_texture();
+  }
+  client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, object.name});
+}
+
+/// As with a mesh, the edit that names the upload may be refused.
+void Editor::uploadTexture() {
+  std::vector<float> samples(4);
+  for (float& sample : samples) sample = static_cast<float>(stage_.random.below(8)) / 8;
+  const SampledField field = SampledField::make(2, 2, std::move(samples)).value();
+  const auto named = [this, hash = hashOf(field), alive = std::weak_ptr(alive_)](bool accepted) {
+    const auto& objects = client_.mirror().scene().objects();
+    if (!accepted || alive.expired() || objects.empty()) return;
+    const ObjectRecord& object = *objects[stage_.random.below(objects.size())];
     v1::Transaction transaction;
-    v1::AddObject& add = *transaction.add_operations()->mutable_add();
-    add.set_name(freshName());
-    add.mutable_mesh()->set_asset(hash.asBytes());
-    client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, {}});
-  });
+    v1::SetMaterial& set = *transaction.add_operations()->mutable_set_material();
+    refer(stage_.random, object, *set.mutable_object());
+    v1::Texture& texture = *set.mutable_material()->mutable_texture();
+    texture.set_amplitude_m(1e-3);
+    v1::MappedField& mapped = *texture.mutable_field()->mutable_mapped();
+    mapped.set_asset(hash.asBytes());
+    mapped.mutable_mapping()->set_shape(v1::MAPPING_SHAPE_CUBE);
+    mapped.mutable_mapping()->set_tile_m(0.01);
+    client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, object.name});
+  };
+  client_.upload(AssetKind::kScalarField, encodeField(field), named);
 }
 
 void Editor::removeOwn() {

@@ -38,6 +38,8 @@ class Editor {
   void paint(bool doomed);
   void addBox();
   void addUpload();
+  void changeSurface();
+  void uploadTexture();
   void removeOwn();
   void flood();
   [[nodiscard]] std::string freshName();

@@ -58,10 +58,10 @@ void SimClient::submit(v1::Transaction transaction, Intent intent) {
   settle();
 }
 
-void SimClient::upload(std::string meshBytes, std::function<void(bool)> finished) {
+void SimClient::upload(AssetKind kind, std::string bytes, std::function<void(bool)> finished) {
   ++unanswered_;
   session_->upload(
-      std::move(meshBytes),
+      kind, std::move(bytes),
       {.progress = {}, .finished = [this, finished = std::move(finished)](const v1::AssetUploadReply& reply) {
          --unanswered_;
          if (!reply.accepted()) stage_.oracle.fail("an upload was refused: " + reply.field() + ": " + reply.reason());
@@ -157,7 +157,9 @@ void SimClient::corruptMemory() {
     mesh.vertices[stage_.random.below(mesh.vertices.size())].y += 0.25F;
   } else {
     auto& record = const_cast<ObjectRecord&>(*objects[stage_.random.below(objects.size())]);
-    if (stage_.random.chance(0.5)) {
+    if (auto& friction = record.material.surface.friction; friction && stage_.random.chance(0.5)) {
+      friction->mu_dynamic += 0.25;
+    } else if (stage_.random.chance(0.5)) {
       record.pose.position.x += 0.25;
     } else {
       record.material.stiffness_N_per_m *= 2;

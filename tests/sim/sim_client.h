@@ -26,7 +26,7 @@ class SimClient {
   ~SimClient();
 
   void submit(v1::Transaction transaction, Intent intent);
-  void upload(std::string meshBytes, std::function<void(bool accepted)> finished);
+  void upload(AssetKind kind, std::string bytes, std::function<void(bool accepted)> finished);
   void requestStatus();
   /// The process is stopped: it neither reads nor does anything for so long.
   void stopFor(std::uint64_t duration_ns);

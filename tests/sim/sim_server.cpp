@@ -9,7 +9,7 @@
 
 #include "common/mesh/generators.h"
 #include "haptic_server/net/server_session.h"
-#include "haptic_server/scene/mesh_library.h"
+#include "haptic_server/scene/asset_library.h"
 #include "haptic_server/scene/scene_room.h"
 
 namespace haptics::sim {
@@ -56,7 +56,7 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
   std::size_t uploadBytes = 0;
 
   // The builder and the servo.
-  MeshLibrary library{{}, store};
+  AssetLibrary library{{}, store};
   Sequencer sequencer{1, library};
   std::deque<Job> jobs;
   bool building = false;
@@ -97,16 +97,16 @@ struct SimServer::Connection final : SessionHost {
 
   [[nodiscard]] std::uint64_t now_ns() const override { return process.stage.time.now_ns() + kSecond_ns; }
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return process.published; }
-  [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const override {
+  [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override {
     return process.store.find(hash);
   }
   [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
     return process.enqueue(Process::EditJob{number, {id, clientSeq, std::move(transaction)}});
   }
-  [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes) override {
-    const auto job = [&p = process, n = number, hash, bytes = std::move(bytes)] {
-      const auto mesh = p.store.internEncoded(hash, bytes);
-      p.postTo(n, [hash, mesh](ServerSession& s) { s.meshDecided(hash, mesh); });
+  [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
+    const auto job = [&p = process, n = number, name, bytes = std::move(bytes)] {
+      const auto asset = p.store.internEncoded(name, bytes);
+      p.postTo(n, [name, asset](ServerSession& s) { s.assetDecided(name.hash, asset); });
     };
     return process.enqueue(std::function<void()>(job));
   }
@@ -145,8 +145,8 @@ void SimServer::Process::begin() {
   const bool keptState = recovered && !disk.empty();
   SequencerState state = recovered ? *std::move(recovered) : Disk(disk.epoch(), stage.random).recover({}).value();
   for (const auto& edit : state.history->edits) freshSeq[edit->session] = edit->clientSeq;
-  auto meshes = disk.meshesOf(state.history->version);
-  sequencer.resume(std::move(state), std::move(meshes), disk);
+  auto assets = disk.assetsOf(state.history->version);
+  sequencer.resume(std::move(state), std::move(assets), disk);
   stage.oracle.serverStarted(*sequencer.history(), keptState);
   if (!keptState) (void)apply({{0, {kServerSession, 1, startScene()}}});
   if (stage.mutant == Mutant::kReplyBeforeDurable) {

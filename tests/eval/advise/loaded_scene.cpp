@@ -18,7 +18,7 @@ Result<std::vector<LoadedObject>> loadScene(const std::string& file, std::vector
 
   std::vector<LoadedObject> objects;
   for (const auto& record : room.history()->version.objects()) {
-    const auto asset = room.findMesh(record->mesh);
+    const auto asset = as<MeshAsset>(room.findAsset(record->mesh));
     objects.push_back({record->name, record->material, record->pose, asset->mesh, asset->surface});
   }
   if (objects.empty()) return refused(file, "holds no object that could be touched");

@@ -25,7 +25,7 @@ FlatOutServer::FlatOutServer(const TriMesh& mesh)
       servo_(std::make_unique<ServoLoop>(hand_, crossing_, kNominalRate_Hz, false)) {
   room_->start();
   const auto asset = upload(mesh);
-  apply(AddObject{kObject, {AssetSource{asset->hash}}, {}, {kStiffness_N_per_m, {}, {}}});
+  apply(AddObject{kObject, {AssetSource{asset->name.hash}}, {}, {kStiffness_N_per_m, {}, {}}});
   Server::Options options;
   options.identity = {"haptic_eval", hand_.info().name, kNominalRate_Hz, hand_.info().maxForce_N};
   options.popTelemetry = [this](TelemetrySample& sample) { return servo_->pop(sample); };
@@ -48,7 +48,7 @@ std::uint64_t FlatOutServer::show(const TriMesh& mesh) {
   constexpr int kTicksAway = 100;  // to lift off and be free
   const std::uint64_t before = statistics().ticks;
   while (statistics().ticks < before + kTicksAway) std::this_thread::sleep_for(1ms);
-  apply(RemeshObject{{kObject}, {AssetSource{asset->hash}}});
+  apply(RemeshObject{{kObject}, {AssetSource{asset->name.hash}}});
   while (statistics().adoptedRevision != revision()) std::this_thread::sleep_for(1ms);
   hand_.setAway(false);
   return revision();
@@ -59,9 +59,10 @@ void FlatOutServer::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-std::shared_ptr<const MeshAsset> FlatOutServer::upload(const TriMesh& mesh) {
-  std::promise<Result<std::shared_ptr<const MeshAsset>>> built;
-  if (!room_->submitMesh(hashOf(mesh), encodeMesh(mesh), [&](auto asset) { built.set_value(std::move(asset)); })) {
+std::shared_ptr<const Asset> FlatOutServer::upload(const TriMesh& mesh) {
+  std::promise<Result<std::shared_ptr<const Asset>>> built;
+  const AssetName name{AssetKind::kMesh, hashOf(mesh)};
+  if (!room_->submitAsset(name, encodeMesh(mesh), [&](auto asset) { built.set_value(std::move(asset)); })) {
     throw std::runtime_error("the builder is busy");
   }
   return orThrow(built.get_future().get());

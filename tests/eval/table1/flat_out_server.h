@@ -31,7 +31,7 @@ class FlatOutServer {
 
  private:
   void apply(Operation operation);
-  std::shared_ptr<const MeshAsset> upload(const TriMesh& mesh);
+  std::shared_ptr<const Asset> upload(const TriMesh& mesh);
 
   RecordedHand hand_;
   SceneCrossing crossing_;

@@ -9,6 +9,8 @@ namespace {
 
 ContentHash name(std::uint64_t number) { return Hasher().add(number).finish(); }
 
+AssetName mesh(std::uint64_t number) { return {AssetKind::kMesh, name(number)}; }
+
 v1::AssetChunk chunk(const ContentHash& hash, std::uint64_t offset, const std::string& data, std::uint64_t total = 10) {
   v1::AssetChunk c;
   c.set_hash(hash.asBytes());
@@ -27,16 +29,16 @@ std::vector<v1::AssetRequest> requests(AssetFetcher& fetcher) {
 
 TEST(AssetFetcher, AsksOnceForEachAssetThatIsLacking) {
   AssetFetcher fetcher;
-  fetcher.want({name(1), name(2)});
+  fetcher.want({mesh(1), mesh(2)});
   EXPECT_EQ(requests(fetcher).size(), 2U);
-  fetcher.want({name(1), name(2)});
+  fetcher.want({mesh(1), mesh(2)});
   EXPECT_TRUE(requests(fetcher).empty());
 }
 
 TEST(AssetFetcher, KeepsFewInFlight) {
   AssetFetcher fetcher;
-  std::vector<ContentHash> many;
-  for (std::uint64_t i = 0; i < 20; ++i) many.push_back(name(i));
+  std::vector<AssetName> many;
+  for (std::uint64_t i = 0; i < 20; ++i) many.push_back(mesh(i));
   fetcher.want(many);
   const auto first = requests(fetcher);
   ASSERT_EQ(first.size(), AssetFetcher::kMaxInFlight);
@@ -47,19 +49,19 @@ TEST(AssetFetcher, KeepsFewInFlight) {
 
 TEST(AssetFetcher, PutsChunksTogether) {
   AssetFetcher fetcher;
-  fetcher.want({name(1)});
+  fetcher.want({mesh(1)});
   (void)requests(fetcher);
   EXPECT_FALSE(*fetcher.take(chunk(name(1), 0, "0123")));
   EXPECT_FALSE(*fetcher.take(chunk(name(1), 4, "456")));
   const auto done = fetcher.take(chunk(name(1), 7, "789"));
   ASSERT_TRUE(done && *done);
-  EXPECT_EQ((*done)->hash, name(1));
+  EXPECT_EQ((*done)->name, mesh(1));
   EXPECT_EQ((*done)->bytes, "0123456789");
 }
 
 TEST(AssetFetcher, GoesOnWhereItWasAfterAReconnect) {
   AssetFetcher fetcher;
-  fetcher.want({name(1)});
+  fetcher.want({mesh(1)});
   EXPECT_EQ(requests(fetcher)[0].offset(), 0U);
   (void)fetcher.take(chunk(name(1), 0, "0123"));
   fetcher.connectionLost();
@@ -73,7 +75,7 @@ TEST(AssetFetcher, GoesOnWhereItWasAfterAReconnect) {
 
 TEST(AssetFetcher, GivesUpWhatIsNoLongerWanted) {
   AssetFetcher fetcher;
-  fetcher.want({name(1)});
+  fetcher.want({mesh(1)});
   (void)requests(fetcher);
   fetcher.want({});
   EXPECT_FALSE(*fetcher.take(chunk(name(1), 0, "0123456789")));
@@ -81,11 +83,11 @@ TEST(AssetFetcher, GivesUpWhatIsNoLongerWanted) {
 
 TEST(AssetFetcher, IgnoresChunksOfARequestThatWasMadeAgain) {
   AssetFetcher fetcher;
-  fetcher.want({name(1)});
+  fetcher.want({mesh(1)});
   (void)requests(fetcher);
   (void)fetcher.take(chunk(name(1), 0, "0123"));
   fetcher.want({});
-  fetcher.want({name(1)});
+  fetcher.want({mesh(1)});
   EXPECT_EQ(requests(fetcher)[0].offset(), 0U);
   EXPECT_FALSE(*fetcher.take(chunk(name(1), 4, "456789")));  // of the first request
   const auto done = fetcher.take(chunk(name(1), 0, "0123456789"));
@@ -94,7 +96,7 @@ TEST(AssetFetcher, IgnoresChunksOfARequestThatWasMadeAgain) {
 
 TEST(AssetFetcher, AsksLaterForWhatTheServerDoesNotHold) {
   AssetFetcher fetcher;
-  fetcher.want({name(1)});
+  fetcher.want({mesh(1)});
   (void)requests(fetcher);
   fetcher.unavailable(name(1).asBytes());
   EXPECT_TRUE(requests(fetcher).empty());
@@ -106,6 +108,7 @@ TEST(AssetFetcher, RefusesChunksThatDoNotFit) {
   const std::vector<std::pair<std::string, std::function<void(v1::AssetChunk&)>>> cases = {
       {"asset_chunk.hash", [](auto& c) { c.set_hash("short"); }},
       {"asset_chunk.kind", [](auto& c) { c.set_kind(v1::ASSET_KIND_IMAGE); }},
+      {"asset_chunk.kind", [](auto& c) { c.set_kind(v1::ASSET_KIND_SCALAR_FIELD); }},
       {"asset_chunk.total_size", [](auto& c) { c.set_total_size(0); }},
       {"asset_chunk.total_size", [](auto& c) { c.set_total_size(11); }},
       {"asset_chunk.total_size", [](auto& c) { c.set_total_size(1ULL << 62); }},
@@ -114,7 +117,7 @@ TEST(AssetFetcher, RefusesChunksThatDoNotFit) {
   };
   for (const auto& [field, spoil] : cases) {
     AssetFetcher fetcher;
-    fetcher.want({name(1)});
+    fetcher.want({mesh(1)});
     (void)requests(fetcher);
     ASSERT_TRUE(fetcher.take(chunk(name(1), 0, "0123")));
     v1::AssetChunk bad = chunk(name(1), 4, "456");
@@ -127,7 +130,7 @@ TEST(AssetFetcher, RefusesChunksThatDoNotFit) {
 
 TEST(AssetFetcher, RefusesAnAbsurdSizeInTheFirstChunk) {
   AssetFetcher fetcher;
-  fetcher.want({name(1)});
+  fetcher.want({mesh(1)});
   (void)requests(fetcher);
   EXPECT_FALSE(fetcher.take(chunk(name(1), 0, "0123", 1ULL << 62)));
 }

@@ -92,7 +92,7 @@ struct Rig : SessionRig {
                     .clientName = "test",
                     .token = "",
                     .telemetryRate_Hz = 60,
-                    .fetchMeshes = true,
+                    .fetchAssets = true,
                     .datagrams = true}) {
     server.datagramPort = kServer.port;
     server.datagramCookie = kCookie;

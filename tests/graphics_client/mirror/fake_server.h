@@ -69,7 +69,7 @@ class SessionRig {
  public:
   explicit SessionRig(
       ClientSession::Options options = {
-          .session = 77, .clientName = "test", .token = "", .telemetryRate_Hz = 60, .fetchMeshes = true});
+          .session = 77, .clientName = "test", .token = "", .telemetryRate_Hz = 60, .fetchAssets = true});
 
   /// A new connection: the client's Hello has arrived.
   void connect();

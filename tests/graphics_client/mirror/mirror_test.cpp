@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "common/mesh/mesh_asset.h"
+#include "common/mesh/vertex_values.h"
+#include "common/surface/field_asset.h"
 #include "common/wire/convert.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
@@ -25,7 +27,7 @@ class MirrorOfTwo : public testing::Test {
     server_.addObject("b");
     ASSERT_TRUE(mirror_.replaceScene(server_.epoch, server_.scene, server_.scene.root()));
     mirror_.announce(server_.scene.revision(), server_.scene.root());
-    for (const auto& [hash, bytes] : server_.assets) ASSERT_TRUE(mirror_.addMesh(hash, bytes));
+    for (const auto& [hash, bytes] : server_.assets) ASSERT_TRUE(mirror_.addAsset({AssetKind::kMesh, hash}, bytes));
   }
 
   static Commit decoded(const v1::Commit& message) { return *fromWire(message); }
@@ -56,11 +58,11 @@ TEST_F(MirrorOfTwo, IsNotEqualWhileTheServerIsAhead) {
 TEST_F(MirrorOfTwo, IsNotEqualWhileAMeshIsLacking) {
   ASSERT_TRUE(mirror_.apply(decoded(server_.addObject("c"))));
   mirror_.announce(server_.scene.revision(), server_.scene.root());
-  ASSERT_EQ(mirror_.lackingMeshes().size(), 1U);
+  ASSERT_EQ(mirror_.lackingAssets().size(), 1U);
   EXPECT_FALSE(mirror_.contents().hashesEqual);
   EXPECT_FALSE(recomputedRoot(mirror_.contents()));
-  const ContentHash lacking = mirror_.lackingMeshes()[0];
-  ASSERT_TRUE(mirror_.addMesh(lacking, server_.assets.at(lacking)));
+  const AssetName lacking = mirror_.lackingAssets()[0];
+  ASSERT_TRUE(mirror_.addAsset(lacking, server_.assets.at(lacking.hash)));
   EXPECT_TRUE(mirror_.contents().hashesEqual);
 }
 
@@ -91,14 +93,14 @@ TEST_F(MirrorOfTwo, RefusesASnapshotWithAnotherRoot) {
 TEST_F(MirrorOfTwo, RefusesAMeshThatDoesNotHashToItsName) {
   server_.addObject("c");
   const ContentHash wrong = hashOf(tetrahedron(123));
-  const auto added = mirror_.addMesh(wrong, encodeMesh(tetrahedron(124)));
+  const auto added = mirror_.addAsset({AssetKind::kMesh, wrong}, encodeMesh(tetrahedron(124)));
   ASSERT_FALSE(added);
   EXPECT_THAT(added.error().text(), HasSubstr(wrong.hex()));
 }
 
 TEST_F(MirrorOfTwo, RefusesBytesThatAreNoMesh) {
-  EXPECT_FALSE(mirror_.addMesh(hashOf(tetrahedron(1)), "rubbish"));
-  EXPECT_FALSE(mirror_.addMesh(hashOf(tetrahedron(1)), encodeMesh(tetrahedron(1)).substr(1)));
+  EXPECT_FALSE(mirror_.addAsset({AssetKind::kMesh, hashOf(tetrahedron(1))}, "rubbish"));
+  EXPECT_FALSE(mirror_.addAsset({AssetKind::kMesh, hashOf(tetrahedron(1))}, encodeMesh(tetrahedron(1)).substr(1)));
 }
 
 TEST_F(MirrorOfTwo, LetsGoOfMeshesThatTheSceneNoLongerNames) {
@@ -112,7 +114,7 @@ TEST_F(MirrorOfTwo, LetsGoOfMeshesThatTheSceneNoLongerNames) {
 
 TEST_F(MirrorOfTwo, DoesNotKeepAMeshThatCameTooLate) {
   const TriMesh mesh = tetrahedron(60);
-  ASSERT_TRUE(mirror_.addMesh(hashOf(mesh), encodeMesh(mesh)));
+  ASSERT_TRUE(mirror_.addAsset({AssetKind::kMesh, hashOf(mesh)}, encodeMesh(mesh)));
   EXPECT_EQ(mirror_.contents().meshes.size(), 2U);
 }
 
@@ -123,7 +125,67 @@ TEST_F(MirrorOfTwo, ListsAMeshThatTwoObjectsShareOnce) {
   record.id = 9;
   record.name = "twin";
   ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
-  EXPECT_EQ(mirror_.lackingMeshes(), std::vector<ContentHash>{record.mesh});
+  EXPECT_EQ(mirror_.lackingAssets(), (std::vector<AssetName>{{AssetKind::kMesh, record.mesh}}));
+}
+
+/// The scene's first object with a mapped texture and friction per vertex.
+class MirrorOfSurfaces : public MirrorOfTwo {
+ protected:
+  MirrorOfSurfaces() : field_(SampledField::make(2, 2, {0, 0.25F, 0.5F, 1}).value()) {}
+  void SetUp() override {
+    MirrorOfTwo::SetUp();
+    ObjectRecord record = *server_.scene.find(1);
+    SurfaceProperties& surface = record.material.surface;
+    surface.texture = Texture{.family = MappedFamily{hashOf(field_), {.tile_m = 0.01}}, .amplitude_m = 1e-3};
+    surface.friction = Friction{1, 1, 0, PerVertexScale{hashOf(values_)}};
+    ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
+    mirror_.announce(server_.scene.revision(), server_.scene.root());
+  }
+  void bringAssets() {
+    ASSERT_TRUE(mirror_.addAsset(fieldName(), encodeField(field_)));
+    ASSERT_TRUE(mirror_.addAsset(valuesName(), encodeVertexValues(values_)));
+  }
+  [[nodiscard]] AssetName fieldName() const { return {AssetKind::kScalarField, hashOf(field_)}; }
+  [[nodiscard]] AssetName valuesName() const { return {AssetKind::kVertexValues, hashOf(values_)}; }
+
+  const SampledField field_;
+  const std::vector<float> values_{1, 0.5F, 0.25F, 0};
+};
+
+TEST_F(MirrorOfSurfaces, LacksTheirAssetsUntilTheyAreHere) {
+  EXPECT_THAT(mirror_.lackingAssets(), testing::ElementsAre(valuesName(), fieldName()));
+  EXPECT_FALSE(mirror_.contents().hashesEqual);
+  EXPECT_FALSE(mirror_.contents().isComplete(*server_.scene.find(1)));
+  EXPECT_TRUE(mirror_.contents().isComplete(*server_.scene.find(2)));
+  EXPECT_THAT(recomputedRoot(mirror_.contents()).error().text(), HasSubstr("surface has not arrived"));
+  bringAssets();
+  EXPECT_TRUE(mirror_.contents().hashesEqual);
+  EXPECT_EQ(*recomputedRoot(mirror_.contents()), server_.scene.root());
+}
+
+TEST_F(MirrorOfSurfaces, RefuseAnAssetOfAnotherKindOrContent) {
+  EXPECT_FALSE(mirror_.addAsset(fieldName(), encodeVertexValues(values_)));
+  EXPECT_FALSE(mirror_.addAsset({AssetKind::kScalarField, hashOf(values_)}, encodeVertexValues(values_)));
+  EXPECT_FALSE(mirror_.addAsset(valuesName(), encodeVertexValues(std::vector<float>{1, 2})));
+  EXPECT_EQ(mirror_.lackingAssets().size(), 2U);
+}
+
+TEST_F(MirrorOfSurfaces, FindWhatChangedInMemoryAndLetGoOfIt) {
+  bringAssets();
+  EXPECT_TRUE(mirror_.audit(1U << 20));
+  const_cast<std::vector<float>&>(*mirror_.contents().vertexValues.at(hashOf(values_)))[2] = 7;
+  EXPECT_NE(*recomputedRoot(mirror_.contents()), server_.scene.root());
+  EXPECT_FALSE(mirror_.audit(1U << 20));
+  EXPECT_THAT(mirror_.lackingAssets(), testing::ElementsAre(valuesName()));
+}
+
+TEST_F(MirrorOfSurfaces, LetGoOfAssetsThatTheSceneNoLongerNames) {
+  bringAssets();
+  ObjectRecord record = *server_.scene.find(1);
+  record.material.surface.texture.reset();
+  ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
+  EXPECT_TRUE(mirror_.contents().fields.empty());
+  EXPECT_EQ(mirror_.contents().vertexValues.size(), 1U);
 }
 
 TEST_F(MirrorOfTwo, CountsAStateResetWhenTheEpochChanges) {

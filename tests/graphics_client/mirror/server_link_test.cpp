@@ -104,7 +104,7 @@ class TcpFakeServer {
 };
 
 ServerLink::Options to(const Endpoint& where) {
-  return {.server = where, .clientName = "test", .credentials = {}, .telemetryRate_Hz = 60, .fetchMeshes = true};
+  return {.server = where, .clientName = "test", .credentials = {}, .telemetryRate_Hz = 60, .fetchAssets = true};
 }
 
 bool inStep(const MirrorView& view) { return view.link == LinkState::kLive && view.hashesEqual; }
@@ -140,7 +140,7 @@ TEST(ServerLink, CarriesEditsStatusAndUploads) {
   link.submit(removal(1), {.replied = [&](const v1::EditReply& r) { replied.set_value(r.accepted().revision()); },
                            .live = [&](const v1::EditLive& l) { live.set_value(l.tick()); }});
   link.requestStatus([&](const v1::Status& s) { ticks.set_value(s.ticks()); });
-  link.upload(encodeMesh(grid(100)),
+  link.upload(AssetKind::kMesh, encodeMesh(grid(100)),
               {.progress = {}, .finished = [&](const v1::AssetUploadReply& r) { uploaded.set_value(r.accepted()); }});
   auto revision = replied.get_future();
   ASSERT_EQ(revision.wait_for(kPatience), std::future_status::ready);

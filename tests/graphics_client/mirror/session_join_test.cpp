@@ -61,7 +61,7 @@ TEST_F(SessionJoin, IsNotEqualBeforeTheLastMeshIsThere) {
 }
 
 TEST_F(SessionJoin, AsksForNoMeshesWhenItWantsNone) {
-  SessionRig rig({.session = 1, .clientName = "", .token = "", .telemetryRate_Hz = 0, .fetchMeshes = false});
+  SessionRig rig({.session = 1, .clientName = "", .token = "", .telemetryRate_Hz = 0, .fetchAssets = false});
   rig.server.addObject("a");
   rig.join();
   EXPECT_TRUE(rig.server.heard(v1::Envelope::kAssetRequest).empty());

@@ -253,7 +253,7 @@ TEST_F(SessionJoin, LeavesAServerThatSpeaksOutOfTurn) {
 }
 
 TEST(ReconnectDelay, IsSpreadOverItsRange) {
-  ClientSession session({.session = 5, .clientName = "", .token = "", .telemetryRate_Hz = 0, .fetchMeshes = true});
+  ClientSession session({.session = 5, .clientName = "", .token = "", .telemetryRate_Hz = 0, .fetchAssets = true});
   std::uint64_t least = ~0ULL;
   std::uint64_t most = 0;
   for (int i = 0; i < 200; ++i) {

@@ -306,7 +306,8 @@ TEST_F(SessionTraffic, AsksForTheStatusUntilItIsAnswered) {
 TEST_F(SessionTraffic, UploadsAMeshInChunksThatLeaveRoomForOthers) {
   const std::string bytes = encodeMesh(grid(200));
   bool finished = false;
-  rig_.client.upload(bytes, {.progress = {}, .finished = [&](const auto& reply) { finished = reply.accepted(); }});
+  rig_.client.upload(AssetKind::kMesh, bytes,
+                     {.progress = {}, .finished = [&](const auto& reply) { finished = reply.accepted(); }});
   EXPECT_LT(rig_.clientEnd->backlog(), 2 * ClientSession::kUploadBacklog_bytes);
   rig_.settle();
   std::string arrived;
@@ -323,7 +324,7 @@ TEST_F(SessionTraffic, UploadsAMeshInChunksThatLeaveRoomForOthers) {
 
 TEST_F(SessionTraffic, UploadsFromTheStartAgainAfterAReconnect) {
   const std::string bytes = encodeMesh(grid(200));
-  rig_.client.upload(bytes, {});
+  rig_.client.upload(AssetKind::kMesh, bytes, {});
   rig_.link->pump(100'000);
   rig_.cut();
   resume();
@@ -335,9 +336,9 @@ TEST_F(SessionTraffic, UploadsFromTheStartAgainAfterAReconnect) {
 TEST_F(SessionTraffic, TellsTheServerThatAnUploadIsCancelledAndGoesOnWithTheNext) {
   const ContentHash first = hashOf(grid(200));
   bool cancelled = false;
-  rig_.client.upload(encodeMesh(grid(200)),
+  rig_.client.upload(AssetKind::kMesh, encodeMesh(grid(200)),
                      {.progress = {}, .finished = [&](const auto& r) { cancelled = !r.accepted(); }});
-  rig_.client.upload(encodeMesh(grid(20)), {});
+  rig_.client.upload(AssetKind::kMesh, encodeMesh(grid(20)), {});
   rig_.client.cancelUpload(first);
   EXPECT_TRUE(cancelled);
   rig_.settle();

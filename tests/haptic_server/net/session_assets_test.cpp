@@ -5,6 +5,7 @@
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
+#include "common/surface/field_asset.h"
 #include "tests/haptic_server/net/session_world.h"
 
 namespace haptics {
@@ -58,7 +59,7 @@ class SessionAssets : public ::testing::Test, public SessionWorld {
 
 TEST_F(SessionAssets, SendsAnAssetInChunksFromTheOffsetAskedFor) {
   const ContentHash large = addLarge();
-  const std::string whole = *findMesh(large)->encoded;
+  const std::string whole = *findAsset(large)->encoded;
   ASSERT_GT(whole.size(), 4 * kMaxChunkBytes);
   client.requestAsset(large);
   link.settle();
@@ -88,14 +89,14 @@ TEST_F(SessionAssets, HeartbeatsEditsAndTelemetryGoBetweenTheChunks) {
     link.pump();
     ASSERT_LT(tick, 50U);
   }
-  EXPECT_LT(fetched(large).size(), findMesh(large)->encoded->size()) << "still under way";
+  EXPECT_LT(fetched(large).size(), findAsset(large)->encoded->size()) << "still under way";
   EXPECT_GE(client.count(Kind::kHeartbeat), 1U);
   EXPECT_GE(client.count(Kind::kEditReply), 1U);
 }
 
 TEST_F(SessionAssets, AnAssetUnderWayOutlivesItsObject) {
   const ContentHash large = addLarge();
-  const std::string whole = *findMesh(large)->encoded;
+  const std::string whole = *findAsset(large)->encoded;
   client.requestAsset(large);
   link.pump();
   edit(test::edit(remove("large")));
@@ -104,7 +105,7 @@ TEST_F(SessionAssets, AnAssetUnderWayOutlivesItsObject) {
   client.requestAsset(large);
   link.settle();
   EXPECT_EQ(client.count(Kind::kAssetUnavailable), 1U);
-  EXPECT_EQ(findMesh(large), nullptr);
+  EXPECT_EQ(findAsset(large), nullptr);
 }
 
 TEST_F(SessionAssets, RefusesARequestThatMakesNoSense) {
@@ -124,23 +125,36 @@ TEST_F(SessionAssets, RefusesARequestThatMakesNoSense) {
 TEST_F(SessionAssets, AnUploadMayBeNamedByAnEdit) {
   uploadAll(hash_, bytes_);
   EXPECT_EQ(client.count(Kind::kAssetUploadReply), 0U);
-  decideMeshes();
+  decideAssets();
   EXPECT_TRUE(lastReply().accepted());
   EXPECT_EQ(lastReply().hash(), hash_.asBytes());
-  EXPECT_NE(findMesh(hash_), nullptr) << "held until an edit names it";
+  EXPECT_NE(findAsset(hash_), nullptr) << "held until an edit names it";
   EXPECT_EQ(reserved, bytes_.size());
 
   auto accepted = std::make_shared<AcceptedEdit>();
   accepted->commit.put.push_back({});
   accepted->commit.put[0].mesh = hash_;
   session.editDecided(1, EditOutcome(accepted));
-  EXPECT_EQ(findMesh(hash_), nullptr) << "the scene would hold it now";
+  EXPECT_EQ(findAsset(hash_), nullptr) << "the scene would hold it now";
   EXPECT_EQ(reserved, 0U);
+}
+
+TEST_F(SessionAssets, AFieldIsUploadedAndSentLikeAMesh) {
+  const SampledField field = BoxResolver::smallField(3);
+  const std::string bytes = encodeField(field);
+  client.upload(hashOf(field), bytes.size(), 0, bytes, v1::ASSET_KIND_SCALAR_FIELD);
+  link.settle();
+  decideAssets();
+  EXPECT_TRUE(lastReply().accepted());
+  client.requestAsset(hashOf(field));
+  link.settle();
+  EXPECT_EQ(fetched(hashOf(field)), bytes);
+  EXPECT_EQ(client.got.back().asset_chunk().kind(), v1::ASSET_KIND_SCALAR_FIELD);
 }
 
 TEST_F(SessionAssets, AnUploadThatTheServerHoldsIsAcceptedAtOnce) {
   const ContentHash large = addLarge();
-  const std::string whole = *findMesh(large)->encoded;
+  const std::string whole = *findAsset(large)->encoded;
   uploadAll(large, whole);
   EXPECT_EQ(client.count(Kind::kAssetUploadReply), 1U);
   EXPECT_TRUE(lastReply().accepted());
@@ -151,10 +165,10 @@ TEST_F(SessionAssets, BytesThatDoNotHashToWhatWasDeclaredAreRefused) {
   std::string wrong = bytes_;
   wrong.back() ^= 1;
   uploadAll(hash_, wrong);
-  decideMeshes();
+  decideAssets();
   EXPECT_FALSE(lastReply().accepted());
   EXPECT_EQ(lastReply().field(), "chunk.hash");
-  EXPECT_EQ(findMesh(hash_), nullptr);
+  EXPECT_EQ(findAsset(hash_), nullptr);
   EXPECT_EQ(reserved, 0U);
   EXPECT_FALSE(client.closed);
 }
@@ -187,7 +201,7 @@ TEST_F(SessionAssets, ARefusedUploadIsAnsweredOnceThoughItsChunksAreUnderWay) {
   EXPECT_EQ(lastReply().field(), "chunk.total_size");
   uploadBudget = bytes_.size();
   uploadAll(hash_, bytes_);
-  decideMeshes();
+  decideAssets();
   EXPECT_TRUE(lastReply().accepted());
 }
 
@@ -209,9 +223,9 @@ TEST_F(SessionAssets, GivesTheUploadBudgetBackWhenTheClientLeaves) {
   link.cut("gone");
   EXPECT_TRUE(over);
   EXPECT_EQ(reserved, bytes_.size()) << "the builder still has the bytes of one";
-  decideMeshes();
+  decideAssets();
   EXPECT_EQ(reserved, 0U);
-  EXPECT_EQ(findMesh(hash_), nullptr);
+  EXPECT_EQ(findAsset(hash_), nullptr);
 }
 
 TEST_F(SessionAssets, AnUploadThatIsCancelledUnderWayGivesItsMemoryBack) {
@@ -224,7 +238,7 @@ TEST_F(SessionAssets, AnUploadThatIsCancelledUnderWayGivesItsMemoryBack) {
   EXPECT_EQ(reserved, 0U);
   EXPECT_EQ(client.count(Kind::kAssetUploadReply), 0U);
   uploadAll(hash_, bytes_);
-  decideMeshes();
+  decideAssets();
   EXPECT_TRUE(lastReply().accepted()) << "may be begun again";
 }
 
@@ -233,28 +247,28 @@ TEST_F(SessionAssets, AnUploadThatIsCancelledWhileItIsBuiltKeepsItsMemoryUntilTh
   client.cancelUpload(hash_);
   link.settle();
   EXPECT_EQ(reserved, bytes_.size()) << "the builder has the bytes";
-  decideMeshes();
+  decideAssets();
   EXPECT_EQ(reserved, 0U);
   EXPECT_EQ(client.count(Kind::kAssetUploadReply), 0U);
-  EXPECT_EQ(findMesh(hash_), nullptr);
+  EXPECT_EQ(findAsset(hash_), nullptr);
 }
 
 TEST_F(SessionAssets, AnUploadThatIsCancelledAndBegunAgainWhileItIsBuiltIsAnswered) {
   uploadAll(hash_, bytes_);
   client.cancelUpload(hash_);
   uploadAll(hash_, bytes_);
-  decideMeshes();
+  decideAssets();
   EXPECT_TRUE(lastReply().accepted());
   EXPECT_EQ(client.count(Kind::kAssetUploadReply), 1U);
 }
 
 TEST_F(SessionAssets, AnUploadThatIsHeldCanBeCancelled) {
   uploadAll(hash_, bytes_);
-  decideMeshes();
+  decideAssets();
   client.cancelUpload(hash_);
   link.settle();
   EXPECT_EQ(reserved, 0U);
-  EXPECT_EQ(findMesh(hash_), nullptr);
+  EXPECT_EQ(findAsset(hash_), nullptr);
 }
 
 }  // namespace

@@ -67,11 +67,12 @@ class RawClient {
     set.mutable_pose()->mutable_position()->set_x(x);
     send(envelope);
   }
-  void upload(const ContentHash& hash, std::uint64_t total, std::uint64_t offset, std::string data) {
+  void upload(const ContentHash& hash, std::uint64_t total, std::uint64_t offset, std::string data,
+              v1::AssetKind kind = v1::ASSET_KIND_MESH) {
     v1::Envelope envelope;
     v1::AssetChunk& chunk = *envelope.mutable_asset_upload()->mutable_chunk();
     chunk.set_hash(hash.asBytes());
-    chunk.set_kind(v1::ASSET_KIND_MESH);
+    chunk.set_kind(kind);
     chunk.set_total_size(total);
     chunk.set_offset(offset);
     chunk.set_data(std::move(data));
@@ -122,14 +123,14 @@ class RawClient {
   }
 };
 
-/// A server with one session, in virtual time: edits are decided at once, meshes when told.
+/// A server with one session, in virtual time: edits are decided at once, assets when told.
 class SessionWorld : public SessionHost {
  public:
   SessionWorld() { session.start(); }
 
   [[nodiscard]] std::uint64_t now_ns() const override { return time_ns; }
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return sequencer.history(); }
-  [[nodiscard]] std::shared_ptr<const MeshAsset> findMesh(const ContentHash& hash) const override {
+  [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override {
     if (auto asset = resolver.store().find(hash)) return asset;
     return uploads.find(hash);
   }
@@ -139,9 +140,9 @@ class SessionWorld : public SessionHost {
     session.sceneChanged();
     return true;
   }
-  [[nodiscard]] bool submitMesh(const ContentHash& hash, std::string bytes) override {
+  [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
     if (builderIsFull) return false;
-    building.emplace_back(hash, std::move(bytes));
+    building.emplace_back(name, std::move(bytes));
     return true;
   }
   [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
@@ -176,9 +177,9 @@ class SessionWorld : public SessionHost {
     link.settle();
     client.got.clear();
   }
-  void decideMeshes() {
-    for (auto& [hash, bytes] : std::exchange(building, {})) {
-      session.meshDecided(hash, uploads.internEncoded(hash, std::move(bytes)));
+  void decideAssets() {
+    for (auto& [name, bytes] : std::exchange(building, {})) {
+      session.assetDecided(name.hash, uploads.internEncoded(name, std::move(bytes)));
     }
     link.settle();
   }
@@ -197,7 +198,7 @@ class SessionWorld : public SessionHost {
   Sequencer sequencer{5, resolver};
   std::uint64_t serverSeq = 0;
   bool builderIsFull = false;
-  std::vector<std::pair<ContentHash, std::string>> building;
+  std::vector<std::pair<AssetName, std::string>> building;
   std::size_t uploadBudget = 64U << 20;
   std::size_t reserved = 0;
   std::optional<SessionId> claimed;

@@ -19,11 +19,11 @@ constexpr SessionId kBob = 12;
 /// Remembers what it was given, or refuses it.
 class FakeJournal final : public EditJournal {
  public:
-  Result<void> keep(const SequencerState& before, const Edits& edits, const Meshes& meshes) override {
+  Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) override {
     revisionsBefore.push_back(before.history->version.revision());
     if (failing) return refused("state", "the disk is full");
     batches.push_back(edits);
-    for (const auto& mesh : meshes) kept.push_back(mesh->hash);
+    for (const auto& asset : assets) kept.push_back(asset->name.hash);
     return {};
   }
   bool failing = false;
@@ -91,7 +91,7 @@ TEST_F(JournaledSequencer, ABatchThatIsNotKeptLeavesNoTrace) {
   const auto again = submit({{kAlice, 2, edit(moveTo("a", {1, 0, 0}))}, {kBob, 3, edit(add("b"))}});
   EXPECT_EQ(std::get<Accepted>(again[0])->commit.revision, 2U) << "what was rejected is not remembered";
   EXPECT_EQ(std::get<Accepted>(again[1])->commit.put[0].id, known->commit.put[0].id + 1);
-  EXPECT_NE(sequencer.meshOf(known->commit.put[0].id), nullptr);
+  EXPECT_NE(sequencer.assetsOf(known->commit.put[0].id).mesh, nullptr);
 }
 
 }  // namespace

@@ -7,6 +7,9 @@
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
+#include "common/mesh/vertex_values.h"
+#include "common/surface/field_asset.h"
+#include "haptic_server/scene/field_library.h"
 #include "haptic_server/scene/mesh_library.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
@@ -45,7 +48,8 @@ class MeshLibraryTest : public ::testing::Test {
 
   const fs::path root = ownFolder();
   AssetStore store;
-  MeshLibrary library{{root / "missing", root / "assets"}, store};
+  const AssetFolders folders{{root / "missing", root / "assets"}};
+  MeshLibrary library{folders, store};
 };
 
 TEST_F(MeshLibraryTest, ReadsAFileBelowAnAssetFolderAndReportsIt) {
@@ -86,9 +90,9 @@ TEST_F(MeshLibraryTest, ReadsAFileAgainThatChangedOrIsScaledOtherwise) {
   const auto first = library.resolve(file("tetrahedron.obj")).value();
   MeshSource millimetres = file("tetrahedron.obj");
   millimetres.unit_m = 0.001;
-  EXPECT_NE(library.resolve(millimetres)->asset->hash, first.asset->hash);
+  EXPECT_NE(library.resolve(millimetres)->asset->name.hash, first.asset->name.hash);
   write("assets/tetrahedron.obj", std::string(kTetrahedron) + "f 1 2 3\n");
-  EXPECT_NE(library.resolve(file("tetrahedron.obj"))->asset->hash, first.asset->hash);
+  EXPECT_NE(library.resolve(file("tetrahedron.obj"))->asset->name.hash, first.asset->name.hash);
 }
 
 TEST_F(MeshLibraryTest, AFileThatIsNoMeshIsNamed) {
@@ -122,10 +126,67 @@ TEST_F(MeshLibraryTest, NamesTheBadArgumentOfAGenerator) {
 
 TEST_F(MeshLibraryTest, FindsAnAssetOnlyWhileSomeoneHoldsIt) {
   auto asset = store.intern(makeBox(Vec3(1), 1).value());
-  const MeshSource source{AssetSource{asset->hash}};
+  const MeshSource source{AssetSource{asset->name.hash}};
   EXPECT_EQ(library.resolve(source)->asset, asset);
   asset = nullptr;
   EXPECT_EQ(library.resolve(source).error().field, "asset");
+}
+
+/// As above, with an image from the demo's own scenes.
+class FieldLibraryTest : public MeshLibraryTest {
+ protected:
+  FieldLibraryTest() { fs::copy_file(fs::path(SCENES_FOLDER) / "sprinkles.png", root / "assets" / "sprinkles.png"); }
+  FieldLibrary fields{folders, store};
+};
+
+TEST_F(FieldLibraryTest, ReadsAnImageOnceWhileItsFieldIsInUse) {
+  const auto first = fields.resolve(FieldSource{FileSource{"sprinkles.png"}});
+  ASSERT_TRUE(first) << first.error().text();
+  EXPECT_EQ(first->asset->field->width(), 256U);
+  EXPECT_THAT(first->report, HasSubstr("sprinkles.png: 256 x 256 samples"));
+  EXPECT_EQ(first->asset->name, (AssetName{AssetKind::kScalarField, hashOf(*first->asset->field)}));
+  EXPECT_EQ(fields.resolve(FieldSource{FileSource{"sprinkles.png"}})->asset, first->asset);
+}
+
+TEST_F(FieldLibraryTest, ComputesARecipeOnceWhileItsFieldIsInUse) {
+  const SpotNoiseSource recipe{.cells = 4, .resolution = 32};
+  const auto first = fields.resolve(FieldSource{recipe});
+  ASSERT_TRUE(first) << first.error().text();
+  EXPECT_EQ(fields.resolve(FieldSource{recipe})->asset, first->asset);
+  SpotNoiseSource other = recipe;
+  other.seed = 2;
+  EXPECT_NE(fields.resolve(FieldSource{other})->asset->name, first->asset->name);
+  EXPECT_EQ(fields.resolve(FieldSource{AssetSource{first->asset->name.hash}})->asset, first->asset);
+}
+
+TEST_F(FieldLibraryTest, RefusesWhatIsNoImageAndDoesNotTellWhereItLies) {
+  const auto refusal = [&](const std::string& path) { return fields.resolve(FieldSource{FileSource{path}}).error(); };
+  for (const auto& path : {"tetrahedron.obj", "missing.png", "../secret.obj"}) {
+    EXPECT_EQ(refusal(path).field, "image") << path;
+    EXPECT_THAT(refusal(path).reason, Not(HasSubstr(root.string()))) << path;
+  }
+  EXPECT_THAT(refusal("tetrahedron.obj").reason, HasSubstr("PNG"));
+}
+
+TEST_F(FieldLibraryTest, HoldsVertexValuesThatAreGiven) {
+  const auto given = fields.resolve(VertexValuesSource{GivenValues{{1, 0.5F, 0}}});
+  ASSERT_TRUE(given);
+  EXPECT_EQ(given->asset->values, (std::vector<float>{1, 0.5F, 0}));
+  const ContentHash hash = given->asset->name.hash;
+  EXPECT_EQ(fields.resolve(VertexValuesSource{AssetSource{hash}})->asset, given->asset);
+  EXPECT_EQ(fields.resolve(FieldSource{AssetSource{hash}}).error().field, "asset") << "they are no field";
+}
+
+TEST(AssetStore, TakesEveryKindUnderItsOwnHashOnly) {
+  AssetStore store;
+  const SampledField field = BoxResolver::smallField(1);
+  const auto taken = store.internEncoded({AssetKind::kScalarField, hashOf(field)}, encodeField(field));
+  ASSERT_TRUE(taken) << taken.error().text();
+  EXPECT_EQ(as<FieldAsset>(*taken)->field->height(), 2U);
+  EXPECT_EQ(as<MeshAsset>(*taken), nullptr);
+  const std::vector<float> values{1, 2};
+  EXPECT_TRUE(store.internEncoded({AssetKind::kVertexValues, hashOf(values)}, encodeVertexValues(values)));
+  EXPECT_EQ(store.internEncoded({AssetKind::kMesh, hashOf(values)}, encodeVertexValues(values)).error().field, "data");
 }
 
 TEST(AssetStore, BuildsEqualMeshesOnce) {
@@ -133,7 +194,7 @@ TEST(AssetStore, BuildsEqualMeshesOnce) {
   const auto first = store.intern(makeBox(Vec3(1), 2).value());
   EXPECT_EQ(store.intern(makeBox(Vec3(1), 2).value()), first);
   EXPECT_NE(store.intern(makeBox(Vec3(1), 3).value()), first);
-  EXPECT_EQ(first->hash, hashOf(*first->mesh));
+  EXPECT_EQ(first->name.hash, hashOf(*first->mesh));
   EXPECT_EQ(*first->encoded, encodeMesh(*first->mesh));
   EXPECT_NE(first->surface, nullptr);
 }
@@ -142,15 +203,15 @@ TEST(AssetStore, TakesBytesOnlyUnderTheirOwnHash) {
   AssetStore store;
   const TriMesh mesh = makeBox(Vec3(1), 2).value();
   const std::string bytes = encodeMesh(mesh);
-  const auto taken = store.internEncoded(hashOf(mesh), bytes);
+  const auto taken = store.internEncoded({AssetKind::kMesh, hashOf(mesh)}, bytes);
   ASSERT_TRUE(taken);
-  EXPECT_EQ(*(*taken)->mesh, mesh);
+  EXPECT_EQ(*as<MeshAsset>(*taken)->mesh, mesh);
 
   const ContentHash other = hashOf(makeBox(Vec3(2), 2).value());
-  EXPECT_EQ(store.internEncoded(other, bytes).error().field, "hash");
+  EXPECT_EQ(store.internEncoded({AssetKind::kMesh, other}, bytes).error().field, "hash");
   const std::string cut = bytes.substr(0, bytes.size() - 1);
   const ContentHash ofCut = Hasher().add(std::as_bytes(std::span(cut))).finish();
-  EXPECT_EQ(store.internEncoded(ofCut, cut).error().field, "data");
+  EXPECT_EQ(store.internEncoded({AssetKind::kMesh, ofCut}, cut).error().field, "data");
 }
 
 }  // namespace

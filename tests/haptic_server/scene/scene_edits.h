@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/scene/mesh_resolver.h"
+#include "haptic_server/scene/asset_resolver.h"
 #include "haptic_server/scene/sequencer.h"
 
 namespace haptics::test {
@@ -30,20 +30,46 @@ Transaction edit(Operations... operations) {
 
 using Accepted = std::shared_ptr<const AcceptedEdit>;
 
-/// Boxes of the asked size, each made once; a file is refused, as by a server without any.
-class BoxResolver final : public MeshResolver {
+/// Boxes of the asked size, small fields by their seed, and what the store holds; a file is refused, as by a server
+/// without any.
+class BoxResolver final : public AssetResolver {
  public:
-  Result<ResolvedMesh> resolve(const MeshSource& source) override {
+  Result<Resolved<MeshAsset>> resolve(const MeshSource& source) override {
     ++resolved;
     const auto* box = std::get_if<BoxSource>(&source.source);
     if (!box) return refused("file", "is not here");
-    return ResolvedMesh{store_.intern(makeBox(box->size_m, box->segments).value()), "made"};
+    return Resolved<MeshAsset>{store_.intern(makeBox(box->size_m, box->segments).value()), "made"};
+  }
+  Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override {
+    ++resolved;
+    if (const auto* spots = std::get_if<SpotNoiseSource>(&source)) {
+      return Resolved<FieldAsset>{store_.intern(smallField(static_cast<float>(spots->seed))), "computed"};
+    }
+    const auto* asset = std::get_if<AssetSource>(&source);
+    if (!asset) return refused("image", "is not here");
+    return found<FieldAsset>(asset->hash);
+  }
+  Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override {
+    ++resolved;
+    const auto* given = std::get_if<GivenValues>(&source);
+    if (!given) return found<VertexValuesAsset>(std::get<AssetSource>(source).hash);
+    return Resolved<VertexValuesAsset>{store_.intern(given->values), "taken"};
+  }
+  [[nodiscard]] static SampledField smallField(float value) {
+    return SampledField::make(2, 2, {0, value / 2, value, value / 4}).value();
   }
   [[nodiscard]] const AssetStore& store() const { return store_; }
   int resolved = 0;
 
  private:
   AssetStore store_;
+
+  template <class Kind>
+  Result<Resolved<Kind>> found(const ContentHash& hash) const {
+    auto asset = as<Kind>(store_.find(hash));
+    if (!asset) return refused("asset", "is not here");
+    return Resolved<Kind>{std::move(asset), "held"};
+  }
 };
 
 }  // namespace haptics::test

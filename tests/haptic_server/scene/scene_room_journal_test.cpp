@@ -26,7 +26,7 @@ constexpr auto kPatience = 20s;  // of a test for another thread; never reached 
 /// Takes its time over the first edits until it is told to go on.
 class SlowJournal final : public EditJournal {
  public:
-  Result<void> keep(const SequencerState&, const Edits& edits, const Meshes&) override {
+  Result<void> keep(const SequencerState&, const Edits& edits, const Assets&) override {
     const bool first = batches.empty();
     batches.push_back(edits.size());
     if (first) {
@@ -75,7 +75,7 @@ TEST_F(SceneRoomJournal, SaysWhichObjectsMeshCannotBeHad) {
   const auto missing = room.resume(
       withABox(), [](const ContentHash&) { return refused("x", "is gone"); }, journal);
   ASSERT_FALSE(missing);
-  EXPECT_THAT(missing.error().text(), HasSubstr("\"a\": x: is gone"));
+  EXPECT_THAT(missing.error().text(), HasSubstr("\"a\": mesh: x: is gone"));
   const auto other = [](const ContentHash&) -> Result<std::string> { return encodeMesh(makeBox(Vec3(2), 1).value()); };
   const auto damaged = room.resume(withABox(), other, journal);
   ASSERT_FALSE(damaged);

@@ -75,6 +75,41 @@ TEST(ServoSceneMaker, LetsTheOldestGoEarlyWhenThereIsNoRoomToLeave) {
   EXPECT_THAT(idsOf(*scene, false), ElementsAre(2));
 }
 
+TEST(ServoSceneMaker, KeepsWhatASurfaceIsMadeOfUntilItIsEdited) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  ServoSceneMaker maker({});
+  auto detailAfter = [&, seq = std::uint64_t{0}](const Transaction& transaction) mutable {
+    sequencer.submit(kAlice, ++seq, transaction);
+    return maker.make(sequencer, 0, kNewPlan)->objects.at(0).detail;
+  };
+  const auto surface = [](SurfaceEdit change) {
+    return SetMaterial{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = std::move(change)}};
+  };
+  EXPECT_EQ(detailAfter(edit(add("a"))), nullptr);
+  SurfaceEdit change;
+  change.shading = Shading{0.5, {}};
+  const auto shaded = detailAfter(edit(surface(change)));
+  ASSERT_NE(shaded, nullptr);
+  EXPECT_EQ(detailAfter(edit(moveTo("a", {1, 0, 0}))), shaded);
+
+  change.shading.reset();
+  change.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
+                                 VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+  change.texture = TextureEdit{Texture{.family = GrainFamily{0.01, 1}, .amplitude_m = 1e-3}, {}};
+  const auto rubbed = detailAfter(edit(surface(change)));
+  EXPECT_EQ(rubbed->shading, shaded->shading) << "normals of a large mesh take their time";
+  EXPECT_EQ(rubbed->friction->most(), 0.3);
+  EXPECT_TRUE(rubbed->texture);
+
+  const auto remeshed = detailAfter(edit(RemeshObject{named("a"), box(0.2)}));
+  EXPECT_NE(remeshed->shading, shaded->shading);
+  change.friction.emplace();
+  change.texture.emplace();
+  change.shading.emplace();
+  EXPECT_EQ(detailAfter(edit(surface(change))), nullptr);
+}
+
 TEST(ServoSceneMaker, PlansTheExplorationOncePerRevision) {
   BoxResolver resolver;
   Sequencer sequencer(1, resolver);
@@ -222,15 +257,15 @@ TEST(SceneRoom, NoEditWaitsForThePlan) {
 TEST_F(SceneRoomTest, AnEditMayNameAnUploadThatSomeoneHolds) {
   room.start();
   const TriMesh mesh = makeBox(Vec3(0.5), 3).value();
-  std::promise<Result<std::shared_ptr<const MeshAsset>>> built;
-  ASSERT_TRUE(
-      room.submitMesh(hashOf(mesh), encodeMesh(mesh), [&](auto outcome) { built.set_value(std::move(outcome)); }));
+  std::promise<Result<std::shared_ptr<const Asset>>> built;
+  ASSERT_TRUE(room.submitAsset({AssetKind::kMesh, hashOf(mesh)}, encodeMesh(mesh),
+                               [&](auto outcome) { built.set_value(std::move(outcome)); }));
   auto asset = built.get_future().get();
   ASSERT_TRUE(asset);
-  EXPECT_EQ(room.findMesh(hashOf(mesh)), *asset);
+  EXPECT_EQ(room.findAsset(hashOf(mesh)), *asset);
   EXPECT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a", {AssetSource{hashOf(mesh)}})))));
   *asset = nullptr;
-  EXPECT_NE(room.findMesh(hashOf(mesh)), nullptr) << "the scene holds it";
+  EXPECT_NE(room.findAsset(hashOf(mesh)), nullptr) << "the scene holds it";
   EXPECT_EQ(std::get<Error>(submit(2, edit(add("b", {AssetSource{ContentHash{}}})))).field,
             "operations[0].add.mesh.asset");
 }

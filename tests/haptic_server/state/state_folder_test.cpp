@@ -107,7 +107,7 @@ TEST_F(StateFolderTest, AnIncompleteLastRecordCostsTheEpochAndNothingElse) {
   EXPECT_EQ(second.version().revision(), 1U);
   EXPECT_EQ(second.sequencer.history()->epoch, 42U);
   EXPECT_THAT(second.said, ElementsAre(HasSubstr("incomplete")));
-  EXPECT_THAT(namesIn(folder.path()), ElementsAre("checkpoint", "lock", "log", "meshes"));
+  EXPECT_THAT(namesIn(folder.path()), ElementsAre("assets", "checkpoint", "lock", "log"));
   EXPECT_EQ(second.accept(kAlice, 2, edit(moveTo("a", {1, 0, 0})))->commit.revision, 2U);
 }
 
@@ -130,8 +130,8 @@ TEST_F(StateFolderTest, ADamagedLogIsKeptAsideAndTheNewStateIsWhole) {
     EXPECT_THAT(second.said, ElementsAre(HasSubstr("at byte " + std::to_string(twoEdits))));
     const auto names = namesIn(folder.path());
     ASSERT_EQ(names.size(), 5U);
-    EXPECT_THAT(names[3], HasSubstr("log.damaged-"));
-    EXPECT_EQ(readFile(folder / names[3]).value(), damaged);
+    EXPECT_THAT(names[4], HasSubstr("log.damaged-"));
+    EXPECT_EQ(readFile(folder / names[4]).value(), damaged);
   }
   const KeptScene third(folder.path(), 43);
   EXPECT_THAT(third.said, IsEmpty());
@@ -207,14 +207,14 @@ TEST_F(StateFolderTest, MeshesGoWithTheCheckpointThatNoLongerNamesThem) {
   KeptScene scene(folder.path(), 41, 3000);
   scene.accept(kAlice, 1, edit(add("a", box(0.1)), add("b", box(0.2))));
   scene.accept(kAlice, 2, edit(RemeshObject{named("b"), box(0.3)}));
-  EXPECT_EQ(namesIn(folder / "meshes").size(), 3U) << "an edit in the log still names the old one";
+  EXPECT_EQ(namesIn(folder / "assets").size(), 3U) << "an edit in the log still names the old one";
   for (std::uint64_t i = 3; i <= 60; ++i) scene.accept(kAlice, i, edit(moveTo("a", {double(i), 0, 0})));
-  const std::vector<std::string> left = namesIn(folder / "meshes");
+  const std::vector<std::string> left = namesIn(folder / "assets");
   std::vector<std::string> expected = {scene.version().find("a")->mesh.hex(), scene.version().find("b")->mesh.hex()};
   std::ranges::sort(expected);
   EXPECT_EQ(left, expected);
   scene.accept(kAlice, 61, edit(RemeshObject{test::named("b"), box(0.2)}));
-  EXPECT_EQ(namesIn(folder / "meshes").size(), 3U) << "is written again when it comes back";
+  EXPECT_EQ(namesIn(folder / "assets").size(), 3U) << "is written again when it comes back";
 }
 
 TEST_F(StateFolderTest, MeshesGoAlsoWhenNoServerLivesLong) {
@@ -223,7 +223,7 @@ TEST_F(StateFolderTest, MeshesGoAlsoWhenNoServerLivesLong) {
     KeptScene scene(folder.path(), 41, 5000);
     scene.accept(kAlice, start,
                  start == 1 ? edit(add("a")) : edit(RemeshObject{named("a"), box(0.01 * double(start))}));
-    most = std::max(most, namesIn(folder / "meshes").size());
+    most = std::max(most, namesIn(folder / "assets").size());
   }
   EXPECT_GT(most, 5U);
   EXPECT_LT(most, 40U);
@@ -272,15 +272,35 @@ TEST_F(StateFolderTest, ACheckpointThatFindsNoRoomLetsTheLogGrow) {
   fs::remove(folder / "log.new");
 }
 
+TEST_F(StateFolderTest, KeepsTheFieldsAndValuesOfSurfaces) {
+  SurfaceEdit surface;
+  surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
+                                MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
+  surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
+                                  VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+  const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
+  ContentHash root;
+  {
+    KeptScene first(folder.path());
+    root = first.accept(kAlice, 1, edit(add("a"), textured))->commit.root;
+    EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(3));
+  }
+  KeptScene second(folder.path());
+  EXPECT_EQ(second.version().root(), root);
+  const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
+  EXPECT_NE(assets.textureField, nullptr);
+  EXPECT_EQ(assets.frictionScale->values, std::vector<float>(8, 0.5F));
+}
+
 TEST_F(StateFolderTest, TellsWhichMeshIsDamaged) {
   ContentHash mesh;
   {
     KeptScene first(folder.path());
     mesh = first.accept(kAlice, 1, edit(add("a")))->commit.put[0].mesh;
   }
-  flipByte((folder / "meshes") / mesh.hex(), 40);
+  flipByte((folder / "assets") / mesh.hex(), 40);
   EXPECT_THROW(KeptScene(folder.path()), std::exception);
-  fs::remove((folder / "meshes") / mesh.hex());
+  fs::remove((folder / "assets") / mesh.hex());
   EXPECT_THROW(KeptScene(folder.path()), std::exception);
 }
 

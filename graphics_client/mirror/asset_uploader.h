@@ -5,32 +5,33 @@
 #include <optional>
 #include <string>
 
-#include "common/hash/content_hash.h"
+#include "common/scene/asset_source.h"
 #include "graphics_client/mirror/client_callbacks.h"
 
 namespace haptics {
 
-/// Sends meshes to the server in chunks, one mesh after the other; one that a lost connection interrupted starts anew.
-class MeshUploader {
+/// Sends assets to the server in chunks, one after the other; one that a lost connection interrupted starts anew.
+class AssetUploader {
  public:
   /// Put off by the server for this long, an upload is given up and its refusal reported.
   static constexpr std::uint64_t kPatience_ns = 60'000'000'000;
 
-  /// Canonical bytes (encodeMesh). Their hash names the mesh from now on. No bytes: answered from within.
-  void add(std::string bytes, UploadCallbacks callbacks);
-  /// The next chunk to send; counts as sent. Nothing while the server's reply to a complete mesh is awaited.
+  /// Canonical bytes (encodeMesh, encodeField, encodeVertexValues). Their hash names the asset from now on. No bytes:
+  /// answered from within.
+  void add(AssetKind kind, std::string bytes, UploadCallbacks callbacks);
+  /// The next chunk to send; counts as sent. Nothing while the server's reply to a complete asset is awaited.
   [[nodiscard]] std::optional<v1::AssetUpload> next();
-  /// The upload of the mesh with this hash is not to go on; it finishes as refused, from within.
+  /// The upload of the asset with this hash is not to go on; it finishes as refused, from within.
   /// @return Whether the server has had a part of it and is to be told.
   bool cancel(const ContentHash& hash);
   void replied(const v1::AssetUploadReply& reply, std::uint64_t now_ns);
-  /// Call every few milliseconds: a mesh for which the server had no room is sent again after a while.
+  /// Call every few milliseconds: an asset for which the server had no room is sent again after a while.
   void poll(std::uint64_t now_ns);
   void connectionLost();
 
  private:
   struct Upload {
-    ContentHash hash;
+    AssetName name;
     std::string bytes;
     UploadCallbacks callbacks;
     std::uint64_t sent_bytes = 0;

@@ -1,4 +1,4 @@
-#include "graphics_client/mirror/mesh_uploader.h"
+#include "graphics_client/mirror/asset_uploader.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ v1::AssetUploadReply reply(const TriMesh& mesh, bool accepted) {
 }
 
 /// Puts together what is sent until nothing more comes; each chunk must be the next.
-std::string sendAll(MeshUploader& uploader) {
+std::string sendAll(AssetUploader& uploader) {
   std::string bytes;
   while (const auto upload = uploader.next()) {
     EXPECT_EQ(upload->chunk().offset(), bytes.size());
@@ -33,10 +33,10 @@ std::string sendAll(MeshUploader& uploader) {
   return bytes;
 }
 
-TEST(MeshUploader, SendsAMeshUnderTheHashOfItsContent) {
-  MeshUploader uploader;
+TEST(AssetUploader, SendsAMeshUnderTheHashOfItsContent) {
+  AssetUploader uploader;
   const TriMesh mesh = grid(60);
-  uploader.add(encodeMesh(mesh), {});
+  uploader.add(AssetKind::kMesh, encodeMesh(mesh), {});
   const auto first = uploader.next();
   ASSERT_TRUE(first);
   EXPECT_EQ(first->chunk().hash(), hashOf(mesh).asBytes());
@@ -44,29 +44,30 @@ TEST(MeshUploader, SendsAMeshUnderTheHashOfItsContent) {
   EXPECT_EQ(first->chunk().total_size(), encodeMesh(mesh).size());
 }
 
-TEST(MeshUploader, SendsEveryByteOnceAndReportsProgress) {
-  MeshUploader uploader;
+TEST(AssetUploader, SendsEveryByteOnceAndReportsProgress) {
+  AssetUploader uploader;
   const std::string bytes = encodeMesh(grid(100));
   std::uint64_t last = 0;
-  uploader.add(bytes, {.progress =
-                           [&](std::uint64_t sent, std::uint64_t total) {
-                             EXPECT_GT(sent, last);
-                             EXPECT_EQ(total, bytes.size());
-                             last = sent;
-                           },
-                       .finished = {}});
+  uploader.add(AssetKind::kMesh, bytes,
+               {.progress =
+                    [&](std::uint64_t sent, std::uint64_t total) {
+                      EXPECT_GT(sent, last);
+                      EXPECT_EQ(total, bytes.size());
+                      last = sent;
+                    },
+                .finished = {}});
   EXPECT_EQ(sendAll(uploader), bytes);
   EXPECT_EQ(last, bytes.size());
 }
 
-TEST(MeshUploader, SendsTheNextMeshOnlyAfterTheReply) {
-  MeshUploader uploader;
+TEST(AssetUploader, SendsTheNextMeshOnlyAfterTheReply) {
+  AssetUploader uploader;
   int finished = 0;
-  uploader.add(encodeMesh(tetrahedron(1)), {.progress = {}, .finished = [&](const auto& r) {
-                                              EXPECT_TRUE(r.accepted());
-                                              ++finished;
-                                            }});
-  uploader.add(encodeMesh(tetrahedron(2)), {});
+  uploader.add(AssetKind::kMesh, encodeMesh(tetrahedron(1)), {.progress = {}, .finished = [&](const auto& r) {
+                                                                EXPECT_TRUE(r.accepted());
+                                                                ++finished;
+                                                              }});
+  uploader.add(AssetKind::kMesh, encodeMesh(tetrahedron(2)), {});
   EXPECT_EQ(sendAll(uploader), encodeMesh(tetrahedron(1)));
   uploader.replied(reply(tetrahedron(2), true), kNow_ns);  // not asked yet
   EXPECT_EQ(finished, 0);
@@ -75,22 +76,23 @@ TEST(MeshUploader, SendsTheNextMeshOnlyAfterTheReply) {
   EXPECT_EQ(sendAll(uploader), encodeMesh(tetrahedron(2)));
 }
 
-TEST(MeshUploader, StopsAnUploadThatIsRefusedUnderWay) {
-  MeshUploader uploader;
+TEST(AssetUploader, StopsAnUploadThatIsRefusedUnderWay) {
+  AssetUploader uploader;
   bool refused = false;
-  uploader.add(encodeMesh(grid(100)), {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
+  uploader.add(AssetKind::kMesh, encodeMesh(grid(100)),
+               {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
   (void)uploader.next();
   uploader.replied(reply(grid(100), false), kNow_ns);
   EXPECT_TRUE(refused);
   EXPECT_FALSE(uploader.next());
 }
 
-TEST(MeshUploader, TellsTheServerOnlyOfACancelledUploadThatWasBegun) {
-  MeshUploader uploader;
+TEST(AssetUploader, TellsTheServerOnlyOfACancelledUploadThatWasBegun) {
+  AssetUploader uploader;
   std::vector<std::string> ended;
   const auto finished = [&](const auto& r) { ended.push_back(r.accepted() ? "accepted" : r.reason()); };
-  uploader.add(encodeMesh(grid(100)), {.progress = {}, .finished = finished});
-  uploader.add(encodeMesh(grid(101)), {.progress = {}, .finished = finished});
+  uploader.add(AssetKind::kMesh, encodeMesh(grid(100)), {.progress = {}, .finished = finished});
+  uploader.add(AssetKind::kMesh, encodeMesh(grid(101)), {.progress = {}, .finished = finished});
   (void)uploader.next();
   EXPECT_FALSE(uploader.cancel(hashOf(grid(101))));
   EXPECT_TRUE(uploader.cancel(hashOf(grid(100))));
@@ -101,11 +103,11 @@ TEST(MeshUploader, TellsTheServerOnlyOfACancelledUploadThatWasBegun) {
   EXPECT_EQ(ended.size(), 2U);
 }
 
-TEST(MeshUploader, SendsAMeshForWhichThereWasNoRoomAgainAfterAWhileAndNotForEver) {
-  MeshUploader uploader;
+TEST(AssetUploader, SendsAMeshForWhichThereWasNoRoomAgainAfterAWhileAndNotForEver) {
+  AssetUploader uploader;
   bool refused = false;
   const std::string bytes = encodeMesh(grid(100));
-  uploader.add(bytes, {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
+  uploader.add(AssetKind::kMesh, bytes, {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
   (void)uploader.next();
   v1::AssetUploadReply later = reply(grid(100), false);
   later.set_retry_after_ms(1000);
@@ -115,14 +117,14 @@ TEST(MeshUploader, SendsAMeshForWhichThereWasNoRoomAgainAfterAWhileAndNotForEver
   uploader.poll(kNow_ns + kSecond_ns);
   EXPECT_EQ(sendAll(uploader), bytes);
   EXPECT_FALSE(refused);
-  uploader.replied(later, kNow_ns + MeshUploader::kPatience_ns);
+  uploader.replied(later, kNow_ns + AssetUploader::kPatience_ns);
   EXPECT_TRUE(refused);
 }
 
-TEST(MeshUploader, StartsAnewAfterAReconnect) {
-  MeshUploader uploader;
+TEST(AssetUploader, StartsAnewAfterAReconnect) {
+  AssetUploader uploader;
   const std::string bytes = encodeMesh(grid(100));
-  uploader.add(bytes, {});
+  uploader.add(AssetKind::kMesh, bytes, {});
   (void)uploader.next();
   uploader.connectionLost();
   EXPECT_EQ(sendAll(uploader), bytes);
@@ -130,10 +132,10 @@ TEST(MeshUploader, StartsAnewAfterAReconnect) {
   EXPECT_EQ(sendAll(uploader), bytes);
 }
 
-TEST(MeshUploader, RefusesNoBytesAtOnce) {
-  MeshUploader uploader;
+TEST(AssetUploader, RefusesNoBytesAtOnce) {
+  AssetUploader uploader;
   bool refused = false;
-  uploader.add("", {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
+  uploader.add(AssetKind::kMesh, "", {.progress = {}, .finished = [&](const auto& r) { refused = !r.accepted(); }});
   EXPECT_TRUE(refused);
 }
 

@@ -1,4 +1,4 @@
-#include "graphics_client/mirror/mesh_uploader.h"
+#include "graphics_client/mirror/asset_uploader.h"
 
 #include <algorithm>
 #include <span>
@@ -16,27 +16,27 @@ constexpr std::uint64_t kNanosecondsPerMillisecond = 1'000'000;
 
 }  // namespace
 
-void MeshUploader::add(std::string bytes, UploadCallbacks callbacks) {
+void AssetUploader::add(AssetKind kind, std::string bytes, UploadCallbacks callbacks) {
   if (bytes.empty()) {
     v1::AssetUploadReply reply;
     reply.set_field("chunk.data");
-    reply.set_reason("is empty; a mesh has bytes");
+    reply.set_reason("is empty; an asset has bytes");
     if (callbacks.finished) callbacks.finished(reply);
     return;
   }
   const ContentHash hash = Hasher().add(std::as_bytes(std::span(bytes))).finish();
-  uploads_.push_back({hash, std::move(bytes), std::move(callbacks)});
+  uploads_.push_back({{kind, hash}, std::move(bytes), std::move(callbacks)});
 }
 
-std::optional<v1::AssetUpload> MeshUploader::next() {
+std::optional<v1::AssetUpload> AssetUploader::next() {
   if (uploads_.empty() || waitingUntil_ns_) return std::nullopt;
   Upload& upload = uploads_.front();
   if (upload.sent_bytes == upload.bytes.size()) return std::nullopt;
   const std::size_t size = std::min(kDataBytes, upload.bytes.size() - upload.sent_bytes);
   v1::AssetUpload message;
   v1::AssetChunk& chunk = *message.mutable_chunk();
-  chunk.set_hash(upload.hash.asBytes());
-  chunk.set_kind(v1::ASSET_KIND_MESH);
+  chunk.set_hash(upload.name.hash.asBytes());
+  chunk.set_kind(static_cast<v1::AssetKind>(upload.name.kind));
   chunk.set_total_size(upload.bytes.size());
   chunk.set_offset(upload.sent_bytes);
   chunk.set_data(upload.bytes.data() + upload.sent_bytes, size);
@@ -45,8 +45,8 @@ std::optional<v1::AssetUpload> MeshUploader::next() {
   return message;
 }
 
-bool MeshUploader::cancel(const ContentHash& hash) {
-  const auto upload = std::ranges::find(uploads_, hash, &Upload::hash);
+bool AssetUploader::cancel(const ContentHash& hash) {
+  const auto upload = std::ranges::find(uploads_, hash, [](const Upload& u) { return u.name.hash; });
   if (upload == uploads_.end()) return false;
   const bool begun = upload->sent_bytes > 0;
   const auto finished = std::move(upload->callbacks.finished);
@@ -58,8 +58,8 @@ bool MeshUploader::cancel(const ContentHash& hash) {
   return begun;
 }
 
-void MeshUploader::replied(const v1::AssetUploadReply& reply, std::uint64_t now_ns) {
-  if (uploads_.empty() || uploads_.front().hash.asBytes() != reply.hash()) return;
+void AssetUploader::replied(const v1::AssetUploadReply& reply, std::uint64_t now_ns) {
+  if (uploads_.empty() || uploads_.front().name.hash.asBytes() != reply.hash()) return;
   Upload& upload = uploads_.front();
   if (reply.retry_after_ms() != 0) {
     if (upload.firstPutOff_ns == 0) upload.firstPutOff_ns = now_ns;
@@ -74,11 +74,11 @@ void MeshUploader::replied(const v1::AssetUploadReply& reply, std::uint64_t now_
   if (finished) finished(reply);
 }
 
-void MeshUploader::poll(std::uint64_t now_ns) {
+void AssetUploader::poll(std::uint64_t now_ns) {
   if (waitingUntil_ns_ && now_ns >= *waitingUntil_ns_) waitingUntil_ns_.reset();
 }
 
-void MeshUploader::connectionLost() {
+void AssetUploader::connectionLost() {
   waitingUntil_ns_.reset();
   if (!uploads_.empty()) uploads_.front().sent_bytes = 0;
 }

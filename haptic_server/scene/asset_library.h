@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "haptic_server/scene/field_library.h"
+#include "haptic_server/scene/mesh_library.h"
+#include "haptic_server/scene/surface_remarks.h"
+
+namespace haptics {
+
+/// Everything that an edit may name, from files, makers and the store. One thread.
+class AssetLibrary final : public AssetResolver {
+ public:
+  /// The store outlives the library. \param encoderStep_m of the device, for warnings; 0: not known.
+  AssetLibrary(std::vector<std::filesystem::path> folders, AssetStore& store, double encoderStep_m = 0)
+      : folders_(std::move(folders)),
+        encoderStep_m_(encoderStep_m),
+        meshes_(folders_, store),
+        fields_(folders_, store) {}
+  AssetLibrary(const AssetLibrary&) = delete;
+  AssetLibrary& operator=(const AssetLibrary&) = delete;
+
+  [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source) override {
+    return meshes_.resolve(source);
+  }
+  [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override {
+    return fields_.resolve(source);
+  }
+  [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override {
+    return fields_.resolve(source);
+  }
+  [[nodiscard]] std::vector<std::string> remarks(const ObjectRecord& record,
+                                                 const ObjectAssets& assets) const override {
+    return surfaceRemarks(record, assets, encoderStep_m_);
+  }
+
+ private:
+  const AssetFolders folders_;
+  const double encoderStep_m_;
+  MeshLibrary meshes_;
+  FieldLibrary fields_;
+};
+
+}  // namespace haptics

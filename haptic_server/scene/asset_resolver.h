@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/error/error.h"
+#include "common/scene/scene.h"
+#include "haptic_server/scene/object_assets.h"
+
+namespace haptics {
+
+template <class Kind>
+struct Resolved {
+  std::shared_ptr<const Kind> asset;
+  std::string report;  ///< What importing or making it kept and dropped, one line.
+};
+
+/// Makes the assets that an edit names. The sequencer sees only this, so that a simulation needs no files.
+class AssetResolver {
+ public:
+  virtual ~AssetResolver() = default;
+  /// Errors name the field below the MeshSource ("file", "torus.minor_radius_m"),
+  [[nodiscard]] virtual Result<Resolved<MeshAsset>> resolve(const MeshSource& source) = 0;
+  /// below MappedField ("image"),
+  [[nodiscard]] virtual Result<Resolved<FieldAsset>> resolve(const FieldSource& source) = 0;
+  /// and below PerVertex ("asset").
+  [[nodiscard]] virtual Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) = 0;
+  /// What the editor of an object may want to know of it as it is to be: a line each.
+  [[nodiscard]] virtual std::vector<std::string> remarks(const ObjectRecord&, const ObjectAssets&) const { return {}; }
+};
+
+}  // namespace haptics

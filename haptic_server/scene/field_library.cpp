@@ -1,0 +1,82 @@
+#include "haptic_server/scene/field_library.h"
+
+#include <system_error>
+#include <utility>
+
+#include "common/mesh/file_bytes.h"
+#include "common/surface/makers/image_field.h"
+#include "common/surface/makers/reaction_diffusion.h"
+#include "common/surface/makers/spot_noise.h"
+
+namespace haptics {
+namespace fs = std::filesystem;
+namespace {
+
+std::string sizeOf(const FieldAsset& asset) {
+  return std::to_string(asset.field->width()) + " x " + std::to_string(asset.field->height()) + " samples";
+}
+
+}  // namespace
+
+Result<Resolved<FieldAsset>> FieldLibrary::resolve(const FieldSource& source) {
+  return std::visit([this](const auto& chosen) { return from(chosen); }, source);
+}
+
+Result<Resolved<VertexValuesAsset>> FieldLibrary::resolve(const VertexValuesSource& source) {
+  if (const auto* given = std::get_if<GivenValues>(&source)) {
+    return Resolved<VertexValuesAsset>{store_.intern(given->values),
+                                       std::to_string(given->values.size()) + " vertex values"};
+  }
+  const ContentHash& hash = std::get<AssetSource>(source).hash;
+  auto asset = as<VertexValuesAsset>(store_.find(hash));
+  if (!asset)
+    return refused("asset", "no vertex values " + hash.hex() + " are here; upload them in this session first");
+  return Resolved<VertexValuesAsset>{std::move(asset), "vertex values that the server held"};
+}
+
+template <class Make>
+Result<std::shared_ptr<const FieldAsset>> FieldLibrary::once(const Key& key, Make make) {
+  if (const auto at = made_.find(key); at != made_.end()) {
+    if (auto asset = at->second.lock()) return asset;
+  }
+  Result<SampledField> field = make();
+  if (!field) return tl::unexpected<Error>(std::move(field).error());
+  auto asset = store_.intern(*std::move(field));
+  std::erase_if(made_, [](const auto& entry) { return entry.second.expired(); });
+  made_.insert_or_assign(key, asset);
+  return asset;
+}
+
+Result<Resolved<FieldAsset>> FieldLibrary::from(const FileSource& file) {
+  auto located = folders_.locate(file.path, "image");
+  if (!located) return tl::unexpected<Error>(std::move(located).error());
+  std::error_code error;
+  const ImageKey key{located->string(), fs::last_write_time(*located, error), fs::file_size(*located, error)};
+  auto asset = once(key, [&]() -> Result<SampledField> {
+    const auto bytes = readFile(*located);
+    if (!bytes) return tl::unexpected<Error>(bytes.error());
+    return fieldFromImage(*bytes);
+  });
+  if (!asset) return refused("image", file.path + ": " + seenFromOutside(asset.error().text(), *located, file.path));
+  return Resolved<FieldAsset>{*asset, file.path + ": " + sizeOf(**asset)};
+}
+
+Result<Resolved<FieldAsset>> FieldLibrary::from(const AssetSource& source) const {
+  auto asset = as<FieldAsset>(store_.find(source.hash));
+  if (!asset) return refused("asset", "no field " + source.hash.hex() + " is here; upload it in this session first");
+  return Resolved<FieldAsset>{std::move(asset), "a field that the server held"};
+}
+
+Result<Resolved<FieldAsset>> FieldLibrary::from(const ReactionDiffusionSource& recipe) {
+  auto asset = once(recipe, [&] { return Result<SampledField>(reactionDiffusion(recipe)); });
+  if (!asset) return tl::unexpected<Error>(std::move(asset).error());
+  return Resolved<FieldAsset>{*asset, "computed by reaction and diffusion, " + sizeOf(**asset)};
+}
+
+Result<Resolved<FieldAsset>> FieldLibrary::from(const SpotNoiseSource& recipe) {
+  auto asset = once(recipe, [&] { return Result<SampledField>(spotNoise(recipe)); });
+  if (!asset) return tl::unexpected<Error>(std::move(asset).error());
+  return Resolved<FieldAsset>{*asset, "computed as spot noise, " + sizeOf(**asset)};
+}
+
+}  // namespace haptics

@@ -1,0 +1,110 @@
+#include "haptic_server/scene/object_assets.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "common/surface/make_field.h"
+
+namespace haptics {
+namespace {
+
+template <class Kind>
+Result<std::shared_ptr<const Kind>> get(const ContentHash& hash, const AssetLookup& lookUp) {
+  auto asset = lookUp({Kind::kKind, hash});
+  if (!asset) return tl::unexpected<Error>(std::move(asset).error());
+  auto typed = as<Kind>(*std::move(asset));
+  if (!typed) return refused("", "is an asset of another kind");
+  return typed;
+}
+
+/// Each is to be a line of the mesh.
+Result<void> checkCreases(const std::vector<Crease>& creases, const TriMesh& mesh) {
+  if (creases.empty()) return {};
+  std::vector<bool> found(creases.size());
+  for (const TriangleIndices& t : mesh.triangles) {
+    for (std::size_t k = 0; k < t.size(); ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % t.size()];
+      const auto at = std::ranges::lower_bound(creases, Crease{std::min(a, b), std::max(a, b)});
+      if (at != creases.end() && *at == Crease{std::min(a, b), std::max(a, b)}) {
+        found[static_cast<std::size_t>(at - creases.begin())] = true;
+      }
+    }
+  }
+  const auto missing = std::ranges::find(found, false);
+  if (missing == found.end()) return {};
+  const auto i = static_cast<std::size_t>(missing - found.begin());
+  return refused("shading.creases", "names (" + std::to_string(creases[i][0]) + ", " + std::to_string(creases[i][1]) +
+                                        "), which is no line of the mesh; give two vertices of one triangle");
+}
+
+class Gatherer {
+ public:
+  Gatherer(const ObjectRecord& record, const AssetLookup& lookUp) : record_(record), lookUp_(lookUp) {}
+
+  Result<ObjectAssets> gather() {
+    auto mesh = get<MeshAsset>(record_.mesh, lookUp_);
+    if (!mesh) return tl::unexpected<Error>(std::move(mesh.error()).within("mesh"));
+    assets_.mesh = *std::move(mesh);
+    const SurfaceProperties& surface = record_.material.surface;
+    Result<void> done;
+    if (surface.shading) done = checkCreases(surface.shading->creases, *assets_.mesh->mesh);
+    if (done && surface.friction) done = gather(*surface.friction);
+    if (done && surface.texture) done = make(surface.texture->family, "texture.field", assets_.textureField);
+    if (!done) return tl::unexpected<Error>(std::move(done).error());
+    return std::move(assets_);
+  }
+
+ private:
+  const ObjectRecord& record_;
+  const AssetLookup& lookUp_;
+  ObjectAssets assets_;
+
+  Result<void> gather(const Friction& friction) {
+    if (const auto* family = std::get_if<FieldFamily>(&friction.over)) {
+      return make(*family, "friction.field", assets_.frictionField);
+    }
+    const auto* scale = std::get_if<PerVertexScale>(&friction.over);
+    if (scale == nullptr) return {};
+    auto values = get<VertexValuesAsset>(scale->values, lookUp_);
+    if (!values) return tl::unexpected<Error>(std::move(values.error()).within("friction.per_vertex"));
+    const std::size_t vertices = assets_.mesh->mesh->vertices.size();
+    if ((*values)->values.size() != vertices) {
+      return refused("friction.per_vertex", "has " + std::to_string((*values)->values.size()) +
+                                                " values; the mesh has " + std::to_string(vertices) +
+                                                " vertices, and each wants one");
+    }
+    assets_.frictionScale = *std::move(values);
+    assets_.others.push_back(assets_.frictionScale);
+    return {};
+  }
+
+  Result<void> make(const FieldFamily& family, const std::string& where, std::shared_ptr<const ScalarField>& to) {
+    std::shared_ptr<const SampledField> samples;
+    if (const auto* mapped = std::get_if<MappedFamily>(&family)) {
+      auto asset = get<FieldAsset>(mapped->field, lookUp_);
+      if (!asset) return tl::unexpected<Error>(std::move(asset.error()).within(where + ".mapped"));
+      samples = (*asset)->field;
+      assets_.others.push_back(*std::move(asset));
+    }
+    auto made = makeField(family, [&samples](const ContentHash&) { return samples; });
+    if (!made) return tl::unexpected<Error>(std::move(made.error()).within(where + "."));
+    to = *std::move(made);
+    return {};
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<const Asset> ObjectAssets::find(const ContentHash& hash) const {
+  if (mesh && mesh->name.hash == hash) return mesh;
+  const auto at = std::ranges::find(others, hash, [](const auto& asset) { return asset->name.hash; });
+  return at == others.end() ? nullptr : *at;
+}
+
+Result<ObjectAssets> gatherAssets(const ObjectRecord& record, const AssetLookup& lookUp) {
+  return Gatherer(record, lookUp).gather();
+}
+
+}  // namespace haptics

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "common/error/error.h"
+#include "common/scene/scene.h"
+#include "common/surface/scalar_field.h"
+#include "haptic_server/scene/asset_store.h"
+
+namespace haptics {
+
+/// What an object's record names, held and ready to be felt.
+struct ObjectAssets {
+  std::shared_ptr<const MeshAsset> mesh;
+  std::vector<std::shared_ptr<const Asset>> others;        ///< Of its surface properties.
+  std::shared_ptr<const ScalarField> textureField;         ///< Null without a texture.
+  std::shared_ptr<const ScalarField> frictionField;        ///< Null unless friction varies over a field.
+  std::shared_ptr<const VertexValuesAsset> frictionScale;  ///< Null unless friction is given per vertex.
+
+  [[nodiscard]] std::shared_ptr<const Asset> find(const ContentHash& hash) const;
+};
+
+using AssetLookup = std::function<Result<std::shared_ptr<const Asset>>(const AssetName&)>;
+
+/// Everything that the record names. Refused: what the lookup refuses, an asset of another kind than its place asks for,
+/// values or creases that do not fit the mesh; errors name the field below ObjectState ("friction.per_vertex").
+[[nodiscard]] Result<ObjectAssets> gatherAssets(const ObjectRecord& record, const AssetLookup& lookUp);
+
+}  // namespace haptics

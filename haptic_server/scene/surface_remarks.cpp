@@ -1,0 +1,59 @@
+#include "haptic_server/scene/surface_remarks.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <sstream>
+
+namespace haptics {
+namespace {
+
+/// Fewer samples than this a wave show another one (Shannon).
+constexpr double kSamplesPerWave = 2;
+/// Enough for a mean.
+constexpr std::size_t kMeasuredTriangles = 10'000;
+
+double meanEdge_m(const TriMesh& mesh) {
+  const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / kMeasuredTriangles);
+  double sum_m = 0;
+  std::size_t edges = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += step) {
+    const TriangleIndices& corner = mesh.triangles[t];
+    for (std::size_t k = 0; k < corner.size(); ++k, ++edges) {
+      sum_m += glm::distance(Vec3(mesh.vertices[corner[k]]), Vec3(mesh.vertices[corner[(k + 1) % corner.size()]]));
+    }
+  }
+  return sum_m / static_cast<double>(edges);
+}
+
+std::string millimetres(double length_m) {
+  constexpr double kMillimetresPerMetre = 1000;
+  std::ostringstream text;
+  text.precision(3);
+  text << length_m * kMillimetresPerMetre << " mm";
+  return text.str();
+}
+
+}  // namespace
+
+std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets, double encoderStep_m) {
+  std::vector<std::string> remarks;
+  const auto look = [&](const char* property, const ScalarField* field) {
+    if (!field) return;
+    const double finest_m = field->shortestWavelength_m();
+    const std::string warning = "warning: " + std::string(property) + "'s finest detail, " + millimetres(finest_m);
+    if (finest_m < kSamplesPerWave * encoderStep_m) {
+      remarks.push_back(warning + ", is finer than two steps of the device's encoder (" + millimetres(encoderStep_m) +
+                        " each): it will feel like another one, and rough");
+    }
+    const double edge_m = meanEdge_m(*assets.mesh->mesh);
+    if (finest_m < kSamplesPerWave * edge_m) {
+      remarks.push_back(warning + ", is finer than two edges of the mesh (" + millimetres(edge_m) +
+                        " each on average): it is felt as given; a picture may not show it");
+    }
+  };
+  if (record.material.surface.texture) look("texture", assets.textureField.get());
+  if (record.material.surface.friction) look("friction", assets.frictionField.get());
+  return remarks;
+}
+
+}  // namespace haptics
