@@ -48,6 +48,36 @@ BAD_SCENES = {
 }
 
 
+def surface(properties):
+    return 'operations { set_material { object { name: "box" } material { %s } } }' % properties
+
+
+def mapped(source):
+    return surface('texture { amplitude_m: 1e-3 field { mapped { %s mapping { shape: MAPPING_SHAPE_CUBE tile_m: 0.01 } } } }'
+                   % source)
+
+
+MATERIAL = "operations[0].set_material.material."
+BAD_SCENES |= {
+    "missing image": (mapped('image: "absent.png"'), (MATERIAL + "texture.field.mapped.image", "absent.png")),
+    "no image": (mapped('image: "no_image.png"'), (MATERIAL + "texture.field.mapped.image", "no_image.png", "PNG or JPEG")),
+    "image out of the asset folder": (mapped('image: "../x.png"'), (MATERIAL + "texture.field.mapped.image",)),
+    "unknown field asset": (mapped(f'asset: "{"x" * 32}"'), (MATERIAL + "texture.field.mapped.asset",)),
+    "texture height of 0": (surface("texture { field { grain { grain_m: 1e-3 } } }"), (MATERIAL + "texture.amplitude_m",)),
+    "infinite texture height": (surface("texture { amplitude_m: inf field { grain { grain_m: 1e-3 } } }"),
+                                (MATERIAL + "texture.amplitude_m",)),
+    "negative wavelength": (surface("texture { amplitude_m: 1e-3 field { noise { wavelength_m: -1 } } }"),
+                            (MATERIAL + "texture.field.noise.wavelength_m",)),
+    "friction that sliding increases": (surface("friction { mu_static: 0.3 mu_dynamic: 0.4 }"),
+                                        (MATERIAL + "friction.mu_dynamic", "mu_static")),
+    "crease angle out of range": (surface("shading { crease_rad: 4 }"), (MATERIAL + "shading.crease_rad", "3.14")),
+    "crease that is no line": (surface("shading { crease_rad: 1 creases { first: 0 second: 99999 } }"),
+                               (MATERIAL + "shading.creases", "99999")),
+    "values for other vertices": (surface("friction { mu_static: 1 per_vertex { values { value: [1, 1, 1] } } }"),
+                                  (MATERIAL + "friction.per_vertex", "has 3 values")),
+}
+
+
 def add(file_name):
     return f'operations {{ add {{ name: "bad" mesh {{ file: "{file_name}" }} }} }}'
 
@@ -85,6 +115,7 @@ class AskedOfARunningServer(harness.EndToEnd):
                 self.assert_refused(answer, 1, "operations[0].add.mesh.file", name, reason)
 
     def test_a_bad_field_is_refused_by_its_path(self):
+        (self.folder / "no_image.png").write_text("not an image")
         for name, (text, words) in BAD_SCENES.items():
             with self.subTest(name):
                 self.assert_refused(self.server.ctl("apply", "-", text=text), 1, *words)

@@ -1,6 +1,7 @@
 """The Python client and its examples: the same promises as the C++ client's, with hashes computed independently."""
 import contextlib
 import csv
+import math
 import signal
 import socket
 import sys
@@ -9,7 +10,9 @@ import time
 import unittest
 
 import harness
+import haptic_assets
 from haptic_client import Client, Conflict, Refused, Rejected
+from haptics.v1 import scene_pb2
 
 EXAMPLES = harness.Path(__file__).resolve().parents[2] / "graphics_client/script/python/examples"
 BALL = 'operations { add { name: "ball" mesh { sphere { radius_m: 0.01 segments: 4 } } pose { position { z: 0.2 } } } }'
@@ -120,6 +123,28 @@ class PythonClient(harness.EndToEnd):
         ball = client.objects()["ball"]
         self.assertEqual(ball.friction.field.grain.seed, 9)
         self.assertFalse(ball.HasField("texture") or ball.HasField("shading"))
+
+    def test_it_brings_height_maps_and_values_per_vertex_of_its_own(self):
+        client = self.client()
+        client.apply(BALL.replace("sphere { radius_m: 0.01 segments: 4 }", "box { size_m { x: 0.1 y: 0.1 z: 0.1 } }"))
+        ridges = [[0.5 + 0.5 * math.cos(2 * math.pi * x / 16) for x in range(64)] for _ in range(32)]
+        texture = client.upload(haptic_assets.FIELD, haptic_assets.field(ridges))
+        scale = client.upload(haptic_assets.VERTEX_VALUES, haptic_assets.vertex_values([1, 0, 2, 0.5, 1, 1, 1, 1]))
+        transaction = scene_pb2.Transaction()
+        change = transaction.operations.add().set_material
+        change.object.name = "ball"
+        mapped = change.material.texture.field.mapped
+        mapped.asset, mapped.mapping.shape, mapped.mapping.tile_m = texture, scene_pb2.MAPPING_SHAPE_CUBE, 0.02
+        change.material.texture.amplitude_m = 1e-3
+        change.material.friction.mu_static = change.material.friction.mu_dynamic = 0.5
+        change.material.friction.per_vertex.asset = scale
+        client.apply(transaction)
+        self.assert_in_step(client)
+        self.assertAlmostEqual(client.objects()["ball"].texture.field.mapped.mapping.size_m.x, 0.1, 6)
+        self.server.ctl("verify").json()
+        with self.assertRaises(haptic_assets.UploadRefused) as refused:
+            client.upload(haptic_assets.FIELD, b"no field")
+        self.assertEqual(refused.exception.field, "chunk.data")
 
     def test_it_raises_what_is_wrong_and_where(self):
         client = self.client()

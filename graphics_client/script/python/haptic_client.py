@@ -22,6 +22,7 @@ import time
 from google.protobuf import text_format
 from google.protobuf.message import DecodeError
 
+from haptic_assets import UploadQueue, UploadRefused  # noqa: F401
 from haptic_edits import Conflict, EditQueue, Rejected, StateLost  # noqa: F401  (callers catch them)
 from haptic_scene import OutOfStep, Scene
 from haptics.v1 import envelope_pb2, scene_pb2
@@ -52,6 +53,7 @@ class Client:
         self._session = int.from_bytes(os.urandom(8), "little") or 1
         self._changed = threading.Condition()  # guards everything below that callers see
         self._edits = EditQueue()
+        self._uploads = UploadQueue()
         self._samples = collections.deque(maxlen=MAX_KEPT_SAMPLES)
         self._scene = Scene()
         self._live = self._closing = False
@@ -113,6 +115,14 @@ class Client:
         edit = self.submit(transaction)
         return edit.result(timeout_s), edit.live_since_tick(timeout_s)
 
+    def upload(self, kind, data, timeout_s=60.0):
+        """Sends an asset (haptic_assets.field, .vertex_values) and waits until the server holds it, for edits of this
+        client: its hash. Raises UploadRefused, TimeoutError."""
+        with self._changed:
+            upload = self._uploads.add(kind, data)
+        self._wake()
+        return upload.held.result(timeout_s)
+
     def samples(self, seconds=None):
         """Telemetry as it comes, oldest first. Ticks that the server did not send are missing: latest wins."""
         end = None if seconds is None else time.monotonic() + seconds
@@ -155,6 +165,7 @@ class Client:
             if not self._refused:
                 self._trouble = why
             self._edits.connection_lost()
+            self._uploads.connection_lost()
             self._changed.notify_all()
 
     def _token(self):
@@ -251,6 +262,9 @@ class Client:
     def _take_edit_reply(self, reply):
         self._edits.replied(reply)
 
+    def _take_asset_upload_reply(self, reply):
+        self._uploads.replied(reply)
+
     def _take_edit_live(self, live):
         self._edits.live(live)
 
@@ -259,8 +273,11 @@ class Client:
             return
         with self._changed:
             requests = self._edits.take_unsent()
+            chunks = self._uploads.take_unsent()
         for request in requests:
             self._send(connection, edit_request=request)
+        for chunk in chunks:
+            self._send(connection, asset_upload=chunk)
 
     def _send(self, connection, **body):
         self._messages += 1

@@ -1,0 +1,77 @@
+"""Assets of one's own: computed height maps and values per vertex, sent to the server, to be named by an edit."""
+import concurrent.futures
+import hashlib
+import struct
+import time
+
+from haptics.v1 import envelope_pb2, scene_pb2
+
+FIELD, VERTEX_VALUES = scene_pb2.ASSET_KIND_SCALAR_FIELD, scene_pb2.ASSET_KIND_VERTEX_VALUES
+CHUNK_BYTES = 32_000
+
+
+def field(rows):
+    """Canonical bytes of a scalar field: rows of numbers, the first row lowest, each side 2 to 4096. It repeats."""
+    width = len(rows[0])
+    if any(len(row) != width for row in rows):
+        raise ValueError("a field's rows are equally long")
+    return struct.pack("<4sIII", b"HSFD", 1, width, len(rows)) + b"".join(struct.pack(f"<{width}f", *row) for row in rows)
+
+
+def vertex_values(values):
+    """Canonical bytes of a number >= 0 for each vertex of a mesh, in its canonical numbering."""
+    return struct.pack("<4sIQ", b"HVTX", 1, len(values)) + struct.pack(f"<{len(values)}f", *(v + 0.0 for v in values))
+
+
+class UploadRefused(Exception):
+    """The server does not take the asset; `field` names the part that is wrong."""
+
+    def __init__(self, field_name, reason):
+        super().__init__(f"{field_name}: {reason}")
+        self.field, self.reason = field_name, reason
+
+
+class Upload:
+    def __init__(self, kind, data):
+        self.kind, self.data = kind, data
+        self.hash = hashlib.sha256(data).digest()
+        self.sent = False
+        self.held = concurrent.futures.Future()
+
+
+class UploadQueue:
+    """Uploads on their way, sent anew after a reconnect until they are answered. The server takes one after the other."""
+
+    def __init__(self):
+        self._uploads, self._waiting_until = [], 0.0
+
+    def add(self, kind, data):
+        self._uploads.append(Upload(kind, data))
+        return self._uploads[-1]
+
+    def take_unsent(self):
+        """All of the first upload's chunks, unless they are sent already."""
+        if not self._uploads or self._uploads[0].sent or time.monotonic() < self._waiting_until:
+            return []
+        upload = self._uploads[0]
+        upload.sent = True
+        return [envelope_pb2.AssetUpload(chunk=envelope_pb2.AssetChunk(
+            hash=upload.hash, kind=upload.kind, total_size=len(upload.data), offset=at,
+            data=upload.data[at:at + CHUNK_BYTES])) for at in range(0, len(upload.data), CHUNK_BYTES)]
+
+    def connection_lost(self):
+        for upload in self._uploads:
+            upload.sent = False
+
+    def replied(self, reply):
+        if not self._uploads or self._uploads[0].hash != reply.hash:
+            return
+        if reply.retry_after_ms:
+            self._uploads[0].sent = False
+            self._waiting_until = time.monotonic() + 1e-3 * reply.retry_after_ms
+            return
+        upload = self._uploads.pop(0)
+        if reply.accepted:
+            upload.held.set_result(upload.hash)
+        else:
+            upload.held.set_exception(UploadRefused(reply.field, reply.reason))
