@@ -27,14 +27,19 @@ void lookAround(const Surface& surface, std::uint32_t triangle, Vec3 ihip) noexc
 
 void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noexcept {
   if (!state.attached) return;
-  rehearsal_.copyInUse(state);
-  const Vec3 next = state.hip + state.velocity.velocity() * config_.period_s;
-  static_cast<void>(hapticStep(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}));
+  rehearse(scene, state);
   const ContactState& contact = rehearsal_.contact;
   for (const HoldingSurface& held : contact.surfaces()) {
     const Body& body = rehearsal_.bodies[static_cast<std::size_t>(held.body)];
     lookAround(*body.surface, held.triangle, body.frame.toLocal(contact.ihip));
   }
+  rehearse(scene, state);
+}
+
+void PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexcept {
+  rehearsal_.copyInUse(state);
+  const Vec3 next = state.hip + state.velocity.velocity() * config_.period_s;
+  static_cast<void>(hapticStep(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}));
 }
 
 }  // namespace haptics

@@ -11,6 +11,7 @@
 #include "tests/eval/failures.h"
 #include "tests/eval/report.h"
 #include "tests/eval/table1/table1.h"
+#include "tests/eval/textures/textures.h"
 #include "tests/eval/walk/walk.h"
 
 // Each verb in a function of its own; parsing the command line runs it.
@@ -29,6 +30,7 @@ struct Arguments {
   Table1Options table1;
   bool asInPaper = false;
   WalkOptions walk;
+  TexturesOptions textures;
   AdviseOptions advise;
 
   bool good = true;  ///< What the verb came to.
@@ -118,6 +120,15 @@ void addAccuracy(CLI::App& app, Arguments& arguments) {
     options.out = arguments.out;
     arguments.good = runAccuracy(options);
   });
+}
+
+void addTextures(CLI::App& app, Arguments& arguments) {
+  CLI::App* verb = addVerb(
+      app,
+      {"textures", "Texture families, friction and force shading, measured, with a contact sheet", "--out results"},
+      arguments);
+  addSeed(verb, arguments);
+  verb->callback([&arguments] { arguments.good = runTextures({arguments.seed, arguments.out}); });
 }
 
 void addChart(CLI::App& app, Arguments& arguments) {
@@ -236,7 +247,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
-  for (const auto add : {addFailures, addAccuracy, addChart, addTable1, addWalk, addAdvise}) add(app, arguments);
+  for (const auto add : {addFailures, addAccuracy, addChart, addTextures, addTable1, addWalk, addAdvise})
+    add(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);
   return arguments.good ? 0 : kExitFailed;

@@ -118,6 +118,31 @@ class Chart(Verb):
             self.assertIn(says, done.stderr, table)
 
 
+class Textures(Verb):
+    def test_measures_every_family_friction_and_shading_within_the_limits(self):
+        self.run_well("textures")
+        records = self.records("textures")
+        self.assertTrue(all(r["pass"] for r in records))
+        for record in records:
+            for key, value in record.items():
+                self.assertIsInstance(value, (bool, int, float, str), key)
+        scenes = {r["scene"] for r in records}
+        for family in ("fourier_grating", "fourier_sum", "noise", "fractal", "cellular", "grain", "spots", "stripes",
+                       "spot_noise", "image"):
+            self.assertIn(family, scenes)
+            self.assertIn("rest_" + family, scenes)
+        for computed in ("spots", "stripes", "spot_noise", "image"):
+            for around in ("cube", "cylinder", "sphere"):
+                self.assertIn(f"{computed}_on_{around}", scenes)
+        flat, shaded = (r for r in records if r["scene"] == "shading_sphere" and r["triangles"] > 10_000)
+        self.assertGreater(flat["direction_error_rms_deg"], 10 * shaded["direction_error_rms_deg"])
+        rings = [r for r in records if r["scene"] == "map_grating" and r["hand"] == "light" and not r["steady"]]
+        self.assertTrue(rings, "finds what rings without the clamp")
+        self.assertEqual({r["method"] for r in rings}, {"ours_without_gain_clamp", "bump_mapping"})
+        self.assertEqual((self.out / "textures.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertGreater((self.out / "textures.png").stat().st_size, 100_000)
+
+
 class Table1(Verb):
     def test_has_the_papers_counts_and_rates_with_the_viewer_connected(self):
         self.run_well("table1", "--seconds", "0.5", "--finest", "64800")

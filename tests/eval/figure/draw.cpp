@@ -53,6 +53,7 @@ Result<void> drawItem(vtkContextItem& item, int width_px, int height_px, const s
   writer->Write();
   if (writer->GetErrorCode() != 0) return refused(png.string(), "cannot be written");
 
+  if (svg.empty()) return {};
   vtkNew<vtkSVGExporter> exporter;
   exporter->SetRenderWindow(window);
   exporter->SetTitle(title.c_str());

@@ -432,14 +432,14 @@ TEST_F(SurfaceEdit, OfThePoseMakesNoStepWhereOnlyABumpReachesTheStylus) {
   double last = servo.run(100).force.written.z;
   EXPECT_NEAR(last, kStiffness * 0.0003, 1e-6);
   ServoObject lower = object;
-  lower.pose.position.z -= 0.0004;
+  lower.pose.position.z -= 0.0002;
   servo.adopt(sceneOf(2, {lower}));
   for (int i = 0; i < 100; ++i) {
     const double now = servo.step().force.written.z;
     EXPECT_LE(std::abs(now - last), 0.01);
     last = now;
   }
-  EXPECT_EQ(last, 0);
+  EXPECT_NEAR(last, kStiffness * 0.0001, 1e-6);
 }
 
 TEST_F(SurfaceEdit, ThatBringsFrictionBackKnowsNothingOfTheOldStickingPoint) {

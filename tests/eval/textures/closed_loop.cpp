@@ -1,0 +1,157 @@
+#include "tests/eval/textures/closed_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "haptic_server/device/local_stability.h"
+#include "haptic_server/device/simulated_device.h"
+#include "tests/eval/random.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr double kPress_N = 1;
+/// What disturbs it: it comes from above and is struck sideways. A hand's stroke that stops there is faster than what a
+/// hand leaves behind that lets go; nobody would bring the device back that a harder strike throws over the crest.
+const Vec3 kAbove_m(0, 0, 0.5e-3);
+constexpr double kStroke_m_per_s = 0.05;
+constexpr double kLetGo_m_per_s = 0.01;
+constexpr double kStrike_s = 2e-3;
+
+/// Strikes sideways once, then pushes with a constant force, by its spring where it has one.
+class RestingHand final : public HandIntent {
+ public:
+  RestingHand(Vec3 rest, Vec3 push_N, const RestCase& of) : start_{rest + kAbove_m, Vec3(0)} {
+    const bool springy = of.hand->stiffness_N_per_m > 0;
+    pressing_.position = springy ? rest + push_N / of.hand->stiffness_N_per_m : rest;
+    pressing_.push_N = springy ? Vec3(0) : push_N;
+    const double mass_kg = of.device->apparentMass_kg + of.hand->mass_kg;
+    const double speed_m_per_s = springy ? kStroke_m_per_s : kLetGo_m_per_s;
+    strike_N_ = (mass_kg * speed_m_per_s / kStrike_s + of.device->coulombFriction_N) * glm::normalize(Vec3(1, 0.5, 0));
+  }
+  HandTarget next(double dt_s, Vec3 /*felt_N*/) noexcept override {
+    if (dt_s == 0) return start_;
+    HandTarget now = pressing_;
+    if (time_s_ < kStrike_s) now.push_N += strike_N_;
+    time_s_ += dt_s;
+    return now;
+  }
+
+ private:
+  HandTarget start_;
+  HandTarget pressing_;
+  Vec3 strike_N_{0};
+  double time_s_ = 0;
+};
+
+glm::dvec2 eigenvalues(const glm::dmat2& m) {
+  const double mean = (m[0][0] + m[1][1]) / 2;
+  const double half = std::hypot((m[0][0] - m[1][1]) / 2, m[0][1]);
+  return {mean - half, mean + half};
+}
+
+struct SteepPlace {
+  Vec3 place{0};
+  double height_m = 0;
+  double steepness = 0;  ///< Lateral stiffness over k (bump mapping) or k K.
+};
+
+/// Of many places that one which is stiffest sideways and unstable in no direction.
+SteepPlace steepestOf(const Exhibit& exhibit, const Texture& texture, double depth_m) {
+  constexpr int kPlaces = 4000;
+  constexpr double kHalf_m = 0.02;
+  Random random(1);
+  SteepPlace best;
+  const double a = texture.amplitude_m;
+  const double zero = texture.literal ? 0 : exhibit.field->lowest();
+  for (int i = 0; i < kPlaces; ++i) {
+    const double x_m = random.between(-kHalf_m, kHalf_m);
+    const Vec3 place{x_m, random.between(-kHalf_m, kHalf_m), 0};
+    const FieldShape shape = shapeAround(*exhibit.field, place, {0, 0, 1});
+    const double height_m = a * (shape.value - zero);
+    const double lever = texture.law == Texture::Law::kBump ? depth_m : height_m;
+    const glm::dvec2 stiffness =
+        eigenvalues(a * a * glm::outerProduct(shape.slope, shape.slope) + lever * a * shape.curvature);
+    const double tolerated = -1e-3 * stiffness.y;  // of waves in one direction only
+    if (stiffness.x >= tolerated && stiffness.y > best.steepness) best = {place, height_m, stiffness.y};
+  }
+  return best;
+}
+
+/// As the server's loop has it, but for the clamp where it is off.
+StepConfig configFor(const RestCase& of) {
+  RestingHand nothing(Vec3(0), Vec3(0), of);
+  const SimulatedDevice device({*of.device, *of.hand, 1 / of.rate_Hz, 0}, nothing);
+  StepConfig config;
+  config.period_s = 1 / of.rate_Hz;
+  config.maxForce_N = of.device->maxForce_N;
+  config.positionStep_m = of.device->resolution_m;
+  if (of.clamped) config.stableLateral_N_per_m = locallyStableStiffness_N_per_m(device.info(), config.period_s);
+  return config;
+}
+
+/// The force at a place inside, once the way down from free space has been felt.
+Vec3 forceAt(Specimen& specimen, Vec3 rest) {
+  constexpr double kClear_m = 3e-3;
+  constexpr int kSettle = 400;  // ticks, for the estimate of velocity
+  specimen.place(Vec3(rest.x, rest.y, kClear_m));
+  specimen.lead(rest, 20e-6);
+  Touch touch;
+  for (int i = 0; i < kSettle; ++i) touch = specimen.tick(rest);
+  return touch.force.contact;
+}
+
+/// What the true place of the device covers.
+class Extent {
+ public:
+  void add(Vec3 place) {
+    least_ = glm::min(least_, place);
+    most_ = glm::max(most_, place);
+  }
+  [[nodiscard]] double longest_m() const {
+    const Vec3 size = most_ - least_;
+    return std::max({size.x, size.y, size.z});
+  }
+
+ private:
+  Vec3 least_{std::numeric_limits<double>::infinity()};
+  Vec3 most_{-std::numeric_limits<double>::infinity()};
+};
+
+}  // namespace
+
+Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {
+  constexpr double kTime_s = 2;
+  constexpr double kJudged_s = 0.3;
+  constexpr double kLeast_m = 20e-6;
+  constexpr double kRounding = 1 + 1e-6;
+  SurfaceProperties properties;
+  properties.texture = texture;
+  Feel feel;
+  feel.stiffness_N_per_m = kRestStiffness_N_per_m;
+  feel.config = configFor(of);
+  Specimen specimen(boardSurface(), boardDetail(properties, &exhibit), feel);
+
+  const double depth_m = kPress_N / kRestStiffness_N_per_m;
+  const SteepPlace steep = texture ? steepestOf(exhibit, *texture, depth_m) : SteepPlace{};
+  const Vec3 rest = steep.place - Vec3(0, 0, depth_m - steep.height_m);
+  const Vec3 push_N = -forceAt(specimen, rest);
+  RestingHand resting(rest, push_N, of);
+  SimulatedDevice simulated({*of.device, *of.hand, feel.config.period_s, 0}, resting);
+  const auto ticks = static_cast<std::uint64_t>(kTime_s * of.rate_Hz);
+  Extent extent;
+  for (std::uint64_t tick = 0; tick < ticks; ++tick) {
+    const TelemetrySample sample =
+        hapticStep(specimen.scene(), specimen.state(), feel.config, {tick, 0, simulated.read(tick)});
+    simulated.write(sample.force.written);
+    if (static_cast<double>(ticks - tick) <= kJudged_s * of.rate_Hz) extent.add(simulated.plant().position());
+  }
+  const double away_m = glm::distance(simulated.plant().position(), rest);
+  const double gain = texture && texture->law == Texture::Law::kHo1999 ? texture->gain_K : 1;
+  const double allowed_m = std::max(2 * of.device->resolution_m, kLeast_m);
+  return {kRestStiffness_N_per_m * gain * steep.steepness, extent.longest_m() * 1e6, allowed_m * 1e6,
+          extent.longest_m() <= kRounding * allowed_m, away_m * 1e3};
+}
+
+}  // namespace haptics::eval

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "haptic_server/device/presets.h"
+#include "tests/eval/textures/specimen.h"
+
+namespace haptics::eval {
+
+/// A device, held by a hand or not, that presses 1 N on the texture's steepest place and is pushed sideways by just what
+/// the texture gives there, so that it could rest.
+struct RestCase {
+  const DevicePreset* device = nullptr;
+  const HandPreset* hand = nullptr;
+  double rate_Hz = 1000;
+  bool clamped = true;  ///< K, to what the device can bear.
+};
+
+struct Rest {
+  double stiffness_N_per_m = 0;  ///< Of the texture there, sideways, were K not clamped.
+  double cycle_um = 0;           ///< Peak to peak of the worst axis in the last 0.3 s of 2 s, beneath the encoder.
+  double allowed_um = 0;         ///< max(2 encoder steps, 20 um).
+  bool steady = false;
+  double away_mm = 0;  ///< From where it could have rested, in the end.
+};
+
+/// Stiffness of the surface in these cases: one at which every preset rests steadily on it without texture.
+inline constexpr double kRestStiffness_N_per_m = 400;
+
+/// @param texture  None: the plain surface.
+[[nodiscard]] Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of);
+
+}  // namespace haptics::eval
