@@ -1,0 +1,108 @@
+#include "haptic_server/motion/rigid_motion.h"
+
+#include <algorithm>
+
+#include "haptic_server/motion/joint_motion.h"
+#include "haptic_server/motion/plane_contacts.h"
+
+namespace haptics {
+namespace {
+
+[[nodiscard]] bool isFinite(const RigidState& s) noexcept {
+  return haptics::isFinite(Pose{s.axes, s.centre_m}) && haptics::isFinite(s.momentum_Ns) &&
+         haptics::isFinite(s.angularMomentum_Nms) && std::isfinite(s.coordinate) && std::isfinite(s.rate_per_s);
+}
+
+void stop(RigidState& state, BodyCondition why) noexcept {
+  state.momentum_Ns = state.angularMomentum_Nms = Vec3(0);
+  state.rate_per_s = 0;
+  state.condition = why;
+}
+
+/// Momentum of everything but the planes; then damping.
+void drive(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept {
+  const MassProperties& mass = body.mass;
+  const PoseSpring& spring = body.spring;
+  Vec3 force = mass.mass_kg * body.gravity_m_per_s2 + push.force_N;
+  Vec3 torque = glm::cross(push.place_m - state.centre_m, push.force_N);
+  const double perTick2 = 1 / (period_s * period_s);
+  if (spring.stiffness_N_per_m > 0) {
+    const double stiffness = std::min(spring.stiffness_N_per_m, mass.mass_kg * perTick2);
+    force -= stiffness * (state.centre_m - toWorld(state.rest, mass.centre));
+  }
+  if (spring.stiffness_Nm_per_rad > 0) {
+    const double least = std::min({mass.moments.x, mass.moments.y, mass.moments.z});
+    const double stiffness = std::min(spring.stiffness_Nm_per_rad, least * perTick2);
+    torque -= stiffness * rotationVector(state.axes * glm::conjugate(state.rest.rotation * mass.principal));
+  }
+  state.momentum_Ns += period_s * force;
+  state.angularMomentum_Nms += period_s * torque;
+
+  state.momentum_Ns /= 1 + period_s * (body.linearDamping_per_s + spring.damping_Ns_per_m / mass.mass_kg);
+  state.angularMomentum_Nms /= 1 + period_s * body.angularDamping_per_s;
+  if (spring.damping_Nms_per_rad > 0) {
+    const Vec3 own = glm::conjugate(state.axes) * state.angularMomentum_Nms;
+    state.angularMomentum_Nms = state.axes * (own / (Vec3(1) + period_s * spring.damping_Nms_per_rad / mass.moments));
+  }
+}
+
+void turnAndMove(const RigidBody& body, RigidState& state, double period_s) noexcept {
+  state.centre_m += period_s / body.mass.mass_kg * state.momentum_Ns;
+  if (state.angularMomentum_Nms == Vec3(0)) return;
+  const Vec3 first = angularVelocity(body.mass, state.axes, state.angularMomentum_Nms);
+  const Quat midway = rotationBy(0.5 * period_s * first) * state.axes;
+  const Vec3 middle = angularVelocity(body.mass, midway, state.angularMomentum_Nms);
+  state.axes = glm::normalize(rotationBy(period_s * middle) * state.axes);
+}
+
+/// How far the farthest point of a body of this radius is from where another pose has it, m; at most half too much.
+[[nodiscard]] double moved(const Pose& from, const Pose& to, Vec3 centre, double radius_m) noexcept {
+  const Quat turn = to.rotation * glm::conjugate(from.rotation);
+  return glm::distance(toWorld(from, centre), toWorld(to, centre)) +
+         2 * radius_m * glm::length(Vec3(turn.x, turn.y, turn.z));
+}
+
+void sleepWhenStill(const RigidBody& body, RigidState& state, const Push& push, const Pose& pose,
+                    double period_s) noexcept {
+  const Vec3 m = body.mass.moments;
+  const double gyration = std::sqrt((m.x + m.y + m.z) / body.mass.mass_kg);
+  if (push.any() || moved(state.still, pose, body.mass.centre, std::max(body.radius_m, gyration)) > kStill_m) {
+    state.still = pose;
+    state.still_s = 0;
+    return;
+  }
+  state.still_s += period_s;
+  if (state.still_s >= kStill_s) stop(state, BodyCondition::kAsleep);
+}
+
+}  // namespace
+
+void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept {
+  if (state.condition == BodyCondition::kAsleep && push.any()) state.condition = BodyCondition::kAwake;
+  if (state.condition != BodyCondition::kAwake) return;
+
+  const RigidState before = state;
+  if (body.freedom == Freedom::kFree) {
+    drive(body, state, push, period_s);
+    meetPlanes(body, state, period_s);
+    turnAndMove(body, state, period_s);
+    leavePlanes(body, state);
+  } else {
+    moveOnJoint(body, state, push, period_s);
+  }
+
+  if (!isFinite(state)) {
+    state = before;
+    stop(state, BodyCondition::kNonFinite);
+    return;
+  }
+  const Pose pose = poseOf(body, state);
+  if (squaredLength(pose.position) > kWorldRadius_m * kWorldRadius_m) {
+    state = before;
+    stop(state, BodyCondition::kOutOfBounds);
+    return;
+  }
+  sleepWhenStill(body, state, push, pose, period_s);
+}
+
+}  // namespace haptics

@@ -1,0 +1,45 @@
+#include "haptic_server/motion/support_points.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <numbers>
+
+namespace haptics {
+namespace {
+
+/// The k-th of kSupportDirections points of a Fibonacci spiral on the unit sphere.
+[[nodiscard]] Vec3 direction(int k) {
+  const double z = 1 - (2 * k + 1.0) / kSupportDirections;
+  const double angle = 2 * std::numbers::pi * (k + 0.5) * (std::numbers::phi - 1);
+  const double radius = std::sqrt(1 - z * z);
+  return {radius * std::cos(angle), radius * std::sin(angle), z};
+}
+
+}  // namespace
+
+std::vector<Vec3> supportPoints(std::span<const Vec3f> vertices) {
+  std::vector<std::size_t> farthest;
+  for (int k = 0; k < kSupportDirections && !vertices.empty(); ++k) {
+    const Vec3 out = direction(k);
+    std::size_t best = 0;
+    double reach = glm::dot(out, Vec3(vertices[0]));
+    for (std::size_t i = 1; i < vertices.size(); ++i) {
+      const double here = glm::dot(out, Vec3(vertices[i]));
+      if (here > reach) {
+        reach = here;
+        best = i;
+      }
+    }
+    farthest.push_back(best);
+  }
+  std::ranges::sort(farthest);
+  const auto doubled = std::ranges::unique(farthest);
+  farthest.erase(doubled.begin(), doubled.end());
+
+  std::vector<Vec3> points;
+  points.reserve(farthest.size());
+  for (const std::size_t i : farthest) points.emplace_back(vertices[i]);
+  return points;
+}
+
+}  // namespace haptics
