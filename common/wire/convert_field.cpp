@@ -15,7 +15,7 @@ constexpr Range kPhase_rad{-1000, 1000, " rad"};
 constexpr Range kOctaves{1, 12};
 constexpr Range kPersistence{0.01, 1};
 constexpr Range kSmoothness{0.001, 1};
-constexpr Range kCells{2, 64};
+constexpr Range kCells{2, 32};  // computing the most takes seconds
 constexpr Range kElongation{1, 8};
 constexpr Range kResolution{32, 1024};
 constexpr std::uint32_t kLeastPerCell = 8;  // samples: fewer do not show a cell's shape
