@@ -11,6 +11,7 @@
 #include "common/wire/convert.h"
 #include "haptic_server/device/exploration_planner.h"
 #include "haptic_server/device/exploring_hand.h"
+#include "haptic_server/device/local_stability.h"
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/net/server.h"
 #include "haptic_server/recorder.h"
@@ -74,7 +75,7 @@ class ServerApp::Impl {
         device_({preset, hand, 1 / options.rate_Hz}, exploringHand_),
         room_({.assetFolders = options.assets,
                .makePlan = explorationPlans(),
-               .encoderStep_m = preset.resolution_m,
+               .device = {preset.resolution_m, locallyStableStiffness_N_per_m(device_.info(), 1 / options.rate_Hz)},
                .log = logInfo},
               crossing_) {}
   ~Impl() { halt(); }

@@ -14,12 +14,9 @@ namespace haptics {
 /// Everything that an edit may name, from files, makers and the store. One thread.
 class AssetLibrary final : public AssetResolver {
  public:
-  /// The store outlives the library. \param encoderStep_m of the device, for warnings; 0: not known.
-  AssetLibrary(std::vector<std::filesystem::path> folders, AssetStore& store, double encoderStep_m = 0)
-      : folders_(std::move(folders)),
-        encoderStep_m_(encoderStep_m),
-        meshes_(folders_, store),
-        fields_(folders_, store) {}
+  /// The store outlives the library. \param device for warnings.
+  AssetLibrary(std::vector<std::filesystem::path> folders, AssetStore& store, const DeviceLimits& device = {})
+      : folders_(std::move(folders)), device_(device), meshes_(folders_, store), fields_(folders_, store) {}
   AssetLibrary(const AssetLibrary&) = delete;
   AssetLibrary& operator=(const AssetLibrary&) = delete;
 
@@ -34,12 +31,12 @@ class AssetLibrary final : public AssetResolver {
   }
   [[nodiscard]] std::vector<std::string> remarks(const ObjectRecord& record,
                                                  const ObjectAssets& assets) const override {
-    return surfaceRemarks(record, assets, encoderStep_m_);
+    return surfaceRemarks(record, assets, device_);
   }
 
  private:
   const AssetFolders folders_;
-  const double encoderStep_m_;
+  const DeviceLimits device_;
   MeshLibrary meshes_;
   FieldLibrary fields_;
 };

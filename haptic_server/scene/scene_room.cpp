@@ -27,7 +27,7 @@ bool makesAsset(const Transaction& transaction) {
 SceneRoom::SceneRoom(Options options, SceneCrossing& crossing)
     : options_(std::move(options)),
       crossing_(crossing),
-      library_(options_.assetFolders, store_, options_.encoderStep_m),
+      library_(options_.assetFolders, store_, options_.device),
       sequencer_(newEpoch(), library_),
       servoScenes_(options_.makePlan),
       published_(sequencer_.history()) {}

@@ -30,7 +30,7 @@ class SceneRoom {
   struct Options {
     std::vector<std::filesystem::path> assetFolders;
     ServoSceneMaker::MakePlan makePlan;           ///< Empty unless a simulated hand explores.
-    double encoderStep_m = 0;                     ///< Of the device, for warnings; 0: not known.
+    DeviceLimits device = {};                     ///< For warnings.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
   };
   using EditReply = std::function<void(const EditOutcome&)>;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <sstream>
+#include <utility>
+
+#include "haptic_server/surface/surface_detail.h"
 
 namespace haptics {
 namespace {
@@ -33,17 +36,35 @@ std::string millimetres(double length_m) {
   return text.str();
 }
 
+/// Empty when it is felt as it was asked for.
+std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  const Texture& texture = *record.material.surface.texture;
+  if (texture.law != Texture::Law::kHo1999) return {};
+  const double k = record.material.stiffness_N_per_m;
+  const TextureDetail detail(*assets.mesh->surface, texture, assets.textureField);
+  const double gain = detail.gainFor(k, device.stableLateral_N_per_m);
+  if (gain >= texture.gain_K) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: texture's gain_K is felt as " << gain << " instead of " << texture.gain_K
+       << ": sideways it would be a spring of " << k * texture.gain_K * detail.steepness()
+       << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
+       << " N/m; a lower amplitude, a longer wave or a softer surface keeps it";
+  return text.str();
+}
+
 }  // namespace
 
-std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets, double encoderStep_m) {
+std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets,
+                                        const DeviceLimits& device) {
   std::vector<std::string> remarks;
   const auto look = [&](const char* property, const ScalarField* field) {
     if (!field) return;
     const double finest_m = field->shortestWavelength_m();
     const std::string warning = "warning: " + std::string(property) + "'s finest detail, " + millimetres(finest_m);
-    if (finest_m < kSamplesPerWave * encoderStep_m) {
-      remarks.push_back(warning + ", is finer than two steps of the device's encoder (" + millimetres(encoderStep_m) +
-                        " each): it will feel like another one, and rough");
+    if (finest_m < kSamplesPerWave * device.encoderStep_m) {
+      remarks.push_back(warning + ", is finer than two steps of the device's encoder (" +
+                        millimetres(device.encoderStep_m) + " each): it will feel like another one, and rough");
     }
     const double edge_m = meanEdge_m(*assets.mesh->mesh);
     if (finest_m < kSamplesPerWave * edge_m) {
@@ -51,7 +72,11 @@ std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const Object
                         " each on average): it is felt as given; a picture may not show it");
     }
   };
-  if (record.material.surface.texture) look("texture", assets.textureField.get());
+  if (record.material.surface.texture) {
+    look("texture", assets.textureField.get());
+    if (std::string clamped = clampRemark(record, assets, device); !clamped.empty())
+      remarks.push_back(std::move(clamped));
+  }
   if (record.material.surface.friction) look("friction", assets.frictionField.get());
   return remarks;
 }

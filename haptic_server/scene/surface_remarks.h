@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -8,9 +9,17 @@
 
 namespace haptics {
 
+/// What a device makes of surfaces.
+struct DeviceLimits {
+  double encoderStep_m = 0;  ///< 0: not known.
+  /// Textures and friction are kept below this lateral stiffness (StepConfig).
+  double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
+};
+
 /// Warnings of a texture or friction whose finest detail is finer than two steps of the device's encoder, which feel it
-/// as something else (0: the step is not known), or than two edges of the mesh, which show it so.
+/// as something else, or than two edges of the mesh, which show it so; and of a texture's K that is clamped for the
+/// device to stay stable.
 [[nodiscard]] std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets,
-                                                      double encoderStep_m);
+                                                      const DeviceLimits& device);
 
 }  // namespace haptics

@@ -1,0 +1,52 @@
+#include "haptic_server/scene/surface_remarks.h"
+
+#include <gmock/gmock.h>
+
+#include "common/mesh/generators.h"
+#include "common/surface/fourier_field.h"
+
+namespace haptics {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// A grating of 3 mm on a box with edges of 1 mm.
+struct GratedBox {
+  explicit GratedBox(double amplitude_m) {
+    const FourierFamily grating{{{1, Vec3(1, 0, 0), 3e-3, 0}}};
+    record.material.stiffness_N_per_m = 800;
+    record.material.surface.texture.emplace();
+    record.material.surface.texture->family = grating;
+    record.material.surface.texture->amplitude_m = amplitude_m;
+    assets.mesh = store.intern(makeBox(Vec3(0.02), 20).value());
+    assets.textureField = std::make_shared<FourierField>(grating);
+  }
+  AssetStore store;
+  ObjectRecord record;
+  ObjectAssets assets;
+};
+
+TEST(SurfaceRemarks, SayNothingOfATextureThatIsFeltAsItWasAskedFor) {
+  const GratedBox box(1e-4);
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {55e-6, 1000}), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfAGainThatIsClampedForTheDevice) {
+  const GratedBox box(5e-4);  // 9/8 (0.5 mm 2 pi / 3 mm)^2 = 1.234; 1.5 * 800 * 1.234 = 1480 N/m
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {55e-6, 988}),
+              ElementsAre(AllOf(HasSubstr("gain_K is felt as 1.001 instead of 1.5"), HasSubstr("1480 N/m"))));
+  GratedBox bump(5e-4);
+  bump.record.material.surface.texture->law = Texture::Law::kBump;
+  EXPECT_THAT(surfaceRemarks(bump.record, bump.assets, {55e-6, 988}), IsEmpty()) << "which has no K";
+}
+
+TEST(SurfaceRemarks, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
+  const GratedBox box(1e-4);
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}), ElementsAre(HasSubstr("encoder")));
+}
+
+}  // namespace
+}  // namespace haptics
