@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace haptics {
 namespace {
@@ -29,12 +30,17 @@ double radians(double degrees) { return glm::radians(degrees); }
 
 }  // namespace
 
-void CameraRig::frame(std::span<const Vec3> points, const PictureArea& area) {
-  if (points.empty()) return;
+void CameraRig::frame(std::span<const Vec3> points, std::span<const PictureArea> areas) {
+  if (points.empty() || areas.empty()) return;
   vtkCamera* camera = stage_.world().solid->GetActiveCamera();
   const double aspect = static_cast<double>(stage_.width_px()) / std::max(stage_.height_px(), 1);
-  const CameraPlace place =
-      fitCamera(points, firstDirection(), radians(camera->GetViewAngle()), aspect, area, kSmallestDistance_m);
+  std::vector<CameraPlace> places;
+  for (const PictureArea& area : areas) {
+    places.push_back(
+        fitCamera(points, firstDirection(), radians(camera->GetViewAngle()), aspect, area, kSmallestDistance_m));
+  }
+  const CameraPlace place = std::ranges::min(
+      places, {}, [](const CameraPlace& candidate) { return glm::distance(candidate.position, candidate.focus); });
   camera->SetPosition(place.position.x, place.position.y, place.position.z);
   camera->SetFocalPoint(place.focus.x, place.focus.y, place.focus.z);
   camera->SetViewUp(place.up.x, place.up.y, place.up.z);

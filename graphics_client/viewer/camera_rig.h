@@ -16,8 +16,9 @@ class CameraRig {
  public:
   explicit CameraRig(Stage& stage) : stage_(stage) {}
 
-  /// A three-quarter view from the front that shows all the points (world frame) in that part of the picture.
-  void frame(std::span<const Vec3> points, const PictureArea& area);
+  /// A three-quarter view from the front that shows all the points (world frame) in one of those parts of the picture,
+  /// the one where they are larger.
+  void frame(std::span<const Vec3> points, std::span<const PictureArea> areas);
   /// Moves with the contact, keeping direction and distance.
   void setFollow(bool on) { follow_ = on; }
 

@@ -10,8 +10,6 @@ namespace {
 
 /// Between a label and what it names, and between labels (pixels).
 constexpr double kGap_px = 3;
-/// A label goes down by this many of its heights at most: farther off it would seem to name something else.
-constexpr int kMostSteps = 1;
 
 bool overlap(const PixelBox& a, const PixelBox& b) {
   return a.left < b.left + b.width + kGap_px && b.left < a.left + a.width + kGap_px &&
@@ -28,9 +26,19 @@ std::vector<std::optional<PixelBox>> placeLabels(std::span<const LabelWish> wish
   std::vector<std::optional<PixelBox>> places(wishes.size());
   for (const std::size_t i : order) {
     const LabelWish& wish = wishes[i];
-    for (int step = 0; step <= kMostSteps; ++step) {
-      const double down = wish.height + kGap_px + step * (wish.height + 2 * kGap_px);
-      const PixelBox box{std::round(wish.x - wish.width / 2), std::round(wish.y - down), wish.width, wish.height};
+    const auto at = [&](double down) {
+      return PixelBox{std::round(wish.x - wish.width / 2), std::round(wish.y - down), wish.width, wish.height};
+    };
+    const PixelBox below = at(wish.height + kGap_px), astride = at(wish.height / 2),
+                   lower = at(2 * wish.height + 3 * kGap_px);
+    const auto hidesOthers = [&](const PixelBox& box) {
+      for (std::size_t other = 0; other < wishes.size(); ++other) {
+        if (other != i && overlap(box, wishes[other].named)) return true;
+      }
+      return false;
+    };
+    const PixelBox first = hidesOthers(below) ? astride : below;
+    for (const PixelBox& box : {first, lower}) {
       if (std::ranges::any_of(occupied, [&](const PixelBox& other) { return overlap(box, other); })) continue;
       places[i] = box;
       occupied.push_back(box);

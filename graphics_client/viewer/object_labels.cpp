@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "graphics_client/viewer/palette.h"
 
@@ -48,19 +47,23 @@ std::vector<LabelWish> ObjectLabels::wishes(const std::vector<NamedBox>& objects
       world_->GetActiveCamera()->GetCompositeProjectionTransformMatrix(world_->GetTiledAspectRatio(), -1, 1);
   std::vector<LabelWish> wishes;
   for (std::size_t i = 0; i < std::min(objects.size(), kMostLabels); ++i) {
-    double left = std::numeric_limits<double>::infinity(), right = -left, bottom = left;
+    std::vector<glm::dvec2> corners;
     for (const Vec3& corner : objects[i].corners) {
       const double point[4] = {corner.x, corner.y, corner.z, 1};
       double clip[4];
       projection->MultiplyPoint(point, clip);
       if (!(clip[3] > 0)) continue;  // behind the camera
-      const double x = (clip[0] / clip[3] + 1) / 2 * size[0], y = (clip[1] / clip[3] + 1) / 2 * size[1];
-      left = std::min(left, x);
-      right = std::max(right, x);
-      bottom = std::min(bottom, y);
+      corners.emplace_back((clip[0] / clip[3] + 1) / 2 * size[0], (clip[1] / clip[3] + 1) / 2 * size[1]);
     }
     const Label& label = *labels_[i];
-    wishes.push_back({(left + right) / 2, bottom, label.width_px, label.height_px});
+    LabelWish& wish = wishes.emplace_back(LabelWish{.width = label.width_px, .height = label.height_px});
+    if (corners.size() < 2) continue;  // stays out of the window's corner: nothing is named there
+    std::ranges::sort(corners, {}, &glm::dvec2::y);
+    const glm::dvec2 foot = (corners[0] + corners[1]) / 2.0;  // of the edge that is nearest to the eye
+    const auto [left, right] = std::ranges::minmax(corners, {}, &glm::dvec2::x);
+    wish.x = foot.x;
+    wish.y = foot.y;
+    wish.named = {left.x, corners[0].y, right.x - left.x, corners.back().y - corners[0].y};
   }
   return wishes;
 }

@@ -156,11 +156,15 @@ void Overlay::placeCloseUpFrame(double metresPerPixel, double font_px) {
   scaleCaption_->GetTextProperty()->SetFontSize(static_cast<int>(font_px - 1));
 }
 
-PictureArea Overlay::freeArea() {
-  const double height = std::max(stage_.height_px(), 1);
+std::array<PictureArea, 2> Overlay::freeAreas() {
+  const double width = std::max(stage_.width_px(), 1), height = std::max(stage_.height_px(), 1);
+  const double font_px = fontFor(stage_);
   const double below = stage_.closeUpSide_px() + kMargin_px;
-  const double above = status_.height_px(fontFor(stage_)) + 2 * kMargin_px;
-  return {.left = kSideMargin, .right = 1 - kSideMargin, .bottom = below / height, .top = 1 - above / height};
+  const double above = status_.height_px(font_px) + 2 * kMargin_px;
+  const double left = std::max(status_.width_px(font_px), legend_.width_px(font_px)) + 2 * kMargin_px;
+  const double right = std::max<double>(stage_.closeUpSide_px(), contact_.width_px(font_px)) + 2 * kMargin_px;
+  return {{{.left = kSideMargin, .right = 1 - kSideMargin, .bottom = below / height, .top = 1 - above / height},
+           {.left = left / width, .right = 1 - right / width, .bottom = kSideMargin, .top = 1 - kSideMargin}}};
 }
 
 void Overlay::label(const std::vector<NamedBox>& objects) {

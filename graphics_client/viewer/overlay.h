@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,8 +32,8 @@ class Overlay {
   /// Text is refreshed some times a second only: it is costly to draw and unreadable when faster.
   void update(const MirrorView& view, const State& state, double time_s);
 
-  /// What the cards and the close-up leave to the scene.
-  [[nodiscard]] PictureArea freeArea();
+  /// What the cards and the close-up leave to the scene: the picture's full width between them, or its full height.
+  [[nodiscard]] std::array<PictureArea, 2> freeAreas();
 
   /// The objects' names, wherever the world's camera has moved them.
   void label(const std::vector<NamedBox>& objects);

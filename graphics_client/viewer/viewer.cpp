@@ -153,7 +153,7 @@ void Viewer::show(const Moment& moment, double dt_s) {
                    .stateWasReset = now_s_ - resetAt_s_ < kResetNotice_s},
                   now_s_);
   if (!framed_ && view.link == LinkState::kLive && !objects_.isSettling() && !objects_.outline().empty()) {
-    cameras_.frame(objects_.outline(), overlay_.freeArea());
+    cameras_.frame(objects_.outline(), overlay_.freeAreas());
     framed_ = true;
   }
   cameras_.update(view.sample ? &*view.sample : nullptr, dt_s);
@@ -186,7 +186,7 @@ void Viewer::keepIfBetter(const Moment& moment) {
 void Viewer::handleKey(char key) {
   switch (key) {
     case 'r':
-      cameras_.frame(objects_.outline(), overlay_.freeArea());
+      cameras_.frame(objects_.outline(), overlay_.freeAreas());
       break;
     case 'f':
       cameras_.setFollow(follow_ = !follow_);

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kWidth = 60, kHeight = 16;
 
-LabelWish at(double x, double y) { return {.x = x, .y = y, .width = kWidth, .height = kHeight}; }
+LabelWish at(double x, double y) { return {.x = x, .y = y, .width = kWidth, .height = kHeight, .named = {x, y, 0, 0}}; }
 
 bool apart(const PixelBox& a, const PixelBox& b) {
   return a.left + a.width < b.left || b.left + b.width < a.left || a.bottom + a.height < b.bottom ||
@@ -41,6 +41,16 @@ TEST(LabelLayout, GivesWayToANeighbourByGoingLower) {
   const auto places = placeLabels(wishes, {});
   ASSERT_TRUE(places[0] && places[1]);
   EXPECT_LT(places[1]->bottom, places[0]->bottom);
+}
+
+TEST(LabelLayout, StaysOnTheEdgeOfWhatItNamesWhereSomethingElseIsBelow) {
+  std::vector<LabelWish> wishes = {at(200, 300), at(200, 200)};
+  wishes[0].named = {150, 300, 100, 80};
+  wishes[1].named = {150, 200, 100, 90};
+  const auto places = placeLabels(wishes, {});
+  ASSERT_TRUE(places[0] && places[1]);
+  EXPECT_DOUBLE_EQ(places[0]->bottom + kHeight / 2, 300);
+  EXPECT_LT(places[1]->bottom + kHeight, 200);
 }
 
 TEST(LabelLayout, LeavesOutALabelThatWouldHideACard) {
