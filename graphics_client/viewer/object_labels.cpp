@@ -5,6 +5,7 @@
 #include <vtkTextProperty.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "graphics_client/viewer/palette.h"
@@ -17,6 +18,19 @@ constexpr double kOpacity = 0.72;
 constexpr double kPadding = 0.35, kCornerRadius = 0.35;
 /// More could not be read.
 constexpr std::size_t kMostLabels = 64;
+
+/// The middle of the box's lowest edge in the picture that runs across rather than up.
+glm::dvec2 footOf(const std::array<glm::dvec2, 8>& corners) {
+  glm::dvec2 foot = corners[0];
+  for (std::size_t a = 0; a < corners.size(); ++a) {
+    for (const std::size_t bit : {1U, 2U, 4U}) {
+      const std::size_t b = a ^ bit;  // across an edge: corners are numbered by their coordinates' bits
+      const glm::dvec2 along = corners[b] - corners[a], middle = (corners[a] + corners[b]) / 2.0;
+      if (std::abs(along.x) >= std::abs(along.y) && middle.y < foot.y) foot = middle;
+    }
+  }
+  return foot;
+}
 
 }  // namespace
 
@@ -47,23 +61,25 @@ std::vector<LabelWish> ObjectLabels::wishes(const std::vector<NamedBox>& objects
       world_->GetActiveCamera()->GetCompositeProjectionTransformMatrix(world_->GetTiledAspectRatio(), -1, 1);
   std::vector<LabelWish> wishes;
   for (std::size_t i = 0; i < std::min(objects.size(), kMostLabels); ++i) {
-    std::vector<glm::dvec2> corners;
-    for (const Vec3& corner : objects[i].corners) {
+    const Label& label = *labels_[i];
+    LabelWish& wish = wishes.emplace_back(LabelWish{.width = label.width_px, .height = label.height_px});
+    std::array<glm::dvec2, 8> corners;
+    bool visible = true;
+    for (std::size_t c = 0; c < corners.size(); ++c) {
+      const Vec3& corner = objects[i].corners[c];
       const double point[4] = {corner.x, corner.y, corner.z, 1};
       double clip[4];
       projection->MultiplyPoint(point, clip);
-      if (!(clip[3] > 0)) continue;  // behind the camera
-      corners.emplace_back((clip[0] / clip[3] + 1) / 2 * size[0], (clip[1] / clip[3] + 1) / 2 * size[1]);
+      visible &= clip[3] > 0;
+      corners[c] = {(clip[0] / clip[3] + 1) / 2 * size[0], (clip[1] / clip[3] + 1) / 2 * size[1]};
     }
-    const Label& label = *labels_[i];
-    LabelWish& wish = wishes.emplace_back(LabelWish{.width = label.width_px, .height = label.height_px});
-    if (corners.size() < 2) continue;  // stays out of the window's corner: nothing is named there
-    std::ranges::sort(corners, {}, &glm::dvec2::y);
-    const glm::dvec2 foot = (corners[0] + corners[1]) / 2.0;  // of the edge that is nearest to the eye
+    if (!visible) continue;  // the camera is within: the label stays out of the way, in the window's corner
+    const glm::dvec2 foot = footOf(corners);
     const auto [left, right] = std::ranges::minmax(corners, {}, &glm::dvec2::x);
+    const auto [low, high] = std::ranges::minmax(corners, {}, &glm::dvec2::y);
     wish.x = foot.x;
     wish.y = foot.y;
-    wish.named = {left.x, corners[0].y, right.x - left.x, corners.back().y - corners[0].y};
+    wish.named = {left.x, low.y, right.x - left.x, high.y - low.y};
   }
   return wishes;
 }

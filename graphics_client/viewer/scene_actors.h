@@ -18,7 +18,8 @@
 
 namespace haptics {
 
-/// An object's name, and the corners of the box around it, world frame.
+/// An object's name, and the corners of the box around it, world frame; bit k of a corner's number: the higher one along
+/// the object's axis k.
 struct NamedBox {
   std::string name;
   std::array<Vec3, 8> corners;
