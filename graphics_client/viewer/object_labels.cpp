@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "graphics_client/viewer/palette.h"
 
@@ -21,7 +22,7 @@ constexpr std::size_t kMostLabels = 64;
 
 /// The middle of the box's lowest edge in the picture that runs across rather than up.
 glm::dvec2 footOf(const std::array<glm::dvec2, 8>& corners) {
-  glm::dvec2 foot = corners[0];
+  glm::dvec2 foot(0, std::numeric_limits<double>::infinity());
   for (std::size_t a = 0; a < corners.size(); ++a) {
     for (const std::size_t bit : {1U, 2U, 4U}) {
       const std::size_t b = a ^ bit;  // across an edge: corners are numbered by their coordinates' bits

@@ -50,8 +50,8 @@ Overlay::Overlay(Stage& stage, bool showKeys)
       bannerPlate_(stage.overlay(), palette::kBad, 0.92),
       scaleBar_(stage.overlay(), palette::kText, 1),
       helpVisible_(showKeys) {
-  legend_.setDots({palette::kHip, palette::kIhip, palette::kForceMiddle, palette::kPrimitive, palette::kTrail,
-                   palette::kFloorBoldLine});
+  legend_.setDots({palette::kHip, palette::kIhip, palette::kForceMiddle, palette::kSticking, palette::kPrimitive,
+                   palette::kTrail, palette::kFloorBoldLine});
   std::vector<OverlayLine> keys;
   for (const KeyHelp& key : Controls::help()) keys.push_back({key.key, key.does});
   keys_.setLines(keys);
@@ -90,6 +90,7 @@ void Overlay::setLegend(double gridSpacing_m) {
   legend_.setLines({{"HIP", "where the device is"},
                     {"IHIP", "where the surface is touched"},
                     {"Force", "on the hand, 1 cm per newton"},
+                    {"Pin", "friction sticks; orange: slides"},
                     {"Primitive", "polygon, line or vertex touched"},
                     {"Trail", "contact in the last second"},
                     {"Grid", gridSpacing_m > 0 ? lengthText(gridSpacing_m) : "-"}});
