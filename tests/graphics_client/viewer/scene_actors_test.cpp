@@ -1,0 +1,95 @@
+#include "graphics_client/viewer/scene_actors.h"
+
+#include <gtest/gtest.h>
+#include <vtkActorCollection.h>
+#include <vtkNew.h>
+
+#include "common/mesh/generators.h"
+#include "tests/graphics_client/viewer/fake_mirror.h"
+
+namespace haptics {
+namespace {
+
+/// Objects in renderers without a window.
+struct Shown : testing::Test {
+  FakeMirror mirror;
+  vtkNew<vtkRenderer> world, closeUp;
+  SceneActors actors{world, closeUp};
+  const ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 1).value(), {}, {});
+
+  Shown() { actors.setMostTriangles(20'000); }
+  void settle() { actors.settle(mirror.view(), true); }
+  [[nodiscard]] int inCloseUp() { return closeUp->GetActors()->GetNumberOfItems(); }
+
+  static SurfaceProperties rough(double wavelength_m, double mu) {
+    SurfaceProperties surface;
+    surface.friction = Friction{.mu_static = mu,
+                                .mu_dynamic = mu,
+                                .variation = 0.5,
+                                .over = FieldFamily(NoiseFamily{.wavelength_m = wavelength_m})};
+    return surface;
+  }
+  static SurfaceProperties imaged(const ContentHash& field) {
+    SurfaceProperties surface;
+    surface.texture =
+        Texture{.family = MappedFamily{.field = field, .mapping = {.tile_m = 0.02}}, .amplitude_m = 0.0005};
+    return surface;
+  }
+};
+
+TEST_F(Shown, ComeAndGoWithTheScene) {
+  settle();
+  EXPECT_EQ(inCloseUp(), 1);
+  EXPECT_FALSE(actors.outline().empty());
+  EXPECT_EQ(actors.boxes().at(0).name, "box");
+  const MirrorView empty;
+  actors.settle(empty, true);
+  EXPECT_EQ(inCloseUp(), 0);
+  EXPECT_TRUE(actors.outline().empty());
+}
+
+TEST_F(Shown, KeepTheirLookUntilTheNextOneIsMade) {
+  settle();
+  mirror.setSurface(box, imaged(ContentHash{}));  // the field is still on its way
+  settle();
+  EXPECT_EQ(inCloseUp(), 1);
+  mirror.view().fields[ContentHash{}] =
+      std::make_shared<const SampledField>(SampledField::make(2, 2, {0, 1, 1, 0}).value());
+  settle();
+  EXPECT_EQ(inCloseUp(), 6);  // a part for each side of the box
+}
+
+TEST_F(Shown, HaveTheFrictionColorsOfAllOfThem) {
+  settle();
+  EXPECT_FALSE(actors.frictionRange());
+  const ObjectId other = mirror.add("other", makeBox({0.1, 0.05, 0.1}, 1).value(), {}, {});
+  mirror.setSurface(box, rough(0.02, 0.2));
+  settle();
+  const double alone = actors.frictionRange().value().most;
+  mirror.setSurface(other, rough(0.02, 1.0));
+  settle();
+  EXPECT_LT(alone, 0.4);
+  EXPECT_GT(actors.frictionRange()->most, 1.0);
+  EXPECT_LT(actors.frictionRange()->least, 0.2);
+  mirror.setSurface(box, {});
+  mirror.setSurface(other, {});
+  settle();
+  EXPECT_FALSE(actors.frictionRange());
+}
+
+TEST_F(Shown, TellWhatIsDrawnCoarserThanItIsFelt) {
+  mirror.setSurface(box, rough(0.02, 0.5));
+  settle();
+  EXPECT_FALSE(actors.coarsestDetail());
+  mirror.setSurface(box, rough(0.0005, 0.5));
+  settle();
+  ASSERT_TRUE(actors.coarsestDetail());
+  EXPECT_EQ(actors.coarsestDetail()->object, "box");
+  EXPECT_GT(actors.coarsestDetail()->edge_m, actors.coarsestDetail()->detail_m / 4);
+  actors.setMostTriangles(2'000'000);
+  settle();
+  EXPECT_LT(actors.coarsestDetail().value_or(CoarseDetail{}).edge_m, 0.001);
+}
+
+}  // namespace
+}  // namespace haptics
