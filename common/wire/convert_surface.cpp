@@ -199,8 +199,7 @@ Result<SurfaceEdit> surfaceFrom(const v1::Material& message) {
       if (!shading) return errorOf(shading, "shading.");
       for (Crease& crease : shading->creases) std::ranges::sort(crease);
       std::ranges::sort(shading->creases);
-      const auto again = std::ranges::unique(shading->creases);
-      shading->creases.erase(again.begin(), again.end());
+      shading->creases.erase(std::unique(shading->creases.begin(), shading->creases.end()), shading->creases.end());
       *edit.shading = *std::move(shading);
     }
   }

@@ -33,8 +33,7 @@ std::vector<Vec3> supportPoints(std::span<const Vec3f> vertices) {
     farthest.push_back(best);
   }
   std::ranges::sort(farthest);
-  const auto doubled = std::ranges::unique(farthest);
-  farthest.erase(doubled.begin(), doubled.end());
+  farthest.erase(std::unique(farthest.begin(), farthest.end()), farthest.end());
 
   std::vector<Vec3> points;
   points.reserve(farthest.size());
