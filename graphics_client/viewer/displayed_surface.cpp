@@ -193,7 +193,7 @@ std::vector<std::array<std::uint32_t, 2>> rimsOf(const RefinedMesh& mesh) {
     }
   }
   std::ranges::sort(rims);
-  rims.erase(std::ranges::unique(rims).begin(), rims.end());
+  rims.erase(std::unique(rims.begin(), rims.end()), rims.end());
   return rims;
 }
 
