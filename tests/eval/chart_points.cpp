@@ -92,7 +92,7 @@ std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest) {
 Outcome outcomeOf(const Method& method, std::uint64_t seed) {
   Outcome outcome;
   for (const FailureScene& scene : kFailureScenes) {
-    if (scene.edited && !method.edited) continue;
+    if (scene.concern == Concern::kSurfaces || !method.isFor(scene.concern)) continue;
     Random random = scene.random(seed);
     (scene.run(*method.make(), random).pass ? outcome.passed : outcome.failed).push_back(scene.name);
   }

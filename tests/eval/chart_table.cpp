@@ -21,7 +21,7 @@ Outcome outcomeFrom(const Method& method, const std::string& failedScenes) {
   for (std::string word; words >> word;) failed.insert(word);
   Outcome outcome;
   for (const FailureScene& scene : kFailureScenes) {
-    if (scene.edited && !method.edited) continue;
+    if (scene.concern == Concern::kSurfaces || !method.isFor(scene.concern)) continue;
     (failed.erase(std::string(scene.name)) > 0 ? outcome.failed : outcome.passed).push_back(scene.name);
   }
   if (!failed.empty()) throw std::invalid_argument("there is no scene " + *failed.begin());

@@ -30,6 +30,9 @@ struct Expectation {
 /// intermediate_plane_*: as global_closest wherever the plane is put anew; between, the plane ends nowhere (S1), is not
 ///   there (S3, S4), holds what has gone past a knife's edge (S12), and steps when it is put anew (S10).
 /// All of these know nothing of edits: they begin anew, with the HIP wherever it is (S17).
+/// surface_as_printed: rings on a grating that Eq. (4) alone leaves too stiff for a device (S13); its shading turns the
+///   force where the IHIP jumps from facet to facet, and knows no depth that is too deep (S14); it chatters (S15).
+/// bump_mapping: the same, and rings more (S13).
 /// ours_without_*: what the correction is for.
 ///   feature_codes: as pseudocode_closed but for the corrections that it has (S1, S2, S6, S7, S10, S11, S12).
 ///   pseudonormals: a knife's edge (S12).
@@ -41,6 +44,7 @@ struct Expectation {
 ///   budget: fans (S6).
 ///   scale_free_tolerances: scaled scenes (S12).
 ///   substeps: is not where a slow hand would be (S7).
+///   gain_clamp: gratings (S13).
 ///   watertight_test: segments through edges and vertices (S5); elsewhere the first contact alone needs a segment.
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
@@ -56,6 +60,9 @@ inline constexpr std::array kExpectedFailures{
     Expectation{"ours_without_scale_free_tolerances", "S12 ", ""},
     Expectation{"ours_without_substeps", "S7 ", ""},
     Expectation{"ours_without_watertight_test", "S5 ", ""},
+    Expectation{"ours_without_gain_clamp", "S13 ", ""},
+    Expectation{"surface_as_printed", "S13 S14 S15 ", ""},
+    Expectation{"bump_mapping", "S13 S14 S15 ", ""},
     Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 ", ""},
     Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 ", "S1 S8 "},
     Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 ", ""},

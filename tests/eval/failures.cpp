@@ -42,7 +42,7 @@ std::string_view expectedOutcome(std::string_view method, std::string_view scene
 /// All when no name is given.
 std::vector<Method> chosenMethods(std::string_view name) {
   std::vector<Method> all(methods().begin(), methods().end());
-  all.insert(all.end(), oursWithout().begin(), oursWithout().end());
+  for (const auto& more : {oursWithout(), surfaceMethods()}) all.insert(all.end(), more.begin(), more.end());
   if (name.empty()) return all;
   return {findMethod(name, all)};
 }
@@ -77,7 +77,7 @@ class Runs {
       std::printf("\n%-35s", method.name.data());
       for (const FailureScene& scene : kFailureScenes) {
         const auto failed = failures_.find({method.name, scene.name});
-        const bool notRun = scene.edited && !method.edited;
+        const bool notRun = !method.isFor(scene.concern);
         std::printf("%5s", notRun ? "" : failed == failures_.end() ? "." : std::to_string(failed->second).c_str());
       }
     }
@@ -104,7 +104,7 @@ bool runFailures(const FailuresOptions& options) {
     for (const Method& method : chosen) {
       if (options.seeds == 1) std::printf("%s: %s\n", method.name.data(), method.about.data());
       for (const FailureScene& scene : kFailureScenes) {
-        if (method.edited || !scene.edited) runs.run(method, scene, seed);
+        if (method.isFor(scene.concern)) runs.run(method, scene, seed);
       }
       std::fflush(stdout);
     }

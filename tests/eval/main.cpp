@@ -90,8 +90,8 @@ void addFailures(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(
       app,
       {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
-       "The scenes are S1 to S12 and S17. S13 to S16 come with what they are about: texture, force shading,\n"
-       "friction and deformation."},
+       "The scenes are S1 to S15 and S17; S13 to S15 are for methods that have surface properties. S16 comes with\n"
+       "what it is about, deformation."},
       arguments);
   FailuresOptions& options = arguments.failures;
   addSeed(verb, arguments);

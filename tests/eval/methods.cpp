@@ -9,6 +9,7 @@
 #include "tests/eval/baselines/god_object.h"
 #include "tests/eval/baselines/intermediate_plane.h"
 #include "tests/eval/baselines/pseudocode.h"
+#include "tests/eval/baselines/surface_as_printed.h"
 #include "tests/eval/corrections_off.h"
 #include "tests/eval/ours.h"
 
@@ -21,8 +22,8 @@ std::unique_ptr<Renderer> make() {
 }
 
 constexpr std::array kMethods{
-    Method{kOurs, "the production step", make<Ours>},
-    Method{"ours_float", "its contact core with the search in float", make<OursUnder<InFloat>>, false},
+    Method{kOurs, "the production step", make<Ours>, true, true, true},
+    Method{"ours_float", "its contact core with the search in float", make<OursUnder<InFloat>>, true, false},
     Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
            make<Pseudocode<Primitives::kClosed>>},
     Method{"pseudocode_open", "as printed; a polygon is its interior only", make<Pseudocode<Primitives::kOpen>>},
@@ -35,22 +36,31 @@ constexpr std::array kMethods{
 };
 
 constexpr std::array kOursWithout{
-    Method{"ours_without_feature_codes", "the printed loop", make<OursUnder<WithoutFeatureCodes>>, false},
-    Method{"ours_without_pseudonormals", "sign by the polygon's normal", make<OursUnder<WithoutPseudonormals>>, false},
-    Method{"ours_without_same_tick_search", "first force a tick late", make<OursUnder<WithoutSameTickSearch>>, false},
-    Method{"ours_without_exit_retest", "free at once when it leaves", make<OursUnder<WithoutExitRetest>>, false},
-    Method{"ours_without_object_frames", "segments in the world", make<OursUnder<WithoutObjectFrames>>, false},
-    Method{"ours_without_guard", "the path is tested against nothing", make<OursUnder<WithoutGuard>>, false},
-    Method{"ours_without_several_surfaces", "one at a time", make<OursUnder<WithoutSeveralSurfaces>>, false},
-    Method{"ours_without_budget", "searches to the end", make<OursUnder<WithoutBudget>>, false},
-    Method{"ours_without_scale_free_tolerances", "lengths in metres", make<OursUnder<WithoutScaleFreeTolerances>>,
+    Method{"ours_without_feature_codes", "the printed loop", make<OursUnder<WithoutFeatureCodes>>, true, false},
+    Method{"ours_without_pseudonormals", "sign by the polygon's normal", make<OursUnder<WithoutPseudonormals>>, true,
            false},
-    Method{"ours_without_substeps", "a tick is a step", make<OursUnder<WithoutSubsteps>>, false},
-    Method{"ours_without_watertight_test", "the usual ray test", make<OursUnder<WithoutWatertightTest>>, false},
+    Method{"ours_without_same_tick_search", "first force a tick late", make<OursUnder<WithoutSameTickSearch>>, true,
+           false},
+    Method{"ours_without_exit_retest", "free at once when it leaves", make<OursUnder<WithoutExitRetest>>, true, false},
+    Method{"ours_without_object_frames", "segments in the world", make<OursUnder<WithoutObjectFrames>>, true, false},
+    Method{"ours_without_guard", "the path is tested against nothing", make<OursUnder<WithoutGuard>>, true, false},
+    Method{"ours_without_several_surfaces", "one at a time", make<OursUnder<WithoutSeveralSurfaces>>, true, false},
+    Method{"ours_without_budget", "searches to the end", make<OursUnder<WithoutBudget>>, true, false},
+    Method{"ours_without_scale_free_tolerances", "lengths in metres", make<OursUnder<WithoutScaleFreeTolerances>>, true,
+           false},
+    Method{"ours_without_substeps", "a tick is a step", make<OursUnder<WithoutSubsteps>>, true, false},
+    Method{"ours_without_watertight_test", "the usual ray test", make<OursUnder<WithoutWatertightTest>>, true, false},
+};
+
+constexpr std::array kSurfaceMethods{
+    Method{"ours_without_gain_clamp", "K as it was set", make<OursWithoutGainClamp>, false, false, true},
+    Method{"surface_as_printed", "section 4 as printed", make<SurfaceAsPrinted>, false, false, true},
+    Method{"bump_mapping", "the same with bump mapping", make<BumpMapping>, false, false, true},
 };
 
 }  // namespace
 
+std::span<const Method> surfaceMethods() { return kSurfaceMethods; }
 std::span<const Method> oursWithout() { return kOursWithout; }
 std::span<const Method> methods() { return kMethods; }
 

@@ -12,7 +12,14 @@ struct Method {
   std::string_view name;
   std::string_view about;
   std::unique_ptr<Renderer> (*make)();
-  bool edited = true;  ///< Has to do with scenes that are edited.
+  // Which scenes it has to do with.
+  bool contact = true;
+  bool edits = true;
+  bool surfaces = false;
+
+  [[nodiscard]] constexpr bool isFor(Concern concern) const {
+    return concern == Concern::kContact ? contact : concern == Concern::kEdits ? edits : surfaces;
+  }
 };
 
 inline constexpr std::string_view kOurs = "ours";
@@ -21,6 +28,9 @@ inline constexpr std::string_view kOurs = "ours";
 [[nodiscard]] std::span<const Method> methods();
 /// Ours with one correction switched off: the contact core and a spring, without the rest of the step.
 [[nodiscard]] std::span<const Method> oursWithout();
+
+/// Ours without the clamp of K, and section 4 of the paper as printed: only for scenes with surface properties.
+[[nodiscard]] std::span<const Method> surfaceMethods();
 
 /// Throws std::invalid_argument, listing the names of `among`, when there is none called so.
 [[nodiscard]] const Method& findMethod(std::string_view name, std::span<const Method> among);

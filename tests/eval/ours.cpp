@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tests/eval/step_config.h"
+
 namespace haptics::eval {
 
 void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) {
@@ -10,7 +12,12 @@ void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::sp
   ids_.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     ids_.push_back(i + 1);
-    scene->objects.push_back({i + 1, bodies[i], poses[i], kSpring_N_per_m, 0, false});
+    ServoObject object{i + 1, bodies[i], poses[i], kSpring_N_per_m, 0, false, nullptr};
+    if (surface_) {
+      object.stiffness_N_per_m = surface_->spring_N_per_m;
+      object.detail = makeSurfaceDetail(*bodies[i], surface_->properties, {surface_->texture, nullptr, nullptr});
+    }
+    scene->objects.push_back(std::move(object));
   }
   poses_.assign(poses.begin(), poses.end());
   next_ = std::move(scene);
@@ -24,7 +31,8 @@ void Ours::edit(const EditedScene& edited, Vec3 /*hip*/) {
   auto scene = std::make_unique<ServoScene>();
   scene->revision = scene_->revision + 1;
   for (std::size_t i = 0; i < edited.bodies.size(); ++i) {
-    scene->objects.push_back({edited.ids[i], edited.bodies[i], edited.poses[i], edited.spring_N_per_m, 0, false});
+    scene->objects.push_back(
+        {edited.ids[i], edited.bodies[i], edited.poses[i], edited.spring_N_per_m, 0, false, nullptr});
   }
   for (const ServoObject& object : scene_->objects) {
     if (std::ranges::find(edited.ids, object.id) != edited.ids.end()) continue;
@@ -35,6 +43,11 @@ void Ours::edit(const EditedScene& edited, Vec3 /*hip*/) {
   ids_.assign(edited.ids.begin(), edited.ids.end());
   poses_.assign(edited.poses.begin(), edited.poses.end());
   next_ = std::move(scene);
+}
+
+void Ours::dress(const FeltSurface& surface) {
+  surface_ = surface;
+  config_ = stepConfigFor(surface.device, 1 / kPeriod_s);
 }
 
 void Ours::adopt() {
@@ -73,7 +86,8 @@ Felt Ours::step(Vec3 hip) {
   ContactState copy = state_.contact;
   const ContactWork work = followContact(bodies, copy, hip).work;
   const TelemetrySample sample = hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
-  return {sample.object != 0, sample.ihip, sample.force.contact, work.triangles};
+  return {sample.object != 0, sample.ihip, sample.force.contact, work.triangles,
+          sample.frictionState == FrictionState::kSliding};
 }
 
 }  // namespace haptics::eval

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "haptic_server/servo/haptic_step.h"
@@ -9,20 +11,25 @@ namespace haptics::eval {
 
 /// The production step: adoptScene() and hapticStep(), as the server's loop calls them. Bodies that a scene moves take
 /// the place of what would move them there.
-class Ours final : public Renderer {
+class Ours : public Renderer {
  public:
   void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override;
+  void dress(const FeltSurface& surface) override;
   void place(Vec3 hip) override;
   void contactOnly() override { contactOnly_ = true; }
   /// Removed objects stay until the contact on them has faded, as ServoSceneMaker keeps them.
   void edit(const EditedScene& scene, Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 
+ protected:
+  StepConfig& config() noexcept { return config_; }
+
  private:
   void adopt();
   [[nodiscard]] Felt step(Vec3 hip);
 
   StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};
+  std::optional<FeltSurface> surface_;
   std::unique_ptr<const ServoScene> scene_;
   std::unique_ptr<const ServoScene> next_;  // until it is adopted
   std::vector<std::uint64_t> ids_;          // of the bodies in the order of `poses`
@@ -30,6 +37,15 @@ class Ours final : public Renderer {
   HapticState state_{config_};
   std::uint64_t tick_ = 0;
   bool contactOnly_ = false;
+};
+
+/// K of Eq. (4) as it was set, whatever the device can bear.
+class OursWithoutGainClamp final : public Ours {
+ public:
+  void dress(const FeltSurface& surface) override {
+    Ours::dress(surface);
+    config().stableLateral_N_per_m = std::numeric_limits<double>::infinity();
+  }
 };
 
 }  // namespace haptics::eval

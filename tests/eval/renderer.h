@@ -5,6 +5,9 @@
 #include <span>
 
 #include "common/maths/vec.h"
+#include "common/scene/surface_properties.h"
+#include "common/surface/scalar_field.h"
+#include "haptic_server/device/presets.h"
 #include "haptic_server/geometry/surface.h"
 
 namespace haptics::eval {
@@ -17,9 +20,18 @@ inline constexpr double kPeriod_s = 1e-3;
 /// What a method answers in one tick. World frame.
 struct Felt {
   bool touching = false;
-  Vec3 ihip{0};       ///< Metres; the HIP when free.
-  Vec3 force_N{0};    ///< On the hand, before any limit.
-  int triangles = 0;  ///< Looked at one by one by a search, those behind the hierarchy's segment test not counted.
+  Vec3 ihip{0};          ///< Metres; the HIP when free.
+  Vec3 force_N{0};       ///< On the hand, before any limit.
+  int triangles = 0;     ///< Looked at one by one by a search, those behind the hierarchy's segment test not counted.
+  bool sliding = false;  ///< Of friction.
+};
+
+/// What the bodies of a scene feel like beyond their shape, and the device under which they do.
+struct FeltSurface {
+  SurfaceProperties properties;
+  std::shared_ptr<const ScalarField> texture;  ///< That the texture names, else null.
+  double spring_N_per_m = kSpring_N_per_m;
+  DevicePreset device;
 };
 
 /// A scene as an edit leaves it.
@@ -30,12 +42,17 @@ struct EditedScene {
   double spring_N_per_m;
 };
 
+/// What a scene is about, and a method made for.
+enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces };
+
 /// A method of rendering contact with a point, in virtual time.
 class Renderer {
  public:
   virtual ~Renderer() = default;
   /// Another scene: bodies at these poses, the HIP (world, m) outside of all.
   virtual void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) = 0;
+  /// Of all bodies from the next begin() on. Methods that render nothing but shapes have no part in such scenes.
+  virtual void dress(const FeltSurface& /*surface*/) {}
   /// The same scene, its bodies as they are now, attached anew to a HIP outside of all.
   virtual void place(Vec3 hip) = 0;
   /// From now on a tick does no more than find the contact and its spring force, and counts no triangles: what the

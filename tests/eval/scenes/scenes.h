@@ -24,7 +24,7 @@ struct FailureScene {
   std::string_view name;
   std::string_view about;
   SceneRun run;
-  bool edited = false;  ///< The scene is edited under the hand.
+  Concern concern = Concern::kContact;
 
   /// The same for every method.
   [[nodiscard]] Random random(std::uint64_t seed) const {
@@ -44,6 +44,9 @@ struct FailureScene {
 [[nodiscard]] SceneResult slideOverSphere(Renderer& method, Random& random);             ///< S10
 [[nodiscard]] SceneResult strokeBadMeshes(Renderer& method, Random& random);             ///< S11
 [[nodiscard]] SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random);  ///< S12
+[[nodiscard]] SceneResult restOnGratings(Renderer& method, Random& random);              ///< S13
+[[nodiscard]] SceneResult strokeShadedFacets(Renderer& method, Random& random);          ///< S14
+[[nodiscard]] SceneResult slideWithTremor(Renderer& method, Random& random);             ///< S15
 [[nodiscard]] SceneResult editUnderTheHand(Renderer& method, Random& random);            ///< S17
 
 inline constexpr std::array kFailureScenes{
@@ -59,7 +62,12 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S10", "sphere, 2 mm deep at 0.1 m/s: steps of the force", slideOverSphere},
     FailureScene{"S11", "holes, T-junctions, fins, duplicate, flipped, empty and unwelded faces", strokeBadMeshes},
     FailureScene{"S12", "blades, gashes, slivers, and all of it scaled", strokeSharpAndScaledShapes},
-    FailureScene{"S17", "edits under the hand: steps of the force", editUnderTheHand, true},
+    FailureScene{"S13", "gratings under every device and the light hand: limit cycles", restOnGratings,
+                 Concern::kSurfaces},
+    FailureScene{"S14", "force shading of coarse facets, and deeper than it reaches", strokeShadedFacets,
+                 Concern::kSurfaces},
+    FailureScene{"S15", "a slide with friction under a tremor", slideWithTremor, Concern::kSurfaces},
+    FailureScene{"S17", "edits under the hand: steps of the force", editUnderTheHand, Concern::kEdits},
 };
 
 }  // namespace haptics::eval

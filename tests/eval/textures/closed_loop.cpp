@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "haptic_server/device/local_stability.h"
 #include "haptic_server/device/simulated_device.h"
 #include "tests/eval/random.h"
+#include "tests/eval/step_config.h"
 
 namespace haptics::eval {
 namespace {
@@ -79,27 +79,16 @@ SteepPlace steepestOf(const Exhibit& exhibit, const Texture& texture, double dep
   return best;
 }
 
-/// As the server's loop has it, but for the clamp where it is off.
-StepConfig configFor(const RestCase& of) {
-  RestingHand nothing(Vec3(0), Vec3(0), of);
-  const SimulatedDevice device({*of.device, *of.hand, 1 / of.rate_Hz, 0}, nothing);
-  StepConfig config;
-  config.period_s = 1 / of.rate_Hz;
-  config.maxForce_N = of.device->maxForce_N;
-  config.positionStep_m = of.device->resolution_m;
-  if (of.clamped) config.stableLateral_N_per_m = locallyStableStiffness_N_per_m(device.info(), config.period_s);
-  return config;
-}
-
 /// The force at a place inside, once the way down from free space has been felt.
-Vec3 forceAt(Specimen& specimen, Vec3 rest) {
+Vec3 forceAt(const Feeler& feeler, Vec3 rest) {
   constexpr double kClear_m = 3e-3;
   constexpr int kSettle = 400;  // ticks, for the estimate of velocity
-  specimen.place(Vec3(rest.x, rest.y, kClear_m));
-  specimen.lead(rest, 20e-6);
-  Touch touch;
-  for (int i = 0; i < kSettle; ++i) touch = specimen.tick(rest);
-  return touch.force.contact;
+  constexpr double kStep_m = 20e-6;
+  feeler.place(Vec3(rest.x, rest.y, kClear_m));
+  for (double z_m = kClear_m; z_m > rest.z; z_m -= kStep_m) (void)feeler.tick({rest.x, rest.y, z_m});
+  Vec3 force_N(0);
+  for (int i = 0; i < kSettle; ++i) force_N = feeler.tick(rest);
+  return force_N;
 }
 
 /// What the true place of the device covers.
@@ -121,30 +110,21 @@ class Extent {
 
 }  // namespace
 
-Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {
+Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {
   constexpr double kTime_s = 2;
   constexpr double kJudged_s = 0.3;
   constexpr double kLeast_m = 20e-6;
   constexpr double kRounding = 1 + 1e-6;
-  SurfaceProperties properties;
-  properties.texture = texture;
-  Feel feel;
-  feel.stiffness_N_per_m = kRestStiffness_N_per_m;
-  feel.config = configFor(of);
-  Specimen specimen(boardSurface(), boardDetail(properties, &exhibit), feel);
-
   const double depth_m = kPress_N / kRestStiffness_N_per_m;
   const SteepPlace steep = texture ? steepestOf(exhibit, *texture, depth_m) : SteepPlace{};
   const Vec3 rest = steep.place - Vec3(0, 0, depth_m - steep.height_m);
-  const Vec3 push_N = -forceAt(specimen, rest);
+  const Vec3 push_N = -forceAt(feeler, rest);
   RestingHand resting(rest, push_N, of);
-  SimulatedDevice simulated({*of.device, *of.hand, feel.config.period_s, 0}, resting);
+  SimulatedDevice simulated({*of.device, *of.hand, 1 / of.rate_Hz, 0}, resting);
   const auto ticks = static_cast<std::uint64_t>(kTime_s * of.rate_Hz);
   Extent extent;
   for (std::uint64_t tick = 0; tick < ticks; ++tick) {
-    const TelemetrySample sample =
-        hapticStep(specimen.scene(), specimen.state(), feel.config, {tick, 0, simulated.read(tick)});
-    simulated.write(sample.force.written);
+    simulated.write(feeler.tick(simulated.read(tick).position));
     if (static_cast<double>(ticks - tick) <= kJudged_s * of.rate_Hz) extent.add(simulated.plant().position());
   }
   const double away_m = glm::distance(simulated.plant().position(), rest);
@@ -152,6 +132,18 @@ Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const
   const double allowed_m = std::max(2 * of.device->resolution_m, kLeast_m);
   return {kRestStiffness_N_per_m * gain * steep.steepness, extent.longest_m() * 1e6, allowed_m * 1e6,
           extent.longest_m() <= kRounding * allowed_m, away_m * 1e3};
+}
+
+Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {
+  SurfaceProperties properties;
+  properties.texture = texture;
+  Feel feel;
+  feel.stiffness_N_per_m = kRestStiffness_N_per_m;
+  feel.config = stepConfigFor(*of.device, of.rate_Hz);
+  if (!of.clamped) feel.config.stableLateral_N_per_m = std::numeric_limits<double>::infinity();
+  Specimen specimen(boardSurface(), boardDetail(properties, &exhibit), feel);
+  return restOn({[&](Vec3 hip) { return specimen.tick(hip).force.written; }, [&](Vec3 hip) { specimen.place(hip); }},
+                exhibit, texture, of);
 }
 
 }  // namespace haptics::eval

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "haptic_server/device/presets.h"
 #include "tests/eval/textures/specimen.h"
 
@@ -25,7 +27,15 @@ struct Rest {
 /// Stiffness of the surface in these cases: one at which every preset rests steadily on it without texture.
 inline constexpr double kRestStiffness_N_per_m = 400;
 
-/// @param texture  None: the plain surface.
+/// What feels the texture: the force (N) at a place (m) of its frame, tick by tick; and attaches it anew at one.
+struct Feeler {
+  std::function<Vec3(Vec3)> tick;
+  std::function<void(Vec3)> place;
+};
+[[nodiscard]] Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Texture>& texture,
+                          const RestCase& of);
+
+/// By the production step. @param texture  None: the plain surface.
 [[nodiscard]] Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of);
 
 }  // namespace haptics::eval

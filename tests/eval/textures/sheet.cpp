@@ -30,7 +30,7 @@ double number(const Record& record, const char* key) { return record.at(key).get
 Raster reliefOf(const Exhibit& exhibit) {
   constexpr int kSide = 176;
   constexpr double kShown_m = 0.016;
-  constexpr int kShades = 5;          // of 255 are one: a smaller file
+  constexpr int kShades = 5;             // of 255 are one: a smaller file
   constexpr double kSteepness = 0.8e-3;  // height that the light shows, lowest to highest, m
   const double range = exhibit.field->highest() - exhibit.field->lowest();
   const Vec3 light = glm::normalize(Vec3(-0.55, 0.6, 1.0));

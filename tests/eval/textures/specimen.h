@@ -50,10 +50,6 @@ class Specimen {
     lead(to, step_m, [](const Touch&, Vec3) {});
   }
 
-  // For a device in place of given positions.
-  [[nodiscard]] const ServoScene& scene() const noexcept { return scene_; }
-  [[nodiscard]] HapticState& state() noexcept { return *state_; }
-
  private:
   Feel feel_;
   ServoScene scene_;
