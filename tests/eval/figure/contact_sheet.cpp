@@ -16,7 +16,7 @@ namespace {
 constexpr double kMargin = 36, kCardWidth = 916, kCardHeight = 246, kGap = 18, kHeader = 74, kLine = 25;
 constexpr double kPicture = 176, kPlotLeft = 46;
 constexpr double kWidth = 2 * kMargin + 2 * kCardWidth + kGap;
-constexpr double kGridsHeight = 330, kSquare = 27, kPlotsHeight = 270;
+constexpr double kGridsHeight = 340, kSquare = 34, kPlotsHeight = 270;
 constexpr int kTitleFont = 32, kHeadFont = 21, kTextFont = 17, kSmallFont = 14;
 constexpr Colour kInk{0.13, 0.15, 0.18}, kSoft{0.42, 0.46, 0.51}, kRule{0.86, 0.875, 0.89}, kPaper{0.972, 0.975, 0.98};
 constexpr Colour kGood{0.10, 0.55, 0.33}, kBad{0.78, 0.16, 0.16};

@@ -49,6 +49,7 @@ Result<void> drawItem(vtkContextItem& item, int width_px, int height_px, const s
   picture->ReadFrontBufferOff();
   vtkNew<vtkPNGWriter> writer;
   writer->SetFileName(png.c_str());
+  writer->SetCompressionLevel(9);
   writer->SetInputConnection(picture->GetOutputPort());
   writer->Write();
   if (writer->GetErrorCode() != 0) return refused(png.string(), "cannot be written");

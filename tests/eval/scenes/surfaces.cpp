@@ -22,6 +22,9 @@ FeltSurface feltUnder(std::string_view device) {
 
 // ---- S13 ----
 
+constexpr double kStroke_m_per_s = 0.05;  // a slow one, that stops
+constexpr double kLetGo_m_per_s = 0.01;   // what a hand leaves behind
+
 Rest restOnGrating(Renderer& method, double wavelength_m, double height_m, const RestCase& of) {
   const Exhibit grating = makeGrating(wavelength_m);
   FeltSurface surface = feltUnder(of.device->name);
@@ -206,8 +209,10 @@ SceneResult restOnGratings(Renderer& method, Random& /*random*/) {
   const HandPreset none = orThrow(findHandPreset("none"));
   for (const DevicePreset& device : devicePresets()) {
     for (const auto& [wavelength_m, height_m] : {std::pair{0.5e-3, 1e-3}, {1e-3, 1e-3}, {2e-3, 2e-3}}) {
-      const Rest held = restOnGrating(method, wavelength_m, height_m, {&device, &light, 1 / kPeriod_s, true});
-      const Rest free = restOnGrating(method, wavelength_m, height_m, {&device, &none, 1 / kPeriod_s, true});
+      const Rest held =
+          restOnGrating(method, wavelength_m, height_m, {&device, &light, 1 / kPeriod_s, true, kStroke_m_per_s});
+      const Rest free =
+          restOnGrating(method, wavelength_m, height_m, {&device, &none, 1 / kPeriod_s, true, kLetGo_m_per_s});
       worst_um = std::max(worst_um, held.cycle_um);
       worstFree_um = std::max(worstFree_um, free.cycle_um);
       rings += held.steady ? 0 : 1;

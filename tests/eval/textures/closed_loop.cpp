@@ -12,11 +12,7 @@ namespace haptics::eval {
 namespace {
 
 constexpr double kPress_N = 1;
-/// What disturbs it: it comes from above and is struck sideways. A hand's stroke that stops there is faster than what a
-/// hand leaves behind that lets go; nobody would bring the device back that a harder strike throws over the crest.
 const Vec3 kAbove_m(0, 0, 0.5e-3);
-constexpr double kStroke_m_per_s = 0.05;
-constexpr double kLetGo_m_per_s = 0.01;
 constexpr double kStrike_s = 2e-3;
 
 /// Strikes sideways once, then pushes with a constant force, by its spring where it has one.
@@ -27,8 +23,8 @@ class RestingHand final : public HandIntent {
     pressing_.position = springy ? rest + push_N / of.hand->stiffness_N_per_m : rest;
     pressing_.push_N = springy ? Vec3(0) : push_N;
     const double mass_kg = of.device->apparentMass_kg + of.hand->mass_kg;
-    const double speed_m_per_s = springy ? kStroke_m_per_s : kLetGo_m_per_s;
-    strike_N_ = (mass_kg * speed_m_per_s / kStrike_s + of.device->coulombFriction_N) * glm::normalize(Vec3(1, 0.5, 0));
+    strike_N_ =
+        (mass_kg * of.strike_m_per_s / kStrike_s + of.device->coulombFriction_N) * glm::normalize(Vec3(1, 0.5, 0));
   }
   HandTarget next(double dt_s, Vec3 /*felt_N*/) noexcept override {
     if (dt_s == 0) return start_;

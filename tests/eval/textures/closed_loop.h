@@ -14,6 +14,8 @@ struct RestCase {
   const HandPreset* hand = nullptr;
   double rate_Hz = 1000;
   bool clamped = true;  ///< K, to what the device can bear.
+  /// What disturbs it besides a fall from 0.5 mm above: it is struck sideways to this speed.
+  double strike_m_per_s = 0.01;
 };
 
 struct Rest {

@@ -11,6 +11,26 @@ std::span<const HandPreset> hands() { return handPresets().first(2); }
 
 bool isLight(const HandPreset& hand) { return hand.stiffness_N_per_m > 0; }
 
+// A stroke that stops is faster than what a hand leaves behind that lets go. Nobody would bring the device back that a
+// harder strike throws over the crest.
+constexpr std::array kStrikes_m_per_s{0.01, 0.025, 0.05};
+std::span<const double> strikes(const HandPreset& hand) {
+  return std::span(kStrikes_m_per_s).first(isLight(hand) ? kStrikes_m_per_s.size() : 1);
+}
+
+/// Of all strikes.
+Rest worstRestOn(const Exhibit& exhibit, const Texture& texture, RestCase of) {
+  Rest worst;
+  worst.steady = true;
+  for (const double strike : strikes(*of.hand)) {
+    of.strike_m_per_s = strike;
+    const Rest rest = restOn(exhibit, texture, of);
+    if (rest.cycle_um < worst.cycle_um) continue;
+    worst = rest;
+  }
+  return worst;
+}
+
 Record recordOf(std::string_view method, std::string scene, const RestCase& of, const Rest& rest) {
   const bool judged = method == "ours" && isLight(*of.hand);
   return {{"method", method},
@@ -30,11 +50,11 @@ Record recordOf(std::string_view method, std::string scene, const RestCase& of, 
 void restOnRelief(const std::string& scene, const Exhibit& exhibit, double height_m, RestCase of,
                   std::vector<Record>& records) {
   Texture texture = textureOf(exhibit, height_m, kGain);
-  records.push_back(recordOf("ours", scene, of, restOn(exhibit, texture, of)));
+  records.push_back(recordOf("ours", scene, of, worstRestOn(exhibit, texture, of)));
   of.clamped = false;
-  records.push_back(recordOf(kUnclamped, scene, of, restOn(exhibit, texture, of)));
+  records.push_back(recordOf(kUnclamped, scene, of, worstRestOn(exhibit, texture, of)));
   texture.law = Texture::Law::kBump;
-  records.push_back(recordOf(kBumpMapping, scene, of, restOn(exhibit, texture, of)));
+  records.push_back(recordOf(kBumpMapping, scene, of, worstRestOn(exhibit, texture, of)));
 }
 
 }  // namespace

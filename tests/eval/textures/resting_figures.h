@@ -13,7 +13,8 @@ namespace haptics::eval {
 /// with K as it was set, and by bump mapping, which has no K; the plain surface beside them.
 [[nodiscard]] std::vector<Record> measureResting(const std::vector<Exhibit>& exhibits);
 
-/// Gratings of several heights and wavelengths at 1 kHz. Within all of these the light hand's device has to rest.
+/// Gratings of several heights and wavelengths at 1 kHz, struck as a hand that lets go does and up to as a slow stroke that
+/// stops does: the worst. Within all of these the light hand's device has to rest.
 inline constexpr std::array kMapHeights_m{0.1e-3, 0.2e-3, 0.5e-3, 1e-3, 2e-3};
 inline constexpr std::array kMapWavelengths_m{0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3};
 [[nodiscard]] std::vector<Record> mapGratings();
