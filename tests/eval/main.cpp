@@ -208,13 +208,13 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
   AdviseOptions& options = arguments.advise;
   options.devicePreset = kDefaultDevicePreset;
   if (std::filesystem::is_directory(kInventorModels)) options.assets.emplace_back(kInventorModels);
-  CLI::App* verb =
-      addVerb(app,
-              {"advise", "What your own scene needs: the cheapest meshes, the lowest rate, stiffness and damping",
-               "deploy/scenes/demo.scene --out results",
-               "Stiffness and damping of each object are all the options that a scene has today: no correction of the\n"
-               "contact can be switched off, and surfaces have no other features yet."},
-              arguments);
+  CLI::App* verb = addVerb(
+      app,
+      {"advise", "What your own scene needs: the cheapest meshes, the lowest rate, stiffness and damping",
+       "deploy/scenes/demo.scene --out results",
+       "It looks at the shape, the stiffness and the damping of each object: no correction of the contact can be\n"
+       "switched off, and force shading, friction and texture are left out."},
+      arguments);
   verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();
   verb->add_option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")
       ->type_name("DIR")

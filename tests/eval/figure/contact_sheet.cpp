@@ -13,8 +13,8 @@
 namespace haptics::eval {
 namespace {
 
-constexpr double kMargin = 36, kCardWidth = 916, kCardHeight = 246, kGap = 18, kHeader = 74, kLine = 25;
-constexpr double kPicture = 176, kPlotLeft = 46;
+constexpr double kMargin = 36, kCardWidth = 916, kCardHeight = 226, kGap = 18, kHeader = 74, kLine = 25;
+constexpr double kPicture = 152, kPlotLeft = 46;
 constexpr double kWidth = 2 * kMargin + 2 * kCardWidth + kGap;
 constexpr double kGridsHeight = 340, kSquare = 34, kPlotsHeight = 270;
 constexpr int kTitleFont = 32, kHeadFont = 21, kTextFont = 17, kSmallFont = 14;
@@ -92,7 +92,7 @@ class SheetPainter final : public vtkContextItem {
     double from = left + 14 + kPicture;
     constexpr double kWide = 192;
     for (const SheetPlot& each : card.plots) {
-      plot(canvas, each, {from + kPlotLeft, foot + 14, kWide, kPicture - 38});
+      plot(canvas, each, {from + kPlotLeft, foot + 14, kWide, kPicture - 32});
       from += kPlotLeft + kWide + 4;
     }
     double line = top - 58;

@@ -28,7 +28,7 @@ double number(const Record& record, const char* key) { return record.at(key).get
 
 /// Light from the upper left on the relief, its colour by height, both over what is shown.
 Raster reliefOf(const Exhibit& exhibit) {
-  constexpr int kSide = 176;
+  constexpr int kSide = 152;
   constexpr int kShades = 24;  // of each colour: a small file
   constexpr double kShown_m = 0.016;
   constexpr double kSteepness_m = 0.8e-3;  // height of what is lit
