@@ -1,6 +1,7 @@
 #include <X11/Xlib.h>
 
 #include <cstdlib>
+#include <memory>
 #include <string>
 
 #include "graphics_client/viewer/viewer.h"
@@ -12,9 +13,9 @@ Result<void> checkDisplay() {
       "; run it in a desktop session, or as: xvfb-run -a -s \"-screen 0 1280x1024x24\" graphics_client ...";
   const char* name = std::getenv("DISPLAY");
   if (!name || !*name) return refused("DISPLAY", "is not set, so there is no X display to draw on" + advice);
-  Display* display = XOpenDisplay(nullptr);
+  // Held until the process ends: Xvfb resets itself when its last client leaves, and would turn VTK away that moment.
+  static const std::unique_ptr<Display, int (*)(Display*)> display(XOpenDisplay(nullptr), XCloseDisplay);
   if (!display) return refused("DISPLAY", "names \"" + std::string(name) + "\", which does not answer" + advice);
-  XCloseDisplay(display);
   return {};
 }
 
