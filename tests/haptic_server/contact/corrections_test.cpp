@@ -154,7 +154,7 @@ struct WithoutABudget : AllCorrections {
 TEST(Corrections, WithoutABudgetATickLooksAtMore) {
   const auto looked = [](auto corrections) {
     World world;
-    world.add(shapes::cone(0.05, 0.02, 4000));
+    world.add(shapes::cone(0.05, 0.02, 8 * kSearchBudget));
     Apprentice<decltype(corrections)> hand(world, {0.001, 0.0003, 0.0201});
     return hand.tick({-0.0001, 0, 0.019}).work.triangles;
   };
