@@ -12,6 +12,7 @@
 #include "common/mesh/inventor_reader.h"
 #include "common/mesh/openmesh_reader.h"
 #include "common/mesh/plain_file.h"
+#include "common/mesh/topology.h"
 
 namespace haptics {
 namespace {
@@ -70,6 +71,13 @@ Result<ImportedMesh> importSoup(const std::filesystem::path& file, const ImportO
   report.droppedOutOfRange += soup->outOfRange;
   report.polygonsTriangulated = soup->polygonsTriangulated;
   report.shapesSkipped = soup->shapesSkipped;
+  const Vec3 size_m = report.boxMax_m - report.boxMin_m;
+  const double farthest_m = options.keepCrossings ? 0 : kFarthestMend * std::max({size_m.x, size_m.y, size_m.z});
+  report.mended = mend(imported->mesh, report.closed(), farthest_m);
+  if (report.mended.trianglesCut > 0) {
+    report.kept = imported->mesh.triangles.size();
+    describeTopology(imported->mesh, report);
+  }
   return imported;
 }
 

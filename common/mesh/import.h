@@ -6,12 +6,13 @@
 #include <string>
 
 #include "common/error/error.h"
+#include "common/mesh/mend.h"
 #include "common/mesh/tri_mesh.h"
 
 namespace haptics {
 
 /// Faces around one vertex above which the contact search cannot look at all of them in one tick.
-inline constexpr std::uint32_t kCrowdedValence = 512;
+inline constexpr std::uint32_t kCrowdedValence = 1600;
 
 /// What import found in a file and what it did about it. Counts are of triangles unless the name says otherwise.
 struct MeshReport {
@@ -32,6 +33,7 @@ struct MeshReport {
   std::uint64_t slivers = 0;            ///< More than 1,000 times as long as high; kept.
   std::uint64_t crowdedVertices = 0;    ///< More than kCrowdedValence triangles around them.
   std::uint32_t maxValence = 0;         ///< Most triangles around one vertex.
+  Mended mended;                        ///< What was done where the mesh passed through itself.
   double meanEdge_m = 0;
   Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.
   double scale_m = 1;             ///< Metres per file unit that was applied.
@@ -44,7 +46,8 @@ struct MeshReport {
 struct ImportOptions {
   double unit_m = 1;  ///< Metres per unit of the file.
   std::optional<double> largestExtent_m =
-      std::nullopt;  ///< Instead: scale so that the longest side has this length, centre at 0.
+      std::nullopt;            ///< Instead: scale so that the longest side has this length, centre at 0.
+  bool keepCrossings = false;  ///< Leave a mesh that passes through itself as it is (importMesh() only).
 };
 
 struct ImportedMesh {
@@ -53,7 +56,7 @@ struct ImportedMesh {
 };
 
 /// Reads .obj, .ply, .stl, .off, .om (OpenMesh) and .iv (Coin) by file name extension; welds, drops what cannot be
-/// felt, scales, puts into canonical order and reports. Nothing is dropped silently. Errors name the file and what
+/// felt, scales, puts into canonical order, mends and reports. Nothing is dropped silently. Errors name the file and what
 /// would be right: missing, empty, unreadable, truncated, header claiming more than the file can hold, unknown format,
 /// non-finite vertex, no triangle left.
 [[nodiscard]] Result<ImportedMesh> importMesh(const std::filesystem::path& file, const ImportOptions& options);

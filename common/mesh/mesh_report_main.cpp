@@ -41,6 +41,12 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Impor
               {"non_manifold_edges", r.nonManifoldEdges},
               {"inconsistent_edges", r.inconsistentEdges},
               {"closed", r.closed()},
+              {"crossings", r.mended.crossings},
+              {"crossings_left", r.mended.crossingsLeft},
+              {"crossings_searched", r.mended.searched},
+              {"triangles_cut", r.mended.trianglesCut},
+              {"triangles_filled", r.mended.trianglesFilled},
+              {"farthest_mend_m", r.mended.farthest_m},
               {"slivers", r.slivers},
               {"crowded_vertices", r.crowdedVertices},
               {"max_valence", r.maxValence},
@@ -52,15 +58,15 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Impor
 }
 
 void printHeading() {
-  std::cout
-      << "| file | triangles | kept | degenerate | out of range | duplicate | skipped parts | boundary edges | "
-         "T-junctions | non-manifold | flipped | slivers | closed | max valence | size m |\n"
-         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | ---: | --- |\n";
+  std::cout << "| file | triangles | kept | degenerate | out of range | duplicate | skipped parts | boundary edges | "
+               "T-junctions | non-manifold | flipped | crossings | left | slivers | closed | max valence | size m |\n"
+               "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- "
+               "| ---: | --- |\n";
 }
 
 void printRow(const std::string& file, const haptics::Result<ImportedMesh>& imported) {
   if (!imported) {
-    std::cout << "| " << file << " | refused: " << imported.error().reason << " | | | | | | | | | | | | | |\n";
+    std::cout << "| " << file << " | refused: " << imported.error().reason << " | | | | | | | | | | | | | | | |\n";
     return;
   }
   const MeshReport& r = imported->report;
@@ -70,7 +76,8 @@ void printRow(const std::string& file, const haptics::Result<ImportedMesh>& impo
   std::cout << "| " << file << " | " << r.trianglesInFile << " | " << r.kept << " | " << r.droppedDegenerate << " | "
             << r.droppedOutOfRange << " | " << r.duplicateFaces << " | " << r.shapesSkipped << " | " << r.boundaryEdges
             << " | " << r.tJunctions << " | " << r.nonManifoldEdges << " | " << r.inconsistentEdges << " | "
-            << r.slivers << " | " << (r.closed() ? "yes" : "no") << " | " << r.maxValence << " | " << sizes << " |\n";
+            << r.mended.crossings << " | " << r.mended.crossingsLeft << " | " << r.slivers << " | "
+            << (r.closed() ? "yes" : "no") << " | " << r.maxValence << " | " << sizes << " |\n";
 }
 
 }  // namespace

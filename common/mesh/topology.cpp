@@ -78,6 +78,7 @@ void countDuplicates(const TriMesh& mesh, MeshReport& report) {
 }  // namespace
 
 void describeTopology(const TriMesh& mesh, MeshReport& report) {
+  report.nonManifoldEdges = report.inconsistentEdges = report.duplicateFaces = report.slivers = 0;
   describeEdges(mesh, report);
   countDuplicates(mesh, report);
   describeFaces(mesh, report);
@@ -104,6 +105,16 @@ std::string MeshReport::text() const {
   mention(tJunctions, "of them T-junctions");
   mention(nonManifoldEdges, "non-manifold edges");
   mention(inconsistentEdges, "edges with one face flipped");
+  mention(mended.crossings, "pairs of triangles that pass through each other");
+  mention(mended.crossingsLeft, "of them left as they are");
+  if (mended.trianglesCut > 0) {
+    char cut[120];
+    std::snprintf(cut, sizeof cut, ", %llu triangles cut out there and %llu put in their place, %.3g mm off at most",
+                  static_cast<unsigned long long>(mended.trianglesCut),
+                  static_cast<unsigned long long>(mended.trianglesFilled), mended.farthest_m * 1e3);
+    line += cut;
+  }
+  if (!mended.searched) line += ", not searched for triangles that pass through each other: too many long ones";
   mention(slivers, "slivers");
   mention(crowdedVertices, "vertices with so many faces that a search around them takes several ticks");
   if (closed()) line += ", closed";

@@ -4,7 +4,7 @@
 
 namespace haptics {
 
-/// Fills in what the kept mesh itself tells: edges by kind, duplicate faces, valence, mean edge, bounding box.
+/// Fills in what the kept mesh itself tells: edges by kind, duplicate faces, valence, mean edge, bounding box. Overwrites.
 void describeTopology(const TriMesh& mesh, MeshReport& report);
 
 }  // namespace haptics

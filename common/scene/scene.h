@@ -122,7 +122,8 @@ struct MeshSource {
   std::variant<BoxSource, SphereSource, CylinderSource, TorusSource, FileSource, AssetSource> source;
   double unit_m = 1;  ///< Metres per unit of a file.
   std::optional<double> largestExtent_m =
-      std::nullopt;  ///< Instead of unit_m: scale to this longest side, centre at the origin.
+      std::nullopt;            ///< Instead of unit_m: scale to this longest side, centre at the origin.
+  bool keepCrossings = false;  ///< Of a file: ImportOptions::keepCrossings.
 };
 
 struct PoseEdit {

@@ -67,6 +67,7 @@ Result<MeshSource> fileFrom(const v1::MeshSource& message) {
     if (auto bad = checkLength(message.largest_extent_m(), "largest_extent_m")) return refuse(bad);
     mesh.largestExtent_m = message.largest_extent_m();
   }
+  mesh.keepCrossings = message.keep_crossings();
   return mesh;
 }
 
@@ -134,6 +135,8 @@ Result<MeshSource> meshFrom(const v1::MeshSource& message) {
   if (message.source_case() == v1::MeshSource::kFile) return fileFrom(message);
   if (message.has_unit_m()) return refused("unit_m", "is for files only; other meshes are in metres");
   if (message.has_largest_extent_m()) return refused("largest_extent_m", "is for files only; give the size itself");
+  if (message.has_keep_crossings())
+    return refused("keep_crossings", "is for files only; other meshes are left as they are");
   switch (message.source_case()) {
     case v1::MeshSource::kAsset: {
       const auto hash = hashFromWire(message.asset(), "asset");

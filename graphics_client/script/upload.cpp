@@ -69,6 +69,7 @@ Result<LocalAsset> meshIn(const std::filesystem::path& file, const v1::MeshSourc
   ImportOptions options;
   if (source.has_unit_m()) options.unit_m = source.unit_m();
   if (source.has_largest_extent_m()) options.largestExtent_m = source.largest_extent_m();
+  options.keepCrossings = source.keep_crossings();
   const auto imported = importMesh(file, options);
   if (!imported) return tl::unexpected(imported.error());
   std::fprintf(stderr, "%s: %s\n", file.c_str(), imported->report.text().c_str());

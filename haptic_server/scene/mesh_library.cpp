@@ -44,12 +44,18 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
   auto located = folders_.locate(file.path, "file");
   if (!located) return tl::unexpected(std::move(located).error());
   std::error_code error;
-  const FileKey key{located->string(), fs::last_write_time(*located, error), fs::file_size(*located, error),
-                    source.unit_m, source.largestExtent_m};
+  const FileKey key{located->string(),
+                    fs::last_write_time(*located, error),
+                    fs::file_size(*located, error),
+                    source.unit_m,
+                    source.largestExtent_m,
+                    source.keepCrossings};
   if (const auto at = imported_.find(key); at != imported_.end()) {
     if (auto asset = at->second.asset.lock()) return ResolvedMesh{std::move(asset), at->second.report};
   }
-  auto imported = importMesh(*located, {.unit_m = source.unit_m, .largestExtent_m = source.largestExtent_m});
+  auto imported = importMesh(
+      *located,
+      {.unit_m = source.unit_m, .largestExtent_m = source.largestExtent_m, .keepCrossings = source.keepCrossings});
   if (!imported) return refused("file", seenFromOutside(imported.error().text(), *located, file.path));
 
   ResolvedMesh resolved{store_.intern(std::move(imported->mesh)), file.path + ": " + imported->report.text()};

@@ -25,9 +25,9 @@ class MeshLibrary {
   [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source);
 
  private:
-  /// Canonical path, modification time, size in bytes, unit_m, largestExtent_m: the same mesh comes out.
+  /// Canonical path, modification time, size in bytes, unit_m, largestExtent_m, keepCrossings: the same mesh comes out.
   using FileKey =
-      std::tuple<std::string, std::filesystem::file_time_type, std::uintmax_t, double, std::optional<double>>;
+      std::tuple<std::string, std::filesystem::file_time_type, std::uintmax_t, double, std::optional<double>, bool>;
   struct Imported {
     std::weak_ptr<const MeshAsset> asset;
     std::string report;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "tests/eval/random.h"
+
 namespace haptics::eval {
 namespace {
 
@@ -47,7 +49,22 @@ void ReferenceProxy::resume(Vec3 ihip, Vec3 hip) {
   at_ = ihip;
   lookAround();
   at_ = pushedOff(obstacles_.touching(ihip, hip - ihip, skin_), ihip);
+  if (soup_->isInside(at_, 0)) at_ = outsideNear(ihip);
   settle(hip);
+}
+
+/// The nearest of many places that is.
+Vec3 ReferenceProxy::outsideNear(Vec3 place) const {
+  constexpr int kDirections = 512;
+  constexpr double kFarthest = 4096;  // in skins
+  for (double away = 1; away <= kFarthest; away *= 4) {
+    Random random(1);
+    for (int i = 0; i < kDirections; ++i) {
+      const Vec3 there = place + random.direction() * (away * skin_);
+      if (!soup_->isInside(there, 0)) return there;
+    }
+  }
+  return place;
 }
 
 void ReferenceProxy::follow(Vec3 hip, int parts) {

@@ -22,7 +22,8 @@ class ReferenceProxy {
 
   /// Free.
   void place(Vec3 hip);
-  /// Goes on from another proxy's place.
+  /// Goes on from another proxy's place. Where that is on walls that no place near it is above all of, as at the bottom
+  /// of a narrow crack, from a place beside it that is outside of every body.
   void resume(Vec3 ihip, Vec3 hip);
   void follow(Vec3 hip, int parts);
 
@@ -41,6 +42,7 @@ class ReferenceProxy {
     [[nodiscard]] std::optional<Vec3> nearest(Vec3 h, double slack);
   };
 
+  [[nodiscard]] Vec3 outsideNear(Vec3 place) const;
   void settle(Vec3 h);
   [[nodiscard]] bool hop(Vec3 h);
   [[nodiscard]] bool move(Vec3 h);

@@ -1,0 +1,195 @@
+#include "common/mesh/mend.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include "common/mesh/crossings.h"
+#include "common/mesh/hole_filling.h"
+#include "common/mesh/patch.h"
+
+namespace haptics {
+namespace {
+
+/// Of how far mending may change the surface: how wide a crack is, on average, that is filled however deep it is, because
+/// nothing could have felt its bottom. Larger closes slots that are meant.
+constexpr double kThin = 1.0 / 16;
+
+/// Disjoint sets of vertices.
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
+  std::uint32_t find(std::uint32_t x) {
+    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
+    return x;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// The vertices of the triangles that cross, one list for each place where they do.
+std::vector<Numbers> knotsOf(const TriMesh& mesh, std::span<const CrossingSearch::Pair> pairs) {
+  Sets pieces(mesh.vertices.size());
+  for (const auto [a, b, c] : mesh.triangles) {
+    pieces.join(a, b);
+    pieces.join(a, c);
+  }
+  Sets places(mesh.vertices.size());
+  Numbers all;
+  for (const auto& [a, b] : pairs) {
+    if (pieces.find(mesh.triangles[a][0]) != pieces.find(mesh.triangles[b][0])) continue;
+    for (const std::uint32_t t : {a, b}) {
+      for (const std::uint32_t v : mesh.triangles[t]) {
+        places.join(mesh.triangles[a][0], v);
+        all.push_back(v);
+      }
+    }
+  }
+  makeUnique(all);
+  std::map<std::uint32_t, Numbers> byPlace;
+  for (const std::uint32_t v : all) byPlace[places.find(v)].push_back(v);
+  std::vector<Numbers> knots;
+  for (auto& [place, vertices] : byPlace) knots.push_back(std::move(vertices));
+  return knots;
+}
+
+/// Cuts and fills. A triangle that was cut and not replaced names one vertex three times until the end.
+class Mender {
+ public:
+  Mender(TriMesh& mesh, CrossingSearch& search, double farthest_m)
+      : mesh_(mesh), search_(search), farthest_m_(farthest_m), fans_(mesh), changed_(mesh.triangles.size(), false) {}
+
+  /// Returns whether the place was mended.
+  bool mend(const Numbers& knot, Mended& result) {
+    constexpr int kMostRings = 16;
+    constexpr std::size_t kMostTriangles = 4096;
+    Numbers vertices = knot;
+    for (int rings = 0; rings <= kMostRings; ++rings) {
+      const Numbers cut = fans_.around(vertices);
+      if (cut.size() > kMostTriangles) return false;
+      if (replace(cut, result)) return true;
+      for (const std::uint32_t t : cut) {
+        vertices.insert(vertices.end(), mesh_.triangles[t].begin(), mesh_.triangles[t].end());
+      }
+      makeUnique(vertices);
+    }
+    return false;
+  }
+
+ private:
+  bool replace(const Numbers& cut, Mended& result) {
+    const auto rims = rimsOf(mesh_, fans_, cut);
+    if (!rims) return false;
+    const std::vector<Numbers> islands = islandsOf(mesh_, fans_, cut, *rims);
+    const Patch before = patchOf(mesh_.vertices, trianglesOf(cut));
+    Patch after;
+    Numbers out = cut;
+    std::vector<TriangleIndices> in;
+    for (std::size_t i = 0; i < rims->size(); ++i) {
+      const auto isTaken = [&](std::uint32_t a, std::uint32_t b) { return joinsOutside(fans_, mesh_, cut, a, b); };
+      const auto filling = fillHole(mesh_.vertices, (*rims)[i], isTaken);
+      if (!filling) return false;
+      const Patch lid = patchOf(mesh_.vertices, *filling);
+      after.insert(after.end(), lid.begin(), lid.end());
+      if (islands[i].empty()) {
+        in.insert(in.end(), filling->begin(), filling->end());
+      } else if (isClosedOff(islands[i], lid, before)) {
+        out.insert(out.end(), islands[i].begin(), islands[i].end());
+      } else {
+        return false;
+      }
+    }
+    makeUnique(out);
+    const double farthest_m = farthestFrom(before, after);
+    const double void_m3 = volumeUnder(after) - volumeUnder(before);
+    const bool isFar = farthest_m > farthest_m_;
+    const bool isThinCrack = void_m3 >= 0 && void_m3 <= kThin * farthest_m_ * areaOf(before) / 2;
+    if ((isFar && !isThinCrack) || !exchange(out, in)) return false;
+    result.trianglesCut += out.size();
+    result.trianglesFilled += in.size();
+    if (!isFar) result.farthest_m = std::max(result.farthest_m, farthest_m);
+    return true;
+  }
+
+  [[nodiscard]] std::vector<TriangleIndices> trianglesOf(const Numbers& numbers) const {
+    std::vector<TriangleIndices> triangles;
+    for (const std::uint32_t t : numbers) triangles.push_back(mesh_.triangles[t]);
+    return triangles;
+  }
+
+  /// Is an island the wall of a hollow in the body whose mouth was where the mesh crossed? Nothing can feel it then.
+  [[nodiscard]] bool isClosedOff(const Numbers& island, const Patch& lid, const Patch& cut) const {
+    const Patch wall = patchOf(mesh_.vertices, trianglesOf(island));
+    return volumeUnder(wall) + volumeUnder(lid) < 0 && farthestFrom(lid, cut) <= farthest_m_;
+  }
+
+  /// Puts triangles in the place of others, unless they cross something.
+  bool exchange(const Numbers& out, const std::vector<TriangleIndices>& in) {
+    const auto isChanged = [&](std::uint32_t t) { return changed_[t]; };
+    if (in.size() > out.size() || std::any_of(out.begin(), out.end(), isChanged)) return false;
+    const std::vector<TriangleIndices> before = trianglesOf(out);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const std::uint32_t v = before[i][0];
+      mesh_.triangles[out[i]] = i < in.size() ? in[i] : TriangleIndices{v, v, v};
+    }
+    search_.refit(out);
+    if (search_.any(out)) {
+      for (std::size_t i = 0; i < out.size(); ++i) mesh_.triangles[out[i]] = before[i];
+      search_.refit(out);
+      return false;
+    }
+    for (const std::uint32_t t : out) changed_[t] = true;
+    return true;
+  }
+
+  TriMesh& mesh_;
+  CrossingSearch& search_;
+  double farthest_m_;
+  Fans fans_;
+  std::vector<bool> changed_;
+};
+
+/// Back to canonical order: without what was cut, vertices in the order of first use.
+void dropCut(TriMesh& mesh) {
+  std::erase_if(mesh.triangles, [](const TriangleIndices& t) { return t[0] == t[1]; });
+  constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
+  std::vector<Vec3f> vertices;
+  for (TriangleIndices& t : mesh.triangles) {
+    for (std::uint32_t& v : t) {
+      if (number[v] == kNone) {
+        number[v] = static_cast<std::uint32_t>(vertices.size());
+        vertices.push_back(mesh.vertices[v]);
+      }
+      v = number[v];
+    }
+  }
+  mesh.vertices = std::move(vertices);
+}
+
+}  // namespace
+
+Mended mend(TriMesh& mesh, bool closed, double farthest_m) {
+  constexpr int kMostPasses = 4;  // places that touch each other are mended in turn
+  Mended result;
+  for (int pass = 0;; ++pass) {
+    CrossingSearch search(mesh);
+    const auto pairs = search.all();
+    result.searched = pairs.has_value();
+    result.crossingsLeft = pairs ? pairs->size() : result.crossings;
+    if (pass == 0) result.crossings = result.crossingsLeft;
+    if (!pairs || pairs->empty() || !closed || !(farthest_m > 0) || pass == kMostPasses) break;
+    Mender mender(mesh, search, farthest_m);
+    bool any = false;
+    for (const Numbers& knot : knotsOf(mesh, *pairs)) any = mender.mend(knot, result) || any;
+    if (!any) break;
+    dropCut(mesh);
+  }
+  return result;
+}
+
+}  // namespace haptics

@@ -1,0 +1,173 @@
+#include "common/mesh/patch.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+#include <utility>
+
+namespace haptics {
+namespace {
+
+using Side = std::pair<std::uint32_t, std::uint32_t>;
+
+bool names(const TriangleIndices& triangle, std::uint32_t vertex) {
+  return std::find(triangle.begin(), triangle.end(), vertex) != triangle.end();
+}
+
+bool holds(const Numbers& numbers, std::uint32_t n) { return std::binary_search(numbers.begin(), numbers.end(), n); }
+
+Vec3 areaNormal(const std::array<Vec3, 3>& t) { return glm::cross(t[1] - t[0], t[2] - t[0]); }
+
+double squaredDistanceToLine(Vec3 p, Vec3 a, Vec3 b) {
+  const Vec3 along = b - a;
+  const double time = glm::clamp(glm::dot(p - a, along) / squaredLength(along), 0.0, 1.0);
+  return squaredLength(p - a - along * time);
+}
+
+double squaredDistance(Vec3 p, const std::array<Vec3, 3>& t) {
+  const Vec3 normal = areaNormal(t);
+  bool over = true;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 a = t[k], b = t[(k + 1) % 3];
+    over = over && glm::dot(glm::cross(normal, b - a), p - a) >= 0;
+    least = std::min(least, squaredDistanceToLine(p, a, b));
+  }
+  const double height = glm::dot(normal, p - t[0]);
+  return over ? height * height / squaredLength(normal) : least;
+}
+
+/// The normal of the triangle that is not cut and runs along the side the other way.
+std::optional<Vec3> normalBeside(const TriMesh& mesh, const Fans& fans, const Numbers& cut, Side side) {
+  for (const std::uint32_t t : fans.of(side.first)) {
+    const TriangleIndices& triangle = mesh.triangles[t];
+    if (holds(cut, t) || !names(triangle, side.second)) continue;
+    return areaNormal(
+        {Vec3(mesh.vertices[triangle[0]]), Vec3(mesh.vertices[triangle[1]]), Vec3(mesh.vertices[triangle[2]])});
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void makeUnique(Numbers& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+Fans::Fans(const TriMesh& mesh) : begin_(mesh.vertices.size() + 1, 0), triangles_(3 * mesh.triangles.size()) {
+  for (const TriangleIndices& triangle : mesh.triangles) {
+    for (const std::uint32_t v : triangle) ++begin_[v + 1];
+  }
+  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) triangles_[next[v]++] = t;
+  }
+}
+
+Numbers Fans::around(const Numbers& vertices) const {
+  Numbers triangles;
+  for (const std::uint32_t v : vertices) {
+    const auto fan = of(v);
+    triangles.insert(triangles.end(), fan.begin(), fan.end());
+  }
+  makeUnique(triangles);
+  return triangles;
+}
+
+std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut) {
+  std::vector<Side> sides;
+  for (const std::uint32_t t : cut) {
+    const auto [a, b, c] = mesh.triangles[t];
+    sides.insert(sides.end(), {{a, b}, {b, c}, {c, a}});
+  }
+  std::sort(sides.begin(), sides.end());
+  std::map<std::uint32_t, std::uint32_t> next;
+  for (const auto& [a, b] : sides) {
+    if (std::binary_search(sides.begin(), sides.end(), Side{b, a})) continue;
+    if (!next.emplace(a, b).second) return std::nullopt;  // rims touch
+  }
+  std::vector<Rim> rims;
+  while (!next.empty()) {
+    Rim rim;
+    for (auto at = next.begin(); at != next.end(); at = next.find(rim.corners.back())) {
+      const auto beside = normalBeside(mesh, fans, cut, *at);
+      if (!beside) return std::nullopt;
+      rim.beside.push_back(*beside);
+      if (rim.corners.empty()) rim.corners.push_back(at->first);
+      rim.corners.push_back(at->second);
+      next.erase(at);
+    }
+    if (rim.corners.front() != rim.corners.back()) return std::nullopt;
+    rim.corners.pop_back();
+    rims.push_back(std::move(rim));
+  }
+  return rims.empty() ? std::nullopt : std::optional(std::move(rims));
+}
+
+std::vector<Numbers> islandsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut, std::span<const Rim> rims) {
+  constexpr std::size_t kLarge = 8192;  // vertices that are none
+  std::vector<Numbers> islands;
+  for (const Rim& rim : rims) {
+    std::set<std::uint32_t> seen{rim.corners.front()};
+    Numbers stack{rim.corners.front()};
+    Numbers triangles;
+    while (!stack.empty() && seen.size() < kLarge) {
+      const std::uint32_t at = stack.back();
+      stack.pop_back();
+      for (const std::uint32_t t : fans.of(at)) {
+        if (holds(cut, t)) continue;
+        triangles.push_back(t);
+        for (const std::uint32_t v : mesh.triangles[t]) {
+          if (seen.insert(v).second) stack.push_back(v);
+        }
+      }
+    }
+    const auto isSeen = [&](const Rim& other) { return seen.contains(other.corners.front()); };
+    if (!stack.empty() || std::all_of(rims.begin(), rims.end(), isSeen)) triangles.clear();
+    makeUnique(triangles);
+    islands.push_back(std::move(triangles));
+  }
+  return islands;
+}
+
+bool joinsOutside(const Fans& fans, const TriMesh& mesh, const Numbers& cut, std::uint32_t a, std::uint32_t b) {
+  const auto fan = fans.of(a);
+  return std::any_of(fan.begin(), fan.end(),
+                     [&](std::uint32_t t) { return names(mesh.triangles[t], b) && !holds(cut, t); });
+}
+
+Patch patchOf(const std::vector<Vec3f>& vertices, std::span<const TriangleIndices> triangles) {
+  Patch patch;
+  for (const auto [a, b, c] : triangles) patch.push_back({Vec3(vertices[a]), Vec3(vertices[b]), Vec3(vertices[c])});
+  return patch;
+}
+
+double areaOf(const Patch& patch) {
+  double area = 0;
+  for (const auto& t : patch) area += glm::length(areaNormal(t)) / 2;
+  return area;
+}
+
+double volumeUnder(const Patch& patch) {
+  double volume = 0;
+  for (const auto& t : patch) volume += glm::dot(t[0], glm::cross(t[1], t[2])) / 6;
+  return volume;
+}
+
+double farthestFrom(const Patch& patch, const Patch& other) {
+  double farthest2 = 0;
+  for (const auto& t : patch) {
+    for (const Vec3 place : {t[0], t[1], t[2], (t[0] + t[1] + t[2]) / 3.0}) {
+      double nearest2 = std::numeric_limits<double>::infinity();
+      for (const auto& o : other) nearest2 = std::min(nearest2, squaredDistance(place, o));
+      farthest2 = std::max(farthest2, nearest2);
+    }
+  }
+  return std::sqrt(farthest2);
+}
+
+}  // namespace haptics
