@@ -55,7 +55,8 @@ class SheetPainter final : public vtkContextItem {
   vtkTypeMacro(SheetPainter, vtkContextItem) void set(const ContactSheet& sheet) { sheet_ = &sheet; }
 
   [[nodiscard]] static double cardsHeight(const ContactSheet& sheet) {
-    return static_cast<double>((sheet.cards.size() + 1) / 2) * (kCardHeight + kGap);
+    const std::size_t rows = (sheet.cards.size() + 1) / 2;
+    return static_cast<double>(rows) * (kCardHeight + kGap);
   }
   [[nodiscard]] static int height_px(const ContactSheet& sheet) {
     return static_cast<int>(kHeader + kLine * static_cast<double>(sheet.caption.size()) + cardsHeight(sheet) +
@@ -72,7 +73,8 @@ class SheetPainter final : public vtkContextItem {
     }
     for (std::size_t i = 0; i < sheet_->cards.size(); ++i) {
       const double left = kMargin + static_cast<double>(i % 2) * (kCardWidth + kGap);
-      card(canvas, sheet_->cards[i], left, top - static_cast<double>(i / 2 + 1) * (kCardHeight + kGap) + kGap / 2);
+      const std::size_t row = i / 2 + 1;
+      card(canvas, sheet_->cards[i], left, top - static_cast<double>(row) * (kCardHeight + kGap) + kGap / 2);
     }
     top -= cardsHeight(*sheet_);
     grids(canvas, sheet_->grids, top - kGridsHeight);

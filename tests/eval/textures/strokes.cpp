@@ -46,15 +46,9 @@ class Work {
 }  // namespace
 
 double ReferenceHeight::slope(double x_m) const {
-  constexpr double kStep_m = 5e-6;
+  constexpr double kStep_m = 0.5e-6;
   const auto h = [&](int steps) { return at(x_m + steps * kStep_m); };
   return (8 * (h(1) - h(-1)) - (h(2) - h(-2))) / (12 * kStep_m);
-}
-
-double ReferenceHeight::curvature_per_m(double x_m) const {
-  constexpr double kStep_m = 5e-6;
-  const auto h = [&](int steps) { return at(x_m + steps * kStep_m); };
-  return (16 * (h(1) + h(-1)) - (h(2) + h(-2)) - 30 * h(0)) / (12 * kStep_m * kStep_m);
 }
 
 StrokeSignals strokeOver(const Exhibit& exhibit, const Texture& texture, const Feel& feel) {
@@ -115,9 +109,10 @@ LateralStiffness lateralStiffnessOf(const Exhibit& exhibit, const Texture& textu
     const double x_m = alongStroke(i * (kSamples / kPlaces));
     const double left = lateralForce(x_m - kAside_m);
     const double measured = (left - lateralForce(x_m + kAside_m)) / (2 * kAside_m);
-    const double slope = height.slope(x_m);
+    // The mean over the displacement, for curvature may jump: h h' has the derivative h'^2 + h h''.
+    const auto lever = [&](double at_m) { return height.at(at_m) * height.slope(at_m); };
     const double derived =
-        feel.stiffness_N_per_m * texture.gain_K * (slope * slope + height.at(x_m) * height.curvature_per_m(x_m));
+        feel.stiffness_N_per_m * texture.gain_K * (lever(x_m + kAside_m) - lever(x_m - kAside_m)) / (2 * kAside_m);
     result.measuredMax_N_per_m = std::max(result.measuredMax_N_per_m, measured);
     result.derivedMax_N_per_m = std::max(result.derivedMax_N_per_m, derived);
     error = std::max(error, std::abs(measured - derived));

@@ -32,9 +32,8 @@ class ReferenceHeight {
   [[nodiscard]] double at(double x_m, double y_m = kStrokeAcross_m) const {
     return amplitude_m_ * (reference_({x_m, y_m, 0}) - zero_);
   }
-  /// By differences of fourth order over 5 um.
+  /// By differences of fourth order over 0.5 um.
   [[nodiscard]] double slope(double x_m) const;
-  [[nodiscard]] double curvature_per_m(double x_m) const;
 
  private:
   const Reference& reference_;
