@@ -109,6 +109,13 @@ class Feeling {
     return heldShare(contact_.ihip - state_.hip, other(0), other(1), holding.size() > 2 ? other(2) : Vec3(0));
   }
 
+  /// Two points this far apart: does their difference say more than how they were rounded? Without a texture it does not
+  /// matter, for then the force is as small.
+  [[nodiscard]] bool tellsDirection(double apart_m, std::size_t body) const noexcept {
+    constexpr double kRounding = 0x1p-30;  // of the coordinates, which leaves the direction 2^-22
+    return apart_m > kRounding * state_.bodies[body].extent_m;
+  }
+
   /// What the contact core holds: the first of all.
   void feelTouched() noexcept {
     Felt& felt = felt_[count_++];
@@ -117,7 +124,8 @@ class Feeling {
     felt.triangle = state_.contact.holding[0].triangle;
     felt.from = state_.hip;
     felt.geometric_m = contact_.penetration_m;
-    felt.normal = felt.geometric_m > 0 ? (contact_.ihip - state_.hip) / felt.geometric_m : contact_.normal;
+    felt.normal =
+        tellsDirection(felt.geometric_m, felt.body) ? (contact_.ihip - state_.hip) / felt.geometric_m : contact_.normal;
     BumpWatch& watch = state_.bumps[felt.body];
     watch.triangle = felt.triangle;
     watch.clear_m = 0;
@@ -219,7 +227,8 @@ class Feeling {
     const int side = surface.closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
     felt.triangle = foot.triangle;
     felt.geometric_m = -distance_m;
-    felt.normal = body.frame.turn(distance_m > 0 ? (h - foot.point) / distance_m : normal * double(side));
+    felt.normal =
+        body.frame.turn(tellsDirection(distance_m, felt.body) ? (h - foot.point) / distance_m : normal * double(side));
     if (hasShading(felt.body)) static_cast<void>(shadeAt(felt, foot, side));
     return true;
   }

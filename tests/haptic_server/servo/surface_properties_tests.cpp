@@ -204,6 +204,25 @@ TEST(SurfaceProperties, TextureIsContinuousThroughTheSurface) {
   EXPECT_GT(last.z, 0.8 + kStiffness * 0.0003);
 }
 
+TEST(SurfaceProperties, TextureKeepsItsDirectionWhereTheHipLiesOnThePolygonsButForRounding) {
+  constexpr std::uint64_t kThere = 102;
+  constexpr double kTop_m = 0.05F;  // vertices are floats
+  for (int i = 0; i < 200; ++i) {
+    ServoObject object = withGrating(slab(), 0.004, 0.0002);
+    object.pose.rotation = glm::angleAxis(0.03 * i, glm::normalize(Vec3(1, 0.1 * i, -2)));
+    const double below_m = std::ldexp(1e-18, i % 16);
+    VirtualServo servo(
+        [&](std::uint64_t tick) {
+          const double z = tick < kThere ? 1e-5 * static_cast<double>(kThere - tick) : -below_m;
+          return toWorld(object.pose, Vec3(0.004 * (i % 5), 0.0123 + 1e-4 * i, kTop_m + z));
+        },
+        kConfig);
+    servo.adopt(sceneOf(1, {object}));
+    const Vec3 force = servo.run(kThere + 1).force.texture;
+    EXPECT_LE(glm::distance(force, object.pose.rotation * Vec3(0, 0, kStiffness * 0.0004)), 1e-4) << i;
+  }
+}
+
 TEST(SurfaceProperties, TextureGivesEquation4aSideways) {
   VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
   servo.adopt(sceneOf(1, {withGrating(slab(), 0.003, 0.0002, 1.5)}));
