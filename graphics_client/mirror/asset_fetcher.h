@@ -42,7 +42,7 @@ class AssetFetcher {
   struct Transfer {
     AssetKind kind = AssetKind::kMesh;
     Phase phase = Phase::kWaiting;
-    std::string bytes;
+    std::string bytes{};
     std::uint64_t total_bytes = 0;  // 0: not known yet
   };
   std::map<ContentHash, Transfer> transfers_;
