@@ -53,6 +53,7 @@ std::vector<Numbers> knotsOf(const TriMesh& mesh, std::span<const CrossingSearch
   std::map<std::uint32_t, Numbers> byPlace;
   for (const std::uint32_t v : all) byPlace[places.find(v)].push_back(v);
   std::vector<Numbers> knots;
+  knots.reserve(byPlace.size());
   for (auto& [place, vertices] : byPlace) knots.push_back(std::move(vertices));
   return knots;
 }

@@ -17,9 +17,9 @@ using Vec4 = glm::dvec4;  // gradient, value
 double normal(std::uint64_t bits) noexcept {
   constexpr int kCounted = 48;
   constexpr double kInverseDeviation = 0.2876779808912305;  // (48 / 4 + 1 / 12)^(-1/2)
-  const int set = std::popcount(bits << (64 - kCounted));
+  const int above = std::popcount(bits << (64 - kCounted)) - kCounted / 2;
   const double smeared = static_cast<double>(bits >> kCounted) * 0x1p-16 + (0x1p-17 - 0.5);
-  return (set - kCounted / 2 + smeared) * kInverseDeviation;
+  return (above + smeared) * kInverseDeviation;
 }
 
 /// Weights of two neighbours whose squares add up to 1, and their slopes.

@@ -6,6 +6,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "graphics_client/viewer/floor.h"
@@ -141,7 +142,7 @@ void ObjectActors::colorPoints(const Paint& paint) {
     const double parts[] = {shade.red, shade.green, shade.blue};
     for (int k = 0; k < 3; ++k) {
       const double part = 255 * std::clamp(parts[k] * brightness, 0.0, 1.0);
-      colors->SetTypedComponent(i, k, static_cast<unsigned char>(part + 0.5));
+      colors->SetTypedComponent(i, k, static_cast<unsigned char>(std::lround(part)));
     }
   }
   for (const Part& part : parts_) part.drawn->GetPointData()->SetScalars(colors);

@@ -22,7 +22,7 @@ vtkSmartPointer<vtkPoints> pointsOf(std::span<const Vec3> places) {
 
 /// As the mapper wants it: three floats to each.
 vtkSmartPointer<vtkFloatArray> floatsOf(std::span<const Vec3f> vectors) {
-  const auto array = vtkSmartPointer<vtkFloatArray>::New();
+  auto array = vtkSmartPointer<vtkFloatArray>::New();
   array->SetNumberOfComponents(3);
   array->SetNumberOfTuples(static_cast<vtkIdType>(vectors.size()));
   if (!vectors.empty()) std::copy_n(&vectors.front().x, 3 * vectors.size(), array->GetPointer(0));
@@ -51,9 +51,9 @@ vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points, std::spa
 
 vtkSmartPointer<vtkCellArray> cellsOf(std::span<const TriangleIndices> triangles) {
   vtkNew<vtkTypeInt32Array> corners;
-  corners->SetNumberOfValues(static_cast<vtkIdType>(3 * triangles.size()));
+  corners->SetNumberOfValues(3 * static_cast<vtkIdType>(triangles.size()));
   if (!triangles.empty()) std::copy_n(triangles.front().data(), 3 * triangles.size(), corners->GetPointer(0));
-  const auto cells = vtkSmartPointer<vtkCellArray>::New();
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
   cells->SetData(3, corners);
   return cells;
 }

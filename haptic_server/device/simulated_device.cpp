@@ -8,8 +8,13 @@ namespace haptics {
 namespace {
 
 DeviceInfo describe(const DevicePreset& preset) {
-  return {std::string(preset.title) + " (simulated)", preset.maxForce_N, preset.maxStiffness_N_per_m,
-          preset.maxDamping_Ns_per_m, preset.resolution_m, preset.apparentMass_kg, preset.viscousFriction_Ns_per_m,
+  return {std::string(preset.title) + " (simulated)",
+          preset.maxForce_N,
+          preset.maxStiffness_N_per_m,
+          preset.maxDamping_Ns_per_m,
+          preset.resolution_m,
+          preset.apparentMass_kg,
+          preset.viscousFriction_Ns_per_m,
           preset.coulombFriction_N};
 }
 
