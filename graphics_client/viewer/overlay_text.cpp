@@ -92,7 +92,7 @@ std::string components(Vec3 v, double scale) {
 OverlayLine detailLine(const std::optional<CoarseDetail>& coarse) {
   if (!coarse) return {"Surfaces", "drawn as felt"};
   return {"Surfaces",
-          formatted("%.2g mm felt, %.2g mm drawn", coarse->detail_m * kMillimetresPerMetre,
+          formatted("felt %.2g, drawn %.2g mm", coarse->detail_m * kMillimetresPerMetre,
                     coarse->edge_m * kMillimetresPerMetre),
           Tone::kWarning};
 }

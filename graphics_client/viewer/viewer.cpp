@@ -26,8 +26,8 @@ constexpr double kRateWindow_s = 1;
 constexpr double kShownForce_N = 1.0;
 /// Time in which the close-up's camera comes to rest (seconds).
 constexpr double kSettled_s = 10;
-/// Triangles for the textures of all objects together, half of which face away: what software rendering draws 30 times a
-/// second, and what a graphics card does or a picture is worth.
+/// Triangles for the textures of all objects together, half of which face away: what leaves software rendering on two
+/// cores some 15 frames a second, and what a graphics card does or a picture is worth.
 constexpr std::size_t kSoftwareTriangles = 150'000, kStillTriangles = 1'000'000;
 /// Sizes in the close-up: larger markers, and arrows that stay inside it.
 constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrowRadius_px = 2.8};

@@ -118,7 +118,7 @@ TEST_F(Touching, StatusSaysWhereSurfacesAreDrawnCoarserThanFelt) {
   EXPECT_EQ(status("Surfaces").value, "drawn as felt");
   const CoarseDetail coarse{.object = "sandpaper", .detail_m = 0.0003, .edge_m = 0.00041};
   const OverlayLine line = find(statusLines(view, kFresh_s, 60, coarse), "Surfaces");
-  EXPECT_EQ(line, (OverlayLine{"Surfaces", "0.3 mm felt, 0.41 mm drawn", Tone::kWarning}));
+  EXPECT_EQ(line, (OverlayLine{"Surfaces", "felt 0.3, drawn 0.41 mm", Tone::kWarning}));
 }
 
 TEST_F(Touching, TheCardsKeepTheirShapeWhateverIsKnown) {
