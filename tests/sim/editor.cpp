@@ -77,17 +77,34 @@ void Editor::increment() {
   client_.submit(std::move(transaction), std::move(intent));
 }
 
-/// An absolute value, whatever was there before; if doomed, with an operation behind it that cannot be.
-void Editor::paint(bool doomed) {
+/// An edit of an object's material, still without a change.
+struct Editor::MaterialEdit {
+  std::string object;
+  v1::Transaction transaction;
+  [[nodiscard]] v1::Material& material() {
+    return *transaction.mutable_operations(0)->mutable_set_material()->mutable_material();
+  }
+};
+
+/// Of any object; none before the client has joined.
+std::optional<Editor::MaterialEdit> Editor::someMaterial() {
   const auto& objects = client_.mirror().scene().objects();
-  if (objects.empty()) return;  // not joined yet
+  if (objects.empty()) return std::nullopt;
   const ObjectRecord& object = *objects[stage_.random.below(objects.size())];
   v1::Transaction transaction;
   v1::SetMaterial& set = *transaction.add_operations()->mutable_set_material();
   refer(stage_.random, object, *set.mutable_object());
-  set.mutable_material()->mutable_color()->set_red(static_cast<float>(stage_.random.uniform(0, 1)));
-  if (doomed) transaction.add_operations()->mutable_remove()->mutable_object()->set_name("nowhere");
-  client_.submit(std::move(transaction), {doomed ? Intent::Kind::kDoomed : Intent::Kind::kBlind, {}, object.name});
+  return MaterialEdit{object.name, std::move(transaction)};
+}
+
+/// An absolute value, whatever was there before; if doomed, with an operation behind it that cannot be.
+void Editor::paint(bool doomed) {
+  auto edit = someMaterial();
+  if (!edit) return;
+  edit->material().mutable_color()->set_red(static_cast<float>(stage_.random.uniform(0, 1)));
+  if (doomed) edit->transaction.add_operations()->mutable_remove()->mutable_object()->set_name("nowhere");
+  client_.submit(std::move(edit->transaction),
+                 {doomed ? Intent::Kind::kDoomed : Intent::Kind::kBlind, {}, edit->object});
 }
 
 void Editor::addBox() {
@@ -117,13 +134,9 @@ void Editor::addUpload() {
 
 /// Gives an object a property of its surface, or takes it away.
 void Editor::changeSurface() {
-  const auto& objects = client_.mirror().scene().objects();
-  if (objects.empty()) return;  // not joined yet
-  const ObjectRecord& object = *objects[stage_.random.below(objects.size())];
-  v1::Transaction transaction;
-  v1::SetMaterial& set = *transaction.add_operations()->mutable_set_material();
-  refer(stage_.random, object, *set.mutable_object());
-  v1::Material& material = *set.mutable_material();
+  auto edit = someMaterial();
+  if (!edit) return;
+  v1::Material& material = edit->material();
   switch (stage_.random.below(4)) {
     case 0:
       material.mutable_shading()->set_crease_rad(stage_.random.uniform(0.1, 3));
@@ -148,7 +161,7 @@ void Editor::changeSurface() {
       material.mutable_friction();
       material.mutable_texture();
   }
-  client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, object.name});
+  client_.submit(std::move(edit->transaction), {Intent::Kind::kBlind, {}, edit->object});
 }
 
 /// As with a mesh, the edit that names the upload may be refused.
@@ -157,19 +170,16 @@ void Editor::uploadTexture() {
   for (float& sample : samples) sample = static_cast<float>(stage_.random.below(8)) / 8;
   const SampledField field = SampledField::make(2, 2, std::move(samples)).value();
   const auto named = [this, hash = hashOf(field), alive = std::weak_ptr(alive_)](bool accepted) {
-    const auto& objects = client_.mirror().scene().objects();
-    if (!accepted || alive.expired() || objects.empty()) return;
-    const ObjectRecord& object = *objects[stage_.random.below(objects.size())];
-    v1::Transaction transaction;
-    v1::SetMaterial& set = *transaction.add_operations()->mutable_set_material();
-    refer(stage_.random, object, *set.mutable_object());
-    v1::Texture& texture = *set.mutable_material()->mutable_texture();
+    if (!accepted || alive.expired()) return;
+    auto edit = someMaterial();
+    if (!edit) return;
+    v1::Texture& texture = *edit->material().mutable_texture();
     texture.set_amplitude_m(1e-3);
     v1::MappedField& mapped = *texture.mutable_field()->mutable_mapped();
     mapped.set_asset(hash.asBytes());
     mapped.mutable_mapping()->set_shape(v1::MAPPING_SHAPE_CUBE);
     mapped.mutable_mapping()->set_tile_m(0.01);
-    client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, object.name});
+    client_.submit(std::move(edit->transaction), {Intent::Kind::kBlind, {}, edit->object});
   };
   client_.upload(AssetKind::kScalarField, encodeField(field), named);
 }

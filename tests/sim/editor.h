@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "tests/sim/sim_client.h"
@@ -35,6 +36,8 @@ class Editor {
   void editLater();
   void edit();
   void increment();
+  struct MaterialEdit;
+  [[nodiscard]] std::optional<MaterialEdit> someMaterial();
   void paint(bool doomed);
   void addBox();
   void addUpload();

@@ -9,6 +9,7 @@
 #include <vtkTextProperty.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace haptics::eval {
@@ -47,6 +48,17 @@ void Canvas::text(double x, double y, const std::string& words, int size, Colour
   context_.DrawString(narrow(x), narrow(y), words.c_str());
 }
 
+double Canvas::textWidth(const std::string& words, int size, bool bold) {
+  vtkTextProperty* property = context_.GetTextProp();
+  property->SetFontFamilyToArial();
+  property->SetFontSize(size);
+  property->SetBold(bold);
+  property->SetOrientation(0);
+  std::array<float, 4> bounds{};  // left, below, width, height
+  context_.ComputeStringBounds(words.c_str(), bounds.data());
+  return static_cast<double>(bounds[2]);
+}
+
 void Canvas::upright(double x, double y, const std::string& words, int size, Colour colour) {
   vtkTextProperty* property = context_.GetTextProp();
   property->SetFontFamilyToArial();
@@ -59,8 +71,9 @@ void Canvas::upright(double x, double y, const std::string& words, int size, Col
   context_.DrawString(narrow(x), narrow(y), words.c_str());
 }
 
-void Canvas::line(Point from, Point to, Colour colour, double width) {
+void Canvas::line(Point from, Point to, Colour colour, double width, bool dashed) {
   pen(colour, width);
+  if (dashed) context_.GetPen()->SetLineType(vtkPen::DASH_LINE);
   context_.DrawLine(narrow(from.x), narrow(from.y), narrow(to.x), narrow(to.y));
 }
 

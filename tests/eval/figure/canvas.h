@@ -32,8 +32,9 @@ class Canvas {
   /// @param y  Of the letters' foot.
   void text(double x, double y, const std::string& words, int size, Colour colour, Align align = Align::kLeft,
             bool bold = false);
+  [[nodiscard]] double textWidth(const std::string& words, int size, bool bold);
   void upright(double x, double y, const std::string& words, int size, Colour colour);
-  void line(Point from, Point to, Colour colour, double width);
+  void line(Point from, Point to, Colour colour, double width, bool dashed = false);
   void polyline(std::span<const Point> points, Colour colour, double width);
   void box(Point below, double width, double height, Colour fill);
   void disc(Point centre, double radius, Colour fill);

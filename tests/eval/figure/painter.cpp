@@ -1,10 +1,7 @@
 #include "tests/eval/figure/painter.h"
 
-#include <vtkBrush.h>
 #include <vtkContext2D.h>
 #include <vtkObjectFactory.h>
-#include <vtkPen.h>
-#include <vtkTextProperty.h>
 
 #include <algorithm>
 #include <array>
@@ -25,8 +22,6 @@ constexpr Colour kFineGrid{0.945, 0.95, 0.957};
 constexpr Colour kLimit{0.20, 0.22, 0.26};
 constexpr double kMarkerRadius = 6.5, kStrongMarkerRadius = 9;
 constexpr double kToBaseline = 11;  // of the small font, down from its middle
-
-unsigned char byteOf(double share) { return static_cast<unsigned char>(std::lround(255 * share)); }
 
 /// 0 to 1 within the decades; points beyond on the rim.
 double shareOf(double value, Decades decades) {
@@ -69,13 +64,13 @@ int FigurePainter::height_px(const Figure& figure) {
 }
 
 bool FigurePainter::Paint(vtkContext2D* painter) {
-  context_ = painter;
+  canvas_.emplace(*painter);
   const double height = height_px(*figure_);
-  text(2 * kGap, height - kHeader + 14, figure_->title, kTitleFont, Align::kLeft, kInk, true);
+  canvas_->text(2 * kGap, height - kHeader + 14, figure_->title, kTitleFont, kInk, Align::kLeft, true);
   double top = height - kHeader;
   for (const std::string& words : figure_->caption) {
     top -= kLine;
-    text(2 * kGap, top + 8, words, kTextFont, Align::kLeft, kSoft);
+    canvas_->text(2 * kGap, top + 8, words, kTextFont, kSoft);
   }
   for (std::size_t i = 0; i < figure_->panels.size(); ++i) {
     const auto column = static_cast<double>(i % figure_->columns);
@@ -87,53 +82,17 @@ bool FigurePainter::Paint(vtkContext2D* painter) {
   return true;
 }
 
-void FigurePainter::text(double x, double y, const std::string& words, int size, Align align, Colour colour,
-                         bool bold) {
-  vtkTextProperty* property = context_->GetTextProp();
-  property->SetFontFamilyToArial();
-  property->SetFontSize(size);
-  property->SetBold(bold);
-  property->SetOrientation(0);
-  property->SetColor(colour.red, colour.green, colour.blue);
-  property->SetVerticalJustificationToBottom();
-  if (align == Align::kLeft) property->SetJustificationToLeft();
-  if (align == Align::kCentre) property->SetJustificationToCentered();
-  if (align == Align::kRight) property->SetJustificationToRight();
-  context_->DrawString(static_cast<float>(x), static_cast<float>(y), words.c_str());
-}
-
-void FigurePainter::upright(double x, double y, const std::string& words, int size) {
-  vtkTextProperty* property = context_->GetTextProp();
-  property->SetFontSize(size);
-  property->SetBold(false);
-  property->SetOrientation(90);
-  property->SetColor(kInk.red, kInk.green, kInk.blue);
-  property->SetJustificationToCentered();
-  property->SetVerticalJustificationToCentered();
-  context_->DrawString(static_cast<float>(x), static_cast<float>(y), words.c_str());
-}
-
-void FigurePainter::line(double x0, double y0, double x1, double y1, Colour colour, double width, bool dashed) {
-  vtkPen* pen = context_->GetPen();
-  pen->SetColor(byteOf(colour.red), byteOf(colour.green), byteOf(colour.blue));
-  pen->SetWidth(static_cast<float>(width));
-  pen->SetLineType(dashed ? vtkPen::DASH_LINE : vtkPen::SOLID_LINE);
-  context_->DrawLine(static_cast<float>(x0), static_cast<float>(y0), static_cast<float>(x1), static_cast<float>(y1));
-}
-
 void FigurePainter::marker(double x, double y, const Style& style) {
   const double r = radiusOf(style);
   if (style.marker == Marker::kCross) {
-    for (const double s : {-1.0, 1.0}) line(x - r, y - s * r, x + r, y + s * r, style.colour, 3.5);
+    for (const double s : {-1.0, 1.0}) canvas_->line({x - r, y - s * r}, {x + r, y + s * r}, style.colour, 3.5);
     return;
   }
-  context_->GetPen()->SetLineType(vtkPen::NO_PEN);
-  context_->GetBrush()->SetColor(byteOf(style.colour.red), byteOf(style.colour.green), byteOf(style.colour.blue));
-  context_->DrawEllipse(static_cast<float>(x), static_cast<float>(y), static_cast<float>(r), static_cast<float>(r));
+  canvas_->disc({x, y}, r, style.colour);
 }
 
 void FigurePainter::paintPanel(const Panel& panel, Box box) {
-  text(box.left, box.below + kPanelHeight + 10, panel.title, kTextFont, Align::kLeft, kInk, true);
+  canvas_->text(box.left, box.below + kPanelHeight + 10, panel.title, kTextFont, kInk, Align::kLeft, true);
   paintGrid(panel, box);
   for (const bool strong : {false, true}) {
     for (const Curve& curve : panel.curves) {
@@ -147,21 +106,15 @@ void FigurePainter::paintPanel(const Panel& panel, Box box) {
 void FigurePainter::paintThreshold(const Panel& panel, Box box) {
   const double right = box.left + kPanelWidth;
   const double y = box.below + kPanelHeight * shareOf(panel.threshold->y, panel.y);
-  line(box.left, y, right, y, kLimit, 2.5, true);
+  canvas_->line({box.left, y}, {right, y}, kLimit, 2.5, true);
   constexpr double kMargin = 6, kUnder = 17;
   const Area area = areaOf(panel.threshold->label, right - kMargin, y - kUnder, Align::kRight, false);
   if (area.below < box.below || isCrossed(panel, box, area)) return;
-  text(right - kMargin, y - kUnder - kToBaseline, panel.threshold->label, kSmallFont, Align::kRight, kLimit);
+  canvas_->text(right - kMargin, y - kUnder - kToBaseline, panel.threshold->label, kSmallFont, kLimit, Align::kRight);
 }
 
 FigurePainter::Area FigurePainter::areaOf(const std::string& words, double x, double y, Align align, bool bold) {
-  vtkTextProperty* property = context_->GetTextProp();
-  property->SetFontSize(kSmallFont);
-  property->SetBold(bold);
-  property->SetOrientation(0);
-  std::array<float, 4> bounds{};  // left, below, width, height
-  context_->ComputeStringBounds(words.c_str(), bounds.data());
-  const double width = static_cast<double>(bounds[2]);
+  const double width = canvas_->textWidth(words, kSmallFont, bold);
   const double left = align == Align::kLeft ? x : align == Align::kRight ? x - width : x - width / 2;
   return {left, y - kToBaseline, left + width, y + kToBaseline};
 }
@@ -197,24 +150,24 @@ void FigurePainter::paintGrid(const Panel& panel, Box box) {
   };
   grid(panel.x, [&](double share, Colour colour, double width) {
     const double x = box.left + share * kPanelWidth;
-    line(x, box.below, x, above, colour, width);
+    canvas_->line({x, box.below}, {x, above}, colour, width);
   });
   grid(panel.y, [&](double share, Colour colour, double width) {
     const double y = box.below + share * kPanelHeight;
-    line(box.left, y, right, y, colour, width);
+    canvas_->line({box.left, y}, {right, y}, colour, width);
   });
-  line(box.left, box.below, right, box.below, kInk, 2);
-  line(box.left, box.below, box.left, above, kInk, 2);
+  canvas_->line({box.left, box.below}, {right, box.below}, kInk, 2);
+  canvas_->line({box.left, box.below}, {box.left, above}, kInk, 2);
   for (int d = panel.x.low; d <= panel.x.high; ++d) {
     const double x = box.left + kPanelWidth * (d - panel.x.low) / (panel.x.high - panel.x.low);
-    text(x, box.below - 32, numberText(d), kSmallFont, Align::kCentre, kInk);
+    canvas_->text(x, box.below - 32, numberText(d), kSmallFont, kInk, Align::kCentre);
   }
   for (int d = panel.y.low; d <= panel.y.high; ++d) {
     const double y = box.below + kPanelHeight * (d - panel.y.low) / (panel.y.high - panel.y.low);
-    text(box.left - 10, y - 11, numberText(d), kSmallFont, Align::kRight, kInk);
+    canvas_->text(box.left - 10, y - 11, numberText(d), kSmallFont, kInk, Align::kRight);
   }
-  text(box.left + kPanelWidth / 2, box.below - 70, panel.xLabel, kTextFont, Align::kCentre, kInk);
-  upright(box.left - 98, box.below + kPanelHeight / 2, panel.yLabel, kTextFont);
+  canvas_->text(box.left + kPanelWidth / 2, box.below - 70, panel.xLabel, kTextFont, kInk, Align::kCentre);
+  canvas_->upright(box.left - 98, box.below + kPanelHeight / 2, panel.yLabel, kTextFont, kInk);
 }
 
 void FigurePainter::paintCurve(const Panel& panel, const Curve& curve, Box box) {
@@ -223,7 +176,7 @@ void FigurePainter::paintCurve(const Panel& panel, const Curve& curve, Box box) 
   for (std::size_t i = 1; i < curve.points.size(); ++i) {
     const Place from = place(curve.points[i - 1]);
     const Place to = place(curve.points[i]);
-    line(from.x, from.y, to.x, to.y, style.colour, style.strong ? 5 : 2.5);
+    canvas_->line({from.x, from.y}, {to.x, to.y}, style.colour, style.strong ? 5 : 2.5);
   }
   for (const CurvePoint& point : curve.points) marker(place(point).x, place(point).y, style);
 }
@@ -241,7 +194,7 @@ void FigurePainter::paintLabels(const Panel& panel, const Curve& curve, Box box)
       const Area area = areaOf(point->label, x, at.y, align, style.strong);
       const auto covers = [&](const Area& other) { return area.overlaps(other); };
       if (area.left < box.left || isCrossed(panel, box, area) || std::ranges::any_of(written, covers)) continue;
-      text(x, at.y - kToBaseline, point->label, kSmallFont, align, style.colour, style.strong);
+      canvas_->text(x, at.y - kToBaseline, point->label, kSmallFont, style.colour, align, style.strong);
       written.push_back(area);
       break;
     }
@@ -249,17 +202,17 @@ void FigurePainter::paintLabels(const Panel& panel, const Curve& curve, Box box)
 }
 
 void FigurePainter::paintLegend(double left, double top) {
-  text(left, top - 26, figure_->legendTitle, kTextFont, Align::kLeft, kInk, true);
+  canvas_->text(left, top - 26, figure_->legendTitle, kTextFont, kInk, Align::kLeft, true);
   double y = top - kLegendTitle;
   for (const Style& style : figure_->styles) {
-    line(left, y + 8, left + 52, y + 8, style.colour, style.strong ? 5 : 2.5);
+    canvas_->line({left, y + 8}, {left + 52, y + 8}, style.colour, style.strong ? 5 : 2.5);
     marker(left + 26, y + 8, style);
-    text(left + 66, y - 4, style.name, kTextFont, Align::kLeft, kInk, style.strong);
-    text(left + 66, y - 32, style.note, kSmallFont, Align::kLeft, kSoft);
+    canvas_->text(left + 66, y - 4, style.name, kTextFont, kInk, Align::kLeft, style.strong);
+    canvas_->text(left + 66, y - 32, style.note, kSmallFont, kSoft);
     y -= kEntry;
   }
   for (const std::string& words : figure_->legendNotes) {
-    text(left, y, words, kSmallFont, Align::kLeft, kSoft);
+    canvas_->text(left, y, words, kSmallFont, kSoft);
     y -= kLine;
   }
 }

@@ -2,6 +2,9 @@
 
 #include <vtkContextItem.h>
 
+#include <optional>
+
+#include "tests/eval/figure/canvas.h"
 #include "tests/eval/figure/figure.h"
 
 namespace haptics::eval {
@@ -31,11 +34,6 @@ class FigurePainter final : public vtkContextItem {
       return left < other.right && other.left < right && below < other.above && other.below < above;
     }
   };
-  enum class Align { kLeft, kCentre, kRight };
-
-  void text(double x, double y, const std::string& words, int size, Align align, Colour colour, bool bold = false);
-  void upright(double x, double y, const std::string& words, int size);
-  void line(double x0, double y0, double x1, double y1, Colour colour, double width, bool dashed = false);
   void marker(double x, double y, const Style& style);
   void paintPanel(const Panel& panel, Box box);
   void paintGrid(const Panel& panel, Box box);
@@ -48,7 +46,7 @@ class FigurePainter final : public vtkContextItem {
   void paintLegend(double left, double top);
 
   const Figure* figure_ = nullptr;
-  vtkContext2D* context_ = nullptr;
+  std::optional<Canvas> canvas_;  // while it paints
 };
 
 }  // namespace haptics::eval

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -10,10 +12,12 @@
 
 namespace haptics::testing {
 
+constexpr double kStiffness = 800;  ///< Of slab(), N/m.
+
 /// A box of 100 mm whose upper side is the plane z = 0.
 inline ServoObject slab(std::uint64_t id = 1, Vec3 at = Vec3(0, 0, -0.05)) {
   static const auto surface = surfaceOf(makeBox(Vec3(0.1), 8).value());
-  return objectOf(id, surface, at, 800);
+  return objectOf(id, surface, at, kStiffness);
 }
 
 inline ServoObject with(ServoObject object, const SurfaceProperties& properties, const DetailFields& fields = {}) {
@@ -46,6 +50,29 @@ inline ServoObject withGrating(ServoObject object, double wavelength_m, double a
   properties.texture =
       Texture{.family = FourierFamily{}, .amplitude_m = amplitude_m, .literal = literal, .gain_K = gain};
   return with(std::move(object), properties, {gratingField(wavelength_m), nullptr, nullptr});
+}
+
+constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 1e9};
+
+/// Down to `depth_m` on the slab at x = -40 mm within 200 ticks, then along x.
+inline VirtualServo::Trajectory strokeAlongX(double depth_m, double speed_m_per_s) {
+  return [=](std::uint64_t tick) {
+    const double down = std::min(1.0, static_cast<double>(tick) / 200);
+    const double along = tick > 300 ? 1e-3 * speed_m_per_s * static_cast<double>(tick - 300) : 0;
+    return Vec3(-0.04 + along, 0.0123, 0.003 - (0.003 + depth_m) * down);
+  };
+}
+
+/// 2 mm deep into the slab, then half a millimetre along x.
+inline Vec3 pressThenAside(std::uint64_t tick) {
+  return {tick > 300 ? 0.0005 : 0, 0.0123, std::max(-0.002, 0.003 - 5e-5 * static_cast<double>(tick))};
+}
+
+/// Over the top of a sphere of 50 mm, 2 mm deep.
+inline Vec3 overSphere(std::uint64_t tick) {
+  const double down = std::min(1.0, static_cast<double>(tick) / 200);
+  const double angle = tick > 300 ? 1e-4 * static_cast<double>(tick - 300) / 0.05 : 0;
+  return (0.052 - 0.004 * down) * glm::normalize(Vec3(std::sin(angle), 0.2, std::cos(angle)));
 }
 
 }  // namespace haptics::testing
