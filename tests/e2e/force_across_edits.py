@@ -73,16 +73,19 @@ class ForceAcrossEdits(harness.EndToEnd):
         samples = read_recording(self.recording)
         index = {sample.tick: i for i, sample in enumerate(samples)}
         near = {tick + i for tick in [*adopted, moved] for i in range(FADE_TICKS)}
-        contact = [difference(b.force.contact, a.force.contact) for a, b in zip(samples, samples[1:])]
-        written = [difference(b.force.written, a.force.written) for a, b in zip(samples, samples[1:])]
-        own = max(step for step, sample in zip(contact, samples[1:]) if sample.tick not in near)
+        # A tick after missed ones may differ by as far as the hand went meanwhile; it says nothing of an edit.
+        contact = {b.tick: difference(b.force.contact, a.force.contact)
+                   for a, b in zip(samples, samples[1:]) if b.tick == a.tick + 1}
+        own = max(step for tick, step in contact.items() if tick not in near)
+        judged = [tick for tick in [*adopted, moved] if tick in contact]
+        self.assertGreater(len(judged), len(adopted) // 2, "the server missed the ticks of most of the edits")
+        for tick in judged:
+            print(f"tick {tick}: contact force steps by {contact[tick]:.3f} N; without an edit by up to {own:.3f} N")
+            self.assertLessEqual(contact[tick], 1.1 * own + MARGIN_N)
         for tick in [*adopted, moved]:
-            step = contact[index[tick] - 1]
-            print(f"tick {tick}: contact force steps by {step:.3f} N; without an edit by up to {own:.3f} N")
             self.assertEqual(samples[index[tick]].adoption_tick, tick)
-            self.assertLessEqual(step, 1.1 * own + MARGIN_N)
         at = index[moved]
-        step = max(contact[at - 1:at + MOVE_TICKS])
+        step = max(contact.get(tick, 0) for tick in range(moved, moved + MOVE_TICKS))
         print(f"tick {moved}: the surface moves 2 mm through the stylus: contact force steps by up to {step:.3f} N")
         self.assertLessEqual(step, 1.1 * own + MARGIN_N)
         self.assertGreater(samples[at].penetration_m, 0.0005, "the move must be one that matters")

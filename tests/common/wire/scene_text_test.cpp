@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 
 #include "common/wire/convert.h"
+#include "tests/common/temporary_folder.h"
 
 namespace haptics {
 namespace {
@@ -80,10 +80,7 @@ TEST(SceneText, HasALargestSize) {
 
 class SceneFile : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "haptics_scene_file_test";
+  const test::TemporaryFolder folder_;
 };
 
 TEST_F(SceneFile, IsReadByItsPath) {
@@ -102,7 +99,7 @@ TEST_F(SceneFile, IsNamedWhenItIsMissing) {
 }
 
 TEST_F(SceneFile, IsNotADirectory) {
-  const auto transaction = readSceneFile(folder_);
+  const auto transaction = readSceneFile(folder_.path());
   ASSERT_FALSE(transaction);
   EXPECT_THAT(transaction.error().text(), HasSubstr("is a directory"));
 }

@@ -10,6 +10,7 @@
 #include "common/mesh/generators.h"
 #include "graphics_client/viewer/palette.h"
 #include "graphics_client/viewer/viewer.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
 namespace haptics {
@@ -20,7 +21,8 @@ constexpr int kWidth_px = 800, kHeight_px = 640;
 /// Runs the whole viewer offscreen for a moment and reads the picture that it wrote.
 struct Picture : testing::Test {
   FakeMirror mirror;
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "viewer_picture_test.png";
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "picture.png";
   vtkNew<vtkPNGReader> reader;
   std::uint64_t frames = 0;
 

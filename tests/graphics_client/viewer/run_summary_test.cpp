@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/mesh/generators.h"
+#include "tests/common/temporary_folder.h"
 #include "tests/graphics_client/viewer/fake_mirror.h"
 
 namespace haptics {
@@ -107,13 +108,13 @@ TEST(WriteFile, NamesTheFileThatCannotBeWritten) {
 }
 
 TEST(WriteFile, ReplacesWhatWasThere) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "viewer_summary_test.json";
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "summary.json";
   ASSERT_TRUE(writeFile(file, "long old text"));
   ASSERT_TRUE(writeFile(file, "new"));
   std::string text;
   std::getline(std::ifstream(file), text);
   EXPECT_EQ(text, "new");
-  std::filesystem::remove(file);
 }
 
 }  // namespace
