@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "common/maths/vec.h"
+#include "common/telemetry/device_status.h"
 
 namespace haptics {
 
@@ -62,6 +63,7 @@ struct TelemetrySample {
   double shadingEnergy_J = 0, frictionEnergy_J = 0, textureEnergy_J = 0;
   Fault fault = Fault::kNone;
   DeviceState deviceState = DeviceState::kAbsent;
+  DeviceStatus device;
   std::uint64_t missedTicks = 0;     ///< Since start.
   std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.
   double servoRate_Hz = 0;           ///< Ticks run in the last second.

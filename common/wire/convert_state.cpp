@@ -162,6 +162,9 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   }
   sample.fault = enumFrom(message.fault(), Fault::kDeviceLost);
   sample.deviceState = enumFrom(message.device_state(), DeviceState::kStopped);
+  sample.device = {enumFrom(message.device_fault(), kLastDeviceFault), !message.device_not_homed(),
+                   static_cast<std::uint8_t>(message.device_homed_axes()),
+                   static_cast<std::uint8_t>(message.device_buttons()), message.device_age_us()};
   sample.missedTicks = message.missed_ticks();
   sample.droppedSamples = message.dropped_samples();
   sample.servoRate_Hz = message.servo_rate_hz();
@@ -205,6 +208,11 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   if (sample.textureEnergy_J != 0) addEnergy(v1::FEATURE_TEXTURE, sample.textureEnergy_J);
   message.set_fault(static_cast<v1::Fault>(sample.fault));
   message.set_device_state(static_cast<v1::DeviceState>(sample.deviceState));
+  message.set_device_fault(static_cast<v1::DeviceFault>(sample.device.fault));
+  message.set_device_age_us(sample.device.age_us);
+  message.set_device_buttons(sample.device.buttons);
+  message.set_device_homed_axes(sample.device.homedAxes);
+  message.set_device_not_homed(!sample.device.homed);
   message.set_missed_ticks(sample.missedTicks);
   message.set_dropped_samples(sample.droppedSamples);
   message.set_servo_rate_hz(sample.servoRate_Hz);

@@ -58,6 +58,16 @@ OverlayLine faultOrRate(const TelemetrySample& sample) {
   return {"Servo", kNothing, Tone::kPlain};
 }
 
+OverlayLine deviceLine(const MirrorView& view) {
+  if (view.sample && view.sample->device.fault != DeviceFault::kNone) {
+    return {"Device", inWords(view.sample->device.fault), Tone::kBad};
+  }
+  if (view.sample && view.sample->deviceState == DeviceState::kHoming) {
+    return {"Device", "wants to be homed", Tone::kWarning};
+  }
+  return {"Device", view.device.empty() ? kNothing : shortened(view.device)};
+}
+
 OverlayLine hashLine(const MirrorView& view) {
   if (view.link != LinkState::kLive) return {"Scene hash", "not compared", Tone::kWarning};
   const std::string start = view.scene->root().hex().substr(0, 8);
@@ -129,7 +139,7 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
   return {
       linkLine(view),
       {"Server", view.serverName.empty() ? kNothing : shortened(view.serverName)},
-      {"Device", view.device.empty() ? kNothing : shortened(view.device)},
+      deviceLine(view),
       heard ? faultOrRate(sample) : OverlayLine{"Servo", kNothing},
       {"Missed ticks", heard ? std::to_string(sample.missedTicks) : kNothing},
       {"Telemetry age",

@@ -9,8 +9,12 @@
 namespace haptics {
 namespace {
 
+/// Older positions are not felt through: 5 ms at 0.2 m/s are a millimetre, several newtons on a stiff wall.
+constexpr std::uint32_t kStalePosition_us = 5'000;
+
 [[nodiscard]] Fault faultOf(const DeviceReading& device) noexcept {
   if (device.state != DeviceState::kReady) return Fault::kDeviceLost;
+  if (device.status.age_us > kStalePosition_us) return Fault::kDeviceStale;
   return isFinite(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
 
@@ -135,6 +139,7 @@ template <bool kDetails>
   sample.tick = input.tick;
   sample.time_ns = input.time_ns;
   sample.deviceState = input.device.state;
+  sample.device = input.device.status;
   ContactResult contact;
   ForceComponents force;
 

@@ -152,6 +152,7 @@ TelemetrySample sample() {
   s.textureEnergy_J = 0.02;
   s.fault = Fault::kDeviceLost;
   s.deviceState = DeviceState::kStopped;
+  s.device = {DeviceFault::kJumped, false, 5, 10, 4'321};
   s.missedTicks = 10;
   s.droppedSamples = 11;
   s.servoRate_Hz = 999.5;
@@ -185,6 +186,7 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.textureEnergy_J, b.textureEnergy_J);
   EXPECT_EQ(a.fault, b.fault);
   EXPECT_EQ(a.deviceState, b.deviceState);
+  EXPECT_EQ(a.device, b.device);
   EXPECT_EQ(a.missedTicks, b.missedTicks);
   EXPECT_EQ(a.droppedSamples, b.droppedSamples);
   EXPECT_EQ(a.servoRate_Hz, b.servoRate_Hz);
@@ -212,6 +214,7 @@ TEST(Telemetry, IgnoresEnumValuesOfANewerServer) {
     message.set_friction_state(static_cast<v1::FrictionState>(value));
     message.set_fault(static_cast<v1::Fault>(value));
     message.set_device_state(static_cast<v1::DeviceState>(value));
+    message.set_device_fault(static_cast<v1::DeviceFault>(value == 6 ? 14 : value));
     message.add_energy()->set_feature(static_cast<v1::Feature>(value));
     message.mutable_energy(0)->set_energy_j(5);
     expectSame(fromWire(message), TelemetrySample{});

@@ -69,6 +69,18 @@ TEST_F(Touching, FaultsReplaceTheServoRate) {
   EXPECT_EQ(status("Servo").tone, Tone::kBad);
 }
 
+TEST_F(Touching, TheDevicesOwnFaultReplacesItsName) {
+  view.sample->device.fault = DeviceFault::kUnplugged;
+  EXPECT_THAT(status("Device").value, HasSubstr("unplugged"));
+  EXPECT_EQ(status("Device").tone, Tone::kBad);
+}
+
+TEST_F(Touching, ADeviceThatIsNotHomedAsksForIt) {
+  view.sample->deviceState = DeviceState::kHoming;
+  EXPECT_THAT(status("Device").value, HasSubstr("homed"));
+  EXPECT_EQ(status("Device").tone, Tone::kWarning);
+}
+
 TEST_F(Touching, LongNamesAreShortened) {
   view.serverName = std::string(64, 'm');
   EXPECT_LT(status("Server").value.size(), 30U);

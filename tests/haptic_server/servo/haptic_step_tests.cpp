@@ -105,6 +105,21 @@ TEST(HapticStep, TreatsALostDeviceAsAFault) {
   EXPECT_EQ(sample.force.written, Vec3(0));
 }
 
+TEST(HapticStep, TakesTheForceAwayWhenThePositionIsOlderThanFiveMilliseconds) {
+  VirtualServo servo(pressDown, kConfig);
+  servo.adopt(sceneOf(1, {slab()}));
+  servo.run(500);
+  const auto aged = [&](std::uint32_t age_us) {
+    return servo.stepWith({pressDown(1000), DeviceState::kReady, {.age_us = age_us}});
+  };
+  EXPECT_EQ(aged(5'000).fault, Fault::kNone);
+  TelemetrySample sample;
+  for (int i = 0; i < 31; ++i) sample = aged(5'001);
+  EXPECT_EQ(sample.fault, Fault::kDeviceStale);
+  EXPECT_EQ(sample.device.age_us, 5'001U);
+  EXPECT_EQ(sample.force.written, Vec3(0));
+}
+
 TEST(HapticStep, GoesOnBitForBitFromACopyOfItsState) {
   const auto circle = [](std::uint64_t tick) {
     const double angle = 0.003 * static_cast<double>(tick);

@@ -41,9 +41,10 @@ class VirtualServo {
   }
   [[nodiscard]] bool adopted() const { return next_ == nullptr; }
   TelemetrySample step() { return stepAt(trajectory_(tick_), DeviceState::kReady); }
-  TelemetrySample stepAt(Vec3 position, DeviceState device) {
+  TelemetrySample stepAt(Vec3 position, DeviceState device) { return stepWith({position, device, {}}); }
+  TelemetrySample stepWith(const DeviceReading& reading) {
     tryToAdopt();
-    const StepInput input{tick_++, 0, {position, device}};
+    const StepInput input{tick_++, 0, reading};
     return hapticStep(*scene_, state_, config_, input);
   }
   TelemetrySample run(std::uint64_t ticks) {
