@@ -12,7 +12,7 @@ struct DeviceReading {
   Vec3 position{0};  ///< Metres, world frame.
   DeviceState state = DeviceState::kAbsent;
   /// Not felt through where it names a fault, is not homed, or is older than the servo's watchdog allows.
-  DeviceStatus status;
+  DeviceStatus status{};
 };
 
 /// Fixed for the life of a device.
