@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace haptics {
+
+/// What is written to a Falcon: 16 characters between '<' and '>', numbers as hexadecimal digits counted from 'A', the
+/// lowest first.
+struct FalconCommand {
+  std::array<std::int16_t, 3> motors{};
+  bool homing = false;  ///< In every frame, else it forgets its homing.
+  bool green = false, blue = false, red = false;
+};
+
+/// What comes back.
+struct FalconReply {
+  std::array<std::int16_t, 3> counts{};
+  std::uint8_t buttons = 0;    ///< Bits: 0 plus, 1 forward, 2 centre, 3 minus.
+  std::uint8_t homedAxes = 0;  ///< Bit per axis.
+};
+
+inline constexpr std::size_t kFalconFrame_bytes = 16;
+using FalconFrame = std::array<std::uint8_t, kFalconFrame_bytes>;
+
+[[nodiscard]] FalconFrame encode(const FalconCommand& command) noexcept;
+
+/// Finds replies in a stream of bytes of which some may be missing, doubled or wrong. A frame is 16 bytes from '<' to '>'
+/// with digits between them; whatever is not is skipped up to the next '<', and counted.
+class FalconReplyReader {
+ public:
+  /// Takes one byte; the reply that it completes, if it does.
+  [[nodiscard]] std::optional<FalconReply> take(std::uint8_t byte) noexcept;
+  [[nodiscard]] std::uint64_t skippedBytes() const noexcept { return skipped_; }
+  void forget() noexcept { filled_ = 0; }
+
+ private:
+  void drop() noexcept;
+
+  FalconFrame frame_{};
+  std::size_t filled_ = 0;
+  std::uint64_t skipped_ = 0;
+};
+
+}  // namespace haptics

@@ -1,0 +1,128 @@
+#include "haptic_server/device/usb/libusb_bus.h"
+
+#include <libusb-1.0/libusb.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <thread>
+
+#include "common/clock/monotonic.h"
+#include "haptic_server/device/usb/libusb_port.h"
+
+namespace haptics {
+namespace {
+
+[[nodiscard]] UsbContext newContext() {
+  libusb_context* context = nullptr;
+  if (libusb_init(&context) != LIBUSB_SUCCESS) return nullptr;
+  return UsbContext(context);
+}
+
+/// Calls `visit` with each device of the model until it returns true.
+template <class Visit>
+void forEach(libusb_context* context, const UsbModel& model, const Visit& visit) {
+  libusb_device** devices = nullptr;
+  const ssize_t count = libusb_get_device_list(context, &devices);
+  for (ssize_t i = 0; i < count; ++i) {
+    libusb_device_descriptor descriptor;
+    if (libusb_get_device_descriptor(devices[i], &descriptor) != LIBUSB_SUCCESS) continue;
+    if (descriptor.idVendor != model.vendor || descriptor.idProduct != model.product) continue;
+    if (visit(devices[i], descriptor)) break;
+  }
+  if (count >= 0) libusb_free_device_list(devices, 1);
+}
+
+[[nodiscard]] std::string pathOf(libusb_device* device) {
+  std::array<std::uint8_t, 7> ports;
+  const int depth = libusb_get_port_numbers(device, ports.data(), static_cast<int>(ports.size()));
+  std::string path = std::to_string(libusb_get_bus_number(device));
+  for (int i = 0; i < depth; ++i) {
+    path += i == 0 ? '-' : '.';
+    path += std::to_string(ports[static_cast<std::size_t>(i)]);
+  }
+  return path;
+}
+
+[[nodiscard]] std::string serialOf(libusb_device* device, std::uint8_t index) {
+  libusb_device_handle* handle = nullptr;
+  if (index == 0 || libusb_open(device, &handle) != LIBUSB_SUCCESS) return {};
+  std::array<unsigned char, 128> text;
+  const int length = libusb_get_string_descriptor_ascii(handle, index, text.data(), static_cast<int>(text.size()));
+  libusb_close(handle);
+  return length > 0 ? std::string(text.begin(), text.begin() + length) : std::string();
+}
+
+[[nodiscard]] std::string nodeOf(const UsbPlace& place) {
+  char text[32];
+  std::snprintf(text, sizeof text, "/dev/bus/usb/%03u/%03u", place.bus, place.address);
+  return text;
+}
+
+[[nodiscard]] UsbRefusal refusalOf(int error, const UsbPlace& place) {
+  const std::string node = nodeOf(place);
+  switch (error) {
+    case LIBUSB_ERROR_ACCESS:
+      return {DeviceFault::kNotPermitted,
+              {node,
+               "no permission: copy deploy/udev/70-haptic-devices.rules to /etc/udev/rules.d, run \"udevadm control "
+               "--reload\" and plug the device in again"}};
+    case LIBUSB_ERROR_NO_DEVICE:
+    case LIBUSB_ERROR_NOT_FOUND:
+      return {DeviceFault::kNotFound, {node, "the device went away before it was opened"}};
+    case LIBUSB_ERROR_BUSY:
+      return {DeviceFault::kInUse, {node, "another program uses the device: end it first"}};
+    default:
+      return {DeviceFault::kNotAnswering,
+              {node, std::string("the device cannot be opened: ") + libusb_strerror(error)}};
+  }
+}
+
+}  // namespace
+
+void UsbContextEnd::operator()(libusb_context* context) const noexcept { libusb_exit(context); }
+
+std::uint64_t LibusbBus::clock_ns() noexcept { return monotonicNow_ns(); }
+
+void LibusbBus::sleepUntil(std::uint64_t time_ns) {
+  if (const std::uint64_t now_ns = monotonicNow_ns(); now_ns < time_ns) {
+    std::this_thread::sleep_for(std::chrono::nanoseconds(time_ns - now_ns));
+  }
+}
+
+std::vector<UsbPlace> LibusbBus::list(const UsbModel& model) {
+  std::vector<UsbPlace> places;
+  const UsbContext context = newContext();
+  if (!context) return places;
+  forEach(context.get(), model, [&](libusb_device* device, const libusb_device_descriptor& descriptor) {
+    places.push_back({libusb_get_bus_number(device), libusb_get_device_address(device), pathOf(device),
+                      serialOf(device, descriptor.iSerialNumber)});
+    return false;
+  });
+  return places;
+}
+
+tl::expected<std::unique_ptr<UsbPort>, UsbRefusal> LibusbBus::open(const UsbModel& model, const UsbPlace& place) {
+  UsbContext context = newContext();
+  libusb_device_handle* handle = nullptr;
+  int error = context ? LIBUSB_ERROR_NO_DEVICE : LIBUSB_ERROR_OTHER;
+  if (context) {
+    forEach(context.get(), model, [&](libusb_device* device, const libusb_device_descriptor&) {
+      if (libusb_get_bus_number(device) != place.bus || libusb_get_device_address(device) != place.address)
+        return false;
+      error = libusb_open(device, &handle);
+      return true;
+    });
+  }
+  if (error != LIBUSB_SUCCESS) return tl::unexpected(refusalOf(error, place));
+  libusb_set_auto_detach_kernel_driver(handle, 1);
+  error = libusb_claim_interface(handle, 0);
+  if (error != LIBUSB_SUCCESS) {
+    libusb_close(handle);
+    return tl::unexpected(refusalOf(error, place));
+  }
+  return std::make_unique<LibusbPort>(std::move(context), handle, model);
+}
+
+}  // namespace haptics

@@ -1,0 +1,100 @@
+#include "haptic_server/device/usb/usb_device.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "haptic_server/device/usb/choose_device.h"
+#include "haptic_server/device/usb/usb_exchange.h"
+
+namespace haptics {
+namespace {
+
+constexpr std::uint64_t kRetry_ns = 500'000'000;  // between looks for a device that is not there
+constexpr std::uint64_t kNap_ns = 50'000'000;     // between looks whether to stop
+
+}  // namespace
+
+UsbDevice::UsbDevice(UsbBus& bus, std::unique_ptr<UsbProtocol> protocol, UsbDeviceSettings settings)
+    : bus_(bus), protocol_(std::move(protocol)), settings_(std::move(settings)) {}
+
+UsbDevice::~UsbDevice() {
+  stop();
+  quit_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void UsbDevice::start(std::function<void()> become) {
+  thread_ = std::thread([this, become = std::move(become)] {
+    become();
+    drive(quit_);
+  });
+}
+
+void UsbDevice::drive(const std::atomic<bool>& stop) {
+  DeviceFault last = DeviceFault::kNone;
+  const auto wait = [&](std::uint64_t time_ns) {
+    const std::uint64_t until_ns = bus_.clock_ns() + time_ns;
+    while (!stop && bus_.clock_ns() < until_ns) bus_.sleepUntil(std::min(until_ns, bus_.clock_ns() + kNap_ns));
+  };
+  const auto absent = [&](const UsbRefusal& refusal) {
+    const std::uint64_t connections = counters_.connections.load(std::memory_order_relaxed);
+    const bool unplugged = refusal.fault == DeviceFault::kNotFound && connections > 0;
+    reports_.put({.status = {.fault = unplugged ? DeviceFault::kUnplugged : refusal.fault, .homed = false},
+                  .replies = counters_.replies.load(std::memory_order_relaxed)});
+    if (refusal.fault != last) {  // the same one again is no news
+      settings_.warning(unplugged ? info().name + " may be plugged in again at any time" : refusal.error.text());
+    }
+    last = refusal.fault;
+    wait(kRetry_ns);
+  };
+  while (!stop) {
+    const auto place = chooseDevice(bus_.list(protocol_->model()), settings_.wanted, info().name);
+    if (!place) {
+      absent(place.error());
+      continue;
+    }
+    auto port = bus_.open(protocol_->model(), *place);
+    if (!port) {
+      absent(port.error());
+      continue;
+    }
+    if (const auto refusal = protocol_->start(**port, bus_)) {
+      absent(*refusal);
+      continue;
+    }
+    last = DeviceFault::kNone;
+    // Plugged in again, it has another address; the same one is meant.
+    settings_.wanted = place->serial.empty() ? place->path : place->serial;
+    counters_.connections.fetch_add(1, std::memory_order_relaxed);
+    settings_.info(info().name + " at USB " + describe(*place) + " works");
+    UsbExchange exchange(bus_, **port, *protocol_, reports_, orders_, counters_, settings_);
+    exchange.run(stop, stopped_);
+    port->reset();
+    wait(kRetry_ns / 2);
+  }
+}
+
+DeviceReading UsbDevice::read(std::uint64_t) noexcept {
+  const DeviceReport& report = reports_.newest();
+  DeviceReading reading{report.position, report.state, report.status};
+  if (stopped_.load(std::memory_order_relaxed)) reading.state = DeviceState::kStopped;
+  const std::uint64_t age_us = (std::max(bus_.clock_ns(), report.arrived_ns) - report.arrived_ns) / 1'000;
+  reading.status.age_us =
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(age_us, std::numeric_limits<std::uint32_t>::max()));
+  if (report.replies != repliesRead_) {
+    repliesRead_ = report.replies;
+    counters_.used.fetch_add(1, std::memory_order_relaxed);
+  }
+  return reading;
+}
+
+void UsbDevice::write(Vec3 force_N) noexcept {
+  if (!stopped_.load(std::memory_order_relaxed)) {
+    orders_.put({isFinite(force_N) ? force_N : Vec3(0), bus_.clock_ns()});
+  }
+}
+
+void UsbDevice::stop() noexcept { stopped_ = true; }
+
+}  // namespace haptics

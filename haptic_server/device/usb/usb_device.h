@@ -1,0 +1,87 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "haptic_server/device/device.h"
+#include "haptic_server/device/usb/newest_value.h"
+#include "haptic_server/device/usb/usb_port.h"
+#include "haptic_server/device/usb/usb_protocol.h"
+
+namespace haptics {
+
+/// What the driver tells the servo. World frame.
+struct DeviceReport {
+  Vec3 position{0};
+  DeviceState state = DeviceState::kAbsent;
+  DeviceStatus status{.fault = DeviceFault::kNotFound, .homed = false};
+  std::uint64_t arrived_ns = 0;  ///< The reply with this position.
+  std::uint64_t replies = 0;     ///< Up to this one.
+};
+
+/// What the servo tells the driver.
+struct DeviceOrder {
+  Vec3 force_N{0};  ///< On the hand, world frame.
+  std::uint64_t written_ns = 0;
+};
+
+/// Of a device on USB, since start. The driver and the servo count, any thread reads.
+struct UsbDeviceCounters {
+  std::atomic<std::uint64_t> commands{0};     ///< Sent.
+  std::atomic<std::uint64_t> replies{0};      ///< Whole ones.
+  std::atomic<std::uint64_t> used{0};         ///< Of those, read by the servo.
+  std::atomic<std::uint64_t> garbled{0};      ///< Packets with bytes that were no part of a reply.
+  std::atomic<std::uint64_t> connections{0};  ///< Times that it was brought to work.
+  std::atomic<std::uint64_t> faults{0};       ///< Times that it stopped to.
+};
+
+struct UsbDeviceSettings {
+  std::string wanted;      ///< Serial number, "BUS/ADDRESS" or port path; empty: the only one.
+  double period_s = 1e-3;  ///< Of the servo.
+  std::function<void(const std::string&)> info, warning;  ///< Lines for the log, from the driver's thread.
+};
+
+/// The driver of a device on USB. It runs on a thread of its own, because libusb takes locks and memory, and exchanges the
+/// newest position and force with the servo through mailboxes: read, write and stop are wait-free.
+///
+/// Commands go out at the servo's pace, soon after it wrote (1 kHz at most: a full-speed bus has one frame a
+/// millisecond), and never wait for a reply. A device that cannot be felt through is driven to zero force at once; when it
+/// was unplugged, or says nothing for a second, it is looked for and brought up anew until stop.
+class UsbDevice final : public Device {
+ public:
+  /// Exchanges a second that the bus can carry.
+  static constexpr double kMaxRate_Hz = 1'000;
+
+  UsbDevice(UsbBus& bus, std::unique_ptr<UsbProtocol> protocol, UsbDeviceSettings settings);
+  ~UsbDevice() override;  ///< Motors off.
+
+  /// Starts the thread. `become` is called on it first, to make it a real-time one.
+  void start(std::function<void()> become);
+  /// The driver itself, until `stop`; start() runs it.
+  void drive(const std::atomic<bool>& stop);
+
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return protocol_->info(); }
+  [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
+  void write(Vec3 force_N) noexcept override;
+  void stop() noexcept override;
+
+  [[nodiscard]] const UsbDeviceCounters& counters() const noexcept { return counters_; }
+
+ private:
+  UsbBus& bus_;
+  std::unique_ptr<UsbProtocol> protocol_;
+  UsbDeviceSettings settings_;
+  NewestValue<DeviceReport> reports_;
+  NewestValue<DeviceOrder> orders_;
+  UsbDeviceCounters counters_;
+  std::uint64_t repliesRead_ = 0;  // the servo's
+  std::atomic<bool> stopped_{false};
+  std::atomic<bool> quit_{false};
+  std::thread thread_;
+};
+
+}  // namespace haptics

@@ -1,0 +1,205 @@
+#include "haptic_server/device/usb/usb_exchange.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace haptics {
+namespace {
+
+void add(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, std::memory_order_relaxed); }
+
+/// As often as the bus carries, a whole number of times a servo period.
+[[nodiscard]] std::uint64_t exchangePeriod_ns(double servoPeriod_s) noexcept {
+  const double times = std::max(1.0, std::floor(servoPeriod_s * UsbDevice::kMaxRate_Hz + 1e-9));
+  return static_cast<std::uint64_t>(std::llround(servoPeriod_s / times * 1e9));
+}
+
+}  // namespace
+
+UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, NewestValue<DeviceReport>& reports,
+                         NewestValue<DeviceOrder>& orders, UsbDeviceCounters& counters,
+                         const UsbDeviceSettings& settings)
+    : bus_(bus),
+      port_(port),
+      protocol_(protocol),
+      reports_(reports),
+      orders_(orders),
+      counters_(counters),
+      settings_(settings),
+      period_ns_(exchangePeriod_ns(settings.period_s)),
+      watch_(bus.clock_ns(), period_ns_, protocol.answersEachCommand()),
+      cycleBegan_ns_(bus.clock_ns()) {
+  report_.replies = counters.replies.load(std::memory_order_relaxed);
+  report_.status = {.homed = false};
+}
+
+void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& stopped) {
+  std::uint64_t deadline_ns = bus_.clock_ns();
+  while (!quit) {
+    const std::uint64_t now_ns = bus_.clock_ns();
+    longestCycle_ns_ = std::max(now_ns - cycleBegan_ns_, longestCycle_ns_ / 2);
+    cycleBegan_ns_ = now_ns;
+    sendCommand(now_ns, stopped);
+    deadline_ns = nextDeadline(deadline_ns);
+    const bool there = receiveUntil(deadline_ns);
+    judge(bus_.clock_ns());
+    publish();
+    const bool absent = report_.state == DeviceState::kAbsent;
+    if (!there || (absent && bus_.clock_ns() - faultSince_ns_ > kGiveUp_ns)) break;
+  }
+  motorsOff();
+  if (glm::length(jumped_) > kSameAgain_m) protocol_.distrustHoming();
+  if (fault_ != DeviceFault::kNone) return;
+  report_.state = DeviceState::kAbsent;
+  report_.status.fault = DeviceFault::kNone;
+  reports_.put(report_);
+}
+
+void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
+  const DeviceOrder& order = orders_.newest();
+  const bool servoAlive = now_ns - std::min(now_ns, order.written_ns) < kServoSilence_ns;
+  const bool feelable = report_.state == DeviceState::kReady && !stopped && servoAlive;
+  const double gain = gain_.next(!feelable, static_cast<double>(period_ns_) * 1e-9);
+  if (!watch_.maySend(now_ns, silenced_)) return;
+  const Vec3 force = stopped ? Vec3(0) : gain * protocol_.placement().forceToDevice(order.force_N);
+  const DeviceLight light = report_.state == DeviceState::kHoming  ? DeviceLight::kHoming
+                            : report_.state == DeviceState::kReady ? DeviceLight::kReady
+                                                                   : DeviceLight::kFault;
+  if (port_.send(protocol_.command(force, light)) != UsbOutcome::kDone) return;
+  silenced_ = gain <= 0;
+  watch_.sent();
+  add(counters_.commands);
+}
+
+/// False when the device is gone.
+bool UsbExchange::receiveUntil(std::uint64_t deadline_ns) {
+  for (;;) {
+    const UsbArrival arrival = port_.next(deadline_ns);
+    const std::uint64_t now_ns = bus_.clock_ns();
+    switch (arrival.kind) {
+      case UsbArrival::Kind::kDeadline:
+        return true;
+      case UsbArrival::Kind::kGone:
+        gone_ = true;
+        return false;
+      case UsbArrival::Kind::kStalled:
+        watch_.raise(DeviceFault::kStalled);
+        gone_ = port_.clearStall() == UsbOutcome::kGone;
+        if (gone_) return false;
+        bus_.sleepUntil(deadline_ns);  // a device that stalls again at once would be asked without end
+        return true;
+      case UsbArrival::Kind::kFailed:
+        watch_.garbled(now_ns);
+        break;
+      case UsbArrival::Kind::kBytes:
+        if (protocol_.take(arrival.bytes, [&](const DeviceReply& reply) { take(reply, now_ns); })) {
+          watch_.garbled(now_ns);
+          add(counters_.garbled);
+        }
+    }
+  }
+}
+
+void UsbExchange::take(const DeviceReply& reply, std::uint64_t now_ns) {
+  const auto position = protocol_.locate(reply);
+  if (!position) {  // counts that no pose has: a reply that was damaged on its way
+    watch_.garbled(now_ns);
+    add(counters_.garbled);
+    return;
+  }
+  watch_.reply(now_ns);
+  watchHoming(reply);
+  if (homedReplies_ >= kHomedReplies) watchMove(*position, now_ns);
+  add(counters_.replies);
+  report_.position = protocol_.placement().toWorld(*position);
+  report_.arrived_ns = now_ns;
+  report_.replies = counters_.replies.load(std::memory_order_relaxed);
+  report_.status.homedAxes = reply.homedAxes;
+  report_.status.buttons = reply.buttons;
+  judge(now_ns);
+  publish();
+}
+
+/// Coordinates jump at homing, and one reply's word is not enough: a bit may be wrong.
+void UsbExchange::watchHoming(const DeviceReply& reply) {
+  if (reply.homedAxes == kAllAxes) {
+    if (homedReplies_ < kHomedReplies && ++homedReplies_ == kHomedReplies) {
+      settings_.info(protocol_.info().name + " is homed");
+      position_.reset();
+      jumped_ = Vec3(0);
+      homingLost_ = false;
+    }
+    return;
+  }
+  if (homedReplies_ >= kHomedReplies) homingLost_ = true;
+  homedReplies_ = 0;
+  if (!guided_) settings_.info("homing: " + std::string(protocol_.homingGuide()));
+  guided_ = true;
+}
+
+void UsbExchange::watchMove(Vec3 to, std::uint64_t now_ns) noexcept {
+  if (position_) {
+    // After the driver was held up, replies that lay waiting come in one go.
+    const std::uint64_t elapsed_ns = std::max({period_ns_, now_ns - positioned_ns_, longestCycle_ns_});
+    const Vec3 move = to - *position_;
+    if (glm::length(move) > kMaxSpeed_m_per_s * static_cast<double>(elapsed_ns) * 1e-9) jumped_ += move;
+  }
+  position_ = to;
+  positioned_ns_ = now_ns;
+  if (glm::length(jumped_) > kSameAgain_m) watch_.raise(DeviceFault::kJumped);
+}
+
+void UsbExchange::judge(std::uint64_t now_ns) {
+  DeviceFault judged = gone_ ? DeviceFault::kUnplugged : watch_.judge(now_ns);
+  if (judged == DeviceFault::kNone && homingLost_) judged = DeviceFault::kHomingLost;
+  const bool homed = homedReplies_ >= kHomedReplies;
+  if (judged != fault_) {
+    if (judged != DeviceFault::kNone) {
+      settings_.warning(protocol_.info().name + ": " + inWords(judged));
+      add(counters_.faults);
+      if (report_.state != DeviceState::kAbsent) faultSince_ns_ = now_ns;
+      guided_ = false;
+    } else {
+      settings_.info(protocol_.info().name + " works again");
+    }
+    fault_ = judged;
+  }
+  report_.status.fault = fault_;
+  report_.status.homed = homed;
+  const bool exchanging = fault_ == DeviceFault::kNone || fault_ == DeviceFault::kHomingLost;
+  report_.state = !exchanging ? DeviceState::kAbsent : homed ? DeviceState::kReady : DeviceState::kHoming;
+}
+
+void UsbExchange::publish() { reports_.put(report_); }
+
+/// A period after the last one, drawn gently to kAfterServo_ns after the servo writes.
+std::uint64_t UsbExchange::nextDeadline(std::uint64_t last_ns) noexcept {
+  const std::uint64_t now_ns = bus_.clock_ns();
+  auto next = static_cast<std::int64_t>(last_ns + period_ns_);
+  if (next <= static_cast<std::int64_t>(now_ns)) next = static_cast<std::int64_t>(now_ns + period_ns_ / 2);
+  const std::uint64_t written_ns = orders_.newest().written_ns;
+  if (written_ns != 0) {
+    const auto period = static_cast<std::int64_t>(period_ns_);
+    std::int64_t off = (next - static_cast<std::int64_t>(written_ns) - kAfterServo_ns) % period;
+    if (off > period / 2) off -= period;
+    if (off < -period / 2) off += period;
+    constexpr std::int64_t kSoftness = 8;
+    next -= off / kSoftness;
+  }
+  return static_cast<std::uint64_t>(next);
+}
+
+void UsbExchange::motorsOff() {
+  constexpr int kTries = 5;
+  constexpr std::uint64_t kPause_ns = 2'000'000;
+  for (int i = 0; i < kTries; ++i) {
+    if (port_.send(protocol_.command(Vec3(0), DeviceLight::kOff)) == UsbOutcome::kGone) return;
+    const std::uint64_t until_ns = bus_.clock_ns() + kPause_ns;
+    while (bus_.clock_ns() < until_ns) {
+      if (port_.next(until_ns).kind == UsbArrival::Kind::kGone) return;
+    }
+  }
+}
+
+}  // namespace haptics

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <atomic>
+#include <optional>
+
+#include "haptic_server/device/usb/link_watch.h"
+#include "haptic_server/device/usb/usb_device.h"
+
+namespace haptics {
+
+/// The running exchange with a device that was brought to work: commands out at the servo's pace, replies in as they
+/// come. The driver thread's.
+class UsbExchange {
+ public:
+  /// After the servo wrote, so long until the command goes out (ns): more than its jitter, so that a command carries this
+  /// tick's force and the reply is there before the next tick.
+  static constexpr std::int64_t kAfterServo_ns = 100'000;
+  /// A servo that wrote nothing for longer has died: the force is taken away.
+  static constexpr std::uint64_t kServoSilence_ns = 25'000'000;
+  /// A device with a fault that lasts longer is closed and brought up anew.
+  static constexpr std::uint64_t kGiveUp_ns = 1'000'000'000;
+  /// No hand moves it faster: beyond it, its coordinates have jumped, and are not believed until they have jumped back
+  /// to within kSameAgain_m, or it was homed anew.
+  static constexpr double kMaxSpeed_m_per_s = 5;
+  static constexpr double kSameAgain_m = 0.002;
+  /// Replies in a row that must say that it is homed.
+  static constexpr int kHomedReplies = 25;
+
+  UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, NewestValue<DeviceReport>& reports,
+              NewestValue<DeviceOrder>& orders, UsbDeviceCounters& counters, const UsbDeviceSettings& settings);
+
+  /// Until `quit`, or until the device is gone or to be brought up anew. Once `stopped`, or at the end, the motors are
+  /// off.
+  void run(const std::atomic<bool>& quit, const std::atomic<bool>& stopped);
+
+ private:
+  void sendCommand(std::uint64_t now_ns, bool stopped);
+  [[nodiscard]] bool receiveUntil(std::uint64_t deadline_ns);
+  void take(const DeviceReply& reply, std::uint64_t now_ns);
+  void watchHoming(const DeviceReply& reply);
+  void watchMove(Vec3 to, std::uint64_t now_ns) noexcept;
+  void judge(std::uint64_t now_ns);
+  void publish();
+  [[nodiscard]] std::uint64_t nextDeadline(std::uint64_t last_ns) noexcept;
+  void motorsOff();
+
+  UsbBus& bus_;
+  UsbPort& port_;
+  UsbProtocol& protocol_;
+  NewestValue<DeviceReport>& reports_;
+  NewestValue<DeviceOrder>& orders_;
+  UsbDeviceCounters& counters_;
+  const UsbDeviceSettings& settings_;
+
+  std::uint64_t period_ns_;
+  LinkWatch watch_;
+  OutputGain gain_;
+  DeviceReport report_;
+  DeviceFault fault_ = DeviceFault::kNone;
+  std::uint64_t faultSince_ns_ = 0;
+  std::optional<Vec3> position_;  // of the last reply, device frame
+  std::uint64_t positioned_ns_ = 0;
+  Vec3 jumped_{0};  // sum of all jumps
+  std::uint64_t cycleBegan_ns_ = 0, longestCycle_ns_ = 0;
+  int homedReplies_ = 0;
+  bool guided_ = false;
+  bool gone_ = false;
+  bool homingLost_ = false;
+  bool silenced_ = false;  // the last command was without force
+};
+
+}  // namespace haptics

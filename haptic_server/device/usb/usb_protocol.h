@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "haptic_server/device/device.h"
+#include "haptic_server/device/usb/calibration.h"
+#include "haptic_server/device/usb/usb_port.h"
+
+namespace haptics {
+
+/// One reply of a device, decoded.
+struct DeviceReply {
+  std::array<std::int16_t, 3> counts{};
+  std::uint8_t buttons = 0;
+  std::uint8_t homedAxes = 0;  ///< kAllAxes: its coordinates are referenced.
+};
+inline constexpr std::uint8_t kAllAxes = 0b111;
+
+/// What the device shows.
+enum class DeviceLight : std::uint8_t { kOff, kHoming, kReady, kFault };
+
+/// What the driver needs to know of one kind of device. The driver thread's alone; keeps the state of one connection,
+/// begun by start().
+class UsbProtocol {
+ public:
+  virtual ~UsbProtocol() = default;
+  [[nodiscard]] virtual const UsbModel& model() const noexcept = 0;
+  /// As the servo sees it: in the world, after calibration.
+  [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
+  [[nodiscard]] virtual const Placement& placement() const noexcept = 0;
+  /// What a person has to do, until it is homed.
+  [[nodiscard]] virtual std::string_view homingGuide() const noexcept = 0;
+  /// Does it reply to each command, and to nothing else? Else it reports by itself.
+  [[nodiscard]] virtual bool answersEachCommand() const noexcept = 0;
+
+  /// Brings a device that was just opened to where it replies. Takes seconds where firmware is to be loaded.
+  [[nodiscard]] virtual std::optional<UsbRefusal> start(UsbPort& port, UsbBus& bus) = 0;
+
+  /// Its coordinates turned out to be wrong: the next start() has it homed anew.
+  virtual void distrustHoming() noexcept = 0;
+
+  /// Decodes what arrived; calls `found` for each reply in it. True if anything in it was no part of a reply.
+  [[nodiscard]] virtual bool take(std::span<const std::uint8_t> bytes,
+                                  const std::function<void(const DeviceReply&)>& found) = 0;
+  /// Position (metres, device frame) of the newest reply; none where no pose of the device gives these counts.
+  [[nodiscard]] virtual std::optional<Vec3> locate(const DeviceReply& reply) = 0;
+  /// The command that pushes the hand with a force (newtons, device frame) where it was located last. Valid until the
+  /// next call.
+  [[nodiscard]] virtual std::span<const std::uint8_t> command(Vec3 force_N, DeviceLight light) = 0;
+};
+
+/// Numbers for three motors, shortened together so that none exceeds the limit: the direction is kept.
+[[nodiscard]] std::array<std::int16_t, 3> motorNumbers(Vec3 wanted, double limit) noexcept;
+
+}  // namespace haptics
