@@ -13,8 +13,6 @@
 
 namespace haptics {
 
-/// Steps into which the HIP's motion is divided, at most.
-inline constexpr int kMaxSteps = 64;
 /// Of a triangle's size (root of twice its area) that the HIP advances per step while several surfaces hold the IHIP, so
 /// that the solver follows the path that a slow hand would take. Larger jumps over creases; smaller costs time.
 inline constexpr double kStepFraction = 0.5;

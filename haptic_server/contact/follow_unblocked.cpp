@@ -142,7 +142,7 @@ struct Minimum {
   Foot foot = heldFoot(surface, state, motion.from);
   for (double now = 0; now < 1;) {
     if (++steps == kMaxSteps) return false;
-    const HipStep step = followHip(surface, motion, side, foot, now, guarded ? &path : nullptr, looked);
+    const HipStep step = followHip(surface, motion, side, foot, now, steps, guarded ? &path : nullptr, looked);
     now = step.end;
     foot = step.found.foot;
     if (!step.found.converged || surface.onBoundary(foot)) return false;

@@ -48,13 +48,14 @@ bool followOverPolygons(const Surface& surface, const HipMotion& motion, int sid
     const OverPolygon next(surface, record.neighbour(hop.edge), to);
     if (!next.enter(next.start(from), side, hop)) return false;
     if (path != nullptr) stand(over.footOf(motion.at(now)));
-    now = hop.enters;
-    if (now >= 1) {  // on the line of a valley
+    if (hop.enters >= 1) {  // on the line of a valley
       if (!isAlong(record, hop.edge, motion.to)) return false;
+      now = 1;
       foot = {foot.triangle, Feature::kLine, static_cast<std::uint8_t>(hop.edge)};
       stand(onLine(record, hop.edge, motion.to));
       return true;
     }
+    now = hop.enters;
     over = next;
     foot.triangle = over.triangle();
     if (path != nullptr) stand(over.footOf(motion.at(now)));

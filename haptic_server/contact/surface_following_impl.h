@@ -33,7 +33,8 @@ double ContactTick<Corrections>::advanceOnSurface(double now, bool last) noexcep
     step.found =
         neighborhoodWatch<Corrections>(*body.surface, holding.triangle, motion.at(step.end), guarded, work_.triangles);
   } else {
-    step = followHip<Corrections>(*body.surface, motion, holding.side, foot_, now, guarded, work_.triangles);
+    step =
+        followHip<Corrections>(*body.surface, motion, holding.side, foot_, now, work_.steps, guarded, work_.triangles);
   }
   setTime(step.end);
   const Vec3 hip = hipAt(step.end);

@@ -97,8 +97,10 @@ Search::Search(Scene scene)
 
 void Search::searchFurther(const HipMotion& motion) noexcept {
   int spent = 0;
-  for (double now = 0; now < 1;) {
-    const HipStep step = followHip(*replay_.scene().bodies.front().surface, motion, 1, foot_, now, nullptr, spent);
+  double now = 0;
+  for (int number = 1; now < 1; ++number) {
+    const Surface& surface = *replay_.scene().bodies.front().surface;
+    const HipStep step = followHip(surface, motion, 1, foot_, now, number, nullptr, spent);
     now = step.end;
     foot_ = step.found.foot;
   }

@@ -62,13 +62,14 @@ double Obstacles::timeOnSupports(std::span<const Wall* const> walls, Vec3 from, 
   return time;
 }
 
-std::optional<Vec3> Obstacles::nearestOfTouched(Vec3 at, Vec3 h) const {
-  std::optional<Vec3> nearest;
+std::optional<Obstacles::Place> Obstacles::nearestOfTouched(Vec3 at, Vec3 h) const {
+  std::optional<Place> nearest;
   for (const Face& face : faces_) {
     const double height = std::abs(glm::dot(face.normal, at) - face.offset_m);
     if (height > kTouchWithin * skin_ || face.inside(at) < -kTouchWithin * skin_) continue;
     const Vec3 point = closestOnTriangle(h, face.corner);
-    if (!nearest || glm::distance(point, h) < glm::distance(*nearest, h)) nearest = point;
+    if (nearest && glm::distance(point, h) >= glm::distance(nearest->point, h)) continue;
+    nearest = Place{point, closestOnTriangle(at, face.corner)};
   }
   return nearest;
 }

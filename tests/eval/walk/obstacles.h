@@ -34,8 +34,13 @@ class Obstacles {
   [[nodiscard]] std::optional<Block> firstBlock(Vec3 from, Vec3 to) const;
   /// Fraction of the way from -> to for which all of these walls' triangles are still underneath.
   [[nodiscard]] double timeOnSupports(std::span<const Wall* const> walls, Vec3 from, Vec3 to) const;
+  /// A place on a triangle.
+  struct Place {
+    Vec3 point;
+    Vec3 beside;  ///< Of the same triangle, the point nearest to where it was looked for from.
+  };
   /// Of the triangles that carry a point a skin above them, the point nearest to h.
-  [[nodiscard]] std::optional<Vec3> nearestOfTouched(Vec3 at, Vec3 h) const;
+  [[nodiscard]] std::optional<Place> nearestOfTouched(Vec3 at, Vec3 h) const;
   /// The walls at most `within` (m) from a point. Sheets are touched from the side of -`inward`.
   [[nodiscard]] std::vector<Wall> touching(Vec3 at, Vec3 inward, double within) const;
 

@@ -69,9 +69,13 @@ Vec3 ReferenceProxy::outsideNear(Vec3 place) const {
 
 void ReferenceProxy::follow(Vec3 hip, int parts) {
   const Vec3 from = hip_;
+  const double part = glm::distance(from, hip) / parts;
+  leap_ = 0;
   for (int i = 1; i <= parts; ++i) {
+    const Vec3 before = at_;
     hip_ = i < parts ? glm::mix(from, hip, static_cast<double>(i) / parts) : hip;
     settle(hip_);
+    leap_ = std::max(leap_, glm::distance(before, at_) - part);
   }
 }
 
@@ -81,14 +85,16 @@ void ReferenceProxy::settle(Vec3 h) {
   }
 }
 
-/// To the point nearest to h of the triangles that the proxy lies on, when that is a nearer one and the way is open.
+/// To the point nearest to h of the triangles that the proxy lies on, when that is a nearer one and the way is open:
+/// straight, or, where the walls about a corner keep the proxy a few skins off it, from above that corner.
 bool ReferenceProxy::hop(Vec3 h) {
   constexpr double kNearer = 1 - 0x1p-44;
   if (at_ == h) return false;
   keepInSight();
   const auto nearest = obstacles_.nearestOfTouched(at_, h);
-  if (!nearest || glm::distance(*nearest, at_) < 2 * skin_) return false;
-  const Vec3 to = pushedOff(obstacles_.touching(*nearest, h - at_, skin_), *nearest);
+  if (!nearest || glm::distance(nearest->point, at_) < 2 * skin_) return false;
+  const auto above = [&](Vec3 place) { return pushedOff(obstacles_.touching(place, h - at_, skin_), place); };
+  const Vec3 to = above(nearest->point);
   const bool nearer = glm::distance(to, h) < glm::distance(at_, h) * kNearer && glm::distance(to, at_) > skin_;
   if (!nearer) return false;
   if (timeInSight(to) < 1) {
@@ -96,7 +102,10 @@ bool ReferenceProxy::hop(Vec3 h) {
     sightCentre_ = at_;
     obstacles_.gather(at_, sight_ + 4 * skin_);
   }
-  if (obstacles_.firstBlock(at_, to)) return false;
+  if (obstacles_.firstBlock(at_, to)) {
+    const Vec3 corner = above(nearest->beside);
+    if (obstacles_.firstBlock(at_, corner) || obstacles_.firstBlock(corner, to)) return false;
+  }
   at_ = to;
   return true;
 }

@@ -16,7 +16,7 @@ namespace haptics::eval {
 class ReferenceProxy {
  public:
   /// The proxy keeps this fraction of the largest coordinate above what it rests on.
-  static constexpr double kSkin = 0x1p-30;
+  static constexpr double kSkin = 0x1p-34;
 
   explicit ReferenceProxy(const TriangleSoup& soup);
 
@@ -26,6 +26,9 @@ class ReferenceProxy {
   /// of a narrow crack, from a place beside it that is outside of every body.
   void resume(Vec3 ihip, Vec3 hip);
   void follow(Vec3 hip, int parts);
+  /// By how much, at most, the proxy went farther than the HIP in a part of the last follow(): as long as it keeps to a
+  /// minimum it does not, so that this is how far it went from one that ended.
+  [[nodiscard]] double leap_m() const { return leap_; }
 
   [[nodiscard]] Vec3 ihip() const { return at_; }
   [[nodiscard]] bool touching() const { return at_ != hip_; }
@@ -58,6 +61,7 @@ class ReferenceProxy {
   Vec3 sightCentre_{0};  // of the cube that was gathered
   double sight_;         // half of its side, m
   double nextSight_;
+  double leap_ = 0;
 };
 
 }  // namespace haptics::eval

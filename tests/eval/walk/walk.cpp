@@ -20,6 +20,8 @@ constexpr int kParts = 64;
 constexpr int kFinerParts = 512;
 /// Of the mean edge: farther apart than this is elsewhere.
 constexpr double kElsewhere = 0.02;
+/// Of elsewhere: a reference that leaps no farther keeps to its minimum.
+constexpr double kLeap = 1.0 / 16;
 /// What is allowed of episodes: a number of times those of the reference with itself, and some in a tick.
 constexpr double kOfReference = 2;
 constexpr double kInATick = 5e-6;
@@ -35,11 +37,10 @@ struct Counts {
   std::int64_t lost = 0;
   std::int64_t episodes = 0;
   std::int64_t notMinima = 0;
-  std::int64_t comparedTicks = 0;  ///< Of the reference with the finer one.
-  std::int64_t referenceEpisodes = 0;
+  std::int64_t referenceEpisodes = 0;  ///< Of the reference with the finer one.
 
   [[nodiscard]] double episodesInATick() const { return ratio(episodes, ticks); }
-  [[nodiscard]] double referenceEpisodesInATick() const { return ratio(referenceEpisodes, comparedTicks); }
+  [[nodiscard]] double referenceEpisodesInATick() const { return ratio(referenceEpisodes, ticks); }
   [[nodiscard]] double allowedInATick() const { return kOfReference * referenceEpisodesInATick() + kInATick; }
   [[nodiscard]] bool pass() const {
     return notFinite + inside + heldByNothing + lost + notMinima == 0 && episodesInATick() <= allowedInATick();
@@ -53,7 +54,6 @@ struct Counts {
     lost += other.lost;
     episodes += other.episodes;
     notMinima += other.notMinima;
-    comparedTicks += other.comparedTicks;
     referenceEpisodes += other.referenceEpisodes;
     return *this;
   }
@@ -80,11 +80,9 @@ class Walk {
         episodes_(episodes) {
     method_.begin(scene.surfaces, scene.poses, hip_);
     reference_.place(hip_);
-    finer_.place(hip_);
   }
 
-  /// `compare`: the reference is compared with the finer one too.
-  void tick(bool compare) {
+  void tick() {
     const Vec3 before = hip_;
     const Vec3 ihipBefore = felt_.ihip;
     hip_ = wanderer_.next();
@@ -98,25 +96,20 @@ class Walk {
     counts_.contact += felt_.touching ? 1 : 0;
     counts_.inside += judge_.isInside(felt_.ihip) ? 1 : 0;
     counts_.heldByNothing += felt_.touching && judge_.isHeldByNothing(felt_.ihip, hip_) ? 1 : 0;
+    finer_ = reference_;
     reference_.follow(hip_, kParts);
-    if (compare) compareReferences();
-    comparing_ = compare;
+    compareReferences();
     if (glm::distance(felt_.ihip, reference_.ihip()) > elsewhere_) episode(before, ihipBefore);
   }
 
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
+  /// Where the reference has left no minimum a finer division of the tick finds the same place: it is spared.
   void compareReferences() {
-    if (!comparing_) {
-      finer_ = reference_;
-      return;
-    }
-    ++counts_.comparedTicks;
+    if (reference_.leap_m() < kLeap * elsewhere_) return;
     finer_.follow(hip_, kFinerParts);
-    if (glm::distance(finer_.ihip(), reference_.ihip()) <= elsewhere_) return;
-    ++counts_.referenceEpisodes;
-    finer_ = reference_;
+    if (glm::distance(finer_.ihip(), reference_.ihip()) > elsewhere_) ++counts_.referenceEpisodes;
   }
 
   void episode(Vec3 before, Vec3 ihipBefore) {
@@ -134,7 +127,6 @@ class Walk {
         glm::distance(felt_.ihip, hip_) * 1e3, glm::distance(other, hip_) * 1e3, minimum ? 1 : 0, lost ? 1 : 0);
     episodes_ << line;
     reference_.resume(felt_.ihip, hip_);
-    finer_ = reference_;
   }
 
   /// Would the reference, from where the method was a tick ago, hold now?
@@ -155,17 +147,8 @@ class Walk {
   Vec3 hip_;
   Felt felt_;
   std::ofstream& episodes_;
-  bool comparing_ = false;
   Counts counts_;
 };
-
-/// Stretches of ticks in turn, so that the comparison of the references sees all of the walk.
-bool isCompared(std::int64_t tick, std::int64_t ticks) {
-  constexpr std::int64_t kAll = 20'000;  // a walk no longer than this is compared throughout
-  constexpr std::int64_t kStretch = 1000;
-  constexpr std::int64_t kOneOf = 8;
-  return ticks <= kAll || tick / kStretch % kOneOf == 0;
-}
 
 Record recordOf(const std::string& method, const std::string& scene, std::uint64_t seed, const Counts& c) {
   constexpr double kMillion = 1e6;
@@ -181,7 +164,6 @@ Record recordOf(const std::string& method, const std::string& scene, std::uint64
           {"episodes", c.episodes},
           {"episodes_not_local_minima", c.notMinima},
           {"episodes_per_1e6_ticks", c.episodesInATick() * kMillion},
-          {"compared_ticks", c.comparedTicks},
           {"reference_episodes", c.referenceEpisodes},
           {"reference_episodes_per_1e6_ticks", c.referenceEpisodesInATick() * kMillion},
           {"allowed_episodes_per_1e6_ticks", c.allowedInATick() * kMillion},
@@ -253,7 +235,7 @@ bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
     const WalkScene scene = makeWalkScene(sources[i], random);
     const auto renderer = method.make();
     Walk walk(scene, *renderer, random, episodes);
-    for (std::int64_t tick = 0; tick < ticks; ++tick) walk.tick(isCompared(tick, ticks));
+    for (std::int64_t tick = 0; tick < ticks; ++tick) walk.tick();
     printRow(scene.name, walk.counts());
     records.push_back(recordOf(options.method, scene.name, options.seed, walk.counts()));
     all += walk.counts();
