@@ -29,7 +29,10 @@ class Succession {
         begin(i, object);
       }
     }
-    for (std::size_t i = 0; i < count_; ++i) takeDetail(i, next.objects[i].detail.get());
+    for (std::size_t i = 0; i < count_; ++i) {
+      takeDetail(i, next.objects[i].detail.get());
+      takeMotion(i, next.objects[i].motion.get());
+    }
     contact_ = state.contact;
     broken_ = reseat(contact_, bodies(), {origins_.data(), count_});
   }
@@ -64,7 +67,9 @@ class Succession {
     state.detailEdited = detailEdited_;
     if (!state.anyDetail) state.surface.forget();  // it was not kept
     if (detailEdited_) state.surface.object = state.contactObject;
-    state.anyDetail = anyDetail_;
+    std::copy_n(moving_.begin(), movingCount_, state.moving.begin());
+    state.movingCount = movingCount_;
+    state.anyDetail = anyDetail_ || movingCount_ > 0;
     state.anyBumps = anyBumps_;
     state.contactBroken = broken_;
     state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
@@ -82,7 +87,9 @@ class Succession {
 
   void follow(std::size_t i, const ServoObject& object, std::size_t before) noexcept {
     const bool sameSurface = state_.bodies[before].surface == object.surface.get();
-    const bool samePose = state_.objects[before].scenePose == object.pose;
+    // What no longer moves goes back to where the scene has it.
+    const bool stopped = object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr;
+    const bool samePose = state_.objects[before].scenePose == object.pose && !stopped;
     bodies_[i] = state_.bodies[before];
     objects_[i] = state_.objects[before];
     bool changed = !sameSurface;
@@ -123,6 +130,34 @@ class Succession {
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
   }
 
+  [[nodiscard]] const MovingBody* movingBefore(int before) const noexcept {
+    const auto end = state_.moving.begin() + static_cast<std::ptrdiff_t>(state_.movingCount);
+    const auto at = std::find_if(state_.moving.begin(), end,
+                                 [&](const MovingBody& m) { return static_cast<int>(m.body) == before; });
+    return at == end ? nullptr : &*at;
+  }
+
+  /// Goes on moving as it did; from rest when its pose was edited, or what moves it.
+  void takeMotion(std::size_t i, const RigidBody* what) noexcept {
+    if (what == nullptr || movingCount_ == moving_.size()) return;
+    MovingBody& moving = moving_[movingCount_++];
+    const int before = origins_[i].before;
+    const MovingBody* known = movingBefore(before);
+    const bool samePose =
+        known != nullptr && state_.objects[static_cast<std::size_t>(before)].scenePose == objects_[i].scenePose;
+    if (samePose && known->what == what) {
+      moving = *known;
+    } else if (samePose && known->what->freedom == what->freedom) {
+      moving = {i, what, restingAt(*what, bodies_[i].current), false};
+      moving.state.rest = objects_[i].scenePose;
+      moving.state.coordinate = known->state.coordinate;
+    } else {
+      moving = {i, what, restingAt(*what, samePose ? bodies_[i].current : objects_[i].scenePose), false};
+    }
+    moving.body = i;
+    moving.what = what;
+  }
+
   /// At its place in the scene, at rest.
   void put(std::size_t i, const ServoObject& object) noexcept {
     objects_[i].scenePose = object.pose;
@@ -139,6 +174,8 @@ class Succession {
   std::array<HapticState::ObjectState, kMaxServoObjects> objects_;
   std::array<BodyOrigin, kMaxServoObjects> origins_;
   std::array<BumpWatch, kMaxServoObjects> bumps_;
+  std::array<MovingBody, kMaxMovingBodies> moving_;
+  std::size_t movingCount_ = 0;
   ContactState contact_;
   bool detailEdited_ = false;
   bool anyDetail_ = false;

@@ -34,8 +34,9 @@ struct StepMemory {
   bool adoptedNow = false;     ///< Until the end of the tick of an adoption.
   bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
   bool detailEdited = false;   ///< The adoption changed what the felt surface feels like, or where it is.
-  bool anyDetail = false;      ///< Some object of the scene has surface properties;
-  bool anyBumps = false;       ///< bumps that are felt outside of its polygons.
+  std::size_t movingCount = 0;
+  bool anyDetail = false;  ///< Some object of the scene has surface properties, or moves;
+  bool anyBumps = false;   ///< bumps that are felt outside of its polygons.
   bool anyBeingMoved = false;
   bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
   double letGo_s = 0;      ///< For so long. Written by the step.
@@ -53,6 +54,14 @@ struct StepMemory {
   double contactEnergy_J = 0;
 };
 
+/// A body that has a motion.
+struct MovingBody {
+  std::size_t body = 0;             ///< Index into bodies. Written by adoptScene(), as is the next;
+  const RigidBody* what = nullptr;  ///< of the scene.
+  RigidState state;
+  bool moved = false;  ///< In the last tick: it has a new pose.
+};
+
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
 struct HapticState : StepMemory {
   explicit HapticState(const StepConfig& config) noexcept { velocity = VelocityEstimator(config.period_s); }
@@ -63,6 +72,7 @@ struct HapticState : StepMemory {
     std::copy_n(other.bodies.begin(), bodyCount, bodies.begin());
     std::copy_n(other.objects.begin(), bodyCount, objects.begin());
     if (anyDetail) surface = other.surface;
+    std::copy_n(other.moving.begin(), movingCount, moving.begin());
     if (anyBumps) std::copy_n(other.bumps.begin(), bodyCount, bumps.begin());
   }
 
@@ -79,6 +89,7 @@ struct HapticState : StepMemory {
   std::array<Body, kMaxServoObjects> bodies;
   std::array<ObjectState, kMaxServoObjects> objects;
   std::array<BumpWatch, kMaxServoObjects> bumps;
+  std::array<MovingBody, kMaxMovingBodies> moving;
 
   SurfaceMemory surface;
 };

@@ -4,6 +4,7 @@
 
 #include "haptic_server/servo/feel_details.h"
 #include "haptic_server/servo/felt_pose.h"
+#include "haptic_server/servo/moving_bodies.h"
 #include "haptic_server/servo/separation_speed.h"
 
 namespace haptics {
@@ -129,7 +130,7 @@ void describeEnergy(const SurfaceMemory& surface, TelemetrySample& sample) noexc
   sample.textureEnergy_J = surface.textureEnergy_J;
 }
 
-/// The step, for scenes in which some object has surface properties, and for those without, where they cost nothing: for
+/// The step, for scenes in which some object has surface properties or moves, and for those without, where they cost nothing: for
 /// that its stages are inlined into both.
 template <bool kDetails>
 [[nodiscard, gnu::always_inline]] inline TelemetrySample step(const ServoScene& scene, HapticState& state,
@@ -144,6 +145,7 @@ template <bool kDetails>
   ForceComponents force;
 
   superviseDevice(state, input.device);
+  if constexpr (kDetails) takeMovedPoses(state);
   if (state.fault == Fault::kNone) {
     const Vec3 hip = input.device.position;
     accountEnergy(state, hip);
@@ -161,6 +163,7 @@ template <bool kDetails>
   force.contact = force.spring + force.damping + force.friction + force.texture;
   const std::uint64_t touched = contact.touching ? scene.objects[static_cast<std::size_t>(contact.body)].id : 0;
   limitForce(state, config, touched, force);
+  if constexpr (kDetails) moveBodies(state, config, contact, force.contact);
 
   state.contactObject = touched;
   state.written_N = force.written;

@@ -7,6 +7,7 @@
 #include "common/maths/vec.h"
 #include "haptic_server/device/exploration_plan.h"
 #include "haptic_server/geometry/surface.h"
+#include "haptic_server/motion/rigid_body.h"
 #include "haptic_server/surface/surface_detail.h"
 
 namespace haptics {
@@ -23,6 +24,8 @@ struct ServoObject {
   /// What its surface feels like beyond its shape; null for nothing. The same pointer from scene to scene as long as it
   /// is not edited.
   std::shared_ptr<const SurfaceDetail> detail = nullptr;
+  /// What moves it; null for nothing: it stays where the scene has it. The same pointer likewise.
+  std::shared_ptr<const RigidBody> motion = nullptr;
 };
 
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.
@@ -34,5 +37,7 @@ struct ServoScene {
 
 /// Capacity of the per-object state in the servo; a transaction that would pass it is rejected.
 inline constexpr std::size_t kMaxServoObjects = 256;
+/// Of these, how many may have a motion: likewise.
+inline constexpr std::size_t kMaxMovingBodies = 32;
 
 }  // namespace haptics

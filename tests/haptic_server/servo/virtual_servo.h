@@ -53,6 +53,7 @@ class VirtualServo {
     return sample;
   }
   [[nodiscard]] std::uint64_t tick() const { return tick_; }
+  [[nodiscard]] const HapticState& state() const { return state_; }
 
  private:
   void tryToAdopt() {

@@ -1,0 +1,72 @@
+#include "haptic_server/servo/moving_bodies.h"
+
+#include "haptic_server/motion/rigid_motion.h"
+#include "haptic_server/servo/held_share.h"
+
+namespace haptics {
+namespace {
+
+/// What one body is given of a force (N, world) on the hand.
+class Reaction {
+ public:
+  Reaction(const HapticState& state, const ContactResult& contact, Vec3 force_N) noexcept
+      : state_(state), contact_(contact), force_N_(contact.touching ? force_N : Vec3(0)) {}
+
+  [[nodiscard]] Vec3 on(std::size_t body) const noexcept {
+    if (!contact_.touching) return Vec3(0);
+    const auto holding = state_.contact.surfaces();
+    Vec3 own(0);
+    Vec3 others(0);
+    for (std::size_t k = 1; k < holding.size(); ++k) {
+      if (holding[k].body == contact_.body) continue;
+      const Vec3 part = along(holding, k);
+      others += part;
+      if (static_cast<std::size_t>(holding[k].body) == body) own += part;
+    }
+    return static_cast<std::size_t>(contact_.body) == body ? others - force_N_ : -own;
+  }
+
+ private:
+  [[nodiscard]] Vec3 normalOf(const HoldingSurface& held) const noexcept {
+    const Body& body = state_.bodies[static_cast<std::size_t>(held.body)];
+    return body.frame.turn(body.surface->faceNormal(held.triangle) * double(held.side));
+  }
+  [[nodiscard]] Vec3 along(std::span<const HoldingSurface> holding, std::size_t k) const noexcept {
+    const auto other = [&](std::size_t i) { return normalOf(holding[(k + i) % holding.size()]); };
+    const Vec3 normal = normalOf(holding[k]);
+    return heldShare(force_N_, normal, other(1), holding.size() > 2 ? other(2) : Vec3(0)) * normal;
+  }
+
+  const HapticState& state_;
+  const ContactResult& contact_;
+  Vec3 force_N_;
+};
+
+}  // namespace
+
+void takeMovedPoses(HapticState& state) noexcept {
+  for (std::size_t i = 0; i < state.movingCount; ++i) {
+    const MovingBody& moving = state.moving[i];
+    if (state.objects[moving.body].beingMoved) continue;
+    Body& body = state.bodies[moving.body];
+    if (!moving.moved && !body.moving) continue;
+    body.previous = body.current;
+    if (moving.moved) body.current = poseOf(*moving.what, moving.state);
+    body.update();
+  }
+}
+
+void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact, Vec3 force_N) noexcept {
+  const Reaction reaction(state, contact, force_N);
+  for (std::size_t i = 0; i < state.movingCount; ++i) {
+    MovingBody& moving = state.moving[i];
+    moving.moved = false;
+    if (state.objects[moving.body].beingMoved) continue;
+    const Push push{reaction.on(moving.body), contact.ihip};
+    if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
+    moveRigidBody(*moving.what, moving.state, push, config.period_s);
+    moving.moved = true;
+  }
+}
+
+}  // namespace haptics

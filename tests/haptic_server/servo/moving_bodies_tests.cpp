@@ -1,0 +1,187 @@
+#include <gtest/gtest.h>
+
+#include "common/mesh/generators.h"
+#include "haptic_server/motion/solid.h"
+#include "haptic_server/motion/support_points.h"
+#include "surface_world.h"
+
+namespace haptics::testing {
+namespace {
+
+constexpr double kMass_kg = 0.2;
+const StepConfig kConfig{.maxForce_N = 20};
+
+RigidBody floatingBody(const TriMesh& mesh) {
+  const Solid solid = solidOf(mesh.vertices, mesh.triangles);
+  RigidBody body;
+  EXPECT_EQ(spreadMass(kMass_kg, solid.centre, kMass_kg / solid.volume_m3 * solid.inertia, body.mass),
+            MassDefect::kNone);
+  body.standOn(supportPoints(mesh.vertices));
+  body.gravity_m_per_s2 = Vec3(0);
+  return body;
+}
+
+TriMesh boxMesh(Vec3 size_m) { return makeBox(size_m, 2).value(); }
+
+ServoObject moving(ServoObject object, const RigidBody& body) {
+  object.motion = std::make_shared<RigidBody>(body);
+  return object;
+}
+
+/// A box of 60 mm around the origin.
+ServoObject floatingBox(Vec3 at = Vec3(0)) {
+  const TriMesh mesh = boxMesh(Vec3(0.06));
+  return moving(objectOf(1, surfaceOf(mesh), at), floatingBody(mesh));
+}
+
+/// From one place to another in a time, then still.
+VirtualServo::Trajectory way(Vec3 from, Vec3 to, double seconds) {
+  return
+      [=](std::uint64_t tick) { return glm::mix(from, to, std::min(1.0, static_cast<double>(tick) * 1e-3 / seconds)); };
+}
+
+const RigidState& bodyState(const VirtualServo& servo, std::size_t i = 0) { return servo.state().moving[i].state; }
+
+TEST(MovingBody, GainsTheMomentumThatTheHandGives) {
+  VirtualServo servo(way({0.01, 0, 0.05}, {0.01, 0, 0.0}, 0.5), kConfig);
+  servo.adopt(sceneOf(1, {floatingBox()}));
+  Vec3 given(0);
+  int touched = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const TelemetrySample sample = servo.step();
+    given -= 1e-3 * sample.force.contact;
+    touched += sample.object != 0 ? 1 : 0;
+  }
+  EXPECT_GT(touched, 20);
+  EXPECT_LT(bodyState(servo).momentum_Ns.z, -0.01);
+  EXPECT_LT(glm::distance(bodyState(servo).momentum_Ns, given), 1e-9);
+  EXPECT_GT(bodyState(servo).angularMomentum_Nms.y, 0) << "pushed beside its centre";
+}
+
+TEST(MovingBody, IsNeverEnteredByTheIhipWhileItTumbles) {
+  VirtualServo servo(
+      [](std::uint64_t tick) {
+        const double t = 1e-3 * static_cast<double>(tick);
+        return Vec3(0.02 * std::sin(9 * t), 0.02 * std::cos(7 * t), 0.033 + 0.03 * std::cos(5 * t));
+      },
+      kConfig);
+  RigidBody body = floatingBody(boxMesh(Vec3(0.06)));
+  body.spring = {50, 0.2, 0.05, 1e-4};
+  ServoObject box = floatingBox();
+  box.motion = std::make_shared<RigidBody>(body);
+  servo.adopt(sceneOf(1, {box}));
+  double deepest = 0;
+  int touched = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const TelemetrySample sample = servo.step();
+    ASSERT_TRUE(isFinite(sample.force.written));
+    const Vec3 local = servo.state().bodies[0].frame.toLocal(sample.ihip);
+    deepest = std::max(deepest, 0.03 - std::max({std::abs(local.x), std::abs(local.y), std::abs(local.z)}));
+    touched += sample.object != 0 ? 1 : 0;
+  }
+  EXPECT_GT(touched, 1000);
+  EXPECT_LT(deepest, 1e-6);
+}
+
+TEST(MovingBody, DroppedOnAStillHandIsFeltAndHeld) {
+  ServoObject box = floatingBox({0, 0, 0.05});
+  RigidBody heavy = *box.motion;
+  heavy.gravity_m_per_s2 = {0, 0, -9.81};
+  heavy.linearDamping_per_s = 5;
+  heavy.freedom = Freedom::kSlider;
+  heavy.joint.axis = {0, 0, 1};
+  box.motion = std::make_shared<RigidBody>(heavy);
+  VirtualServo servo(way(Vec3(0), Vec3(0), 1), kConfig);
+  servo.adopt(sceneOf(1, {box}));
+  const TelemetrySample sample = servo.run(8000);
+  EXPECT_EQ(sample.object, 1U);
+  EXPECT_NEAR(sample.force.contact.z, -kMass_kg * 9.81, 0.01 * kMass_kg * 9.81);
+}
+
+TEST(MovingBody, IsDraggedByFriction) {
+  const TriMesh mesh = boxMesh({0.1, 0.1, 0.02});
+  RigidBody body = floatingBody(mesh);
+  body.gravity_m_per_s2 = {0, 0, -9.81};
+  body.planes[0] = {{0, 0, 1}, 0, 0.01};
+  body.planeCount = 1;
+  for (const bool rough : {false, true}) {
+    ServoObject plate = moving(objectOf(1, surfaceOf(mesh), {0, 0, 0.01}), body);
+    if (rough) plate = with(plate, friction(0.8, 0.6));
+    VirtualServo servo(
+        [](std::uint64_t tick) {
+          const double t = 1e-3 * static_cast<double>(tick);
+          return Vec3(0.03 * std::clamp(t - 1, 0.0, 1.0), 0, std::max(0.018, 0.03 - 0.02 * t));
+        },
+        kConfig);
+    servo.adopt(sceneOf(1, {plate}));
+    servo.run(2100);
+    const double x = servo.state().bodies[0].current.position.x;
+    if (rough) {
+      EXPECT_NEAR(x, 0.03, 0.005);
+    } else {
+      EXPECT_LT(std::abs(x), 1e-4);
+    }
+  }
+}
+
+TEST(MovingBody, OnAHingeOpensLikeADoor) {
+  const TriMesh mesh = boxMesh({0.2, 0.01, 0.3});
+  RigidBody door = floatingBody(mesh);
+  door.freedom = Freedom::kHinge;
+  door.joint = {{-0.1, 0, 0}, {0, 0, 1}, 0, 1.5};
+  door.angularDamping_per_s = 1;
+  VirtualServo servo(way({0.08, -0.02, 0}, {0.08, 0.04, 0}, 0.5), kConfig);
+  servo.adopt(sceneOf(1, {moving(objectOf(1, surfaceOf(mesh), Vec3(0)), door)}));
+  servo.run(600);
+  EXPECT_GT(bodyState(servo).coordinate, 0.15);
+  const Vec3 onAxis(-0.1, 0, 0.1);
+  EXPECT_LT(glm::distance(toWorld(servo.state().bodies[0].current, onAxis), onAxis), 1e-12);
+}
+
+TEST(MovingBody, GoesOnThroughEditsOfOthersAndIsResetByAnEditOfItsPose) {
+  VirtualServo servo(way({0, 0, 0.05}, {0, 0, 0.02}, 0.3), kConfig);
+  const ServoObject box = floatingBox();
+  servo.adopt(sceneOf(1, {box}));
+  servo.run(320);
+  const RigidState before = bodyState(servo);
+  ASSERT_LT(before.momentum_Ns.z, -1e-3);
+  const Pose there = servo.state().bodies[0].current;
+  servo.adopt(sceneOf(2, {box, slab(2, {0.5, 0, 0})}));
+  EXPECT_EQ(bodyState(servo).momentum_Ns, before.momentum_Ns);
+  EXPECT_EQ(servo.state().bodies[0].current, there);
+
+  ServoObject put = box;
+  put.pose.position = {0.5, 0.5, 0.5};
+  servo.adopt(sceneOf(3, {put, slab(2, {0.5, 0, 0})}));
+  for (int i = 0; i < 1000 && !servo.adopted(); ++i) servo.step();
+  servo.run(500);
+  EXPECT_EQ(bodyState(servo).momentum_Ns, Vec3(0));
+  EXPECT_EQ(servo.state().bodies[0].current.position, put.pose.position);
+}
+
+TEST(MovingBody, WhoseMotionIsTakenAwayGoesBackToWhereTheSceneHasIt) {
+  VirtualServo servo(way({0, 0, 0.05}, {0, 0, 0.02}, 0.3), kConfig);
+  ServoObject box = floatingBox();
+  servo.adopt(sceneOf(1, {box}));
+  servo.run(2000);
+  ASSERT_LT(servo.state().bodies[0].current.position.z, -0.01);
+  box.motion = nullptr;
+  servo.adopt(sceneOf(2, {box}));
+  servo.run(1000);
+  EXPECT_EQ(servo.state().bodies[0].current, box.pose);
+  EXPECT_EQ(servo.state().movingCount, 0U);
+}
+
+TEST(MovingBody, GoesOnInACopyOfTheStateBitForBit) {
+  VirtualServo servo(way({0.02, 0.01, 0.05}, {0, 0, 0.0}, 0.4), kConfig);
+  servo.adopt(sceneOf(1, {floatingBox()}));
+  servo.run(300);
+  VirtualServo copy = servo;
+  for (int i = 0; i < 500; ++i) {
+    ASSERT_EQ(servo.step().force.written, copy.step().force.written);
+    ASSERT_EQ(servo.state().bodies[0].current, copy.state().bodies[0].current);
+  }
+}
+
+}  // namespace
+}  // namespace haptics::testing
