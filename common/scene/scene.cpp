@@ -6,6 +6,9 @@
 
 namespace haptics {
 
+/// Before the motion in an object's hash, after the properties of its surface, which have lower numbers.
+constexpr std::uint64_t kMotion = 4;
+
 ContentHash ObjectRecord::hash() const {
   Hasher h;
   h.add(id).add(std::string_view(name)).add(revision).add(mesh);
@@ -14,6 +17,10 @@ ContentHash ObjectRecord::hash() const {
   h.add(material.stiffness_N_per_m).add(material.damping_Ns_per_m);
   h.add(material.color.red).add(material.color.green).add(material.color.blue);
   addTo(h, material.surface);
+  if (motion) {
+    h.add(kMotion);
+    addTo(h, *motion);
+  }
   return h.finish();
 }
 

@@ -11,6 +11,7 @@
 #include "common/hash/content_hash.h"
 #include "common/maths/vec.h"
 #include "common/scene/asset_source.h"
+#include "common/scene/motion_properties.h"
 #include "common/scene/surface_edits.h"
 #include "common/scene/surface_properties.h"
 
@@ -37,8 +38,9 @@ struct ObjectRecord {
   std::string name;
   std::uint64_t revision = 0;  ///< Of the commit that last changed it.
   ContentHash mesh;
-  Pose pose;
+  Pose pose;  ///< Of an object that moves: where it starts, and rests.
   Material material;
+  std::optional<MotionProperties> motion = std::nullopt;
 
   bool operator==(const ObjectRecord&) const = default;
   /// SHA-256 over all fields in declaration order, canonical form (Hasher).
@@ -142,6 +144,7 @@ struct AddObject {
   MeshSource mesh;
   PoseEdit pose;
   MaterialEdit material;
+  std::optional<MotionProperties> motion = std::nullopt;
 };
 struct RemoveObject {
   ObjectRef object;
@@ -158,7 +161,11 @@ struct SetMaterial {
   ObjectRef object;
   MaterialEdit material;
 };
-using Operation = std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial>;
+struct SetMotion {
+  ObjectRef object;
+  std::optional<MotionProperties> motion;  ///< None: taken away.
+};
+using Operation = std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial, SetMotion>;
 
 struct Transaction {
   std::vector<Precondition> preconditions;

@@ -4,6 +4,7 @@
 
 #include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_motion.h"
 #include "common/wire/convert_surface.h"
 
 namespace haptics {
@@ -204,7 +205,12 @@ Result<Operation> addFrom(const v1::AddObject& message) {
   if (!pose) return errorOf(pose);
   auto material = materialFrom(message.material());
   if (!material) return errorOf(material);
-  return AddObject{message.name(), std::move(*mesh), *pose, std::move(*material)};
+  AddObject add{message.name(), std::move(*mesh), *pose, std::move(*material)};
+  if (!message.has_motion()) return add;
+  auto motion = motionFrom(message.motion());
+  if (!motion) return errorOf(motion, "motion.");
+  add.motion = *std::move(motion);
+  return add;
 }
 
 Result<Operation> remeshFrom(const v1::RemeshObject& message) {
@@ -235,6 +241,15 @@ Result<Operation> setMaterialFrom(const v1::SetMaterial& message) {
   return SetMaterial{std::move(*object), std::move(*material)};
 }
 
+Result<Operation> setMotionFrom(const v1::SetMotion& message) {
+  auto object = refFrom(message.object());
+  if (!object) return errorOf(object);
+  if (message.motion().ByteSizeLong() == 0) return SetMotion{std::move(*object), std::nullopt};
+  auto motion = motionFrom(message.motion());
+  if (!motion) return errorOf(motion, "motion.");
+  return SetMotion{std::move(*object), *std::move(motion)};
+}
+
 Result<Operation> operationFrom(const v1::Operation& message) {
   switch (message.op_case()) {
     case v1::Operation::kAdd: {
@@ -258,10 +273,14 @@ Result<Operation> operationFrom(const v1::Operation& message) {
       auto operation = setMaterialFrom(message.set_material());
       return operation ? operation : errorOf(operation, "set_material.");
     }
+    case v1::Operation::kSetMotion: {
+      auto operation = setMotionFrom(message.set_motion());
+      return operation ? operation : errorOf(operation, "set_motion.");
+    }
     case v1::Operation::OP_NOT_SET:
       break;
   }
-  return refused("op", "is missing; give add, remove, remesh, set_pose or set_material");
+  return refused("op", "is missing; give add, remove, remesh, set_pose, set_material or set_motion");
 }
 
 Result<Precondition> preconditionFrom(const v1::Precondition& message) {

@@ -1,5 +1,6 @@
 #include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_motion.h"
 #include "common/wire/convert_surface.h"
 
 namespace haptics {
@@ -88,6 +89,11 @@ Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
   auto surface = surfaceFrom(message);
   if (!surface) return tl::unexpected<Error>(std::move(surface.error()));
   record.material.surface = *std::move(surface);
+  if (message.has_motion()) {
+    auto motion = announcedMotionFrom(message.motion());
+    if (!motion) return tl::unexpected<Error>(std::move(motion.error()).within("motion."));
+    record.motion = *std::move(motion);
+  }
   return record;
 }
 
@@ -126,6 +132,8 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message) {
   message.mutable_color()->set_green(record.material.color.green);
   message.mutable_color()->set_blue(record.material.color.blue);
   toWire(record.material.surface, message);
+  message.clear_motion();
+  if (record.motion) toWire(*record.motion, *message.mutable_motion());
 }
 
 void toWire(const Commit& commit, v1::Commit& message) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "haptic_server/scene/make_rigid_body.h"
 #include "haptic_server/servo/servo_scene.h"
 
 namespace haptics {
@@ -92,6 +93,8 @@ Result<void> SceneDraft::apply(const AddObject& add, const std::string& field) {
   named_.push_back({field + "add.mesh.", record.id, record.name, Place::kMesh, &add.mesh});
   given_[record.id].mesh = field + "add.mesh";
   apply(add.material.surface, field + "add.material.", record);
+  record.motion = add.motion;
+  if (add.motion) given_[record.id].motion = field + "add.motion.";
   put_.push_back(std::move(record));
   return {};
 }
@@ -127,6 +130,14 @@ Result<void> SceneDraft::apply(const SetMaterial& set, const std::string& field)
   if (!record) return tl::unexpected(record.error());
   (*record)->material = edited((*record)->material, set.material);
   apply(set.material.surface, field + "set_material.material.", **record);
+  return {};
+}
+
+Result<void> SceneDraft::apply(const SetMotion& set, const std::string& field) {
+  const auto record = edit(set.object, field + "set_motion.object");
+  if (!record) return tl::unexpected(record.error());
+  (*record)->motion = set.motion;
+  given_[(*record)->id].motion = set.motion ? field + "set_motion.motion." : "";
   return {};
 }
 
@@ -168,6 +179,7 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   for (const auto& [object, given] : given_) {
     const ObjectRecord& record = *put(object);
     if (auto gathered = gather(record, given); !gathered) return tl::unexpected(std::move(gathered).error());
+    if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
     for (const std::string& remark : resolver.remarks(record, assets_.at(object))) {
       reports.push_back(record.name + ": " + remark);
     }
@@ -287,6 +299,32 @@ Result<void> SceneDraft::gather(const ObjectRecord& record, const Given& given) 
   }
   return refused(given.mesh, "does not fit the object's " + field + ", which " + reason +
                                  "; edit that property in the same transaction, or take it away");
+}
+
+/// Of the mesh that the object has after the transaction.
+Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const Given& given) const {
+  if (!record.motion) return {};
+  const bool byMotion = !given.motion.empty();
+  if (byMotion) {
+    if (auto fits = checkMovingCount(given.motion); !fits) return fits;
+  }
+  const auto body = rigidBodyFrom(*record.motion, *assets_.at(record.id).mesh->mesh);
+  if (body) return {};
+  const auto& [field, reason] = body.error();
+  if (byMotion) return refused(given.motion + field, reason);
+  return refused(given.mesh, "does not fit the object's motion." + field + ", which " + reason);
+}
+
+Result<void> SceneDraft::checkMovingCount(const std::string& field) const {
+  std::size_t count = 0;
+  for (const auto& object : base_.objects()) {
+    const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);
+    if (stays && object->motion) ++count;
+  }
+  for (const ObjectRecord& record : put_) count += record.motion ? 1 : 0;
+  if (count <= kMaxMovingBodies) return {};
+  return refused(field.substr(0, field.size() - 1), "makes " + std::to_string(count) + " objects move; at most " +
+                                                        std::to_string(kMaxMovingBodies) + " of a scene may");
 }
 
 Commit SceneDraft::commit() const {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptic_server/motion/support_points.h"
+#include "haptic_server/scene/make_rigid_body.h"
+
 namespace haptics {
 
 ServoSceneMaker::ServoSceneMaker(MakePlan makePlan) : makePlan_(std::move(makePlan)) {}
@@ -13,13 +16,15 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
   scene->revision = revision_ = version.revision();
   std::map<ObjectId, Detailed> detailed;
   for (const auto& record : version.objects()) {
-    const Detailed& known = detailed[record->id] = detailOf(*record, sequencer.assetsOf(record->id));
+    Detailed& known = detailed[record->id] = detailOf(*record, sequencer.assetsOf(record->id));
+    addBody(known, *record, sequencer.assetsOf(record->id));
     scene->objects.push_back({.id = record->id,
                               .surface = known.surface,
                               .pose = record->pose,
                               .stiffness_N_per_m = record->material.stiffness_N_per_m,
                               .damping_Ns_per_m = record->material.damping_Ns_per_m,
-                              .detail = known.detail});
+                              .detail = known.detail,
+                              .motion = known.body});
   }
   detailed_ = std::move(detailed);
   if (makePlan_ && (!plan_ || (plan == Plan::kOfThisOne && planIsOld()))) {
@@ -59,6 +64,22 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
   }
   return {assets.mesh->surface, properties,
           makeSurfaceDetail(*assets.mesh->surface, properties, fields, std::move(normals))};
+}
+
+void ServoSceneMaker::addBody(Detailed& detailed, const ObjectRecord& record, const ObjectAssets& assets) const {
+  detailed.motion = record.motion;
+  detailed.body = nullptr;
+  if (!record.motion) return;
+  const auto known = detailed_.find(record.id);
+  if (known != detailed_.end() && known->second.surface == detailed.surface && known->second.motion == record.motion) {
+    detailed.body = known->second.body;
+    return;
+  }
+  const TriMesh& mesh = *assets.mesh->mesh;
+  auto body = rigidBodyFrom(*record.motion, mesh);
+  if (!body) return;  // the sequencer refuses what makes no body
+  if (body->planeCount > 0) body->standOn(supportPoints(mesh.vertices));
+  detailed.body = std::make_shared<const RigidBody>(*std::move(body));
 }
 
 bool ServoSceneMaker::planIsOld() const noexcept { return makePlan_ && planRevision_ != revision_; }

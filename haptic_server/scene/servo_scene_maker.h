@@ -45,6 +45,8 @@ class ServoSceneMaker {
     std::shared_ptr<const Surface> surface;
     SurfaceProperties properties;
     std::shared_ptr<const SurfaceDetail> detail;
+    std::optional<MotionProperties> motion = std::nullopt;
+    std::shared_ptr<const RigidBody> body = nullptr;
   };
   MakePlan makePlan_;
   std::map<ObjectId, Detailed> detailed_;  // of the last scene made
@@ -54,6 +56,7 @@ class ServoSceneMaker {
   std::uint64_t revision_ = 0;      // of the last scene made
   std::uint64_t planRevision_ = 0;  // for which plan_ was made
 
+  void addBody(Detailed& detailed, const ObjectRecord& record, const ObjectAssets& assets) const;
   Detailed detailOf(const ObjectRecord& record, const ObjectAssets& assets) const;
 };
 

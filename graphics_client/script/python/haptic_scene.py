@@ -51,7 +51,7 @@ def object_hash(state):
     return hashlib.sha256(numbers(state.id, len(name)) + name + numbers(state.revision) + state.mesh +
                           doubles(*turn(rotation), *vector(position), state.stiffness_N_per_m, state.damping_Ns_per_m) +
                           struct.pack("<3f", *(value + 0.0 for value in (color.red, color.green, color.blue))) +
-                          surface_bytes(state)).digest()
+                          surface_bytes(state) + motion_bytes(state)).digest()
 
 
 def surface_bytes(state):
@@ -71,6 +71,29 @@ def surface_bytes(state):
         texture = state.texture
         data += numbers(3, texture.law) + field_bytes(texture.field) + doubles(texture.amplitude_m)
         data += numbers(texture.literal) + doubles(texture.gain_K)
+    return data
+
+
+def motion_bytes(state):
+    """After its number, as the surface's properties (common/scene/motion_properties.cpp)."""
+    if not state.HasField("motion"):
+        return b""
+    motion, spring = state.motion, state.motion.spring
+    data = numbers(4) + doubles(motion.mass_kg) + numbers(motion.HasField("inertia"))
+    if motion.HasField("inertia"):
+        inertia = motion.inertia
+        data += doubles(*vector(inertia.centre_m), *vector(inertia.moments), *vector(inertia.products))
+    data += doubles(*vector(motion.gravity_m_per_s2), motion.linear_damping_per_s, motion.angular_damping_per_s,
+                    spring.stiffness_N_per_m, spring.damping_Ns_per_m, spring.stiffness_Nm_per_rad,
+                    spring.damping_Nms_per_rad)
+    kind = motion.WhichOneof("joint")
+    data += numbers((None, "hinge", "slider").index(kind))
+    if kind:
+        joint = getattr(motion, kind)
+        data += doubles(*vector(joint.anchor_m), *vector(joint.axis), joint.lowest, joint.highest)
+    data += numbers(len(motion.planes))
+    for plane in motion.planes:
+        data += doubles(*vector(plane.normal), plane.offset_m, plane.friction, plane.rolling_m)
     return data
 
 

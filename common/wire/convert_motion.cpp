@@ -1,0 +1,198 @@
+#include "common/wire/convert_motion.h"
+
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "common/wire/checks.h"
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kMaxMass_kg = 1e4;
+constexpr Range kGravity{-100, 100, " m/s^2"};
+constexpr Range kDampingRate{0, 1e4, " /s"};
+constexpr Range kSpring{0, 1e6};
+constexpr Range kFriction{0, 10};
+constexpr Range kRolling{0, 0.1, " m"};
+constexpr double kMaxInertia_kg_m2 = 1e6;
+/// Several whole turns: a knob may have them.
+constexpr double kMaxAngle_rad = 200 * std::numbers::pi;
+constexpr int kMaxPlanesOfABody = 4;
+
+auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
+
+Vec3 vectorFrom(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+void write(Vec3 v, v1::Vector3& message) {
+  message.set_x(v.x);
+  message.set_y(v.y);
+  message.set_z(v.z);
+}
+
+Refusal checkVector(const v1::Vector3& v, const Range& range, const std::string& field) {
+  if (auto bad = checkRange(v.x(), range, field + ".x")) return bad;
+  if (auto bad = checkRange(v.y(), range, field + ".y")) return bad;
+  return checkRange(v.z(), range, field + ".z");
+}
+
+Refusal checkDirection(const v1::Vector3& v, const std::string& field) {
+  if (vectorFrom(v) == Vec3(0)) return Error{field, "has length 0; give a direction of length 1"};
+  return checkUnitVector(v, field);
+}
+
+Result<GivenInertia> inertiaFrom(const v1::Inertia& message) {
+  if (auto bad = checkPosition(message.centre_m(), "centre_m")) return refuse(bad);
+  const v1::Vector3& m = message.moments();
+  for (const auto& [value, field] : {std::pair{m.x(), "moments.x"}, {m.y(), "moments.y"}, {m.z(), "moments.z"}}) {
+    if (auto bad = checkAbove0(value, kMaxInertia_kg_m2, " kg m^2", field)) return refuse(bad);
+  }
+  const Range products{-kMaxInertia_kg_m2, kMaxInertia_kg_m2, " kg m^2"};
+  if (auto bad = checkVector(message.products(), products, "products")) return refuse(bad);
+  return GivenInertia{vectorFrom(message.centre_m()), vectorFrom(m), vectorFrom(message.products())};
+}
+
+Result<SpringProperties> springFrom(const v1::PoseSpring& message) {
+  const SpringProperties spring{message.stiffness_n_per_m(), message.damping_ns_per_m(), message.stiffness_nm_per_rad(),
+                                message.damping_nms_per_rad()};
+  for (const auto& [value, field] : {std::pair{spring.stiffness_N_per_m, "stiffness_N_per_m"},
+                                     {spring.damping_Ns_per_m, "damping_Ns_per_m"},
+                                     {spring.stiffness_Nm_per_rad, "stiffness_Nm_per_rad"},
+                                     {spring.damping_Nms_per_rad, "damping_Nms_per_rad"}}) {
+    if (auto bad = checkRange(value, kSpring, field)) return refuse(bad);
+  }
+  return spring;
+}
+
+Result<JointProperties> jointFrom(const v1::Joint& message, JointProperties::Kind kind) {
+  JointProperties joint{.kind = kind};
+  if (auto bad = checkPosition(message.anchor_m(), "anchor_m")) return refuse(bad);
+  if (auto bad = checkDirection(message.axis(), "axis")) return refuse(bad);
+  const bool hinge = kind == JointProperties::Kind::kHinge;
+  const double most = hinge ? kMaxAngle_rad : kMaxCoordinate_m;
+  const char* unit = hinge ? " rad" : " m";
+  joint.lowest = message.has_lowest() ? message.lowest() : -most;
+  joint.highest = message.has_highest() ? message.highest() : most;
+  if (auto bad = checkRange(joint.lowest, {-most, 0, unit}, "lowest")) return refuse(bad);
+  if (auto bad = checkRange(joint.highest, {0, most, unit}, "highest")) return refuse(bad);
+  joint.anchor_m = vectorFrom(message.anchor_m());
+  joint.axis = vectorFrom(message.axis());
+  return joint;
+}
+
+Result<PlaneProperties> planeFrom(const v1::Plane& message) {
+  PlaneProperties plane;
+  if (auto bad = checkDirection(message.normal(), "normal")) return refuse(bad);
+  if (auto bad = checkRange(message.offset_m(), {-kMaxCoordinate_m, kMaxCoordinate_m, " m"}, "offset_m")) {
+    return refuse(bad);
+  }
+  plane.normal = vectorFrom(message.normal());
+  plane.offset_m = message.offset_m();
+  if (message.has_friction()) plane.friction = message.friction();
+  if (message.has_rolling_m()) plane.rolling_m = message.rolling_m();
+  if (auto bad = checkRange(plane.friction, kFriction, "friction")) return refuse(bad);
+  if (auto bad = checkRange(plane.rolling_m, kRolling, "rolling_m")) return refuse(bad);
+  return plane;
+}
+
+/// The error as seen from one level farther out.
+template <class T>
+tl::unexpected<Error> errorOf(Result<T>& result, const std::string& prefix) {
+  return tl::unexpected<Error>(std::move(result.error()).within(prefix));
+}
+
+Result<void> addJoint(const v1::Motion& message, MotionProperties& motion) {
+  if (message.joint_case() == v1::Motion::JOINT_NOT_SET) return {};
+  const bool hinge = message.joint_case() == v1::Motion::kHinge;
+  auto joint = jointFrom(hinge ? message.hinge() : message.slider(),
+                         hinge ? JointProperties::Kind::kHinge : JointProperties::Kind::kSlider);
+  if (!joint) return errorOf(joint, hinge ? "hinge." : "slider.");
+  motion.joint = *joint;
+  return {};
+}
+
+Result<void> addPlanes(const v1::Motion& message, MotionProperties& motion) {
+  if (message.planes_size() > kMaxPlanesOfABody) {
+    return refused("planes", "has " + std::to_string(message.planes_size()) + " entries; a body rests on at most " +
+                                 std::to_string(kMaxPlanesOfABody));
+  }
+  if (message.planes_size() > 0 && motion.joint) {
+    return refused("planes", "are given beside a joint, whose limits stop the body; give one of the two");
+  }
+  for (int i = 0; i < message.planes_size(); ++i) {
+    auto plane = planeFrom(message.planes(i));
+    if (!plane) return errorOf(plane, "planes[" + std::to_string(i) + "].");
+    motion.planes.push_back(*plane);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<MotionProperties> announcedMotionFrom(const v1::Motion& message) {
+  MotionProperties motion;
+  motion.mass_kg = message.mass_kg();
+  if (auto bad = checkAbove0(motion.mass_kg, kMaxMass_kg, " kg", "mass_kg")) return refuse(bad);
+  if (message.has_inertia()) {
+    auto inertia = inertiaFrom(message.inertia());
+    if (!inertia) return errorOf(inertia, "inertia.");
+    motion.inertia = *inertia;
+  }
+  if (message.has_gravity_m_per_s2()) {
+    if (auto bad = checkVector(message.gravity_m_per_s2(), kGravity, "gravity_m_per_s2")) return refuse(bad);
+    motion.gravity_m_per_s2 = vectorFrom(message.gravity_m_per_s2());
+  }
+  motion.linearDamping_per_s = message.linear_damping_per_s();
+  motion.angularDamping_per_s = message.angular_damping_per_s();
+  if (auto bad = checkRange(motion.linearDamping_per_s, kDampingRate, "linear_damping_per_s")) return refuse(bad);
+  if (auto bad = checkRange(motion.angularDamping_per_s, kDampingRate, "angular_damping_per_s")) return refuse(bad);
+  auto spring = springFrom(message.spring());
+  if (!spring) return errorOf(spring, "spring.");
+  motion.spring = *spring;
+  if (auto joint = addJoint(message, motion); !joint) return tl::unexpected<Error>(std::move(joint.error()));
+  if (auto planes = addPlanes(message, motion); !planes) return tl::unexpected<Error>(std::move(planes.error()));
+  return motion;
+}
+
+Result<MotionProperties> motionFrom(const v1::Motion& message) {
+  auto motion = announcedMotionFrom(message);
+  if (!motion) return motion;
+  if (motion->joint) motion->joint->axis = glm::normalize(motion->joint->axis);
+  for (PlaneProperties& plane : motion->planes) plane.normal = glm::normalize(plane.normal);
+  return motion;
+}
+
+void toWire(const MotionProperties& motion, v1::Motion& message) {
+  message.Clear();
+  message.set_mass_kg(motion.mass_kg);
+  if (motion.inertia) {
+    write(motion.inertia->centre_m, *message.mutable_inertia()->mutable_centre_m());
+    write(motion.inertia->moments, *message.mutable_inertia()->mutable_moments());
+    write(motion.inertia->products, *message.mutable_inertia()->mutable_products());
+  }
+  write(motion.gravity_m_per_s2, *message.mutable_gravity_m_per_s2());
+  message.set_linear_damping_per_s(motion.linearDamping_per_s);
+  message.set_angular_damping_per_s(motion.angularDamping_per_s);
+  v1::PoseSpring& spring = *message.mutable_spring();
+  spring.set_stiffness_n_per_m(motion.spring.stiffness_N_per_m);
+  spring.set_damping_ns_per_m(motion.spring.damping_Ns_per_m);
+  spring.set_stiffness_nm_per_rad(motion.spring.stiffness_Nm_per_rad);
+  spring.set_damping_nms_per_rad(motion.spring.damping_Nms_per_rad);
+  if (motion.joint) {
+    const bool hinge = motion.joint->kind == JointProperties::Kind::kHinge;
+    v1::Joint& joint = hinge ? *message.mutable_hinge() : *message.mutable_slider();
+    write(motion.joint->anchor_m, *joint.mutable_anchor_m());
+    write(motion.joint->axis, *joint.mutable_axis());
+    joint.set_lowest(motion.joint->lowest);
+    joint.set_highest(motion.joint->highest);
+  }
+  for (const PlaneProperties& of : motion.planes) {
+    v1::Plane& plane = *message.add_planes();
+    write(of.normal, *plane.mutable_normal());
+    plane.set_offset_m(of.offset_m);
+    plane.set_friction(of.friction);
+    plane.set_rolling_m(of.rolling_m);
+  }
+}
+
+}  // namespace haptics
