@@ -1,0 +1,58 @@
+#include "common/wire/convert_motion.h"
+
+#include <google/protobuf/text_format.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace haptics {
+namespace {
+
+v1::Motion message(const std::string& text) {
+  v1::Motion motion;
+  if (!google::protobuf::TextFormat::ParseFromString(text, &motion)) ADD_FAILURE() << text;
+  return motion;
+}
+
+std::string fieldAtFault(const std::string& text) {
+  const auto motion = motionFrom(message(text));
+  return motion ? "" : motion.error().field;
+}
+
+TEST(MotionOnTheWire, ComesBackAsItWent) {
+  MotionProperties door{.mass_kg = 1.0 / 3,
+                        .inertia = GivenInertia{{0.1, 0.2, 0.3}, {0.01, 0.02, 0.025}, {0.001, -0.002, 0.003}},
+                        .gravity_m_per_s2 = {0, 0.1, -1.62},
+                        .linearDamping_per_s = 0.5,
+                        .angularDamping_per_s = 0.25,
+                        .spring = {100, 1, 0.5, 0.01},
+                        .joint = JointProperties{JointProperties::Kind::kHinge, {0.1, 0, 0}, {0, 0, 1}, -0.5, 1.5}};
+  v1::Motion wire;
+  toWire(door, wire);
+  EXPECT_EQ(announcedMotionFrom(wire).value(), door);
+  MotionProperties brick{.mass_kg = 0.2, .planes = {{{0, 0, 1}, 0.01, 0.3, 1e-3}, {{-1, 0, 0}, -0.2}}};
+  toWire(brick, wire);
+  EXPECT_EQ(announcedMotionFrom(wire).value(), brick);
+}
+
+TEST(MotionOnTheWire, NeedsOnlyAMass) {
+  const MotionProperties motion = motionFrom(message("mass_kg: 0.5")).value();
+  EXPECT_EQ(motion, MotionProperties{.mass_kg = 0.5});
+}
+
+TEST(MotionOnTheWire, IsRefusedWhereItIsWrongAndSaysWhere) {
+  EXPECT_EQ(fieldAtFault(""), "mass_kg");
+  EXPECT_EQ(fieldAtFault("mass_kg: -1"), "mass_kg");
+  EXPECT_EQ(fieldAtFault("mass_kg: nan"), "mass_kg");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 inertia { moments { x: 1 y: 0 z: 1 } }"), "inertia.moments.y");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 hinge { anchor_m { x: 1 } }"), "hinge.axis");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 slider { axis { x: 2 } }"), "slider.axis");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 hinge { axis { x: 1 } lowest: 0.1 }"), "hinge.lowest");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 hinge { axis { x: 1 } } planes { normal { z: 1 } }"), "planes");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 planes { normal { z: 1 } friction: -1 }"), "planes[0].friction");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 spring { stiffness_N_per_m: inf }"), "spring.stiffness_N_per_m");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 gravity_m_per_s2 { z: -1e9 }"), "gravity_m_per_s2.z");
+}
+
+}  // namespace
+}  // namespace haptics

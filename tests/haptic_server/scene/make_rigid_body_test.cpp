@@ -1,0 +1,39 @@
+#include "haptic_server/scene/make_rigid_body.h"
+
+#include <gtest/gtest.h>
+
+#include "common/mesh/generators.h"
+
+namespace haptics {
+namespace {
+
+TriMesh openSphere() {
+  TriMesh mesh = makeSphere(0.05, 4).value();
+  mesh.triangles.pop_back();
+  return mesh;
+}
+
+TEST(MakeRigidBody, FillsAClosedMeshEvenly) {
+  const RigidBody body = rigidBodyFrom({.mass_kg = 0.3}, makeBox({0.06, 0.06, 0.06}, 1).value()).value();
+  EXPECT_NEAR(body.mass.moments.x, 0.3 * 0.06 * 0.06 / 6, 1e-9);
+}
+
+TEST(MakeRigidBody, RefusesAnOpenMeshUnlessAnInertiaIsGiven) {
+  MotionProperties motion{.mass_kg = 0.3};
+  const auto refusal = rigidBodyFrom(motion, openSphere());
+  ASSERT_FALSE(refusal);
+  EXPECT_EQ(refusal.error().field, "inertia");
+  EXPECT_NE(refusal.error().reason.find("open"), std::string::npos);
+  motion.inertia = GivenInertia{{0, 0, 0.01}, {1e-4, 1e-4, 1e-4}, {}};
+  EXPECT_EQ(rigidBodyFrom(motion, openSphere()).value().mass.centre, Vec3(0, 0, 0.01));
+}
+
+TEST(MakeRigidBody, RefusesAnInertiaThatNoBodyHas) {
+  MotionProperties motion{.mass_kg = 0.3, .inertia = GivenInertia{{}, {1, 1, 3}, {}}};
+  EXPECT_FALSE(rigidBodyFrom(motion, openSphere()));
+  motion.inertia = GivenInertia{{}, {1, 1, 1}, {0, 0, 1.5}};
+  EXPECT_FALSE(rigidBodyFrom(motion, openSphere()));
+}
+
+}  // namespace
+}  // namespace haptics
