@@ -145,7 +145,9 @@ template <bool kDetails>
   ForceComponents force;
 
   superviseDevice(state, input.device);
-  if constexpr (kDetails) takeMovedPoses(state);
+  const bool anyMoves = kDetails && state.movingCount > 0;
+  if (anyMoves) [[unlikely]]
+    takeMovedPoses(state);
   if (state.fault == Fault::kNone) {
     const Vec3 hip = input.device.position;
     accountEnergy(state, hip);
@@ -163,7 +165,8 @@ template <bool kDetails>
   force.contact = force.spring + force.damping + force.friction + force.texture;
   const std::uint64_t touched = contact.touching ? scene.objects[static_cast<std::size_t>(contact.body)].id : 0;
   limitForce(state, config, touched, force);
-  if constexpr (kDetails) moveBodies(state, config, contact, force.contact);
+  if (anyMoves) [[unlikely]]
+    moveBodies(state, config, contact, force.contact);
 
   state.contactObject = touched;
   state.written_N = force.written;
