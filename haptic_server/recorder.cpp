@@ -13,8 +13,11 @@ Result<Recorder> Recorder::open(const std::string& file) {
   return recorder;
 }
 
-void Recorder::write(const TelemetrySample& sample) {
+void Recorder::write(const TelemetrySample& sample, const MotionState* motion) {
   toWire(sample, message_);
+  if (motion != nullptr) {
+    for (const BodyState& body : motion->bodies()) toWire(body, *message_.add_body());
+  }
   google::protobuf::util::SerializeDelimitedToOstream(message_, &out_);
 }
 

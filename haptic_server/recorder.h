@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/error/error.h"
+#include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptics/v1/telemetry.pb.h"
 
@@ -14,7 +15,8 @@ namespace haptics {
 class Recorder {
  public:
   [[nodiscard]] static Result<Recorder> open(const std::string& file);
-  void write(const TelemetrySample& sample);
+  /// @param motion  As of the sample's tick; null: not known for this one.
+  void write(const TelemetrySample& sample, const MotionState* motion);
   /// False when something could not be written, for instance because the disk is full.
   [[nodiscard]] bool close();
 

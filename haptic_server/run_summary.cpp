@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/telemetry/body_json.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 
 namespace haptics {
@@ -17,6 +18,12 @@ void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary)
 
 [[nodiscard]] nlohmann::ordered_json toJson(const v1::LatencySummary& summary) {
   return {{"p50", summary.p50()}, {"p99", summary.p99()}, {"p999", summary.p999()}, {"max", summary.max()}};
+}
+
+[[nodiscard]] nlohmann::ordered_json toJson(const MotionState& motion) {
+  nlohmann::ordered_json bodies = nlohmann::ordered_json::array();
+  for (const BodyState& body : motion.bodies()) bodies.push_back(bodyJson<nlohmann::ordered_json>(body));
+  return bodies;
 }
 
 }  // namespace
@@ -37,7 +44,8 @@ void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtim
   status.set_pinned(realtime.pinned);
 }
 
-Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N) {
+Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N,
+                          const MotionState& motion) {
   ContentHash root = ContentHash::fromBytes(status.root()).value_or(ContentHash{});
   const nlohmann::ordered_json summary = {
       {"ticks", status.ticks()},
@@ -56,6 +64,7 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"adopted_revision", status.adopted_revision()},
       {"scene_hash", root.hex()},
       {"device", status.device()},
+      {"bodies", toJson(motion)},
       {"realtime", {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
   };
   std::ofstream out(file);

@@ -15,6 +15,7 @@ namespace haptics {
 void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status);
 
 /// Writes what a run came to as JSON; the keys are a contract with scripts (README, "Summary of a run").
-[[nodiscard]] Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N);
+[[nodiscard]] Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N,
+                                        const MotionState& motion);
 
 }  // namespace haptics

@@ -31,7 +31,9 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   return [planner = ExplorationPlanner()](const ServoScene& scene) mutable {
     std::vector<ExploredObject> objects;
     for (const ServoObject& object : scene.objects) {
-      if (!object.leaving) objects.push_back({object.id, object.surface, object.pose});
+      if (!object.leaving) {
+        objects.push_back({object.id, object.surface, object.pose, object.motion != nullptr});
+      }
     }
     return std::make_shared<const ExplorationPlan>(planner.plan(objects));
   };
@@ -75,7 +77,9 @@ class ServerApp::Impl {
         device_({preset, hand, 1 / options.rate_Hz}, exploringHand_),
         room_({.assetFolders = options.assets,
                .makePlan = explorationPlans(),
-               .device = {preset.resolution_m, locallyStableStiffness_N_per_m(device_.info(), 1 / options.rate_Hz)},
+               .takeMotion = [this] { return servo_->takeMotionForPlans(); },
+               .device = {preset.resolution_m, locallyStableStiffness_N_per_m(device_.info(), 1 / options.rate_Hz),
+                          1 / options.rate_Hz},
                .log = logInfo},
               crossing_) {}
   ~Impl() { halt(); }
@@ -96,8 +100,8 @@ class ServerApp::Impl {
     if (room_.history()->version.revision() == 0) {
       if (auto loaded = loadScene(room_, options_.scene); !loaded) return loaded;
     }
-    room_.start();
     servo_ = std::make_unique<ServoLoop>(device_, crossing_, options_.rate_Hz);
+    room_.start();
     if (auto listening = listen(); !listening) return listening;
     startServo();
     server_->start();
@@ -122,7 +126,7 @@ class ServerApp::Impl {
     status.set_revision(history->version.revision());
     status.set_root(history->version.root().asBytes());
     status.set_refused_connections(server_->counters().refusedConnections);
-    return writeSummary(options_.summary, status, device_.info().maxForce_N);
+    return writeSummary(options_.summary, status, device_.info().maxForce_N, servo_->lastMotion());
   }
 
  private:
@@ -133,6 +137,7 @@ class ServerApp::Impl {
         .allowInsecureLan = options_.allowInsecureLan,
         .identity = {"haptic_server", device_.info().name, options_.rate_Hz, device_.info().maxForce_N},
         .popTelemetry = [this](TelemetrySample& sample) { return servo_->pop(sample); },
+        .takeMotion = [this] { return servo_->takeMotion(); },
         .recordSample = {},
         .fillStatus = [this](v1::Status& status) { fillStatus(status); },
         .log = logInfo};
@@ -141,7 +146,11 @@ class ServerApp::Impl {
       if (!credentials) return tl::unexpected(std::move(credentials.error()).within("--credentials "));
       serving.credentials = *std::move(credentials);
     }
-    if (recorder_) serving.recordSample = [this](const TelemetrySample& sample) { recorder_->write(sample); };
+    if (recorder_) {
+      serving.recordSample = [this](const TelemetrySample& sample, const MotionState* motion) {
+        recorder_->write(sample, motion);
+      };
+    }
     auto server = Server::listen(std::move(serving), room_);
     if (!server) return tl::unexpected(server.error());
     server_ = *std::move(server);

@@ -46,12 +46,12 @@ struct PlaneProperties {
 
 struct MotionProperties {
   double mass_kg = 0;
-  std::optional<GivenInertia> inertia;  ///< Default: of the closed mesh, evenly filled.
+  std::optional<GivenInertia> inertia = std::nullopt;  ///< Default: of the closed mesh, evenly filled.
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   double linearDamping_per_s = 0, angularDamping_per_s = 0;
-  SpringProperties spring;
-  std::optional<JointProperties> joint;  ///< Default: free.
-  std::vector<PlaneProperties> planes;
+  SpringProperties spring = {};
+  std::optional<JointProperties> joint = std::nullopt;  ///< Default: free.
+  std::vector<PlaneProperties> planes = {};
   bool operator==(const MotionProperties&) const = default;
 };
 

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <vector>
+
 #include "common/error/error.h"
 #include "common/scene/scene.h"
+#include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptics/v1/envelope.pb.h"
 #include "haptics/v1/scene.pb.h"
@@ -41,7 +44,11 @@ inline constexpr std::size_t kMaxCreases = 1000;
 
 void toWire(const ObjectRecord& record, v1::ObjectState& message);
 void toWire(const Commit& commit, v1::Commit& message);
-void toWire(const TelemetrySample& sample, v1::Telemetry& message);  ///< Reuses the message's memory.
+void toWire(const TelemetrySample& sample, v1::Telemetry& message);  ///< No bodies. Reuses the message's memory.
+
+/// The bodies that a sample tells of; those whose pose is no pose, and more than kMaxMovingBodies, are left out.
+[[nodiscard]] std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message);
+void toWire(const BodyState& body, v1::BodyPose& message);
 
 /// A scene file: a Transaction in text format. Errors name `origin`, line, column, the bad field and, where a field is
 /// unknown, the fields that there are. Only the form is checked; fromWire checks the values.

@@ -14,6 +14,20 @@ void write(const Vec3& v, v1::Vector3& message) {
   message.set_z(v.z);
 }
 
+Pose poseFrom(const v1::Pose& message) {
+  const v1::Quaternion& q = message.rotation();
+  return {Quat(q.w(), q.x(), q.y(), q.z()), vectorFrom(message.position())};
+}
+
+void write(const Pose& pose, v1::Pose& message) {
+  write(pose.position, *message.mutable_position());
+  v1::Quaternion& rotation = *message.mutable_rotation();
+  rotation.set_w(pose.rotation.w);
+  rotation.set_x(pose.rotation.x);
+  rotation.set_y(pose.rotation.y);
+  rotation.set_z(pose.rotation.z);
+}
+
 /// A value that this version does not know counts as the enum's zero.
 template <class Enum>
 Enum enumFrom(int value, Enum last) {
@@ -77,8 +91,7 @@ Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
   if (!message.pose().has_rotation()) return refused("pose.rotation", "is missing");
   if (auto bad = checkPosition(message.pose().position(), "pose.position")) return tl::unexpected<Error>(*bad);
   if (auto bad = checkRotation(message.pose().rotation(), "pose.rotation")) return tl::unexpected<Error>(*bad);
-  const v1::Quaternion& q = message.pose().rotation();
-  record.pose = {Quat(q.w(), q.x(), q.y(), q.z()), vectorFrom(message.pose().position())};
+  record.pose = poseFrom(message.pose());
 
   record.material.stiffness_N_per_m = message.stiffness_n_per_m();
   record.material.damping_Ns_per_m = message.damping_ns_per_m();
@@ -120,12 +133,7 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message) {
   message.set_name(record.name);
   message.set_revision(record.revision);
   message.set_mesh(record.mesh.asBytes());
-  write(record.pose.position, *message.mutable_pose()->mutable_position());
-  v1::Quaternion& rotation = *message.mutable_pose()->mutable_rotation();
-  rotation.set_w(record.pose.rotation.w);
-  rotation.set_x(record.pose.rotation.x);
-  rotation.set_y(record.pose.rotation.y);
-  rotation.set_z(record.pose.rotation.z);
+  write(record.pose, *message.mutable_pose());
   message.set_stiffness_n_per_m(record.material.stiffness_N_per_m);
   message.set_damping_ns_per_m(record.material.damping_Ns_per_m);
   message.mutable_color()->set_red(record.material.color.red);
@@ -224,6 +232,25 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_missed_ticks(sample.missedTicks);
   message.set_dropped_samples(sample.droppedSamples);
   message.set_servo_rate_hz(sample.servoRate_Hz);
+  message.clear_body();
+}
+
+std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message) {
+  std::vector<BodyState> bodies;
+  for (const v1::BodyPose& body : message.body()) {
+    if (bodies.size() == kMaxMovingBodies) break;
+    const v1::Pose& pose = body.pose();
+    if (body.object() == 0 || !pose.has_position() || !pose.has_rotation()) continue;
+    if (checkPosition(pose.position(), "") || checkRotation(pose.rotation(), "")) continue;
+    bodies.push_back({body.object(), poseFrom(pose), enumFrom(body.condition(), BodyCondition::kNonFinite)});
+  }
+  return bodies;
+}
+
+void toWire(const BodyState& body, v1::BodyPose& message) {
+  message.set_object(body.object);
+  write(body.pose, *message.mutable_pose());
+  message.set_condition(static_cast<v1::BodyCondition>(body.condition));
 }
 
 }  // namespace haptics

@@ -68,6 +68,7 @@ Result<void> Mirror::replaceScene(std::uint64_t epoch, SceneVersion scene, const
   if (view_.epoch != 0 && view_.epoch != epoch) {
     ++view_.stateResets;
     view_.sample.reset();
+    view_.bodies.clear();
   }
   view_.epoch = epoch;
   setScene(std::move(scene));
@@ -128,10 +129,13 @@ Result<void> Mirror::audit(std::size_t assetBytes) {
   return {};
 }
 
-bool Mirror::take(const TelemetrySample& sample) {
+bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodies) {
   if (newestTick_ && sample.tick <= *newestTick_) return false;
   newestTick_ = sample.tick;
   view_.sample = sample;
+  for (const BodyState& body : bodies) {
+    if (const auto object = scene().find(body.object); object && object->motion) view_.bodies[body.object] = body;
+  }
   ++view_.samplesReceived;
   return true;
 }
@@ -156,6 +160,10 @@ void Mirror::setScene(SceneVersion scene) {
   letGo(view_.meshes, AssetKind::kMesh);
   letGo(view_.fields, AssetKind::kScalarField);
   letGo(view_.vertexValues, AssetKind::kVertexValues);
+  std::erase_if(view_.bodies, [&](const auto& entry) {
+    const auto object = scene.find(entry.first);
+    return !object || !object->motion;
+  });
   view_.scene = std::make_shared<const SceneVersion>(std::move(scene));
   compare();
 }
@@ -181,6 +189,11 @@ bool MirrorView::holds(const AssetName& asset) const {
       return vertexValues.contains(asset.hash);
   }
   return false;
+}
+
+Pose MirrorView::poseOf(const ObjectRecord& object) const {
+  const auto at = bodies.find(object.id);
+  return at == bodies.end() ? object.pose : at->second.pose;
 }
 
 bool MirrorView::isComplete(const ObjectRecord& object) const {

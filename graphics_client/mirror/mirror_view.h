@@ -11,6 +11,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/scene.h"
 #include "common/surface/sampled_field.h"
+#include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 
 namespace haptics {
@@ -34,6 +35,7 @@ struct MirrorView {
   /// Stays as it was last known while the link is down.
   bool hashesEqual = false;
   std::optional<TelemetrySample> sample;  ///< Newest; nothing before the first.
+  std::map<ObjectId, BodyState> bodies;   ///< Where the objects that move are, as of `sample` or last heard of.
   std::uint64_t samplesReceived = 0;
   std::uint64_t takenAt_ns = 0;   ///< This host's monotonic clock when the view was taken.
   double telemetryAge_s = 0;      ///< Of `sample` at takenAt_ns, by the estimated clock offset; 0 without a sample.
@@ -49,6 +51,8 @@ struct MirrorView {
   std::uint64_t forgedDatagrams = 0;    ///< Ignored: not this server's, or no datagram of this connection.
   std::uint64_t datagramPathsLost = 0;  ///< Times that no datagram came for a second, and telemetry took TCP.
 
+  /// Where the servo has it; until that is known, where the scene has it.
+  [[nodiscard]] Pose poseOf(const ObjectRecord& object) const;
   [[nodiscard]] bool holds(const AssetName& asset) const;
   /// Whether everything that the object's record names is here.
   [[nodiscard]] bool isComplete(const ObjectRecord& object) const;

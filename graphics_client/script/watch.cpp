@@ -27,6 +27,19 @@ const char* nameOf(PrimitiveKind kind) {
   return "nothing";
 }
 
+const char* nameOf(BodyCondition condition) {
+  switch (condition) {
+    case BodyCondition::kOutOfBounds:
+      return " STOPPED at the world's end";
+    case BodyCondition::kNonFinite:
+      return " STOPPED: its motion was not finite";
+    case BodyCondition::kAwake:
+    case BodyCondition::kAsleep:
+      break;
+  }
+  return "";
+}
+
 void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
   const Vec3 hip_mm = sample.hip * kMillimetresPerMetre;
   std::printf("tick %8llu  %6.0f Hz  missed %llu  revision %llu  hip %7.1f %7.1f %7.1f mm  force %5.2f N",
@@ -38,13 +51,20 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
     std::printf("  %5.2f mm into %s, %s %u", sample.penetration_m * kMillimetresPerMetre, object->name.c_str(),
                 nameOf(sample.primitive.kind), sample.primitive.polygon);
   }
+  for (const auto& [id, body] : view.bodies) {
+    const auto object = view.scene->find(id);
+    if (body.condition == BodyCondition::kAsleep || !object) continue;
+    const Vec3 at_mm = body.pose.position * kMillimetresPerMetre;
+    std::printf("  %s at %.1f %.1f %.1f mm%s", object->name.c_str(), at_mm.x, at_mm.y, at_mm.z, nameOf(body.condition));
+  }
   std::printf("\n");
   std::fflush(stdout);
 }
 
-void printForScripts(const TelemetrySample& sample) {
+void printForScripts(const MirrorView& view, const TelemetrySample& sample) {
   v1::Telemetry message;
   toWire(sample, message);
+  for (const auto& [object, body] : view.bodies) toWire(body, *message.add_body());
   std::cout << toJson(message).dump() << std::endl;
 }
 
@@ -71,7 +91,7 @@ int watch(const CommonOptions& common, const WatchOptions& options) {
     seen = next->samplesReceived;
     if (options.datagrams && next->linkText != said) std::fprintf(stderr, "hapticctl: %s\n", next->linkText.c_str());
     said = next->linkText;
-    common.json ? printForScripts(*next->sample) : printForPeople(*next, *next->sample);
+    common.json ? printForScripts(*next, *next->sample) : printForPeople(*next, *next->sample);
   }
   return kDone;
 }

@@ -235,7 +235,7 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixe
   const double lift = kPrimitiveLift_px * metresPerPixel + std::max(view.sample->height_m, 0.0);
   std::vector<Vec3> corners = primitiveCorners(*mesh->second, primitive, lift);
   if (corners.empty()) return;
-  const vtkSmartPointer<vtkMatrix4x4> place = matrixOf(object->pose);
+  const vtkSmartPointer<vtkMatrix4x4> place = matrixOf(view.poseOf(*object));
   const palette::Shade shade = shadeIf(current, palette::kPrimitive);
   if (corners.size() == 3) {
     primitive_.setShape(polygon(corners));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdarg>
 #include <cstdio>
+#include <utility>
 
 namespace haptics {
 namespace {
@@ -119,6 +120,26 @@ std::string textureText(const MirrorView& view, const TelemetrySample& sample) {
   return formatted("%+.2f mm, %.2f N", sample.height_m * kMillimetresPerMetre, glm::length(sample.force.texture));
 }
 
+/// How many there are, and how many of them the servo moves now.
+std::string objectCount(const MirrorView& view) {
+  const std::string total = std::to_string(view.scene->objects().size());
+  if (view.bodies.empty()) return total;
+  const auto awake = std::ranges::count_if(
+      view.bodies, [](const auto& entry) { return entry.second.condition == BodyCondition::kAwake; });
+  return total + ", " + std::to_string(awake) + " moving";
+}
+
+/// The first of the bodies that were stopped for good.
+std::string stoppedBody(const MirrorView& view) {
+  const auto stopped =
+      std::ranges::find_if(view.bodies, [](const auto& entry) { return isStopped(entry.second.condition); });
+  if (stopped == view.bodies.end()) return {};
+  const bool lost = stopped->second.condition == BodyCondition::kOutOfBounds;
+  return objectName(view, stopped->first) +
+         (lost ? " left the world's bounds and was stopped" : " was stopped: its motion was not finite") +
+         "; set its pose to put it back";
+}
+
 /// Telemetry says so little that the link must be bad, though no connection was lost.
 bool isStale(const MirrorView& view, double age_s) { return view.sample && age_s > kStaleTelemetry_s; }
 
@@ -150,7 +171,7 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
                                      static_cast<unsigned long long>(sample.sceneRevision))
                          : std::to_string(view.scene->revision())},
       hashLine(view),
-      {"Objects", known == total ? std::to_string(total) : formatted("%zu of %zu received", known, total),
+      {"Objects", known == total ? objectCount(view) : formatted("%zu of %zu received", known, total),
        known == total ? Tone::kPlain : Tone::kWarning},
       {"Picture", formatted("%.0f frames/s", framesPerSecond)},
       detailLine(coarse),
@@ -196,6 +217,7 @@ Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateW
   if (view.link == LinkState::kSyncing) return {"Receiving the scene", Tone::kWarning};
   if (stateWasReset) return {"The server was restarted: its state was reset", Tone::kWarning};
   if (isStale(view, age_s)) return {"No news from the servo: the picture is not current", Tone::kWarning};
+  if (std::string stopped = stoppedBody(view); !stopped.empty()) return {std::move(stopped), Tone::kWarning};
   return {};
 }
 

@@ -7,6 +7,8 @@
 #include <system_error>
 #include <utility>
 
+#include "common/telemetry/body_json.h"
+
 namespace haptics {
 
 double percentile(std::vector<double> values, double q) {
@@ -23,14 +25,39 @@ void RunSummary::addFrame(std::shared_ptr<const MirrorView> view, double age_s, 
   newest_ = std::move(view);
   if (newest_->link != LinkState::kLive) return;
   newestLive_ = newest_;
-  if (!newest_->sample) return;
-  if (ages_ms_.size() < kAgesKept) {
-    ages_ms_.push_back(age_s * 1e3);
-  } else {
-    ages_ms_[oldestAge_] = age_s * 1e3;
-    oldestAge_ = (oldestAge_ + 1) % kAgesKept;
-  }
+  if (newest_->sample) ages_ms_.add(age_s * 1e3);
 }
+
+void RunSummary::addContact(const MirrorView& shown) {
+  if (shown.link != LinkState::kLive || !shown.sample || !shown.bodies.contains(shown.sample->object)) return;
+  const TelemetrySample& sample = *shown.sample;
+  const SceneVersion::Object object = shown.scene->find(sample.object);
+  const auto mesh = object ? shown.meshes.find(object->mesh) : shown.meshes.end();
+  if (mesh == shown.meshes.end() || sample.primitive.polygon >= mesh->second->triangles.size()) return;
+  const TriangleIndices& corner = mesh->second->triangles[sample.primitive.polygon];
+  const Pose pose = shown.poseOf(*object);
+  const auto place = [&](int k) { return toWorld(pose, Vec3(mesh->second->vertices[corner[static_cast<size_t>(k)]])); };
+  const Vec3 normal = glm::normalize(glm::cross(place(1) - place(0), place(2) - place(0)));
+  const double error_m = glm::dot(sample.ihip - place(0), normal) - sample.height_m;
+  if (std::isfinite(error_m)) contactErrors_mm_.add(std::abs(error_m) * 1e3);
+}
+
+void RunSummary::Newest::add(double value) {
+  if (values.size() < kAgesKept) {
+    values.push_back(value);
+    return;
+  }
+  values[oldest] = value;
+  oldest = (oldest + 1) % kAgesKept;
+}
+
+namespace {
+
+nlohmann::json spread(const std::vector<double>& values) {
+  return {{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
+}
+
+}  // namespace
 
 std::string RunSummary::json() const {
   const double span_s = lastFrame_s_ - firstFrame_s_;
@@ -38,9 +65,11 @@ std::string RunSummary::json() const {
       {"viewer_frames", frames_},
       {"fps", span_s > 0 ? static_cast<double>(frames_ - 1) / span_s : 0.0},
       {"client_scene_hash", ""},
+      {"client_bodies", nlohmann::json::array()},
       {"scene_revision", 0},
       {"hashes_equal", false},
-      {"telemetry_age_ms", {{"p50", percentile(ages_ms_, 0.5)}, {"p99", percentile(ages_ms_, 0.99)}}},
+      {"telemetry_age_ms", spread(ages_ms_.values)},
+      {"contact_error_mm", spread(contactErrors_mm_.values)},
       {"telemetry_by_datagram", newestLive_ && newestLive_->telemetryByDatagram},
       {"forged_datagrams", newest_ ? newest_->forgedDatagrams : 0},
       {"resyncs", newest_ ? newest_->resyncs : 0},
@@ -50,6 +79,8 @@ std::string RunSummary::json() const {
     const Result<ContentHash> own = recomputedRoot(*newestLive_);
     summary["scene_revision"] = newestLive_->scene->revision();
     if (own) summary["client_scene_hash"] = own->hex();
+    for (const auto& [id, body] : newestLive_->bodies)
+      summary["client_bodies"].push_back(bodyJson<nlohmann::json>(body));
     summary["hashes_equal"] = newestLive_->hashesEqual && own && *own == newestLive_->scene->root();
   }
   return summary.dump(2) + "\n";

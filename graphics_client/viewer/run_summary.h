@@ -25,9 +25,12 @@ class RunSummary {
   /// the start of the run.
   void addFrame(std::shared_ptr<const MirrorView> view, double age_s, double time_s);
 
+  /// How far the IHIP that was drawn is from the surface that was drawn, where something that moves is touched.
+  void addContact(const MirrorView& shown);
+
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
   [[nodiscard]] bool wasConnected() const noexcept { return newestLive_ != nullptr; }
-  /// JSON object: viewer_frames, fps, telemetry_age_ms {p50, p99}, resyncs, state_resets and, as they last stood while
+  /// JSON object: viewer_frames, fps, telemetry_age_ms {p50, p99}, contact_error_mm {p50, p99}, resyncs, state_resets and, as they last stood while
   /// the link was live, scene_revision, client_scene_hash (computed anew from every byte that this client holds, empty
   /// while a mesh is missing) and hashes_equal.
   [[nodiscard]] std::string json() const;
@@ -35,8 +38,14 @@ class RunSummary {
  private:
   std::uint64_t frames_ = 0;
   double firstFrame_s_ = 0, lastFrame_s_ = 0;
-  std::vector<double> ages_ms_;
-  std::size_t oldestAge_ = 0;
+  /// The newest kAgesKept of many values.
+  struct Newest {
+    std::vector<double> values;
+    std::size_t oldest = 0;
+
+    void add(double value);
+  };
+  Newest ages_ms_, contactErrors_mm_;
   std::shared_ptr<const MirrorView> newest_, newestLive_;
 };
 

@@ -96,8 +96,11 @@ bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const
       }
     }
   }
+  const Pose pose = view.poseOf(*object);
+  const bool moved = !shown.record || shown.pose != pose;
+  shown.pose = pose;
+  if (moved && object->motion && shown.actors) place(shown);
   if (shown.record == object) return changed;
-  const bool moved = !shown.record || shown.record->pose != object->pose;
   shown.record = object;
   if (!shown.actors) return changed;
   paint(shown);
@@ -142,7 +145,7 @@ void SceneActors::paint(const Shown& shown) const {
 }
 
 void SceneActors::place(const Shown& shown) const {
-  const vtkSmartPointer<vtkMatrix4x4> object = matrixOf(shown.record->pose);
+  const vtkSmartPointer<vtkMatrix4x4> object = matrixOf(shown.pose);
   vtkNew<vtkMatrix4x4> shadow;
   vtkMatrix4x4::Multiply4x4(floor_.shadowMatrix(), object, shadow);
   shown.actors->place(object, shadow);
@@ -179,7 +182,7 @@ std::vector<Vec3> SceneActors::outline() const {
   std::vector<Vec3> all;
   for (const auto& [id, shown] : shown_) {
     if (!shown.actors) continue;
-    for (const Vec3& p : shown.actors->look().outline) all.push_back(toWorld(shown.record->pose, p));
+    for (const Vec3& p : shown.actors->look().outline) all.push_back(toWorld(shown.pose, p));
   }
   return all;
 }
@@ -193,7 +196,7 @@ std::vector<NamedBox> SceneActors::boxes() const {
     for (std::size_t i = 0; i < box.corners.size(); ++i) {
       const Vec3 corner((i & 1) != 0 ? look.high.x : look.low.x, (i & 2) != 0 ? look.high.y : look.low.y,
                         (i & 4) != 0 ? look.high.z : look.low.z);
-      box.corners[i] = toWorld(shown.record->pose, corner);
+      box.corners[i] = toWorld(shown.pose, corner);
     }
   }
   return boxes;
@@ -202,7 +205,7 @@ std::vector<NamedBox> SceneActors::boxes() const {
 void SceneActors::showFor(Vec3 worldCamera, Vec3 closeUpCamera) {
   for (const auto& [id, shown] : shown_) {
     if (!shown.actors) continue;
-    const Pose& pose = shown.record->pose;
+    const Pose& pose = shown.pose;
     shown.actors->showFor(toLocal(pose, worldCamera), toLocal(pose, closeUpCamera));
     shown.actors->setShadowVisible(worldCamera.z > floor_.height_m() && !wireframe_);
   }

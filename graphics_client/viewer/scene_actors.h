@@ -31,7 +31,8 @@ class SceneActors {
  public:
   SceneActors(vtkRenderer* world, vtkRenderer* closeUp);
 
-  /// Follows the view. `current`: false greys everything. True when objects came, went, moved or changed shape.
+  /// Follows the view. `current`: false greys everything. True when objects came, went, were edited or changed shape;
+  /// those that move by themselves do so every frame.
   bool update(const MirrorView& view, bool current);
   /// Follows the view, waiting for all that is being made.
   void settle(const MirrorView& view, bool current);
@@ -58,6 +59,7 @@ class SceneActors {
  private:
   struct Shown {
     SceneVersion::Object record;           ///< As last seen.
+    Pose pose;                             ///< Likewise: where the servo has it.
     SceneVersion::Object ordered;          ///< The record that the last order was for ...
     std::size_t share = 0;                 ///< ... with so many triangles at most.
     LookOrder order;                       ///< The last.

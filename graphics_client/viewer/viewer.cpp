@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "common/clock/monotonic.h"
+#include "graphics_client/mirror/playback.h"
 #include "graphics_client/viewer/camera_rig.h"
 #include "graphics_client/viewer/contact_glyphs.h"
 #include "graphics_client/viewer/controls.h"
@@ -48,6 +49,7 @@ class Viewer {
 
   ViewerOptions options_;
   ViewSource source_;
+  Playback playback_;
   Stage stage_;
   SceneActors objects_;
   ContactGlyphs glyphs_, closeUpGlyphs_;
@@ -115,17 +117,20 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
 }
 
 void Viewer::drawFrame(double dt_s) {
-  moment_.view = source_();
-  moment_.age_s = moment_.view->telemetryAgeAt_s(monotonicNow_ns());
+  const std::uint64_t now_ns = monotonicNow_ns();
+  const auto newest = source_();
+  moment_.view = playback_.at(newest, now_ns);
+  moment_.age_s = newest->telemetryAgeAt_s(now_ns);
   noteChanges(*moment_.view);
-  if (moment_.view->sample) moment_.trail.add(*moment_.view->sample, now_s_);
+  if (newest->sample) moment_.trail.add(*newest->sample, now_s_);
   show(moment_, dt_s);
   if (summary_.frames() == 0) {
     smooth_ = !stage_.drawsInSoftware();
     stage_.smoothOutlines(smooth_);
     objects_.setMostTriangles(mostTriangles());
   }
-  summary_.addFrame(moment_.view, moment_.age_s, now_s_);
+  summary_.addFrame(newest, moment_.age_s, now_s_);
+  summary_.addContact(*moment_.view);
   ++rateFrames_;
   if (now_s_ - rateFrom_s_ >= kRateWindow_s) {
     framesPerSecond_ = static_cast<double>(rateFrames_) / (now_s_ - rateFrom_s_);

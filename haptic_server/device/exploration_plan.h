@@ -14,10 +14,11 @@ inline constexpr std::size_t kMaxStrokePoints = 64;
 
 /// One stroke along the upper side of an object, as a person looking at it would choose it: one to kMaxStrokePoints
 /// points on the surface, evenly spaced, in the order of the stroke, world frame, metres. Nothing stands above them. A
-/// single point is pressed, not stroked.
+/// single point is pressed, not stroked. Or a push against its side, from beside it to where it is to be pushed.
 struct Stroke {
   std::uint64_t object = 0;
   std::vector<Vec3> points;
+  bool isPush = false;
 
   bool operator==(const Stroke&) const = default;
 };

@@ -1,7 +1,9 @@
 #include "haptic_server/device/exploration_planner.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -13,6 +15,23 @@ namespace {
 
 /// Metres by which the hand passes above the highest point: more than it overshoots a movement in the air.
 constexpr double kClearance = 0.02;
+
+/// Directions, all around, from which a push is tried.
+constexpr int kPushDirections = 16;
+/// Of the object's height, where it is pushed: above its middle, so that what is tall tips over. Of its half width, how far
+/// beside its middle: so that it turns.
+constexpr double kPushHeight = 0.65;
+constexpr double kPushAside = 0.3;
+/// Metres: from beside the object to it, and how far it is then pushed. Points of a push are this far apart.
+constexpr double kRunUp = 0.015;
+constexpr double kPushWay = 0.04;
+constexpr double kPushSpacing = 0.004;
+/// Metres before the object where the way to it ends.
+constexpr double kClose = 1e-4;
+/// Cosine of the angle at which a side is still pushed and not slid along.
+constexpr double kSteepest = 0.8;
+/// How much a push across a thin object counts against one towards the middle of the scene.
+constexpr double kThinBonus = 1.5;
 
 /// An object with its box in the world.
 struct Placed {
@@ -68,6 +87,51 @@ std::optional<TopPoint> visibleTop(const std::vector<const Placed*>& above, cons
   return top;
 }
 
+/// Does a straight way through the air meet nothing?
+bool isFree(const std::vector<Placed>& all, Vec3 from, Vec3 to) {
+  return std::ranges::none_of(all, [&](const Placed& placed) {
+    const Pose& pose = placed.object->pose;
+    return bool(placed.object->surface->firstCrossing(toLocal(pose, from), toLocal(pose, to)));
+  });
+}
+
+/// A push from a side that is free and faces the hand, towards the middle of the scene, across the object's thin way where
+/// there is one. Empty where there is none.
+std::vector<Vec3> choosePush(const std::vector<Placed>& all, const Placed& placed, Vec3 sceneMiddle,
+                             double clearHeight) {
+  const Pose& pose = placed.object->pose;
+  const Vec3 middle = (placed.low + placed.high) / 2.0;
+  const Vec3 half = placed.high - middle;
+  Vec3 inwards = sceneMiddle - middle;
+  inwards.z = 0;
+  const double away = glm::length(inwards);
+  std::vector<Vec3> best;
+  double bestScore = -std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kPushDirections; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kPushDirections;
+    const Vec3 along(std::cos(angle), std::sin(angle), 0);
+    const Vec3 across(-along.y, along.x, 0);
+    const double reach = glm::dot(half, glm::abs(along));
+    const double score = (away > 0 ? glm::dot(along, inwards) / away : 0) - kThinBonus * reach / glm::length(half);
+    if (score <= bestScore) continue;
+    const Vec3 aim(middle.x, middle.y, std::lerp(placed.low.z, placed.high.z, kPushHeight));
+    const Vec3 through = aim + kPushAside * glm::dot(half, glm::abs(across)) * across;
+    const Vec3 from = through - (reach + kRunUp) * along;
+    const Crossing hit = placed.object->surface->firstCrossing(toLocal(pose, from), toLocal(pose, through));
+    if (!hit) continue;
+    const Vec3 facing = pose.rotation * placed.object->surface->faceNormal(hit.triangle) * double(hit.side);
+    const Vec3 met = glm::mix(from, through, hit.time);
+    if (-glm::dot(facing, along) < kSteepest || !isFree(all, Vec3(from.x, from.y, clearHeight), from)) continue;
+    if (!isFree(all, from, met - kClose * along)) continue;
+    bestScore = score;
+    const double length = glm::distance(from, met) + kPushWay;
+    const auto steps = static_cast<std::size_t>(std::ceil(length / kPushSpacing));
+    best.clear();
+    for (std::size_t i = 0; i <= steps; ++i) best.push_back(from + length * double(i) / double(steps) * along);
+  }
+  return best;
+}
+
 }  // namespace
 
 ExplorationPlan makeExplorationPlan(std::span<const ExploredObject> objects) {
@@ -82,10 +146,16 @@ ExplorationPlan ExplorationPlanner::plan(std::span<const ExploredObject> objects
   ExplorationPlan plan;
   std::map<std::uint64_t, Choice> choices;
   double highest = -std::numeric_limits<double>::infinity();
+  Vec3 low(0), high(0);
   for (const Placed& each : placed) {
     highest = std::max(highest, each.high.z);
+    low = &each == placed.data() ? each.low : glm::min(low, each.low);
+    high = &each == placed.data() ? each.high : glm::max(high, each.high);
+  }
+  if (!placed.empty()) plan.clearHeight_m = highest + kClearance;
+  for (const Placed& each : placed) {
     const auto hiding = above(placed, each);
-    Choice choice{{*each.object}, {}};
+    Choice choice{{*each.object}, {}, {}};
     for (const Placed* other : hiding) choice.from.push_back(*other->object);
     const auto last = choices_.find(each.object->id);
     if (last != choices_.end() && last->second.from == choice.from) {
@@ -94,10 +164,11 @@ ExplorationPlan ExplorationPlanner::plan(std::span<const ExploredObject> objects
       const auto view = [&](double x, double y) { return visibleTop(hiding, each, x, y); };
       choice.points = chooseStroke(view, each.low, each.high);
     }
+    if (each.object->moves) choice.push = choosePush(placed, each, (low + high) / 2.0, plan.clearHeight_m);
     if (!choice.points.empty()) plan.strokes.push_back({each.object->id, choice.points});
+    if (!choice.push.empty()) plan.strokes.push_back({each.object->id, choice.push, true});
     choices[each.object->id] = std::move(choice);
   }
-  if (!placed.empty()) plan.clearHeight_m = highest + kClearance;
   choices_ = std::move(choices);
   return plan;
 }

@@ -17,12 +17,13 @@ struct ExploredObject {
   std::uint64_t id = 0;
   std::shared_ptr<const Surface> surface;  ///< Not null.
   Pose pose;
+  bool moves = false;  ///< It can be pushed.
 
   bool operator==(const ExploredObject&) const = default;  ///< The very same surface.
 };
 
-/// Chooses a stroke along the upper side (world +z) of each object, in the order given; an object that cannot be
-/// reached from above has none. Depends on its arguments only: the same objects give the same plan, bit for bit. Some
+/// Chooses a stroke along the upper side (world +z) of each object, in the order given, and a push for each that moves; an
+/// object that cannot be reached from above has none. Depends on its arguments only: the same objects give the same plan, bit for bit. Some
 /// thousand ray casts an object, and it allocates: for the builder thread.
 [[nodiscard]] ExplorationPlan makeExplorationPlan(std::span<const ExploredObject> objects);
 
@@ -36,7 +37,7 @@ class ExplorationPlanner {
   /// A stroke and all that it was chosen from: its object, then those that may hide parts of it.
   struct Choice {
     std::vector<ExploredObject> from;
-    std::vector<Vec3> points;
+    std::vector<Vec3> points, push;
   };
   std::map<std::uint64_t, Choice> choices_;  // of the last plan, by object
 };

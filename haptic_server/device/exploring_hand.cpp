@@ -36,6 +36,9 @@ constexpr double kTravelSpeed = 0.25;
 /// Seconds: the shortest movement, however near; how long it rubs an object before it finishes the pass and lifts.
 constexpr double kShortestReach = 0.2;
 constexpr double kRubbingTime = 3;
+/// m/s; of the wanted force, at which a push gives up: what it pushes stands fast.
+constexpr double kPushSpeed = 0.06;
+constexpr double kMostPush = 1.3;
 /// Where it waits when nothing was ever there to explore. Metres, world frame.
 constexpr Vec3 kRestingPlace{0, 0, 0.2};
 
@@ -76,7 +79,8 @@ void ExploringHand::follow(const ExplorationPlan* plan) noexcept {
     return;
   }
   const auto& strokes = plan_->strokes;
-  const auto same = std::ranges::find(strokes, object_, &Stroke::object);
+  const auto same =
+      std::ranges::find_if(strokes, [this](const Stroke& s) { return s.object == object_ && s.isPush == isPush_; });
   if (same != strokes.end() && std::ranges::equal(points(), same->points)) {
     stroke_ = static_cast<std::size_t>(same - strokes.begin());
     if (otherHeight && (phase_ == Phase::kLifting || phase_ == Phase::kCrossing)) lift();
@@ -93,7 +97,7 @@ HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
   switch (phase_) {
     case Phase::kNotStarted:
       if (plan_ != nullptr) {
-        reach(Phase::kDescending, points_[0] + Vec3(0, 0, kApproachHeight));
+        descend();
       } else {
         phase_ = Phase::kResting;
       }
@@ -103,6 +107,7 @@ HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
     case Phase::kLifting:
     case Phase::kCrossing:
     case Phase::kDescending:
+    case Phase::kRetreating:
       move(dt_s);
       break;
     case Phase::kApproaching:
@@ -110,6 +115,9 @@ HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
       break;
     case Phase::kRubbing:
       rub(dt_s);
+      break;
+    case Phase::kPushing:
+      push(dt_s);
       break;
   }
   return {position_, Vec3(0)};
@@ -120,6 +128,7 @@ void ExploringHand::choose(std::size_t stroke) noexcept {
   const Stroke& chosen = plan_->strokes[stroke];
   stroke_ = stroke;
   object_ = chosen.object;
+  isPush_ = chosen.isPush;
   pointCount_ = std::min(chosen.points.size(), kMaxStrokePoints);
   std::copy_n(chosen.points.begin(), pointCount_, points_.begin());
   length_ = 0;
@@ -127,6 +136,11 @@ void ExploringHand::choose(std::size_t stroke) noexcept {
 }
 
 void ExploringHand::lift() noexcept { reach(Phase::kLifting, atHeight(position_, clearHeight_)); }
+
+/// To above the stroke, or to where a push begins.
+void ExploringHand::descend() noexcept {
+  reach(Phase::kDescending, isPush_ ? points_[0] : points_[0] + Vec3(0, 0, kApproachHeight));
+}
 
 void ExploringHand::goOn() noexcept {
   choose((stroke_ + 1) % plan_->strokes.size());
@@ -147,7 +161,12 @@ void ExploringHand::move(double dt_s) noexcept {
   } else if (phase_ == Phase::kLifting) {
     reach(Phase::kCrossing, atHeight(points_[0], position_.z));
   } else if (phase_ == Phase::kCrossing) {
-    reach(Phase::kDescending, points_[0] + Vec3(0, 0, kApproachHeight));
+    descend();
+  } else if (phase_ == Phase::kRetreating) {
+    goOn();
+  } else if (isPush_) {
+    phase_ = Phase::kPushing;
+    reach_ = {{}, {}, std::max(length_ / kPushSpeed, kShortestReach), 0};
   } else {
     phase_ = Phase::kApproaching;
     depth_ = points_[0].z - position_.z;
@@ -188,6 +207,12 @@ void ExploringHand::rub(double dt_s) noexcept {
   }
   const double fraction = reach_.fraction();
   position_ = pointAt(backwards_ ? 1 - fraction : fraction) - Vec3(0, 0, depth_);
+}
+
+void ExploringHand::push(double dt_s) noexcept {
+  reach_.elapsed_s += dt_s;
+  position_ = pointAt(reach_.fraction());
+  if (reach_.done() || felt_ > kMostPush * targetForce_) reach(Phase::kRetreating, points_[0]);
 }
 
 void ExploringHand::startPass() noexcept {

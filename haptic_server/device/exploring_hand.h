@@ -25,7 +25,7 @@ struct Reach {
 
 /// A hand that explores the objects of a plan, for ever: over the start of a stroke at a clear height, down until it
 /// feels the surface, press to about 2 N (less with a loose hand or a weak device), rub there and back along the stroke
-/// while it keeps that force, lift, next. It feels only the force that the device gives it. When a surface is not where
+/// while it keeps that force, lift, next. A push goes along its points, until it meets more force than it wants to give. It feels only the force that the device gives it. When a surface is not where
 /// the plan has it, it lifts and goes on.
 class ExploringHand final : public HandIntent {
  public:
@@ -39,15 +39,27 @@ class ExploringHand final : public HandIntent {
   [[nodiscard]] double targetForce_N() const noexcept { return targetForce_; }
 
  private:
-  enum class Phase : std::uint8_t { kNotStarted, kResting, kLifting, kCrossing, kDescending, kApproaching, kRubbing };
+  enum class Phase : std::uint8_t {
+    kNotStarted,
+    kResting,
+    kLifting,
+    kCrossing,
+    kDescending,
+    kApproaching,
+    kRubbing,
+    kPushing,
+    kRetreating
+  };
 
   void choose(std::size_t stroke) noexcept;
   void lift() noexcept;
+  void descend() noexcept;
   void goOn() noexcept;
   void reach(Phase phase, Vec3 to) noexcept;
   void move(double dt_s) noexcept;
   void approach(double dt_s) noexcept;
   void rub(double dt_s) noexcept;
+  void push(double dt_s) noexcept;
   void startPass() noexcept;
   [[nodiscard]] Vec3 pointAt(double fraction) const noexcept;
   [[nodiscard]] std::span<const Vec3> points() const noexcept { return {points_.data(), pointCount_}; }
@@ -59,6 +71,7 @@ class ExploringHand final : public HandIntent {
   const ExplorationPlan* plan_ = nullptr;
   std::size_t stroke_ = 0;  // index into the plan of the one copied here
   std::uint64_t object_ = 0;
+  bool isPush_ = false;
   std::array<Vec3, kMaxStrokePoints> points_{};
   std::size_t pointCount_ = 0;
   double length_ = 0;   // m

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/maths/vec.h"
+#include "common/telemetry/motion_state.h"
 #include "haptic_server/motion/mass_properties.h"
 
 namespace haptics {
@@ -68,13 +69,6 @@ struct RigidBody {
 
   /// Puts the support points of an object (object frame) into the frame of the principal axes; mass comes first.
   void standOn(const std::vector<Vec3>& points);
-};
-
-enum class BodyCondition : std::uint8_t {
-  kAwake,
-  kAsleep,       ///< At rest; costs nothing until it is pushed.
-  kOutOfBounds,  ///< Stopped at the world's end until its pose is set anew.
-  kNonFinite,    ///< Stopped at its last good pose, because what came out of a tick was no number.
 };
 
 /// Where a body touches a plane, and how hard: the next tick's first guess.

@@ -129,6 +129,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override {
       return server.room_.findAsset(hash);
     }
+    [[nodiscard]] const MotionState& motion() const override { return server.motion_; }
     [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
       return server.room_.submitEdit(
           id, clientSeq, std::move(transaction), [here = here(), clientSeq](const EditOutcome& outcome) {
@@ -303,13 +304,27 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     if (period != drainPeriod_) drainEvery(period);
   }
 
-  /// Whether there was a sample; the newest is then in lastSample_.
+  /// Whether there was a sample; the newest is then in lastSample_, and where everything was at its tick in motion_: the
+  /// servo tells of that after the sample.
   bool drainTelemetry() {
+    takeMotion();
+    bool any = drainSamples();
+    while (takeMotion()) any = drainSamples() || any;
+    return any;
+  }
+
+  bool takeMotion() {
+    const MotionState* newest = options_.takeMotion ? options_.takeMotion() : nullptr;
+    if (newest != nullptr) motion_ = *newest;
+    return newest != nullptr;
+  }
+
+  bool drainSamples() {
     TelemetrySample sample;
     bool any = false;
     while (options_.popTelemetry && options_.popTelemetry(sample)) {
       any = true;
-      if (options_.recordSample) options_.recordSample(sample);
+      if (options_.recordSample) options_.recordSample(sample, sample.tick == motion_.tick ? &motion_ : nullptr);
       if (!lastSample_ || sample.sceneRevision != lastSample_->sceneRevision) {
         for (auto& [number, connection] : connections_) {
           connection->session.adopted(sample.sceneRevision, sample.adoptionTick);
@@ -365,6 +380,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   std::map<std::uint64_t, std::unique_ptr<Connection>> connections_;
   std::uint64_t nextNumber_ = 1;
   std::optional<TelemetrySample> lastSample_;
+  MotionState motion_;
   std::size_t uploadBytes_ = 0;
   HandshakeLimit handshakes_;
   RateLimit logRate_{kLogLinesPerSecond, kLogBurst};

@@ -8,6 +8,7 @@
 
 #include "common/credentials/credentials.h"
 #include "common/error/error.h"
+#include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "common/wire/event_loop.h"
 #include "common/wire/transport.h"
@@ -28,8 +29,11 @@ class Server {
     ServerIdentity identity;
     /// The servo's queue: takes its oldest sample, false when empty. Called on the network thread only.
     std::function<bool(TelemetrySample&)> popTelemetry;
-    /// Each sample taken, in order; may be empty. Network thread.
-    std::function<void(const TelemetrySample&)> recordSample;
+    /// Where the objects that move are, null when nothing has changed since the last call; may be empty. Likewise.
+    std::function<const MotionState*()> takeMotion;
+    /// Each sample taken, in order, with the motion where that is of the same tick, else null; may be empty. Network
+    /// thread.
+    std::function<void(const TelemetrySample&, const MotionState*)> recordSample;
     /// What a Status says of servo, device and uptime; may be empty. Network thread.
     std::function<void(v1::Status&)> fillStatus;
     std::function<void(const std::string&)> log;  ///< One line; may be empty. Network thread.

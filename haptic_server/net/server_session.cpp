@@ -309,6 +309,7 @@ void ServerSession::sendTelemetry(bool lineIsFree) {
   if (!telemetry_.due(now_ns)) return;
   v1::Telemetry& message = *telemetryEnvelope_.mutable_telemetry();
   toWire(telemetry_.take(now_ns), message);
+  bodies_.add(host_.motion(), message);
   if (byDatagram_ && host_.sendDatagram(message)) return;
   if (lineIsFree) send(telemetryEnvelope_);
 }

@@ -11,6 +11,7 @@
 #include "common/wire/transport.h"
 #include "haptic_server/net/adoption_watch.h"
 #include "haptic_server/net/asset_sender.h"
+#include "haptic_server/net/body_turns.h"
 #include "haptic_server/net/edit_gate.h"
 #include "haptic_server/net/session_host.h"
 #include "haptic_server/net/session_uploads.h"
@@ -91,6 +92,7 @@ class ServerSession {
 
   v1::Envelope telemetryEnvelope_;  // reused: encoding a sample allocates only its frame
   TelemetrySlot telemetry_;
+  BodyTurns bodies_;
   bool byDatagram_ = false;
 
   EditGate editGate_{kEditRate_Hz, kEditBurst};

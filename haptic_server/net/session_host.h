@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/credentials/credentials.h"
+#include "common/telemetry/motion_state.h"
 #include "haptic_server/scene/scene_history.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptics/v1/envelope.pb.h"
@@ -22,6 +23,12 @@ class SessionHost {
   [[nodiscard]] virtual std::uint64_t now_ns() const = 0;
   [[nodiscard]] virtual std::shared_ptr<const SceneHistory> history() const = 0;
   [[nodiscard]] virtual std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const = 0;
+
+  /// Of the newest sample that was offered. As it stands here: of a scene in which nothing moves.
+  [[nodiscard]] virtual const MotionState& motion() const {
+    static const MotionState kNone;
+    return kNone;
+  }
 
   /// Answered with ServerSession::editDecided, now or later. False: no room for it now, no answer follows.
   [[nodiscard]] virtual bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction) = 0;

@@ -7,6 +7,7 @@
 
 #include "haptic_server/scene/field_library.h"
 #include "haptic_server/scene/mesh_library.h"
+#include "haptic_server/scene/motion_remarks.h"
 #include "haptic_server/scene/surface_remarks.h"
 
 namespace haptics {
@@ -31,7 +32,9 @@ class AssetLibrary final : public AssetResolver {
   }
   [[nodiscard]] std::vector<std::string> remarks(const ObjectRecord& record,
                                                  const ObjectAssets& assets) const override {
-    return surfaceRemarks(record, assets, device_);
+    auto remarks = surfaceRemarks(record, assets, device_);
+    for (std::string& remark : motionRemarks(record, assets, device_.period_s)) remarks.push_back(std::move(remark));
+    return remarks;
   }
 
  private:

@@ -122,6 +122,7 @@ Result<void> SceneDraft::apply(const SetPose& set, const std::string& field) {
   const auto record = edit(set.object, field + "set_pose.object");
   if (!record) return tl::unexpected(record.error());
   (*record)->pose = edited((*record)->pose, set.pose);
+  posed_.insert((*record)->id);
   return {};
 }
 

@@ -43,6 +43,8 @@ class SceneDraft {
   [[nodiscard]] Commit commit() const;  ///< Without its root.
   /// Of objects that the operations gave a mesh or surface properties.
   [[nodiscard]] const Assets& assets() const noexcept { return assets_; }
+  /// Objects whose pose the operations set, also to what it was.
+  [[nodiscard]] const std::set<ObjectId>& posed() const noexcept { return posed_; }
   [[nodiscard]] ObjectId nextId() const noexcept { return nextId_; }
 
  private:
@@ -68,6 +70,7 @@ class SceneDraft {
   std::size_t maxAssets_bytes_;
   std::vector<ObjectRecord> put_;  // in the order in which operations first named them
   std::set<ObjectId> removed_;     // of base_
+  std::set<ObjectId> posed_;
   std::vector<Named> named_;
   std::map<ObjectId, Given> given_;
   std::map<ContentHash, std::shared_ptr<const Asset>> made_;

@@ -29,7 +29,7 @@ SceneRoom::SceneRoom(Options options, SceneCrossing& crossing)
       crossing_(crossing),
       library_(options_.assetFolders, store_, options_.device),
       sequencer_(newEpoch(), library_),
-      servoScenes_(options_.makePlan),
+      servoScenes_(options_.makePlan, options_.device.period_s),
       published_(sequencer_.history()) {}
 
 SceneRoom::~SceneRoom() { stop(); }
@@ -119,6 +119,9 @@ void SceneRoom::run() {
   std::unique_lock lock(queueMutex_);
   while (!stopping_) {
     if (queue_.empty() && !servoScenes_.planIsOld()) queueChanged_.wait_for(lock, kReclaimEvery);
+    if (options_.takeMotion) {
+      if (const MotionState* motion = options_.takeMotion()) servoScenes_.follow(*motion);
+    }
     std::vector<Job> jobs = takeJobs();
     lock.unlock();
     carryOut(jobs);

@@ -29,7 +29,10 @@ class SceneRoom {
  public:
   struct Options {
     std::vector<std::filesystem::path> assetFolders;
-    ServoSceneMaker::MakePlan makePlan;           ///< Empty unless a simulated hand explores.
+    ServoSceneMaker::MakePlan makePlan;  ///< Empty unless a simulated hand explores.
+    /// Where the objects that move are, null when nothing has changed since the last call; may be empty. Called on the
+    /// builder thread after start().
+    std::function<const MotionState*()> takeMotion = nullptr;
     DeviceLimits device = {};                     ///< For warnings.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
   };

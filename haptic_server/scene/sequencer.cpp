@@ -64,13 +64,18 @@ void Sequencer::resume(SequencerState state, Assets assets, EditJournal& journal
   journal_ = &journal;
 }
 
+std::uint64_t Sequencer::posedAt(ObjectId id) const {
+  const auto at = posedAt_.find(id);
+  return at == posedAt_.end() ? 0 : at->second;
+}
+
 EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction) {
   const Submission submission{session, clientSeq, transaction};
   return submit(std::span(&submission, 1)).front();
 }
 
 std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissions) {
-  Batch batch{*state_.history, assets_, state_.nextId, {}, {}};
+  Batch batch{*state_.history, assets_, state_.nextId, {}, {}, {}};
   std::vector<EditOutcome> outcomes;
   std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
   for (const Submission& submission : submissions) {
@@ -138,15 +143,16 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
   if (!next) return std::move(next).error();
   edit->commit.root = next->root();
 
-  batch.take(edit, *std::move(next), draft.assets());
+  batch.take(edit, *std::move(next), draft);
   return edit;
 }
 
 /// Whole or not at all: without the memory for it the process ends.
 void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made,
-                            const Assets& itsAssets) noexcept {
+                            const SceneDraft& draft) noexcept {
   for (const ObjectId id : edit->commit.removed) assets.erase(id);
-  for (const auto& [id, held] : itsAssets) {
+  for (const ObjectId id : draft.posed()) posedAt.emplace_back(id, edit->commit.revision);
+  for (const auto& [id, held] : draft.assets()) {
     assets[id] = held;
     newAssets.push_back(held.mesh);
     newAssets.insert(newAssets.end(), held.others.begin(), held.others.end());
@@ -163,6 +169,8 @@ void Sequencer::adopt(Batch&& batch) noexcept {
   }
   state_.history = std::make_shared<const SceneHistory>(std::move(batch.history));
   state_.nextId = batch.nextId;
+  for (const auto& [id, revision] : batch.posedAt) posedAt_[id] = revision;
+  std::erase_if(posedAt_, [this](const auto& entry) { return !state_.history->version.find(entry.first); });
   assets_ = std::move(batch.assets);
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -54,6 +56,8 @@ class Sequencer {
   [[nodiscard]] const SequencerState& state() const noexcept { return state_; }
   /// Of an object of the current version.
   [[nodiscard]] const ObjectAssets& assetsOf(ObjectId id) const { return assets_.at(id); }
+  /// The revision that last set the object's pose, 0 when that was before this sequencer.
+  [[nodiscard]] std::uint64_t posedAt(ObjectId id) const;
 
  private:
   /// What becomes of the state while edits are decided, until the journal has kept them.
@@ -63,14 +67,16 @@ class Sequencer {
     ObjectId nextId;
     EditJournal::Edits edits;
     EditJournal::Assets newAssets;
+    std::vector<std::pair<ObjectId, std::uint64_t>> posedAt;
 
-    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Assets& itsAssets) noexcept;
+    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const SceneDraft& draft) noexcept;
   };
   AssetResolver& resolver_;
   const std::size_t maxAssets_bytes_;
   EditJournal* journal_ = nullptr;
   SequencerState state_;
   Assets assets_;  // holds what the current version names
+  std::map<ObjectId, std::uint64_t> posedAt_;
 
   std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
   EditOutcome decide(const Submission& submission, Batch& batch) const;

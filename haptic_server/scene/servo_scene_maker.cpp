@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptic_server/motion/coupling.h"
 #include "haptic_server/motion/support_points.h"
 #include "haptic_server/scene/make_rigid_body.h"
 
 namespace haptics {
 
-ServoSceneMaker::ServoSceneMaker(MakePlan makePlan) : makePlan_(std::move(makePlan)) {}
+ServoSceneMaker::ServoSceneMaker(MakePlan makePlan, double period_s)
+    : makePlan_(std::move(makePlan)), period_s_(period_s) {}
 
 std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan) {
   const SceneVersion& version = sequencer.history()->version;
@@ -18,18 +20,24 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
   for (const auto& record : version.objects()) {
     Detailed& known = detailed[record->id] = detailOf(*record, sequencer.assetsOf(record->id));
     addBody(known, *record, sequencer.assetsOf(record->id));
+    const Material& material = record->material;
+    const double share =
+        known.body ? bearableShare(known.feltMass_kg, material.stiffness_N_per_m, material.damping_Ns_per_m, period_s_)
+                   : 1;
     scene->objects.push_back({.id = record->id,
                               .surface = known.surface,
                               .pose = record->pose,
-                              .stiffness_N_per_m = record->material.stiffness_N_per_m,
-                              .damping_Ns_per_m = record->material.damping_Ns_per_m,
+                              .stiffness_N_per_m = share * material.stiffness_N_per_m,
+                              .damping_Ns_per_m = share * material.damping_Ns_per_m,
                               .detail = known.detail,
-                              .motion = known.body});
+                              .motion = known.body,
+                              .poseRevision = sequencer.posedAt(record->id)});
   }
   detailed_ = std::move(detailed);
   if (makePlan_ && (!plan_ || (plan == Plan::kOfThisOne && planIsOld()))) {
-    plan_ = makePlan_(*scene);
+    plan_ = planFor(*scene);
     planRevision_ = revision_;
+    bodiesMoved_ = false;
   }
   scene->plan = plan_;
 
@@ -66,6 +74,14 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
           makeSurfaceDetail(*assets.mesh->surface, properties, fields, std::move(normals))};
 }
 
+std::shared_ptr<const ExplorationPlan> ServoSceneMaker::planFor(ServoScene scene) const {
+  for (ServoObject& object : scene.objects) {
+    const auto body = bodies_.find(object.id);
+    if (object.motion && body != bodies_.end()) object.pose = body->second;
+  }
+  return makePlan_(scene);
+}
+
 void ServoSceneMaker::addBody(Detailed& detailed, const ObjectRecord& record, const ObjectAssets& assets) const {
   detailed.motion = record.motion;
   detailed.body = nullptr;
@@ -73,16 +89,30 @@ void ServoSceneMaker::addBody(Detailed& detailed, const ObjectRecord& record, co
   const auto known = detailed_.find(record.id);
   if (known != detailed_.end() && known->second.surface == detailed.surface && known->second.motion == record.motion) {
     detailed.body = known->second.body;
+    detailed.feltMass_kg = known->second.feltMass_kg;
     return;
   }
   const TriMesh& mesh = *assets.mesh->mesh;
   auto body = rigidBodyFrom(*record.motion, mesh);
   if (!body) return;  // the sequencer refuses what makes no body
   if (body->planeCount > 0) body->standOn(supportPoints(mesh.vertices));
+  detailed.feltMass_kg = leastFeltMass_kg(*body, mesh.vertices);
   detailed.body = std::make_shared<const RigidBody>(*std::move(body));
 }
 
-bool ServoSceneMaker::planIsOld() const noexcept { return makePlan_ && planRevision_ != revision_; }
+bool ServoSceneMaker::planIsOld() const noexcept { return makePlan_ && (planRevision_ != revision_ || bodiesMoved_); }
+
+void ServoSceneMaker::follow(const MotionState& motion) {
+  const bool allRest = std::ranges::all_of(
+      motion.bodies(), [](const BodyState& body) { return body.condition != BodyCondition::kAwake; });
+  if (!makePlan_ || !allRest) return;
+  for (const BodyState& body : motion.bodies()) {
+    const auto planned = bodies_.find(body.object);
+    bodiesMoved_ = bodiesMoved_ || planned == bodies_.end() || !(planned->second == body.pose);
+  }
+  bodies_.clear();
+  for (const BodyState& body : motion.bodies()) bodies_[body.object] = body.pose;
+}
 
 std::optional<std::uint64_t> ServoSceneMaker::nextDeparture_ns() const {
   if (leaving_.empty()) return std::nullopt;

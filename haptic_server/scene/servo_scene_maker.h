@@ -20,10 +20,11 @@ inline constexpr std::uint64_t kLeaving_ns = 500'000'000;
 /// those that stay were made of. Builder thread.
 class ServoSceneMaker {
  public:
-  /// The exploration for a scene whose objects are complete.
+  /// The exploration for a scene whose objects are complete, those that move at the poses where they rest.
   using MakePlan = std::function<std::shared_ptr<const ExplorationPlan>(const ServoScene&)>;
 
-  explicit ServoSceneMaker(MakePlan makePlan);
+  /// @param period_s  Of the servo: it decides how stiff light bodies can be felt (bearableShare()).
+  explicit ServoSceneMaker(MakePlan makePlan, double period_s = 1e-3);
 
   /// Planning takes milliseconds, which no edit should wait for.
   enum class Plan { kOfTheLastScene, kOfThisOne };
@@ -31,8 +32,12 @@ class ServoSceneMaker {
   /// The sequencer's current version for the servo. Objects that were in the last one and are gone are leaving; those
   /// that have left for kLeaving_ns are dropped. The first scene's plan is always its own.
   [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan);
-  /// Whether the last scene's plan was made for another revision.
+  /// Whether the last scene's plan was made for another revision, or for bodies that were elsewhere.
   [[nodiscard]] bool planIsOld() const noexcept;
+  /// Where the objects that move are. When they rest somewhere else than the plan has them, it is old.
+  void follow(const MotionState& motion);
+  /// Where the objects that move are. When they rest somewhere else than the plan has them, it is old.
+  void follow(const MotionState& motion);
   /// When make() is to be called again though nothing was edited: the time when the next object has left.
   [[nodiscard]] std::optional<std::uint64_t> nextDeparture_ns() const;
 
@@ -47,8 +52,10 @@ class ServoSceneMaker {
     std::shared_ptr<const SurfaceDetail> detail;
     std::optional<MotionProperties> motion = std::nullopt;
     std::shared_ptr<const RigidBody> body = nullptr;
+    double feltMass_kg = 0;  // of the body
   };
   MakePlan makePlan_;
+  double period_s_;
   std::map<ObjectId, Detailed> detailed_;  // of the last scene made
   std::vector<ServoObject> present_;       // of the last scene made, in order of id
   std::vector<Leaving> leaving_;           // in order of time
@@ -56,6 +63,10 @@ class ServoSceneMaker {
   std::uint64_t revision_ = 0;      // of the last scene made
   std::uint64_t planRevision_ = 0;  // for which plan_ was made
 
+  std::map<ObjectId, Pose> bodies_;  // where they rested last
+  bool bodiesMoved_ = false;         // since plan_ was made
+
+  [[nodiscard]] std::shared_ptr<const ExplorationPlan> planFor(ServoScene scene) const;
   void addBody(Detailed& detailed, const ObjectRecord& record, const ObjectAssets& assets) const;
   Detailed detailOf(const ObjectRecord& record, const ObjectAssets& assets) const;
 };

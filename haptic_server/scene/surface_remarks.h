@@ -9,11 +9,12 @@
 
 namespace haptics {
 
-/// What a device makes of surfaces.
+/// What a device, and the servo that drives it, make of objects.
 struct DeviceLimits {
   double encoderStep_m = 0;  ///< 0: not known.
   /// Textures and friction are kept below this lateral stiffness (StepConfig).
   double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
+  double period_s = 1e-3;  ///< Of the servo.
 };
 
 /// Warnings of a texture or friction whose finest detail is finer than two steps of the device's encoder, which feel it

@@ -31,7 +31,7 @@ class Succession {
     }
     for (std::size_t i = 0; i < count_; ++i) {
       takeDetail(i, next.objects[i].detail.get());
-      takeMotion(i, next.objects[i].motion.get());
+      takeMotion(i, next.objects[i]);
     }
     contact_ = state.contact;
     broken_ = reseat(contact_, bodies(), {origins_.data(), count_});
@@ -89,9 +89,10 @@ class Succession {
     const bool sameSurface = state_.bodies[before].surface == object.surface.get();
     // What no longer moves goes back to where the scene has it.
     const bool stopped = object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr;
-    const bool samePose = state_.objects[before].scenePose == object.pose && !stopped;
+    const bool samePose = isAsSet(object, before) && !stopped;
     bodies_[i] = state_.bodies[before];
     objects_[i] = state_.objects[before];
+    objects_[i].poseRevision = object.poseRevision;
     bool changed = !sameSurface;
     if (samePose) {
       bodies_[i].surface = object.surface.get();
@@ -110,13 +111,19 @@ class Succession {
     origins_[i] = {static_cast<int>(before), changed};
   }
 
+  /// Was a known object's pose not set since?
+  [[nodiscard]] bool isAsSet(const ServoObject& object, std::size_t before) const noexcept {
+    const HapticState::ObjectState& was = state_.objects[before];
+    return was.scenePose == object.pose && (object.motion == nullptr || was.poseRevision == object.poseRevision);
+  }
+
   /// Does a known object go to its new pose as a motion, with the contact on it?
   [[nodiscard]] bool isCarried(const ServoObject& object, std::size_t before) const noexcept {
     const auto surfaces = state_.contact.surfaces();
     const bool holds = std::any_of(surfaces.begin(), surfaces.end(),
                                    [&](const HoldingSurface& s) { return s.body == static_cast<int>(before); });
     const FeltPose pose(state_.contact.hip, state_.contact.ihip, state_.objects[before].felt.value());
-    return holds && pose.follows(state_.bodies[before].current, object.pose);
+    return holds && !state_.bodies[before].leaving && pose.follows(state_.bodies[before].current, object.pose);
   }
 
   void takeDetail(std::size_t i, const SurfaceDetail* detail) noexcept {
@@ -138,13 +145,13 @@ class Succession {
   }
 
   /// Goes on moving as it did; from rest when its pose was edited, or what moves it.
-  void takeMotion(std::size_t i, const RigidBody* what) noexcept {
+  void takeMotion(std::size_t i, const ServoObject& object) noexcept {
+    const RigidBody* what = object.motion.get();
     if (what == nullptr || movingCount_ == moving_.size()) return;
     MovingBody& moving = moving_[movingCount_++];
     const int before = origins_[i].before;
     const MovingBody* known = movingBefore(before);
-    const bool samePose =
-        known != nullptr && state_.objects[static_cast<std::size_t>(before)].scenePose == objects_[i].scenePose;
+    const bool samePose = known != nullptr && isAsSet(object, static_cast<std::size_t>(before));
     if (samePose && known->what == what) {
       moving = *known;
     } else if (samePose && known->what->freedom == what->freedom) {
@@ -156,11 +163,13 @@ class Succession {
     }
     moving.body = i;
     moving.what = what;
+    bodies_[i].leaving = bodies_[i].leaving || isStopped(moving.state.condition);
   }
 
   /// At its place in the scene, at rest.
   void put(std::size_t i, const ServoObject& object) noexcept {
     objects_[i].scenePose = object.pose;
+    objects_[i].poseRevision = object.poseRevision;
     objects_[i].beingMoved = false;
     bodies_[i].surface = object.surface.get();
     bodies_[i].leaving = object.leaving;

@@ -179,7 +179,7 @@ class Feeling {
   /// between the HIP and the original surface".
   void feelBumps() noexcept {
     for (std::size_t i = 0; i < state_.bodyCount && count_ < kMostFelt; ++i) {
-      if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || object(i).leaving) continue;
+      if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || state_.bodies[i].leaving) continue;
       if (isTouched(i) && !severalBodies()) continue;
       Felt felt{};
       felt.body = i;
@@ -267,7 +267,7 @@ class Feeling {
     for (std::size_t i = 0; i < state_.bodyCount; ++i) {
       const auto end = felt_.begin() + static_cast<std::ptrdiff_t>(count_);
       const auto felt = std::find_if(felt_.begin(), end, [i](const Felt& f) { return f.body == i; });
-      const bool fading = object(i).leaving || (isTouched(i) && state_.lettingGo);
+      const bool fading = state_.bodies[i].leaving || (isTouched(i) && state_.lettingGo);
       const Stiffness target =
           fading ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
       state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0, felt != end ? felt->speed_m_per_s : 0,

@@ -79,8 +79,9 @@ struct HapticState : StepMemory {
   /// One object's lasting state, carried over adoptions by id.
   struct ObjectState {
     std::uint64_t id = 0;
-    Pose scenePose;           ///< As in the scene; an edit of it resets the body's motion.
-    bool beingMoved = false;  ///< Edited under the stylus: on its way to scenePose.
+    Pose scenePose;                  ///< As in the scene; setting it, also to the same, resets the body's motion.
+    std::uint64_t poseRevision = 0;  ///< Likewise.
+    bool beingMoved = false;         ///< Edited under the stylus: on its way to scenePose.
     FeltStiffness felt;
     const SurfaceDetail* detail = nullptr;  ///< As in the scene, to tell whether it was edited.
   };

@@ -66,7 +66,21 @@ void moveBodies(HapticState& state, const StepConfig& config, const ContactResul
     if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
     moveRigidBody(*moving.what, moving.state, push, config.period_s);
     moving.moved = true;
+    if (isStopped(moving.state.condition)) state.bodies[moving.body].leaving = true;
   }
+}
+
+bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
+  bool changed = motion.bodyCount != state.movingCount;
+  motion.bodyCount = state.movingCount;
+  for (std::size_t i = 0; i < state.movingCount; ++i) {
+    const MovingBody& moving = state.moving[i];
+    const BodyState now{state.objects[moving.body].id, state.bodies[moving.body].current, moving.state.condition};
+    changed = changed || !(now == motion.body[i]);
+    motion.body[i] = now;
+  }
+  if (changed) motion.tick = tick;
+  return changed;
 }
 
 }  // namespace haptics

@@ -8,6 +8,7 @@
 #include "common/clock/monotonic.h"
 #include "haptic_server/device/local_stability.h"
 #include "haptic_server/servo/allocation_tripwire.h"
+#include "haptic_server/servo/moving_bodies.h"
 
 namespace haptics {
 namespace {
@@ -74,6 +75,12 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
   device_.write(sample.force.written);
   account(sample, now_ns);
   if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
+  if (state_.movingCount + motion_.bodyCount > 0) [[unlikely]] {
+    if (describeMotion(state_, index, motion_)) {
+      motionOut_.put(motion_);
+      motionForPlans_.put(motion_);
+    }
+  }
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
 }
 

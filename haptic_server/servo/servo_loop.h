@@ -6,6 +6,8 @@
 #include <memory>
 #include <optional>
 
+#include "common/crossing/latest_value.h"
+#include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
 #include "haptic_server/servo/haptic_step.h"
@@ -50,6 +52,13 @@ class ServoLoop {
   [[nodiscard]] const ServoStatistics& statistics() const noexcept { return statistics_; }
   /// For one consumer thread, wait-free: the oldest queued sample. False when there is none.
   [[nodiscard]] bool pop(TelemetrySample& sample) noexcept { return samples_.pop(sample); }
+  /// For that thread too, wait-free: where the objects that move are, null when nothing has changed since the last call.
+  /// Comes after the sample of its tick. A scene in which nothing moves has none.
+  [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.take(); }
+  /// The same for the builder thread, which plans by it what a simulated hand explores.
+  [[nodiscard]] const MotionState* takeMotionForPlans() noexcept { return motionForPlans_.take(); }
+  /// As it was at last, once run() has returned.
+  [[nodiscard]] const MotionState& lastMotion() const noexcept { return motion_; }
   [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
 
  private:
@@ -68,6 +77,8 @@ class ServoLoop {
   ServoStatistics statistics_;
   std::uint64_t secondBegan_ns_ = 0;
   std::uint64_t ticksBefore_ = 0;
+  MotionState motion_;
+  LatestValue<MotionState> motionOut_, motionForPlans_;
   boost::lockfree::spsc_queue<TelemetrySample, boost::lockfree::capacity<kQueuedSamples>> samples_;
 };
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/maths/vec.h"
+#include "common/telemetry/motion_state.h"
 #include "haptic_server/device/exploration_plan.h"
 #include "haptic_server/geometry/surface.h"
 #include "haptic_server/motion/rigid_body.h"
@@ -26,6 +27,8 @@ struct ServoObject {
   std::shared_ptr<const SurfaceDetail> detail = nullptr;
   /// What moves it; null for nothing: it stays where the scene has it. The same pointer likewise.
   std::shared_ptr<const RigidBody> motion = nullptr;
+  /// Revision that last set its pose. What moves starts anew from there also when the pose is the same.
+  std::uint64_t poseRevision = 0;
 };
 
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.
@@ -37,7 +40,5 @@ struct ServoScene {
 
 /// Capacity of the per-object state in the servo; a transaction that would pass it is rejected.
 inline constexpr std::size_t kMaxServoObjects = 256;
-/// Of these, how many may have a motion: likewise.
-inline constexpr std::size_t kMaxMovingBodies = 32;
 
 }  // namespace haptics

@@ -124,6 +124,29 @@ class PythonClient(harness.EndToEnd):
         self.assertEqual(ball.friction.field.grain.seed, 9)
         self.assertFalse(ball.HasField("texture") or ball.HasField("shading"))
 
+    def test_it_hashes_motions_as_the_server_does(self):
+        client = self.client()
+        client.apply(BALL)
+        for motion in ("mass_kg: 0.3", "mass_kg: 0.1 gravity_m_per_s2 {} linear_damping_per_s: 0.5 angular_damping_per_s: 2",
+                       "mass_kg: 1 inertia { centre_m { x: 0.01 } moments { x: 1e-3 y: 2e-3 z: 2.5e-3 } products { y: 1e-4 } }",
+                       "mass_kg: 1 spring { stiffness_N_per_m: 100 damping_Ns_per_m: 1 stiffness_Nm_per_rad: 0.1 }",
+                       "mass_kg: 1 hinge { anchor_m { x: 0.1 } axis { z: 1 } lowest: -1 highest: 0.5 }",
+                       "mass_kg: 1 slider { axis { x: 0.6 y: 0.8 } }",
+                       "mass_kg: 1 planes { normal { z: 1 } } planes { normal { x: -1 } offset_m: -0.5 friction: 0 "
+                       "rolling_m: 1e-3 }", ""):
+            with self.subTest(motion=motion):
+                client.apply('operations { set_motion { object { name: "ball" } motion { %s } } }' % motion)
+                self.assert_in_step(client)
+        self.assertFalse(client.objects()["ball"].HasField("motion"))
+
+    def test_it_hears_where_bodies_are(self):
+        client = self.client(telemetry_hz=100)
+        client.apply(BALL)
+        client.apply('operations { set_motion { object { name: "ball" } motion { mass_kg: 0.1 } } }')
+        first = harness.wait_until(lambda: client.bodies().get("ball"), 20, "the ball is told of")
+        harness.wait_until(lambda: client.bodies()["ball"].pose.position.z < first.pose.position.z - 0.05, 20,
+                           "the ball falls")
+
     def test_it_brings_height_maps_and_values_per_vertex_of_its_own(self):
         client = self.client()
         client.apply(BALL.replace("sphere { radius_m: 0.01 segments: 4 }", "box { size_m { x: 0.1 y: 0.1 z: 0.1 } }"))

@@ -43,6 +43,14 @@ SCENES = {
              'mapping { shape: MAPPING_SHAPE_CUBE tile_m: 0.01 centre { x: 1 } size_m { x: 1 y: 1 z: 1 } rotation { w: 1 } } } } '
              '} } } }',
     "take_away": 'operations { set_material { object { name: "a" } material { shading {} friction {} texture {} } } }',
+    "motion": 'operations { set_motion { object { id: 1 } motion { mass_kg: 0.3 inertia { centre_m { x: 0.1 } moments { x: 1e-3 '
+              'y: 1e-3 z: 1e-3 } products { y: 1e-4 } } gravity_m_per_s2 { z: -1.6 } linear_damping_per_s: 1 spring { '
+              'stiffness_N_per_m: 100 damping_Ns_per_m: 1 } planes { normal { z: 1 } offset_m: -1 friction: 0.4 } } } }',
+    "hinge": 'operations { set_motion { object { name: "a" } motion { mass_kg: 1 hinge { anchor_m { x: 0.1 } axis { z: 1 } '
+             'lowest: -1 highest: 0.5 } } } }',
+    "slider": 'operations { add { name: "d" mesh { box { size_m { x: 0.1 y: 0.1 z: 0.1 } } } motion { mass_kg: 1 slider { axis { '
+              'x: 1 } } } } }',
+    "stop": 'operations { set_motion { object { id: 1 } motion {} } }',
     "remove": 'operations { remove { object { name: "a" } } }',
     "condition": 'preconditions { object { name: "a" } expected_revision: 1 } operations { remove { object { id: 1 } } }',
     "remesh": 'operations { remesh { object { name: "a" } mesh { box { size_m { x: 0.3 y: 0.3 z: 0.3 } } } } }',
@@ -130,7 +138,8 @@ def main():
     objects = 'object { id: 1 name: "a" revision: 1 stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 ' \
               'pose { position { x: 1 } rotation { w: 1 } } color { red: 1 } shading { crease_rad: 1 } ' \
               'friction { mu_static: 1 mu_dynamic: 0.5 variation: 1 field { noise { wavelength_m: 1 octaves: 1 } } } ' \
-              'texture { law: TEXTURE_LAW_HO1999 amplitude_m: 1e-3 gain_K: 1 field { grain { grain_m: 1 seed: 1 } } } }'
+              'texture { law: TEXTURE_LAW_HO1999 amplitude_m: 1e-3 gain_K: 1 field { grain { grain_m: 1 seed: 1 } } } ' \
+              'motion { mass_kg: 1 gravity_m_per_s2 { z: -9.81 } planes { normal { z: 1 } friction: 0.5 rolling_m: 1e-4 } } }'
     snapshot = envelope("snapshot_objects", objects)
     snapshot.snapshot_objects.object[0].mesh = digest
     server = {
@@ -146,7 +155,8 @@ def main():
         "telemetry": envelope("telemetry", 'tick: 7 time_ns: 99 scene_revision: 1 hip { x: 0.1 } ihip { y: 0.1 } object: 1 '
                               'primitive { kind: PRIMITIVE_KIND_LINE polygon: 3 local_index: 2 } force { written { z: 1 } '
                               'spring { z: 1 } } energy { object: 1 feature: FEATURE_CONTACT energy_J: 1 } '
-                              'body { object: 1 pose { position { x: 1 } } } device_state: DEVICE_STATE_READY'),
+                              'body { object: 1 pose { position { x: 1 } rotation { w: 1 } } condition: BODY_CONDITION_ASLEEP } '
+                              'device_state: DEVICE_STATE_READY'),
         "accepted": envelope("edit_reply", 'client_seq: 1 accepted { revision: 2 report: "r" ' + objects + " }"),
         "conflict": envelope("edit_reply", 'client_seq: 1 conflict { reason: "r" current { id: 1 name: "a" } }'),
         "rejected": envelope("edit_reply", 'client_seq: 1 rejected { field: "f" reason: "r" }'),
@@ -182,7 +192,8 @@ def main():
     for name in SCENES:
         write("apply", name, pieces([transaction(name).SerializeToString()]))
         write("scene_text", name, SCENES[name].encode())
-    row = ["add", "pose", "material", "per_vertex", "spots", "remesh", "noise", "take_away", "condition", "remove"]
+    row = ["add", "pose", "material", "per_vertex", "spots", "remesh", "noise", "take_away", "hinge", "motion", "stop",
+           "condition", "remove"]
     named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
     write("apply", "row", pieces(t.SerializeToString() for t in named_a))
     write("scene_text", "comment", b"# a comment\noperations { remove { object { id: 7 } } }\n")

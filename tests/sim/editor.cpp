@@ -42,6 +42,7 @@ void Editor::edit() {
   if (dice < 0.50) return increment();
   if (dice < 0.58) return changeSurface();
   if (dice < 0.62) return uploadTexture();
+  if (dice < 0.67) return changeMotion();
   if (dice < 0.75) return paint(false);
   if (dice < 0.80) return paint(true);
   if (dice < 0.87) return addBox();
@@ -161,6 +162,20 @@ void Editor::changeSurface() {
       material.mutable_friction();
       material.mutable_texture();
   }
+  client_.submit(std::move(edit->transaction), {Intent::Kind::kBlind, {}, edit->object});
+}
+
+/// Lets an object move, differently, or no longer.
+void Editor::changeMotion() {
+  auto edit = someMaterial();
+  if (!edit) return;
+  v1::Operation& operation = *edit->transaction.mutable_operations(0);
+  const v1::ObjectRef object = operation.set_material().object();
+  v1::SetMotion& set = *operation.mutable_set_motion();
+  *set.mutable_object() = object;
+  const std::uint64_t kind = stage_.random.below(3);
+  if (kind > 0) set.mutable_motion()->set_mass_kg(stage_.random.uniform(0.01, 1));
+  if (kind == 1) set.mutable_motion()->mutable_hinge()->mutable_axis()->set_z(1);
   client_.submit(std::move(edit->transaction), {Intent::Kind::kBlind, {}, edit->object});
 }
 

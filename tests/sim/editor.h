@@ -42,6 +42,7 @@ class Editor {
   void addBox();
   void addUpload();
   void changeSurface();
+  void changeMotion();
   void uploadTexture();
   void removeOwn();
   void flood();

@@ -55,6 +55,7 @@ class Client:
         self._edits = EditQueue()
         self._uploads = UploadQueue()
         self._samples = collections.deque(maxlen=MAX_KEPT_SAMPLES)
+        self._bodies = {}  # by object id
         self._scene = Scene()
         self._live = self._closing = False
         self._trouble = "not connected yet"
@@ -95,6 +96,12 @@ class Client:
         """{name: ObjectState} as of the newest revision here."""
         with self._changed:
             return {state.name: state for state in self._scene.states()}
+
+    def bodies(self):
+        """{name: BodyPose} of the objects that move, as far as samples have told of them: each tells of some."""
+        with self._changed:
+            return {state.name: self._bodies[state.id] for state in self._scene.states()
+                    if state.HasField("motion") and state.id in self._bodies}
 
     def revision_and_root(self):
         """Root in hexadecimal digits, computed here."""
@@ -232,6 +239,7 @@ class Client:
         self._phase, self._refused = "syncing", False
         self.connections += 1
         if welcome.epoch != self._scene.epoch:
+            self._bodies.clear()
             self._edits.state_lost()
         self._welcome = welcome
         self._live = welcome.resumed
@@ -258,6 +266,7 @@ class Client:
         if sample.tick > self._tick:
             self._tick = sample.tick
             self._samples.append(sample)
+            self._bodies.update({body.object: body for body in sample.body})
 
     def _take_edit_reply(self, reply):
         self._edits.replied(reply)

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <variant>
+
+#include "common/wire/convert.h"
 
 namespace haptics {
 namespace {
@@ -52,6 +55,31 @@ TEST(MotionOnTheWire, IsRefusedWhereItIsWrongAndSaysWhere) {
   EXPECT_EQ(fieldAtFault("mass_kg: 1 planes { normal { z: 1 } friction: -1 }"), "planes[0].friction");
   EXPECT_EQ(fieldAtFault("mass_kg: 1 spring { stiffness_N_per_m: inf }"), "spring.stiffness_N_per_m");
   EXPECT_EQ(fieldAtFault("mass_kg: 1 gravity_m_per_s2 { z: -1e9 }"), "gravity_m_per_s2.z");
+}
+
+Result<Transaction> transaction(const std::string& text) { return fromWire(parseSceneText(text, "test").value()); }
+
+TEST(MotionOnTheWire, IsSetAddedAndTakenAwayByATransaction) {
+  const auto edit = transaction(R"(
+      operations { add { name: "a" mesh { box { size_m { x: 1 y: 1 z: 1 } } } motion { mass_kg: 2 } } }
+      operations { set_motion { object { name: "a" } motion { mass_kg: 3 } } }
+      operations { set_motion { object { id: 7 } motion {} } }
+      operations { set_motion { object { id: 7 } } })");
+  ASSERT_TRUE(edit) << edit.error().text();
+  EXPECT_EQ(std::get<AddObject>(edit->operations[0]).motion->mass_kg, 2);
+  EXPECT_EQ(std::get<SetMotion>(edit->operations[1]).motion->mass_kg, 3);
+  EXPECT_FALSE(std::get<SetMotion>(edit->operations[2]).motion);
+  EXPECT_FALSE(std::get<SetMotion>(edit->operations[3]).motion);
+}
+
+TEST(MotionOnTheWire, OfATransactionIsRefusedWithItsWholePath) {
+  const auto field = [](const std::string& text) { return transaction(text).error().field; };
+  EXPECT_EQ(field("operations { set_motion { object { id: 7 } motion { mass_kg: -3 } } }"),
+            "operations[0].set_motion.motion.mass_kg");
+  EXPECT_EQ(field(R"(operations { add { name: "a" mesh { box { size_m { x: 1 y: 1 z: 1 } } }
+                      motion { mass_kg: 1 slider {} } } })"),
+            "operations[0].add.motion.slider.axis");
+  EXPECT_EQ(field("operations { set_motion { motion { mass_kg: 3 } } }"), "operations[0].set_motion.object");
 }
 
 }  // namespace

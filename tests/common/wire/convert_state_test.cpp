@@ -205,6 +205,25 @@ TEST(Telemetry, LeavesNothingOfTheLastSampleInAReusedMessage) {
   expectSame(fromWire(message), TelemetrySample{});
 }
 
+TEST(Telemetry, BodiesComeBackBitForBitAndThoseWithoutAPoseAreLeftOut) {
+  const BodyState body{12, Pose{glm::normalize(Quat(0.3, 0.1, 0.7, -0.2)), Vec3(0.1, -1.0 / 3, 2)},
+                       BodyCondition::kOutOfBounds};
+  v1::Telemetry message;
+  toWire(body, *message.add_body());
+  message.add_body()->set_object(13);
+  toWire(body, *message.add_body());
+  message.mutable_body(2)->mutable_pose()->mutable_position()->set_x(std::nan(""));
+  toWire(body, *message.add_body());
+  message.mutable_body(3)->mutable_pose()->mutable_rotation()->set_w(2);
+  toWire(body, *message.add_body());
+  message.mutable_body(4)->set_object(0);
+  EXPECT_EQ(bodiesFromWire(message), std::vector<BodyState>{body});
+  for (int i = 0; i < 100; ++i) toWire(body, *message.add_body());
+  EXPECT_EQ(bodiesFromWire(message).size(), kMaxMovingBodies);
+  toWire(TelemetrySample{}, message);
+  EXPECT_TRUE(bodiesFromWire(message).empty()) << "left in a reused message";
+}
+
 TEST(Telemetry, OfAnEmptyMessageIsAnEmptySample) { expectSame(fromWire(v1::Telemetry{}), TelemetrySample{}); }
 
 TEST(Telemetry, IgnoresEnumValuesOfANewerServer) {

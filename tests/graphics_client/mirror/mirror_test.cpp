@@ -214,6 +214,25 @@ TEST(MirrorTelemetry, KeepsTheNewestAndDropsTheRest) {
   EXPECT_EQ(mirror.contents().samplesReceived, 2U);
 }
 
+TEST_F(MirrorOfTwo, KnowsWhereBodiesAreAndLetsThemGoWithTheirMotion) {
+  ObjectRecord record = *server_.scene.find(1);
+  record.motion = MotionProperties{.mass_kg = 1};
+  ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
+  EXPECT_EQ(mirror_.contents().poseOf(record), record.pose) << "before anything is known";
+  const std::vector<BodyState> bodies{{1, Pose{Quat(1, 0, 0, 0), Vec3(1, 2, 3)}, BodyCondition::kAsleep},
+                                      {2, Pose{}, BodyCondition::kAwake},
+                                      {77, Pose{}, BodyCondition::kAwake}};
+  ASSERT_TRUE(mirror_.take(sampleAt(5), bodies));
+  EXPECT_EQ(mirror_.contents().bodies.size(), 1U) << "2 does not move, 77 is not there";
+  EXPECT_EQ(mirror_.contents().poseOf(record).position, Vec3(1, 2, 3));
+  ASSERT_TRUE(mirror_.take(sampleAt(6)));
+  EXPECT_EQ(mirror_.contents().poseOf(record).position, Vec3(1, 2, 3)) << "left out: as it was";
+  record = *server_.scene.find(1);
+  record.motion.reset();
+  ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
+  EXPECT_EQ(mirror_.contents().poseOf(record), record.pose);
+}
+
 TEST(MirrorTelemetry, StartsAnewWithAConnection) {
   Mirror mirror;
   mirror.take(sampleAt(1'000));

@@ -22,6 +22,12 @@ ObjectRecord record(ObjectId id, const std::string& name) {
   surface.shading = Shading{0.5, {{1, 2}}};
   surface.friction = Friction{0.6, 0.3, 0.5, FieldFamily{GrainFamily{0.001, 7}}};
   surface.texture = Texture{.family = FourierFamily{{{1, {0, 0, 1}, 0.002, 0.1}}}, .amplitude_m = 1.0 / 3000};
+  object.motion = MotionProperties{
+      .mass_kg = 1.0 / 3,
+      .gravity_m_per_s2 = Vec3(0),
+      .spring = {.stiffness_N_per_m = 100, .damping_Ns_per_m = 0.1},
+      .joint = JointProperties{JointProperties::Kind::kSlider, {}, {0, 1, 0}, -0.1, 0.2},
+  };
   return object;
 }
 
@@ -40,6 +46,7 @@ TEST(SceneText, IsReadBackToTheSameObjects) {
     EXPECT_EQ(add.name, object.name);
     EXPECT_EQ(std::get<AssetSource>(add.mesh.source).hash, object.mesh);
     EXPECT_EQ(edited(Material{}, add.material), object.material);
+    EXPECT_EQ(add.motion, object.motion);
     const Pose pose = edited(Pose{}, add.pose);
     EXPECT_EQ(pose.position, object.pose.position);
     EXPECT_LT(glm::length(pose.rotation - object.pose.rotation), 1e-15);  // normalised anew on reading

@@ -40,6 +40,11 @@ class FakeMirror {
     publish();
   }
 
+  void setMotion(ObjectId object, const MotionProperties& motion) {
+    objects_[object - 1].motion = motion;
+    publish();
+  }
+
   /// Presses by `depth_m` on the polygon's centre, with 800 N/m.
   void touch(ObjectId object, std::uint32_t polygon, double depth_m) {
     constexpr double kStiffness_N_per_m = 800;

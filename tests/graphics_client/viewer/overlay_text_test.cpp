@@ -63,6 +63,17 @@ TEST_F(Touching, MissingMeshesAreCounted) {
   EXPECT_EQ(status("Objects").tone, Tone::kWarning);
 }
 
+TEST_F(Touching, BodiesThatMoveAreCountedAndThoseThatWereStoppedAreNamed) {
+  view.bodies[box] = {box, Pose{}, BodyCondition::kAwake};
+  EXPECT_EQ(status("Objects").value, "1, 1 moving");
+  EXPECT_THAT(bannerFor(view, kFresh_s, true, false).text, IsEmpty());
+  view.bodies[box].condition = BodyCondition::kOutOfBounds;
+  EXPECT_EQ(status("Objects").value, "1, 0 moving");
+  EXPECT_THAT(bannerFor(view, kFresh_s, true, false).text, HasSubstr("box left the world's bounds"));
+  view.bodies[box].condition = BodyCondition::kNonFinite;
+  EXPECT_THAT(bannerFor(view, kFresh_s, true, false).text, HasSubstr("not finite"));
+}
+
 TEST_F(Touching, FaultsReplaceTheServoRate) {
   view.sample->fault = Fault::kDeviceLost;
   EXPECT_THAT(status("Servo").value, HasSubstr("device lost"));

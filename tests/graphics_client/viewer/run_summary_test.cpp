@@ -55,6 +55,18 @@ TEST_F(WithScene, FramesPerSecondAreCountedBetweenTheFirstAndTheLast) {
   EXPECT_NEAR(parsed(summary).at("fps").get<double>(), 20, 1e-9);
 }
 
+TEST_F(WithScene, BodiesAreToldAndHowFarTheShownContactIsFromTheShownSurface) {
+  mirror.setMotion(1, MotionProperties{.mass_kg = 1});
+  mirror.view().bodies[1] = {1, Pose{}, BodyCondition::kAsleep};
+  summary.addFrame(mirror.now(), 0.01, 1);
+  summary.addContact(*mirror.now());
+  EXPECT_EQ(parsed(summary).at("client_bodies").at(0).at("condition"), "asleep");
+  EXPECT_NEAR(parsed(summary).at("contact_error_mm").at("p99").get<double>(), 0, 1e-6);
+  mirror.view().bodies[1].pose.position = 0.002 * mirror.view().sample->surfaceNormal;
+  summary.addContact(*mirror.now());
+  EXPECT_NEAR(parsed(summary).at("contact_error_mm").at("p99").get<double>(), 2, 1e-6);
+}
+
 TEST_F(WithScene, AgesAreInMillisecondsAndOnlyOfLiveFrames) {
   for (int i = 1; i <= 100; ++i) summary.addFrame(mirror.now(), 1e-3 * i, i);
   mirror.view().link = LinkState::kConnecting;

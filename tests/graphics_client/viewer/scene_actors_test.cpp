@@ -48,6 +48,17 @@ TEST_F(Shown, ComeAndGoWithTheScene) {
   EXPECT_TRUE(actors.outline().empty());
 }
 
+TEST_F(Shown, AreWhereTheServoHasThemWithoutMovingTheFloor) {
+  mirror.setMotion(box, MotionProperties{.mass_kg = 1});
+  settle();
+  const double grid_m = actors.gridSpacing_m();
+  const Vec3 before = actors.boxes().at(0).corners[0];
+  mirror.view().bodies[box] = {box, Pose{Quat(1, 0, 0, 0), Vec3(5, 0, 0)}};
+  EXPECT_FALSE(actors.update(mirror.view(), true));
+  EXPECT_EQ(actors.boxes().at(0).corners[0], before + Vec3(5, 0, 0));
+  EXPECT_EQ(actors.gridSpacing_m(), grid_m);
+}
+
 TEST_F(Shown, KeepTheirLookUntilTheNextOneIsMade) {
   settle();
   mirror.setSurface(box, imaged(ContentHash{}));  // the field is still on its way

@@ -32,6 +32,40 @@ double distanceTo(const Surface& surface, const Pose& pose, Vec3 p) {
   return glm::distance(surface.closestFoot(local, 1 << 20, spent).point, local);
 }
 
+TEST(ExplorationPlanner, PushesWhatMovesFromAFreeSideTowardsTheMiddle) {
+  const auto block = boxSurface({0.06, 0.06, 0.06});
+  const auto table = boxSurface({0.6, 0.6, 0.02});
+  const Pose onTable{{1, 0, 0, 0}, {0.15, 0, 0.03}};
+  const Pose below{{1, 0, 0, 0}, {0, 0, -0.01}};
+  const ExplorationPlan plan =
+      makeExplorationPlan(std::vector<ExploredObject>{{1, table, below}, {2, block, onTable, true}});
+  ASSERT_EQ(plan.strokes.size(), 3U);
+  const Stroke& push = plan.strokes[2];
+  EXPECT_EQ(push.object, 2U);
+  EXPECT_TRUE(push.isPush);
+  const Vec3 from = push.points.front(), to = push.points.back();
+  EXPECT_GT(from.x, 0.18 + 0.01) << "from outside";
+  EXPECT_LT(to.x, 0.18 - 0.03) << "into it";
+  EXPECT_GT(from.z, 0.03) << "above its middle";
+  EXPECT_EQ(from.z, to.z);
+  EXPECT_NE(from.y, 0) << "beside its middle";
+}
+
+TEST(ExplorationPlanner, PushesFromAnotherSideWhereOneIsCoveredAndNotAtAllWhereNoneIsFree) {
+  const auto block = boxSurface({0.06, 0.06, 0.06});
+  const auto roof = boxSurface({0.1, 0.1, 0.01});
+  const auto lid = boxSurface({0.5, 0.5, 0.01});
+  const Pose there{{1, 0, 0, 0}, {0.15, 0, 0.03}};
+  const Pose besideIt{{1, 0, 0, 0}, {0.22, 0, 0.1}};
+  const auto turned = makeExplorationPlan(std::vector<ExploredObject>{{1, block, there, true}, {2, roof, besideIt}});
+  const auto push = std::ranges::find(turned.strokes, true, &Stroke::isPush);
+  ASSERT_NE(push, turned.strokes.end());
+  EXPECT_LT(push->points.front().x, 0.17);
+  const Pose over{{1, 0, 0, 0}, {0.15, 0, 0.1}};
+  const auto covered = makeExplorationPlan(std::vector<ExploredObject>{{1, block, there, true}, {2, lid, over}});
+  EXPECT_EQ(std::ranges::count(covered.strokes, true, &Stroke::isPush), 0);
+}
+
 TEST(ExplorationPlanner, LaysAStrokeOnTheUpperSideOfEachObject) {
   const auto box = boxSurface({0.07, 0.07, 0.05});
   const auto sphere = sphereSurface();

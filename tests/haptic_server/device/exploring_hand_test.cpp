@@ -15,7 +15,7 @@ constexpr double kUpToPeak = 15.0 / 8;  // peak speed of a minimum-jerk movement
 HandPreset nominal() { return findHandPreset("nominal").value(); }
 
 Stroke row(std::uint64_t object, Vec3 start, int points = 21) {
-  Stroke stroke{object, {}};
+  Stroke stroke{object, {}, false};
   for (int i = 0; i < points; ++i) stroke.points.push_back(start + Vec3(0.002 * i, 0, 0));
   return stroke;
 }
@@ -286,6 +286,44 @@ TEST(ExploringHand, ClearsAnObjectThatAppearsInItsWay) {
     EXPECT_TRUE(p.x < 0.2 || std::abs(p.z - 0.25) < 1e-9);
   }
   EXPECT_GT(p.x, 0.39);
+}
+
+TEST(ExploringHand, PushesFromBesideGoesBackAndLifts) {
+  Stroke push = row(1, {0.2, 0, 0.03});
+  push.isPush = true;
+  const auto plan = planOf({push, row(2, {0, 0, 0})});
+  ExploringHand hand(nominal(), 3.3);
+  hand.follow(plan.get());
+  double farthest = 0, lowest = 1;
+  bool retreated = false;
+  Vec3 last = hand.next(0, Vec3(0)).position;
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3 p = hand.next(kPeriod, Vec3(0)).position;
+    EXPECT_LT(glm::distance(p, last), 1e-3);
+    last = p;
+    if (p.x < 0.15) break;  // on to the next
+    farthest = std::max(farthest, p.x);
+    lowest = std::min(lowest, p.z);
+    retreated = retreated || (farthest > 0.239 && p.x < 0.201 && p.z < 0.031);
+  }
+  EXPECT_NEAR(farthest, 0.24, 1e-6);
+  EXPECT_NEAR(lowest, 0.03, 1e-6);
+  EXPECT_TRUE(retreated);
+}
+
+TEST(ExploringHand, GivesUpAPushAgainstWhatStandsFast) {
+  Stroke push = row(1, {0.2, 0, 0.03});
+  push.isPush = true;
+  const auto plan = planOf({push});
+  ExploringHand hand(nominal(), 3.3);
+  hand.follow(plan.get());
+  double farthest = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double wall_N = 300 * std::max(0.0, farthest > 0 ? farthest - 0.21 : 0);
+    farthest = std::max(farthest, hand.next(kPeriod, {-wall_N, 0, 0}).position.x);
+  }
+  EXPECT_GT(farthest, 0.21);
+  EXPECT_LT(farthest, 0.225);
 }
 
 TEST(ExploringHand, NeverJumpsWhateverThePlansAndForcesAre) {

@@ -58,14 +58,15 @@ class ServerTest : public ::testing::Test {
   }
 
   Server::Options options(std::string listen = "127.0.0.1:0") {
-    return {.listen = std::move(listen),
-            .credentials = credentials,
-            .allowInsecureLan = false,
-            .identity = {"test", "simulated", 1000, 3.3},
-            .popTelemetry = [this](TelemetrySample& sample) { return samples.pop(sample); },
-            .recordSample = [this](const TelemetrySample& sample) { recorded.push_back(sample.tick); },
-            .fillStatus = [](v1::Status& status) { status.set_ticks(42); },
-            .log = {}};
+    return {
+        .listen = std::move(listen),
+        .credentials = credentials,
+        .allowInsecureLan = false,
+        .identity = {"test", "simulated", 1000, 3.3},
+        .popTelemetry = [this](TelemetrySample& sample) { return samples.pop(sample); },
+        .recordSample = [this](const TelemetrySample& sample, const MotionState*) { recorded.push_back(sample.tick); },
+        .fillStatus = [](v1::Status& status) { status.set_ticks(42); },
+        .log = {}};
   }
 
   /// A client over TCP that beats once it has said Hello. All share one loop, which runs while the test waits.

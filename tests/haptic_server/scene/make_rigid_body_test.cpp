@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/scene/motion_remarks.h"
 
 namespace haptics {
 namespace {
@@ -33,6 +34,22 @@ TEST(MakeRigidBody, RefusesAnInertiaThatNoBodyHas) {
   EXPECT_FALSE(rigidBodyFrom(motion, openSphere()));
   motion.inertia = GivenInertia{{}, {1, 1, 1}, {0, 0, 1.5}};
   EXPECT_FALSE(rigidBodyFrom(motion, openSphere()));
+}
+
+TEST(MotionRemarks, TellOfABodyThatIsTooLightForItsStiffness) {
+  AssetStore store;
+  ObjectRecord record;
+  record.material.stiffness_N_per_m = 1000;
+  record.material.damping_Ns_per_m = 0;
+  record.motion = MotionProperties{.mass_kg = 0.1};
+  ObjectAssets assets;
+  assets.mesh = store.intern(makeBox(Vec3(0.02), 1).value());
+  EXPECT_TRUE(motionRemarks(record, assets, 1e-3).empty());
+  record.motion->mass_kg = 0.002;
+  const auto remarks = motionRemarks(record, assets, 1e-3);
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_NE(remarks[0].find("instead of 1000"), std::string::npos) << remarks[0];
+  EXPECT_TRUE(motionRemarks(record, assets, 1e-4).empty()) << "at a higher rate it bears more";
 }
 
 }  // namespace

@@ -129,6 +129,43 @@ TEST(ServoSceneMaker, PlansTheExplorationOncePerRevision) {
   EXPECT_THAT(planned, ElementsAre(2, 1)) << "what is leaving is not explored";
 }
 
+TEST(ServoSceneMaker, PlansAnewWhenBodiesHaveComeToRestElsewhere) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  std::vector<Vec3> planned;
+  ServoSceneMaker maker([&](const ServoScene& scene) {
+    planned.push_back(scene.objects.front().pose.position);
+    return std::make_shared<const ExplorationPlan>();
+  });
+  sequencer.submit(kAlice, 1, edit(AddObject{"a", box(), {}, {}, MotionProperties{.mass_kg = 1}}));
+  EXPECT_EQ(maker.make(sequencer, 0, kNewPlan)->objects.front().pose.position, Vec3(0));
+  MotionState motion;
+  motion.bodyCount = 1;
+  motion.body[0] = {1, Pose{Quat(1, 0, 0, 0), Vec3(1, 2, 3)}, BodyCondition::kAwake};
+  maker.follow(motion);
+  EXPECT_FALSE(maker.planIsOld()) << "it still moves";
+  motion.body[0].condition = BodyCondition::kAsleep;
+  maker.follow(motion);
+  EXPECT_TRUE(maker.planIsOld());
+  EXPECT_EQ(maker.make(sequencer, 0, kNewPlan)->objects.front().pose.position, Vec3(0)) << "the scene's, as before";
+  maker.follow(motion);
+  EXPECT_FALSE(maker.planIsOld());
+  EXPECT_EQ(planned, (std::vector<Vec3>{Vec3(0), Vec3(1, 2, 3)}));
+}
+
+TEST(ServoSceneMaker, GivesLightBodiesTheStiffnessThatTheyBear) {
+  BoxResolver resolver;
+  Sequencer sequencer(1, resolver);
+  ServoSceneMaker maker({});
+  sequencer.submit(kAlice, 1,
+                   edit(AddObject{"light", box(), {}, {800.0, 0.5}, MotionProperties{.mass_kg = 1e-3}},
+                        AddObject{"heavy", box(), {}, {800.0, 0.5}, MotionProperties{.mass_kg = 1}}));
+  const auto scene = maker.make(sequencer, 0, kNewPlan);
+  EXPECT_LT(scene->objects[0].stiffness_N_per_m, 200);
+  EXPECT_NEAR(scene->objects[0].damping_Ns_per_m / scene->objects[0].stiffness_N_per_m, 0.5 / 800, 1e-12);
+  EXPECT_EQ(scene->objects[1].stiffness_N_per_m, 800);
+}
+
 TEST(ServoSceneMaker, LeavesThePlanForLaterWhenToldSo) {
   BoxResolver resolver;
   Sequencer sequencer(1, resolver);

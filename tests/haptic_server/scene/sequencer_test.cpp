@@ -73,6 +73,39 @@ TEST_F(SequencerTest, AMirrorThatAppliesTheCommitsHasTheSameRoots) {
   EXPECT_EQ(mirror.objects().size(), 2U);
 }
 
+TEST_F(SequencerTest, GivesAndTakesMotionsAndRemembersWhenAPoseWasSet) {
+  accept(edit(add("a"), add("b")));
+  const ObjectId a = version().find("a")->id;
+  EXPECT_EQ(sequencer.posedAt(a), 0U);
+  accept(edit(SetMotion{named("a"), MotionProperties{.mass_kg = 0.2}}));
+  EXPECT_EQ(version().find("a")->motion, MotionProperties{.mass_kg = 0.2});
+  EXPECT_EQ(sequencer.posedAt(a), 0U);
+  const Vec3 same = version().find("a")->pose.position;
+  accept(edit(moveTo("a", same)));
+  EXPECT_EQ(sequencer.posedAt(a), 3U) << "also to the same pose";
+  reject(edit(moveTo("a", {1, 0, 0}), remove("nobody")));
+  EXPECT_EQ(sequencer.posedAt(a), 3U);
+  accept(edit(SetMotion{named("a"), std::nullopt}));
+  EXPECT_FALSE(version().find("a")->motion);
+  accept(edit(remove("a")));
+  EXPECT_EQ(sequencer.posedAt(a), 0U);
+}
+
+TEST_F(SequencerTest, RefusesMotionsThatNoBodyHasAndMoreBodiesThanTheServoMoves) {
+  accept(edit(add("a")));
+  const MotionProperties impossible{.mass_kg = 1, .inertia = GivenInertia{{}, {1, 1, 3}, {}}};
+  EXPECT_EQ(reject(edit(SetMotion{named("a"), impossible})).field, "operations[0].set_motion.motion.inertia");
+  Transaction many;
+  for (std::size_t i = 0; i < kMaxMovingBodies; ++i) {
+    many.operations.push_back(AddObject{numbered("m", i), box(), {}, {}, MotionProperties{.mass_kg = 1}});
+  }
+  accept(many);
+  const Error error = reject(edit(SetMotion{named("a"), MotionProperties{.mass_kg = 1}}));
+  EXPECT_EQ(error.field, "operations[0].set_motion.motion");
+  EXPECT_THAT(error.reason, HasSubstr("33 objects move; at most 32"));
+  accept(edit(remove("m0"), SetMotion{named("a"), MotionProperties{.mass_kg = 1}}));
+}
+
 TEST_F(SequencerTest, AppliesAllOperationsOrNone) {
   accept(edit(add("a")));
   const Error error = reject(edit(moveTo("a", {1, 1, 1}), add("b"), remove("a"), moveTo("a", {2, 2, 2})));

@@ -3,6 +3,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/motion/solid.h"
 #include "haptic_server/motion/support_points.h"
+#include "haptic_server/servo/moving_bodies.h"
 #include "surface_world.h"
 
 namespace haptics::testing {
@@ -29,9 +30,9 @@ ServoObject moving(ServoObject object, const RigidBody& body) {
 }
 
 /// A box of 60 mm around the origin.
-ServoObject floatingBox(Vec3 at = Vec3(0)) {
+ServoObject floatingBox(Vec3 at = Vec3(0), std::uint64_t id = 1) {
   const TriMesh mesh = boxMesh(Vec3(0.06));
-  return moving(objectOf(1, surfaceOf(mesh), at), floatingBody(mesh));
+  return moving(objectOf(id, surfaceOf(mesh), at), floatingBody(mesh));
 }
 
 /// From one place to another in a time, then still.
@@ -157,6 +158,70 @@ TEST(MovingBody, GoesOnThroughEditsOfOthersAndIsResetByAnEditOfItsPose) {
   servo.run(500);
   EXPECT_EQ(bodyState(servo).momentum_Ns, Vec3(0));
   EXPECT_EQ(servo.state().bodies[0].current.position, put.pose.position);
+}
+
+TEST(MovingBody, StartsAnewWhenItsPoseIsSetToTheSame) {
+  VirtualServo servo(way({0, 0, 0.05}, {0, 0, 0.02}, 0.3), kConfig);
+  ServoObject box = floatingBox();
+  servo.adopt(sceneOf(1, {box}));
+  servo.run(3000);
+  ASSERT_LT(servo.state().bodies[0].current.position.z, -0.01);
+  box.poseRevision = 2;
+  servo.adopt(sceneOf(2, {box}));
+  for (int i = 0; i < 2000 && !servo.adopted(); ++i) servo.step();
+  EXPECT_EQ(bodyState(servo).momentum_Ns, Vec3(0));
+  EXPECT_EQ(servo.state().bodies[0].current, box.pose);
+}
+
+TEST(MovingBody, ThatLeavesTheWorldIsStoppedNamedAndFadesFromUnderTheHand) {
+  ServoObject box = floatingBox();
+  const double edge = kWorldRadius_m - 0.001;
+  box.pose.position.x = edge;
+  VirtualServo servo(way({edge - 0.04, 0, 0}, {edge - 0.01, 0, 0}, 0.1), kConfig);
+  servo.adopt(sceneOf(1, {box}));
+  MotionState motion;
+  double last_N = 0;
+  int stopped = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double force_N = glm::length(servo.step().force.written);
+    (void)describeMotion(servo.state(), servo.tick(), motion);
+    if (motion.body[0].condition == BodyCondition::kOutOfBounds && stopped++ > 0) {
+      EXPECT_LE(force_N, last_N);
+      EXPECT_LE(last_N - force_N, 0.031) << "more than 30 N/s";
+    }
+    last_N = force_N;
+  }
+  EXPECT_GT(stopped, 1000);
+  EXPECT_EQ(last_N, 0);
+
+  box.pose.position.x = 0.5;
+  box.poseRevision = 2;
+  servo.adopt(sceneOf(2, {box}));
+  servo.run(10);
+  EXPECT_TRUE(describeMotion(servo.state(), servo.tick(), motion));
+  EXPECT_EQ(motion.body[0].pose, box.pose);
+  EXPECT_FALSE(isStopped(motion.body[0].condition));
+  EXPECT_FALSE(servo.state().bodies[0].leaving);
+}
+
+TEST(MovingBody, IsDescribedWhereTheContactWasSolvedAndOnlyWhenItChanges) {
+  VirtualServo servo(way({0, 0, 0.05}, {0, 0, 0.02}, 0.3), kConfig);
+  servo.adopt(sceneOf(1, {slab(1, {0.5, 0, 0}), floatingBox(Vec3(0), 2)}));
+  MotionState motion;
+  servo.run(2);
+  EXPECT_TRUE(describeMotion(servo.state(), 2, motion));
+  servo.run(50);
+  EXPECT_FALSE(describeMotion(servo.state(), 50, motion)) << "not pushed yet";
+  servo.run(270);
+  EXPECT_TRUE(describeMotion(servo.state(), 320, motion));
+  EXPECT_EQ(motion.tick, 320U);
+  ASSERT_EQ(motion.bodyCount, 1U);
+  EXPECT_EQ(motion.body[0].object, servo.state().objects[1].id);
+  EXPECT_EQ(motion.body[0].pose, servo.state().bodies[1].current);
+  servo.adopt(sceneOf(2, {slab(1, {0.5, 0, 0})}));
+  servo.run(500);
+  EXPECT_TRUE(describeMotion(servo.state(), 900, motion)) << "it is gone";
+  EXPECT_EQ(motion.bodyCount, 0U);
 }
 
 TEST(MovingBody, WhoseMotionIsTakenAwayGoesBackToWhereTheSceneHasIt) {

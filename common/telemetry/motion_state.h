@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+/// Values equal those of the wire's enum (telemetry.proto).
+enum class BodyCondition : std::uint8_t {
+  kAwake = 0,
+  kAsleep = 1,       ///< At rest; costs nothing until it is pushed.
+  kOutOfBounds = 2,  ///< Stopped at the world's end until its pose is set anew.
+  kNonFinite = 3,    ///< Stopped at its last good pose, because what came out of a tick was no number.
+};
+/// Stopped for good, until its pose is set anew: it fades from under the hand and cannot be touched.
+[[nodiscard]] constexpr bool isStopped(BodyCondition condition) noexcept {
+  return condition == BodyCondition::kOutOfBounds || condition == BodyCondition::kNonFinite;
+}
+
+/// How many objects of a scene may have a motion; a transaction that would pass it is rejected.
+inline constexpr std::size_t kMaxMovingBodies = 32;
+
+/// Where a body is.
+struct BodyState {
+  std::uint64_t object = 0;
+  Pose pose;  ///< Of the object, world.
+  BodyCondition condition = BodyCondition::kAwake;
+
+  bool operator==(const BodyState&) const = default;
+};
+
+/// What the servo has made of the objects that move since the scene said where they are. As of `tick`, and of every later
+/// one until there is a newer state.
+struct MotionState {
+  std::uint64_t tick = 0;
+  std::size_t bodyCount = 0;
+  std::array<BodyState, kMaxMovingBodies> body;  ///< In order of object id.
+
+  [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return std::span(body).first(bodyCount); }
+};
+
+static_assert(std::is_trivially_copyable_v<MotionState>, "crosses threads by copy");
+
+}  // namespace haptics

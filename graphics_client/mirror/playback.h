@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+
+#include "graphics_client/mirror/mirror_view.h"
+
+namespace haptics {
+
+/// Shows bodies in motion, and what touches them, smoothly at any frame rate: at an even pace of the server's time, between
+/// the samples that came. The picture lags by as little as has a sample ahead of it. Where nothing moves it is the newest
+/// sample. HIP, IHIP and bodies are of the same moment, so that the contact is seen where it is.
+class Playback {
+ public:
+  /// Longest lag, as seen against the newest sample (s). Larger is smoother over a bad link, and later: a person notices
+  /// that the picture is later than the hand from 15 ms on.
+  static constexpr double kMostLag_s = 0.05;
+  /// For so long a late sample makes the picture lag (s).
+  static constexpr double kLagMemory_s = 1;
+
+  /// The view to draw now. Once a frame; `view` is not null, `now_ns` this host's monotonic clock.
+  [[nodiscard]] std::shared_ptr<const MirrorView> at(std::shared_ptr<const MirrorView> view, std::uint64_t now_ns);
+
+ private:
+  using View = std::shared_ptr<const MirrorView>;
+  std::deque<View> past_;  ///< With a sample each, newest last.
+  double lag_s_ = 0;
+  std::uint64_t asked_ns_ = 0;
+
+  void remember(const View& view);
+  void followAge(double age_s, std::uint64_t now_ns);
+};
+
+}  // namespace haptics

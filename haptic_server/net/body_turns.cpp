@@ -1,0 +1,38 @@
+#include "haptic_server/net/body_turns.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+
+void BodyTurns::add(const MotionState& motion, v1::Telemetry& sample) {
+  if (motion.bodyCount == 0 && told_.empty()) return;
+  ++turn_;
+  std::erase_if(told_, [&](const auto& entry) {
+    return std::ranges::find(motion.bodies(), entry.first, &BodyState::object) == motion.bodies().end();
+  });
+  struct Waiting {
+    const BodyState* body;
+    bool isNews;
+    std::uint64_t since;
+  };
+  std::vector<Waiting> waiting;
+  for (const BodyState& body : motion.bodies()) {
+    const Told& told = told_[body.object];
+    waiting.push_back({&body, told.turn == 0 || !(told.body == body), told.turn});
+  }
+  std::ranges::sort(
+      waiting, [](const Waiting& a, const Waiting& b) { return a.isNews != b.isNews ? a.isNews : a.since < b.since; });
+  std::size_t count = 0;
+  for (const Waiting& next : waiting) {
+    if (count == kMost) break;
+    toWire(*next.body, *sample.add_body());
+    told_[next.body->object] = {*next.body, turn_};
+    ++count;
+    if (!next.isNews) break;
+  }
+}
+
+}  // namespace haptics

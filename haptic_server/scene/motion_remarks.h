@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/scene/scene.h"
+#include "haptic_server/scene/object_assets.h"
+
+namespace haptics {
+
+/// A warning of a body that is so light that its surface is felt softer than asked for: bearableShare().
+[[nodiscard]] std::vector<std::string> motionRemarks(const ObjectRecord& record, const ObjectAssets& assets,
+                                                     double period_s);
+
+}  // namespace haptics

@@ -1,0 +1,101 @@
+#include "tests/eval/moving_world.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "haptic_server/motion/solid.h"
+#include "haptic_server/motion/support_points.h"
+
+namespace haptics::eval {
+namespace {
+
+/// Ticks for which a removed object stays.
+constexpr std::uint64_t kLeaving = 500;
+
+}  // namespace
+
+MovingSolid solidFrom(const TriMesh& mesh, double mass_kg) {
+  const Solid solid = solidOf(mesh.vertices, mesh.triangles);
+  MovingSolid made{buildSurface(mesh.vertices, mesh.triangles), {}};
+  const MassDefect defect =
+      spreadMass(mass_kg, solid.centre, mass_kg / solid.volume_m3 * solid.inertia, made.body.mass);
+  if (solid.defect != SolidDefect::kNone || defect != MassDefect::kNone) throw std::logic_error("not a body");
+  made.body.standOn(supportPoints(mesh.vertices));
+  made.body.gravity_m_per_s2 = Vec3(0);
+  return made;
+}
+
+std::uint64_t MovingWorld::add(const MovingSolid& solid, const Pose& pose, bool moves) {
+  ServoObject object{++lastId_, solid.surface, pose, kSpring_N_per_m, 0};
+  if (moves) object.motion = std::make_shared<RigidBody>(solid.body);
+  objects_.push_back(std::move(object));
+  return lastId_;
+}
+
+ServoObject& MovingWorld::object(std::uint64_t id) { return *std::ranges::find(objects_, id, &ServoObject::id); }
+
+void MovingWorld::setPose(std::uint64_t id, const Pose& pose) {
+  object(id).pose = pose;
+  object(id).poseRevision = revision_ + 1;
+}
+
+void MovingWorld::remove(std::uint64_t id) {
+  leaving_.push_back(object(id));
+  leaving_.back().leaving = true;
+  leaving_.back().poseRevision = tick_;  // of no further use to the step; here: since when
+  std::erase_if(objects_, [id](const ServoObject& o) { return o.id == id; });
+}
+
+void MovingWorld::publish() {
+  auto scene = std::make_shared<ServoScene>();
+  scene->revision = ++revision_;
+  std::erase_if(leaving_, [this](const ServoObject& o) { return tick_ - o.poseRevision > kLeaving; });
+  scene->objects = objects_;
+  for (const ServoObject& object : leaving_) {
+    scene->objects.push_back(object);
+    if (const int i = indexOf(object.id); i >= 0) {
+      scene->objects.back().poseRevision = state_.objects[static_cast<std::size_t>(i)].poseRevision;
+    }
+  }
+  std::ranges::sort(scene->objects, {}, &ServoObject::id);
+  waiting_.push_back(std::move(scene));
+}
+
+TelemetrySample MovingWorld::tick(Vec3 hip) {
+  if (!waiting_.empty() && adoptScene(*waiting_.back(), state_, tick_)) {
+    scene_ = waiting_.back();
+    waiting_.clear();
+  }
+  return hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
+}
+
+int MovingWorld::indexOf(std::uint64_t id) const noexcept {
+  for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+    if (state_.objects[i].id == id) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+const Pose& MovingWorld::poseOf(std::uint64_t id) const {
+  return state_.bodies[static_cast<std::size_t>(indexOf(id))].current;
+}
+
+double MovingWorld::depthIn(std::size_t index, Vec3 point) const {
+  const Body& body = state_.bodies[index];
+  const Surface& surface = *body.surface;
+  const Vec3 local = body.frame.toLocal(point);
+  if (glm::any(glm::lessThan(local, surface.low())) || glm::any(glm::greaterThan(local, surface.high()))) return 0;
+  int spent = 0;
+  const Foot foot = surface.closestFoot(local, static_cast<int>(surface.triangleCount()) + 1, spent);
+  return surface.isOutside(foot, local) ? 0 : std::sqrt(foot.squaredDistance);
+}
+
+double MovingWorld::energyOf(std::uint64_t id) const {
+  for (std::size_t i = 0; i < state_.movingCount; ++i) {
+    const MovingBody& moving = state_.moving[i];
+    if (state_.objects[moving.body].id == id) return haptics::energyOf(*moving.what, moving.state);
+  }
+  return 0;
+}
+
+}  // namespace haptics::eval
