@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "common/crossing/latest_value.h"
+#include "common/crossing/newest_value.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
@@ -54,9 +54,9 @@ class ServoLoop {
   [[nodiscard]] bool pop(TelemetrySample& sample) noexcept { return samples_.pop(sample); }
   /// For that thread too, wait-free: where the objects that move are, null when nothing has changed since the last call.
   /// Comes after the sample of its tick. A scene in which nothing moves has none.
-  [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.take(); }
+  [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.takeNew(); }
   /// The same for the builder thread, which plans by it what a simulated hand explores.
-  [[nodiscard]] const MotionState* takeMotionForPlans() noexcept { return motionForPlans_.take(); }
+  [[nodiscard]] const MotionState* takeMotionForPlans() noexcept { return motionForPlans_.takeNew(); }
   /// As it was at last, once run() has returned.
   [[nodiscard]] const MotionState& lastMotion() const noexcept { return motion_; }
   [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
@@ -78,7 +78,7 @@ class ServoLoop {
   std::uint64_t secondBegan_ns_ = 0;
   std::uint64_t ticksBefore_ = 0;
   MotionState motion_;
-  LatestValue<MotionState> motionOut_, motionForPlans_;
+  NewestValue<MotionState> motionOut_, motionForPlans_;
   boost::lockfree::spsc_queue<TelemetrySample, boost::lockfree::capacity<kQueuedSamples>> samples_;
 };
 

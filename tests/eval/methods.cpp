@@ -22,7 +22,7 @@ std::unique_ptr<Renderer> make() {
 }
 
 constexpr std::array kMethods{
-    Method{kOurs, "the production step", make<Ours>, true, true, true},
+    Method{kOurs, "the production step", make<Ours>, true, true, true, true},
     Method{"ours_float", "its contact core with the search in float", make<OursUnder<InFloat>>, true, false},
     Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
            make<Pseudocode<Primitives::kClosed>>},

@@ -16,9 +16,20 @@ struct Method {
   bool contact = true;
   bool edits = true;
   bool surfaces = false;
+  bool motion = false;
 
   [[nodiscard]] constexpr bool isFor(Concern concern) const {
-    return concern == Concern::kContact ? contact : concern == Concern::kEdits ? edits : surfaces;
+    switch (concern) {
+      case Concern::kContact:
+        return contact;
+      case Concern::kEdits:
+        return edits;
+      case Concern::kSurfaces:
+        return surfaces;
+      case Concern::kMotion:
+        return motion;
+    }
+    return false;
   }
 };
 

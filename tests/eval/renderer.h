@@ -43,7 +43,7 @@ struct EditedScene {
 };
 
 /// What a scene is about, and a method made for.
-enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces };
+enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces, kMotion };
 
 /// A method of rendering contact with a point, in virtual time.
 class Renderer {

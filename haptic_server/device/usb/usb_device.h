@@ -7,8 +7,8 @@
 #include <string>
 #include <thread>
 
+#include "common/crossing/newest_value.h"
 #include "haptic_server/device/device.h"
-#include "haptic_server/device/usb/newest_value.h"
 #include "haptic_server/device/usb/usb_port.h"
 #include "haptic_server/device/usb/usb_protocol.h"
 

@@ -48,6 +48,9 @@ struct FailureScene {
 [[nodiscard]] SceneResult strokeShadedFacets(Renderer& method, Random& random);          ///< S14
 [[nodiscard]] SceneResult slideWithTremor(Renderer& method, Random& random);             ///< S15
 [[nodiscard]] SceneResult editUnderTheHand(Renderer& method, Random& random);            ///< S17
+[[nodiscard]] SceneResult meetMovingBodies(Renderer& method, Random& random);            ///< S18
+[[nodiscard]] SceneResult editMovingBodies(Renderer& method, Random& random);            ///< S19
+[[nodiscard]] SceneResult wanderAmongMovingBodies(Renderer& method, Random& random);     ///< S20
 
 inline constexpr std::array kFailureScenes{
     FailureScene{"S1", "slide off a cube, 2 mm deep", slideOffCube},
@@ -68,6 +71,11 @@ inline constexpr std::array kFailureScenes{
                  Concern::kSurfaces},
     FailureScene{"S15", "a slide with friction under a tremor", slideWithTremor, Concern::kSurfaces},
     FailureScene{"S17", "edits under the hand: steps of the force", editUnderTheHand, Concern::kEdits},
+    FailureScene{"S18", "S4 and the dropped body of S17 with bodies that the step moves", meetMovingBodies,
+                 Concern::kMotion},
+    FailureScene{"S19", "S17 on a body that the hand moves", editMovingBodies, Concern::kMotion},
+    FailureScene{"S20", "a hand wanders among bodies that move and are edited", wanderAmongMovingBodies,
+                 Concern::kMotion},
 };
 
 }  // namespace haptics::eval

@@ -1,4 +1,4 @@
-#include "haptic_server/device/usb/newest_value.h"
+#include "common/crossing/newest_value.h"
 
 #include <gtest/gtest.h>
 
@@ -21,6 +21,16 @@ TEST(NewestValue, IsEmptyAtFirstAndThenTheLastThatWasPut) {
   EXPECT_EQ(box.newest(), 2) << "it stays";
   box.put(3);
   EXPECT_EQ(box.newest(), 3);
+}
+
+TEST(NewestValue, IsTakenOnce) {
+  NewestValue<int> box;
+  EXPECT_EQ(box.takeNew(), nullptr);
+  box.put(1);
+  box.put(2);
+  ASSERT_NE(box.takeNew(), nullptr);
+  EXPECT_EQ(box.takeNew(), nullptr);
+  EXPECT_EQ(box.newest(), 2);
 }
 
 TEST(NewestValue, IsNeverTornAndNeverGoesBackBetweenThreads) {
