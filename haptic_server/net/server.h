@@ -30,7 +30,7 @@ class Server {
     /// The servo's queue: takes its oldest sample, false when empty. Called on the network thread only.
     std::function<bool(TelemetrySample&)> popTelemetry;
     /// Where the objects that move are, null when nothing has changed since the last call; may be empty. Likewise.
-    std::function<const MotionState*()> takeMotion;
+    std::function<const MotionState*()> takeMotion = nullptr;
     /// Each sample taken, in order, with the motion where that is of the same tick, else null; may be empty. Network
     /// thread.
     std::function<void(const TelemetrySample&, const MotionState*)> recordSample;

@@ -36,8 +36,6 @@ class ServoSceneMaker {
   [[nodiscard]] bool planIsOld() const noexcept;
   /// Where the objects that move are. When they rest somewhere else than the plan has them, it is old.
   void follow(const MotionState& motion);
-  /// Where the objects that move are. When they rest somewhere else than the plan has them, it is old.
-  void follow(const MotionState& motion);
   /// When make() is to be called again though nothing was edited: the time when the next object has left.
   [[nodiscard]] std::optional<std::uint64_t> nextDeparture_ns() const;
 

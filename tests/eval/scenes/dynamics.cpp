@@ -109,9 +109,9 @@ TriMesh ballMesh(int n, double radius = kRadius) { return makeSphere(radius, sta
 
 /// The same for all runs.
 struct Balls {
-  MovingSolid fine = solidFrom(ballMesh(160), 0.5);
-  MovingSolid coarser = solidFrom(ballMesh(96), 0.5);
-  MovingSolid larger = solidFrom(ballMesh(160, kRadius + 0.001), 0.5);
+  MovingSolid fine = solidFrom(ballMesh(64), 0.5);
+  MovingSolid coarser = solidFrom(ballMesh(48), 0.5);
+  MovingSolid larger = solidFrom(ballMesh(64, kRadius + 0.001), 0.5);
 };
 const Balls& balls() {
   static const Balls all;
@@ -149,7 +149,7 @@ constexpr std::array kEdits{
     Edit{"removed", [](MovingWorld& world) { world.remove(1); }},
     Edit{"remeshed", [](MovingWorld& world) { reshape(world, balls().coarser); }},
     Edit{"reshaped", [](MovingWorld& world) { reshape(world, balls().larger); }},
-    Edit{"made_heavier", [](MovingWorld& world) { world.setBody(1, sprung(solidFrom(ballMesh(160), 2).body)); }},
+    Edit{"made_heavier", [](MovingWorld& world) { world.setBody(1, sprung(solidFrom(ballMesh(64), 2).body)); }},
     Edit{"made_to_stand", [](MovingWorld& world) { world.object(1).motion = nullptr; }},
 };
 

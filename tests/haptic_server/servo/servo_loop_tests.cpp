@@ -60,6 +60,32 @@ TEST(ServoLoop, RunsEveryPeriodOnceOrCountsItAsMissedAndStopsTheDevice) {
   EXPECT_GE(last + 1, 1000U);
 }
 
+TEST(ServoLoop, TellsWhereBodiesAreAsLongAsTheyMove) {
+  FakeDevice device;
+  SceneCrossing crossing;
+  std::vector<ServoObject> objects{
+      testing::objectOf(3, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0.5, 0, 1), 2000)};
+  auto body = std::make_shared<RigidBody>();
+  body->mass.mass_kg = 0.1;
+  objects.front().motion = body;
+  crossing.publish(testing::sceneOf(1, objects));
+  ServoLoop loop(device, crossing, 2000);
+  const std::atomic<bool> stop{false};
+  loop.run(stop, 200);
+  const MotionState* motion = loop.takeMotion();
+  ASSERT_NE(motion, nullptr);
+  ASSERT_EQ(motion->bodyCount, 1U);
+  EXPECT_EQ(motion->body[0].object, 3U);
+  EXPECT_LT(motion->body[0].pose.position.z, 1 - 0.01) << "it falls";
+  EXPECT_EQ(motion->body[0], loop.lastMotion().body[0]);
+  TelemetrySample last;
+  while (loop.pop(last)) {
+  }
+  EXPECT_EQ(motion->tick, last.tick);
+  EXPECT_EQ(loop.takeMotion(), nullptr);
+  ASSERT_NE(loop.takeMotionForPlans(), nullptr);
+}
+
 TEST(ServoLoop, DropsAndCountsSamplesThatNobodyTakes) {
   FakeDevice device;
   SceneCrossing crossing;
