@@ -1,7 +1,6 @@
 #include "graphics_client/mirror/playback.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace haptics {
@@ -71,9 +70,12 @@ void Playback::remember(const View& view) {
 }
 
 void Playback::followAge(double age_s, std::uint64_t now_ns) {
-  const double since_s = asked_ns_ == 0 ? 0 : 1e-9 * static_cast<double>(now_ns - asked_ns_);
-  asked_ns_ = now_ns;
-  lag_s_ = std::min(std::max(age_s, lag_s_ * std::exp(-since_s / kLagMemory_s)), kMostLag_s);
+  const auto memory_ns = static_cast<std::uint64_t>(1e9 * kLagMemory_s);
+  const double since_s = ages_.empty() ? 0 : 1e-9 * static_cast<double>(now_ns - ages_.back().when_ns);
+  while (!ages_.empty() && now_ns - ages_.front().when_ns > memory_ns) ages_.pop_front();
+  ages_.push_back({now_ns, age_s});
+  const double oldest_s = std::ranges::max(ages_, {}, &Age::age_s).age_s;
+  lag_s_ = std::min(std::max(oldest_s, lag_s_ - kCatchUp * since_s), kMostLag_s);
 }
 
 }  // namespace haptics

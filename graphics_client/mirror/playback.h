@@ -16,8 +16,9 @@ class Playback {
   /// Longest lag, as seen against the newest sample (s). Larger is smoother over a bad link, and later: a person notices
   /// that the picture is later than the hand from 15 ms on.
   static constexpr double kMostLag_s = 0.05;
-  /// For so long a late sample makes the picture lag (s).
+  /// For so long a late sample makes the picture lag (s); then it catches up, faster than time by this share.
   static constexpr double kLagMemory_s = 1;
+  static constexpr double kCatchUp = 0.05;
 
   /// The view to draw now. Once a frame; `view` is not null, `now_ns` this host's monotonic clock.
   [[nodiscard]] std::shared_ptr<const MirrorView> at(std::shared_ptr<const MirrorView> view, std::uint64_t now_ns);
@@ -25,8 +26,12 @@ class Playback {
  private:
   using View = std::shared_ptr<const MirrorView>;
   std::deque<View> past_;  ///< With a sample each, newest last.
+  struct Age {
+    std::uint64_t when_ns;
+    double age_s;
+  };
+  std::deque<Age> ages_;  ///< Of the newest sample at each frame of the last kLagMemory_s.
   double lag_s_ = 0;
-  std::uint64_t asked_ns_ = 0;
 
   void remember(const View& view);
   void followAge(double age_s, std::uint64_t now_ns);

@@ -9,7 +9,6 @@ namespace haptics {
 
 void BodyTurns::add(const MotionState& motion, v1::Telemetry& sample) {
   if (motion.bodyCount == 0 && told_.empty()) return;
-  ++turn_;
   std::erase_if(told_, [&](const auto& entry) {
     return std::ranges::find(motion.bodies(), entry.first, &BodyState::object) == motion.bodies().end();
   });
@@ -29,7 +28,7 @@ void BodyTurns::add(const MotionState& motion, v1::Telemetry& sample) {
   for (const Waiting& next : waiting) {
     if (count == kMost) break;
     toWire(*next.body, *sample.add_body());
-    told_[next.body->object] = {*next.body, turn_};
+    told_[next.body->object] = {*next.body, ++turn_};
     ++count;
     if (!next.isNews) break;
   }

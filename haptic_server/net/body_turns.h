@@ -24,7 +24,8 @@ class BodyTurns {
  private:
   struct Told {
     BodyState body;
-    std::uint64_t turn = 0;  ///< Of the sample that last told of it; 0: none.
+    std::uint64_t turn =
+        0;  ///< The last one that it had; 0: none. Each body has turns of its own, so that none waits longer.
   };
   std::map<std::uint64_t, Told> told_;
   std::uint64_t turn_ = 0;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
 
 namespace haptics {
 namespace {
@@ -38,12 +38,14 @@ TEST(Playback, OfASceneInWhichNothingMovesIsTheNewestSample) {
 TEST(Playback, MovesEvenlyWhereSamplesComeUnevenly) {
   Playback playback;
   double last = 0;
-  for (std::uint64_t now = 1000; now < 3000; now += 10) {
+  std::uint64_t sample = 0;
+  for (std::uint64_t now = 1000; now < 4000; now += 10) {
     const std::uint64_t period = now % 70 < 30 ? 8 : 27;  // a link that stutters
-    const std::uint64_t sample = now - now % period;
+    sample = std::max(sample, now - now % period);
     const double x = shownX(*playback.at(viewAt(sample, now), now * kMillisecond_ns));
-    if (now > 1500) {
-      EXPECT_NEAR(x - last, 0.01 * kSpeed_m_per_s, 0.1 * 0.01 * kSpeed_m_per_s) << now;
+    if (now > 2500) {
+      EXPECT_NEAR(x - last, 0.01 * kSpeed_m_per_s, 0.25 * 0.01 * kSpeed_m_per_s)
+          << now << ": the samples' steps are 0 to 2.7";
     }
     last = x;
   }
