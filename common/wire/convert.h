@@ -50,8 +50,11 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message);  ///< No bod
 [[nodiscard]] std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message);
 void toWire(const BodyState& body, v1::BodyPose& message);
 
-/// A scene file: a Transaction in text format. Errors name `origin`, line, column, the bad field and, where a field is
+/// A message in text format; a scene file is a Transaction. Errors name `origin`, line, column, the bad field and, where a field is
 /// unknown, the fields that there are. Only the form is checked; fromWire checks the values.
+[[nodiscard]] Result<void> parseMessageText(const std::string& text, const std::string& origin,
+                                            google::protobuf::Message& message);
+[[nodiscard]] Result<void> readMessageFile(const std::string& path, google::protobuf::Message& message);
 [[nodiscard]] Result<v1::Transaction> parseSceneText(const std::string& text, const std::string& origin);
 [[nodiscard]] Result<v1::Transaction> readSceneFile(const std::string& path);  ///< "-": standard input.
 
