@@ -11,7 +11,6 @@
 #include "common/wire/convert.h"
 #include "haptic_server/device/exploration_planner.h"
 #include "haptic_server/device/exploring_hand.h"
-#include "haptic_server/device/local_stability.h"
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/net/server.h"
 #include "haptic_server/recorder.h"
@@ -65,6 +64,15 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   return std::move(opened->folder);
 }
 
+/// What the servo is to feel with, the delay as the command line has it where that says more than the driver.
+[[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, DeviceInfo device) {
+  constexpr double kMillisecond_s = 1e-3;
+  if (options.deviceDelay_ms) device.delay_s = *options.deviceDelay_ms * kMillisecond_s;
+  StepConfig config = serverStepConfig(device, options.rate_Hz);
+  if (!options.stabiliser) config.lead.reset();
+  return config;
+}
+
 }  // namespace
 
 class ServerApp::Impl {
@@ -72,10 +80,11 @@ class ServerApp::Impl {
   Impl(const ServerOptions& options, const DevicePreset& preset, const HandPreset& hand)
       : options_(options),
         exploringHand_(hand, preset.maxForce_N),
-        device_({preset, hand, 1 / options.rate_Hz}, exploringHand_),
+        device_({preset, hand, 1 / options.rate_Hz, options.deviceDelay_ms.value_or(0) * 1e-3}, exploringHand_),
+        step_(stepConfigOf(options, device_.info())),
         room_({.assetFolders = options.assets,
                .makePlan = explorationPlans(),
-               .device = {preset.resolution_m, locallyStableStiffness_N_per_m(device_.info(), 1 / options.rate_Hz)},
+               .device = {step_.positionStep_m, step_.stableLateral_N_per_m},
                .log = logInfo},
               crossing_) {}
   ~Impl() { halt(); }
@@ -97,7 +106,7 @@ class ServerApp::Impl {
       if (auto loaded = loadScene(room_, options_.scene); !loaded) return loaded;
     }
     room_.start();
-    servo_ = std::make_unique<ServoLoop>(device_, crossing_, options_.rate_Hz);
+    servo_ = std::make_unique<ServoLoop>(device_, crossing_, step_);
     if (auto listening = listen(); !listening) return listening;
     startServo();
     server_->start();
@@ -181,6 +190,7 @@ class ServerApp::Impl {
   std::optional<WakefulProcessors> wakeful_;
   ExploringHand exploringHand_;
   SimulatedDevice device_;
+  StepConfig step_;
   std::optional<Recorder> recorder_;
   SceneCrossing crossing_;
   std::unique_ptr<StateFolder> state_;  // outlives the room
@@ -198,6 +208,12 @@ ServerApp::~ServerApp() = default;
 Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options) {
   const auto preset = findDevicePreset(options.devicePreset);
   if (!preset) return tl::unexpected(preset.error());
+  const double longest_ms = 1e3 * LeadObserver::longestDelay_s(1 / options.rate_Hz);
+  if (options.stabiliser && options.deviceDelay_ms.value_or(0) > longest_ms) {
+    return refused("--device-delay-ms", "at " + std::to_string(std::lround(options.rate_Hz)) +
+                                            " Hz the stabiliser looks ahead by at most " + std::to_string(longest_ms) +
+                                            " ms; lower --rate, or go without it by --no-stabiliser");
+  }
   const auto hand = findHandPreset(options.hand);
   if (!hand) return tl::unexpected(hand.error());
   if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);

@@ -4,10 +4,12 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/contact/contact.h"
+#include "haptic_server/force/lead_observer.h"
 #include "haptic_server/force/output_chain.h"
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/force/velocity_estimator.h"
@@ -23,6 +25,8 @@ struct StepConfig {
   double positionStep_m = 0;  ///< Of the device's encoders.
   /// Largest lateral stiffness at which the device is locally stable: textures and friction stay below.
   double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
+  /// Contact and force are computed where the observer sees the HIP coming; at the measured HIP where there is none.
+  std::optional<LeadSettings> lead = std::nullopt;
 };
 
 /// What the servo remembers from tick to tick, but for the bodies. Written by the step, stage by stage, unless noted.
@@ -47,7 +51,8 @@ struct StepMemory {
   ForceBlend blend;
   FaultRamp faultRamp;
   Fault fault = Fault::kNone;
-  Vec3 hip{0};
+  Vec3 measuredHip{0};
+  Vec3 hip{0};          ///< Where contact and force are computed: measuredHip, or what the observer makes of it.
   Vec3 unlimited_N{0};  ///< After blend, before fault ramp and limit.
   Vec3 written_N{0};
   double contactEnergy_J = 0;
@@ -55,7 +60,10 @@ struct StepMemory {
 
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
 struct HapticState : StepMemory {
-  explicit HapticState(const StepConfig& config) noexcept { velocity = VelocityEstimator(config.period_s); }
+  explicit HapticState(const StepConfig& config) noexcept {
+    velocity = VelocityEstimator(config.period_s);
+    if (config.lead) lead = LeadObserver(*config.lead, config.period_s);
+  }
 
   /// Becomes a copy of another, which goes on exactly like it, without copying the places beyond its bodyCount.
   void copyInUse(const HapticState& other) noexcept {
@@ -63,6 +71,7 @@ struct HapticState : StepMemory {
     std::copy_n(other.bodies.begin(), bodyCount, bodies.begin());
     std::copy_n(other.objects.begin(), bodyCount, objects.begin());
     if (anyDetail) surface = other.surface;
+    if (other.lead.active()) lead.copyInUse(other.lead);
     if (anyBumps) std::copy_n(other.bumps.begin(), bodyCount, bumps.begin());
   }
 
@@ -81,6 +90,7 @@ struct HapticState : StepMemory {
   std::array<BumpWatch, kMaxServoObjects> bumps;
 
   SurfaceMemory surface;
+  LeadObserver lead;  ///< Where it is active, `velocity` is its.
 };
 
 static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");

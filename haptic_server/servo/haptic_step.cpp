@@ -22,7 +22,8 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 void attach(HapticState& state, Vec3 position) noexcept {
   place(state.contact, position);
   state.velocity.reset(position);
-  state.hip = position;
+  if (state.lead.active()) state.lead.reset(position);
+  state.measuredHip = state.hip = position;
   state.contactObject = 0;
   if (state.anyDetail) {
     state.surface.forget();
@@ -97,18 +98,26 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
   force.written = limitMagnitude(ramped, config.maxForce_N);
 }
 
-/// The hand was given what the last force did on the way to the new position.
-void accountEnergy(HapticState& state, Vec3 hip) noexcept {
-  state.contactEnergy_J += glm::dot(state.written_N, hip - state.hip);
-  state.hip = hip;
+/// Where the HIP is, or will be while the coming force is held; and what the last force gave the hand on the way.
+[[gnu::always_inline]] inline void followHip(HapticState& state, Vec3 measured) noexcept {
+  state.contactEnergy_J += glm::dot(state.written_N, measured - state.measuredHip);
+  state.measuredHip = measured;
+  state.hip = measured;
+  if (state.lead.active()) {
+    state.hip = state.lead.follow(measured);
+    state.velocity.set(state.hip, state.lead.velocity());
+  } else {
+    state.velocity.update(measured);
+  }
 }
 
 void describe(const HapticState& state, const ContactResult& contact, const ForceComponents& force,
               TelemetrySample& sample) noexcept {
   sample.sceneRevision = state.sceneRevision;
   sample.adoptionTick = state.adoptionTick;
-  sample.hip = state.hip;
-  sample.ihip = contact.touching ? contact.ihip : state.hip;
+  sample.hip = state.measuredHip;
+  sample.foreseenHip = state.hip;
+  sample.ihip = contact.touching ? contact.ihip : state.measuredHip;
   sample.object = state.contactObject;
   sample.primitive = {contact.primitive.kind, contact.primitive.localIndex, contact.primitive.polygon};
   sample.penetration_m = contact.penetration_m;
@@ -142,15 +151,15 @@ template <bool kDetails>
   sample.device = input.device.status;
   ContactResult contact;
   ForceComponents force;
+  Vec3 geometricNormal(0);  // the details turn the other one
 
   superviseDevice(state, input.device);
   if (state.fault == Fault::kNone) {
-    const Vec3 hip = input.device.position;
-    accountEnergy(state, hip);
-    state.velocity.update(hip);
+    followHip(state, input.device.position);
     moveEdited(state, config);
 
-    followContact({state.bodies.data(), state.bodyCount}, state.contact, hip, contact);
+    followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, contact);
+    if (state.lead.active()) geometricNormal = contact.normal;
     if constexpr (kDetails) {
       feelDetails(scene, state, config, contact, sample);
       force = sample.force;
@@ -164,6 +173,7 @@ template <bool kDetails>
 
   state.contactObject = touched;
   state.written_N = force.written;
+  if (state.lead.active()) state.lead.note(force.written, geometricNormal);
   state.adoptedNow = state.contactBroken = state.detailEdited = false;
   describe(state, contact, force, sample);
   if constexpr (kDetails) describeEnergy(state.surface, sample);

@@ -38,7 +38,7 @@ void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noe
 
 void PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexcept {
   rehearsal_.copyInUse(state);
-  const Vec3 next = state.hip + state.velocity.velocity() * config_.period_s;
+  const Vec3 next = state.measuredHip + state.velocity.velocity() * config_.period_s;
   static_cast<void>(hapticStep(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}));
 }
 

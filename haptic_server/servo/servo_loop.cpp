@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
-#include "haptic_server/device/local_stability.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 
 namespace haptics {
@@ -26,14 +25,11 @@ void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // th
 
 }  // namespace
 
-ServoLoop::ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch)
+ServoLoop::ServoLoop(Device& device, SceneCrossing& crossing, const StepConfig& config, bool withPreTouch)
     : device_(device),
       crossing_(crossing),
-      config_{.period_s = 1 / rate_Hz,
-              .maxForce_N = device.info().maxForce_N,
-              .positionStep_m = device.info().resolution_m,
-              .stableLateral_N_per_m = locallyStableStiffness_N_per_m(device.info(), 1 / rate_Hz)},
-      period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) / rate_Hz))),
+      config_(config),
+      period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) * config.period_s))),
       state_(config_) {
   if (withPreTouch) preTouch_.emplace(config_);
 }

@@ -12,6 +12,7 @@
 #include "haptic_server/servo/latency_histogram.h"
 #include "haptic_server/servo/pre_touch.h"
 #include "haptic_server/servo/scene_crossing.h"
+#include "haptic_server/servo/server_step_config.h"
 
 namespace haptics {
 
@@ -37,8 +38,11 @@ class ServoLoop {
   /// counted.
   static constexpr std::size_t kQueuedSamples = 4096;
 
-  /// `device` and `crossing` outlive the loop. rate_Hz > 0. Without pre-touch the forces are the same, only later.
-  ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch = true);
+  /// `device` and `crossing` outlive the loop. Without pre-touch the forces are the same, only later.
+  ServoLoop(Device& device, SceneCrossing& crossing, const StepConfig& config, bool withPreTouch = true);
+  /// With serverStepConfig().
+  ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch = true)
+      : ServoLoop(device, crossing, serverStepConfig(device.info(), rate_Hz), withPreTouch) {}
 
   /// Runs on the calling thread until `stop` is set or `maxTicks` periods (0: no end) have passed; stops the device.
   /// A tick whose whole period was slept through is skipped and counted; there is no burst to catch up.
