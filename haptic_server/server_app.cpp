@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/telemetry/fault_words.h"
 #include "common/wire/convert.h"
 #include "haptic_server/device/exploration_planner.h"
 #include "haptic_server/device/exploring_hand.h"
@@ -18,6 +19,7 @@
 #include "haptic_server/scene/scene_room.h"
 #include "haptic_server/servo/realtime.h"
 #include "haptic_server/servo/servo_loop.h"
+#include "haptic_server/servo/stiffness_limit.h"
 #include "haptic_server/state/state_folder.h"
 
 namespace haptics {
@@ -64,11 +66,15 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   return std::move(opened->folder);
 }
 
-/// What the servo is to feel with, the delay as the command line has it where that says more than the driver.
-[[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, DeviceInfo device) {
+/// The delay as the command line has it where that says more than the driver.
+[[nodiscard]] DeviceInfo deviceInfoOf(const ServerOptions& options, DeviceInfo device) {
   constexpr double kMillisecond_s = 1e-3;
   if (options.deviceDelay_ms) device.delay_s = *options.deviceDelay_ms * kMillisecond_s;
-  StepConfig config = serverStepConfig(device, options.rate_Hz);
+  return device;
+}
+
+[[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device) {
+  StepConfig config = serverStepConfig(deviceInfoOf(options, device), options.rate_Hz);
   if (!options.stabiliser) config.lead.reset();
   return config;
 }
@@ -84,7 +90,9 @@ class ServerApp::Impl {
         step_(stepConfigOf(options, device_.info())),
         room_({.assetFolders = options.assets,
                .makePlan = explorationPlans(),
-               .device = {step_.positionStep_m, step_.stableLateral_N_per_m},
+               .device = {step_.positionStep_m, step_.stableLateral_N_per_m,
+                          kSafePart * criticalStiffness_N_per_m(deviceInfoOf(options, device_.info()), options.rate_Hz,
+                                                                options.stabiliser)},
                .log = logInfo},
               crossing_) {}
   ~Impl() { halt(); }
@@ -141,7 +149,12 @@ class ServerApp::Impl {
         .credentials = {},
         .allowInsecureLan = options_.allowInsecureLan,
         .identity = {"haptic_server", device_.info().name, options_.rate_Hz, device_.info().maxForce_N},
-        .popTelemetry = [this](TelemetrySample& sample) { return servo_->pop(sample); },
+        .popTelemetry =
+            [this](TelemetrySample& sample) {
+              if (!servo_->pop(sample)) return false;
+              logFault(sample);
+              return true;
+            },
         .recordSample = {},
         .fillStatus = [this](v1::Status& status) { fillStatus(status); },
         .log = logInfo};
@@ -177,6 +190,18 @@ class ServerApp::Impl {
     room_.stop();
   }
 
+  /// Network thread.
+  void logFault(const TelemetrySample& sample) {
+    if (sample.fault == loggedFault_) return;
+    loggedFault_ = sample.fault;
+    if (sample.fault == Fault::kNone) {
+      spdlog::info("tick {}: forces again", sample.tick);
+    } else {
+      spdlog::error("tick {}: the force is taken away: {}", sample.tick,
+                    faultInWords(sample.fault, sample.device.fault));
+    }
+  }
+
   void fillStatus(v1::Status& status) const {
     fillServoStatus(servo_->statistics(), realtime_, status);
     status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns_) * 1e-9);
@@ -197,6 +222,7 @@ class ServerApp::Impl {
   SceneRoom room_;
   std::unique_ptr<ServoLoop> servo_;
   std::unique_ptr<Server> server_;
+  Fault loggedFault_ = Fault::kNone;
   std::atomic<bool> servoReady_{false};
   std::atomic<bool> stop_{false};
   std::thread servoThread_;

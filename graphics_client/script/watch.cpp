@@ -4,6 +4,7 @@
 #include <iostream>
 #include <string>
 
+#include "common/telemetry/fault_words.h"
 #include "common/wire/convert.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
@@ -38,6 +39,7 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
     std::printf("  %5.2f mm into %s, %s %u", sample.penetration_m * kMillimetresPerMetre, object->name.c_str(),
                 nameOf(sample.primitive.kind), sample.primitive.polygon);
   }
+  if (sample.fault != Fault::kNone) std::printf("  FAULT: %s", faultInWords(sample.fault, sample.device.fault));
   std::printf("\n");
   std::fflush(stdout);
 }

@@ -22,7 +22,7 @@ struct LeadSettings {
   /// stiff surface is stable.
   double delay_s = 0;
   /// Triple pole. Higher trusts the encoder more: less error of the force, more of the quantisation in it.
-  double bandwidth_Hz = 80;
+  double bandwidth_Hz = 70;
   /// Further lead along the contact normal: damping of K times this. Longer is stabler and tells more of the encoder's
   /// steps.
   double contactLead_s = 1.25e-3;

@@ -30,7 +30,7 @@ class SceneRoom {
   struct Options {
     std::vector<std::filesystem::path> assetFolders;
     ServoSceneMaker::MakePlan makePlan;           ///< Empty unless a simulated hand explores.
-    DeviceLimits device = {};                     ///< For warnings.
+    DeviceLimits device = {};                     ///< For clamps and warnings of them.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
   };
   using EditReply = std::function<void(const EditOutcome&)>;

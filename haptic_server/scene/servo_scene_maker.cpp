@@ -5,7 +5,8 @@
 
 namespace haptics {
 
-ServoSceneMaker::ServoSceneMaker(MakePlan makePlan) : makePlan_(std::move(makePlan)) {}
+ServoSceneMaker::ServoSceneMaker(MakePlan makePlan, double stiffest_N_per_m)
+    : makePlan_(std::move(makePlan)), stiffest_N_per_m_(stiffest_N_per_m) {}
 
 std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan) {
   const SceneVersion& version = sequencer.history()->version;
@@ -17,7 +18,7 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
     scene->objects.push_back({.id = record->id,
                               .surface = known.surface,
                               .pose = record->pose,
-                              .stiffness_N_per_m = record->material.stiffness_N_per_m,
+                              .stiffness_N_per_m = std::min(record->material.stiffness_N_per_m, stiffest_N_per_m_),
                               .damping_Ns_per_m = record->material.damping_Ns_per_m,
                               .detail = known.detail});
   }

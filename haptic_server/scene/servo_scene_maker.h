@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -23,7 +24,8 @@ class ServoSceneMaker {
   /// The exploration for a scene whose objects are complete.
   using MakePlan = std::function<std::shared_ptr<const ExplorationPlan>(const ServoScene&)>;
 
-  explicit ServoSceneMaker(MakePlan makePlan);
+  /// Surfaces stiffer than `stiffest_N_per_m` are made with that.
+  explicit ServoSceneMaker(MakePlan makePlan, double stiffest_N_per_m = std::numeric_limits<double>::infinity());
 
   /// Planning takes milliseconds, which no edit should wait for.
   enum class Plan { kOfTheLastScene, kOfThisOne };
@@ -47,6 +49,7 @@ class ServoSceneMaker {
     std::shared_ptr<const SurfaceDetail> detail;
   };
   MakePlan makePlan_;
+  double stiffest_N_per_m_;
   std::map<ObjectId, Detailed> detailed_;  // of the last scene made
   std::vector<ServoObject> present_;       // of the last scene made, in order of id
   std::vector<Leaving> leaving_;           // in order of time

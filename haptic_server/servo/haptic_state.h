@@ -27,6 +27,8 @@ struct StepConfig {
   double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
   /// Contact and force are computed where the observer sees the HIP coming; at the measured HIP where there is none.
   std::optional<LeadSettings> lead = std::nullopt;
+  /// Seconds in which the force comes after the device was attached or homed, or a fault is over; 0: at once.
+  double rise_s = 0;
 };
 
 /// What the servo remembers from tick to tick, but for the bodies. Written by the step, stage by stage, unless noted.
@@ -50,6 +52,7 @@ struct StepMemory {
   std::uint64_t contactObject = 0;  ///< Id, 0 when free.
   ForceBlend blend;
   FaultRamp faultRamp;
+  DeadlineWatch deadlines;
   Fault fault = Fault::kNone;
   Vec3 measuredHip{0};
   Vec3 hip{0};          ///< Where contact and force are computed: measuredHip, or what the observer makes of it.

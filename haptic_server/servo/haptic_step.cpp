@@ -14,6 +14,7 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 
 [[nodiscard]] Fault faultOf(const DeviceReading& device) noexcept {
   if (device.state != DeviceState::kReady) return Fault::kDeviceLost;
+  if (device.status.fault != DeviceFault::kNone || !device.status.homed) return Fault::kDeviceLost;
   if (device.status.age_us > kStalePosition_us) return Fault::kDeviceStale;
   return isFinite(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
@@ -34,13 +35,23 @@ void attach(HapticState& state, Vec3 position) noexcept {
 }
 
 /// Attaches at the first good reading, and again after a fault, but not before the force has been taken away.
-[[gnu::always_inline]] inline void superviseDevice(HapticState& state, const DeviceReading& device) noexcept {
-  const Fault fault = faultOf(device);
+[[gnu::always_inline]] inline void supervise(HapticState& state, const StepConfig& config,
+                                             const StepInput& input) noexcept {
+  const std::uint64_t missed = state.deadlines.missed(input.tick);
+  Fault fault = faultOf(input.device);
+  if (missed > 0 && state.attached) [[unlikely]] {
+    if (state.deadlines.tooMany(config.period_s)) {
+      if (fault == Fault::kNone) fault = Fault::kDeadlinesMissed;
+    } else if (state.lead.active()) {
+      state.lead.skip(missed);
+    }
+  }
   if (fault != Fault::kNone) {
     state.fault = fault;
   } else if (!state.attached || (state.fault != Fault::kNone && state.faultRamp.atZero())) {
     state.fault = Fault::kNone;
-    attach(state, device.position);
+    attach(state, input.device.position);
+    state.faultRamp.begin(config.rise_s);
   }
 }
 
@@ -153,7 +164,7 @@ template <bool kDetails>
   ForceComponents force;
   Vec3 geometricNormal(0);  // the details turn the other one
 
-  superviseDevice(state, input.device);
+  supervise(state, config, input);
   if (state.fault == Fault::kNone) {
     followHip(state, input.device.position);
     moveEdited(state, config);

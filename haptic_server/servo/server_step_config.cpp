@@ -9,11 +9,14 @@ namespace {
 // to every device preset when mass, friction and delay are not what the data sheet says.
 
 /// Of the mass in the data sheet: a device that is lighter than the observer thinks costs more than one that is heavier.
-constexpr double kTrustedMass = 0.65;
-constexpr double kBandwidth_Hz = 80;
+constexpr double kTrustedMass = 0.6;
+constexpr double kBandwidth_Hz = 70;
 /// At higher rates the estimate may follow faster without more noise.
 constexpr double kFast_Hz = 4000;
 constexpr double kFastBandwidth_Hz = 140;
+
+/// Of the force after attach: long enough to let go of a device that pushes where nothing should.
+constexpr double kRise_s = 0.5;
 
 }  // namespace
 
@@ -32,6 +35,7 @@ StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz) noexcept {
                     .positionStep_m = device.resolution_m,
                     .stableLateral_N_per_m = locallyStableStiffness_N_per_m(device, 1 / rate_Hz)};
   config.lead = leadFor(device, rate_Hz);
+  config.rise_s = kRise_s;
   return config;
 }
 

@@ -88,6 +88,11 @@ void ServoLoop::account(TelemetrySample& sample, std::uint64_t now_ns) noexcept 
     ticksBefore_ = ticks;
     secondBegan_ns_ = now_ns;
   }
+  if (sample.fault != statistics_.fault.load(std::memory_order_relaxed)) {
+    if (sample.fault != Fault::kNone) add(statistics_.faults, 1);
+    statistics_.fault.store(sample.fault, std::memory_order_relaxed);
+    statistics_.deviceFault.store(sample.device.fault, std::memory_order_relaxed);
+  }
   sample.missedTicks = statistics_.missedTicks.load(std::memory_order_relaxed);
   sample.droppedSamples = statistics_.droppedSamples.load(std::memory_order_relaxed);
   sample.servoRate_Hz = statistics_.rate_Hz.load(std::memory_order_relaxed);

@@ -25,8 +25,11 @@ struct ServoStatistics {
   std::atomic<std::uint64_t> droppedSamples{0};
   std::atomic<double> maxForce_N{0};  ///< Largest force written.
   std::atomic<double> rate_Hz{0};     ///< Ticks run in the last second.
-  LatencyHistogram tick_ns;           ///< Wake-up to force written and sample queued.
-  LatencyHistogram wakeLatency_ns;    ///< Deadline to wake-up.
+  std::atomic<Fault> fault{Fault::kNone};
+  std::atomic<DeviceFault> deviceFault{DeviceFault::kNone};
+  std::atomic<std::uint64_t> faults{0};  ///< How often one began.
+  LatencyHistogram tick_ns;              ///< Wake-up to force written and sample queued.
+  LatencyHistogram wakeLatency_ns;       ///< Deadline to wake-up.
 };
 
 /// The servo loop: wakes on an absolute clock at a fixed rate, adopts a scene if there is a new one, pre-touches what

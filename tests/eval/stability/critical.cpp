@@ -4,16 +4,16 @@
 
 namespace haptics::eval {
 
-Rest restOf(const Loop& loop, double stiffness_N_per_m) {
+Settling restOf(const Loop& loop, double stiffness_N_per_m) {
   const double period_s = 1 / loop.rate_Hz;
   const Rendering told{loop.ground,       loop.toldDevice != nullptr ? *loop.toldDevice : loop.device,
                        period_s,          std::max(0.0, loop.delay_s + loop.toldDelayMore_s),
                        stiffness_N_per_m, loop.damping_Ns_per_m};
-  Rest worst{0, true};
+  Settling worst{0, true};
   for (const PressKind& kind : pressKinds()) {
     const auto method = loop.method->make(told);
-    const Rest rest = restUnder(*method, *loop.ground,
-                                {loop.device, loop.hand, period_s, loop.delay_s, kind.force_N, kind.tap_m_per_s});
+    const Settling rest = restUnder(*method, *loop.ground,
+                                    {loop.device, loop.hand, period_s, loop.delay_s, kind.force_N, kind.tap_m_per_s});
     worst.cycle_m = std::max(worst.cycle_m, rest.cycle_m);
     worst.steady = worst.steady && rest.steady;
     if (!worst.steady) return worst;

@@ -19,7 +19,7 @@ struct Loop {
 };
 
 /// The worst of all ways of pressing.
-[[nodiscard]] Rest restOf(const Loop& loop, double stiffness_N_per_m);
+[[nodiscard]] Settling restOf(const Loop& loop, double stiffness_N_per_m);
 
 /// How closely, as a ratio of neighbouring stiffnesses: a search first climbs by `climb`, then halves down to `close`.
 struct Search {

@@ -30,6 +30,14 @@ Pose turnedCube(double angle, Vec3 place) {
 
 Ground makeWall() { return {"wall", "wall", {cube()}, {turnedCube(0, {0, 0, 1})}, Vec3(3e-3, 4e-3, 0)}; }
 
+Ground makeRoughWall() {
+  Ground wall = makeWall();
+  wall.name = "friction";
+  wall.title = "wall with friction";
+  wall.friction = true;
+  return wall;
+}
+
 Ground makeOuterEdge() {
   return {"cube_edge", "beside a cube's edge", {cube()}, {turnedCube(0, {0, 1, 1})}, Vec3(3e-3, -kBeside_m, 0)};
 }
@@ -73,6 +81,12 @@ ServoScene sceneOf(const Ground& ground, double stiffness_N_per_m, double dampin
     object.pose = ground.poses[i];
     object.stiffness_N_per_m = stiffness_N_per_m;
     object.damping_Ns_per_m = damping_Ns_per_m;
+    if (!ground.friction) continue;
+    SurfaceProperties rough;
+    rough.friction.emplace();
+    rough.friction->mu_static = 0.6;
+    rough.friction->mu_dynamic = 0.4;
+    object.detail = makeSurfaceDetail(*ground.surfaces[i], rough, {});
   }
   return scene;
 }

@@ -157,9 +157,8 @@ class OursStabilised final : public StabilityMethod {
   static StepConfig configFor(const Rendering& r) {
     IdleHand idle;
     const SimulatedDevice device({r.device, HandPreset{}, r.period_s, r.delay_s}, idle);
-    StepConfig config{
-        .period_s = r.period_s, .maxForce_N = r.device.maxForce_N, .positionStep_m = r.device.resolution_m};
-    config.lead = leadFor(device.info(), 1 / r.period_s);
+    StepConfig config = serverStepConfig(device.info(), 1 / r.period_s);
+    config.rise_s = 0;  // pressed from the start
     return config;
   }
 

@@ -71,7 +71,7 @@ class Extent {
 
 }  // namespace
 
-Rest restUnder(StabilityMethod& method, const Ground& ground, const Press& press) {
+Settling restUnder(StabilityMethod& method, const Ground& ground, const Press& press) {
   PressingHand hand(press, ground.place);
   SimulatedDevice device({press.device, press.hand, press.period_s, press.delay_s}, hand);
   const auto ticks = static_cast<std::uint64_t>(kWindow_s / press.period_s);

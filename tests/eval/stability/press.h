@@ -17,13 +17,13 @@ struct Press {
 };
 
 /// How it came to rest.
-struct Rest {
+struct Settling {
   double cycle_m = 0;   ///< Peak to peak of the worst axis in the last 0.3 s, beneath the encoder.
   bool steady = false;  ///< No more than max(2 encoder steps, 20 um), and still there.
 };
 
 /// In virtual time.
-[[nodiscard]] Rest restUnder(StabilityMethod& method, const Ground& ground, const Press& press);
+[[nodiscard]] Settling restUnder(StabilityMethod& method, const Ground& ground, const Press& press);
 
 /// The ways of pressing by which stability is judged: 0.5 and 1 N at once, and taps at 0.02 and 0.15 m/s.
 struct PressKind {
