@@ -217,6 +217,9 @@ void addStability(CLI::App& app, Arguments& arguments) {
   CLI::Option* shortRun =
       verb->add_flag("--short", options.shortRun, "Three devices and the least of everything; draws nothing");
   verb->add_flag("--full", options.full, "Every hand, rate and delay")->excludes(shortRun);
+  verb->add_option("--from", options.from, "Draw this stability.json of an earlier run again, and measure nothing")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
   verb->callback([&arguments, &options] {
     options.out = arguments.out;
     arguments.good = runStability(options);

@@ -12,9 +12,9 @@ namespace {
 constexpr double kWindow_s = 0.3;
 /// A tap bounces for seconds where little friction takes its energy: judged once it is at rest, or when it has stopped
 /// getting smaller.
-constexpr int kFewestWindows = 6;
+constexpr int kFewestWindows = 7;
 constexpr int kMostWindows = 30;
-constexpr int kWindowsBack = 3;
+constexpr int kWindowsBack = 6;
 constexpr double kShrinking = 0.97;
 constexpr double kLeastCycle_m = 20e-6;
 constexpr double kTapHeight_m = 1e-3;

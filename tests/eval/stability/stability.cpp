@@ -70,6 +70,10 @@ void printWorst(const char* title, const std::vector<Record>& records, const cha
 }  // namespace
 
 bool runStability(const StabilityOptions& options) {
+  if (!options.from.empty()) {
+    drawStability(readRecords(options.from), options.out);
+    return true;
+  }
   const Scope scope = options.shortRun ? Scope::kShort : options.full ? Scope::kFull : Scope::kCoarse;
   std::vector<Record> all;
   const auto keep = [&](std::vector<Record> records) {

@@ -7,6 +7,7 @@ namespace haptics::eval {
 struct StabilityOptions {
   bool shortRun = false;
   bool full = false;
+  std::filesystem::path from;  ///< stability.json of an earlier run, to be drawn again; empty: measures.
   std::filesystem::path out = ".";
 };
 
