@@ -9,8 +9,8 @@ namespace {
 // to every device preset when mass, friction and delay are not what the data sheet says.
 
 /// Of the mass in the data sheet: a device that is lighter than the observer thinks costs more than one that is heavier.
-constexpr double kTrustedMass = 0.6;
-constexpr double kBandwidth_Hz = 70;
+constexpr double kTrustedMass = 0.62;
+constexpr double kBandwidth_Hz = 82;
 /// At higher rates the estimate may follow faster without more noise.
 constexpr double kFast_Hz = 4000;
 constexpr double kFastBandwidth_Hz = 140;
