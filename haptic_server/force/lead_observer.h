@@ -22,7 +22,7 @@ struct LeadSettings {
   /// stiff surface is stable.
   double delay_s = 0;
   /// Triple pole. Higher trusts the encoder more: less error of the force, more of the quantisation in it.
-  double bandwidth_Hz = 70;
+  double bandwidth_Hz = 80;
   /// Further lead along the contact normal: damping of K times this. Longer is stabler and tells more of the encoder's
   /// steps.
   double contactLead_s = 1.25e-3;
@@ -68,6 +68,7 @@ class LeadObserver {
   void reset(Vec3 position) noexcept {
     position_ = position;
     velocity_ = acceleration_ = normal_ = pushed_ = Vec3(0);
+    surfaceSpeed_ = 0;
     written_.fill(Vec3(0));
   }
 
@@ -79,15 +80,17 @@ class LeadObserver {
     acceleration_ += accelerationGain_ * error;
     const Vec3 unpushed = acceleration_ - friction_ * inverseMass_ * velocity_;
     return position_ + lead_ * (velocity_ + lead_ / 2 * unpushed) + pushed_ +
-           (contactLead_ * glm::dot(velocity_, normal_)) * normal_;
+           (contactLead_ * (glm::dot(velocity_, normal_) - surfaceSpeed_)) * normal_;
   }
 
   /// What the device was given in the end (N), and the normal of the surface that holds the IHIP, zero when free: unit,
   /// geometric, not the shaded one, which turns with the place and would make the lead a source of energy.
-  void note(Vec3 written_N, Vec3 normal) noexcept {
+  /// @param surfaceSpeed_m_per_s  Of that surface along its normal, where it moves: what goes along with it is not led.
+  void note(Vec3 written_N, Vec3 normal, double surfaceSpeed_m_per_s = 0) noexcept {
     newest_ = next(newest_);
     written_[newest_] = written_N;
     normal_ = normal;
+    surfaceSpeed_ = surfaceSpeed_m_per_s;
     const std::uint32_t oldest = next(newest_);
     const Vec3 felt_N = glm::mix(written_[next(oldest)], written_[oldest], older_);
     const Vec3 acceleration = (felt_N - friction_ * velocity_) * inverseMass_ + acceleration_;
@@ -100,7 +103,7 @@ class LeadObserver {
 
   /// Ticks that never came: the last force stood.
   void skip(std::uint64_t ticks) noexcept {
-    for (std::uint64_t i = 0; i < ticks; ++i) note(written_[newest_], normal_);
+    for (std::uint64_t i = 0; i < ticks; ++i) note(written_[newest_], normal_, surfaceSpeed_);
   }
 
   /// Becomes a copy of another, without the places for forces that it does not use.
@@ -138,6 +141,7 @@ class LeadObserver {
   Vec3 position_{0}, velocity_{0}, acceleration_{0};  // as measured up to follow(), as expected next after note()
   Vec3 pushed_{0};                                    // m, by the forces in the time that is looked ahead
   Vec3 normal_{0};
+  double surfaceSpeed_ = 0;                   // m/s
   std::array<double, kMostTicks> weights_{};  // m/N, by age
   std::array<Vec3, kMostTicks> written_{};    // last: see copyInUse()
 };

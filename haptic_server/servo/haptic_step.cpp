@@ -55,6 +55,14 @@ void attach(HapticState& state, Vec3 position) noexcept {
   }
 }
 
+/// Along the normal of the touched surface, where it moves (m/s).
+[[gnu::always_inline]] inline double surfaceSpeed(const HapticState& state, int body, Vec3 place, Vec3 normal,
+                                                  const StepConfig& config) noexcept {
+  if (body < 0 || !state.bodies[static_cast<std::size_t>(body)].moving) [[likely]]
+    return 0;
+  return glm::dot(state.velocity.velocity(), normal) - separationSpeed(state, body, place, normal, config.period_s);
+}
+
 /// Objects that were edited under the stylus, on their way to where the scene has them.
 void moveEdited(HapticState& state, const StepConfig& config) noexcept {
   if (!state.anyBeingMoved) return;
@@ -184,7 +192,10 @@ template <bool kDetails>
 
   state.contactObject = touched;
   state.written_N = force.written;
-  if (state.lead.active()) state.lead.note(force.written, geometricNormal);
+  if (state.lead.active()) {
+    state.lead.note(force.written, geometricNormal,
+                    surfaceSpeed(state, contact.body, contact.ihip, geometricNormal, config));
+  }
   state.adoptedNow = state.contactBroken = state.detailEdited = false;
   describe(state, contact, force, sample);
   if constexpr (kDetails) describeEnergy(state.surface, sample);

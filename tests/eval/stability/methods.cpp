@@ -199,12 +199,12 @@ std::unique_ptr<StabilityMethod> makeBare(const Rendering& rendering) {
 
 const std::vector<MethodEntry>& stabilityMethods() {
   static const std::vector<MethodEntry> methods{
-      {"nothing", "nothing", makeBare},
-      {"passivity_control", "passivity control (Hannaford & Ryu 2002)",
+      {"nothing", "nothing", "spring, damper on raw differences", makeBare},
+      {"passivity_control", "passivity control", "Hannaford & Ryu 2002",
        [](const Rendering& r) -> std::unique_ptr<StabilityMethod> { return std::make_unique<PassivityControl>(r); }},
-      {"spring_damper_low_pass", "preset's damper, 100 Hz low pass", makeLowPass},
-      {"adaptive_window", "adaptive window, damping K (T/2 + delay)", makeWindowed},
-      {kOursMethod, "observer lead (ours)", makeOurs}};
+      {"spring_damper_low_pass", "damper, 100 Hz low pass", "no less than the maker's largest", makeLowPass},
+      {"adaptive_window", "adaptive window", "and damping of K (T / 2 + delay)", makeWindowed},
+      {kOursMethod, "observer lead (ours)", "as the server has it", makeOurs}};
   return methods;
 }
 

@@ -29,7 +29,8 @@ class StabilityMethod {
 
 struct MethodEntry {
   std::string_view name;   ///< As in the records.
-  std::string_view title;  ///< For people.
+  std::string_view title;  ///< For people,
+  std::string_view note;   ///< and what it is.
   std::unique_ptr<StabilityMethod> (*make)(const Rendering&);
 };
 

@@ -121,13 +121,13 @@ void drawStability(const std::vector<Record>& records, const std::filesystem::pa
   figure.columns = 3;
   for (std::size_t i = 0; i < stabilityMethods().size(); ++i) {
     const MethodEntry& method = stabilityMethods()[i];
-    figure.styles.push_back({std::string(method.title), "", kColours[i], Marker::kDisc, method.name == kOursMethod});
+    figure.styles.push_back(
+        {std::string(method.title), std::string(method.note), kColours[i], Marker::kDisc, method.name == kOursMethod});
   }
   constexpr Colour kInk{0.13, 0.15, 0.18}, kBrown{0.55, 0.34, 0.16}, kPurple{0.50, 0.28, 0.62}, kPink{0.86, 0.44, 0.66};
   figure.styles.push_back({"passive", "b > K T / 2 + |B| (Colgate & Schenkel)", kPurple, Marker::kNone});
-  figure.styles.push_back(
-      {"passive with friction", "K < 2 b / T, 2 f_c / step (Abbott & Okamura)", kPink, Marker::kNone});
-  figure.styles.push_back({"stable with delay", "K < (b + B) / (T / 2 + t_d) (Gil et al.)", kBrown, Marker::kNone});
+  figure.styles.push_back({"passive with friction", "2 b / T, 2 f_c / step (Abbott, Okamura)", kPink, Marker::kNone});
+  figure.styles.push_back({"stable with delay", "K (T / 2 + t_d) < b + B (Gil et al.)", kBrown, Marker::kNone});
   figure.styles.push_back({"stable", "eigenvalues of the sampled system", kInk, Marker::kNone});
   const DevicePreset* serial = nullptr;
   for (const DevicePreset& device : devicePresets()) {

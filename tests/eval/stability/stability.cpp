@@ -16,6 +16,10 @@ namespace {
 
 double number(const Record& r, const char* key) { return r.at(key).get<double>(); }
 
+bool is(const Record& r, const char* key, std::string_view value) {
+  return r.at(key).get_ref<const std::string&>() == value;
+}
+
 /// On a terminal one line that is written over.
 void showProgress(std::string_view table, std::size_t done, std::size_t of) {
   if (isatty(STDERR_FILENO) == 0) return;
@@ -24,7 +28,7 @@ void showProgress(std::string_view table, std::size_t done, std::size_t of) {
 }
 
 void printCritical(const std::vector<Record>& records) {
-  std::printf("K_crit of the wall, N/m, at 1 kHz, without delay / with a period of it\n%-40s %-8s", "", "hand");
+  std::printf("K_crit of the wall, N/m, at 1 kHz, without delay / with a period of it\n%-24s %-8s", "", "hand");
   for (const DevicePreset& device : devicePresets()) std::printf(" %15s", device.name.data());
   for (const MethodEntry& method : stabilityMethods()) {
     for (const HandPreset& hand : handPresets()) {
@@ -32,7 +36,7 @@ void printCritical(const std::vector<Record>& records) {
       for (const DevicePreset& device : devicePresets()) {
         double at[2] = {-1, -1};
         for (const Record& r : records) {
-          if (r["method"] != method.name || r["device"] != device.name || r["hand"] != hand.name) continue;
+          if (!is(r, "method", method.name) || !is(r, "device", device.name) || !is(r, "hand", hand.name)) continue;
           if (number(r, "rate_Hz") != 1e3 || number(r, "delay_ms") > 1) continue;
           at[number(r, "delay_ms") > 0 ? 1 : 0] = number(r, "K_crit_N_per_m");
         }
@@ -41,7 +45,7 @@ void printCritical(const std::vector<Record>& records) {
         line += at[0] < 0 ? std::string(16, ' ') : cell;
       }
       if (line.find('/') != std::string::npos) {
-        std::printf("\n%-40s %-8s%s", method.title.data(), hand.name.data(), line.c_str());
+        std::printf("\n%-24s %-8s%s", method.title.data(), hand.name.data(), line.c_str());
       }
     }
   }

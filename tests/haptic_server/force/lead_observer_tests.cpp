@@ -54,6 +54,20 @@ TEST(LeadObserver, LooksFartherAheadAlongTheContactNormalAndNowhereElse) {
   EXPECT_NEAR(foreseen.z - place.z, 0.2 * (kPeriod_s / 2 + LeadSettings{}.contactLead_s), 1e-9);
 }
 
+TEST(LeadObserver, DoesNotLeadWhatGoesAlongWithAMovingSurface) {
+  LeadObserver observer(LeadSettings{}, kPeriod_s);
+  observer.reset(Vec3(0));
+  constexpr double kSpeed_m_per_s = 0.2;
+  double foreseen_m = 0;
+  double place_m = 0;
+  for (int i = 0; i < 300; ++i) {
+    place_m = kSpeed_m_per_s * kPeriod_s * i;
+    foreseen_m = observer.follow({0, 0, place_m}).z;
+    observer.note(Vec3(0), Vec3(0, 0, 1), kSpeed_m_per_s);
+  }
+  EXPECT_NEAR(foreseen_m - place_m, kSpeed_m_per_s * kPeriod_s / 2, 1e-9);
+}
+
 /// A device whose every force it is told foresees its place though that is on no smooth path: the error is what a hold's
 /// friction leaves, micrometres.
 TEST(LeadObserver, KnowsWhatTheForcesThatAreStillOnTheirWayWillDo) {
