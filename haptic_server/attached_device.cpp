@@ -17,6 +17,7 @@
 #include "haptic_server/device/usb/libusb_bus.h"
 #include "haptic_server/device/usb/usb_device.h"
 #include "haptic_server/device/usb/wooden_haptics.h"
+#include "haptic_server/force/lead_observer.h"
 #include "haptic_server/servo/realtime.h"
 
 namespace haptics {
@@ -47,8 +48,8 @@ struct DeviceName {
 
 class Simulated final : public AttachedDevice {
  public:
-  Simulated(const DevicePreset& preset, const HandPreset& hand, double period_s)
-      : hand_(hand, preset.maxForce_N), device_({preset, hand, period_s}, hand_) {}
+  Simulated(const DevicePreset& preset, const HandPreset& hand, double period_s, double delay_s)
+      : hand_(hand, preset.maxForce_N), device_({preset, hand, period_s, delay_s}, hand_) {}
   [[nodiscard]] Device& device() noexcept override { return device_; }
 
  private:
@@ -90,7 +91,7 @@ class OnUsb final : public AttachedDevice {
   const auto hand = findHandPreset(options.hand);
   if (!hand) return tl::unexpected(hand.error());
   if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);
-  return std::make_unique<Simulated>(*preset, *hand, 1 / options.rate_Hz);
+  return std::make_unique<Simulated>(*preset, *hand, 1 / options.rate_Hz, options.deviceDelay_ms.value_or(0) * 1e-3);
 }
 
 /// Is it there, which one is meant, and may it be opened?
@@ -138,6 +139,12 @@ class OnUsb final : public AttachedDevice {
 }  // namespace
 
 Result<std::unique_ptr<AttachedDevice>> AttachedDevice::attach(const ServerOptions& options) {
+  const double longest_ms = 1e3 * LeadObserver::longestDelay_s(1 / options.rate_Hz);
+  if (options.stabiliser && options.deviceDelay_ms.value_or(0) > longest_ms) {
+    return refused("--device-delay-ms", "at " + std::to_string(std::lround(options.rate_Hz)) +
+                                            " Hz the stabiliser looks ahead by at most " + std::to_string(longest_ms) +
+                                            " ms; lower --rate, or go without it by --no-stabiliser");
+  }
   const UsbKind* kind = usbKind(split(options.device).kind);
   return kind == nullptr ? simulate(options) : attachUsb(*kind, options);
 }

@@ -77,6 +77,14 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   app.add_option("--rate", options.rate_Hz, "Servo rate in Hz")
       ->check(CLI::Range(100.0, 20'000.0))
       ->capture_default_str();
+  app.add_option(
+         "--device-delay-ms", options.deviceDelay_ms,
+         "Measured time from reading a position to the motors' force, beyond the hold of a period; the stabiliser "
+         "looks ahead so far, and a simulated device has it")
+      ->type_name("MS")
+      ->check(CLI::Range(0.0, 60.0));
+  app.add_flag("!--no-stabiliser", options.stabiliser,
+               "Compute forces where the device was measured, without looking ahead");
   app.add_option("--seconds", options.seconds, "Stop after this time (default: run until a signal)")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--summary", options.summary, "Write the run's figures here as JSON");

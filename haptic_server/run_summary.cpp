@@ -37,6 +37,9 @@ void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtim
   status.set_dropped_samples(servo.droppedSamples.load());
   status.set_servo_rate_hz(servo.rate_Hz.load());
   status.set_allocations_in_servo(AllocationTripwire::count());
+  status.set_fault(static_cast<v1::Fault>(servo.fault.load()));
+  status.set_device_fault(static_cast<v1::DeviceFault>(servo.deviceFault.load()));
+  status.set_faults(servo.faults.load());
   fillLatency(servo.tick_ns, *status.mutable_tick_ns());
   fillLatency(servo.wakeLatency_ns, *status.mutable_wake_latency_ns());
   status.set_fifo(realtime.fifo);
@@ -58,6 +61,7 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"max_force_N", status.max_force_n()},
       {"force_limit_N", maxForceLimit_N},
       {"allocations_in_servo", status.allocations_in_servo()},
+      {"faults", status.faults()},
       {"dropped_samples", status.dropped_samples()},
       {"refused_connections", status.refused_connections()},
       {"scene_revision", status.revision()},

@@ -8,16 +8,17 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/telemetry/fault_words.h"
 #include "common/wire/convert.h"
 #include "haptic_server/attached_device.h"
 #include "haptic_server/device/exploration_planner.h"
-#include "haptic_server/device/local_stability.h"
 #include "haptic_server/net/server.h"
 #include "haptic_server/recorder.h"
 #include "haptic_server/run_summary.h"
 #include "haptic_server/scene/scene_room.h"
 #include "haptic_server/servo/realtime.h"
 #include "haptic_server/servo/servo_loop.h"
+#include "haptic_server/servo/stiffness_limit.h"
 #include "haptic_server/state/state_folder.h"
 
 namespace haptics {
@@ -66,6 +67,19 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   return std::move(opened->folder);
 }
 
+/// The delay as the command line has it where that says more than the driver.
+[[nodiscard]] DeviceInfo deviceInfoOf(const ServerOptions& options, DeviceInfo device) {
+  constexpr double kMillisecond_s = 1e-3;
+  if (options.deviceDelay_ms) device.delay_s = *options.deviceDelay_ms * kMillisecond_s;
+  return device;
+}
+
+[[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device) {
+  StepConfig config = serverStepConfig(deviceInfoOf(options, device), options.rate_Hz);
+  if (!options.stabiliser) config.lead.reset();
+  return config;
+}
+
 }  // namespace
 
 class ServerApp::Impl {
@@ -74,11 +88,13 @@ class ServerApp::Impl {
       : options_(options),
         attached_(std::move(device)),
         device_(attached_->device()),
+        step_(stepConfigOf(options, device_.info())),
         room_({.assetFolders = options.assets,
                .makePlan = explorationPlans(),
                .takeMotion = [this] { return servo_->takeMotionForPlans(); },
-               .device = {device_.info().resolution_m,
-                          locallyStableStiffness_N_per_m(device_.info(), 1 / options.rate_Hz), 1 / options.rate_Hz},
+               .device = {step_.positionStep_m, step_.stableLateral_N_per_m, step_.period_s,
+                          kSafePart * criticalStiffness_N_per_m(deviceInfoOf(options, device_.info()), options.rate_Hz,
+                                                                options.stabiliser)},
                .log = logInfo},
               crossing_) {}
   ~Impl() { halt(); }
@@ -99,7 +115,7 @@ class ServerApp::Impl {
     if (room_.history()->version.revision() == 0) {
       if (auto loaded = loadScene(room_, options_.scene); !loaded) return loaded;
     }
-    servo_ = std::make_unique<ServoLoop>(device_, crossing_, options_.rate_Hz);
+    servo_ = std::make_unique<ServoLoop>(device_, crossing_, step_);
     room_.start();
     if (auto listening = listen(); !listening) return listening;
     startServo();
@@ -135,7 +151,12 @@ class ServerApp::Impl {
         .credentials = {},
         .allowInsecureLan = options_.allowInsecureLan,
         .identity = {"haptic_server", device_.info().name, options_.rate_Hz, device_.info().maxForce_N},
-        .popTelemetry = [this](TelemetrySample& sample) { return servo_->pop(sample); },
+        .popTelemetry =
+            [this](TelemetrySample& sample) {
+              if (!servo_->pop(sample)) return false;
+              logFault(sample);
+              return true;
+            },
         .takeMotion = [this] { return servo_->takeMotion(); },
         .recordSample = {},
         .fillStatus = [this](v1::Status& status) { fillStatus(status); },
@@ -177,6 +198,18 @@ class ServerApp::Impl {
     room_.stop();
   }
 
+  /// Network thread.
+  void logFault(const TelemetrySample& sample) {
+    if (sample.fault == loggedFault_) return;
+    loggedFault_ = sample.fault;
+    if (sample.fault == Fault::kNone) {
+      spdlog::info("tick {}: forces again", sample.tick);
+    } else {
+      spdlog::error("tick {}: the force is taken away: {}", sample.tick,
+                    faultInWords(sample.fault, sample.device.fault));
+    }
+  }
+
   void fillStatus(v1::Status& status) const {
     fillServoStatus(servo_->statistics(), realtime_, status);
     status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns_) * 1e-9);
@@ -191,12 +224,14 @@ class ServerApp::Impl {
   std::optional<WakefulProcessors> wakeful_;
   std::unique_ptr<AttachedDevice> attached_;
   Device& device_;
+  StepConfig step_;
   std::optional<Recorder> recorder_;
   SceneCrossing crossing_;
   std::unique_ptr<StateFolder> state_;  // outlives the room
   SceneRoom room_;
   std::unique_ptr<ServoLoop> servo_;
   std::unique_ptr<Server> server_;
+  Fault loggedFault_ = Fault::kNone;
   std::atomic<bool> servoReady_{false};
   std::atomic<bool> stop_{false};
   std::thread servoThread_;

@@ -23,6 +23,8 @@ struct ServerOptions {
   std::string credentials;                ///< Folder; empty: everybody who can connect may edit.
   bool allowInsecureLan = false;
   double rate_Hz = 1000;
+  std::optional<double> deviceDelay_ms;  ///< As measured; empty: the driver's own figure.
+  bool stabiliser = true;
   double seconds = 0;      ///< 0: until a signal.
   std::string summary;     ///< JSON file, written at the end.
   std::string record;      ///< Every tick's Telemetry message, length-delimited.

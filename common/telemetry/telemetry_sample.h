@@ -48,7 +48,8 @@ struct TelemetrySample {
   std::uint64_t sceneRevision = 0;  ///< Adopted by the servo.
   std::uint64_t adoptionTick = 0;   ///< First tick felt with sceneRevision.
   std::uint64_t deformationRevision = 0;
-  Vec3 hip{0};
+  Vec3 hip{0};          ///< As the device measured it.
+  Vec3 foreseenHip{0};  ///< Where contact and force were computed: where the HIP will be while the force is held.
   Vec3 ihip{0};
   std::uint64_t object = 0;  ///< Id of the contacted object, 0 when free.
   PrimitiveId primitive;

@@ -162,6 +162,7 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.adoptionTick = message.adoption_tick();
   sample.deformationRevision = message.deformation_revision();
   sample.hip = vectorFrom(message.hip());
+  sample.foreseenHip = message.has_foreseen_hip() ? vectorFrom(message.foreseen_hip()) : sample.hip;
   sample.ihip = vectorFrom(message.ihip());
   sample.object = message.object();
   sample.primitive = primitiveFrom(message.primitive());
@@ -194,6 +195,8 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_adoption_tick(sample.adoptionTick);
   message.set_deformation_revision(sample.deformationRevision);
   write(sample.hip, *message.mutable_hip());
+  message.clear_foreseen_hip();
+  if (sample.foreseenHip != sample.hip) write(sample.foreseenHip, *message.mutable_foreseen_hip());
   write(sample.ihip, *message.mutable_ihip());
   message.set_object(sample.object);
   message.mutable_primitive()->set_kind(static_cast<v1::PrimitiveKind>(sample.primitive.kind));

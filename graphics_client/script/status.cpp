@@ -3,6 +3,7 @@
 #include <iostream>
 #include <memory>
 
+#include "common/telemetry/fault_words.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
 
@@ -40,6 +41,9 @@ void printForPeople(const v1::Status& status) {
   printLatency("wake-up", status.wake_latency_ns());
   std::printf("real time  fifo %s, memory locked %s, pinned %s, %llu allocations\n", yesNo(status.fifo()),
               yesNo(status.memory_locked()), yesNo(status.pinned()), count(status.allocations_in_servo()));
+  std::printf("fault      %s, %llu since start\n",
+              faultInWords(static_cast<Fault>(status.fault()), static_cast<DeviceFault>(status.device_fault())),
+              count(status.faults()));
   std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());
   std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));
   std::printf("kept       %s\n", status.durable() ? "on the server's disk" : "until the server ends");

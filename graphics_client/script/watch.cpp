@@ -4,6 +4,7 @@
 #include <iostream>
 #include <string>
 
+#include "common/telemetry/fault_words.h"
 #include "common/wire/convert.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
@@ -57,7 +58,7 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
     const Vec3 at_mm = body.pose.position * kMillimetresPerMetre;
     std::printf("  %s at %.1f %.1f %.1f mm%s", object->name.c_str(), at_mm.x, at_mm.y, at_mm.z, nameOf(body.condition));
   }
-  if (sample.device.fault != DeviceFault::kNone) std::printf("  %s", inWords(sample.device.fault));
+  if (sample.fault != Fault::kNone) std::printf("  FAULT: %s", faultInWords(sample.fault, sample.device.fault));
   std::printf("\n");
   std::fflush(stdout);
 }

@@ -24,6 +24,7 @@ struct DeviceInfo {
   double resolution_m = 0;  ///< Position quantum.
   /// Of the device alone, as at a point; a mass of 0 when they are not known.
   double apparentMass_kg = 0, viscousFriction_Ns_per_m = 0, coulombFriction_N = 0;
+  double delay_s = 0;  ///< Measured: from reading a position to the motors' force, beyond the hold.
 };
 
 struct ExplorationPlan;

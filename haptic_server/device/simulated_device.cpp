@@ -7,7 +7,7 @@
 namespace haptics {
 namespace {
 
-DeviceInfo describe(const DevicePreset& preset) {
+DeviceInfo describe(const DevicePreset& preset, double delay_s) {
   return {std::string(preset.title) + " (simulated)",
           preset.maxForce_N,
           preset.maxStiffness_N_per_m,
@@ -15,7 +15,8 @@ DeviceInfo describe(const DevicePreset& preset) {
           preset.resolution_m,
           preset.apparentMass_kg,
           preset.viscousFriction_Ns_per_m,
-          preset.coulombFriction_N};
+          preset.coulombFriction_N,
+          delay_s};
 }
 
 Vec3 quantised(Vec3 position, double quantum) noexcept { return quantum * glm::floor(position / quantum + 0.5); }
@@ -23,7 +24,7 @@ Vec3 quantised(Vec3 position, double quantum) noexcept { return quantum * glm::f
 }  // namespace
 
 SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent& intent)
-    : info_(describe(settings.device)),
+    : info_(describe(settings.device, settings.delay_s)),
       plant_(settings.device, settings.hand),
       intent_(intent),
       period_(settings.period_s),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 
 #include "common/maths/vec.h"
 
@@ -39,19 +40,54 @@ class ForceBlend {
   return squared > limit_N * limit_N ? force * (limit_N / std::sqrt(squared)) : force;
 }
 
-/// Takes the force away within kDuration_s once something is wrong, and keeps it away.
+/// Takes the force away within kDuration_s once something is wrong, and keeps it away until begin().
 class FaultRamp {
  public:
   static constexpr double kDuration_s = 0.03;
 
+  /// The force comes within so many seconds; 0: at once.
+  void begin(double rise_s) noexcept {
+    rise_s_ = rise_s;
+    gain_ = rise_s > 0 ? 0 : 1;
+  }
+
   [[nodiscard]] Vec3 apply(bool faulty, Vec3 force, double period_s) noexcept {
-    gain_ = faulty ? std::max(0.0, gain_ - period_s / kDuration_s) : 1.0;
+    if (faulty) {
+      gain_ = std::max(0.0, gain_ - period_s / kDuration_s);
+    } else if (gain_ < 1) {
+      gain_ = std::min(1.0, gain_ + period_s / rise_s_);
+    }
     return force * gain_;
   }
   [[nodiscard]] bool atZero() const noexcept { return gain_ <= 0; }
 
  private:
   double gain_ = 1;
+  double rise_s_ = 0;
+};
+
+/// Counts ticks that never came.
+class DeadlineWatch {
+ public:
+  /// Seconds of missed ticks, with none on time between them, after which the force that stood meanwhile is taken away.
+  /// Shorter faults a server without real-time priority on a busy machine; in longer ones a light device gets far.
+  static constexpr double kMost_s = 0.05;
+
+  /// Ticks missed since the last one. A lower number than the last is a new count.
+  [[nodiscard]] std::uint64_t missed(std::uint64_t tick) noexcept {
+    const std::uint64_t missed = tick > last_ + 1 && last_ != kNone ? tick - last_ - 1 : 0;
+    inARow_ = missed > 0 ? inARow_ + missed : 0;
+    last_ = tick;
+    return missed;
+  }
+  [[nodiscard]] bool tooMany(double period_s) const noexcept {
+    return static_cast<double>(inARow_) * period_s >= kMost_s;
+  }
+
+ private:
+  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
+  std::uint64_t last_ = kNone;
+  std::uint64_t inARow_ = 0;
 };
 
 }  // namespace haptics

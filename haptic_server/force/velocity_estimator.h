@@ -36,6 +36,12 @@ class VelocityEstimator {
     return velocity_;
   }
 
+  /// Takes over what another estimator found.
+  void set(Vec3 position, Vec3 velocity) noexcept {
+    position_ = position;
+    velocity_ = velocity;
+  }
+
   [[nodiscard]] Vec3 velocity() const noexcept { return velocity_; }
 
  private:

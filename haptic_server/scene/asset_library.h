@@ -33,7 +33,7 @@ class AssetLibrary final : public AssetResolver {
   [[nodiscard]] std::vector<std::string> remarks(const ObjectRecord& record,
                                                  const ObjectAssets& assets) const override {
     auto remarks = surfaceRemarks(record, assets, device_);
-    for (std::string& remark : motionRemarks(record, assets, device_.period_s)) remarks.push_back(std::move(remark));
+    for (std::string& remark : motionRemarks(record, assets, device_)) remarks.push_back(std::move(remark));
     return remarks;
   }
 

@@ -1,5 +1,6 @@
 #include "haptic_server/scene/motion_remarks.h"
 
+#include <algorithm>
 #include <sstream>
 
 #include "haptic_server/motion/coupling.h"
@@ -7,21 +8,22 @@
 
 namespace haptics {
 
-std::vector<std::string> motionRemarks(const ObjectRecord& record, const ObjectAssets& assets, double period_s) {
+std::vector<std::string> motionRemarks(const ObjectRecord& record, const ObjectAssets& assets,
+                                       const DeviceLimits& device) {
   if (!record.motion) return {};
   const auto body = rigidBodyFrom(*record.motion, *assets.mesh->mesh);
   if (!body) return {};
   const double mass_kg = leastFeltMass_kg(*body, assets.mesh->mesh->vertices);
-  const double stiffness = record.material.stiffness_N_per_m;
+  const double stiffness = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
   const double damping = record.material.damping_Ns_per_m;
-  const double share = bearableShare(mass_kg, stiffness, damping, period_s);
+  const double share = bearableShare(mass_kg, stiffness, damping, device.period_s);
   if (share >= 1) return {};
   std::ostringstream text;
   text.precision(3);
   text << "warning: stiffness and damping are felt as " << share * stiffness << " N/m and " << share * damping
        << " N s/m instead of " << stiffness << " and " << damping
        << ": pushed where it gives most, this body weighs no more than " << 1e3 * mass_kg << " g, and at "
-       << 1 / period_s << " Hz it would be thrown about; from " << record.motion->mass_kg / share
+       << 1 / device.period_s << " Hz it would be thrown about; from " << record.motion->mass_kg / share
        << " kg on, or at a higher rate, it bears them";
   return {text.str()};
 }

@@ -5,11 +5,12 @@
 
 #include "common/scene/scene.h"
 #include "haptic_server/scene/object_assets.h"
+#include "haptic_server/scene/surface_remarks.h"
 
 namespace haptics {
 
 /// A warning of a body that is so light that its surface is felt softer than asked for: bearableShare().
 [[nodiscard]] std::vector<std::string> motionRemarks(const ObjectRecord& record, const ObjectAssets& assets,
-                                                     double period_s);
+                                                     const DeviceLimits& device);
 
 }  // namespace haptics

@@ -29,7 +29,7 @@ SceneRoom::SceneRoom(Options options, SceneCrossing& crossing)
       crossing_(crossing),
       library_(options_.assetFolders, store_, options_.device),
       sequencer_(newEpoch(), library_),
-      servoScenes_(options_.makePlan, options_.device.period_s),
+      servoScenes_(options_.makePlan, options_.device),
       published_(sequencer_.history()) {}
 
 SceneRoom::~SceneRoom() { stop(); }

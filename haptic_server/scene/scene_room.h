@@ -33,7 +33,7 @@ class SceneRoom {
     /// Where the objects that move are, null when nothing has changed since the last call; may be empty. Called on the
     /// builder thread after start().
     std::function<const MotionState*()> takeMotion = nullptr;
-    DeviceLimits device = {};                     ///< For warnings.
+    DeviceLimits device = {};                     ///< For clamps and warnings of them.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
   };
   using EditReply = std::function<void(const EditOutcome&)>;

@@ -9,8 +9,8 @@
 
 namespace haptics {
 
-ServoSceneMaker::ServoSceneMaker(MakePlan makePlan, double period_s)
-    : makePlan_(std::move(makePlan)), period_s_(period_s) {}
+ServoSceneMaker::ServoSceneMaker(MakePlan makePlan, const DeviceLimits& device)
+    : makePlan_(std::move(makePlan)), device_(device) {}
 
 std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan) {
   const SceneVersion& version = sequencer.history()->version;
@@ -21,13 +21,14 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
     Detailed& known = detailed[record->id] = detailOf(*record, sequencer.assetsOf(record->id));
     addBody(known, *record, sequencer.assetsOf(record->id));
     const Material& material = record->material;
+    const double stiffness_N_per_m = std::min(material.stiffness_N_per_m, device_.stiffest_N_per_m);
     const double share =
-        known.body ? bearableShare(known.feltMass_kg, material.stiffness_N_per_m, material.damping_Ns_per_m, period_s_)
+        known.body ? bearableShare(known.feltMass_kg, stiffness_N_per_m, material.damping_Ns_per_m, device_.period_s)
                    : 1;
     scene->objects.push_back({.id = record->id,
                               .surface = known.surface,
                               .pose = record->pose,
-                              .stiffness_N_per_m = share * material.stiffness_N_per_m,
+                              .stiffness_N_per_m = share * stiffness_N_per_m,
                               .damping_Ns_per_m = share * material.damping_Ns_per_m,
                               .detail = known.detail,
                               .motion = known.body,

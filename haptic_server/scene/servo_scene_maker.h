@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "haptic_server/scene/sequencer.h"
+#include "haptic_server/scene/surface_remarks.h"
 #include "haptic_server/servo/servo_scene.h"
 
 namespace haptics {
@@ -23,8 +24,9 @@ class ServoSceneMaker {
   /// The exploration for a scene whose objects are complete, those that move at the poses where they rest.
   using MakePlan = std::function<std::shared_ptr<const ExplorationPlan>(const ServoScene&)>;
 
-  /// @param period_s  Of the servo: it decides how stiff light bodies can be felt (bearableShare()).
-  explicit ServoSceneMaker(MakePlan makePlan, double period_s = 1e-3);
+  /// @param device  Surfaces stiffer than it bears are made with what it bears; its servo's period decides how stiff light
+  /// bodies can be felt (bearableShare()).
+  explicit ServoSceneMaker(MakePlan makePlan, const DeviceLimits& device = {});
 
   /// Planning takes milliseconds, which no edit should wait for.
   enum class Plan { kOfTheLastScene, kOfThisOne };
@@ -53,7 +55,7 @@ class ServoSceneMaker {
     double feltMass_kg = 0;  // of the body
   };
   MakePlan makePlan_;
-  double period_s_;
+  DeviceLimits device_;
   std::map<ObjectId, Detailed> detailed_;  // of the last scene made
   std::vector<ServoObject> present_;       // of the last scene made, in order of id
   std::vector<Leaving> leaving_;           // in order of time

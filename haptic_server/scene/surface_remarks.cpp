@@ -40,7 +40,7 @@ std::string millimetres(double length_m) {
 std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
   const Texture& texture = *record.material.surface.texture;
   if (texture.law != Texture::Law::kHo1999) return {};
-  const double k = record.material.stiffness_N_per_m;
+  const double k = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
   const TextureDetail detail(*assets.mesh->surface, texture, assets.textureField);
   const double gain = detail.gainFor(k, device.stableLateral_N_per_m);
   if (gain >= texture.gain_K) return {};
@@ -53,11 +53,24 @@ std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, 
   return text.str();
 }
 
+/// Empty when it is felt as it was asked for.
+std::string stiffnessRemark(const ObjectRecord& record, const DeviceLimits& device) {
+  const double asked = record.material.stiffness_N_per_m;
+  if (asked <= device.stiffest_N_per_m) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: stiffness_N_per_m is felt as " << device.stiffest_N_per_m << " instead of " << asked
+       << ": the device comes to rest on walls of up to " << 2 * device.stiffest_N_per_m
+       << " N/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
+  return text.str();
+}
+
 }  // namespace
 
 std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets,
                                         const DeviceLimits& device) {
   std::vector<std::string> remarks;
+  if (std::string clamped = stiffnessRemark(record, device); !clamped.empty()) remarks.push_back(std::move(clamped));
   const auto look = [&](const char* property, const ScalarField* field) {
     if (!field) return;
     const double finest_m = field->shortestWavelength_m();

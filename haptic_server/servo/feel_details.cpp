@@ -63,7 +63,7 @@ class Feeling {
         lastFriction_N_(state.surface.frictionForce_N) {}
 
   void run() noexcept {
-    accountEnergy(memory_, state_.hip);
+    accountEnergy(memory_, state_.measuredHip);
     if (contact_.touching) feelTouched();
     if (state_.anyBumps) feelBumps();
     followStiffness();

@@ -4,10 +4,12 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/contact/contact.h"
+#include "haptic_server/force/lead_observer.h"
 #include "haptic_server/force/output_chain.h"
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/force/velocity_estimator.h"
@@ -23,6 +25,10 @@ struct StepConfig {
   double positionStep_m = 0;  ///< Of the device's encoders.
   /// Largest lateral stiffness at which the device is locally stable: textures and friction stay below.
   double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
+  /// Contact and force are computed where the observer sees the HIP coming; at the measured HIP where there is none.
+  std::optional<LeadSettings> lead = std::nullopt;
+  /// Seconds in which the force comes after the device was attached or homed, or a fault is over; 0: at once.
+  double rise_s = 0;
 };
 
 /// What the servo remembers from tick to tick, but for the bodies. Written by the step, stage by stage, unless noted.
@@ -47,8 +53,10 @@ struct StepMemory {
   std::uint64_t contactObject = 0;  ///< Id, 0 when free.
   ForceBlend blend;
   FaultRamp faultRamp;
+  DeadlineWatch deadlines;
   Fault fault = Fault::kNone;
-  Vec3 hip{0};
+  Vec3 measuredHip{0};
+  Vec3 hip{0};          ///< Where contact and force are computed: measuredHip, or what the observer makes of it.
   Vec3 unlimited_N{0};  ///< After blend, before fault ramp and limit.
   Vec3 written_N{0};
   double contactEnergy_J = 0;
@@ -64,7 +72,10 @@ struct MovingBody {
 
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
 struct HapticState : StepMemory {
-  explicit HapticState(const StepConfig& config) noexcept { velocity = VelocityEstimator(config.period_s); }
+  explicit HapticState(const StepConfig& config) noexcept {
+    velocity = VelocityEstimator(config.period_s);
+    if (config.lead) lead = LeadObserver(*config.lead, config.period_s);
+  }
 
   /// Becomes a copy of another, which goes on exactly like it, without copying the places beyond its bodyCount.
   void copyInUse(const HapticState& other) noexcept {
@@ -73,6 +84,7 @@ struct HapticState : StepMemory {
     std::copy_n(other.objects.begin(), bodyCount, objects.begin());
     if (anyDetail) surface = other.surface;
     std::copy_n(other.moving.begin(), movingCount, moving.begin());
+    if (other.lead.active()) lead.copyInUse(other.lead);
     if (anyBumps) std::copy_n(other.bumps.begin(), bodyCount, bumps.begin());
   }
 
@@ -93,6 +105,7 @@ struct HapticState : StepMemory {
   std::array<MovingBody, kMaxMovingBodies> moving;
 
   SurfaceMemory surface;
+  LeadObserver lead;  ///< Where it is active, `velocity` is its.
 };
 
 static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");

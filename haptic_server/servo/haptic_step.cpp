@@ -15,6 +15,7 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 
 [[nodiscard]] Fault faultOf(const DeviceReading& device) noexcept {
   if (device.state != DeviceState::kReady) return Fault::kDeviceLost;
+  if (device.status.fault != DeviceFault::kNone || !device.status.homed) return Fault::kDeviceLost;
   if (device.status.age_us > kStalePosition_us) return Fault::kDeviceStale;
   return isFinite(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
@@ -23,7 +24,8 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 void attach(HapticState& state, Vec3 position) noexcept {
   place(state.contact, position);
   state.velocity.reset(position);
-  state.hip = position;
+  if (state.lead.active()) state.lead.reset(position);
+  state.measuredHip = state.hip = position;
   state.contactObject = 0;
   if (state.anyDetail) {
     state.surface.forget();
@@ -34,14 +36,32 @@ void attach(HapticState& state, Vec3 position) noexcept {
 }
 
 /// Attaches at the first good reading, and again after a fault, but not before the force has been taken away.
-[[gnu::always_inline]] inline void superviseDevice(HapticState& state, const DeviceReading& device) noexcept {
-  const Fault fault = faultOf(device);
+[[gnu::always_inline]] inline void supervise(HapticState& state, const StepConfig& config,
+                                             const StepInput& input) noexcept {
+  const std::uint64_t missed = state.deadlines.missed(input.tick);
+  Fault fault = faultOf(input.device);
+  if (missed > 0 && state.attached) [[unlikely]] {
+    if (state.deadlines.tooMany(config.period_s)) {
+      if (fault == Fault::kNone) fault = Fault::kDeadlinesMissed;
+    } else if (state.lead.active()) {
+      state.lead.skip(missed);
+    }
+  }
   if (fault != Fault::kNone) {
     state.fault = fault;
   } else if (!state.attached || (state.fault != Fault::kNone && state.faultRamp.atZero())) {
     state.fault = Fault::kNone;
-    attach(state, device.position);
+    attach(state, input.device.position);
+    state.faultRamp.begin(config.rise_s);
   }
+}
+
+/// Along the normal of the touched surface, where it moves (m/s).
+[[gnu::always_inline]] inline double surfaceSpeed(const HapticState& state, int body, Vec3 place, Vec3 normal,
+                                                  const StepConfig& config) noexcept {
+  if (body < 0 || !state.bodies[static_cast<std::size_t>(body)].moving) [[likely]]
+    return 0;
+  return glm::dot(state.velocity.velocity(), normal) - separationSpeed(state, body, place, normal, config.period_s);
 }
 
 /// Objects that were edited under the stylus, on their way to where the scene has them.
@@ -98,18 +118,26 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
   force.written = limitMagnitude(ramped, config.maxForce_N);
 }
 
-/// The hand was given what the last force did on the way to the new position.
-void accountEnergy(HapticState& state, Vec3 hip) noexcept {
-  state.contactEnergy_J += glm::dot(state.written_N, hip - state.hip);
-  state.hip = hip;
+/// Where the HIP is, or will be while the coming force is held; and what the last force gave the hand on the way.
+[[gnu::always_inline]] inline void followHip(HapticState& state, Vec3 measured) noexcept {
+  state.contactEnergy_J += glm::dot(state.written_N, measured - state.measuredHip);
+  state.measuredHip = measured;
+  state.hip = measured;
+  if (state.lead.active()) {
+    state.hip = state.lead.follow(measured);
+    state.velocity.set(state.hip, state.lead.velocity());
+  } else {
+    state.velocity.update(measured);
+  }
 }
 
 void describe(const HapticState& state, const ContactResult& contact, const ForceComponents& force,
               TelemetrySample& sample) noexcept {
   sample.sceneRevision = state.sceneRevision;
   sample.adoptionTick = state.adoptionTick;
-  sample.hip = state.hip;
-  sample.ihip = contact.touching ? contact.ihip : state.hip;
+  sample.hip = state.measuredHip;
+  sample.foreseenHip = state.hip;
+  sample.ihip = contact.touching ? contact.ihip : state.measuredHip;
   sample.object = state.contactObject;
   sample.primitive = {contact.primitive.kind, contact.primitive.localIndex, contact.primitive.polygon};
   sample.penetration_m = contact.penetration_m;
@@ -143,18 +171,18 @@ template <bool kDetails>
   sample.device = input.device.status;
   ContactResult contact;
   ForceComponents force;
+  Vec3 geometricNormal(0);  // the details turn the other one
 
-  superviseDevice(state, input.device);
+  supervise(state, config, input);
   const bool anyMoves = kDetails && state.movingCount > 0;
   if (anyMoves) [[unlikely]]
     takeMovedPoses(state);
   if (state.fault == Fault::kNone) {
-    const Vec3 hip = input.device.position;
-    accountEnergy(state, hip);
-    state.velocity.update(hip);
+    followHip(state, input.device.position);
     moveEdited(state, config);
 
-    followContact({state.bodies.data(), state.bodyCount}, state.contact, hip, contact);
+    followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, contact);
+    if (state.lead.active()) geometricNormal = contact.normal;
     if constexpr (kDetails) {
       feelDetails(scene, state, config, contact, sample);
       force = sample.force;
@@ -170,6 +198,10 @@ template <bool kDetails>
 
   state.contactObject = touched;
   state.written_N = force.written;
+  if (state.lead.active()) {
+    state.lead.note(force.written, geometricNormal,
+                    surfaceSpeed(state, contact.body, contact.ihip, geometricNormal, config));
+  }
   state.adoptedNow = state.contactBroken = state.detailEdited = false;
   describe(state, contact, force, sample);
   if constexpr (kDetails) describeEnergy(state.surface, sample);

@@ -41,7 +41,7 @@ void PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexc
   rehearsal_.copyInUse(state);
   takeMovedPoses(rehearsal_);
   rehearsal_.movingCount = 0;  // what they do after the force is not awaited by anyone
-  const Vec3 next = state.hip + state.velocity.velocity() * config_.period_s;
+  const Vec3 next = state.measuredHip + state.velocity.velocity() * config_.period_s;
   static_cast<void>(hapticStep(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}));
 }
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
-#include "haptic_server/device/local_stability.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/servo/moving_bodies.h"
 
@@ -27,14 +26,11 @@ void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // th
 
 }  // namespace
 
-ServoLoop::ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch)
+ServoLoop::ServoLoop(Device& device, SceneCrossing& crossing, const StepConfig& config, bool withPreTouch)
     : device_(device),
       crossing_(crossing),
-      config_{.period_s = 1 / rate_Hz,
-              .maxForce_N = device.info().maxForce_N,
-              .positionStep_m = device.info().resolution_m,
-              .stableLateral_N_per_m = locallyStableStiffness_N_per_m(device.info(), 1 / rate_Hz)},
-      period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) / rate_Hz))),
+      config_(config),
+      period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) * config.period_s))),
       state_(config_) {
   if (withPreTouch) preTouch_.emplace(config_);
 }
@@ -98,6 +94,11 @@ void ServoLoop::account(TelemetrySample& sample, std::uint64_t now_ns) noexcept 
         std::memory_order_relaxed);
     ticksBefore_ = ticks;
     secondBegan_ns_ = now_ns;
+  }
+  if (sample.fault != statistics_.fault.load(std::memory_order_relaxed)) {
+    if (sample.fault != Fault::kNone) add(statistics_.faults, 1);
+    statistics_.fault.store(sample.fault, std::memory_order_relaxed);
+    statistics_.deviceFault.store(sample.device.fault, std::memory_order_relaxed);
   }
   sample.missedTicks = statistics_.missedTicks.load(std::memory_order_relaxed);
   sample.droppedSamples = statistics_.droppedSamples.load(std::memory_order_relaxed);

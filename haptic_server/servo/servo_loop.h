@@ -14,6 +14,7 @@
 #include "haptic_server/servo/latency_histogram.h"
 #include "haptic_server/servo/pre_touch.h"
 #include "haptic_server/servo/scene_crossing.h"
+#include "haptic_server/servo/server_step_config.h"
 
 namespace haptics {
 
@@ -26,8 +27,11 @@ struct ServoStatistics {
   std::atomic<std::uint64_t> droppedSamples{0};
   std::atomic<double> maxForce_N{0};  ///< Largest force written.
   std::atomic<double> rate_Hz{0};     ///< Ticks run in the last second.
-  LatencyHistogram tick_ns;           ///< Wake-up to force written and sample queued.
-  LatencyHistogram wakeLatency_ns;    ///< Deadline to wake-up.
+  std::atomic<Fault> fault{Fault::kNone};
+  std::atomic<DeviceFault> deviceFault{DeviceFault::kNone};
+  std::atomic<std::uint64_t> faults{0};  ///< How often one began.
+  LatencyHistogram tick_ns;              ///< Wake-up to force written and sample queued.
+  LatencyHistogram wakeLatency_ns;       ///< Deadline to wake-up.
 };
 
 /// The servo loop: wakes on an absolute clock at a fixed rate, adopts a scene if there is a new one, pre-touches what
@@ -39,8 +43,11 @@ class ServoLoop {
   /// counted.
   static constexpr std::size_t kQueuedSamples = 4096;
 
-  /// `device` and `crossing` outlive the loop. rate_Hz > 0. Without pre-touch the forces are the same, only later.
-  ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch = true);
+  /// `device` and `crossing` outlive the loop. Without pre-touch the forces are the same, only later.
+  ServoLoop(Device& device, SceneCrossing& crossing, const StepConfig& config, bool withPreTouch = true);
+  /// With serverStepConfig().
+  ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch = true)
+      : ServoLoop(device, crossing, serverStepConfig(device.info(), rate_Hz), withPreTouch) {}
 
   /// Runs on the calling thread until `stop` is set or `maxTicks` periods (0: no end) have passed; stops the device.
   /// A tick whose whole period was slept through is skipped and counted; there is no burst to catch up.

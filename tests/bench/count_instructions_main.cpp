@@ -29,11 +29,9 @@ struct StepCase {
   const char* name;
   SurfaceCase surface;
 };
-constexpr StepCase kStepCases[] = {{"step", kPlain},
-                                   {"step_shading", kShading},
-                                   {"step_friction", kFriction},
-                                   {"step_texture", kNoise},
-                                   {"step_all", kAllFeatures}};
+constexpr StepCase kStepCases[] = {
+    {"step", kPlain},         {"step_shading", kShading}, {"step_friction", kFriction},
+    {"step_texture", kNoise}, {"step_all", kAllFeatures}, {"step_stabilised", kStabilised}};
 
 double sum = 0;  // keeps the ticks' results alive
 

@@ -27,10 +27,16 @@ std::shared_ptr<const SurfaceDetail> detailOf(const Surface& surface, const Surf
   return makeSurfaceDetail(surface, properties, fields);
 }
 
+StepConfig configOf(const SurfaceCase& features) {
+  StepConfig config;
+  if (features.stabilised) config.lead = LeadSettings{.mass_kg = 0.05, .delay_s = config.period_s};
+  return config;
+}
+
 }  // namespace
 
 StepReplay::StepReplay(Scene scene, std::uint32_t segments, const SurfaceCase& surface)
-    : path_(std::move(scene)), state_(std::make_unique<HapticState>(config_)) {
+    : path_(std::move(scene)), config_(configOf(surface)), state_(std::make_unique<HapticState>(config_)) {
   scene_.revision = 1;
   scene_.objects.push_back({.id = 1,
                             .surface = sphere(segments),

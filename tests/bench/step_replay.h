@@ -15,6 +15,7 @@ struct SurfaceCase {
   bool friction = false;
   /// Of a grating of 3 mm (Fourier), or of gradient noise of 2 mm in one octave.
   enum class Texture { kNone, kGrating, kNoise } texture = Texture::kNone;
+  bool stabilised = false;  ///< Nothing of the surface: with the server's observer in front, a period's delay known.
 };
 
 inline constexpr SurfaceCase kPlain{"plain"};
@@ -22,6 +23,7 @@ inline constexpr SurfaceCase kShading{"shading", true};
 inline constexpr SurfaceCase kFriction{"friction", false, true};
 inline constexpr SurfaceCase kGrating{"texture_grating", false, false, SurfaceCase::Texture::kGrating};
 inline constexpr SurfaceCase kNoise{"texture_noise", false, false, SurfaceCase::Texture::kNoise};
+inline constexpr SurfaceCase kStabilised{"stabilised", false, false, SurfaceCase::Texture::kNone, true};
 inline constexpr SurfaceCase kAllFeatures{"shading_friction_texture_noise", true, true, SurfaceCase::Texture::kNoise};
 
 /// The production step, from the device's position to the force (paper 3.2), driven around the path of a scene of which

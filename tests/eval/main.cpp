@@ -10,6 +10,7 @@
 #include "tests/eval/chart.h"
 #include "tests/eval/failures.h"
 #include "tests/eval/report.h"
+#include "tests/eval/stability/stability.h"
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/textures/textures.h"
 #include "tests/eval/walk/walk.h"
@@ -32,6 +33,7 @@ struct Arguments {
   WalkOptions walk;
   TexturesOptions textures;
   AdviseOptions advise;
+  StabilityOptions stability;
 
   bool good = true;  ///< What the verb came to.
 };
@@ -204,6 +206,27 @@ void addWalk(CLI::App& app, Arguments& arguments) {
   });
 }
 
+void addStability(CLI::App& app, Arguments& arguments) {
+  CLI::App* verb = addVerb(
+      app,
+      {"stability", "How stiff a surface every device bears: methods side by side, theory, robustness, energy",
+       "--out results",
+       "The whole takes some minutes, --full an hour. Exit status 0: every limit of ours is kept and the plant agrees\n"
+       "with the formulas of the literature."},
+      arguments);
+  StabilityOptions& options = arguments.stability;
+  CLI::Option* shortRun =
+      verb->add_flag("--short", options.shortRun, "Three devices and the least of everything; draws nothing");
+  verb->add_flag("--full", options.full, "Every hand, rate and delay")->excludes(shortRun);
+  verb->add_option("--from", options.from, "Draw this stability.json of an earlier run again, and measure nothing")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+  verb->callback([&arguments, &options] {
+    options.out = arguments.out;
+    arguments.good = runStability(options);
+  });
+}
+
 void addAdvise(CLI::App& app, Arguments& arguments) {
   constexpr const char* kInventorModels = "/usr/share/inventor/data";  // Debian's: the demo scene's head
   AdviseOptions& options = arguments.advise;
@@ -248,7 +271,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
-  for (const auto add : {addFailures, addAccuracy, addChart, addTextures, addTable1, addWalk, addAdvise})
+  for (const auto add : {addFailures, addAccuracy, addChart, addTextures, addTable1, addWalk, addAdvise, addStability})
     add(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);

@@ -30,6 +30,15 @@ void writeRecords(const std::filesystem::path& directory, std::string_view verb,
   if (!file || error) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+std::vector<Record> readRecords(const std::filesystem::path& file) {
+  std::ifstream text(file);
+  try {
+    return Record::parse(text).get<std::vector<Record>>();
+  } catch (const Record::exception& error) {
+    throw std::runtime_error(file.string() + ": holds no records: " + error.what());
+  }
+}
+
 std::string measuresText(const Record& measures) {
   std::ostringstream text;
   text.precision(3);

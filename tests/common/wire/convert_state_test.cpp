@@ -137,6 +137,7 @@ TelemetrySample sample() {
   s.adoptionTick = 7;
   s.deformationRevision = 8;
   s.hip = {0.1, 0.2, 0.3};
+  s.foreseenHip = {0.15, 0.25, 0.35};
   s.ihip = {0.4, 0.5, 0.6};
   s.object = 9;
   s.primitive = {PrimitiveKind::kLine, 2, 4'000'000'000};
@@ -166,6 +167,7 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.adoptionTick, b.adoptionTick);
   EXPECT_EQ(a.deformationRevision, b.deformationRevision);
   EXPECT_EQ(a.hip, b.hip);
+  EXPECT_EQ(a.foreseenHip, b.foreseenHip);
   EXPECT_EQ(a.ihip, b.ihip);
   EXPECT_EQ(a.object, b.object);
   EXPECT_EQ(a.primitive, b.primitive);

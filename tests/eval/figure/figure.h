@@ -14,7 +14,7 @@ struct Colour {
   double red, green, blue;
 };
 
-enum class Marker { kDisc, kCross };
+enum class Marker { kDisc, kCross, kNone };  ///< Without one a curve is dashed: of a formula, not measured.
 
 /// How a curve looks in every panel, and what the legend says of it.
 struct Style {

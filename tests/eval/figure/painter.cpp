@@ -83,6 +83,7 @@ bool FigurePainter::Paint(vtkContext2D* painter) {
 }
 
 void FigurePainter::marker(double x, double y, const Style& style) {
+  if (style.marker == Marker::kNone) return;
   const double r = radiusOf(style);
   if (style.marker == Marker::kCross) {
     for (const double s : {-1.0, 1.0}) canvas_->line({x - r, y - s * r}, {x + r, y + s * r}, style.colour, 3.5);
@@ -176,7 +177,7 @@ void FigurePainter::paintCurve(const Panel& panel, const Curve& curve, Box box) 
   for (std::size_t i = 1; i < curve.points.size(); ++i) {
     const Place from = place(curve.points[i - 1]);
     const Place to = place(curve.points[i]);
-    canvas_->line({from.x, from.y}, {to.x, to.y}, style.colour, style.strong ? 5 : 2.5);
+    canvas_->line({from.x, from.y}, {to.x, to.y}, style.colour, style.strong ? 5 : 2.5, style.marker == Marker::kNone);
   }
   for (const CurvePoint& point : curve.points) marker(place(point).x, place(point).y, style);
 }
@@ -205,7 +206,8 @@ void FigurePainter::paintLegend(double left, double top) {
   canvas_->text(left, top - 26, figure_->legendTitle, kTextFont, kInk, Align::kLeft, true);
   double y = top - kLegendTitle;
   for (const Style& style : figure_->styles) {
-    canvas_->line({left, y + 8}, {left + 52, y + 8}, style.colour, style.strong ? 5 : 2.5);
+    canvas_->line({left, y + 8}, {left + 52, y + 8}, style.colour, style.strong ? 5 : 2.5,
+                  style.marker == Marker::kNone);
     marker(left + 26, y + 8, style);
     canvas_->text(left + 66, y - 4, style.name, kTextFont, kInk, Align::kLeft, style.strong);
     canvas_->text(left + 66, y - 32, style.note, kSmallFont, kSoft);

@@ -92,9 +92,38 @@ TEST(LimitMagnitude, KeepsTheDirection) {
 TEST(FaultRamp, TakesTheForceAwayWithin30MillisecondsAndGivesItBackWhenAllIsWell) {
   FaultRamp ramp;
   Vec3 force(0, 0, 2);
-  for (int i = 0; i < 30; ++i) force = ramp.apply(true, Vec3(0, 0, 2), kPeriod_s);
+  for (int i = 0; i < 31; ++i) force = ramp.apply(true, Vec3(0, 0, 2), kPeriod_s);  // one for rounding
   EXPECT_NEAR(force.z, 0, 1e-9);
+  EXPECT_TRUE(ramp.atZero());
+  ramp.begin(0);
   EXPECT_EQ(ramp.apply(false, Vec3(0, 0, 2), kPeriod_s), Vec3(0, 0, 2));
+}
+
+TEST(FaultRamp, LetsTheForceComeInTheTimeThatIsAskedFor) {
+  FaultRamp ramp;
+  constexpr double kRise_s = 0.1;
+  ramp.begin(kRise_s);
+  double last_N = 0;
+  for (int i = 1; i <= 100; ++i) {
+    const double force_N = ramp.apply(false, Vec3(0, 0, 2), kPeriod_s).z;
+    EXPECT_NEAR(force_N - last_N, 2 * kPeriod_s / kRise_s, 1e-9);
+    last_N = force_N;
+  }
+  EXPECT_NEAR(ramp.apply(false, Vec3(0, 0, 2), kPeriod_s).z, 2, 1e-9);
+  EXPECT_LT(ramp.apply(true, Vec3(0, 0, 2), kPeriod_s).z, 2);
+}
+
+TEST(DeadlineWatch, CountsTicksInARowThatNeverCameAndForgetsThemAfterOneOnTime) {
+  DeadlineWatch watch;
+  EXPECT_EQ(watch.missed(100), 0U) << "the first tick may have any number";
+  EXPECT_EQ(watch.missed(101), 0U);
+  EXPECT_EQ(watch.missed(131), 29U);
+  EXPECT_FALSE(watch.tooMany(kPeriod_s));
+  EXPECT_EQ(watch.missed(153), 21U);
+  EXPECT_TRUE(watch.tooMany(kPeriod_s));
+  EXPECT_EQ(watch.missed(154), 0U);
+  EXPECT_FALSE(watch.tooMany(kPeriod_s));
+  EXPECT_EQ(watch.missed(0), 0U) << "a new count";
 }
 
 }  // namespace

@@ -44,12 +44,12 @@ TEST(MotionRemarks, TellOfABodyThatIsTooLightForItsStiffness) {
   record.motion = MotionProperties{.mass_kg = 0.1};
   ObjectAssets assets;
   assets.mesh = store.intern(makeBox(Vec3(0.02), 1).value());
-  EXPECT_TRUE(motionRemarks(record, assets, 1e-3).empty());
+  EXPECT_TRUE(motionRemarks(record, assets, {.period_s = 1e-3}).empty());
   record.motion->mass_kg = 0.002;
-  const auto remarks = motionRemarks(record, assets, 1e-3);
+  const auto remarks = motionRemarks(record, assets, {.period_s = 1e-3});
   ASSERT_EQ(remarks.size(), 1U);
   EXPECT_NE(remarks[0].find("instead of 1000"), std::string::npos) << remarks[0];
-  EXPECT_TRUE(motionRemarks(record, assets, 1e-4).empty()) << "at a higher rate it bears more";
+  EXPECT_TRUE(motionRemarks(record, assets, {.period_s = 1e-4}).empty()) << "at a higher rate it bears more";
 }
 
 }  // namespace

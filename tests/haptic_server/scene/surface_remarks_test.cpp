@@ -43,6 +43,15 @@ TEST(SurfaceRemarks, TellOfAGainThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceRemarks(bump.record, bump.assets, {55e-6, 988}), IsEmpty()) << "which has no K";
 }
 
+TEST(SurfaceRemarks, TellOfAStiffnessThatIsClampedForTheDevice) {
+  GratedBox box(1e-4);
+  const DeviceLimits device{.encoderStep_m = 55e-6, .stiffest_N_per_m = 500};
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, device),
+              ElementsAre(HasSubstr("stiffness_N_per_m is felt as 500 instead of 800")));
+  box.record.material.stiffness_N_per_m = 500;
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, device), IsEmpty());
+}
+
 TEST(SurfaceRemarks, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
   const GratedBox box(1e-4);
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}), ElementsAre(HasSubstr("encoder")));

@@ -95,6 +95,47 @@ TEST(HapticStep, FinishesTheRampOfAFaultThatLastsOneTick) {
   EXPECT_NEAR(last, 0, 1e-12);
 }
 
+TEST(HapticStep, TakesTheForceAwayAfterTooManyMissedTicksInARowAndComesBack) {
+  VirtualServo servo(pressDown, kConfig);
+  servo.adopt(sceneOf(1, {slab()}));
+  servo.run(500);
+  servo.skip(30);
+  EXPECT_EQ(servo.step().fault, Fault::kNone);
+  servo.run(10);
+  servo.skip(60);
+  const TelemetrySample first = servo.step();
+  EXPECT_EQ(first.fault, Fault::kDeadlinesMissed);
+  EXPECT_LT(first.force.written.z, 1.6);
+  EXPECT_NEAR(servo.run(29).force.written.z, 0, 1e-12);
+  EXPECT_EQ(servo.run(2).fault, Fault::kNone);
+}
+
+TEST(HapticStep, LetsTheForceComeSlowlyAfterAttach) {
+  StepConfig config = kConfig;
+  config.rise_s = 0.4;
+  VirtualServo servo(pressDown, config);
+  servo.adopt(sceneOf(1, {slab()}));
+  servo.run(199);  // begins at tick 0; on the way in
+  const TelemetrySample half = servo.step();
+  EXPECT_NEAR(half.force.written.z, half.force.contact.z / 2, 1e-6);
+  const TelemetrySample whole = servo.run(300);
+  EXPECT_NEAR(whole.force.written.z, 800 * 0.002, 1e-6);
+}
+
+TEST(HapticStep, WritesNoForceThroughADeviceThatReportsAFaultOrIsNotHomed) {
+  VirtualServo servo(pressDown, kConfig);
+  servo.adopt(sceneOf(1, {slab()}));
+  servo.run(500);
+  DeviceReading reading{pressDown(500), DeviceState::kReady, {}};
+  reading.status.fault = DeviceFault::kGarbled;
+  EXPECT_EQ(servo.stepWith(reading).fault, Fault::kDeviceLost);
+  for (int i = 0; i < 40; ++i) (void)servo.stepWith(reading);
+  EXPECT_EQ(servo.step().fault, Fault::kNone);
+  reading.status = {};
+  reading.status.homed = false;
+  EXPECT_EQ(servo.stepWith(reading).fault, Fault::kDeviceLost);
+}
+
 TEST(HapticStep, TreatsALostDeviceAsAFault) {
   VirtualServo servo(pressDown, kConfig);
   servo.adopt(sceneOf(1, {slab()}));

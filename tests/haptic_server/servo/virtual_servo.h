@@ -52,6 +52,7 @@ class VirtualServo {
     for (std::uint64_t i = 0; i < ticks; ++i) sample = step();
     return sample;
   }
+  void skip(std::uint64_t ticks) { tick_ += ticks; }
   [[nodiscard]] std::uint64_t tick() const { return tick_; }
   [[nodiscard]] const HapticState& state() const { return state_; }
 

@@ -1,0 +1,150 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <numbers>
+#include <type_traits>
+
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+/// What the observer knows of a device, and how it is to look.
+struct LeadSettings {
+  /// Apparent at the tip, rather too little than too much; 0: not known, and the forces written are not looked at.
+  double mass_kg = 0;
+  double viscousFriction_Ns_per_m = 0;
+  /// From reading a position to the motor's force, beyond the hold. Rather too much than too little: by 2 ms too little no
+  /// stiff surface is stable.
+  double delay_s = 0;
+  /// Triple pole. Higher trusts the encoder more: less error of the force, more of the quantisation in it.
+  double bandwidth_Hz = 80;
+  /// Further lead along the contact normal: damping of K times this. Longer is stabler and tells more of the encoder's
+  /// steps.
+  double contactLead_s = 1.25e-3;
+};
+
+/// Looks ahead: estimates where the HIP is from quantised positions and the forces that were written, and where it will
+/// be in the middle of the time for which the coming force is felt. A spring on that place is one without the delay by
+/// which sampling, hold and transport feed energy into it (K T / 2 for the hold alone; Colgate & Schenkel 1997): the
+/// force law behind it may be stiffer than any damper would let it be, and needs none.
+///
+/// The estimator is a fading-memory filter of third order with one triple pole (Brookner 1998, section 1.5), driven by
+/// the device's known dynamics: position, velocity, and the acceleration that those do not explain, which is the hand's.
+/// World frame, SI units; noexcept, no allocation.
+class LeadObserver {
+ public:
+  /// Of the forces that are remembered: the delay is at most so many periods less two.
+  static constexpr std::size_t kMostTicks = 64;
+  [[nodiscard]] static double longestDelay_s(double period_s) noexcept { return (kMostTicks - 2) * period_s; }
+
+  LeadObserver() noexcept = default;  ///< Not active: positions are felt as measured.
+  /// A delay of more than longestDelay_s() is taken as that.
+  LeadObserver(const LeadSettings& settings, double period_s) noexcept
+      : active_(true),
+        period_(period_s),
+        friction_(settings.viscousFriction_Ns_per_m),
+        inverseMass_(settings.mass_kg > 0 ? 1 / settings.mass_kg : 0),
+        contactLead_(settings.contactLead_s) {
+    const double theta = std::exp(-2 * std::numbers::pi * settings.bandwidth_Hz * period_s);
+    const double rest = 1 - theta;
+    positionGain_ = 1 - theta * theta * theta;
+    velocityGain_ = 1.5 * (1 - theta * theta) * rest / period_s;
+    accelerationGain_ = rest * rest * rest / (period_s * period_s);
+    const double delay = std::clamp(settings.delay_s, 0.0, longestDelay_s(period_s)) / period_s;
+    remembered_ = static_cast<std::uint32_t>(delay) + 2;
+    older_ = delay - std::floor(delay);
+    lead_ = (delay + 0.5) * period_s;
+    weighForces();
+  }
+
+  [[nodiscard]] bool active() const noexcept { return active_; }
+
+  /// At rest at this position (m), no force written yet.
+  void reset(Vec3 position) noexcept {
+    position_ = position;
+    velocity_ = acceleration_ = normal_ = pushed_ = Vec3(0);
+    surfaceSpeed_ = 0;
+    written_.fill(Vec3(0));
+  }
+
+  /// Takes the position measured this tick (m), returns the place where the force is to be computed. note() comes next.
+  [[nodiscard]] Vec3 follow(Vec3 measured) noexcept {
+    const Vec3 error = measured - position_;
+    position_ += positionGain_ * error;
+    velocity_ += velocityGain_ * error;
+    acceleration_ += accelerationGain_ * error;
+    const Vec3 unpushed = acceleration_ - friction_ * inverseMass_ * velocity_;
+    return position_ + lead_ * (velocity_ + lead_ / 2 * unpushed) + pushed_ +
+           (contactLead_ * (glm::dot(velocity_, normal_) - surfaceSpeed_)) * normal_;
+  }
+
+  /// What the device was given in the end (N), and the normal of the surface that holds the IHIP, zero when free: unit,
+  /// geometric, not the shaded one, which turns with the place and would make the lead a source of energy.
+  /// @param surfaceSpeed_m_per_s  Of that surface along its normal, where it moves: what goes along with it is not led.
+  void note(Vec3 written_N, Vec3 normal, double surfaceSpeed_m_per_s = 0) noexcept {
+    newest_ = next(newest_);
+    written_[newest_] = written_N;
+    normal_ = normal;
+    surfaceSpeed_ = surfaceSpeed_m_per_s;
+    const std::uint32_t oldest = next(newest_);
+    const Vec3 felt_N = glm::mix(written_[next(oldest)], written_[oldest], older_);
+    const Vec3 acceleration = (felt_N - friction_ * velocity_) * inverseMass_ + acceleration_;
+    position_ += period_ * (velocity_ + period_ / 2 * acceleration);
+    velocity_ += period_ * acceleration;
+    pushed_ = Vec3(0);
+    std::uint32_t i = oldest;
+    for (std::uint32_t age = remembered_; age-- > 0; i = next(i)) pushed_ += weights_[age] * written_[i];
+  }
+
+  /// Ticks that never came: the last force stood.
+  void skip(std::uint64_t ticks) noexcept {
+    for (std::uint64_t i = 0; i < ticks; ++i) note(written_[newest_], normal_, surfaceSpeed_);
+  }
+
+  /// Becomes a copy of another, without the places for forces that it does not use.
+  void copyInUse(const LeadObserver& other) noexcept {
+    std::memcpy(static_cast<void*>(this), &other, offsetof(LeadObserver, written_) + other.remembered_ * sizeof(Vec3));
+  }
+
+  /// m/s.
+  [[nodiscard]] Vec3 velocity() const noexcept { return velocity_; }
+
+ private:
+  [[nodiscard]] std::uint32_t next(std::uint32_t i) const noexcept { return i + 1 == remembered_ ? 0 : i + 1; }
+
+  /// How far each of the forces moves the mass in the time that is looked ahead. They act one after another, each for a
+  /// period, from the one that is felt now; the coming one, felt at the end, is taken to be as the last.
+  void weighForces() noexcept {
+    const auto whole = static_cast<int>(remembered_) - 2;
+    double left = lead_;
+    for (int tick = 0; left > 0; ++tick, left -= period_) {
+      const double part = std::min(left, period_);
+      const double weight = inverseMass_ * part * (left - part / 2);
+      weights_[static_cast<std::size_t>(std::max(whole - 1 - tick, 0))] += (1 - older_) * weight;
+      weights_[static_cast<std::size_t>(std::max(whole - tick, 0))] += older_ * weight;
+    }
+  }
+
+  bool active_ = false;
+  std::uint32_t remembered_ = 2;  // forces: the ring's length
+  std::uint32_t newest_ = 0;
+  double period_ = 1e-3;
+  double friction_ = 0, inverseMass_ = 0, contactLead_ = 0;
+  double positionGain_ = 1, velocityGain_ = 0, accelerationGain_ = 0;
+  double lead_ = 0;   // s
+  double older_ = 0;  // the part that the earlier of two forces has, between which the delay falls
+  Vec3 position_{0}, velocity_{0}, acceleration_{0};  // as measured up to follow(), as expected next after note()
+  Vec3 pushed_{0};                                    // m, by the forces in the time that is looked ahead
+  Vec3 normal_{0};
+  double surfaceSpeed_ = 0;                   // m/s
+  std::array<double, kMostTicks> weights_{};  // m/N, by age
+  std::array<Vec3, kMostTicks> written_{};    // last: see copyInUse()
+};
+static_assert(std::is_trivially_copyable_v<LeadObserver> && std::is_standard_layout_v<LeadObserver>);
+
+}  // namespace haptics

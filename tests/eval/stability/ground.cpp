@@ -1,0 +1,94 @@
+#include "tests/eval/stability/ground.h"
+
+#include <numbers>
+
+#include "common/mesh/generators.h"
+#include "tests/eval/or_throw.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr double kSide_m = 0.1;
+/// From the edge; less than most springs give way.
+constexpr double kBeside_m = 0.3e-3;
+
+std::shared_ptr<const Surface> cube() {
+  static const auto surface = [] {
+    const TriMesh mesh = orThrow(makeBox(Vec3(kSide_m), 6));
+    return buildSurface(mesh.vertices, mesh.triangles);
+  }();
+  return surface;
+}
+
+/// Turned about x, and put with this place of it, in halves of its side, at the origin.
+Pose turnedCube(double angle, Vec3 place) {
+  const Quat turn = glm::angleAxis(angle, Vec3(1, 0, 0));
+  return {turn, -(turn * (place * (kSide_m / 2)))};
+}
+
+}  // namespace
+
+Ground makeWall() { return {"wall", "wall", {cube()}, {turnedCube(0, {0, 0, 1})}, Vec3(3e-3, 4e-3, 0)}; }
+
+Ground makeRoughWall() {
+  Ground wall = makeWall();
+  wall.name = "friction";
+  wall.title = "wall with friction";
+  wall.friction = true;
+  return wall;
+}
+
+Ground makeOuterEdge() {
+  return {"cube_edge", "beside a cube's edge", {cube()}, {turnedCube(0, {0, 1, 1})}, Vec3(3e-3, -kBeside_m, 0)};
+}
+
+Ground makeGroove() {
+  constexpr double kTurn = std::numbers::pi / 4;  // and the cubes overlap below the groove
+  return {"groove",
+          "90 degree groove",
+          {cube(), cube()},
+          {turnedCube(kTurn, {0, -0.5, 1}), turnedCube(kTurn, {0, 1, -0.5})},
+          Vec3(3e-3, 0, 0)};
+}
+
+Ground makeBall() {
+  constexpr double kRadius_m = 0.05;
+  constexpr std::uint32_t kSegments = 40;
+  const TriMesh mesh = orThrow(makeSphere(kRadius_m, kSegments));
+  return {"sphere",
+          "sphere, R 50 mm",
+          {buildSurface(mesh.vertices, mesh.triangles)},
+          {Pose{Quat(1, 0, 0, 0), Vec3(0, 0, -kRadius_m)}},
+          Vec3(0)};
+}
+
+GroundContact::GroundContact(const Ground& ground) : surfaces_(ground.surfaces) {
+  for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+    Body& body = bodies_.emplace_back();
+    body.surface = surfaces_[i].get();
+    body.previous = body.current = ground.poses[i];
+    body.update();
+  }
+}
+
+ServoScene sceneOf(const Ground& ground, double stiffness_N_per_m, double damping_Ns_per_m) {
+  ServoScene scene;
+  scene.revision = 1;
+  for (std::size_t i = 0; i < ground.surfaces.size(); ++i) {
+    ServoObject& object = scene.objects.emplace_back();
+    object.id = i + 1;
+    object.surface = ground.surfaces[i];
+    object.pose = ground.poses[i];
+    object.stiffness_N_per_m = stiffness_N_per_m;
+    object.damping_Ns_per_m = damping_Ns_per_m;
+    if (!ground.friction) continue;
+    SurfaceProperties rough;
+    rough.friction.emplace();
+    rough.friction->mu_static = 0.6;
+    rough.friction->mu_dynamic = 0.4;
+    object.detail = makeSurfaceDetail(*ground.surfaces[i], rough, {});
+  }
+  return scene;
+}
+
+}  // namespace haptics::eval

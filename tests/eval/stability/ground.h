@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "haptic_server/contact/contact.h"
+#include "haptic_server/servo/servo_scene.h"
+
+namespace haptics::eval {
+
+/// What a device is pressed onto, along -z. World frame, metres.
+struct Ground {
+  std::string name;   ///< As in the records.
+  std::string title;  ///< For people.
+  std::vector<std::shared_ptr<const Surface>> surfaces;
+  std::vector<Pose> poses;
+  Vec3 place{0};          ///< On the surface; the way down to it is free.
+  bool friction = false;  ///< Felt by ours only: 0.6 static, 0.4 dynamic.
+};
+
+[[nodiscard]] Ground makeWall();       ///< The plane z = 0.
+[[nodiscard]] Ground makeOuterEdge();  ///< Of a cube: its upper side, 0.3 mm beside the edge.
+[[nodiscard]] Ground makeGroove();     ///< Between two cubes, 90 degrees: the IHIP is held by two surfaces at once.
+[[nodiscard]] Ground makeRoughWall();  ///< With friction.
+[[nodiscard]] Ground makeBall();       ///< A sphere of 50 mm radius, pressed on its top.
+
+/// The contact core on a ground, for those that bring a force law of their own.
+class GroundContact {
+ public:
+  explicit GroundContact(const Ground& ground);
+  void place(Vec3 hip) noexcept { haptics::place(state_, hip); }
+  [[nodiscard]] ContactResult follow(Vec3 hip) noexcept { return followContact(bodies_, state_, hip); }
+
+ private:
+  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<Body> bodies_;
+  ContactState state_;
+};
+
+/// As the server's scenes hold it.
+[[nodiscard]] ServoScene sceneOf(const Ground& ground, double stiffness_N_per_m, double damping_Ns_per_m);
+
+}  // namespace haptics::eval

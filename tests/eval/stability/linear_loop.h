@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "tests/eval/report.h"
+#include "tests/eval/stability/limits.h"
+
+namespace haptics::eval {
+
+/// By simulation of the plant under a spring that holds both ways, without encoder and force limit: largest K (N/m) with
+/// which a disturbance dies out.
+[[nodiscard]] double simulatedLimit_N_per_m(const SampledLoop& loop);
+
+/// By simulation: largest displacement (m) from which the device comes back to rest.
+[[nodiscard]] double simulatedRadius_m(const SampledLoop& loop, double coulombFriction_N, double stiffness_N_per_m);
+
+/// The simulated plant against the formulas of the literature and the eigenvalues of the sampled system.
+[[nodiscard]] std::vector<Record> compareWithTheory();
+
+}  // namespace haptics::eval

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "haptic_server/device/presets.h"
+#include "tests/eval/stability/ground.h"
+
+namespace haptics::eval {
+
+/// What a method is told: it need not be so.
+struct Rendering {
+  const Ground* ground = nullptr;
+  DevicePreset device;
+  double period_s = 1e-3;
+  double delay_s = 0;
+  double stiffness_N_per_m = 0;
+  double damping_Ns_per_m = 0;  ///< Of the surface, along the penetration.
+};
+
+/// A way from the measured position to the force, in virtual time: what is to be felt is the same spring and damper.
+class StabilityMethod {
+ public:
+  virtual ~StabilityMethod() = default;
+  /// Position (m), attached at the first; returns the force (N), within the device's limit.
+  [[nodiscard]] virtual Vec3 tick(Vec3 measured) = 0;
+};
+
+struct MethodEntry {
+  std::string_view name;   ///< As in the records.
+  std::string_view title;  ///< For people,
+  std::string_view note;   ///< and what it is.
+  std::unique_ptr<StabilityMethod> (*make)(const Rendering&);
+};
+
+inline constexpr std::string_view kOursMethod = "ours";
+
+/// Those that are compared, ours last.
+[[nodiscard]] const std::vector<MethodEntry>& stabilityMethods();
+/// The production step with the server's stabiliser.
+[[nodiscard]] std::unique_ptr<StabilityMethod> makeOurs(const Rendering& rendering);
+/// A bare spring; its damper on the raw difference of positions.
+[[nodiscard]] std::unique_ptr<StabilityMethod> makeBare(const Rendering& rendering);
+
+}  // namespace haptics::eval

@@ -1,0 +1,146 @@
+#include <gtest/gtest.h>
+
+#include "haptic_server/force/lead_observer.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kPeriod_s = 1e-3;
+constexpr LeadSettings kKnown{.mass_kg = 0.1, .viscousFriction_Ns_per_m = 0.3, .delay_s = 0, .bandwidth_Hz = 80};
+
+/// m x'' + b x' = F exactly, one axis, the force constant for so long.
+struct Mass {
+  double position_m = 0, velocity_m_per_s = 0;
+  void move(double force_N, double time_s) {
+    const double m = kKnown.mass_kg, b = kKnown.viscousFriction_Ns_per_m;
+    const double fade = std::exp(-b / m * time_s);
+    const double most = force_N / b;
+    position_m += most * time_s + (velocity_m_per_s - most) * m / b * (1 - fade);
+    velocity_m_per_s = most + (velocity_m_per_s - most) * fade;
+  }
+};
+
+double forceAt(int tick) { return 2 * std::sin(0.05 * tick) + (tick % 7 == 0 ? 0.5 : 0); }
+
+TEST(LeadObserver, ForeseesAMovementAtConstantSpeedInTheMiddleOfTheForcesTime) {
+  for (const double delay_s : {0.0, 0.3e-3, 1e-3, 2.5e-3}) {
+    LeadSettings settings;
+    settings.delay_s = delay_s;
+    LeadObserver observer(settings, kPeriod_s);
+    observer.reset(Vec3(0));
+    const Vec3 velocity(0.1, -0.05, 0.02);
+    Vec3 foreseen(0);
+    Vec3 place(0);
+    for (int i = 0; i < 300; ++i) {
+      foreseen = observer.follow(place = velocity * (kPeriod_s * i));
+      if (i + 1 < 300) observer.note(Vec3(0), Vec3(0));
+    }
+    EXPECT_LT(glm::distance(foreseen, place + velocity * (kPeriod_s / 2 + delay_s)), 1e-9) << delay_s;
+    EXPECT_LT(glm::distance(observer.velocity(), velocity), 1e-9);
+  }
+}
+
+TEST(LeadObserver, LooksFartherAheadAlongTheContactNormalAndNowhereElse) {
+  LeadObserver observer(LeadSettings{}, kPeriod_s);
+  observer.reset(Vec3(0));
+  const Vec3 velocity(0.1, 0, 0.2);
+  Vec3 foreseen(0);
+  Vec3 place(0);
+  for (int i = 0; i < 300; ++i) {
+    foreseen = observer.follow(place = velocity * (kPeriod_s * i));
+    observer.note(Vec3(0), Vec3(0, 0, 1));
+  }
+  EXPECT_NEAR(foreseen.x - place.x, 0.1 * kPeriod_s / 2, 1e-9);
+  EXPECT_NEAR(foreseen.z - place.z, 0.2 * (kPeriod_s / 2 + LeadSettings{}.contactLead_s), 1e-9);
+}
+
+TEST(LeadObserver, DoesNotLeadWhatGoesAlongWithAMovingSurface) {
+  LeadObserver observer(LeadSettings{}, kPeriod_s);
+  observer.reset(Vec3(0));
+  constexpr double kSpeed_m_per_s = 0.2;
+  double foreseen_m = 0;
+  double place_m = 0;
+  for (int i = 0; i < 300; ++i) {
+    place_m = kSpeed_m_per_s * kPeriod_s * i;
+    foreseen_m = observer.follow({0, 0, place_m}).z;
+    observer.note(Vec3(0), Vec3(0, 0, 1), kSpeed_m_per_s);
+  }
+  EXPECT_NEAR(foreseen_m - place_m, kSpeed_m_per_s * kPeriod_s / 2, 1e-9);
+}
+
+/// A device whose every force it is told foresees its place though that is on no smooth path: the error is what a hold's
+/// friction leaves, micrometres.
+TEST(LeadObserver, KnowsWhatTheForcesThatAreStillOnTheirWayWillDo) {
+  for (const int delayTicks : {0, 1, 3}) {
+    LeadSettings settings = kKnown;
+    settings.delay_s = delayTicks * kPeriod_s;
+    LeadObserver observer(settings, kPeriod_s);
+    LeadSettings ignorant = settings;
+    ignorant.mass_kg = 0;
+    LeadObserver without(ignorant, kPeriod_s);
+    observer.reset(Vec3(0));
+    without.reset(Vec3(0));
+    Mass mass;
+    double worst_m = 0;
+    double worstWithout_m = 0;
+    for (int tick = 0; tick < 600; ++tick) {
+      const double foreseen_m = observer.follow({mass.position_m, 0, 0}).x;
+      const double without_m = without.follow({mass.position_m, 0, 0}).x;
+      observer.note({forceAt(tick), 0, 0}, Vec3(0));
+      without.note({forceAt(tick), 0, 0}, Vec3(0));
+      Mass coming = mass;
+      for (int i = 0; i < delayTicks; ++i) coming.move(forceAt(tick - delayTicks + i), kPeriod_s);
+      coming.move(forceAt(tick), kPeriod_s / 2);
+      if (tick > 300) {
+        worst_m = std::max(worst_m, std::abs(foreseen_m - coming.position_m));
+        worstWithout_m = std::max(worstWithout_m, std::abs(without_m - coming.position_m));
+      }
+      mass.move(forceAt(tick - delayTicks), kPeriod_s);
+    }
+    EXPECT_LT(worst_m, 2e-6) << delayTicks;
+    EXPECT_GT(worstWithout_m, 5 * worst_m) << delayTicks;
+  }
+}
+
+TEST(LeadObserver, SmoothsTheStepsOfAnEncoder) {
+  LeadObserver observer(LeadSettings{}, kPeriod_s);
+  observer.reset(Vec3(0));
+  constexpr double kStep_m = 55e-6;
+  EXPECT_LT(observer.follow(Vec3(kStep_m, 0, 0)).x, 1.5 * kStep_m);
+  for (int i = 0; i < 200; ++i) {
+    observer.note(Vec3(0), Vec3(0));
+    (void)observer.follow(Vec3(kStep_m, 0, 0));
+  }
+  EXPECT_NEAR(observer.follow(Vec3(kStep_m, 0, 0)).x, kStep_m, 1e-12);
+}
+
+TEST(LeadObserver, GoesOnOverSkippedTicksUnderTheForceThatStood) {
+  LeadObserver observer(kKnown, kPeriod_s);
+  observer.reset(Vec3(0));
+  Mass mass;
+  for (int tick = 0; tick < 300; ++tick) {
+    (void)observer.follow({mass.position_m, 0, 0});
+    observer.note({0.2, 0, 0}, Vec3(0));
+    mass.move(0.2, kPeriod_s);
+  }
+  const double before_m_per_s = observer.velocity().x;
+  constexpr int kSkipped = 10;
+  observer.skip(kSkipped);
+  mass.move(0.2, kSkipped * kPeriod_s);
+  (void)observer.follow({mass.position_m, 0, 0});
+  EXPECT_NEAR(observer.velocity().x, mass.velocity_m_per_s, 0.02 * (mass.velocity_m_per_s - before_m_per_s));
+}
+
+TEST(LeadObserver, ForgetsEverythingWhenItIsReset) {
+  LeadObserver observer(kKnown, kPeriod_s);
+  observer.reset(Vec3(0));
+  for (int i = 0; i < 50; ++i) {
+    (void)observer.follow(Vec3(1e-4 * i));
+    observer.note(Vec3(1, 2, 3), Vec3(0, 0, 1));
+  }
+  observer.reset(Vec3(0.3));
+  EXPECT_EQ(observer.follow(Vec3(0.3)), Vec3(0.3));
+}
+
+}  // namespace
+}  // namespace haptics

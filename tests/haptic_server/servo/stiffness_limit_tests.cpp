@@ -1,0 +1,43 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "haptic_server/device/simulated_device.h"
+#include "haptic_server/servo/stiffness_limit.h"
+
+namespace haptics {
+namespace {
+
+class IdleHand final : public HandIntent {
+ public:
+  HandTarget next(double /*dt_s*/, Vec3 /*felt_N*/) noexcept override { return {}; }
+};
+
+DeviceInfo infoOf(const DevicePreset& preset, double delay_s) {
+  IdleHand idle;
+  return SimulatedDevice({preset, HandPreset{}, 1e-3, delay_s}, idle).info();
+}
+
+TEST(CriticalStiffness, LeavesRoomForTwiceTheMakersStiffnessOnEveryPresetUpToAPeriodOfDelay) {
+  for (const DevicePreset& preset : devicePresets()) {
+    for (const double delay_s : {0.0, 1e-3}) {
+      const double critical = criticalStiffness_N_per_m(infoOf(preset, delay_s), 1000, true);
+      EXPECT_GT(kSafePart * critical, 2 * preset.maxStiffness_N_per_m) << preset.name << ' ' << delay_s;
+      EXPECT_LT(criticalStiffness_N_per_m(infoOf(preset, delay_s), 1000, false), critical / 3) << preset.name;
+    }
+  }
+}
+
+TEST(CriticalStiffness, IsLessWithMoreDelayAndAtALowerRate) {
+  const DevicePreset& preset = devicePresets().front();
+  const double critical = criticalStiffness_N_per_m(infoOf(preset, 1e-3), 1000, true);
+  EXPECT_LT(criticalStiffness_N_per_m(infoOf(preset, 5e-3), 1000, true), critical / 3);
+  EXPECT_LT(criticalStiffness_N_per_m(infoOf(preset, 1e-3), 500, true), critical);
+}
+
+TEST(CriticalStiffness, IsNotKnownOfADeviceOfUnknownMass) {
+  EXPECT_EQ(criticalStiffness_N_per_m(DeviceInfo{}, 1000, true), std::numeric_limits<double>::infinity());
+}
+
+}  // namespace
+}  // namespace haptics
