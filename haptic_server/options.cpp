@@ -1,7 +1,9 @@
 #include "haptic_server/options.h"
 
 #include <CLI/CLI.hpp>
+#include <iostream>
 
+#include "haptic_server/attached_device.h"
 #include "haptic_server/device/presets.h"
 
 namespace haptics {
@@ -18,6 +20,8 @@ constexpr const char* kExamples = R"(
 Examples:
   haptic_server --scene deploy/scenes/demo.scene --assets /usr/share/inventor/data
   haptic_server --device-preset falcon --hand light --rate 4000 --seconds 60 --summary out.json
+  haptic_server --list-devices
+  haptic_server --scene my.scene --device falcon --firmware falcon.bin
   haptic_server --scene my.scene --state /var/lib/haptics
   haptic_server --scene my.scene --listen 192.168.1.5:7654 --credentials my_server
 
@@ -37,9 +41,27 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   app.add_option("--assets", options.assets,
                  "Folder where scenes and clients may name mesh files (besides the scene file's)")
       ->check(CLI::ExistingDirectory);
-  app.add_option("--device", options.device, "Force-feedback device")
-      ->check(CLI::IsMember({"simulated"}))
+  app.add_option("--device", options.device,
+                 "Force-feedback device: simulated, falcon or wooden; :WHICH after it chooses one of several by serial "
+                 "number, BUS/ADDRESS or port")
+      ->check(CLI::Validator(
+          [](const std::string& name) {
+            return isDeviceName(name) ? std::string() : "there is no device \"" + name + "\"";
+          },
+          "simulated|falcon[:WHICH]|wooden[:WHICH]"))
       ->capture_default_str();
+  app.add_flag_callback(
+      "--list-devices",
+      [] {
+        listDevices(std::cout);
+        throw CLI::Success();
+      },
+      "Say which devices are plugged in and how to choose each");
+  app.add_option("--firmware", options.firmware,
+                 "Program of a Falcon that was just switched on (a .bin file; not ours)");
+  app.add_option(
+      "--calibration", options.calibration,
+      "How the device stands in the world and how strong it is (proto/haptics/v1/device.proto, text format)");
   app.add_option("--device-preset", options.devicePreset, "Device to simulate")
       ->check(CLI::IsMember(namesOf(devicePresets())))
       ->capture_default_str();

@@ -39,7 +39,7 @@ void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtim
 
 Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N) {
   ContentHash root = ContentHash::fromBytes(status.root()).value_or(ContentHash{});
-  const nlohmann::ordered_json summary = {
+  nlohmann::ordered_json summary = {
       {"ticks", status.ticks()},
       {"missed_ticks", status.missed_ticks()},
       {"rate_hz", status.servo_rate_hz()},
@@ -58,6 +58,13 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"device", status.device()},
       {"realtime", {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
   };
+  if (status.has_device_exchange()) {
+    const v1::DeviceExchange& exchange = status.device_exchange();
+    summary["device_exchange"] = {
+        {"commands", exchange.commands()},         {"replies", exchange.replies()},
+        {"replies_used", exchange.replies_used()}, {"garbled_packets", exchange.garbled_packets()},
+        {"connections", exchange.connections()},   {"faults", exchange.faults()}};
+  }
   std::ofstream out(file);
   out << summary.dump(2) << '\n';
   out.close();

@@ -9,10 +9,9 @@
 
 #include "common/clock/monotonic.h"
 #include "common/wire/convert.h"
+#include "haptic_server/attached_device.h"
 #include "haptic_server/device/exploration_planner.h"
-#include "haptic_server/device/exploring_hand.h"
 #include "haptic_server/device/local_stability.h"
-#include "haptic_server/device/simulated_device.h"
 #include "haptic_server/net/server.h"
 #include "haptic_server/recorder.h"
 #include "haptic_server/run_summary.h"
@@ -69,13 +68,14 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
 
 class ServerApp::Impl {
  public:
-  Impl(const ServerOptions& options, const DevicePreset& preset, const HandPreset& hand)
+  Impl(const ServerOptions& options, std::unique_ptr<AttachedDevice> device)
       : options_(options),
-        exploringHand_(hand, preset.maxForce_N),
-        device_({preset, hand, 1 / options.rate_Hz}, exploringHand_),
+        attached_(std::move(device)),
+        device_(attached_->device()),
         room_({.assetFolders = options.assets,
                .makePlan = explorationPlans(),
-               .device = {preset.resolution_m, locallyStableStiffness_N_per_m(device_.info(), 1 / options.rate_Hz)},
+               .device = {device_.info().resolution_m,
+                          locallyStableStiffness_N_per_m(device_.info(), 1 / options.rate_Hz)},
                .log = logInfo},
               crossing_) {}
   ~Impl() { halt(); }
@@ -151,6 +151,7 @@ class ServerApp::Impl {
   void startServo() {
     lockMemory(realtime_);
     wakeful_.emplace(realtime_);
+    attached_->start();
     servoThread_ = std::thread([this] {
       becomeServoThread(options_.cpu, realtime_);
       servoReady_.store(true);
@@ -172,6 +173,7 @@ class ServerApp::Impl {
     fillServoStatus(servo_->statistics(), realtime_, status);
     status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns_) * 1e-9);
     status.set_device(device_.info().name);
+    attached_->fillStatus(status);
     status.set_durable(state_ != nullptr);
   }
 
@@ -179,8 +181,8 @@ class ServerApp::Impl {
   const std::uint64_t began_ns_ = monotonicNow_ns();
   RealtimeStatus realtime_;
   std::optional<WakefulProcessors> wakeful_;
-  ExploringHand exploringHand_;
-  SimulatedDevice device_;
+  std::unique_ptr<AttachedDevice> attached_;
+  Device& device_;
   std::optional<Recorder> recorder_;
   SceneCrossing crossing_;
   std::unique_ptr<StateFolder> state_;  // outlives the room
@@ -196,12 +198,9 @@ ServerApp::ServerApp(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ServerApp::~ServerApp() = default;
 
 Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options) {
-  const auto preset = findDevicePreset(options.devicePreset);
-  if (!preset) return tl::unexpected(preset.error());
-  const auto hand = findHandPreset(options.hand);
-  if (!hand) return tl::unexpected(hand.error());
-  if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);
-  auto impl = std::make_unique<Impl>(options, *preset, *hand);
+  auto device = AttachedDevice::attach(options);
+  if (!device) return tl::unexpected(device.error());
+  auto impl = std::make_unique<Impl>(options, *std::move(device));
   if (auto started = impl->start(); !started) return tl::unexpected(started.error());
   return std::unique_ptr<ServerApp>(new ServerApp(std::move(impl)));
 }

@@ -14,7 +14,9 @@ struct ServerOptions {
   std::string scene;                          ///< Scene file; empty: an empty scene.
   std::string state;                          ///< Folder that keeps the scene across a crash; empty: none.
   std::vector<std::filesystem::path> assets;  ///< Folders where scenes and clients may name mesh and image files.
-  std::string device = "simulated";
+  std::string device = "simulated";  ///< Or one on USB, "falcon" or "wooden", with ":WHICH" where there are several.
+  std::string firmware;              ///< File for a Falcon that has none.
+  std::string calibration;           ///< File; empty: the driver's defaults.
   std::string devicePreset = std::string(kDefaultDevicePreset);
   std::string hand = std::string(kDefaultHandPreset);
   std::string listen = "127.0.0.1:7654";  ///< Empty: only for clients in this process.

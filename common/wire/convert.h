@@ -43,8 +43,11 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message);
 void toWire(const Commit& commit, v1::Commit& message);
 void toWire(const TelemetrySample& sample, v1::Telemetry& message);  ///< Reuses the message's memory.
 
-/// A scene file: a Transaction in text format. Errors name `origin`, line, column, the bad field and, where a field is
+/// A message in text format; a scene file is a Transaction. Errors name `origin`, line, column, the bad field and, where a field is
 /// unknown, the fields that there are. Only the form is checked; fromWire checks the values.
+[[nodiscard]] Result<void> parseMessageText(const std::string& text, const std::string& origin,
+                                            google::protobuf::Message& message);
+[[nodiscard]] Result<void> readMessageFile(const std::string& path, google::protobuf::Message& message);
 [[nodiscard]] Result<v1::Transaction> parseSceneText(const std::string& text, const std::string& origin);
 [[nodiscard]] Result<v1::Transaction> readSceneFile(const std::string& path);  ///< "-": standard input.
 

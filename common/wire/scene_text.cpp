@@ -53,7 +53,7 @@ std::string explain(const std::string& message) {
   if (!message.starts_with(kBeforeType) || typeEnd == std::string::npos) return message;
   const std::string type = message.substr(kBeforeType.size(), typeEnd - kBeforeType.size());
   const std::size_t field = typeEnd + kBeforeField.size();
-  const pb::Descriptor* known = v1::Transaction::descriptor()->file()->pool()->FindMessageTypeByName(type);
+  const pb::Descriptor* known = pb::DescriptorPool::generated_pool()->FindMessageTypeByName(type);
   if (known == nullptr) return message;
   return known->name() + " has no field \"" + message.substr(field, message.find('"', field) - field) +
          "\"; its fields are " + fieldNames(*known);
@@ -80,18 +80,33 @@ std::optional<std::string> readLimited(std::istream& in) {
 
 }  // namespace
 
-Result<v1::Transaction> parseSceneText(const std::string& text, const std::string& origin) {
+Result<void> parseMessageText(const std::string& text, const std::string& origin, pb::Message& message) {
   if (text.size() > kMaxSceneTextBytes) {
-    return refused(origin, "is larger than " + std::to_string(kMaxSceneTextBytes >> 20) + " MiB; split the scene");
+    return refused(origin, "is larger than " + std::to_string(kMaxSceneTextBytes >> 20) + " MiB; split it");
   }
   FirstError error;
   pb::TextFormat::Parser parser;
   parser.RecordErrorsTo(&error);
-  v1::Transaction transaction;
-  if (parser.ParseFromString(text, &transaction)) return transaction;
+  if (parser.ParseFromString(text, &message)) return {};
   std::string reason = explain(error.message());
   if (const std::string line = lineOf(text, error.line()); !line.empty()) reason += "; the line reads: " + line;
   return refused(origin + error.place(), std::move(reason));
+}
+
+Result<void> readMessageFile(const std::string& path, pb::Message& message) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return refused(path, "there is no such file");
+  if (std::filesystem::is_directory(path, ignored)) return refused(path, "is a directory; give a file");
+  std::ifstream file(path, std::ios::binary);
+  const auto text = file ? readLimited(file) : std::nullopt;
+  if (!text) return refused(path, "cannot be read; check its permissions");
+  return parseMessageText(*text, path, message);
+}
+
+Result<v1::Transaction> parseSceneText(const std::string& text, const std::string& origin) {
+  v1::Transaction transaction;
+  if (auto parsed = parseMessageText(text, origin, transaction); !parsed) return tl::unexpected(parsed.error());
+  return transaction;
 }
 
 Result<v1::Transaction> readSceneFile(const std::string& path) {
@@ -100,13 +115,9 @@ Result<v1::Transaction> readSceneFile(const std::string& path) {
     if (!text) return refused("standard input", "cannot be read");
     return parseSceneText(*text, "standard input");
   }
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return refused(path, "there is no such file");
-  if (std::filesystem::is_directory(path, ignored)) return refused(path, "is a directory; give a scene file");
-  std::ifstream file(path, std::ios::binary);
-  const auto text = file ? readLimited(file) : std::nullopt;
-  if (!text) return refused(path, "cannot be read; check its permissions");
-  return parseSceneText(*text, path);
+  v1::Transaction transaction;
+  if (auto read = readMessageFile(path, transaction); !read) return tl::unexpected(read.error());
+  return transaction;
 }
 
 }  // namespace haptics

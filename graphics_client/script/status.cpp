@@ -25,6 +25,13 @@ void printForPeople(const v1::Status& status) {
                            ? 100.0 * static_cast<double>(status.contact_ticks()) / static_cast<double>(status.ticks())
                            : 0;
   std::printf("device     %s\n", status.device().c_str());
+  if (status.has_device_exchange()) {
+    const v1::DeviceExchange& exchange = status.device_exchange();
+    std::printf(
+        "exchange   %llu commands, %llu replies, %llu used, %llu garbled packets; brought up %llu times, %llu faults\n",
+        count(exchange.commands()), count(exchange.replies()), count(exchange.replies_used()),
+        count(exchange.garbled_packets()), count(exchange.connections()), count(exchange.faults()));
+  }
   std::printf("up         %.1f s, epoch %016llx, %u clients\n", status.uptime_s(), count(status.epoch()),
               status.clients());
   std::printf("servo      %.0f Hz, %llu ticks, %llu missed\n", status.servo_rate_hz(), count(status.ticks()),

@@ -49,6 +49,15 @@ WakefulProcessors::~WakefulProcessors() {
   if (request_ >= 0) close(request_);
 }
 
+void becomeDriverThread(RealtimeStatus& status) {
+  pthread_setname_np(pthread_self(), "device");
+  prctl(PR_SET_TIMERSLACK, 1UL);
+  const sched_param priority{.sched_priority = kServoPriority - 1};
+  if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority); error != 0) {
+    status.warnings.push_back("the device's thread is not real-time" + why(error) + ": see the servo's");
+  }
+}
+
 void becomeServoThread(std::optional<int> cpu, RealtimeStatus& status) {
   pthread_setname_np(pthread_self(), "servo");
   prctl(PR_SET_TIMERSLACK, 1UL);

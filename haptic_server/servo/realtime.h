@@ -30,6 +30,9 @@ class WakefulProcessors {
   int request_;  // holds while the file is open
 };
 
+/// Makes the calling thread, which drives a device, a real-time one, just below the servo's.
+void becomeDriverThread(RealtimeStatus& status);
+
 /// Makes the calling thread a real-time one (SCHED_FIFO) and, where asked, binds it to one CPU. Also touches the stack
 /// that the servo will use.
 void becomeServoThread(std::optional<int> cpu, RealtimeStatus& status);

@@ -124,9 +124,10 @@ class NotStarted(AssertionError):
 
 
 class Server(Process):
-    """haptic_server with the simulated device; ready when constructed."""
+    """haptic_server, with the simulated device unless told otherwise; ready when constructed."""
 
-    def __init__(self, folder, scene=SCENE, listen="127.0.0.1:0", options=(), prefix=(), credentials=None):
+    def __init__(self, folder, scene=SCENE, listen="127.0.0.1:0", options=(), prefix=(), credentials=None,
+                 device="simulated", env=None):
         """`credentials`: a folder of make_credentials()."""
         self.folder = Path(folder)
         self.credentials = credentials
@@ -135,8 +136,8 @@ class Server(Process):
         self.summary_file = self.folder / "server.json"
         scene_file = self.folder / "test.scene"
         scene_file.write_text(scene)
-        super().__init__([BIN / "haptic_server", "--scene", scene_file, "--device", "simulated", "--listen", listen,
-                          "--summary", self.summary_file, *options], prefix=prefix)
+        super().__init__([BIN / "haptic_server", "--scene", scene_file, "--device", device, "--listen", listen,
+                          "--summary", self.summary_file, *options], prefix=prefix, env=env)
         try:
             wait_until(lambda: self.find(r"^listening on ") or not self.alive(), START_TIMEOUT_S, self.text)
         except AssertionError:

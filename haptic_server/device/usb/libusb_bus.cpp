@@ -2,6 +2,7 @@
 
 #include <libusb-1.0/libusb.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -100,6 +101,7 @@ std::vector<UsbPlace> LibusbBus::list(const UsbModel& model) {
                       serialOf(device, descriptor.iSerialNumber)});
     return false;
   });
+  std::ranges::sort(places, {}, [](const UsbPlace& place) { return std::pair(place.bus, place.address); });
   return places;
 }
 

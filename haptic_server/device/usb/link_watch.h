@@ -11,8 +11,9 @@ namespace haptics {
 /// monotonic clock.
 class LinkWatch {
  public:
-  /// Without a whole reply for so long, the device counts as silent: with a driver that looks each millisecond and a servo
-  /// that asks it each millisecond, that is felt within 5 ms.
+  /// Without a whole reply in cycles of so long together, the device counts as silent: in a servo that reads each
+  /// millisecond, that is felt within 5 ms. Cycles, not time, because a driver that was held up has asked nothing
+  /// meanwhile; the servo sees by itself how old a position is.
   static constexpr std::uint64_t kSilence_ns = 3'000'000;
   /// Replies to commands that are older count as late; one period more than is in flight on a full-speed bus.
   static constexpr std::uint64_t kLate_ns = 4'500'000;
@@ -26,9 +27,12 @@ class LinkWatch {
   LinkWatch(std::uint64_t now_ns, std::uint64_t period_ns, bool answersEachCommand) noexcept
       : period_ns_(period_ns), answersEach_(answersEachCommand), lastReply_ns_(now_ns), forgot_ns_(now_ns) {}
 
+  /// A period of sending and receiving is over.
+  void cycle() noexcept { ++silentCycles_; }
   void sent() noexcept { outstanding_ += answersEach_; }
   void reply(std::uint64_t now_ns) noexcept {
     lastReply_ns_ = now_ns;
+    silentCycles_ = 0;
     outstanding_ -= outstanding_ > 0;
     if (!late()) ++good_;
   }
@@ -47,10 +51,10 @@ class LinkWatch {
       forgot_ns_ = now_ns;
       outstanding_ -= outstanding_ > 0;
     }
-    if (!draining_ && now_ns - lastReply_ns_ > kSilence_ns) {
+    if (!draining_ && silent()) {
       raise(lastGarbage_ns_ > lastReply_ns_ ? DeviceFault::kGarbled : DeviceFault::kSilent);
     }
-    if (late() && now_ns - lastReply_ns_ < kSilence_ns) raise(DeviceFault::kLate);
+    if (late() && !silent()) raise(DeviceFault::kLate);
     if (good_ >= kRecovery) fault_ = DeviceFault::kNone;
     return fault_;
   }
@@ -61,19 +65,20 @@ class LinkWatch {
       draining_ = false;
       outstanding_ = 0;
       lastReply_ns_ = now_ns;
+      silentCycles_ = 0;
     }
     return !draining_;
   }
-  [[nodiscard]] std::uint64_t lastReply_ns() const noexcept { return lastReply_ns_; }
 
  private:
+  [[nodiscard]] bool silent() const noexcept { return silentCycles_ * period_ns_ >= kSilence_ns; }
   [[nodiscard]] bool late() const noexcept { return outstanding_ * period_ns_ > kLate_ns; }
 
   std::uint64_t period_ns_;
   bool answersEach_;
   DeviceFault fault_ = DeviceFault::kNone;
   std::uint64_t lastReply_ns_, lastGarbage_ns_ = 0, forgot_ns_;
-  std::uint64_t outstanding_ = 0;
+  std::uint64_t outstanding_ = 0, silentCycles_ = 0;
   int good_ = 0;
   bool draining_ = false;
 };

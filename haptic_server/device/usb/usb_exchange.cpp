@@ -43,6 +43,7 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
     sendCommand(now_ns, stopped);
     deadline_ns = nextDeadline(deadline_ns);
     const bool there = receiveUntil(deadline_ns);
+    watch_.cycle();
     judge(bus_.clock_ns());
     publish();
     const bool absent = report_.state == DeviceState::kAbsent;

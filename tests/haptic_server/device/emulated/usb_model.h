@@ -7,7 +7,23 @@
 #include <string>
 #include <vector>
 
+#include "common/maths/vec.h"
+
 namespace haptics::test {
+
+/// What can be wrong with a device or its cable.
+enum class EmulatedFault {
+  kNone,
+  kShifted,   ///< Packets begin with bytes that belong to none, and lose as many at their end.
+  kShort,     ///< Packets end early.
+  kSilence,   ///< It takes commands and says nothing.
+  kStall,     ///< Its IN endpoint halts.
+  kSlow,      ///< Replies come 12 ms late.
+  kUnhomed,   ///< It drops a homed bit.
+  kJump,      ///< Its counters take a step.
+  kFirmware,  ///< A byte of firmware is echoed wrong.
+};
+[[nodiscard]] std::optional<EmulatedFault> emulatedFault(const std::string& name);
 
 /// A USB device that exists in a program only: what stands behind the emulated usbfs node, and behind the virtual bus of
 /// unit tests. Times are nanoseconds of whatever clock the caller keeps; results are byte counts or negative errno, as in
@@ -27,20 +43,13 @@ class EmulatedUsb {
   virtual void clearHalt() = 0;
   /// Mechanics up to now.
   virtual void advance(std::uint64_t now_ns) = 0;
-};
 
-/// What can be wrong with a device or its cable.
-enum class EmulatedFault {
-  kNone,
-  kShifted,   ///< Packets begin with bytes that belong to none, and lose as many at their end.
-  kShort,     ///< Packets end early.
-  kSilence,   ///< It takes commands and says nothing.
-  kStall,     ///< Its IN endpoint halts.
-  kSlow,      ///< Replies come 12 ms late.
-  kUnhomed,   ///< It drops a homed bit.
-  kJump,      ///< Its counters take a step.
-  kFirmware,  ///< A byte of firmware is echoed wrong.
+  virtual void setFault(EmulatedFault fault, std::uint64_t now_ns) = 0;
+  /// As after switching off and on, or plugging in anew.
+  virtual void powerCycle() = 0;
+  [[nodiscard]] virtual bool motorsOn() const = 0;
+  [[nodiscard]] virtual Vec3 motorForce_N() const = 0;  ///< On the hand; x right, y away from the user, z up.
+  [[nodiscard]] virtual std::uint64_t replies() const = 0;
 };
-[[nodiscard]] std::optional<EmulatedFault> emulatedFault(const std::string& name);
 
 }  // namespace haptics::test

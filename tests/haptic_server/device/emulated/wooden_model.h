@@ -25,12 +25,12 @@ class WoodenModel final : public EmulatedUsb {
   void clearHalt() override { halted_ = fault_ == EmulatedFault::kStall; }
   void advance(std::uint64_t now_ns) override;
 
-  void setFault(EmulatedFault fault, std::uint64_t now_ns);
-  void powerCycle();
+  void setFault(EmulatedFault fault, std::uint64_t now_ns) override;
+  void powerCycle() override;
 
-  [[nodiscard]] Vec3 motorForce_N() const { return motor_N_; }
-  [[nodiscard]] bool motorsOn() const { return motors_ != std::array<std::int16_t, 3>{}; }
-  [[nodiscard]] std::uint64_t replies() const { return reports_; }
+  [[nodiscard]] Vec3 motorForce_N() const override { return motor_N_; }
+  [[nodiscard]] bool motorsOn() const override { return motors_ != std::array<std::int16_t, 3>{}; }
+  [[nodiscard]] std::uint64_t replies() const override { return reports_; }
 
  private:
   [[nodiscard]] Vec3 angles() const;

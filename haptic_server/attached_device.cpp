@@ -1,0 +1,162 @@
+#include "haptic_server/attached_device.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ostream>
+#include <string_view>
+#include <utility>
+
+#include "haptic_server/calibration_file.h"
+#include "haptic_server/device/exploring_hand.h"
+#include "haptic_server/device/simulated_device.h"
+#include "haptic_server/device/usb/choose_device.h"
+#include "haptic_server/device/usb/falcon.h"
+#include "haptic_server/device/usb/libusb_bus.h"
+#include "haptic_server/device/usb/usb_device.h"
+#include "haptic_server/device/usb/wooden_haptics.h"
+#include "haptic_server/servo/realtime.h"
+
+namespace haptics {
+namespace {
+
+struct UsbKind {
+  std::string_view name, title;
+  UsbModel model;
+};
+constexpr std::array kUsbKinds{UsbKind{"falcon", "Novint Falcon", kFalconModel},
+                               UsbKind{"wooden", "WoodenHaptics", kWoodenHapticsModel}};
+
+struct DeviceName {
+  std::string_view kind, which;
+};
+
+[[nodiscard]] DeviceName split(std::string_view name) {
+  const std::size_t colon = name.find(':');
+  std::string_view kind = name.substr(0, colon);
+  if (kind == "woodenhaptics") kind = "wooden";
+  return {kind, colon == std::string_view::npos ? std::string_view() : name.substr(colon + 1)};
+}
+
+[[nodiscard]] const UsbKind* usbKind(std::string_view kind) {
+  const auto found = std::ranges::find(kUsbKinds, kind, &UsbKind::name);
+  return found == kUsbKinds.end() ? nullptr : &*found;
+}
+
+class Simulated final : public AttachedDevice {
+ public:
+  Simulated(const DevicePreset& preset, const HandPreset& hand, double period_s)
+      : hand_(hand, preset.maxForce_N), device_({preset, hand, period_s}, hand_) {}
+  [[nodiscard]] Device& device() noexcept override { return device_; }
+
+ private:
+  ExploringHand hand_;
+  SimulatedDevice device_;
+};
+
+class OnUsb final : public AttachedDevice {
+ public:
+  OnUsb(std::unique_ptr<UsbProtocol> protocol, UsbDeviceSettings settings)
+      : device_(bus_, std::move(protocol), std::move(settings)) {}
+  [[nodiscard]] Device& device() noexcept override { return device_; }
+  void start() override {
+    device_.start([] {
+      RealtimeStatus status;
+      becomeDriverThread(status);
+      for (const std::string& warning : status.warnings) spdlog::warn("{}", warning);
+    });
+  }
+  void fillStatus(v1::Status& status) const override {
+    const UsbDeviceCounters& counters = device_.counters();
+    v1::DeviceExchange& exchange = *status.mutable_device_exchange();
+    exchange.set_commands(counters.commands);
+    exchange.set_replies(counters.replies);
+    exchange.set_replies_used(counters.used);
+    exchange.set_garbled_packets(counters.garbled);
+    exchange.set_connections(counters.connections);
+    exchange.set_faults(counters.faults);
+  }
+
+ private:
+  LibusbBus bus_;
+  UsbDevice device_;
+};
+
+[[nodiscard]] Result<std::unique_ptr<AttachedDevice>> simulate(const ServerOptions& options) {
+  const auto preset = findDevicePreset(options.devicePreset);
+  if (!preset) return tl::unexpected(preset.error());
+  const auto hand = findHandPreset(options.hand);
+  if (!hand) return tl::unexpected(hand.error());
+  if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);
+  return std::make_unique<Simulated>(*preset, *hand, 1 / options.rate_Hz);
+}
+
+/// Is it there, which one is meant, and may it be opened?
+[[nodiscard]] Result<void> tryToOpen(const UsbKind& kind, const std::string& which) {
+  LibusbBus bus;
+  const auto place = chooseDevice(bus.list(kind.model), which, std::string(kind.title));
+  if (!place) return tl::unexpected(place.error().error);
+  if (auto port = bus.open(kind.model, *place); !port) return tl::unexpected(port.error().error);
+  return {};
+}
+
+[[nodiscard]] Result<std::unique_ptr<AttachedDevice>> attachUsb(const UsbKind& kind, const ServerOptions& options) {
+  if (options.rate_Hz > UsbDevice::kMaxRate_Hz) {
+    return refused("--rate", "is " + std::to_string(std::lround(options.rate_Hz)) + " Hz; a " +
+                                 std::string(kind.title) + " exchanges positions and forces at most " +
+                                 std::to_string(std::lround(UsbDevice::kMaxRate_Hz)) + " times a second");
+  }
+  DeviceCalibration calibration;
+  if (!options.calibration.empty()) {
+    auto read = readCalibration(options.calibration);
+    if (!read) return tl::unexpected(std::move(read.error()).within("--calibration "));
+    calibration = *std::move(read);
+  }
+  std::unique_ptr<UsbProtocol> protocol;
+  if (kind.name == "falcon") {
+    std::optional<FalconFirmware> firmware;
+    if (!options.firmware.empty()) {
+      auto read = readFirmware(options.firmware);
+      if (!read) return tl::unexpected(std::move(read.error()).within("--firmware "));
+      firmware = *std::move(read);
+    }
+    protocol = std::make_unique<Falcon>(calibration, std::move(firmware));
+  } else {
+    protocol = std::make_unique<WoodenHaptics>(calibration);
+  }
+  const std::string which(split(options.device).which);
+  if (auto there = tryToOpen(kind, which); !there) return tl::unexpected(there.error());
+  return std::make_unique<OnUsb>(
+      std::move(protocol), UsbDeviceSettings{.wanted = which,
+                                             .period_s = 1 / options.rate_Hz,
+                                             .info = [](const std::string& line) { spdlog::info("{}", line); },
+                                             .warning = [](const std::string& line) { spdlog::warn("{}", line); }});
+}
+
+}  // namespace
+
+Result<std::unique_ptr<AttachedDevice>> AttachedDevice::attach(const ServerOptions& options) {
+  const UsbKind* kind = usbKind(split(options.device).kind);
+  return kind == nullptr ? simulate(options) : attachUsb(*kind, options);
+}
+
+bool isDeviceName(const std::string& name) { return name == "simulated" || usbKind(split(name).kind) != nullptr; }
+
+void listDevices(std::ostream& out) {
+  LibusbBus bus;
+  bool any = false;
+  for (const UsbKind& kind : kUsbKinds) {
+    for (const UsbPlace& place : bus.list(kind.model)) {
+      any = true;
+      const auto port = bus.open(kind.model, place);
+      out << "--device " << kind.name << ':' << (place.serial.empty() ? place.path : place.serial) << "   "
+          << kind.title << " at USB " << describe(place) << ", " << (port ? "ready" : port.error().error.text())
+          << '\n';
+    }
+  }
+  if (!any) out << "no device on USB; --device simulated needs none\n";
+}
+
+}  // namespace haptics

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <iosfwd>
+#include <memory>
+
+#include "common/error/error.h"
+#include "haptic_server/device/device.h"
+#include "haptic_server/server_options.h"
+#include "haptics/v1/envelope.pb.h"
+
+namespace haptics {
+
+/// The device that a server was asked for, with what it needs to live: a hand, or a bus and a driver thread.
+class AttachedDevice {
+ public:
+  /// Refused, naming option or node: a device that is not there or may not be opened, several without a choice, a rate that
+  /// it cannot do, a firmware or calibration file that is none.
+  [[nodiscard]] static Result<std::unique_ptr<AttachedDevice>> attach(const ServerOptions& options);
+  virtual ~AttachedDevice() = default;
+
+  [[nodiscard]] virtual Device& device() noexcept = 0;
+  /// Its threads, where it has any; once, before the servo's. Warns when they cannot be real-time ones.
+  virtual void start() {}
+  virtual void fillStatus(v1::Status& /*status*/) const {}
+};
+
+/// Is it a name that --device takes, with or without ":WHICH"?
+[[nodiscard]] bool isDeviceName(const std::string& name);
+
+/// What --list-devices prints: devices on USB, whether they may be opened, and how to choose each.
+void listDevices(std::ostream& out);
+
+}  // namespace haptics
