@@ -40,6 +40,7 @@ void serve(UsbfsNode& node, const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   path.copy(address.sun_path, sizeof address.sun_path - 1);
+  unlink(path.c_str());  // an earlier program's
   if (bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) std::abort();
   if (listen(listening, 1) != 0) std::abort();
   for (;;) {
