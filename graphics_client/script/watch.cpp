@@ -38,6 +38,7 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
     std::printf("  %5.2f mm into %s, %s %u", sample.penetration_m * kMillimetresPerMetre, object->name.c_str(),
                 nameOf(sample.primitive.kind), sample.primitive.polygon);
   }
+  if (sample.device.fault != DeviceFault::kNone) std::printf("  %s", inWords(sample.device.fault));
   std::printf("\n");
   std::fflush(stdout);
 }

@@ -132,18 +132,24 @@ class ClosedLoop(UsbTest):
             self.assertEqual(sample.device_state, v1.DEVICE_STATE_READY, server.text())
             before, sent_before = server.status(), bench.tell("state")["replies"]
             time.sleep(SECONDS)
-            after, sent_after = server.status(), bench.tell("state")["replies"]
+            after, bench_after = server.status(), bench.tell("state")
+        sent_after = bench_after["replies"]
         said = {key: int(after["device_exchange"][key]) - int(before["device_exchange"].get(key, 0))
                 for key in ("commands", "replies", "replies_used")}
         ticks = int(after["ticks"]) - int(before["ticks"])
         print(f"\n{kind}: {ticks} ticks, {said}, {sent_after - sent_before} replies sent by the device, "
-              f"{after['missed_ticks']} ticks missed")
+              f"{after['missed_ticks']} ticks missed, the hardware held up {bench_after['held_up']} times")
         self.assertGreater(said["replies"], 0.9 * 1000 * SECONDS)
         # Replies on their way at either end are a few.
         self.assertGreaterEqual(said["replies"] + 5, 0.999 * (sent_after - sent_before))
+        # The servo takes the newest. A Falcon replies when it is asked; reports of the arm come on the bus's beat, and two
+        # may come between two ticks when the beats coincide.
+        self.assertGreaterEqual(said["replies_used"], (0.99 if kind == "falcon" else 0.95) * said["replies"])
         self.assertGreater(int(after["contact_ticks"]), 100)
         self.assertEqual(int(after.get("allocations_in_servo", 0)), 0)
-        self.assertEqual(int(after["device_exchange"].get("faults", 0)), 0, server.text())
+        # The machine may let the hardware wait: then it is silent, and late after that.
+        held_up = bench_after["held_up"]
+        self.assertLessEqual(int(after["device_exchange"].get("faults", 0)), 2 * held_up, server.text())
         summary = self.stop_and_check(server)
         self.assertEqual(summary["device_exchange"]["connections"], 1)
         self.assertIn("homing: ", server.text())

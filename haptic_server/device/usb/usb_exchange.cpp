@@ -178,7 +178,7 @@ void UsbExchange::publish() { reports_.put(report_); }
 std::uint64_t UsbExchange::nextDeadline(std::uint64_t last_ns) noexcept {
   const std::uint64_t now_ns = bus_.clock_ns();
   auto next = static_cast<std::int64_t>(last_ns + period_ns_);
-  if (next <= static_cast<std::int64_t>(now_ns)) next = static_cast<std::int64_t>(now_ns + period_ns_ / 2);
+  if (next <= static_cast<std::int64_t>(now_ns)) next = static_cast<std::int64_t>(now_ns + period_ns_);
   const std::uint64_t written_ns = orders_.newest().written_ns;
   if (written_ns != 0) {
     const auto period = static_cast<std::int64_t>(period_ns_);

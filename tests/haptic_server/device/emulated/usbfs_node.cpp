@@ -22,6 +22,7 @@ namespace haptics::test {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+constexpr std::uint64_t kHeldUp_ns = 1'000'000;
 /// Hardware is not delayed by what runs on the processor: above the servo, where that is permitted.
 constexpr int kHardwarePriority = 90;
 
@@ -141,6 +142,7 @@ void UsbfsNode::completeReady(std::uint64_t now_ns, std::uint64_t& next_ns) {
       next_ns = ready_ns ? std::min(next_ns, *ready_ns) : next_ns;
       return;
     }
+    if (now_ns - *ready_ns > kHeldUp_ns) ++heldUp_;
     usbdevfs_urb* urb = waiting_.front().urb;
     waiting_.pop_front();
     finish(urb, device_->in({static_cast<std::uint8_t*>(urb->buffer), static_cast<std::size_t>(urb->buffer_length)},
@@ -193,11 +195,9 @@ int UsbfsNode::submit(usbdevfs_urb* urb) {
 
 void UsbfsNode::noteMotors(std::uint64_t now_ns) {
   if (device_->motorsOn()) {
-    if (onSince_ns_ == 0) onSince_ns_ = now_ns;
     zeroSince_ns_ = 0;
-  } else {
-    if (zeroSince_ns_ == 0) zeroSince_ns_ = now_ns;
-    onSince_ns_ = 0;
+  } else if (zeroSince_ns_ == 0) {
+    zeroSince_ns_ = now_ns;
   }
 }
 
@@ -291,9 +291,9 @@ std::string UsbfsNode::command(const std::string& line) {
   pthread_cond_signal(&wake_);
   char answer[200];
   std::snprintf(answer, sizeof answer,
-                R"({"now_ns": %llu, "motors_on": %s, "zero_since_ns": %llu, "on_since_ns": %llu, "replies": %llu})",
+                R"({"now_ns": %llu, "motors_on": %s, "zero_since_ns": %llu, "held_up": %llu, "replies": %llu})",
                 static_cast<unsigned long long>(now_ns), device_->motorsOn() ? "true" : "false",
-                static_cast<unsigned long long>(zeroSince_ns_), static_cast<unsigned long long>(onSince_ns_),
+                static_cast<unsigned long long>(zeroSince_ns_), static_cast<unsigned long long>(heldUp_),
                 static_cast<unsigned long long>(device_->replies()));
   return answer;
 }

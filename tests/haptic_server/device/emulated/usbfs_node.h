@@ -55,7 +55,8 @@ class UsbfsNode {
   int readEnd_ = -1, writeEnd_ = -1;
   long position_ = 0;
   bool signalled_ = false, closing_ = false, present_ = true, unplugged_ = false, claimed_ = false;
-  std::uint64_t zeroSince_ns_ = 0, onSince_ns_ = 0;
+  std::uint64_t zeroSince_ns_ = 0;
+  std::uint64_t heldUp_ = 0;  // times that the processor let the hardware wait
   pthread_mutex_t mutex_;
   pthread_cond_t wake_;
   pthread_t thread_{};
