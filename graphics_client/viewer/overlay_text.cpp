@@ -54,6 +54,7 @@ OverlayLine faultOrRate(const TelemetrySample& sample) {
     case Fault::kDeviceStale:
       return {"Servo", "FAULT: device stale", Tone::kBad};
     case Fault::kDeviceLost:
+      if (sample.deviceState == DeviceState::kHoming) return {"Servo", "no force before homing", Tone::kWarning};
       return {"Servo", "FAULT: device lost", Tone::kBad};
   }
   return {"Servo", kNothing, Tone::kPlain};

@@ -88,8 +88,10 @@ TEST_F(Touching, TheDevicesOwnFaultReplacesItsName) {
 
 TEST_F(Touching, ADeviceThatIsNotHomedAsksForIt) {
   view.sample->deviceState = DeviceState::kHoming;
+  view.sample->fault = Fault::kDeviceLost;
   EXPECT_THAT(status("Device").value, HasSubstr("homed"));
   EXPECT_EQ(status("Device").tone, Tone::kWarning);
+  EXPECT_EQ(status("Servo").value, "no force before homing");
 }
 
 TEST_F(Touching, LongNamesAreShortened) {
