@@ -1,15 +1,23 @@
 #include "haptic_server/motion/coupling.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace haptics {
 namespace {
 
-/// Of a push of 1 N at an arm (principal frame, from the centre of mass): the most that the place then accelerates.
+/// Of a push of 1 N at an arm (principal frame, from the centre of mass), in the direction that serves it best: how the
+/// place then accelerates.
 [[nodiscard]] double freedomAt(const MassProperties& mass, Vec3 arm) {
-  const Vec3 squares = arm * arm;
-  const Vec3 across(squares.y + squares.z, squares.z + squares.x, squares.x + squares.y);
-  return 1 / mass.mass_kg + glm::dot(across, 1.0 / mass.moments);
+  const glm::dmat3 lever(0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0);
+  const Vec3 perMoment = 1.0 / mass.moments;
+  const glm::dmat3 turning =
+      glm::transpose(lever) * glm::dmat3(perMoment.x, 0, 0, 0, perMoment.y, 0, 0, 0, perMoment.z) * lever;
+  // Its largest eigenvalue; one of the three is 0, along the arm.
+  const double sum = turning[0][0] + turning[1][1] + turning[2][2];
+  const double squares =
+      glm::dot(turning[0], turning[0]) + glm::dot(turning[1], turning[1]) + glm::dot(turning[2], turning[2]);
+  return 1 / mass.mass_kg + (sum + std::sqrt(std::max(2 * squares - sum * sum, 0.0))) / 2;
 }
 
 [[nodiscard]] double freedomOnHinge(const RigidBody& body, Vec3 place) {

@@ -7,8 +7,7 @@
 namespace haptics {
 
 /// How little mass (kg) a body lets a push feel that acts on one of these vertices, in the direction that turns and moves
-/// it most: m of a slider, moment over squared arm of a hinge. Of a free body a lower bound, no less than half of it: the
-/// largest eigenvalue of what a push makes move is taken to be the sum of all.
+/// it most: m of a slider, moment over squared arm of a hinge.
 [[nodiscard]] double leastFeltMass_kg(const RigidBody& body, std::span<const Vec3f> vertices);
 
 /// Spring and damper between the stylus and a body, coupled once a tick, give it more energy than they took when

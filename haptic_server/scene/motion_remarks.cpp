@@ -19,7 +19,7 @@ std::vector<std::string> motionRemarks(const ObjectRecord& record, const ObjectA
   const double share = bearableShare(mass_kg, stiffness, damping, device.period_s);
   if (share >= 1) return {};
   std::ostringstream text;
-  text.precision(3);
+  text.precision(4);
   text << "warning: stiffness and damping are felt as " << share * stiffness << " N/m and " << share * damping
        << " N s/m instead of " << stiffness << " and " << damping
        << ": pushed where it gives most, this body weighs no more than " << 1e3 * mass_kg << " g, and at "
