@@ -41,10 +41,10 @@ class LinkWatch {
     lastGarbage_ns_ = now_ns;
     outstanding_ -= outstanding_ > 0;
   }
-  /// A fault that was seen, not inferred. The first cause stays until all is well again, but for one that says more.
+  /// A fault that was seen, not inferred. The first cause stays until all is well again; silence alone gives way to one that says more.
   void raise(DeviceFault fault) noexcept {
     good_ = 0;
-    if (fault_ == DeviceFault::kNone || (fault_ == DeviceFault::kSilent && fault == DeviceFault::kLate)) fault_ = fault;
+    if (fault_ == DeviceFault::kNone || fault_ == DeviceFault::kSilent) fault_ = fault;
   }
   [[nodiscard]] DeviceFault judge(std::uint64_t now_ns) noexcept {
     if (now_ns - forgot_ns_ > kForget_ns) {
