@@ -21,9 +21,11 @@ struct ServerOptions {
   std::string credentials;                ///< Folder; empty: everybody who can connect may edit.
   bool allowInsecureLan = false;
   double rate_Hz = 1000;
-  double seconds = 0;      ///< 0: until a signal.
-  std::string summary;     ///< JSON file, written at the end.
-  std::string record;      ///< Every tick's Telemetry message, length-delimited.
+  double seconds = 0;   ///< 0: until a signal.
+  std::string summary;  ///< JSON file, written at the end.
+  std::string record;   ///< Recording of every tick; empty: none.
+  /// Folder for recordings of the last seconds: of a fault, or asked for.
+  std::filesystem::path recordings = ".";
   std::optional<int> cpu;  ///< To bind the servo thread to.
 };
 

@@ -324,7 +324,6 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     bool any = false;
     while (options_.popTelemetry && options_.popTelemetry(sample)) {
       any = true;
-      if (options_.recordSample) options_.recordSample(sample, sample.tick == motion_.tick ? &motion_ : nullptr);
       if (!lastSample_ || sample.sceneRevision != lastSample_->sceneRevision) {
         for (auto& [number, connection] : connections_) {
           connection->session.adopted(sample.sceneRevision, sample.adoptionTick);

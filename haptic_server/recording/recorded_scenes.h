@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "common/error/error.h"
+#include "haptic_server/scene/servo_scene_maker.h"
+#include "haptics/v1/recording.pb.h"
+
+namespace haptics {
+
+/// Makes the servo's scenes of a recording again. What was one in memory in the servo is one here too: assets by their
+/// content, what is made of them as long as it did not change. Untrusted messages are welcome.
+class RecordedScenes {
+ public:
+  /// \param period_s  Of the servo.
+  explicit RecordedScenes(double period_s) : maker_({}, period_s) {}
+
+  /// Refused: data that does not have the hash, or is not of the kind.
+  [[nodiscard]] Result<void> add(const v1::RecordedAsset& asset);
+  /// The next scene. Refused: values that an edit could not have set, assets that are not here, a number out of turn,
+  /// a root that is not that of the objects.
+  [[nodiscard]] Result<std::unique_ptr<const ServoScene>> make(const v1::RecordedScene& message);
+  /// Of the last scene made: the revision that clients see.
+  [[nodiscard]] Result<SceneVersion> version() const;
+  [[nodiscard]] const std::vector<ServoObjectParts>& parts() const noexcept { return maker_.parts(); }
+
+ private:
+  AssetStore store_;
+  std::unordered_map<ContentHash, std::shared_ptr<const Asset>> assets_;
+  ServoSceneMaker maker_;
+  std::uint64_t number_ = 0;
+  std::uint64_t revision_ = 0;
+
+  [[nodiscard]] Result<std::vector<ServoObjectParts>> objectsOf(const v1::RecordedScene& message) const;
+  [[nodiscard]] Result<ServoObjectParts> partsOf(const v1::RecordedObject& message) const;
+};
+
+}  // namespace haptics
