@@ -52,7 +52,7 @@ bool FlightRing::read(std::uint64_t position, RecordedTick& tick) const noexcept
   for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_relaxed);
   std::atomic_thread_fence(std::memory_order_acquire);
   if (begun_.load(std::memory_order_relaxed) > position + slots_.size()) return false;
-  std::memcpy(&tick, words.data(), sizeof tick);
+  std::memcpy(static_cast<void*>(&tick), words.data(), sizeof tick);
   return true;
 }
 

@@ -60,7 +60,7 @@ class RecordedServo {
   void apply(const std::string& text) { ASSERT_TRUE(room_.loadStartScene(transactionOf(text))); }
 
   void run(int ticks) {
-    for (int i = 0; i < ticks; ++i) tick({hand(), DeviceState::kReady});
+    for (int i = 0; i < ticks; ++i) tick({hand(), DeviceState::kReady, {}});
   }
   void tick(const DeviceReading& reading) {
     ring_.beginTick(*state_, scene_->number, next_ != nullptr ? next_->number : 0);

@@ -81,7 +81,7 @@ TEST(Replay, GoesOnFromTheStateInARecordingOfTheLastSeconds) {
 TEST(Replay, SaysWhichForceDiffersFirstAndByHowMuch) {
   RecordedServo servo;
   servo.run(500);
-  servo.tick({Vec3(0, 0, -0.001), DeviceState::kReady});
+  servo.tick({Vec3(0, 0, -0.001), DeviceState::kReady, {}});
   const Vec3 felt = servo.last().force.written;
   servo.run(500);
   const std::string good = servo.recording();

@@ -19,7 +19,7 @@ TEST(StateImage, GivesAStateThatGoesOnBitForBit) {
     ASSERT_TRUE(state) << state.error().text();
     HapticState original = servo.state();
     for (int i = 0; i < 50; ++i) {
-      const StepInput input{1, 0, {Vec3(0.001 * i, 0, -0.001), DeviceState::kReady}};
+      const StepInput input{1, 0, {Vec3(0.001 * i, 0, -0.001), DeviceState::kReady, {}}};
       const Vec3 expected = hapticStep(servo.scene(), original, servo.config(), input).force.written;
       ASSERT_EQ(hapticStep(servo.scene(), **state, servo.config(), input).force.written, expected);
     }
@@ -50,7 +50,7 @@ TEST(StateImage, IsRefusedOrHarmlessWithAnyByteDamaged) {
       continue;
     }
     for (int i = 0; i < 5; ++i) {
-      const StepInput input{1, 0, {Vec3(0.001 * i, 0, -0.001), DeviceState::kReady}};
+      const StepInput input{1, 0, {Vec3(0.001 * i, 0, -0.001), DeviceState::kReady, {}}};
       EXPECT_TRUE(isFinite(hapticStep(servo.scene(), **state, servo.config(), input).force.written));
     }
   }

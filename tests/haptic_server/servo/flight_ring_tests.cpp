@@ -13,7 +13,7 @@ constexpr double kRate_Hz = 100;
 
 RecordedTick tickOf(std::uint64_t number) {
   RecordedTick tick;
-  tick.input = {number, 2 * number, {Vec3(static_cast<double>(number)), DeviceState::kReady}};
+  tick.input = {number, 2 * number, {Vec3(static_cast<double>(number)), DeviceState::kReady, {}}};
   tick.scene = 3 * number;
   tick.force_N = Vec3(-static_cast<double>(number));
   return tick;
