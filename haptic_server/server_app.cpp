@@ -140,6 +140,7 @@ class ServerApp::Impl {
         .identity = {"haptic_server", device_.info().name, options_.rate_Hz, device_.info().maxForce_N},
         .popTelemetry = [this](TelemetrySample& sample) { return servo_->pop(sample); },
         .takeMotion = [this] { return servo_->takeMotion(); },
+        .dump = [this](auto answer) { dump(std::move(answer)); },
         .fillStatus = [this](v1::Status& status) { fillStatus(status); },
         .log = logInfo};
     if (!options_.credentials.empty()) {
@@ -164,6 +165,12 @@ class ServerApp::Impl {
             .folder = options_.recordings,
             .info = logInfo,
             .warning = [](const std::string& line) { spdlog::warn("{}", line); }};
+  }
+
+  void dump(std::function<void(const Result<std::string>&)> answer) {
+    recorder_->request("on request", [answer = std::move(answer)](const Result<std::filesystem::path>& file) {
+      answer(file.map([](const std::filesystem::path& path) { return std::filesystem::absolute(path).string(); }));
+    });
   }
 
   void startServo() {

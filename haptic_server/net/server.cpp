@@ -162,6 +162,12 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override {
       return server.paths_.send(number, telemetry, now_ns());
     }
+    [[nodiscard]] bool requestDump() override {
+      if (!server.options_.dump) return false;
+      server.options_.dump(
+          [here = here()](const Result<std::string>& file) { here([file](ServerSession& s) { s.dumped(file); }); });
+      return true;
+    }
     void sessionClaimed(SessionId id) override { server.claimed(*this, id); }
     void fillStatus(v1::Status& status) override { server.fillStatus(status); }
     void refused(const std::string& why) override {

@@ -149,6 +149,7 @@ void FlightRecorder::writeDue(std::uint64_t end, bool last) {
       due_.push_back(request);
       continue;
     }
+    if (!mayBeGranted(request)) continue;
     const auto written = write(request);
     if (request.answer) request.answer(written);
     if (written) {
@@ -158,6 +159,17 @@ void FlightRecorder::writeDue(std::uint64_t end, bool last) {
       options_.warning("the last seconds could not be kept: " + written.error().text());
     }
   }
+}
+
+bool FlightRecorder::mayBeGranted(const Request& request) {
+  if (!request.answer) return true;
+  const std::uint64_t now_ns = monotonicNow_ns();
+  if (requested_ns_ != 0 && now_ns - requested_ns_ < kBetweenRequests_ns) {
+    request.answer(refused("", "the last seconds were recorded just now; ask again in a second"));
+    return false;
+  }
+  requested_ns_ = now_ns;
+  return true;
 }
 
 Result<std::filesystem::path> FlightRecorder::write(const Request& request) {

@@ -36,6 +36,8 @@ class FlightRecorder {
   static constexpr double kAfterFault_s = 0.5;
   /// Recordings of faults by one server: a device that comes and goes must not fill the disk.
   static constexpr int kMostFaults = 20;
+  /// Between two requests that are granted.
+  static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;
 
   /// The ring outlives the recorder. Refused: a file that cannot be written.
   [[nodiscard]] static Result<std::unique_ptr<FlightRecorder>> open(Options options, FlightRing& ring);
@@ -46,7 +48,7 @@ class FlightRecorder {
   /// A scene that the servo is about to get. Any one thread, also before start().
   void given(const ServoScene& scene, const std::vector<ServoObjectParts>& objects);
   void start();
-  /// Any thread. Writes the last FlightRing::kSeconds.
+  /// Any thread. Writes the last FlightRing::kSeconds, unless somebody else has just asked.
   void request(std::string why, Answer answer);
   /// Writes what the ring still holds; after the servo's last tick. Refused: the file is incomplete.
   [[nodiscard]] Result<void> stop();
@@ -67,6 +69,7 @@ class FlightRecorder {
   void look(bool last);
   void take(const RecordedTick& tick);
   void writeDue(std::uint64_t end, bool last);
+  [[nodiscard]] bool mayBeGranted(const Request& request);
   [[nodiscard]] Result<std::filesystem::path> write(const Request& request);
   [[nodiscard]] Result<void> writeTo(const std::filesystem::path& file, const std::string& why);
   [[nodiscard]] std::vector<std::shared_ptr<const GivenScene>> scenesFrom(std::uint64_t number) const;
@@ -89,6 +92,7 @@ class FlightRecorder {
   std::uint64_t written_ = 0;     // scenes, by number
   bool wasGood_ = false;
   int faults_ = 0;
+  std::uint64_t requested_ns_ = 0;  // when the last request was granted
   std::vector<Request> due_;
 };
 

@@ -42,18 +42,7 @@ class RecordedServo {
   static constexpr double kRate_Hz = 1000;
 
   explicit RecordedServo(const std::string& scene = kScene)
-      : recorder_(FlightRecorder::open({.facts = {.server = "test",
-                                                  .stepSources = std::string(ownStepSources()),
-                                                  .device = "stroke",
-                                                  .rate_Hz = kRate_Hz,
-                                                  .why = {},
-                                                  .config = config_},
-                                        .record = folder_ / "all",
-                                        .folder = folder_ / "last",
-                                        .info = [](const std::string&) {},
-                                        .warning = [](const std::string&) {}},
-                                       ring_)
-                      .value()) {
+      : recorder_(FlightRecorder::open(recorderOptions(), ring_).value()) {
     apply(scene);
   }
 
@@ -97,6 +86,18 @@ class RecordedServo {
     const double t = 0.001 * static_cast<double>(tick_);
     const double x = 0.05 * std::sin(1.7 * t);
     return {x, 0.004 * std::cos(2.3 * t), 0.006 * std::cos(4.1 * t) + 0.004};
+  }
+
+  [[nodiscard]] FlightRecorder::Options recorderOptions() const {
+    FlightRecorder::Options options;
+    options.facts.server = "test";
+    options.facts.stepSources = ownStepSources();
+    options.facts.rate_Hz = kRate_Hz;
+    options.facts.config = config_;
+    options.record = folder_ / "all";
+    options.folder = folder_ / "last";
+    options.info = options.warning = [](const std::string&) {};
+    return options;
   }
 
   TemporaryFolder folder_;
