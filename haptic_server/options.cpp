@@ -21,6 +21,8 @@ Examples:
   haptic_server --scene my.scene --state /var/lib/haptics
   haptic_server --scene my.scene --listen 192.168.1.5:7654 --credentials my_server
 
+  haptic_server doctor                     # can this machine run a real-time servo?
+
 Runs until Ctrl-C, or for --seconds; then stops the device and writes the summary.)";
 
 }  // namespace
