@@ -1,5 +1,6 @@
 #include "haptic_server/recording/state_image.h"
 
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <memory>
@@ -49,10 +50,20 @@ requires std::is_trivially_copyable_v<T>
   return true;
 }
 
+/// As an edit could have set it, or a motion. What is farther away, or no number, leads searches astray.
+[[nodiscard]] bool isPlace(Vec3 v) {
+  constexpr double kFarthest_m = 1e4;
+  return isFinite(v) && squaredLength(v) <= kFarthest_m * kFarthest_m;
+}
+[[nodiscard]] bool isPose(const Pose& pose) {
+  constexpr double kRounding = 1e-3;
+  return isPlace(pose.position) && std::abs(glm::length(pose.rotation) - 1) <= kRounding;
+}
+
 [[nodiscard]] bool isContactOn(const ContactState& contact, const ServoScene& scene) {
   if (contact.mode > ContactState::Mode::kSeveralSurfaces || contact.feature > Feature::kVertex) return false;
   if (contact.holdingCount < 0 || contact.holdingCount > ContactState::kMaxHolding) return false;
-  if (!isFinite(contact.hip) || !isFinite(contact.ihip) || !isFinite(contact.local)) return false;
+  if (!isPlace(contact.hip) || !isPlace(contact.ihip) || !isPlace(contact.local)) return false;
   for (const HoldingSurface& held : contact.surfaces()) {
     const auto body = static_cast<std::size_t>(held.body);
     if (held.body < 0 || body >= scene.objects.size() || (held.side != 1 && held.side != -1)) return false;
@@ -63,18 +74,22 @@ requires std::is_trivially_copyable_v<T>
 
 [[nodiscard]] bool isMotionOf(const RigidState& state, const RigidBody& body) {
   if (state.touchingCount > state.touching.size() || state.condition > BodyCondition::kNonFinite) return false;
+  if (!isPose(state.rest) || !isPose({state.axes, state.centre_m}) || !isPose(state.still)) return false;
   for (const PlanePoint& at : std::span(state.touching).first(state.touchingCount)) {
     if (at.plane >= body.planeCount || at.point >= body.support.size()) return false;
   }
   return true;
 }
 
-/// Gives the pointers back. False: what they belong to is not in the scene.
+/// Gives the pointers back, and what follows from the rest. False: what they belong to is not in the scene.
 [[nodiscard]] bool connect(HapticState& state, const ServoScene& scene) {
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     const ServoObject& object = scene.objects[i];
-    if (state.objects[i].id != object.id) return false;
-    state.bodies[i].surface = object.surface.get();
+    Body& body = state.bodies[i];
+    if (state.objects[i].id != object.id || !isPose(state.objects[i].scenePose)) return false;
+    if (!isPose(body.previous) || !isPose(body.current)) return false;
+    body.surface = object.surface.get();
+    body.update();
     state.objects[i].detail = object.detail.get();
     if (state.anyBumps && state.bumps[i].triangle != kNoTriangle &&
         state.bumps[i].triangle >= object.surface->triangleCount())
