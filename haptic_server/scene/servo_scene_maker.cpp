@@ -89,6 +89,7 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
 }
 
 std::shared_ptr<const ExplorationPlan> ServoSceneMaker::planFor(ServoScene scene) const {
+  std::erase_if(scene.objects, [](const ServoObject& object) { return object.leaving; });
   for (ServoObject& object : scene.objects) {
     const auto body = bodies_.find(object.id);
     if (object.motion && body != bodies_.end()) object.pose = body->second;
