@@ -61,7 +61,7 @@ FlightRecorder::~FlightRecorder() { (void)stop(); }
 
 void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjectParts>& objects) {
   const std::uint64_t now_ns = monotonicNow_ns();
-  auto kept = std::make_shared<const GivenScene>(GivenScene{scene.number, scene.revision, objects});
+  auto kept = std::make_shared<const GivenScene>(givenScene(scene, objects));
   const std::lock_guard lock(mutex_);
   scenes_.push_back({std::move(kept), now_ns});
   while (scenes_.size() > 1 && scenes_[1].given_ns + kHoldScenes_ns < now_ns) scenes_.pop_front();

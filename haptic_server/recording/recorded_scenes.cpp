@@ -1,6 +1,7 @@
 #include "haptic_server/recording/recorded_scenes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -9,10 +10,10 @@
 namespace haptics {
 namespace {
 
-[[nodiscard]] Result<SceneVersion> versionOf(std::uint64_t revision, const std::vector<ServoObjectParts>& objects) {
+[[nodiscard]] Result<SceneVersion> versionOf(std::uint64_t revision, const std::vector<GivenObject>& objects) {
   std::vector<ObjectRecord> records;
-  for (const ServoObjectParts& object : objects) {
-    if (!object.leaving) records.push_back(*object.record);
+  for (const GivenObject& object : objects) {
+    if (!object.parts.leaving) records.push_back(*object.parts.record);
   }
   return SceneVersion::fromSnapshot(revision, std::move(records));
 }
@@ -30,7 +31,7 @@ Result<void> RecordedScenes::add(const v1::RecordedAsset& message) {
   return {};
 }
 
-Result<ServoObjectParts> RecordedScenes::partsOf(const v1::RecordedObject& message) const {
+Result<GivenObject> RecordedScenes::objectOf(const v1::RecordedObject& message) const {
   auto record = fromWire(message.state());
   if (!record) return tl::unexpected(std::move(record.error()));
   auto assets = gatherAssets(*record, [this](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
@@ -39,33 +40,36 @@ Result<ServoObjectParts> RecordedScenes::partsOf(const v1::RecordedObject& messa
     return at->second;
   });
   if (!assets) return tl::unexpected(std::move(assets.error()));
-  return ServoObjectParts{std::make_shared<const ObjectRecord>(*std::move(record)), *std::move(assets),
-                          message.posed_at()};
+  const double stiffness = message.stiffness_n_per_m(), damping = message.damping_ns_per_m();
+  if (!std::isfinite(stiffness) || stiffness < 0) return refused("stiffness_N_per_m", "is not finite and at least 0");
+  if (!std::isfinite(damping) || damping < 0) return refused("damping_Ns_per_m", "is not finite and at least 0");
+  return GivenObject{{std::make_shared<const ObjectRecord>(*std::move(record)), *std::move(assets), message.posed_at()},
+                     stiffness,
+                     damping};
 }
 
-Result<std::vector<ServoObjectParts>> RecordedScenes::objectsOf(const v1::RecordedScene& message) const {
-  std::vector<ServoObjectParts> objects = maker_.parts();
-  const auto idOf = [](const ServoObjectParts& object) { return object.record->id; };
+Result<std::vector<GivenObject>> RecordedScenes::objectsOf(const v1::RecordedScene& message) const {
+  std::vector<GivenObject> objects = objects_;
   for (const ObjectId id : message.gone()) {
-    if (std::erase_if(objects, [&](const auto& object) { return idOf(object) == id; }) == 0)
+    if (std::erase_if(objects, [id](const GivenObject& object) { return object.id() == id; }) == 0)
       return refused("gone", "names object " + std::to_string(id) + ", which was not there");
   }
-  for (const v1::RecordedObject& object : message.put()) {
-    auto parts = partsOf(object);
-    if (!parts) return tl::unexpected(std::move(parts.error()).within("put."));
-    const auto at = std::ranges::lower_bound(objects, idOf(*parts), {}, idOf);
-    if (at != objects.end() && idOf(*at) == idOf(*parts)) {
-      *at = *std::move(parts);
+  for (const v1::RecordedObject& put : message.put()) {
+    auto object = objectOf(put);
+    if (!object) return tl::unexpected(std::move(object.error()).within("put."));
+    const auto at = std::ranges::lower_bound(objects, object->id(), {}, &GivenObject::id);
+    if (at != objects.end() && at->id() == object->id()) {
+      *at = *std::move(object);
     } else {
-      objects.insert(at, *std::move(parts));
+      objects.insert(at, *std::move(object));
     }
   }
-  for (ServoObjectParts& object : objects) object.leaving = false;
+  for (GivenObject& object : objects) object.parts.leaving = false;
   for (const ObjectId id : message.leaving()) {
-    const auto at = std::ranges::lower_bound(objects, id, {}, idOf);
-    if (at == objects.end() || idOf(*at) != id)
+    const auto at = std::ranges::lower_bound(objects, id, {}, &GivenObject::id);
+    if (at == objects.end() || at->id() != id)
       return refused("leaving", "names object " + std::to_string(id) + ", which is not there");
-    at->leaving = true;
+    at->parts.leaving = true;
   }
   if (objects.size() > kMaxServoObjects)
     return refused("put", "leads to more than " + std::to_string(kMaxServoObjects) + " objects");
@@ -81,12 +85,16 @@ Result<std::unique_ptr<const ServoScene>> RecordedScenes::make(const v1::Recorde
   const auto version = versionOf(message.revision(), *objects);
   if (!version) return tl::unexpected(Error(version.error()).within(where));
   if (version->root().asBytes() != message.root()) return refused(where + "root", "is not that of its objects");
-  auto scene = maker_.make(*std::move(objects), message.revision());
+  objects_ = *std::move(objects);
+  std::vector<ServoObjectParts> parts;
+  for (const GivenObject& object : objects_) parts.push_back(object.parts);
+  auto scene = maker_.make(std::move(parts), message.revision());
   scene->number = number_ = message.number();
-  revision_ = message.revision();
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    scene->objects[i].stiffness_N_per_m = objects_[i].stiffness_N_per_m;
+    scene->objects[i].damping_Ns_per_m = objects_[i].damping_Ns_per_m;
+  }
   return scene;
 }
-
-Result<SceneVersion> RecordedScenes::version() const { return versionOf(revision_, maker_.parts()); }
 
 }  // namespace haptics

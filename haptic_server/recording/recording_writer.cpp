@@ -20,20 +20,33 @@ constexpr int kPermissions = 0666;  // less the umask
   return refused(file.string(), "the recording cannot be written: " + std::generic_category().message(errno));
 }
 
-[[nodiscard]] const ServoObjectParts* find(const std::vector<ServoObjectParts>& objects, ObjectId id) {
-  const auto at = std::ranges::lower_bound(objects, id, {}, [](const auto& object) { return object.record->id; });
-  return at == objects.end() || at->record->id != id ? nullptr : &*at;
+[[nodiscard]] const GivenObject* find(const std::vector<GivenObject>& objects, ObjectId id) {
+  const auto at = std::ranges::lower_bound(objects, id, {}, &GivenObject::id);
+  return at == objects.end() || at->id() != id ? nullptr : &*at;
+}
+
+/// But for whether it is leaving.
+[[nodiscard]] bool isSame(const GivenObject& a, const GivenObject& b) {
+  return *a.parts.record == *b.parts.record && a.parts.poseRevision == b.parts.poseRevision &&
+         a.stiffness_N_per_m == b.stiffness_N_per_m && a.damping_Ns_per_m == b.damping_Ns_per_m;
 }
 
 [[nodiscard]] std::string rootOf(const GivenScene& scene) {
   std::vector<ObjectRecord> records;
-  for (const ServoObjectParts& object : scene.objects) {
-    if (!object.leaving) records.push_back(*object.record);
+  for (const GivenObject& object : scene.objects) {
+    if (!object.parts.leaving) records.push_back(*object.parts.record);
   }
   return SceneVersion::fromSnapshot(scene.revision, std::move(records)).value().root().asBytes();
 }
 
 }  // namespace
+
+GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectParts>& parts) {
+  GivenScene given{scene.number, scene.revision, {}};
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    given.objects.push_back({parts[i], scene.objects[i].stiffness_N_per_m, scene.objects[i].damping_Ns_per_m});
+  return given;
+}
 
 Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& file, const RecordingFacts& facts) {
   FileHandle handle(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kPermissions));
@@ -68,17 +81,18 @@ void RecordingWriter::add(const GivenScene& scene) {
   message.set_number(scene.number);
   message.set_revision(scene.revision);
   message.set_root(rootOf(scene));
-  for (const ServoObjectParts& object : scene.objects) {
-    if (object.leaving) message.add_leaving(object.record->id);
-    const ServoObjectParts* before = find(before_, object.record->id);
-    if (before != nullptr && *before->record == *object.record && before->poseRevision == object.poseRevision) continue;
-    addAssets(object);
+  for (const GivenObject& object : scene.objects) {
+    if (object.parts.leaving) message.add_leaving(object.id());
+    if (const GivenObject* before = find(before_, object.id()); before != nullptr && isSame(*before, object)) continue;
+    addAssets(object.parts);
     v1::RecordedObject& put = *message.add_put();
-    toWire(*object.record, *put.mutable_state());
-    put.set_posed_at(object.poseRevision);
+    toWire(*object.parts.record, *put.mutable_state());
+    put.set_posed_at(object.parts.poseRevision);
+    put.set_stiffness_n_per_m(object.stiffness_N_per_m);
+    put.set_damping_ns_per_m(object.damping_Ns_per_m);
   }
-  for (const ServoObjectParts& object : before_) {
-    if (find(scene.objects, object.record->id) == nullptr) message.add_gone(object.record->id);
+  for (const GivenObject& object : before_) {
+    if (find(scene.objects, object.id()) == nullptr) message.add_gone(object.id());
   }
   append(part);
   before_ = scene.objects;

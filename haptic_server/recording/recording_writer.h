@@ -14,12 +14,24 @@
 
 namespace haptics {
 
-/// A scene that the servo was given, as a recording keeps it.
+/// An object of a scene that the servo was given, as a recording keeps it: what it is made of, and what limits have made of
+/// its material.
+struct GivenObject {
+  ServoObjectParts parts;
+  double stiffness_N_per_m = 0;  ///< ServoObject's.
+  double damping_Ns_per_m = 0;
+
+  [[nodiscard]] ObjectId id() const noexcept { return parts.record->id; }
+};
+
 struct GivenScene {
   std::uint64_t number = 0;  ///< ServoScene::number.
   std::uint64_t revision = 0;
-  std::vector<ServoObjectParts> objects;  ///< In order of id.
+  std::vector<GivenObject> objects;  ///< In order of id.
 };
+
+/// \param parts  What the scene is made of, object by object.
+[[nodiscard]] GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectParts>& parts);
 
 /// Writes a recording, part by part. What flush() has written survives the process; the system writes it to the disk in its
 /// own time. One thread, not the servo's.
@@ -46,7 +58,7 @@ class RecordingWriter {
   std::string pending_;  // not written yet, in records
   std::string ticks_;    // not in a record yet
   std::unordered_set<ContentHash> assets_;
-  std::vector<ServoObjectParts> before_;  // of the last scene added
+  std::vector<GivenObject> before_;  // of the last scene added
   std::uint64_t size_ = 0;
 };
 

@@ -27,7 +27,6 @@ class ReplayedServo {
       : outcome_(outcome),
         sameLayout_(sameLayout),
         onTick_(onTick),
-        scenes_(outcome.facts.config.period_s),
         state_(std::make_unique<HapticState>(outcome.facts.config)) {}
 
   [[nodiscard]] Result<void> take(const v1::RecordingPart& part) {
