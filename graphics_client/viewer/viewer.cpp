@@ -117,8 +117,8 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
 }
 
 void Viewer::drawFrame(double dt_s) {
-  const std::uint64_t now_ns = monotonicNow_ns();
   const auto newest = source_();
+  const std::uint64_t now_ns = monotonicNow_ns();
   moment_.view = playback_.at(newest, now_ns);
   moment_.age_s = newest->telemetryAgeAt_s(now_ns);
   noteChanges(*moment_.view);

@@ -177,7 +177,10 @@ TEST(MovingBody, ThatLeavesTheWorldIsStoppedNamedAndFadesFromUnderTheHand) {
   ServoObject box = floatingBox();
   const double edge = kWorldRadius_m - 0.001;
   box.pose.position.x = edge;
-  VirtualServo servo(way({edge - 0.04, 0, 0}, {edge - 0.01, 0, 0}, 0.1), kConfig);
+  RigidBody slow = *box.motion;
+  slow.linearDamping_per_s = 100;  // it stays with the hand, whose way alone adds less than fades
+  box.motion = std::make_shared<RigidBody>(slow);
+  VirtualServo servo(way({edge - 0.044, 0, 0}, {edge - 0.02, 0, 0}, 1), kConfig);
   servo.adopt(sceneOf(1, {box}));
   MotionState motion;
   double last_N = 0;
@@ -185,13 +188,13 @@ TEST(MovingBody, ThatLeavesTheWorldIsStoppedNamedAndFadesFromUnderTheHand) {
   for (int i = 0; i < 2000; ++i) {
     const double force_N = glm::length(servo.step().force.written);
     (void)describeMotion(servo.state(), servo.tick(), motion);
-    if (motion.body[0].condition == BodyCondition::kOutOfBounds && stopped++ > 0) {
+    if (motion.body[0].condition == BodyCondition::kOutOfBounds && stopped++ > 2) {
       EXPECT_LE(force_N, last_N);
       EXPECT_LE(last_N - force_N, 0.035) << "much more than 30 N/s";
     }
     last_N = force_N;
   }
-  EXPECT_GT(stopped, 1000);
+  EXPECT_GT(stopped, 900);
   EXPECT_EQ(last_N, 0);
 
   box.pose.position.x = 0.5;
