@@ -25,6 +25,8 @@ Examples:
   haptic_server --scene my.scene --state /var/lib/haptics
   haptic_server --scene my.scene --listen 192.168.1.5:7654 --credentials my_server
 
+  haptic_server doctor                     # can this machine run a real-time servo?
+
 Runs until Ctrl-C, or for --seconds; then stops the device and writes the summary.)";
 
 }  // namespace
@@ -89,7 +91,12 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--summary", options.summary, "Write the run's figures here as JSON");
   app.add_option("--record", options.record,
-                 "Write every tick's telemetry here (length-delimited haptics.v1.Telemetry)");
+                 "Write all that the servo computes with here, tick by tick: haptic_eval replay FILE makes the same "
+                 "forces of it again");
+  app.add_option("--recordings", options.recordings,
+                 "Folder where the last 10 s are recorded when a fault comes up, and when hapticctl dump asks")
+      ->type_name("DIR")
+      ->capture_default_str();
   app.add_option("--pin", options.cpu, "CPU to bind the servo thread to")->check(CLI::NonNegativeNumber);
   try {
     app.parse(argc, argv);

@@ -13,7 +13,7 @@
 #include "haptic_server/attached_device.h"
 #include "haptic_server/device/exploration_planner.h"
 #include "haptic_server/net/server.h"
-#include "haptic_server/recorder.h"
+#include "haptic_server/recording/flight_recorder.h"
 #include "haptic_server/run_summary.h"
 #include "haptic_server/scene/scene_room.h"
 #include "haptic_server/servo/realtime.h"
@@ -95,16 +95,20 @@ class ServerApp::Impl {
                .device = {step_.positionStep_m, step_.stableLateral_N_per_m, step_.period_s,
                           kSafePart * criticalStiffness_N_per_m(deviceInfoOf(options, device_.info()), options.rate_Hz,
                                                                 options.stabiliser)},
-               .log = logInfo},
+               .log = logInfo,
+               .onServoScene = [this](
+                                   const ServoScene& scene,
+                                   const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }},
               crossing_) {}
   ~Impl() { halt(); }
 
   [[nodiscard]] Result<void> start() {
-    if (!options_.record.empty()) {
-      auto opened = Recorder::open(options_.record);
-      if (!opened) return tl::unexpected(opened.error());
-      recorder_ = *std::move(opened);
-    }
+    servo_ = std::make_unique<ServoLoop>(device_, crossing_, step_);
+    flight_.emplace(options_.rate_Hz, step_);
+    servo_->recordInto(*flight_);
+    auto recorder = FlightRecorder::open(recorderOptions(), *flight_);
+    if (!recorder) return tl::unexpected(std::move(recorder.error()).within("--record "));
+    recorder_ = *std::move(recorder);
     for (const auto& folder : options_.assets)
       spdlog::info("mesh and image files are looked for in {}", folder.string());
     if (!options_.state.empty()) {
@@ -115,10 +119,10 @@ class ServerApp::Impl {
     if (room_.history()->version.revision() == 0) {
       if (auto loaded = loadScene(room_, options_.scene); !loaded) return loaded;
     }
-    servo_ = std::make_unique<ServoLoop>(device_, crossing_, step_);
     room_.start();
     if (auto listening = listen(); !listening) return listening;
     startServo();
+    recorder_->start();
     server_->start();
     return {};
   }
@@ -131,9 +135,7 @@ class ServerApp::Impl {
 
   [[nodiscard]] Result<void> stop() {
     halt();
-    if (recorder_ && !recorder_->close()) {
-      return refused(options_.record, "the recording is incomplete: is the disk full?");
-    }
+    if (auto recorded = recorder_->stop(); !recorded) return recorded;
     if (options_.summary.empty()) return {};
     v1::Status status;
     fillStatus(status);
@@ -158,7 +160,7 @@ class ServerApp::Impl {
               return true;
             },
         .takeMotion = [this] { return servo_->takeMotion(); },
-        .recordSample = {},
+        .dump = [this](auto answer) { dump(std::move(answer)); },
         .fillStatus = [this](v1::Status& status) { fillStatus(status); },
         .log = logInfo};
     if (!options_.credentials.empty()) {
@@ -166,15 +168,29 @@ class ServerApp::Impl {
       if (!credentials) return tl::unexpected(std::move(credentials.error()).within("--credentials "));
       serving.credentials = *std::move(credentials);
     }
-    if (recorder_) {
-      serving.recordSample = [this](const TelemetrySample& sample, const MotionState* motion) {
-        recorder_->write(sample, motion);
-      };
-    }
     auto server = Server::listen(std::move(serving), room_);
     if (!server) return tl::unexpected(server.error());
     server_ = *std::move(server);
     return {};
+  }
+
+  [[nodiscard]] FlightRecorder::Options recorderOptions() const {
+    return {.facts = {.server = "haptic_server " HAPTICS_VERSION,
+                      .stepSources = std::string(ownStepSources()),
+                      .device = device_.info().name,
+                      .rate_Hz = options_.rate_Hz,
+                      .why = {},
+                      .config = step_},
+            .record = options_.record,
+            .folder = options_.recordings,
+            .info = logInfo,
+            .warning = [](const std::string& line) { spdlog::warn("{}", line); }};
+  }
+
+  void dump(std::function<void(const Result<std::string>&)> answer) {
+    recorder_->request("on request", [answer = std::move(answer)](const Result<std::filesystem::path>& file) {
+      answer(file.map([](const std::filesystem::path& path) { return std::filesystem::absolute(path).string(); }));
+    });
   }
 
   void startServo() {
@@ -225,11 +241,12 @@ class ServerApp::Impl {
   std::unique_ptr<AttachedDevice> attached_;
   Device& device_;
   StepConfig step_;
-  std::optional<Recorder> recorder_;
   SceneCrossing crossing_;
   std::unique_ptr<StateFolder> state_;  // outlives the room
-  SceneRoom room_;
   std::unique_ptr<ServoLoop> servo_;
+  std::optional<FlightRing> flight_;
+  std::unique_ptr<FlightRecorder> recorder_;  // outlives the room, which tells it of its scenes
+  SceneRoom room_;
   std::unique_ptr<Server> server_;
   Fault loggedFault_ = Fault::kNone;
   std::atomic<bool> servoReady_{false};

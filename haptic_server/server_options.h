@@ -25,9 +25,11 @@ struct ServerOptions {
   double rate_Hz = 1000;
   std::optional<double> deviceDelay_ms;  ///< As measured; empty: the driver's own figure.
   bool stabiliser = true;
-  double seconds = 0;      ///< 0: until a signal.
-  std::string summary;     ///< JSON file, written at the end.
-  std::string record;      ///< Every tick's Telemetry message, length-delimited.
+  double seconds = 0;   ///< 0: until a signal.
+  std::string summary;  ///< JSON file, written at the end.
+  std::string record;   ///< Recording of every tick; empty: none.
+  /// Folder for recordings of the last seconds: of a fault, or asked for.
+  std::filesystem::path recordings = ".";
   std::optional<int> cpu;  ///< To bind the servo thread to.
 };
 

@@ -21,5 +21,6 @@ struct UploadCallbacks {
 };
 
 using StatusCallback = std::function<void(const v1::Status&)>;
+using DumpCallback = std::function<void(const v1::DumpReply&)>;
 
 }  // namespace haptics

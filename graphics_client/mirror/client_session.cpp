@@ -141,6 +141,11 @@ void ClientSession::requestStatus(StatusCallback callback) {
   if (statusWaiters_.size() == 1) sendStatusRequest();
 }
 
+void ClientSession::requestDump(DumpCallback callback) {
+  dumpWaiters_.push_back(std::move(callback));
+  if (dumpWaiters_.size() == 1) sendDumpRequest();
+}
+
 void ClientSession::setTelemetryRate(double rate_Hz) {
   options_.telemetryRate_Hz = rate_Hz;
   if (phase_ == Phase::kLive) sendSubscribe();
@@ -225,6 +230,13 @@ void ClientSession::sendStatusRequest() {
   if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
   v1::Envelope envelope;
   envelope.mutable_status_request();
+  send(envelope);
+}
+
+void ClientSession::sendDumpRequest() {
+  if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
+  v1::Envelope envelope;
+  envelope.mutable_dump_request();
   send(envelope);
 }
 

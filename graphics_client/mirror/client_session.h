@@ -79,6 +79,8 @@ class ClientSession {
   void cancelUpload(const ContentHash& asset);
   /// Asked again after a reconnect until it is answered.
   void requestStatus(StatusCallback callback);
+  /// Likewise.
+  void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
 
   [[nodiscard]] const Mirror& mirror() const noexcept { return mirror_; }
@@ -105,6 +107,7 @@ class ClientSession {
   DatagramPath datagrams_;
   std::uint64_t datagramPathsLost_ = 0;
   std::vector<StatusCallback> statusWaiters_;
+  std::vector<DumpCallback> dumpWaiters_;
   std::uint64_t changes_ = 1;
   bool refused_ = false;        // until the next Welcome
   bool needsSnapshot_ = false;  // roots differed, or the server could not resume: the next Hello claims nothing
@@ -138,6 +141,7 @@ class ClientSession {
   void handle(const v1::AssetChunk& chunk);
   void handle(const v1::ClockReply& reply, std::uint64_t now_ns);
   void handle(const v1::Status& status);
+  void handle(const v1::DumpReply& reply);
 
   void sceneChanged();
   void becomeLive();
@@ -149,6 +153,7 @@ class ClientSession {
   void sendHello();
   void sendSubscribe();
   void sendStatusRequest();
+  void sendDumpRequest();
   void send(v1::Envelope& envelope);
   void over(const std::string& why);
   void resync(const Error& why);

@@ -35,6 +35,8 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
       return handle(envelope.clock_reply(), now_ns);
     case v1::Envelope::kStatus:
       return handle(envelope.status());
+    case v1::Envelope::kDumpReply:
+      return handle(envelope.dump_reply());
     case v1::Envelope::kAssetUploadReply:
       uploads_.replied(envelope.asset_upload_reply(), now_ns);
       return pumpUploads();
@@ -86,6 +88,7 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
   pumpEdits();
   pumpUploads();
   if (!statusWaiters_.empty()) sendStatusRequest();
+  if (!dumpWaiters_.empty()) sendDumpRequest();
   if (welcome.resumed()) sceneChanged();
 }
 
@@ -179,6 +182,10 @@ void ClientSession::handle(const v1::ClockReply& reply, std::uint64_t now_ns) {
 
 void ClientSession::handle(const v1::Status& status) {
   for (const StatusCallback& callback : std::exchange(statusWaiters_, {})) callback(status);
+}
+
+void ClientSession::handle(const v1::DumpReply& reply) {
+  for (const DumpCallback& callback : std::exchange(dumpWaiters_, {})) callback(reply);
 }
 
 /// Live once the scene stands at the welcome's revision or beyond.

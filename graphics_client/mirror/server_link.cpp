@@ -189,6 +189,12 @@ void ServerLink::requestStatus(StatusCallback callback) {
   });
 }
 
+void ServerLink::requestDump(DumpCallback callback) {
+  worker_->loop.post([worker = worker_.get(), callback = std::move(callback)]() mutable {
+    worker->session.requestDump(std::move(callback));
+  });
+}
+
 void ServerLink::setTelemetryRate(double rate_Hz) {
   worker_->loop.post([worker = worker_.get(), rate_Hz] { worker->session.setTelemetryRate(rate_Hz); });
 }

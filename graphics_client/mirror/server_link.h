@@ -56,6 +56,7 @@ class ServerLink {
   /// By the asset's hash; the upload finishes as refused and the server frees what it has of it.
   void cancelUpload(const ContentHash& asset);
   void requestStatus(StatusCallback callback);
+  void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
 
  private:

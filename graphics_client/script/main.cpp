@@ -119,6 +119,8 @@ int main(int argc, char** argv) {
   const auto* credentialsVerb = addCredentials(app, folder);
   const auto* statusVerb = app.add_subcommand("status", "Print the figures of servo and server")
                                ->footer("Example:\n  hapticctl --json status | jq .missed_ticks");
+  const auto* dumpVerb = app.add_subcommand("dump", "Have the server record its last 10 seconds in a file beside it")
+                             ->footer("Example:\n  hapticctl dump");
   app.add_subcommand("verify", "Fetch the whole scene anew and compare its hash with the server's")
       ->footer("Example:\n  hapticctl verify && echo same");
   try {
@@ -131,5 +133,6 @@ int main(int argc, char** argv) {
   if (watchVerb->parsed()) return watch(common, watchOptions);
   if (statusVerb->parsed()) return status(common);
   if (credentialsVerb->parsed()) return credentials(common, folder);
+  if (dumpVerb->parsed()) return dump(common);
   return verify(common);
 }

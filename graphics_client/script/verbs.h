@@ -30,6 +30,8 @@ int get(const CommonOptions& common, const std::string& name);
 int watch(const CommonOptions& common, const WatchOptions& options);
 /// Prints the servo's and the server's figures.
 int status(const CommonOptions& common);
+/// Has the server record the last seconds, and prints where.
+int dump(const CommonOptions& common);
 /// Fetches the whole scene anew, hashes every byte of it and compares with the server's root.
 int verify(const CommonOptions& common);
 

@@ -111,6 +111,11 @@ class LeadObserver {
     std::memcpy(static_cast<void*>(this), &other, offsetof(LeadObserver, written_) + other.remembered_ * sizeof(Vec3));
   }
 
+  /// Whether one that comes from elsewhere could have come of another, by following positions and forces.
+  [[nodiscard]] bool couldBecome(const LeadObserver& later) const noexcept {
+    return later.active_ == active_ && later.remembered_ == remembered_ && later.newest_ < remembered_;
+  }
+
   /// m/s.
   [[nodiscard]] Vec3 velocity() const noexcept { return velocity_; }
 

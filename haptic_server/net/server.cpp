@@ -162,6 +162,12 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override {
       return server.paths_.send(number, telemetry, now_ns());
     }
+    [[nodiscard]] bool requestDump() override {
+      if (!server.options_.dump) return false;
+      server.options_.dump(
+          [here = here()](const Result<std::string>& file) { here([file](ServerSession& s) { s.dumped(file); }); });
+      return true;
+    }
     void sessionClaimed(SessionId id) override { server.claimed(*this, id); }
     void fillStatus(v1::Status& status) override { server.fillStatus(status); }
     void refused(const std::string& why) override {
@@ -324,7 +330,6 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     bool any = false;
     while (options_.popTelemetry && options_.popTelemetry(sample)) {
       any = true;
-      if (options_.recordSample) options_.recordSample(sample, sample.tick == motion_.tick ? &motion_ : nullptr);
       if (!lastSample_ || sample.sceneRevision != lastSample_->sceneRevision) {
         for (auto& [number, connection] : connections_) {
           connection->session.adopted(sample.sceneRevision, sample.adoptionTick);

@@ -31,9 +31,8 @@ class Server {
     std::function<bool(TelemetrySample&)> popTelemetry;
     /// Where the objects that move are, null when nothing has changed since the last call; may be empty. Likewise.
     std::function<const MotionState*()> takeMotion = nullptr;
-    /// Each sample taken, in order, with the motion where that is of the same tick, else null; may be empty. Network
-    /// thread.
-    std::function<void(const TelemetrySample&, const MotionState*)> recordSample;
+    /// Records the last seconds and calls back, from any thread, with the file or why there is none; may be empty.
+    std::function<void(std::function<void(const Result<std::string>&)>)> dump = {};
     /// What a Status says of servo, device and uptime; may be empty. Network thread.
     std::function<void(v1::Status&)> fillStatus;
     std::function<void(const std::string&)> log;  ///< One line; may be empty. Network thread.

@@ -167,6 +167,8 @@ void ServerSession::handleLive(const v1::Envelope& envelope) {
       return reportStatus();
     case v1::Envelope::kAssetUpload:
       return handle(envelope.asset_upload());
+    case v1::Envelope::kDumpRequest:
+      return dump();
     default:
       return refuse("body", "is a message that a client does not send, or not after Hello");
   }
@@ -275,6 +277,23 @@ void ServerSession::handle(const v1::ClockProbe& probe) {
   reply.set_client_send_ns(probe.client_send_ns());
   reply.set_server_receive_ns(lastByte_ns_);
   reply.set_server_send_ns(host_.now_ns());
+  send(envelope);
+}
+
+void ServerSession::dump() {
+  if (role_ != Role::kEdit) return dumped(tl::unexpected(notAnEditor()));
+  if (!host_.requestDump()) dumped(refused("", "this server does not record"));
+}
+
+void ServerSession::dumped(const Result<std::string>& file) {
+  if (phase_ != Phase::kLive) return;
+  v1::Envelope envelope;
+  v1::DumpReply& reply = *envelope.mutable_dump_reply();
+  if (file) {
+    reply.set_file(*file);
+  } else {
+    reply.set_reason(file.error().text());
+  }
   send(envelope);
 }
 

@@ -62,6 +62,8 @@ class ServerSession {
   void adopted(std::uint64_t revision, std::uint64_t tick);
   void editDecided(std::uint64_t clientSeq, const EditOutcome& outcome);
   void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
+  /// The file with the last seconds, or why there is none.
+  void dumped(const Result<std::string>& file);
   /// Sends a Refusal naming the bad field and closes; reported to the host.
   void refuse(const std::string& field, const std::string& reason);
   /// Closes without blame: the server stops, or a newer connection took the session over.
@@ -111,6 +113,7 @@ class ServerSession {
   void putOff(std::uint64_t clientSeq, const Error& why);
   void handle(const v1::ClockProbe& probe);
   void reportStatus();
+  void dump();
 
   void pump();
   void sendTelemetry(bool lineIsFree);

@@ -56,6 +56,8 @@ class SessionHost {
 
   /// The client said who it is: an older connection of the same session is to be closed.
   virtual void sessionClaimed(SessionId session) = 0;
+  /// Records the last seconds. Answered with ServerSession::dumped, later. False: this server keeps none, no answer follows.
+  [[nodiscard]] virtual bool requestDump() { return false; }
   /// All but what the session knows itself: epoch, revision and root.
   virtual void fillStatus(v1::Status& status) = 0;
   /// The client was refused, for the log. The connection ends (ended() follows).

@@ -184,7 +184,9 @@ std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submission
 }
 
 void SceneRoom::publishToServo(ServoSceneMaker::Plan plan) {
-  crossing_.publish(servoScenes_.make(sequencer_, monotonicNow_ns(), plan));
+  auto scene = servoScenes_.make(sequencer_, monotonicNow_ns(), plan);
+  if (options_.onServoScene) options_.onServoScene(*scene, servoScenes_.parts());
+  crossing_.publish(std::move(scene));
 }
 
 }  // namespace haptics

@@ -35,6 +35,8 @@ class SceneRoom {
     std::function<const MotionState*()> takeMotion = nullptr;
     DeviceLimits device = {};                     ///< For clamps and warnings of them.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
+    /// Each scene that the servo is about to get, and what it is made of; may be empty. On the thread that publishes it.
+    std::function<void(const ServoScene&, const std::vector<ServoObjectParts>&)> onServoScene = {};
   };
   using EditReply = std::function<void(const EditOutcome&)>;
   using UploadReply = std::function<void(Result<std::shared_ptr<const Asset>>)>;

@@ -14,12 +14,44 @@ ServoSceneMaker::ServoSceneMaker(MakePlan makePlan, const DeviceLimits& device)
 
 std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan) {
   const SceneVersion& version = sequencer.history()->version;
-  auto scene = std::make_unique<ServoScene>();
-  scene->revision = revision_ = version.revision();
-  std::map<ObjectId, Detailed> detailed;
+  std::vector<ServoObjectParts> objects;
   for (const auto& record : version.objects()) {
-    Detailed& known = detailed[record->id] = detailOf(*record, sequencer.assetsOf(record->id));
-    addBody(known, *record, sequencer.assetsOf(record->id));
+    objects.push_back({record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id)});
+  }
+  addLeaving(objects, version, now_ns);
+  auto scene = make(std::move(objects), version.revision());
+  if (makePlan_ && (!plan_ || (plan == Plan::kOfThisOne && planIsOld()))) {
+    plan_ = planFor(*scene);
+    planRevision_ = revision_;
+    bodiesMoved_ = false;
+  }
+  scene->plan = plan_;
+  return scene;
+}
+
+void ServoSceneMaker::addLeaving(std::vector<ServoObjectParts>& objects, const SceneVersion& version,
+                                 std::uint64_t now_ns) {
+  std::erase_if(leaving_, [now_ns](const Leaving& l) { return l.until_ns <= now_ns; });
+  for (const ServoObjectParts& object : parts_) {
+    if (!object.leaving && !version.find(object.record->id)) {
+      leaving_.push_back({object, now_ns + kLeaving_ns});
+      leaving_.back().object.leaving = true;
+    }
+  }
+  const std::size_t room = kMaxServoObjects - objects.size();
+  if (leaving_.size() > room) leaving_.erase(leaving_.begin(), leaving_.end() - static_cast<std::ptrdiff_t>(room));
+  for (const Leaving& leaving : leaving_) objects.push_back(leaving.object);
+  std::ranges::sort(objects, {}, [](const ServoObjectParts& object) { return object.record->id; });
+}
+
+std::unique_ptr<ServoScene> ServoSceneMaker::make(std::vector<ServoObjectParts> objects, std::uint64_t revision) {
+  auto scene = std::make_unique<ServoScene>();
+  scene->number = ++number_;
+  scene->revision = revision_ = revision;
+  std::map<ObjectId, Detailed> detailed;
+  for (const auto& [record, assets, poseRevision, leaving] : objects) {
+    Detailed& known = detailed[record->id] = detailOf(*record, assets);
+    addBody(known, *record, assets);
     const Material& material = record->material;
     const double stiffness_N_per_m = std::min(material.stiffness_N_per_m, device_.stiffest_N_per_m);
     const double share =
@@ -30,31 +62,13 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
                               .pose = record->pose,
                               .stiffness_N_per_m = share * stiffness_N_per_m,
                               .damping_Ns_per_m = share * material.damping_Ns_per_m,
+                              .leaving = leaving,
                               .detail = known.detail,
                               .motion = known.body,
-                              .poseRevision = sequencer.posedAt(record->id)});
+                              .poseRevision = poseRevision});
   }
   detailed_ = std::move(detailed);
-  if (makePlan_ && (!plan_ || (plan == Plan::kOfThisOne && planIsOld()))) {
-    plan_ = planFor(*scene);
-    planRevision_ = revision_;
-    bodiesMoved_ = false;
-  }
-  scene->plan = plan_;
-
-  std::erase_if(leaving_, [now_ns](const Leaving& l) { return l.until_ns <= now_ns; });
-  for (const ServoObject& object : present_) {
-    if (!version.find(object.id)) {
-      leaving_.push_back({object, now_ns + kLeaving_ns});
-      leaving_.back().object.leaving = true;
-    }
-  }
-  present_ = scene->objects;
-
-  const std::size_t room = kMaxServoObjects - scene->objects.size();
-  if (leaving_.size() > room) leaving_.erase(leaving_.begin(), leaving_.end() - static_cast<std::ptrdiff_t>(room));
-  for (const Leaving& leaving : leaving_) scene->objects.push_back(leaving.object);
-  std::ranges::sort(scene->objects, {}, &ServoObject::id);
+  parts_ = std::move(objects);
   return scene;
 }
 
@@ -76,6 +90,7 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
 }
 
 std::shared_ptr<const ExplorationPlan> ServoSceneMaker::planFor(ServoScene scene) const {
+  std::erase_if(scene.objects, [](const ServoObject& object) { return object.leaving; });
   for (ServoObject& object : scene.objects) {
     const auto body = bodies_.find(object.id);
     if (object.motion && body != bodies_.end()) object.pose = body->second;

@@ -17,6 +17,14 @@ namespace haptics {
 /// ten times the 50 ms over which the servo blends an edit's jump out.
 inline constexpr std::uint64_t kLeaving_ns = 500'000'000;
 
+/// What one object of a servo scene is made of.
+struct ServoObjectParts {
+  SceneVersion::Object record;
+  ObjectAssets assets;
+  std::uint64_t poseRevision = 0;  ///< ServoObject::poseRevision.
+  bool leaving = false;
+};
+
 /// Makes the servo's scenes from the sequencer's revisions. Remembers which objects are leaving, and what the surfaces of
 /// those that stay were made of. Builder thread.
 class ServoSceneMaker {
@@ -34,6 +42,11 @@ class ServoSceneMaker {
   /// The sequencer's current version for the servo. Objects that were in the last one and are gone are leaving; those
   /// that have left for kLeaving_ns are dropped. The first scene's plan is always its own.
   [[nodiscard]] std::unique_ptr<const ServoScene> make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan);
+  /// The same from these objects, in order of id, leaving ones included, and without a plan. What did not change since
+  /// the last scene made is the same in memory.
+  [[nodiscard]] std::unique_ptr<ServoScene> make(std::vector<ServoObjectParts> objects, std::uint64_t revision);
+  /// Of the last scene made, object by object.
+  [[nodiscard]] const std::vector<ServoObjectParts>& parts() const noexcept { return parts_; }
   /// Whether the last scene's plan was made for another revision, or for bodies that were elsewhere.
   [[nodiscard]] bool planIsOld() const noexcept;
   /// Where the objects that move are. When they rest somewhere else than the plan has them, it is old.
@@ -43,7 +56,7 @@ class ServoSceneMaker {
 
  private:
   struct Leaving {
-    ServoObject object;
+    ServoObjectParts object;
     std::uint64_t until_ns;
   };
   struct Detailed {
@@ -57,9 +70,10 @@ class ServoSceneMaker {
   MakePlan makePlan_;
   DeviceLimits device_;
   std::map<ObjectId, Detailed> detailed_;  // of the last scene made
-  std::vector<ServoObject> present_;       // of the last scene made, in order of id
+  std::vector<ServoObjectParts> parts_;    // of the last scene made, in order of id
   std::vector<Leaving> leaving_;           // in order of time
   std::shared_ptr<const ExplorationPlan> plan_;
+  std::uint64_t number_ = 0;        // of the last scene made
   std::uint64_t revision_ = 0;      // of the last scene made
   std::uint64_t planRevision_ = 0;  // for which plan_ was made
 
@@ -67,6 +81,7 @@ class ServoSceneMaker {
   bool bodiesMoved_ = false;         // since plan_ was made
 
   [[nodiscard]] std::shared_ptr<const ExplorationPlan> planFor(ServoScene scene) const;
+  void addLeaving(std::vector<ServoObjectParts>& objects, const SceneVersion& version, std::uint64_t now_ns);
   void addBody(Detailed& detailed, const ObjectRecord& record, const ObjectAssets& assets) const;
   Detailed detailOf(const ObjectRecord& record, const ObjectAssets& assets) const;
 };

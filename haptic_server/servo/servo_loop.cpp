@@ -59,7 +59,9 @@ void ServoLoop::runFlatOut(const std::atomic<bool>& stop) noexcept {
 
 void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
   const AllocationTripwire armed;
-  if (const ServoScene* newest = crossing_.newest()) next_ = newest;
+  if (flight_ != nullptr) flight_->beginTick(state_, scene_->number, next_ != nullptr ? next_->number : 0);
+  const ServoScene* const newest = crossing_.newest();
+  if (newest != nullptr) next_ = newest;
   if (next_ != nullptr && adoptScene(*next_, state_, index)) {
     scene_ = std::exchange(next_, nullptr);
     device_.follow(scene_->plan.get());
@@ -67,8 +69,11 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
     statistics_.adoptedRevision.store(scene_->revision, std::memory_order_relaxed);
   }
   if (preTouch_) (*preTouch_)(*scene_, state_);
-  TelemetrySample sample = hapticStep(*scene_, state_, config_, {index, now_ns, device_.read(index)});
+  const StepInput input{index, now_ns, device_.read(index)};
+  TelemetrySample sample = hapticStep(*scene_, state_, config_, input);
   device_.write(sample.force.written);
+  if (flight_ != nullptr)
+    flight_->add({input, newest != nullptr ? newest->number : 0, sample.force.written, sample.fault});
   account(sample, now_ns);
   if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
   if (state_.movingCount + motion_.bodyCount > 0) [[unlikely]] {

@@ -10,6 +10,7 @@
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
+#include "haptic_server/servo/flight_ring.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/latency_histogram.h"
 #include "haptic_server/servo/pre_touch.h"
@@ -49,6 +50,9 @@ class ServoLoop {
   ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch = true)
       : ServoLoop(device, crossing, serverStepConfig(device.info(), rate_Hz), withPreTouch) {}
 
+  /// Every tick goes into this ring, which outlives the loop. Before run().
+  void recordInto(FlightRing& ring) noexcept { flight_ = &ring; }
+
   /// Runs on the calling thread until `stop` is set or `maxTicks` periods (0: no end) have passed; stops the device.
   /// A tick whose whole period was slept through is skipped and counted; there is no burst to catch up.
   void run(const std::atomic<bool>& stop, std::uint64_t maxTicks = 0) noexcept;
@@ -86,6 +90,7 @@ class ServoLoop {
   std::uint64_t ticksBefore_ = 0;
   MotionState motion_;
   NewestValue<MotionState> motionOut_, motionForPlans_;
+  FlightRing* flight_ = nullptr;
   boost::lockfree::spsc_queue<TelemetrySample, boost::lockfree::capacity<kQueuedSamples>> samples_;
 };
 

@@ -33,6 +33,8 @@ struct ServoObject {
 
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.
 struct ServoScene {
+  /// Counts the scenes up that are made for one servo, from 1: a recording names them so. 0: the empty one to begin with.
+  std::uint64_t number = 0;
   std::uint64_t revision = 0;
   std::vector<ServoObject> objects;             ///< At most kMaxServoObjects, in order of id.
   std::shared_ptr<const ExplorationPlan> plan;  ///< Null unless a simulated hand explores.

@@ -40,7 +40,7 @@ ContentHash linkOf(const ContentHash& chain, std::string_view headAndPayload) {
 
 }  // namespace
 
-RecordWriter::RecordWriter() : chain_(hashOf(kLogHead)) {}
+RecordWriter::RecordWriter(std::string_view head) : chain_(hashOf(head)) {}
 RecordWriter::RecordWriter(const ContentHash& chain) : chain_(chain) {}
 
 void RecordWriter::append(std::string& out, std::string_view payload) {
@@ -51,8 +51,8 @@ void RecordWriter::append(std::string& out, std::string_view payload) {
   out += viewOf(chain_, kHashBytes);
 }
 
-RecordReader::RecordReader(std::string_view log)
-    : log_(log), offset_(std::min(log.size(), kLogHead.size())), chain_(hashOf(kLogHead)) {}
+RecordReader::RecordReader(std::string_view log, std::string_view head)
+    : log_(log), offset_(std::min(log.size(), head.size())), chain_(hashOf(head)) {}
 
 std::optional<std::string_view> RecordReader::next() {
   const std::string_view rest = log_.substr(offset_);

@@ -7,7 +7,7 @@
 
 #include "common/hash/content_hash.h"
 
-// A log's bytes: kLogHead, then records:
+// A log's bytes: its head, a line that says what it is, then records:
 //
 //   u32 length of the payload | 4 bytes of SHA-256(chain, length) | payload | SHA-256(chain, all of these)
 //
@@ -21,7 +21,7 @@ inline constexpr std::string_view kLogHead = "haptics state 1\n";
 /// Writes records, each after the one before.
 class RecordWriter {
  public:
-  RecordWriter();                                           ///< Of the first record, after kLogHead.
+  explicit RecordWriter(std::string_view head = kLogHead);  ///< Of the first record, after the head.
   explicit RecordWriter(const ContentHash& chain);          ///< Goes on where a reader is.
   void append(std::string& out, std::string_view payload);  ///< The payload is at most 4 GiB.
 
@@ -39,7 +39,7 @@ enum class LogEnd {
 class RecordReader {
  public:
   /// All of a log, its head included, which the caller has checked; outlives the reader.
-  explicit RecordReader(std::string_view log);
+  explicit RecordReader(std::string_view log, std::string_view head = kLogHead);
 
   /// The next record's payload; nothing at the end, whichever it is.
   [[nodiscard]] std::optional<std::string_view> next();

@@ -19,11 +19,11 @@ LONGEST_US = 100_000  # wake-ups later than this count as this late
 NEEDS_TWO = 2  # exit code
 
 
-def start_server(options, rate_hz, cpu, summary):
-    """Returns once its servo runs."""
+def start_server(options, rate_hz, cpu, summary, more=()):
+    """Returns once its servo runs. `more`: options for it."""
     process = subprocess.Popen(
         [options.server, "--scene", options.scene, "--assets", options.assets, "--listen", "127.0.0.1:0", "--rate",
-         str(rate_hz), "--seconds", str(options.seconds), "--pin", str(cpu), "--summary", summary],
+         str(rate_hz), "--seconds", str(options.seconds), "--pin", str(cpu), "--summary", summary, *more],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     process.stdout.readline()
     return process

@@ -5,6 +5,7 @@ The simulated hand strokes for ever, so the ticks without an edit show what the 
 same trajectory with and without an edit, from one state, is compared in tests/haptic_server/servo.
 """
 import math
+import subprocess
 import time
 import unittest
 
@@ -16,14 +17,11 @@ MOVE_TICKS = 80  # 2 mm at 30 mm/s take 67 ms
 
 
 def read_recording(file):
-    from google.protobuf.internal.decoder import _DecodeVarint32
-    from haptics.v1 import telemetry_pb2
-    data, at, samples = file.read_bytes(), 0, []
-    while at < len(data):
-        length, at = _DecodeVarint32(data, at)
-        samples.append(telemetry_pb2.Telemetry.FromString(data[at:at + length]))
-        at += length
-    return samples
+    """What was felt in each tick; the replay must come to the recorded forces."""
+    import haptic_recording
+    felt = file.with_suffix(".felt")
+    subprocess.run([harness.BIN / "haptic_eval", "replay", file, "--telemetry", felt, "--out", file.parent], check=True)
+    return list(haptic_recording.telemetry(felt))
 
 
 def difference(a, b):

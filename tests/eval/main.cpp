@@ -9,6 +9,7 @@
 #include "tests/eval/advise/advise.h"
 #include "tests/eval/chart.h"
 #include "tests/eval/failures.h"
+#include "tests/eval/replay/replay_verb.h"
 #include "tests/eval/report.h"
 #include "tests/eval/stability/stability.h"
 #include "tests/eval/table1/table1.h"
@@ -34,6 +35,7 @@ struct Arguments {
   TexturesOptions textures;
   AdviseOptions advise;
   StabilityOptions stability;
+  ReplayOptions replay;
 
   bool good = true;  ///< What the verb came to.
 };
@@ -256,6 +258,20 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
   });
 }
 
+void addReplay(CLI::App& app, Arguments& arguments) {
+  CLI::App* verb = addVerb(app,
+                           {"replay", "A recording of haptic_server again: is every force the same, bit for bit?",
+                            "ticks.haptics --telemetry felt",
+                            "haptic_server --record FILE makes recordings, and so do faults and hapticctl dump."},
+                           arguments);
+  ReplayOptions& options = arguments.replay;
+  verb->add_option("FILE", options.recording, "Recording")->required();
+  verb->add_option("--telemetry", options.telemetry,
+                   "Write what was felt in each tick here (length-delimited haptics.v1.Telemetry)")
+      ->type_name("FILE");
+  verb->callback([&arguments, &options] { arguments.good = runReplay(options, arguments.out); });
+}
+
 void mustBeVerb(const CLI::App& app, const std::string& name) {
   std::string known;
   for (const CLI::App* verb : app.get_subcommands({})) {
@@ -271,7 +287,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
-  for (const auto add : {addFailures, addAccuracy, addChart, addTextures, addTable1, addWalk, addAdvise, addStability})
+  for (const auto add :
+       {addFailures, addAccuracy, addChart, addTextures, addTable1, addWalk, addAdvise, addStability, addReplay})
     add(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);

@@ -9,7 +9,7 @@ import zlib
 from pathlib import Path
 
 from google.protobuf import text_format
-from haptics.v1 import envelope_pb2, scene_pb2
+from haptics.v1 import envelope_pb2, recording_pb2, scene_pb2
 
 CORPUS = Path(__file__).parent / "corpus"
 SCENES = {
@@ -105,6 +105,45 @@ def transaction(name):
 
 def pieces(messages):
     return b"".join(struct.pack("<H", len(data)) + data for data in messages)
+
+
+RECORDED = {
+    "plain": "",
+    "texture": 'friction { mu_static: 1 mu_dynamic: 0.5 variation: 0.5 field { grain { grain_m: 1e-3 seed: 1 } } } shading { '
+               'crease_rad: 1 } texture { law: TEXTURE_LAW_HO1999 amplitude_m: 1e-3 gain_K: 1 field { noise { wavelength_m: '
+               '0.01 octaves: 2 persistence: 0.5 seed: 1 } } }',
+    "motion": 'motion { mass_kg: 0.1 planes { normal { z: 1 } friction: 0.4 } }',
+}
+
+
+def recorded_tick(number, scene, position):
+    return struct.pack("<3Q6B2x2I6d", number, 1000 * number, scene, 2, 0, 0, 1, 0, 0, 0, 0, *position, 0, 0, 0)
+
+
+def recording(mesh, properties):
+    """The parts of a short one: an object comes, is pressed, leaves and is gone."""
+    part = recording_pb2.RecordingPart
+    head = part(head=text_format.Parse('server: "s" device: "d" rate_hz: 1000 period_s: 1e-3 max_force_N: 3 '
+                                       'stable_lateral_N_per_m: 500', recording_pb2.RecordingHead()))
+    digest = hashlib.sha256(mesh).digest()
+    scenes = [part(scene=recording_pb2.RecordedScene(number=number, revision=number)) for number in (1, 2, 3)]
+    put = scenes[0].scene.put.add()
+    text_format.Parse('state { id: 1 name: "a" revision: 1 stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 pose { position { x: '
+                      '1e-3 } rotation { w: 1 } } color { red: 1 } ' + properties + " } posed_at: 1", put)
+    put.state.mesh = digest
+    scenes[1].scene.leaving.append(1)
+    scenes[2].scene.gone.append(1)
+    parts = [head, part(asset=recording_pb2.RecordedAsset(kind=1, hash=digest, data=mesh)), scenes[0]]
+    number = 0
+    for scene in scenes:
+        if scene.scene.number > 1:
+            parts.append(scene)
+        path = b""
+        for i in range(12):
+            path += recorded_tick(number, scene.scene.number if i == 0 else 0, (0.05, 0.05, 0.02 * (5 - i)))
+            number += 1
+        parts.append(part(ticks=recording_pb2.RecordedTicks(ticks=path)))
+    return parts
 
 
 def write(fuzzer, name, data):
@@ -208,6 +247,12 @@ def main():
     write("mesh_bytes", "tetrahedron", mesh)
     write("mesh_bytes", "empty", b"HMSH" + struct.pack("<IQQ", 1, 0, 0))
     write("mesh_bytes", "claims_much", b"HMSH" + struct.pack("<IQQ", 1, 1 << 60, 1 << 60))
+
+    for name, properties in RECORDED.items():
+        write("recording", name, pieces([part.SerializeToString() for part in recording(mesh, properties)]))
+    with_state = recording(mesh, "")
+    with_state.insert(3, recording_pb2.RecordingPart(state=recording_pb2.RecordedState(scene=1, image=bytes(2000))))
+    write("recording", "state", pieces([part.SerializeToString() for part in with_state]))
 
     write("field_bytes", "ramp", b"HSFD" + struct.pack("<III6f", 1, 2, 3, 0, 0.25, 0.5, -1, 2, 3.5))
     write("field_bytes", "square", b"HSFD" + struct.pack("<III16f", 1, 4, 4, *(i * i % 7 / 7 for i in range(16))))

@@ -77,6 +77,51 @@ TEST_F(SessionRoles, ViewersUploadsAreAnsweredOnceAndHeldNowhere) {
   EXPECT_FALSE(client.closed);
 }
 
+class SessionDumps : public SessionRoles {
+ protected:
+  void ask() {
+    v1::Envelope envelope;
+    envelope.mutable_dump_request();
+    client.send(envelope);
+    link.settle();
+  }
+  [[nodiscard]] v1::DumpReply reply() {
+    const auto replies = client.all(Kind::kDumpReply);
+    EXPECT_EQ(replies.size(), 1U);
+    return replies.empty() ? v1::DumpReply{} : replies[0].dump_reply();
+  }
+};
+
+TEST_F(SessionDumps, AreAnsweredWithTheirFileOrWhyThereIsNone) {
+  hello("");
+  ask();
+  EXPECT_EQ(dumpsAsked, 1);
+  EXPECT_EQ(client.count(Kind::kDumpReply), 0U) << "not written yet";
+  session.dumped(std::string("/there/file"));
+  link.settle();
+  EXPECT_EQ(reply().file(), "/there/file");
+  client.got.clear();
+  session.dumped(haptics::refused("/there", "no space left"));
+  link.settle();
+  EXPECT_EQ(reply().file(), "");
+  EXPECT_EQ(reply().reason(), "/there: no space left");
+}
+
+TEST_F(SessionDumps, AreNotForViewers) {
+  role = Role::kView;
+  hello("");
+  ask();
+  EXPECT_EQ(dumpsAsked, 0);
+  EXPECT_THAT(reply().reason(), ::testing::HasSubstr("editor.credentials"));
+}
+
+TEST_F(SessionDumps, AreRefusedWhereNothingIsRecorded) {
+  records = false;
+  hello("");
+  ask();
+  EXPECT_THAT(reply().reason(), ::testing::HasSubstr("does not record"));
+}
+
 TEST_F(SessionRoles, WhoeverHasNoneIsRefusedBeforeAnythingIsSaid) {
   role = haptics::refused("hello.token", "is not one that this server knows");
   hello("guess");

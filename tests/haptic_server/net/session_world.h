@@ -151,6 +151,10 @@ class SessionWorld : public SessionHost {
     return true;
   }
   void releaseUpload(std::size_t bytes) override { reserved -= bytes; }
+  [[nodiscard]] bool requestDump() override {
+    ++dumpsAsked;
+    return records;
+  }
   void sessionClaimed(SessionId id) override { claimed = id; }
   void fillStatus(v1::Status& status) override { status.set_ticks(42); }
   void refused(const std::string& why) override { refusals.push_back(why); }
@@ -197,6 +201,8 @@ class SessionWorld : public SessionHost {
   AssetStore uploads;
   Sequencer sequencer{5, resolver};
   std::uint64_t serverSeq = 0;
+  bool records = true;  // the last seconds
+  int dumpsAsked = 0;
   bool builderIsFull = false;
   std::vector<std::pair<AssetName, std::string>> building;
   std::size_t uploadBudget = 64U << 20;

@@ -10,11 +10,10 @@
 
 namespace haptics {
 
-/// Writes every tick's sample to a file: haptics.v1.Telemetry messages, each behind its length as a varint. For one
-/// thread, not the servo's.
-class Recorder {
+/// Writes samples to a file: haptics.v1.Telemetry messages, each behind its length as a varint.
+class TelemetryFile {
  public:
-  [[nodiscard]] static Result<Recorder> open(const std::string& file);
+  [[nodiscard]] static Result<TelemetryFile> open(const std::string& file);
   /// @param motion  As of the sample's tick; null: not known for this one.
   void write(const TelemetrySample& sample, const MotionState* motion);
   /// False when something could not be written, for instance because the disk is full.

@@ -1,0 +1,26 @@
+#include <future>
+#include <iostream>
+#include <memory>
+
+#include "graphics_client/script/message_json.h"
+#include "graphics_client/script/verbs.h"
+
+namespace haptics {
+
+int dump(const CommonOptions& common) {
+  Connection connection(common, {});
+  if (const auto opened = connection.open(); !opened) return fail(kNoConnection, opened.error());
+  const auto promise = std::make_shared<std::promise<v1::DumpReply>>();
+  connection.link().requestDump([promise](const v1::DumpReply& reply) { promise->set_value(reply); });
+  const auto answer = connection.await(promise->get_future());
+  if (!answer) return fail(kNoConnection, answer.error());
+  if (answer->file().empty()) return fail(kRefused, {"", answer->reason()});
+  if (common.json) {
+    std::cout << toJson(*answer).dump() << '\n';
+  } else {
+    std::cout << answer->file() << " on the server's machine; haptic_eval replay FILE runs it again\n";
+  }
+  return kDone;
+}
+
+}  // namespace haptics

@@ -1,0 +1,63 @@
+"""Reads recordings of haptic_server (--record FILE, hapticctl dump, faults): what the servo was given and the force that it
+gave back, tick by tick. What it felt in between (contact, penetration, components of the force) is made again by
+haptic_eval replay FILE --telemetry OUT, and read by telemetry() here.
+"""
+import hashlib
+import struct
+from collections import namedtuple
+
+from haptics.v1 import recording_pb2, telemetry_pb2
+
+HEAD = b"haptics recording 1\n"
+TICK = struct.Struct("<3Q6B2x2I6d")  # recording.proto
+
+# Lengths in m, forces in N, the server's world frame and monotonic clock.
+Tick = namedtuple("Tick", "tick time_ns scene device_state fault device_fault homed homed_axes buttons age_us position force")
+
+
+class Damaged(Exception):
+    """The file is not what was written, from some byte on."""
+
+
+def parts(file):
+    """The recording's parts (recording.proto), as far as the file goes: one that was cut off ends with its last whole
+    part."""
+    with open(file, "rb") as stream:
+        if stream.read(len(HEAD)) != HEAD:
+            raise Damaged(f"{file} is no recording of this version")
+        chain = hashlib.sha256(HEAD).digest()
+        while True:
+            head = stream.read(8)
+            payload = stream.read(struct.unpack("<I", head[:4])[0]) if len(head) == 8 else b""
+            link = stream.read(32)
+            if len(link) < 32:
+                return
+            chain = hashlib.sha256(chain + head + payload).digest()
+            if chain != link:
+                raise Damaged(f"{file} is damaged before byte {stream.tell()}")
+            yield recording_pb2.RecordingPart.FromString(payload)
+
+
+def ticks(file):
+    """A Tick for each tick of the recording."""
+    for part in parts(file):
+        for values in TICK.iter_unpack(part.ticks.ticks):
+            yield Tick(*values[:9], values[9], values[11:14], values[14:17])
+
+
+def telemetry(file):
+    """The haptics.v1.Telemetry messages of a file that haptic_eval replay --telemetry wrote."""
+    with open(file, "rb") as stream:
+        data = stream.read()
+    at = 0
+    while at < len(data):
+        length = shift = 0
+        while True:
+            byte = data[at]
+            at += 1
+            length |= (byte & 0x7f) << shift
+            shift += 7
+            if byte < 0x80:
+                break
+        yield telemetry_pb2.Telemetry.FromString(data[at:at + length])
+        at += length

@@ -1,0 +1,227 @@
+#include "haptic_server/recording/flight_recorder.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <system_error>
+#include <utility>
+
+#include "common/clock/monotonic.h"
+#include "haptics/v1/telemetry.pb.h"
+
+namespace haptics {
+namespace {
+
+/// Scenes that the servo may have used within what the ring holds, a stop of the recorder included.
+constexpr std::uint64_t kHoldScenes_ns = 30'000'000'000;
+
+[[nodiscard]] std::int64_t unixNow_ns() {
+  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+/// "device_lost"
+[[nodiscard]] std::string nameOf(Fault fault) {
+  std::string name = v1::Fault_Name(static_cast<v1::Fault>(fault)).substr(std::string("FAULT_").size());
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
+}
+
+/// "flight-20261120T143005.123Z-device_lost.haptics"
+[[nodiscard]] std::string fileName(const std::string& why) {
+  const std::int64_t now_ns = unixNow_ns();
+  const auto seconds = static_cast<std::time_t>(now_ns / 1'000'000'000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  char stamp[32];
+  std::strftime(stamp, sizeof stamp, "%Y%m%dT%H%M%S", &utc);
+  const std::string thousandths = std::to_string(1000 + now_ns / 1'000'000 % 1000).substr(1);
+  std::string name = std::string("flight-") + stamp + '.' + thousandths + "Z-" + why + ".haptics";
+  std::ranges::replace(name, ' ', '_');
+  return name;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FlightRecorder>> FlightRecorder::open(Options options, FlightRing& ring) {
+  std::unique_ptr<FlightRecorder> recorder(new FlightRecorder(std::move(options), ring));
+  if (const std::string& file = recorder->options_.record; !file.empty()) {
+    RecordingFacts facts = recorder->options_.facts;
+    facts.began_unix_ns = unixNow_ns();
+    facts.why = "--record";
+    auto writer = RecordingWriter::create(file, facts);
+    if (!writer) return tl::unexpected(std::move(writer.error()));
+    recorder->writer_ = *std::move(writer);
+  }
+  return recorder;
+}
+
+FlightRecorder::~FlightRecorder() { (void)stop(); }
+
+void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjectParts>& objects) {
+  const std::uint64_t now_ns = monotonicNow_ns();
+  auto kept = std::make_shared<const GivenScene>(givenScene(scene, objects));
+  const std::lock_guard lock(mutex_);
+  scenes_.push_back({std::move(kept), now_ns});
+  while (scenes_.size() > 1 && scenes_[1].given_ns + kHoldScenes_ns < now_ns) scenes_.pop_front();
+}
+
+void FlightRecorder::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void FlightRecorder::request(std::string why, Answer answer) {
+  {
+    const std::lock_guard lock(mutex_);
+    asked_.push_back({std::move(why), std::move(answer), ring_.end()});
+  }
+  changed_.notify_one();
+}
+
+Result<void> FlightRecorder::stop() {
+  if (thread_.joinable()) {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    changed_.notify_one();
+    thread_.join();
+    look(true);
+  }
+  if (failure_) return tl::unexpected(*failure_);
+  return {};
+}
+
+void FlightRecorder::run() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    changed_.wait_for(lock, std::chrono::nanoseconds(kFlushEvery_ns));
+    lock.unlock();
+    look(false);
+    lock.lock();
+  }
+}
+
+void FlightRecorder::look(bool last) {
+  // Scenes are given before ticks take them: looked for after the ticks, all that these name are there.
+  const std::uint64_t end = ring_.end();
+  if (writer_) {
+    for (const auto& scene : scenesFrom(written_ + 1)) {
+      writer_->add(*scene);
+      written_ = scene->number;
+    }
+  }
+  RecordedTick tick;
+  for (; seen_ < end; ++seen_) {
+    if (ring_.read(seen_, tick)) {
+      take(tick);
+    } else if (writer_) {
+      giveUp("the disk was slower than the servo for " + std::to_string(static_cast<int>(FlightRing::kSeconds)) +
+             " s; the recording ends there");
+    }
+  }
+  if (writer_) {
+    if (auto flushed = writer_->flush(); !flushed) giveUp(flushed.error().reason);
+  }
+  writeDue(end, last);
+}
+
+void FlightRecorder::take(const RecordedTick& tick) {
+  if (writer_) writer_->add(tick);
+  const bool good = tick.fault == Fault::kNone;
+  if (wasGood_ && !good && faults_ < kMostFaults) {
+    ++faults_;
+    const auto after = static_cast<std::uint64_t>(std::ceil(kAfterFault_s * options_.facts.rate_Hz));
+    due_.push_back({nameOf(tick.fault), {}, seen_ + after});
+  }
+  wasGood_ = good;
+}
+
+void FlightRecorder::writeDue(std::uint64_t end, bool last) {
+  {
+    const std::lock_guard lock(mutex_);
+    std::ranges::move(asked_, std::back_inserter(due_));
+    asked_.clear();
+  }
+  for (const Request& request : std::exchange(due_, {})) {
+    if (!last && request.due > end) {
+      due_.push_back(request);
+      continue;
+    }
+    if (!mayBeGranted(request)) continue;
+    const auto written = write(request);
+    if (request.answer) request.answer(written);
+    if (written) {
+      options_.info("the last " + std::to_string(static_cast<int>(FlightRing::kSeconds)) + " s are in " +
+                    written->string() + " (" + request.why + ')');
+    } else {
+      options_.warning("the last seconds could not be kept: " + written.error().text());
+    }
+  }
+}
+
+bool FlightRecorder::mayBeGranted(const Request& request) {
+  if (!request.answer) return true;
+  const std::uint64_t now_ns = monotonicNow_ns();
+  if (requested_ns_ != 0 && now_ns - requested_ns_ < kBetweenRequests_ns) {
+    request.answer(refused("", "the last seconds were recorded just now; ask again in a second"));
+    return false;
+  }
+  requested_ns_ = now_ns;
+  return true;
+}
+
+Result<std::filesystem::path> FlightRecorder::write(const Request& request) {
+  try {
+    std::filesystem::create_directories(options_.folder);
+    const auto file = options_.folder / fileName(request.why);
+    if (auto written = writeTo(file, request.why); !written) return tl::unexpected(std::move(written.error()));
+    return file;
+  } catch (const std::filesystem::filesystem_error& error) {
+    return refused(options_.folder.string(), error.code().message());
+  }
+}
+
+Result<void> FlightRecorder::writeTo(const std::filesystem::path& file, const std::string& why) {
+  const std::uint64_t end = ring_.end();
+  const auto wanted = static_cast<std::uint64_t>(std::ceil(FlightRing::kSeconds * options_.facts.rate_Hz));
+  RecordingFacts facts = options_.facts;
+  facts.began_unix_ns = unixNow_ns() - static_cast<std::int64_t>(FlightRing::kSeconds * 1e9);
+  facts.why = why;
+  auto writer = RecordingWriter::create(file, facts);
+  if (!writer) return tl::unexpected(std::move(writer.error()));
+
+  std::uint64_t position = 0;
+  {
+    const FlightRing::HeldKeyframes held(ring_);
+    const Keyframe* keyframe = held.atOrBefore(end > wanted ? end - wanted : 0);
+    if (keyframe == nullptr) return refused("", "the servo has not run yet");
+    for (const auto& scene : scenesFrom(std::max<std::uint64_t>(keyframe->scene, 1))) writer->add(*scene);
+    writer->add(*keyframe);
+    position = keyframe->position;
+  }
+  RecordedTick tick;
+  for (; position < end; ++position) {
+    if (!ring_.read(position, tick)) return refused(file.string(), "the servo overtook the recorder");
+    writer->add(tick);
+  }
+  return writer->flush();
+}
+
+std::vector<std::shared_ptr<const GivenScene>> FlightRecorder::scenesFrom(std::uint64_t number) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::shared_ptr<const GivenScene>> scenes;
+  for (const Held& held : scenes_) {
+    if (held.scene->number >= number) scenes.push_back(held.scene);
+  }
+  return scenes;
+}
+
+void FlightRecorder::giveUp(const std::string& why) {
+  failure_ = Error{options_.record, "the recording is incomplete: " + why};
+  options_.warning(failure_->text());
+  writer_.reset();
+}
+
+}  // namespace haptics

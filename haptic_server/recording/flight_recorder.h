@@ -1,0 +1,99 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "haptic_server/recording/recording_writer.h"
+
+namespace haptics {
+
+/// Empties the servo's flight ring into recordings, on a thread of its own: the last FlightRing::kSeconds when a fault has
+/// come up or somebody asks, and every tick from the first on where a file is given.
+class FlightRecorder {
+ public:
+  struct Options {
+    RecordingFacts facts;          ///< Of this server; began and why are left to the recorder.
+    std::string record;            ///< File for every tick; empty: none.
+    std::filesystem::path folder;  ///< For the others.
+    std::function<void(const std::string&)> info, warning;
+  };
+  /// Where the recording is, or why there is none. On the recorder's thread.
+  using Answer = std::function<void(const Result<std::filesystem::path>&)>;
+
+  /// How often ticks go to the file. Killed, a server loses those of so long at most; longer risks more, shorter costs
+  /// wake-ups beside the servo.
+  static constexpr std::uint64_t kFlushEvery_ns = 20'000'000;
+  /// Kept of what comes after a fault: how the force was taken away.
+  static constexpr double kAfterFault_s = 0.5;
+  /// Recordings of faults by one server: a device that comes and goes must not fill the disk.
+  static constexpr int kMostFaults = 20;
+  /// Between two requests that are granted.
+  static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;
+
+  /// The ring outlives the recorder. Refused: a file that cannot be written.
+  [[nodiscard]] static Result<std::unique_ptr<FlightRecorder>> open(Options options, FlightRing& ring);
+  ~FlightRecorder();  ///< Stops.
+  FlightRecorder(const FlightRecorder&) = delete;
+  FlightRecorder& operator=(const FlightRecorder&) = delete;
+
+  /// A scene that the servo is about to get. Any one thread, also before start().
+  void given(const ServoScene& scene, const std::vector<ServoObjectParts>& objects);
+  void start();
+  /// Any thread. Writes the last FlightRing::kSeconds, unless somebody else has just asked.
+  void request(std::string why, Answer answer);
+  /// Writes what the ring still holds; after the servo's last tick. Refused: the file is incomplete.
+  [[nodiscard]] Result<void> stop();
+
+ private:
+  struct Request {
+    std::string why;
+    Answer answer;
+    std::uint64_t due = 0;  // position in the ring
+  };
+  struct Held {
+    std::shared_ptr<const GivenScene> scene;
+    std::uint64_t given_ns;
+  };
+  FlightRecorder(Options options, FlightRing& ring) : options_(std::move(options)), ring_(ring) {}
+
+  void run();
+  void look(bool last);
+  void take(const RecordedTick& tick);
+  void writeDue(std::uint64_t end, bool last);
+  [[nodiscard]] bool mayBeGranted(const Request& request);
+  [[nodiscard]] Result<std::filesystem::path> write(const Request& request);
+  [[nodiscard]] Result<void> writeTo(const std::filesystem::path& file, const std::string& why);
+  [[nodiscard]] std::vector<std::shared_ptr<const GivenScene>> scenesFrom(std::uint64_t number) const;
+  void giveUp(const std::string& why);
+
+  Options options_;
+  FlightRing& ring_;
+  std::thread thread_;
+
+  mutable std::mutex mutex_;  // guards the four below
+  std::condition_variable changed_;
+  std::deque<Held> scenes_;
+  std::deque<Request> asked_;
+  bool stopping_ = false;
+
+  // The recorder's thread only.
+  std::optional<RecordingWriter> writer_;
+  std::optional<Error> failure_;  // of --record
+  std::uint64_t seen_ = 0;        // ticks
+  std::uint64_t written_ = 0;     // scenes, by number
+  bool wasGood_ = false;
+  int faults_ = 0;
+  std::uint64_t requested_ns_ = 0;  // when the last request was granted
+  std::vector<Request> due_;
+};
+
+}  // namespace haptics

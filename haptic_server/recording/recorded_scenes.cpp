@@ -1,0 +1,100 @@
+#include "haptic_server/recording/recorded_scenes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+[[nodiscard]] Result<SceneVersion> versionOf(std::uint64_t revision, const std::vector<GivenObject>& objects) {
+  std::vector<ObjectRecord> records;
+  for (const GivenObject& object : objects) {
+    if (!object.parts.leaving) records.push_back(*object.parts.record);
+  }
+  return SceneVersion::fromSnapshot(revision, std::move(records));
+}
+
+}  // namespace
+
+Result<void> RecordedScenes::add(const v1::RecordedAsset& message) {
+  const auto hash = hashFromWire(message.hash(), "asset.hash");
+  if (!hash) return tl::unexpected(hash.error());
+  const auto kind = assetKindFromWire(message.kind(), "asset.kind");
+  if (!kind) return tl::unexpected(kind.error());
+  auto asset = store_.internEncoded({*kind, *hash}, message.data());
+  if (!asset) return tl::unexpected(std::move(asset.error()).within("asset."));
+  assets_[*hash] = *std::move(asset);
+  return {};
+}
+
+Result<GivenObject> RecordedScenes::objectOf(const v1::RecordedObject& message) const {
+  auto record = fromWire(message.state());
+  if (!record) return tl::unexpected(std::move(record.error()));
+  auto assets = gatherAssets(*record, [this](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
+    const auto at = assets_.find(name.hash);
+    if (at == assets_.end()) return refused("", "names an asset that the recording does not hold");
+    return at->second;
+  });
+  if (!assets) return tl::unexpected(std::move(assets.error()));
+  const double stiffness = message.stiffness_n_per_m(), damping = message.damping_ns_per_m();
+  if (!std::isfinite(stiffness) || stiffness < 0) return refused("stiffness_N_per_m", "is not finite and at least 0");
+  if (!std::isfinite(damping) || damping < 0) return refused("damping_Ns_per_m", "is not finite and at least 0");
+  return GivenObject{{std::make_shared<const ObjectRecord>(*std::move(record)), *std::move(assets), message.posed_at()},
+                     stiffness,
+                     damping};
+}
+
+Result<std::vector<GivenObject>> RecordedScenes::objectsOf(const v1::RecordedScene& message) const {
+  std::vector<GivenObject> objects = objects_;
+  for (const ObjectId id : message.gone()) {
+    if (std::erase_if(objects, [id](const GivenObject& object) { return object.id() == id; }) == 0)
+      return refused("gone", "names object " + std::to_string(id) + ", which was not there");
+  }
+  for (const v1::RecordedObject& put : message.put()) {
+    auto object = objectOf(put);
+    if (!object) return tl::unexpected(std::move(object.error()).within("put."));
+    const auto at = std::ranges::lower_bound(objects, object->id(), {}, &GivenObject::id);
+    if (at != objects.end() && at->id() == object->id()) {
+      *at = *std::move(object);
+    } else {
+      objects.insert(at, *std::move(object));
+    }
+  }
+  for (GivenObject& object : objects) object.parts.leaving = false;
+  for (const ObjectId id : message.leaving()) {
+    const auto at = std::ranges::lower_bound(objects, id, {}, &GivenObject::id);
+    if (at == objects.end() || at->id() != id)
+      return refused("leaving", "names object " + std::to_string(id) + ", which is not there");
+    at->parts.leaving = true;
+  }
+  if (objects.size() > kMaxServoObjects)
+    return refused("put", "leads to more than " + std::to_string(kMaxServoObjects) + " objects");
+  return objects;
+}
+
+Result<std::unique_ptr<const ServoScene>> RecordedScenes::make(const v1::RecordedScene& message) {
+  if (message.number() == 0 || (number_ != 0 && message.number() != number_ + 1))
+    return refused("scene.number", "is " + std::to_string(message.number()) + " after " + std::to_string(number_));
+  const std::string where = "scene " + std::to_string(message.number()) + ": ";
+  auto objects = objectsOf(message);
+  if (!objects) return tl::unexpected(std::move(objects.error()).within(where));
+  const auto version = versionOf(message.revision(), *objects);
+  if (!version) return tl::unexpected(Error(version.error()).within(where));
+  if (version->root().asBytes() != message.root()) return refused(where + "root", "is not that of its objects");
+  objects_ = *std::move(objects);
+  std::vector<ServoObjectParts> parts;
+  for (const GivenObject& object : objects_) parts.push_back(object.parts);
+  auto scene = maker_.make(std::move(parts), message.revision());
+  scene->number = number_ = message.number();
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    scene->objects[i].stiffness_N_per_m = objects_[i].stiffness_N_per_m;
+    scene->objects[i].damping_Ns_per_m = objects_[i].damping_Ns_per_m;
+  }
+  return scene;
+}
+
+}  // namespace haptics

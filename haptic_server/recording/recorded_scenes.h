@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "common/error/error.h"
+#include "haptic_server/recording/recording_writer.h"
+#include "haptic_server/scene/servo_scene_maker.h"
+#include "haptics/v1/recording.pb.h"
+
+namespace haptics {
+
+/// Makes the servo's scenes of a recording again. What was one in memory in the servo is one here too: assets by their
+/// content, what is made of them as long as it did not change. Untrusted messages are welcome.
+class RecordedScenes {
+ public:
+  /// Refused: data that does not have the hash, or is not of the kind.
+  [[nodiscard]] Result<void> add(const v1::RecordedAsset& asset);
+  /// The next scene. Refused: values that an edit could not have set, assets that are not here, a number out of turn,
+  /// a root that is not that of the objects.
+  [[nodiscard]] Result<std::unique_ptr<const ServoScene>> make(const v1::RecordedScene& message);
+
+ private:
+  AssetStore store_;
+  std::unordered_map<ContentHash, std::shared_ptr<const Asset>> assets_;
+  ServoSceneMaker maker_{{}};
+  std::vector<GivenObject> objects_;  // of the last scene made, in order of id
+  std::uint64_t number_ = 0;
+
+  [[nodiscard]] Result<std::vector<GivenObject>> objectsOf(const v1::RecordedScene& message) const;
+  [[nodiscard]] Result<GivenObject> objectOf(const v1::RecordedObject& message) const;
+};
+
+}  // namespace haptics

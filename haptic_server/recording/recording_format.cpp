@@ -1,0 +1,145 @@
+#include "haptic_server/recording/recording_format.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "haptic_server/recording/state_image.h"
+#include "haptic_server/recording/step_sources.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kMaxRate_Hz = 1e6;
+
+static_assert(sizeof(StepInput) == 56, "what is new in it goes into appendTick() and tickFrom()");
+static_assert(sizeof(StepConfig) == 88, "what is new in it goes into toMessage() and factsFrom()");
+
+void putWord(std::string& bytes, std::uint64_t word) {
+  for (int i = 0; i < 8; ++i) bytes += static_cast<char>(word >> (8 * i));
+}
+void putVector(std::string& bytes, Vec3 v) {
+  for (const double x : {v.x, v.y, v.z}) putWord(bytes, std::bit_cast<std::uint64_t>(x));
+}
+
+[[nodiscard]] std::uint64_t takeWord(std::string_view& bytes) {
+  std::uint64_t word = 0;
+  for (std::size_t i = 8; i-- > 0;) word = word << 8 | static_cast<unsigned char>(bytes[i]);
+  bytes.remove_prefix(8);
+  return word;
+}
+[[nodiscard]] Vec3 takeVector(std::string_view& bytes) {
+  Vec3 v;
+  for (double* x : {&v.x, &v.y, &v.z}) *x = std::bit_cast<double>(takeWord(bytes));
+  return v;
+}
+
+[[nodiscard]] bool isAtLeastZero(double value) { return std::isfinite(value) && value >= 0; }
+[[nodiscard]] bool isPositive(double value) { return std::isfinite(value) && value > 0; }
+
+}  // namespace
+
+std::string_view ownStepSources() noexcept {
+  return {reinterpret_cast<const char*>(kStepSources.data()), kStepSources.size()};
+}
+
+v1::RecordingHead toMessage(const RecordingFacts& facts) {
+  v1::RecordingHead head;
+  head.set_server(facts.server);
+  head.set_step_sources(facts.stepSources);
+  head.set_state_layout(stateLayout());
+  head.set_began_unix_ns(facts.began_unix_ns);
+  head.set_device(facts.device);
+  head.set_rate_hz(facts.rate_Hz);
+  head.set_why(facts.why);
+  head.set_period_s(facts.config.period_s);
+  head.set_max_force_n(facts.config.maxForce_N);
+  head.set_position_step_m(facts.config.positionStep_m);
+  head.set_stable_lateral_n_per_m(facts.config.stableLateral_N_per_m);
+  head.set_rise_s(facts.config.rise_s);
+  if (const auto& lead = facts.config.lead) {
+    v1::RecordedLead& message = *head.mutable_lead();
+    message.set_mass_kg(lead->mass_kg);
+    message.set_viscous_friction_ns_per_m(lead->viscousFriction_Ns_per_m);
+    message.set_delay_s(lead->delay_s);
+    message.set_bandwidth_hz(lead->bandwidth_Hz);
+    message.set_contact_lead_s(lead->contactLead_s);
+  }
+  return head;
+}
+
+Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
+  if (!isPositive(head.rate_hz()) || head.rate_hz() > kMaxRate_Hz)
+    return refused("head.rate_hz", "is no rate of a servo; it should be above 0 and at most 1e6");
+  constexpr double kRounding = 1e-6;
+  if (!(std::abs(head.period_s() * head.rate_hz() - 1) <= kRounding))
+    return refused("head.period_s", "is not that of the rate");
+  if (!(head.max_force_n() >= 0)) return refused("head.max_force_N", "is not at least 0");
+  if (!(head.position_step_m() >= 0)) return refused("head.position_step_m", "is not at least 0");
+  if (!(head.stable_lateral_n_per_m() >= 0)) return refused("head.stable_lateral_N_per_m", "is not at least 0");
+  if (!isAtLeastZero(head.rise_s())) return refused("head.rise_s", "is not finite and at least 0");
+  RecordingFacts facts{.server = head.server(),
+                       .stepSources = head.step_sources(),
+                       .began_unix_ns = head.began_unix_ns(),
+                       .device = head.device(),
+                       .rate_Hz = head.rate_hz(),
+                       .why = head.why(),
+                       .config = {}};
+  facts.config.period_s = head.period_s();
+  facts.config.maxForce_N = head.max_force_n();
+  facts.config.positionStep_m = head.position_step_m();
+  facts.config.stableLateral_N_per_m = head.stable_lateral_n_per_m();
+  facts.config.rise_s = head.rise_s();
+  if (head.has_lead()) {
+    const v1::RecordedLead& lead = head.lead();
+    for (const double value :
+         {lead.mass_kg(), lead.viscous_friction_ns_per_m(), lead.delay_s(), lead.contact_lead_s()}) {
+      if (!isAtLeastZero(value)) return refused("head.lead", "has a number that is not finite and at least 0");
+    }
+    if (!isPositive(lead.bandwidth_hz())) return refused("head.lead.bandwidth_hz", "is not finite and above 0");
+    facts.config.lead = LeadSettings{lead.mass_kg(), lead.viscous_friction_ns_per_m(), lead.delay_s(),
+                                     lead.bandwidth_hz(), lead.contact_lead_s()};
+  }
+  return facts;
+}
+
+void appendTick(const RecordedTick& tick, std::string& bytes) {
+  const DeviceReading& device = tick.input.device;
+  const DeviceStatus& status = device.status;
+  putWord(bytes, tick.input.tick);
+  putWord(bytes, tick.input.time_ns);
+  putWord(bytes, tick.scene);
+  std::uint64_t conditions = 0;
+  for (const std::uint8_t byte : {status.buttons, status.homedAxes, static_cast<std::uint8_t>(status.homed),
+                                  static_cast<std::uint8_t>(status.fault), static_cast<std::uint8_t>(tick.fault),
+                                  static_cast<std::uint8_t>(device.state)})
+    conditions = conditions << 8 | byte;
+  putWord(bytes, conditions);
+  putWord(bytes, status.age_us);
+  putVector(bytes, device.position);
+  putVector(bytes, tick.force_N);
+}
+
+Result<RecordedTick> tickFrom(std::string_view bytes) {
+  RecordedTick tick;
+  DeviceReading& device = tick.input.device;
+  tick.input.tick = takeWord(bytes);
+  tick.input.time_ns = takeWord(bytes);
+  tick.scene = takeWord(bytes);
+  const std::uint64_t conditions = takeWord(bytes);
+  const auto byte = [conditions](int i) { return static_cast<std::uint8_t>(conditions >> (8 * i)); };
+  device.state = static_cast<DeviceState>(byte(0));
+  tick.fault = static_cast<Fault>(byte(1));
+  device.status = {static_cast<DeviceFault>(byte(2)), byte(3) != 0, byte(4), byte(5), 0};
+  const std::uint64_t age_us = takeWord(bytes);
+  device.status.age_us = static_cast<std::uint32_t>(age_us);
+  const bool known = device.state <= DeviceState::kStopped && tick.fault <= Fault::kDeviceLost &&
+                     device.status.fault <= kLastDeviceFault && byte(3) <= 1 && conditions >> 48 == 0 &&
+                     age_us >> 32 == 0;
+  if (!known) return refused("ticks", "has a state of the device or a fault that this version does not know");
+  device.position = takeVector(bytes);
+  tick.force_N = takeVector(bytes);
+  return tick;
+}
+
+}  // namespace haptics

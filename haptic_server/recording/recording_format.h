@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "common/error/error.h"
+#include "haptic_server/servo/flight_ring.h"
+#include "haptics/v1/recording.pb.h"
+
+// What a recording's parts say (recording.proto), between messages and the servo's own types.
+namespace haptics {
+
+inline constexpr std::string_view kRecordingHead = "haptics recording 1\n";
+inline constexpr std::size_t kTickBytes = 88;  ///< Of one tick in RecordedTicks.
+
+/// What a recording says of itself.
+struct RecordingFacts {
+  std::string server;
+  std::string stepSources;  ///< Of the step that made the forces: SHA-256, bytes.
+  std::int64_t began_unix_ns = 0;
+  std::string device;
+  double rate_Hz = 0;
+  std::string why;
+  StepConfig config;
+};
+
+/// Of this program's step.
+[[nodiscard]] std::string_view ownStepSources() noexcept;
+
+[[nodiscard]] v1::RecordingHead toMessage(const RecordingFacts& facts);
+/// Refused: values that no server has.
+[[nodiscard]] Result<RecordingFacts> factsFrom(const v1::RecordingHead& head);
+
+void appendTick(const RecordedTick& tick, std::string& bytes);
+/// `bytes` are kTickBytes long. Refused: a device state or fault that there is not. Positions are taken as they are: the
+/// step itself refuses those that are no number.
+[[nodiscard]] Result<RecordedTick> tickFrom(std::string_view bytes);
+
+}  // namespace haptics

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string_view>
+
+#include "common/error/error.h"
+#include "haptic_server/recording/recording_format.h"
+
+namespace haptics {
+
+/// A tick that came to another force than the one recorded.
+struct ForceDifference {
+  std::uint64_t position = 0;  ///< In the recording, from 0.
+  std::uint64_t tick = 0;
+  Vec3 recorded_N{0};
+  Vec3 now_N{0};
+};
+
+struct ReplayOutcome {
+  RecordingFacts facts;
+  bool sameStep = false;     ///< The step's sources are those that made the recording.
+  std::uint64_t ticks = 0;   ///< Replayed,
+  std::uint64_t missed = 0;  ///< and those between them that the servo slept through.
+  std::uint64_t contactTicks = 0;
+  std::uint64_t scenes = 0;     ///< That the servo was given.
+  std::uint64_t differing = 0;  ///< Ticks whose force differs in any bit.
+  std::optional<ForceDifference> first;
+  double largestDifference_N = 0;
+  bool cutOff = false;           ///< The recording ends within a part, as it does when a server is killed.
+  std::optional<Error> refusal;  ///< Why it was not replayed to its end.
+};
+
+/// What was felt in a tick, and where the objects that move were; null when nothing has changed since the last call.
+using OnReplayedTick = std::function<void(const TelemetrySample&, const MotionState*)>;
+
+/// Runs the step over a recording as fast as it goes, with what the servo computed with, and compares the forces bit for
+/// bit. Untrusted bytes are welcome. Refused: no recording of this version.
+[[nodiscard]] Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& onTick = {});
+
+}  // namespace haptics

@@ -1,0 +1,182 @@
+#include "haptic_server/recording/state_image.h"
+
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <type_traits>
+
+namespace haptics {
+namespace {
+
+template <class T>
+requires std::is_trivially_copyable_v<T>
+void put(std::string& image, const T& value) { image.append(reinterpret_cast<const char*>(&value), sizeof value); }
+
+template <class T>
+requires std::is_trivially_copyable_v<T>
+[[nodiscard]] bool take(std::string_view& image, T& value) {
+  if (image.size() < sizeof value) return false;
+  std::memcpy(static_cast<void*>(&value), image.data(), sizeof value);
+  image.remove_prefix(sizeof value);
+  return true;
+}
+
+/// Whether the byte of a flag that came from elsewhere is one. To read it as a flag before is undefined.
+[[nodiscard]] bool isFlag(const bool& flag) {
+  unsigned char byte = 0;
+  std::memcpy(&byte, &flag, 1);
+  return byte <= 1;
+}
+
+[[nodiscard]] bool isFlags(std::initializer_list<const bool*> flags) {
+  for (const bool* flag : flags) {
+    if (!isFlag(*flag)) return false;
+  }
+  return true;
+}
+
+[[nodiscard]] bool areFlagsWhole(const HapticState& state) {
+  if (!isFlags({&state.adoptedNow, &state.contactBroken, &state.detailEdited, &state.anyDetail, &state.anyBumps,
+                &state.anyBeingMoved, &state.lettingGo, &state.attached, &state.surface.fade.shaded}))
+    return false;
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    if (!isFlags({&state.bodies[i].leaving, &state.bodies[i].moving, &state.objects[i].beingMoved})) return false;
+  }
+  for (std::size_t i = 0; i < state.movingCount; ++i) {
+    if (!isFlag(state.moving[i].moved)) return false;
+  }
+  return true;
+}
+
+/// As an edit could have set it, or a motion. What is farther away, or no number, leads searches astray.
+[[nodiscard]] bool isPlace(Vec3 v) {
+  constexpr double kFarthest_m = 1e4;
+  return isFinite(v) && squaredLength(v) <= kFarthest_m * kFarthest_m;
+}
+[[nodiscard]] bool isPose(const Pose& pose) {
+  constexpr double kRounding = 1e-3;
+  return isPlace(pose.position) && std::abs(glm::length(pose.rotation) - 1) <= kRounding;
+}
+
+[[nodiscard]] bool isContactOn(const ContactState& contact, const ServoScene& scene) {
+  if (contact.mode > ContactState::Mode::kSeveralSurfaces || contact.feature > Feature::kVertex) return false;
+  if (contact.holdingCount < 0 || contact.holdingCount > ContactState::kMaxHolding) return false;
+  if (!isPlace(contact.hip) || !isPlace(contact.ihip) || !isPlace(contact.local)) return false;
+  for (const HoldingSurface& held : contact.surfaces()) {
+    const auto body = static_cast<std::size_t>(held.body);
+    if (held.body < 0 || body >= scene.objects.size() || (held.side != 1 && held.side != -1)) return false;
+    if (held.triangle >= scene.objects[body].surface->triangleCount()) return false;
+  }
+  return true;
+}
+
+[[nodiscard]] bool isMotionOf(const RigidState& state, const RigidBody& body) {
+  if (state.touchingCount > state.touching.size() || state.condition > BodyCondition::kNonFinite) return false;
+  if (!isPose(state.rest) || !isPose({state.axes, state.centre_m}) || !isPose(state.still)) return false;
+  for (const PlanePoint& at : std::span(state.touching).first(state.touchingCount)) {
+    if (at.plane >= body.planeCount || at.point >= body.support.size()) return false;
+  }
+  return true;
+}
+
+/// Gives the pointers back, and what follows from the rest. False: what they belong to is not in the scene.
+[[nodiscard]] bool connect(HapticState& state, const ServoScene& scene) {
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    const ServoObject& object = scene.objects[i];
+    Body& body = state.bodies[i];
+    if (state.objects[i].id != object.id || !isPose(state.objects[i].scenePose)) return false;
+    if (!isPose(body.previous) || !isPose(body.current)) return false;
+    body.surface = object.surface.get();
+    body.update();
+    state.objects[i].detail = object.detail.get();
+    if (state.anyBumps && state.bumps[i].triangle != kNoTriangle &&
+        state.bumps[i].triangle >= object.surface->triangleCount())
+      return false;
+  }
+  for (std::size_t i = 0; i < state.movingCount; ++i) {
+    MovingBody& moving = state.moving[i];
+    if (moving.body >= state.bodyCount) return false;
+    moving.what = scene.objects[moving.body].motion.get();
+    if (moving.what == nullptr || !isMotionOf(moving.state, *moving.what)) return false;
+  }
+  return isContactOn(state.contact, scene);
+}
+
+/// \param lead  As it begins.
+[[nodiscard]] bool takeLead(std::string_view& image, LeadObserver& lead) {
+  LeadObserver later;
+  if (image.empty() || image.front() != 1) return false;  // its first byte: that it is active
+  if (!take(image, later) || !lead.couldBecome(later)) return false;
+  lead = later;
+  return true;
+}
+
+[[nodiscard]] bool takeParts(std::string_view image, HapticState& state, std::size_t objects) {
+  if (!take(image, static_cast<StepMemory&>(state))) return false;
+  if (state.bodyCount != objects || state.bodyCount > state.bodies.size()) return false;
+  if (state.movingCount > state.moving.size()) return false;
+  bool whole = true;
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    whole = whole && take(image, state.bodies[i]) && take(image, state.objects[i]) && take(image, state.bumps[i]);
+  }
+  for (std::size_t i = 0; i < state.movingCount; ++i) whole = whole && take(image, state.moving[i]);
+  if (!whole || !take(image, state.surface)) return false;
+  return (state.lead.active() ? takeLead(image, state.lead) : true) && image.empty();
+}
+
+}  // namespace
+
+std::uint64_t stateLayout() noexcept {
+  constexpr std::size_t kSizes[] = {sizeof(StepMemory),
+                                    offsetof(StepMemory, contact),
+                                    offsetof(StepMemory, fault),
+                                    sizeof(Body),
+                                    sizeof(HapticState::ObjectState),
+                                    sizeof(BumpWatch),
+                                    sizeof(MovingBody),
+                                    sizeof(SurfaceMemory),
+                                    sizeof(ContactState),
+                                    sizeof(LeadObserver)};
+  std::uint64_t layout = 0;
+  for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;
+  return layout;
+}
+
+std::string stateImage(const HapticState& state) {
+  std::string image;
+  put(image, static_cast<const StepMemory&>(state));
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    Body body = state.bodies[i];
+    body.surface = nullptr;
+    HapticState::ObjectState object = state.objects[i];
+    object.detail = nullptr;
+    put(image, body);
+    put(image, object);
+    put(image, state.anyBumps ? state.bumps[i] : BumpWatch{});
+  }
+  for (std::size_t i = 0; i < state.movingCount; ++i) {
+    MovingBody moving = state.moving[i];
+    moving.what = nullptr;
+    put(image, moving);
+  }
+  put(image, state.anyDetail ? state.surface : SurfaceMemory{});
+  if (state.lead.active()) put(image, state.lead);
+  return image;
+}
+
+Result<std::unique_ptr<HapticState>> stateFrom(std::string_view image, const ServoScene& scene,
+                                               const StepConfig& config) {
+  auto state = std::make_unique<HapticState>(config);
+  if (!takeParts(image, *state, scene.objects.size())) {
+    return refused("state.image",
+                   "is not that of a state on its scene, with " + std::to_string(scene.objects.size()) + " objects");
+  }
+  if (!areFlagsWhole(*state) || !connect(*state, scene)) {
+    return refused("state.image", "is none that a servo can have had: it names what its scene has not");
+  }
+  return state;
+}
+
+}  // namespace haptics

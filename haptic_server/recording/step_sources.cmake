@@ -1,0 +1,27 @@
+# Writes OUT, a header with the SHA-256 of all files of SOURCES (paths relative to TOP, as a list), in order of their names:
+# two builds with the same hash make the same forces of the same recording.
+list(SORT SOURCES)
+set(all "")
+foreach(source IN LISTS SOURCES)
+  file(SHA256 ${TOP}/${source} hash)
+  string(APPEND all "${source} ${hash}\n")
+endforeach()
+string(SHA256 whole "${all}")
+string(REGEX REPLACE "(..)" "0x\\1, " bytes ${whole})
+set(text "#pragma once
+
+#include <array>
+
+namespace haptics {
+
+/// SHA-256 over the source files of the step and all below it.
+inline constexpr std::array<unsigned char, 32> kStepSources{${bytes}};
+
+}  // namespace haptics
+")
+if(EXISTS ${OUT})
+  file(READ ${OUT} before)
+endif()
+if(NOT "${before}" STREQUAL "${text}")
+  file(WRITE ${OUT} "${text}")
+endif()

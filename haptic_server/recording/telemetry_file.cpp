@@ -1,0 +1,29 @@
+#include "haptic_server/recording/telemetry_file.h"
+
+#include <google/protobuf/util/delimited_message_util.h>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+
+Result<TelemetryFile> TelemetryFile::open(const std::string& file) {
+  TelemetryFile telemetry;
+  telemetry.out_.open(file, std::ios::binary);
+  if (!telemetry.out_) return refused(file, "cannot be written; the folder should exist and be writable");
+  return telemetry;
+}
+
+void TelemetryFile::write(const TelemetrySample& sample, const MotionState* motion) {
+  toWire(sample, message_);
+  if (motion != nullptr) {
+    for (const BodyState& body : motion->bodies()) toWire(body, *message_.add_body());
+  }
+  google::protobuf::util::SerializeDelimitedToOstream(message_, &out_);
+}
+
+bool TelemetryFile::close() {
+  out_.close();
+  return !out_.fail();
+}
+
+}  // namespace haptics

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "haptic_server/servo/haptic_step.h"
+
+namespace haptics {
+
+/// One tick as a recording keeps it: all that it computed with, beside the scene and the state, and what came of it.
+struct RecordedTick {
+  StepInput input;
+  std::uint64_t scene = 0;  ///< ServoScene::number of the one that came at its start; 0: none came.
+  Vec3 force_N{0};          ///< As written to the device.
+  Fault fault = Fault::kNone;
+};
+static_assert(std::is_trivially_copyable_v<RecordedTick>, "crosses threads by copy");
+
+/// The state between two ticks, from which a recording can begin.
+struct Keyframe {
+  explicit Keyframe(const StepConfig& config) noexcept : state(config) {}
+
+  std::uint64_t position = 0;  ///< In the ring: of the tick that came next.
+  std::uint64_t scene = 0;     ///< ServoScene::number of the one that the state had adopted, 0 for the empty one,
+  std::uint64_t pending = 0;   ///< and of the one that it was still to adopt, 0 for none.
+  HapticState state;
+};
+
+/// What the servo did last, in memory that is there from the start: at least kSeconds of ticks, and a keyframe for each
+/// second of them. One servo thread writes, one other thread reads.
+class FlightRing {
+ public:
+  /// How far back one can always look: a reader that is later than this has lost ticks.
+  static constexpr double kSeconds = 10;
+
+  FlightRing(double rate_Hz, const StepConfig& config);
+
+  /// Servo, wait-free. At a tick's start, before a scene is adopted: takes a keyframe where one is due.
+  void beginTick(const HapticState& state, std::uint64_t scene, std::uint64_t pending) noexcept;
+  /// Servo, wait-free. At its end.
+  void add(const RecordedTick& tick) noexcept;
+
+  /// Reader, wait-free. Ticks added so far; the newest is at the position before this one.
+  [[nodiscard]] std::uint64_t end() const noexcept { return end_.load(std::memory_order_acquire); }
+  /// Reader, wait-free. @return False when it has been overwritten.
+  [[nodiscard]] bool read(std::uint64_t position, RecordedTick& tick) const noexcept;
+
+  /// Reader. While it lives the servo takes no keyframes: they can be read. One at a time.
+  class HeldKeyframes {
+   public:
+    explicit HeldKeyframes(FlightRing& ring) noexcept;
+    ~HeldKeyframes();
+    HeldKeyframes(const HeldKeyframes&) = delete;
+    HeldKeyframes& operator=(const HeldKeyframes&) = delete;
+    /// The newest from which all ticks since `position` follow, else the oldest from which all are still there.
+    [[nodiscard]] const Keyframe* atOrBefore(std::uint64_t position) const noexcept;
+
+   private:
+    FlightRing& ring_;
+  };
+
+ private:
+  static constexpr std::size_t kWords = (sizeof(RecordedTick) + 7) / 8;
+  static constexpr std::size_t kKeyframes = static_cast<std::size_t>(kSeconds) + 3;
+  using Slot = std::array<std::atomic<std::uint64_t>, kWords>;
+  static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+
+  std::vector<Slot> slots_;
+  std::uint64_t ticksPerKeyframe_;
+  std::atomic<std::uint64_t> begun_{0};  // ticks whose slot is being written, or was
+  std::atomic<std::uint64_t> end_{0};
+
+  std::vector<Keyframe> keyframes_;
+  std::uint64_t taken_ = 0;         // servo, and reader while it holds them: keyframes so far
+  std::uint64_t nextKeyframe_ = 0;  // servo: position at which one is due
+  std::atomic<bool> held_{false};
+  std::atomic<bool> taking_{false};
+};
+
+}  // namespace haptics

@@ -1,0 +1,149 @@
+"""Does the server miss ticks when the machine is under attack that a bare real-time thread would not? While stress-ng
+loads every processor and haptic_stress runs servers, viewers and editors across a bad network, haptic_server (FIFO, pinned)
+and cyclictest (rt-tests), with the same period and priority, run in the same instant, each on a processor of its own; from
+block to block they change places. Compared are wake-ups later than a period, as Poisson counts. Prints JSON; exits with 1
+when the two can hardly be of one rate (p <= 0.001), or when the servo touched the heap, with 2 when the machine cannot
+tell.
+
+usage: servo_under_attack.py BIN SCENE [--seconds N] [--blocks N] [--rate HZ] [--assets FOLDER]
+"""
+
+import argparse
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import servo_rates
+
+LEAST_P = 0.001
+CANNOT_TELL = 2  # exit code
+WARM_UP_S = 3  # until the attack is under way
+
+
+def poisson_p(a, exposure_a, b, exposure_b):
+    """Whether two Poisson counts can be of one rate: the exact two-sided conditional test (given the sum, one count is
+    binomial)."""
+    n, share = a + b, exposure_a / (exposure_a + exposure_b)
+    if n == 0:
+        return 1.0
+    log_p = [math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1) + k * math.log(share) +
+             (n - k) * math.log1p(-share) for k in range(n + 1)]
+    return min(1.0, sum(math.exp(p) for p in log_p if p <= log_p[a] + 1e-9))
+
+
+class Attack:
+    """All processors, memory, disk and scheduler; and whole servers, viewers and editors beside them."""
+
+    def __init__(self, tools, seconds, folder):
+        self.processes = [
+            subprocess.Popen(["stress-ng", "--cpu", "0", "--vm", "1", "--vm-bytes", "256M", "--hdd", "1", "--hdd-bytes", "64M",
+                              "--switch", "2", "--timer", "1", "--temp-path", folder, "--timeout", f"{seconds:.0f}s"],
+                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL),
+            subprocess.Popen([tools / "haptic_stress", "--clients", "4", "--seconds", str(round(seconds)), "--out",
+                              Path(folder) / "stress"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)]
+
+    def running(self):
+        return all(process.poll() is None for process in self.processes)
+
+    def end(self):
+        for process in self.processes:
+            if process.poll() is None:
+                process.terminate()
+        for process in self.processes:
+            try:
+                process.wait(20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def late_ticks(recording):
+    """Wake-ups that were later than a period: the ticks before which some are missing."""
+    import haptic_recording
+    numbers = [tick.tick for tick in haptic_recording.ticks(recording)]
+    return sum(b > a + 1 for a, b in zip(numbers, numbers[1:]))
+
+
+def run_block(options, cpus, folder):
+    """Figures of server and cyclictest over the same seconds."""
+    recording = folder / "ticks"
+    summary, report = folder / "server.json", folder / "cyclictest.json"
+    server = servo_rates.start_server(options, options.rate, cpus[0], summary, ["--record", recording])
+    cyclictest = servo_rates.start_cyclictest(options, options.rate, cpus[1], report)
+    for process in (cyclictest, server):
+        if process.wait() != 0:
+            raise subprocess.CalledProcessError(process.returncode, process.args)
+    server.stdout.close()
+    ours = servo_rates.server_figures(summary)
+    ours["late"] = late_ticks(recording)
+    ours["fifo"] = json.loads(summary.read_text())["realtime"]["fifo"]
+    theirs = servo_rates.cyclictest_figures(report, options.rate)
+    theirs["late"] = theirs["late_wake_ups"]
+    return ours, theirs
+
+
+def result_of(options, blocks, attacked):
+    ours, theirs = ([pair[i] for pair in blocks] for i in (0, 1))
+    total = lambda side, key: sum(block[key] for block in side)
+    p = poisson_p(total(ours, "late"), total(ours, "ticks"), total(theirs, "late"), total(theirs, "wake_ups"))
+    return {"rate_hz": options.rate, "blocks": len(blocks), "seconds_each": options.seconds,
+            "attacked_throughout": attacked, "fifo": all(block["fifo"] for block in ours),
+            "server_ticks": total(ours, "ticks"), "server_late": total(ours, "late"),
+            "server_missed": total(ours, "missed"), "server_allocations": total(ours, "allocations"),
+            "cyclictest_wake_ups": total(theirs, "wake_ups"), "cyclictest_late": total(theirs, "late"),
+            "cyclictest_missed": total(theirs, "missed"), "poisson_p": p,
+            "server_late_in_each_block": [block["late"] for block in ours],
+            "cyclictest_late_in_each_block": [block["late"] for block in theirs],
+            "pass": p > LEAST_P and total(ours, "allocations") == 0}
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("bin", type=Path, help="folder of the programs")
+    parser.add_argument("scene")
+    parser.add_argument("--assets", default="/usr/share/inventor/data")
+    parser.add_argument("--seconds", type=int, default=10, help="of each block")
+    parser.add_argument("--blocks", type=int, default=20, help="an even number is fair to both")
+    parser.add_argument("--rate", type=int, default=1000, help="Hz")
+    options = parser.parse_args()
+    options.server = options.bin / "haptic_server"
+    sys.path.insert(0, str(options.bin.parent / "python"))
+    return options
+
+
+def main():
+    options = parse()
+    cpus = sorted(os.sched_getaffinity(0))[:2]
+    missing = [name for name in ("stress-ng", "cyclictest") if not shutil.which(name)]
+    if len(cpus) < 2 or missing:
+        print("needs two processors, stress-ng and cyclictest (rt-tests)", file=sys.stderr)
+        return CANNOT_TELL
+    blocks, attacked = [], True
+    with tempfile.TemporaryDirectory() as folder:
+        whole_s = options.blocks * (options.seconds + 2) + 3 * WARM_UP_S
+        attack = Attack(options.bin, whole_s, folder)
+        try:
+            time.sleep(WARM_UP_S)
+            for i in range(options.blocks):
+                blocks.append(run_block(options, cpus[::-1] if i % 2 else cpus, Path(folder)))
+                attacked = attacked and attack.running()
+                print(f"block {i + 1}: server {blocks[-1][0]['late']} late, cyclictest {blocks[-1][1]['late']}",
+                      file=sys.stderr)
+        finally:
+            attack.end()
+    result = result_of(options, blocks, attacked)
+    print(json.dumps(result, indent=2))
+    if not result["fifo"] or not attacked:
+        print("the servo was not real-time, or the attack ended early: this tells nothing", file=sys.stderr)
+        return CANNOT_TELL
+    return 0 if result["pass"] else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,123 @@
+"""Recordings of a running server replay to the same forces, bit for bit: whole ones, ones that a kill cut off, and those of
+the last seconds that are written on request. Damaged ones are refused.
+
+HAPTICS_RECORD_S: length of the recording with edits. HAPTICS_OTHER_EVAL: the haptic_eval of another build, which must
+come to the same forces.
+"""
+import os
+import subprocess
+import time
+import unittest
+
+import harness
+
+SECONDS = float(os.environ.get("HAPTICS_RECORD_S", "6"))
+EVALS = [harness.BIN / "haptic_eval", *filter(None, [os.environ.get("HAPTICS_OTHER_EVAL")])]
+LOST_S = 0.1  # at most, when the server is killed
+
+SCENE = """
+operations { add { name: "torus" mesh { torus { major_radius_m: 0.042 minor_radius_m: 0.018 } }
+                   pose { position { x: -0.06 z: 0.018 } }
+                   material { shading { crease_rad: 0.6 }
+                              friction { mu_static: 0.6 mu_dynamic: 0.4 variation: 0.3 field { grain { grain_m: 0.001 } } } } } }
+operations { add { name: "box" mesh { box { size_m { x: 0.07 y: 0.07 z: 0.05 } segments: 4 } }
+                   pose { position { x: 0.06 z: 0.025 } }
+                   material { texture { amplitude_m: 0.0004 field { mapped { spot_noise { cells: 6 }
+                                        mapping { shape: MAPPING_SHAPE_CUBE tile_m: 0.02 } } } } } } }
+operations { add { name: "block" mesh { box { size_m { x: 0.03 y: 0.03 z: 0.03 } } } pose { position { y: 0.05 z: 0.015 } }
+                   motion { mass_kg: 0.1 planes { normal { z: 1 } friction: 0.4 } } } }
+"""
+
+
+class Recording(harness.EndToEnd):
+    def start(self, *options):
+        self.file = self.folder / "ticks.haptics"
+        self.server = self.start_server(scene=SCENE, options=["--record", self.file, "--recordings", self.folder / "last",
+                                                              *options])
+
+    def replay(self, file, code=0):
+        """What the replay of each build said, as records."""
+        records = []
+        for program in EVALS:
+            done = subprocess.run([program, "replay", file, "--out", self.folder / "out"], capture_output=True, text=True)
+            print(done.stdout, done.stderr, sep="")
+            self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+            records.append(harness.json.loads((self.folder / "out" / "replay.json").read_text())[0])
+        return records
+
+    def edit(self, step):
+        """Something else each time: stiffness, place, mesh, coming and going."""
+        z = 0.025 + 0.001 * (step % 3)
+        edits = [
+            f'set_material {{ object {{ name: "torus" }} material {{ stiffness_N_per_m: {600 + 200 * (step % 4)} }} }}',
+            f'set_pose {{ object {{ name: "box" }} pose {{ position {{ x: 0.06 z: {z} }} }} }}',
+            'remesh { object { name: "torus" } mesh { torus { major_radius_m: 0.042 minor_radius_m: 0.018 '
+            f'major_segments: {96 + 16 * (step % 3)} }} }} }}',
+            'add { name: "ball" mesh { sphere { radius_m: 0.02 segments: 8 } } pose { position { z: 0.02 } } }',
+            'set_material { object { name: "ball" } material { texture { amplitude_m: 0.0003 field { fourier { terms { '
+            'direction { x: 1 } wavelength_m: 0.003 } } } } } }',
+            'remove { object { name: "ball" } }',
+        ]
+        self.server.ctl("apply", "-", text=f"operations {{ {edits[step % len(edits)]} }}").json()
+
+    def test_every_force_of_a_recording_with_edits_is_made_again(self):
+        self.start()
+        step, end = 0, time.monotonic() + SECONDS
+        while time.monotonic() < end or step < 12:
+            self.edit(step)
+            step += 1
+            time.sleep(min(0.5, SECONDS / 30))
+        summary = self.stop_and_check(self.server)
+        for record in self.replay(self.file):
+            self.assertEqual(record["differing_ticks"], 0)
+            self.assertTrue(record["same_step"])
+            self.assertEqual(record["ticks"], summary["ticks"])
+            self.assertEqual(record["contact_ticks"], summary["contact_ticks"])
+            self.assertGreater(record["scenes"], step)
+            self.assertFalse(record["cut_off"])
+
+    def test_a_killed_server_loses_no_more_than_a_tenth_of_a_second(self):
+        import haptic_recording
+        self.start()
+        lost = []
+        time.sleep(1)
+        self.server.kill()
+        killed_ns = time.monotonic_ns()
+        last = list(haptic_recording.ticks(self.file))[-1]
+        lost.append((killed_ns - last.time_ns) / 1e9)
+        print(f"{lost[-1] * 1e3:.1f} ms were lost, the time that the kill took included")
+        self.assertLess(lost[-1], LOST_S)
+        for record in self.replay(self.file):
+            self.assertEqual(record["differing_ticks"], 0)
+            self.assertGreater(record["ticks"], 500)
+
+    def test_the_last_seconds_are_recorded_when_asked_for(self):
+        self.start()
+        time.sleep(2)
+        self.edit(0)
+        reply = self.server.ctl("dump").json()
+        self.assertTrue(reply["file"].startswith(str(self.folder / "last")), reply)
+        self.stop_and_check(self.server)
+        for record in self.replay(reply["file"]):
+            self.assertEqual(record["differing_ticks"], 0)
+            self.assertGreater(record["ticks"], 1000)
+
+    def test_a_damaged_recording_is_refused_at_its_byte(self):
+        self.start()
+        time.sleep(1)
+        self.stop_and_check(self.server)
+        data = bytearray(self.file.read_bytes())
+        data[len(data) // 2] ^= 1
+        self.file.write_bytes(data)
+        for record in self.replay(self.file, code=1):
+            self.assertIn("damaged", record["refusal"])
+            self.assertEqual(record["differing_ticks"], 0)
+
+    def test_a_recording_that_cannot_be_written_is_said_at_the_start(self):
+        with self.assertRaises(harness.NotStarted) as refused:
+            self.start_server(options=["--record", self.folder / "none" / "ticks"])
+        self.assertIn("--record", str(refused.exception))
+
+
+if __name__ == "__main__":
+    unittest.main()

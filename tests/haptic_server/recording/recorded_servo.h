@@ -1,0 +1,130 @@
+#pragma once
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "common/wire/convert.h"
+#include "haptic_server/recording/flight_recorder.h"
+#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/servo/scene_crossing.h"
+#include "tests/common/temporary_folder.h"
+
+namespace haptics::test {
+
+/// A slab with a texture that rubs, a shaded ball and, where asked for, a block that can be pushed.
+inline const std::string kScene = R"(
+operations { add { name: "slab" mesh { box { size_m { x: 0.2 y: 0.2 z: 0.02 } segments: 8 } } pose { position { z: -0.01 } }
+  material { friction { mu_static: 0.6 mu_dynamic: 0.4 variation: 0.3 field { grain { grain_m: 0.002 } } }
+             texture { amplitude_m: 0.0003 field { noise { wavelength_m: 0.004 octaves: 2 } } } } } }
+operations { add { name: "ball" mesh { sphere { radius_m: 0.02 segments: 8 } } pose { position { x: 0.03 z: 0.005 } }
+  material { shading { crease_rad: 0.6 } } } })";
+inline const std::string kBlock = R"(
+operations { add { name: "block" mesh { box { size_m { x: 0.02 y: 0.02 z: 0.02 } } } pose { position { x: -0.035 z: 0.01 } }
+  motion { mass_kg: 0.1 planes { normal { z: 1 } friction: 0.4 } } } })";
+
+inline Transaction transactionOf(const std::string& text) {
+  return fromWire(parseSceneText(text, "test").value()).value();
+}
+
+inline std::string bytesOf(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A room, a servo in virtual time whose hand strokes slab, ball and block in turn, and the recorder beside it, as in the
+/// server.
+class RecordedServo {
+ public:
+  static constexpr double kRate_Hz = 1000;
+
+  explicit RecordedServo(const std::string& scene = kScene)
+      : recorder_(FlightRecorder::open(recorderOptions(), ring_).value()) {
+    apply(scene);
+  }
+
+  void apply(const std::string& text) { ASSERT_TRUE(room_.loadStartScene(transactionOf(text))); }
+
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) tick({hand(), DeviceState::kReady, {}});
+  }
+  void tick(const DeviceReading& reading) {
+    ring_.beginTick(*state_, scene_->number, next_ != nullptr ? next_->number : 0);
+    const ServoScene* newest = crossing_.newest();
+    if (newest != nullptr) next_ = newest;
+    if (next_ != nullptr && adoptScene(*next_, *state_, tick_)) {
+      scene_ = std::exchange(next_, nullptr);
+      crossing_.adopted();
+    }
+    const StepInput input{tick_++, 0, reading};
+    last_ = hapticStep(*scene_, *state_, config_, input);
+    contactTicks_ += last_.object != 0 ? 1 : 0;
+    ring_.add({input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault});
+  }
+  void skip(int ticks) { tick_ += static_cast<std::uint64_t>(ticks); }
+
+  /// The file of every tick, finished.
+  [[nodiscard]] std::string recording() {
+    recorder_->start();
+    EXPECT_TRUE(recorder_->stop());
+    return bytesOf(folder_ / "all");
+  }
+
+  [[nodiscard]] FlightRecorder& recorder() { return *recorder_; }
+  [[nodiscard]] const TelemetrySample& last() const { return last_; }
+  [[nodiscard]] const HapticState& state() const { return *state_; }
+  [[nodiscard]] const ServoScene& scene() const { return *scene_; }
+  [[nodiscard]] const StepConfig& config() const { return config_; }
+  [[nodiscard]] std::uint64_t contactTicks() const { return contactTicks_; }
+  [[nodiscard]] const TemporaryFolder& folder() const { return folder_; }
+
+ private:
+  [[nodiscard]] Vec3 hand() const {
+    const double t = 0.001 * static_cast<double>(tick_);
+    const double x = 0.05 * std::sin(1.7 * t);
+    return {x, 0.004 * std::cos(2.3 * t), 0.006 * std::cos(4.1 * t) + 0.004};
+  }
+
+  [[nodiscard]] FlightRecorder::Options recorderOptions() const {
+    FlightRecorder::Options options;
+    options.facts.server = "test";
+    options.facts.stepSources = ownStepSources();
+    options.facts.rate_Hz = kRate_Hz;
+    options.facts.config = config_;
+    options.record = folder_ / "all";
+    options.folder = folder_ / "last";
+    options.info = options.warning = [](const std::string&) {};
+    return options;
+  }
+
+  TemporaryFolder folder_;
+  StepConfig config_{.period_s = 1 / kRate_Hz,
+                     .maxForce_N = 3.3,
+                     .positionStep_m = 5.5e-5,
+                     .stableLateral_N_per_m = 900,
+                     .lead = LeadSettings{.mass_kg = 0.07, .viscousFriction_Ns_per_m = 0.5, .delay_s = 1.5e-3},
+                     .rise_s = 0.5};
+  FlightRing ring_{kRate_Hz, config_};
+  std::unique_ptr<FlightRecorder> recorder_;
+  SceneCrossing crossing_;
+  SceneRoom room_{
+      {.assetFolders = {},
+       .makePlan = {},
+       .device = {},
+       .log = {},
+       .onServoScene = [this](const ServoScene& scene,
+                              const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }},
+      crossing_};
+  std::unique_ptr<HapticState> state_ = std::make_unique<HapticState>(config_);
+  ServoScene empty_;
+  const ServoScene* scene_ = &empty_;
+  const ServoScene* next_ = nullptr;
+  std::uint64_t tick_ = 0;
+  std::uint64_t contactTicks_ = 0;
+  TelemetrySample last_;
+};
+
+}  // namespace haptics::test

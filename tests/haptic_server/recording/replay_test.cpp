@@ -1,0 +1,154 @@
+#include "haptic_server/recording/replay.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "haptic_server/recording/recording_reader.h"
+#include "recorded_servo.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+
+constexpr int kWhile = 2000;  // ticks: the hand comes round everything
+
+/// Edits of each kind, under the stylus and beside it.
+void runWithEdits(RecordedServo& servo) {
+  servo.run(kWhile);
+  servo.apply(R"(operations { set_material { object { name: "slab" } material { stiffness_N_per_m: 1500 } } })");
+  servo.run(kWhile);
+  servo.apply(R"(operations { set_pose { object { name: "ball" } pose { position { x: 0.025 z: 0.006 } } } })");
+  servo.run(300);
+  servo.apply(
+      R"(operations { remesh { object { name: "slab" } mesh { box { size_m { x: 0.2 y: 0.2 z: 0.021 } segments: 4 } } } })");
+  servo.apply(
+      R"(operations { set_material { object { name: "ball" } material { shading {} friction { mu_static: 1 mu_dynamic: 0.5 } } } })");
+  servo.run(kWhile);
+  servo.skip(7);
+  servo.apply(R"(operations { remove { object { name: "ball" } } })");
+  servo.run(kWhile);
+  servo.apply(R"(operations { add { name: "late" mesh { torus { major_radius_m: 0.03 minor_radius_m: 0.01 } } } })");
+  servo.run(kWhile);
+}
+
+TEST(Replay, MakesEveryForceAgainBitForBitAcrossEditsTexturesFrictionAndShading) {
+  RecordedServo servo;
+  runWithEdits(servo);
+  const auto outcome = replay(servo.recording());
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_EQ(outcome->ticks, 10'300U);
+  EXPECT_EQ(outcome->missed, 7U);
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_FALSE(outcome->cutOff);
+  EXPECT_TRUE(outcome->sameStep);
+  EXPECT_EQ(outcome->contactTicks, servo.contactTicks());
+  EXPECT_GT(outcome->contactTicks, 4000U) << "the hand must feel something";
+}
+
+TEST(Replay, MakesTheForcesOfBodiesThatMoveAgain) {
+  RecordedServo servo(kScene + kBlock);
+  runWithEdits(servo);
+  const auto outcome = replay(servo.recording());
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_GT(servo.state().movingCount, 0U);
+  EXPECT_NE(servo.state().bodies[servo.state().moving[0].body].current,
+            servo.scene().objects[servo.state().moving[0].body].pose)
+      << "the block must have been pushed";
+}
+
+TEST(Replay, GoesOnFromTheStateInARecordingOfTheLastSeconds) {
+  RecordedServo servo(kScene + kBlock);
+  servo.run(9000);
+  runWithEdits(servo);
+  std::promise<std::filesystem::path> written;
+  servo.recorder().start();
+  servo.recorder().request("a test", [&](const auto& file) { written.set_value(file.value()); });
+  const auto outcome = replay(bytesOf(written.get_future().get()));
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_GE(outcome->ticks, 10'000U);
+  EXPECT_LT(outcome->ticks, 12'000U);
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_GT(outcome->contactTicks, 4000U);
+  EXPECT_EQ(outcome->facts.why, "a test");
+}
+
+TEST(Replay, SaysWhichForceDiffersFirstAndByHowMuch) {
+  RecordedServo servo;
+  servo.run(500);
+  servo.tick({Vec3(0, 0, -0.001), DeviceState::kReady, {}});
+  const Vec3 felt = servo.last().force.written;
+  servo.run(500);
+  const std::string good = servo.recording();
+  RecordingFacts facts;
+  {
+    const auto reader = RecordingReader::open(good);
+    facts = reader->facts();
+  }
+  // The same recording with another limit: whatever was limited differs.
+  ASSERT_GT(glm::length(felt), 0.2);
+  facts.config.maxForce_N = 0.1;
+  auto writer = RecordingWriter::create(servo.folder() / "other", facts);
+  std::string parts(kRecordingHead);
+  RecordWriter chain(kRecordingHead);
+  v1::RecordingPart head;
+  *head.mutable_head() = toMessage(facts);
+  chain.append(parts, head.SerializeAsString());
+  auto reader = RecordingReader::open(good);
+  for (auto part = reader->next(); *part != nullptr; part = reader->next())
+    chain.append(parts, (*part)->SerializeAsString());
+  const auto outcome = replay(parts);
+  ASSERT_TRUE(outcome);
+  ASSERT_TRUE(outcome->first);
+  EXPECT_GT(outcome->differing, 0U);
+  EXPECT_LE(outcome->first->tick, 500U);
+  EXPECT_NEAR(glm::length(outcome->first->now_N), 0.1, 1e-12);
+  EXPECT_GT(glm::length(outcome->first->recorded_N), 0.1);
+  EXPECT_GE(outcome->largestDifference_N, glm::length(felt) - 0.1 - 1e-12);
+}
+
+TEST(Replay, TakesARecordingThatWasCutOffAnywhereAsFarAsItIsWhole) {
+  RecordedServo servo;
+  servo.run(200);
+  const std::string whole = servo.recording();
+  std::uint64_t before = 0;
+  for (std::size_t size = 0; size < whole.size(); size += 1 + size / 40) {
+    const auto outcome = replay(whole.substr(0, size));
+    if (!outcome) continue;  // not so much as its head
+    EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+    EXPECT_EQ(outcome->differing, 0U);
+    EXPECT_GE(outcome->ticks, before);
+    before = outcome->ticks;
+  }
+}
+
+TEST(Replay, NamesWhereARecordingIsDamaged) {
+  RecordedServo servo;
+  servo.run(200);
+  const std::string whole = servo.recording();
+  for (std::size_t at = 0; at < whole.size(); at += 1 + whole.size() / 60) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+    const auto outcome = replay(damaged);
+    if (!outcome) {
+      EXPECT_FALSE(outcome.error().reason.empty());
+      continue;
+    }
+    ASSERT_TRUE(outcome->refusal || outcome->cutOff) << at;
+    EXPECT_EQ(outcome->differing, 0U) << "what is replayed is what was written";
+  }
+}
+
+TEST(Replay, RefusesWhatIsNoRecording) {
+  EXPECT_NE(replay("").error().reason.find("haptics recording 1"), std::string::npos);
+  EXPECT_NE(replay("haptics state 1\n").error().reason.find("no recording"), std::string::npos);
+  EXPECT_NE(replay(kRecordingHead).error().reason.find("ends before"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace haptics

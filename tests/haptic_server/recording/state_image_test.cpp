@@ -1,0 +1,61 @@
+#include "haptic_server/recording/state_image.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "recorded_servo.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+
+TEST(StateImage, GivesAStateThatGoesOnBitForBit) {
+  RecordedServo servo(kScene + kBlock);
+  for (int round = 0; round < 40; ++round) {
+    servo.run(97);
+    auto state = stateFrom(stateImage(servo.state()), servo.scene(), servo.config());
+    ASSERT_TRUE(state) << state.error().text();
+    HapticState original = servo.state();
+    for (int i = 0; i < 50; ++i) {
+      const StepInput input{1, 0, {Vec3(0.001 * i, 0, -0.001), DeviceState::kReady, {}}};
+      const Vec3 expected = hapticStep(servo.scene(), original, servo.config(), input).force.written;
+      ASSERT_EQ(hapticStep(servo.scene(), **state, servo.config(), input).force.written, expected);
+    }
+  }
+}
+
+TEST(StateImage, IsRefusedOnAnotherScene) {
+  RecordedServo servo(kScene), other(kScene + kBlock);
+  servo.run(500);
+  other.run(500);
+  EXPECT_FALSE(stateFrom(stateImage(servo.state()), other.scene(), other.config()));
+  EXPECT_FALSE(stateFrom(stateImage(other.state()), servo.scene(), servo.config()));
+  EXPECT_FALSE(stateFrom("", servo.scene(), servo.config()));
+}
+
+TEST(StateImage, IsRefusedOrHarmlessWithAnyByteDamaged) {
+  RecordedServo servo(kScene + kBlock);
+  servo.run(1500);
+  const std::string image = stateImage(servo.state());
+  std::mt19937 random(1);
+  int refused = 0;
+  for (std::size_t at = 0; at < image.size(); ++at) {
+    std::string damaged = image;
+    damaged[at] = static_cast<char>(damaged[at] ^ static_cast<char>(1 + random() % 255));
+    auto state = stateFrom(damaged, servo.scene(), servo.config());
+    if (!state) {
+      ++refused;
+      continue;
+    }
+    for (int i = 0; i < 5; ++i) {
+      const StepInput input{1, 0, {Vec3(0.001 * i, 0, -0.001), DeviceState::kReady, {}}};
+      EXPECT_TRUE(isFinite(hapticStep(servo.scene(), **state, servo.config(), input).force.written));
+    }
+  }
+  EXPECT_GT(refused, 20);
+}
+
+}  // namespace
+}  // namespace haptics

@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "haptic_server/servo/flight_ring.h"
+
+namespace haptics {
+namespace {
+
+constexpr StepConfig kConfig;
+constexpr double kRate_Hz = 100;
+
+RecordedTick tickOf(std::uint64_t number) {
+  RecordedTick tick;
+  tick.input = {number, 2 * number, {Vec3(static_cast<double>(number)), DeviceState::kReady, {}}};
+  tick.scene = 3 * number;
+  tick.force_N = Vec3(-static_cast<double>(number));
+  return tick;
+}
+
+void expectTick(const RecordedTick& tick, std::uint64_t number) {
+  EXPECT_EQ(tick.input.tick, number);
+  EXPECT_EQ(tick.input.time_ns, 2 * number);
+  EXPECT_EQ(tick.input.device.position, Vec3(static_cast<double>(number)));
+  EXPECT_EQ(tick.scene, 3 * number);
+  EXPECT_EQ(tick.force_N, Vec3(-static_cast<double>(number)));
+}
+
+TEST(FlightRing, HoldsAtLeastTheLastTenSecondsAndKnowsWhatItHasOverwritten) {
+  FlightRing ring(kRate_Hz, kConfig);
+  constexpr std::uint64_t kTicks = 5000;
+  for (std::uint64_t i = 0; i < kTicks; ++i) ring.add(tickOf(i));
+  EXPECT_EQ(ring.end(), kTicks);
+  RecordedTick tick;
+  for (std::uint64_t back = 1; back <= static_cast<std::uint64_t>(FlightRing::kSeconds * kRate_Hz); ++back) {
+    ASSERT_TRUE(ring.read(kTicks - back, tick)) << back;
+    expectTick(tick, kTicks - back);
+  }
+  EXPECT_FALSE(ring.read(0, tick));
+  EXPECT_FALSE(ring.read(kTicks, tick)) << "not yet";
+}
+
+TEST(FlightRing, NeverGivesATickThatIsBeingOverwritten) {
+  FlightRing ring(kRate_Hz, kConfig);
+  std::atomic<bool> stop{false};
+  std::thread servo([&] {
+    for (std::uint64_t i = 0; !stop; ++i) ring.add(tickOf(i));
+  });
+  std::uint64_t read = 0, lost = 0;
+  RecordedTick tick;
+  while (read < 20'000 || lost < 100) {
+    const std::uint64_t end = ring.end();
+    if (end < 1200) continue;
+    const std::uint64_t oldest = end - 1200;  // about to go
+    if (ring.read(oldest, tick)) {
+      expectTick(tick, oldest);
+      ++read;
+    } else {
+      ++lost;
+    }
+    if (ring.read(end - 1, tick)) {
+      expectTick(tick, end - 1);
+      ++read;
+    }
+  }
+  stop = true;
+  servo.join();
+}
+
+TEST(FlightRing, TakesAKeyframeEachSecondFromWhichAllTicksAreThere) {
+  FlightRing ring(kRate_Hz, kConfig);
+  HapticState state(kConfig);
+  for (std::uint64_t i = 0; i < 2950; ++i) {
+    state.contactEnergy_J = static_cast<double>(i);
+    ring.beginTick(state, 4, 5);
+    ring.add(tickOf(i));
+  }
+  const FlightRing::HeldKeyframes held(ring);
+  const Keyframe* keyframe = held.atOrBefore(1950);
+  ASSERT_NE(keyframe, nullptr);
+  EXPECT_EQ(keyframe->position, 1900U) << "the newest before";
+  EXPECT_EQ(keyframe->state.contactEnergy_J, 1900);
+  EXPECT_EQ(keyframe->scene, 4U);
+  EXPECT_EQ(keyframe->pending, 5U);
+  EXPECT_EQ(held.atOrBefore(0)->position, 1800U) << "the oldest whose ticks are there";
+}
+
+TEST(FlightRing, TakesNoKeyframeWhileTheyAreHeldAndOneAsSoonAsTheyAreNot) {
+  FlightRing ring(kRate_Hz, kConfig);
+  HapticState state(kConfig);
+  const auto run = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      ring.beginTick(state, 0, 0);
+      ring.add(tickOf(ring.end()));
+    }
+  };
+  run(50);
+  {
+    const FlightRing::HeldKeyframes held(ring);
+    run(500);
+    EXPECT_EQ(held.atOrBefore(550)->position, 0U);
+  }
+  run(1);
+  EXPECT_EQ(FlightRing::HeldKeyframes(ring).atOrBefore(600)->position, 550U);
+}
+
+}  // namespace
+}  // namespace haptics
