@@ -11,6 +11,7 @@
 #include "haptic_server/recording/recording_reader.h"
 #include "haptic_server/recording/state_image.h"
 #include "haptic_server/servo/moving_bodies.h"
+#include "haptic_server/servo/soft_bodies.h"
 
 namespace haptics {
 namespace {
@@ -92,8 +93,9 @@ class ReplayedServo {
     const TelemetrySample sample = hapticStep(*scene_, *state_, outcome_.facts.config, recorded.input);
     account(recorded, sample);
     if (onTick_) {
-      const bool anyMoves = state_->movingCount + motion_.bodyCount > 0;
-      onTick_(sample, anyMoves && describeMotion(*state_, recorded.input.tick, motion_) ? &motion_ : nullptr);
+      const bool moved = describeMotion(*state_, recorded.input.tick, motion_);
+      const bool gave = describeDents(*state_, recorded.input.tick, motion_);
+      onTick_(sample, moved || gave ? &motion_ : nullptr);
     }
     return {};
   }

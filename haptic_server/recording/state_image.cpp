@@ -39,7 +39,8 @@ requires std::is_trivially_copyable_v<T>
 
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
   if (!isFlags({&state.adoptedNow, &state.contactBroken, &state.detailEdited, &state.anyDetail, &state.anyBumps,
-                &state.anyBeingMoved, &state.lettingGo, &state.attached, &state.surface.fade.shaded}))
+                &state.anyBeingMoved, &state.lettingGo, &state.attached, &state.pressing, &state.anySoft,
+                &state.surface.fade.shaded}))
     return false;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     if (!isFlags({&state.bodies[i].leaving, &state.bodies[i].moving, &state.objects[i].beingMoved})) return false;
@@ -91,6 +92,7 @@ requires std::is_trivially_copyable_v<T>
     body.surface = object.surface.get();
     body.update();
     state.objects[i].detail = object.detail.get();
+    state.objects[i].tissue = object.tissue.get();
     if (state.anyBumps && state.bumps[i].triangle != kNoTriangle &&
         state.bumps[i].triangle >= object.surface->triangleCount())
       return false;
@@ -100,6 +102,11 @@ requires std::is_trivially_copyable_v<T>
     if (moving.body >= state.bodyCount) return false;
     moving.what = scene.objects[moving.body].motion.get();
     if (moving.what == nullptr || !isMotionOf(moving.state, *moving.what)) return false;
+  }
+  if (state.pressing && state.pressedDent >= state.dentCount) return false;
+  for (const BodyDent& dent : state.allDents()) {
+    if (dent.body >= state.bodyCount || !scene.objects[dent.body].tissue) return false;
+    if (!isPlace(Vec3(dent.dent.centre)) || !isPlace(Vec3(dent.dent.displacement))) return false;
   }
   return isContactOn(state.contact, scene);
 }
@@ -116,12 +123,13 @@ requires std::is_trivially_copyable_v<T>
 [[nodiscard]] bool takeParts(std::string_view image, HapticState& state, std::size_t objects) {
   if (!take(image, static_cast<StepMemory&>(state))) return false;
   if (state.bodyCount != objects || state.bodyCount > state.bodies.size()) return false;
-  if (state.movingCount > state.moving.size()) return false;
+  if (state.movingCount > state.moving.size() || state.dentCount > state.dents.size()) return false;
   bool whole = true;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     whole = whole && take(image, state.bodies[i]) && take(image, state.objects[i]) && take(image, state.bumps[i]);
   }
   for (std::size_t i = 0; i < state.movingCount; ++i) whole = whole && take(image, state.moving[i]);
+  for (std::size_t i = 0; i < state.dentCount; ++i) whole = whole && take(image, state.dents[i]);
   if (!whole || !take(image, state.surface)) return false;
   return (state.lead.active() ? takeLead(image, state.lead) : true) && image.empty();
 }
@@ -136,6 +144,7 @@ std::uint64_t stateLayout() noexcept {
                                     sizeof(HapticState::ObjectState),
                                     sizeof(BumpWatch),
                                     sizeof(MovingBody),
+                                    sizeof(BodyDent),
                                     sizeof(SurfaceMemory),
                                     sizeof(ContactState),
                                     sizeof(LeadObserver)};
@@ -152,6 +161,7 @@ std::string stateImage(const HapticState& state) {
     body.surface = nullptr;
     HapticState::ObjectState object = state.objects[i];
     object.detail = nullptr;
+    object.tissue = nullptr;
     put(image, body);
     put(image, object);
     put(image, state.anyBumps ? state.bumps[i] : BumpWatch{});
@@ -161,6 +171,7 @@ std::string stateImage(const HapticState& state) {
     moving.what = nullptr;
     put(image, moving);
   }
+  for (const BodyDent& dent : state.allDents()) put(image, dent);
   put(image, state.anyDetail ? state.surface : SurfaceMemory{});
   if (state.lead.active()) put(image, state.lead);
   return image;

@@ -17,6 +17,7 @@ void TelemetryFile::write(const TelemetrySample& sample, const MotionState* moti
   toWire(sample, message_);
   if (motion != nullptr) {
     for (const BodyState& body : motion->bodies()) toWire(body, *message_.add_body());
+    for (const ObjectDent& dent : motion->dents()) toWire(dent, *message_.add_dent());
   }
   google::protobuf::util::SerializeDelimitedToOstream(message_, &out_);
 }
