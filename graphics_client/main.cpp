@@ -45,7 +45,7 @@ struct Arguments {
   std::string connect = "127.0.0.1:7654";
   std::string size = "1280x1024";
   std::string credentials, screenshot, summary;
-  bool offscreen = false, udp = false;
+  bool offscreen = false, udp = false, displacement = false;
   bool embeddedServer = false;
   haptics::ServerOptions serverOptions;  // of the embedded one
   std::optional<double> seconds, frameLimit_Hz;
@@ -68,6 +68,7 @@ Result<haptics::ViewerOptions> optionsFrom(const Arguments& arguments) {
   options.offscreen = arguments.offscreen;
   options.duration_s = arguments.seconds;
   options.screenshot = arguments.screenshot;
+  options.displacement = arguments.displacement;
   options.frameLimit_Hz =
       arguments.frameLimit_Hz.value_or(arguments.offscreen ? kOffscreenFrames_Hz : kWindowFrames_Hz);
   return options;
@@ -192,6 +193,8 @@ int main(int argc, char** argv) {
       ->type_name("FILE");
   app.add_flag("--udp", arguments.udp,
                "Telemetry by UDP where the server offers it (without TLS) and the network lets it through");
+  app.add_flag("--displacement", arguments.displacement,
+               "Colour soft objects by how far they are displaced (the d key)");
   app.add_flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)");
   app.add_option("--seconds", arguments.seconds, "End by itself after this long")
       ->type_name("S")

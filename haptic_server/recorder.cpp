@@ -17,6 +17,7 @@ void Recorder::write(const TelemetrySample& sample, const MotionState* motion) {
   toWire(sample, message_);
   if (motion != nullptr) {
     for (const BodyState& body : motion->bodies()) toWire(body, *message_.add_body());
+    for (const ObjectDent& dent : motion->dents()) toWire(dent, *message_.add_dent());
   }
   google::protobuf::util::SerializeDelimitedToOstream(message_, &out_);
 }

@@ -48,7 +48,7 @@ void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtim
 }
 
 Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N,
-                          const MotionState& motion) {
+                          const MotionState& motion, const ContentHash& deformed) {
   ContentHash root = ContentHash::fromBytes(status.root()).value_or(ContentHash{});
   nlohmann::ordered_json summary = {
       {"ticks", status.ticks()},
@@ -69,6 +69,8 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"scene_hash", root.hex()},
       {"device", status.device()},
       {"bodies", toJson(motion)},
+      {"dents", motion.dentCount},
+      {"deformed_hash", deformed.hex()},
       {"realtime", {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
   };
   if (status.has_device_exchange()) {

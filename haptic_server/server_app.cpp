@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/scene/deformed_hash.h"
 #include "common/telemetry/fault_words.h"
 #include "common/wire/convert.h"
 #include "haptic_server/attached_device.h"
@@ -141,10 +142,21 @@ class ServerApp::Impl {
     status.set_revision(history->version.revision());
     status.set_root(history->version.root().asBytes());
     status.set_refused_connections(server_->counters().refusedConnections);
-    return writeSummary(options_.summary, status, device_.info().maxForce_N, servo_->lastMotion());
+    const MotionState& motion = servo_->lastMotion();
+    return writeSummary(options_.summary, status, device_.info().maxForce_N, motion,
+                        deformed(history->version, motion));
   }
 
  private:
+  [[nodiscard]] ContentHash deformed(const SceneVersion& scene, const MotionState& motion) const {
+    std::vector<std::shared_ptr<const MeshAsset>> held;
+    const auto verticesOf = [&](const ContentHash& mesh) {
+      held.push_back(as<MeshAsset>(room_.findAsset(mesh)));
+      return held.back() ? &held.back()->mesh->vertices : nullptr;
+    };
+    return deformedHash(scene, verticesOf, motion.dents()).value_or(ContentHash{});
+  }
+
   [[nodiscard]] Result<void> listen() {
     Server::Options serving{
         .listen = options_.listen,

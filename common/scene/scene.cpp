@@ -21,6 +21,7 @@ ContentHash ObjectRecord::hash() const {
     h.add(kMotion);
     addTo(h, *motion);
   }
+  addTo(h, deformation);
   return h.finish();
 }
 

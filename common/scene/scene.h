@@ -11,6 +11,7 @@
 #include "common/hash/content_hash.h"
 #include "common/maths/vec.h"
 #include "common/scene/asset_source.h"
+#include "common/scene/deformation_properties.h"
 #include "common/scene/motion_properties.h"
 #include "common/scene/surface_edits.h"
 #include "common/scene/surface_properties.h"
@@ -41,6 +42,7 @@ struct ObjectRecord {
   Pose pose;  ///< Of an object that moves: where it starts, and rests.
   Material material;
   std::optional<MotionProperties> motion = std::nullopt;
+  DeformationProperties deformation = {};
 
   bool operator==(const ObjectRecord&) const = default;
   /// SHA-256 over all fields in declaration order, canonical form (Hasher).
@@ -145,6 +147,7 @@ struct AddObject {
   PoseEdit pose;
   MaterialEdit material;
   std::optional<MotionProperties> motion = std::nullopt;
+  DeformationEdit deformation = {};
 };
 struct RemoveObject {
   ObjectRef object;
@@ -165,7 +168,11 @@ struct SetMotion {
   ObjectRef object;
   std::optional<MotionProperties> motion;  ///< None: taken away.
 };
-using Operation = std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial, SetMotion>;
+struct SetDeformation {
+  ObjectRef object;
+  DeformationEdit deformation;
+};
+using Operation = std::variant<AddObject, RemoveObject, RemeshObject, SetPose, SetMaterial, SetMotion, SetDeformation>;
 
 struct Transaction {
   std::vector<Precondition> preconditions;

@@ -6,6 +6,7 @@
 #include <span>
 #include <type_traits>
 
+#include "common/deform/dent.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -34,14 +35,17 @@ struct BodyState {
   bool operator==(const BodyState&) const = default;
 };
 
-/// What the servo has made of the objects that move since the scene said where they are. As of `tick`, and of every later
+/// What the servo has made of the objects that move or yield since the scene said where they are. As of `tick`, and of every later
 /// one until there is a newer state.
 struct MotionState {
   std::uint64_t tick = 0;
   std::size_t bodyCount = 0;
   std::array<BodyState, kMaxMovingBodies> body;  ///< In order of object id.
+  std::size_t dentCount = 0;
+  std::array<ObjectDent, kMaxDents> dent;  ///< An object's are summed in this order.
 
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return std::span(body).first(bodyCount); }
+  [[nodiscard]] std::span<const ObjectDent> dents() const noexcept { return std::span(dent).first(dentCount); }
 };
 
 static_assert(std::is_trivially_copyable_v<MotionState>, "crosses threads by copy");

@@ -44,11 +44,15 @@ inline constexpr std::size_t kMaxCreases = 1000;
 
 void toWire(const ObjectRecord& record, v1::ObjectState& message);
 void toWire(const Commit& commit, v1::Commit& message);
-void toWire(const TelemetrySample& sample, v1::Telemetry& message);  ///< No bodies. Reuses the message's memory.
+void toWire(const TelemetrySample& sample,
+            v1::Telemetry& message);  ///< No bodies, no dents. Reuses the message's memory.
 
 /// The bodies that a sample tells of; those whose pose is no pose, and more than kMaxMovingBodies, are left out.
 [[nodiscard]] std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message);
 void toWire(const BodyState& body, v1::BodyPose& message);
+/// The dents likewise: what is no dent, and more than kMaxDents, are left out.
+[[nodiscard]] std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message);
+void toWire(const ObjectDent& dent, v1::Dent& message);
 
 /// A message in text format; a scene file is a Transaction. Errors name `origin`, line, column, the bad field and, where a field is
 /// unknown, the fields that there are. Only the form is checked; fromWire checks the values.

@@ -4,6 +4,7 @@
 
 #include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_deformation.h"
 #include "common/wire/convert_motion.h"
 #include "common/wire/convert_surface.h"
 
@@ -206,10 +207,14 @@ Result<Operation> addFrom(const v1::AddObject& message) {
   auto material = materialFrom(message.material());
   if (!material) return errorOf(material);
   AddObject add{message.name(), std::move(*mesh), *pose, std::move(*material)};
-  if (!message.has_motion()) return add;
-  auto motion = motionFrom(message.motion());
-  if (!motion) return errorOf(motion, "motion.");
-  add.motion = *std::move(motion);
+  if (message.has_motion()) {
+    auto motion = motionFrom(message.motion());
+    if (!motion) return errorOf(motion, "motion.");
+    add.motion = *std::move(motion);
+  }
+  auto deformation = deformationFrom(message.deformation());
+  if (!deformation) return errorOf(deformation, "deformation.");
+  add.deformation = *std::move(deformation);
   return add;
 }
 
@@ -250,6 +255,15 @@ Result<Operation> setMotionFrom(const v1::SetMotion& message) {
   return SetMotion{std::move(*object), *std::move(motion)};
 }
 
+Result<Operation> setDeformationFrom(const v1::SetDeformation& message) {
+  auto object = refFrom(message.object());
+  if (!object) return errorOf(object);
+  auto deformation = deformationFrom(message.deformation());
+  if (!deformation) return errorOf(deformation, "deformation.");
+  if (deformation->empty()) return refused("deformation", "is empty; give softness, lattice or both");
+  return SetDeformation{std::move(*object), *std::move(deformation)};
+}
+
 Result<Operation> operationFrom(const v1::Operation& message) {
   switch (message.op_case()) {
     case v1::Operation::kAdd: {
@@ -277,10 +291,14 @@ Result<Operation> operationFrom(const v1::Operation& message) {
       auto operation = setMotionFrom(message.set_motion());
       return operation ? operation : errorOf(operation, "set_motion.");
     }
+    case v1::Operation::kSetDeformation: {
+      auto operation = setDeformationFrom(message.set_deformation());
+      return operation ? operation : errorOf(operation, "set_deformation.");
+    }
     case v1::Operation::OP_NOT_SET:
       break;
   }
-  return refused("op", "is missing; give add, remove, remesh, set_pose, set_material or set_motion");
+  return refused("op", "is missing; give add, remove, remesh, set_pose, set_material, set_motion or set_deformation");
 }
 
 Result<Precondition> preconditionFrom(const v1::Precondition& message) {

@@ -1,5 +1,8 @@
+#include <optional>
+
 #include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_deformation.h"
 #include "common/wire/convert_motion.h"
 #include "common/wire/convert_surface.h"
 
@@ -107,6 +110,11 @@ Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
     if (!motion) return tl::unexpected<Error>(std::move(motion.error()).within("motion."));
     record.motion = *std::move(motion);
   }
+  if (message.has_deformation()) {
+    auto deformation = announcedDeformationFrom(message.deformation());
+    if (!deformation) return tl::unexpected<Error>(std::move(deformation.error()).within("deformation."));
+    record.deformation = *std::move(deformation);
+  }
   return record;
 }
 
@@ -142,6 +150,8 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message) {
   toWire(record.material.surface, message);
   message.clear_motion();
   if (record.motion) toWire(*record.motion, *message.mutable_motion());
+  message.clear_deformation();
+  if (record.deformation != DeformationProperties{}) toWire(record.deformation, *message.mutable_deformation());
 }
 
 void toWire(const Commit& commit, v1::Commit& message) {
@@ -236,6 +246,7 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_dropped_samples(sample.droppedSamples);
   message.set_servo_rate_hz(sample.servoRate_Hz);
   message.clear_body();
+  message.clear_dent();
 }
 
 std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message) {
@@ -254,6 +265,33 @@ void toWire(const BodyState& body, v1::BodyPose& message) {
   message.set_object(body.object);
   write(body.pose, *message.mutable_pose());
   message.set_condition(static_cast<v1::BodyCondition>(body.condition));
+}
+
+std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message) {
+  const auto vectorOf = [](const auto& numbers) -> std::optional<Vec3f> {
+    constexpr int kNumbers = 3;
+    if (numbers.size() != kNumbers) return std::nullopt;
+    const Vec3f v(numbers[0], numbers[1], numbers[2]);
+    if (!isFinite(Vec3(v)) || glm::any(glm::greaterThan(glm::abs(Vec3(v)), Vec3(kMaxCoordinate_m))))
+      return std::nullopt;
+    return v;
+  };
+  std::vector<ObjectDent> dents;
+  for (const v1::Dent& dent : message.dent()) {
+    const auto centre = vectorOf(dent.centre());
+    const auto displacement = vectorOf(dent.displacement());
+    if (dents.size() == kMaxDents) break;
+    if (centre && displacement) dents.push_back({dent.object(), {*centre, *displacement}});
+  }
+  return dents;
+}
+
+void toWire(const ObjectDent& dent, v1::Dent& message) {
+  message.set_object(dent.object);
+  for (int d = 0; d < 3; ++d) {
+    message.add_centre(dent.dent.centre[d]);
+    message.add_displacement(dent.dent.displacement[d]);
+  }
 }
 
 }  // namespace haptics

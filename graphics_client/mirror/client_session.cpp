@@ -66,7 +66,8 @@ void ClientSession::poll(std::uint64_t now_ns) {
 void ClientSession::datagramReceived(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns) {
   const auto telemetry = datagrams_.take(bytes, from, now_ns);
   followDatagramPath();
-  if (telemetry && mirror_.take(fromWire(*telemetry), bodiesFromWire(*telemetry))) ++changes_;
+  if (telemetry && mirror_.take(fromWire(*telemetry), bodiesFromWire(*telemetry), dentsFromWire(*telemetry)))
+    ++changes_;
 }
 
 std::optional<DatagramPath::Datagram> ClientSession::nextDatagram(std::uint64_t now_ns) {

@@ -24,7 +24,9 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
     case v1::Envelope::kAssetUnavailable:
       return assets_.unavailable(envelope.asset_unavailable().hash());
     case v1::Envelope::kTelemetry:
-      if (mirror_.take(fromWire(envelope.telemetry()), bodiesFromWire(envelope.telemetry()))) ++changes_;
+      if (mirror_.take(fromWire(envelope.telemetry()), bodiesFromWire(envelope.telemetry()),
+                       dentsFromWire(envelope.telemetry())))
+        ++changes_;
       return;
     case v1::Envelope::kEditReply:
       edits_.replied(envelope.edit_reply(), now_ns);

@@ -69,6 +69,7 @@ Result<void> Mirror::replaceScene(std::uint64_t epoch, SceneVersion scene, const
     ++view_.stateResets;
     view_.sample.reset();
     view_.bodies.clear();
+    view_.dents.clear();
   }
   view_.epoch = epoch;
   setScene(std::move(scene));
@@ -129,13 +130,14 @@ Result<void> Mirror::audit(std::size_t assetBytes) {
   return {};
 }
 
-bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodies) {
+bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodies, std::vector<ObjectDent> dents) {
   if (newestTick_ && sample.tick <= *newestTick_) return false;
   newestTick_ = sample.tick;
   view_.sample = sample;
   for (const BodyState& body : bodies) {
     if (const auto object = scene().find(body.object); object && object->motion) view_.bodies[body.object] = body;
   }
+  view_.dents = std::move(dents);
   ++view_.samplesReceived;
   return true;
 }
@@ -196,6 +198,28 @@ Pose MirrorView::poseOf(const ObjectRecord& object) const {
   return at == bodies.end() ? object.pose : at->second.pose;
 }
 
+std::vector<Dent> MirrorView::dentsIn(const ObjectRecord& object) const {
+  std::vector<Dent> own;
+  if (!object.deformation.softness) return own;
+  for (const ObjectDent& dent : dents) {
+    if (dent.object == object.id) own.push_back(dent.dent);
+  }
+  return own;
+}
+
+std::optional<std::array<Vec3, 3>> MirrorView::cornersOf(const ObjectRecord& object, std::uint32_t triangle) const {
+  const auto mesh = meshes.find(object.mesh);
+  if (mesh == meshes.end() || triangle >= mesh->second->triangles.size()) return std::nullopt;
+  std::array<Vec3f, 3> corners;
+  for (std::size_t k = 0; k < 3; ++k) corners[k] = mesh->second->vertices[mesh->second->triangles[triangle][k]];
+  if (object.deformation.lattice) std::ranges::copy(shapedBy(*object.deformation.lattice, corners), corners.begin());
+  if (const std::vector<Dent> own = dentsIn(object); !own.empty()) {
+    const Falloff falloff = tissueOf(*object.deformation.softness).falloff;
+    for (Vec3f& corner : corners) corner = dented(corner, own, falloff);
+  }
+  return std::array{Vec3(corners[0]), Vec3(corners[1]), Vec3(corners[2])};
+}
+
 bool MirrorView::isComplete(const ObjectRecord& object) const {
   return std::ranges::all_of(object.assets(), [this](const AssetName& asset) { return holds(asset); });
 }
@@ -221,6 +245,14 @@ Result<ContentHash> recomputedRoot(const MirrorView& view) {
   auto scene = SceneVersion::fromSnapshot(view.scene->revision(), std::move(records));
   if (!scene) return tl::unexpected<Error>(scene.error());
   return scene->root();
+}
+
+std::optional<ContentHash> deformedHash(const MirrorView& view) {
+  const auto verticesOf = [&](const ContentHash& mesh) -> const std::vector<Vec3f>* {
+    const auto at = view.meshes.find(mesh);
+    return at == view.meshes.end() ? nullptr : &at->second->vertices;
+  };
+  return deformedHash(*view.scene, verticesOf, view.dents);
 }
 
 }  // namespace haptics

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "common/error/error.h"
 #include "common/mesh/tri_mesh.h"
+#include "common/scene/deformed_hash.h"
 #include "common/scene/scene.h"
 #include "common/surface/sampled_field.h"
 #include "common/telemetry/motion_state.h"
@@ -36,6 +38,7 @@ struct MirrorView {
   bool hashesEqual = false;
   std::optional<TelemetrySample> sample;  ///< Newest; nothing before the first.
   std::map<ObjectId, BodyState> bodies;   ///< Where the objects that move are, as of `sample` or last heard of.
+  std::vector<ObjectDent> dents;          ///< In soft objects, as of `sample`.
   std::uint64_t samplesReceived = 0;
   std::uint64_t takenAt_ns = 0;   ///< This host's monotonic clock when the view was taken.
   double telemetryAge_s = 0;      ///< Of `sample` at takenAt_ns, by the estimated clock offset; 0 without a sample.
@@ -53,6 +56,11 @@ struct MirrorView {
 
   /// Where the servo has it; until that is known, where the scene has it.
   [[nodiscard]] Pose poseOf(const ObjectRecord& object) const;
+  /// The object's dents; none in a rigid one.
+  [[nodiscard]] std::vector<Dent> dentsIn(const ObjectRecord& object) const;
+  /// The corners of one of its triangles (canonical numbering) as lattice and dents have them, object frame; nothing while
+  /// its mesh is not here, or has no such triangle.
+  [[nodiscard]] std::optional<std::array<Vec3, 3>> cornersOf(const ObjectRecord& object, std::uint32_t triangle) const;
   [[nodiscard]] bool holds(const AssetName& asset) const;
   /// Whether everything that the object's record names is here.
   [[nodiscard]] bool isComplete(const ObjectRecord& object) const;
@@ -65,5 +73,8 @@ struct MirrorView {
 /// The root hash, computed anew from every byte that this client holds: assets are hashed from their decoded contents,
 /// records from their fields. Refused, naming the object, while one of its assets is missing.
 [[nodiscard]] Result<ContentHash> recomputedRoot(const MirrorView& view);
+
+/// deformedHash() of what this client holds.
+[[nodiscard]] std::optional<ContentHash> deformedHash(const MirrorView& view);
 
 }  // namespace haptics

@@ -42,6 +42,7 @@ std::shared_ptr<const MirrorView> Playback::at(View view, std::uint64_t now_ns) 
   const double s = std::clamp((moment_s - time_s(a, newest)) / time_s(b, a), 0.0, 1.0);
   auto shown = std::make_shared<MirrorView>(*view);
   shown->sample = between(*a.sample, *b.sample, s);
+  shown->dents = (s < 0.5 ? a : b).dents;
   shown->telemetryAge_s = lag_s_;
   shown->takenAt_ns = now_ns;
   for (auto& [object, body] : shown->bodies) {

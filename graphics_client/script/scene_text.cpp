@@ -24,6 +24,7 @@ std::string sceneText(const SceneVersion& scene, const std::string& name) {
     if (state.has_friction()) *add.mutable_material()->mutable_friction() = state.friction();
     if (state.has_texture()) *add.mutable_material()->mutable_texture() = state.texture();
     if (state.has_motion()) *add.mutable_motion() = state.motion();
+    if (state.has_deformation()) *add.mutable_deformation() = state.deformation();
   }
   std::string text;
   google::protobuf::TextFormat::PrintToString(transaction, &text);

@@ -67,6 +67,7 @@ void printForScripts(const MirrorView& view, const TelemetrySample& sample) {
   v1::Telemetry message;
   toWire(sample, message);
   for (const auto& [object, body] : view.bodies) toWire(body, *message.add_body());
+  for (const ObjectDent& dent : view.dents) toWire(dent, *message.add_dent());
   std::cout << toJson(message).dump() << std::endl;
 }
 

@@ -229,11 +229,11 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixe
   const PrimitiveId& primitive = view.sample->primitive;
   const SceneVersion::Object object = view.scene->find(view.sample->object);
   if (!object || primitive.kind == PrimitiveKind::kNone) return;
-  const auto mesh = view.meshes.find(object->mesh);
-  if (mesh == view.meshes.end()) return;
+  const auto triangle = view.cornersOf(*object, primitive.polygon);
+  if (!triangle) return;
   const bool textured = object->material.surface.texture.has_value();
   const double lift = kPrimitiveLift_px * metresPerPixel + std::max(view.sample->height_m, 0.0);
-  std::vector<Vec3> corners = primitiveCorners(*mesh->second, primitive, lift);
+  std::vector<Vec3> corners = primitiveCorners(*triangle, primitive, lift);
   if (corners.empty()) return;
   const vtkSmartPointer<vtkMatrix4x4> place = matrixOf(view.poseOf(*object));
   const palette::Shade shade = shadeIf(current, palette::kPrimitive);
@@ -274,12 +274,9 @@ void ContactGlyphs::updateTrail(const Trail& trail, bool current) {
   trail_.setVisible(true);
 }
 
-std::vector<Vec3> primitiveCorners(const TriMesh& mesh, const PrimitiveId& primitive, double lift_m) {
-  if (primitive.kind == PrimitiveKind::kNone) return {};
-  if (primitive.polygon >= mesh.triangles.size() || primitive.localIndex > 2) return {};
-  const TriangleIndices& triangle = mesh.triangles[primitive.polygon];
-  std::vector<Vec3> corners;
-  for (const std::uint32_t v : triangle) corners.emplace_back(mesh.vertices[v]);
+std::vector<Vec3> primitiveCorners(const std::array<Vec3, 3>& triangle, const PrimitiveId& primitive, double lift_m) {
+  if (primitive.kind == PrimitiveKind::kNone || primitive.localIndex > 2) return {};
+  std::vector<Vec3> corners(triangle.begin(), triangle.end());
   const Vec3 across = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
   const double area = glm::length(across);
   if (area > 0) {

@@ -78,8 +78,9 @@ class ContactGlyphs {
   void updateTrail(const Trail& trail, bool current);
 };
 
-/// Corners of the contacted primitive, object frame: 3 of a polygon, 2 of a line, 1 of a vertex; lifted by `lift_m`
-/// along the polygon's normal. Empty when there is none, or the mesh has no such polygon or corner.
-[[nodiscard]] std::vector<Vec3> primitiveCorners(const TriMesh& mesh, const PrimitiveId& primitive, double lift_m);
+/// What of a polygon, given by its corners, is the contacted primitive: 3 corners of a polygon, 2 of a line, 1 of a vertex;
+/// lifted by `lift_m` along the polygon's normal. Empty when there is none, or no such corner.
+[[nodiscard]] std::vector<Vec3> primitiveCorners(const std::array<Vec3, 3>& polygon, const PrimitiveId& primitive,
+                                                 double lift_m);
 
 }  // namespace haptics

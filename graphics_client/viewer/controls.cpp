@@ -69,6 +69,7 @@ const std::vector<KeyHelp>& Controls::help() {
       {"c", "close-up on or off"},
       {"w", "wireframe"},
       {"e", "polygon edges"},
+      {"d", "colour by displacement"},
       {"n", "names on or off"},
       {"o", "overlay on or off"},
       {"s", "save a screenshot"},

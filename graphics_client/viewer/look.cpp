@@ -71,7 +71,9 @@ bool facesAway(const Look& look, const Look::Side& side, Vec3 eye) {
 }
 
 Look makeLook(const LookOrder& order) {
-  const TriMesh& mesh = *order.triangles;
+  TriMesh shaped;
+  if (order.lattice) shaped = {shapedBy(*order.lattice, order.triangles->vertices), order.triangles->triangles};
+  const TriMesh& mesh = order.lattice ? shaped : *order.triangles;
   DisplayedSurface surface = displaySurface(mesh, order.surface, fieldsOf(order), order.mostTriangles);
   Look look{.sides = sidesOf(surface),
             .shadow = {},

@@ -5,10 +5,12 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/hash/content_hash.h"
 #include "common/mesh/tri_mesh.h"
+#include "common/scene/deformation_properties.h"
 #include "common/scene/surface_properties.h"
 #include "common/surface/sampled_field.h"
 
@@ -18,6 +20,7 @@ namespace haptics {
 struct LookOrder {
   ContentHash mesh;
   SurfaceProperties surface;
+  std::optional<Lattice> lattice = std::nullopt;
   std::size_t mostTriangles = 0;
 
   // What the hashes above stand for.
@@ -26,7 +29,8 @@ struct LookOrder {
   std::shared_ptr<const std::vector<float>> frictionScale = nullptr;                    ///< Null where none is named.
 
   [[nodiscard]] bool sameAs(const LookOrder& other) const {
-    return mesh == other.mesh && mostTriangles == other.mostTriangles && surface == other.surface;
+    return mesh == other.mesh && mostTriangles == other.mostTriangles && surface == other.surface &&
+           lattice == other.lattice;
   }
 };
 

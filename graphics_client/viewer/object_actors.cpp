@@ -97,11 +97,18 @@ void ObjectActors::paint(const Paint& paint) {
   const palette::Shade own = palette::shadeOf(paint.color);
   const palette::Shade shade = paint.current ? own : palette::mix(palette::kFaded, own, kFadedColorShare);
   const bool colored = paint.current && (!look_->heights.empty() || !look_->friction.empty());
-  if (colored) colorPoints(paint);
+  displacementOn_ = paint.displacement && paint.current ? std::optional(own) : std::nullopt;
+  if (displacementOn_) {
+    if (!dented_) makeDentable();
+    colorDisplacement();
+    colored_.reset();
+  } else if (colored) {
+    colorPoints(paint);
+  }
   for (const Part& part : parts_) {
     for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
       actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
-      actor->GetMapper()->SetScalarVisibility(colored);
+      actor->GetMapper()->SetScalarVisibility(colored || displacementOn_);
     }
     vtkProperty* world = part.world->GetProperty();
     setEdgeColor(part.world, edgeOf(shade, kEdgeDarkening));
@@ -146,6 +153,34 @@ void ObjectActors::colorPoints(const Paint& paint) {
     }
   }
   for (const Part& part : parts_) part.drawn->GetPointData()->SetScalars(colors);
+}
+
+/// From here on the object has points of its own.
+void ObjectActors::makeDentable() {
+  dented_ = std::make_unique<DentedPoints>(look_->sides.front().drawn);
+  for (const Part& part : parts_) dented_->drawIn(part.drawn);
+  const auto own = [&](vtkActor* actor, vtkPolyData* looks) {
+    vtkNew<vtkPolyData> data;
+    data->ShallowCopy(looks);
+    dented_->drawIn(data);
+    vtkPolyDataMapper::SafeDownCast(actor->GetMapper())->SetInputData(data);
+  };
+  if (look_->rims) own(rims_, look_->rims);
+  if (look_->shadow == look_->sides.front().drawn) own(shadow_, look_->shadow);
+}
+
+void ObjectActors::dent(std::span<const Dent> dents, const Falloff& falloff) {
+  if (!dented_) {
+    if (dents.empty()) return;
+    makeDentable();
+  }
+  if (!dented_->follow(dents, falloff)) return;
+  for (const Part& part : parts_) part.drawn->Modified();
+  if (displacementOn_) colorDisplacement();
+}
+
+void ObjectActors::colorDisplacement() {
+  for (const Part& part : parts_) dented_->colorIn(part.drawn, *displacementOn_);
 }
 
 void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {

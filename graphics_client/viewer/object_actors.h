@@ -8,9 +8,11 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "graphics_client/viewer/dented_points.h"
 #include "graphics_client/viewer/look.h"
 
 namespace haptics {
@@ -29,6 +31,7 @@ class ObjectActors {
     bool current = true;  ///< False: grey.
     bool wireframe = false, edges = false;
     std::optional<FrictionRange> friction;  ///< Of all objects.
+    bool displacement = false;              ///< Of a soft object: coloured by how far its points are displaced.
   };
 
   ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const Look> look);
@@ -39,6 +42,8 @@ class ObjectActors {
   void paint(const Paint& paint);
   void place(vtkMatrix4x4* object, vtkMatrix4x4* shadow);
   void setShadowVisible(bool visible);
+  /// Shows a soft object with these dents.
+  void dent(std::span<const Dent> dents, const Falloff& falloff);
   /// Leaves out what cannot be seen by the world's and the close-up's camera; object frame.
   void showFor(Vec3 worldEye, Vec3 closeUpEye);
   [[nodiscard]] const Look& look() const { return *look_; }
@@ -55,10 +60,14 @@ class ObjectActors {
   std::vector<Part> parts_;
   vtkNew<vtkActor> rims_;
   vtkSmartPointer<vtkActor> shadow_;
-  std::optional<Color> colored_;  // what the points' colours were made of
+  std::unique_ptr<DentedPoints> dented_;          // null until there are dents
+  std::optional<palette::Shade> displacementOn_;  // coloured by displacement, over this
+  std::optional<Color> colored_;                  // what the points' colours were made of
   std::optional<FrictionRange> coloredRange_;
 
   void colorPoints(const Paint& paint);
+  void makeDentable();
+  void colorDisplacement();
 };
 
 }  // namespace haptics

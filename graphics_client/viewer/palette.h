@@ -58,6 +58,12 @@ inline constexpr Shade kBad{0.80, 0.08, 0.10};
   return share < 0.5 ? mix(kForceLow, kForceMiddle, 2 * share) : mix(kForceMiddle, kForceHigh, 2 * share - 1);
 }
 
+/// From an object's own colour at rest to that of the deepest dent; share 0 to 1.
+[[nodiscard]] inline Shade displacementShade(Shade own, double share) {
+  const double s = share < 1 ? share : 1;
+  return s < 0.5 ? mix(own, kForceMiddle, 2 * s) : mix(kForceMiddle, kForceHigh, 2 * s - 1);
+}
+
 /// From little friction to much; share 0 to 1.
 [[nodiscard]] inline Shade frictionShade(double share) {
   return share < 0.5 ? mix(kSlippery, kGripping, 2 * share) : mix(kGripping, kRough, 2 * share - 1);

@@ -29,14 +29,14 @@ void RunSummary::addFrame(std::shared_ptr<const MirrorView> view, double age_s, 
 }
 
 void RunSummary::addContact(const MirrorView& shown) {
-  if (shown.link != LinkState::kLive || !shown.sample || !shown.bodies.contains(shown.sample->object)) return;
+  if (shown.link != LinkState::kLive || !shown.sample) return;
   const TelemetrySample& sample = *shown.sample;
   const SceneVersion::Object object = shown.scene->find(sample.object);
-  const auto mesh = object ? shown.meshes.find(object->mesh) : shown.meshes.end();
-  if (mesh == shown.meshes.end() || sample.primitive.polygon >= mesh->second->triangles.size()) return;
-  const TriangleIndices& corner = mesh->second->triangles[sample.primitive.polygon];
+  if (!object || !(shown.bodies.contains(object->id) || object->deformation.softness)) return;
+  const auto corners = shown.cornersOf(*object, sample.primitive.polygon);
+  if (!corners) return;
   const Pose pose = shown.poseOf(*object);
-  const auto place = [&](int k) { return toWorld(pose, Vec3(mesh->second->vertices[corner[static_cast<size_t>(k)]])); };
+  const auto place = [&](int k) { return toWorld(pose, (*corners)[static_cast<std::size_t>(k)]); };
   const Vec3 normal = glm::normalize(glm::cross(place(1) - place(0), place(2) - place(0)));
   const double error_m = glm::dot(sample.ihip - place(0), normal) - sample.height_m;
   if (std::isfinite(error_m)) contactErrors_mm_.add(std::abs(error_m) * 1e3);
@@ -79,6 +79,8 @@ std::string RunSummary::json() const {
     const Result<ContentHash> own = recomputedRoot(*newestLive_);
     summary["scene_revision"] = newestLive_->scene->revision();
     if (own) summary["client_scene_hash"] = own->hex();
+    if (const auto deformed = deformedHash(*newestLive_)) summary["client_deformed_hash"] = deformed->hex();
+    summary["client_dents"] = newestLive_->dents.size();
     for (const auto& [id, body] : newestLive_->bodies)
       summary["client_bodies"].push_back(bodyJson<nlohmann::json>(body));
     summary["hashes_equal"] = newestLive_->hashesEqual && own && *own == newestLive_->scene->root();

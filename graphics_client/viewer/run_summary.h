@@ -25,7 +25,7 @@ class RunSummary {
   /// the start of the run.
   void addFrame(std::shared_ptr<const MirrorView> view, double age_s, double time_s);
 
-  /// How far the IHIP that was drawn is from the surface that was drawn, where something that moves is touched.
+  /// How far the IHIP that was drawn is from the surface that was drawn, where something that moves or yields is touched.
   void addContact(const MirrorView& shown);
 
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }

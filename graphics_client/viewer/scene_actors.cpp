@@ -29,6 +29,7 @@ std::shared_ptr<const Value> find(const std::map<ContentHash, std::shared_ptr<co
 std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& view, std::size_t mostTriangles) {
   LookOrder order{.mesh = object.mesh,
                   .surface = object.material.surface,
+                  .lattice = object.deformation.lattice,
                   .mostTriangles = hasField(object.material.surface) ? mostTriangles : 0,
                   .triangles = find(view.meshes, object.mesh)};
   bool complete = order.triangles != nullptr;
@@ -100,11 +101,18 @@ bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const
   const bool moved = !shown.record || shown.pose != pose;
   shown.pose = pose;
   if (moved && object->motion && shown.actors) place(shown);
+  if (shown.actors) dent(shown, *object, view);
   if (shown.record == object) return changed;
   shown.record = object;
   if (!shown.actors) return changed;
   paint(shown);
   return changed || moved;
+}
+
+/// As the newest sample has its dents.
+void SceneActors::dent(Shown& shown, const ObjectRecord& object, const MirrorView& view) {
+  const Softness softness = object.deformation.softness.value_or(Softness{.radius_m = 1});
+  shown.actors->dent(view.dentsIn(object), tissueOf(softness).falloff);
 }
 
 /// Shows the look that was ordered once it is made.
@@ -141,7 +149,8 @@ void SceneActors::paint(const Shown& shown) const {
                        .current = current_,
                        .wireframe = wireframe_,
                        .edges = edges_,
-                       .friction = friction_});
+                       .friction = friction_,
+                       .displacement = displacement_ && shown.record->deformation.softness});
 }
 
 void SceneActors::place(const Shown& shown) const {
@@ -175,6 +184,11 @@ void SceneActors::setWireframe(bool on) {
 
 void SceneActors::setEdges(bool on) {
   edges_ = on;
+  paintAll();
+}
+
+void SceneActors::setDisplacement(bool on) {
+  displacement_ = on;
   paintAll();
 }
 

@@ -43,6 +43,8 @@ class SceneActors {
   void setMostTriangles(std::size_t most) { mostTriangles_ = most; }
   void setWireframe(bool on);
   void setEdges(bool on);
+  /// Colours soft objects by how far they are displaced.
+  void setDisplacement(bool on);
 
   /// Points spread over the objects, world frame; empty when nothing is shown.
   [[nodiscard]] std::vector<Vec3> outline() const;
@@ -74,10 +76,11 @@ class SceneActors {
   std::map<ObjectId, Shown> shown_;
   std::optional<FrictionRange> friction_;
   std::size_t mostTriangles_ = 0;
-  bool current_ = true, wireframe_ = false, edges_ = false;
+  bool current_ = true, wireframe_ = false, edges_ = false, displacement_ = false;
 
   bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t mostTriangles);
   bool takeLook(Shown& shown);
+  static void dent(Shown& shown, const ObjectRecord& object, const MirrorView& view);
   void updateFrictionRange();
   void paintAll();
   void paint(const Shown& shown) const;

@@ -61,7 +61,7 @@ class Viewer {
   Moment moment_;               // drawn last
   std::optional<Moment> best_;  // for the screenshot at the end
   bool quit_ = false, framed_ = false, wasLive_ = false, smooth_ = false;
-  bool follow_ = false, wireframe_ = false, edges_ = false;
+  bool follow_ = false, wireframe_ = false, edges_ = false, displacement_ = false;
   int screenshots_ = 0;
   std::uint64_t stateResets_ = 0;
   double resetAt_s_ = -kResetNotice_s;
@@ -86,6 +86,7 @@ Viewer::Viewer(const ViewerOptions& options, const ViewSource& source)
       closeUpGlyphs_(stage_.closeUp(), kCloseUpSizes),
       cameras_(stage_),
       overlay_(stage_, !options.offscreen) {
+  objects_.setDisplacement(displacement_ = options.displacement);
   if (options.offscreen) return;
   controls_ = std::make_unique<Controls>(
       stage_.window(), stage_.world().solid, [this](char key) { handleKey(key); }, [this] { quit_ = true; });
@@ -204,6 +205,9 @@ void Viewer::handleKey(char key) {
       break;
     case 'e':
       objects_.setEdges(edges_ = !edges_);
+      break;
+    case 'd':
+      objects_.setDisplacement(displacement_ = !displacement_);
       break;
     case 'n':
       overlay_.toggleLabels();

@@ -18,6 +18,7 @@ struct ViewerOptions {
   bool offscreen = false;            ///< No window; the picture goes to `screenshot`.
   std::optional<double> duration_s;  ///< Ends by itself after it.
   double frameLimit_Hz = 60;         ///< > 0.
+  bool displacement = false;         ///< Soft objects are coloured by how far they are displaced; the d key.
   std::filesystem::path screenshot;  ///< Written at the end when not empty; also where the s key writes.
 };
 

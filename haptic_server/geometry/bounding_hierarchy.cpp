@@ -64,6 +64,15 @@ struct Binning {
   }
 };
 
+void setPlace(BoundingHierarchy::Node& node, std::size_t i, const Box& box) {
+  alignas(16) std::array<std::array<float, 4>, 2> bounds;
+  _mm_store_ps(bounds[0].data(), box.low);
+  _mm_store_ps(bounds[1].data(), box.high);
+  for (std::size_t side = 0; side < 2; ++side) {
+    for (std::size_t d = 0; d < 3; ++d) node.bounds[side][d][i] = bounds[side][d];
+  }
+}
+
 class Builder {
  public:
   using Child = BoundingHierarchy::Child;
@@ -174,15 +183,6 @@ class Builder {
     return tasks;
   }
 
-  static void setPlace(Node& node, std::size_t i, const Box& box) {
-    alignas(16) std::array<std::array<float, 4>, 2> bounds;
-    _mm_store_ps(bounds[0].data(), box.low);
-    _mm_store_ps(bounds[1].data(), box.high);
-    for (std::size_t side = 0; side < 2; ++side) {
-      for (std::size_t d = 0; d < 3; ++d) node.bounds[side][d][i] = bounds[side][d];
-    }
-  }
-
   std::pair<Range, Range> halves(const Range& range) const {
     const std::uint32_t middle = range.begin + range.size() / 2;
     Range left{range.begin, middle, {}};
@@ -282,6 +282,41 @@ LargePageVector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> v
   Builder builder(vertices, triangles);
   const std::vector<Node> nodes = builder.build(threads);
   nodes_.assign(nodes.begin(), nodes.end());
+  measure(extent_m);
+  return builder.order();
+}
+
+void BoundingHierarchy::refit(std::span<const TriangleRecord> triangles, double extent_m) {
+  const auto boxOf = [&](const Child& child) {
+    Box box;
+    if (!child.isLeaf()) {
+      const Node& below = nodes_[child.index()];  // comes after this node, so that it has been made
+      for (std::size_t i = 0; i < kWidth; ++i) {
+        if (below.bounds[0][0][i] > below.bounds[1][0][i]) continue;
+        box.grow({_mm_setr_ps(below.bounds[0][0][i], below.bounds[0][1][i], below.bounds[0][2][i], 0),
+                  _mm_setr_ps(below.bounds[1][0][i], below.bounds[1][1][i], below.bounds[1][2][i], 0)});
+      }
+      return box;
+    }
+    for (std::uint32_t t = child.begin(); t < child.end(); ++t) {
+      const auto& rows = triangles[t].rows;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const __m128 corner = _mm_setr_ps(rows[0][k], rows[1][k], rows[2][k], 0);
+        box.grow(corner, corner);
+      }
+    }
+    return box;
+  };
+  for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+    for (std::size_t i = 0; i < kWidth; ++i) {
+      if (node->bounds[0][0][i] <= node->bounds[1][0][i]) setPlace(*node, i, boxOf(node->child[i]));
+    }
+  }
+  measure(extent_m);
+}
+
+/// Pads every box, and measures the root's.
+void BoundingHierarchy::measure(double extent_m) {
   low_ = Vec3(std::numeric_limits<double>::infinity());
   high_ = -low_;
   for (Node& node : nodes_) pad(node, static_cast<float>(extent_m * kBoxPad));
@@ -295,7 +330,6 @@ LargePageVector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> v
   }
   const Vec3 size = high_ - low_;
   short_ = kShort * std::max({size.x, size.y, size.z});
-  return builder.order();
 }
 
 }  // namespace haptics

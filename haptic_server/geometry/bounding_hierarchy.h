@@ -13,6 +13,7 @@
 
 #include "common/maths/vec.h"
 #include "haptic_server/geometry/large_pages.h"
+#include "haptic_server/geometry/triangle_record.h"
 
 namespace haptics {
 
@@ -74,6 +75,9 @@ class BoundingHierarchy {
                                        std::span<const std::array<std::uint32_t, 3>> triangles, double extent_m,
                                        int threads);
 
+  /// Makes the boxes anew around the same triangles, which have moved; `triangles` are in the hierarchy's order.
+  void refit(std::span<const TriangleRecord> triangles, double extent_m);
+
   /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment
   /// is still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a
   /// start far away does not cost the float test its precision.
@@ -98,6 +102,8 @@ class BoundingHierarchy {
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return nodes_.capacity() * sizeof(Node); }
 
  private:
+  void measure(double extent_m);
+
   struct Window;
   struct WideWindow;
   using Stack = std::array<std::uint32_t, kStackSize>;

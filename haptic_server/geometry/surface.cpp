@@ -38,6 +38,25 @@ Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std
   markCrossed(threads);
 }
 
+Surface::Surface(const Surface& from, std::span<const Vec3f> vertices)
+    : records_(from.records_),
+      hierarchy_(from.hierarchy_),
+      canonical_(from.canonical_),
+      closed_(from.closed_),
+      anyCrossed_(from.anyCrossed_) {
+  measure(vertices);
+  for (TriangleRecord& r : records_) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3f v = vertices[r.vertex[k]];
+      for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = v[static_cast<int>(d)];
+    }
+    r.flags &= ~TriangleRecord::kZeroArea;
+    if (r.areaNormal() == Vec3(0)) r.flags |= TriangleRecord::kZeroArea;
+  }
+  sumVertexNormals(vertices.size());
+  hierarchy_.refit(records_, extent_);
+}
+
 void Surface::measure(std::span<const Vec3f> vertices) {
   Vec3f low = vertices.front();
   Vec3f high = low;
@@ -147,6 +166,10 @@ Foot Surface::closestFoot(Vec3 h, int budget, int& spent) const noexcept {
 std::size_t Surface::memory_bytes() const noexcept {
   return records_.capacity() * sizeof(TriangleRecord) + hierarchy_.memory_bytes() +
          vertexNormals_.capacity() * sizeof(Vec3f) + canonical_.capacity() * sizeof(std::uint32_t);
+}
+
+std::shared_ptr<const Surface> refitSurface(const Surface& from, std::span<const Vec3f> vertices) {
+  return std::make_shared<const Surface>(from, vertices);
 }
 
 std::shared_ptr<const Surface> buildSurface(std::span<const Vec3f> vertices,

@@ -24,9 +24,11 @@ void BodyTurns::add(const MotionState& motion, v1::Telemetry& sample) {
   }
   std::ranges::sort(
       waiting, [](const Waiting& a, const Waiting& b) { return a.isNews != b.isNews ? a.isNews : a.since < b.since; });
+  // A dent takes less than half of what a body does.
+  const std::size_t most = kMost - (motion.dentCount + 1) / 2;
   std::size_t count = 0;
   for (const Waiting& next : waiting) {
-    if (count == kMost) break;
+    if (count == most) break;
     toWire(*next.body, *sample.add_body());
     told_[next.body->object] = {*next.body, ++turn_};
     ++count;

@@ -310,6 +310,7 @@ void ServerSession::sendTelemetry(bool lineIsFree) {
   v1::Telemetry& message = *telemetryEnvelope_.mutable_telemetry();
   toWire(telemetry_.take(now_ns), message);
   bodies_.add(host_.motion(), message);
+  for (const ObjectDent& dent : host_.motion().dents()) toWire(dent, *message.add_dent());
   if (byDatagram_ && host_.sendDatagram(message)) return;
   if (lineIsFree) send(telemetryEnvelope_);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptic_server/scene/field_library.h"
+#include "haptic_server/scene/fit_deformation.h"
 #include "haptic_server/scene/mesh_library.h"
 #include "haptic_server/scene/motion_remarks.h"
 #include "haptic_server/scene/surface_remarks.h"
@@ -34,6 +35,9 @@ class AssetLibrary final : public AssetResolver {
                                                  const ObjectAssets& assets) const override {
     auto remarks = surfaceRemarks(record, assets, device_);
     for (std::string& remark : motionRemarks(record, assets, device_)) remarks.push_back(std::move(remark));
+    for (std::string& remark : deformationRemarks(record.deformation, *assets.mesh->mesh)) {
+      remarks.push_back(std::move(remark));
+    }
     return remarks;
   }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "haptic_server/scene/fit_deformation.h"
 #include "haptic_server/scene/make_rigid_body.h"
 #include "haptic_server/servo/servo_scene.h"
 
@@ -95,6 +96,7 @@ Result<void> SceneDraft::apply(const AddObject& add, const std::string& field) {
   apply(add.material.surface, field + "add.material.", record);
   record.motion = add.motion;
   if (add.motion) given_[record.id].motion = field + "add.motion.";
+  apply(add.deformation, field + "add.deformation.", record);
   put_.push_back(std::move(record));
   return {};
 }
@@ -142,6 +144,21 @@ Result<void> SceneDraft::apply(const SetMotion& set, const std::string& field) {
   return {};
 }
 
+Result<void> SceneDraft::apply(const SetDeformation& set, const std::string& field) {
+  const auto record = edit(set.object, field + "set_deformation.object");
+  if (!record) return tl::unexpected(record.error());
+  apply(set.deformation, field + "set_deformation.deformation.", **record);
+  return {};
+}
+
+void SceneDraft::apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record) {
+  if (edit.empty()) return;
+  record.deformation = edited(std::move(record.deformation), edit);
+  Given& given = given_[record.id];
+  given.deformation = field;
+  if (edit.lattice) given.latticeOfMesh = edit.latticeOfMesh;
+}
+
 void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record) {
   if (edit.empty()) return;
   auto& surface = given_[record.id].surface;
@@ -178,9 +195,10 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   if (auto fits = checkSurfaces(); !fits) return tl::unexpected(std::move(fits).error());
   for (const Named& named : named_) fitMapping(named);
   for (const auto& [object, given] : given_) {
-    const ObjectRecord& record = *put(object);
+    ObjectRecord& record = *put(object);
     if (auto gathered = gather(record, given); !gathered) return tl::unexpected(std::move(gathered).error());
     if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
+    if (auto fits = fitDeformation(record, given); !fits) return tl::unexpected(std::move(fits).error());
     for (const std::string& remark : resolver.remarks(record, assets_.at(object))) {
       reports.push_back(record.name + ": " + remark);
     }
@@ -326,6 +344,15 @@ Result<void> SceneDraft::checkMovingCount(const std::string& field) const {
   if (count <= kMaxMovingBodies) return {};
   return refused(field.substr(0, field.size() - 1), "makes " + std::to_string(count) + " objects move; at most " +
                                                         std::to_string(kMaxMovingBodies) + " of a scene may");
+}
+
+/// To the mesh that the object has after the transaction.
+Result<void> SceneDraft::fitDeformation(ObjectRecord& record, const Given& given) const {
+  auto unfit = fitToMesh(record.deformation, *assets_.at(record.id).mesh->mesh, given.latticeOfMesh);
+  if (!unfit) return {};
+  const auto& [field, reason] = *unfit;
+  if (!given.deformation.empty()) return refused(given.deformation + field, reason);
+  return refused(given.mesh, "does not fit the object's deformation." + field + ", which " + reason);
 }
 
 Commit SceneDraft::commit() const {

@@ -59,8 +59,10 @@ class SceneDraft {
   };
   /// The fields, if any, by which the operations last gave what an object is made of.
   struct Given {
-    std::string mesh;                            // "operations[0].remesh.mesh"
-    std::string motion;                          // "operations[0].add.motion."
+    std::string mesh;         // "operations[0].remesh.mesh"
+    std::string motion;       // "operations[0].add.motion."
+    std::string deformation;  // "operations[0].add.deformation."
+    bool latticeOfMesh = false;
     std::map<std::string, std::string> surface;  // "texture": "operations[1].set_material.material."
   };
 
@@ -82,6 +84,8 @@ class SceneDraft {
   Result<void> apply(const SetPose& set, const std::string& field);
   Result<void> apply(const SetMaterial& set, const std::string& field);
   Result<void> apply(const SetMotion& set, const std::string& field);
+  Result<void> apply(const SetDeformation& set, const std::string& field);
+  void apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record);
   void apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record);
   Result<std::string> make(const Named& named, AssetResolver& resolver);
   Result<void> checkRoom(const Asset& more) const;
@@ -91,6 +95,7 @@ class SceneDraft {
   MappedFamily* mappedFamily(const Named& named);
   Result<void> checkMotion(const ObjectRecord& record, const Given& given) const;
   Result<void> checkMovingCount(const std::string& field) const;
+  Result<void> fitDeformation(ObjectRecord& record, const Given& given) const;
   Result<void> gather(const ObjectRecord& record, const Given& given);
   std::shared_ptr<const Asset> findAsset(ObjectId object, const ContentHash& hash) const;
   const ObjectRecord* find(const ObjectRef& ref) const;

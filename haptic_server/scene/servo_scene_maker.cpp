@@ -20,6 +20,7 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
   for (const auto& record : version.objects()) {
     Detailed& known = detailed[record->id] = detailOf(*record, sequencer.assetsOf(record->id));
     addBody(known, *record, sequencer.assetsOf(record->id));
+    addTissue(known, *record);
     const Material& material = record->material;
     const double stiffness_N_per_m = std::min(material.stiffness_N_per_m, device_.stiffest_N_per_m);
     const double share =
@@ -32,7 +33,8 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
                               .damping_Ns_per_m = share * material.damping_Ns_per_m,
                               .detail = known.detail,
                               .motion = known.body,
-                              .poseRevision = sequencer.posedAt(record->id)});
+                              .poseRevision = sequencer.posedAt(record->id),
+                              .tissue = known.tissue});
   }
   detailed_ = std::move(detailed);
   if (makePlan_ && (!plan_ || (plan == Plan::kOfThisOne && planIsOld()))) {
@@ -62,7 +64,8 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
 ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, const ObjectAssets& assets) const {
   const SurfaceProperties& properties = record.material.surface;
   const auto known = detailed_.find(record.id);
-  const bool sameSurface = known != detailed_.end() && known->second.surface == assets.mesh->surface;
+  const std::shared_ptr<const Surface> surface = shapeOf(record, assets);
+  const bool sameSurface = known != detailed_.end() && known->second.surface == surface;
   if (sameSurface && known->second.properties == properties) return known->second;
 
   DetailFields fields{.texture = assets.textureField, .friction = assets.frictionField, .frictionScale = {}};
@@ -71,8 +74,30 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
   if (sameSurface && known->second.detail && known->second.properties.shading == properties.shading) {
     normals = known->second.detail->shading;
   }
-  return {assets.mesh->surface, properties,
-          makeSurfaceDetail(*assets.mesh->surface, properties, fields, std::move(normals))};
+  Detailed made{surface, properties, makeSurfaceDetail(*surface, properties, fields, std::move(normals))};
+  made.atRest = assets.mesh->surface;
+  return made;
+}
+
+/// The mesh's surface, or as the lattice has it; the last scene's where neither has changed.
+std::shared_ptr<const Surface> ServoSceneMaker::shapeOf(const ObjectRecord& record, const ObjectAssets& assets) const {
+  if (!record.deformation.lattice) return assets.mesh->surface;
+  const auto known = detailed_.find(record.id);
+  if (known != detailed_.end() && known->second.atRest == assets.mesh->surface &&
+      known->second.deformation.lattice == record.deformation.lattice) {
+    return known->second.surface;
+  }
+  return refitSurface(*assets.mesh->surface, shapedBy(*record.deformation.lattice, assets.mesh->mesh->vertices));
+}
+
+void ServoSceneMaker::addTissue(Detailed& detailed, const ObjectRecord& record) const {
+  detailed.deformation = record.deformation;
+  detailed.tissue = nullptr;
+  if (!record.deformation.softness) return;
+  const auto known = detailed_.find(record.id);
+  const bool same = known != detailed_.end() && known->second.deformation.softness == record.deformation.softness;
+  detailed.tissue =
+      same ? known->second.tissue : std::make_shared<const SoftTissue>(tissueOf(*record.deformation.softness));
 }
 
 std::shared_ptr<const ExplorationPlan> ServoSceneMaker::planFor(ServoScene scene) const {

@@ -53,6 +53,9 @@ class ServoSceneMaker {
     std::optional<MotionProperties> motion = std::nullopt;
     std::shared_ptr<const RigidBody> body = nullptr;
     double feltMass_kg = 0;  // of the body
+    std::shared_ptr<const Surface> atRest = nullptr;  ///< Of the mesh: `surface` is as the lattice has it.
+    DeformationProperties deformation = {};
+    std::shared_ptr<const SoftTissue> tissue = nullptr;
   };
   MakePlan makePlan_;
   DeviceLimits device_;
@@ -69,6 +72,8 @@ class ServoSceneMaker {
   [[nodiscard]] std::shared_ptr<const ExplorationPlan> planFor(ServoScene scene) const;
   void addBody(Detailed& detailed, const ObjectRecord& record, const ObjectAssets& assets) const;
   Detailed detailOf(const ObjectRecord& record, const ObjectAssets& assets) const;
+  std::shared_ptr<const Surface> shapeOf(const ObjectRecord& record, const ObjectAssets& assets) const;
+  void addTissue(Detailed& detailed, const ObjectRecord& record) const;
 };
 
 }  // namespace haptics

@@ -12,29 +12,6 @@ namespace {
 
 /// Fewer samples than this a wave show another one (Shannon).
 constexpr double kSamplesPerWave = 2;
-/// Enough for a mean.
-constexpr std::size_t kMeasuredTriangles = 10'000;
-
-double meanEdge_m(const TriMesh& mesh) {
-  const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / kMeasuredTriangles);
-  double sum_m = 0;
-  std::size_t edges = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); t += step) {
-    const TriangleIndices& corner = mesh.triangles[t];
-    for (std::size_t k = 0; k < corner.size(); ++k, ++edges) {
-      sum_m += glm::distance(Vec3(mesh.vertices[corner[k]]), Vec3(mesh.vertices[corner[(k + 1) % corner.size()]]));
-    }
-  }
-  return sum_m / static_cast<double>(edges);
-}
-
-std::string millimetres(double length_m) {
-  constexpr double kMillimetresPerMetre = 1000;
-  std::ostringstream text;
-  text.precision(3);
-  text << length_m * kMillimetresPerMetre << " mm";
-  return text.str();
-}
 
 /// Empty when it is felt as it was asked for.
 std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
@@ -66,6 +43,28 @@ std::string stiffnessRemark(const ObjectRecord& record, const DeviceLimits& devi
 }
 
 }  // namespace
+
+double meanEdge_m(const TriMesh& mesh) {
+  constexpr std::size_t kMeasuredTriangles = 10'000;  // enough for a mean
+  const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / kMeasuredTriangles);
+  double sum_m = 0;
+  std::size_t edges = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += step) {
+    const TriangleIndices& corner = mesh.triangles[t];
+    for (std::size_t k = 0; k < corner.size(); ++k, ++edges) {
+      sum_m += glm::distance(Vec3(mesh.vertices[corner[k]]), Vec3(mesh.vertices[corner[(k + 1) % corner.size()]]));
+    }
+  }
+  return sum_m / static_cast<double>(edges);
+}
+
+std::string millimetres(double length_m) {
+  constexpr double kMillimetresPerMetre = 1000;
+  std::ostringstream text;
+  text.precision(3);
+  text << length_m * kMillimetresPerMetre << " mm";
+  return text.str();
+}
 
 std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets,
                                         const DeviceLimits& device) {

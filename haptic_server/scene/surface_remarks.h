@@ -9,6 +9,10 @@
 
 namespace haptics {
 
+/// Of its edges, over some thousand triangles.
+[[nodiscard]] double meanEdge_m(const TriMesh& mesh);
+[[nodiscard]] std::string millimetres(double length_m);
+
 /// What a device, and the servo that drives it, make of objects.
 struct DeviceLimits {
   double encoderStep_m = 0;  ///< 0: not known.

@@ -32,6 +32,7 @@ class Succession {
     for (std::size_t i = 0; i < count_; ++i) {
       takeDetail(i, next.objects[i].detail.get());
       takeMotion(i, next.objects[i]);
+      takeDents(i, next.objects[i]);
     }
     contact_ = state.contact;
     broken_ = reseat(contact_, bodies(), {origins_.data(), count_});
@@ -69,8 +70,13 @@ class Succession {
     if (detailEdited_) state.surface.object = state.contactObject;
     std::copy_n(moving_.begin(), movingCount_, state.moving.begin());
     state.movingCount = movingCount_;
-    state.anyDetail = anyDetail_ || movingCount_ > 0;
+    std::copy_n(dents_.begin(), dentCount_, state.dents.begin());
+    state.dentCount = dentCount_;
+    state.pressing = pressing_;
+    state.pressedDent = pressedDent_;
+    state.anyDetail = anyDetail_ || movingCount_ > 0 || anySoft_;
     state.anyBumps = anyBumps_;
+    state.anySoft = anySoft_;
     state.contactBroken = broken_;
     state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                       [](const HapticState::ObjectState& o) { return o.beingMoved; });
@@ -137,6 +143,26 @@ class Succession {
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
   }
 
+  /// Goes on as it is dented, unless its surface is another one.
+  void takeDents(std::size_t i, const ServoObject& object) noexcept {
+    anySoft_ = anySoft_ || object.tissue != nullptr;
+    objects_[i].tissue = object.tissue.get();
+    const int before = origins_[i].before;
+    if (before < 0) return;
+    const auto was = static_cast<std::size_t>(before);
+    const bool edited = state_.objects[was].tissue != object.tissue.get();
+    detailEdited_ = detailEdited_ || (edited && object.id == state_.contactObject);
+    if (!object.tissue || state_.bodies[was].surface != object.surface.get()) return;
+    for (std::size_t d = 0; d < state_.dentCount; ++d) {
+      if (state_.dents[d].body != was) continue;
+      if (state_.pressing && d == state_.pressedDent) {
+        pressing_ = true;
+        pressedDent_ = dentCount_;
+      }
+      dents_[dentCount_++] = {i, state_.dents[d].dent};
+    }
+  }
+
   [[nodiscard]] const MovingBody* movingBefore(int before) const noexcept {
     const auto end = state_.moving.begin() + static_cast<std::ptrdiff_t>(state_.movingCount);
     const auto at = std::find_if(state_.moving.begin(), end,
@@ -185,6 +211,11 @@ class Succession {
   std::array<BumpWatch, kMaxServoObjects> bumps_;
   std::array<MovingBody, kMaxMovingBodies> moving_;
   std::size_t movingCount_ = 0;
+  std::array<BodyDent, kMaxDents> dents_;
+  std::size_t dentCount_ = 0;
+  std::size_t pressedDent_ = 0;
+  bool pressing_ = false;
+  bool anySoft_ = false;
   ContactState contact_;
   bool detailEdited_ = false;
   bool anyDetail_ = false;

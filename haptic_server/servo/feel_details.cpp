@@ -85,7 +85,8 @@ class Feeling {
     return detail(body) != nullptr && detail(body)->texture.has_value();
   }
   [[nodiscard]] bool hasShading(std::size_t body) const noexcept {
-    return detail(body) != nullptr && detail(body)->shading != nullptr;
+    // Shading is of the surface at rest: under a dent its normals are another surface's.
+    return detail(body) != nullptr && detail(body)->shading != nullptr && !object(body).tissue;
   }
   [[nodiscard]] Stiffness stiffness(const Felt& felt) const noexcept { return state_.objects[felt.body].felt.value(); }
 

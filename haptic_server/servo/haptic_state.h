@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <type_traits>
 
+#include "common/deform/dent.h"
+#include "common/deform/soft_tissue.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/contact/contact.h"
 #include "haptic_server/force/lead_observer.h"
@@ -41,8 +44,13 @@ struct StepMemory {
   bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
   bool detailEdited = false;   ///< The adoption changed what the felt surface feels like, or where it is.
   std::size_t movingCount = 0;
-  bool anyDetail = false;  ///< Some object of the scene has surface properties, or moves;
-  bool anyBumps = false;   ///< bumps that are felt outside of its polygons.
+  std::size_t dentCount = 0;              ///< Written by the step, as are the next two.
+  std::uint64_t deformationRevision = 0;  ///< Counts the ticks in which some dent changed. Written by the step.
+  std::size_t pressedDent = 0;            ///< The dent of the contact,
+  bool pressing = false;                  ///< when there is one.
+  bool anyDetail = false;                 ///< Some object of the scene has surface properties, moves, or is soft;
+  bool anySoft = false;                   ///< Some is soft;
+  bool anyBumps = false;                  ///< bumps that are felt outside of its polygons.
   bool anyBeingMoved = false;
   bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
   double letGo_s = 0;      ///< For so long. Written by the step.
@@ -70,6 +78,12 @@ struct MovingBody {
   bool moved = false;  ///< In the last tick: it has a new pose.
 };
 
+/// A dent in a soft body.
+struct BodyDent {
+  std::size_t body = 0;  ///< Index into bodies.
+  Dent dent;
+};
+
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
 struct HapticState : StepMemory {
   explicit HapticState(const StepConfig& config) noexcept {
@@ -85,6 +99,7 @@ struct HapticState : StepMemory {
     if (anyDetail) surface = other.surface;
     std::copy_n(other.moving.begin(), movingCount, moving.begin());
     if (other.lead.active()) lead.copyInUse(other.lead);
+    std::copy_n(other.dents.begin(), dentCount, dents.begin());
     if (anyBumps) std::copy_n(other.bumps.begin(), bodyCount, bumps.begin());
   }
 
@@ -96,6 +111,7 @@ struct HapticState : StepMemory {
     bool beingMoved = false;         ///< Edited under the stylus: on its way to scenePose.
     FeltStiffness felt;
     const SurfaceDetail* detail = nullptr;  ///< As in the scene, to tell whether it was edited.
+    const SoftTissue* tissue = nullptr;     ///< Likewise.
   };
 
   // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
@@ -103,6 +119,11 @@ struct HapticState : StepMemory {
   std::array<ObjectState, kMaxServoObjects> objects;
   std::array<BumpWatch, kMaxServoObjects> bumps;
   std::array<MovingBody, kMaxMovingBodies> moving;
+  std::array<BodyDent, kMaxDents> dents;
+
+  [[nodiscard]] std::span<const BodyDent> allDents() const noexcept { return std::span(dents).first(dentCount); }
+  /// What the contact pressed in is left to go back.
+  void release() noexcept { pressing = false; }
 
   SurfaceMemory surface;
   LeadObserver lead;  ///< Where it is active, `velocity` is its.

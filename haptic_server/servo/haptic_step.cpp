@@ -6,6 +6,7 @@
 #include "haptic_server/servo/felt_pose.h"
 #include "haptic_server/servo/moving_bodies.h"
 #include "haptic_server/servo/separation_speed.h"
+#include "haptic_server/servo/soft_bodies.h"
 
 namespace haptics {
 namespace {
@@ -27,6 +28,7 @@ void attach(HapticState& state, Vec3 position) noexcept {
   if (state.lead.active()) state.lead.reset(position);
   state.measuredHip = state.hip = position;
   state.contactObject = 0;
+  state.release();
   if (state.anyDetail) {
     state.surface.forget();
     std::fill_n(state.bumps.begin(), state.bodyCount, BumpWatch{});
@@ -182,6 +184,10 @@ template <bool kDetails>
     moveEdited(state, config);
 
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, contact);
+    if constexpr (kDetails) {
+      if (state.anySoft) [[unlikely]]
+        yieldToContact(scene, state, config, contact);
+    }
     if (state.lead.active()) geometricNormal = contact.normal;
     if constexpr (kDetails) {
       feelDetails(scene, state, config, contact, sample);
@@ -204,7 +210,10 @@ template <bool kDetails>
   }
   state.adoptedNow = state.contactBroken = state.detailEdited = false;
   describe(state, contact, force, sample);
-  if constexpr (kDetails) describeEnergy(state.surface, sample);
+  if constexpr (kDetails) {
+    describeEnergy(state.surface, sample);
+    sample.deformationRevision = state.deformationRevision;
+  }
   return sample;
 }
 

@@ -8,6 +8,7 @@
 #include "common/clock/monotonic.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/servo/moving_bodies.h"
+#include "haptic_server/servo/soft_bodies.h"
 
 namespace haptics {
 namespace {
@@ -71,11 +72,10 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
   device_.write(sample.force.written);
   account(sample, now_ns);
   if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
-  if (state_.movingCount + motion_.bodyCount > 0) [[unlikely]] {
-    if (describeMotion(state_, index, motion_)) {
-      motionOut_.put(motion_);
-      motionForPlans_.put(motion_);
-    }
+  if (state_.movingCount + motion_.bodyCount + state_.dentCount + motion_.dentCount > 0) [[unlikely]] {
+    const bool moved = describeMotion(state_, index, motion_);
+    if (describeDents(state_, index, motion_) || moved) motionOut_.put(motion_);
+    if (moved) motionForPlans_.put(motion_);
   }
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
 }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/deform/soft_tissue.h"
 #include "common/maths/vec.h"
 #include "common/telemetry/motion_state.h"
 #include "haptic_server/device/exploration_plan.h"
@@ -29,6 +30,8 @@ struct ServoObject {
   std::shared_ptr<const RigidBody> motion = nullptr;
   /// Revision that last set its pose. What moves starts anew from there also when the pose is the same.
   std::uint64_t poseRevision = 0;
+  /// What it yields like; null for a rigid one. The same pointer likewise.
+  std::shared_ptr<const SoftTissue> tissue = nullptr;
 };
 
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.

@@ -78,6 +78,24 @@ BAD_SCENES |= {
 }
 
 
+def deformation(text):
+    return 'operations { set_deformation { object { name: "box" } deformation { %s } } }' % text
+
+
+GIVES = "operations[0].set_deformation.deformation."
+BAD_SCENES |= {
+    "falloff radius of 0": (deformation("softness { stiffness_N_per_m: 100 }"), (GIVES + "softness.radius_m",)),
+    "falloff beyond the object": (deformation("softness { stiffness_N_per_m: 100 radius_m: 9 }"),
+                                  (GIVES + "softness.radius_m", "beyond the object")),
+    "tissue that pulls": (deformation("softness { stiffness_N_per_m: -1 radius_m: 0.01 }"),
+                          (GIVES + "softness.stiffness_N_per_m",)),
+    "time constant that is no number": (deformation("softness { stiffness_N_per_m: 9 radius_m: 0.01 return_s: nan }"),
+                                        (GIVES + "softness.return_s",)),
+    "lattice of the wrong size": (deformation("lattice { points_x: 2 points_y: 2 points_z: 2 control_m: [0, 0, 0] }"),
+                                  (GIVES + "lattice.control_m", "24")),
+}
+
+
 def add(file_name):
     return f'operations {{ add {{ name: "bad" mesh {{ file: "{file_name}" }} }} }}'
 

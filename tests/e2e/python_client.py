@@ -124,6 +124,18 @@ class PythonClient(harness.EndToEnd):
         self.assertEqual(ball.friction.field.grain.seed, 9)
         self.assertFalse(ball.HasField("texture") or ball.HasField("shading"))
 
+    def test_it_hashes_deformations_as_the_server_does(self):
+        client = self.client()
+        client.apply(BALL)
+        corners = " ".join(f"control_m: {x}" for x in range(24))
+        for given in ("softness { stiffness_N_per_m: 200 radius_m: 0.01 }",
+                      "softness { stiffness_N_per_m: 0.1 radius_m: 0.02 degree: 5 return_s: 0.3 }",
+                      f"lattice {{ points_x: 2 points_y: 2 points_z: 2 {corners} }}", "softness {}", "lattice {}"):
+            with self.subTest(given=given):
+                client.apply('operations { set_deformation { object { name: "ball" } deformation { %s } } }' % given)
+                self.assert_in_step(client)
+        self.assertFalse(client.objects()["ball"].HasField("deformation"))
+
     def test_it_hashes_motions_as_the_server_does(self):
         client = self.client()
         client.apply(BALL)
@@ -268,6 +280,18 @@ class PythonClient(harness.EndToEnd):
         self.assertGreater(poses, 90, "a loaded machine leaves some out, not most")
         self.assertEqual(self.server.status()["revision"], before + poses + 1)
         self.assertEqual(self.server.ctl("get", "torus").json()["object"][0]["pose"]["position"], home)
+
+    def test_example_twists_a_bar_and_takes_the_lattice_away(self):
+        self.server.ctl("apply", "-", text='operations { add { name: "bar" mesh { box { size_m { x: 0.04 y: 0.04 z: 0.16 } '
+                        'segments: 8 } } pose { position { x: 0.3 } } } }').json()
+        client = self.client()
+        twisting = self.example("twist_bar", "--seconds", "2", "bar")
+        harness.wait_until(lambda: len(client.objects()["bar"].deformation.lattice.control_m) == 96, 20, twisting.text)
+        self.assertEqual(twisting.wait(), 0, twisting.text())
+        lattices, left_out = map(int, twisting.find(r"^(\d+) lattices in 2 s, (\d+) left out$").groups())
+        self.assertEqual(lattices + left_out, 60)
+        harness.wait_until(lambda: not client.objects()["bar"].HasField("deformation"), 10, twisting.text)
+        self.assert_in_step(client)
 
 
 if __name__ == "__main__":

@@ -51,6 +51,11 @@ SCENES = {
     "slider": 'operations { add { name: "d" mesh { box { size_m { x: 0.1 y: 0.1 z: 0.1 } } } motion { mass_kg: 1 slider { axis { '
               'x: 1 } } } } }',
     "stop": 'operations { set_motion { object { id: 1 } motion {} } }',
+    "softness": 'operations { set_deformation { object { id: 1 } deformation { softness { stiffness_N_per_m: 200 radius_m: 0.01 '
+                'degree: 3 return_s: 0.5 } } } }',
+    "lattice": 'operations { set_deformation { object { name: "a" } deformation { lattice { points_x: 2 points_y: 2 points_z: 2 '
+               'control_m: [0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1.5] } } } }',
+    "rigid": 'operations { set_deformation { object { id: 1 } deformation { softness {} lattice {} } } }',
     "remove": 'operations { remove { object { name: "a" } } }',
     "condition": 'preconditions { object { name: "a" } expected_revision: 1 } operations { remove { object { id: 1 } } }',
     "remesh": 'operations { remesh { object { name: "a" } mesh { box { size_m { x: 0.3 y: 0.3 z: 0.3 } } } } }',
@@ -193,6 +198,7 @@ def main():
         write("apply", name, pieces([transaction(name).SerializeToString()]))
         write("scene_text", name, SCENES[name].encode())
     row = ["add", "pose", "material", "per_vertex", "spots", "remesh", "noise", "take_away", "hinge", "motion", "stop",
+           "softness", "lattice", "rigid",
            "condition", "remove"]
     named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
     write("apply", "row", pieces(t.SerializeToString() for t in named_a))

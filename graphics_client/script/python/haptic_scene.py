@@ -51,7 +51,7 @@ def object_hash(state):
     return hashlib.sha256(numbers(state.id, len(name)) + name + numbers(state.revision) + state.mesh +
                           doubles(*turn(rotation), *vector(position), state.stiffness_N_per_m, state.damping_Ns_per_m) +
                           struct.pack("<3f", *(value + 0.0 for value in (color.red, color.green, color.blue))) +
-                          surface_bytes(state) + motion_bytes(state)).digest()
+                          surface_bytes(state) + motion_bytes(state) + deformation_bytes(state)).digest()
 
 
 def surface_bytes(state):
@@ -94,6 +94,21 @@ def motion_bytes(state):
     data += numbers(len(motion.planes))
     for plane in motion.planes:
         data += doubles(*vector(plane.normal), plane.offset_m, plane.friction, plane.rolling_m)
+    return data
+
+
+def deformation_bytes(state):
+    """Each property after its number likewise (common/scene/deformation_properties.cpp)."""
+    data, given = b"", state.deformation
+    if given.HasField("softness"):
+        softness = given.softness
+        data += numbers(5) + doubles(softness.stiffness_N_per_m, softness.radius_m) + numbers(softness.degree)
+        data += doubles(softness.return_s)
+    if given.HasField("lattice"):
+        lattice = given.lattice
+        data += numbers(6) + doubles(*vector(lattice.low_m), *vector(lattice.size_m))
+        data += numbers(lattice.points_x, lattice.points_y, lattice.points_z)
+        data += struct.pack(f"<{len(lattice.control_m)}f", *(value + 0.0 for value in lattice.control_m))
     return data
 
 

@@ -233,6 +233,22 @@ TEST_F(MirrorOfTwo, KnowsWhereBodiesAreAndLetsThemGoWithTheirMotion) {
   EXPECT_EQ(mirror_.contents().poseOf(record), record.pose);
 }
 
+TEST_F(MirrorOfTwo, KnowsWhereASoftObjectsTrianglesAre) {
+  ObjectRecord record = *server_.scene.find(1);
+  const auto rest = mirror_.contents().cornersOf(record, 0).value();
+  const ObjectDent dent{1, {Vec3f(rest[0]), Vec3f(0, 0, -0.25F)}};
+  ASSERT_TRUE(mirror_.take(sampleAt(1), {}, {dent, {2, dent.dent}}));
+  EXPECT_EQ(mirror_.contents().cornersOf(record, 0).value(), rest) << "it is rigid";
+  record.deformation.softness = Softness{.stiffness_N_per_m = 1, .radius_m = 1e-3};
+  EXPECT_EQ(mirror_.contents().dentsIn(record), std::vector{dent.dent});
+  const auto dented = mirror_.contents().cornersOf(record, 0).value();
+  EXPECT_EQ(dented[0], rest[0] + Vec3(0, 0, -0.25));
+  EXPECT_EQ(dented[1], rest[1]);
+  EXPECT_FALSE(mirror_.contents().cornersOf(record, 1'000'000));
+  ASSERT_TRUE(mirror_.take(sampleAt(2)));
+  EXPECT_EQ(mirror_.contents().cornersOf(record, 0).value(), rest) << "a sample without a dent: there is none";
+}
+
 TEST(MirrorTelemetry, StartsAnewWithAConnection) {
   Mirror mirror;
   mirror.take(sampleAt(1'000));

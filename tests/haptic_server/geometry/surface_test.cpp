@@ -174,5 +174,29 @@ TEST(Surface, BuildsWhateverSatisfiesTheMeshsInvariants) {
   EXPECT_TRUE(pillow.build()->closed());
 }
 
+TEST(Surface, RefittedAnswersAsOneBuiltAnew) {
+  const Shape rest = shapes::sphere(0.05, 12);
+  const Shape bent = rest.mapped([](Vec3 v) { return Vec3(v.x + 8 * v.z * v.z, 1.3 * v.y, v.z - 5 * v.x * v.y); });
+  const auto refitted = refitSurface(*rest.build(), bent.vertices);
+  const auto anew = bent.build();
+  EXPECT_EQ(refitted->closed(), anew->closed());
+  EXPECT_EQ(refitted->extent_m(), anew->extent_m());
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> at(-0.08, 0.08);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 from(at(random), at(random), at(random));
+    const Vec3 to(at(random), at(random), at(random));
+    int spent = 0;
+    const Foot a = refitted->closestFoot(from, 1 << 20, spent);
+    const Foot b = anew->closestFoot(from, 1 << 20, spent);
+    ASSERT_EQ(a.squaredDistance, b.squaredDistance);
+    ASSERT_EQ(refitted->isOutside(a, from), anew->isOutside(b, from));
+    const Crossing c = refitted->firstCrossing(from, to);
+    const Crossing d = anew->firstCrossing(from, to);
+    ASSERT_EQ(bool(c), bool(d));
+    if (c) ASSERT_NEAR(c.time, d.time, 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace haptics

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/deform/falloff.h"
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+/// A dent in a soft object: what moves its vertices. Object frame, metres. Single precision, because these numbers go over
+/// the wire: both sides compute with the same ones.
+struct Dent {
+  Vec3f centre{0};        ///< On the surface at rest.
+  Vec3f displacement{0};  ///< Of the centre: along IHIP to HIP.
+
+  bool operator==(const Dent&) const = default;
+};
+
+/// Dents of a scene at once: the contact's own, and those that are going back. More would make samples larger than a datagram.
+inline constexpr std::size_t kMaxDents = 6;
+
+/// One of them, and the object that it is in.
+struct ObjectDent {
+  std::uint64_t object = 0;
+  Dent dent;
+
+  bool operator==(const ObjectDent&) const = default;
+};
+
+/// Of a place of the object at rest, metres.
+[[nodiscard]] inline Vec3 displacementBy(const Dent& dent, const Falloff& falloff, Vec3 rest) noexcept {
+  return Vec3(dent.displacement) * falloff.at(rest - Vec3(dent.centre));
+}
+
+/// A vertex of an object with these dents. Paper 5 (d): "The vertices of the 3-D object that are in the close vicinity of
+/// the IHIP are moved, along the vector from IHIP to HIP, using a simple polynomial function". One function for both
+/// processes; summed in the order of the dents.
+[[nodiscard]] inline Vec3f dented(Vec3f rest, std::span<const Dent> dents, const Falloff& falloff) noexcept {
+  Vec3 sum(0);
+  for (const Dent& dent : dents) sum += displacementBy(dent, falloff, Vec3(rest));
+  return sum == Vec3(0) ? rest : Vec3f(Vec3(rest) + sum);
+}
+
+/// How much the dents of one object may displace altogether. The displacement changes by no more than this fraction of the
+/// distance between two places, so that the deformation is one to one, and no triangle turns over unless one of its angles
+/// is larger than 120 degrees. Larger lets a soft object yield farther before it turns hard; 1 turns it inside out.
+inline constexpr double kSteepestDent = 0.5;
+
+/// The lengths of an object's displacements, summed, stay within this.
+[[nodiscard]] inline double deepestDent_m(const Falloff& falloff) noexcept {
+  return kSteepestDent / falloff.steepest_per_m();
+}
+
+}  // namespace haptics

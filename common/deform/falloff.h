@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cmath>
+
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+/// How a dent fades with the distance from its centre: (1 - (distance / radius)^2)^degree, 1 at the centre and nothing
+/// from the radius on. From degree 2 on it is C1 at the rim, and flat at the centre whatever the degree. A polynomial, as
+/// in section 5 (d) of the paper; the same operations in both processes, so that both see the same shape to the bit.
+class Falloff {
+ public:
+  static constexpr unsigned kLeastDegree = 2;
+  static constexpr unsigned kMostDegree = 8;
+
+  /// @param radius_m  > 0.
+  /// @param degree  kLeastDegree to kMostDegree. Larger is narrower.
+  Falloff(double radius_m, unsigned degree) noexcept
+      : radius_(radius_m), inverse2_(1 / (radius_m * radius_m)), degree_(degree) {}
+
+  [[nodiscard]] double radius_m() const noexcept { return radius_; }
+  [[nodiscard]] unsigned degree() const noexcept { return degree_; }
+
+  [[nodiscard]] double at(Vec3 fromCentre) const noexcept {
+    const double inside = 1 - squaredLength(fromCentre) * inverse2_;
+    if (!(inside > 0)) return 0;
+    double power = inside;
+    for (unsigned i = 1; i < degree_; ++i) power *= inside;
+    return power;
+  }
+
+  /// Of at(), per metre.
+  [[nodiscard]] Vec3 gradientAt(Vec3 fromCentre) const noexcept {
+    const double inside = 1 - squaredLength(fromCentre) * inverse2_;
+    if (!(inside > 0)) return Vec3(0);
+    double power = 1;
+    for (unsigned i = 1; i < degree_; ++i) power *= inside;
+    return fromCentre * (-2 * inverse2_ * degree_ * power);
+  }
+
+  /// Of the falloff, per metre: at distance radius / sqrt(2 degree - 1).
+  [[nodiscard]] double steepest_per_m() const noexcept {
+    const double n = degree_;
+    const double at = 1 / std::sqrt(2 * n - 1);
+    return 2 * n * at * std::pow(1 - at * at, n - 1) / radius_;
+  }
+
+  bool operator==(const Falloff&) const = default;
+
+ private:
+  double radius_;
+  double inverse2_;
+  unsigned degree_;
+};
+
+}  // namespace haptics

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cmath>
+
+#include "common/deform/dent.h"
+#include "common/deform/falloff.h"
+
+namespace haptics {
+
+/// What a soft object yields like.
+///
+/// The contact's spring, k_c, and the tissue's, k_t, are in series: of a penetration p below the surface at rest, the
+/// tissue takes w* = p k_c / (k_c + k_t), and what is felt is as stiff as (1 / k_c + 1 / k_t)^-1. A viscous tissue
+/// (Kelvin-Voigt) goes back by exp(-t / returnTime) when let go, and under the stylus towards w* faster, by the same
+/// dashpot: k_c (p - w) = k_t (w + returnTime w').
+struct SoftTissue {
+  Falloff falloff;
+  double stiffness_N_per_m;  ///< k_t, > 0.
+  double returnTime_s;       ///< 0: elastic.
+
+  bool operator==(const SoftTissue&) const = default;
+
+  /// What is left after a time of a dent that nothing touches.
+  [[nodiscard]] double leftAfter(double time_s) const noexcept {
+    return returnTime_s > 0 ? std::exp(-time_s / returnTime_s) : 0;
+  }
+
+  /// How far the tissue has yielded (metres) a time after `yielded_m`, under a penetration of the surface at rest. Exact
+  /// for a penetration that stays, whatever the time: no step is too long for it.
+  [[nodiscard]] double yield_m(double yielded_m, double penetration_m, double contact_N_per_m,
+                               double time_s) const noexcept {
+    const double share = contact_N_per_m / (contact_N_per_m + stiffness_N_per_m);
+    const double goal = share * penetration_m;
+    if (!(returnTime_s > 0)) return goal;
+    const double touched_s = returnTime_s * (1 - share);
+    return goal + (yielded_m - goal) * std::exp(-time_s / touched_s);
+  }
+};
+
+}  // namespace haptics

@@ -1,0 +1,49 @@
+#include "common/scene/deformation_properties.h"
+
+#include <algorithm>
+
+#include "common/deform/free_form.h"
+
+namespace haptics {
+namespace {
+
+/// Before each in an object's hash, after those of its surface and motion.
+constexpr std::uint64_t kSoftness = 5;
+constexpr std::uint64_t kLattice = 6;
+
+void add(Hasher& h, Vec3 v) { h.add(v.x).add(v.y).add(v.z); }
+
+}  // namespace
+
+DeformationProperties edited(DeformationProperties properties, const DeformationEdit& edit) {
+  if (edit.softness) properties.softness = *edit.softness;
+  if (edit.lattice) properties.lattice = *edit.lattice;
+  return properties;
+}
+
+SoftTissue tissueOf(const Softness& softness) {
+  return {Falloff(softness.radius_m, softness.degree), softness.stiffness_N_per_m, softness.return_s};
+}
+
+std::vector<Vec3f> shapedBy(const Lattice& lattice, std::span<const Vec3f> vertices) {
+  std::vector<Vec3f> shaped(vertices.size());
+  std::ranges::transform(vertices, shaped.begin(),
+                         FreeForm(lattice.low_m, lattice.size_m, lattice.points, lattice.control_m));
+  return shaped;
+}
+
+void addTo(Hasher& h, const DeformationProperties& p) {
+  if (p.softness) {
+    h.add(kSoftness).add(p.softness->stiffness_N_per_m).add(p.softness->radius_m);
+    h.add(std::uint64_t{p.softness->degree}).add(p.softness->return_s);
+  }
+  if (p.lattice) {
+    h.add(kLattice);
+    add(h, p.lattice->low_m);
+    add(h, p.lattice->size_m);
+    for (const std::uint32_t count : p.lattice->points) h.add(std::uint64_t{count});
+    for (const Vec3f point : p.lattice->control_m) h.add(point.x).add(point.y).add(point.z);
+  }
+}
+
+}  // namespace haptics

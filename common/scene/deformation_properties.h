@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/deform/soft_tissue.h"
+#include "common/hash/content_hash.h"
+#include "common/maths/vec.h"
+
+// How an object's shape gives, as both databases hold it. SI units, object frame.
+namespace haptics {
+
+/// Yields to the contact (common/deform/soft_tissue.h).
+struct Softness {
+  double stiffness_N_per_m = 0;  ///< Of the tissue, in series with the material's. > 0.
+  double radius_m = 0;           ///< Of a dent's falloff. > 0.
+  std::uint32_t degree = 2;      ///< Likewise.
+  double return_s = 0;           ///< Time constant with which dents go back; 0: elastic.
+  bool operator==(const Softness&) const = default;
+};
+
+/// A free-form deformation (common/deform/free_form.h): where the control points of a lattice around the mesh are.
+struct Lattice {
+  Vec3 low_m{0};                          ///< Corner of the box that the lattice fills at rest, and
+  Vec3 size_m{0};                         ///< its sides, each > 0. The mesh lies within it.
+  std::array<std::uint32_t, 3> points{};  ///< Along x, y and z; each 2 to 8.
+  std::vector<Vec3f> control_m;           ///< One for each, x fastest; finite.
+  bool operator==(const Lattice&) const = default;
+};
+
+struct DeformationProperties {
+  std::optional<Softness> softness;
+  std::optional<Lattice> lattice;
+  bool operator==(const DeformationProperties&) const = default;
+};
+
+/// As an edit asks for it: each is kept where nothing is said of it, and taken away where it is given as nothing.
+struct DeformationEdit {
+  std::optional<std::optional<Softness>> softness;
+  std::optional<std::optional<Lattice>> lattice;
+  bool latticeOfMesh = false;  ///< The lattice's box is to be that of the mesh.
+  [[nodiscard]] bool empty() const noexcept { return !softness && !lattice; }
+};
+
+[[nodiscard]] DeformationProperties edited(DeformationProperties properties, const DeformationEdit& edit);
+
+[[nodiscard]] SoftTissue tissueOf(const Softness& softness);
+/// A mesh's vertices as the lattice has them.
+[[nodiscard]] std::vector<Vec3f> shapedBy(const Lattice& lattice, std::span<const Vec3f> vertices);
+
+/// In canonical form, each after its number; nothing for an object that gives in no way.
+void addTo(Hasher& hasher, const DeformationProperties& properties);
+
+}  // namespace haptics

@@ -1,0 +1,92 @@
+#include "graphics_client/viewer/dented_points.h"
+
+#include <vtkPointData.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <glm/gtc/matrix_inverse.hpp>
+
+namespace haptics {
+namespace {
+
+std::vector<Vec3f> vectorsOf(vtkFloatArray* array) {
+  std::vector<Vec3f> vectors(static_cast<std::size_t>(array->GetNumberOfTuples()));
+  std::memcpy(vectors.data(), array->GetPointer(0), vectors.size() * sizeof(Vec3f));
+  return vectors;
+}
+
+/// Normals of a displaced surface are those at rest turned by the inverse transpose of the displacement's Jacobian.
+Vec3f turned(Vec3f normal, Vec3 rest, std::span<const Dent> dents, const Falloff& falloff) {
+  glm::dmat3 jacobian(1.0);
+  for (const Dent& dent : dents)
+    jacobian += glm::outerProduct(Vec3(dent.displacement), falloff.gradientAt(rest - Vec3(dent.centre)));
+  return Vec3f(glm::normalize(glm::inverseTranspose(jacobian) * Vec3(normal)));
+}
+
+}  // namespace
+
+DentedPoints::DentedPoints(vtkPolyData* atRest) : points_(vtkSmartPointer<vtkPoints>::New()) {
+  points_->DeepCopy(atRest->GetPoints());
+  restPoints_ = vectorsOf(vtkFloatArray::SafeDownCast(points_->GetData()));
+  if (auto* normals = vtkFloatArray::SafeDownCast(atRest->GetPointData()->GetNormals())) {
+    normals_ = vtkSmartPointer<vtkFloatArray>::New();
+    normals_->DeepCopy(normals);
+    restNormals_ = vectorsOf(normals_);
+  }
+}
+
+void DentedPoints::drawIn(vtkPolyData* data) const {
+  data->SetPoints(points_);
+  if (normals_ && data->GetPointData()->GetNormals()) data->GetPointData()->SetNormals(normals_);
+}
+
+bool DentedPoints::follow(std::span<const Dent> dents, const Falloff& falloff) {
+  if (std::ranges::equal(dents, dents_)) return false;
+  std::vector<Dent> reached = std::move(dents_);
+  reached.insert(reached.end(), dents.begin(), dents.end());
+  dents_.assign(dents.begin(), dents.end());
+  deepest_m_ = deepestDent_m(falloff);
+  const auto radius2 = static_cast<float>(falloff.radius_m() * falloff.radius_m() * (1 + 1e-5));
+  for (std::size_t i = 0; i < restPoints_.size(); ++i) {
+    const bool isReached = std::ranges::any_of(reached, [&](const Dent& dent) {
+      const Vec3f way = restPoints_[i] - dent.centre;
+      return glm::dot(way, way) < radius2;
+    });
+    if (isReached) move(i, falloff);
+  }
+  points_->GetData()->Modified();
+  points_->Modified();
+  if (normals_) normals_->Modified();
+  return true;
+}
+
+void DentedPoints::move(std::size_t point, const Falloff& falloff) {
+  const auto id = static_cast<vtkIdType>(point);
+  const Vec3f at = dented(restPoints_[point], dents_, falloff);
+  points_->SetPoint(id, at.x, at.y, at.z);
+  if (!normals_) return;
+  const Vec3f normal = turned(restNormals_[point], Vec3(restPoints_[point]), dents_, falloff);
+  normals_->SetTypedTuple(id, &normal.x);
+}
+
+void DentedPoints::colorIn(vtkPolyData* data, palette::Shade own) {
+  if (!colors_) {
+    colors_ = vtkSmartPointer<vtkUnsignedCharArray>::New();
+    colors_->SetNumberOfComponents(3);
+    colors_->SetNumberOfTuples(points_->GetNumberOfPoints());
+  }
+  const auto* now = reinterpret_cast<const Vec3f*>(vtkFloatArray::SafeDownCast(points_->GetData())->GetPointer(0));
+  for (std::size_t i = 0; i < restPoints_.size(); ++i) {
+    const double way = glm::distance(Vec3(now[i]), Vec3(restPoints_[i]));
+    const palette::Shade shade = palette::displacementShade(own, deepest_m_ > 0 ? way / deepest_m_ : 0);
+    const double parts[] = {shade.red, shade.green, shade.blue};
+    for (int k = 0; k < 3; ++k) {
+      colors_->SetTypedComponent(static_cast<vtkIdType>(i), k, static_cast<unsigned char>(std::lround(255 * parts[k])));
+    }
+  }
+  colors_->Modified();
+  data->GetPointData()->SetScalars(colors_);
+}
+
+}  // namespace haptics

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <vtkFloatArray.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "common/deform/dent.h"
+#include "graphics_client/viewer/palette.h"
+
+namespace haptics {
+
+/// The points and normals of a soft object as its dents have them: by the function that the servo uses, on the same
+/// numbers. Object frame. Only points that a dent reaches, or did until now, are computed.
+class DentedPoints {
+ public:
+  /// A copy of the data's points and normals, which are those at rest.
+  explicit DentedPoints(vtkPolyData* atRest);
+
+  /// Shows these in place of its own.
+  void drawIn(vtkPolyData* data) const;
+  /// Goes over to other dents of the object. True when that changed something.
+  bool follow(std::span<const Dent> dents, const Falloff& falloff);
+  /// A colour for each point, by how far it is displaced.
+  void colorIn(vtkPolyData* data, palette::Shade own);
+
+ private:
+  std::vector<Vec3f> restPoints_, restNormals_;
+  vtkSmartPointer<vtkPoints> points_;
+  vtkSmartPointer<vtkFloatArray> normals_;  // null for a faceted object
+  vtkSmartPointer<vtkUnsignedCharArray> colors_;
+  std::vector<Dent> dents_;
+  double deepest_m_ = 0;  // that they may be
+
+  void move(std::size_t point, const Falloff& falloff);
+};
+
+}  // namespace haptics

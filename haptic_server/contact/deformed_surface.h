@@ -1,0 +1,89 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "haptic_server/geometry/closest_point.h"
+#include "haptic_server/geometry/neighbours.h"
+#include "haptic_server/geometry/surface.h"
+
+namespace haptics {
+
+/// A surface whose vertices are displaced, triangle by triangle as they are asked for. Nothing of it is stored, so that a
+/// shape that changes in every tick costs only what the search looks at, however large the part that changes; boxes and
+/// normals are never refitted, for the surface at rest finds the contact, and this one only where on it the IHIP is.
+/// @tparam Moved  Vec3f(Vec3f): a vertex at rest to where it is (object frame, metres).
+template <class Moved>
+class DeformedSurface {
+ public:
+  /// Triangles that a search may look at. Displacements are small against the mesh, so that a search ends where it began
+  /// or a few triangles on; more would bound the tick less.
+  static constexpr int kBudget = 96;
+
+  DeformedSurface(const Surface& rest, const Moved& moved) noexcept : rest_(rest), moved_(moved) {}
+
+  [[nodiscard]] TriangleRecord triangle(std::uint32_t t) const noexcept {
+    TriangleRecord r = rest_.triangle(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3f at = moved_(Vec3f(r.rows[0][k], r.rows[1][k], r.rows[2][k]));
+      for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = at[static_cast<int>(d)];
+    }
+    return r;
+  }
+
+  /// The neighborhood watch of paper 3.2 on the moved triangles: from a triangle down to a point that no triangle around is
+  /// closer to h than. Adds the triangles looked at to `spent`.
+  [[nodiscard]] Foot closestFrom(std::uint32_t start, Vec3 h, int& spent) const noexcept {
+    Foot best = footOn(start, h, spent);
+    for (Foot last; spent < kBudget && last.triangle != best.triangle;) {
+      last = best;
+      const auto consider = [&](std::uint32_t t, int) noexcept {
+        const Foot foot = footOn(t, h, spent);
+        if (foot.squaredDistance < best.squaredDistance) best = foot;
+        return spent < kBudget;
+      };
+      const std::uint32_t t = last.triangle;
+      if (last.feature == Feature::kLine && rest_.triangle(t).neighbour(last.index) != kNoTriangle) {
+        consider(rest_.triangle(t).neighbour(last.index), 0);
+      } else if (last.feature == Feature::kVertex) {
+        visitFan(rest_, t, last.index, consider);
+      }
+    }
+    return best;
+  }
+
+  /// As Surface::normal(), of the moved triangles; not of length 1, zero where there is none.
+  [[nodiscard]] Vec3 normal(const Foot& foot) const noexcept {
+    const Vec3 own = triangle(foot.triangle).areaNormal();
+    if (foot.feature == Feature::kPolygon || rest_.onBoundary(foot)) return own;
+    if (foot.feature == Feature::kLine) {
+      return unitOrZero(own) + unitOrZero(triangle(rest_.triangle(foot.triangle).neighbour(foot.index)).areaNormal());
+    }
+    Vec3 sum = weighted(foot.triangle, foot.index);
+    visitFan(rest_, foot.triangle, foot.index, [&](std::uint32_t t, int corner) noexcept {
+      sum += weighted(t, corner);
+      return true;
+    });
+    return sum;
+  }
+
+ private:
+  [[nodiscard]] Foot footOn(std::uint32_t t, Vec3 h, int& spent) const noexcept {
+    ++spent;
+    return closestOn(triangle(t), t, h);
+  }
+
+  /// By the angle at the corner.
+  [[nodiscard]] Vec3 weighted(std::uint32_t t, int corner) const noexcept {
+    const TriangleRecord r = triangle(t);
+    const Vec3 a = unitOrZero(r.corner(nextCorner(corner)) - r.corner(corner));
+    const Vec3 b = unitOrZero(r.corner(previousCorner(corner)) - r.corner(corner));
+    return unitOrZero(r.areaNormal()) * std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
+  }
+
+  const Surface& rest_;
+  const Moved& moved_;
+};
+
+}  // namespace haptics

@@ -1,0 +1,84 @@
+#include "haptic_server/scene/fit_deformation.h"
+
+#include <algorithm>
+#include <array>
+
+#include "haptic_server/scene/surface_remarks.h"
+
+namespace haptics {
+namespace {
+
+/// Edges of the mesh that a falloff's radius should span: fewer show a dent as a few corners.
+constexpr double kEdgesInRadius = 3;
+
+struct Bounds {
+  Vec3 low, high;
+};
+
+Bounds boundsOf(const TriMesh& mesh) {
+  Vec3f low = mesh.vertices.front(), high = low;
+  for (const Vec3f v : mesh.vertices) {
+    low = glm::min(low, v);
+    high = glm::max(high, v);
+  }
+  return {Vec3(low), Vec3(high)};
+}
+
+std::array<Vec3, 3> corners(const std::vector<Vec3f>& vertices, const TriangleIndices& t) {
+  return {Vec3(vertices[t[0]]), Vec3(vertices[t[1]]), Vec3(vertices[t[2]])};
+}
+
+Vec3 areaNormal(const std::array<Vec3, 3>& t) { return glm::cross(t[1] - t[0], t[2] - t[0]); }
+
+}  // namespace
+
+std::optional<Error> fitToMesh(DeformationProperties& properties, const TriMesh& mesh, bool latticeOfMesh) {
+  const auto [low, high] = boundsOf(mesh);
+  const Vec3 size = high - low;
+  if (properties.softness) {
+    const double longest_m = std::max({size.x, size.y, size.z});
+    if (properties.softness->radius_m > longest_m) {
+      return Error{"softness.radius_m", "is " + millimetres(properties.softness->radius_m) +
+                                            ", beyond the object, whose longest side is " + millimetres(longest_m)};
+    }
+  }
+  if (!properties.lattice) return std::nullopt;
+  Lattice& lattice = *properties.lattice;
+  if (latticeOfMesh) {
+    if (!(size.x > 0 && size.y > 0 && size.z > 0)) {
+      return Error{"lattice.size_m", "is missing, and the box of the mesh is flat; give low_m and size_m"};
+    }
+    lattice.low_m = low;
+    lattice.size_m = size;
+  }
+  // The box's far corner is rounded when it is given by its size.
+  const Vec3 slack = lattice.size_m * 1e-6;
+  const Vec3 top = lattice.low_m + lattice.size_m;
+  if (glm::any(glm::lessThan(low, lattice.low_m - slack)) || glm::any(glm::greaterThan(high, top + slack))) {
+    return Error{"lattice.low_m",
+                 "and size_m make a box that the mesh is not within; leave both out for the mesh's own"};
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> deformationRemarks(const DeformationProperties& properties, const TriMesh& mesh) {
+  std::vector<std::string> remarks;
+  if (properties.softness) {
+    const double edge_m = meanEdge_m(mesh);
+    if (properties.softness->radius_m < kEdgesInRadius * edge_m) {
+      remarks.push_back("softness.radius_m is less than " + std::to_string(static_cast<int>(kEdgesInRadius)) +
+                        " edges of the mesh, which are " + millimetres(edge_m) +
+                        " in the mean: dents are coarse, and hard between its vertices");
+    }
+  }
+  if (properties.lattice) {
+    const std::vector<Vec3f> shaped = shapedBy(*properties.lattice, mesh.vertices);
+    const auto flat = std::ranges::count_if(mesh.triangles, [&](const TriangleIndices& t) {
+      return areaNormal(corners(shaped, t)) == Vec3(0) && areaNormal(corners(mesh.vertices, t)) != Vec3(0);
+    });
+    if (flat > 0) remarks.push_back("the lattice leaves " + std::to_string(flat) + " triangles without an area");
+  }
+  return remarks;
+}
+
+}  // namespace haptics

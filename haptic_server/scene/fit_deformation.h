@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/error/error.h"
+#include "common/mesh/tri_mesh.h"
+#include "common/scene/deformation_properties.h"
+
+namespace haptics {
+
+/// Sees that the properties fit the mesh, and gives a lattice whose box was left out that of the mesh. The error that there
+/// is names the field below Deformation: a falloff that reaches beyond the object, a mesh that is not within the lattice.
+[[nodiscard]] std::optional<Error> fitToMesh(DeformationProperties& properties, const TriMesh& mesh,
+                                             bool latticeOfMesh);
+
+/// Warnings of a mesh too coarse to show its dents, and of triangles that the lattice leaves without an area.
+[[nodiscard]] std::vector<std::string> deformationRemarks(const DeformationProperties& properties, const TriMesh& mesh);
+
+}  // namespace haptics

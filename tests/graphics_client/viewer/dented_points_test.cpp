@@ -1,0 +1,73 @@
+#include "graphics_client/viewer/dented_points.h"
+
+#include <gtest/gtest.h>
+#include <vtkPointData.h>
+
+#include <array>
+#include <chrono>
+
+#include "common/mesh/generators.h"
+#include "graphics_client/viewer/mesh_normals.h"
+#include "graphics_client/viewer/poly_data.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kRadius_m = 0.05;
+const Falloff kFalloff(0.02, 2);
+
+struct Drawn {
+  TriMesh mesh = makeSphere(kRadius_m, 16).value();
+  ShadedMesh shaded = shadeMesh(mesh, 3);
+  vtkSmartPointer<vtkPolyData> data = trianglesOf(mesh.vertices, mesh.triangles, shaded.normals);
+};
+
+Vec3 pointOf(vtkPolyData* data, std::size_t i) {
+  std::array<double, 3> at;
+  data->GetPoint(static_cast<vtkIdType>(i), at.data());
+  return {at[0], at[1], at[2]};
+}
+
+TEST(DentedPoints, AreThoseThatTheServoHasToTheBit) {
+  Drawn drawn;
+  DentedPoints points(drawn.data);
+  points.drawIn(drawn.data);
+  const std::array dents{Dent{{0, 0, 0.05F}, {0.001F, 0, -0.005F}}, Dent{{0.02F, 0, 0.045F}, {0, 0.001F, -0.003F}}};
+  EXPECT_TRUE(points.follow(dents, kFalloff));
+  EXPECT_FALSE(points.follow(dents, kFalloff)) << "they are there";
+  int moved = 0;
+  for (std::size_t i = 0; i < drawn.mesh.vertices.size(); ++i) {
+    const Vec3f expected = dented(drawn.mesh.vertices[i], dents, kFalloff);
+    ASSERT_EQ(pointOf(drawn.data, i), Vec3(expected));
+    moved += expected != drawn.mesh.vertices[i];
+  }
+  EXPECT_GT(moved, 20);
+  EXPECT_TRUE(points.follow({}, kFalloff));
+  for (std::size_t i = 0; i < drawn.mesh.vertices.size(); ++i) {
+    ASSERT_EQ(pointOf(drawn.data, i), Vec3(drawn.mesh.vertices[i]));
+  }
+}
+
+TEST(DentedPoints, TurnTheirNormalsWithTheSurface) {
+  Drawn drawn;
+  DentedPoints points(drawn.data);
+  points.drawIn(drawn.data);
+  const std::array dents{Dent{{0, 0, 0.05F}, {0, 0, -0.006F}}};
+  points.follow(dents, kFalloff);
+  TriMesh now = drawn.mesh;
+  for (Vec3f& v : now.vertices) v = dented(v, dents, kFalloff);
+  const ShadedMesh expected = shadeMesh(now, 3);
+  vtkDataArray* normals = drawn.data->GetPointData()->GetNormals();
+  double most = 0, turned = 0;
+  for (std::size_t i = 0; i < now.vertices.size(); ++i) {
+    std::array<double, 3> n;
+    normals->GetTuple(static_cast<vtkIdType>(i), n.data());
+    most = std::max(most, std::acos(std::min(1.0, glm::dot(Vec3(n[0], n[1], n[2]), Vec3(expected.normals[i])))));
+    turned = std::max(turned, glm::distance(Vec3(drawn.shaded.normals[i]), Vec3(n[0], n[1], n[2])));
+  }
+  EXPECT_GT(turned, 0.2);
+  EXPECT_LT(most, 0.12) << "radians: of facets against the smooth surface";
+}
+
+}  // namespace
+}  // namespace haptics
