@@ -19,10 +19,22 @@ void build(benchmark::State& state, std::uint32_t segments, int threads) {
   state.counters["bytes_per_triangle"] = static_cast<double>(memory_bytes) / triangles;
 }
 
+/// The same of a mesh that was built before and whose vertices have moved.
+void refit(benchmark::State& state, std::uint32_t segments) {
+  const TriMesh mesh = sphereMesh(segments);
+  const auto built = buildSurface(mesh.vertices, mesh.triangles);
+  for (auto _ : state) benchmark::DoNotOptimize(refitSurface(*built, mesh.vertices));
+  state.counters["s_per_million_triangles"] =
+      benchmark::Counter(static_cast<double>(mesh.triangles.size()) * 1e-6,
+                         benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
 }  // namespace
 
 void registerBuild(std::span<const std::uint32_t> sizes) {
   for (const std::uint32_t n : sizes) {
+    const std::string refitName = "refit/triangles:" + std::to_string(triangleCount(n));
+    benchmark::RegisterBenchmark(refitName.c_str(), refit, n)->Unit(benchmark::kMillisecond)->UseRealTime();
     for (const int threads : {1, 2}) {
       const std::string name =
           "build/threads:" + std::to_string(threads) + "/triangles:" + std::to_string(triangleCount(n));

@@ -68,7 +68,7 @@ void registerContact(std::span<const std::uint32_t> sizes) {
     }
     for (const Trajectory& t : {kRubbing, kSlide}) {
       benchmark::RegisterBenchmark(nameOf("search/hot", t, n).c_str(), searchAlone, t, n);
-      for (const SurfaceCase& surface : {kPlain, kShading, kFriction, kGrating, kNoise, kAllFeatures}) {
+      for (const SurfaceCase& surface : {kPlain, kShading, kFriction, kGrating, kNoise, kAllFeatures, kSoft}) {
         const std::string what = std::string("haptic_step/hot/") + surface.name;
         benchmark::RegisterBenchmark(nameOf(what.c_str(), t, n).c_str(), wholeStep, t, n, surface);
       }

@@ -31,7 +31,8 @@ struct StepCase {
 };
 constexpr StepCase kStepCases[] = {
     {"step", kPlain},         {"step_shading", kShading}, {"step_friction", kFriction},
-    {"step_texture", kNoise}, {"step_all", kAllFeatures}, {"step_stabilised", kStabilised}};
+    {"step_texture", kNoise}, {"step_all", kAllFeatures}, {"step_stabilised", kStabilised},
+    {"step_soft", kSoft}};
 
 double sum = 0;  // keeps the ticks' results alive
 

@@ -44,6 +44,9 @@ StepReplay::StepReplay(Scene scene, std::uint32_t segments, const SurfaceCase& s
                             .stiffness_N_per_m = 1000,
                             .damping_Ns_per_m = 0.5,
                             .detail = detailOf(*sphere(segments), surface)});
+  if (surface.soft) {
+    scene_.objects.back().tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.005, 2), 500, 0.1});
+  }
   static_cast<void>(adoptScene(scene_, *state_, 0));  // nothing is in contact
   for (const Vec3 hip : path_.approach) static_cast<void>(step(hip));
   for (std::size_t i = 0; i < path_.path.size(); ++i) static_cast<void>(tick());

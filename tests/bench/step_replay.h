@@ -16,6 +16,7 @@ struct SurfaceCase {
   /// Of a grating of 3 mm (Fourier), or of gradient noise of 2 mm in one octave.
   enum class Texture { kNone, kGrating, kNoise } texture = Texture::kNone;
   bool stabilised = false;  ///< Nothing of the surface: with the server's observer in front, a period's delay known.
+  bool soft = false;        ///< With dents of 5 mm radius.
 };
 
 inline constexpr SurfaceCase kPlain{"plain"};
@@ -24,6 +25,7 @@ inline constexpr SurfaceCase kFriction{"friction", false, true};
 inline constexpr SurfaceCase kGrating{"texture_grating", false, false, SurfaceCase::Texture::kGrating};
 inline constexpr SurfaceCase kNoise{"texture_noise", false, false, SurfaceCase::Texture::kNoise};
 inline constexpr SurfaceCase kStabilised{"stabilised", false, false, SurfaceCase::Texture::kNone, true};
+inline constexpr SurfaceCase kSoft{.name = "soft_5mm", .soft = true};
 inline constexpr SurfaceCase kAllFeatures{"shading_friction_texture_noise", true, true, SurfaceCase::Texture::kNoise};
 
 /// The production step, from the device's position to the force (paper 3.2), driven around the path of a scene of which

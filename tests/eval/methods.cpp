@@ -9,6 +9,7 @@
 #include "tests/eval/baselines/god_object.h"
 #include "tests/eval/baselines/intermediate_plane.h"
 #include "tests/eval/baselines/pseudocode.h"
+#include "tests/eval/baselines/surface_after_contact.h"
 #include "tests/eval/baselines/surface_as_printed.h"
 #include "tests/eval/corrections_off.h"
 #include "tests/eval/ours.h"
@@ -22,7 +23,7 @@ std::unique_ptr<Renderer> make() {
 }
 
 constexpr std::array kMethods{
-    Method{kOurs, "the production step", make<Ours>, true, true, true, true},
+    Method{kOurs, "the production step", make<Ours>, true, true, true, true, true},
     Method{"ours_float", "its contact core with the search in float", make<OursUnder<InFloat>>, true, false},
     Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
            make<Pseudocode<Primitives::kClosed>>},
@@ -56,6 +57,8 @@ constexpr std::array kSurfaceMethods{
     Method{"ours_without_gain_clamp", "K as it was set", make<OursWithoutGainClamp>, false, false, true},
     Method{"surface_as_printed", "section 4 as printed", make<SurfaceAsPrinted>, false, false, true},
     Method{"bump_mapping", "the same with bump mapping", make<BumpMapping>, false, false, true},
+    Method{"surface_after_contact", "soft bodies moved by the force of the tick before", make<SurfaceAfterContact>,
+           false, false, false, false, true},
 };
 
 }  // namespace

@@ -17,6 +17,7 @@ struct Method {
   bool edits = true;
   bool surfaces = false;
   bool motion = false;
+  bool softness = false;
 
   [[nodiscard]] constexpr bool isFor(Concern concern) const {
     switch (concern) {
@@ -28,6 +29,8 @@ struct Method {
         return surfaces;
       case Concern::kMotion:
         return motion;
+      case Concern::kSoftness:
+        return softness;
     }
     return false;
   }
@@ -40,7 +43,8 @@ inline constexpr std::string_view kOurs = "ours";
 /// Ours with one correction switched off: the contact core and a spring, without the rest of the step.
 [[nodiscard]] std::span<const Method> oursWithout();
 
-/// Ours without the clamp of K, and section 4 of the paper as printed: only for scenes with surface properties.
+/// Ours without the clamp of K, and section 4 of the paper as printed: only for scenes with surface properties. Soft bodies
+/// as usually written: only for those.
 [[nodiscard]] std::span<const Method> surfaceMethods();
 
 /// Throws std::invalid_argument, listing the names of `among`, when there is none called so.

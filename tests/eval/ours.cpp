@@ -16,6 +16,7 @@ void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::sp
     if (surface_) {
       object.stiffness_N_per_m = surface_->spring_N_per_m;
       object.detail = makeSurfaceDetail(*bodies[i], surface_->properties, {surface_->texture, nullptr, nullptr});
+      if (surface_->tissue) object.tissue = std::make_shared<const SoftTissue>(*surface_->tissue);
     }
     scene->objects.push_back(std::move(object));
   }
@@ -48,6 +49,14 @@ void Ours::edit(const EditedScene& edited, Vec3 /*hip*/) {
 void Ours::dress(const FeltSurface& surface) {
   surface_ = surface;
   config_ = stepConfigFor(surface.device, 1 / kPeriod_s);
+}
+
+std::vector<Dent> Ours::dents() const {
+  std::vector<Dent> dents;
+  for (const BodyDent& dent : state_.allDents()) {
+    if (dent.body == 0) dents.push_back(dent.dent);
+  }
+  return dents;
 }
 
 void Ours::adopt() {

@@ -20,6 +20,7 @@ class Ours : public Renderer {
   /// Removed objects stay until the contact on them has faded, as ServoSceneMaker keeps them.
   void edit(const EditedScene& scene, Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
+  [[nodiscard]] std::vector<Dent> dents() const override;
 
  protected:
   StepConfig& config() noexcept { return config_; }

@@ -2,8 +2,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <vector>
 
+#include "common/deform/soft_tissue.h"
 #include "common/maths/vec.h"
 #include "common/scene/surface_properties.h"
 #include "common/surface/scalar_field.h"
@@ -32,6 +35,7 @@ struct FeltSurface {
   std::shared_ptr<const ScalarField> texture;  ///< That the texture names, else null.
   double spring_N_per_m = kSpring_N_per_m;
   DevicePreset device;
+  std::optional<SoftTissue> tissue = std::nullopt;  ///< None: rigid.
 };
 
 /// A scene as an edit leaves it.
@@ -43,7 +47,7 @@ struct EditedScene {
 };
 
 /// What a scene is about, and a method made for.
-enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces, kMotion };
+enum class Concern : std::uint8_t { kContact, kEdits, kSurfaces, kMotion, kSoftness };
 
 /// A method of rendering contact with a point, in virtual time.
 class Renderer {
@@ -66,6 +70,8 @@ class Renderer {
   }
   /// One tick. A pose other than the last is motion.
   virtual Felt tick(std::span<const Pose> poses, Vec3 hip) = 0;
+  /// Of the first body, in its frame, after the last tick.
+  [[nodiscard]] virtual std::vector<Dent> dents() const { return {}; }
 
  protected:
   [[nodiscard]] double spring_N_per_m() const { return spring_N_per_m_; }

@@ -47,6 +47,7 @@ struct FailureScene {
 [[nodiscard]] SceneResult restOnGratings(Renderer& method, Random& random);              ///< S13
 [[nodiscard]] SceneResult strokeShadedFacets(Renderer& method, Random& random);          ///< S14
 [[nodiscard]] SceneResult slideWithTremor(Renderer& method, Random& random);             ///< S15
+[[nodiscard]] SceneResult yieldToTheHand(Renderer& method, Random& random);              ///< S16
 [[nodiscard]] SceneResult editUnderTheHand(Renderer& method, Random& random);            ///< S17
 [[nodiscard]] SceneResult meetMovingBodies(Renderer& method, Random& random);            ///< S18
 [[nodiscard]] SceneResult editMovingBodies(Renderer& method, Random& random);            ///< S19
@@ -70,6 +71,8 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S14", "force shading of coarse facets, and deeper than it reaches", strokeShadedFacets,
                  Concern::kSurfaces},
     FailureScene{"S15", "a slide with friction under a tremor", slideWithTremor, Concern::kSurfaces},
+    FailureScene{"S16", "soft bodies that move more in a tick than the hand is below them", yieldToTheHand,
+                 Concern::kSoftness},
     FailureScene{"S17", "edits under the hand: steps of the force", editUnderTheHand, Concern::kEdits},
     FailureScene{"S18", "S4 and the dropped body of S17 with bodies that the step moves", meetMovingBodies,
                  Concern::kMotion},

@@ -1,4 +1,4 @@
-// Moving, edited bodies under a hand that wanders among them: S20.
+// Moving, yielding, edited bodies under a hand that wanders among them: S20.
 
 #include <algorithm>
 #include <array>
@@ -78,7 +78,10 @@ class Soup {
     const auto& objects = world_.objects();
     const std::uint64_t id = objects[static_cast<std::size_t>(random_.below(static_cast<int>(objects.size())))].id;
     ServoObject& object = world_.object(id);
-    switch (random_.below(8)) {
+    switch (random_.below(9)) {
+      case 8:
+        object.tissue = object.tissue ? nullptr : std::make_shared<const SoftTissue>(someTissue());
+        break;
       case 0:
         world_.setPose(id, somewhere());
         break;
@@ -125,6 +128,12 @@ class Soup {
     shapeOf_[world_.add(solid, somewhere(), random_.below(8) != 0)] = shape;
   }
 
+  [[nodiscard]] SoftTissue someTissue() {
+    const double return_s = random_.below(2) == 0 ? 0 : random_.between(0.01, 0.3);
+    return {Falloff(random_.between(0.005, 0.02), 2 + static_cast<unsigned>(random_.below(4))),
+            std::pow(10.0, random_.between(1, 3)), return_s};
+  }
+
   /// Free on a spring, or on a floor; on a hinge or a slider; heavier or lighter.
   [[nodiscard]] RigidBody someMotion(std::size_t shape) {
     RigidBody body = shapes()[shape].body;
@@ -168,6 +177,11 @@ struct Counts {
   int stopped = 0;
 };
 
+/// The hand may be in the hollow that a viscous body has not filled yet.
+bool hasDent(const HapticState& state, std::size_t body) {
+  return std::ranges::any_of(state.allDents(), [&](const BodyDent& dent) { return dent.body == body; });
+}
+
 void look(const MovingWorld& world, const TelemetrySample& sample, Vec3 hip, bool touched, Counts& counts) {
   const HapticState& state = world.state();
   counts.touching += sample.object != 0 ? 1 : 0;
@@ -178,12 +192,13 @@ void look(const MovingWorld& world, const TelemetrySample& sample, Vec3 hip, boo
   }
   if (sample.object != 0) {
     for (std::size_t i = 0; i < state.bodyCount; ++i) {
+      if (hasDent(state, i)) continue;  // the IHIP is on it
       counts.ihipInside += world.depthIn(i, sample.ihip) > kInside_m && !state.bodies[i].leaving ? 1 : 0;
     }
     return;
   }
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
-    if (state.bodies[i].leaving || world.depthIn(i, hip) <= kInside_m) continue;
+    if (state.bodies[i].leaving || world.depthIn(i, hip) <= kInside_m || hasDent(state, i)) continue;
     ++counts.undetected;
     counts.falseExits += touched ? 1 : 0;
     return;
