@@ -194,7 +194,9 @@ TEST(Surface, RefittedAnswersAsOneBuiltAnew) {
     const Crossing c = refitted->firstCrossing(from, to);
     const Crossing d = anew->firstCrossing(from, to);
     ASSERT_EQ(bool(c), bool(d));
-    if (c) ASSERT_NEAR(c.time, d.time, 1e-12);
+    if (c) {
+      ASSERT_NEAR(c.time, d.time, 1e-12);
+    }
   }
 }
 
