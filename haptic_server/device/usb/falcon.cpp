@@ -28,7 +28,8 @@ const Quat kUpright = glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0));
           preset.resolution_m * scale,
           preset.apparentMass_kg,
           preset.viscousFriction_Ns_per_m,
-          preset.coulombFriction_N};
+          preset.coulombFriction_N,
+          kExchangeDelay_s};
 }
 
 /// It forgets its homing when a command does not ask for it.
