@@ -36,8 +36,8 @@ constexpr Vec3 kCentre{0};
           .maxStiffness_N_per_m = W::kMaxStiffness_N_per_m / scale,
           .maxDamping_Ns_per_m = W::kMaxDamping_Ns_per_m / scale,
           .resolution_m = kResolution_m * scale,
-          .apparentMass_kg = kAssumedMass_kg,
-          .viscousFriction_Ns_per_m = kAssumedViscous_Ns_per_m,
+          .apparentMass_kg = kAssumedMass_kg / scale,
+          .viscousFriction_Ns_per_m = kAssumedViscous_Ns_per_m / scale,
           .coulombFriction_N = kAssumedCoulomb_N,
           .delay_s = kExchangeDelay_s};
 }
