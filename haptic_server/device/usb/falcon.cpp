@@ -26,9 +26,10 @@ const Quat kUpright = glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0));
           preset.maxStiffness_N_per_m / scale,
           preset.maxDamping_Ns_per_m / scale,
           preset.resolution_m * scale,
-          preset.apparentMass_kg,
-          preset.viscousFriction_Ns_per_m,
-          preset.coulombFriction_N};
+          preset.apparentMass_kg / scale,
+          preset.viscousFriction_Ns_per_m / scale,
+          preset.coulombFriction_N,
+          kExchangeDelay_s};
 }
 
 /// It forgets its homing when a command does not ask for it.

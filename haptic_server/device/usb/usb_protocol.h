@@ -13,6 +13,10 @@
 
 namespace haptics {
 
+/// From a position to the motors' force that it led to, beyond the hold: the reply to a command lies ready for the next
+/// tick, and that tick's command goes out right after it. Of emulated hardware.
+inline constexpr double kExchangeDelay_s = 1e-3;
+
 /// One reply of a device, decoded.
 struct DeviceReply {
   std::array<std::int16_t, 3> counts{};

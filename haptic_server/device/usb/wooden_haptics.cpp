@@ -16,6 +16,8 @@ constexpr Vec3 kGear{0.010 / 0.160, 0.010 / 0.120, 0.010 / 0.120};
 /// Sense of each body's angle against its motor's.
 constexpr Vec3 kSense{1, -1, -1};
 constexpr Vec3 kRadiansPerCount = 2 * std::numbers::pi / kCountsPerTurn * kGear * kSense;
+// Of the arm at its handle: not published, assumed from its size.
+constexpr double kAssumedMass_kg = 0.2, kAssumedViscous_Ns_per_m = 0.1, kAssumedCoulomb_N = 0.1;
 constexpr std::uint64_t kFirstReport_ns = 500'000'000;
 /// The device's x comes towards the user, its y to the user's right.
 const Quat kUpright = glm::angleAxis(-std::numbers::pi / 2, Vec3(0, 0, 1));
@@ -33,7 +35,11 @@ constexpr Vec3 kCentre{0};
           .maxForce_N = std::min(W::kMaxForce_N, calibration.maxForce_N.value_or(W::kMaxForce_N)),
           .maxStiffness_N_per_m = W::kMaxStiffness_N_per_m / scale,
           .maxDamping_Ns_per_m = W::kMaxDamping_Ns_per_m / scale,
-          .resolution_m = kResolution_m * scale};
+          .resolution_m = kResolution_m * scale,
+          .apparentMass_kg = kAssumedMass_kg / scale,
+          .viscousFriction_Ns_per_m = kAssumedViscous_Ns_per_m / scale,
+          .coulombFriction_N = kAssumedCoulomb_N,
+          .delay_s = kExchangeDelay_s};
 }
 
 }  // namespace
