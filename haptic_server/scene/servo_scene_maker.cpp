@@ -16,7 +16,6 @@ std::unique_ptr<const ServoScene> ServoSceneMaker::make(const Sequencer& sequenc
   const SceneVersion& version = sequencer.history()->version;
   std::vector<ServoObjectParts> objects;
   for (const auto& record : version.objects()) {
-<<<<<<< HEAD
     objects.push_back({record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id)});
   }
   addLeaving(objects, version, now_ns);
@@ -53,10 +52,6 @@ std::unique_ptr<ServoScene> ServoSceneMaker::make(std::vector<ServoObjectParts> 
   for (const auto& [record, assets, poseRevision, leaving] : objects) {
     Detailed& known = detailed[record->id] = detailOf(*record, assets);
     addBody(known, *record, assets);
-=======
-    Detailed& known = detailed[record->id] = detailOf(*record, sequencer.assetsOf(record->id));
-    addBody(known, *record, sequencer.assetsOf(record->id));
->>>>>>> deform6/main
     addTissue(known, *record);
     const Material& material = record->material;
     const double stiffness_N_per_m = std::min(material.stiffness_N_per_m, device_.stiffest_N_per_m);
@@ -71,11 +66,7 @@ std::unique_ptr<ServoScene> ServoSceneMaker::make(std::vector<ServoObjectParts> 
                               .leaving = leaving,
                               .detail = known.detail,
                               .motion = known.body,
-<<<<<<< HEAD
                               .poseRevision = poseRevision,
-=======
-                              .poseRevision = sequencer.posedAt(record->id),
->>>>>>> deform6/main
                               .tissue = known.tissue});
   }
   detailed_ = std::move(detailed);

@@ -129,11 +129,7 @@ class PythonClient(harness.EndToEnd):
         client.apply(BALL)
         corners = " ".join(f"control_m: {x}" for x in range(24))
         for given in ("softness { stiffness_N_per_m: 200 radius_m: 0.01 }",
-<<<<<<< HEAD
-                      "softness { stiffness_N_per_m: 0.1 radius_m: 0.02 degree: 5 return_s: 0.3 }",
-=======
                       "softness { stiffness_N_per_m: 0.1 radius_m: 0.015 degree: 5 return_s: 0.3 }",
->>>>>>> deform6/main
                       f"lattice {{ points_x: 2 points_y: 2 points_z: 2 {corners} }}", "softness {}", "lattice {}"):
             with self.subTest(given=given):
                 client.apply('operations { set_deformation { object { name: "ball" } deformation { %s } } }' % given)

@@ -29,11 +29,7 @@ class SoftBodies(harness.EndToEnd):
         dented = harness.wait_until(lambda: [s for s in self.samples(1) if s.get("dent")], 90, "the hand dents the sphere")
         pressed = max(dented, key=lambda s: sum(float(x) ** 2 for d in s["dent"] for x in d["displacement"]))
         self.assertEqual(int(pressed["dent"][0]["object"]), 1)
-<<<<<<< HEAD
-        self.assertGreater(int(pressed["deformationRevision"]), 0)
-=======
         self.assertGreater(int(pressed["deformation_revision"]), 0)
->>>>>>> deform6/main
         harness.time.sleep(5)
         self.server.ctl("apply", "-", text=ROOF).json()
 
