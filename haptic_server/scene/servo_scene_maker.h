@@ -65,7 +65,7 @@ class ServoSceneMaker {
     std::shared_ptr<const SurfaceDetail> detail;
     std::optional<MotionProperties> motion = std::nullopt;
     std::shared_ptr<const RigidBody> body = nullptr;
-    double feltMass_kg = 0;  // of the body
+    double feltMass_kg = 0;                           // of the body
     std::shared_ptr<const Surface> atRest = nullptr;  ///< Of the mesh: `surface` is as the lattice has it.
     DeformationProperties deformation = {};
     std::shared_ptr<const SoftTissue> tissue = nullptr;

@@ -96,7 +96,7 @@ void press(Renderer& method, Random& random, const SoftTissue& tissue, double de
     outcome.nonFinite += isFinite(felt.force_N) && isFinite(felt.ihip) ? 0 : 1;
     outcome.insideTicks += inside;
     outcome.falseExits += inside && !felt.touching && tissue.returnTime_s == 0;
-    const double below_m = glm::distance(felt.ihip, stage.inWorld(hip));
+    const double below_m = glm::distance(felt.ihip, hip);
     outcome.outrunTicks += touched && felt.touching && glm::distance(felt.ihip, lastIhip) > below_m;
     lastIhip = felt.ihip;
     touched = felt.touching;
