@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptic_server/device/simulated_device.h"
+#include "tests/eval/extent.h"
 
 namespace haptics::eval {
 namespace {
@@ -50,23 +51,6 @@ class PressingHand final : public HandIntent {
   HandTarget pressing_;
   Vec3 strike_N_{0};
   double time_s_ = 0;
-};
-
-/// What the true place of the device covers.
-class Extent {
- public:
-  void add(Vec3 place) {
-    least_ = glm::min(least_, place);
-    most_ = glm::max(most_, place);
-  }
-  [[nodiscard]] double longest_m() const {
-    const Vec3 size = most_ - least_;
-    return std::max({size.x, size.y, size.z});
-  }
-
- private:
-  Vec3 least_{std::numeric_limits<double>::infinity()};
-  Vec3 most_{-std::numeric_limits<double>::infinity()};
 };
 
 }  // namespace

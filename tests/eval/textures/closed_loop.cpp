@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptic_server/device/simulated_device.h"
+#include "tests/eval/extent.h"
 #include "tests/eval/random.h"
 #include "tests/eval/step_config.h"
 
@@ -86,23 +87,6 @@ Vec3 forceAt(const Feeler& feeler, Vec3 rest) {
   for (int i = 0; i < kSettle; ++i) force_N = feeler.tick(rest);
   return force_N;
 }
-
-/// What the true place of the device covers.
-class Extent {
- public:
-  void add(Vec3 place) {
-    least_ = glm::min(least_, place);
-    most_ = glm::max(most_, place);
-  }
-  [[nodiscard]] double longest_m() const {
-    const Vec3 size = most_ - least_;
-    return std::max({size.x, size.y, size.z});
-  }
-
- private:
-  Vec3 least_{std::numeric_limits<double>::infinity()};
-  Vec3 most_{-std::numeric_limits<double>::infinity()};
-};
 
 }  // namespace
 

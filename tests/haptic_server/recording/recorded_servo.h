@@ -15,7 +15,8 @@
 
 namespace haptics::test {
 
-/// A slab with a texture that rubs, a shaded ball and, where asked for, a block that can be pushed.
+/// A slab with a texture that rubs, a shaded ball and, where asked for, a block that can be pushed or a cushion that
+/// yields.
 inline const std::string kScene = R"(
 operations { add { name: "slab" mesh { box { size_m { x: 0.2 y: 0.2 z: 0.02 } segments: 8 } } pose { position { z: -0.01 } }
   material { friction { mu_static: 0.6 mu_dynamic: 0.4 variation: 0.3 field { grain { grain_m: 0.002 } } }
@@ -25,6 +26,9 @@ operations { add { name: "ball" mesh { sphere { radius_m: 0.02 segments: 8 } } p
 inline const std::string kBlock = R"(
 operations { add { name: "block" mesh { box { size_m { x: 0.02 y: 0.02 z: 0.02 } } } pose { position { x: -0.035 z: 0.01 } }
   motion { mass_kg: 0.1 planes { normal { z: 1 } friction: 0.4 } } } })";
+inline const std::string kCushion = R"(
+operations { add { name: "cushion" mesh { sphere { radius_m: 0.02 segments: 16 } } pose { position { x: -0.035 z: -0.008 } }
+  deformation { softness { stiffness_N_per_m: 300 radius_m: 0.01 return_s: 0.2 } } } })";
 
 inline Transaction transactionOf(const std::string& text) {
   return fromWire(parseSceneText(text, "test").value()).value();

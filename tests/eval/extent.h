@@ -1,0 +1,27 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "common/maths/vec.h"
+
+namespace haptics::eval {
+
+/// The box that a device's true places cover (m).
+class Extent {
+ public:
+  void add(Vec3 place) {
+    least_ = glm::min(least_, place);
+    most_ = glm::max(most_, place);
+  }
+  [[nodiscard]] double longest_m() const {
+    const Vec3 size = most_ - least_;
+    return std::max({size.x, size.y, size.z});
+  }
+
+ private:
+  Vec3 least_{std::numeric_limits<double>::infinity()};
+  Vec3 most_{-std::numeric_limits<double>::infinity()};
+};
+
+}  // namespace haptics::eval
