@@ -80,7 +80,7 @@ class BoundingHierarchy {
 
   /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment
   /// is still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a
-  /// start far away does not cost the float test its precision.
+  /// start far away does not cost the float test its precision. A segment that is not finite meets nothing.
   template <class Visit>
   void visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
 
@@ -303,8 +303,10 @@ void BoundingHierarchy::visitNear(Vec3 h, Visit visit, double bound) const noexc
 }
 
 inline bool BoundingHierarchy::clip(Vec3 from, Vec3 to, double& enter, double& leave) const noexcept {
+  const Vec3 motion = to - from;
+  if (!std::isfinite(motion.x + motion.y + motion.z)) return false;
   for (int k = 0; k < 3; ++k) {
-    const double d = to[k] - from[k];
+    const double d = motion[k];
     if (d == 0) {
       if (!(from[k] >= low_[k] && from[k] <= high_[k])) return false;
       continue;

@@ -15,8 +15,10 @@
 #include "common/wire/tcp.h"
 #include "common/wire/tls.h"
 #include "common/wire/udp.h"
+#include "haptic_server/net/connection_log.h"
 #include "haptic_server/net/datagram_paths.h"
 #include "haptic_server/net/handshake_limit.h"
+#include "haptic_server/net/servo_feed.h"
 
 namespace haptics {
 namespace {
@@ -33,9 +35,6 @@ constexpr double kFastClient_Hz = 250;
 constexpr milliseconds kStopGrace{200};
 /// Memory for uploads under way, being built and waiting for an edit, all clients together.
 constexpr std::size_t kUploadBudget_bytes = 512U << 20;
-/// Lines about connections in the log: a flood of them must not fill the disk.
-constexpr double kLogLinesPerSecond = 5;
-constexpr double kLogBurst = 50;
 
 /// What a client hears that does not speak TLS to a server that does.
 std::string plainRefusal() {
@@ -52,7 +51,12 @@ std::string plainRefusal() {
 
 class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
  public:
-  Impl(Options options, SceneRoom& room) : options_(std::move(options)), room_(room), history_(room.history()) {}
+  Impl(Options options, SceneRoom& room)
+      : options_(std::move(options)),
+        room_(room),
+        history_(room.history()),
+        servo_(options_.popTelemetry, options_.takeMotion),
+        log_(options_.log) {}
 
   Result<void> open() {
     if (options_.listen.empty()) return {};
@@ -129,7 +133,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override {
       return server.room_.findAsset(hash);
     }
-    [[nodiscard]] const MotionState& motion() const override { return server.motion_; }
+    [[nodiscard]] const MotionState& motion() const override { return server.servo_.motion(); }
     [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
       return server.room_.submitEdit(
           id, clientSeq, std::move(transaction), [here = here(), clientSeq](const EditOutcome& outcome) {
@@ -207,7 +211,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     auto& connection =
         *connections_.emplace(number, std::make_unique<Connection>(*this, number, std::move(transport))).first->second;
     connection.session.start();
-    if (lastSample_) connection.session.adopted(lastSample_->sceneRevision, lastSample_->adoptionTick);
+    if (const auto& sample = servo_.last()) connection.session.adopted(sample->sceneRevision, sample->adoptionTick);
   }
 
   [[nodiscard]] bool mayShakeHands(const std::string& peer) {
@@ -302,7 +306,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     const bool any = drainTelemetry();
     bool anyFast = false;
     for (auto& [number, connection] : connections_) {
-      if (any) connection->session.offerTelemetry(*lastSample_);
+      if (any) connection->session.offerTelemetry(*servo_.last());
       connection->session.poll();
       anyFast = anyFast || connection->session.telemetryRate_Hz() > kFastClient_Hz;
     }
@@ -310,34 +314,12 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     if (period != drainPeriod_) drainEvery(period);
   }
 
-  /// Whether there was a sample; the newest is then in lastSample_, and where everything was at its tick in motion_: the
-  /// servo tells of that after the sample.
   bool drainTelemetry() {
-    takeMotion();
-    bool any = drainSamples();
-    while (takeMotion()) any = drainSamples() || any;
-    return any;
-  }
-
-  bool takeMotion() {
-    const MotionState* newest = options_.takeMotion ? options_.takeMotion() : nullptr;
-    if (newest != nullptr) motion_ = *newest;
-    return newest != nullptr;
-  }
-
-  bool drainSamples() {
-    TelemetrySample sample;
-    bool any = false;
-    while (options_.popTelemetry && options_.popTelemetry(sample)) {
-      any = true;
-      if (!lastSample_ || sample.sceneRevision != lastSample_->sceneRevision) {
-        for (auto& [number, connection] : connections_) {
-          connection->session.adopted(sample.sceneRevision, sample.adoptionTick);
-        }
+    return servo_.drain([this](const TelemetrySample& sample) {
+      for (auto& [number, connection] : connections_) {
+        connection->session.adopted(sample.sceneRevision, sample.adoptionTick);
       }
-      lastSample_ = sample;
-    }
-    return any;
+    });
   }
 
   void fillStatus(v1::Status& status) {
@@ -347,16 +329,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     status.set_forged_datagrams(paths_.forged());
   }
 
-  void log(const std::string& line) {
-    if (!options_.log) return;
-    if (!logRate_.allow(monotonicNow_ns())) {
-      ++unlogged_;
-      return;
-    }
-    if (unlogged_ > 0) options_.log(std::to_string(unlogged_) + " lines about connections left out");
-    unlogged_ = 0;
-    options_.log(line);
-  }
+  void log(const std::string& line) { log_.add(line, monotonicNow_ns()); }
 
   void beginStop() {
     listener_.reset();
@@ -384,12 +357,10 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   std::shared_ptr<const SceneHistory> history_;
   std::map<std::uint64_t, std::unique_ptr<Connection>> connections_;
   std::uint64_t nextNumber_ = 1;
-  std::optional<TelemetrySample> lastSample_;
-  MotionState motion_;
+  ServoFeed servo_;
   std::size_t uploadBytes_ = 0;
   HandshakeLimit handshakes_;
-  RateLimit logRate_{kLogLinesPerSecond, kLogBurst};
-  std::uint64_t unlogged_ = 0;
+  ConnectionLog log_;
 
   std::atomic<std::uint32_t> clients_{0};
   std::atomic<std::uint64_t> refusedConnections_{0};

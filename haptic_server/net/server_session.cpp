@@ -6,12 +6,10 @@
 #include <variant>
 
 #include "common/wire/convert.h"
+#include "haptic_server/net/scene_messages.h"
 
 namespace haptics {
 namespace {
-
-/// Tag and length of an object inside SnapshotObjects, at most.
-constexpr std::size_t kPerObject_bytes = 6;
 
 Error notAnEditor() { return {"role", "is view, and this asks for edit; connect with editor.credentials"}; }
 
@@ -75,27 +73,15 @@ void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outc
   v1::Envelope envelope;
   v1::EditReply& reply = *envelope.mutable_edit_reply();
   reply.set_client_seq(clientSeq);
-  if (const auto* error = std::get_if<Error>(&outcome)) {
-    reply.mutable_rejected()->set_field(error->field);
-    reply.mutable_rejected()->set_reason(error->reason);
-    return send(envelope);
-  }
-  if (const auto* conflict = std::get_if<EditConflict>(&outcome)) {
-    reply.mutable_conflict()->set_reason(conflict->reason);
-    for (const auto& object : conflict->current) toWire(*object, *reply.mutable_conflict()->add_current());
-    return send(envelope);
-  }
-  const AcceptedEdit& edit = *std::get<std::shared_ptr<const AcceptedEdit>>(outcome);
-  v1::Accepted& accepted = *reply.mutable_accepted();
-  accepted.set_revision(edit.commit.revision);
-  accepted.set_root(edit.commit.root.asBytes());
-  for (const ObjectRecord& record : edit.commit.put) {
-    toWire(record, *accepted.add_object());
+  toWire(outcome, reply);
+  send(envelope);
+  const auto* accepted = std::get_if<std::shared_ptr<const AcceptedEdit>>(&outcome);
+  if (!accepted) return;
+  const Commit& commit = (*accepted)->commit;
+  for (const ObjectRecord& record : commit.put) {
     for (const AssetName& name : record.assets()) uploads_.named(name.hash);
   }
-  for (const std::string& report : edit.reports) accepted.add_report(report);
-  send(envelope);
-  adoptions_.accepted(clientSeq, edit.commit.revision);
+  adoptions_.accepted(clientSeq, commit.revision);
   sendLive();
 }
 
@@ -208,7 +194,7 @@ void ServerSession::handle(const v1::Hello& hello) {
   }
   send(envelope);
   host_.sessionClaimed(id_);
-  if (!resumed) sendSnapshot(history->version);
+  if (!resumed) sendSnapshot(history->version, [this](v1::Envelope& message) { send(message); });
   sentRevision_ = resumed ? hello.revision() : history->version.revision();
 }
 
@@ -332,34 +318,6 @@ void ServerSession::sendTelemetry(bool lineIsFree) {
   for (const ObjectDent& dent : host_.motion().dents()) toWire(dent, *message.add_dent());
   if (byDatagram_ && host_.sendDatagram(message)) return;
   if (lineIsFree) send(telemetryEnvelope_);
-}
-
-/// All of it at once: a scene has at most kMaxServoObjects objects, some 50 KiB. In messages as small as any bulk data.
-void ServerSession::sendSnapshot(const SceneVersion& version) {
-  v1::Envelope envelope;
-  envelope.mutable_snapshot_begin()->set_revision(version.revision());
-  envelope.mutable_snapshot_begin()->set_object_count(version.objects().size());
-  send(envelope);
-
-  std::size_t bytes = 0;
-  v1::SnapshotObjects* part = envelope.mutable_snapshot_objects();
-  for (const auto& object : version.objects()) {
-    v1::ObjectState state;
-    toWire(*object, state);
-    const std::size_t more = state.ByteSizeLong() + kPerObject_bytes;
-    if (part->object_size() > 0 && bytes + more > kMaxChunkBytes) {
-      send(envelope);
-      part->clear_object();
-      bytes = 0;
-    }
-    *part->add_object() = std::move(state);
-    bytes += more;
-  }
-  if (part->object_size() > 0) send(envelope);
-
-  envelope.mutable_snapshot_end()->set_revision(version.revision());
-  envelope.mutable_snapshot_end()->set_root(version.root().asBytes());
-  send(envelope);
 }
 
 void ServerSession::sendCommits() {

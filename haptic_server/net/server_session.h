@@ -117,7 +117,6 @@ class ServerSession {
 
   void pump();
   void sendTelemetry(bool lineIsFree);
-  void sendSnapshot(const SceneVersion& version);
   void sendCommits();
   void sendLive();
   void sendHeartbeat();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -126,6 +127,20 @@ TEST_P(Hierarchy, FindsCrossingsFromFarAway) {
     const Vec3 from = point(100'000);
     const Vec3 to = point(0.03);
     EXPECT_EQ(static_cast<bool>(s->firstCrossing(from, to)), static_cast<bool>(bruteCrossing(*s, from, to)));
+  }
+}
+
+TEST_P(Hierarchy, IsNotMetByAMotionThatIsNotFinite) {
+  const auto s = GetParam().build();
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity()}) {
+    for (int k = 0; k < 4; ++k) {
+      Vec3 end = k < 3 ? point(0.1) : Vec3(bad);
+      if (k < 3) end[k] = bad;
+      EXPECT_FALSE(s->firstCrossing(point(0.1), end));
+      EXPECT_FALSE(s->firstCrossing(end, point(0.1)));
+      EXPECT_FALSE(s->firstCrossing(end, end));
+    }
   }
 }
 

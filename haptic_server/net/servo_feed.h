@@ -1,0 +1,60 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "common/telemetry/motion_state.h"
+#include "common/telemetry/telemetry_sample.h"
+
+namespace haptics {
+
+/// What the servo tells the network thread: samples through a queue, and where what moves is through a mailbox.
+class ServoFeed {
+ public:
+  using PopSample = std::function<bool(TelemetrySample&)>;
+  using TakeMotion = std::function<const MotionState*()>;
+
+  /// Either may be empty.
+  ServoFeed(PopSample pop, TakeMotion takeMotion) : pop_(std::move(pop)), takeMotion_(std::move(takeMotion)) {}
+
+  /// Empties the queue; calls onAdopted(sample) for the first sample of each scene revision.
+  /// @return Whether there was a sample. The newest is then in last(), and where everything was at its tick in motion():
+  /// the servo tells of that after the sample.
+  template <class OnAdopted>
+  bool drain(OnAdopted onAdopted) {
+    takeMotion();
+    bool any = drainSamples(onAdopted);
+    while (takeMotion()) any = drainSamples(onAdopted) || any;
+    return any;
+  }
+
+  [[nodiscard]] const std::optional<TelemetrySample>& last() const noexcept { return last_; }
+  [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
+
+ private:
+  bool takeMotion() {
+    const MotionState* newest = takeMotion_ ? takeMotion_() : nullptr;
+    if (newest != nullptr) motion_ = *newest;
+    return newest != nullptr;
+  }
+
+  template <class OnAdopted>
+  bool drainSamples(OnAdopted& onAdopted) {
+    TelemetrySample sample;
+    bool any = false;
+    while (pop_ && pop_(sample)) {
+      any = true;
+      if (!last_ || sample.sceneRevision != last_->sceneRevision) onAdopted(sample);
+      last_ = sample;
+    }
+    return any;
+  }
+
+  PopSample pop_;
+  TakeMotion takeMotion_;
+  std::optional<TelemetrySample> last_;
+  MotionState motion_;
+};
+
+}  // namespace haptics
