@@ -16,8 +16,8 @@ ContactResult followContact(std::span<const Body> bodies, ContactState& state, V
   return result;
 }
 
-void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
-  if (!followUnblocked(bodies, state, hip, result)) result = followContact<AllCorrections>(bodies, state, hip);
+void followGuarded(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
+  result = followContact<AllCorrections>(bodies, state, hip);
 }
 
 }  // namespace haptics

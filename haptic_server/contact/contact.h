@@ -8,6 +8,7 @@
 #include "common/maths/vec.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/contact/body.h"
+#include "haptic_server/contact/held_polygon.h"
 
 namespace haptics {
 
@@ -33,6 +34,7 @@ struct ContactState {
   Feature feature =
       Feature::kPolygon;  ///< kOneSurface: what of the triangle holds the IHIP, itself, one of its lines or vertices.
   Vec3 local{0};          ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
+  HeldPolygon polygon;    ///< Of the last tick that ended on one.
 
   /// The surfaces that the contact involves: none when free, else at least the first.
   [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept {

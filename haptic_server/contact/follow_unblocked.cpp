@@ -69,7 +69,6 @@ struct WideFrame {
 struct Minimum {
   std::uint32_t triangle;
   Feature feature;
-  std::uint8_t index;
   Four foot;
   Four normal;
 };
@@ -86,7 +85,6 @@ struct Minimum {
   result.ihip = ihip;
   result.normal = vec3(frame.turn(minimum.normal * all(holding.side)));
   result.penetration_m = glm::length(ihip - hip);
-  result.primitive = primitiveOf(*body.surface, {minimum.triangle, minimum.feature, minimum.index});
   holding.triangle = minimum.triangle;
   state.feature = minimum.feature;
   state.local = vec3(minimum.foot);
@@ -104,27 +102,40 @@ struct Minimum {
   return pathIsClear(body, others, state, body.surface->faceNormal(triangle), path);
 }
 
-/// On the polygon, or with nothing else in reach from polygon to polygon as followOverPolygons() does: the common case
-/// of all. False when there is more to it.
+/// A tick that ends over the polygon, at this place in its frame, and inside of the surface.
+[[gnu::always_inline]] inline void stay(const Body& body, ContactState& state, const Vec3& hip, const Vec3& h,
+                                        const Prism::Place& end, int looked, ContactResult& result) noexcept {
+  const HeldPolygon& polygon = state.polygon;
+  result.work.triangles = looked;
+  result.work.steps = 1;
+  result.primitive = {PrimitiveKind::kPolygon, 0, polygon.canonical};
+  const Four foot = polygon.foot(four(h), end.height());
+  keep(body, state, hip, {polygon.triangle, Feature::kPolygon, foot, polygon.unitNormal}, result);
+}
+
+/// With nothing else in reach from polygon to polygon, as followOverPolygons() does; beside others on the polygon only.
+/// False when there is more to it.
 [[nodiscard, gnu::always_inline]] inline bool goStraight(const Body& body, const Others& others, ContactState& state,
                                                          const Vec3& hip, ContactResult& result) noexcept {
   const Surface& surface = *body.surface;
   const HoldingSurface holding = state.holding[0];
+  HeldPolygon& polygon = state.polygon;
+  if (!polygon.is(surface, holding.triangle)) polygon.become(surface, holding.triangle);
   const Vec3 h = body.frame.toLocal(hip);
-  const auto from = [&]() noexcept { return body.frame.toLocal(state.hip); };
-  const int most = others.count > 0 ? 1 : kSearchBudget - 1;
-  HoldingPolygon over;
-  int looked = 0;
-  if (!goOverPolygons(surface, holding.triangle, from, h, holding.side, most, over, looked)) [[unlikely]]
-    return false;
-  if (over.endsOutside) [[unlikely]]
-    return false;
-  if (others.count > 0) [[unlikely]] {
-    if (!stayIsClear(body, others, state, vec3(over.foot), result.work)) return false;
+  const FourVec3 each = all(h);
+  Prism::Place end = polygon.prism.place(each);
+  int looked = 1;
+  if (end.beyond() != 0) {
+    if (others.count > 0) return false;
+    const FourVec3 from = all(body.frame.toLocal(state.hip));
+    if (!hopOverPolygons(surface, polygon, from, each, holding.side, kSearchBudget - 1, end, looked)) return false;
   }
-  result.work.triangles = looked;
-  result.work.steps = 1;
-  keep(body, state, hip, {over.triangle, Feature::kPolygon, 0, over.foot, over.unitNormal}, result);
+  if (end.isOutside(holding.side)) return false;
+  if (others.count > 0) {
+    const Vec3 foot = vec3(polygon.foot(four(h), end.height()));
+    if (!stayIsClear(body, others, state, foot, result.work)) return false;
+  }
+  stay(body, state, hip, h, end, looked, result);
   return true;
 }
 
@@ -153,38 +164,57 @@ struct Minimum {
   result.work.steps = steps;
   result.work.segments =
       static_cast<int>(others.count * (static_cast<std::size_t>(steps) + path.size()));  // each starts with one
-  keep(body, state, hip, {foot.triangle, foot.feature, foot.index, four(foot.point), four(surface.normal(foot))},
-       result);
+  result.primitive = primitiveOf(surface, foot);
+  keep(body, state, hip, {foot.triangle, foot.feature, four(foot.point), four(surface.normal(foot))}, result);
   return true;
 }
 
-/// All that the tick reads and writes, asked for at once: with cold caches it then waits for memory once, not again and
-/// again between waits for its own code.
-void prefetch(const ContactState& state, const Body& body) noexcept {
-  body.surface->prefetch(state.holding[0].triangle);
-  for (const void* place : {static_cast<const void*>(&body.frame), static_cast<const void*>(&body.frame.origin),
-                            static_cast<const void*>(&state.local)}) {
-    __builtin_prefetch(place);
-  }
+[[nodiscard]] bool holdsPolygon(const ContactState& state) noexcept {
+  return state.mode == ContactState::Mode::kOneSurface && state.feature == Feature::kPolygon;
+}
+
+/// The common tick of all: alone, and over the polygon still. Of a HIP that is usable.
+[[nodiscard, gnu::always_inline]] inline bool rubs(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+                                                   ContactResult& result) noexcept {
+  if (bodies.size() != 1 || !holdsPolygon(state)) return false;
+  const HoldingSurface& holding = state.holding[0];
+  const Body& body = bodies[static_cast<std::size_t>(holding.body)];
+  if (body.moving || !state.polygon.is(*body.surface, holding.triangle)) return false;
+  const Vec3 h = body.frame.toLocal(hip);
+  const Prism::Place end = state.polygon.prism.place(all(h));
+  if (end.beyond() != 0 || end.isOutside(holding.side)) return false;
+  stay(body, state, hip, h, end, 1, result);
+  return true;
+}
+
+/// All that there can be to it otherwise.
+[[nodiscard]] bool followBeside(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+                                ContactResult& result) noexcept {
+  if (state.mode != ContactState::Mode::kOneSurface) return false;
+  const Body& body = bodies[static_cast<std::size_t>(state.holding[0].body)];
+  const Surface& surface = *body.surface;
+  if (body.moving || surface.anyCrossed() || surface.triangle(state.holding[0].triangle).zeroArea()) return false;
+  Others others;
+  if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
+  if (holdsPolygon(state) && goStraight(body, others, state, hip, result)) return true;
+  return searchBeside(body, others, state, hip, result);
+}
+
+[[gnu::noinline]] void followOtherwise(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+                                       ContactResult& result) noexcept {
+  if (!isUsable(hip) || !followBeside(bodies, state, hip, result)) followGuarded(bodies, state, hip, result);
 }
 
 }  // namespace
 
 bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                      ContactResult& result) noexcept {
-  if (state.mode != ContactState::Mode::kOneSurface || !isUsable(hip)) return false;
-  const Body& body = bodies[static_cast<std::size_t>(state.holding[0].body)];
-  const Surface& surface = *body.surface;
-  prefetch(state, body);
-  if (body.moving || surface.anyCrossed() || surface.triangle(state.holding[0].triangle).zeroArea()) [[unlikely]]
-    return false;
-  Others others;
-  if (bodies.size() > 1) [[unlikely]] {
-    if (!findOthers(bodies, state, hip, others)) return false;
-  }
-  if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) [[likely]]
-    return true;
-  return searchBeside(body, others, state, hip, result);
+  return isUsable(hip) && (rubs(bodies, state, hip, result) || followBeside(bodies, state, hip, result));
+}
+
+void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
+  if (!isUsable(hip) || !rubs(bodies, state, hip, result)) [[unlikely]]
+    followOtherwise(bodies, state, hip, result);
 }
 
 }  // namespace haptics

@@ -12,4 +12,7 @@ namespace haptics {
 [[nodiscard]] bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                                    ContactResult& result) noexcept;
 
+/// Every tick, by the long way. Into a `result` as constructed.
+void followGuarded(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept;
+
 }  // namespace haptics

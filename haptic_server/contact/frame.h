@@ -21,7 +21,7 @@ struct Frame {
   /// Of a direction, to the world.
   [[nodiscard]] Vec3 turn(Vec3 local) const noexcept { return x * local.x + y * local.y + z * local.z; }
   [[nodiscard]] Vec3 toWorld(Vec3 local) const noexcept { return turn(local) + origin; }
-  [[nodiscard]] Vec3 toLocal(Vec3 world) const noexcept {
+  [[nodiscard, gnu::always_inline]] Vec3 toLocal(Vec3 world) const noexcept {
     const Vec3 way = world - origin;
     return {glm::dot(x, way), glm::dot(y, way), glm::dot(z, way)};
   }

@@ -1,6 +1,7 @@
 #include "haptic_server/contact/hip_following.h"
 
 #include "haptic_server/contact/over_polygon.h"
+#include "haptic_server/geometry/neighbours.h"
 
 namespace haptics {
 namespace {
@@ -32,22 +33,28 @@ bool followOverPolygons(const Surface& surface, const HipMotion& motion, int sid
                         SearchPath* path, int& spent) noexcept {
   const FourVec3 from = all(motion.from);
   const FourVec3 to = all(motion.to);
-  OverPolygon over(surface, foot.triangle, to);
+  Prism prism(surface.triangle(foot.triangle));
+  Prism::Place end = prism.place(to);
   const auto stand = [&](Vec3 point) noexcept {
     foot.point = point;
     if (path != nullptr) path->add(point, foot.triangle);
   };
+  const auto standUnder = [&](Vec3 h) noexcept {
+    if (path != nullptr) stand(vec3(prism.foot(four(h), prism.place(all(h)).height())));
+  };
   ++spent;
-  while (!over.holdsEnd()) {
-    OverPolygon::Hop hop;
-    const bool leaves = over.leave(surface, over.start(from), now, hop);
+  while (end.beyond() != 0) {
+    Hop hop;
+    if (!hop.leave(prism.place(from), end, now)) return false;
     now = hop.leaves;
-    if (!leaves || spent >= kSearchBudget) return false;
+    hop.across = sameLineAcross(surface, foot.triangle, hop.edge);
+    if (hop.across < 0 || spent >= kSearchBudget) return false;
     ++spent;
-    const TriangleRecord& record = surface.triangle(over.triangle());
-    const OverPolygon next(surface, record.neighbour(hop.edge), to);
-    if (!next.enter(next.start(from), side, hop)) return false;
-    if (path != nullptr) stand(over.footOf(motion.at(now)));
+    const TriangleRecord& record = surface.triangle(foot.triangle);
+    const Prism next(surface.triangle(record.neighbour(hop.edge)));
+    const Prism::Place nextEnd = next.place(to);
+    if (!hop.enter(next.place(from), nextEnd, side)) return false;
+    standUnder(motion.at(now));
     if (hop.enters >= 1) {  // on the line of a valley
       if (!isAlong(record, hop.edge, motion.to)) return false;
       now = 1;
@@ -56,11 +63,12 @@ bool followOverPolygons(const Surface& surface, const HipMotion& motion, int sid
       return true;
     }
     now = hop.enters;
-    over = next;
-    foot.triangle = over.triangle();
-    if (path != nullptr) stand(over.footOf(motion.at(now)));
+    prism = next;
+    end = nextEnd;
+    foot.triangle = record.neighbour(hop.edge);
+    standUnder(motion.at(now));
   }
-  stand(vec3(over.endFoot(four(motion.to))));
+  stand(vec3(prism.foot(four(motion.to), end.height())));
   now = 1;
   return true;
 }

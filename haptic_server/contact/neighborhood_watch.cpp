@@ -30,7 +30,7 @@ struct Walk {
       const Prism::Place place = prism.place(each);
       const unsigned beyond = place.beyond();
       if (beyond == 0) {
-        foot = vec3(prism.foot(four(h), place.height));
+        foot = vec3(prism.foot(four(h), place.height()));
         if (path != nullptr) path->add(foot, triangle);
         return squaredLength(h - foot) < nearest ? End::kHeld : End::kUnclear;
       }

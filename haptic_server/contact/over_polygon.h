@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "haptic_server/contact/neighborhood_watch.h"
-#include "haptic_server/geometry/neighbours.h"
+#include "haptic_server/contact/held_polygon.h"
 
 namespace haptics {
 
@@ -14,108 +13,74 @@ namespace haptics {
   return std::max(atFrom, 0.0) / (atFrom - atTo);
 }
 
-/// A polygon under the HIP's way of a tick (body frame, metres): where along the way the HIP is in its prism. Where the
-/// HIP is against a plane is linear in time, so that the two ends of the way tell of all between.
-class OverPolygon {
- public:
-  OverPolygon(const Surface& surface, std::uint32_t triangle, const FourVec3& to) noexcept
-      : triangle_(triangle), prism_(surface.triangle(triangle)), end_(prism_.place(to)) {}
+/// From one polygon to the next, under the HIP's way in a tick. Where the HIP is against a plane is linear in time, so
+/// that the two ends of the way tell of all between. Times are fractions of the tick.
+struct Hop {
+  double leaves = 0;  ///< The prism.
+  double enters = 0;  ///< The next one; later than that where the line between lies in a valley.
+  int edge = 0;       ///< That is crossed, of the polygon that is left.
+  int across = 0;     ///< The same edge, of the next one.
 
-  /// From this polygon to the next one. Times are fractions of the tick.
-  struct Hop {
-    double leaves = 0;  ///< The prism.
-    double enters = 0;  ///< The next one; later than that where the line between lies in a valley.
-    int edge = 0;       ///< That is crossed, of this polygon.
-    int across = 0;     ///< The same edge, of the next one.
-  };
-
-  [[nodiscard]] std::uint32_t triangle() const noexcept { return triangle_; }
-  /// Of the HIP at the start of the way, for leave() and enter().
-  [[nodiscard]] Prism::Place start(const FourVec3& from) const noexcept { return prism_.place(from); }
-  /// At the end of the way the HIP is in the prism.
-  [[nodiscard]] bool holdsEnd() const noexcept { return end_.beyond() == 0; }
-  [[nodiscard]] bool endsOutside(int side) const noexcept { return (end_.height >= 0) == (side > 0); }
-  /// Of the HIP at the end.
-  [[nodiscard]] Four endFoot(Four to) const noexcept { return prism_.foot(to, end_.height); }
-  [[nodiscard]] Vec3 footOf(Vec3 h) const noexcept { return vec3(prism_.foot(four(h), prism_.place(all(h)).height)); }
-  [[nodiscard]] Four unitNormal() const noexcept { return prism_.unitNormal(); }
-
-  /// Where the HIP, which is not held at the end, leaves the prism: not before `now`. False at a boundary.
-  [[nodiscard, gnu::always_inline]] bool leave(const Surface& surface, const Prism::Place& start, double now,
-                                               Hop& hop) const noexcept {
-    unsigned beyond = end_.beyond();
-    hop.edge = std::countr_zero(beyond);
-    hop.leaves = timeWithin(start.inside[hop.edge], end_.inside[hop.edge]);
-    for (beyond &= beyond - 1; beyond != 0; beyond &= beyond - 1) {
-      const int edge = std::countr_zero(beyond);
-      const double leaves = timeWithin(start.inside[edge], end_.inside[edge]);
-      if (leaves < hop.leaves) {
-        hop.leaves = leaves;
-        hop.edge = edge;
-      }
-    }
-    hop.leaves = std::max(now, hop.leaves);
-    hop.across = sameLineAcross(surface, triangle_, hop.edge);
-    return hop.across >= 0;
+  /// Where the HIP, which ends beyond the prism, leaves it: not before `now`, at the first of the edges that it goes beyond.
+  /// False where that is not a number.
+  [[nodiscard, gnu::always_inline]] bool leave(const Prism::Place& start, const Prism::Place& end,
+                                               double now) noexcept {
+    const Four whole = all(1);
+    // As timeWithin(), but that no edge is crossed within which the end is.
+    const Four way = maximum(all(0), start.of) / (start.of - end.of);
+    const Four within = select((end.of >= start.of) | (end.of >= all(0)), whole, way);
+    const Four times = select(end.of > all(0), all(2), within);
+    const Four first = all(std::min(std::min(times[0], times[1]), times[2]));
+    const unsigned edges = (times <= first).bits() & 7;
+    if (edges == 0) [[unlikely]]
+      return false;
+    edge = std::countr_zero(edges);
+    leaves = std::max(now, first[0]);
+    return true;
   }
 
   /// Where the HIP, which leaves the polygon before this one, enters the prism. False when it does so beyond another
   /// edge as well, or outside of the surface.
-  [[nodiscard, gnu::always_inline]] bool enter(const Prism::Place& start, int side, Hop& hop) const noexcept {
-    const auto at = [&](double time) noexcept {
-      return Prism::Place{start.inside + (end_.inside - start.inside) * all(time),
-                          start.height + (end_.height - start.height) * time};
-    };
-    hop.enters = hop.leaves;
-    Prism::Place place = at(hop.enters);
-    if ((place.beyond() >> hop.across & 1) != 0) {  // a valley: the line holds the IHIP for a while
-      hop.enters = std::max(hop.leaves, timeWithin(-start.inside[hop.across], -end_.inside[hop.across]));
-      place = at(hop.enters);
+  [[nodiscard, gnu::always_inline]] bool enter(const Prism::Place& start, const Prism::Place& end, int side) noexcept {
+    const auto at = [&](double time) noexcept { return Prism::Place{start.of + (end.of - start.of) * all(time)}; };
+    enters = leaves;
+    Prism::Place place = at(enters);
+    unsigned beyond = place.beyond();
+    if ((beyond >> across & 1) != 0) [[unlikely]] {  // a valley: the line holds the IHIP for a while
+      enters = std::max(leaves, timeWithin(-start.of[across], -end.of[across]));
+      place = at(enters);
+      beyond = place.beyond();
     }
-    const bool isOutside = (place.height >= 0) == (side > 0);
-    return !isOutside && (place.beyond() & ~(1U << hop.across)) == 0;
+    return !place.isOutside(side) && (beyond & ~(1U << across)) == 0;
   }
-
- private:
-  std::uint32_t triangle_;
-  Prism prism_;
-  Prism::Place end_;
 };
 
-/// The polygon that holds the HIP at the end of its way.
-struct HoldingPolygon {
-  std::uint32_t triangle;
-  bool endsOutside;  ///< Of the surface.
-  Four foot;         ///< Of the HIP.
-  Four unitNormal;
-};
-
-/// From a polygon to the one that holds the HIP at the end, by polygons only. False when there is more to it. `from()`
-/// is the start of the way, asked for when the polygon does not hold the end. Looks at no more than `most` polygons, and
-/// counts them in `looked`. One loop for the polygon that holds the end and for those that do not: with cold caches a
-/// change of polygon then waits for little more code.
-template <class From>
-[[nodiscard, gnu::always_inline]] inline bool goOverPolygons(const Surface& surface, std::uint32_t triangle, From from,
-                                                             Vec3 to, int side, int most, HoldingPolygon& holding,
-                                                             int& looked) noexcept {
-  OverPolygon::Hop hop;
-  const FourVec3 end = all(to);
-  for (bool hopped = false;; hopped = true) {
+/// From the polygon that holds the IHIP to the one that holds the HIP at the end of its way (from, to: body frame, metres),
+/// by polygons only. False when there is more to it; the polygon may then be forgotten.
+/// @param[in,out] end  Of the HIP at the end, beyond the polygon.
+/// @param most  Polygons to look at; they are counted in `looked`.
+[[nodiscard, gnu::always_inline]] inline bool hopOverPolygons(const Surface& surface, HeldPolygon& polygon,
+                                                              const FourVec3& from, const FourVec3& to, int side,
+                                                              int most, Prism::Place& end, int& looked) noexcept {
+  Prism::Place start = polygon.prism.place(from);
+  Hop hop;
+  std::uint32_t triangle = kNoTriangle;
+  do {
     if (looked == most) return false;
     ++looked;
-    const OverPolygon over(surface, triangle, end);
-    if (hopped || !over.holdsEnd()) [[unlikely]] {
-      const Prism::Place start = over.start(all(from()));
-      if (hopped && (!over.enter(start, side, hop) || hop.enters >= 1)) return false;
-      if (!over.holdsEnd()) {
-        if (!over.leave(surface, start, hop.enters, hop)) return false;
-        triangle = surface.triangle(triangle).neighbour(hop.edge);
-        continue;
-      }
-    }
-    holding = {triangle, over.endsOutside(side), over.endFoot(four(to)), over.unitNormal()};
-    return true;
-  }
+    if (!hop.leave(start, end, hop.enters)) return false;
+    triangle = polygon.neighbour[static_cast<std::size_t>(hop.edge)];
+    if (triangle == kNoTriangle) return false;
+    const TriangleRecord& record = surface.triangle(triangle);
+    hop.across = record.cornerOf(polygon.vertex[static_cast<std::size_t>(nextCorner(hop.edge))]);
+    polygon.forget();  // until it is whole
+    polygon.take(record);
+    start = polygon.prism.place(from);
+    end = polygon.prism.place(to);
+    if (hop.across < 0 || !hop.enter(start, end, side) || hop.enters >= 1) return false;
+  } while (end.beyond() != 0);
+  polygon.describe(surface, triangle);
+  return true;
 }
 
 }  // namespace haptics

@@ -106,6 +106,7 @@ bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const B
   const double depth = glm::length(way);
   const bool held = state.mode != ContactState::Mode::kFree;
   const bool carried = renumber(state, origins);
+  state.polygon.forget();  // where its surface was another may be now
   Proxy proxy(state.ihip, held && depth > 0 ? way / depth : Vec3(0));
   if (!carried) proxy.lift(bodies);
   bool pushed = false;

@@ -14,24 +14,35 @@ struct Stiffness {
   bool operator==(const Stiffness&) const = default;
 };
 
+/// Newtons along a direction out of the surface, on the hand.
+struct SpringDamper {
+  double spring = 0;
+  double damping = 0;
+};
+
+/// Hooke's law on the penetration vector (paper 3, F = kx) with a damper along it.
+///
+/// @param penetration_m  Length of the penetration vector IHIP - HIP.
+/// @param approach_m_per_s  Velocity of the HIP relative to the surface along the direction; negative when pressing in.
+/// Deviation from the paper, which has no damper: the damper may take the spring's force away but never pulls the hand
+/// towards the surface.
+[[nodiscard]] inline SpringDamper springDamper(double penetration_m, double approach_m_per_s, Stiffness k) noexcept {
+  const double spring = k.spring_N_per_m * penetration_m;
+  return {spring, std::max(-k.damping_Ns_per_m * approach_m_per_s, -spring)};
+}
+
 /// Newtons, world frame, on the hand.
 struct SpringDamperForce {
   Vec3 spring{0};
   Vec3 damping{0};
 };
 
-/// Hooke's law on the penetration vector (paper 3, F = kx) with a damper along it.
-///
-/// @param penetration_m  Length of the penetration vector IHIP - HIP.
+/// The same as vectors.
 /// @param direction  Unit vector out of the surface: along the penetration vector, or the surface's normal at depth 0.
-/// @param approach_m_per_s  Velocity of the HIP relative to the surface along `direction`; negative when pressing in.
-/// Deviation from the paper, which has no damper: the damper may take the spring's force away but never pulls the hand
-/// towards the surface.
 [[nodiscard]] inline SpringDamperForce springDamper(double penetration_m, Vec3 direction, double approach_m_per_s,
                                                     Stiffness k) noexcept {
-  const double spring = k.spring_N_per_m * penetration_m;
-  const double damping = std::max(-k.damping_Ns_per_m * approach_m_per_s, -spring);
-  return {spring * direction, damping * direction};
+  const SpringDamper along = springDamper(penetration_m, approach_m_per_s, k);
+  return {along.spring * direction, along.damping * direction};
 }
 
 /// Bounds how fast an edit of the material (or the coming or going of an object under the stylus) is felt.

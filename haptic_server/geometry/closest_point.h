@@ -22,36 +22,40 @@ struct Foot {
   double squaredDistance = std::numeric_limits<double>::infinity();  ///< |h - point|^2, m^2.
 };
 
-/// A triangle's plane and the planes through its edges along the normal, for points of the object frame (metres).
+/// A triangle's plane and the planes through its edges along the normal, for points of the object frame (metres): four
+/// planes at work at once.
 class Prism {
  public:
+  Prism() noexcept = default;  ///< Of nothing, beyond which everything is.
   explicit Prism(const TriangleRecord& r) noexcept
-      : corner_{firstThree(r.rows[0]), firstThree(r.rows[1]), firstThree(r.rows[2])},
-        edge_(following(corner_) - corner_),
-        // Of edge 2 and the one that follows, edge 0: areaNormal() to the bit.
-        normal_(allOf<2>(cross(edge_, following(edge_)))),
-        inward_(cross(normal_, edge_)),
-        squaredNormal_(squaredLength(normal_)) {}
+      : corner_{threeAndFirst(r.rows[0]), threeAndFirst(r.rows[1]), threeAndFirst(r.rows[2])} {
+    const FourVec3 edge = edges();
+    // Of edge 2 and the one that follows, edge 0: areaNormal() to the bit.
+    const FourVec3 normal = allOf<2>(cross(edge, following(edge)));
+    plane_ = threeAndThird(cross(normal, edge), normal);
+  }
 
   /// Where some h is.
   struct Place {
-    Four inside;    ///< Of the plane through edge k, times the lengths of normal and edge; m^4.
-    double height;  ///< Above the triangle's plane, times the length of the normal; m^3.
+    Four of;  ///< Within the plane through edge k, times the lengths of normal and edge (m^4); last, the height.
 
     /// Bit k: h is on the plane through edge k or on its outer side.
-    [[nodiscard]] unsigned beyond() const noexcept { return ~(inside > all(0)).bits() & 7; }
+    [[nodiscard]] unsigned beyond() const noexcept { return ~(of > all(0)).bits() & 7; }
+    /// Above the triangle's plane, times the length of the normal; m^3.
+    [[nodiscard]] double height() const noexcept { return of[3]; }
+    /// On the plane counts as outside; `side` is -1 for the back of a sheet.
+    [[nodiscard]] bool isOutside(int side) const noexcept { return (height() >= 0) == (side > 0); }
   };
-  [[nodiscard]] Place place(const FourVec3& h) const noexcept {
-    const FourVec3 toH = h - corner_;
-    return {dot(inward_, toH), dot(normal_, toH)[0]};
-  }
+  [[nodiscard, gnu::always_inline]] Place place(const FourVec3& h) const noexcept { return {dot(plane_, h - corner_)}; }
 
-  [[nodiscard]] double squaredNormal() const noexcept { return squaredNormal_[0]; }
+  /// As long as twice the triangle's area; x, y, z.
+  [[nodiscard]] Four normal() const noexcept { return xyzOfFourth(plane_); }
+  [[nodiscard]] double squaredNormal() const noexcept { return squaredLength(vec3(normal())); }
   /// Of an h of that height, onto the plane; x, y, z.
   [[nodiscard]] Four foot(Four h, double height) const noexcept {
-    return h - xyz(normal_) * all(height * (1 / squaredNormal()));
+    return h - normal() * all(height * (1 / squaredNormal()));
   }
-  [[nodiscard]] Four unitNormal() const noexcept { return xyz(normal_) / all(std::sqrt(squaredNormal())); }
+  [[nodiscard]] Four unitNormal() const noexcept { return normal() / all(std::sqrt(squaredNormal())); }
 
   /// The points of the edges that are closest to h. Ends go to the vertices.
   struct OnEdges {
@@ -72,21 +76,21 @@ class Prism {
     [[nodiscard]] bool atCorner(int k) const noexcept { return ((atStart | atEnd) >> k & 1) != 0; }
   };
   [[nodiscard]] OnEdges onEdges(const FourVec3& h) const noexcept {
-    const Four along = dot(h - corner_, edge_);
-    const Four end = squaredLength(edge_);
+    const FourVec3 edge = edges();
+    const Four along = dot(h - corner_, edge);
+    const Four end = squaredLength(edge);
     const FourTruths atStart = along <= all(0);
     const FourTruths atEnd = end <= along;
-    const FourVec3 within = corner_ + edge_ * (along / end);
+    const FourVec3 within = corner_ + edge * (along / end);
     const FourVec3 point = select(atStart, corner_, select(atEnd, following(corner_), within));
     return {point, squaredLength(h - point), atStart.bits(), atEnd.bits()};
   }
 
  private:
-  FourVec3 corner_;
-  FourVec3 edge_;
-  FourVec3 normal_;
-  FourVec3 inward_;
-  Four squaredNormal_;
+  [[nodiscard]] FourVec3 edges() const noexcept { return following(corner_) - corner_; }
+
+  FourVec3 corner_{};  // last, the first one again
+  FourVec3 plane_{};   // normals, inward; last, that of the triangle
 };
 
 /// Closest point of the triangle to h (object frame, metres). Ties go to the primitive of lower dimension.
@@ -100,7 +104,7 @@ class Prism {
   const Prism::Place place = prism.place(each);
   const unsigned beyond = place.beyond();
   if (beyond == 0) {
-    const Vec3 point = vec3(prism.foot(four(h), place.height));
+    const Vec3 point = vec3(prism.foot(four(h), place.height()));
     return {triangle, Feature::kPolygon, 0, point, squaredLength(h - point)};
   }
   const Prism::OnEdges on = prism.onEdges(each);

@@ -26,6 +26,9 @@ struct Four {
   friend Four operator/(Four a, Four b) noexcept { return {a.low / b.low, a.high / b.high}; }
 };
 
+/// Of each the greater; of equals, or where one is not a number, the second.
+inline Four maximum(Four a, Four b) noexcept { return {_mm_max_pd(a.low, b.low), _mm_max_pd(a.high, b.high)}; }
+
 /// Of a comparison, four at once.
 struct FourTruths {
   __m128d low, high;
@@ -62,11 +65,14 @@ Four allOf(Four v) noexcept {
 inline Four following(Four v) noexcept { return {_mm_shuffle_pd(v.low, v.high, 1), v.low}; }
 inline Four four(Vec3 v) noexcept { return {_mm_setr_pd(v.x, v.y), _mm_set_sd(v.z)}; }
 inline Vec3 vec3(Four v) noexcept { return {v[0], v[1], v[2]}; }
-/// Three of four floats.
-inline Four firstThree(const std::array<float, 4>& v) noexcept {
-  // What is in the fourth may be a denormal float, which is slow to convert.
-  const __m128 three = _mm_blend_ps(_mm_load_ps(v.data()), _mm_setzero_ps(), 8);
-  return {_mm_cvtps_pd(three), _mm_cvtps_pd(_mm_movehl_ps(three, three))};
+/// Three of four floats, and the first once more: what is in the fourth may be a denormal float, which is slow to convert.
+inline Four threeAndFirst(const std::array<float, 4>& v) noexcept {
+  const __m128 floats = _mm_load_ps(v.data());
+  return {_mm_cvtps_pd(floats), _mm_cvtps_pd(_mm_shuffle_ps(floats, floats, _MM_SHUFFLE(0, 2, 0, 2)))};
+}
+/// The first three of one, the third of another.
+inline Four threeAndThird(Four first, Four other) noexcept {
+  return {first.low, _mm_unpacklo_pd(first.high, other.high)};
 }
 
 /// Four vectors at work at once, each with the operations of glm in their order.
@@ -83,8 +89,13 @@ template <int k>
 FourVec3 allOf(const FourVec3& v) noexcept {
   return {allOf<k>(v.x), allOf<k>(v.y), allOf<k>(v.z)};
 }
-/// x, y, z of the first.
-inline Four xyz(const FourVec3& v) noexcept { return {_mm_unpacklo_pd(v.x.low, v.y.low), v.z.low}; }
+/// x, y, z of the fourth, and z again.
+inline Four xyzOfFourth(const FourVec3& v) noexcept {
+  return {_mm_unpackhi_pd(v.x.high, v.y.high), _mm_unpackhi_pd(v.z.high, v.z.high)};
+}
+inline FourVec3 threeAndThird(const FourVec3& first, const FourVec3& other) noexcept {
+  return {threeAndThird(first.x, other.x), threeAndThird(first.y, other.y), threeAndThird(first.z, other.z)};
+}
 inline FourVec3 following(const FourVec3& v) noexcept { return {following(v.x), following(v.y), following(v.z)}; }
 inline FourVec3 select(FourTruths which, const FourVec3& yes, const FourVec3& no) noexcept {
   return {select(which, yes.x, no.x), select(which, yes.y, no.y), select(which, yes.z, no.z)};

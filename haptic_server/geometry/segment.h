@@ -59,7 +59,7 @@ class Segment {
     std::size_t row = 0;  ///< Of a record.
     Four from{};          ///< Coordinate of the start, metres.
 
-    [[nodiscard]] Four of(const TriangleRecord& r) const noexcept { return firstThree(r.rows[row]) - from; }
+    [[nodiscard]] Four of(const TriangleRecord& r) const noexcept { return threeAndFirst(r.rows[row]) - from; }
   };
   /// Does its line meet the triangle?
   [[nodiscard]] bool passes(const TriangleRecord& r) const noexcept {

@@ -108,6 +108,7 @@ requires std::is_trivially_copyable_v<T>
     if (dent.body >= state.bodyCount || !scene.objects[dent.body].tissue) return false;
     if (!isPlace(Vec3(dent.dent.centre)) || !isPlace(Vec3(dent.dent.displacement))) return false;
   }
+  state.contact.polygon = {};
   return isContactOn(state.contact, scene);
 }
 
@@ -155,7 +156,9 @@ std::uint64_t stateLayout() noexcept {
 
 std::string stateImage(const HapticState& state) {
   std::string image;
-  put(image, static_cast<const StepMemory&>(state));
+  StepMemory memory = state;
+  memory.contact.polygon = {};  // follows from the scene
+  put(image, memory);
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     Body body = state.bodies[i];
     body.surface = nullptr;

@@ -40,30 +40,12 @@ struct Felt {
   [[nodiscard]] Vec3 ihip() const noexcept { return from + geometric_m * normal; }
 };
 
-/// The hand was given what the last forces did on the way to the new position.
-void accountEnergy(SurfaceMemory& memory, Vec3 hip) noexcept {
-  const Vec3 way = hip - memory.hip;
-  memory.shadingEnergy_J += glm::dot(memory.shadingForce_N, way);
-  memory.frictionEnergy_J += glm::dot(memory.frictionForce_N, way);
-  memory.textureEnergy_J += glm::dot(memory.textureForce_N, way);
-  memory.shadingForce_N = memory.frictionForce_N = memory.textureForce_N = Vec3(0);
-  memory.hip = hip;
-}
-
 class Feeling {
  public:
-  Feeling(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
-          TelemetrySample& sample) noexcept
-      : scene_(scene),
-        state_(state),
-        memory_(state.surface),
-        config_(config),
-        contact_(contact),
-        sample_(sample),
-        lastFriction_N_(state.surface.frictionForce_N) {}
+  Feeling(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept
+      : scene_(scene), state_(state), memory_(state.surface), config_(config), contact_(tick.contact), tick_(tick) {}
 
   void run() noexcept {
-    accountEnergy(memory_, state_.measuredHip);
     if (contact_.touching) feelTouched();
     if (state_.anyBumps) feelBumps();
     followStiffness();
@@ -133,7 +115,7 @@ class Feeling {
     const Vec3 unshaded_m = felt.geometric_m * felt.normal;
     shadeTouched(felt);
     feelHeight(felt, watch);
-    memory_.shadingForce_N =
+    tick_.shadingForce_N =
         stiffness(felt).spring_N_per_m * (std::max(0.0, felt.geometric_m) * felt.normal - unshaded_m);
   }
 
@@ -282,10 +264,10 @@ class Feeling {
     const Stiffness k = stiffness(felt);
     const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, k);
     if (!felt.heightOnly && (felt.depth_m > 0 || detail(felt.body) == nullptr)) {
-      sample_.force.damping += along.damping;
+      tick_.force.damping += along.damping;
     }
     if (!hasTexture(felt.body)) {
-      sample_.force.spring += along.spring;
+      tick_.force.spring += along.spring;
       return;
     }
     const TextureDetail& t = *detail(felt.body)->texture;
@@ -295,8 +277,8 @@ class Feeling {
             ? bumpForce(felt.depth_m, felt.normal, relief)
             : hoForce(felt.depth_m, felt.normal, relief, t.gainFor(k.spring_N_per_m, config_.stableLateral_N_per_m));
     const Vec3 smooth_m = std::max(0.0, felt.geometric_m) * felt.normal;
-    if (!felt.heightOnly) sample_.force.spring += k.spring_N_per_m * smooth_m;
-    sample_.force.texture += k.spring_N_per_m * (way - smooth_m);
+    if (!felt.heightOnly) tick_.force.spring += k.spring_N_per_m * smooth_m;
+    tick_.force.texture += k.spring_N_per_m * (way - smooth_m);
   }
 
   /// Paper 4.2, on what is touched, or on the bump that reaches the HIP.
@@ -321,17 +303,17 @@ class Feeling {
                               std::max(kHysteresisSteps * config_.positionStep_m, kLeastHysteresis_m)};
     const Vec3 force =
         friction.follow(pressed, own->friction->at(*body.surface, felt.triangle, place), scale, config_.period_s);
-    sample_.force.friction = body.frame.turn(force) * frictionPresence(glm::length(force));
+    tick_.force.friction = body.frame.turn(force) * frictionPresence(glm::length(force));
     memory_.stickingPoint = body.frame.toWorld(friction.stickingPoint());
-    sample_.frictionState = friction.state();
-    sample_.stickingPoint = memory_.stickingPoint;
+    tick_.friction = friction.state();
+    tick_.stickingPoint = memory_.stickingPoint;
   }
 
   /// After an edit friction goes on from the force that it was.
   [[nodiscard]] double frictionPresence(double force_N) const noexcept {
     double& presence = memory_.frictionPresence;
     if (state_.detailEdited && force_N > 0) {
-      presence = std::min(glm::length(lastFriction_N_) / force_N, SurfaceMemory::kMostPresence);
+      presence = std::min(glm::length(memory_.frictionForce_N) / force_N, SurfaceMemory::kMostPresence);
     }
     const double most = config_.period_s / BumpWatch::kFadeIn_s;
     presence += std::clamp(1 - presence, -most, most);
@@ -352,9 +334,7 @@ class Feeling {
       contact_.body = static_cast<int>(felt.body);
       contact_.primitive = {PrimitiveKind::kPolygon, 0, body.surface->canonical(felt.triangle)};
     }
-    sample_.height_m = felt.height_m;
-    memory_.frictionForce_N = sample_.force.friction;
-    memory_.textureForce_N = sample_.force.texture;
+    tick_.height_m = felt.height_m;
   }
 
   const ServoScene& scene_;
@@ -362,17 +342,26 @@ class Feeling {
   SurfaceMemory& memory_;
   const StepConfig& config_;
   ContactResult& contact_;
-  TelemetrySample& sample_;
-  Vec3 lastFriction_N_;
+  FeltTick& tick_;
   std::array<Felt, kMostFelt> felt_;
   std::size_t count_ = 0;
 };
 
 }  // namespace
 
-void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
-                 TelemetrySample& sample) noexcept {
-  Feeling(scene, state, config, contact, sample).run();
+void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& felt) noexcept {
+  Feeling(scene, state, config, felt).run();
+}
+
+void accountDetails(SurfaceMemory& memory, Vec3 hip, const FeltTick& felt) noexcept {
+  const Vec3 way = hip - memory.hip;
+  memory.shadingEnergy_J += glm::dot(memory.shadingForce_N, way);
+  memory.frictionEnergy_J += glm::dot(memory.frictionForce_N, way);
+  memory.textureEnergy_J += glm::dot(memory.textureForce_N, way);
+  memory.hip = hip;
+  memory.shadingForce_N = felt.shadingForce_N;
+  memory.frictionForce_N = felt.force.friction;
+  memory.textureForce_N = felt.force.texture;
 }
 
 }  // namespace haptics

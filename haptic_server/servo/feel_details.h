@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/telemetry/telemetry_sample.h"
+#include "haptic_server/servo/felt_tick.h"
 #include "haptic_server/servo/haptic_state.h"
 
 namespace haptics {
@@ -9,9 +9,12 @@ namespace haptics {
 /// N_s, a texture adds its height to the depth and turns the force, a spring with a damper acts along N_s, and friction
 /// follows from what is felt along it.
 ///
-/// On return `contact` is as it is felt: IHIP, N_s and depth with shading and texture; touching also where only a bump
-/// reaches the HIP. Forces, height and friction go to the sample.
-void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
-                 TelemetrySample& sample) noexcept;
+/// @param[in,out] felt  Its contact as it is held; then as it is felt: IHIP, N_s and depth with shading and texture,
+/// touching also where only a bump reaches the HIP. Forces, height and friction are added.
+void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& felt) noexcept;
+
+/// The hand was given what the last tick's forces did on the way to the HIP as measured now (world, m); this tick's are
+/// remembered. Once the force is written.
+void accountDetails(SurfaceMemory& memory, Vec3 hip, const FeltTick& felt) noexcept;
 
 }  // namespace haptics

@@ -114,6 +114,7 @@ struct HapticState : StepMemory {
     const SoftTissue* tissue = nullptr;     ///< Likewise.
   };
 
+  LeadObserver lead;  ///< Where it is active, `velocity` is its.
   // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
   std::array<Body, kMaxServoObjects> bodies;
   std::array<ObjectState, kMaxServoObjects> objects;
@@ -126,7 +127,6 @@ struct HapticState : StepMemory {
   void release() noexcept { pressing = false; }
 
   SurfaceMemory surface;
-  LeadObserver lead;  ///< Where it is active, `velocity` is its.
 };
 
 static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");

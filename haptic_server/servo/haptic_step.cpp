@@ -68,7 +68,6 @@ void attach(HapticState& state, Vec3 position) noexcept {
 
 /// Objects that were edited under the stylus, on their way to where the scene has them.
 void moveEdited(HapticState& state, const StepConfig& config) noexcept {
-  if (!state.anyBeingMoved) return;
   state.anyBeingMoved = false;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     HapticState::ObjectState& object = state.objects[i];
@@ -83,47 +82,53 @@ void moveEdited(HapticState& state, const StepConfig& config) noexcept {
   }
 }
 
-/// Paper 3: spring from the penetration vector, with a damper. Also moves every object's felt stiffness towards its
-/// own.
-void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig& config, const ContactResult& contact,
-                  ForceComponents& force) noexcept {
+[[nodiscard]] Stiffness ownStiffness(const ServoObject& object) noexcept {
+  return object.leaving ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
+}
+
+/// Paper 3: spring from the penetration vector, with a damper. Moves the touched object's felt stiffness towards its own.
+[[gnu::always_inline]] inline void feelSurface(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                               const ContactResult& contact, ForceComponents& force) noexcept {
+  if (!contact.touching) return;
+  const auto touched = static_cast<std::size_t>(contact.body);
   const double depth = contact.penetration_m;
   const Vec3 direction = depth > 0 ? (contact.ihip - state.hip) / depth : contact.normal;
-  const double speed =
-      contact.touching ? separationSpeed(state, contact.body, contact.ihip, direction, config.period_s) : 0;
+  const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
+  FeltStiffness& felt = state.objects[touched].felt;
+  felt.follow(state.lettingGo ? Stiffness{} : ownStiffness(scene.objects[touched]), depth, speed, config.period_s);
+  const SpringDamper along = springDamper(depth, speed, felt.value());
+  force.spring = along.spring * direction;
+  force.damping = along.damping * direction;
+}
+
+/// The stiffness of objects that are not touched is there at once.
+void followUntouched(const ServoScene& scene, HapticState& state, const ContactResult& contact,
+                     double period_s) noexcept {
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
-    const ServoObject& object = scene.objects[i];
-    const bool touched = contact.touching && static_cast<std::size_t>(contact.body) == i;
-    const bool fading = object.leaving || (touched && state.lettingGo);
-    const Stiffness target = fading ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
-    state.objects[i].felt.follow(target, touched ? depth : 0, touched ? speed : 0, config.period_s);
+    if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
+    state.objects[i].felt.follow(ownStiffness(scene.objects[i]), 0, 0, period_s);
   }
-  if (state.lettingGo) state.letGo_s += config.period_s;
-  if (!contact.touching) return;
-  const auto felt =
-      springDamper(depth, direction, speed, state.objects[static_cast<std::size_t>(contact.body)].felt.value());
-  force.spring = felt.spring;
-  force.damping = felt.damping;
+  if (state.lettingGo) state.letGo_s += period_s;
 }
 
 /// Finite check, blend, fault ramp, magnitude limit: always last before the device.
-[[gnu::always_inline]] inline void limitForce(HapticState& state, const StepConfig& config, std::uint64_t touchedObject,
-                                              ForceComponents& force) noexcept {
-  if (!isFinite(force.contact)) state.fault = Fault::kNonFiniteForce;
-  if (state.fault == Fault::kNone) {
+[[nodiscard, gnu::always_inline]] inline Vec3 limited(HapticState& state, const StepConfig& config,
+                                                      std::uint64_t touchedObject, Vec3 force) noexcept {
+  if (!isFinite(force)) [[unlikely]]
+    state.fault = Fault::kNonFiniteForce;
+  if (state.fault == Fault::kNone) [[likely]] {
     if (state.adoptedNow && (state.contactBroken || state.detailEdited || touchedObject != state.contactObject)) {
-      state.blend.begin(state.unlimited_N, force.contact);
+      state.blend.begin(state.unlimited_N, force);
     }
-    state.unlimited_N = state.blend.apply(force.contact, config.period_s);
+    force = state.unlimited_N = state.blend.apply(force, config.period_s);
+  } else {
+    force = state.unlimited_N;
   }
-  const Vec3 ramped = state.faultRamp.apply(state.fault != Fault::kNone, state.unlimited_N, config.period_s);
-  force.written = limitMagnitude(ramped, config.maxForce_N);
+  return limitMagnitude(state.faultRamp.apply(state.fault != Fault::kNone, force, config.period_s), config.maxForce_N);
 }
 
-/// Where the HIP is, or will be while the coming force is held; and what the last force gave the hand on the way.
-[[gnu::always_inline]] inline void followHip(HapticState& state, Vec3 measured) noexcept {
-  state.contactEnergy_J += glm::dot(state.written_N, measured - state.measuredHip);
-  state.measuredHip = measured;
+/// Where the HIP is, or will be while the coming force is held.
+[[gnu::always_inline]] inline void followHip(HapticState& state, const Vec3& measured) noexcept {
   state.hip = measured;
   if (state.lead.active()) {
     state.hip = state.lead.follow(measured);
@@ -133,102 +138,138 @@ void feelSurfaces(const ServoScene& scene, HapticState& state, const StepConfig&
   }
 }
 
-void describe(const HapticState& state, const ContactResult& contact, const ForceComponents& force,
-              TelemetrySample& sample) noexcept {
-  sample.sceneRevision = state.sceneRevision;
-  sample.adoptionTick = state.adoptionTick;
-  sample.hip = state.measuredHip;
-  sample.foreseenHip = state.hip;
-  sample.ihip = contact.touching ? contact.ihip : state.measuredHip;
-  sample.object = state.contactObject;
-  sample.primitive = {contact.primitive.kind, contact.primitive.localIndex, contact.primitive.polygon};
-  sample.penetration_m = contact.penetration_m;
-  sample.surfaceNormal = contact.normal;
-  sample.force.spring = force.spring;
-  sample.force.damping = force.damping;
-  sample.force.friction = force.friction;
-  sample.force.texture = force.texture;
-  sample.force.contact = force.contact;
-  sample.force.written = force.written;
-  sample.contactEnergy_J = state.contactEnergy_J;
-  sample.fault = state.fault;
+/// What the last force gave the hand on the way to where it is measured now.
+[[gnu::always_inline]] inline void accountEnergy(HapticState& state, const Vec3& measured) noexcept {
+  state.contactEnergy_J += glm::dot(state.written_N, measured - state.measuredHip);
+  state.measuredHip = measured;
 }
 
-void describeEnergy(const SurfaceMemory& surface, TelemetrySample& sample) noexcept {
-  sample.shadingEnergy_J = surface.shadingEnergy_J;
-  sample.frictionEnergy_J = surface.frictionEnergy_J;
-  sample.textureEnergy_J = surface.textureEnergy_J;
+[[nodiscard, gnu::always_inline]] inline TelemetrySample describe(const HapticState& state, const StepInput& input,
+                                                                  const FeltTick& felt) noexcept {
+  const ContactResult& contact = felt.contact;
+  return {.tick = input.tick,
+          .time_ns = input.time_ns,
+          .sceneRevision = state.sceneRevision,
+          .adoptionTick = state.adoptionTick,
+          .hip = state.measuredHip,
+          .foreseenHip = state.hip,
+          .ihip = contact.touching ? contact.ihip : state.measuredHip,
+          .object = felt.object,
+          .primitive = {contact.primitive.kind, contact.primitive.localIndex, contact.primitive.polygon},
+          .penetration_m = contact.penetration_m,
+          .surfaceNormal = contact.normal,
+          .force = felt.force,
+          .contactEnergy_J = state.contactEnergy_J,
+          .fault = state.fault,
+          .deviceState = input.device.state,
+          .device = input.device.status};
 }
 
-/// The step, for scenes in which some object has surface properties or moves, and for those without, where they cost nothing: for
-/// that its stages are inlined into both.
+void describeDetails(const HapticState& state, const FeltTick& felt, TelemetrySample& sample) noexcept {
+  sample.deformationRevision = state.deformationRevision;
+  sample.frictionState = felt.friction;
+  sample.stickingPoint = felt.stickingPoint;
+  sample.height_m = felt.height_m;
+  sample.shadingEnergy_J = state.surface.shadingEnergy_J;
+  sample.frictionEnergy_J = state.surface.frictionEnergy_J;
+  sample.textureEnergy_J = state.surface.textureEnergy_J;
+}
+
+// Both halves of the step are there for scenes in which some object has surface properties, moves or is soft, and for
+// those without, where all of that costs nothing: for that their stages are inlined into both.
+
 template <bool kDetails>
-[[nodiscard, gnu::always_inline]] inline TelemetrySample step(const ServoScene& scene, HapticState& state,
-                                                              const StepConfig& config,
-                                                              const StepInput& input) noexcept {
-  TelemetrySample sample;
-  sample.tick = input.tick;
-  sample.time_ns = input.time_ns;
-  sample.deviceState = input.device.state;
-  sample.device = input.device.status;
-  ContactResult contact;
-  ForceComponents force;
-  Vec3 geometricNormal(0);  // the details turn the other one
-
+[[gnu::always_inline]] inline void feel(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                        const StepInput& input, FeltTick& felt) noexcept {
   supervise(state, config, input);
-  const bool anyMoves = kDetails && state.movingCount > 0;
-  if (anyMoves) [[unlikely]]
-    takeMovedPoses(state);
-  if (state.fault == Fault::kNone) {
+  if constexpr (kDetails) {
+    if (state.movingCount > 0) [[unlikely]]
+      takeMovedPoses(state);
+  }
+  if (state.fault == Fault::kNone) [[likely]] {
+    felt.followed = true;
     followHip(state, input.device.position);
-    moveEdited(state, config);
-
-    followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, contact);
+    if (state.anyBeingMoved) [[unlikely]]
+      moveEdited(state, config);
+    followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact);
     if constexpr (kDetails) {
       if (state.anySoft) [[unlikely]]
-        yieldToContact(scene, state, config, contact);
+        yieldToContact(scene, state, config, felt.contact);
     }
-    if (state.lead.active()) geometricNormal = contact.normal;
+    if (state.lead.active()) felt.geometricNormal = felt.contact.normal;
     if constexpr (kDetails) {
-      feelDetails(scene, state, config, contact, sample);
-      force = sample.force;
+      feelDetails(scene, state, config, felt);
     } else {
-      feelSurfaces(scene, state, config, contact, force);
+      feelSurface(scene, state, config, felt.contact, felt.force);
     }
   }
+  if (felt.contact.touching) felt.object = scene.objects[static_cast<std::size_t>(felt.contact.body)].id;
+  ForceComponents& force = felt.force;
   force.contact = force.spring + force.damping + force.friction + force.texture;
-  const std::uint64_t touched = contact.touching ? scene.objects[static_cast<std::size_t>(contact.body)].id : 0;
-  limitForce(state, config, touched, force);
-  if (anyMoves) [[unlikely]]
-    moveBodies(state, config, contact, force.contact);
+  force.written = limited(state, config, felt.object, force.contact);
+}
 
-  state.contactObject = touched;
-  state.written_N = force.written;
+template <bool kDetails>
+[[nodiscard, gnu::always_inline]] inline TelemetrySample finish(const ServoScene& scene, HapticState& state,
+                                                                const StepConfig& config, const StepInput& input,
+                                                                const FeltTick& felt) noexcept {
+  if (felt.followed) [[likely]] {
+    accountEnergy(state, input.device.position);
+    if constexpr (kDetails) {
+      accountDetails(state.surface, state.measuredHip, felt);
+    } else {
+      followUntouched(scene, state, felt.contact, config.period_s);
+    }
+  }
+  if constexpr (kDetails) {
+    if (state.movingCount > 0) [[unlikely]]
+      moveBodies(state, config, felt.contact, felt.force.contact);
+  }
+  state.contactObject = felt.object;
+  state.written_N = felt.force.written;
   if (state.lead.active()) {
-    state.lead.note(force.written, geometricNormal,
-                    surfaceSpeed(state, contact.body, contact.ihip, geometricNormal, config));
+    const ContactResult& contact = felt.contact;
+    state.lead.note(felt.force.written, felt.geometricNormal,
+                    surfaceSpeed(state, contact.body, contact.ihip, felt.geometricNormal, config));
   }
   state.adoptedNow = state.contactBroken = state.detailEdited = false;
-  describe(state, contact, force, sample);
-  if constexpr (kDetails) {
-    describeEnergy(state.surface, sample);
-    sample.deformationRevision = state.deformationRevision;
-  }
+  TelemetrySample sample = describe(state, input, felt);
+  if constexpr (kDetails) describeDetails(state, felt, sample);
   return sample;
 }
 
-[[gnu::noinline]] TelemetrySample stepWithDetails(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                                  const StepInput& input) noexcept {
-  return step<true>(scene, state, config, input);
+[[gnu::noinline]] void feelWithDetails(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                       const StepInput& input, FeltTick& felt) noexcept {
+  feel<true>(scene, state, config, input, felt);
+}
+
+[[nodiscard, gnu::noinline]] TelemetrySample finishWithDetails(const ServoScene& scene, HapticState& state,
+                                                               const StepConfig& config, const StepInput& input,
+                                                               const FeltTick& felt) noexcept {
+  return finish<true>(scene, state, config, input, felt);
 }
 
 }  // namespace
 
+void feelForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
+               FeltTick& felt) noexcept {
+  if (state.anyDetail) [[unlikely]]
+    return feelWithDetails(scene, state, config, input, felt);
+  feel<false>(scene, state, config, input, felt);
+}
+
+TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                           const StepInput& input, const FeltTick& felt) noexcept {
+  if (state.anyDetail) [[unlikely]]
+    return finishWithDetails(scene, state, config, input, felt);
+  return finish<false>(scene, state, config, input, felt);
+}
+
 TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
                            const StepInput& input) noexcept {
-  if (state.anyDetail) [[unlikely]]
-    return stepWithDetails(scene, state, config, input);
-  return step<false>(scene, state, config, input);
+  FeltTick felt;
+  feelForce(scene, state, config, input, felt);
+  return finishStep(scene, state, config, input, felt);
 }
 
 }  // namespace haptics

@@ -4,6 +4,7 @@
 
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
+#include "haptic_server/servo/felt_tick.h"
 #include "haptic_server/servo/haptic_state.h"
 #include "haptic_server/servo/servo_scene.h"
 
@@ -23,12 +24,22 @@ struct StepInput {
 /// start, with this scene or a newer one.
 [[nodiscard]] bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept;
 
-/// One servo tick, device position to force (paper 3.2): (scene, state, input) -> (state, sample). No clock, socket,
-/// lock, allocation or device inside; the server, the evaluation tools and replay run this same function. `scene` is
-/// the one that `state` adopted last.
+/// One servo tick (paper 3.2): (scene, state, input) -> (state, sample). No clock, socket, lock, allocation or device
+/// inside; the server, the evaluation tools and replay run this same function, the server in its two halves, so that the
+/// device need not wait for more than the first. `scene` is the one that `state` adopted last.
 /// @return What was felt; `force.written` (N, world) is for the device. Its queue and loop counters are left to the
 /// loop.
 [[nodiscard]] TelemetrySample hapticStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
                                          const StepInput& input) noexcept;
+
+/// The half of hapticStep() that the device waits for, from its position to its force.
+/// @param[out] felt  As constructed. Then `felt.force.written` (N, world) is for the device, the rest for finishStep().
+void feelForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
+               FeltTick& felt) noexcept;
+
+/// The other half, once the force is written: bodies move, the observer notes the force, energies are accounted for, and
+/// what was felt is told.
+[[nodiscard]] TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                         const StepInput& input, const FeltTick& felt) noexcept;
 
 }  // namespace haptics

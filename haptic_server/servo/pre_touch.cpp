@@ -1,7 +1,6 @@
 #include "haptic_server/servo/pre_touch.h"
 
 #include "haptic_server/contact/neighborhood_watch.h"
-#include "haptic_server/servo/moving_bodies.h"
 
 namespace haptics {
 namespace {
@@ -39,10 +38,9 @@ void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noe
 
 void PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexcept {
   rehearsal_.copyInUse(state);
-  takeMovedPoses(rehearsal_);
-  rehearsal_.movingCount = 0;  // what they do after the force is not awaited by anyone
   const Vec3 next = state.measuredHip + state.velocity.velocity() * config_.period_s;
-  static_cast<void>(hapticStep(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}));
+  FeltTick felt;
+  feelForce(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}, felt);
 }
 
 }  // namespace haptics

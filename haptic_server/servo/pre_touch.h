@@ -6,12 +6,12 @@ namespace haptics {
 
 /// Rehearses the coming tick while the hand's place is not yet known. After a period of sleep the caches have lost what
 /// a tick reads, and it would wait for memory between the device's position and its force, the longer the larger the
-/// mesh; after a rehearsal it need not.
+/// mesh; after a rehearsal it need not. What comes after the force is awaited by nobody, and not rehearsed.
 class PreTouch {
  public:
   explicit PreTouch(const StepConfig& config) noexcept : config_(config), rehearsal_(config) {}
 
-  /// Runs hapticStep() on a copy of the state, with the HIP where its velocity takes it; then looks at the polygons
+  /// Runs feelForce() on a copy of the state, with the HIP where its velocity takes it; then looks at the polygons
   /// around the contact, for a hand that did something else; then runs the step once more, which teaches the processor
   /// what branches to expect: a seventh less between position and force. Costs what a tick with cold caches
   /// costs (4 us on a mesh of 10 million triangles) and changes nothing that the tick can tell.

@@ -70,22 +70,29 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
     statistics_.adoptedRevision.store(scene_->revision, std::memory_order_relaxed);
   }
   if (preTouch_) (*preTouch_)(*scene_, state_);
+  FeltTick felt;
   const StepInput input{index, now_ns, device_.read(index)};
-  TelemetrySample sample = hapticStep(*scene_, state_, config_, input);
-  device_.write(sample.force.written);
-  if (flight_ != nullptr)
-    flight_->add({input, newest != nullptr ? newest->number : 0, sample.force.written, sample.fault});
-  account(sample, now_ns);
-  if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
-  if (state_.movingCount + motion_.bodyCount + state_.dentCount + motion_.dentCount > 0) [[unlikely]] {
-    const bool moved = describeMotion(state_, index, motion_);
-    if (describeDents(state_, index, motion_) || moved) motionOut_.put(motion_);
-    if (moved) motionForPlans_.put(motion_);
-  }
+  feelForce(*scene_, state_, config_, input, felt);
+  device_.write(felt.force.written);
+  finish(input, felt, newest != nullptr ? newest->number : 0);
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
 }
 
-void ServoLoop::account(TelemetrySample& sample, std::uint64_t now_ns) noexcept {
+/// What nobody waits for.
+void ServoLoop::finish(const StepInput& input, const FeltTick& felt, std::uint64_t newScene) noexcept {
+  TelemetrySample sample = finishStep(*scene_, state_, config_, input, felt);
+  if (flight_ != nullptr) flight_->add({input, newScene, sample.force.written, sample.fault});
+  account(sample);
+  if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
+  if (state_.movingCount + motion_.bodyCount + state_.dentCount + motion_.dentCount > 0) [[unlikely]] {
+    const bool moved = describeMotion(state_, input.tick, motion_);
+    if (describeDents(state_, input.tick, motion_) || moved) motionOut_.put(motion_);
+    if (moved) motionForPlans_.put(motion_);
+  }
+}
+
+void ServoLoop::account(TelemetrySample& sample) noexcept {
+  const std::uint64_t now_ns = sample.time_ns;
   add(statistics_.ticks, 1);
   if (sample.object != 0) add(statistics_.contactTicks, 1);
   if (const double force = glm::length(sample.force.written);

@@ -36,8 +36,8 @@ struct ServoStatistics {
 };
 
 /// The servo loop: wakes on an absolute clock at a fixed rate, adopts a scene if there is a new one, pre-touches what
-/// the tick will read, reads the device, runs hapticStep(), writes the force, queues the sample. After start-up it neither
-/// allocates nor locks nor wakes a thread.
+/// the tick will read, reads the device, feels the force and writes it; then finishes the step, records it and queues the
+/// sample. After start-up it neither allocates nor locks nor wakes a thread.
 class ServoLoop {
  public:
   /// Ticks held for the network thread: 4 s at 1 kHz, 200 ms at 20 kHz. When it is full, new samples are dropped and
@@ -74,7 +74,8 @@ class ServoLoop {
 
  private:
   void tick(std::uint64_t index, std::uint64_t now_ns) noexcept;
-  void account(TelemetrySample& sample, std::uint64_t now_ns) noexcept;
+  void finish(const StepInput& input, const FeltTick& felt, std::uint64_t newScene) noexcept;
+  void account(TelemetrySample& sample) noexcept;
 
   Device& device_;
   SceneCrossing& crossing_;

@@ -89,13 +89,17 @@ class Search {
   double tick() noexcept {
     const Surface& surface = *replay_.scene().bodies.front().surface;
     const HipMotion motion{hip_, replay_.scene().path[next_]};
-    HoldingPolygon over;
-    int looked = 0;
+    if (foot_.feature == Feature::kPolygon && !polygon_.is(surface, foot_.triangle)) {
+      polygon_.become(surface, foot_.triangle);
+    }
+    const FourVec3 to = all(motion.to);
+    Prism::Place end = polygon_.prism.place(to);
+    int looked = 1;
     if (foot_.feature == Feature::kPolygon &&
-        goOverPolygons(
-            surface, foot_.triangle, [&] { return motion.from; }, motion.to, 1, kSearchBudget, over, looked)) {
-      foot_.triangle = over.triangle;
-      foot_.point = vec3(over.foot);
+        (end.beyond() == 0 ||
+         hopOverPolygons(surface, polygon_, all(motion.from), to, 1, kSearchBudget, end, looked))) {
+      foot_.triangle = polygon_.triangle;
+      foot_.point = vec3(polygon_.foot(four(motion.to), end.height()));
     } else {
       searchFurther(motion);
     }
@@ -110,6 +114,7 @@ class Search {
   Replay replay_;
   Vec3 hip_;
   Foot foot_;
+  HeldPolygon polygon_;
   std::size_t next_ = 0;
 };
 

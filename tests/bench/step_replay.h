@@ -35,13 +35,14 @@ class StepReplay {
   /// Leads the HIP to the path and once around.
   StepReplay(Scene scene, std::uint32_t segments, const SurfaceCase& surface);
 
-  TelemetrySample tick() noexcept {
-    const Vec3 hip = path_.path[next_];
-    if (++next_ == path_.path.size()) next_ = 0;
-    return step(hip);
-  }
+  TelemetrySample tick() noexcept { return step(next()); }
 
  private:
+  Vec3 next() noexcept {
+    const Vec3 hip = path_.path[next_];
+    if (++next_ == path_.path.size()) next_ = 0;
+    return hip;
+  }
   TelemetrySample step(Vec3 hip) noexcept {
     return hapticStep(scene_, *state_, config_, {++ticks_, 0, {hip, DeviceState::kReady}});
   }

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptic_server/geometry/surface.h"
+
+namespace haptics {
+
+/// The polygon that held the IHIP when a tick ended, with all that the next one reads of it: as long as the IHIP stays on
+/// it, a tick need not look at the mesh. Follows from the mesh alone, which never changes; to forget it costs time, but
+/// not a bit of what is felt.
+struct HeldPolygon {
+  const Surface* surface = nullptr;  ///< Null when none is known.
+  std::uint32_t triangle = kNoTriangle;
+  std::uint32_t canonical = kNoTriangle;
+  std::array<std::uint32_t, 3> neighbour{};  ///< As TriangleRecord::neighbour(),
+  std::array<std::uint32_t, 3> vertex{};     ///< and TriangleRecord::vertexAt().
+  Prism prism;
+  Four normal{};              ///< As Prism::normal(),
+  double perSquaredNormal{};  ///< 1 / Prism::squaredNormal(),
+  Four unitNormal{};          ///< Prism::unitNormal().
+
+  [[nodiscard]] bool is(const Surface& s, std::uint32_t t) const noexcept { return surface == &s && triangle == t; }
+  void forget() noexcept { surface = nullptr; }
+
+  /// Of the polygon that it is now: where things are, and what is beside it.
+  void take(const TriangleRecord& record) noexcept {
+    for (int k = 0; k < 3; ++k) neighbour[static_cast<std::size_t>(k)] = record.neighbour(k);
+    vertex = record.vertex;
+    prism = Prism(record);
+  }
+  /// What is told of it.
+  void describe(const Surface& s, std::uint32_t t) noexcept {
+    surface = &s;
+    triangle = t;
+    canonical = s.canonical(t);
+    normal = prism.normal();
+    const double squared = prism.squaredNormal();
+    perSquaredNormal = 1 / squared;
+    unitNormal = normal / all(std::sqrt(squared));
+  }
+  [[gnu::noinline]] void become(const Surface& s, std::uint32_t t) noexcept {
+    take(s.triangle(t));
+    describe(s, t);
+  }
+
+  /// As Prism::foot().
+  [[nodiscard]] Four foot(Four h, double height) const noexcept { return h - normal * all(height * perSquaredNormal); }
+};
+
+}  // namespace haptics
