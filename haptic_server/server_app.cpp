@@ -172,6 +172,7 @@ class ServerApp::Impl {
               return true;
             },
         .takeMotion = [this] { return servo_->takeMotion(); },
+        .takeEnergy = [this] { return servo_->takeEnergy(); },
         .dump = [this](auto answer) { dump(std::move(answer)); },
         .fillStatus = [this](v1::Status& status) { fillStatus(status); },
         .log = logInfo};

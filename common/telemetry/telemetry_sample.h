@@ -5,6 +5,7 @@
 
 #include "common/maths/vec.h"
 #include "common/telemetry/device_status.h"
+#include "common/telemetry/energy_state.h"
 
 namespace haptics {
 
@@ -59,9 +60,8 @@ struct TelemetrySample {
   Vec3 stickingPoint{0};
   double height_m = 0;
   ForceComponents force;
-  double contactEnergy_J = 0;  ///< Given to the hand by the force as written, since attach.
-  /// Given to the hand by each feature's part of the force, before blend and limit, since attach.
-  double shadingEnergy_J = 0, frictionEnergy_J = 0, textureEnergy_J = 0;
+  EnergyByFeature energyGiven_J{};  ///< By all objects.
+  EnergySource gaveMost;            ///< Of one object; 0: none gave any. Not the servo's: clients are told so.
   Fault fault = Fault::kNone;
   DeviceState deviceState = DeviceState::kAbsent;
   DeviceStatus device;

@@ -48,6 +48,9 @@ void toWire(const TelemetrySample& sample,
             v1::Telemetry& message);  ///< No bodies, no dents. Reuses the message's memory.
 
 /// The bodies that a sample tells of; those whose pose is no pose, and more than kMaxMovingBodies, are left out.
+void toWire(const EnergySource& source, v1::FeatureEnergy& message);
+/// Nothing for a feature that this build does not know.
+[[nodiscard]] std::optional<EnergySource> fromWire(const v1::FeatureEnergy& message);
 [[nodiscard]] std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message);
 void toWire(const BodyState& body, v1::BodyPose& message);
 /// The dents likewise: what is no dent, and more than kMaxDents, are left out.

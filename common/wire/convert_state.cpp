@@ -44,19 +44,20 @@ PrimitiveId primitiveFrom(const v1::Primitive& message) {
           message.polygon()};
 }
 
-/// Null for a feature that this build does not know.
-[[nodiscard]] double* energyOf(TelemetrySample& sample, v1::Feature feature) {
-  switch (feature) {
-    case v1::FEATURE_CONTACT:
-      return &sample.contactEnergy_J;
-    case v1::FEATURE_SHADING:
-      return &sample.shadingEnergy_J;
-    case v1::FEATURE_FRICTION:
-      return &sample.frictionEnergy_J;
-    case v1::FEATURE_TEXTURE:
-      return &sample.textureEnergy_J;
-    default:
-      return nullptr;
+[[nodiscard]] std::optional<EnergyFeature> featureFrom(v1::Feature feature) {
+  if (feature < v1::FEATURE_CONTACT || feature > static_cast<int>(kEnergyFeatures)) return std::nullopt;
+  return static_cast<EnergyFeature>(feature - v1::FEATURE_CONTACT);
+}
+
+void takeEnergy(const v1::Telemetry& message, TelemetrySample& sample) {
+  for (const v1::FeatureEnergy& energy : message.energy()) {
+    const auto source = fromWire(energy);
+    if (!source) continue;
+    if (source->object == 0) {
+      sample.energyGiven_J[static_cast<std::size_t>(source->feature)] += source->given_J;
+    } else {
+      sample.gaveMost = *source;
+    }
   }
 }
 
@@ -164,6 +165,18 @@ void toWire(const Commit& commit, v1::Commit& message) {
   for (const ObjectId id : commit.removed) message.add_removed(id);
 }
 
+void toWire(const EnergySource& source, v1::FeatureEnergy& message) {
+  message.set_object(source.object);
+  message.set_feature(static_cast<v1::Feature>(static_cast<int>(source.feature) + v1::FEATURE_CONTACT));
+  message.set_energy_j(source.given_J);
+}
+
+std::optional<EnergySource> fromWire(const v1::FeatureEnergy& message) {
+  const auto feature = featureFrom(message.feature());
+  if (!feature) return std::nullopt;
+  return EnergySource{message.object(), *feature, message.energy_j()};
+}
+
 TelemetrySample fromWire(const v1::Telemetry& message) {
   TelemetrySample sample;
   sample.tick = message.tick();
@@ -184,9 +197,7 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   const v1::ForceComponents& force = message.force();
   sample.force = {vectorFrom(force.spring()),  vectorFrom(force.damping()), vectorFrom(force.friction()),
                   vectorFrom(force.texture()), vectorFrom(force.contact()), vectorFrom(force.written())};
-  for (const v1::FeatureEnergy& energy : message.energy()) {
-    if (double* of = energyOf(sample, energy.feature())) *of += energy.energy_j();
-  }
+  takeEnergy(message, sample);
   sample.fault = enumFrom(message.fault(), Fault::kDeviceLost);
   sample.deviceState = enumFrom(message.device_state(), DeviceState::kStopped);
   sample.device = {enumFrom(message.device_fault(), kLastDeviceFault), !message.device_not_homed(),
@@ -225,16 +236,12 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   write(sample.force.contact, *force.mutable_contact());
   write(sample.force.written, *force.mutable_written());
   message.clear_energy();
-  const auto addEnergy = [&](v1::Feature feature, double joules) {
-    v1::FeatureEnergy& energy = *message.add_energy();
-    energy.set_object(0);  // all objects
-    energy.set_feature(feature);
-    energy.set_energy_j(joules);
-  };
-  addEnergy(v1::FEATURE_CONTACT, sample.contactEnergy_J);
-  if (sample.shadingEnergy_J != 0) addEnergy(v1::FEATURE_SHADING, sample.shadingEnergy_J);
-  if (sample.frictionEnergy_J != 0) addEnergy(v1::FEATURE_FRICTION, sample.frictionEnergy_J);
-  if (sample.textureEnergy_J != 0) addEnergy(v1::FEATURE_TEXTURE, sample.textureEnergy_J);
+  constexpr std::uint64_t kAllObjects = 0;
+  for (std::size_t i = 0; i < kEnergyFeatures; ++i) {
+    if (sample.energyGiven_J[i] == 0) continue;
+    toWire({kAllObjects, static_cast<EnergyFeature>(i), sample.energyGiven_J[i]}, *message.add_energy());
+  }
+  if (sample.gaveMost.object != 0) toWire(sample.gaveMost, *message.add_energy());
   message.set_fault(static_cast<v1::Fault>(sample.fault));
   message.set_device_state(static_cast<v1::DeviceState>(sample.deviceState));
   message.set_device_fault(static_cast<v1::DeviceFault>(sample.device.fault));

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "common/telemetry/fault_words.h"
+#include "common/wire/convert.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
 
@@ -11,6 +12,7 @@ namespace haptics {
 namespace {
 
 constexpr double kMicrosecondsPerNanosecond = 1e-3;
+constexpr double kMillijoulesPerJoule = 1e3;
 
 const char* yesNo(bool value) { return value ? "yes" : "no"; }
 
@@ -20,7 +22,23 @@ void printLatency(const char* name, const v1::LatencySummary& ns) {
               ns.max() * kMicrosecondsPerNanosecond);
 }
 
-void printForPeople(const v1::Status& status) {
+/// What the objects gave the hand, one a line.
+void printEnergy(const v1::Status& status, const SceneVersion& scene) {
+  std::uint64_t last = 0;
+  for (const v1::FeatureEnergy& message : status.energy()) {
+    const auto source = fromWire(message);
+    if (!source) continue;
+    const auto object = scene.find(source->object);
+    const std::string name = object ? object->name : "object " + std::to_string(source->object);
+    if (last == 0) std::printf("energy     given to the hand, mJ:");
+    if (source->object != last) std::printf("\n  %s", name.c_str());
+    std::printf("  %s %+.3g", nameOf(source->feature), source->given_J * kMillijoulesPerJoule);
+    last = source->object;
+  }
+  if (last != 0) std::printf("\n");
+}
+
+void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   const auto count = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
   const double share = status.ticks() > 0
                            ? 100.0 * static_cast<double>(status.contact_ticks()) / static_cast<double>(status.ticks())
@@ -50,13 +68,15 @@ void printForPeople(const v1::Status& status) {
   std::printf("root       %s\n", ContentHash::fromBytes(status.root()).value_or(ContentHash{}).hex().c_str());
   std::printf("dropped    %llu samples, %llu connections refused, %llu forged datagrams\n",
               count(status.dropped_samples()), count(status.refused_connections()), count(status.forged_datagrams()));
+  printEnergy(status, scene);
 }
 
 }  // namespace
 
 int status(const CommonOptions& common) {
   Connection connection(common, {});
-  if (const auto opened = connection.open(); !opened) return fail(kNoConnection, opened.error());
+  const auto view = connection.open();
+  if (!view) return fail(kNoConnection, view.error());
   const auto promise = std::make_shared<std::promise<v1::Status>>();
   connection.link().requestStatus([promise](const v1::Status& status) { promise->set_value(status); });
   const auto answer = connection.await(promise->get_future());
@@ -64,7 +84,7 @@ int status(const CommonOptions& common) {
   if (common.json) {
     std::cout << toJson(*answer).dump() << '\n';
   } else {
-    printForPeople(*answer);
+    printForPeople(*answer, *(*view)->scene);
   }
   return kDone;
 }

@@ -13,6 +13,7 @@ namespace haptics {
 namespace {
 
 constexpr double kMillimetresPerMetre = 1000;
+constexpr double kMillijoulesPerJoule = 1000;
 
 const char* nameOf(PrimitiveKind kind) {
   switch (kind) {
@@ -57,6 +58,10 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
     if (body.condition == BodyCondition::kAsleep || !object) continue;
     const Vec3 at_mm = body.pose.position * kMillimetresPerMetre;
     std::printf("  %s at %.1f %.1f %.1f mm%s", object->name.c_str(), at_mm.x, at_mm.y, at_mm.z, nameOf(body.condition));
+  }
+  if (const auto object = view.scene->find(sample.gaveMost.object); object) {
+    std::printf("  %s's %s gave %.3g mJ", object->name.c_str(), nameOf(sample.gaveMost.feature),
+                sample.gaveMost.given_J * kMillijoulesPerJoule);
   }
   if (sample.fault != Fault::kNone) std::printf("  FAULT: %s", faultInWords(sample.fault, sample.device.fault));
   std::printf("\n");

@@ -21,6 +21,9 @@ class ForceBlend {
     remaining_s_ = kDuration_s;
   }
 
+  /// Whether there is still a jump to fade.
+  [[nodiscard]] bool active() const noexcept { return remaining_s_ > 0; }
+
   /// This tick's force; begins at `before`, ends at `force`.
   [[nodiscard]] Vec3 apply(Vec3 force, double period_s) noexcept {
     if (remaining_s_ <= 0) return force;
@@ -40,10 +43,19 @@ class ForceBlend {
   return squared > limit_N * limit_N ? force * (limit_N / std::sqrt(squared)) : force;
 }
 
+/// The part of a force (N) that was written: 1 unless it was limited, or is being ramped.
+[[nodiscard]] inline double partWritten(Vec3 written, Vec3 unlimited) noexcept {
+  if (written == unlimited) return 1;
+  const double squared = glm::dot(unlimited, unlimited);
+  return squared > 0 ? glm::dot(written, unlimited) / squared : 0;
+}
+
 /// Takes the force away within kDuration_s once something is wrong, and keeps it away until begin().
 class FaultRamp {
  public:
-  static constexpr double kDuration_s = 0.03;
+  /// With the 5 ms in which a device that is gone is noticed, the force is zero within 30 ms of the pull. Shorter is more of
+  /// a kick where only a few positions came late.
+  static constexpr double kDuration_s = 0.02;
 
   /// The force comes within so many seconds; 0: at once.
   void begin(double rise_s) noexcept {

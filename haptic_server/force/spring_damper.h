@@ -58,8 +58,16 @@ class FeltStiffness {
   [[nodiscard]] Stiffness value() const noexcept { return felt_; }
 
   /// @param penetration_m, approach_m_per_s  As in springDamper(); 0 when the object is not in contact.
-  void follow(Stiffness target, double penetration_m, double approach_m_per_s, double period_s) noexcept {
-    if (felt_ == target) return;
+  /// @return Joules that the change put into the pressed spring.
+  double follow(Stiffness target, double penetration_m, double approach_m_per_s, double period_s) noexcept {
+    if (felt_ == target) return 0;
+    const double before_N_per_m = felt_.spring_N_per_m;
+    approach(target, penetration_m, approach_m_per_s, period_s);
+    return (felt_.spring_N_per_m - before_N_per_m) / 2 * penetration_m * penetration_m;
+  }
+
+ private:
+  void approach(Stiffness target, double penetration_m, double approach_m_per_s, double period_s) noexcept {
     const Stiffness missing{target.spring_N_per_m - felt_.spring_N_per_m,
                             target.damping_Ns_per_m - felt_.damping_Ns_per_m};
     const double change =
@@ -74,7 +82,6 @@ class FeltStiffness {
     felt_.damping_Ns_per_m += part * missing.damping_Ns_per_m;
   }
 
- private:
   Stiffness felt_;  // nothing at first: an object that appears around the stylus fades in
 };
 

@@ -55,7 +55,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       : options_(std::move(options)),
         room_(room),
         history_(room.history()),
-        servo_(options_.popTelemetry, options_.takeMotion),
+        servo_(options_.popTelemetry, options_.takeMotion, options_.takeEnergy),
         log_(options_.log) {}
 
   Result<void> open() {
@@ -134,6 +134,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       return server.room_.findAsset(hash);
     }
     [[nodiscard]] const MotionState& motion() const override { return server.servo_.motion(); }
+    [[nodiscard]] EnergySource gaveMost() const override { return server.servo_.gaveMost(); }
     [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
       return server.room_.submitEdit(
           id, clientSeq, std::move(transaction), [here = here(), clientSeq](const EditOutcome& outcome) {
@@ -324,6 +325,12 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
 
   void fillStatus(v1::Status& status) {
     if (options_.fillStatus) options_.fillStatus(status);
+    for (const ObjectEnergy& object : servo_.energy().objects()) {
+      for (std::size_t i = 0; i < kEnergyFeatures; ++i) {
+        if (object.given_J[i] == 0) continue;
+        toWire({object.object, static_cast<EnergyFeature>(i), object.given_J[i]}, *status.add_energy());
+      }
+    }
     status.set_clients(clients_);
     status.set_refused_connections(refusedConnections_);
     status.set_forged_datagrams(paths_.forged());

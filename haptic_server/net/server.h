@@ -31,6 +31,8 @@ class Server {
     std::function<bool(TelemetrySample&)> popTelemetry;
     /// Where the objects that move are, null when nothing has changed since the last call; may be empty. Likewise.
     std::function<const MotionState*()> takeMotion = nullptr;
+    /// What the objects gave the hand, likewise.
+    std::function<const EnergyState*()> takeEnergy = nullptr;
     /// Records the last seconds and calls back, from any thread, with the file or why there is none; may be empty.
     std::function<void(std::function<void(const Result<std::string>&)>)> dump = {};
     /// What a Status says of servo, device and uptime; may be empty. Network thread.

@@ -314,6 +314,7 @@ void ServerSession::sendTelemetry(bool lineIsFree) {
   if (!telemetry_.due(now_ns)) return;
   v1::Telemetry& message = *telemetryEnvelope_.mutable_telemetry();
   toWire(telemetry_.take(now_ns), message);
+  if (const EnergySource source = host_.gaveMost(); source.object != 0) toWire(source, *message.add_energy());
   bodies_.add(host_.motion(), message);
   for (const ObjectDent& dent : host_.motion().dents()) toWire(dent, *message.add_dent());
   if (byDatagram_ && host_.sendDatagram(message)) return;

@@ -14,9 +14,11 @@ class ServoFeed {
  public:
   using PopSample = std::function<bool(TelemetrySample&)>;
   using TakeMotion = std::function<const MotionState*()>;
+  using TakeEnergy = std::function<const EnergyState*()>;
 
-  /// Either may be empty.
-  ServoFeed(PopSample pop, TakeMotion takeMotion) : pop_(std::move(pop)), takeMotion_(std::move(takeMotion)) {}
+  /// Each may be empty.
+  ServoFeed(PopSample pop, TakeMotion takeMotion, TakeEnergy takeEnergy = nullptr)
+      : pop_(std::move(pop)), takeMotion_(std::move(takeMotion)), takeEnergy_(std::move(takeEnergy)) {}
 
   /// Empties the queue; calls onAdopted(sample) for the first sample of each scene revision.
   /// @return Whether there was a sample. The newest is then in last(), and where everything was at its tick in motion():
@@ -26,17 +28,28 @@ class ServoFeed {
     takeMotion();
     bool any = drainSamples(onAdopted);
     while (takeMotion()) any = drainSamples(onAdopted) || any;
+    takeEnergy();
     return any;
   }
 
   [[nodiscard]] const std::optional<TelemetrySample>& last() const noexcept { return last_; }
   [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
+  /// What the objects gave the hand, of the last 20 ms; and who of them gave most, object 0 for nobody.
+  [[nodiscard]] const EnergyState& energy() const noexcept { return energy_; }
+  [[nodiscard]] EnergySource gaveMost() const noexcept { return gaveMost_; }
 
  private:
   bool takeMotion() {
     const MotionState* newest = takeMotion_ ? takeMotion_() : nullptr;
     if (newest != nullptr) motion_ = *newest;
     return newest != nullptr;
+  }
+
+  void takeEnergy() {
+    const EnergyState* newest = takeEnergy_ ? takeEnergy_() : nullptr;
+    if (newest == nullptr) return;
+    energy_ = *newest;
+    gaveMost_ = largestSource(energy_).value_or(EnergySource{});
   }
 
   template <class OnAdopted>
@@ -53,8 +66,11 @@ class ServoFeed {
 
   PopSample pop_;
   TakeMotion takeMotion_;
+  TakeEnergy takeEnergy_;
   std::optional<TelemetrySample> last_;
   MotionState motion_;
+  EnergyState energy_;
+  EnergySource gaveMost_;
 };
 
 }  // namespace haptics

@@ -30,6 +30,9 @@ class SessionHost {
     return kNone;
   }
 
+  /// Of one object what gave the hand most energy; object 0: none gave any, or nobody looks.
+  [[nodiscard]] virtual EnergySource gaveMost() const { return {}; }
+
   /// Answered with ServerSession::editDecided, now or later. False: no room for it now, no answer follows.
   [[nodiscard]] virtual bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction) = 0;
   /// Answered with ServerSession::assetDecided, now or later. False: no room for it now, no answer follows.

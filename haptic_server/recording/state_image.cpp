@@ -131,7 +131,7 @@ requires std::is_trivially_copyable_v<T>
   }
   for (std::size_t i = 0; i < state.movingCount; ++i) whole = whole && take(image, state.moving[i]);
   for (std::size_t i = 0; i < state.dentCount; ++i) whole = whole && take(image, state.dents[i]);
-  if (!whole || !take(image, state.surface)) return false;
+  if (!whole || !take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
   return (state.lead.active() ? takeLead(image, state.lead) : true) && image.empty();
 }
 
@@ -148,6 +148,7 @@ std::uint64_t stateLayout() noexcept {
                                     sizeof(BodyDent),
                                     sizeof(SurfaceMemory),
                                     sizeof(ContactState),
+                                    sizeof(EnergyAccount),
                                     sizeof(LeadObserver)};
   std::uint64_t layout = 0;
   for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;
@@ -176,6 +177,7 @@ std::string stateImage(const HapticState& state) {
   }
   for (const BodyDent& dent : state.allDents()) put(image, dent);
   put(image, state.anyDetail ? state.surface : SurfaceMemory{});
+  put(image, state.energy);
   if (state.lead.active()) put(image, state.lead);
   return image;
 }

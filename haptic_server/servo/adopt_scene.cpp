@@ -66,7 +66,7 @@ class Succession {
     std::copy_n(bumps_.begin(), count_, state.bumps.begin());
     state.contact = contact_;
     state.detailEdited = detailEdited_;
-    if (!state.anyDetail) state.surface.forget();  // it was not kept
+    if (!state.anyDetail) state.surface = {};  // it was not kept
     if (detailEdited_) state.surface.object = state.contactObject;
     std::copy_n(moving_.begin(), movingCount_, state.moving.begin());
     state.movingCount = movingCount_;
@@ -245,6 +245,8 @@ bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) 
       state.lettingGo = mayWait;
       if (mayWait) return false;
       succession.fadeIn(touched);
+      const Vec3 penetration_m = state.contact.ihip - state.contact.hip;
+      state.energy.name(state.contactObject, EnergyFeature::kEdit, -glm::dot(now_N, penetration_m) / 2);
     }
   }
   succession.apply(state);

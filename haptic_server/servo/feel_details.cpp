@@ -253,8 +253,9 @@ class Feeling {
       const bool fading = state_.bodies[i].leaving || (isTouched(i) && state_.lettingGo);
       const Stiffness target =
           fading ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
-      state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0, felt != end ? felt->speed_m_per_s : 0,
-                                    config_.period_s);
+      const double put_J = state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0,
+                                                         felt != end ? felt->speed_m_per_s : 0, config_.period_s);
+      if (put_J != 0) state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
     }
     if (state_.lettingGo) state_.letGo_s += config_.period_s;
   }
@@ -351,17 +352,6 @@ class Feeling {
 
 void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& felt) noexcept {
   Feeling(scene, state, config, felt).run();
-}
-
-void accountDetails(SurfaceMemory& memory, Vec3 hip, const FeltTick& felt) noexcept {
-  const Vec3 way = hip - memory.hip;
-  memory.shadingEnergy_J += glm::dot(memory.shadingForce_N, way);
-  memory.frictionEnergy_J += glm::dot(memory.frictionForce_N, way);
-  memory.textureEnergy_J += glm::dot(memory.textureForce_N, way);
-  memory.hip = hip;
-  memory.shadingForce_N = felt.shadingForce_N;
-  memory.frictionForce_N = felt.force.friction;
-  memory.textureForce_N = felt.force.texture;
 }
 
 }  // namespace haptics

@@ -13,8 +13,4 @@ namespace haptics {
 /// touching also where only a bump reaches the HIP. Forces, height and friction are added.
 void feelDetails(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& felt) noexcept;
 
-/// The hand was given what the last tick's forces did on the way to the HIP as measured now (world, m); this tick's are
-/// remembered. Once the force is written.
-void accountDetails(SurfaceMemory& memory, Vec3 hip, const FeltTick& felt) noexcept;
-
 }  // namespace haptics

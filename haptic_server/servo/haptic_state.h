@@ -16,6 +16,7 @@
 #include "haptic_server/force/output_chain.h"
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/force/velocity_estimator.h"
+#include "haptic_server/servo/energy_account.h"
 #include "haptic_server/servo/servo_scene.h"
 #include "haptic_server/servo/surface_memory.h"
 
@@ -66,8 +67,6 @@ struct StepMemory {
   Vec3 measuredHip{0};
   Vec3 hip{0};          ///< Where contact and force are computed: measuredHip, or what the observer makes of it.
   Vec3 unlimited_N{0};  ///< After blend, before fault ramp and limit.
-  Vec3 written_N{0};
-  double contactEnergy_J = 0;
 };
 
 /// A body that has a motion.
@@ -99,6 +98,7 @@ struct HapticState : StepMemory {
     if (anyDetail) surface = other.surface;
     std::copy_n(other.moving.begin(), movingCount, moving.begin());
     if (other.lead.active()) lead.copyInUse(other.lead);
+    energy.copyInUse(other.energy);
     std::copy_n(other.dents.begin(), dentCount, dents.begin());
     if (anyBumps) std::copy_n(other.bumps.begin(), bodyCount, bumps.begin());
   }
@@ -127,6 +127,7 @@ struct HapticState : StepMemory {
   void release() noexcept { pressing = false; }
 
   SurfaceMemory surface;
+  EnergyAccount energy;
 };
 
 static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");

@@ -27,10 +27,11 @@ void attach(HapticState& state, Vec3 position) noexcept {
   state.velocity.reset(position);
   if (state.lead.active()) state.lead.reset(position);
   state.measuredHip = state.hip = position;
+  state.energy.begin(position);
   state.contactObject = 0;
   state.release();
   if (state.anyDetail) {
-    state.surface.forget();
+    state.surface = {};
     std::fill_n(state.bumps.begin(), state.bodyCount, BumpWatch{});
   }
   state.attached = true;
@@ -79,6 +80,9 @@ void moveEdited(HapticState& state, const StepConfig& config) noexcept {
     body.previous = body.current;
     body.current = felt.next(body.current, object.scenePose, config.period_s);
     body.update();
+    if (object.id != state.contactObject) continue;
+    const Vec3 shift = toWorld(body.current, toLocal(body.previous, state.contact.ihip)) - state.contact.ihip;
+    state.energy.name(object.id, EnergyFeature::kEdit, glm::dot(state.energy.written_N(), shift));
   }
 }
 
@@ -95,7 +99,9 @@ void moveEdited(HapticState& state, const StepConfig& config) noexcept {
   const Vec3 direction = depth > 0 ? (contact.ihip - state.hip) / depth : contact.normal;
   const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
   FeltStiffness& felt = state.objects[touched].felt;
-  felt.follow(state.lettingGo ? Stiffness{} : ownStiffness(scene.objects[touched]), depth, speed, config.period_s);
+  const Stiffness target = state.lettingGo ? Stiffness{} : ownStiffness(scene.objects[touched]);
+  const double put_J = felt.follow(target, depth, speed, config.period_s);
+  if (put_J != 0) state.energy.name(scene.objects[touched].id, EnergyFeature::kEdit, put_J);
   const SpringDamper along = springDamper(depth, speed, felt.value());
   force.spring = along.spring * direction;
   force.damping = along.damping * direction;
@@ -106,7 +112,7 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
                      double period_s) noexcept {
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
-    state.objects[i].felt.follow(ownStiffness(scene.objects[i]), 0, 0, period_s);
+    static_cast<void>(state.objects[i].felt.follow(ownStiffness(scene.objects[i]), 0, 0, period_s));
   }
   if (state.lettingGo) state.letGo_s += period_s;
 }
@@ -138,12 +144,6 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
   }
 }
 
-/// What the last force gave the hand on the way to where it is measured now.
-[[gnu::always_inline]] inline void accountEnergy(HapticState& state, const Vec3& measured) noexcept {
-  state.contactEnergy_J += glm::dot(state.written_N, measured - state.measuredHip);
-  state.measuredHip = measured;
-}
-
 [[nodiscard, gnu::always_inline]] inline TelemetrySample describe(const HapticState& state, const StepInput& input,
                                                                   const FeltTick& felt) noexcept {
   const ContactResult& contact = felt.contact;
@@ -159,10 +159,28 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
           .penetration_m = contact.penetration_m,
           .surfaceNormal = contact.normal,
           .force = felt.force,
-          .contactEnergy_J = state.contactEnergy_J,
+          .energyGiven_J = state.energy.all_J(),
           .fault = state.fault,
           .deviceState = input.device.state,
           .device = input.device.status};
+}
+
+/// What the last force gave the hand on the way to here, and what may give it some from now on.
+template <bool kDetails>
+[[gnu::always_inline]] inline void accountEnergy(HapticState& state, const FeltTick& felt) noexcept {
+  if (felt.followed) [[likely]]
+    state.energy.follow(state.measuredHip);
+  state.energy.hold(felt.object, felt.force.written);
+  const bool blended = state.blend.active();
+  if (!kDetails && !blended) return;
+  const double part = partWritten(felt.force.written, state.unlimited_N);
+  if (blended) state.energy.holdPart(EnergyFeature::kEdit, part * (state.unlimited_N - felt.force.contact));
+  if constexpr (kDetails) {
+    state.energy.holdPart(EnergyFeature::kShading, part * felt.shadingForce_N);
+    state.energy.holdPart(EnergyFeature::kFriction, part * felt.force.friction);
+    state.energy.holdPart(EnergyFeature::kTexture, part * felt.force.texture);
+    if (felt.followed) state.surface.frictionForce_N = felt.force.friction;
+  }
 }
 
 void describeDetails(const HapticState& state, const FeltTick& felt, TelemetrySample& sample) noexcept {
@@ -170,9 +188,6 @@ void describeDetails(const HapticState& state, const FeltTick& felt, TelemetrySa
   sample.frictionState = felt.friction;
   sample.stickingPoint = felt.stickingPoint;
   sample.height_m = felt.height_m;
-  sample.shadingEnergy_J = state.surface.shadingEnergy_J;
-  sample.frictionEnergy_J = state.surface.frictionEnergy_J;
-  sample.textureEnergy_J = state.surface.textureEnergy_J;
 }
 
 // Both halves of the step are there for scenes in which some object has surface properties, moves or is soft, and for
@@ -214,19 +229,15 @@ template <bool kDetails>
                                                                 const StepConfig& config, const StepInput& input,
                                                                 const FeltTick& felt) noexcept {
   if (felt.followed) [[likely]] {
-    accountEnergy(state, input.device.position);
-    if constexpr (kDetails) {
-      accountDetails(state.surface, state.measuredHip, felt);
-    } else {
-      followUntouched(scene, state, felt.contact, config.period_s);
-    }
+    state.measuredHip = input.device.position;
+    if constexpr (!kDetails) followUntouched(scene, state, felt.contact, config.period_s);
   }
   if constexpr (kDetails) {
     if (state.movingCount > 0) [[unlikely]]
-      moveBodies(state, config, felt.contact, felt.force.contact);
+      moveBodies(state, config, felt.contact, felt.force);
   }
   state.contactObject = felt.object;
-  state.written_N = felt.force.written;
+  accountEnergy<kDetails>(state, felt);
   if (state.lead.active()) {
     const ContactResult& contact = felt.contact;
     state.lead.note(felt.force.written, felt.geometricNormal,

@@ -42,6 +42,13 @@ class Reaction {
   Vec3 force_N_;
 };
 
+/// Of the force that the hand is given while the body moves on: what its surface does with it on the way.
+void nameWork(HapticState& state, const MovingBody& moving, const Push& push, double part) noexcept {
+  const Pose& now = state.bodies[moving.body].current;
+  const Vec3 way = toWorld(poseOf(*moving.what, moving.state), toLocal(now, push.place_m)) - push.place_m;
+  state.energy.name(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
+}
+
 }  // namespace
 
 void takeMovedPoses(HapticState& state) noexcept {
@@ -56,8 +63,9 @@ void takeMovedPoses(HapticState& state) noexcept {
   }
 }
 
-void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact, Vec3 force_N) noexcept {
-  const Reaction reaction(state, contact, force_N);
+void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,
+                const ForceComponents& force) noexcept {
+  const Reaction reaction(state, contact, force.contact);
   for (std::size_t i = 0; i < state.movingCount; ++i) {
     MovingBody& moving = state.moving[i];
     moving.moved = false;
@@ -66,6 +74,7 @@ void moveBodies(HapticState& state, const StepConfig& config, const ContactResul
     if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
     moveRigidBody(*moving.what, moving.state, push, config.period_s);
     moving.moved = true;
+    if (push.any()) nameWork(state, moving, push, partWritten(force.written, force.contact));
     if (isStopped(moving.state.condition)) state.bodies[moving.body].leaving = true;
   }
 }

@@ -9,9 +9,10 @@ void takeMovedPoses(HapticState& state) noexcept;
 
 /// Moves every awake body by a tick, those that hold the IHIP pushed by what the hand feels of them, friction and texture
 /// included (paper 5c). After the contact: the two are coupled once in a tick.
-/// @param force_N  On the hand, world: of the contact, before blend and limit; each surface that holds the IHIP is given
-/// what it has of that along its normal, the first one the rest. A body that is stopped for good fades from under the hand as one that leaves the scene does.
-void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact, Vec3 force_N) noexcept;
+/// @param force  On the hand, world, written already; each surface that holds the IHIP is given what it has of the
+/// contact's, before blend and limit, along its normal, the first one the rest. A body that is stopped for good fades from under the hand as one that leaves the scene does.
+void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,
+                const ForceComponents& force) noexcept;
 
 /// Where the bodies were for the tick just made, stopped ones included.
 /// @param[in,out] motion  As of an earlier tick.

@@ -14,6 +14,7 @@ namespace haptics {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+constexpr std::uint64_t kEnergyEvery_ns = kSecond_ns / 50;
 
 void sleepUntil(std::uint64_t deadline_ns) noexcept {
   const timespec deadline{static_cast<time_t>(deadline_ns / kSecond_ns), static_cast<long>(deadline_ns % kSecond_ns)};
@@ -88,6 +89,11 @@ void ServoLoop::finish(const StepInput& input, const FeltTick& felt, std::uint64
     const bool moved = describeMotion(state_, input.tick, motion_);
     if (describeDents(state_, input.tick, motion_) || moved) motionOut_.put(motion_);
     if (moved) motionForPlans_.put(motion_);
+  }
+  if (input.time_ns - energyTold_ns_ >= kEnergyEvery_ns) [[unlikely]] {
+    energyTold_ns_ = input.time_ns;
+    state_.energy.describe(energy_);
+    energyOut_.put(energy_);
   }
 }
 

@@ -68,6 +68,8 @@ class ServoLoop {
   [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.takeNew(); }
   /// The same for the builder thread, which plans by it what a simulated hand explores.
   [[nodiscard]] const MotionState* takeMotionForPlans() noexcept { return motionForPlans_.takeNew(); }
+  /// For the consumer of samples, wait-free: what the objects gave the hand, 50 times a second; null in between.
+  [[nodiscard]] const EnergyState* takeEnergy() noexcept { return energyOut_.takeNew(); }
   /// As it was at last, once run() has returned.
   [[nodiscard]] const MotionState& lastMotion() const noexcept { return motion_; }
   [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
@@ -91,6 +93,9 @@ class ServoLoop {
   std::uint64_t ticksBefore_ = 0;
   MotionState motion_;
   NewestValue<MotionState> motionOut_, motionForPlans_;
+  EnergyState energy_;
+  NewestValue<EnergyState> energyOut_;
+  std::uint64_t energyTold_ns_ = 0;
   FlightRing* flight_ = nullptr;
   boost::lockfree::spsc_queue<TelemetrySample, boost::lockfree::capacity<kQueuedSamples>> samples_;
 };

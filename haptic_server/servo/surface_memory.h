@@ -32,22 +32,7 @@ struct SurfaceMemory {
   double frictionPresence = 1;  ///< The part of friction that is felt, on its way to 1 after an edit.
   Vec3 stickingPoint{0};        ///< World, as of the last tick.
   ShadingFade fade;
-  Vec3 hip{0};             ///< Of the last tick.
-  Vec3 shadingForce_N{0};  ///< What shading changed of the last force, for the account of energy; world.
-  Vec3 frictionForce_N{0};
-  Vec3 textureForce_N{0};
-  double shadingEnergy_J = 0;  ///< Given to the hand since attach by each, before blend and limit.
-  double frictionEnergy_J = 0;
-  double textureEnergy_J = 0;
-
-  /// As if nothing had been felt yet, but for the energy.
-  void forget() noexcept {
-    const double shading_J = shadingEnergy_J, friction_J = frictionEnergy_J, texture_J = textureEnergy_J;
-    *this = {};
-    shadingEnergy_J = shading_J;
-    frictionEnergy_J = friction_J;
-    textureEnergy_J = texture_J;
-  }
+  Vec3 frictionForce_N{0};  ///< Of the last tick; world.
 };
 
 /// Of one object with bumps, of a texture or of shading, which can be felt before its polygons are touched. Written by feelDetails().

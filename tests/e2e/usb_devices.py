@@ -222,8 +222,7 @@ class Faults(UsbTest):
                       f"ms, at most {max(detected):.1f}; no force after {statistics.median(zero):.1f}, at most "
                       f"{max(zero):.1f}", end="")
                 self.assertLessEqual(statistics.median(detected), 5, name)
-                # The servo's ramp begins when it knows; behind a pulled plug there is nothing else.
-                self.assertLessEqual(statistics.median(zero), 36 if name == "unplug" else 30, name)
+                self.assertLessEqual(statistics.median(zero), 30, name)
         self.assertTrue(any(t for times in judged.values() for t in times), "no time could be judged")
         self.stop_and_check(self.server)
         for cause in ("unplugged", "fell silent", "garbled", "refuses transfers"):

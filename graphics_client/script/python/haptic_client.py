@@ -25,7 +25,7 @@ from google.protobuf.message import DecodeError
 from haptic_assets import UploadQueue, UploadRefused  # noqa: F401
 from haptic_edits import Conflict, EditQueue, Rejected, StateLost  # noqa: F401  (callers catch them)
 from haptic_scene import OutOfStep, Scene
-from haptics.v1 import envelope_pb2, scene_pb2
+from haptics.v1 import envelope_pb2, scene_pb2, telemetry_pb2
 
 PROTOCOL_VERSION = 1
 MAX_FRAME_BYTES = 1 << 20
@@ -102,6 +102,16 @@ class Client:
         with self._changed:
             return {state.name: self._bodies[state.id] for state in self._scene.states()
                     if state.HasField("motion") and state.id in self._bodies}
+
+    def gave_most(self, sample):
+        """Of the objects that the hand touched, (name, feature, joules) of what gave it most energy; None where nothing
+        gave any. The feature is "contact", "shading", "friction", "texture", "motion" or "edit"."""
+        source = next((energy for energy in sample.energy if energy.object), None)
+        if source is None:
+            return None
+        names = {state.id: name for name, state in self.objects().items()}
+        feature = telemetry_pb2.Feature.Name(source.feature).removeprefix("FEATURE_").lower()
+        return names.get(source.object, f"object {source.object}"), feature, source.energy_J
 
     def revision_and_root(self):
         """Root in hexadecimal digits, computed here."""

@@ -147,10 +147,8 @@ TelemetrySample sample() {
   s.stickingPoint = {1, 2, 3};
   s.height_m = 0.8;
   s.force = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {5, 0, 0}, {6, 7, 8}};
-  s.contactEnergy_J = -0.9;
-  s.shadingEnergy_J = 0.01;
-  s.frictionEnergy_J = -0.4;
-  s.textureEnergy_J = 0.02;
+  s.energyGiven_J = {-0.9, 0.01, -0.4, 0.02, 0.3, -0.05};
+  s.gaveMost = {9, EnergyFeature::kMotion, 0.31};
   s.fault = Fault::kDeviceLost;
   s.deviceState = DeviceState::kStopped;
   s.device = {DeviceFault::kJumped, false, 5, 10, 4'321};
@@ -182,10 +180,8 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.force.texture, b.force.texture);
   EXPECT_EQ(a.force.contact, b.force.contact);
   EXPECT_EQ(a.force.written, b.force.written);
-  EXPECT_EQ(a.contactEnergy_J, b.contactEnergy_J);
-  EXPECT_EQ(a.shadingEnergy_J, b.shadingEnergy_J);
-  EXPECT_EQ(a.frictionEnergy_J, b.frictionEnergy_J);
-  EXPECT_EQ(a.textureEnergy_J, b.textureEnergy_J);
+  EXPECT_EQ(a.energyGiven_J, b.energyGiven_J);
+  EXPECT_EQ(a.gaveMost, b.gaveMost);
   EXPECT_EQ(a.fault, b.fault);
   EXPECT_EQ(a.deviceState, b.deviceState);
   EXPECT_EQ(a.device, b.device);
@@ -229,13 +225,13 @@ TEST(Telemetry, BodiesComeBackBitForBitAndThoseWithoutAPoseAreLeftOut) {
 TEST(Telemetry, OfAnEmptyMessageIsAnEmptySample) { expectSame(fromWire(v1::Telemetry{}), TelemetrySample{}); }
 
 TEST(Telemetry, IgnoresEnumValuesOfANewerServer) {
-  for (const int value : {-1, 6, 1'000}) {
+  for (const int value : {-1, 7, 1'000}) {
     v1::Telemetry message;
     message.mutable_primitive()->set_kind(static_cast<v1::PrimitiveKind>(value));
     message.set_friction_state(static_cast<v1::FrictionState>(value));
     message.set_fault(static_cast<v1::Fault>(value));
     message.set_device_state(static_cast<v1::DeviceState>(value));
-    message.set_device_fault(static_cast<v1::DeviceFault>(value == 6 ? 14 : value));
+    message.set_device_fault(static_cast<v1::DeviceFault>(value == 7 ? 14 : value));
     message.add_energy()->set_feature(static_cast<v1::Feature>(value));
     message.mutable_energy(0)->set_energy_j(5);
     expectSame(fromWire(message), TelemetrySample{});

@@ -81,7 +81,8 @@ TEST(BodyTurns, KeepASampleWithinADatagram) {
                       &sample.force.contact, &sample.force.written}) {
     *force = Vec3(-1.0 / 3);
   }
-  sample.contactEnergy_J = sample.shadingEnergy_J = sample.frictionEnergy_J = sample.textureEnergy_J = -1.0 / 3;
+  sample.energyGiven_J.fill(-1.0 / 3);
+  sample.gaveMost = {1U << 20, EnergyFeature::kEdit, 1.0 / 3};
   sample.primitive = {PrimitiveKind::kVertex, 2, ~0U};
   MotionState motion = motionOf(kMaxMovingBodies);
   for (BodyState& body : motion.body) {

@@ -72,7 +72,7 @@ TEST(FlightRing, TakesAKeyframeEachSecondFromWhichAllTicksAreThere) {
   FlightRing ring(kRate_Hz, kConfig);
   HapticState state(kConfig);
   for (std::uint64_t i = 0; i < 2950; ++i) {
-    state.contactEnergy_J = static_cast<double>(i);
+    state.letGo_s = static_cast<double>(i);
     ring.beginTick(state, 4, 5);
     ring.add(tickOf(i));
   }
@@ -80,7 +80,7 @@ TEST(FlightRing, TakesAKeyframeEachSecondFromWhichAllTicksAreThere) {
   const Keyframe* keyframe = held.atOrBefore(1950);
   ASSERT_NE(keyframe, nullptr);
   EXPECT_EQ(keyframe->position, 1900U) << "the newest before";
-  EXPECT_EQ(keyframe->state.contactEnergy_J, 1900);
+  EXPECT_EQ(keyframe->state.letGo_s, 1900);
   EXPECT_EQ(keyframe->scene, 4U);
   EXPECT_EQ(keyframe->pending, 5U);
   EXPECT_EQ(held.atOrBefore(0)->position, 1800U) << "the oldest whose ticks are there";

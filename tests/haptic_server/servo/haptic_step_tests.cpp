@@ -209,8 +209,8 @@ TEST(HapticStep, AccountsTheWorkOfThePress) {
   servo.adopt(sceneOf(1, {slab()}));
   const TelemetrySample sample = servo.run(1000);
   // The hand put 1/2 k p^2 into the spring, less what the hold of each force over a tick misses, plus the damper.
-  EXPECT_NEAR(sample.contactEnergy_J, -0.5 * 800 * 0.002 * 0.002, 0.2e-3);
-  EXPECT_LT(sample.contactEnergy_J, 0);
+  EXPECT_NEAR(sample.energyGiven_J[0], -0.5 * 800 * 0.002 * 0.002, 0.2e-3);
+  EXPECT_LT(sample.energyGiven_J[0], 0);
 }
 
 }  // namespace

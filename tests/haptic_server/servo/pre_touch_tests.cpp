@@ -45,7 +45,7 @@ TEST(PreTouch, ChangesNoBitOfWhatIsFelt) {
     ASSERT_EQ(std::memcmp(&a.force, &b.force, sizeof a.force), 0) << tick;
     ASSERT_EQ(std::memcmp(&a.ihip, &b.ihip, sizeof a.ihip), 0) << tick;
     ASSERT_EQ(a.primitive, b.primitive) << tick;
-    ASSERT_EQ(a.contactEnergy_J, b.contactEnergy_J) << tick;
+    ASSERT_EQ(a.energyGiven_J, b.energyGiven_J) << tick;
     ASSERT_EQ(a.fault, b.fault) << tick;
   }
   EXPECT_GT(touched, 1000);

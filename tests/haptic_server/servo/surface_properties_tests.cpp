@@ -54,7 +54,7 @@ TEST(SurfaceProperties, FrictionBreaksAwayAtTheStaticAndSlidesAtTheDynamicCoeffi
   EXPECT_NEAR(sample.force.friction.z, 0, 1e-9);
   EXPECT_LT(sample.stickingPoint.x, sample.ihip.x);
   EXPECT_NEAR(sample.stickingPoint.z, 0, 1e-9);
-  EXPECT_LT(sample.frictionEnergy_J, 0);
+  EXPECT_LT(sample.energyGiven_J[static_cast<std::size_t>(EnergyFeature::kFriction)], 0);
 }
 
 TEST(SurfaceProperties, FrictionFollowsAFieldOverTheSurface) {

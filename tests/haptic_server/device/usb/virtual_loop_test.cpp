@@ -222,6 +222,7 @@ void injectOften(Injection injection) {
             return false;
           case Stage::kFaulty: {
             if (detected_ns == 0 && rig.sample.fault != Fault::kNone) detected_ns = now_ns;
+            // Behind a plug that was pulled there are no motors: there the servo's force is judged.
             const bool off = injection.unplug ? rig.sample.force.written == Vec3(0) : !rig.model.motorsOn();
             if (zero_ns == 0 && off) zero_ns = now_ns;
             if (zero_ns != 0 && !off) zero_ns = 0;
@@ -229,8 +230,7 @@ void injectOften(Injection injection) {
             EXPECT_NE(detected_ns, 0U);
             EXPECT_NE(zero_ns, 0U);
             worstDetected_ns = std::max(worstDetected_ns, detected_ns - at_ns);
-            // Behind a plug that was pulled there are no motors; the servo's own ramp begins when it knows.
-            worstZero_ns = std::max(worstZero_ns, zero_ns - (injection.unplug ? detected_ns : at_ns));
+            worstZero_ns = std::max(worstZero_ns, zero_ns - at_ns);
             ++causes[rig.sample.device.fault];
             inject(false);
             stage = Stage::kRecovering;

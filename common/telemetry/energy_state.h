@@ -1,0 +1,76 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <type_traits>
+
+namespace haptics {
+
+/// What gives the hand energy, or takes it. Values are one less than those of the wire's enum (telemetry.proto).
+enum class EnergyFeature : std::uint8_t {
+  kContact = 0,  ///< Spring and damper, as sampled and held: what is left when the others are taken off.
+  kShading = 1,
+  kFriction = 2,
+  kTexture = 3,
+  kMotion = 4,  ///< Work of a moving body's surface on the hand that touches it.
+  kEdit = 5,    ///< Of an adopted edit under the stylus: what it put into the spring, or did by moving the surface.
+};
+inline constexpr std::size_t kEnergyFeatures = 6;
+
+/// Joules given to the hand since the servo started, by feature: together the work of the force as written.
+using EnergyByFeature = std::array<double, kEnergyFeatures>;
+
+/// What one object gave.
+struct ObjectEnergy {
+  std::uint64_t object = 0;
+  EnergyByFeature given_J{};
+
+  [[nodiscard]] double& of(EnergyFeature feature) noexcept { return given_J[static_cast<std::size_t>(feature)]; }
+  [[nodiscard]] double of(EnergyFeature feature) const noexcept { return given_J[static_cast<std::size_t>(feature)]; }
+  /// Of what gave it most; negative when nothing gave any.
+  [[nodiscard]] double most_J() const noexcept { return *std::ranges::max_element(given_J); }
+};
+
+/// Of the objects that were touched, at most kMost: the last one, and of the others those that gave most.
+struct EnergyState {
+  static constexpr std::size_t kMost = 8;
+
+  std::size_t objectCount = 0;
+  std::array<ObjectEnergy, kMost> object{};
+
+  [[nodiscard]] std::span<const ObjectEnergy> objects() const noexcept { return std::span(object).first(objectCount); }
+};
+static_assert(std::is_trivially_copyable_v<EnergyState>, "crosses threads by copy");
+
+/// Who gives the hand energy.
+struct EnergySource {
+  std::uint64_t object = 0;
+  EnergyFeature feature = EnergyFeature::kContact;
+  double given_J = 0;
+
+  bool operator==(const EnergySource&) const = default;
+};
+
+/// The feature, of an object, that gave most; nothing where none gave any.
+[[nodiscard]] inline std::optional<EnergySource> largestSource(const EnergyState& state) noexcept {
+  std::optional<EnergySource> largest;
+  for (const ObjectEnergy& object : state.objects()) {
+    for (std::size_t i = 0; i < kEnergyFeatures; ++i) {
+      if (object.given_J[i] <= (largest ? largest->given_J : 0)) continue;
+      largest = EnergySource{object.object, static_cast<EnergyFeature>(i), object.given_J[i]};
+    }
+  }
+  return largest;
+}
+
+[[nodiscard]] constexpr const char* nameOf(EnergyFeature feature) noexcept {
+  constexpr std::array kNames{"contact", "shading", "friction", "texture", "motion", "edit"};
+  static_assert(kNames.size() == kEnergyFeatures);
+  return kNames[static_cast<std::size_t>(feature)];
+}
+
+}  // namespace haptics
