@@ -4,6 +4,7 @@
 
 #include "common/mesh/generators.h"
 #include "tests/eval/or_throw.h"
+#include "tests/eval/stability/footing.h"
 
 namespace haptics::eval {
 namespace {
@@ -11,12 +12,22 @@ namespace {
 constexpr double kSide_m = 0.1;
 /// From the edge; less than most springs give way.
 constexpr double kBeside_m = 0.3e-3;
+/// Radius of a dent.
+constexpr double kDent_m = 0.02;
+
+std::shared_ptr<const Surface> makeCube(std::uint32_t segments) {
+  const TriMesh mesh = orThrow(makeBox(Vec3(kSide_m), segments));
+  return buildSurface(mesh.vertices, mesh.triangles);
+}
 
 std::shared_ptr<const Surface> cube() {
-  static const auto surface = [] {
-    const TriMesh mesh = orThrow(makeBox(Vec3(kSide_m), 6));
-    return buildSurface(mesh.vertices, mesh.triangles);
-  }();
+  static const auto surface = makeCube(6);
+  return surface;
+}
+
+/// Fine enough to be dented.
+std::shared_ptr<const Surface> fineCube() {
+  static const auto surface = makeCube(40);
   return surface;
 }
 
@@ -36,6 +47,31 @@ Ground makeRoughWall() {
   wall.title = "wall with friction";
   wall.friction = true;
   return wall;
+}
+
+Ground makePushedBody() {
+  Ground ground = makeWall();
+  ground.name = "moving_body";
+  ground.title = "body of 0.1 kg on a spring";
+  ground.motion = std::make_shared<RigidBody>(bodyOf(bodyFooting(), {0, 0, 1}));
+  return ground;
+}
+
+Ground makeElasticTissue() {
+  Ground ground = makeWall();
+  ground.name = "elastic_tissue";
+  ground.title = "elastic tissue";
+  ground.surfaces = {fineCube()};
+  ground.tissue = std::make_shared<SoftTissue>(tissueOf(elasticFooting(), kDent_m));
+  return ground;
+}
+
+Ground makeViscousTissue() {
+  Ground ground = makeElasticTissue();
+  ground.name = "viscous_tissue";
+  ground.title = "viscous tissue";
+  ground.tissue = std::make_shared<SoftTissue>(tissueOf(viscousFooting(), kDent_m));
+  return ground;
 }
 
 Ground makeOuterEdge() {
@@ -81,6 +117,8 @@ ServoScene sceneOf(const Ground& ground, double stiffness_N_per_m, double dampin
     object.pose = ground.poses[i];
     object.stiffness_N_per_m = stiffness_N_per_m;
     object.damping_Ns_per_m = damping_Ns_per_m;
+    object.motion = ground.motion;
+    object.tissue = ground.tissue;
     if (!ground.friction) continue;
     SurfaceProperties rough;
     rough.friction.emplace();

@@ -14,15 +14,21 @@ struct Ground {
   std::string title;  ///< For people.
   std::vector<std::shared_ptr<const Surface>> surfaces;
   std::vector<Pose> poses;
-  Vec3 place{0};          ///< On the surface; the way down to it is free.
-  bool friction = false;  ///< Felt by ours only: 0.6 static, 0.4 dynamic.
+  Vec3 place{0};  ///< On the surface; the way down to it is free.
+  // Felt by ours only:
+  bool friction = false;  ///< 0.6 static, 0.4 dynamic.
+  std::shared_ptr<const RigidBody> motion = nullptr;
+  std::shared_ptr<const SoftTissue> tissue = nullptr;
 };
 
-[[nodiscard]] Ground makeWall();       ///< The plane z = 0.
-[[nodiscard]] Ground makeOuterEdge();  ///< Of a cube: its upper side, 0.3 mm beside the edge.
-[[nodiscard]] Ground makeGroove();     ///< Between two cubes, 90 degrees: the IHIP is held by two surfaces at once.
-[[nodiscard]] Ground makeRoughWall();  ///< With friction.
-[[nodiscard]] Ground makeBall();       ///< A sphere of 50 mm radius, pressed on its top.
+[[nodiscard]] Ground makeWall();           ///< The plane z = 0.
+[[nodiscard]] Ground makeOuterEdge();      ///< Of a cube: its upper side, 0.3 mm beside the edge.
+[[nodiscard]] Ground makeGroove();         ///< Between two cubes, 90 degrees: the IHIP is held by two surfaces at once.
+[[nodiscard]] Ground makeRoughWall();      ///< With friction.
+[[nodiscard]] Ground makePushedBody();     ///< A block of 0.1 kg that slides down against a spring of 500 N/m.
+[[nodiscard]] Ground makeElasticTissue();  ///< Of 500 N/m.
+[[nodiscard]] Ground makeViscousTissue();  ///< The same, that takes 50 ms to go back.
+[[nodiscard]] Ground makeBall();           ///< A sphere of 50 mm radius, pressed on its top.
 
 /// The contact core on a ground, for those that bring a force law of their own.
 class GroundContact {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 #include "haptic_server/device/plant.h"
 
@@ -14,9 +16,11 @@ constexpr int kSubsteps = 20;  ///< Of a period, as the simulated device has it.
 /// The plant under a sampled spring and damper.
 class LinearLoop {
  public:
-  LinearLoop(const SampledLoop& loop, double coulombFriction_N, double stiffness, double from_m)
+  LinearLoop(const SampledLoop& loop, double coulombFriction_N, double stiffness, double from_m,
+             std::function<double(double, double)> length_m)
       : loop_(loop),
         stiffness_(stiffness),
+        length_m_(std::move(length_m)),
         plant_(presetOf(loop, coulombFriction_N), HandPreset{}),
         delay_(static_cast<int>(std::lround(loop.delay_s / loop.period_s * kSubsteps))),
         forces_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, 0.0),
@@ -27,7 +31,7 @@ class LinearLoop {
   void tick() {
     const double x = plant_.position().x;
     std::shift_right(forces_.begin(), forces_.end(), 1);
-    forces_[0] = -stiffness_ * x - loop_.damping_Ns_per_m * (x - last_) / loop_.period_s;
+    forces_[0] = -stiffness_ * length_m_(x, stiffness_) - loop_.damping_Ns_per_m * (x - last_) / loop_.period_s;
     last_ = x;
     for (int i = 0; i < kSubsteps; ++i) {
       const int ago = std::max(0, (delay_ - i + kSubsteps - 1) / kSubsteps);
@@ -50,6 +54,7 @@ class LinearLoop {
 
   SampledLoop loop_;
   double stiffness_;
+  std::function<double(double, double)> length_m_;
   Plant plant_;
   int delay_;
   std::vector<double> forces_;  // the newest first
@@ -57,11 +62,14 @@ class LinearLoop {
 };
 
 /// Does a displacement grow, once the modes that die fast have died? Judged over many periods of the slowest mode.
-bool dies(const SampledLoop& loop, double coulombFriction_N, double stiffness, double from_m) {
+bool dies(
+    const SampledLoop& loop, double coulombFriction_N, double stiffness, double from_m,
+    double softest_N_per_m = std::numeric_limits<double>::infinity(),
+    const Stand& stand = [] { return [](double x, double) { return x; }; }) {
   constexpr double kCycles = 60;
   constexpr double kGone = 1e-3, kGrown = 3;
-  LinearLoop simulated(loop, coulombFriction_N, stiffness, from_m);
-  const double cycle_s = 2 * std::numbers::pi * std::sqrt(loop.mass_kg / stiffness);
+  LinearLoop simulated(loop, coulombFriction_N, stiffness, from_m, stand());
+  const double cycle_s = 2 * std::numbers::pi * std::sqrt(loop.mass_kg / std::min(stiffness, softest_N_per_m));
   const auto ticks = static_cast<int>(kCycles * cycle_s / loop.period_s) + 200;
   double early = 0, late = 0;
   for (int i = 0; i < ticks; ++i) {
@@ -76,11 +84,12 @@ bool dies(const SampledLoop& loop, double coulombFriction_N, double stiffness, d
 }
 
 template <class Holds>
-double largest(double from, double ratio, Holds holds) {
+double largest(double from, double ratio, Holds holds, double most = std::numeric_limits<double>::infinity()) {
   constexpr double kClose = 1.002;
   double good = from;
   while (!holds(good)) good /= ratio;
-  while (holds(good * ratio)) good *= ratio;
+  while (good * ratio <= most && holds(good * ratio)) good *= ratio;
+  if (good * ratio > most) return most;
   double bad = good * ratio;
   while (bad / good > kClose) {
     const double middle = std::sqrt(good * bad);
@@ -135,6 +144,14 @@ void compareRadius(const SampledLoop& loop, double coulombFriction_N, double sti
 double simulatedLimit_N_per_m(const SampledLoop& loop) {
   constexpr double kRatio = 1.2;
   return largest(delayLimit_N_per_m(loop), kRatio, [&](double k) { return dies(loop, 0, k, 1e-3); });
+}
+
+double simulatedLimit_N_per_m(const SampledLoop& loop, const Stand& stand, double softest_N_per_m,
+                              double most_N_per_m) {
+  constexpr double kRatio = 1.2;
+  return largest(
+      delayLimit_N_per_m(loop), kRatio, [&](double k) { return dies(loop, 0, k, 1e-3, softest_N_per_m, stand); },
+      most_N_per_m);
 }
 
 double simulatedRadius_m(const SampledLoop& loop, double coulombFriction_N, double stiffness_N_per_m) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "tests/eval/stability/footing.h"
 #include "tests/eval/stability/linear_loop.h"
 #include "tests/eval/stability/picture.h"
 #include "tests/eval/stability/strokes.h"
@@ -91,6 +92,7 @@ bool runStability(const StabilityOptions& options) {
   printCritical(keep(measureCritical(scope, showProgress)));
   printWorst("Theory: what the simulated plant bears against what it should", magnitude(keep(compareWithTheory())),
              "off_ratio", false);
+  printWorst("Theory: on a body that moves, on tissue", magnitude(keep(compareFootings())), "off_ratio", false);
   printWorst("Other grounds, ours", keep(measureGrounds(scope, showProgress)), "K_crit_over_preset", true);
   printWorst("Mass, friction and delay not as told, ours", keep(measureRobustness(scope, showProgress)),
              "K_crit_over_preset", true);

@@ -112,13 +112,14 @@ std::vector<Record> measureZWidth(Scope scope, const Progress& progress) {
 
 std::vector<Record> measureGrounds(Scope scope, const Progress& progress) {
   const MethodEntry& ours = stabilityMethods().back();
-  const std::vector<Ground> grounds{makeOuterEdge(), makeGroove(), makeBall()};
+  const std::vector<Ground> grounds{makeOuterEdge(),  makeGroove(),        makeBall(),
+                                    makePushedBody(), makeElasticTissue(), makeViscousTissue()};
   std::vector<Record> records;
   const auto all = devices(scope);
   for (const Ground& ground : grounds) {
     for (const DevicePreset& device : all) {
       for (const double delay_s : {0.0, 1 / kServo_Hz}) {
-        progress("edge, groove, sphere", records.size(), grounds.size() * all.size() * 2);
+        progress("other grounds", records.size(), grounds.size() * all.size() * 2);
         // Nothing holds a free device on the top of a sphere.
         const HandPreset& hand = handPresets()[ground.name == "sphere" ? 1 : 0];
         const Loop loop{&ours, &ground, device, hand, kServo_Hz, delay_s};
