@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/wire/convert.h"
 #include "common/wire/endpoint.h"
 #include "common/wire/event_loop.h"
 #include "common/wire/loop_link.h"

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/credentials/credentials.h"
+#include "common/telemetry/energy_state.h"
 #include "common/telemetry/motion_state.h"
 #include "haptic_server/scene/scene_history.h"
 #include "haptic_server/scene/sequencer.h"

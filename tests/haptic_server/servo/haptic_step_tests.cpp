@@ -72,7 +72,7 @@ TEST(HapticStep, TakesTheForceAwayOnANonFiniteReadingAndComesBackWithoutAKick) {
     const auto sample = servo.stepAt(Vec3(std::numeric_limits<double>::quiet_NaN(), 0, 0), DeviceState::kReady);
     EXPECT_EQ(sample.fault, Fault::kNonFiniteInput);
     EXPECT_LE(sample.force.written.z, last);
-    EXPECT_GE(sample.force.written.z, last - 1.7 / 29);
+    EXPECT_GE(sample.force.written.z, last - 1.7 / 20);
     last = sample.force.written.z;
   }
   EXPECT_NEAR(last, 0, 1e-12);
@@ -89,7 +89,7 @@ TEST(HapticStep, FinishesTheRampOfAFaultThatLastsOneTick) {
   double last = 1.6;
   for (int i = 0; i < 40; ++i) {
     const double force = servo.step().force.written.z;
-    EXPECT_GE(force, last - 2 * 1.7 / 29);
+    EXPECT_GE(force, last - 2 * 1.7 / 20);
     last = force;
   }
   EXPECT_NEAR(last, 0, 1e-12);
