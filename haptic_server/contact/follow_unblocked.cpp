@@ -113,29 +113,35 @@ struct Minimum {
   keep(body, state, hip, {polygon.triangle, Feature::kPolygon, foot, polygon.unitNormal}, result);
 }
 
-/// With nothing else in reach from polygon to polygon, as followOverPolygons() does; beside others on the polygon only.
+/// From polygon to polygon, as followOverPolygons() does: a tick that ends beyond the polygon, at this place in its frame.
 /// False when there is more to it.
-[[nodiscard, gnu::always_inline]] inline bool goStraight(const Body& body, const Others& others, ContactState& state,
-                                                         const Vec3& hip, ContactResult& result) noexcept {
-  const Surface& surface = *body.surface;
-  const HoldingSurface holding = state.holding[0];
-  HeldPolygon& polygon = state.polygon;
-  if (!polygon.is(surface, holding.triangle)) polygon.become(surface, holding.triangle);
-  const Vec3 h = body.frame.toLocal(hip);
-  const FourVec3 each = all(h);
-  Prism::Place end = polygon.prism.place(each);
+[[nodiscard, gnu::noinline]] bool hop(const Body& body, ContactState& state, const Vec3& hip, const Vec3& h,
+                                      const Prism::Place& beyond, ContactResult& result) noexcept {
+  const int side = state.holding[0].side;
+  const FourVec3 from = all(body.frame.toLocal(state.hip));
+  Prism::Place end = beyond;
   int looked = 1;
-  if (end.beyond() != 0) {
-    if (others.count > 0) return false;
-    const FourVec3 from = all(body.frame.toLocal(state.hip));
-    if (!hopOverPolygons(surface, polygon, from, each, holding.side, kSearchBudget - 1, end, looked)) return false;
-  }
+  if (!hopOverPolygons(*body.surface, state.polygon, from, all(h), side, kSearchBudget - 1, end, looked)) return false;
+  if (end.isOutside(side)) return false;
+  stay(body, state, hip, h, end, looked, result);
+  return true;
+}
+
+/// With nothing else in reach from polygon to polygon, beside others on the polygon only. False when there is more to it.
+[[nodiscard]] bool goStraight(const Body& body, const Others& others, ContactState& state, const Vec3& hip,
+                              ContactResult& result) noexcept {
+  const HoldingSurface& holding = state.holding[0];
+  HeldPolygon& polygon = state.polygon;
+  if (!polygon.is(*body.surface, holding.triangle)) polygon.become(*body.surface, holding.triangle);
+  const Vec3 h = body.frame.toLocal(hip);
+  const Prism::Place end = polygon.prism.place(all(h));
+  if (end.beyond() != 0) return others.count == 0 && hop(body, state, hip, h, end, result);
   if (end.isOutside(holding.side)) return false;
   if (others.count > 0) {
     const Vec3 foot = vec3(polygon.foot(four(h), end.height()));
     if (!stayIsClear(body, others, state, foot, result.work)) return false;
   }
-  stay(body, state, hip, h, end, looked, result);
+  stay(body, state, hip, h, end, 1, result);
   return true;
 }
 
@@ -173,16 +179,22 @@ struct Minimum {
   return state.mode == ContactState::Mode::kOneSurface && state.feature == Feature::kPolygon;
 }
 
-/// The common tick of all: alone, and over the polygon still. Of a HIP that is usable.
-[[nodiscard, gnu::always_inline]] inline bool rubs(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
-                                                   ContactResult& result) noexcept {
+/// The common tick of all: alone, from the polygon of the last tick. Of a HIP that is usable.
+[[nodiscard, gnu::always_inline]] inline bool rub(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+                                                  ContactResult& result) noexcept {
   if (bodies.size() != 1 || !holdsPolygon(state)) return false;
   const HoldingSurface& holding = state.holding[0];
   const Body& body = bodies[static_cast<std::size_t>(holding.body)];
   if (body.moving || !state.polygon.is(*body.surface, holding.triangle)) return false;
   const Vec3 h = body.frame.toLocal(hip);
   const Prism::Place end = state.polygon.prism.place(all(h));
-  if (end.beyond() != 0 || end.isOutside(holding.side)) return false;
+  if (end.beyond() != 0) [[unlikely]] {
+    const Vec3 place = h;  // copies, so that the others stay in registers
+    const Prism::Place beyond = end;
+    return hop(body, state, hip, place, beyond, result);
+  }
+  if (end.isOutside(holding.side)) [[unlikely]]
+    return false;
   stay(body, state, hip, h, end, 1, result);
   return true;
 }
@@ -209,11 +221,11 @@ struct Minimum {
 
 bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                      ContactResult& result) noexcept {
-  return isUsable(hip) && (rubs(bodies, state, hip, result) || followBeside(bodies, state, hip, result));
+  return isUsable(hip) && (rub(bodies, state, hip, result) || followBeside(bodies, state, hip, result));
 }
 
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
-  if (!isUsable(hip) || !rubs(bodies, state, hip, result)) [[unlikely]]
+  if (!isUsable(hip) || !rub(bodies, state, hip, result)) [[unlikely]]
     followOtherwise(bodies, state, hip, result);
 }
 

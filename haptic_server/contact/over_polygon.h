@@ -25,18 +25,17 @@ struct Hop {
   /// False where that is not a number.
   [[nodiscard, gnu::always_inline]] bool leave(const Prism::Place& start, const Prism::Place& end,
                                                double now) noexcept {
-    const Four whole = all(1);
     // As timeWithin(), but that no edge is crossed within which the end is.
     const Four way = maximum(all(0), start.of) / (start.of - end.of);
-    const Four within = select((end.of >= start.of) | (end.of >= all(0)), whole, way);
+    const Four within = select((end.of >= start.of) | (end.of >= all(0)), all(1), way);
     const Four times = select(end.of > all(0), all(2), within);
     const Four first = all(std::min(std::min(times[0], times[1]), times[2]));
-    const unsigned edges = (times <= first).bits() & 7;
-    if (edges == 0) [[unlikely]]
-      return false;
-    edge = std::countr_zero(edges);
     leaves = std::max(now, first[0]);
-    return true;
+    unsigned edges = end.beyond();
+    if ((edges & (edges - 1)) != 0)
+      edges = (times <= first).bits() & 7;  // else the next polygon need not wait for a time
+    edge = std::countr_zero(edges);
+    return edges != 0;
   }
 
   /// Where the HIP, which leaves the polygon before this one, enters the prism. False when it does so beyond another
