@@ -207,6 +207,8 @@ template <bool kDetails>
     if (state.anyBeingMoved) [[unlikely]]
       moveEdited(state, config);
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact);
+    if (felt.contact.work.putOut) [[unlikely]]
+      state.adoptedNow = state.contactBroken = true;  // blended as an edit's jump is
     if constexpr (kDetails) {
       if (state.anySoft) [[unlikely]]
         yieldToContact(scene, state, config, felt.contact);
