@@ -42,7 +42,9 @@ struct MotionState {
   std::size_t bodyCount = 0;
   std::array<BodyState, kMaxMovingBodies> body;  ///< In order of object id.
   std::size_t dentCount = 0;
-  std::array<ObjectDent, kMaxDents> dent;  ///< An object's are summed in this order.
+  std::array<ObjectDent, kMaxDents> dent;  ///< An object's come one after another in this order.
+  /// Its number, for a dent that stays as it is until its object's surface holds it (ServoObject::taken); else 0.
+  std::array<std::uint64_t, kMaxDents> staying{};
 
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return std::span(body).first(bodyCount); }
   [[nodiscard]] std::span<const ObjectDent> dents() const noexcept { return std::span(dent).first(dentCount); }

@@ -29,7 +29,7 @@ std::shared_ptr<const Value> find(const std::map<ContentHash, std::shared_ptr<co
 std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& view, std::size_t mostTriangles) {
   LookOrder order{.mesh = object.mesh,
                   .surface = object.material.surface,
-                  .lattice = object.deformation.lattice,
+                  .deformation = object.deformation,
                   .mostTriangles = hasField(object.material.surface) ? mostTriangles : 0,
                   .triangles = find(view.meshes, object.mesh)};
   bool complete = order.triangles != nullptr;
@@ -46,6 +46,10 @@ std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& 
       order.frictionScale = find(view.vertexValues, scale->values);
       complete &= order.frictionScale != nullptr;
     }
+  }
+  if (const auto& residue = order.deformation.residue) {
+    order.residue = find(view.movedVertices, *residue);
+    complete &= order.residue != nullptr;
   }
   if (!complete) return {};
   return order;

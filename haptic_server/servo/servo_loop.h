@@ -66,8 +66,9 @@ class ServoLoop {
   /// For that thread too, wait-free: where the objects that move are, null when nothing has changed since the last call.
   /// Comes after the sample of its tick. A scene in which nothing moves has none.
   [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.takeNew(); }
-  /// The same for the builder thread, which plans by it what a simulated hand explores.
-  [[nodiscard]] const MotionState* takeMotionForPlans() noexcept { return motionForPlans_.takeNew(); }
+  /// The same for the builder thread, which plans by it what a simulated hand explores, and takes in the dents that stay;
+  /// null when neither has changed.
+  [[nodiscard]] const MotionState* takeMotionForBuilder() noexcept { return motionToBuilder_.takeNew(); }
   /// As it was at last, once run() has returned.
   [[nodiscard]] const MotionState& lastMotion() const noexcept { return motion_; }
   [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
@@ -89,7 +90,7 @@ class ServoLoop {
   std::uint64_t secondBegan_ns_ = 0;
   std::uint64_t ticksBefore_ = 0;
   MotionState motion_;
-  NewestValue<MotionState> motionOut_, motionForPlans_;
+  NewestValue<MotionState> motionOut_, motionToBuilder_;
   FlightRing* flight_ = nullptr;
   boost::lockfree::spsc_queue<TelemetrySample, boost::lockfree::capacity<kQueuedSamples>> samples_;
 };

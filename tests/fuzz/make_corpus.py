@@ -53,6 +53,9 @@ SCENES = {
     "stop": 'operations { set_motion { object { id: 1 } motion {} } }',
     "softness": 'operations { set_deformation { object { id: 1 } deformation { softness { stiffness_N_per_m: 200 radius_m: 0.01 '
                 'degree: 3 return_s: 0.5 } } } }',
+    "plastic": 'operations { set_deformation { object { id: 1 } deformation { softness { stiffness_N_per_m: 200 radius_m: 0.01 '
+               'plastic: 0.5 } residue {} } } }',
+    "residue": 'operations { set_deformation { object { id: 1 } deformation { residue { asset: "%s" } } } }' % ("7" * 32),
     "lattice": 'operations { set_deformation { object { name: "a" } deformation { lattice { points_x: 2 points_y: 2 points_z: 2 '
                'control_m: [0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1.5] } } } }',
     "rigid": 'operations { set_deformation { object { id: 1 } deformation { softness {} lattice {} } } }',
