@@ -39,6 +39,7 @@ struct BodyState {
 /// one until there is a newer state.
 struct MotionState {
   std::uint64_t tick = 0;
+  std::uint64_t sceneRevision = 0;  ///< Adopted then, by a servo in whose scene something yields.
   std::size_t bodyCount = 0;
   std::array<BodyState, kMaxMovingBodies> body;  ///< In order of object id.
   std::size_t dentCount = 0;

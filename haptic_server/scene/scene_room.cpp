@@ -128,6 +128,7 @@ void SceneRoom::run() {
       if (const MotionState* motion = options_.takeMotion()) {
         servoScenes_.follow(*motion);
         staying_ = stayingDents(*motion, handled_);
+        stayingAt_ = motion->sceneRevision;
       }
     }
     std::vector<Job> jobs = takeJobs();
@@ -208,6 +209,8 @@ bool SceneRoom::takeInDents(ObjectId object, std::span<const StayingDent> dents)
     handled_.erase(object);
     return true;
   }
+  if (stayingAt_ < record->revision)
+    return true;  // the object was edited since: the servo tells anew once it has adopted that
   const TakenIn taken = takeIn(record->deformation, sequencer_.assetsOf(object), dents);
   if (taken.loosenedUpTo > 0) servoScenes_.loosenDents(object, taken.loosenedUpTo);
   if (taken.upTo > 0) {

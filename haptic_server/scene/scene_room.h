@@ -103,6 +103,7 @@ class SceneRoom {
   ServoSceneMaker servoScenes_;  // likewise
 
   std::map<ObjectId, std::vector<StayingDent>> staying_;  // not taken in yet; builder thread
+  std::uint64_t stayingAt_ = 0;                           // scene revision that the servo had then; likewise
   HandledDents handled_;                                  // likewise
   std::uint64_t takeInAfter_ns_ = 0;                      // likewise
 

@@ -80,8 +80,9 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
   if (state_.movingCount + motion_.bodyCount + state_.dentCount + motion_.dentCount > 0) [[unlikely]] {
     const bool moved = describeMotion(state_, index, motion_);
     const auto staying = motion_.staying;
+    const std::uint64_t revision = motion_.sceneRevision;
     if (describeDents(state_, index, motion_) || moved) motionOut_.put(motion_);
-    if (moved || staying != motion_.staying) motionToBuilder_.put(motion_);
+    if (moved || staying != motion_.staying || revision != motion_.sceneRevision) motionToBuilder_.put(motion_);
   }
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
 }

@@ -352,6 +352,7 @@ bool describeDents(const HapticState& state, std::uint64_t tick, MotionState& mo
   bool changed = motion.dentCount != state.dentCount;
   motion.dentCount = state.dentCount;
   motion.staying = {};
+  motion.sceneRevision = state.sceneRevision;
   for (std::size_t i = 0; i < state.dentCount; ++i) {
     const BodyDent& dent = state.dents[i];
     const ObjectDent now{state.objects[dent.body].id, dent.dent};

@@ -65,6 +65,8 @@ SCENES = {
 }
 
 
+MOVED = b"HMOV" + struct.pack("<IQ2I6f", 1, 2, 1, 3, 0, 0, 0.5, 1, 0, 0.25)
+
 # 8 x 8 grey pixels, with and without passes of growing detail; the standard library writes no JPEG.
 JPEG = base64.b64decode(
     "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAA0JCgsKCA0LCgsODg0PEyAVExISEyccHhcgLikxMC4pLSwzOko+MzZGNywtQFdBRkxOUlNSMj5aYV"
@@ -240,7 +242,7 @@ def main():
         write("apply", name, pieces([transaction(name).SerializeToString()]))
         write("scene_text", name, SCENES[name].encode())
     row = ["add", "pose", "material", "per_vertex", "spots", "remesh", "noise", "take_away", "hinge", "motion", "stop",
-           "softness", "lattice", "rigid",
+           "softness", "plastic", "residue", "lattice", "rigid",
            "condition", "remove"]
     named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
     write("apply", "row", pieces(t.SerializeToString() for t in named_a))
@@ -255,6 +257,8 @@ def main():
 
     write("mesh_bytes", "tetrahedron", mesh)
     write("mesh_bytes", "empty", b"HMSH" + struct.pack("<IQQ", 1, 0, 0))
+    write("mesh_bytes", "moved", MOVED)
+    write("mesh_bytes", "claims_much_moved", b"HMOV" + struct.pack("<IQ", 1, 1 << 60))
     write("mesh_bytes", "claims_much", b"HMSH" + struct.pack("<IQQ", 1, 1 << 60, 1 << 60))
 
     for name, properties in RECORDED.items():

@@ -77,6 +77,7 @@ TEST(Residue, LetsNoTriangleTurnOverHoweverOftenAPlaceIsPressed) {
 
 MotionState motionOf(const std::vector<ObjectDent>& dents, const std::vector<std::uint64_t>& staying) {
   MotionState motion;
+  motion.sceneRevision = 1000;
   motion.dentCount = dents.size();
   std::ranges::copy(dents, motion.dent.begin());
   std::ranges::copy(staying, motion.staying.begin());
@@ -162,6 +163,16 @@ TEST_F(RoomWithClay, TakesDentsInByCommitsOfItsOwn) {
   static_cast<void>(waitFor([](const ServoObject& object) { return object.taken.upTo == 4; }));
   const auto shape = room_.deformedHash(room_.history()->version, {});
   EXPECT_NE(shape, room_.deformedHash(history->version, {})) << "of the version before the second";
+}
+
+TEST_F(RoomWithClay, LeavesDentsOfAShapeThatWasEditedSince) {
+  {
+    const std::lock_guard lock(mutex_);
+    motion_ = motionOf({{1, down(0.002)}}, {3});
+    motion_->sceneRevision = 0;
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  EXPECT_EQ(room_.history()->version.revision(), 1U);
 }
 
 TEST_F(RoomWithClay, SaysSoWhenADentMayNotStay) {
