@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
-#include "common/scene/deformed_hash.h"
 #include "common/telemetry/fault_words.h"
 #include "common/wire/convert.h"
 #include "haptic_server/attached_device.h"
@@ -92,7 +91,7 @@ class ServerApp::Impl {
         step_(stepConfigOf(options, device_.info())),
         room_({.assetFolders = options.assets,
                .makePlan = explorationPlans(),
-               .takeMotion = [this] { return servo_->takeMotionForPlans(); },
+               .takeMotion = [this] { return servo_->takeMotionForBuilder(); },
                .device = {step_.positionStep_m, step_.stableLateral_N_per_m, step_.period_s,
                           kSafePart * criticalStiffness_N_per_m(deviceInfoOf(options, device_.info()), options.rate_Hz,
                                                                 options.stabiliser)},
@@ -146,19 +145,10 @@ class ServerApp::Impl {
     status.set_refused_connections(server_->counters().refusedConnections);
     const MotionState& motion = servo_->lastMotion();
     return writeSummary(options_.summary, status, device_.info().maxForce_N, motion,
-                        deformed(history->version, motion));
+                        room_.deformedHash(history->version, motion.dents()).value_or(ContentHash{}));
   }
 
  private:
-  [[nodiscard]] ContentHash deformed(const SceneVersion& scene, const MotionState& motion) const {
-    std::vector<std::shared_ptr<const MeshAsset>> held;
-    const auto verticesOf = [&](const ContentHash& mesh) {
-      held.push_back(as<MeshAsset>(room_.findAsset(mesh)));
-      return held.back() ? &held.back()->mesh->vertices : nullptr;
-    };
-    return deformedHash(scene, verticesOf, motion.dents()).value_or(ContentHash{});
-  }
-
   [[nodiscard]] Result<void> listen() {
     Server::Options serving{
         .listen = options_.listen,

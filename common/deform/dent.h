@@ -12,7 +12,7 @@ namespace haptics {
 /// A dent in a soft object: what moves its vertices. Object frame, metres. Single precision, because these numbers go over
 /// the wire: both sides compute with the same ones.
 struct Dent {
-  Vec3f centre{0};        ///< On the surface at rest.
+  Vec3f centre{0};        ///< On the surface as the dents before it have it.
   Vec3f displacement{0};  ///< Of the centre: along IHIP to HIP.
 
   bool operator==(const Dent&) const = default;
@@ -29,23 +29,27 @@ struct ObjectDent {
   bool operator==(const ObjectDent&) const = default;
 };
 
-/// Of a place of the object at rest, metres.
+/// Of a place of the object as the dents before this one have it, metres.
 [[nodiscard]] inline Vec3 displacementBy(const Dent& dent, const Falloff& falloff, Vec3 rest) noexcept {
   return Vec3(dent.displacement) * falloff.at(rest - Vec3(dent.centre));
 }
 
 /// A vertex of an object with these dents. Paper 5 (d): "The vertices of the 3-D object that are in the close vicinity of
 /// the IHIP are moved, along the vector from IHIP to HIP, using a simple polynomial function". One function for both
-/// processes; summed in the order of the dents.
+/// processes. The dents come one after another, each rounded as a vertex is: where the first of them become the shape at
+/// rest, the others go on from there to the bit. (Summed, they would also turn one another inside out.)
 [[nodiscard]] inline Vec3f dented(Vec3f rest, std::span<const Dent> dents, const Falloff& falloff) noexcept {
-  Vec3 sum(0);
-  for (const Dent& dent : dents) sum += displacementBy(dent, falloff, Vec3(rest));
-  return sum == Vec3(0) ? rest : Vec3f(Vec3(rest) + sum);
+  for (const Dent& dent : dents) {
+    const Vec3 way = displacementBy(dent, falloff, Vec3(rest));
+    if (way != Vec3(0)) rest = Vec3f(Vec3(rest) + way);
+  }
+  return rest;
 }
 
-/// How much the dents of one object may displace altogether. The displacement changes by no more than this fraction of the
-/// distance between two places, so that the deformation is one to one, and no triangle turns over unless one of its angles
-/// is larger than 120 degrees. Larger lets a soft object yield farther before it turns hard; 1 turns it inside out.
+/// How much a dent may displace, what stays of plastic ones altogether, and those that are going back together with the
+/// contact's. The displacement changes by no more than this fraction of the distance between two places, so that the
+/// deformation is one to one, and no triangle turns over unless one of its angles is larger than 120 degrees. Larger lets a
+/// soft object yield farther before it turns hard; 1 turns it inside out.
 inline constexpr double kSteepestDent = 0.5;
 
 /// The lengths of an object's displacements, summed, stay within this.

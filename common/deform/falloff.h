@@ -39,6 +39,10 @@ class Falloff {
     return fromCentre * (-2 * inverse2_ * degree_ * power);
   }
 
+  /// Distance at which two dents beside each other are half as deep as at their centres: what they make together is about
+  /// as deep all the way between them.
+  [[nodiscard]] double width_m() const noexcept { return 2 * radius_ * std::sqrt(1 - std::pow(0.5, 1.0 / degree_)); }
+
   /// Of the falloff, per metre: at distance radius / sqrt(2 degree - 1).
   [[nodiscard]] double steepest_per_m() const noexcept {
     const double n = degree_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/deform/dent.h"
@@ -13,16 +14,25 @@ namespace haptics {
 /// tissue takes w* = p k_c / (k_c + k_t), and what is felt is as stiff as (1 / k_c + 1 / k_t)^-1. A viscous tissue
 /// (Kelvin-Voigt) goes back by exp(-t / returnTime) when let go, and under the stylus towards w* faster, by the same
 /// dashpot: k_c (p - w) = k_t (w + returnTime w').
+///
+/// Of a plastic tissue a part of the deepest w stays: under a stylus that draws back, w does not go below that, so that the
+/// contact's spring alone unloads, as metal and clay do; and it is the shape at rest for the next contact.
 struct SoftTissue {
   Falloff falloff;
   double stiffness_N_per_m;  ///< k_t, > 0.
   double returnTime_s;       ///< 0: elastic.
+  double plastic = 0;        ///< The part that stays, 0 to 1.
+
+  /// Of a plastic tissue what goes back, and what is left behind by a contact that moves on, takes this long at least
+  /// (seconds): shorter is seen as a jump, longer lets a quick hand meet a dent that is still coming.
+  static constexpr double kLeastReturn_s = 0.03;
 
   bool operator==(const SoftTissue&) const = default;
 
   /// What is left after a time of a dent that nothing touches.
   [[nodiscard]] double leftAfter(double time_s) const noexcept {
-    return returnTime_s > 0 ? std::exp(-time_s / returnTime_s) : 0;
+    const double return_s = plastic > 0 ? std::max(returnTime_s, kLeastReturn_s) : returnTime_s;
+    return return_s > 0 ? std::exp(-time_s / return_s) : 0;
   }
 
   /// How far the tissue has yielded (metres) a time after `yielded_m`, under a penetration of the surface at rest. Exact

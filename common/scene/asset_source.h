@@ -8,7 +8,7 @@
 namespace haptics {
 
 /// What is named by its content and travels apart from the records. Numbered as on the wire.
-enum class AssetKind : std::uint8_t { kMesh = 1, kScalarField = 3, kVertexValues = 4 };
+enum class AssetKind : std::uint8_t { kMesh = 1, kScalarField = 3, kVertexValues = 4, kMovedVertices = 5 };
 
 struct AssetName {
   AssetKind kind = AssetKind::kMesh;

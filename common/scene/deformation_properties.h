@@ -10,6 +10,7 @@
 #include "common/deform/soft_tissue.h"
 #include "common/hash/content_hash.h"
 #include "common/maths/vec.h"
+#include "common/mesh/moved_vertices.h"
 
 // How an object's shape gives, as both databases hold it. SI units, object frame.
 namespace haptics {
@@ -20,6 +21,7 @@ struct Softness {
   double radius_m = 0;           ///< Of a dent's falloff. > 0.
   std::uint32_t degree = 2;      ///< Likewise.
   double return_s = 0;           ///< Time constant with which dents go back; 0: elastic.
+  double plastic = 0;            ///< The part of a dent that stays, 0 to 1.
   bool operator==(const Softness&) const = default;
 };
 
@@ -35,7 +37,9 @@ struct Lattice {
 struct DeformationProperties {
   std::optional<Softness> softness;
   std::optional<Lattice> lattice;
+  std::optional<ContentHash> residue = std::nullopt;  ///< Moved vertices that plastic dents have left.
   bool operator==(const DeformationProperties&) const = default;
+  [[nodiscard]] bool empty() const noexcept { return !softness && !lattice && !residue; }
 };
 
 /// As an edit asks for it: each is kept where nothing is said of it, and taken away where it is given as nothing.
@@ -43,14 +47,21 @@ struct DeformationEdit {
   std::optional<std::optional<Softness>> softness;
   std::optional<std::optional<Lattice>> lattice;
   bool latticeOfMesh = false;  ///< The lattice's box is to be that of the mesh.
-  [[nodiscard]] bool empty() const noexcept { return !softness && !lattice; }
+  std::optional<std::optional<ContentHash>> residue = std::nullopt;
+  [[nodiscard]] bool empty() const noexcept { return !softness && !lattice && !residue; }
 };
 
+/// A residue is of the shape that it was left on: another lattice takes it away, unless a new one is given with it.
 [[nodiscard]] DeformationProperties edited(DeformationProperties properties, const DeformationEdit& edit);
 
 [[nodiscard]] SoftTissue tissueOf(const Softness& softness);
 /// A mesh's vertices as the lattice has them.
 [[nodiscard]] std::vector<Vec3f> shapedBy(const Lattice& lattice, std::span<const Vec3f> vertices);
+
+/// A mesh's vertices at rest: as lattice and residue have them, before any dents.
+/// @param residue  The properties', or null while it is not here.
+[[nodiscard]] std::vector<Vec3f> shapeAtRest(const DeformationProperties& properties, std::span<const Vec3f> vertices,
+                                             const MovedVertices* residue);
 
 /// In canonical form, each after its number; nothing for an object that gives in no way.
 void addTo(Hasher& hasher, const DeformationProperties& properties);

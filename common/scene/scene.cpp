@@ -28,6 +28,7 @@ ContentHash ObjectRecord::hash() const {
 std::vector<AssetName> ObjectRecord::assets() const {
   std::vector<AssetName> names = assetsOf(material.surface);
   names.insert(names.begin(), {AssetKind::kMesh, mesh});
+  if (deformation.residue) names.push_back({AssetKind::kMovedVertices, *deformation.residue});
   return names;
 }
 

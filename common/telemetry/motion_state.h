@@ -39,10 +39,13 @@ struct BodyState {
 /// one until there is a newer state.
 struct MotionState {
   std::uint64_t tick = 0;
+  std::uint64_t sceneRevision = 0;  ///< Adopted then, by a servo in whose scene something yields.
   std::size_t bodyCount = 0;
   std::array<BodyState, kMaxMovingBodies> body;  ///< In order of object id.
   std::size_t dentCount = 0;
-  std::array<ObjectDent, kMaxDents> dent;  ///< An object's are summed in this order.
+  std::array<ObjectDent, kMaxDents> dent;  ///< An object's come one after another in this order.
+  /// Its number, for a dent that stays as it is until its object's surface holds it (ServoObject::taken); else 0.
+  std::array<std::uint64_t, kMaxDents> staying{};
 
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return std::span(body).first(bodyCount); }
   [[nodiscard]] std::span<const ObjectDent> dents() const noexcept { return std::span(dent).first(dentCount); }

@@ -13,6 +13,7 @@ namespace {
 constexpr double kMaxTissue_N_per_m = 1e6;
 constexpr Range kDegree{2, 8};
 constexpr Range kReturn{0, 60, " s"};
+constexpr Range kPlastic{0, 1};
 constexpr Range kLatticePoints{2, 8};
 
 auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
@@ -27,13 +28,15 @@ Result<Softness> softnessFrom(const v1::Softness& message) {
   Softness softness{.stiffness_N_per_m = message.stiffness_n_per_m(),
                     .radius_m = message.radius_m(),
                     .degree = message.has_degree() ? message.degree() : Softness{}.degree,
-                    .return_s = message.return_s()};
+                    .return_s = message.return_s(),
+                    .plastic = message.plastic()};
   if (auto bad = checkAbove0(softness.stiffness_N_per_m, kMaxTissue_N_per_m, " N/m", "stiffness_N_per_m")) {
     return refuse(bad);
   }
   if (auto bad = checkLength(softness.radius_m, "radius_m")) return refuse(bad);
   if (auto bad = checkRange(softness.degree, kDegree, "degree")) return refuse(bad);
   if (auto bad = checkRange(softness.return_s, kReturn, "return_s")) return refuse(bad);
+  if (auto bad = checkRange(softness.plastic, kPlastic, "plastic")) return refuse(bad);
   return softness;
 }
 
@@ -106,6 +109,14 @@ Result<DeformationEdit> deformationFrom(const v1::Deformation& message) {
       *edit.lattice = *std::move(lattice);
     }
   }
+  if (message.has_residue()) {
+    edit.residue.emplace();
+    if (message.residue().ByteSizeLong() > 0) {
+      const auto asset = hashFromWire(message.residue().asset(), "residue.asset");
+      if (!asset) return tl::unexpected<Error>(asset.error());
+      *edit.residue = *asset;
+    }
+  }
   return edit;
 }
 
@@ -121,6 +132,11 @@ Result<DeformationProperties> announcedDeformationFrom(const v1::Deformation& me
     if (!lattice) return errorOf(lattice, "lattice.");
     properties.lattice = *std::move(lattice);
   }
+  if (message.has_residue()) {
+    const auto asset = hashFromWire(message.residue().asset(), "residue.asset");
+    if (!asset) return tl::unexpected<Error>(asset.error());
+    properties.residue = *asset;
+  }
   return properties;
 }
 
@@ -132,6 +148,7 @@ void toWire(const DeformationProperties& properties, v1::Deformation& message) {
     softness.set_radius_m(from->radius_m);
     softness.set_degree(from->degree);
     softness.set_return_s(from->return_s);
+    if (from->plastic > 0) softness.set_plastic(from->plastic);
   }
   if (const auto& from = properties.lattice) {
     v1::Lattice& lattice = *message.mutable_lattice();
@@ -144,6 +161,7 @@ void toWire(const DeformationProperties& properties, v1::Deformation& message) {
       for (int d = 0; d < 3; ++d) lattice.add_control_m(point[d]);
     }
   }
+  if (properties.residue) message.mutable_residue()->set_asset(properties.residue->asBytes());
 }
 
 }  // namespace haptics

@@ -260,7 +260,7 @@ Result<Operation> setDeformationFrom(const v1::SetDeformation& message) {
   if (!object) return errorOf(object);
   auto deformation = deformationFrom(message.deformation());
   if (!deformation) return errorOf(deformation, "deformation.");
-  if (deformation->empty()) return refused("deformation", "is empty; give softness, lattice or both");
+  if (deformation->empty()) return refused("deformation", "is empty; give softness, lattice or residue");
   return SetDeformation{std::move(*object), *std::move(deformation)};
 }
 

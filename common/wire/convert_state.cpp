@@ -73,10 +73,12 @@ Result<AssetKind> assetKindFromWire(v1::AssetKind kind, const std::string& field
     case v1::ASSET_KIND_MESH:
     case v1::ASSET_KIND_SCALAR_FIELD:
     case v1::ASSET_KIND_VERTEX_VALUES:
+    case v1::ASSET_KIND_MOVED_VERTICES:
       return static_cast<AssetKind>(kind);
     default:
       return refused(field, "is " + std::to_string(kind) +
-                                "; give ASSET_KIND_MESH, ASSET_KIND_SCALAR_FIELD or ASSET_KIND_VERTEX_VALUES");
+                                "; give ASSET_KIND_MESH, ASSET_KIND_SCALAR_FIELD, ASSET_KIND_VERTEX_VALUES or "
+                                "ASSET_KIND_MOVED_VERTICES");
   }
 }
 

@@ -137,9 +137,11 @@ void ClientSession::cancelUpload(const ContentHash& asset) {
   pumpUploads();
 }
 
-void ClientSession::requestStatus(StatusCallback callback) {
+void ClientSession::requestStatus(StatusCallback callback, bool deformed) {
   statusWaiters_.push_back(std::move(callback));
-  if (statusWaiters_.size() == 1) sendStatusRequest();
+  const bool asksForMore = deformed && !statusDeformed_;
+  statusDeformed_ = deformed;
+  if (statusWaiters_.size() == 1 || asksForMore) sendStatusRequest();
 }
 
 void ClientSession::requestDump(DumpCallback callback) {
@@ -230,7 +232,7 @@ void ClientSession::sendSubscribe() {
 void ClientSession::sendStatusRequest() {
   if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
   v1::Envelope envelope;
-  envelope.mutable_status_request();
+  envelope.mutable_status_request()->set_deformed(statusDeformed_);
   send(envelope);
 }
 

@@ -78,7 +78,8 @@ class ClientSession {
   void upload(AssetKind kind, std::string bytes, UploadCallbacks callbacks);
   void cancelUpload(const ContentHash& asset);
   /// Asked again after a reconnect until it is answered.
-  void requestStatus(StatusCallback callback);
+  /// @param deformed  With the hash of what gives. Requests before the answer share it, as the last of them asked.
+  void requestStatus(StatusCallback callback, bool deformed = false);
   /// Likewise.
   void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
@@ -107,6 +108,7 @@ class ClientSession {
   DatagramPath datagrams_;
   std::uint64_t datagramPathsLost_ = 0;
   std::vector<StatusCallback> statusWaiters_;
+  bool statusDeformed_ = false;
   std::vector<DumpCallback> dumpWaiters_;
   std::uint64_t changes_ = 1;
   bool refused_ = false;        // until the next Welcome

@@ -38,6 +38,8 @@ std::size_t sizeOf(const TriMesh& mesh) {
 std::size_t sizeOf(const SampledField& field) { return field.samples().size_bytes(); }
 std::size_t sizeOf(const std::vector<float>& values) { return sizeof(float) * values.size(); }
 
+std::size_t sizeOf(const MovedVertices& moved) { return (sizeof(std::uint32_t) + sizeof(Vec3f)) * moved.vertex.size(); }
+
 std::optional<HeldAsset> heldAsset(const MirrorView& view, const AssetName& name) {
   const auto in = [&](const auto& held) -> std::optional<HeldAsset> {
     const auto at = held.find(name.hash);
@@ -51,6 +53,8 @@ std::optional<HeldAsset> heldAsset(const MirrorView& view, const AssetName& name
       return in(view.fields);
     case AssetKind::kVertexValues:
       return in(view.vertexValues);
+    case AssetKind::kMovedVertices:
+      return in(view.movedVertices);
   }
   return std::nullopt;
 }
@@ -105,6 +109,8 @@ Result<void> Mirror::addAsset(const AssetName& name, std::string_view bytes) {
       return keep(decodeField(bytes), view_.fields);
     case AssetKind::kVertexValues:
       return keep(decodeVertexValues(bytes), view_.vertexValues);
+    case AssetKind::kMovedVertices:
+      return keep(decodeMovedVertices(bytes), view_.movedVertices);
   }
   return refused("asset " + name.hash.hex(), "is of a kind that this client does not know");
 }
@@ -162,6 +168,7 @@ void Mirror::setScene(SceneVersion scene) {
   letGo(view_.meshes, AssetKind::kMesh);
   letGo(view_.fields, AssetKind::kScalarField);
   letGo(view_.vertexValues, AssetKind::kVertexValues);
+  letGo(view_.movedVertices, AssetKind::kMovedVertices);
   std::erase_if(view_.bodies, [&](const auto& entry) {
     const auto object = scene.find(entry.first);
     return !object || !object->motion;
@@ -174,6 +181,7 @@ void Mirror::drop(const AssetName& asset) {
   if (asset.kind == AssetKind::kMesh) view_.meshes.erase(asset.hash);
   if (asset.kind == AssetKind::kScalarField) view_.fields.erase(asset.hash);
   if (asset.kind == AssetKind::kVertexValues) view_.vertexValues.erase(asset.hash);
+  if (asset.kind == AssetKind::kMovedVertices) view_.movedVertices.erase(asset.hash);
 }
 
 void Mirror::compare() {
@@ -189,6 +197,8 @@ bool MirrorView::holds(const AssetName& asset) const {
       return fields.contains(asset.hash);
     case AssetKind::kVertexValues:
       return vertexValues.contains(asset.hash);
+    case AssetKind::kMovedVertices:
+      return movedVertices.contains(asset.hash);
   }
   return false;
 }
@@ -213,6 +223,14 @@ std::optional<std::array<Vec3, 3>> MirrorView::cornersOf(const ObjectRecord& obj
   std::array<Vec3f, 3> corners;
   for (std::size_t k = 0; k < 3; ++k) corners[k] = mesh->second->vertices[mesh->second->triangles[triangle][k]];
   if (object.deformation.lattice) std::ranges::copy(shapedBy(*object.deformation.lattice, corners), corners.begin());
+  if (object.deformation.residue) {
+    const auto residue = movedVertices.find(*object.deformation.residue);
+    if (residue == movedVertices.end()) return std::nullopt;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto place = residue->second->placeOf(mesh->second->triangles[triangle][k]);
+      corners[k] = place.value_or(corners[k]);
+    }
+  }
   if (const std::vector<Dent> own = dentsIn(object); !own.empty()) {
     const Falloff falloff = tissueOf(*object.deformation.softness).falloff;
     for (Vec3f& corner : corners) corner = dented(corner, own, falloff);
@@ -235,12 +253,13 @@ Result<ContentHash> recomputedRoot(const MirrorView& view) {
       if (anew.contains(asset)) continue;
       const bool isMesh = asset.kind == AssetKind::kMesh;
       return refused("object \"" + object->name + "\"",
-                     isMesh ? "its mesh has not arrived" : "an asset of its surface has not arrived");
+                     isMesh ? "its mesh has not arrived" : "an asset of its surface or shape has not arrived");
     }
     ObjectRecord& record = records.emplace_back(*object);
     record.mesh = anew.at({AssetKind::kMesh, record.mesh});
     record.material.surface =
         renamed(std::move(record.material.surface), [&anew](const AssetName& asset) { return anew.at(asset); });
+    if (auto& residue = record.deformation.residue) *residue = anew.at({AssetKind::kMovedVertices, *residue});
   }
   auto scene = SceneVersion::fromSnapshot(view.scene->revision(), std::move(records));
   if (!scene) return tl::unexpected<Error>(scene.error());
@@ -248,11 +267,16 @@ Result<ContentHash> recomputedRoot(const MirrorView& view) {
 }
 
 std::optional<ContentHash> deformedHash(const MirrorView& view) {
-  const auto verticesOf = [&](const ContentHash& mesh) -> const std::vector<Vec3f>* {
-    const auto at = view.meshes.find(mesh);
-    return at == view.meshes.end() ? nullptr : &at->second->vertices;
+  const auto find = [](const auto& held, const ContentHash& hash) {
+    const auto at = held.find(hash);
+    return at == held.end() ? nullptr : at->second.get();
   };
-  return deformedHash(*view.scene, verticesOf, view.dents);
+  const HeldShapes held{.vertices = [&](const ContentHash& mesh) -> const std::vector<Vec3f>* {
+                          const TriMesh* known = find(view.meshes, mesh);
+                          return known == nullptr ? nullptr : &known->vertices;
+                        },
+                        .residue = [&](const ContentHash& residue) { return find(view.movedVertices, residue); }};
+  return deformedHash(*view.scene, held, view.dents);
 }
 
 }  // namespace haptics

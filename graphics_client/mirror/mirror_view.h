@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/error/error.h"
+#include "common/mesh/moved_vertices.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/deformed_hash.h"
 #include "common/scene/scene.h"
@@ -31,6 +32,7 @@ struct MirrorView {
   std::map<ContentHash, std::shared_ptr<const TriMesh>> meshes;
   std::map<ContentHash, std::shared_ptr<const SampledField>> fields;
   std::map<ContentHash, std::shared_ptr<const std::vector<float>>> vertexValues;
+  std::map<ContentHash, std::shared_ptr<const MovedVertices>> movedVertices;
   ContentHash serverRoot;  ///< As last announced by the server, with its revision.
   std::uint64_t serverRevision = 0;
   /// Own root equals the server's at the same revision, and every asset of the scene is here and hashed to its name.
@@ -58,8 +60,8 @@ struct MirrorView {
   [[nodiscard]] Pose poseOf(const ObjectRecord& object) const;
   /// The object's dents; none in a rigid one.
   [[nodiscard]] std::vector<Dent> dentsIn(const ObjectRecord& object) const;
-  /// The corners of one of its triangles (canonical numbering) as lattice and dents have them, object frame; nothing while
-  /// its mesh is not here, or has no such triangle.
+  /// The corners of one of its triangles (canonical numbering) as lattice, residue and dents have them, object frame;
+  /// nothing while its mesh or residue is not here, or has no such triangle.
   [[nodiscard]] std::optional<std::array<Vec3, 3>> cornersOf(const ObjectRecord& object, std::uint32_t triangle) const;
   [[nodiscard]] bool holds(const AssetName& asset) const;
   /// Whether everything that the object's record names is here.

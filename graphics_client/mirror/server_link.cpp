@@ -183,9 +183,9 @@ void ServerLink::cancelUpload(const ContentHash& asset) {
   worker_->loop.post([worker = worker_.get(), asset] { worker->session.cancelUpload(asset); });
 }
 
-void ServerLink::requestStatus(StatusCallback callback) {
-  worker_->loop.post([worker = worker_.get(), callback = std::move(callback)]() mutable {
-    worker->session.requestStatus(std::move(callback));
+void ServerLink::requestStatus(StatusCallback callback, bool deformed) {
+  worker_->loop.post([worker = worker_.get(), callback = std::move(callback), deformed]() mutable {
+    worker->session.requestStatus(std::move(callback), deformed);
   });
 }
 

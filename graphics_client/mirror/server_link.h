@@ -55,7 +55,7 @@ class ServerLink {
   void upload(AssetKind kind, std::string bytes, UploadCallbacks callbacks);
   /// By the asset's hash; the upload finishes as refused and the server frees what it has of it.
   void cancelUpload(const ContentHash& asset);
-  void requestStatus(StatusCallback callback);
+  void requestStatus(StatusCallback callback, bool deformed = false);
   void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
 

@@ -16,11 +16,15 @@ std::vector<Vec3f> vectorsOf(vtkFloatArray* array) {
   return vectors;
 }
 
-/// Normals of a displaced surface are those at rest turned by the inverse transpose of the displacement's Jacobian.
+/// Normals of a displaced surface are those at rest turned by the inverse transpose of the displacements' Jacobian.
 Vec3f turned(Vec3f normal, Vec3 rest, std::span<const Dent> dents, const Falloff& falloff) {
   glm::dmat3 jacobian(1.0);
-  for (const Dent& dent : dents)
-    jacobian += glm::outerProduct(Vec3(dent.displacement), falloff.gradientAt(rest - Vec3(dent.centre)));
+  Vec3f at(rest);
+  for (const Dent& dent : dents) {
+    const Vec3 gradient = falloff.gradientAt(Vec3(at) - Vec3(dent.centre));
+    jacobian = (glm::dmat3(1.0) + glm::outerProduct(Vec3(dent.displacement), gradient)) * jacobian;
+    at = dented(at, {&dent, 1}, falloff);
+  }
   return Vec3f(glm::normalize(glm::inverseTranspose(jacobian) * Vec3(normal)));
 }
 

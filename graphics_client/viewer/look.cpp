@@ -72,8 +72,12 @@ bool facesAway(const Look& look, const Look::Side& side, Vec3 eye) {
 
 Look makeLook(const LookOrder& order) {
   TriMesh shaped;
-  if (order.lattice) shaped = {shapedBy(*order.lattice, order.triangles->vertices), order.triangles->triangles};
-  const TriMesh& mesh = order.lattice ? shaped : *order.triangles;
+  const bool isShaped = order.deformation.lattice || order.residue;
+  if (isShaped) {
+    shaped = {shapeAtRest(order.deformation, order.triangles->vertices, order.residue.get()),
+              order.triangles->triangles};
+  }
+  const TriMesh& mesh = isShaped ? shaped : *order.triangles;
   DisplayedSurface surface = displaySurface(mesh, order.surface, fieldsOf(order), order.mostTriangles);
   Look look{.sides = sidesOf(surface),
             .shadow = {},

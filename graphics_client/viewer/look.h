@@ -20,17 +20,18 @@ namespace haptics {
 struct LookOrder {
   ContentHash mesh;
   SurfaceProperties surface;
-  std::optional<Lattice> lattice = std::nullopt;
+  DeformationProperties deformation = {};  ///< Softness aside.
   std::size_t mostTriangles = 0;
 
   // What the hashes above stand for.
   std::shared_ptr<const TriMesh> triangles = nullptr;
   std::shared_ptr<const SampledField> textureField = nullptr, frictionField = nullptr;  ///< Null where none is named.
   std::shared_ptr<const std::vector<float>> frictionScale = nullptr;                    ///< Null where none is named.
+  std::shared_ptr<const MovedVertices> residue = nullptr;                               ///< Null where none is named.
 
   [[nodiscard]] bool sameAs(const LookOrder& other) const {
     return mesh == other.mesh && mostTriangles == other.mostTriangles && surface == other.surface &&
-           lattice == other.lattice;
+           deformation.lattice == other.deformation.lattice && deformation.residue == other.deformation.residue;
   }
 };
 

@@ -29,7 +29,7 @@ std::shared_ptr<const Value> find(const std::map<ContentHash, std::shared_ptr<co
 std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& view, std::size_t mostTriangles) {
   LookOrder order{.mesh = object.mesh,
                   .surface = object.material.surface,
-                  .lattice = object.deformation.lattice,
+                  .deformation = object.deformation,
                   .mostTriangles = hasField(object.material.surface) ? mostTriangles : 0,
                   .triangles = find(view.meshes, object.mesh)};
   bool complete = order.triangles != nullptr;
@@ -46,6 +46,10 @@ std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& 
       order.frictionScale = find(view.vertexValues, scale->values);
       complete &= order.frictionScale != nullptr;
     }
+  }
+  if (const auto& residue = order.deformation.residue) {
+    order.residue = find(view.movedVertices, *residue);
+    complete &= order.residue != nullptr;
   }
   if (!complete) return {};
   return order;
@@ -109,10 +113,18 @@ bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const
   return changed || moved;
 }
 
-/// As the newest sample has its dents.
+/// As the newest sample has its dents. The first ones may have ended in it because a residue holds them, and are shown
+/// until that is.
 void SceneActors::dent(Shown& shown, const ObjectRecord& object, const MirrorView& view) {
   const Softness softness = object.deformation.softness.value_or(Softness{.radius_m = 1});
-  shown.actors->dent(view.dentsIn(object), tissueOf(softness).falloff);
+  std::vector<Dent> dents = view.dentsIn(object);
+  const bool awaits = shown.coming.valid() || shown.order.deformation.residue != object.deformation.residue;
+  if (awaits && shown.dents.size() > dents.size()) {
+    const auto ended = static_cast<std::ptrdiff_t>(shown.dents.size() - dents.size());
+    dents.insert(dents.begin(), shown.dents.begin(), shown.dents.begin() + ended);
+  }
+  shown.dents = std::move(dents);
+  shown.actors->dent(shown.dents, tissueOf(softness).falloff);
 }
 
 /// Shows the look that was ordered once it is made.

@@ -67,6 +67,7 @@ class SceneActors {
     LookOrder order;                       ///< The last.
     LookMaker::Coming coming;              ///< Its look while it is not shown.
     std::unique_ptr<ObjectActors> actors;  ///< Null before the first look.
+    std::vector<Dent> dents;               ///< As shown.
   };
 
   vtkRenderer* worldRenderer_;

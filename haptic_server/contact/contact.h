@@ -90,13 +90,16 @@ void followContact(std::span<const Body> bodies, ContactState& state, const Vec3
 struct BodyOrigin {
   int before = -1;      ///< Its index in the bodies before the adoption, -1 when it is new.
   bool changed = true;  ///< Its surface or its pose is another one (or it is new).
+  /// And that only for dents which the contact was felt in already: the same triangles, their vertices displaced.
+  bool dented = false;
 };
 
 /// Times that a proxy pushed out of one body is looked for in another.
 inline constexpr int kReseatRounds = 8;
 
 /// Carries the state over an adoption; `origins[i]` tells of `bodies[i]`. Contact with unchanged bodies goes on as it
-/// was. Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it
+/// was; with a single surface that is only dented it goes on from the same triangle, or ends where that lets the HIP out.
+/// Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it
 /// finds itself in, and the next followContact() finds what holds it. Returns true when the contact could not be
 /// carried as it was, that is when the force may jump: the caller blends. Bounded work: no more than kReseatRounds
 /// closest point queries per body.

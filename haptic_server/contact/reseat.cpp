@@ -75,17 +75,35 @@ class Proxy {
   Vec3 outward_;  // unit: the way out of what held it; zero when nothing did
 };
 
+/// Can the contact go on with this body?
+bool isCarried(const ContactState& state, const BodyOrigin& origin) noexcept {
+  return !origin.changed || (origin.dented && state.mode == ContactState::Mode::kOneSurface);
+}
+
 /// Renumbers the bodies that hold the contact. False when one of them is gone or changed.
 bool renumber(ContactState& state, std::span<const BodyOrigin> origins) noexcept {
   const std::size_t count = state.surfaces().size();
   for (std::size_t i = 0; i < count; ++i) {
     const int before = state.holding[i].body;
     const auto now = std::find_if(origins.begin(), origins.end(),
-                                  [&](const BodyOrigin& o) { return o.before == before && !o.changed; });
+                                  [&](const BodyOrigin& o) { return o.before == before && isCarried(state, o); });
     if (now == origins.end()) return false;
     state.holding[i].body = static_cast<int>(now - origins.begin());
   }
   return true;
+}
+
+/// The IHIP of a contact on a surface that was dented: on the same triangles, where they are now.
+void followDented(ContactState& state, const Body& body) noexcept {
+  const Surface& s = *body.surface;
+  const Vec3 h = body.frame.toLocal(state.hip);
+  int spent = 0;
+  const Foot foot = neighborhoodWatch(s, state.holding[0].triangle, h, nullptr, spent).foot;
+  if (s.isOutside(foot, h, state.holding[0].side)) return place(state, state.hip);
+  state.holding[0].triangle = foot.triangle;
+  state.feature = foot.feature;
+  state.local = foot.point;
+  state.ihip = body.frame.toWorld(foot.point);
 }
 
 }  // namespace
@@ -98,12 +116,16 @@ bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const B
   state.polygon.forget();  // where its surface was another may be now
   Proxy proxy(state.ihip, held && depth > 0 ? way / depth : Vec3(0));
   if (!carried) proxy.lift(bodies);
+  const auto surfaces = state.surfaces();
+  const int onDented = carried && !surfaces.empty() && origins[static_cast<std::size_t>(surfaces.front().body)].dented
+                           ? surfaces.front().body
+                           : -1;
   bool pushed = false;
   bool settled = false;
   for (int round = 0; round < kReseatRounds && !settled; ++round) {
     settled = true;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      const bool suspect = origins[i].changed || pushed;
+      const bool suspect = (origins[i].changed && static_cast<int>(i) != onDented) || pushed;
       if (suspect && proxy.pushOutOf(bodies[i])) {
         pushed = true;
         settled = false;
@@ -111,7 +133,10 @@ bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const B
     }
   }
   if (!settled) proxy.flee(bodies);
-  if (carried && !pushed) return false;
+  if (carried && !pushed) {
+    if (onDented >= 0) followDented(state, bodies[static_cast<std::size_t>(onDented)]);
+    return false;
+  }
   const Vec3 hip = state.hip;
   place(state, proxy.place());
   state.hip = hip;

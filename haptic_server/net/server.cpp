@@ -20,6 +20,7 @@
 #include "haptic_server/net/datagram_paths.h"
 #include "haptic_server/net/handshake_limit.h"
 #include "haptic_server/net/servo_feed.h"
+#include "haptic_server/net/shape_hash.h"
 
 namespace haptics {
 namespace {
@@ -57,6 +58,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
         room_(room),
         history_(room.history()),
         servo_(options_.popTelemetry, options_.takeMotion, options_.takeEnergy),
+        shapes_(room),
         log_(options_.log) {}
 
   Result<void> open() {
@@ -176,6 +178,9 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     }
     void sessionClaimed(SessionId id) override { server.claimed(*this, id); }
     void fillStatus(v1::Status& status) override { server.fillStatus(status); }
+    [[nodiscard]] std::optional<ContentHash> deformedHash() override {
+      return server.shapes_.hashOf(*server.history_, server.servo_.motion().dents(), now_ns());
+    }
     void refused(const std::string& why) override {
       ++server.refusedConnections_;
       server.log("refused " + described() + ": " + why);
@@ -366,6 +371,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   std::map<std::uint64_t, std::unique_ptr<Connection>> connections_;
   std::uint64_t nextNumber_ = 1;
   ServoFeed servo_;
+  ShapeHash shapes_;
   std::size_t uploadBytes_ = 0;
   HandshakeLimit handshakes_;
   ConnectionLog log_;

@@ -150,7 +150,7 @@ void ServerSession::handleLive(const v1::Envelope& envelope) {
     case v1::Envelope::kClockProbe:
       return handle(envelope.clock_probe());
     case v1::Envelope::kStatusRequest:
-      return reportStatus();
+      return reportStatus(envelope.status_request().deformed());
     case v1::Envelope::kAssetUpload:
       return handle(envelope.asset_upload());
     case v1::Envelope::kDumpRequest:
@@ -283,7 +283,7 @@ void ServerSession::dumped(const Result<std::string>& file) {
   send(envelope);
 }
 
-void ServerSession::reportStatus() {
+void ServerSession::reportStatus(bool deformed) {
   v1::Envelope envelope;
   v1::Status& status = *envelope.mutable_status();
   host_.fillStatus(status);
@@ -291,6 +291,7 @@ void ServerSession::reportStatus() {
   status.set_epoch(history->epoch);
   status.set_revision(history->version.revision());
   status.set_root(history->version.root().asBytes());
+  if (const auto hash = deformed ? host_.deformedHash() : std::nullopt) status.set_deformed_hash(hash->asBytes());
   send(envelope);
 }
 

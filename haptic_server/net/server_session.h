@@ -112,7 +112,7 @@ class ServerSession {
   void handle(const v1::AssetUpload& upload);
   void putOff(std::uint64_t clientSeq, const Error& why);
   void handle(const v1::ClockProbe& probe);
-  void reportStatus();
+  void reportStatus(bool deformed);
   void dump();
 
   void pump();

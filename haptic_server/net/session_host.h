@@ -64,6 +64,8 @@ class SessionHost {
   [[nodiscard]] virtual bool requestDump() { return false; }
   /// All but what the session knows itself: epoch, revision and root.
   virtual void fillStatus(v1::Status& status) = 0;
+  /// Of the newest version and the newest sample's dents; nothing where that cannot be told.
+  [[nodiscard]] virtual std::optional<ContentHash> deformedHash() { return std::nullopt; }
   /// The client was refused, for the log. The connection ends (ended() follows).
   virtual void refused(const std::string& why) = 0;
   /// The connection is closed; nothing follows. The session may be destroyed once this call has returned.

@@ -45,7 +45,8 @@ Result<GivenObject> RecordedScenes::objectOf(const v1::RecordedObject& message) 
   if (!std::isfinite(damping) || damping < 0) return refused("damping_Ns_per_m", "is not finite and at least 0");
   return GivenObject{{std::make_shared<const ObjectRecord>(*std::move(record)), *std::move(assets), message.posed_at()},
                      stiffness,
-                     damping};
+                     damping,
+                     {message.shape(), message.dents_taken_up_to(), message.dents_loosened_up_to()}};
 }
 
 Result<std::vector<GivenObject>> RecordedScenes::objectsOf(const v1::RecordedScene& message) const {
@@ -93,6 +94,7 @@ Result<std::unique_ptr<const ServoScene>> RecordedScenes::make(const v1::Recorde
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     scene->objects[i].stiffness_N_per_m = objects_[i].stiffness_N_per_m;
     scene->objects[i].damping_Ns_per_m = objects_[i].damping_Ns_per_m;
+    scene->objects[i].taken = objects_[i].taken;
   }
   return scene;
 }

@@ -28,7 +28,7 @@ constexpr int kPermissions = 0666;  // less the umask
 /// But for whether it is leaving.
 [[nodiscard]] bool isSame(const GivenObject& a, const GivenObject& b) {
   return *a.parts.record == *b.parts.record && a.parts.poseRevision == b.parts.poseRevision &&
-         a.stiffness_N_per_m == b.stiffness_N_per_m && a.damping_Ns_per_m == b.damping_Ns_per_m;
+         a.stiffness_N_per_m == b.stiffness_N_per_m && a.damping_Ns_per_m == b.damping_Ns_per_m && a.taken == b.taken;
 }
 
 [[nodiscard]] std::string rootOf(const GivenScene& scene) {
@@ -43,8 +43,10 @@ constexpr int kPermissions = 0666;  // less the umask
 
 GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectParts>& parts) {
   GivenScene given{scene.number, scene.revision, {}};
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    given.objects.push_back({parts[i], scene.objects[i].stiffness_N_per_m, scene.objects[i].damping_Ns_per_m});
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const ServoObject& object = scene.objects[i];
+    given.objects.push_back({parts[i], object.stiffness_N_per_m, object.damping_Ns_per_m, object.taken});
+  }
   return given;
 }
 
@@ -90,6 +92,9 @@ void RecordingWriter::add(const GivenScene& scene) {
     put.set_posed_at(object.parts.poseRevision);
     put.set_stiffness_n_per_m(object.stiffness_N_per_m);
     put.set_damping_ns_per_m(object.damping_Ns_per_m);
+    put.set_shape(object.taken.shape);
+    put.set_dents_taken_up_to(object.taken.upTo);
+    put.set_dents_loosened_up_to(object.taken.loosenedUpTo);
   }
   for (const GivenObject& object : before_) {
     if (find(scene.objects, object.id()) == nullptr) message.add_gone(object.id());

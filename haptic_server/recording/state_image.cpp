@@ -48,6 +48,9 @@ requires std::is_trivially_copyable_v<T>
   for (std::size_t i = 0; i < state.movingCount; ++i) {
     if (!isFlag(state.moving[i].moved)) return false;
   }
+  for (const BodyDent& dent : state.allDents()) {
+    if (!isFlag(dent.stays)) return false;
+  }
   return true;
 }
 
@@ -106,7 +109,9 @@ requires std::is_trivially_copyable_v<T>
   if (state.pressing && state.pressedDent >= state.dentCount) return false;
   for (const BodyDent& dent : state.allDents()) {
     if (dent.body >= state.bodyCount || !scene.objects[dent.body].tissue) return false;
-    if (!isPlace(Vec3(dent.dent.centre)) || !isPlace(Vec3(dent.dent.displacement))) return false;
+    for (const Dent& place : {dent.dent, dent.rest, dent.begun}) {
+      if (!isPlace(Vec3(place.centre)) || !isPlace(Vec3(place.displacement))) return false;
+    }
   }
   state.contact.polygon = {};
   return isContactOn(state.contact, scene);

@@ -18,7 +18,11 @@ class AssetLibrary final : public AssetResolver {
  public:
   /// The store outlives the library. \param device for warnings.
   AssetLibrary(std::vector<std::filesystem::path> folders, AssetStore& store, const DeviceLimits& device = {})
-      : folders_(std::move(folders)), device_(device), meshes_(folders_, store), fields_(folders_, store) {}
+      : folders_(std::move(folders)),
+        store_(store),
+        device_(device),
+        meshes_(folders_, store),
+        fields_(folders_, store) {}
   AssetLibrary(const AssetLibrary&) = delete;
   AssetLibrary& operator=(const AssetLibrary&) = delete;
 
@@ -30,6 +34,14 @@ class AssetLibrary final : public AssetResolver {
   }
   [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override {
     return fields_.resolve(source);
+  }
+  [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override {
+    auto asset = as<MovedVerticesAsset>(store_.find(source.hash));
+    if (!asset) {
+      return refused("asset",
+                     "no moved vertices " + source.hash.hex() + " are here; upload them in this session first");
+    }
+    return Resolved<MovedVerticesAsset>{std::move(asset), ""};
   }
   [[nodiscard]] std::vector<std::string> remarks(const ObjectRecord& record,
                                                  const ObjectAssets& assets) const override {
@@ -43,6 +55,7 @@ class AssetLibrary final : public AssetResolver {
 
  private:
   const AssetFolders folders_;
+  const AssetStore& store_;
   const DeviceLimits device_;
   MeshLibrary meshes_;
   FieldLibrary fields_;

@@ -16,6 +16,11 @@ struct Resolved {
   std::string report;  ///< What importing or making it kept and dropped, one line.
 };
 
+/// A residue that the server holds.
+struct ResidueSource {
+  ContentHash hash;
+};
+
 /// Makes the assets that an edit names. The sequencer sees only this, so that a simulation needs no files.
 class AssetResolver {
  public:
@@ -26,6 +31,8 @@ class AssetResolver {
   [[nodiscard]] virtual Result<Resolved<FieldAsset>> resolve(const FieldSource& source) = 0;
   /// and below PerVertex ("asset").
   [[nodiscard]] virtual Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) = 0;
+  /// Moved vertices by their hash; errors are of the field "asset" below Residue.
+  [[nodiscard]] virtual Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) = 0;
   /// What the editor of an object may want to know of it as it is to be: a line each.
   [[nodiscard]] virtual std::vector<std::string> remarks(const ObjectRecord&, const ObjectAssets&) const { return {}; }
 };

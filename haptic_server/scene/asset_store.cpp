@@ -31,6 +31,12 @@ std::shared_ptr<VertexValuesAsset> build(std::vector<float> values) {
   return asset;
 }
 
+std::shared_ptr<MovedVerticesAsset> build(MovedVertices moved) {
+  auto asset = std::make_shared<MovedVerticesAsset>();
+  asset->moved = std::move(moved);
+  return asset;
+}
+
 }  // namespace
 
 std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh) {
@@ -54,6 +60,13 @@ std::shared_ptr<const VertexValuesAsset> AssetStore::intern(std::vector<float> v
   return keep(build(std::move(vertexValues)), std::move(encoded), hash);
 }
 
+std::shared_ptr<const MovedVerticesAsset> AssetStore::intern(MovedVertices moved) {
+  const ContentHash hash = hashOf(moved);
+  if (auto known = as<MovedVerticesAsset>(find(hash))) return known;
+  std::string encoded = encodeMovedVertices(moved);
+  return keep(build(std::move(moved)), std::move(encoded), hash);
+}
+
 Result<std::shared_ptr<const Asset>> AssetStore::internEncoded(const AssetName& name, std::string bytes) {
   if (auto known = find(name.hash); known && known->name.kind == name.kind) return known;
   const ContentHash actual = hashOfBytes(bytes);
@@ -71,6 +84,8 @@ Result<std::shared_ptr<const Asset>> AssetStore::internEncoded(const AssetName& 
       return keepDecoded(decodeField(bytes));
     case AssetKind::kVertexValues:
       return keepDecoded(decodeVertexValues(bytes));
+    case AssetKind::kMovedVertices:
+      return keepDecoded(decodeMovedVertices(bytes));
   }
   return refused("kind", "is none that this server knows");
 }

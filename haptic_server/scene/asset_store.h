@@ -10,6 +10,7 @@
 
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
+#include "common/mesh/moved_vertices.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/asset_source.h"
 #include "common/surface/sampled_field.h"
@@ -42,6 +43,11 @@ struct VertexValuesAsset final : Asset {
   std::vector<float> values;
 };
 
+struct MovedVerticesAsset final : Asset {
+  static constexpr AssetKind kKind = AssetKind::kMovedVertices;
+  MovedVertices moved;
+};
+
 /// Null when the asset is of another kind.
 template <class Kind>
 [[nodiscard]] std::shared_ptr<const Kind> as(std::shared_ptr<const Asset> asset) {
@@ -58,6 +64,7 @@ class AssetStore {
   [[nodiscard]] std::shared_ptr<const MeshAsset> intern(TriMesh mesh);
   [[nodiscard]] std::shared_ptr<const FieldAsset> intern(SampledField field);
   [[nodiscard]] std::shared_ptr<const VertexValuesAsset> intern(std::vector<float> vertexValues);
+  [[nodiscard]] std::shared_ptr<const MovedVerticesAsset> intern(MovedVertices moved);
   /// The same for canonical bytes from elsewhere. Refused: bytes that do not have this hash, or are not of this kind.
   [[nodiscard]] Result<std::shared_ptr<const Asset>> internEncoded(const AssetName& name, std::string bytes);
 

@@ -52,6 +52,7 @@ class Gatherer {
     if (surface.shading) done = checkCreases(surface.shading->creases, *assets_.mesh->mesh);
     if (done && surface.friction) done = gather(*surface.friction);
     if (done && surface.texture) done = make(surface.texture->family, "texture.field", assets_.textureField);
+    if (done && record_.deformation.residue) done = gatherResidue(*record_.deformation.residue);
     if (!done) return tl::unexpected<Error>(std::move(done).error());
     return std::move(assets_);
   }
@@ -60,6 +61,19 @@ class Gatherer {
   const ObjectRecord& record_;
   const AssetLookup& lookUp_;
   ObjectAssets assets_;
+
+  Result<void> gatherResidue(const ContentHash& hash) {
+    auto residue = get<MovedVerticesAsset>(hash, lookUp_);
+    if (!residue) return tl::unexpected<Error>(std::move(residue.error()).within("deformation.residue"));
+    const std::size_t vertices = assets_.mesh->mesh->vertices.size();
+    if (const std::uint32_t last = (*residue)->moved.vertex.back(); last >= vertices) {
+      return refused("deformation.residue", "moves vertex " + std::to_string(last) + "; the mesh has " +
+                                                std::to_string(vertices) + ", numbered from 0");
+    }
+    assets_.residue = *std::move(residue);
+    assets_.others.push_back(assets_.residue);
+    return {};
+  }
 
   Result<void> gather(const Friction& friction) {
     if (const auto* family = std::get_if<FieldFamily>(&friction.over)) {

@@ -14,11 +14,16 @@ namespace haptics {
 /// What an object's record names, held and ready to be felt.
 struct ObjectAssets {
   std::shared_ptr<const MeshAsset> mesh;
-  std::vector<std::shared_ptr<const Asset>> others;        ///< Of its surface properties.
+  std::vector<std::shared_ptr<const Asset>> others;        ///< All but the mesh.
   std::shared_ptr<const ScalarField> textureField;         ///< Null without a texture.
   std::shared_ptr<const ScalarField> frictionField;        ///< Null unless friction varies over a field.
   std::shared_ptr<const VertexValuesAsset> frictionScale;  ///< Null unless friction is given per vertex.
+  std::shared_ptr<const MovedVerticesAsset> residue;       ///< Null unless plastic dents have left one.
 
+  /// Of an object whose assets these are: its mesh's vertices as lattice and residue have them.
+  [[nodiscard]] std::vector<Vec3f> shapeAtRest(const DeformationProperties& deformation) const {
+    return haptics::shapeAtRest(deformation, mesh->mesh->vertices, residue ? &residue->moved : nullptr);
+  }
   [[nodiscard]] std::shared_ptr<const Asset> find(const ContentHash& hash) const;
 };
 

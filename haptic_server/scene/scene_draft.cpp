@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -117,6 +118,7 @@ Result<void> SceneDraft::apply(const RemeshObject& remesh, const std::string& fi
   const ObjectId id = (*record)->id;
   named_.push_back({field + "remesh.mesh.", id, (*record)->name, Place::kMesh, &remesh.mesh});
   given_[id].mesh = field + "remesh.mesh";
+  dropResidue(**record);
   return {};
 }
 
@@ -153,10 +155,21 @@ Result<void> SceneDraft::apply(const SetDeformation& set, const std::string& fie
 
 void SceneDraft::apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record) {
   if (edit.empty()) return;
+  if (edit.lattice || edit.residue) dropResidue(record);
   record.deformation = edited(std::move(record.deformation), edit);
   Given& given = given_[record.id];
-  given.deformation = field;
+  if (edit.softness || edit.lattice) given.deformation = field;
   if (edit.lattice) given.latticeOfMesh = edit.latticeOfMesh;
+  if (!edit.residue || !*edit.residue) return;
+  given.residue = field + "residue";
+  named_.push_back({given.residue + ".", record.id, record.name, Place::kResidue, ResidueSource{**edit.residue}});
+}
+
+/// Of another mesh or lattice, or overruled by a later operation.
+void SceneDraft::dropResidue(ObjectRecord& record) {
+  record.deformation.residue.reset();
+  std::erase_if(named_,
+                [&](const Named& named) { return named.object == record.id && named.place == Place::kResidue; });
 }
 
 void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record) {
@@ -185,12 +198,12 @@ void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const 
 }
 
 Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
-  constexpr std::array<const char*, 3> kOf{"", "friction: ", "texture: "};  // as Place counts
+  constexpr std::array<const char*, 4> kOf{"", "friction: ", "texture: ", "residue: "};  // as Place counts
   std::vector<std::string> reports;
   for (const Named& named : named_) {
     auto report = make(named, resolver);
     if (!report) return tl::unexpected(std::move(report).error().within(named.field));
-    reports.push_back(named.name + ": " + kOf[static_cast<std::size_t>(named.place)] + *report);
+    if (!report->empty()) reports.push_back(named.name + ": " + kOf[static_cast<std::size_t>(named.place)] + *report);
   }
   if (auto fits = checkSurfaces(); !fits) return tl::unexpected(std::move(fits).error());
   for (const Named& named : named_) fitMapping(named);
@@ -199,6 +212,7 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
     if (auto gathered = gather(record, given); !gathered) return tl::unexpected(std::move(gathered).error());
     if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
     if (auto fits = fitDeformation(record, given); !fits) return tl::unexpected(std::move(fits).error());
+    if (given.onlyResidue()) continue;  // the server's own, time and again
     for (const std::string& remark : resolver.remarks(record, assets_.at(object))) {
       reports.push_back(record.name + ": " + remark);
     }
@@ -215,8 +229,14 @@ Result<std::string> SceneDraft::make(const Named& named, AssetResolver& resolver
     }
   };
   return std::visit(
-      [&](const auto* source) -> Result<std::string> {
-        auto resolved = resolver.resolve(sourceIn(*source));
+      [&](const auto& source) -> Result<std::string> {
+        auto resolved = [&] {
+          if constexpr (std::is_pointer_v<std::remove_cvref_t<decltype(source)>>) {
+            return resolver.resolve(sourceIn(*source));
+          } else {
+            return resolver.resolve(source);
+          }
+        }();
         if (!resolved) return tl::unexpected(std::move(resolved).error());
         if (auto room = checkRoom(*resolved->asset); !room) return tl::unexpected(std::move(room).error());
         const ContentHash& hash = resolved->asset->name.hash;
@@ -316,6 +336,7 @@ Result<void> SceneDraft::gather(const ObjectRecord& record, const Given& given) 
   if (const auto at = given.surface.find(field.substr(0, field.find('.'))); at != given.surface.end()) {
     return refused(at->second + field, reason);
   }
+  if (field == "deformation.residue") return refused(given.residue, reason);
   return refused(given.mesh, "does not fit the object's " + field + ", which " + reason +
                                  "; edit that property in the same transaction, or take it away");
 }

@@ -48,22 +48,27 @@ class SceneDraft {
   [[nodiscard]] ObjectId nextId() const noexcept { return nextId_; }
 
  private:
-  enum class Place { kMesh, kFriction, kTexture };
+  enum class Place { kMesh, kFriction, kTexture, kResidue };
   /// An asset to be made, and where its name goes.
   struct Named {
     std::string field;
     ObjectId object;
     std::string name;
     Place place;
-    std::variant<const MeshSource*, const MappedSource*, const VertexValuesSource*> source;
+    std::variant<const MeshSource*, const MappedSource*, const VertexValuesSource*, ResidueSource> source;
   };
   /// The fields, if any, by which the operations last gave what an object is made of.
   struct Given {
     std::string mesh;         // "operations[0].remesh.mesh"
     std::string motion;       // "operations[0].add.motion."
     std::string deformation;  // "operations[0].add.deformation."
+    std::string residue;      // "operations[0].set_deformation.deformation.residue"
     bool latticeOfMesh = false;
     std::map<std::string, std::string> surface;  // "texture": "operations[1].set_material.material."
+
+    [[nodiscard]] bool onlyResidue() const {
+      return mesh.empty() && motion.empty() && deformation.empty() && surface.empty();
+    }
   };
 
   const SceneVersion& base_;
@@ -90,6 +95,7 @@ class SceneDraft {
   Result<std::string> make(const Named& named, AssetResolver& resolver);
   Result<void> checkRoom(const Asset& more) const;
   Result<void> checkSurfaces() const;
+  void dropResidue(ObjectRecord& record);
   void enter(const Named& named, const ContentHash& hash);
   void fitMapping(const Named& named);
   MappedFamily* mappedFamily(const Named& named);

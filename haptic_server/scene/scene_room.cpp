@@ -6,12 +6,17 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/scene/deformed_hash.h"
 
 namespace haptics {
 namespace {
 
 /// How often the builder frees scenes that the servo has left behind while nothing is edited.
 constexpr std::chrono::milliseconds kReclaimEvery{100};
+
+/// Between two takings-in of dents, nanoseconds: each is a commit with all of an object's moved vertices. Shorter costs
+/// lines more; longer lets a long stroke run out of places for its marks.
+constexpr std::uint64_t kTakeInEvery_ns = 200'000'000;
 
 /// Making an asset may take seconds, which only its own edit waits for.
 bool makesAsset(const Transaction& transaction) {
@@ -120,11 +125,16 @@ void SceneRoom::run() {
   while (!stopping_) {
     if (queue_.empty() && !servoScenes_.planIsOld()) queueChanged_.wait_for(lock, kReclaimEvery);
     if (options_.takeMotion) {
-      if (const MotionState* motion = options_.takeMotion()) servoScenes_.follow(*motion);
+      if (const MotionState* motion = options_.takeMotion()) {
+        servoScenes_.follow(*motion);
+        staying_ = stayingDents(*motion, handled_);
+        stayingAt_ = motion->sceneRevision;
+      }
     }
     std::vector<Job> jobs = takeJobs();
     lock.unlock();
     carryOut(jobs);
+    takeInDents();
     const auto departure = servoScenes_.nextDeparture_ns();
     const bool idle = jobs.empty();
     if ((idle && servoScenes_.planIsOld()) || (departure && *departure <= monotonicNow_ns())) {
@@ -181,6 +191,69 @@ std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submission
   published_ = now;
   if (listener_) listener_(published_);
   return outcomes;
+}
+
+/// Into the objects' surfaces, by edits of the server's own: dents that stay are part of the scene like all else.
+void SceneRoom::takeInDents() {
+  const std::uint64_t now_ns = monotonicNow_ns();
+  if (staying_.empty() || now_ns < takeInAfter_ns_) return;
+  takeInAfter_ns_ = now_ns + kTakeInEvery_ns;
+  std::erase_if(staying_, [this](const auto& entry) { return takeInDents(entry.first, entry.second); });
+}
+
+/// False: they are to be tried again.
+bool SceneRoom::takeInDents(ObjectId object, std::span<const StayingDent> dents) {
+  const auto before = sequencer_.history();
+  const auto record = before->version.find(object);
+  if (!record) {
+    handled_.erase(object);
+    return true;
+  }
+  if (stayingAt_ < record->revision)
+    return true;  // the object was edited since: the servo tells anew once it has adopted that
+  const TakenIn taken = takeIn(record->deformation, sequencer_.assetsOf(object), dents);
+  if (taken.loosenedUpTo > 0) servoScenes_.loosenDents(object, taken.loosenedUpTo);
+  if (taken.upTo > 0) {
+    std::shared_ptr<const Asset> asset;
+    SetDeformation set{ObjectRef{object}, {}};
+    set.deformation.residue.emplace();
+    if (!taken.residue.vertex.empty()) {
+      asset = store_.intern(taken.residue);
+      *set.deformation.residue = asset->name.hash;
+    }
+    const std::optional<ContentHash> residue = *set.deformation.residue;
+    servoScenes_.takeDents(object, residue, taken.upTo);
+    if (residue != record->deformation.residue) {
+      const Submission submission{kServerSession, before->version.revision() + 1, {{}, {std::move(set)}}};
+      static_cast<void>(apply(std::span(&submission, 1)));
+      if (sequencer_.history() == before) return false;
+    } else {
+      publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
+    }
+    handled_[object].upTo = taken.upTo;
+  } else if (taken.loosenedUpTo > 0) {
+    publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
+  }
+  if (taken.loosenedUpTo > 0) handled_[object].loosenedUpTo = taken.loosenedUpTo;
+  return true;
+}
+
+std::optional<ContentHash> SceneRoom::deformedHash(const SceneVersion& scene, std::span<const ObjectDent> dents) const {
+  std::vector<std::shared_ptr<const Asset>> used;  // none goes while it is looked at
+  const auto find = [&]<class Kind>(const ContentHash& hash, const Kind*) {
+    const auto asset = as<Kind>(store_.find(hash));
+    used.push_back(asset);
+    return asset.get();
+  };
+  const HeldShapes held{.vertices = [&](const ContentHash& mesh) -> const std::vector<Vec3f>* {
+                          const auto* asset = find(mesh, static_cast<const MeshAsset*>(nullptr));
+                          return asset == nullptr ? nullptr : &asset->mesh->vertices;
+                        },
+                        .residue = [&](const ContentHash& residue) -> const MovedVertices* {
+                          const auto* asset = find(residue, static_cast<const MovedVerticesAsset*>(nullptr));
+                          return asset == nullptr ? nullptr : &asset->moved;
+                        }};
+  return haptics::deformedHash(scene, held, dents);
 }
 
 void SceneRoom::publishToServo(ServoSceneMaker::Plan plan) {

@@ -7,8 +7,10 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -17,6 +19,7 @@
 
 #include "haptic_server/scene/asset_library.h"
 #include "haptic_server/scene/asset_store.h"
+#include "haptic_server/scene/residue.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/scene/servo_scene_maker.h"
 #include "haptic_server/servo/scene_crossing.h"
@@ -30,8 +33,8 @@ class SceneRoom {
   struct Options {
     std::vector<std::filesystem::path> assetFolders;
     ServoSceneMaker::MakePlan makePlan;  ///< Empty unless a simulated hand explores.
-    /// Where the objects that move are, null when nothing has changed since the last call; may be empty. Called on the
-    /// builder thread after start().
+    /// Where the objects that move are, and which dents stay; null when nothing has changed since the last call; may be
+    /// empty. Called on the builder thread after start().
     std::function<const MotionState*()> takeMotion = nullptr;
     DeviceLimits device = {};                     ///< For clamps and warnings of them.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
@@ -73,6 +76,9 @@ class SceneRoom {
   [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes, const UploadReply& reply);
   /// Any thread. Null when it is neither in the scene nor held by someone.
   [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const { return store_.find(hash); }
+  /// Any thread. deformedHash() of a version of the scene whose assets are here.
+  [[nodiscard]] std::optional<ContentHash> deformedHash(const SceneVersion& scene,
+                                                        std::span<const ObjectDent> dents) const;
   /// Any thread. The newest.
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;
   /// Called on the builder thread after each revision, and once here with the present one. An empty function ends it:
@@ -96,6 +102,11 @@ class SceneRoom {
   Sequencer sequencer_;          // builder thread, or loadStartScene before it runs
   ServoSceneMaker servoScenes_;  // likewise
 
+  std::map<ObjectId, std::vector<StayingDent>> staying_;  // not taken in yet; builder thread
+  std::uint64_t stayingAt_ = 0;                           // scene revision that the servo had then; likewise
+  HandledDents handled_;                                  // likewise
+  std::uint64_t takeInAfter_ns_ = 0;                      // likewise
+
   std::mutex queueMutex_;
   std::condition_variable queueChanged_;
   std::deque<Job> queue_;
@@ -113,6 +124,8 @@ class SceneRoom {
   void carryOut(std::span<Job> jobs);
   std::vector<EditOutcome> apply(std::span<const Submission> submissions);
   void publishToServo(ServoSceneMaker::Plan plan);
+  void takeInDents();
+  [[nodiscard]] bool takeInDents(ObjectId object, std::span<const StayingDent> dents);
 };
 
 }  // namespace haptics

@@ -53,6 +53,7 @@ std::unique_ptr<ServoScene> ServoSceneMaker::make(std::vector<ServoObjectParts> 
     Detailed& known = detailed[record->id] = detailOf(*record, assets);
     addBody(known, *record, assets);
     addTissue(known, *record);
+    addTakenDents(known, record->id);
     const Material& material = record->material;
     const double stiffness_N_per_m = std::min(material.stiffness_N_per_m, device_.stiffest_N_per_m);
     const double share =
@@ -67,9 +68,11 @@ std::unique_ptr<ServoScene> ServoSceneMaker::make(std::vector<ServoObjectParts> 
                               .detail = known.detail,
                               .motion = known.body,
                               .poseRevision = poseRevision,
-                              .tissue = known.tissue});
+                              .tissue = known.tissue,
+                              .taken = known.taken});
   }
   detailed_ = std::move(detailed);
+  std::erase_if(told_, [this](const auto& entry) { return !detailed_.contains(entry.first); });
   parts_ = std::move(objects);
   return scene;
 }
@@ -93,15 +96,16 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
   return made;
 }
 
-/// The mesh's surface, or as the lattice has it; the last scene's where neither has changed.
+/// The mesh's surface, or as lattice and residue have it; the last scene's where none of them has changed.
 std::shared_ptr<const Surface> ServoSceneMaker::shapeOf(const ObjectRecord& record, const ObjectAssets& assets) const {
-  if (!record.deformation.lattice) return assets.mesh->surface;
+  const auto& [softness, lattice, residue] = record.deformation;
+  if (!lattice && !residue) return assets.mesh->surface;
   const auto known = detailed_.find(record.id);
   if (known != detailed_.end() && known->second.atRest == assets.mesh->surface &&
-      known->second.deformation.lattice == record.deformation.lattice) {
+      known->second.deformation.lattice == lattice && known->second.deformation.residue == residue) {
     return known->second.surface;
   }
-  return refitSurface(*assets.mesh->surface, shapedBy(*record.deformation.lattice, assets.mesh->mesh->vertices));
+  return refitSurface(*assets.mesh->surface, assets.shapeAtRest(record.deformation));
 }
 
 void ServoSceneMaker::addTissue(Detailed& detailed, const ObjectRecord& record) const {
@@ -113,6 +117,30 @@ void ServoSceneMaker::addTissue(Detailed& detailed, const ObjectRecord& record) 
   detailed.tissue =
       same ? known->second.tissue : std::make_shared<const SoftTissue>(tissueOf(*record.deformation.softness));
 }
+
+/// The shape counts as another one where mesh or lattice were edited, or a residue that is not the builder's.
+void ServoSceneMaker::addTakenDents(Detailed& detailed, ObjectId object) const {
+  const auto known = detailed_.find(object);
+  const auto told = told_.find(object);
+  const DeformationProperties before = known == detailed_.end() ? DeformationProperties{} : known->second.deformation;
+  detailed.taken = known == detailed_.end() ? TakenDents{} : known->second.taken;
+  const std::optional<ContentHash>& residue = detailed.deformation.residue;
+  const bool ours = told != told_.end() && residue == told->second.residue;
+  const bool sameMesh = known != detailed_.end() && known->second.atRest == detailed.atRest;
+  if (!sameMesh || before.lattice != detailed.deformation.lattice || (before.residue != residue && !ours)) {
+    ++detailed.taken.shape;
+  }
+  if (told == told_.end()) return;
+  if (ours) detailed.taken.upTo = std::max(detailed.taken.upTo, told->second.upTo);
+  detailed.taken.loosenedUpTo = std::max(detailed.taken.loosenedUpTo, told->second.loosenedUpTo);
+}
+
+void ServoSceneMaker::takeDents(ObjectId object, const std::optional<ContentHash>& residue, std::uint64_t upTo) {
+  told_[object].residue = residue;
+  told_[object].upTo = upTo;
+}
+
+void ServoSceneMaker::loosenDents(ObjectId object, std::uint64_t upTo) { told_[object].loosenedUpTo = upTo; }
 
 std::shared_ptr<const ExplorationPlan> ServoSceneMaker::planFor(ServoScene scene) const {
   std::erase_if(scene.objects, [](const ServoObject& object) { return object.leaving; });

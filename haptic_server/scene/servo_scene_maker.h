@@ -36,6 +36,11 @@ class ServoSceneMaker {
   /// bodies can be felt (bearableShare()).
   explicit ServoSceneMaker(MakePlan makePlan, const DeviceLimits& device = {});
 
+  /// The surface holds an object's dents up to this number once the object has this residue.
+  void takeDents(ObjectId object, const std::optional<ContentHash>& residue, std::uint64_t upTo);
+  /// They may not stay.
+  void loosenDents(ObjectId object, std::uint64_t upTo);
+
   /// Planning takes milliseconds, which no edit should wait for.
   enum class Plan { kOfTheLastScene, kOfThisOne };
 
@@ -69,12 +74,19 @@ class ServoSceneMaker {
     std::shared_ptr<const Surface> atRest = nullptr;  ///< Of the mesh: `surface` is as the lattice has it.
     DeformationProperties deformation = {};
     std::shared_ptr<const SoftTissue> tissue = nullptr;
+    TakenDents taken;
+  };
+  /// Of an object's dents, as it was last told.
+  struct Told {
+    std::optional<ContentHash> residue;  // with which the shape is the same as before, only with dents in it
+    std::uint64_t upTo = 0, loosenedUpTo = 0;
   };
   MakePlan makePlan_;
   DeviceLimits device_;
   std::map<ObjectId, Detailed> detailed_;  // of the last scene made
-  std::vector<ServoObjectParts> parts_;    // of the last scene made, in order of id
-  std::vector<Leaving> leaving_;           // in order of time
+  std::map<ObjectId, Told> told_;
+  std::vector<ServoObjectParts> parts_;  // of the last scene made, in order of id
+  std::vector<Leaving> leaving_;         // in order of time
   std::shared_ptr<const ExplorationPlan> plan_;
   std::uint64_t number_ = 0;        // of the last scene made
   std::uint64_t revision_ = 0;      // of the last scene made
@@ -89,6 +101,7 @@ class ServoSceneMaker {
   Detailed detailOf(const ObjectRecord& record, const ObjectAssets& assets) const;
   std::shared_ptr<const Surface> shapeOf(const ObjectRecord& record, const ObjectAssets& assets) const;
   void addTissue(Detailed& detailed, const ObjectRecord& record) const;
+  void addTakenDents(Detailed& detailed, ObjectId object) const;
 };
 
 }  // namespace haptics

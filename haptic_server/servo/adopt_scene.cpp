@@ -93,6 +93,7 @@ class Succession {
 
   void follow(std::size_t i, const ServoObject& object, std::size_t before) noexcept {
     const bool sameSurface = state_.bodies[before].surface == object.surface.get();
+    const bool tookDents = !sameSurface && hasTakenDents(object, before);
     // What no longer moves goes back to where the scene has it.
     const bool stopped = object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr;
     const bool samePose = isAsSet(object, before) && !stopped;
@@ -114,7 +115,13 @@ class Succession {
       put(i, object);
       changed = true;
     }
-    origins_[i] = {static_cast<int>(before), changed};
+    origins_[i] = {static_cast<int>(before), changed, changed && samePose && tookDents};
+  }
+
+  /// Is its surface another one only for the dents that it holds now?
+  [[nodiscard]] bool hasTakenDents(const ServoObject& object, std::size_t before) const noexcept {
+    const TakenDents& was = state_.objects[before].taken;
+    return object.taken.shape == was.shape && object.taken.upTo > was.upTo;
   }
 
   /// Was a known object's pose not set since?
@@ -143,23 +150,31 @@ class Succession {
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
   }
 
-  /// Goes on as it is dented, unless its surface is another one.
+  /// Goes on as it is dented, unless its surface is another one. Dents that the surface holds now end here: the shape stays
+  /// the same to the bit.
   void takeDents(std::size_t i, const ServoObject& object) noexcept {
     anySoft_ = anySoft_ || object.tissue != nullptr;
     objects_[i].tissue = object.tissue.get();
+    objects_[i].taken = object.taken;
     const int before = origins_[i].before;
     if (before < 0) return;
     const auto was = static_cast<std::size_t>(before);
     const bool edited = state_.objects[was].tissue != object.tissue.get();
     detailEdited_ = detailEdited_ || (edited && object.id == state_.contactObject);
-    if (!object.tissue || state_.bodies[was].surface != object.surface.get()) return;
+    if (!object.tissue || (state_.bodies[was].surface != object.surface.get() && !hasTakenDents(object, was))) return;
     for (std::size_t d = 0; d < state_.dentCount; ++d) {
-      if (state_.dents[d].body != was) continue;
+      BodyDent dent = state_.dents[d];
+      if (dent.body != was || dent.number <= object.taken.upTo) continue;
+      if (dent.number <= object.taken.loosenedUpTo && dent.stays) {
+        dent.rest.displacement = Vec3f(0);
+        dent.stays = false;
+      }
       if (state_.pressing && d == state_.pressedDent) {
         pressing_ = true;
         pressedDent_ = dentCount_;
       }
-      dents_[dentCount_++] = {i, state_.dents[d].dent};
+      dent.body = i;
+      dents_[dentCount_++] = dent;
     }
   }
 

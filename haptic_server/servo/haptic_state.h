@@ -47,6 +47,7 @@ struct StepMemory {
   std::size_t movingCount = 0;
   std::size_t dentCount = 0;              ///< Written by the step, as are the next two.
   std::uint64_t deformationRevision = 0;  ///< Counts the ticks in which some dent changed. Written by the step.
+  std::uint64_t dentNumber = 0;           ///< Of the newest dent. Written by the step.
   std::size_t pressedDent = 0;            ///< The dent of the contact,
   bool pressing = false;                  ///< when there is one.
   bool anyDetail = false;                 ///< Some object of the scene has surface properties, moves, or is soft;
@@ -81,6 +82,11 @@ struct MovingBody {
 struct BodyDent {
   std::size_t body = 0;  ///< Index into bodies.
   Dent dent;
+  Dent rest;                 ///< What it comes to once nothing presses it: of no depth unless it is plastic.
+  Dent begun;                ///< While it is pressed: what is to stay where this stretch of its way began.
+  std::uint64_t number = 0;  ///< Counts up from 1. An object's dents are in order of it.
+  double still_s = 0;        ///< So long it has been what it comes to.
+  bool stays = false;        ///< It will not change any more; the builder may take it in.
 };
 
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
@@ -112,6 +118,7 @@ struct HapticState : StepMemory {
     FeltStiffness felt;
     const SurfaceDetail* detail = nullptr;  ///< As in the scene, to tell whether it was edited.
     const SoftTissue* tissue = nullptr;     ///< Likewise.
+    TakenDents taken;                       ///< As in the scene.
   };
 
   LeadObserver lead;  ///< Where it is active, `velocity` is its.

@@ -87,8 +87,10 @@ void ServoLoop::finish(const StepInput& input, const FeltTick& felt, std::uint64
   if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
   if (state_.movingCount + motion_.bodyCount + state_.dentCount + motion_.dentCount > 0) [[unlikely]] {
     const bool moved = describeMotion(state_, input.tick, motion_);
+    const auto staying = motion_.staying;
+    const std::uint64_t revision = motion_.sceneRevision;
     if (describeDents(state_, input.tick, motion_) || moved) motionOut_.put(motion_);
-    if (moved) motionForPlans_.put(motion_);
+    if (moved || staying != motion_.staying || revision != motion_.sceneRevision) motionToBuilder_.put(motion_);
   }
   if (input.time_ns - energyTold_ns_ >= kEnergyEvery_ns) [[unlikely]] {
     energyTold_ns_ = input.time_ns;

@@ -66,8 +66,9 @@ class ServoLoop {
   /// For that thread too, wait-free: where the objects that move are, null when nothing has changed since the last call.
   /// Comes after the sample of its tick. A scene in which nothing moves has none.
   [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.takeNew(); }
-  /// The same for the builder thread, which plans by it what a simulated hand explores.
-  [[nodiscard]] const MotionState* takeMotionForPlans() noexcept { return motionForPlans_.takeNew(); }
+  /// The same for the builder thread, which plans by it what a simulated hand explores, and takes in the dents that stay;
+  /// null when neither has changed.
+  [[nodiscard]] const MotionState* takeMotionForBuilder() noexcept { return motionToBuilder_.takeNew(); }
   /// For the consumer of samples, wait-free: what the objects gave the hand, 50 times a second; null in between.
   [[nodiscard]] const EnergyState* takeEnergy() noexcept { return energyOut_.takeNew(); }
   /// As it was at last, once run() has returned.
@@ -92,7 +93,7 @@ class ServoLoop {
   std::uint64_t secondBegan_ns_ = 0;
   std::uint64_t ticksBefore_ = 0;
   MotionState motion_;
-  NewestValue<MotionState> motionOut_, motionForPlans_;
+  NewestValue<MotionState> motionOut_, motionToBuilder_;
   EnergyState energy_;
   NewestValue<EnergyState> energyOut_;
   std::uint64_t energyTold_ns_ = 0;

@@ -14,6 +14,14 @@
 
 namespace haptics {
 
+/// Which of the dents that the servo numbers an object's surface holds: the builder takes in what stays.
+struct TakenDents {
+  std::uint64_t shape = 0;         ///< Another one where the shape at rest was edited: dents in the old one are gone.
+  std::uint64_t upTo = 0;          ///< The surface holds the dents up to this number; they end with the adoption.
+  std::uint64_t loosenedUpTo = 0;  ///< Those up to this one that it does not hold may not stay: they go back.
+  bool operator==(const TakenDents&) const = default;
+};
+
 /// What the servo needs of one object.
 struct ServoObject {
   std::uint64_t id = 0;
@@ -32,6 +40,7 @@ struct ServoObject {
   std::uint64_t poseRevision = 0;
   /// What it yields like; null for a rigid one. The same pointer likewise.
   std::shared_ptr<const SoftTissue> tissue = nullptr;
+  TakenDents taken = {};
 };
 
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.

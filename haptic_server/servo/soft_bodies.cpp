@@ -10,11 +10,21 @@
 namespace haptics {
 namespace {
 
-/// Of a falloff's radius: a dent that has gone back this far is gone. Larger ends with a jump; smaller keeps places.
+/// Of a falloff's radius: a dent that has gone back this far is gone, one that is so near to what stays of it is there.
+/// Larger ends with a jump; smaller keeps places.
 constexpr double kGone = 0x1p-14;
+/// Of a falloff's radius: what would stay shallower than this goes back. Larger loses light strokes; smaller fills the list
+/// with marks that nobody sees.
+constexpr double kLeastMark = 0x1p-9;
+constexpr double kMuchDeeper = 1.25;
 /// Where a contact finds no place for its dent, the weakest one is hurried back (seconds). Shorter can be felt; longer
 /// leaves the new contact hard for longer.
 constexpr double kHurried_s = 0.01;
+/// A dent that stays is as it is for so long before the builder may have it (seconds): a hand that comes back until then
+/// goes on in the same dent. Shorter hands over more and smaller ones; longer lets a stroke run out of places.
+constexpr double kStill_s = 0.2;
+/// With no more places free, nothing waits for that.
+constexpr std::size_t kSparePlaces = 2;
 
 /// The dents of one body, in the order in which they are told.
 struct BodyDents {
@@ -24,12 +34,46 @@ struct BodyDents {
   [[nodiscard]] std::span<const Dent> all() const noexcept { return std::span(dent).first(count); }
 };
 
-[[nodiscard]] BodyDents dentsOf(const HapticState& state, std::size_t body) noexcept {
+/// @param without  Index of one that is left out.
+[[nodiscard]] BodyDents dentsOf(const HapticState& state, std::size_t body, std::size_t without = kMaxDents) noexcept {
   BodyDents dents;
-  for (const BodyDent& dent : state.allDents()) {
-    if (dent.body == body) dents.dent[dents.count++] = dent.dent;
+  for (std::size_t i = 0; i < state.dentCount; ++i) {
+    if (state.dents[i].body == body && i != without) dents.dent[dents.count++] = state.dents[i].dent;
   }
   return dents;
+}
+
+[[nodiscard]] double depthOf(const Dent& dent) noexcept { return glm::length(Vec3(dent.displacement)); }
+
+[[nodiscard]] Dent scaled(Dent dent, double share) noexcept {
+  dent.displacement *= static_cast<float>(share);
+  return dent;
+}
+
+/// Goes a part of its way to what it comes to.
+void comeToRest(BodyDent& dent, double left) noexcept {
+  const auto share = static_cast<float>(left);
+  dent.dent.displacement = dent.rest.displacement + (dent.dent.displacement - dent.rest.displacement) * share;
+  if (dent.rest.displacement != Vec3f(0))
+    dent.dent.centre = dent.rest.centre + (dent.dent.centre - dent.rest.centre) * share;
+}
+
+/// Puts a mark in the place before a dent, whose number it takes: a contact that moves on leaves it behind. It grows from
+/// nothing, far enough from the contact not to be felt. Without a place for it there is none.
+void leaveMark(HapticState& state, std::size_t at, const Dent& mark) noexcept {
+  if (state.dentCount == kMaxDents) return;
+  const auto from = state.dents.begin() + static_cast<std::ptrdiff_t>(at);
+  std::copy_backward(from, state.dents.begin() + static_cast<std::ptrdiff_t>(state.dentCount),
+                     state.dents.begin() + static_cast<std::ptrdiff_t>(state.dentCount) + 1);
+  ++state.dentCount;
+  if (state.pressing && state.pressedDent >= at) ++state.pressedDent;
+  BodyDent& left = state.dents[at];
+  left.dent = scaled(mark, 0);
+  left.rest = mark;
+  left.begun = {};
+  left.still_s = 0;
+  left.stays = false;
+  state.dents[at + 1].number = ++state.dentNumber;
 }
 
 /// What each of the triangle's corners has of a point in it. The point is projected on to the triangle along its normal.
@@ -57,102 +101,181 @@ class Yielding {
         index_(static_cast<std::size_t>(contact.body)),
         body_(state.bodies[index_]),
         held_(state.contact.holding[0]),
-        foot_(body_.frame.toLocal(contact.ihip)),
         h_(body_.frame.toLocal(state.hip)) {}
 
   void run() noexcept {
     if (state_.pressing && isElsewhere()) state_.release();
-    if (!state_.pressing && !findPlace()) return settle();
-    const double depth = contact_.penetration_m;
-    const Vec3 direction = depth > 0 ? (h_ - foot_) / depth : Vec3(0);
-    Dent& pressed = state_.dents[state_.pressedDent].dent;
-    pressed.centre = Vec3f(foot_);
-    const Vec3 share = barycentric(body_.surface->triangle(held_.triangle), foot_);
-    const double seen = falloffAt(pressed, share);  // of the dent, on this mesh
-    const double others = glm::dot(displacementByOthers(share), direction);
-    const double before = seen * glm::length(Vec3(pressed.displacement)) + others;
-    const double yielded =
-        tissue_.yield_m(before, depth, state_.objects[index_].felt.value().spring_N_per_m, config_.period_s);
-    const double wanted = seen > 0 ? (yielded - others) / seen : 0;
-    pressed.displacement = Vec3f(direction * std::clamp(wanted, 0.0, room()));
+    if (!state_.pressing && !begin()) return;
+    if (state_.pressing && !press()) return;
     settle();
   }
 
  private:
+  /// On a body with some of its dents: where it is nearest to the HIP.
+  struct Nearest {
+    Foot foot;
+    Vec3 normal{0};
+    bool outside = false;  // the HIP is
+  };
+
+  [[nodiscard]] Nearest nearest(const BodyDents& dents) noexcept {
+    const auto moved = [&](Vec3f rest) noexcept { return dented(rest, dents.all(), tissue_.falloff); };
+    const DeformedSurface deformed(*body_.surface, moved);
+    Nearest found;
+    found.foot = deformed.closestFrom(held_.triangle, h_, contact_.work.triangles);
+    found.normal = unitOrZero(deformed.normal(found.foot)) * double(held_.side);
+    found.outside = glm::dot(h_ - found.foot.point, found.normal) >= 0 && contact_.penetration_m > 0;
+    return found;
+  }
+
+  /// Without any, as the contact core has it.
+  [[nodiscard]] Nearest nearestAtRest() const noexcept {
+    Nearest found;
+    found.foot.triangle = held_.triangle;
+    found.foot.point = body_.frame.toLocal(contact_.ihip);
+    return found;
+  }
+
   /// Than the dent that the contact pressed in the last tick: a fast hand has left it and come in again.
   [[nodiscard]] bool isElsewhere() const noexcept {
     const Vec3 centre(state_.dents[state_.pressedDent].dent.centre);
     const double radius = tissue_.falloff.radius_m();
-    return squaredLength(foot_ - centre) > radius * radius;
+    return squaredLength(body_.frame.toLocal(contact_.ihip) - centre) > radius * radius;
   }
 
-  /// For a dent of this contact. When there is none, the weakest is hurried back, and the contact is hard meanwhile.
-  [[nodiscard]] bool findPlace() noexcept {
+  /// A new contact: it goes on in the body's newest dent where it comes back to that, else makes one of its own. False
+  /// where the dents that there are leave the HIP outside.
+  [[nodiscard]] bool begin() noexcept {
+    const BodyDents dents = dentsOf(state_, index_);
+    if (dents.count > 0) {
+      const Nearest at = nearest(dents);
+      if (at.outside) return lose();
+      if (goOnIn(at.foot.point)) return true;
+    }
     if (state_.dentCount == kMaxDents) {
-      const auto weakest = std::min_element(
-          state_.dents.begin(), state_.dents.end(),
-          [](const BodyDent& a, const BodyDent& b) { return squaredLengthOf(a) < squaredLengthOf(b); });
-      weakest->dent.displacement *= static_cast<float>(std::exp(-config_.period_s / kHurried_s));
-      return false;
+      hurryTheWeakest();
+      return true;
     }
     state_.pressedDent = state_.dentCount++;
-    state_.dents[state_.pressedDent] = {index_, {}};
+    state_.dents[state_.pressedDent] = {
+        .body = index_, .dent = {}, .rest = {}, .begun = {}, .number = ++state_.dentNumber};
     state_.pressing = true;
     return true;
   }
 
-  [[nodiscard]] static double squaredLengthOf(const BodyDent& dent) noexcept {
-    return squaredLength(Vec3(dent.dent.displacement));
+  [[nodiscard]] bool goOnIn(Vec3 foot) noexcept {
+    for (std::size_t i = state_.dentCount; i-- > 0;) {
+      BodyDent& newest = state_.dents[i];
+      if (newest.body != index_) continue;
+      const double way = glm::distance(foot, Vec3(newest.dent.centre));
+      if (newest.stays || way > tissue_.falloff.width_m() / 2) return false;
+      newest.still_s = 0;
+      newest.begun = newest.rest;
+      state_.pressedDent = i;
+      state_.pressing = true;
+      return true;
+    }
+    return false;
   }
 
-  /// How deep this dent may be, so that all of the body's stay within deepestDent_m().
+  /// There is no place for a dent of this contact, which is hard meanwhile.
+  void hurryTheWeakest() noexcept {
+    BodyDent* weakest = nullptr;
+    for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
+      if (!dent.stays && (weakest == nullptr || depthOf(dent.dent) < depthOf(weakest->dent))) weakest = &dent;
+    }
+    if (weakest != nullptr) comeToRest(*weakest, std::exp(-config_.period_s / kHurried_s));
+  }
+
+  /// How far the tissue yields, over the other dents. False where those leave the HIP outside.
+  [[nodiscard]] bool press() noexcept {
+    const BodyDents others = dentsOf(state_, index_, state_.pressedDent);
+    const Nearest at = others.count > 0 ? nearest(others) : nearestAtRest();
+    if (at.outside) return lose();
+    const Vec3 foot = at.foot.point;
+    if (tissue_.plastic > 0) moveOn(foot);
+    BodyDent& pressed = state_.dents[state_.pressedDent];
+    const double depth = glm::distance(h_, foot);
+    const Vec3 direction = depth > 0 ? (h_ - foot) / depth : Vec3(0);
+    pressed.dent.centre = Vec3f(foot);
+    const double seen = seenOn(others, at.foot, pressed.dent);
+    const double yielded = tissue_.yield_m(seen * depthOf(pressed.dent), depth,
+                                           state_.objects[index_].felt.value().spring_N_per_m, config_.period_s);
+    const double stays = std::max(stillThere_m(pressed.rest, foot), stillThere_m(pressed.begun, foot));
+    const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
+    pressed.dent.displacement = Vec3f(direction * std::clamp(wanted, 0.0, room()));
+    if (tissue_.plastic > 0) remember(pressed);
+    return true;
+  }
+
+  /// Leaves a mark where the contact has been, each a dent's width from the last.
+  void moveOn(Vec3 foot) noexcept {
+    BodyDent& pressed = state_.dents[state_.pressedDent];
+    const double way = glm::distance(foot, Vec3(pressed.begun.centre));
+    const bool isNear = pressed.begun.displacement == Vec3f(0) || way < tissue_.falloff.width_m();
+    if (isNear || state_.dentCount == kMaxDents) return;  // without a place for it, the mark is left farther on
+    const Dent begun = pressed.begun;
+    pressed.begun = pressed.rest = {};
+    if (depthOf(begun) > kLeastMark * tissue_.falloff.radius_m()) leaveMark(state_, state_.pressedDent, begun);
+  }
+
+  /// What is to stay of a dent, at its deepest and where this stretch of its way began.
+  void remember(BodyDent& pressed) const noexcept {
+    const Dent kept = scaled(pressed.dent, tissue_.plastic);
+    if (depthOf(kept) > depthOf(pressed.rest)) pressed.rest = kept;
+    if (pressed.begun.displacement == Vec3f(0)) pressed.begun.centre = kept.centre;
+    const double there = tissue_.falloff.at(Vec3(kept.centre) - Vec3(pressed.begun.centre));
+    if (there * depthOf(kept) > depthOf(pressed.begun)) pressed.begun.displacement = scaled(kept, there).displacement;
+  }
+
+  [[nodiscard]] double stillThere_m(const Dent& rest, Vec3 foot) const noexcept {
+    return depthOf(rest) * tissue_.falloff.at(foot - Vec3(rest.centre));
+  }
+
+  /// How deep this dent may be, so that with those of the body that are going back it stays within deepestDent_m().
   [[nodiscard]] double room() const noexcept {
     double left = deepestDent_m(tissue_.falloff);
     for (std::size_t i = 0; i < state_.dentCount; ++i) {
       const BodyDent& other = state_.dents[i];
-      if (i != state_.pressedDent && other.body == index_) left -= std::sqrt(squaredLengthOf(other));
+      if (i == state_.pressedDent || other.body != index_) continue;
+      left -= std::max(0.0, depthOf(other.dent) - depthOf(other.rest));
     }
     return std::max(0.0, left);
   }
 
-  [[nodiscard]] double falloffAt(const Dent& dent, Vec3 share) const noexcept {
-    const TriangleRecord& r = body_.surface->triangle(held_.triangle);
+  /// What there is of a dent at a foot on this mesh, which has only its vertices to show it.
+  [[nodiscard]] double seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept {
+    const auto moved = [&](Vec3f rest) noexcept { return dented(rest, others.all(), tissue_.falloff); };
+    const TriangleRecord triangle = DeformedSurface(*body_.surface, moved).triangle(foot.triangle);
+    const Vec3 share = barycentric(triangle, foot.point);
     double sum = 0;
-    for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(r.corner(k) - Vec3(dent.centre));
-    return sum;
-  }
-
-  [[nodiscard]] Vec3 displacementByOthers(Vec3 share) const noexcept {
-    Vec3 sum(0);
-    for (std::size_t i = 0; i < state_.dentCount; ++i) {
-      const BodyDent& other = state_.dents[i];
-      if (i == state_.pressedDent || other.body != index_) continue;
-      sum += Vec3(other.dent.displacement) * falloffAt(other.dent, share);
-    }
+    for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(triangle.corner(k) - Vec3(dent.centre));
     return sum;
   }
 
   /// On the dented triangles.
   void settle() noexcept {
-    const BodyDents dents = dentsOf(state_, index_);
-    const auto moved = [&](Vec3f rest) noexcept { return dented(rest, dents.all(), tissue_.falloff); };
-    const DeformedSurface deformed(*body_.surface, moved);
-    const Foot foot = deformed.closestFrom(held_.triangle, h_, contact_.work.triangles);
-    const Vec3 normal = unitOrZero(deformed.normal(foot)) * double(held_.side);
-    if (glm::dot(h_ - foot.point, normal) >= 0 && contact_.penetration_m > 0) {
-      contact_.touching = false;
-      contact_.body = -1;
-      contact_.ihip = state_.hip;
-      contact_.normal = Vec3(0);
-      contact_.penetration_m = 0;
-      contact_.primitive = {};
-      state_.release();
+    const Nearest at = nearest(dentsOf(state_, index_));
+    if (at.outside) {
+      static_cast<void>(lose());
       return;
     }
-    contact_.ihip = body_.frame.toWorld(foot.point);
-    contact_.normal = body_.frame.turn(normal);
+    contact_.ihip = body_.frame.toWorld(at.foot.point);
+    contact_.normal = body_.frame.turn(at.normal);
     contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
-    contact_.primitive = primitiveOf(*body_.surface, foot);
+    contact_.primitive = primitiveOf(*body_.surface, at.foot);
+  }
+
+  /// The dents leave the HIP outside.
+  [[nodiscard]] bool lose() noexcept {
+    contact_.touching = false;
+    contact_.body = -1;
+    contact_.ihip = state_.hip;
+    contact_.normal = Vec3(0);
+    contact_.penetration_m = 0;
+    contact_.primitive = {};
+    state_.release();
+    return false;
   }
 
   const SoftTissue& tissue_;
@@ -162,20 +285,44 @@ class Yielding {
   std::size_t index_;
   const Body& body_;
   HoldingSurface held_;
-  Vec3 foot_;  // of the surface at rest
   Vec3 h_;
 };
 
-/// Dents that nothing presses go back; those that are gone leave their places.
+/// What stays of a dent that has been let go: where the last stretch of its way began, which keeps a groove even; at its
+/// deepest where that is much deeper; and at both where they are a good way apart.
+void letGo(HapticState& state, std::size_t at, const SoftTissue& tissue) noexcept {
+  BodyDent& dent = state.dents[at];
+  const double least_m = kLeastMark * tissue.falloff.radius_m();
+  const Dent begun = dent.begun;
+  dent.begun = {};
+  if (depthOf(dent.rest) <= least_m) dent.rest.displacement = Vec3f(0);
+  const bool isApart = glm::distance(begun.centre, dent.rest.centre) > tissue.falloff.width_m() / 2;
+  if (!isApart && depthOf(dent.rest) < kMuchDeeper * depthOf(begun)) dent.rest = begun;
+  if (isApart && depthOf(begun) > least_m) leaveMark(state, at, begun);
+}
+
+/// Dents that nothing presses go to what they come to; those that are gone leave their places.
 void relax(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
+  const auto isPressed = [&](std::size_t i) { return state.pressing && i == state.pressedDent; };
+  for (std::size_t i = 0; i < state.dentCount; ++i) {
+    const BodyDent& dent = state.dents[i];
+    if (!isPressed(i) && dent.begun.displacement != Vec3f(0)) letGo(state, i, *scene.objects[dent.body].tissue);
+  }
   std::size_t kept = 0;
   for (std::size_t i = 0; i < state.dentCount; ++i) {
     BodyDent dent = state.dents[i];
-    const bool pressed = state.pressing && i == state.pressedDent;
+    const bool pressed = isPressed(i);
     const SoftTissue& tissue = *scene.objects[dent.body].tissue;
-    if (!pressed) {
-      dent.dent.displacement *= static_cast<float>(tissue.leftAfter(config.period_s));
-      if (glm::length(Vec3(dent.dent.displacement)) <= kGone * tissue.falloff.radius_m()) continue;
+    if (!pressed && !dent.stays) {
+      comeToRest(dent, tissue.leftAfter(config.period_s));
+      const double gone_m = kGone * tissue.falloff.radius_m();
+      const bool isThere = glm::distance(dent.dent.displacement, dent.rest.displacement) <= gone_m;
+      if (isThere && dent.rest.displacement == Vec3f(0)) continue;
+      if (isThere && glm::distance(dent.dent.centre, dent.rest.centre) <= gone_m) {
+        dent.dent = dent.rest;
+        dent.still_s += config.period_s;
+        dent.stays = dent.still_s >= kStill_s || state.dentCount + kSparePlaces >= kMaxDents;
+      }
     }
     if (pressed) state.pressedDent = kept;
     state.dents[kept++] = dent;
@@ -204,11 +351,14 @@ void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfi
 bool describeDents(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
   bool changed = motion.dentCount != state.dentCount;
   motion.dentCount = state.dentCount;
+  motion.staying = {};
+  motion.sceneRevision = state.sceneRevision;
   for (std::size_t i = 0; i < state.dentCount; ++i) {
     const BodyDent& dent = state.dents[i];
     const ObjectDent now{state.objects[dent.body].id, dent.dent};
     changed = changed || !(now == motion.dent[i]);
     motion.dent[i] = now;
+    if (dent.stays) motion.staying[i] = dent.number;
   }
   if (changed) motion.tick = tick;
   return changed;

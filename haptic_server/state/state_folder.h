@@ -21,7 +21,7 @@ namespace haptics {
 ///
 ///   log               a checkpoint and the edits accepted since (record_chain.h, state.proto)
 ///   checkpoint        a copy of the log's beginning, without which all that follows would mean nothing
-///   assets/<hash>     the meshes, fields and vertex values that the log names, canonical bytes
+///   assets/<hash>     the meshes, fields, vertex values and moved vertices that the log names, canonical bytes
 ///   log.damaged-<n>   what was left of a log that had to be given up, for whoever wants to look into it
 ///   lock              held by the server that uses the folder
 ///

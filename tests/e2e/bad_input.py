@@ -91,6 +91,9 @@ BAD_SCENES |= {
                           (GIVES + "softness.stiffness_N_per_m",)),
     "time constant that is no number": (deformation("softness { stiffness_N_per_m: 9 radius_m: 0.01 return_s: nan }"),
                                         (GIVES + "softness.return_s",)),
+    "dent that stays deeper than it was": (deformation("softness { stiffness_N_per_m: 9 radius_m: 0.01 plastic: 1.5 }"),
+                                           (GIVES + "softness.plastic", "1.5")),
+    "residue that nobody has": (deformation('residue { asset: "%s" }' % ("7" * 32)), (GIVES + "residue.asset", "upload")),
     "lattice of the wrong size": (deformation("lattice { points_x: 2 points_y: 2 points_z: 2 control_m: [0, 0, 0] }"),
                                   (GIVES + "lattice.control_m", "24")),
 }

@@ -130,11 +130,36 @@ class PythonClient(harness.EndToEnd):
         corners = " ".join(f"control_m: {x}" for x in range(24))
         for given in ("softness { stiffness_N_per_m: 200 radius_m: 0.01 }",
                       "softness { stiffness_N_per_m: 0.1 radius_m: 0.015 degree: 5 return_s: 0.3 }",
+                      "softness { stiffness_N_per_m: 0.1 radius_m: 0.015 plastic: 0.6 }",
                       f"lattice {{ points_x: 2 points_y: 2 points_z: 2 {corners} }}", "softness {}", "lattice {}"):
             with self.subTest(given=given):
                 client.apply('operations { set_deformation { object { name: "ball" } deformation { %s } } }' % given)
                 self.assert_in_step(client)
         self.assertFalse(client.objects()["ball"].HasField("deformation"))
+
+    def test_it_gives_an_object_a_residue_of_its_own_and_takes_it_away(self):
+        client = self.client()
+        client.apply(BALL)
+        dent = client.upload(haptic_assets.MOVED_VERTICES,
+                             haptic_assets.moved_vertices({5: (0.001, 0, 0.009), 2: (0, -0.0, 0.008)}))
+        edit = scene_pb2.Transaction()
+        change = edit.operations.add().set_deformation
+        change.object.name = "ball"
+        change.deformation.residue.asset = dent
+        client.apply(edit)
+        self.assert_in_step(client)
+        self.assertEqual(client.objects()["ball"].deformation.residue.asset, dent)
+        verified = self.server.ctl("verify").json()
+        self.assertEqual(verified["own_deformed_hash"], verified["server_deformed_hash"])
+        client.apply('operations { remesh { object { name: "ball" } mesh { sphere { radius_m: 0.02 segments: 3 } } } }')
+        self.assert_in_step(client)
+        self.assertFalse(client.objects()["ball"].HasField("deformation"), "it was of the old mesh")
+        beyond = client.upload(haptic_assets.MOVED_VERTICES, haptic_assets.moved_vertices({4000: (0, 0, 0)}))
+        change.deformation.residue.asset = beyond
+        with self.assertRaises(haptic_client.Rejected) as rejected:
+            client.apply(edit)
+        self.assertEqual(rejected.exception.field, "operations[0].set_deformation.deformation.residue")
+        self.assertIn("vertex 4000", str(rejected.exception))
 
     def test_it_hashes_motions_as_the_server_does(self):
         client = self.client()

@@ -53,6 +53,9 @@ SCENES = {
     "stop": 'operations { set_motion { object { id: 1 } motion {} } }',
     "softness": 'operations { set_deformation { object { id: 1 } deformation { softness { stiffness_N_per_m: 200 radius_m: 0.01 '
                 'degree: 3 return_s: 0.5 } } } }',
+    "plastic": 'operations { set_deformation { object { id: 1 } deformation { softness { stiffness_N_per_m: 200 radius_m: 0.01 '
+               'plastic: 0.5 } residue {} } } }',
+    "residue": 'operations { set_deformation { object { id: 1 } deformation { residue { asset: "%s" } } } }' % ("7" * 32),
     "lattice": 'operations { set_deformation { object { name: "a" } deformation { lattice { points_x: 2 points_y: 2 points_z: 2 '
                'control_m: [0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1.5] } } } }',
     "rigid": 'operations { set_deformation { object { id: 1 } deformation { softness {} lattice {} } } }',
@@ -61,6 +64,8 @@ SCENES = {
     "remesh": 'operations { remesh { object { name: "a" } mesh { box { size_m { x: 0.3 y: 0.3 z: 0.3 } } } } }',
 }
 
+
+MOVED = b"HMOV" + struct.pack("<IQ2I6f", 1, 2, 1, 3, 0, 0, 0.5, 1, 0, 0.25)
 
 # 8 x 8 grey pixels, with and without passes of growing detail; the standard library writes no JPEG.
 JPEG = base64.b64decode(
@@ -237,7 +242,7 @@ def main():
         write("apply", name, pieces([transaction(name).SerializeToString()]))
         write("scene_text", name, SCENES[name].encode())
     row = ["add", "pose", "material", "per_vertex", "spots", "remesh", "noise", "take_away", "hinge", "motion", "stop",
-           "softness", "lattice", "rigid",
+           "softness", "plastic", "residue", "lattice", "rigid",
            "condition", "remove"]
     named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
     write("apply", "row", pieces(t.SerializeToString() for t in named_a))
@@ -252,6 +257,8 @@ def main():
 
     write("mesh_bytes", "tetrahedron", mesh)
     write("mesh_bytes", "empty", b"HMSH" + struct.pack("<IQQ", 1, 0, 0))
+    write("mesh_bytes", "moved", MOVED)
+    write("mesh_bytes", "claims_much_moved", b"HMOV" + struct.pack("<IQ", 1, 1 << 60))
     write("mesh_bytes", "claims_much", b"HMSH" + struct.pack("<IQQ", 1, 1 << 60, 1 << 60))
 
     for name, properties in RECORDED.items():

@@ -1,11 +1,13 @@
 #include "tests/sim/editor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
+#include "common/mesh/moved_vertices.h"
 #include "common/surface/field_asset.h"
 #include "tests/sim/sim_server.h"
 
@@ -42,7 +44,9 @@ void Editor::edit() {
   if (dice < 0.50) return increment();
   if (dice < 0.58) return changeSurface();
   if (dice < 0.62) return uploadTexture();
-  if (dice < 0.67) return changeMotion();
+  if (dice < 0.65) return changeMotion();
+  if (dice < 0.69) return changeDeformation();
+  if (dice < 0.71) return uploadResidue();
   if (dice < 0.75) return paint(false);
   if (dice < 0.80) return paint(true);
   if (dice < 0.87) return addBox();
@@ -177,6 +181,80 @@ void Editor::changeMotion() {
   if (kind > 0) set.mutable_motion()->set_mass_kg(stage_.random.uniform(0.01, 1));
   if (kind == 1) set.mutable_motion()->mutable_hinge()->mutable_axis()->set_z(1);
   client_.submit(std::move(edit->transaction), {Intent::Kind::kBlind, {}, edit->object});
+}
+
+/// An edit of how an object's shape gives, still without one.
+struct Editor::DeformationEdit {
+  std::string object;
+  v1::Transaction transaction;
+  [[nodiscard]] v1::Deformation& deformation() {
+    return *transaction.mutable_operations(0)->mutable_set_deformation()->mutable_deformation();
+  }
+};
+
+/// Of any object; none before the client has joined.
+std::optional<Editor::DeformationEdit> Editor::someDeformation() {
+  const auto& objects = client_.mirror().scene().objects();
+  if (objects.empty()) return std::nullopt;
+  const ObjectRecord& object = *objects[stage_.random.below(objects.size())];
+  v1::Transaction transaction;
+  refer(stage_.random, object, *transaction.add_operations()->mutable_set_deformation()->mutable_object());
+  return DeformationEdit{object.name, std::move(transaction)};
+}
+
+/// Lets an object give, differently, or no longer.
+void Editor::changeDeformation() {
+  auto edit = someDeformation();
+  if (!edit) return;
+  v1::Deformation& deformation = edit->deformation();
+  switch (stage_.random.below(5)) {
+    case 0: {
+      v1::Lattice& lattice = *deformation.mutable_lattice();
+      lattice.set_points_x(2);
+      lattice.set_points_y(2);
+      lattice.set_points_z(2);
+      constexpr int kNumbers = 24;
+      for (int i = 0; i < kNumbers; ++i) lattice.add_control_m(static_cast<float>(stage_.random.uniform(-0.1, 0.1)));
+      break;
+    }
+    case 1:
+      deformation.mutable_softness();
+      deformation.mutable_lattice();
+      break;
+    case 2:
+      deformation.mutable_residue();
+      break;
+    default: {
+      v1::Softness& softness = *deformation.mutable_softness();
+      softness.set_stiffness_n_per_m(stage_.random.uniform(100, 500));
+      softness.set_radius_m(stage_.random.uniform(0.005, 0.01));
+      if (stage_.random.chance(0.7)) softness.set_plastic(stage_.random.uniform(0.1, 1));
+    }
+  }
+  client_.submit(std::move(edit->transaction), {Intent::Kind::kBlind, {}, edit->object});
+}
+
+/// The edit that names it may be refused: no server but this connection's holds it, and the mesh may lack such vertices.
+void Editor::uploadResidue() {
+  MovedVertices moved;
+  for (std::uint32_t vertex = 0; vertex < 10; ++vertex) {
+    if (stage_.random.chance(0.5)) moved.vertex.push_back(vertex);
+  }
+  moved.vertex.push_back(10);
+  if (stage_.random.chance(0.8)) moved.vertex.back() = 7;
+  std::ranges::sort(moved.vertex);
+  moved.vertex.erase(std::ranges::unique(moved.vertex).begin(), moved.vertex.end());
+  for (std::size_t i = 0; i < moved.vertex.size(); ++i) {
+    moved.place.emplace_back(static_cast<float>(stage_.random.uniform(-0.1, 0.1)));
+  }
+  client_.upload(AssetKind::kMovedVertices, encodeMovedVertices(moved),
+                 [this, hash = hashOf(moved), alive = std::weak_ptr(alive_)](bool accepted) {
+                   if (!accepted || alive.expired()) return;
+                   auto edit = someDeformation();
+                   if (!edit) return;
+                   edit->deformation().mutable_residue()->set_asset(hash.asBytes());
+                   client_.submit(std::move(edit->transaction), {Intent::Kind::kBlind, {}, edit->object});
+                 });
 }
 
 /// As with a mesh, the edit that names the upload may be refused.

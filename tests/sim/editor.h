@@ -43,6 +43,10 @@ class Editor {
   void addUpload();
   void changeSurface();
   void changeMotion();
+  struct DeformationEdit;
+  [[nodiscard]] std::optional<DeformationEdit> someDeformation();
+  void changeDeformation();
+  void uploadResidue();
   void uploadTexture();
   void removeOwn();
   void flood();

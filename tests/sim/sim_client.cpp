@@ -146,12 +146,16 @@ void SimClient::withLine(const std::function<void(Line&)>& what) {
 void SimClient::corruptMemory() {
   const auto& objects = mirror().scene().objects();
   const auto& meshes = mirror().contents().meshes;
+  const auto& residues = mirror().contents().movedVertices;
   if (stage_.random.chance(0.4)) {
     if (tap_ != nullptr) tap_->flipNext([this] { stage_.oracle.corrupted(id_); });
     return;
   }
   if (objects.empty() || meshes.empty()) return;
-  if (stage_.random.chance(0.3)) {
+  if (!residues.empty() && stage_.random.chance(0.2)) {
+    auto& moved = const_cast<MovedVertices&>(*residues.begin()->second);
+    moved.place[stage_.random.below(moved.place.size())].z += 0.25F;
+  } else if (stage_.random.chance(0.3)) {
     const auto at = std::next(meshes.begin(), static_cast<std::ptrdiff_t>(stage_.random.below(meshes.size())));
     auto& mesh = const_cast<TriMesh&>(*at->second);
     mesh.vertices[stage_.random.below(mesh.vertices.size())].y += 0.25F;

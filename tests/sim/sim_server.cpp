@@ -10,6 +10,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/net/server_session.h"
 #include "haptic_server/scene/asset_library.h"
+#include "haptic_server/scene/residue.h"
 #include "haptic_server/scene/scene_room.h"
 
 namespace haptics::sim {
@@ -19,6 +20,7 @@ constexpr std::uint64_t kTimer_ns = 10 * kMillisecond_ns;  // the network thread
 constexpr double kPost_ms = 2;                             // from thread to thread, at most
 constexpr double kWrite_ms = 300;                          // to disk, at most; only where replies do not wait for it
 constexpr std::uint64_t kTick_ns = kMillisecond_ns;
+constexpr double kHandPause_ms = 400;  // between the dents that a hand leaves, at most
 
 Transaction startScene() {
   Transaction scene;
@@ -84,6 +86,8 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
   std::vector<EditOutcome> apply(const std::vector<EditJob>& batch);
   void answer(std::uint64_t connection, std::uint64_t clientSeq, const EditOutcome& outcome);
   void adoptLater();
+  void dentLater();
+  void dent();
   void adopted(std::uint64_t revision, std::uint64_t tick);
 };
 
@@ -157,7 +161,34 @@ void SimServer::Process::begin() {
   }
   published = sequencer.history();
   adoptLater();
+  dentLater();
   onTimer();
+}
+
+/// A hand leaves dents in what is plastic, which the builder takes in by edits of the server's own.
+void SimServer::Process::dentLater() {
+  after(stage.random.milliseconds(0, kHandPause_ms), [this] {
+    dent();
+    dentLater();
+  });
+}
+
+void SimServer::Process::dent() {
+  const SceneVersion& version = sequencer.history()->version;
+  for (const auto& object : version.objects()) {
+    const auto& softness = object->deformation.softness;
+    if (!softness || softness->plastic == 0 || stage.random.chance(0.7)) continue;
+    const std::vector<Vec3f> shape = sequencer.assetsOf(object->id).shapeAtRest(object->deformation);
+    const Vec3f centre = shape[stage.random.below(shape.size())];
+    const Dent left{centre, Vec3f(static_cast<float>(stage.random.uniform(-1e-3, 1e-3)))};
+    const StayingDent staying{1, left};
+    const TakenIn taken = takeIn(object->deformation, sequencer.assetsOf(object->id), {&staying, 1});
+    if (taken.residue.vertex.empty()) continue;
+    const auto asset = store.intern(taken.residue);
+    SetDeformation set{ObjectRef{object->id}, {}};
+    set.deformation.residue = asset->name.hash;
+    return decide({{0, {kServerSession, version.revision() + 1, {{}, {std::move(set)}}}}});
+  }
 }
 
 void SimServer::Process::onTimer() {

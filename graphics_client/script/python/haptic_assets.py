@@ -7,6 +7,7 @@ import time
 from haptics.v1 import envelope_pb2, scene_pb2
 
 FIELD, VERTEX_VALUES = scene_pb2.ASSET_KIND_SCALAR_FIELD, scene_pb2.ASSET_KIND_VERTEX_VALUES
+MOVED_VERTICES = scene_pb2.ASSET_KIND_MOVED_VERTICES
 CHUNK_BYTES = 32_000
 
 
@@ -21,6 +22,13 @@ def field(rows):
 def vertex_values(values):
     """Canonical bytes of a number >= 0 for each vertex of a mesh, in its canonical numbering."""
     return struct.pack("<4sIQ", b"HVTX", 1, len(values)) + struct.pack(f"<{len(values)}f", *(v + 0.0 for v in values))
+
+
+def moved_vertices(places):
+    """Canonical bytes of a residue: {vertex in the mesh's canonical numbering: (x, y, z)}, object frame, m."""
+    vertices = sorted(places)
+    return (struct.pack("<4sIQ", b"HMOV", 1, len(vertices)) + struct.pack(f"<{len(vertices)}I", *vertices) +
+            b"".join(struct.pack("<3f", *(x + 0.0 for x in places[vertex])) for vertex in vertices))
 
 
 class UploadRefused(Exception):

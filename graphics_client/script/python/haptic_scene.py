@@ -104,11 +104,14 @@ def deformation_bytes(state):
         softness = given.softness
         data += numbers(5) + doubles(softness.stiffness_N_per_m, softness.radius_m) + numbers(softness.degree)
         data += doubles(softness.return_s)
+        data += numbers(8) + doubles(softness.plastic) if softness.plastic else b""
     if given.HasField("lattice"):
         lattice = given.lattice
         data += numbers(6) + doubles(*vector(lattice.low_m), *vector(lattice.size_m))
         data += numbers(lattice.points_x, lattice.points_y, lattice.points_z)
         data += struct.pack(f"<{len(lattice.control_m)}f", *(value + 0.0 for value in lattice.control_m))
+    if given.HasField("residue"):
+        data += numbers(7) + given.residue.asset
     return data
 
 

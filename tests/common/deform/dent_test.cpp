@@ -46,6 +46,25 @@ TEST(Dent, LeavesWhatIsBeyondItsRadiusToTheBit) {
   EXPECT_NEAR(dented({0, 0, 0.05F}, dents, falloff).z, 0.049, 1e-8);
 }
 
+TEST(Dent, ComeOneAfterAnotherSoThatTheFirstOfThemMayBecomeTheShapeAtRest) {
+  const Falloff falloff(0.01, 2);
+  const std::array dents{Dent{{0, 0, 0.05F}, {0.0002F, 0, -0.003F}}, Dent{{0.004F, 0, 0.049F}, {0, 0.0001F, -0.002F}},
+                         Dent{{0.002F, 0.003F, 0.0477F}, {0, 0, -0.001F}}};
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3f rest(0.00002F * float(i), 0.000013F * float(i % 77), 0.05F);
+    const Vec3f taken = dented(rest, std::span(dents).first(2), falloff);
+    EXPECT_EQ(dented(taken, std::span(dents).last(1), falloff), dented(rest, dents, falloff));
+  }
+}
+
+TEST(Falloff, TwoSideBySideAreAboutAsDeepBetweenThemAsAtTheirCentres) {
+  for (unsigned degree = Falloff::kLeastDegree; degree <= Falloff::kMostDegree; ++degree) {
+    const Falloff falloff(0.01, degree);
+    EXPECT_NEAR(2 * falloff.at({falloff.width_m() / 2, 0, 0}), 1, 1e-9);
+    EXPECT_LT(falloff.at({falloff.width_m(), 0, 0}), 0.05) << "hardly felt at the other's centre";
+  }
+}
+
 /// Corners of a triangle with no angle above 120 degrees.
 std::array<Vec3, 3> triangle(std::mt19937& random) {
   std::uniform_real_distribution<double> place(-0.01, 0.01);

@@ -31,10 +31,12 @@ std::string numbers(int count) {
 
 TEST(DeformationOnTheWire, ComesBackAsItWent) {
   DeformationProperties properties;
-  properties.softness = Softness{.stiffness_N_per_m = 1.0 / 3, .radius_m = 0.01, .degree = 4, .return_s = 0.1};
+  properties.softness =
+      Softness{.stiffness_N_per_m = 1.0 / 3, .radius_m = 0.01, .degree = 4, .return_s = 0.1, .plastic = 0.75};
   Lattice lattice{{-0.1, 0, 0.3}, {0.1, 0.2, 1.0 / 7}, {2, 3, 4}, {}};
   lattice.control_m = FreeForm::atRest(lattice.low_m, lattice.size_m, lattice.points);
   properties.lattice = lattice;
+  properties.residue = Hasher().add(std::uint64_t{7}).finish();
   v1::Deformation wire;
   toWire(properties, wire);
   EXPECT_EQ(announcedDeformationFrom(wire).value(), properties);
@@ -50,6 +52,10 @@ TEST(DeformationOnTheWire, KeepsWhatIsAbsentAndTakesAwayWhatIsEmpty) {
       deformationFrom(message("lattice { points_x: 2 points_y: 2 points_z: 2" + numbers(24) + "}")).value();
   EXPECT_TRUE(lattice.latticeOfMesh);
   EXPECT_EQ(edited(soft, lattice).softness, soft.softness);
+  soft.residue = ContentHash{};
+  EXPECT_EQ(edited(soft, deformationFrom(message("softness {}")).value()).residue, soft.residue);
+  EXPECT_FALSE(edited(soft, deformationFrom(message("residue {}")).value()).residue);
+  EXPECT_FALSE(edited(soft, lattice).residue) << "it is of the shape that it was left on";
 }
 
 TEST(DeformationOnTheWire, IsRefusedWhereItIsWrongAndSaysWhere) {
@@ -59,6 +65,9 @@ TEST(DeformationOnTheWire, IsRefusedWhereItIsWrongAndSaysWhere) {
   EXPECT_EQ(fieldAtFault("softness { stiffness_N_per_m: inf radius_m: 0.01 }"), "softness.stiffness_N_per_m");
   EXPECT_EQ(fieldAtFault("softness { stiffness_N_per_m: 100 radius_m: 0.01 degree: 1 }"), "softness.degree");
   EXPECT_EQ(fieldAtFault("softness { stiffness_N_per_m: 100 radius_m: 0.01 return_s: -1 }"), "softness.return_s");
+  EXPECT_EQ(fieldAtFault("softness { stiffness_N_per_m: 100 radius_m: 0.01 plastic: 1.1 }"), "softness.plastic");
+  EXPECT_EQ(fieldAtFault("softness { stiffness_N_per_m: 100 radius_m: 0.01 plastic: nan }"), "softness.plastic");
+  EXPECT_EQ(fieldAtFault("residue { asset: 'short' }"), "residue.asset");
   EXPECT_EQ(fieldAtFault("lattice { points_x: 1 points_y: 2 points_z: 2 }"), "lattice.points_x");
   EXPECT_EQ(fieldAtFault("lattice { points_x: 2 points_y: 2 points_z: 9 }"), "lattice.points_z");
   EXPECT_EQ(fieldAtFault("lattice { points_x: 2 points_y: 2 points_z: 2" + numbers(23) + "}"), "lattice.control_m");

@@ -249,6 +249,32 @@ TEST_F(MirrorOfTwo, KnowsWhereASoftObjectsTrianglesAre) {
   EXPECT_EQ(mirror_.contents().cornersOf(record, 0).value(), rest) << "a sample without a dent: there is none";
 }
 
+TEST_F(MirrorOfTwo, HoldsAResidueByItsHashAndTellsTheShapeByIt) {
+  ObjectRecord record = *server_.scene.find(1);
+  const auto rest = mirror_.contents().cornersOf(record, 0).value();
+  const auto vertex = mirror_.contents().meshes.at(record.mesh)->triangles[0][1];
+  const MovedVertices moved{{vertex}, {Vec3f(0.5F)}};
+  const AssetName name{AssetKind::kMovedVertices, hashOf(moved)};
+  record.deformation.residue = name.hash;
+  ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
+  EXPECT_EQ(mirror_.lackingAssets(), std::vector{name});
+  EXPECT_FALSE(mirror_.contents().cornersOf(record, 0));
+  EXPECT_FALSE(deformedHash(mirror_.contents()));
+  EXPECT_FALSE(recomputedRoot(mirror_.contents()));
+  EXPECT_FALSE(mirror_.addAsset(name, encodeMovedVertices({{vertex}, {Vec3f(0.25F)}}))) << "it is another";
+  ASSERT_TRUE(mirror_.addAsset(name, encodeMovedVertices(moved)));
+  const auto now = mirror_.contents().cornersOf(record, 0).value();
+  EXPECT_EQ(now[1], Vec3(0.5));
+  EXPECT_EQ(now[0], rest[0]);
+  EXPECT_TRUE(deformedHash(mirror_.contents()));
+  EXPECT_EQ(recomputedRoot(mirror_.contents()).value(), mirror_.scene().root());
+  const_cast<MovedVertices&>(*mirror_.contents().movedVertices.at(name.hash)).place[0].x = 7;
+  EXPECT_NE(recomputedRoot(mirror_.contents()).value(), mirror_.scene().root());
+  bool found = false;
+  for (int i = 0; i < 5; ++i) found = found || !mirror_.audit(1);
+  EXPECT_TRUE(found) << "memory that changed";
+}
+
 TEST(MirrorTelemetry, StartsAnewWithAConnection) {
   Mirror mirror;
   mirror.take(sampleAt(1'000));

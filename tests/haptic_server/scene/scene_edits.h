@@ -55,10 +55,15 @@ class BoxResolver final : public AssetResolver {
     if (!given) return found<VertexValuesAsset>(std::get<AssetSource>(source).hash);
     return Resolved<VertexValuesAsset>{store_.intern(given->values), "taken"};
   }
+  Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override {
+    ++resolved;
+    return found<MovedVerticesAsset>(source.hash);
+  }
   [[nodiscard]] static SampledField smallField(float value) {
     return SampledField::make(2, 2, {0, value / 2, value, value / 4}).value();
   }
   [[nodiscard]] const AssetStore& store() const { return store_; }
+  [[nodiscard]] AssetStore& store() { return store_; }
   int resolved = 0;
 
  private:

@@ -83,7 +83,7 @@ TEST(ServoLoop, TellsWhereBodiesAreAsLongAsTheyMove) {
   }
   EXPECT_EQ(motion->tick, last.tick);
   EXPECT_EQ(loop.takeMotion(), nullptr);
-  ASSERT_NE(loop.takeMotionForPlans(), nullptr);
+  ASSERT_NE(loop.takeMotionForBuilder(), nullptr);
 }
 
 TEST(ServoLoop, DropsAndCountsSamplesThatNobodyTakes) {
