@@ -14,17 +14,99 @@ double time_s(const MirrorView& view, const MirrorView& since) {
 TelemetrySample between(const TelemetrySample& a, const TelemetrySample& b, double s) {
   TelemetrySample sample = s < 0.5 ? a : b;
   sample.hip = glm::mix(a.hip, b.hip, s);
-  if (a.object != b.object) return sample;
-  sample.ihip = glm::mix(a.ihip, b.ihip, s);
-  sample.stickingPoint = glm::mix(a.stickingPoint, b.stickingPoint, s);
-  sample.force.written = glm::mix(a.force.written, b.force.written, s);
+  if (a.object == b.object) sample.force.written = glm::mix(a.force.written, b.force.written, s);
   return sample;
+}
+
+/// Dents of one place are the same dent. At most one moves, the contact's: what has no partner then goes over to what has
+/// none, or comes and goes.
+std::vector<ObjectDent> between(const std::vector<ObjectDent>& a, const std::vector<ObjectDent>& b, double s) {
+  std::vector<ObjectDent> shown;
+  std::vector<ObjectDent> ended;
+  std::vector<ObjectDent> begun = b;
+  const auto goOver = [&](const ObjectDent& dent, const auto& isNext) {
+    const auto next = std::ranges::find_if(begun, isNext);
+    if (next == begun.end()) return false;
+    shown.push_back({dent.object,
+                     {glm::mix(dent.dent.centre, next->dent.centre, static_cast<float>(s)),
+                      glm::mix(dent.dent.displacement, next->dent.displacement, static_cast<float>(s))}});
+    begun.erase(next);
+    return true;
+  };
+  for (const ObjectDent& dent : a) {
+    const auto sameDent = [&](const ObjectDent& other) {
+      return other.object == dent.object && other.dent.centre == dent.dent.centre;
+    };
+    if (!goOver(dent, sameDent)) ended.push_back(dent);
+  }
+  for (const ObjectDent& dent : ended) {
+    if (goOver(dent, [&](const ObjectDent& other) { return other.object == dent.object; })) continue;
+    shown.push_back(dent);
+    shown.back().dent.displacement *= static_cast<float>(1 - s);
+  }
+  for (const ObjectDent& dent : begun) {
+    shown.push_back(dent);
+    shown.back().dent.displacement *= static_cast<float>(s);
+  }
+  return shown;
+}
+
+/// The view shown, at fraction s of the way from a's moment to b's.
+class Interpolation {
+ public:
+  Interpolation(MirrorView& shown, const MirrorView& a, const MirrorView& b, double s)
+      : shown_(shown), a_(a), b_(b), s_(s) {}
+
+  void run() {
+    shown_.sample = between(*a_.sample, *b_.sample, s_);
+    for (auto& [object, body] : shown_.bodies) {
+      const auto from = a_.bodies.find(object);
+      const auto to = b_.bodies.find(object);
+      const bool known = from != a_.bodies.end() && to != b_.bodies.end();
+      if (known && !(from->second.pose == to->second.pose)) {
+        body.pose = interpolate(from->second.pose, to->second.pose, s_);
+      }
+    }
+    const bool holds = a_.sample->object == b_.sample->object;
+    shown_.dents = holds ? between(a_.dents, b_.dents, s_) : nearer().dents;
+    TelemetrySample& sample = *shown_.sample;
+    if (sample.object == 0) return;
+    sample.ihip = contactPlace(&TelemetrySample::ihip, holds);
+    sample.stickingPoint = contactPlace(&TelemetrySample::stickingPoint, holds);
+  }
+
+ private:
+  [[nodiscard]] const MirrorView& nearer() const { return s_ < 0.5 ? a_ : b_; }
+
+  /// Goes along with the object that is touched: on a flat side that turns away it stays on that side. Where a contact
+  /// begins or ends it stays, with the dents, as the nearer sample has it.
+  [[nodiscard]] Vec3 contactPlace(Vec3 TelemetrySample::*place, bool holds) const {
+    const ObjectId object = shown_.sample->object;
+    const auto in = [&](const MirrorView& view) {
+      const auto body = view.bodies.find(object);
+      return body == view.bodies.end() ? Pose{} : body->second.pose;
+    };
+    const auto local = [&](const MirrorView& view) { return toLocal(in(view), (*view.sample).*place); };
+    return toWorld(in(shown_), holds ? glm::mix(local(a_), local(b_), s_) : local(nearer()));
+  }
+
+  MirrorView& shown_;
+  const MirrorView& a_;
+  const MirrorView& b_;
+  double s_;
+};
+
+/// Whether anything of the scene can change its place or shape by being touched.
+bool anythingYields(const MirrorView& view) {
+  return !view.bodies.empty() || std::ranges::any_of(view.scene->objects(), [](const SceneVersion::Object& object) {
+    return object->deformation.softness.has_value();
+  });
 }
 
 }  // namespace
 
 std::shared_ptr<const MirrorView> Playback::at(View view, std::uint64_t now_ns) {
-  if (!view->sample || view->bodies.empty()) {
+  if (!view->sample || !anythingYields(*view)) {
     past_.clear();
     return view;
   }
@@ -39,20 +121,13 @@ std::shared_ptr<const MirrorView> Playback::at(View view, std::uint64_t now_ns) 
       std::find_if(past_.begin() + 1, past_.end(), [&](const View& v) { return time_s(*v, newest) >= moment_s; });
   const MirrorView& a = **(after - 1);
   const MirrorView& b = **after;
-  const double s = std::clamp((moment_s - time_s(a, newest)) / time_s(b, a), 0.0, 1.0);
+  const double gap_s = time_s(b, a);
+  const double passed = std::clamp((moment_s - time_s(a, newest)) / gap_s, 0.0, 1.0);
+  const double s = gap_s > kLongestGap_s ? 1 : passed;
   auto shown = std::make_shared<MirrorView>(*view);
-  shown->sample = between(*a.sample, *b.sample, s);
-  shown->dents = (s < 0.5 ? a : b).dents;
   shown->telemetryAge_s = lag_s_;
   shown->takenAt_ns = now_ns;
-  for (auto& [object, body] : shown->bodies) {
-    const auto from = a.bodies.find(object);
-    const auto to = b.bodies.find(object);
-    const bool known = from != a.bodies.end() && to != b.bodies.end();
-    if (known && !(from->second.pose == to->second.pose)) {
-      body.pose = interpolate(from->second.pose, to->second.pose, s);
-    }
-  }
+  Interpolation(*shown, a, b, s).run();
   return shown;
 }
 
@@ -75,8 +150,8 @@ void Playback::followAge(double age_s, std::uint64_t now_ns) {
   const double since_s = ages_.empty() ? 0 : 1e-9 * static_cast<double>(now_ns - ages_.back().when_ns);
   while (!ages_.empty() && now_ns - ages_.front().when_ns > memory_ns) ages_.pop_front();
   ages_.push_back({now_ns, age_s});
-  const double oldest_s = std::ranges::max(ages_, {}, &Age::age_s).age_s;
-  lag_s_ = std::min(std::max(oldest_s, lag_s_ - kCatchUp * since_s), kMostLag_s);
+  const auto [freshest, oldest] = std::ranges::minmax(ages_, {}, &Age::age_s);
+  lag_s_ = std::min(std::max(oldest.age_s, lag_s_ - kCatchUp * since_s), freshest.age_s + kMostLag_s);
 }
 
 }  // namespace haptics

@@ -8,14 +8,17 @@
 
 namespace haptics {
 
-/// Shows bodies in motion, and what touches them, smoothly at any frame rate: at an even pace of the server's time, between
-/// the samples that came. The picture lags by as little as has a sample ahead of it. Where nothing moves it is the newest
-/// sample. HIP, IHIP and bodies are of the same moment, so that the contact is seen where it is.
+/// Shows what moves and gives, and what touches it, smoothly at any frame rate: at an even pace of the server's time, between
+/// the samples that came. The picture lags by as little as has a sample ahead of it. Where nothing moves or gives it is the
+/// newest sample. HIP, IHIP, bodies and dents are of the same moment, so that the contact is seen where it is.
 class Playback {
  public:
-  /// Longest lag, as seen against the newest sample (s). Larger is smoother over a bad link, and later: a person notices
-  /// that the picture is later than the hand from 15 ms on.
+  /// Longest lag behind the freshest sample of the last second (s): what the link takes at best is no lag. Larger is smoother
+  /// over a bad link, and later: a person notices that the picture is later than the hand from 15 ms on.
   static constexpr double kMostLag_s = 0.05;
+  /// Between samples that are farther apart than this (s), because others were lost, nothing is made up: the later one is shown
+  /// at once. Larger is smoother; a straight way of the IHIP leaves a curved surface by the square of it.
+  static constexpr double kLongestGap_s = 0.05;
   /// For so long a late sample makes the picture lag (s); then it catches up, faster than time by this share.
   static constexpr double kLagMemory_s = 1;
   static constexpr double kCatchUp = 0.05;

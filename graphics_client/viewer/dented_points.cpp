@@ -83,11 +83,8 @@ void DentedPoints::colorIn(vtkPolyData* data, palette::Shade own) {
   const auto* now = reinterpret_cast<const Vec3f*>(vtkFloatArray::SafeDownCast(points_->GetData())->GetPointer(0));
   for (std::size_t i = 0; i < restPoints_.size(); ++i) {
     const double way = glm::distance(Vec3(now[i]), Vec3(restPoints_[i]));
-    const palette::Shade shade = palette::displacementShade(own, deepest_m_ > 0 ? way / deepest_m_ : 0);
-    const double parts[] = {shade.red, shade.green, shade.blue};
-    for (int k = 0; k < 3; ++k) {
-      colors_->SetTypedComponent(static_cast<vtkIdType>(i), k, static_cast<unsigned char>(std::lround(255 * parts[k])));
-    }
+    const auto color = palette::bytes(palette::displacementShade(own, deepest_m_ > 0 ? way / deepest_m_ : 0));
+    colors_->SetTypedTuple(static_cast<vtkIdType>(i), color.data());
   }
   colors_->Modified();
   data->GetPointData()->SetScalars(colors_);

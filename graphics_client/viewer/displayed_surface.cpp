@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "graphics_client/viewer/mesh_normals.h"
 #include "graphics_client/viewer/refined_mesh.h"
@@ -139,50 +138,6 @@ std::vector<float> frictionOver(const RefinedMesh& mesh, const Friction& frictio
   return over;
 }
 
-/// Which of the object's axes a normal is nearest to: 0 to 5.
-std::size_t nearestAxis(Vec3 normal) {
-  std::size_t axis = 0;
-  for (const int k : {1, 2}) {
-    if (std::abs(normal[k]) > std::abs(normal[static_cast<int>(axis)])) axis = static_cast<std::size_t>(k);
-  }
-  return 2 * axis + (normal[static_cast<int>(axis)] < 0 ? 1 : 0);
-}
-
-/// Puts the triangles in the order of the sides that they belong to.
-std::vector<SurfaceSide> sortIntoSides(RefinedMesh& mesh) {
-  constexpr std::size_t kSides = 6;
-  std::array<std::vector<std::size_t>, kSides> members;
-  std::array<Vec3, kSides> sums{};
-  std::vector<Vec3> normals;
-  normals.reserve(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto corner = [&](std::size_t k) { return mesh.places[mesh.place[mesh.triangles[t][k]]]; };
-    const Vec3 across = glm::cross(corner(1) - corner(0), corner(2) - corner(0));
-    normals.push_back(across / std::max(glm::length(across), std::numeric_limits<double>::min()));
-    const std::size_t side = nearestAxis(across);
-    members[side].push_back(t);
-    sums[side] += across;
-  }
-  std::vector<SurfaceSide> sides;
-  std::vector<TriangleIndices> triangles;
-  std::vector<std::uint8_t> rims;
-  for (std::size_t side = 0; side < kSides; ++side) {
-    if (members[side].empty()) continue;
-    const double length = glm::length(sums[side]);
-    SurfaceSide& added = sides.emplace_back(SurfaceSide{.first = triangles.size(), .count = members[side].size()});
-    if (length > 0) added.axis = sums[side] / length;
-    for (const std::size_t t : members[side]) {
-      triangles.push_back(mesh.triangles[t]);
-      rims.push_back(mesh.rims[t]);
-      const double cosine = std::clamp(glm::dot(added.axis, normals[t]), -1.0, 1.0);
-      added.spread_rad = std::max(added.spread_rad, std::acos(cosine));
-    }
-  }
-  mesh.triangles = std::move(triangles);
-  mesh.rims = std::move(rims);
-  return sides;
-}
-
 std::vector<std::array<std::uint32_t, 2>> rimsOf(const RefinedMesh& mesh) {
   std::vector<std::array<std::uint32_t, 2>> rims;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -197,19 +152,14 @@ std::vector<std::array<std::uint32_t, 2>> rimsOf(const RefinedMesh& mesh) {
   return rims;
 }
 
-SurfaceSide wholeOf(const TriMesh& mesh) {
-  return {.first = 0, .count = mesh.triangles.size(), .spread_rad = std::numbers::pi};
-}
-
 /// As the mesh is, without a field.
 DisplayedSurface plainSurface(const TriMesh& mesh, const std::optional<Shading>& shading) {
   if (!shading) {
-    return {.points = mesh.vertices, .triangles = mesh.triangles, .sides = {wholeOf(mesh)}, .closed = isClosed(mesh)};
+    return {.points = mesh.vertices, .triangles = mesh.triangles, .closed = isClosed(mesh)};
   }
   ShadedMesh shaded = shadeMesh(mesh, shading->crease_rad, shading->creases);
   DisplayedSurface drawn{
       .normals = std::move(shaded.normals), .triangles = std::move(shaded.triangles), .closed = isClosed(mesh)};
-  drawn.sides = {wholeOf(mesh)};
   drawn.points.reserve(shaded.source.size());
   for (const std::uint32_t v : shaded.source) drawn.points.push_back(mesh.vertices[v]);
   return drawn;
@@ -229,10 +179,8 @@ DisplayedSurface displaySurface(const TriMesh& mesh, const SurfaceProperties& pr
                                 ? shadeMesh(mesh, properties.shading->crease_rad, properties.shading->creases)
                                 : shadeMesh(mesh, kSamePlane_rad);
   RefinedMesh refined = refine(mesh, shaded, finest_m / kEdgesPerWave, mostTriangles);
-  std::vector<SurfaceSide> sides = sortIntoSides(refined);
   DisplayedSurface drawn{.normals = {refined.normals.begin(), refined.normals.end()},
                          .triangles = refined.triangles,
-                         .sides = std::move(sides),
                          .closed = isClosed(mesh),
                          .longestEdge_m = refined.longestEdge_m};
   if (std::isfinite(finest_m)) drawn.finestDetail_m = finest_m;

@@ -20,13 +20,6 @@ struct SurfaceFields {
       nullptr;  ///< A factor for each vertex, canonical numbering.
 };
 
-/// Triangles of a surface that face about the same way.
-struct SurfaceSide {
-  std::size_t first = 0, count = 0;
-  Vec3 axis{0, 0, 1};     ///< Unit.
-  double spread_rad = 0;  ///< Between axis and the geometric normals, at most.
-};
-
 /// A surface as it is drawn, which is as it is felt: faceted or shaded, raised by its texture. Object frame, m.
 struct DisplayedSurface {
   std::vector<Vec3f> points = {};
@@ -34,8 +27,7 @@ struct DisplayedSurface {
   std::vector<TriangleIndices> triangles = {};
   std::vector<float> heights =
       {};  ///< Of each point, 0 at the texture's lowest to 1 at its highest; none without texture.
-  std::vector<float> friction = {};     ///< mu_static at each point; none where it is the same everywhere.
-  std::vector<SurfaceSide> sides = {};  ///< Of all triangles, in their order.
+  std::vector<float> friction = {};  ///< mu_static at each point; none where it is the same everywhere.
   /// The mesh's edges where `triangles` are finer than the mesh's: unconnected segments between points.
   std::vector<std::array<std::uint32_t, 2>> rims = {};
   bool closed = false;        ///< No back side is ever seen.

@@ -1,9 +1,11 @@
 #include "graphics_client/viewer/look.h"
 
+#include <vtkNew.h>
+#include <vtkQuadricClustering.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <span>
+#include <utility>
 #include <variant>
 
 #include "common/surface/make_field.h"
@@ -45,29 +47,51 @@ SurfaceFields fieldsOf(const LookOrder& order) {
   return fields;
 }
 
-std::vector<Look::Side> sidesOf(const DisplayedSurface& surface) {
-  const vtkSmartPointer<vtkPolyData> all = trianglesOf(surface.points, {}, surface.normals);
-  std::vector<Look::Side> sides;
-  for (const SurfaceSide& side : surface.sides) {
-    const auto drawn = vtkSmartPointer<vtkPolyData>::New();
-    drawn->ShallowCopy(all);
-    drawn->SetPolys(cellsOf(std::span(surface.triangles).subspan(side.first, side.count)));
-    sides.push_back({drawn, side.axis, side.spread_rad});
+/// A piece that is drawn anew costs by its triangles, one that is drawn by its being one.
+constexpr std::size_t kTrianglesOfPiece = 2048, kMostPieces = 256;
+
+std::vector<Look::Piece> piecesOf(const DisplayedSurface& surface) {
+  const std::size_t most = std::max(kTrianglesOfPiece, surface.triangles.size() / kMostPieces);
+  std::vector<Look::Piece> pieces;
+  for (Patch& patch : cutIntoPatches(surface.points, surface.triangles, most)) {
+    const auto gathered = [&](const std::vector<Vec3f>& all) {
+      std::vector<Vec3f> own;
+      if (all.empty()) return own;
+      own.reserve(patch.points.size());
+      for (const std::uint32_t p : patch.points) own.push_back(all[p]);
+      return own;
+    };
+    const auto drawn = trianglesOf(gathered(surface.points), patch.triangles, gathered(surface.normals));
+    patch.triangles = {};
+    pieces.push_back({drawn, std::move(patch)});
   }
-  return sides;
+  return pieces;
+}
+
+/// A shadow needs an outline only. What has more triangles than this is made coarser, in cells of so many along its longest
+/// side.
+constexpr std::size_t kTrianglesOfShadow = 10'000;
+constexpr double kShadowCells = 48;
+
+vtkSmartPointer<vtkPolyData> shadowOf(const TriMesh& mesh, Vec3 extent_m) {
+  vtkSmartPointer<vtkPolyData> shadow = trianglesOf(mesh.vertices, mesh.triangles);
+  if (mesh.triangles.size() <= kTrianglesOfShadow) return shadow;
+  const double cell_m = std::max({extent_m.x, extent_m.y, extent_m.z}) / kShadowCells;
+  const auto cells = [&](double side_m) { return std::max(1, static_cast<int>(std::ceil(side_m / cell_m))); };
+  vtkNew<vtkQuadricClustering> coarser;
+  coarser->SetInputData(shadow);
+  coarser->AutoAdjustNumberOfDivisionsOff();
+  coarser->SetNumberOfDivisions(cells(extent_m.x), cells(extent_m.y), cells(extent_m.z));
+  coarser->UseInputPointsOn();  // which are dented like the others
+  coarser->CopyCellDataOff();
+  coarser->Update();
+  return coarser->GetOutput();
 }
 
 }  // namespace
 
-bool facesAway(const Look& look, const Look::Side& side, Vec3 eye) {
-  /// Bumps rise a little over a side's horizon (radians).
-  constexpr double kMargin_rad = 0.1;
-  if (!look.closed) return false;
-  const Vec3 centre = (look.low + look.high) / 2.0, towards = centre - eye;
-  const double distance = glm::length(towards), radius = glm::length(look.high - look.low) / 2;
-  if (!(distance > radius)) return false;
-  const double angle = std::acos(std::clamp(glm::dot(side.axis, towards) / distance, -1.0, 1.0));
-  return angle + std::asin(radius / distance) + side.spread_rad + kMargin_rad < std::numbers::pi / 2;
+bool facesAway(const Look& look, const Look::Piece& piece, Vec3 eye) {
+  return look.closed && facesAway(piece.patch, eye);
 }
 
 Look makeLook(const LookOrder& order) {
@@ -79,25 +103,25 @@ Look makeLook(const LookOrder& order) {
   }
   const TriMesh& mesh = isShaped ? shaped : *order.triangles;
   DisplayedSurface surface = displaySurface(mesh, order.surface, fieldsOf(order), order.mostTriangles);
-  Look look{.sides = sidesOf(surface),
+  Look look{.pieces = piecesOf(surface),
             .shadow = {},
             .rims = {},
             .heights = std::move(surface.heights),
             .friction = std::move(surface.friction),
             .faceted = surface.normals.empty(),
             .closed = surface.closed,
+            .triangles = surface.triangles.size(),
             .finestDetail_m = surface.finestDetail_m,
             .longestEdge_m = surface.longestEdge_m,
             .filtered = surface.filtered,
             .outline = outlineOf(mesh)};
-  const vtkSmartPointer<vtkPolyData>& first = look.sides.front().drawn;
-  look.shadow = surface.triangles == mesh.triangles ? first : trianglesOf(mesh.vertices, mesh.triangles);
-  if (!surface.rims.empty()) look.rims = segmentsOf(first, surface.rims);
+  if (!surface.rims.empty()) look.rims = segmentsOf(surface.points, surface.rims);
   look.low = look.high = look.outline.front();
   for (const Vec3& p : look.outline) {
     look.low = glm::min(look.low, p);
     look.high = glm::max(look.high, p);
   }
+  look.shadow = shadowOf(mesh, look.high - look.low);
   if (!look.friction.empty()) {
     const auto [least, most] = std::ranges::minmax(look.friction);
     look.leastFriction = least;

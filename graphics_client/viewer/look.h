@@ -13,6 +13,7 @@
 #include "common/scene/deformation_properties.h"
 #include "common/scene/surface_properties.h"
 #include "common/surface/sampled_field.h"
+#include "graphics_client/viewer/patches.h"
 
 namespace haptics {
 
@@ -37,26 +38,25 @@ struct LookOrder {
 
 /// How the objects of one mesh and one set of surface properties are drawn. Object frame, m. Never changed once made.
 struct Look {
-  struct Side {
-    vtkSmartPointer<vtkPolyData>
-        drawn;  ///< Without colours. With normals, unless faceted. All sides share their points.
-    Vec3 axis;  ///< As in SurfaceSide.
-    double spread_rad;
+  struct Piece {
+    vtkSmartPointer<vtkPolyData> drawn;  ///< Without colours. With normals, unless faceted.
+    Patch patch;  ///< Its points are numbers of `heights` and `friction`; its triangles are `drawn`'s.
   };
-  std::vector<Side> sides;
-  vtkSmartPointer<vtkPolyData> shadow;   ///< The mesh.
-  vtkSmartPointer<vtkPolyData> rims;     ///< The polygons' edges; null where they are those of the sides.
+  std::vector<Piece> pieces;
+  vtkSmartPointer<vtkPolyData> shadow;   ///< The mesh, coarser where its triangles are many.
+  vtkSmartPointer<vtkPolyData> rims;     ///< The polygons' edges; null where they are those of the pieces.
   std::vector<float> heights, friction;  ///< As in DisplayedSurface.
   float leastFriction = 0, mostFriction = 0;
   bool faceted = false, closed = false;
+  std::size_t triangles = 0;  ///< Of all pieces.
   double finestDetail_m = 0, longestEdge_m = 0;
   bool filtered = false;
   std::vector<Vec3> outline;  ///< Some of the mesh's vertices, the extreme ones among them.
   Vec3 low{0}, high{0};       ///< Of the box around the mesh.
 };
 
-/// Whether nothing of the side is seen from the eye (object frame), in front of it or at a slant.
-[[nodiscard]] bool facesAway(const Look& look, const Look::Side& side, Vec3 eye);
+/// Whether nothing of the piece is seen from the eye (object frame), in front of it or at a slant.
+[[nodiscard]] bool facesAway(const Look& look, const Look::Piece& piece, Vec3 eye);
 
 /// Takes from milliseconds to about a second.
 [[nodiscard]] Look makeLook(const LookOrder& order);

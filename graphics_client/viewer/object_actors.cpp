@@ -6,11 +6,12 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "graphics_client/viewer/floor.h"
 #include "graphics_client/viewer/palette.h"
+#include "graphics_client/viewer/vertex_lighting.h"
 
 namespace haptics {
 namespace {
@@ -21,6 +22,10 @@ constexpr double kFadedColorShare = 0.25;
 constexpr double kEdgeDarkening = 0.35, kCloseUpEdgeDarkening = 0.22;
 /// Brightness of a texture's lowest and highest places: some of the light does not reach the pits.
 constexpr double kPitBrightness = 0.72, kPeakBrightness = 1.06;
+/// From so many on, an object's triangles are a few pixels large.
+constexpr std::size_t kFineTriangles = 20'000;
+/// Of a falloff's radius: what is farther away is not moved, whatever the rounding.
+constexpr double kReach = 1 + 1e-5;
 /// Towards the camera, in steps of the depth buffer: the polygons' edges lie on the surface.
 constexpr double kRimOffset = -4;
 
@@ -65,12 +70,12 @@ ObjectActors::ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared
     : worldRenderer_(world),
       closeUpRenderer_(closeUp),
       look_(std::move(look)),
-      parts_(look_->sides.size()),
+      parts_(look_->pieces.size()),
       shadow_(makeShadow(look_->shadow)) {
   worldRenderer_->AddActor(shadow_);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
-    part.drawn->ShallowCopy(look_->sides[i].drawn);
+    part.drawn->ShallowCopy(look_->pieces[i].drawn);
     for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
       setUp(actor, part.drawn, look_->faceted);
       actor->GetProperty()->SetBackfaceCulling(look_->closed);
@@ -99,16 +104,16 @@ void ObjectActors::paint(const Paint& paint) {
   const bool colored = paint.current && (!look_->heights.empty() || !look_->friction.empty());
   displacementOn_ = paint.displacement && paint.current ? std::optional(own) : std::nullopt;
   if (displacementOn_) {
-    if (!dented_) makeDentable();
-    colorDisplacement();
     colored_.reset();
   } else if (colored) {
     colorPoints(paint);
   }
-  for (const Part& part : parts_) {
+  const bool fine = look_->closed && !look_->faceted && look_->triangles >= kFineTriangles;
+  for (Part& part : parts_) {
+    if (displacementOn_ && part.dented) colorDisplacement(part);
     for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
       actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
-      actor->GetMapper()->SetScalarVisibility(colored || displacementOn_);
+      actor->GetMapper()->SetScalarVisibility(displacementOn_ ? part.dented != nullptr : colored);
     }
     vtkProperty* world = part.world->GetProperty();
     setEdgeColor(part.world, edgeOf(shade, kEdgeDarkening));
@@ -119,6 +124,9 @@ void ObjectActors::paint(const Paint& paint) {
     } else {
       world->SetRepresentationToSurface();
     }
+    lightVertices(part.world, fine && paint.vertexLighting && !paint.wireframe && !world->GetEdgeVisibility());
+    const bool edged = part.closeUp->GetProperty()->GetEdgeVisibility();
+    lightVertices(part.closeUp, fine && paint.vertexLighting && !edged);
   }
   const palette::Shade rims = edgeOf(shade, kEdgeDarkening);
   rims_->GetProperty()->SetColor(rims.red, rims.green, rims.blue);
@@ -130,14 +138,9 @@ void ObjectActors::colorPoints(const Paint& paint) {
   colored_ = paint.color;
   coloredRange_ = paint.friction;
   const palette::Shade own = palette::shadeOf(paint.color);
-  const vtkIdType points = parts_.front().drawn->GetNumberOfPoints();
   const FrictionRange range = paint.friction.value_or(FrictionRange{});
   const double width = range.most - range.least;
-  vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetNumberOfComponents(3);
-  colors->SetNumberOfTuples(points);
-  for (vtkIdType i = 0; i < points; ++i) {
-    const auto v = static_cast<std::size_t>(i);
+  const auto colorOf = [&](std::size_t v) {
     palette::Shade shade = own;
     if (!look_->friction.empty()) {
       shade = palette::frictionShade(width > 0 ? (look_->friction[v] - range.least) / width : 0);
@@ -146,42 +149,64 @@ void ObjectActors::colorPoints(const Paint& paint) {
     if (!look_->heights.empty()) {
       brightness = kPitBrightness + (kPeakBrightness - kPitBrightness) * double{look_->heights[v]};
     }
-    const double parts[] = {shade.red, shade.green, shade.blue};
-    for (int k = 0; k < 3; ++k) {
-      const double part = 255 * std::clamp(parts[k] * brightness, 0.0, 1.0);
-      colors->SetTypedComponent(i, k, static_cast<unsigned char>(std::lround(part)));
-    }
-  }
-  for (const Part& part : parts_) part.drawn->GetPointData()->SetScalars(colors);
-}
-
-/// From here on the object has points of its own.
-void ObjectActors::makeDentable() {
-  dented_ = std::make_unique<DentedPoints>(look_->sides.front().drawn);
-  for (const Part& part : parts_) dented_->drawIn(part.drawn);
-  const auto own = [&](vtkActor* actor, vtkPolyData* looks) {
-    vtkNew<vtkPolyData> data;
-    data->ShallowCopy(looks);
-    dented_->drawIn(data);
-    vtkPolyDataMapper::SafeDownCast(actor->GetMapper())->SetInputData(data);
+    return palette::Shade{shade.red * brightness, shade.green * brightness, shade.blue * brightness};
   };
-  if (look_->rims) own(rims_, look_->rims);
-  if (look_->shadow == look_->sides.front().drawn) own(shadow_, look_->shadow);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const std::vector<std::uint32_t>& points = look_->pieces[i].patch.points;
+    vtkNew<vtkUnsignedCharArray> colors;
+    colors->SetNumberOfComponents(3);
+    colors->SetNumberOfTuples(static_cast<vtkIdType>(points.size()));
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const auto color = palette::bytes(colorOf(points[p]));
+      colors->SetTypedTuple(static_cast<vtkIdType>(p), color.data());
+    }
+    parts_[i].drawn->GetPointData()->SetScalars(colors);
+  }
 }
 
 void ObjectActors::dent(std::span<const Dent> dents, const Falloff& falloff) {
-  if (!dented_) {
-    if (dents.empty()) return;
-    makeDentable();
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Patch& patch = look_->pieces[i].patch;
+    std::vector<Dent> reaching;
+    std::ranges::copy_if(dents, std::back_inserter(reaching), [&](const Dent& dent) {
+      return glm::distance(Vec3(dent.centre), patch.centre) < patch.radius_m + kReach * falloff.radius_m();
+    });
+    dent(parts_[i], reaching, falloff);
   }
-  if (!dented_->follow(dents, falloff)) return;
-  for (const Part& part : parts_) part.drawn->Modified();
-  if (displacementOn_) colorDisplacement();
+  const auto follow = [&](std::unique_ptr<DentedPoints>& dented, vtkActor* actor) {
+    if (!dented && dents.empty()) return;
+    auto* data = vtkPolyDataMapper::SafeDownCast(actor->GetMapper())->GetInput();
+    if (!dented) {
+      vtkNew<vtkPolyData> own;
+      own->ShallowCopy(data);
+      vtkPolyDataMapper::SafeDownCast(actor->GetMapper())->SetInputData(own);
+      dented = std::make_unique<DentedPoints>(own);
+      dented->drawIn(own);
+      data = own;
+    }
+    if (dented->follow(dents, falloff)) data->Modified();
+  };
+  follow(dentedShadow_, shadow_);
+  if (look_->rims) follow(dentedRims_, rims_);
 }
 
-void ObjectActors::colorDisplacement() {
-  for (const Part& part : parts_) dented_->colorIn(part.drawn, *displacementOn_);
+/// From the first dent on it has points of its own.
+void ObjectActors::dent(Part& part, std::span<const Dent> dents, const Falloff& falloff) {
+  part.isDented = !dents.empty();
+  if (!part.dented) {
+    if (dents.empty()) return;
+    part.dented = std::make_unique<DentedPoints>(part.drawn);
+    part.dented->drawIn(part.drawn);
+    for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
+      if (displacementOn_) actor->GetMapper()->ScalarVisibilityOn();
+    }
+  }
+  if (!part.dented->follow(dents, falloff)) return;
+  part.drawn->Modified();
+  if (displacementOn_) colorDisplacement(part);
 }
+
+void ObjectActors::colorDisplacement(Part& part) const { part.dented->colorIn(part.drawn, *displacementOn_); }
 
 void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {
   for (const Part& part : parts_) {
@@ -194,8 +219,9 @@ void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {
 
 void ObjectActors::showFor(Vec3 worldEye, Vec3 closeUpEye) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    parts_[i].world->SetVisibility(!facesAway(*look_, look_->sides[i], worldEye));
-    parts_[i].closeUp->SetVisibility(!facesAway(*look_, look_->sides[i], closeUpEye));
+    const auto isSeen = [&](Vec3 eye) { return parts_[i].isDented || !facesAway(*look_, look_->pieces[i], eye); };
+    parts_[i].world->SetVisibility(isSeen(worldEye));
+    parts_[i].closeUp->SetVisibility(isSeen(closeUpEye));
   }
 }
 

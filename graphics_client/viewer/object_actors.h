@@ -32,6 +32,7 @@ class ObjectActors {
     bool wireframe = false, edges = false;
     std::optional<FrictionRange> friction;  ///< Of all objects.
     bool displacement = false;              ///< Of a soft object: coloured by how far its points are displaced.
+    bool vertexLighting = false;            ///< Where the triangles are fine.
   };
 
   ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const Look> look);
@@ -52,22 +53,24 @@ class ObjectActors {
   vtkRenderer* worldRenderer_;
   vtkRenderer* closeUpRenderer_;
   std::shared_ptr<const Look> look_;
-  /// Of one side of the look.
+  /// Of one piece of the look.
   struct Part {
     vtkNew<vtkPolyData> drawn;  // the look's, with colours of its own
     vtkNew<vtkActor> world, closeUp;
+    std::unique_ptr<DentedPoints> dented;  // null until a dent reaches it
+    bool isDented = false;                 // now
   };
   std::vector<Part> parts_;
   vtkNew<vtkActor> rims_;
   vtkSmartPointer<vtkActor> shadow_;
-  std::unique_ptr<DentedPoints> dented_;          // null until there are dents
-  std::optional<palette::Shade> displacementOn_;  // coloured by displacement, over this
-  std::optional<Color> colored_;                  // what the points' colours were made of
+  std::unique_ptr<DentedPoints> dentedShadow_, dentedRims_;  // likewise
+  std::optional<palette::Shade> displacementOn_;             // coloured by displacement, over this
+  std::optional<Color> colored_;                             // what the points' colours were made of
   std::optional<FrictionRange> coloredRange_;
 
   void colorPoints(const Paint& paint);
-  void makeDentable();
-  void colorDisplacement();
+  void dent(Part& part, std::span<const Dent> dents, const Falloff& falloff);
+  void colorDisplacement(Part& part) const;
 };
 
 }  // namespace haptics

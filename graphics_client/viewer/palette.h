@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/scene/scene.h"
@@ -10,6 +12,14 @@ namespace haptics::palette {
 struct Shade {
   double red, green, blue;
 };
+
+/// As pictures store it; what is too bright is full.
+[[nodiscard]] inline std::array<unsigned char, 3> bytes(Shade shade) {
+  const auto byte = [](double part) {
+    return static_cast<unsigned char>(std::lround(255 * std::clamp(part, 0.0, 1.0)));
+  };
+  return {byte(shade.red), byte(shade.green), byte(shade.blue)};
+}
 
 inline constexpr Shade kSkyTop{0.66, 0.74, 0.83};
 inline constexpr Shade kSkyBottom{0.95, 0.96, 0.97};

@@ -29,10 +29,19 @@ vtkSmartPointer<vtkFloatArray> floatsOf(std::span<const Vec3f> vectors) {
   return array;
 }
 
-}  // namespace
-
 static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(TriangleIndices) == 3 * sizeof(vtkTypeInt32),
               "copied as arrays of numbers");
+
+vtkSmartPointer<vtkCellArray> cellsOf(std::span<const TriangleIndices> triangles) {
+  vtkNew<vtkTypeInt32Array> corners;
+  corners->SetNumberOfValues(3 * static_cast<vtkIdType>(triangles.size()));
+  if (!triangles.empty()) std::copy_n(triangles.front().data(), 3 * triangles.size(), corners->GetPointer(0));
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->SetData(3, corners);
+  return cells;
+}
+
+}  // namespace
 
 vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points, std::span<const TriangleIndices> triangles,
                                          std::span<const Vec3f> normals) {
@@ -49,20 +58,14 @@ vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points, std::spa
   return data;
 }
 
-vtkSmartPointer<vtkCellArray> cellsOf(std::span<const TriangleIndices> triangles) {
-  vtkNew<vtkTypeInt32Array> corners;
-  corners->SetNumberOfValues(3 * static_cast<vtkIdType>(triangles.size()));
-  if (!triangles.empty()) std::copy_n(triangles.front().data(), 3 * triangles.size(), corners->GetPointer(0));
-  auto cells = vtkSmartPointer<vtkCellArray>::New();
-  cells->SetData(3, corners);
-  return cells;
-}
-
-vtkSmartPointer<vtkPolyData> segmentsOf(vtkPolyData* data, std::span<const std::array<std::uint32_t, 2>> ends) {
+vtkSmartPointer<vtkPolyData> segmentsOf(std::span<const Vec3f> points,
+                                        std::span<const std::array<std::uint32_t, 2>> ends) {
   vtkNew<vtkCellArray> cells;
   for (const auto& [a, b] : ends) cells->InsertNextCell({vtkIdType{a}, vtkIdType{b}});
+  vtkNew<vtkPoints> places;
+  places->SetData(floatsOf(points));
   vtkNew<vtkPolyData> segments;
-  segments->SetPoints(data->GetPoints());
+  segments->SetPoints(places);
   segments->SetLines(cells);
   return segments;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <vtkCellArray.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -19,10 +18,8 @@ namespace haptics {
                                                        std::span<const TriangleIndices> triangles,
                                                        std::span<const Vec3f> normals = {});
 
-[[nodiscard]] vtkSmartPointer<vtkCellArray> cellsOf(std::span<const TriangleIndices> triangles);
-
-/// Unconnected segments between the points of `data`, which are shared with it.
-[[nodiscard]] vtkSmartPointer<vtkPolyData> segmentsOf(vtkPolyData* data,
+/// Unconnected segments between points.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> segmentsOf(std::span<const Vec3f> points,
                                                       std::span<const std::array<std::uint32_t, 2>> ends);
 
 /// Unconnected segments: points 2i and 2i + 1.

@@ -28,18 +28,10 @@ void RunSummary::addFrame(std::shared_ptr<const MirrorView> view, double age_s, 
   if (newest_->sample) ages_ms_.add(age_s * 1e3);
 }
 
-void RunSummary::addContact(const MirrorView& shown) {
-  if (shown.link != LinkState::kLive || !shown.sample) return;
-  const TelemetrySample& sample = *shown.sample;
-  const SceneVersion::Object object = shown.scene->find(sample.object);
-  if (!object || !(shown.bodies.contains(object->id) || object->deformation.softness)) return;
-  const auto corners = shown.cornersOf(*object, sample.primitive.polygon);
-  if (!corners) return;
-  const Pose pose = shown.poseOf(*object);
-  const auto place = [&](int k) { return toWorld(pose, (*corners)[static_cast<std::size_t>(k)]); };
-  const Vec3 normal = glm::normalize(glm::cross(place(1) - place(0), place(2) - place(0)));
-  const double error_m = glm::dot(sample.ihip - place(0), normal) - sample.height_m;
-  if (std::isfinite(error_m)) contactErrors_mm_.add(std::abs(error_m) * 1e3);
+std::optional<double> RunSummary::addContact(const MirrorView& shown) {
+  const auto error_m = shown.link == LinkState::kLive ? contactError_.of_m(shown) : std::nullopt;
+  if (error_m) contactErrors_mm_.add(*error_m * 1e3);
+  return error_m;
 }
 
 void RunSummary::Newest::add(double value) {

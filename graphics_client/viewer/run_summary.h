@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/error/error.h"
+#include "graphics_client/mirror/contact_error.h"
 #include "graphics_client/mirror/mirror_view.h"
 
 namespace haptics {
@@ -25,8 +27,9 @@ class RunSummary {
   /// the start of the run.
   void addFrame(std::shared_ptr<const MirrorView> view, double age_s, double time_s);
 
-  /// How far the IHIP that was drawn is from the surface that was drawn, where something that moves or yields is touched.
-  void addContact(const MirrorView& shown);
+  /// How far the IHIP that was drawn is from the surface that was drawn (m), where something that moves or yields is touched;
+  /// noted, and returned.
+  std::optional<double> addContact(const MirrorView& shown);
 
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
   [[nodiscard]] bool wasConnected() const noexcept { return newestLive_ != nullptr; }
@@ -46,6 +49,7 @@ class RunSummary {
     void add(double value);
   };
   Newest ages_ms_, contactErrors_mm_;
+  ContactError contactError_;
   std::shared_ptr<const MirrorView> newest_, newestLive_;
 };
 

@@ -162,7 +162,8 @@ void SceneActors::paint(const Shown& shown) const {
                        .wireframe = wireframe_,
                        .edges = edges_,
                        .friction = friction_,
-                       .displacement = displacement_ && shown.record->deformation.softness});
+                       .displacement = displacement_ && shown.record->deformation.softness,
+                       .vertexLighting = vertexLighting_});
 }
 
 void SceneActors::place(const Shown& shown) const {
@@ -201,6 +202,11 @@ void SceneActors::setEdges(bool on) {
 
 void SceneActors::setDisplacement(bool on) {
   displacement_ = on;
+  paintAll();
+}
+
+void SceneActors::setVertexLighting(bool on) {
+  vertexLighting_ = on;
   paintAll();
 }
 

@@ -45,6 +45,8 @@ class SceneActors {
   void setEdges(bool on);
   /// Colours soft objects by how far they are displaced.
   void setDisplacement(bool on);
+  /// Lights fine surfaces at their vertices (vertex_lighting.h).
+  void setVertexLighting(bool on);
 
   /// Points spread over the objects, world frame; empty when nothing is shown.
   [[nodiscard]] std::vector<Vec3> outline() const;
@@ -77,7 +79,7 @@ class SceneActors {
   std::map<ObjectId, Shown> shown_;
   std::optional<FrictionRange> friction_;
   std::size_t mostTriangles_ = 0;
-  bool current_ = true, wireframe_ = false, edges_ = false, displacement_ = false;
+  bool current_ = true, wireframe_ = false, edges_ = false, displacement_ = false, vertexLighting_ = false;
 
   bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t mostTriangles);
   bool takeLook(Shown& shown);

@@ -110,6 +110,7 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
   if (!options_.screenshot.empty() && moment_.view) {
     const Moment& best = best_ ? *best_ : moment_;
     objects_.setMostTriangles(kStillTriangles);
+    objects_.setVertexLighting(false);
     objects_.settle(*best.view, isCurrent(*best.view, best.age_s) || !wasLive_);
     const Result<void> written = takeScreenshot(best, kSettled_s, options_.screenshot);
     if (!written) return tl::unexpected(written.error());
@@ -129,6 +130,7 @@ void Viewer::drawFrame(double dt_s) {
     smooth_ = !stage_.drawsInSoftware();
     stage_.smoothOutlines(smooth_);
     objects_.setMostTriangles(mostTriangles());
+    objects_.setVertexLighting(!smooth_);
   }
   summary_.addFrame(newest, moment_.age_s, now_s_);
   summary_.addContact(*moment_.view);

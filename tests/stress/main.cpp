@@ -10,6 +10,8 @@
 #include "tests/stress/picture.h"
 #include "tests/stress/report.h"
 #include "tests/stress/run.h"
+#include "tests/stress/touch_run.h"
+#include "tests/stress/touch_viewer.h"
 
 namespace {
 
@@ -21,10 +23,11 @@ Examples:
   haptic_stress --clients 8 --rtt-ms 200 --jitter-ms 25 --loss-pct 5 --cut-every 10 --cut-ms 300 --seconds 600 --seed 1 --out out
   haptic_stress --seconds 60 --out out
   haptic_stress --relay --seconds 10 --clients 3 --no-viewer --out out
+  haptic_stress touch --viewers 4 --rtt-ms 200 --loss-pct 5 --seconds 300 --out out
 
 As root the processes are in two network namespaces, joined by TUN devices and a forwarder of packets; else, and with
---relay, TCP and UDP go through a relay. Writes DIR/stress.json, stress.png and stress.svg.
-Exit status: 0 everything holds, 1 something does not (stress.json says what), 2 wrong usage.)";
+--relay, TCP and UDP go through a relay. Writes DIR/stress.json, stress.png and stress.svg; touch writes DIR/touch.json.
+Exit status: 0 everything holds, 1 something does not (the JSON says what), 2 wrong usage.)";
 
 void addPlan(CLI::App& app, RunPlan& plan) {
   app.add_option("--clients", plan.clients, "That edit")->check(CLI::Range(1, 32))->capture_default_str();
@@ -66,6 +69,13 @@ int stressed(const RunPlan& plan, const RunOptions& options) {
   return report.at("pass").get<bool>() ? 0 : 1;
 }
 
+int touched(RunPlan plan, const TouchRunOptions& options) {
+  const auto report = runTouched(std::move(plan), options);
+  std::ofstream(options.out / "touch.json") << report.dump(2) << '\n';
+  std::printf("%s\n", report.dump(2).c_str());
+  return report.at("pass").get<bool>() ? 0 : 1;
+}
+
 }  // namespace
 
 namespace haptics::stress {
@@ -84,7 +94,9 @@ int main(int argc, char** argv) {
   RunPlan plan;
   RunOptions options;
   ClientOptions client;
-  std::string address, journal;
+  TouchRunOptions touch;
+  TouchViewerOptions viewer;
+  std::string address, journal, summary;
   bool noViewer = false, viewOnly = false;
   CLI::App app("Real processes on a bad network, editing, being killed and stopped: what is left of them",
                "haptic_stress");
@@ -96,12 +108,20 @@ int main(int argc, char** argv) {
   app.add_flag("--no-viewer", noViewer, "Without the real graphics_client");
   auto* asClient = app.add_subcommand("client")->group("");
   auto* asDribbler = app.add_subcommand("dribble")->group("");
-  for (auto* verb : {asClient, asDribbler}) verb->add_option("--connect", address);
+  auto* asViewer = app.add_subcommand("look")->group("");
+  for (auto* verb : {asClient, asDribbler, asViewer}) verb->add_option("--connect", address);
   asClient->add_option("--number", client.number);
   asClient->add_option("--life", client.life);
   asClient->add_option("--journal", journal);
   asClient->add_flag("--udp", client.datagrams);
   asClient->add_flag("--view", viewOnly);
+  asViewer->add_option("--number", viewer.number);
+  asViewer->add_option("--summary", summary);
+  asViewer->add_flag("--udp", viewer.datagrams);
+  auto* asTouch = app.add_subcommand(
+      "touch",
+      "Bodies are pushed and soft objects dented: do viewers see contacts where they are, and the same shapes?");
+  asTouch->add_option("--viewers", touch.viewers, "That look on")->check(CLI::Range(1, 32))->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -116,8 +136,20 @@ int main(int argc, char** argv) {
       runClient(plan, client);
       return 0;
     }
+    if (asViewer->parsed()) {
+      viewer.server = endpointOrThrow(address);
+      viewer.summary = summary;
+      runTouchViewer(viewer);
+      return 0;
+    }
     if (options.out.empty()) options.out = "out";
     options.out = std::filesystem::absolute(options.out);
+    if (asTouch->parsed()) {
+      touch.out = options.out;
+      touch.relay = options.relay;
+      if (app.count("--cut-ms") == 0) plan.cut_ms = 0;
+      return touched(plan, touch);
+    }
     options.viewer = !noViewer;
     return stressed(plan, options);
   } catch (const std::exception& error) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "common/mesh/generators.h"
 #include "tests/eval/moving_world.h"
@@ -25,12 +26,15 @@ struct Seen {
   int inside = 0;
   int undetected = 0;
   int notFinite = 0;
-  double worst_N = 0;  ///< Difference between the force's size and that of a spring as long as the HIP is deep.
+  double worst_N =
+      0;  ///< Difference between the force's size and that of a spring as long as the HIP is deep below a face.
   double speed_m_per_s = 0;
 };
 
 /// Until it has passed, or for `most` ticks.
-void watch(MovingWorld& world, std::uint64_t id, Vec3 hip, int most, bool judgeForce, Seen& seen) {
+/// @param judgedBelow_m  Of a block that comes down square, whose force is judged: its lower face, in its frame. The HIP came
+/// in there and is held there, also where it has come nearer to a side.
+void watch(MovingWorld& world, std::uint64_t id, Vec3 hip, int most, std::optional<double> judgedBelow_m, Seen& seen) {
   for (int i = 0; i < most; ++i) {
     const Vec3 before = world.state().bodyCount > 0 ? world.poseOf(id).position : Vec3(0);
     const TelemetrySample sample = world.tick(hip);
@@ -45,8 +49,10 @@ void watch(MovingWorld& world, std::uint64_t id, Vec3 hip, int most, bool judgeF
     if (depth <= kInside_m) continue;
     ++seen.inside;
     seen.undetected += sample.object == 0 ? 1 : 0;
-    if (!judgeForce) continue;
-    seen.worst_N = std::max(seen.worst_N, std::abs(glm::length(sample.force.contact) - kSpring_N_per_m * depth));
+    if (!judgedBelow_m) continue;
+    const Body& body = world.state().bodies[static_cast<std::size_t>(index)];
+    const double deep_m = body.frame.toLocal(hip).z - *judgedBelow_m;
+    seen.worst_N = std::max(seen.worst_N, std::abs(glm::length(sample.force.contact) - kSpring_N_per_m * deep_m));
   }
 }
 
@@ -62,7 +68,7 @@ void drive(double speed_m_per_s, double thickness, Random& random, Seen& seen) {
   world.publish();
   const Vec3 hip(random.between(-0.015, 0.015), random.between(-0.015, 0.015), 0);
   const double seconds = 2 * kRunUp / speed_m_per_s + thickness / speed_m_per_s;
-  watch(world, id, hip, static_cast<int>(seconds / kPeriod_s) + 2, false, seen);
+  watch(world, id, hip, static_cast<int>(seconds / kPeriod_s) + 2, std::nullopt, seen);
 }
 
 /// A plate swings on a hinge, by its weight, onto the HIP: bounces, and comes to rest on it.
@@ -78,12 +84,13 @@ void swing(double gravity_m_per_s2, Random& random, Seen& seen) {
   const std::uint64_t id = world.add(plate, at({0.05, 0, 0}));
   world.publish();
   const Vec3 hip(random.between(0.03, 0.08), random.between(-0.015, 0.015), -random.between(0.01, 0.03));
-  watch(world, id, hip, 4000, false, seen);
+  watch(world, id, hip, 4000, std::nullopt, seen);
 }
 
 /// A free block falls on the HIP beside its middle, tumbles over it, and is gone.
 void drop(double height, Random& random, bool square, Seen& seen) {
-  MovingSolid block = solidFrom(boxMesh(Vec3(0.04)), 0.2);
+  constexpr double kHalf = 0.02;
+  MovingSolid block = solidFrom(boxMesh(Vec3(2 * kHalf)), 0.2);
   block.body.gravity_m_per_s2 = {0, 0, -9.81};
   if (square) {
     block.body.freedom = Freedom::kSlider;
@@ -91,11 +98,11 @@ void drop(double height, Random& random, bool square, Seen& seen) {
   }
   MovingWorld world;
   const Quat turned = square ? Quat(1, 0, 0, 0) : random.rotation();
-  const std::uint64_t id = world.add(block, {turned, {0, 0, height + (square ? 0.02 : 0.035)}});
+  const std::uint64_t id = world.add(block, {turned, {0, 0, height + (square ? kHalf : 0.035)}});
   world.publish();
   const double aside = square ? 0.01 : 0.015;
   const Vec3 hip(random.between(-aside, aside), random.between(-aside, aside), 0);
-  watch(world, id, hip, square ? 1500 : 300, square, seen);
+  watch(world, id, hip, square ? 1500 : 300, square ? std::optional(-kHalf) : std::nullopt, seen);
 }
 
 // ---- Edits of a body in motion ----

@@ -45,6 +45,11 @@ class FakeMirror {
     publish();
   }
 
+  void setSoftness(ObjectId object, const Softness& softness) {
+    objects_[object - 1].deformation.softness = softness;
+    publish();
+  }
+
   /// Presses by `depth_m` on the polygon's centre, with 800 N/m.
   void touch(ObjectId object, std::uint32_t polygon, double depth_m) {
     constexpr double kStiffness_N_per_m = 800;

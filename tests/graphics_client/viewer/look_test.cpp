@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
+#include <array>
+#include <cmath>
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
@@ -28,15 +29,17 @@ LookOrder texturedBox() {
 
 int hidden(const Look& look, Vec3 eye) {
   int count = 0;
-  for (const Look::Side& side : look.sides) count += facesAway(look, side, eye);
+  for (const Look::Piece& piece : look.pieces) count += facesAway(look, piece, eye);
   return count;
 }
 
 TEST(Look, OfATexturedBoxLeavesOutItsFarSides) {
   const Look look = makeLook(texturedBox());
-  ASSERT_EQ(look.sides.size(), 6U);
-  EXPECT_EQ(hidden(look, {1, 1, 1}), 3);
-  EXPECT_EQ(hidden(look, {1, 0, 0}), 1);  // the sides around are seen by their bumps
+  const auto pieces = static_cast<int>(look.pieces.size());
+  ASSERT_GE(pieces, 6);
+  EXPECT_EQ(pieces % 6, 0) << "as many of each side";
+  EXPECT_EQ(hidden(look, {1, 1, 1}), pieces / 2);
+  EXPECT_EQ(hidden(look, {1, 0, 0}), pieces / 6);  // the sides around are seen by their bumps
   EXPECT_EQ(hidden(look, {0, 0, 0}), 0);
 }
 
@@ -48,28 +51,40 @@ TEST(Look, OfAnOpenSurfaceIsSeenFromBothSides) {
   EXPECT_EQ(hidden(makeLook(order), {1, 1, 1}), 0);
 }
 
-TEST(Look, HasEveryTriangleOnOneSide) {
+TEST(Look, HasEveryTriangleInOnePieceAndAShadowOfTheMesh) {
   LookOrder order = texturedBox();
   order.surface.shading = Shading{.crease_rad = 0.5, .creases = {}};
   const Look look = makeLook(order);
   vtkIdType triangles = 0;
-  for (const Look::Side& side : look.sides) {
-    triangles += side.drawn->GetNumberOfPolys();
-    EXPECT_EQ(side.drawn->GetPoints(), look.sides.front().drawn->GetPoints());
+  for (const Look::Piece& piece : look.pieces) {
+    triangles += piece.drawn->GetNumberOfPolys();
+    EXPECT_EQ(static_cast<std::size_t>(piece.drawn->GetNumberOfPoints()), piece.patch.points.size());
+    for (const std::uint32_t p : piece.patch.points) EXPECT_LT(p, look.heights.size());
   }
   EXPECT_GT(triangles, 10'000);
-  EXPECT_EQ(static_cast<std::size_t>(look.sides.front().drawn->GetNumberOfPoints()), look.heights.size());
+  EXPECT_EQ(static_cast<std::size_t>(triangles), look.triangles);
   EXPECT_EQ(look.shadow->GetNumberOfPolys(), 12);
   EXPECT_FALSE(look.faceted);
 }
 
-TEST(Look, OfAPlainMeshIsFacetedAndItsOwnShadow) {
+TEST(Look, OfAPlainMeshIsFacetedAndInOnePieceWhereItIsSmall) {
   const Look look = makeLook(orderFor(makeSphere(0.05, 8).value()));
-  ASSERT_EQ(look.sides.size(), 1U);
+  ASSERT_EQ(look.pieces.size(), 1U);
   EXPECT_TRUE(look.faceted);
-  EXPECT_EQ(look.shadow, look.sides.front().drawn);
+  EXPECT_EQ(look.shadow->GetNumberOfPolys(), look.pieces.front().drawn->GetNumberOfPolys());
   EXPECT_EQ(look.rims, nullptr);
-  EXPECT_FALSE(facesAway(look, look.sides.front(), {1, 1, 1}));
+  EXPECT_FALSE(facesAway(look, look.pieces.front(), {1, 1, 1}));
+}
+
+TEST(Look, OfAFineMeshHasACoarseShadowOfTheSameOutline) {
+  const Look look = makeLook(orderFor(makeSphere(0.05, 73).value()));
+  EXPECT_LT(look.shadow->GetNumberOfPolys(), 20'000);
+  EXPECT_GT(look.shadow->GetNumberOfPolys(), 4'000);
+  std::array<double, 6> bounds;
+  look.shadow->GetBounds(bounds.data());
+  for (const double bound : bounds) EXPECT_NEAR(std::abs(bound), 0.05, 0.001);
+  const int seen = static_cast<int>(look.pieces.size()) - hidden(look, {0.3, 0, 0});
+  EXPECT_LT(seen, 0.75 * static_cast<double>(look.pieces.size()));
 }
 
 TEST(Look, KnowsTheLeastAndTheMostFriction) {

@@ -1,0 +1,99 @@
+// viewer_frame_cost: processor time of a frame while the simulated contact dents soft spheres; a figure, not a test.
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+
+#include "common/clock/monotonic.h"
+#include "common/mesh/generators.h"
+#include "graphics_client/viewer/viewer.h"
+#include "tests/graphics_client/viewer/fake_mirror.h"
+
+namespace {
+
+using namespace haptics;
+
+constexpr std::uint32_t kSegments = 73;  // 63,948 triangles
+constexpr double kRadius_m = 0.05;
+constexpr int kWarmUp = 15;
+
+double processorTime_s() {
+  rusage use{};
+  getrusage(RUSAGE_SELF, &use);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(use.ru_utime) + seconds(use.ru_stime);
+}
+
+/// Spheres in a row, the first of which is stroked to and fro.
+class StrokedSpheres {
+ public:
+  explicit StrokedSpheres(int count) {
+    const TriMesh mesh = makeSphere(kRadius_m, kSegments).value();
+    SurfaceProperties shaded;
+    shaded.shading = Shading{.crease_rad = 1, .creases = {}};
+    for (int i = 0; i < count; ++i) {
+      const ObjectId id = mirror_.add("sphere" + std::to_string(i), mesh, Pose{Quat(1, 0, 0, 0), {0.12 * i, 0, 0.05}},
+                                      {.red = 0.75F, .green = 0.2F, .blue = 0.16F});
+      mirror_.setSurface(id, shaded);
+      mirror_.setSoftness(id, Softness{.stiffness_N_per_m = 250, .radius_m = 0.022});
+    }
+    mirror_.touch(1, 0, 0.006);
+  }
+
+  std::shared_ptr<const MirrorView> at(double time_s) {
+    const double angle = 0.5 * std::sin(2 * std::numbers::pi * time_s);
+    const Vec3 out(std::sin(angle), -0.5, std::cos(angle));
+    const Vec3 at = kRadius_m * glm::normalize(out), depth = -0.006 * glm::normalize(out);
+    MirrorView& view = mirror_.view();
+    view.dents = {{1, {Vec3f(at), Vec3f(depth)}}};
+    TelemetrySample& sample = *view.sample;
+    ++sample.tick;
+    sample.time_ns = view.takenAt_ns = monotonicNow_ns();
+    sample.primitive = {};
+    sample.ihip = at + depth + Vec3(0, 0, 0.05);
+    sample.hip = sample.ihip + 0.3 * depth;
+    sample.surfaceNormal = glm::normalize(out);
+    return mirror_.now();
+  }
+
+ private:
+  FakeMirror mirror_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int spheres = argc > 1 ? std::atoi(argv[1]) : 1;
+  const int frames = argc > 2 ? std::atoi(argv[2]) : 100;
+  StrokedSpheres scene(spheres);
+  ViewerOptions options;
+  options.offscreen = true;
+  options.frameLimit_Hz = 1000;
+  if (argc > 3) options.screenshot = argv[3];
+  std::atomic<bool> stop{false};
+  int frame = 0;
+  double before_s = 0;
+  std::uint64_t before_ns = 0;
+  const auto summary = runViewer(
+      options,
+      [&] {
+        if (frame == kWarmUp) {
+          before_s = processorTime_s();
+          before_ns = monotonicNow_ns();
+        }
+        if (frame++ == kWarmUp + frames) {
+          const double wall_ms = 1e-6 * static_cast<double>(monotonicNow_ns() - before_ns);
+          std::printf("%d sphere(s) of 63,948 triangles: %.1f ms of processor time a frame, %.1f ms in all\n", spheres,
+                      1e3 * (processorTime_s() - before_s) / frames, wall_ms / frames);
+          stop = true;
+        }
+        return scene.at(frame / 60.0);
+      },
+      stop);
+  return summary ? 0 : 1;
+}

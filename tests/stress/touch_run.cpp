@@ -1,0 +1,286 @@
+#include "tests/stress/touch_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+
+#include "common/clock/monotonic.h"
+#include "graphics_client/mirror/server_link.h"
+#include "tests/stress/child.h"
+#include "tests/stress/network.h"
+#include "tests/stress/statistics.h"
+#include "tests/stress/touch_scene.h"
+
+namespace haptics::stress {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using std::chrono::milliseconds;
+
+constexpr double kPatience_s = 30;  // for a process to start or to end
+constexpr double kJoining_s = 120;  // until meshes are through the bad line
+constexpr double kComesToRest_s = 60;
+constexpr double kQuiet_s = 1;    // without a contact, a dent that changes or a body awake: it rests
+constexpr double kArrives_s = 5;  // then all have heard of it
+constexpr int kBends = 20;
+constexpr double kMostError_mm = 1;
+constexpr milliseconds kLook{10};
+
+std::filesystem::path self() { return std::filesystem::read_symlink("/proc/self/exe"); }
+
+void waitUntil(double patience_s, const std::string& what, const std::function<bool()>& holds) {
+  const std::uint64_t began_ns = monotonicNow_ns();
+  while (!holds()) {
+    if (1e-9 * static_cast<double>(monotonicNow_ns() - began_ns) > patience_s)
+      throw std::runtime_error("not in time: " + what);
+    std::this_thread::sleep_for(kLook);
+  }
+}
+
+/// What follows the prefix, of the first line that begins with it.
+std::optional<std::string> lineOf(const std::filesystem::path& file, const std::string& prefix) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with(prefix)) return line.substr(prefix.size());
+  }
+  return std::nullopt;
+}
+
+Json readJson(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  Json json = Json::parse(in, nullptr, false);
+  if (!json.is_object()) throw std::runtime_error("no summary: " + file.string());
+  return json;
+}
+
+/// What happened, as seen beside the server.
+class Witness {
+ public:
+  void look(const MirrorView& view) {
+    if (!view.sample) return;
+    const TelemetrySample& sample = *view.sample;
+    if (sample.tick == last_.tick) return;
+    const double step_s = 1e-9 * static_cast<double>(sample.time_ns - last_.time_ns);
+    if (last_.tick != 0 && sample.object != 0) {
+      speeds_m_per_s_.push_back(glm::distance(sample.hip, last_.hip) / step_s);
+      ++contacts_[view.scene->find(sample.object)->name];
+    }
+    for (const auto& [object, body] : view.bodies) {
+      const auto [at, isNew] = bodies_.try_emplace(object, body.pose.position);
+      way_m_[object] += glm::distance(at->second, body.pose.position);
+      at->second = body.pose.position;
+    }
+    last_ = sample;
+  }
+
+  /// How many vertices the dents move just now.
+  void countMoved(const MirrorView& view) {
+    for (const SceneVersion::Object& object : view.scene->objects()) {
+      const std::vector<Dent> dents = view.dentsIn(*object);
+      const auto mesh = view.meshes.find(object->mesh);
+      if (dents.empty() || mesh == view.meshes.end()) continue;
+      const Falloff falloff = tissueOf(*object->deformation.softness).falloff;
+      moved_.push_back(static_cast<double>(
+          std::ranges::count_if(mesh->second->vertices, [&](Vec3f v) { return dented(v, dents, falloff) != v; })));
+    }
+  }
+
+  [[nodiscard]] Json report() {
+    double way_m = 0;
+    for (const auto& [object, way] : way_m_) way_m += way;
+    return {{"samples_in_contact", contacts_},
+            {"vertices_moved_by_dents", {{"p50", percentile(moved_, 0.5)}, {"max", percentile(moved_, 1)}}},
+            {"way_of_bodies_m", way_m},
+            {"hand_in_contact_m_per_s",
+             {{"p50", percentile(speeds_m_per_s_, 0.5)}, {"p99", percentile(speeds_m_per_s_, 0.99)}}}};
+  }
+
+ private:
+  TelemetrySample last_{};
+  std::vector<double> speeds_m_per_s_, moved_;
+  std::map<std::string, int> contacts_;
+  std::map<ObjectId, Vec3> bodies_;
+  std::map<ObjectId, double> way_m_;
+};
+
+/// Nothing moves or gives, and nothing that could is touched.
+bool rests(const MirrorView& view, std::uint64_t sinceRevision) {
+  if (!view.sample || view.sample->deformationRevision != sinceRevision) return false;
+  const auto touched = view.scene->find(view.sample->object);
+  if (touched && (touched->motion || touched->deformation.softness)) return false;
+  return std::ranges::none_of(view.bodies, [](const auto& b) { return b.second.condition == BodyCondition::kAwake; });
+}
+
+/// The processes of one run.
+class TouchedCast {
+ public:
+  TouchedCast(RunPlan& plan, const TouchRunOptions& options, Network& network) : options_(options), network_(network) {
+    startServer();
+    const std::string address = network_.clientAddress(port_);
+    plan.began_ns = monotonicNow_ns();
+    network_.start();
+    for (int number = 0; number < options.viewers; ++number) startViewer(number, address);
+    std::thread([this] {
+      network_.enterServerSide();
+      link_ = std::make_unique<ServerLink>(ServerLink::Options{
+          .server = {network_.serverHost(), port_}, .clientName = "witness", .telemetryRate_Hz = 100});
+    }).join();
+    waitUntil(kJoining_s, "every viewer holds the scene", [this] {
+      for (int number = 0; number < options_.viewers; ++number) {
+        if (!lineOf(file(number, ".log"), "holds the scene")) return false;
+      }
+      return link_->latest()->hashesEqual;
+    });
+  }
+
+  void touch(double seconds) {
+    const std::uint64_t end_ns = monotonicNow_ns() + static_cast<std::uint64_t>(seconds * 1e9);
+    constexpr int kCountEvery = 25;
+    for (int look = 0; monotonicNow_ns() < end_ns; ++look) {
+      const auto view = link_->latest();
+      witness_.look(*view);
+      if (look % kCountEvery == 0) witness_.countMoved(*view);
+      if (!server_.alive()) throw std::runtime_error("the server has ended by itself: see its log");
+      std::this_thread::sleep_for(kLook);
+    }
+  }
+
+  void letGo() {
+    link_->submit(roof(), {});
+    std::uint64_t revision = 0, since_ns = 0;
+    waitUntil(kComesToRest_s, "the scene comes to rest", [&] {
+      const auto view = link_->latest();
+      const std::uint64_t now_ns = monotonicNow_ns();
+      if (!rests(*view, revision) || since_ns == 0) since_ns = now_ns;
+      if (view->sample) revision = view->sample->deformationRevision;
+      return 1e-9 * static_cast<double>(now_ns - since_ns) > kQuiet_s;
+    });
+    for (int k = 1; k <= kBends; ++k) {
+      link_->submit(bend(0.02 * k / kBends, 0.01 * std::sin(k)), {});
+      std::this_thread::sleep_for(milliseconds(50));
+    }
+    std::this_thread::sleep_for(std::chrono::duration<double>(kArrives_s));
+  }
+
+  /// Stops everything in order; what each holds at the end, and what the viewers saw.
+  Json finish() {
+    Json report;
+    report["seen_at_the_server"] = witness_.report();
+    for (const Child& viewer : viewers_) viewer.signal(SIGTERM);
+    for (Child& viewer : viewers_) viewer.stop(kPatience_s);
+    link_.reset();
+    report["server_ended_well"] = server_.stop(kPatience_s) == 0;
+    const Json server = readJson(options_.out / "server.json");
+    report["server"] = {{"scene_hash", server.at("scene_hash")},
+                        {"deformed_hash", server.at("deformed_hash")},
+                        {"dents", server.at("dents")},
+                        {"bodies", server.at("bodies")},
+                        {"missed_ticks", server.at("missed_ticks")},
+                        {"ticks", server.at("ticks")}};
+    for (int number = 0; number < options_.viewers; ++number) {
+      Json viewer = readJson(file(number, ".json"));
+      viewer["asked_for_datagrams"] = datagrams(number);
+      report["viewers"].push_back(std::move(viewer));
+    }
+    return report;
+  }
+
+ private:
+  void startServer() {
+    const auto scene = options_.out / "touched.scene", log = options_.out / "server.log";
+    std::ofstream(scene) << touchedSceneText();
+    server_ = Child(
+        {(self().parent_path() / "haptic_server").string(), "--scene", scene.string(), "--summary",
+         (options_.out / "server.json").string(), "--allow-insecure-lan", "--listen", network_.serverHost() + ":0"},
+        log, [this] { network_.enterServerSide(); });
+    std::optional<std::string> where;
+    waitUntil(kPatience_s, "the server listens: see " + log.string(),
+              [&] { return (where = lineOf(log, "listening on ")) || !server_.alive(); });
+    if (!where) throw std::runtime_error("the server does not start: see " + log.string());
+    port_ = static_cast<std::uint16_t>(std::stoi(where->substr(where->rfind(':') + 1)));
+  }
+
+  void startViewer(int number, const std::string& address) {
+    std::vector<std::string> command{self().string(), "look",  "--number",  std::to_string(number),
+                                     "--connect",     address, "--summary", file(number, ".json").string()};
+    if (datagrams(number)) command.emplace_back("--udp");
+    viewers_.emplace_back(command, file(number, ".log"), [this] { network_.enterClientSide(); });
+  }
+
+  [[nodiscard]] static bool datagrams(int number) { return number % 2 == 0; }
+  [[nodiscard]] std::filesystem::path file(int number, const std::string& extension) const {
+    return options_.out / ("viewer_" + std::to_string(number) + extension);
+  }
+
+  const TouchRunOptions& options_;
+  Network& network_;
+  std::uint16_t port_ = 0;
+  Child server_;
+  std::vector<Child> viewers_;
+  std::unique_ptr<ServerLink> link_;
+  Witness witness_;
+};
+
+/// What must hold of the report.
+Json judged(const Json& report) {
+  const Json& server = report.at("server");
+  const auto unordered = [](const Json& json) { return nlohmann::json::parse(json.dump()); };
+  bool shapes = true, bodies = true, scenes = true, contacts = true, seen = true;
+  for (const Json& viewer : report.at("viewers")) {
+    shapes &= viewer.value("client_deformed_hash", "") == server.at("deformed_hash");
+    bodies &= unordered(viewer.at("client_bodies")) == unordered(server.at("bodies"));
+    scenes &= viewer.at("hashes_equal").get<bool>() && viewer.at("client_scene_hash") == server.at("scene_hash");
+    for (const auto& [which, errors] : viewer.at("contacts").items()) {
+      if (which == "worst") continue;
+      contacts &= errors.at("p99") < kMostError_mm;
+      seen &= errors.at("frames") > 0;
+    }
+  }
+  const Json& touched = report.at("seen_at_the_server");
+  Json holds;
+  holds["shapes_equal_at_the_end"] = shapes;
+  holds["bodies_equal_at_the_end"] = bodies;
+  holds["scenes_equal_at_the_end"] = scenes;
+  holds["contact_error_p99_below_1_mm"] = contacts;
+  holds["contacts_were_seen"] = seen;
+  holds["bodies_were_pushed"] = touched.at("way_of_bodies_m") > 0.01;
+  holds["dents_moved_5000_vertices"] = touched.at("vertices_moved_by_dents").at("max") >= 5000;
+  holds["server_ended_well"] = report.at("server_ended_well");
+  return holds;
+}
+
+}  // namespace
+
+Json runTouched(RunPlan plan, const TouchRunOptions& options) {
+  std::filesystem::create_directories(options.out);
+  for (const auto& entry : std::filesystem::directory_iterator(options.out)) {
+    if (entry.path().extension() == ".log" || entry.path().extension() == ".json") std::filesystem::remove(entry);
+  }
+  auto network = options.relay ? nullptr : makeNamespaces(plan);
+  if (!network) network = makeRelay(plan);
+  Json report{{"network", network->kind()}, {"viewers_count", options.viewers},
+              {"rtt_ms", plan.rtt_ms},      {"jitter_ms", plan.jitter_ms},
+              {"loss_pct", plan.loss_pct},  {"seconds", plan.seconds},
+              {"seed", plan.seed}};
+  TouchedCast cast(plan, options, *network);
+  cast.touch(plan.seconds);
+  cast.letGo();
+  report.update(cast.finish());
+  const NetworkCounts counts = network->counts();
+  report["packets"] = counts.packets;
+  report["packets_lost"] = counts.lost;
+  report["packets_late_by_this_machine_ms_p99"] = counts.late_ms;
+  report["holds"] = judged(report);
+  report["pass"] = std::ranges::all_of(report["holds"], [](const Json& holds) { return holds.get<bool>(); });
+  return report;
+}
+
+}  // namespace haptics::stress
