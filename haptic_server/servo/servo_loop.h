@@ -13,9 +13,11 @@
 #include "haptic_server/servo/flight_ring.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/latency_histogram.h"
+#include "haptic_server/servo/news_patience.h"
 #include "haptic_server/servo/pre_touch.h"
 #include "haptic_server/servo/scene_crossing.h"
 #include "haptic_server/servo/server_step_config.h"
+#include "haptic_server/servo/tick_script.h"
 
 namespace haptics {
 
@@ -35,7 +37,7 @@ struct ServoStatistics {
   LatencyHistogram wakeLatency_ns;       ///< Deadline to wake-up.
 };
 
-/// The servo loop: wakes on an absolute clock at a fixed rate, adopts a scene if there is a new one, pre-touches what
+/// The servo loop: wakes on an absolute clock at a fixed rate, waits for a position that is a little late, adopts a scene if there is a new one, pre-touches what
 /// the tick will read, reads the device, runs hapticStep(), writes the force, queues the sample. After start-up it neither
 /// allocates nor locks nor wakes a thread.
 class ServoLoop {
@@ -57,6 +59,13 @@ class ServoLoop {
   /// A tick whose whole period was slept through is skipped and counted; there is no burst to catch up.
   void run(const std::atomic<bool>& stop, std::uint64_t maxTicks = 0) noexcept;
 
+  /// Goes on from this state; before run(). `scene`: that it had adopted, null for the empty one; `pending`: that it was
+  /// still to adopt, null for none.
+  void goOnFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept;
+  /// As run(), with the ticks of a script, each as long after the one before as it was then; those that it left out
+  /// count as missed. To its end, or until `stop`. What the servo slept through it catches up with: nobody holds a device.
+  void run(TickScript& script, const std::atomic<bool>& stop) noexcept;
+
   /// As run(), but begins each tick as soon as the last one is done: for measuring what the machine can do.
   void runFlatOut(const std::atomic<bool>& stop) noexcept;
 
@@ -73,13 +82,16 @@ class ServoLoop {
   [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
 
  private:
-  void tick(std::uint64_t index, std::uint64_t now_ns) noexcept;
+  /// \param newest  The scene that came since the last tick, null for none.
+  void tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene* newest) noexcept;
+  [[nodiscard]] std::uint64_t awaitNews(std::uint64_t due_ns, std::uint64_t now_ns) noexcept;
   void account(TelemetrySample& sample, std::uint64_t now_ns) noexcept;
 
   Device& device_;
   SceneCrossing& crossing_;
   StepConfig config_;
   std::uint64_t period_ns_;
+  NewsPatience patience_{period_ns_};
   HapticState state_;
   std::optional<PreTouch> preTouch_;
   ServoScene empty_;
