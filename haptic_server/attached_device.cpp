@@ -30,6 +30,8 @@ struct UsbKind {
 constexpr std::array kUsbKinds{UsbKind{"falcon", "Novint Falcon", kFalconModel},
                                UsbKind{"wooden", "WoodenHaptics", kWoodenHapticsModel}};
 
+constexpr std::string_view kReplay = "replay";
+
 struct DeviceName {
   std::string_view kind, which;
 };
@@ -85,13 +87,35 @@ class OnUsb final : public AttachedDevice {
   UsbDevice device_;
 };
 
+class Recorded final : public AttachedDevice {
+ public:
+  explicit Recorded(std::unique_ptr<RecordingPlayer> player) : player_(std::move(player)) {}
+  [[nodiscard]] Device& device() noexcept override { return *player_; }
+  [[nodiscard]] RecordingPlayer* player() noexcept override { return player_.get(); }
+  void start() override { player_->start(); }
+  void fillStatus(v1::Status& status) const override {
+    const PlayedSoFar& played = player_->played();
+    v1::PlayedRecording& message = *status.mutable_played_recording();
+    message.set_ticks(played.ticks);
+    message.set_differing_ticks(played.differing);
+    message.set_first_differing_tick(played.firstTick);
+    message.set_to_its_end(played.toItsEnd);
+    message.set_same_step(player_->sameStep());
+  }
+
+ private:
+  std::unique_ptr<RecordingPlayer> player_;
+};
+
+[[nodiscard]] double rateOf(const ServerOptions& options) { return options.rate_Hz.value_or(kDefaultRate_Hz); }
+
 [[nodiscard]] Result<std::unique_ptr<AttachedDevice>> simulate(const ServerOptions& options) {
   const auto preset = findDevicePreset(options.devicePreset);
   if (!preset) return tl::unexpected(preset.error());
   const auto hand = findHandPreset(options.hand);
   if (!hand) return tl::unexpected(hand.error());
   if (hand->stiffness_N_per_m <= 0) spdlog::warn("--hand {}: a hand without a spring moves nothing", options.hand);
-  return std::make_unique<Simulated>(*preset, *hand, 1 / options.rate_Hz, options.deviceDelay_ms.value_or(0) * 1e-3);
+  return std::make_unique<Simulated>(*preset, *hand, 1 / rateOf(options), options.deviceDelay_ms.value_or(0) * 1e-3);
 }
 
 /// Is it there, which one is meant, and may it be opened?
@@ -104,8 +128,8 @@ class OnUsb final : public AttachedDevice {
 }
 
 [[nodiscard]] Result<std::unique_ptr<AttachedDevice>> attachUsb(const UsbKind& kind, const ServerOptions& options) {
-  if (options.rate_Hz > UsbDevice::kMaxRate_Hz) {
-    return refused("--rate", "is " + std::to_string(std::lround(options.rate_Hz)) + " Hz; a " +
+  if (rateOf(options) > UsbDevice::kMaxRate_Hz) {
+    return refused("--rate", "is " + std::to_string(std::lround(rateOf(options))) + " Hz; a " +
                                  std::string(kind.title) + " exchanges positions and forces at most " +
                                  std::to_string(std::lround(UsbDevice::kMaxRate_Hz)) + " times a second");
   }
@@ -131,17 +155,37 @@ class OnUsb final : public AttachedDevice {
   if (auto there = tryToOpen(kind, which); !there) return tl::unexpected(there.error());
   return std::make_unique<OnUsb>(
       std::move(protocol), UsbDeviceSettings{.wanted = which,
-                                             .period_s = 1 / options.rate_Hz,
+                                             .period_s = 1 / rateOf(options),
                                              .info = [](const std::string& line) { spdlog::info("{}", line); },
                                              .warning = [](const std::string& line) { spdlog::warn("{}", line); }});
+}
+
+/// A recording has its own scene, state and rate, and is not recorded again.
+[[nodiscard]] Result<std::unique_ptr<AttachedDevice>> playBack(const ServerOptions& options) {
+  const std::string file(split(options.device).which);
+  if (file.empty()) return refused("--device", "replay:FILE names the recording that is to be played");
+  auto player = RecordingPlayer::open(file);
+  if (!player) return tl::unexpected(std::move(player.error()).within("--device replay:"));
+  const double rate_Hz = (*player)->facts().rate_Hz;
+  if (options.rate_Hz && *options.rate_Hz != rate_Hz) {
+    return refused("--rate", "is " + std::to_string(std::lround(*options.rate_Hz)) + " Hz; " + file +
+                                 " was recorded at " + std::to_string(std::lround(rate_Hz)) +
+                                 " Hz, at which it is played without the option");
+  }
+  for (const auto& [option, value] : {std::pair{"--state", options.state}, std::pair{"--record", options.record}}) {
+    if (!value.empty()) return refused(option, "goes with a device that is felt; " + file + " is a recording already");
+  }
+  if (!options.scene.empty()) spdlog::warn("{} is not loaded: {} has its own scenes", options.scene, file);
+  return std::make_unique<Recorded>(*std::move(player));
 }
 
 }  // namespace
 
 Result<std::unique_ptr<AttachedDevice>> AttachedDevice::attach(const ServerOptions& options) {
-  const double longest_ms = 1e3 * LeadObserver::longestDelay_s(1 / options.rate_Hz);
+  if (split(options.device).kind == kReplay) return playBack(options);
+  const double longest_ms = 1e3 * LeadObserver::longestDelay_s(1 / rateOf(options));
   if (options.stabiliser && options.deviceDelay_ms.value_or(0) > longest_ms) {
-    return refused("--device-delay-ms", "at " + std::to_string(std::lround(options.rate_Hz)) +
+    return refused("--device-delay-ms", "at " + std::to_string(std::lround(rateOf(options))) +
                                             " Hz the stabiliser looks ahead by at most " + std::to_string(longest_ms) +
                                             " ms; lower --rate, or go without it by --no-stabiliser");
   }
@@ -149,7 +193,10 @@ Result<std::unique_ptr<AttachedDevice>> AttachedDevice::attach(const ServerOptio
   return kind == nullptr ? simulate(options) : attachUsb(*kind, options);
 }
 
-bool isDeviceName(const std::string& name) { return name == "simulated" || usbKind(split(name).kind) != nullptr; }
+bool isDeviceName(const std::string& name) {
+  const std::string_view kind = split(name).kind;
+  return name == "simulated" || kind == kReplay || usbKind(kind) != nullptr;
+}
 
 void listDevices(std::ostream& out) {
   LibusbBus bus;

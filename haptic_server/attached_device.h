@@ -5,6 +5,7 @@
 
 #include "common/error/error.h"
 #include "haptic_server/device/device.h"
+#include "haptic_server/recording/recording_player.h"
 #include "haptic_server/server_options.h"
 #include "haptics/v1/envelope.pb.h"
 
@@ -14,17 +15,19 @@ namespace haptics {
 class AttachedDevice {
  public:
   /// Refused, naming option or node: a device that is not there or may not be opened, several without a choice, a rate that
-  /// it cannot do, a firmware or calibration file that is none.
+  /// it cannot do, a firmware or calibration file that is none, a recording that is none.
   [[nodiscard]] static Result<std::unique_ptr<AttachedDevice>> attach(const ServerOptions& options);
   virtual ~AttachedDevice() = default;
 
   [[nodiscard]] virtual Device& device() noexcept = 0;
   /// Its threads, where it has any; once, before the servo's. Warns when they cannot be real-time ones.
   virtual void start() {}
+  /// Where the device is a recording: the servo runs its ticks and has its scenes. Else null.
+  [[nodiscard]] virtual RecordingPlayer* player() noexcept { return nullptr; }
   virtual void fillStatus(v1::Status& /*status*/) const {}
 };
 
-/// Is it a name that --device takes, with or without ":WHICH"?
+/// Is it a name that --device takes, with or without what comes after the colon?
 [[nodiscard]] bool isDeviceName(const std::string& name);
 
 /// What --list-devices prints: devices on USB, whether they may be opened, and how to choose each.

@@ -1,6 +1,7 @@
 #include <google/protobuf/stubs/logging.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <iostream>
@@ -48,7 +49,7 @@ class StopSignals {
 
 int run(const ServerOptions& options) {
   const StopSignals stopSignals;
-  const auto app = ServerApp::start(options);
+  const auto app = ServerApp::start(options, [] { kill(getpid(), SIGTERM); });
   if (!app) return fail(app.error());
   std::cout << "listening on " << (*app)->address() << std::endl;
   stopSignals.wait(options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0);

@@ -1,6 +1,7 @@
 #include "haptic_server/options.h"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 
 #include "haptic_server/attached_device.h"
@@ -23,11 +24,12 @@ Examples:
   haptic_server --list-devices
   haptic_server --scene my.scene --device falcon --firmware falcon.bin
   haptic_server --scene my.scene --state /var/lib/haptics
+  haptic_server --device replay:session.haptics
   haptic_server --scene my.scene --listen 192.168.1.5:7654 --credentials my_server
 
   haptic_server doctor                     # can this machine run a real-time servo?
 
-Runs until Ctrl-C, or for --seconds; then stops the device and writes the summary.)";
+Runs until Ctrl-C, for --seconds, or to a recording's end; then stops the device and writes the summary.)";
 
 }  // namespace
 
@@ -43,14 +45,16 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   app.add_option("--assets", options.assets,
                  "Folder where scenes and clients may name mesh files (besides the scene file's)")
       ->check(CLI::ExistingDirectory);
-  app.add_option("--device", options.device,
-                 "Force-feedback device: simulated, falcon or wooden; :WHICH after it chooses one of several by serial "
-                 "number, BUS/ADDRESS or port")
+  app.add_option(
+         "--device", options.device,
+         "Force-feedback device: simulated, falcon or wooden; :WHICH after it chooses one of several by serial "
+         "number, BUS/ADDRESS or port. Or replay:FILE: plays a recording, positions, buttons, scene and edits, and "
+         "says at its end whether every force was the recorded one")
       ->check(CLI::Validator(
           [](const std::string& name) {
             return isDeviceName(name) ? std::string() : "there is no device \"" + name + "\"";
           },
-          "simulated|falcon[:WHICH]|wooden[:WHICH]"))
+          "simulated|falcon[:WHICH]|wooden[:WHICH]|replay:FILE"))
       ->capture_default_str();
   app.add_flag_callback(
       "--list-devices",
@@ -78,7 +82,7 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
                "Accept clients from other machines without credentials: where everybody may read and edit");
   app.add_option("--rate", options.rate_Hz, "Servo rate in Hz")
       ->check(CLI::Range(100.0, 20'000.0))
-      ->capture_default_str();
+      ->default_str(std::to_string(std::lround(kDefaultRate_Hz)));
   app.add_option(
          "--device-delay-ms", options.deviceDelay_ms,
          "Measured time from reading a position to the motors' force, beyond the hold of a period; the stabiliser "

@@ -80,6 +80,14 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
         {"replies_used", exchange.replies_used()}, {"garbled_packets", exchange.garbled_packets()},
         {"connections", exchange.connections()},   {"faults", exchange.faults()}};
   }
+  if (status.has_played_recording()) {
+    const v1::PlayedRecording& played = status.played_recording();
+    summary["played_recording"] = {{"ticks", played.ticks()},
+                                   {"differing_ticks", played.differing_ticks()},
+                                   {"first_differing_tick", played.first_differing_tick()},
+                                   {"to_its_end", played.to_its_end()},
+                                   {"same_step", played.same_step()}};
+  }
   std::ofstream out(file);
   out << summary.dump(2) << '\n';
   out.close();

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <atomic>
+#include <functional>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -74,55 +75,43 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   return device;
 }
 
-[[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device) {
-  StepConfig config = serverStepConfig(deviceInfoOf(options, device), options.rate_Hz);
+[[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
+  StepConfig config = serverStepConfig(deviceInfoOf(options, device), rate_Hz);
   if (!options.stabiliser) config.lead.reset();
   return config;
+}
+
+/// What those who watch a played recording see.
+[[nodiscard]] Sequencer::Assets assetsOf(const RemadeScene& scene) {
+  Sequencer::Assets assets;
+  for (const ServoObjectParts& object : scene.objects) {
+    if (!object.leaving) assets[object.record->id] = object.assets;
+  }
+  return assets;
 }
 
 }  // namespace
 
 class ServerApp::Impl {
  public:
-  Impl(const ServerOptions& options, std::unique_ptr<AttachedDevice> device)
+  Impl(const ServerOptions& options, std::unique_ptr<AttachedDevice> device, std::function<void()> onEnd)
       : options_(options),
+        onEnd_(std::move(onEnd)),
         attached_(std::move(device)),
         device_(attached_->device()),
-        step_(stepConfigOf(options, device_.info())),
-        room_({.assetFolders = options.assets,
-               .makePlan = explorationPlans(),
-               .takeMotion = [this] { return servo_->takeMotionForBuilder(); },
-               .device = {step_.positionStep_m, step_.stableLateral_N_per_m, step_.period_s,
-                          kSafePart * criticalStiffness_N_per_m(deviceInfoOf(options, device_.info()), options.rate_Hz,
-                                                                options.stabiliser)},
-               .log = logInfo,
-               .onServoScene = [this](
-                                   const ServoScene& scene,
-                                   const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }},
-              crossing_) {}
+        player_(attached_->player()),
+        rate_Hz_(player_ != nullptr ? player_->facts().rate_Hz : options.rate_Hz.value_or(kDefaultRate_Hz)),
+        step_(player_ != nullptr ? player_->facts().config : stepConfigOf(options, device_.info(), rate_Hz_)),
+        room_(roomOptions(), crossing_) {}
   ~Impl() { halt(); }
 
   [[nodiscard]] Result<void> start() {
     servo_ = std::make_unique<ServoLoop>(device_, crossing_, step_);
-    flight_.emplace(options_.rate_Hz, step_);
-    servo_->recordInto(*flight_);
-    auto recorder = FlightRecorder::open(recorderOptions(), *flight_);
-    if (!recorder) return tl::unexpected(std::move(recorder.error()).within("--record "));
-    recorder_ = *std::move(recorder);
-    for (const auto& folder : options_.assets)
-      spdlog::info("mesh and image files are looked for in {}", folder.string());
-    if (!options_.state.empty()) {
-      auto resumed = resumeState(room_, options_);
-      if (!resumed) return tl::unexpected(resumed.error());
-      state_ = *std::move(resumed);
-    }
-    if (room_.history()->version.revision() == 0) {
-      if (auto loaded = loadScene(room_, options_.scene); !loaded) return loaded;
-    }
+    if (auto prepared = player_ != nullptr ? preparePlayer() : prepareScene(); !prepared) return prepared;
     room_.start();
     if (auto listening = listen(); !listening) return listening;
     startServo();
-    recorder_->start();
+    if (recorder_) recorder_->start();
     server_->start();
     return {};
   }
@@ -135,7 +124,63 @@ class ServerApp::Impl {
 
   [[nodiscard]] Result<void> stop() {
     halt();
-    if (auto recorded = recorder_->stop(); !recorded) return recorded;
+    if (recorder_) {
+      if (auto recorded = recorder_->stop(); !recorded) return recorded;
+    }
+    if (auto summed = writeSummary(); !summed) return summed;
+    if (player_ == nullptr) return {};
+    const auto verdict = player_->verdict();
+    if (!verdict) return tl::unexpected(verdict.error());
+    spdlog::info("{}", *verdict);
+    return {};
+  }
+
+ private:
+  [[nodiscard]] SceneRoom::Options roomOptions() {
+    if (player_ != nullptr)
+      return {.assetFolders = {},
+              .makePlan = {},
+              .whyFixed = "the scene is that of a recording that is played",
+              .log = logInfo};
+    return {.assetFolders = options_.assets,
+            .makePlan = explorationPlans(),
+            .takeMotion = [this] { return servo_->takeMotionForBuilder(); },
+            .device = {step_.positionStep_m, step_.stableLateral_N_per_m, step_.period_s,
+                       kSafePart * criticalStiffness_N_per_m(deviceInfoOf(options_, device_.info()), rate_Hz_,
+                                                             options_.stabiliser)},
+            .log = logInfo,
+            .onServoScene = [this](const ServoScene& scene,
+                                   const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }};
+  }
+
+  /// Of a device that is felt: the flight recorder, and the scene from the state's folder or a file.
+  [[nodiscard]] Result<void> prepareScene() {
+    flight_.emplace(rate_Hz_, step_);
+    servo_->recordInto(*flight_);
+    auto recorder = FlightRecorder::open(recorderOptions(), *flight_);
+    if (!recorder) return tl::unexpected(std::move(recorder.error()).within("--record "));
+    recorder_ = *std::move(recorder);
+    for (const auto& folder : options_.assets)
+      spdlog::info("mesh and image files are looked for in {}", folder.string());
+    if (!options_.state.empty()) {
+      auto resumed = resumeState(room_, options_);
+      if (!resumed) return tl::unexpected(resumed.error());
+      state_ = *std::move(resumed);
+    }
+    if (room_.history()->version.revision() == 0) return loadScene(room_, options_.scene);
+    return {};
+  }
+
+  [[nodiscard]] Result<void> preparePlayer() {
+    const auto show = [this](const RemadeScene& scene) { return room_.show(scene.version, assetsOf(scene)); };
+    if (auto prepared = player_->prepare(room_.assetStore(), show); !prepared) return prepared;
+    if (!player_->sameStep()) spdlog::warn("it was recorded by another version of the step: its forces may differ");
+    const RecordedBeginning& begun = player_->beginning();
+    if (begun.state) servo_->goOnFrom(*begun.state, begun.scene, begun.pending);
+    return {};
+  }
+
+  [[nodiscard]] Result<void> writeSummary() {
     if (options_.summary.empty()) return {};
     v1::Status status;
     fillStatus(status);
@@ -144,28 +189,26 @@ class ServerApp::Impl {
     status.set_root(history->version.root().asBytes());
     status.set_refused_connections(server_->counters().refusedConnections);
     const MotionState& motion = servo_->lastMotion();
-    return writeSummary(options_.summary, status, device_.info().maxForce_N, motion,
-                        room_.deformedHash(history->version, motion.dents()).value_or(ContentHash{}));
+    return haptics::writeSummary(options_.summary, status, device_.info().maxForce_N, motion,
+                                 room_.deformedHash(history->version, motion.dents()).value_or(ContentHash{}));
   }
 
- private:
   [[nodiscard]] Result<void> listen() {
-    Server::Options serving{
-        .listen = options_.listen,
-        .credentials = {},
-        .allowInsecureLan = options_.allowInsecureLan,
-        .identity = {"haptic_server", device_.info().name, options_.rate_Hz, device_.info().maxForce_N},
-        .popTelemetry =
-            [this](TelemetrySample& sample) {
-              if (!servo_->pop(sample)) return false;
-              logFault(sample);
-              return true;
-            },
-        .takeMotion = [this] { return servo_->takeMotion(); },
-        .takeEnergy = [this] { return servo_->takeEnergy(); },
-        .dump = [this](auto answer) { dump(std::move(answer)); },
-        .fillStatus = [this](v1::Status& status) { fillStatus(status); },
-        .log = logInfo};
+    Server::Options serving{.listen = options_.listen,
+                            .credentials = {},
+                            .allowInsecureLan = options_.allowInsecureLan,
+                            .identity = {"haptic_server", device_.info().name, rate_Hz_, device_.info().maxForce_N},
+                            .popTelemetry =
+                                [this](TelemetrySample& sample) {
+                                  if (!servo_->pop(sample)) return false;
+                                  logFault(sample);
+                                  return true;
+                                },
+                            .takeMotion = [this] { return servo_->takeMotion(); },
+                            .takeEnergy = [this] { return servo_->takeEnergy(); },
+                            .dump = [this](auto answer) { dump(std::move(answer)); },
+                            .fillStatus = [this](v1::Status& status) { fillStatus(status); },
+                            .log = logInfo};
     if (!options_.credentials.empty()) {
       auto credentials = readServerCredentials(options_.credentials);
       if (!credentials) return tl::unexpected(std::move(credentials.error()).within("--credentials "));
@@ -181,7 +224,7 @@ class ServerApp::Impl {
     return {.facts = {.server = "haptic_server " HAPTICS_VERSION,
                       .stepSources = std::string(ownStepSources()),
                       .device = device_.info().name,
-                      .rate_Hz = options_.rate_Hz,
+                      .rate_Hz = rate_Hz_,
                       .why = {},
                       .config = step_},
             .record = options_.record,
@@ -191,20 +234,23 @@ class ServerApp::Impl {
   }
 
   void dump(std::function<void(const Result<std::string>&)> answer) {
+    if (!recorder_) return answer(refused("", "a recording is being played: it holds all that there is"));
     recorder_->request("on request", [answer = std::move(answer)](const Result<std::filesystem::path>& file) {
       answer(file.map([](const std::filesystem::path& path) { return std::filesystem::absolute(path).string(); }));
     });
   }
 
   void startServo() {
-    lockMemory(realtime_);
+    if (player_ == nullptr) lockMemory(realtime_);  // a long recording would be read whole
     wakeful_.emplace(realtime_);
     attached_->start();
     servoThread_ = std::thread([this] {
       becomeServoThread(options_.cpu, realtime_);
       servoReady_.store(true);
       servoReady_.notify_one();
-      servo_->run(stop_);
+      if (player_ == nullptr) return servo_->run(stop_);
+      servo_->run(*player_, stop_);
+      if (!stop_ && onEnd_) onEnd_();
     });
     servoReady_.wait(false);
     for (const std::string& warning : realtime_.warnings) spdlog::warn("{}", warning);
@@ -213,6 +259,7 @@ class ServerApp::Impl {
   void halt() {
     stop_ = true;
     if (servoThread_.joinable()) servoThread_.join();
+    if (player_ != nullptr) player_->finish();
     if (server_) server_->stop();
     room_.stop();
   }
@@ -238,11 +285,14 @@ class ServerApp::Impl {
   }
 
   const ServerOptions options_;
+  const std::function<void()> onEnd_;
   const std::uint64_t began_ns_ = monotonicNow_ns();
   RealtimeStatus realtime_;
   std::optional<WakefulProcessors> wakeful_;
   std::unique_ptr<AttachedDevice> attached_;
   Device& device_;
+  RecordingPlayer* const player_;  // null unless the device is one
+  const double rate_Hz_;
   StepConfig step_;
   SceneCrossing crossing_;
   std::unique_ptr<StateFolder> state_;  // outlives the room
@@ -260,10 +310,10 @@ class ServerApp::Impl {
 ServerApp::ServerApp(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ServerApp::~ServerApp() = default;
 
-Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options) {
+Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options, std::function<void()> onEnd) {
   auto device = AttachedDevice::attach(options);
   if (!device) return tl::unexpected(device.error());
-  auto impl = std::make_unique<Impl>(options, *std::move(device));
+  auto impl = std::make_unique<Impl>(options, *std::move(device), std::move(onEnd));
   if (auto started = impl->start(); !started) return tl::unexpected(started.error());
   return std::unique_ptr<ServerApp>(new ServerApp(std::move(impl)));
 }

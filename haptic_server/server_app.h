@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -14,8 +15,10 @@ namespace haptics {
 /// The whole server: device, servo, scene, network. In a process of its own, or in the viewer's.
 class ServerApp {
  public:
-  /// Everything runs when it returns. Refused, naming the option or file: what cannot be had.
-  [[nodiscard]] static Result<std::unique_ptr<ServerApp>> start(const ServerOptions& options);
+  /// Everything runs when it returns. `onEnd` is called once, on a thread of the server, when a recording that it plays is
+  /// at its end. Refused, naming the option or file: what cannot be had.
+  [[nodiscard]] static Result<std::unique_ptr<ServerApp>> start(const ServerOptions& options,
+                                                                std::function<void()> onEnd = {});
   ~ServerApp();  ///< Stops.
   ServerApp(const ServerApp&) = delete;
   ServerApp& operator=(const ServerApp&) = delete;
@@ -24,7 +27,8 @@ class ServerApp {
   [[nodiscard]] std::string address() const;
   /// A connection for a client in this process, on whose loop it is used. Any thread. The client leaves first.
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop);
-  /// Stops the device, then the clients; writes summary and recording. Refused: a file that could not be written.
+  /// Stops the device, then the clients; writes summary and recording. Refused: a file that could not be written, a
+  /// recording whose forces came out otherwise when it was played.
   [[nodiscard]] Result<void> stop();
 
  private:

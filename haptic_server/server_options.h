@@ -9,20 +9,23 @@
 
 namespace haptics {
 
+inline constexpr double kDefaultRate_Hz = 1000;
+
 /// What a server is to do; its command line says it.
 struct ServerOptions {
   std::string scene;                          ///< Scene file; empty: an empty scene.
   std::string state;                          ///< Folder that keeps the scene across a crash; empty: none.
   std::vector<std::filesystem::path> assets;  ///< Folders where scenes and clients may name mesh and image files.
-  std::string device = "simulated";  ///< Or one on USB, "falcon" or "wooden", with ":WHICH" where there are several.
-  std::string firmware;              ///< File for a Falcon that has none.
-  std::string calibration;           ///< File; empty: the driver's defaults.
+  /// Or one on USB, "falcon" or "wooden", with ":WHICH" where there are several; or "replay:FILE", a recording.
+  std::string device = "simulated";
+  std::string firmware;     ///< File for a Falcon that has none.
+  std::string calibration;  ///< File; empty: the driver's defaults.
   std::string devicePreset = std::string(kDefaultDevicePreset);
   std::string hand = std::string(kDefaultHandPreset);
   std::string listen = "127.0.0.1:7654";  ///< Empty: only for clients in this process.
   std::string credentials;                ///< Folder; empty: everybody who can connect may edit.
   bool allowInsecureLan = false;
-  double rate_Hz = 1000;
+  std::optional<double> rate_Hz;         ///< Empty: a recording's own, else kDefaultRate_Hz.
   std::optional<double> deviceDelay_ms;  ///< As measured; empty: the driver's own figure.
   bool stabiliser = true;
   double seconds = 0;   ///< 0: until a signal.

@@ -51,6 +51,11 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
         count(exchange.commands()), count(exchange.replies()), count(exchange.replies_used()),
         count(exchange.garbled_packets()), count(exchange.connections()), count(exchange.faults()));
   }
+  if (status.has_played_recording()) {
+    const v1::PlayedRecording& played = status.played_recording();
+    std::printf("played     %llu ticks%s; %llu forces are not the recorded ones\n", count(played.ticks()),
+                played.to_its_end() ? ", to its end" : "", count(played.differing_ticks()));
+  }
   std::printf("up         %.1f s, epoch %016llx, %u clients\n", status.uptime_s(), count(status.epoch()),
               status.clients());
   std::printf("servo      %.0f Hz, %llu ticks, %llu missed\n", status.servo_rate_hz(), count(status.ticks()),

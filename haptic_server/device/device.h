@@ -35,6 +35,8 @@ class Device {
  public:
   virtual ~Device() = default;
   [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
+  /// Is there a position that read() has not given yet? One that comes in time for a tick, but late, is worth waiting for.
+  [[nodiscard]] virtual bool hasNews() noexcept { return true; }
   /// The newest position. `tick` counts servo periods and may skip: missed ticks.
   [[nodiscard]] virtual DeviceReading read(std::uint64_t tick) noexcept = 0;
   /// Newtons on the hand, world frame, held until the next write.

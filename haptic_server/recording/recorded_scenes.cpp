@@ -77,13 +77,13 @@ Result<std::vector<GivenObject>> RecordedScenes::objectsOf(const v1::RecordedSce
   return objects;
 }
 
-Result<std::unique_ptr<const ServoScene>> RecordedScenes::make(const v1::RecordedScene& message) {
+Result<RemadeScene> RecordedScenes::make(const v1::RecordedScene& message) {
   if (message.number() == 0 || (number_ != 0 && message.number() != number_ + 1))
     return refused("scene.number", "is " + std::to_string(message.number()) + " after " + std::to_string(number_));
   const std::string where = "scene " + std::to_string(message.number()) + ": ";
   auto objects = objectsOf(message);
   if (!objects) return tl::unexpected(std::move(objects.error()).within(where));
-  const auto version = versionOf(message.revision(), *objects);
+  auto version = versionOf(message.revision(), *objects);
   if (!version) return tl::unexpected(Error(version.error()).within(where));
   if (version->root().asBytes() != message.root()) return refused(where + "root", "is not that of its objects");
   objects_ = *std::move(objects);
@@ -96,7 +96,7 @@ Result<std::unique_ptr<const ServoScene>> RecordedScenes::make(const v1::Recorde
     scene->objects[i].damping_Ns_per_m = objects_[i].damping_Ns_per_m;
     scene->objects[i].taken = objects_[i].taken;
   }
-  return scene;
+  return RemadeScene{std::move(scene), *std::move(version), maker_.parts()};
 }
 
 }  // namespace haptics

@@ -11,18 +11,28 @@
 
 namespace haptics {
 
+/// A scene of a recording again.
+struct RemadeScene {
+  std::unique_ptr<const ServoScene> scene;
+  SceneVersion version;                   ///< Of the objects that are not leaving.
+  std::vector<ServoObjectParts> objects;  ///< What the scene is made of, object by object.
+};
+
 /// Makes the servo's scenes of a recording again. What was one in memory in the servo is one here too: assets by their
 /// content, what is made of them as long as it did not change. Untrusted messages are welcome.
 class RecordedScenes {
  public:
+  /// The store outlives it.
+  explicit RecordedScenes(AssetStore& store) : store_(store) {}
+
   /// Refused: data that does not have the hash, or is not of the kind.
   [[nodiscard]] Result<void> add(const v1::RecordedAsset& asset);
   /// The next scene. Refused: values that an edit could not have set, assets that are not here, a number out of turn,
   /// a root that is not that of the objects.
-  [[nodiscard]] Result<std::unique_ptr<const ServoScene>> make(const v1::RecordedScene& message);
+  [[nodiscard]] Result<RemadeScene> make(const v1::RecordedScene& message);
 
  private:
-  AssetStore store_;
+  AssetStore& store_;
   std::unordered_map<ContentHash, std::shared_ptr<const Asset>> assets_;
   ServoSceneMaker maker_{{}};
   std::vector<GivenObject> objects_;  // of the last scene made, in order of id

@@ -142,4 +142,9 @@ Result<RecordedTick> tickFrom(std::string_view bytes) {
   return tick;
 }
 
+bool sameBits(Vec3 a, Vec3 b) noexcept {
+  const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
+  return bits(a.x) == bits(b.x) && bits(a.y) == bits(b.y) && bits(a.z) == bits(b.z);
+}
+
 }  // namespace haptics

@@ -38,4 +38,7 @@ void appendTick(const RecordedTick& tick, std::string& bytes);
 /// step itself refuses those that are no number.
 [[nodiscard]] Result<RecordedTick> tickFrom(std::string_view bytes);
 
+/// Bit for bit, where == would have a zero equal to one of the other sign, and no NaN to itself.
+[[nodiscard]] bool sameBits(Vec3 a, Vec3 b) noexcept;
+
 }  // namespace haptics

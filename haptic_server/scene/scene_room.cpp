@@ -68,6 +68,16 @@ Result<void> SceneRoom::resume(SequencerState state, const AssetReader& readAsse
   return {};
 }
 
+bool SceneRoom::show(SceneVersion version, Sequencer::Assets assets) {
+  auto task = [this, version = std::move(version), assets = std::move(assets)] {
+    sequencer_.show(version, assets);
+    publishHistory();
+  };
+  if (builder_.joinable()) return enqueue({1, std::move(task)});
+  task();
+  return true;
+}
+
 void SceneRoom::start() {
   builder_ = std::thread([this] { run(); });
 }
@@ -176,6 +186,7 @@ void SceneRoom::carryOut(std::span<Job> jobs) {
 }
 
 std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submissions) {
+  if (!options_.whyFixed.empty()) return std::vector<EditOutcome>(submissions.size(), Error{"", options_.whyFixed});
   const auto before = sequencer_.history();
   auto outcomes = sequencer_.submit(submissions);
   const auto& now = sequencer_.history();
@@ -187,9 +198,7 @@ std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submission
       for (const std::string& report : now->find(revision)->reports) options_.log(report);
     }
   }
-  const std::lock_guard lock(historyMutex_);
-  published_ = now;
-  if (listener_) listener_(published_);
+  publishHistory();
   return outcomes;
 }
 
@@ -254,6 +263,12 @@ std::optional<ContentHash> SceneRoom::deformedHash(const SceneVersion& scene, st
                           return asset == nullptr ? nullptr : &asset->moved;
                         }};
   return haptics::deformedHash(scene, held, dents);
+}
+
+void SceneRoom::publishHistory() {
+  const std::lock_guard lock(historyMutex_);
+  published_ = sequencer_.history();
+  if (listener_) listener_(published_);
 }
 
 void SceneRoom::publishToServo(ServoSceneMaker::Plan plan) {

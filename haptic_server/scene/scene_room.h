@@ -37,6 +37,7 @@ class SceneRoom {
     /// empty. Called on the builder thread after start().
     std::function<const MotionState*()> takeMotion = nullptr;
     DeviceLimits device = {};                     ///< For clamps and warnings of them.
+    std::string whyFixed = {};                    ///< Why every edit is refused; empty: none is for that.
     std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
     /// Each scene that the servo is about to get, and what it is made of; may be empty. On the thread that publishes it.
     std::function<void(const ServoScene&, const std::vector<ServoObjectParts>&)> onServoScene = {};
@@ -64,6 +65,10 @@ class SceneRoom {
   /// journal, which outlives the room, before it is published or answered. Before loadStartScene() and start() only.
   /// @return Or which object's asset cannot be had.
   [[nodiscard]] Result<void> resume(SequencerState state, const AssetReader& readAsset, EditJournal& journal);
+  /// The scene is this version from now on, which was made elsewhere of these assets, in assetStore(); the servo is not
+  /// told. Any thread. False: there is no room for more work now.
+  [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
+  [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
   void start();
   void stop();  ///< Finishes the job in hand and drops the rest; their replies never come. Also done on destruction.
 
@@ -123,6 +128,7 @@ class SceneRoom {
   std::vector<Job> takeJobs();
   void carryOut(std::span<Job> jobs);
   std::vector<EditOutcome> apply(std::span<const Submission> submissions);
+  void publishHistory();
   void publishToServo(ServoSceneMaker::Plan plan);
   void takeInDents();
   [[nodiscard]] bool takeInDents(ObjectId object, std::span<const StayingDent> dents);

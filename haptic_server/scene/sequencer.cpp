@@ -44,6 +44,20 @@ std::optional<EditConflict> conflictOf(const SceneVersion& version, const std::v
   return conflict;
 }
 
+/// What makes one version of another.
+Commit difference(const SceneVersion& before, const SceneVersion& after) {
+  Commit commit{
+      .revision = after.revision(), .prevRoot = before.root(), .put = {}, .removed = {}, .root = after.root()};
+  for (const auto& object : after.objects()) {
+    const auto known = before.find(object->id);
+    if (!known || !(*known == *object)) commit.put.push_back(*object);
+  }
+  for (const auto& object : before.objects()) {
+    if (!after.find(object->id)) commit.removed.push_back(object->id);
+  }
+  return commit;
+}
+
 /// An edit that was refused before a later one of its session was accepted, and whose answer was lost. Applied now, it
 /// would take effect out of order.
 EditOutcome passedOver(const SceneVersion& version, const Submission& submission) {
@@ -62,6 +76,21 @@ void Sequencer::resume(SequencerState state, Assets assets, EditJournal& journal
   state_ = std::move(state);
   assets_ = std::move(assets);
   journal_ = &journal;
+}
+
+void Sequencer::show(const SceneVersion& version, Assets assets) {
+  const SceneHistory& before = *state_.history;
+  if (version.root() == before.version.root()) return;
+  auto edit = std::make_shared<AcceptedEdit>();
+  edit->commit = difference(before.version, version);
+  const auto next = before.version.apply(edit->commit);
+  SceneHistory history{.epoch = newEpoch(), .version = version, .edits = {}};
+  if (next && next->root() == version.root()) {
+    history = before;
+    history.append(edit, version);
+  }
+  state_.history = std::make_shared<const SceneHistory>(std::move(history));
+  assets_ = std::move(assets);
 }
 
 std::uint64_t Sequencer::posedAt(ObjectId id) const {

@@ -44,6 +44,10 @@ class Sequencer {
   /// by the journal before it counts. Instead of all that was submitted so far.
   void resume(SequencerState state, Assets assets, EditJournal& journal);
 
+  /// The scene is this version from now on, which was made elsewhere, with the assets of its objects. One that is no
+  /// single revision further than the last begins a new epoch.
+  void show(const SceneVersion& version, Assets assets);
+
   /// Decides the edits in this order, as if one by one; the journal keeps them together. One that was accepted before
   /// is answered again with the same revision and root and not applied again (with its objects and reports while the
   /// history still holds them). Conflicts and rejections are not remembered,

@@ -1,5 +1,6 @@
 #include "haptic_server/servo/servo_loop.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <ctime>
@@ -15,6 +16,8 @@ namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
 constexpr std::uint64_t kEnergyEvery_ns = kSecond_ns / 50;
+/// Of a script whose servo was stopped for longer: nobody waits for that again.
+constexpr std::uint64_t kLongestPause_ns = kSecond_ns;
 
 void sleepUntil(std::uint64_t deadline_ns) noexcept {
   const timespec deadline{static_cast<time_t>(deadline_ns / kSecond_ns), static_cast<long>(deadline_ns % kSecond_ns)};
@@ -47,22 +50,67 @@ void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexc
       add(statistics_.missedTicks, current - index);
       index = current;
     }
-    statistics_.wakeLatency_ns.record(now_ns - (start_ns + index * period_ns_));
-    tick(index, now_ns);
+    const std::uint64_t due_ns = start_ns + index * period_ns_;
+    statistics_.wakeLatency_ns.record(now_ns - due_ns);
+    now_ns = awaitNews(due_ns, now_ns);
+    tick(index, now_ns, crossing_.newest());
+  }
+  device_.stop();
+}
+
+void ServoLoop::goOnFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept {
+  state_ = state;
+  scene_ = scene != nullptr ? scene : &empty_;
+  next_ = pending;
+}
+
+void ServoLoop::run(TickScript& script, const std::atomic<bool>& stop) noexcept {
+  const std::uint64_t longestPause = kLongestPause_ns / period_ns_;  // ticks
+  std::uint64_t due_ns = monotonicNow_ns();
+  secondBegan_ns_ = due_ns;
+  std::uint64_t after = 0;  // the index that would follow the last one
+  TickScript::Tick scripted;
+  while (!stop.load(std::memory_order_relaxed)) {
+    const TickScript::Next next = script.next(scripted);
+    if (next == TickScript::Next::kEnd) break;
+    if (next == TickScript::Next::kNotYet) {
+      due_ns = std::max(due_ns, monotonicNow_ns());
+      sleepUntil(due_ns + period_ns_);
+      continue;
+    }
+    const std::uint64_t missed = after == 0 ? 0 : scripted.index - after;
+    add(statistics_.missedTicks, missed);
+    after = scripted.index + 1;
+    due_ns += (std::min(missed, longestPause) + 1) * period_ns_;
+    sleepUntil(due_ns);
+    const std::uint64_t now_ns = monotonicNow_ns();
+    statistics_.wakeLatency_ns.record(now_ns - std::min(due_ns, now_ns));
+    tick(scripted.index, now_ns, scripted.newest);
+    script.uses(scene_->number);
   }
   device_.stop();
 }
 
 void ServoLoop::runFlatOut(const std::atomic<bool>& stop) noexcept {
   secondBegan_ns_ = monotonicNow_ns();
-  for (std::uint64_t index = 0; !stop.load(std::memory_order_relaxed); ++index) tick(index, monotonicNow_ns());
+  for (std::uint64_t index = 0; !stop.load(std::memory_order_relaxed); ++index) {
+    tick(index, monotonicNow_ns(), crossing_.newest());
+  }
   device_.stop();
 }
 
-void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns) noexcept {
+/// @return The time after it.
+std::uint64_t ServoLoop::awaitNews(std::uint64_t due_ns, std::uint64_t now_ns) noexcept {
+  while (patience_.waits(device_.hasNews(), now_ns - due_ns)) {
+    sleepUntil(now_ns + patience_.step_ns());
+    now_ns = monotonicNow_ns();
+  }
+  return now_ns;
+}
+
+void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene* newest) noexcept {
   const AllocationTripwire armed;
   if (flight_ != nullptr) flight_->beginTick(state_, scene_->number, next_ != nullptr ? next_->number : 0);
-  const ServoScene* const newest = crossing_.newest();
   if (newest != nullptr) next_ = newest;
   if (next_ != nullptr && adoptScene(*next_, state_, index)) {
     scene_ = std::exchange(next_, nullptr);

@@ -13,9 +13,11 @@
 #include "haptic_server/servo/flight_ring.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/latency_histogram.h"
+#include "haptic_server/servo/news_patience.h"
 #include "haptic_server/servo/pre_touch.h"
 #include "haptic_server/servo/scene_crossing.h"
 #include "haptic_server/servo/server_step_config.h"
+#include "haptic_server/servo/tick_script.h"
 
 namespace haptics {
 
@@ -35,9 +37,9 @@ struct ServoStatistics {
   LatencyHistogram wakeLatency_ns;       ///< Deadline to wake-up.
 };
 
-/// The servo loop: wakes on an absolute clock at a fixed rate, adopts a scene if there is a new one, pre-touches what
-/// the tick will read, reads the device, feels the force and writes it; then finishes the step, records it and queues the
-/// sample. After start-up it neither allocates nor locks nor wakes a thread.
+/// The servo loop: wakes on an absolute clock at a fixed rate, waits for a position that is a little late, adopts a scene
+/// if there is a new one, pre-touches what the tick will read, reads the device, feels the force and writes it; then
+/// finishes the step, records it and queues the sample. After start-up it neither allocates nor locks nor wakes a thread.
 class ServoLoop {
  public:
   /// Ticks held for the network thread: 4 s at 1 kHz, 200 ms at 20 kHz. When it is full, new samples are dropped and
@@ -56,6 +58,13 @@ class ServoLoop {
   /// Runs on the calling thread until `stop` is set or `maxTicks` periods (0: no end) have passed; stops the device.
   /// A tick whose whole period was slept through is skipped and counted; there is no burst to catch up.
   void run(const std::atomic<bool>& stop, std::uint64_t maxTicks = 0) noexcept;
+
+  /// Goes on from this state; before run(). `scene`: that it had adopted, null for the empty one; `pending`: that it was
+  /// still to adopt, null for none.
+  void goOnFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept;
+  /// As run(), with the ticks of a script, each as long after the one before as it was then; those that it left out
+  /// count as missed. To its end, or until `stop`. What the servo slept through it catches up with: nobody holds a device.
+  void run(TickScript& script, const std::atomic<bool>& stop) noexcept;
 
   /// As run(), but begins each tick as soon as the last one is done: for measuring what the machine can do.
   void runFlatOut(const std::atomic<bool>& stop) noexcept;
@@ -76,14 +85,17 @@ class ServoLoop {
   [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
 
  private:
-  void tick(std::uint64_t index, std::uint64_t now_ns) noexcept;
+  /// @param newest  The scene that came since the last tick, null for none.
+  void tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene* newest) noexcept;
   void finish(const StepInput& input, const FeltTick& felt, std::uint64_t newScene) noexcept;
+  [[nodiscard]] std::uint64_t awaitNews(std::uint64_t due_ns, std::uint64_t now_ns) noexcept;
   void account(TelemetrySample& sample) noexcept;
 
   Device& device_;
   SceneCrossing& crossing_;
   StepConfig config_;
   std::uint64_t period_ns_;
+  NewsPatience patience_{period_ns_};
   HapticState state_;
   std::optional<PreTouch> preTouch_;
   ServoScene empty_;

@@ -1,19 +1,23 @@
 """Recordings of a running server replay to the same forces, bit for bit: whole ones, ones that a kill cut off, and those of
 the last seconds that are written on request. Damaged ones are refused.
 
-HAPTICS_RECORD_S: length of the recording with edits. HAPTICS_OTHER_EVAL: the haptic_eval of another build, which must
+HAPTICS_RECORD_S: length of the recording with edits. HAPTICS_KILLS: how often a server is killed. HAPTICS_OTHER_EVAL: the haptic_eval of another build, which must
 come to the same forces.
 """
 import os
+import random
+import statistics
 import subprocess
 import time
 import unittest
 
 import harness
+from haptic_client import Client
 
 SECONDS = float(os.environ.get("HAPTICS_RECORD_S", "6"))
 EVALS = [harness.BIN / "haptic_eval", *filter(None, [os.environ.get("HAPTICS_OTHER_EVAL")])]
-LOST_S = 0.1  # at most, when the server is killed
+KILLS = int(os.environ.get("HAPTICS_KILLS", "4"))
+LOST_MS = 100  # at most, when the server is killed
 
 SCENE = """
 operations { add { name: "torus" mesh { torus { major_radius_m: 0.042 minor_radius_m: 0.018 } }
@@ -78,18 +82,19 @@ class Recording(harness.EndToEnd):
 
     def test_a_killed_server_loses_no_more_than_a_tenth_of_a_second(self):
         import haptic_recording
-        self.start()
-        lost = []
-        time.sleep(1)
-        self.server.kill()
-        killed_ns = time.monotonic_ns()
-        last = list(haptic_recording.ticks(self.file))[-1]
-        lost.append((killed_ns - last.time_ns) / 1e9)
-        print(f"{lost[-1] * 1e3:.1f} ms were lost, the time that the kill took included")
-        self.assertLess(lost[-1], LOST_S)
-        for record in self.replay(self.file):
-            self.assertEqual(record["differing_ticks"], 0)
-            self.assertGreater(record["ticks"], 500)
+        lost_ms, chance = [], random.Random(KILLS)
+        for _ in range(KILLS):
+            self.start()
+            time.sleep(0.6 + 0.3 * chance.random())
+            killed_ns = time.monotonic_ns()  # the clock of the ticks
+            self.server.kill()
+            last = list(haptic_recording.ticks(self.file))[-1]
+            lost_ms.append((killed_ns - last.time_ns) / 1e6)
+            for record in self.replay(self.file):
+                self.assertEqual(record["differing_ticks"], 0)
+                self.assertGreater(record["ticks"], 300)
+        print(f"{KILLS} kills lost {statistics.median(lost_ms):.1f} ms, at most {max(lost_ms):.1f}")
+        self.assertLess(max(lost_ms), LOST_MS)
 
     def test_the_last_seconds_are_recorded_when_asked_for(self):
         self.start()
@@ -112,6 +117,56 @@ class Recording(harness.EndToEnd):
         for record in self.replay(self.file, code=1):
             self.assertIn("damaged", record["refusal"])
             self.assertEqual(record["differing_ticks"], 0)
+
+    def played(self, file, *options):
+        """A server that plays the recording, from its start on, and the client's address."""
+        server = harness.Process([harness.BIN / "haptic_server", "--device", f"replay:{file}", "--listen", "127.0.0.1:0",
+                                  "--summary", self.folder / "played.json", *options])
+        self.addCleanup(server.kill)
+        harness.wait_until(lambda: server.find(r"^listening on ") or not server.alive(), harness.START_TIMEOUT_S, server.text)
+        return server
+
+    def test_a_server_plays_it_again_with_its_scene_its_edits_and_every_force(self):
+        self.start()
+        for step in range(6):
+            self.edit(step)
+            time.sleep(0.5)
+        dump = self.server.ctl("dump").json()["file"]
+        time.sleep(1)
+        recorded = self.stop_and_check(self.server)
+        last = (recorded["scene_revision"], recorded["scene_hash"])
+        for file in (self.file, dump):
+            server = self.played(file)
+            address = server.find(r"^listening on (\S+)").group(1)
+            with Client(address, "watcher", telemetry_hz=200) as client:
+                if file == self.file:
+                    refusal = harness.ctl(address, "apply", "-", text='operations { remove { object { name: "box" } } }')
+                    self.assertIn("recording", refusal.errors + refusal.output)
+                    self.assertIn("recording", harness.ctl(address, "dump").errors)
+                self.assertTrue(any(sample.object for sample in client.samples(2)), "what is felt is seen")
+                harness.wait_until(lambda: client.revision_and_root() == last, 30, client.revision_and_root)
+            self.assertEqual(server.wait(), 0, server.text())
+            self.assertIn("every force was the recorded one, bit for bit", server.text())
+            summary = harness.json.loads((self.folder / "played.json").read_text())
+            self.assertEqual(summary["scene_hash"], recorded["scene_hash"])
+            if file == self.file:
+                for key in ("ticks", "contact_ticks", "bodies", "max_force_N"):
+                    self.assertEqual(summary[key], recorded[key], key)
+
+    def test_what_cannot_be_played_is_refused_with_the_reason(self):
+        self.start()
+        time.sleep(0.5)
+        self.stop_and_check(self.server)
+        scene = self.folder / "test.scene"
+        for options, reason in (([f"replay:{self.folder}/none"], "none: No such file"),
+                                (["replay"], "--device: replay:FILE names the recording"),
+                                ([f"replay:{scene}"], "it is no recording of this version"),
+                                ([f"replay:{self.file}", "--rate", "4000"], "was recorded at 1000 Hz"),
+                                ([f"replay:{self.file}", "--state", self.folder / "state"], "--state: "),
+                                ([f"replay:{self.file}", "--record", self.folder / "again"], "--record: ")):
+            done = subprocess.run([harness.BIN / "haptic_server", "--device", *options], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(reason, done.stderr)
 
     def test_a_recording_that_cannot_be_written_is_said_at_the_start(self):
         with self.assertRaises(harness.NotStarted) as refused:

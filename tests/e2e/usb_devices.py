@@ -138,13 +138,13 @@ class ClosedLoop(UsbTest):
                 for key in ("commands", "replies", "replies_used")}
         ticks = int(after["ticks"]) - int(before["ticks"])
         print(f"\n{kind}: {ticks} ticks, {said}, {sent_after - sent_before} replies sent by the device, "
-              f"{after['missed_ticks']} ticks missed, the hardware held up {bench_after['held_up']} times")
+              f"{100 * said['replies_used'] / said['replies']:.3f} % used, {after['missed_ticks']} ticks missed, the hardware held up {bench_after['held_up']} times")
         self.assertGreater(said["replies"], 0.9 * 1000 * SECONDS)
         # Replies on their way at either end are a few.
         self.assertGreaterEqual(said["replies"] + 5, 0.999 * (sent_after - sent_before))
-        # The servo takes the newest. A Falcon replies when it is asked; reports of the arm come on the bus's beat, and two
-        # may come between two ticks when the beats coincide.
-        self.assertGreaterEqual(said["replies_used"], (0.99 if kind == "falcon" else 0.95) * said["replies"])
+        # The servo takes the newest: where the machine held one of the threads up, several come at once. 99.9 % is asked for
+        # in virtual_loop_test.cpp.
+        self.assertGreaterEqual(said["replies_used"], 0.99 * said["replies"])
         self.assertGreater(int(after["contact_ticks"]), 100)
         self.assertEqual(int(after.get("allocations_in_servo", 0)), 0)
         # The machine may let the hardware wait: then it is silent, and late after that.

@@ -49,7 +49,7 @@ struct UsbDeviceSettings {
 /// newest position and force with the servo through mailboxes: read, write and stop are wait-free.
 ///
 /// Commands go out at the servo's pace, soon after it wrote (1 kHz at most: a full-speed bus has one frame a
-/// millisecond), and never wait for a reply. A device that cannot be felt through is driven to zero force at once; when it
+/// millisecond), and never wait for a reply; one waits for a servo that is late, for half a period. A device that cannot be felt through is driven to zero force at once; when it
 /// was unplugged, or says nothing for a second, it is looked for and brought up anew until stop.
 class UsbDevice final : public Device {
  public:
@@ -65,6 +65,7 @@ class UsbDevice final : public Device {
   void drive(const std::atomic<bool>& stop);
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return protocol_->info(); }
+  [[nodiscard]] bool hasNews() noexcept override { return reports_.newest().replies != repliesRead_; }
   [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
   void write(Vec3 force_N) noexcept override;
   void stop() noexcept override;

@@ -42,7 +42,7 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
     cycleBegan_ns_ = now_ns;
     sendCommand(now_ns, stopped);
     deadline_ns = nextDeadline(deadline_ns);
-    const bool there = receiveUntil(deadline_ns);
+    const bool there = receiveUntilOrdered(deadline_ns);
     watch_.cycle();
     judge(bus_.clock_ns());
     publish();
@@ -59,6 +59,7 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
 
 void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
   const DeviceOrder& order = orders_.newest();
+  ordered_ns_ = order.written_ns;
   const bool servoAlive = now_ns - std::min(now_ns, order.written_ns) < kServoSilence_ns;
   const bool feelable = report_.state == DeviceState::kReady && !stopped && servoAlive;
   const double gain = gain_.next(!feelable, static_cast<double>(period_ns_) * 1e-9);
@@ -71,6 +72,20 @@ void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
   silenced_ = gain <= 0;
   watch_.sent();
   add(counters_.commands);
+}
+
+/// Until the deadline, or up to half a period longer while the servo, which is late, has not written: its force would wait
+/// for the command after this one. False when the device is gone.
+bool UsbExchange::receiveUntilOrdered(std::uint64_t deadline_ns) {
+  const std::uint64_t latest_ns = deadline_ns + period_ns_ / 2;
+  while (receiveUntil(deadline_ns)) {
+    const std::uint64_t now_ns = bus_.clock_ns();
+    const std::uint64_t written_ns = orders_.newest().written_ns;
+    const bool servoLate = written_ns == ordered_ns_ && now_ns - std::min(now_ns, written_ns) < kServoSilence_ns;
+    if (!servoLate || now_ns >= latest_ns) return true;
+    deadline_ns = now_ns + kLookAgain_ns;
+  }
+  return false;
 }
 
 /// False when the device is gone.

@@ -15,6 +15,8 @@ class UsbExchange {
   /// After the servo wrote, so long until the command goes out (ns): more than its jitter, so that a command carries this
   /// tick's force and the reply is there before the next tick.
   static constexpr std::int64_t kAfterServo_ns = 100'000;
+  /// Between looks for the force of a servo that is late.
+  static constexpr std::uint64_t kLookAgain_ns = 50'000;
   /// A servo that wrote nothing for longer has died: the force is taken away.
   static constexpr std::uint64_t kServoSilence_ns = 25'000'000;
   /// A device with a fault that lasts longer is closed and brought up anew.
@@ -36,6 +38,7 @@ class UsbExchange {
  private:
   void sendCommand(std::uint64_t now_ns, bool stopped);
   [[nodiscard]] bool receiveUntil(std::uint64_t deadline_ns);
+  [[nodiscard]] bool receiveUntilOrdered(std::uint64_t deadline_ns);
   void take(const DeviceReply& reply, std::uint64_t now_ns);
   void watchHoming(const DeviceReply& reply);
   void watchMove(Vec3 to, std::uint64_t now_ns) noexcept;
@@ -58,6 +61,7 @@ class UsbExchange {
   DeviceReport report_;
   DeviceFault fault_ = DeviceFault::kNone;
   std::uint64_t faultSince_ns_ = 0;
+  std::uint64_t ordered_ns_ = 0;  // DeviceOrder::written_ns of the last command
   std::optional<Vec3> position_;  // of the last reply, device frame
   std::uint64_t positioned_ns_ = 0;
   Vec3 jumped_{0};  // sum of all jumps

@@ -342,5 +342,25 @@ TEST_F(SceneRoomTest, ManyThreadsMayEditAtOnce) {
   EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return scene.revision == 101; }));
 }
 
+TEST(SceneRoom, ThatIsFixedShowsWhatItIsGivenAndRefusesEdits) {
+  BoxResolver resolver;
+  Sequencer made(1, resolver);
+  made.submit(kAlice, 1, edit(add("a")));
+  SceneCrossing crossing;
+  SceneRoom room({.assetFolders = {}, .makePlan = {}, .whyFixed = "it is a recording", .log = {}}, crossing);
+  ASSERT_TRUE(room.show(made.history()->version, {}));
+  EXPECT_EQ(room.history()->version.revision(), 1U) << "at once, before it runs";
+  room.start();
+  made.submit(kAlice, 2, edit(add("b")));
+  ASSERT_TRUE(room.show(made.history()->version, {}));
+  std::promise<EditOutcome> replied;
+  ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(add("c")), [&](const EditOutcome& o) { replied.set_value(o); }));
+  auto reply = replied.get_future();
+  ASSERT_EQ(reply.wait_for(kPatience), std::future_status::ready);
+  EXPECT_EQ(std::get<Error>(reply.get()).reason, "it is a recording");
+  EXPECT_EQ(room.history()->version.root(), made.history()->version.root());
+  EXPECT_EQ(crossing.newest(), nullptr) << "the servo has its scenes from elsewhere";
+}
+
 }  // namespace
 }  // namespace haptics

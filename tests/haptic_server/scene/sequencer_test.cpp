@@ -305,6 +305,31 @@ TEST_F(SequencerTest, TheSameSubmissionsGiveTheSameHistory) {
   EXPECT_GT(version().revision(), 20U);
 }
 
+TEST(Sequencer, ShowsVersionsThatWereMadeElsewhereAsEditsWhereTheyFollow) {
+  BoxResolver resolver;
+  Sequencer made(1, resolver), shown(2, resolver);
+  made.submit(kAlice, 1, edit(add("a"), add("b")));
+  shown.show(made.history()->version, {});
+  const std::uint64_t epoch = shown.history()->epoch;
+  EXPECT_EQ(epoch, 2U);
+  made.submit(kAlice, 2, edit(moveTo("a", {1, 0, 0}), remove("b")));
+  shown.show(made.history()->version, {});
+  shown.show(made.history()->version, {});  // nothing new
+  EXPECT_EQ(shown.history()->epoch, epoch);
+  EXPECT_EQ(shown.history()->version.root(), made.history()->version.root());
+  const auto edit2 = shown.history()->find(2);
+  ASSERT_TRUE(edit2);
+  EXPECT_EQ(edit2->commit.put.size(), 1U);
+  EXPECT_EQ(edit2->commit.removed, std::vector<ObjectId>{2});
+  EXPECT_EQ(edit2->commit.root, made.history()->version.root());
+
+  made.submit(kAlice, 3, edit(moveTo("a", {2, 0, 0})));
+  made.submit(kAlice, 4, edit(moveTo("a", {3, 0, 0})));
+  shown.show(made.history()->version, {});
+  EXPECT_NE(shown.history()->epoch, epoch) << "no edit leads there";
+  EXPECT_EQ(shown.history()->version.root(), made.history()->version.root());
+}
+
 TEST(EditMemory, ForgetsTheSessionThatEditedLongestAgo) {
   EditMemory memory;
   for (SessionId s = 1; s <= EditMemory::kSessions; ++s) memory.remember(s, {1, s, {}});

@@ -153,5 +153,57 @@ TEST(ServoLoop, StopsWhenAsked) {
   EXPECT_TRUE(device.stopped);
 }
 
+/// Is late once; then three ticks, of which the recorded servo slept through two between the last ones.
+class FakeScript final : public TickScript {
+ public:
+  explicit FakeScript(const ServoScene& scene) : scene_(scene) {}
+  [[nodiscard]] Next next(Tick& tick) noexcept override {
+    switch (asked_++) {
+      case 0:
+        return Next::kNotYet;
+      case 1:
+        tick = {40, &scene_};
+        return Next::kTick;
+      case 2:
+        tick = {41, nullptr};
+        return Next::kTick;
+      case 3:
+        tick = {44, nullptr};
+        return Next::kTick;
+      default:
+        return Next::kEnd;
+    }
+  }
+  void uses(std::uint64_t scene) noexcept override { used.push_back(scene); }
+
+  std::vector<std::uint64_t> used;
+
+ private:
+  const ServoScene& scene_;
+  int asked_ = 0;
+};
+
+TEST(ServoLoop, RunsTheTicksOfAScriptInTheirTimeWithTheirScenes) {
+  FakeDevice device;
+  SceneCrossing crossing;
+  const auto scene = testing::sceneOf(
+      7, {testing::objectOf(1, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0, 0, -0.05), 2000)});
+  ServoLoop loop(device, crossing, 200);
+  FakeScript script(*scene);
+  const std::atomic<bool> stop{false};
+  loop.run(script, stop);
+
+  std::vector<TelemetrySample> samples(4);
+  for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(loop.pop(samples[i]));
+  EXPECT_FALSE(loop.pop(samples[3]));
+  EXPECT_EQ(samples[0].tick, 40U);
+  EXPECT_EQ(samples[0].sceneRevision, 7U);
+  EXPECT_EQ(samples[2].tick, 44U);
+  EXPECT_GE(samples[2].time_ns - samples[0].time_ns, 15'000'000U) << "four periods, less the first one's lateness";
+  EXPECT_EQ(samples[2].missedTicks, 2U);
+  EXPECT_EQ(script.used.size(), 3U);
+  EXPECT_TRUE(device.stopped);
+}
+
 }  // namespace
 }  // namespace haptics

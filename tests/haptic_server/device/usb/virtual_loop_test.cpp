@@ -9,6 +9,7 @@
 #include "haptic_server/device/usb/usb_device.h"
 #include "haptic_server/device/usb/wooden_haptics.h"
 #include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/servo/news_patience.h"
 #include "tests/haptic_server/device/emulated/falcon_model.h"
 #include "tests/haptic_server/device/emulated/wooden_model.h"
 #include "tests/haptic_server/device/usb/some_firmware.h"
@@ -46,7 +47,7 @@ class Rig {
     scene.objects.push_back(
         {1, buildSurface(plate.vertices, plate.triangles), Pose{Quat(1, 0, 0, 0), Vec3(0, 0, -0.01)}, 800, 0.5, false});
     adopted = adoptScene(scene, *state, 0);
-    bus.nextTime_ns = bus.now_ns;
+    bus.nextTime_ns = servoDue_ns_ = servoWakes_ns_ = bus.now_ns;
     bus.onTime = [this](std::uint64_t now_ns) { return pass(now_ns); };
   }
 
@@ -72,21 +73,44 @@ class Rig {
   TelemetrySample sample;
   std::uint64_t tick = 0;
   bool servoAlive = true;
+  /// Wakes up so much later than it should, at most: another time in each tick.
+  std::uint64_t servoJitter_ns = 0;
+  /// The servo's beat, later by so much from now on.
+  void delayServo(std::uint64_t by_ns) { servoDue_ns_ += by_ns; }
   bool motorsWereOn = false;  ///< At the last instant before `until` returned, which switches them off.
 
  private:
   std::uint64_t pass(std::uint64_t now_ns) {
     model.advance(now_ns);
     motorsWereOn = model.motorsOn();
-    if (now_ns % kMs == 0 && servoAlive) {
+    if (now_ns >= servoWakes_ns_) servoWakes(now_ns);
+    if (now_ns >= asks_ns_) {
+      if (!quit_ && done_ && done_()) quit_ = ok_ = true;
+      if (now_ns > deadline_ns_) quit_ = true;
+      asks_ns_ = now_ns - now_ns % (kMs / 10) + kMs / 10;
+    }
+    return std::min(asks_ns_, servoWakes_ns_);
+  }
+
+  /// As ServoLoop::run().
+  void servoWakes(std::uint64_t now_ns) {
+    if (patience_.waits(device->hasNews(), now_ns - std::min(now_ns, servoDue_ns_))) {
+      servoWakes_ns_ = now_ns + patience_.step_ns();
+      return;
+    }
+    if (servoAlive) {
       sample = hapticStep(scene, *state, config, {tick, now_ns, device->read(tick)});
       ++tick;
       device->write(sample.force.written);
     }
-    if (!quit_ && done_ && done_()) quit_ = ok_ = true;
-    if (now_ns > deadline_ns_) quit_ = true;
-    return now_ns + kMs / 10;
+    servoDue_ns_ += kMs;
+    servoWakes_ns_ = servoDue_ns_;
+    if (servoJitter_ns > 0) servoWakes_ns_ += random_() % servoJitter_ns;
   }
+
+  NewsPatience patience_{kMs};
+  std::mt19937 random_{7};
+  std::uint64_t servoDue_ns_ = 0, servoWakes_ns_ = 0, asks_ns_ = 0;
 
   std::function<bool()> done_;
   std::atomic<bool> quit_{false};
@@ -143,6 +167,27 @@ TYPED_TEST(VirtualLoop, UsesEveryReplyOfAMinuteAndPushesTheHandOut) {
   EXPECT_GT(pressed, 50'000U) << "tenths of milliseconds in contact";
   EXPECT_LT(static_cast<double>(wrong), 0.01 * static_cast<double>(pressed)) << "the plate pushes up";
   EXPECT_EQ(counters.faults, 0U);
+}
+
+TYPED_TEST(VirtualLoop, UsesEveryReplyAlsoOfOneThatComesJustWhenTheServoWakesUp) {
+  Rig<TypeParam> rig;
+  rig.servoJitter_ns = 60'000;
+  std::uint64_t began_ns = 0, used = 0, replies = 0;
+  ASSERT_TRUE(rig.until([&] {
+    const UsbDeviceCounters& counters = rig.device->counters();
+    if (began_ns == 0 && rig.feeling()) {
+      rig.delayServo(kMs - 1'000ULL * rig.sample.device.age_us % kMs);
+      began_ns = rig.bus.now_ns + 100 * kMs;
+    }
+    if (began_ns != 0 && rig.bus.now_ns < began_ns) {
+      used = counters.used;
+      replies = counters.replies;
+    }
+    return began_ns != 0 && rig.bus.now_ns > began_ns + 10'000 * kMs;
+  }));
+  const UsbDeviceCounters& counters = rig.device->counters();
+  EXPECT_GT(counters.replies - replies, 9'900U);
+  EXPECT_GE(static_cast<double>(counters.used - used), 0.999 * static_cast<double>(counters.replies - replies));
 }
 
 TYPED_TEST(VirtualLoop, SwitchesTheMotorsOffWhenItStops) {

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "common/error/error.h"
+#include "haptic_server/recording/recorded_scenes.h"
+#include "haptic_server/recording/recording_reader.h"
+
+namespace haptics {
+
+/// Where a recording begins.
+struct RecordedBeginning {
+  const ServoScene* scene = nullptr;    ///< That the state had adopted; null: the empty one.
+  const ServoScene* pending = nullptr;  ///< That it was still to adopt; null: none.
+  std::unique_ptr<HapticState> state;   ///< Null: as a server starts.
+};
+
+struct RecordedRunTick {
+  RecordedTick recorded;
+  const RemadeScene* given = nullptr;  ///< What came at its start; null: no scene did.
+};
+
+/// Reads a recording in order and makes what the servo computed with again: scenes, the state that it begins with, ticks.
+/// Untrusted bytes are welcome.
+class RecordedRun {
+ public:
+  /// Bytes and store outlive it. Refused: no recording of this version.
+  [[nodiscard]] static Result<std::unique_ptr<RecordedRun>> open(std::string_view bytes, AssetStore& store);
+
+  [[nodiscard]] const RecordingFacts& facts() const noexcept { return reader_.facts(); }
+  /// The step's sources are those that made the recording.
+  [[nodiscard]] bool sameStep() const noexcept;
+
+  /// Nothing at the end. Refused: what the recording cannot be followed beyond.
+  [[nodiscard]] Result<std::optional<RecordedRunTick>> next();
+  /// Once next() was called.
+  [[nodiscard]] RecordedBeginning& beginning() noexcept { return beginning_; }
+  /// Null when it is not there, or was let go.
+  [[nodiscard]] const RemadeScene* find(std::uint64_t number) const;
+  /// Of scenes before this one (ServoScene::number), nothing is in use any more.
+  void letGoBefore(std::uint64_t number) { given_.erase(given_.begin(), given_.lower_bound(number)); }
+
+  [[nodiscard]] std::uint64_t scenes() const noexcept { return scenesMade_; }
+  /// Once next() has returned nothing: the last part was being written when the server ended.
+  [[nodiscard]] bool cutOff() const noexcept { return reader_.cutOff(); }
+
+ private:
+  RecordedRun(RecordingReader reader, AssetStore& store) : reader_(std::move(reader)), scenes_(store) {}
+
+  [[nodiscard]] Result<void> take(const v1::RecordingPart& part);
+  [[nodiscard]] Result<void> take(const v1::RecordedScene& message);
+  [[nodiscard]] Result<void> take(const v1::RecordedState& message);
+  [[nodiscard]] Result<void> take(const v1::RecordedTicks& message);
+
+  RecordingReader reader_;
+  RecordedScenes scenes_;
+  std::map<std::uint64_t, RemadeScene> given_;  // that may still be used, by number
+  RecordedBeginning beginning_;
+  std::uint64_t scenesMade_ = 0;
+  std::string_view ticks_;  // of the part last read, what is left
+  std::optional<std::uint64_t> lastTick_;
+};
+
+}  // namespace haptics

@@ -1,0 +1,130 @@
+#include "haptic_server/recording/recording_player.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace haptics {
+namespace {
+
+/// Between looks at how far the servo is: later, those who watch see an edit later.
+constexpr std::chrono::milliseconds kLookEvery{5};
+
+[[nodiscard]] tl::unexpected<Error> within(const std::filesystem::path& file, Error error) {
+  return tl::unexpected(std::move(error).within(file.string() + (error.field.empty() ? "" : ": ")));
+}
+
+}  // namespace
+
+RecordingPlayer::RecordingPlayer(std::filesystem::path path, MappedFile file, RecordingFacts facts)
+    : path_(std::move(path)), file_(std::move(file)), facts_(std::move(facts)) {
+  info_.name = "recording of " + facts_.device;
+  info_.maxForce_N = facts_.config.maxForce_N;
+  info_.resolution_m = facts_.config.positionStep_m;
+}
+
+Result<std::unique_ptr<RecordingPlayer>> RecordingPlayer::open(const std::filesystem::path& path) {
+  auto file = MappedFile::open(path);
+  if (!file) return within(path, file.error());
+  const auto reader = RecordingReader::open(file->bytes());
+  if (!reader) return within(path, reader.error());
+  return std::unique_ptr<RecordingPlayer>(new RecordingPlayer(path, *std::move(file), reader->facts()));
+}
+
+Result<void> RecordingPlayer::prepare(AssetStore& store, Show show) {
+  auto run = RecordedRun::open(file_.bytes(), store);
+  if (!run) return tl::unexpected(std::move(run.error()));
+  run_ = *std::move(run);
+  show_ = std::move(show);
+  readOne();
+  if (refusal_) return tl::unexpected(*refusal_);
+  if (read_ == 0) return refused(path_.string(), "ends before its first tick");
+  const RecordedBeginning& begun = beginning();
+  for (const ServoScene* scene : {begun.scene, begun.pending}) {
+    if (scene != nullptr) (void)show_(*run_->find(scene->number));
+  }
+  played_.ticks = 1;  // what the first tick takes is there from the start
+  showTaken();
+  played_.ticks = 0;
+  return {};
+}
+
+void RecordingPlayer::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void RecordingPlayer::finish() {
+  quit_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void RecordingPlayer::run() {
+  while (!quit_) {
+    showTaken();
+    const std::uint64_t used = used_.load(std::memory_order_acquire);
+    run_->letGoBefore(toShow_.empty() ? used : std::min(used, toShow_.front().scene));
+    readAhead();
+    std::this_thread::sleep_for(kLookEvery);
+  }
+}
+
+void RecordingPlayer::readAhead() {
+  while (!quit_ && !readAll_ && ahead_.write_available() > 0) readOne();
+}
+
+void RecordingPlayer::readOne() {
+  auto tick = run_->next();
+  if (!tick) refusal_ = within(path_, tick.error()).value();
+  if (!tick || !*tick) {
+    readAll_.store(true, std::memory_order_release);
+    return;
+  }
+  if ((*tick)->given != nullptr) toShow_.push_back({read_, (*tick)->given->scene->number});
+  ahead_.push(**tick);
+  ++read_;
+}
+
+void RecordingPlayer::showTaken() {
+  while (!toShow_.empty() && toShow_.front().position < played_.ticks.load(std::memory_order_acquire)) {
+    if (!show_(*run_->find(toShow_.front().scene))) return;
+    toShow_.pop_front();
+  }
+}
+
+TickScript::Next RecordingPlayer::next(Tick& tick) noexcept {
+  const bool all = readAll_.load(std::memory_order_acquire);
+  if (!ahead_.pop(now_)) {
+    if (!all) return Next::kNotYet;
+    played_.toItsEnd.store(true, std::memory_order_relaxed);
+    return Next::kEnd;
+  }
+  tick = {now_.recorded.input.tick, now_.given != nullptr ? now_.given->scene.get() : nullptr};
+  return Next::kTick;
+}
+
+void RecordingPlayer::write(Vec3 force_N) noexcept {
+  if (!sameBits(force_N, now_.recorded.force_N)) {
+    if (played_.differing.load(std::memory_order_relaxed) == 0) played_.firstTick = now_.recorded.input.tick;
+    played_.differing.fetch_add(1, std::memory_order_relaxed);
+  }
+  played_.ticks.fetch_add(1, std::memory_order_release);
+}
+
+Result<std::string> RecordingPlayer::verdict() const {
+  const std::string ticks = std::to_string(played_.ticks) + " ticks";
+  const bool toItsEnd = played_.toItsEnd;
+  if (played_.differing > 0) {
+    return refused(path_.string(), std::to_string(played_.differing) + " of " + ticks +
+                                       " came to another force than the recorded one, tick " +
+                                       std::to_string(played_.firstTick) + " first" +
+                                       (sameStep() ? "" : "; it was recorded by another version of the step"));
+  }
+  if (toItsEnd && refusal_) return tl::unexpected(Error(*refusal_).within("played " + ticks + ", then: "));
+  std::string said = path_.string() + ": played " + ticks + "; every force was the recorded one, bit for bit";
+  if (!toItsEnd) said += "; stopped before its end";
+  if (toItsEnd && run_->cutOff())
+    said += "; it was cut off while it was being written, and ends with its last whole part";
+  return said;
+}
+
+}  // namespace haptics

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <atomic>
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "haptic_server/device/device.h"
+#include "haptic_server/recording/mapped_file.h"
+#include "haptic_server/recording/recorded_run.h"
+#include "haptic_server/servo/tick_script.h"
+
+namespace haptics {
+
+/// How far a recording was played. The servo counts, any thread reads.
+struct PlayedSoFar {
+  std::atomic<std::uint64_t> ticks{0};
+  std::atomic<std::uint64_t> differing{0};  ///< Ticks whose force differs from the recorded one in any bit;
+  std::atomic<std::uint64_t> firstTick{0};  ///< the first of them, as the recorded servo counted.
+  std::atomic<bool> toItsEnd{false};
+};
+
+/// A recording in place of a device and of those who edit: the servo gets the positions and buttons that the device gave
+/// and the scenes that came, tick by tick, and each force is compared with the recorded one. A thread of its own reads
+/// ahead of the servo and makes the scenes.
+class RecordingPlayer final : public Device, public TickScript {
+ public:
+  /// Shows those who watch a scene that the servo has taken. False: it is to be shown again later.
+  using Show = std::function<bool(const RemadeScene&)>;
+
+  /// Refused: a file that cannot be read, no recording of this version.
+  [[nodiscard]] static Result<std::unique_ptr<RecordingPlayer>> open(const std::filesystem::path& file);
+  ~RecordingPlayer() override { finish(); }
+  RecordingPlayer(const RecordingPlayer&) = delete;
+  RecordingPlayer& operator=(const RecordingPlayer&) = delete;
+
+  [[nodiscard]] const RecordingFacts& facts() const noexcept { return facts_; }
+  /// Reads up to the first tick and shows the scene that it had. The store keeps what scenes are made of and outlives the
+  /// player. `show` is called on the player's thread from start() on. Refused: there is no tick that could be played.
+  [[nodiscard]] Result<void> prepare(AssetStore& store, Show show);
+  /// Once it is prepared, as are the next two.
+  [[nodiscard]] bool sameStep() const noexcept { return run_->sameStep(); }
+  [[nodiscard]] const RecordedBeginning& beginning() const noexcept { return run_->beginning(); }
+  void start();
+  /// After the servo's last tick. Ends the thread.
+  void finish();
+
+  [[nodiscard]] const PlayedSoFar& played() const noexcept { return played_; }
+  /// After finish(): how it went, for people. Refused: forces that are not the recorded ones, a damaged recording.
+  [[nodiscard]] Result<std::string> verdict() const;
+
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  /// As it was in the tick that next() gave last.
+  [[nodiscard]] DeviceReading read(std::uint64_t /*tick*/) noexcept override { return now_.recorded.input.device; }
+  /// Compares the force with the one that was written then.
+  void write(Vec3 force_N) noexcept override;
+  void stop() noexcept override {}
+
+  [[nodiscard]] Next next(Tick& tick) noexcept override;
+  void uses(std::uint64_t scene) noexcept override { used_.store(scene, std::memory_order_release); }
+
+ private:
+  struct ToShow {
+    std::uint64_t position;  // of the tick that takes it, from 0
+    std::uint64_t scene;     // ServoScene::number
+  };
+  /// Ticks that lie ready for the servo: 4 s at 1 kHz, in which a large mesh is built.
+  static constexpr std::size_t kAhead = 4096;
+
+  RecordingPlayer(std::filesystem::path path, MappedFile file, RecordingFacts facts);
+  void run();
+  void readAhead();
+  void readOne();
+  void showTaken();
+
+  std::filesystem::path path_;
+  MappedFile file_;
+  RecordingFacts facts_;
+  DeviceInfo info_;
+  PlayedSoFar played_;
+
+  // The player's thread, or whoever prepares.
+  std::unique_ptr<RecordedRun> run_;
+  Show show_;
+  std::deque<ToShow> toShow_;
+  std::uint64_t read_ = 0;        // ticks
+  std::optional<Error> refusal_;  // of the rest
+  std::thread thread_;
+
+  boost::lockfree::spsc_queue<RecordedRunTick, boost::lockfree::capacity<kAhead>> ahead_;
+  std::atomic<bool> readAll_{false};
+  std::atomic<bool> quit_{false};
+  std::atomic<std::uint64_t> used_{0};
+
+  RecordedRunTick now_;  // the servo's
+};
+
+}  // namespace haptics
