@@ -3,6 +3,7 @@
 // Several surfaces: the IHIP held by up to three, as the god-object is (Zilles and Salisbury 1995).
 
 #include <algorithm>
+#include <utility>
 
 #include "haptic_server/contact/contact_tick.h"
 
@@ -16,7 +17,20 @@ struct ContactTick<Corrections>::Move {
   bool rests = false;  ///< All that push there are known to be under the IHIP.
   Vec3 to{0};          ///< World.
   int count = 0;       ///< Surfaces that push there, the strongest first.
-  std::array<HoldingSurface, ContactState::kMaxHolding> pushing;
+  int others = 0;      ///< Surfaces that the IHIP touches besides.
+  std::array<HoldingSurface, ContactState::kMaxHolding + 1> pushing;  ///< The others after those that push.
+
+  /// From one of those that push to its neighbour.
+  void goOver(std::size_t from, const HoldingSurface& next) noexcept {
+    pushing[static_cast<std::size_t>(count)] = std::exchange(pushing[from], next);
+    others = 1;
+  }
+  [[nodiscard]] std::span<const HoldingSurface> allPushing() const noexcept {
+    return std::span(pushing).first(static_cast<std::size_t>(count));
+  }
+  [[nodiscard]] std::span<const HoldingSurface> touched() const noexcept {
+    return std::span(pushing).first(static_cast<std::size_t>(count + others));
+  }
 };
 
 /// A triangle of each body that holds.
@@ -53,7 +67,7 @@ struct ContactTick<Corrections>::Constraints {
   PlaneSet planes;
   PlaneSet::Nearest optimum;
 
-  Constraints(Vec3 hip, double slack) noexcept : hip_(hip), slack_(slack) { optimum.point = hip; }
+  Constraints(Vec3 hip, double skin) noexcept : hip_(hip), skin_(skin), slack_(kSlack * skin) { optimum.point = hip; }
   /// False when there is no place above all planes.
   [[nodiscard]] bool add(const ConstraintPlane& plane) noexcept {
     if (planes.full()) return false;
@@ -64,23 +78,28 @@ struct ContactTick<Corrections>::Constraints {
     return nearest.has_value();
   }
 
+  /// Does the plane that was added as number `plane`, from 0, push at the optimum?
+  [[nodiscard]] bool pushes(std::size_t plane) const noexcept {
+    return std::find(optimum.tight.begin(), optimum.tight.begin() + optimum.tightCount, static_cast<int>(plane)) !=
+           optimum.tight.begin() + optimum.tightCount;
+  }
   [[nodiscard]] bool cutOffBy(const ConstraintPlane& plane) const noexcept {
     return glm::dot(plane.normal, optimum.point) < plane.offset - slack_;
   }
   /// How far planes that are lifted by a skin have moved the optimum.
-  [[nodiscard]] Vec3 lift(double skin) const noexcept {
+  [[nodiscard]] Vec3 lift() const noexcept {
     if (optimum.tightCount == 0) return Vec3(0);
     const Vec3 a = planes[optimum.tight[0]].normal;
-    if (optimum.tightCount == 1) return a * skin;
+    if (optimum.tightCount == 1) return a * skin_;
     const Vec3 b = planes[optimum.tight[1]].normal;
-    if (optimum.tightCount == 2) return (a + b) * (skin / (1 + glm::dot(a, b)));
+    if (optimum.tightCount == 2) return (a + b) * (skin_ / (1 + glm::dot(a, b)));
     const Vec3 c = planes[optimum.tight[2]].normal;
-    return (glm::cross(a, b) + glm::cross(b, c) + glm::cross(c, a)) * (skin / glm::dot(a, glm::cross(b, c)));
+    return (glm::cross(a, b) + glm::cross(b, c) + glm::cross(c, a)) * (skin_ / glm::dot(a, glm::cross(b, c)));
   }
 
   /// To the optimum.
   [[nodiscard]] Move move(bool over = false) const noexcept {
-    Move move{true, true, over, optimum.point, optimum.tightCount, {}};
+    Move move{true, true, over, optimum.point, optimum.tightCount, 0, {}};
     for (std::size_t i = 0; i < static_cast<std::size_t>(move.count); ++i) {
       move.pushing[i] = planes[optimum.tight[i]].surface;
     }
@@ -89,6 +108,7 @@ struct ContactTick<Corrections>::Constraints {
 
  private:
   Vec3 hip_;      // world
+  double skin_;   // m
   double slack_;  // m
 };
 
@@ -142,11 +162,9 @@ void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
     if (!move.done) break;
     const double way = glm::distance(state_.ihip, from);
     settled = move.whole && (move.count == 0 || restsOn(move) || way <= kSettled * glm::distance(move.to, hip));
-    if (isOneSurface(move) && isAbove(move.pushing[0])) {
-      const Vec3 start = state_.ihip;
-      const bool ended = watchOn(hip, move);
-      settled = ended || (settled && state_.ihip == start);
-    }
+    const Vec3 start = state_.ihip;
+    const bool ended = watchOn(hip, move);
+    settled = ended || (settled && state_.ihip == start);
     const bool nearer = glm::distance(state_.ihip, hip) < glm::distance(from, hip);
     notNearer += nearer ? 0 : 1;
     settled = settled || notNearer > kMostNotNearer;
@@ -167,15 +185,16 @@ void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
 /// to what is met on the way.
 template <class Corrections>
 typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Vec3 hip) noexcept {
-  Constraints constraints(hip, kSlack * skin_);
+  Constraints constraints(hip, skin_);
   const bool behind = isBehind();
   while (true) {
     Move move = constraints.move();
-    const auto pushing = std::span<const HoldingSurface>(move.pushing).first(static_cast<std::size_t>(move.count));
+    const auto pushing = move.allPushing();
     const Carried carried = carriedBy(pushing, constraints);
+    std::optional<HoldingSurface> next;
     if (carried.ends) {
       const double way = glm::distance(state_.ihip, move.to);
-      const auto next = across(pushing[carried.surface], carried.edge);
+      next = across(pushing[carried.surface], carried.edge);
       if (carried.time * way <= kTouching * skin_ && next && constraints.cutOffBy(planeOf(*next))) {
         Constraints both = constraints;
         if (both.add(planeOf(*next))) {
@@ -187,14 +206,16 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Ve
       if (!behind) move.to = glm::mix(state_.ihip, move.to, std::min(std::max(carried.time, skin_ / way), 1.0));
     }
     const Hit hit = go(move.to);
-    if (!hit) return move;
+    if (!hit) {
+      if (next) move.goOver(carried.surface, *next);
+      return move;
+    }
     const ConstraintPlane plane = planeOf({near_[hit.near].body, hit.crossing.side, hit.crossing.triangle});
-    const double above = glm::dot(plane.normal, state_.ihip) - plane.offset;
-    const double below = glm::dot(plane.normal, move.to) - plane.offset;
-    const double clear = above / (above - below);  // of the way, to a skin above the plane
-    if (!behind && above > 0 && clear * glm::distance(state_.ihip, move.to) > kTouching * skin_) {
-      move = {true, false, false, glm::mix(state_.ihip, move.to, clear), 1, {plane.surface}};
-      if (!go(move.to)) return move;
+    const double clear = plane.reachedAt(state_.ihip, move.to);
+    if (!behind && clear * glm::distance(state_.ihip, move.to) > kTouching * skin_) {
+      Move met{true, false, false, glm::mix(state_.ihip, move.to, clear), 1, move.count, {plane.surface}};
+      std::ranges::copy(pushing, met.pushing.begin() + 1);
+      if (!go(met.to)) return met;
     }
     if (!constraints.add(plane)) return {};
   }
@@ -232,17 +253,14 @@ typename ContactTick<Corrections>::Hit ContactTick<Corrections>::go(Vec3 world) 
 template <class Corrections>
 bool ContactTick<Corrections>::restsOn(const Move& move) const noexcept {
   return move.rests ||
-         std::all_of(move.pushing.begin(), move.pushing.begin() + move.count, [&](const HoldingSurface& s) {
-           return isUnder(
-               closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from));
-         });
+         std::ranges::all_of(move.allPushing(), [&](const HoldingSurface& s) { return isWithin(kUnder, s); });
 }
 
-/// Is the IHIP close enough over a triangle for the neighborhood watch to go on from there?
+/// Is the IHIP no farther than so many skins from a triangle?
 template <class Corrections>
-bool ContactTick<Corrections>::isAbove(const HoldingSurface& s) const noexcept {
+bool ContactTick<Corrections>::isWithin(double skins, const HoldingSurface& s) const noexcept {
   const Foot foot = closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from);
-  return foot.squaredDistance <= kAbove * kAbove * skin_ * skin_;
+  return foot.squaredDistance <= skins * skins * skin_ * skin_;
 }
 
 template <class Corrections>
@@ -266,7 +284,7 @@ void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled
   std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
   state_.holdingCount = move.count;
   if (!settled) return;
-  if (!isOneSurface(move) || !isAbove(held()) || isCrossed(held())) return;
+  if (!isOneSurface(move) || !isWithin(kAbove, held()) || isCrossed(held())) return;
   const std::uint32_t t = held().triangle;
   hold(held(), closestOn(surface(held().body).triangle(t), t, heldNear().from), state_.ihip);
 }

@@ -51,6 +51,7 @@ struct ContactWork {
   int crowdedOut = 0;        ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
   bool interrupted = false;  ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
   bool unsettled = false;    ///< The solver ran out of rounds or planes; it goes on in the next tick.
+  bool putOut = false;       ///< Moving bodies closed in on the IHIP; it was put outside of them: the force may jump.
 };
 
 /// What the contact core found: the rest of the step reads only this.

@@ -38,11 +38,14 @@ inline constexpr double kSkin = 0x1p-20;
 inline constexpr double kLift = 0x1p-32;
 /// Of the skin: a plane is held when the IHIP is not farther below it.
 inline constexpr double kSlack = 0x1p-2;
+/// Times the HIP's step: an IHIP that went farther slid from a minimum that ended on the way. Larger lets it begin with a
+/// HIP that is too far on already; smaller divides steps over creases.
+inline constexpr double kLeap = 4;
 /// In skins: what is not farther on the way holds the IHIP, anything else is gone to first. Larger cuts corners; smaller
 /// takes more rounds in acute grooves.
 inline constexpr double kTouching = 16;
 /// In skins: closer than this to an edge is on it. The skin hides what is smaller.
-inline constexpr double kHair = 1;
+inline constexpr double kHair = 0x1p-10;
 /// In skins: a triangle that is not farther is under the IHIP, held by the lifted planes of several.
 inline constexpr double kUnder = 2;
 /// In skins: from where the neighborhood watch goes on over a triangle.
@@ -94,6 +97,8 @@ class ContactTick {
   void touch(const Hit& hit, const Points& to) noexcept;
   void setFree(Vec3 hip) noexcept;
   void hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept;
+  [[nodiscard]] bool isOvertaken() noexcept;
+  void putOut() noexcept;
   [[nodiscard]] ContactResult result() noexcept;
 
   // surface_following_impl.h: one surface
@@ -107,7 +112,10 @@ class ContactTick {
   [[nodiscard]] bool isOutside(const Surface& surface, const Foot& foot, Vec3 h) const noexcept;
   [[nodiscard]] bool pathIsClear(const SearchPath& path, const Frame& frame) noexcept;
   [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept;
-  [[nodiscard]] Vec3 lifted(Vec3 at, std::uint32_t triangle) const noexcept;
+  /// The path that is tested against other bodies runs a skin above the surface.
+  [[nodiscard]] Vec3 lifted(Vec3 at, const HoldingSurface& over) const noexcept {
+    return at + surface(over.body).faceNormal(over.triangle) * (over.side * skin_);
+  }
   void leave(const Foot& foot, Vec3 hip) noexcept;
 
   // constraint_solver_impl.h: several surfaces
@@ -127,11 +135,8 @@ class ContactTick {
   }
   [[nodiscard]] Hit go(Vec3 world) noexcept;
   [[nodiscard]] bool meetsAnother(const Near& own, Vec3 world) noexcept;
-  [[nodiscard]] bool isAbove(const HoldingSurface& s) const noexcept;
+  [[nodiscard]] bool isWithin(double skins, const HoldingSurface& s) const noexcept;
   [[nodiscard]] bool restsOn(const Move& move) const noexcept;
-  [[nodiscard]] bool isUnder(const Foot& foot) const noexcept {
-    return foot.squaredDistance <= kUnder * kUnder * skin_ * skin_;
-  }
   [[nodiscard]] ConstraintPlane planeOf(const HoldingSurface& holding) const noexcept;
   void classify(Vec3 hip, const Move& move, bool settled) noexcept;
 
@@ -143,8 +148,20 @@ class ContactTick {
   [[nodiscard]] bool isBehind() const noexcept;
   [[nodiscard]] bool fallsAway(const HoldingSurface& s, int k, const Constraints& constraints) const noexcept;
   [[nodiscard]] std::optional<HoldingSurface> across(const HoldingSurface& s, int k) const noexcept;
+  [[nodiscard]] bool restsOnEdge(const Holding& a, const Holding& b) const noexcept;
+  [[nodiscard]] Move onEdge(const Holding& held, const HoldingSurface& left) const noexcept;
+  [[nodiscard]] std::optional<HoldingSurface> nearestTouched(Vec3 hip, const Move& move) const noexcept;
   [[nodiscard]] bool watchOn(Vec3 hip, Move& move) noexcept;
   [[nodiscard]] bool isOneSurface(const Move& move) const noexcept;
+
+  // several_surfaces_impl.h: steps while several surfaces hold
+  [[nodiscard]] double advanceOnSeveral(double now, double end) noexcept;
+  void solveAt(double time) noexcept;
+  [[nodiscard]] double heldUntil(double now, double end) const noexcept;
+  template <class Holds>
+  [[nodiscard]] double lastTime(double now, double end, Holds holds) const noexcept;
+  [[nodiscard]] std::optional<Constraints> heldAt(const Holding& held, double time) const noexcept;
+  [[nodiscard]] bool staysOn(const Holding& held, double time) const noexcept;
 
   [[nodiscard]] const Surface& surface(int body) const noexcept {
     return *bodies_[static_cast<std::size_t>(body)].surface;

@@ -9,7 +9,9 @@
 #include "haptic_server/contact/contact_tick.h"
 #include "haptic_server/contact/held_surfaces_impl.h"
 #include "haptic_server/contact/neighborhood_watch_impl.h"
+#include "haptic_server/contact/several_surfaces_impl.h"
 #include "haptic_server/contact/surface_following_impl.h"
+#include "haptic_server/contact/way_out.h"
 
 namespace haptics {
 
@@ -33,6 +35,7 @@ ContactResult ContactTick<Corrections>::run() noexcept {
     const bool last = ++work_.steps >= kMaxSteps || work_.interrupted;
     now = advance(now, last);
   }
+  if (isOvertaken()) putOut();
   state_.hip = hip_;
   return result();
 }
@@ -51,7 +54,7 @@ void ContactTick<Corrections>::start() noexcept {
     foot_ = heldFoot(*body.surface, state_, motionOver(body).from);
   }
   if (oneSurface && near_.count() == 1) return;  // no other body's frame to keep
-  const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held().triangle)) : state_.ihip;
+  const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held())) : state_.ihip;
   const Points from = near_.inEachFrame(ihip);
   near_.moveAll(from, 1);
 }
@@ -76,9 +79,7 @@ double ContactTick<Corrections>::advance(double now, bool last) noexcept {
   const double end = state_.mode == Mode::kFree || last ? 1 : shortStepEnd(now);
   setTime(end);
   if (state_.mode == Mode::kFree) return advanceFree(now, end, hipAt(end));
-  solve(hipAt(end));
-  if (state_.mode == Mode::kOneSurface) followSurface(hipAt(end));
-  return end;
+  return advanceOnSeveral(now, end);
 }
 
 /// Paper 3.2, first contact: the segment between two places of the HIP against the bounding hierarchies. Deviations:
@@ -134,6 +135,29 @@ void ContactTick<Corrections>::touch(const Hit& hit, const Points& to) noexcept 
   foot.triangle = hit.crossing.triangle;
   foot.point = near.from;
   hold(touched, foot, near.frame.toWorld(near.from));
+}
+
+/// Did a body come over the IHIP, for which the solver found no way out of its way?
+template <class Corrections>
+bool ContactTick<Corrections>::isOvertaken() noexcept {
+  if (!Corrections::kObjectFrameSegments || state_.mode != Mode::kSeveralSurfaces) return false;
+  near_.setTime(bodies_, 1);
+  return isBehind() && go(state_.ihip);
+}
+
+/// Bodies that pass through each other can close a pocket on the IHIP. It is put where it is outside of all of them, and
+/// the path of the HIP taken from there.
+template <class Corrections>
+void ContactTick<Corrections>::putOut() noexcept {
+  const Vec3 way = state_.ihip - hip_;
+  const double depth = glm::length(way);
+  work_.putOut = true;
+  setFree(wayOut(bodies_, state_.ihip, depth > 0 ? way / depth : Vec3(0), skin_));
+  state_.hip = hip_;
+  near_.gather(bodies_, state_, hip_, work_);  // what is near there
+  near_.setTime(bodies_, 1);
+  near_.moveAll(near_.inEachFrame(state_.ihip), 1);
+  (void)advanceFree(1, 1, hip_);
 }
 
 template <class Corrections>

@@ -20,24 +20,36 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec
   Holding held = oneOfEachBody();
   Holding before;
   for (int i = 0; i < kMostHops; ++i) {
-    Constraints constraints(hip, kSlack * skin_);
+    Constraints constraints(hip, skin_);
     for (const HoldingSurface& s : held.surfaces()) {
       if (!constraints.add(planeOf(s))) return {};
     }
     Vec3 to = constraints.optimum.point;
     const Carried carried = carriedBy(std::as_const(held).surfaces(), constraints);
     if (!carried.ends) return go(to) ? Move{} : constraints.move(carried.over);
+    const bool pushed = constraints.pushes(carried.surface);
     const auto next = across(held.at[carried.surface], carried.edge);
     if (!next) return {};
-    if (constraints.cutOffBy(planeOf(*next))) {
-      if (!constraints.add(planeOf(*next))) return {};
+    const Holding hopped = held.with(carried.surface, next->triangle);
+    const bool toAndFro = hopped == before;  // the IHIP is held on the edge
+    const ConstraintPlane ahead = planeOf(*next);
+    const bool rises = constraints.cutOffBy(ahead);
+    if (rises && (toAndFro || isBehind())) {
+      if (!constraints.add(ahead)) return {};
       to = constraints.optimum.point;
+    } else if (rises) {
+      to = glm::mix(state_.ihip, to, ahead.reachedAt(state_.ihip, to));
     } else if (carried.time < 1 && !isBehind()) {
       to = glm::mix(state_.ihip, to, carried.time);
     }
     if (go(to)) return {};
-    const Holding hopped = held.with(carried.surface, next->triangle);
-    if (hopped == before) return constraints.move();  // to and fro: the IHIP is held on the edge
+    if (toAndFro) return constraints.move(restsOnEdge(held, hopped));
+    if (pushed) {
+      Move atEdge = onEdge(hopped, held.at[carried.surface]);
+      const Vec3 edge = state_.ihip;
+      if (watchOn(hip, atEdge)) return atEdge;
+      if (state_.ihip != edge) return {};
+    }
     before = held;
     held = hopped;
     ++work_.triangles;
@@ -83,7 +95,7 @@ typename ContactTick<Corrections>::Carried ContactTick<Corrections>::carriedBy(
     std::span<const HoldingSurface> surfaces, const Constraints& constraints) const noexcept {
   Carried carried;
   const Vec3 optimum = constraints.optimum.point;
-  const Vec3 lowered = optimum - constraints.lift(skin_);
+  const Vec3 lowered = optimum - constraints.lift();
   const double hair = kHair * skin_;
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const Near& near = near_[near_.indexOf(surfaces[i].body)];
@@ -123,11 +135,57 @@ typename ContactTick<Corrections>::Holding ContactTick<Corrections>::oneOfEachBo
   return holding;
 }
 
-/// The neighborhood watch of the one surface that pushes, from where the IHIP is over it, each hop tested like any other
-/// way. Returns whether it came to its end; `move` then tells what pushes there.
+/// Between triangles that both rise, or nearly so: which of the two is under the IHIP is within the planes' slack.
+template <class Corrections>
+bool ContactTick<Corrections>::restsOnEdge(const Holding& a, const Holding& b) const noexcept {
+  for (std::size_t i = 0; i < a.count; ++i) {
+    if (!isWithin(kUnder, a.at[i]) && !isWithin(kUnder, b.at[i])) return false;
+  }
+  return true;
+}
+
+/// Gone over to the triangles that hold now, from another one.
+template <class Corrections>
+typename ContactTick<Corrections>::Move ContactTick<Corrections>::onEdge(const Holding& held,
+                                                                         const HoldingSurface& left) const noexcept {
+  Move move{true, false, false, state_.ihip, static_cast<int>(held.count), 1, {}};
+  *std::ranges::copy(held.surfaces(), move.pushing.begin()).out = left;
+  return move;
+}
+
+/// Of the points nearest to the HIP of all triangles that the IHIP touches, the nearest. None when what pushes is in the
+/// way there, or when, held by several surfaces, the IHIP is as near.
+template <class Corrections>
+std::optional<HoldingSurface> ContactTick<Corrections>::nearestTouched(Vec3 hip, const Move& move) const noexcept {
+  std::optional<HoldingSurface> nearest;
+  Foot foot;
+  for (const HoldingSurface& s : move.touched()) {
+    if (!isWithin(kAbove, s)) continue;
+    const Near& near = near_[near_.indexOf(s.body)];
+    const Foot other = closestOn(near.surface->triangle(s.triangle), s.triangle, near.frame.toLocal(hip));
+    if (other.squaredDistance >= foot.squaredDistance) continue;
+    foot = other;
+    nearest = s;
+  }
+  if (!nearest || (move.others == 0 && isOneSurface(move))) return nearest;
+  const double nearer = glm::distance(state_.ihip, hip) - std::sqrt(foot.squaredDistance);
+  if (nearer <= kAbove * skin_) return std::nullopt;
+  const Vec3 place = near_[near_.indexOf(nearest->body)].frame.toWorld(lifted(foot.point, *nearest));
+  const bool blocked = std::ranges::any_of(move.allPushing(), [&](const HoldingSurface& s) {
+    const ConstraintPlane plane = planeOf(s);
+    return !meet(s, *nearest) && glm::dot(plane.normal, place) < plane.offset - kSlack * skin_;
+  });
+  return blocked ? std::nullopt : nearest;
+}
+
+/// The paper's rule goes before the planes' also where several surfaces hold: the neighborhood watch from where the IHIP
+/// touches a triangle, each hop tested like any other way. Returns whether it came to its end; `move` then tells what
+/// pushes there.
 template <class Corrections>
 bool ContactTick<Corrections>::watchOn(Vec3 hip, Move& move) noexcept {
-  HoldingSurface& held = move.pushing[0];
+  const auto start = nearestTouched(hip, move);
+  if (!start) return false;
+  HoldingSurface held = *start;
   const Near& near = near_[near_.indexOf(held.body)];
   SearchPath path;
   const SearchResult found =
@@ -136,10 +194,11 @@ bool ContactTick<Corrections>::watchOn(Vec3 hip, Move& move) noexcept {
   const bool whole = path.complete() && found.converged;
   if (!path.complete()) path.keepFirst(SearchPath::kCapacity);
   for (const SearchPath::Point& point : path) {
-    const Vec3 above = point.place + near.surface->faceNormal(point.triangle) * (held.side * skin_);
-    if (go(near.frame.toWorld(above))) return false;
     held.triangle = point.triangle;
+    if (go(near.frame.toWorld(lifted(point.place, held)))) return false;
+    move.pushing[0] = held;
     move.count = 1;
+    move.others = 0;
   }
   return whole;
 }
@@ -148,8 +207,8 @@ bool ContactTick<Corrections>::watchOn(Vec3 hip, Move& move) noexcept {
 template <class Corrections>
 bool ContactTick<Corrections>::isOneSurface(const Move& move) const noexcept {
   const HoldingSurface& strongest = move.pushing[0];
-  return move.count > 0 && std::all_of(move.pushing.begin() + 1, move.pushing.begin() + move.count,
-                                       [&](const HoldingSurface& s) { return meet(s, strongest); });
+  return move.count > 0 &&
+         std::ranges::all_of(move.allPushing(), [&](const HoldingSurface& s) { return meet(s, strongest); });
 }
 
 }  // namespace haptics

@@ -95,6 +95,12 @@ NearBodies::Points NearBodies::inEachFrame(Vec3 world) const noexcept {
   return points;
 }
 
+NearBodies::Points NearBodies::from() const noexcept {
+  Points points;
+  for (int i = 0; i < count_; ++i) points[static_cast<std::size_t>(i)] = (*this)[i].from;
+  return points;
+}
+
 void NearBodies::moveAll(const Points& to, double time) noexcept {
   for (int i = 0; i < count_; ++i) {
     const Vec3 end = to[static_cast<std::size_t>(i)];

@@ -53,6 +53,7 @@ class NearBodies {
   /// Frames at fraction `time` of the tick.
   void setTime(std::span<const Body> bodies, double time) noexcept;
   [[nodiscard]] Points inEachFrame(Vec3 world) const noexcept;
+  [[nodiscard]] Points from() const noexcept;
   /// Advances every `from` by the fraction `time` of the way.
   void moveAll(const Points& to, double time) noexcept;
 

@@ -13,6 +13,13 @@ struct ConstraintPlane {
   Vec3 normal;
   double offset;
   HoldingSurface surface;
+
+  /// Of a way that leads below the plane: the fraction of it after which that is reached, 0 when it starts there.
+  [[nodiscard]] double reachedAt(Vec3 from, Vec3 to) const noexcept {
+    const double above = glm::dot(normal, from) - offset;
+    const double below = glm::dot(normal, to) - offset;
+    return above > 0 ? above / (above - below) : 0;
+  }
 };
 
 /// The planes that the IHIP has met in a tick.

@@ -3,14 +3,10 @@
 
 #include "haptic_server/contact/contact.h"
 #include "haptic_server/contact/contact_tick.h"
-#include "haptic_server/contact/neighborhood_watch.h"
+#include "haptic_server/contact/nearest_foot.h"
 
 namespace haptics {
 namespace {
-
-/// Triangles that a closest point query may look at: it bounds an adoption to some 100 us per body that the proxy is
-/// in.
-constexpr int kQueryBudget = 4096;
 
 /// The IHIP between an adoption and the next tick, looking for a place outside of everything.
 class Proxy {
@@ -62,13 +58,6 @@ class Proxy {
     const Vec3 centre = toWorld(body.previous, body.surface->centre());
     const double radius = body.surface->radius_m();
     return squaredLength(place_ - centre) <= radius * radius;
-  }
-
-  static Foot nearestFoot(const Surface& s, Vec3 local) noexcept {
-    int spent = 0;
-    const Foot foot = s.closestFoot(local, kQueryBudget, spent);
-    spent = 0;
-    return neighborhoodWatch(s, foot.triangle, local, nullptr, spent).foot;  // had the budget run out
   }
 
   /// Out on the side from which the surface was touched, though the other side of it is nearer (a thin shell).

@@ -104,7 +104,7 @@ bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& 
 
 template <class Corrections>
 bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept {
-  const Points to = near_.inEachFrame(frame.toWorld(lifted(b, within)));
+  const Points to = near_.inEachFrame(frame.toWorld(lifted(b, {held().body, held().side, within})));
   for (int i = 0; i < near_.count(); ++i) {
     const Near& near = near_[i];
     if (near.body == held().body) {
@@ -118,12 +118,6 @@ bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const 
     if (near_[i].body != held().body) near_[i].from = to[static_cast<std::size_t>(i)];
   }
   return true;
-}
-
-/// The path that is tested against other bodies runs a skin above the contacted surface.
-template <class Corrections>
-Vec3 ContactTick<Corrections>::lifted(Vec3 at, std::uint32_t triangle) const noexcept {
-  return at + surface(held().body).faceNormal(triangle) * (held().side * skin_);
 }
 
 template <class Corrections>

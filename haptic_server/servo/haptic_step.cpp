@@ -184,6 +184,8 @@ template <bool kDetails>
     moveEdited(state, config);
 
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, contact);
+    if (contact.work.putOut) [[unlikely]]
+      state.adoptedNow = state.contactBroken = true;  // blended as an edit's jump is
     if constexpr (kDetails) {
       if (state.anySoft) [[unlikely]]
         yieldToContact(scene, state, config, contact);

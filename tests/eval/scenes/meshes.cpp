@@ -1,6 +1,7 @@
 // Sharp, thin and scaled meshes: S12.
 
 #include <algorithm>
+#include <numbers>
 
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"
@@ -14,6 +15,45 @@ shapes::Shape crease(bool inwards) {
     return inwards ? Vec3(v.x, v.y, v.z - 0.06 * std::max(0.0, 1 - std::abs(v.x) / 0.004))
                    : Vec3(v.x * (0.06 - v.z) * 1.6, v.y, v.z);
   });
+}
+
+/// Where the gash ends: a line along y.
+constexpr double kGashBottom_m = -0.01;
+
+/// A cylinder about z with a pit as narrow as the gash in its top, its bottom in the origin. A sixth of the pit's side is
+/// slivers, so that a mean of the faces there that does not weigh them by their angles points across the pit.
+shapes::Shape pit() {
+  constexpr std::uint32_t kBroad = 5;
+  constexpr std::uint32_t kSlivers = 64;
+  constexpr std::uint32_t kCount = kBroad + kSlivers;
+  constexpr double kMouth_m = 0.005;
+  constexpr double kRadius_m = 0.02;
+  constexpr double kTop_m = 0.06;
+  constexpr double kFoot_m = -0.04;
+  shapes::Shape shape;
+  shape.vertices = {Vec3f(0), Vec3f(0, 0, static_cast<float>(kFoot_m))};
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const double sixths = i < kBroad ? i : kBroad + static_cast<double>(i - kBroad) / kSlivers;
+    const double turn = std::numbers::pi / 3 * sixths;
+    const Vec3 out(std::cos(turn), std::sin(turn), 0);
+    const Vec3 up(0, 0, 1);
+    for (const Vec3 v : {kMouth_m * out + kTop_m * up, kRadius_m * out + kTop_m * up, kRadius_m * out + kFoot_m * up}) {
+      shape.vertices.emplace_back(v);
+    }
+  }
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const std::uint32_t a = 2 + 3 * i;
+    const std::uint32_t b = 2 + 3 * ((i + 1) % kCount);
+    for (const auto& t : {std::array{0U, a, b},
+                          {a, b + 1, b},
+                          {a, a + 1, b + 1},
+                          {a + 1, b + 2, b + 1},
+                          {a + 1, a + 2, b + 2},
+                          {1U, b + 2, a + 2}}) {
+      shape.triangles.push_back(t);
+    }
+  }
+  return shape;
 }
 
 /// A cube with strips of 1 um across the middle of each side.
@@ -36,6 +76,41 @@ int strokeCreases(Renderer& method, Random& random, int& ticks) {
       const Vec3 to{-0.5 * over.x, over.y + random.between(-0.004, 0.004), random.between(0.043, 0.049)};
       stage.lead(over, to, 0.0011,
                  [&](const Felt& felt, Vec3) { wrong += stage.depthInside(felt.ihip) > kInside_m ? 1 : 0; });
+    }
+    ticks += stage.ticks();
+  }
+  return wrong;
+}
+
+/// Pressed into the bottom of a gash and of a pit, and led about below it: for all that way the bottom is the nearest
+/// place, which its side that the search came from sees from above as often as from below.
+int strokeBottoms(Renderer& method, Random& random, int& ticks) {
+  constexpr double kStep = 0.0004;
+  int wrong = 0;
+  for (const bool line : {true, false}) {
+    Stage stage(method, random);
+    stage.add(line ? crease(true) : pit());
+    stage.begin({0, 0, 0.07});
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 bottom = line ? Vec3(0, random.between(-0.04, 0.04), kGashBottom_m) : Vec3(0);
+      const auto below = [&] {
+        const double turn = random.between(0, 2 * std::numbers::pi);
+        const double aside = random.between(0.001, 0.003);
+        return bottom + Vec3(aside * std::cos(turn), line ? 0 : aside * std::sin(turn), random.between(-0.003, -0.001));
+      };
+      const auto check = [&](const Felt& felt, Vec3 hip) {
+        const bool right = felt.touching && glm::distance(felt.ihip, bottom) < kInside_m;
+        wrong += hip.z > bottom.z - 0.0005 || right ? 0 : 1;
+      };
+      const Vec3 within = bottom + Vec3(random.between(-1e-4, 1e-4), 0, 0.005);
+      Vec3 at = bottom - Vec3(0, 0, 0.001);
+      stage.place(within);
+      stage.lead(within, at, kStep, check);
+      for (int stroke = 0; stroke < 4; ++stroke) {
+        const Vec3 to = below();
+        stage.lead(at, to, kStep, check);
+        at = to;
+      }
     }
     ticks += stage.ticks();
   }
@@ -152,6 +227,7 @@ SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random) {
   int different = 0;
   const auto once = walk(method, random, 1);
   for (const double scale : {0x1p-10, 0x1p-3, 0x1p10}) different += differentTicks(once, walk(method, random, scale));
+  const int bottoms = strokeBottoms(method, random, ticks);
   double relative = 0;
   const auto stroked = stroke(method, random, 1);
   for (const double scale : {1e-3, 0.1, 1e3}) {
@@ -163,10 +239,11 @@ SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random) {
   return {{{"ticks", ticks},
            {"crease_wrong_side_ticks", creases},
            {"knife_wrong_side_ticks", blade},
+           {"bottom_wrong_ticks", bottoms},
            {"sliver_wrong_ticks", sliver},
            {"powers_of_two_different_ticks", different},
            {"powers_of_ten_relative_error_max", relative}},
-          creases == 0 && blade == 0 && sliver == 0 && different == 0 && relative <= kMostRelative};
+          creases == 0 && blade == 0 && bottoms == 0 && sliver == 0 && different == 0 && relative <= kMostRelative};
 }
 
 }  // namespace haptics::eval

@@ -1,0 +1,108 @@
+#pragma once
+
+// Steps along the HIP's way while several surfaces hold the IHIP.
+
+#include <utility>
+
+#include "haptic_server/contact/constraint_solver_impl.h"
+#include "haptic_server/contact/held_surfaces_impl.h"
+
+namespace haptics {
+
+/// To time `end`. Where the IHIP leapt, a minimum ended on the way, and where the slide from there leads depends on where
+/// the HIP was then: the step is taken back, and goes only to that time. Where a surface let go, one of those that held
+/// may have ended before. Returns the time reached.
+template <class Corrections>
+double ContactTick<Corrections>::advanceOnSeveral(double now, double end) noexcept {
+  const ContactState before = state_;
+  const Points from = near_.from();
+  const ContactWork work = work_;
+  const bool divisible =
+      Corrections::kSubsteps && before.holdingCount > 0 && work_.steps < kMaxSteps / 2 && !isBehind();
+  solveAt(end);
+  if (!divisible) return end;
+  const double step = glm::distance(hipAt(now), hipAt(end));
+  const bool leapt = glm::distance(before.ihip, state_.ihip) > kLeap * step + kTouching * skin_;
+  const bool letGo = state_.mode != Mode::kSeveralSurfaces || state_.holdingCount < before.holdingCount;
+  if (!leapt && !letGo) return end;
+  const ContactState after = std::exchange(state_, before);
+  const Points to = near_.from();
+  near_.moveAll(from, 1);
+  const double until = heldUntil(now, end);
+  if (until >= end) {
+    state_ = after;
+    near_.moveAll(to, 1);
+    return end;
+  }
+  work_.interrupted = work.interrupted;
+  work_.unsettled = work.unsettled;
+  solveAt(until);
+  return until;
+}
+
+template <class Corrections>
+void ContactTick<Corrections>::solveAt(double time) noexcept {
+  solve(hipAt(time));
+  if (state_.mode == Mode::kOneSurface) followSurface(hipAt(time));
+}
+
+/// What keeps a time for as long as it is true, to a hair.
+template <class Corrections>
+template <class Holds>
+double ContactTick<Corrections>::lastTime(double now, double end, Holds holds) const noexcept {
+  while (end - now > kLeastStep) {
+    const double middle = 0.5 * (now + end);
+    (holds(middle) ? now : end) = middle;
+  }
+  return end;
+}
+
+/// A hair after the time at which a triangle that holds ends under the IHIP, `end` when none does.
+template <class Corrections>
+double ContactTick<Corrections>::heldUntil(double now, double end) const noexcept {
+  const Holding held = oneOfEachBody();
+  const auto allPush = [&](double time) noexcept {
+    const auto constraints = heldAt(held, time);
+    return constraints && static_cast<std::size_t>(constraints->optimum.tightCount) == held.count;
+  };
+  const auto stays = [&](double time) noexcept { return staysOn(held, time); };
+  if (stays(end)) {
+    if (allPush(end)) return end;
+    const double push = lastTime(now, end, allPush) - kLeastStep;
+    if (push <= now || stays(push)) return end;
+    end = push;
+  }
+  return lastTime(now, end, stays);
+}
+
+/// What the triangles that hold let the IHIP come to. None when their planes leave no place.
+template <class Corrections>
+std::optional<typename ContactTick<Corrections>::Constraints> ContactTick<Corrections>::heldAt(
+    const Holding& held, double time) const noexcept {
+  Constraints constraints(hipAt(time), skin_);
+  for (const HoldingSurface& s : held.surfaces()) {
+    if (!constraints.add(planeOf(s))) return std::nullopt;
+  }
+  return constraints;
+}
+
+/// Are the triangles that hold those that do at another time? So they are where they keep the IHIP on an edge between
+/// two that both rise from it.
+template <class Corrections>
+bool ContactTick<Corrections>::staysOn(const Holding& held, double time) const noexcept {
+  const auto here = heldAt(held, time);
+  if (!here) return false;
+  const Carried carried = carriedBy(held.surfaces(), *here);
+  if (!carried.ends) return true;
+  const auto next = across(held.at[carried.surface], carried.edge);
+  if (!next || !here->cutOffBy(planeOf(*next))) return false;
+  const Holding beyond = held.with(carried.surface, next->triangle);
+  const auto there = heldAt(beyond, time);
+  if (!there) return false;
+  const Carried back = carriedBy(beyond.surfaces(), *there);
+  if (!back.ends || back.surface != carried.surface) return false;
+  const auto again = across(beyond.at[back.surface], back.edge);
+  return again && again->triangle == held.at[carried.surface].triangle && there->cutOffBy(planeOf(*again));
+}
+
+}  // namespace haptics
