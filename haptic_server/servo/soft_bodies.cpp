@@ -140,6 +140,7 @@ class Yielding {
     const Foot foot = deformed.closestFrom(held_.triangle, h_, contact_.work.triangles);
     const Vec3 normal = unitOrZero(deformed.normal(foot)) * double(held_.side);
     if (glm::dot(h_ - foot.point, normal) >= 0 && contact_.penetration_m > 0) {
+      const Vec3 rest = contact_.ihip;
       contact_.touching = false;
       contact_.body = -1;
       contact_.ihip = state_.hip;
@@ -147,12 +148,33 @@ class Yielding {
       contact_.penetration_m = 0;
       contact_.primitive = {};
       state_.release();
+      meetInDent(rest);
       return;
     }
     contact_.ihip = body_.frame.toWorld(foot.point);
     contact_.normal = body_.frame.turn(normal);
     contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
     contact_.primitive = primitiveOf(*body_.surface, foot);
+  }
+
+  /// The HIP is clear of the dent. What reaches into the dent is met there, on the way from the surface at rest.
+  void meetInDent(Vec3 rest) noexcept {
+    Crossing first;
+    for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+      const Body& body = state_.bodies[i];
+      if (i == index_ || body.leaving || dentsOf(state_, i).count > 0) continue;
+      const Surface& s = *body.surface;
+      const Crossing met = s.firstCrossing(body.frame.toLocal(rest), body.frame.toLocal(state_.hip));
+      if (!met || (first && met.time >= first.time)) continue;
+      first = met;
+      contact_.touching = true;
+      contact_.body = static_cast<int>(i);
+      contact_.ihip = glm::mix(rest, state_.hip, met.time);
+      contact_.normal = body.frame.turn(s.faceNormal(met.triangle) * static_cast<double>(met.side));
+      contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
+      contact_.primitive = primitiveOf(s, Foot{met.triangle});
+      contact_.inDent = met.triangle;
+    }
   }
 
   const SoftTissue& tissue_;
