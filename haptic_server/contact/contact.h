@@ -65,6 +65,8 @@ struct ContactResult {
                              ///< surfaces hold it; zero when free.
   double penetration_m = 0;  ///< |IHIP - HIP|, 0 when free.
   PrimitiveId primitive;     ///< Canonical numbering.
+  std::uint32_t inDent =
+      kNoTriangle;  ///< Of the body's Surface, where that was met within a dent of the one that holds.
   ContactWork work;
 };
 

@@ -99,12 +99,12 @@ class Feeling {
     return apart_m > kRounding * state_.bodies[body].extent_m;
   }
 
-  /// What the contact core holds: the first of all.
+  /// What the contact core holds, or is met within its dent: the first of all.
   void feelTouched() noexcept {
     Felt& felt = felt_[count_++];
     felt = {};
     felt.body = static_cast<std::size_t>(contact_.body);
-    felt.triangle = state_.contact.holding[0].triangle;
+    felt.triangle = contact_.inDent == kNoTriangle ? state_.contact.holding[0].triangle : contact_.inDent;
     felt.from = state_.hip;
     felt.geometric_m = contact_.penetration_m;
     felt.normal =

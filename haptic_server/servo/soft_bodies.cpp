@@ -257,7 +257,9 @@ class Yielding {
   void settle() noexcept {
     const Nearest at = nearest(dentsOf(state_, index_));
     if (at.outside) {
+      const Vec3 rest = contact_.ihip;
       static_cast<void>(lose());
+      meetInDent(rest);
       return;
     }
     contact_.ihip = body_.frame.toWorld(at.foot.point);
@@ -276,6 +278,26 @@ class Yielding {
     contact_.primitive = {};
     state_.release();
     return false;
+  }
+
+  /// The HIP is clear of the dent. What reaches into the dent is met there, on the way from the surface at rest.
+  void meetInDent(Vec3 rest) noexcept {
+    Crossing first;
+    for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+      const Body& body = state_.bodies[i];
+      if (i == index_ || body.leaving || dentsOf(state_, i).count > 0) continue;
+      const Surface& s = *body.surface;
+      const Crossing met = s.firstCrossing(body.frame.toLocal(rest), body.frame.toLocal(state_.hip));
+      if (!met || (first && met.time >= first.time)) continue;
+      first = met;
+      contact_.touching = true;
+      contact_.body = static_cast<int>(i);
+      contact_.ihip = glm::mix(rest, state_.hip, met.time);
+      contact_.normal = body.frame.turn(s.faceNormal(met.triangle) * static_cast<double>(met.side));
+      contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
+      contact_.primitive = primitiveOf(s, Foot{met.triangle});
+      contact_.inDent = met.triangle;
+    }
   }
 
   const SoftTissue& tissue_;

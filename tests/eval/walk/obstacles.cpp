@@ -1,5 +1,6 @@
 #include "tests/eval/walk/obstacles.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/eval/closest_on_triangle.h"
@@ -31,6 +32,8 @@ void Obstacles::gather(Vec3 centre, double reach) {
 
 std::optional<Obstacles::Block> Obstacles::firstBlock(Vec3 from, Vec3 to) const {
   std::optional<Block> first;
+  double firstInside = 0;
+  const double way = glm::distance(from, to);
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const Face& face = faces_[f];
     const double start = glm::dot(face.normal, from) - face.offset_m;
@@ -39,12 +42,17 @@ std::optional<Obstacles::Block> Obstacles::firstBlock(Vec3 from, Vec3 to) const 
     const bool up = face.sheet && start < 0 && end >= 0;
     if (!down && !up) continue;
     const double time = start / (start - end);
-    if (first && time >= first->time) continue;
+    if (first && (time - first->time) * way > skin_) continue;
     const Vec3 at = glm::mix(from, to, time);
     const double inside = face.inside(at);
     if (inside < -kBlockBeyond * skin_) continue;
+    // Of two in one place the one that the way really meets: its neighbour, beyond their edge, could hold it falsely.
+    const bool together = first && (first->time - time) * way <= skin_;
+    const double within = std::min(inside, 0.0);
+    if (together && (within < firstInside || (within == firstInside && time >= first->time))) continue;
     if (inside < 0 && glm::distance(closestOnTriangle(at, face.corner), at) > kBlockBeyond * skin_) continue;
     first = Block{time, face.wall(down ? 1 : -1, skin_, f)};
+    firstInside = within;
   }
   return first;
 }
