@@ -34,6 +34,9 @@ constexpr StepCase kStepCases[] = {
     {"step_texture", kNoise}, {"step_all", kAllFeatures}, {"step_stabilised", kStabilised},
     {"step_soft", kSoft}};
 
+/// Of the plain step, from the device's position to its force.
+constexpr const char* kAwaited = "step_awaited";
+
 double sum = 0;  // keeps the ticks' results alive
 
 }  // namespace
@@ -47,6 +50,9 @@ extern "C" [[gnu::noinline]] void countedTicks(Replay& replay) {
 extern "C" [[gnu::noinline]] void countedSteps(StepReplay& replay) {
   for (int i = 0; i < kTicks; ++i) sum += replay.tick().penetration_m;
 }
+
+/// The part of a step that the device waits for.
+extern "C" [[gnu::noinline]] void countedForce(StepReplay& replay) { replay.feel(); }
 
 int main(int argc, char** argv) {
   for (const Case& each : kCases) {
@@ -63,7 +69,16 @@ int main(int argc, char** argv) {
     std::cout << kTicks << '\n';
     return sum >= 0 ? 0 : 1;
   }
-  std::cerr << "usage: count_instructions";
+  if (argc == 2 && std::strcmp(argv[1], kAwaited) == 0) {
+    StepReplay replay(kRubbing.make(kSegmentsCounted), kSegmentsCounted, kPlain);
+    for (int i = 0; i < kTicks; ++i) {
+      countedForce(replay);
+      sum += replay.finish().penetration_m;
+    }
+    std::cout << kTicks << '\n';
+    return sum >= 0 ? 0 : 1;
+  }
+  std::cerr << "usage: count_instructions " << kAwaited;
   for (const Case& each : kCases) std::cerr << ' ' << each.name;
   for (const StepCase& each : kStepCases) std::cerr << ' ' << each.name;
   std::cerr << '\n';

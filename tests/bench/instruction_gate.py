@@ -21,7 +21,8 @@ def count(program, trajectory):
     """Instructions in the mean tick."""
     run = subprocess.run(
         ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", "--collect-atstart=no",
-         "--toggle-collect=countedTicks", "--toggle-collect=countedSteps", program, trajectory],
+         "--toggle-collect=countedTicks", "--toggle-collect=countedSteps", "--toggle-collect=countedForce",
+         program, trajectory],
         capture_output=True, text=True, check=True)
     return round(int(re.search(r"Collected : (\d+)", run.stderr).group(1)) / int(run.stdout), 1)
 

@@ -48,7 +48,7 @@ StepReplay::StepReplay(Scene scene, std::uint32_t segments, const SurfaceCase& s
     scene_.objects.back().tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.005, 2), 500, 0.1});
   }
   static_cast<void>(adoptScene(scene_, *state_, 0));  // nothing is in contact
-  for (const Vec3 hip : path_.approach) static_cast<void>(step(hip));
+  for (const Vec3 hip : path_.approach) static_cast<void>(hapticStep(scene_, *state_, config_, inputAt(hip)));
   for (std::size_t i = 0; i < path_.path.size(); ++i) static_cast<void>(tick());
 }
 

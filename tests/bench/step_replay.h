@@ -35,17 +35,23 @@ class StepReplay {
   /// Leads the HIP to the path and once around.
   StepReplay(Scene scene, std::uint32_t segments, const SurfaceCase& surface);
 
-  TelemetrySample tick() noexcept { return step(next()); }
+  TelemetrySample tick() noexcept { return hapticStep(scene_, *state_, config_, next()); }
+
+  /// The same in the halves in which the server's loop runs it, of which the device waits for the first.
+  void feel() noexcept {
+    felt_ = {};
+    input_ = next();
+    feelForce(scene_, *state_, config_, input_, felt_);
+  }
+  TelemetrySample finish() noexcept { return finishStep(scene_, *state_, config_, input_, felt_); }
 
  private:
-  Vec3 next() noexcept {
+  StepInput next() noexcept {
     const Vec3 hip = path_.path[next_];
     if (++next_ == path_.path.size()) next_ = 0;
-    return hip;
+    return inputAt(hip);
   }
-  TelemetrySample step(Vec3 hip) noexcept {
-    return hapticStep(scene_, *state_, config_, {++ticks_, 0, {hip, DeviceState::kReady}});
-  }
+  StepInput inputAt(Vec3 hip) noexcept { return {++ticks_, 0, {hip, DeviceState::kReady}}; }
 
   Scene path_;
   ServoScene scene_;
@@ -53,6 +59,8 @@ class StepReplay {
   std::unique_ptr<HapticState> state_;
   std::uint64_t ticks_ = 0;
   std::size_t next_ = 0;
+  StepInput input_;
+  FeltTick felt_;
 };
 
 }  // namespace haptics::bench
