@@ -16,10 +16,15 @@ constexpr double kGone = 0x1p-14;
 /// Of a falloff's radius: what would stay shallower than this goes back. Larger loses light strokes; smaller fills the list
 /// with marks that nobody sees.
 constexpr double kLeastMark = 0x1p-9;
+/// A dent that is so many times deeper than where its last stretch began stays at its deepest. Larger loses the end of a
+/// stroke that presses harder there; smaller makes grooves uneven.
 constexpr double kMuchDeeper = 1.25;
 /// Where a contact finds no place for its dent, the weakest one is hurried back (seconds). Shorter can be felt; longer
 /// leaves the new contact hard for longer.
 constexpr double kHurried_s = 0.01;
+/// Of its depth at the centre, what a dent has left where a contact comes back into it. Lower moves dents about; higher makes
+/// new ones of a hand that bounces.
+constexpr double kSamePlace = 0.97;
 /// A dent that stays is as it is for so long before the builder may have it (seconds): a hand that comes back until then
 /// goes on in the same dent. Shorter hands over more and smaller ones; longer lets a stroke run out of places.
 constexpr double kStill_s = 0.2;
@@ -122,7 +127,9 @@ class Yielding {
     const auto moved = [&](Vec3f rest) noexcept { return dented(rest, dents.all(), tissue_.falloff); };
     const DeformedSurface deformed(*body_.surface, moved);
     Nearest found;
-    found.foot = deformed.closestFrom(held_.triangle, h_, contact_.work.triangles);
+    int spent = 0;
+    found.foot = deformed.closestFrom(held_.triangle, h_, spent);
+    contact_.work.triangles += spent;
     found.normal = unitOrZero(deformed.normal(found.foot)) * double(held_.side);
     found.outside = glm::dot(h_ - found.foot.point, found.normal) >= 0 && contact_.penetration_m > 0;
     return found;
@@ -167,8 +174,9 @@ class Yielding {
     for (std::size_t i = state_.dentCount; i-- > 0;) {
       BodyDent& newest = state_.dents[i];
       if (newest.body != index_) continue;
-      const double way = glm::distance(foot, Vec3(newest.dent.centre));
-      if (newest.stays || way > tissue_.falloff.width_m() / 2) return false;
+      const double there = tissue_.falloff.at(foot - Vec3(newest.dent.centre));
+      if (newest.stays || there < kSamePlace) return false;
+      newest.dent = scaled(newest.dent, there);  // it goes along with the contact from here on
       newest.still_s = 0;
       newest.begun = newest.rest;
       state_.pressedDent = i;
@@ -317,9 +325,9 @@ void letGo(HapticState& state, std::size_t at, const SoftTissue& tissue) noexcep
   const double least_m = kLeastMark * tissue.falloff.radius_m();
   const Dent begun = dent.begun;
   dent.begun = {};
-  if (depthOf(dent.rest) <= least_m) dent.rest.displacement = Vec3f(0);
   const bool isApart = glm::distance(begun.centre, dent.rest.centre) > tissue.falloff.width_m() / 2;
   if (!isApart && depthOf(dent.rest) < kMuchDeeper * depthOf(begun)) dent.rest = begun;
+  if (depthOf(dent.rest) <= least_m) dent.rest.displacement = Vec3f(0);
   if (isApart && depthOf(begun) > least_m) leaveMark(state, at, begun);
 }
 
