@@ -160,6 +160,7 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
           .surfaceNormal = contact.normal,
           .force = felt.force,
           .energyGiven_J = state.energy.all_J(),
+          .gaveMost = {},
           .fault = state.fault,
           .deviceState = input.device.state,
           .device = input.device.status};
