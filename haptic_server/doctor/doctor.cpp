@@ -48,9 +48,11 @@ void print(const WakeUps& wakeUps) {
                 std::string(static_cast<std::size_t>(bar), '#').c_str());
     from_ns = bin->below_ns;
   }
-  std::printf("      the latest: %.0f us; a further # is twice as many; measured with%s real-time priority and%s locked memory\n",
-              static_cast<double>(wakeUps.max_ns) * 1e-3, wakeUps.realtime.fifo ? "" : " no",
-              wakeUps.realtime.memoryLocked ? "" : " no");
+  std::printf(
+      "      the latest: %.0f us; a further # is twice as many; measured with%s real-time priority and%s locked "
+      "memory\n",
+      static_cast<double>(wakeUps.max_ns) * 1e-3, wakeUps.realtime.fifo ? "" : " no",
+      wakeUps.realtime.memoryLocked ? "" : " no");
 }
 
 [[nodiscard]] nlohmann::ordered_json toJson(const std::vector<Finding>& findings, const WakeUps& wakeUps,

@@ -43,9 +43,7 @@ Result<void> RecordingPlayer::prepare(AssetStore& store, Show show) {
   for (const ServoScene* scene : {begun.scene, begun.pending}) {
     if (scene != nullptr) (void)show_(*run_->find(scene->number));
   }
-  played_.ticks = 1;  // what the first tick takes is there from the start
-  showTaken();
-  played_.ticks = 0;
+  showTaken(1);
   return {};
 }
 
@@ -60,7 +58,7 @@ void RecordingPlayer::finish() {
 
 void RecordingPlayer::run() {
   while (!quit_) {
-    showTaken();
+    showTaken(played_.ticks.load(std::memory_order_acquire));
     const std::uint64_t used = used_.load(std::memory_order_acquire);
     run_->letGoBefore(toShow_.empty() ? used : std::min(used, toShow_.front().scene));
     readAhead();
@@ -84,8 +82,8 @@ void RecordingPlayer::readOne() {
   ++read_;
 }
 
-void RecordingPlayer::showTaken() {
-  while (!toShow_.empty() && toShow_.front().position < played_.ticks.load(std::memory_order_acquire)) {
+void RecordingPlayer::showTaken(std::uint64_t ticks) {
+  while (!toShow_.empty() && toShow_.front().position < ticks) {
     if (!show_(*run_->find(toShow_.front().scene))) return;
     toShow_.pop_front();
   }

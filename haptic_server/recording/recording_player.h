@@ -77,7 +77,8 @@ class RecordingPlayer final : public Device, public TickScript {
   void run();
   void readAhead();
   void readOne();
-  void showTaken();
+  /// \param ticks  Taken so far.
+  void showTaken(std::uint64_t ticks);
 
   std::filesystem::path path_;
   MappedFile file_;

@@ -167,11 +167,13 @@ class Faults(UsbTest):
     judges all."""
 
     def next_sample(self, wanted, what, patience_s=30):
-        deadline = time.monotonic() + patience_s
+        """Patience is counted in the servo's time: this client may be slower than the servo where the machine is busy."""
+        began_ns = None
         for sample in self.samples:
             if wanted(sample):
                 return sample
-            self.assertLess(time.monotonic(), deadline, f"never {what}: {sample}\n{self.server.text()}")
+            began_ns = began_ns or sample.time_ns
+            self.assertLess(sample.time_ns - began_ns, patience_s * 1e9, f"never {what}: {sample}\n{self.server.text()}")
         raise AssertionError("no telemetry")
 
     def feel(self):
@@ -209,21 +211,20 @@ class Faults(UsbTest):
 
     def break_often(self, kind):
         self.bench, self.server = self.start_with_device(kind)
-        judged = {}
+        judged = 0
         with Client(self.server.address, "watcher", telemetry_hz=1000) as client:
             self.samples = client.samples()
             for name, cause in FAULTS[kind].items():
-                judged[name] = [self.inject(name, cause) for _ in range(TIMES)]
-        for name, times in judged.items():
-            known = [t for t in times if t]
-            if known:
-                detected, zero = zip(*known)
-                print(f"\n{kind} {name}: {len(known)} of {len(times)} judged; detected in {statistics.median(detected):.1f} "
-                      f"ms, at most {max(detected):.1f}; no force after {statistics.median(zero):.1f}, at most "
-                      f"{max(zero):.1f}", end="")
-                self.assertLessEqual(statistics.median(detected), 5, name)
-                self.assertLessEqual(statistics.median(zero), 30, name)
-        self.assertTrue(any(t for times in judged.values() for t in times), "no time could be judged")
+                known = [times for times in (self.inject(name, cause) for _ in range(TIMES)) if times]
+                judged += len(known)
+                if known:
+                    detected, zero = zip(*known)
+                    print(f"\n{kind} {name}: {len(known)} of {TIMES} judged; detected in {statistics.median(detected):.1f} "
+                          f"ms, at most {max(detected):.1f}; no force after {statistics.median(zero):.1f}, at most "
+                          f"{max(zero):.1f}", end="", flush=True)
+                    self.assertLessEqual(statistics.median(detected), 5, name)
+                    self.assertLessEqual(statistics.median(zero), 30, name)
+        self.assertGreater(judged, 0, "no time could be judged")
         self.stop_and_check(self.server)
         for cause in ("unplugged", "fell silent", "garbled", "refuses transfers"):
             self.assertIn(cause, self.server.text())
