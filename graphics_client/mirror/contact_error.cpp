@@ -43,9 +43,10 @@ bool isNear(Vec3f p, Vec3f a, Vec3f b, Vec3f c, float reach) {
 
 }  // namespace
 
-const std::vector<Vec3f>& ContactError::atRest(const SceneVersion::Object& object, const TriMesh& mesh) {
-  if (!object->deformation.lattice) return mesh.vertices;
-  if (object_ != object) shaped_ = shapedBy(*object->deformation.lattice, mesh.vertices);
+const std::vector<Vec3f>& ContactError::atRest(const SceneVersion::Object& object, const TriMesh& mesh,
+                                               const MovedVertices* residue) {
+  if (!object->deformation.lattice && residue == nullptr) return mesh.vertices;
+  if (object_ != object) shaped_ = shapeAtRest(object->deformation, mesh.vertices, residue);
   object_ = object;
   return shaped_;
 }
@@ -60,7 +61,13 @@ std::optional<double> ContactError::of_m(const MirrorView& view) {
   const std::vector<TriangleIndices>& triangles = mesh->second->triangles;
   if (sample.primitive.polygon >= triangles.size()) return std::nullopt;
 
-  const std::vector<Vec3f>& rest = atRest(object, *mesh->second);
+  const MovedVertices* residue = nullptr;
+  if (object->deformation.residue) {
+    const auto held = view.movedVertices.find(*object->deformation.residue);
+    if (held == view.movedVertices.end()) return std::nullopt;
+    residue = held->second.get();
+  }
+  const std::vector<Vec3f>& rest = atRest(object, *mesh->second, residue);
   const std::vector<Dent> dents = view.dentsIn(*object);
   const Falloff falloff = tissueOf(object->deformation.softness.value_or(Softness{.radius_m = 1})).falloff;
   const Vec3 place = toLocal(view.poseOf(*object), sample.ihip);

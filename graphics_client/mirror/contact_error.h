@@ -20,7 +20,8 @@ class ContactError {
   SceneVersion::Object object_;  // that shaped_ is of
   std::vector<Vec3f> shaped_;    // by its lattice
 
-  const std::vector<Vec3f>& atRest(const SceneVersion::Object& object, const TriMesh& mesh);
+  const std::vector<Vec3f>& atRest(const SceneVersion::Object& object, const TriMesh& mesh,
+                                   const MovedVertices* residue);
 };
 
 }  // namespace haptics

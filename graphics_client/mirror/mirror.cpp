@@ -251,9 +251,10 @@ Result<ContentHash> recomputedRoot(const MirrorView& view) {
   for (const SceneVersion::Object& object : view.scene->objects()) {
     for (const AssetName& asset : object->assets()) {
       if (anew.contains(asset)) continue;
-      const bool isMesh = asset.kind == AssetKind::kMesh;
-      return refused("object \"" + object->name + "\"",
-                     isMesh ? "its mesh has not arrived" : "an asset of its surface or shape has not arrived");
+      const char* what = asset.kind == AssetKind::kMesh            ? "its mesh"
+                         : asset.kind == AssetKind::kMovedVertices ? "its residue"
+                                                                   : "an asset of its surface";
+      return refused("object \"" + object->name + "\"", std::string(what) + " has not arrived");
     }
     ObjectRecord& record = records.emplace_back(*object);
     record.mesh = anew.at({AssetKind::kMesh, record.mesh});

@@ -74,7 +74,7 @@ class ServoSceneMaker {
     std::shared_ptr<const Surface> atRest = nullptr;  ///< Of the mesh: `surface` is as the lattice has it.
     DeformationProperties deformation = {};
     std::shared_ptr<const SoftTissue> tissue = nullptr;
-    TakenDents taken;
+    TakenDents taken = {};
   };
   /// Of an object's dents, as it was last told.
   struct Told {
