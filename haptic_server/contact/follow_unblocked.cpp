@@ -175,14 +175,10 @@ struct Minimum {
   return true;
 }
 
-[[nodiscard]] bool holdsPolygon(const ContactState& state) noexcept {
-  return state.mode == ContactState::Mode::kOneSurface && state.feature == Feature::kPolygon;
-}
-
 /// The common tick of all: alone, from the polygon of the last tick. Of a HIP that is usable.
 [[nodiscard, gnu::always_inline]] inline bool rub(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                                                   ContactResult& result) noexcept {
-  if (bodies.size() != 1 || !holdsPolygon(state)) return false;
+  if (bodies.size() != 1 || state.feature != Feature::kPolygon) return false;
   const HoldingSurface& holding = state.holding[0];
   const Body& body = bodies[static_cast<std::size_t>(holding.body)];
   if (body.moving || !state.polygon.is(*body.surface, holding.triangle)) return false;
@@ -199,16 +195,15 @@ struct Minimum {
   return true;
 }
 
-/// All that there can be to it otherwise.
+/// All that there can be to it otherwise, while one surface holds. Of a HIP that is usable.
 [[nodiscard]] bool followBeside(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                                 ContactResult& result) noexcept {
-  if (state.mode != ContactState::Mode::kOneSurface) return false;
   const Body& body = bodies[static_cast<std::size_t>(state.holding[0].body)];
   const Surface& surface = *body.surface;
   if (body.moving || surface.anyCrossed() || surface.triangle(state.holding[0].triangle).zeroArea()) return false;
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
-  if (holdsPolygon(state) && goStraight(body, others, state, hip, result)) return true;
+  if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) return true;
   return searchBeside(body, others, state, hip, result);
 }
 
@@ -221,10 +216,12 @@ struct Minimum {
 
 bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                      ContactResult& result) noexcept {
-  return isUsable(hip) && (rub(bodies, state, hip, result) || followBeside(bodies, state, hip, result));
+  if (state.mode != ContactState::Mode::kOneSurface || !isUsable(hip)) return false;
+  return rub(bodies, state, hip, result) || followBeside(bodies, state, hip, result);
 }
 
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
+  if (state.mode != ContactState::Mode::kOneSurface) return followGuarded(bodies, state, hip, result);
   if (!isUsable(hip) || !rub(bodies, state, hip, result)) [[unlikely]]
     followOtherwise(bodies, state, hip, result);
 }
