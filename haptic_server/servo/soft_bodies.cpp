@@ -157,7 +157,7 @@ class Yielding {
     if (dents.count > 0) {
       const Nearest at = nearest(dents);
       if (at.outside) return lose();
-      if (goOnIn(at.foot.point)) return true;
+      if (goOnInTheNewest()) return true;
     }
     if (state_.dentCount == kMaxDents) {
       hurryTheWeakest();
@@ -170,10 +170,12 @@ class Yielding {
     return true;
   }
 
-  [[nodiscard]] bool goOnIn(Vec3 foot) noexcept {
+  [[nodiscard]] bool goOnInTheNewest() noexcept {
     for (std::size_t i = state_.dentCount; i-- > 0;) {
       BodyDent& newest = state_.dents[i];
       if (newest.body != index_) continue;
+      const BodyDents others = dentsOf(state_, index_, i);
+      const Vec3 foot = (others.count > 0 ? nearest(others) : nearestAtRest()).foot.point;
       const double there = tissue_.falloff.at(foot - Vec3(newest.dent.centre));
       if (newest.stays || there < kSamePlace) return false;
       newest.dent = scaled(newest.dent, there);  // it goes along with the contact from here on
@@ -265,9 +267,7 @@ class Yielding {
   void settle() noexcept {
     const Nearest at = nearest(dentsOf(state_, index_));
     if (at.outside) {
-      const Vec3 rest = contact_.ihip;
       static_cast<void>(lose());
-      meetInDent(rest);
       return;
     }
     contact_.ihip = body_.frame.toWorld(at.foot.point);
@@ -278,6 +278,7 @@ class Yielding {
 
   /// The dents leave the HIP outside.
   [[nodiscard]] bool lose() noexcept {
+    const Vec3 rest = contact_.ihip;
     contact_.touching = false;
     contact_.body = -1;
     contact_.ihip = state_.hip;
@@ -285,6 +286,7 @@ class Yielding {
     contact_.penetration_m = 0;
     contact_.primitive = {};
     state_.release();
+    meetInDent(rest);
     return false;
   }
 

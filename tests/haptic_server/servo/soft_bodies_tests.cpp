@@ -184,7 +184,7 @@ TEST(SoftBody, ThatIsViscousLeavesADentThatComesBackToAStillHandWithoutAStep) {
 TEST(SoftBody, IsAsItWasOnceEveryDentHasGoneBack) {
   const SoftTissue tissue{Falloff(0.015, 2), 300, 0.05};
   const auto hip = [](std::uint64_t tick) {
-    const double along = tick < 3000 ? 0.02 * std::sin(0.001 * double(tick)) : 0.5;
+    const double along = tick < 3000 ? 0.04 * std::sin(0.001 * double(tick)) : 0.5;
     return Vec3(along, 0, kRadius_m - 0.002 + 0.003 * std::sin(0.05 * double(tick)));
   };
   VirtualServo servo(hip, kConfig);
