@@ -90,6 +90,15 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   return assets;
 }
 
+/// Half of what the device bears.
+[[nodiscard]] DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& info, const StepConfig& step,
+                                    double rate_Hz) {
+  const DeviceInfo device = deviceInfoOf(options, info);
+  const double stiffest = kSafePart * criticalStiffness_N_per_m(device, rate_Hz, options.stabiliser);
+  const double damping = kSafePart * criticalDamping_Ns_per_m(device, rate_Hz, options.stabiliser, stiffest);
+  return {step.positionStep_m, step.stableLateral_N_per_m, step.period_s, stiffest, damping};
+}
+
 }  // namespace
 
 class ServerApp::Impl {
@@ -145,9 +154,7 @@ class ServerApp::Impl {
     return {.assetFolders = options_.assets,
             .makePlan = explorationPlans(),
             .takeMotion = [this] { return servo_->takeMotionForBuilder(); },
-            .device = {step_.positionStep_m, step_.stableLateral_N_per_m, step_.period_s,
-                       kSafePart * criticalStiffness_N_per_m(deviceInfoOf(options_, device_.info()), rate_Hz_,
-                                                             options_.stabiliser)},
+            .device = limitsOf(options_, device_.info(), step_, rate_Hz_),
             .log = logInfo,
             .onServoScene = [this](const ServoScene& scene,
                                    const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }};

@@ -15,7 +15,7 @@ std::vector<std::string> motionRemarks(const ObjectRecord& record, const ObjectA
   if (!body) return {};
   const double mass_kg = leastFeltMass_kg(*body, assets.mesh->mesh->vertices);
   const double stiffness = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
-  const double damping = record.material.damping_Ns_per_m;
+  const double damping = std::min(record.material.damping_Ns_per_m, device.mostDamping_Ns_per_m);
   const double share = bearableShare(mass_kg, stiffness, damping, device.period_s);
   if (share >= 1) return {};
   std::ostringstream text;

@@ -56,14 +56,14 @@ std::unique_ptr<ServoScene> ServoSceneMaker::make(std::vector<ServoObjectParts> 
     addTakenDents(known, record->id);
     const Material& material = record->material;
     const double stiffness_N_per_m = std::min(material.stiffness_N_per_m, device_.stiffest_N_per_m);
+    const double damping_Ns_per_m = std::min(material.damping_Ns_per_m, device_.mostDamping_Ns_per_m);
     const double share =
-        known.body ? bearableShare(known.feltMass_kg, stiffness_N_per_m, material.damping_Ns_per_m, device_.period_s)
-                   : 1;
+        known.body ? bearableShare(known.feltMass_kg, stiffness_N_per_m, damping_Ns_per_m, device_.period_s) : 1;
     scene->objects.push_back({.id = record->id,
                               .surface = known.surface,
                               .pose = record->pose,
                               .stiffness_N_per_m = share * stiffness_N_per_m,
-                              .damping_Ns_per_m = share * material.damping_Ns_per_m,
+                              .damping_Ns_per_m = share * damping_Ns_per_m,
                               .leaving = leaving,
                               .detail = known.detail,
                               .motion = known.body,

@@ -13,12 +13,27 @@ namespace {
 /// Fewer samples than this a wave show another one (Shannon).
 constexpr double kSamplesPerWave = 2;
 
+/// Empty when it is felt as it was asked for, up to a press of 1 N.
+std::string bumpRemark(const TextureDetail& detail, double stiffness_N_per_m, const DeviceLimits& device) {
+  constexpr double kPress_N = 1;
+  const double depth_m = kPress_N / stiffness_N_per_m;
+  const double part = detail.slopePartFor(depth_m, stiffness_N_per_m, device.stableLateral_N_per_m);
+  if (!(part < 1)) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: under a press of 1 N the texture's slopes are felt as " << 100 * part
+       << " % of themselves: sideways it would be a spring of " << device.stableLateral_N_per_m / part
+       << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
+       << " N/m; a lower amplitude, a longer wave or a softer surface keeps them";
+  return text.str();
+}
+
 /// Empty when it is felt as it was asked for.
 std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
   const Texture& texture = *record.material.surface.texture;
-  if (texture.law != Texture::Law::kHo1999) return {};
   const double k = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
   const TextureDetail detail(*assets.mesh->surface, texture, assets.textureField);
+  if (texture.law == Texture::Law::kBump) return bumpRemark(detail, k, device);
   const double gain = detail.gainFor(k, device.stableLateral_N_per_m);
   if (gain >= texture.gain_K) return {};
   std::ostringstream text;
@@ -39,6 +54,18 @@ std::string stiffnessRemark(const ObjectRecord& record, const DeviceLimits& devi
   text << "warning: stiffness_N_per_m is felt as " << device.stiffest_N_per_m << " instead of " << asked
        << ": the device comes to rest on walls of up to " << 2 * device.stiffest_N_per_m
        << " N/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
+  return text.str();
+}
+
+/// Empty when it is felt as it was asked for.
+std::string dampingRemark(const ObjectRecord& record, const DeviceLimits& device) {
+  const double asked = record.material.damping_Ns_per_m;
+  if (asked <= device.mostDamping_Ns_per_m) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: damping_Ns_per_m is felt as " << device.mostDamping_Ns_per_m << " instead of " << asked
+       << ": the device comes to rest on walls with up to " << 2 * device.mostDamping_Ns_per_m
+       << " Ns/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
   return text.str();
 }
 
@@ -70,6 +97,7 @@ std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const Object
                                         const DeviceLimits& device) {
   std::vector<std::string> remarks;
   if (std::string clamped = stiffnessRemark(record, device); !clamped.empty()) remarks.push_back(std::move(clamped));
+  if (std::string clamped = dampingRemark(record, device); !clamped.empty()) remarks.push_back(std::move(clamped));
   const auto look = [&](const char* property, const ScalarField* field) {
     if (!field) return;
     const double finest_m = field->shortestWavelength_m();

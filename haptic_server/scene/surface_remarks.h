@@ -21,11 +21,13 @@ struct DeviceLimits {
   double period_s = 1e-3;  ///< Of the servo.
   /// Surfaces that are stiffer are felt with this: half of what the device bears.
   double stiffest_N_per_m = std::numeric_limits<double>::infinity();
+  /// The same of damping.
+  double mostDamping_Ns_per_m = std::numeric_limits<double>::infinity();
 };
 
 /// Warnings of a texture or friction whose finest detail is finer than two steps of the device's encoder, which feel it
-/// as something else, or than two edges of the mesh, which show it so; and of a stiffness, or a texture's K, that is
-/// clamped for the device to stay stable.
+/// as something else, or than two edges of the mesh, which show it so; and of a stiffness, a damping or a texture's
+/// steepness that is clamped for the device to stay stable.
 [[nodiscard]] std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets,
                                                       const DeviceLimits& device);
 

@@ -273,10 +273,12 @@ class Feeling {
     }
     const TextureDetail& t = *detail(felt.body)->texture;
     const Relief relief{felt.height_m, felt.gradient};
+    const double most = config_.stableLateral_N_per_m;
     const Vec3 way =
         t.law() == Texture::Law::kBump
-            ? bumpForce(felt.depth_m, felt.normal, relief)
-            : hoForce(felt.depth_m, felt.normal, relief, t.gainFor(k.spring_N_per_m, config_.stableLateral_N_per_m));
+            ? bumpForce(felt.depth_m, felt.normal,
+                        {relief.height_m, relief.gradient * t.slopePartFor(felt.depth_m, k.spring_N_per_m, most)})
+            : hoForce(felt.depth_m, felt.normal, relief, t.gainFor(k.spring_N_per_m, most));
     const Vec3 smooth_m = std::max(0.0, felt.geometric_m) * felt.normal;
     if (!felt.heightOnly) tick_.force.spring += k.spring_N_per_m * smooth_m;
     tick_.force.texture += k.spring_N_per_m * (way - smooth_m);

@@ -43,7 +43,10 @@ TextureDetail::TextureDetail(const Surface& surface, const Texture& texture, std
     const auto t = static_cast<std::uint32_t>(std::uint64_t{count} * i / kSamples);
     const FieldShape shape = shapeAround(*field_, samplePlace(surface.triangle(t), i), surface.faceNormal(t));
     const glm::dmat2 sideways = glm::outerProduct(shape.slope, shape.slope) + shape.curvature * (shape.value - zero_);
-    steepness_ = std::max(steepness_, amplitude_m_ * amplitude_m_ * largestEigenvalue(sideways));
+    const double squared = amplitude_m_ * amplitude_m_;
+    steepness_ = std::max(steepness_, squared * largestEigenvalue(sideways));
+    squaredSlope_ = std::max(squaredSlope_, squared * glm::dot(shape.slope, shape.slope));
+    curvature_per_m_ = std::max(curvature_per_m_, amplitude_m_ * largestEigenvalue(shape.curvature));
   }
 }
 

@@ -27,8 +27,15 @@ class TextureDetail {
   /// Eq. (4a). Dimensionless; found by sampling, so that it may be a little less than the true one.
   [[nodiscard]] double steepness() const noexcept { return steepness_; }
   /// K as it was asked for, or less: so that the texture is sideways no stiffer than `most_N_per_m` on a surface of this
-  /// stiffness. Bump mapping has no K.
+  /// stiffness.
   [[nodiscard]] double gainFor(double stiffness_N_per_m, double most_N_per_m) const noexcept;
+  /// The same for bump mapping, which has no K: the part of the slopes, all or less, with which it is felt at a depth.
+  /// Sideways it is a spring of k (grad h grad h^T + d H(h)), stiffer the deeper. With less than all it is not
+  /// conservative.
+  [[nodiscard]] double slopePartFor(double depth_m, double stiffness_N_per_m, double most_N_per_m) const noexcept {
+    const double lateral = stiffness_N_per_m * (squaredSlope_ + depth_m * curvature_per_m_);
+    return lateral > most_N_per_m ? most_N_per_m / lateral : 1;
+  }
 
  private:
   std::shared_ptr<const ScalarField> field_;
@@ -38,6 +45,8 @@ class TextureDetail {
   double gain_;
   double highest_m_;
   double steepness_ = 0;
+  double squaredSlope_ = 0;     // of grad h, the largest
+  double curvature_per_m_ = 0;  // eigenvalue of H(h), the largest
 };
 
 /// Friction coefficients over a surface. Object frame.

@@ -40,7 +40,20 @@ TEST(SurfaceRemarks, TellOfAGainThatIsClampedForTheDevice) {
               ElementsAre(AllOf(HasSubstr("gain_K is felt as 1.001 instead of 1.5"), HasSubstr("1480 N/m"))));
   GratedBox bump(5e-4);
   bump.record.material.surface.texture->law = Texture::Law::kBump;
-  EXPECT_THAT(surfaceRemarks(bump.record, bump.assets, {55e-6, 988}), IsEmpty()) << "which has no K";
+  // (0.5 mm q)^2 + 1 / 800 * 0.5 mm q^2 = 1.097 + 2.742 of q = 2 pi / 3 mm; times 800 N/m: 3071 N/m
+  EXPECT_THAT(surfaceRemarks(bump.record, bump.assets, {55e-6, 988}),
+              ElementsAre(AllOf(HasSubstr("slopes are felt as 32.1"), HasSubstr("of 307"))));
+  EXPECT_THAT(surfaceRemarks(bump.record, bump.assets, {55e-6, 4000}), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfADampingThatIsClampedForTheDevice) {
+  GratedBox box(1e-4);
+  box.record.material.damping_Ns_per_m = 30;
+  const DeviceLimits device{.encoderStep_m = 55e-6, .mostDamping_Ns_per_m = 12};
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, device),
+              ElementsAre(HasSubstr("damping_Ns_per_m is felt as 12 instead of 30")));
+  box.record.material.damping_Ns_per_m = 12;
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, device), IsEmpty());
 }
 
 TEST(SurfaceRemarks, TellOfAStiffnessThatIsClampedForTheDevice) {

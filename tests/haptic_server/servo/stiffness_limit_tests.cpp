@@ -35,6 +35,21 @@ TEST(CriticalStiffness, IsLessWithMoreDelayAndAtALowerRate) {
   EXPECT_LT(criticalStiffness_N_per_m(infoOf(preset, 1e-3), 500, true), critical);
 }
 
+TEST(CriticalDamping, LeavesRoomForTheMakersDampingOnEveryPresetThatIsStabilised) {
+  for (const DevicePreset& preset : devicePresets()) {
+    const DeviceInfo device = infoOf(preset, 1e-3);
+    const double stiffest = kSafePart * criticalStiffness_N_per_m(device, 1000, true);
+    const double critical = criticalDamping_Ns_per_m(device, 1000, true, stiffest);
+    EXPECT_GT(kSafePart * critical, preset.maxDamping_Ns_per_m) << preset.name;
+    EXPECT_LT(critical, 200) << preset.name;
+    EXPECT_LT(criticalDamping_Ns_per_m(infoOf(preset, 5e-3), 1000, true, stiffest), critical) << preset.name;
+  }
+}
+
+TEST(CriticalDamping, IsNotKnownOfADeviceOfUnknownMass) {
+  EXPECT_EQ(criticalDamping_Ns_per_m(DeviceInfo{}, 1000, true, 1000), std::numeric_limits<double>::infinity());
+}
+
 TEST(CriticalStiffness, IsNotKnownOfADeviceOfUnknownMass) {
   EXPECT_EQ(criticalStiffness_N_per_m(DeviceInfo{}, 1000, true), std::numeric_limits<double>::infinity());
 }

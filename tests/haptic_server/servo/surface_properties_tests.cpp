@@ -243,6 +243,30 @@ TEST(SurfaceProperties, TheGainOfATextureIsClampedToWhatTheDeviceIsStableAt) {
   EXPECT_GE(stiffest, 280);
 }
 
+TEST(SurfaceProperties, BumpsAreSidewaysNoStifferThanTheDeviceIsStableAt) {
+  const auto stiffest = [](double most) {
+    StepConfig config = kConfig;
+    config.stableLateral_N_per_m = most;
+    VirtualServo servo(strokeAlongX(0.002, 0.02), config);
+    SurfaceProperties properties;
+    properties.texture = Texture{.family = FourierFamily{}, .amplitude_m = 0.0001};
+    properties.texture->law = Texture::Law::kBump;
+    servo.adopt(sceneOf(1, {with(slab(), properties, {testing::gratingField(0.001), nullptr, nullptr})}));
+    servo.run(400);
+    double found = 0;
+    TelemetrySample last = servo.step();
+    for (int i = 0; i < 1000; ++i) {
+      const TelemetrySample s = servo.step();
+      found = std::max(found, -(s.force.texture.x - last.force.texture.x) / (s.ihip.x - last.ihip.x));
+      last = s;
+    }
+    return found;
+  };
+  EXPECT_GT(stiffest(std::numeric_limits<double>::infinity()), 3000);
+  EXPECT_LE(stiffest(300), 303);
+  EXPECT_GE(stiffest(300), 200);
+}
+
 TEST(SurfaceProperties, AllFeaturesTogetherAllocateNothing) {
   SurfaceProperties all = friction(0.5, 0.3);
   all.shading = shading(1).shading;
