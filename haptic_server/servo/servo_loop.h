@@ -37,9 +37,9 @@ struct ServoStatistics {
   LatencyHistogram wakeLatency_ns;       ///< Deadline to wake-up.
 };
 
-/// The servo loop: wakes on an absolute clock at a fixed rate, waits for a position that is a little late, adopts a scene if there is a new one, pre-touches what
-/// the tick will read, reads the device, runs hapticStep(), writes the force, queues the sample. After start-up it neither
-/// allocates nor locks nor wakes a thread.
+/// The servo loop: wakes on an absolute clock at a fixed rate, waits for a position that is a little late, adopts a scene
+/// if there is a new one, pre-touches what the tick will read, reads the device, runs hapticStep(), writes the force,
+/// queues the sample. After start-up it neither allocates nor locks nor wakes a thread.
 class ServoLoop {
  public:
   /// Ticks held for the network thread: 4 s at 1 kHz, 200 ms at 20 kHz. When it is full, new samples are dropped and
