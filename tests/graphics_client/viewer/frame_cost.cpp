@@ -2,9 +2,10 @@
 
 #include <sys/resource.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <numbers>
 
 #include "common/clock/monotonic.h"
@@ -18,7 +19,7 @@ using namespace haptics;
 
 constexpr std::uint32_t kSegments = 73;  // 63,948 triangles
 constexpr double kRadius_m = 0.05;
-constexpr int kWarmUp = 15;
+constexpr int kWarmUp = 75;  // all places of the stroke, and the look's coming
 
 double processorTime_s() {
   rusage use{};
@@ -33,11 +34,10 @@ double processorTime_s() {
 class StrokedSpheres {
  public:
   explicit StrokedSpheres(int count) {
-    const TriMesh mesh = makeSphere(kRadius_m, kSegments).value();
     SurfaceProperties shaded;
     shaded.shading = Shading{.crease_rad = 1, .creases = {}};
     for (int i = 0; i < count; ++i) {
-      const ObjectId id = mirror_.add("sphere" + std::to_string(i), mesh, Pose{Quat(1, 0, 0, 0), {0.12 * i, 0, 0.05}},
+      const ObjectId id = mirror_.add("sphere" + std::to_string(i), mesh_, Pose{Quat(1, 0, 0, 0), {0.12 * i, 0, 0.05}},
                                       {.red = 0.75F, .green = 0.2F, .blue = 0.16F});
       mirror_.setSurface(id, shaded);
       mirror_.setSoftness(id, Softness{.stiffness_N_per_m = 250, .radius_m = 0.022});
@@ -54,7 +54,7 @@ class StrokedSpheres {
     TelemetrySample& sample = *view.sample;
     ++sample.tick;
     sample.time_ns = view.takenAt_ns = monotonicNow_ns();
-    sample.primitive = {};
+    sample.primitive = {.kind = PrimitiveKind::kPolygon, .localIndex = 0, .polygon = nearestTo(at)};
     sample.ihip = at + depth + Vec3(0, 0, 0.05);
     sample.hip = sample.ihip + 0.3 * depth;
     sample.surfaceNormal = glm::normalize(out);
@@ -63,6 +63,17 @@ class StrokedSpheres {
 
  private:
   FakeMirror mirror_;
+  TriMesh mesh_ = makeSphere(kRadius_m, kSegments).value();
+  std::map<int, std::uint32_t> nearest_;  // by the place's x in tenths of a millimetre: places come again
+
+  std::uint32_t nearestTo(Vec3 place) {
+    const auto [known, isNew] = nearest_.try_emplace(static_cast<int>(std::lround(place.x * 1e4)), 0U);
+    if (!isNew) return known->second;
+    const auto far2 = [&](const TriangleIndices& t) { return squaredLength(Vec3(mesh_.vertices[t[0]]) - place); };
+    known->second =
+        static_cast<std::uint32_t>(std::ranges::min_element(mesh_.triangles, {}, far2) - mesh_.triangles.begin());
+    return known->second;
+  }
 };
 
 }  // namespace
