@@ -156,7 +156,7 @@ class PythonClient(harness.EndToEnd):
         self.assertFalse(client.objects()["ball"].HasField("deformation"), "it was of the old mesh")
         beyond = client.upload(haptic_assets.MOVED_VERTICES, haptic_assets.moved_vertices({4000: (0, 0, 0)}))
         change.deformation.residue.asset = beyond
-        with self.assertRaises(haptic_client.Rejected) as rejected:
+        with self.assertRaises(Rejected) as rejected:
             client.apply(edit)
         self.assertEqual(rejected.exception.field, "operations[0].set_deformation.deformation.residue")
         self.assertIn("vertex 4000", str(rejected.exception))

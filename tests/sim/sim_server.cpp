@@ -168,7 +168,7 @@ void SimServer::Process::begin() {
 /// A hand leaves dents in what is plastic, which the builder takes in by edits of the server's own.
 void SimServer::Process::dentLater() {
   after(stage.random.milliseconds(0, kHandPause_ms), [this] {
-    dent();
+    if (pace.handDents) dent();
     dentLater();
   });
 }

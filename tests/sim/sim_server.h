@@ -19,6 +19,7 @@ struct ServerPace {
   double build_ms = 2;                ///< Longest time that the builder takes for one edit.
   double adopt_ms = 10;               ///< Longest time until the servo adopts a scene.
   std::size_t builderQueue = 10'000;  ///< Jobs; above, the server is busy.
+  bool handDents = false;             ///< A hand leaves dents in what is plastic.
 };
 
 /// The server's process: production sessions, sequencer and mesh library; a builder whose answers take a while, a

@@ -32,6 +32,7 @@ World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
       server_(stage_, pace_) {
   if (troubles_.busyBuilder) pace_ = {.build_ms = 60, .adopt_ms = 10, .builderQueue = 3};
   if (troubles_.slowServo) pace_.adopt_ms = 1500;
+  pace_.handDents = true;
   server_.start(false);
   const std::size_t clients = 2 + stage_.random.below(kMostClients - 1);
   for (std::size_t i = 0; i < clients; ++i) {
