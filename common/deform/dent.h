@@ -5,6 +5,7 @@
 #include <span>
 
 #include "common/deform/falloff.h"
+#include "common/deform/narrowed.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -41,7 +42,7 @@ struct ObjectDent {
 [[nodiscard]] inline Vec3f dented(Vec3f rest, std::span<const Dent> dents, const Falloff& falloff) noexcept {
   for (const Dent& dent : dents) {
     const Vec3 way = displacementBy(dent, falloff, Vec3(rest));
-    if (way != Vec3(0)) rest = Vec3f(Vec3(rest) + way);
+    if (way != Vec3(0)) rest = narrowed(Vec3(rest) + way);
   }
   return rest;
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/deform/narrowed.h"
 #include "common/maths/vec.h"
 
 namespace haptics {
@@ -38,7 +39,7 @@ class FreeForm {
         for (std::size_t x = 0; x < points_[0]; ++x) sum += Vec3(control_[i++]) * (weight[0][x] * yz);
       }
     }
-    return Vec3f(sum);
+    return narrowed(sum);
   }
 
   /// Where the control points of such a lattice are at rest.

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 #include <variant>
 
 #include "haptic_server/scene/fit_deformation.h"
+#include "haptic_server/scene/fit_mapping.h"
 #include "haptic_server/scene/make_rigid_body.h"
 #include "haptic_server/servo/servo_scene.h"
 
@@ -32,38 +32,6 @@ std::string listed(const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < std::min(names.size(), kNamesInError); ++i) text += (i == 0 ? "" : ", ") + names[i];
   if (names.size() > kNamesInError) text += " and " + std::to_string(names.size() - kNamesInError) + " more";
   return text;
-}
-
-/// What of a record grows, about as it is on the wire.
-std::size_t sizeOf(const SurfaceProperties& surface) {
-  constexpr std::size_t kTerm_bytes = 64, kCrease_bytes = 16;
-  const auto ofField = [](const FieldFamily& family) {
-    const auto* fourier = std::get_if<FourierFamily>(&family);
-    return fourier ? kTerm_bytes * fourier->terms.size() : 0;
-  };
-  std::size_t bytes = 0;
-  if (surface.shading) bytes += kCrease_bytes * surface.shading->creases.size();
-  if (surface.texture) bytes += ofField(surface.texture->family);
-  if (!surface.friction) return bytes;
-  const auto* field = std::get_if<FieldFamily>(&surface.friction->over);
-  return field ? bytes + ofField(*field) : bytes;
-}
-
-/// A flat mesh has no thickness, and a mapping's box needs one.
-constexpr double kLeastMappingSide_m = 1e-6;
-
-struct Box {
-  Vec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
-};
-
-Box boxOf(const TriMesh& mesh, const Quat& toFrame) {
-  Box box;
-  for (const Vec3f& vertex : mesh.vertices) {
-    const Vec3 at = toFrame * Vec3(vertex);
-    box.low = glm::min(box.low, at);
-    box.high = glm::max(box.high, at);
-  }
-  return box;
 }
 
 }  // namespace
@@ -278,9 +246,9 @@ Result<void> SceneDraft::checkSurfaces() const {
   std::size_t bytes = 0;
   for (const auto& object : base_.objects()) {
     const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);
-    if (stays) bytes += sizeOf(object->material.surface);
+    if (stays) bytes += wireSizeOf(object->material.surface);
   }
-  for (const ObjectRecord& record : put_) bytes += sizeOf(record.material.surface);
+  for (const ObjectRecord& record : put_) bytes += wireSizeOf(record.material.surface);
   if (bytes <= kMaxSceneSurfaces_bytes) return {};
   for (const auto& [object, given] : given_) {
     if (given.surface.empty()) continue;
@@ -302,18 +270,11 @@ MappedFamily* SceneDraft::mappedFamily(const Named& named) {
   return family ? std::get_if<MappedFamily>(family) : nullptr;
 }
 
-/// What an edit left open of a mapping's intermediate surface is that of the mesh's box in its frame.
 void SceneDraft::fitMapping(const Named& named) {
   auto* mapped = mappedFamily(named);
   if (!mapped) return;
-  const MappedSource& source = *std::get<const MappedSource*>(named.source);
-  if (!source.centreOfMesh && !source.sizeOfMesh) return;
   const auto mesh = as<MeshAsset>(findAsset(named.object, put(named.object)->mesh));
-  if (!mesh) return;
-  Mapping& mapping = mapped->mapping;
-  const Box box = boxOf(*mesh->mesh, glm::conjugate(mapping.rotation));
-  if (source.centreOfMesh) mapping.centre = mapping.rotation * ((box.low + box.high) / 2.0);
-  if (source.sizeOfMesh) mapping.size_m = glm::max(box.high - box.low, Vec3(kLeastMappingSide_m));
+  if (mesh) fitToMesh(*std::get<const MappedSource*>(named.source), *mesh->mesh, mapped->mapping);
 }
 
 std::shared_ptr<const Asset> SceneDraft::findAsset(ObjectId object, const ContentHash& hash) const {

@@ -12,16 +12,9 @@
 #include "common/scene/scene.h"
 #include "haptic_server/scene/asset_resolver.h"
 #include "haptic_server/scene/object_assets.h"
+#include "haptic_server/scene/scene_limits.h"
 
 namespace haptics {
-
-/// Canonical bytes of all assets of a scene together: 28 million triangles, of which the server makes some 4 GB. Whoever may
-/// edit cannot fill the memory.
-inline constexpr std::size_t kMaxSceneAssets_bytes = 512U << 20;
-
-/// Of the Fourier terms and named creases of a scene, on the wire: a snapshot and a commit of all objects then fit what a
-/// connection takes at once.
-inline constexpr std::size_t kMaxSceneSurfaces_bytes = 512U << 10;
 
 /// The next revision while its operations are tried on it one by one. The version it starts from stays as it is, so
 /// that a rejected transaction is dropped by forgetting its draft.

@@ -19,6 +19,9 @@ shapes::Shape crease(bool inwards) {
 
 /// Where the gash ends: a line along y.
 constexpr double kGashBottom_m = -0.01;
+/// Farther from there is not at its bottom. A proxy that keeps a micrometre's tenth clear of both sides stands so much
+/// higher as they are steep.
+constexpr double kAtBottom_m = 2e-5;
 
 /// A cylinder about z with a pit as narrow as the gash in its top, its bottom in the origin. A sixth of the pit's side is
 /// slivers, so that a mean of the faces there that does not weigh them by their angles points across the pit.
@@ -99,7 +102,7 @@ int strokeBottoms(Renderer& method, Random& random, int& ticks) {
         return bottom + Vec3(aside * std::cos(turn), line ? 0 : aside * std::sin(turn), random.between(-0.003, -0.001));
       };
       const auto check = [&](const Felt& felt, Vec3 hip) {
-        const bool right = felt.touching && glm::distance(felt.ihip, bottom) < kInside_m;
+        const bool right = felt.touching && glm::distance(felt.ihip, bottom) < kAtBottom_m;
         wrong += hip.z > bottom.z - 0.0005 || right ? 0 : 1;
       };
       const Vec3 within = bottom + Vec3(random.between(-1e-4, 1e-4), 0, 0.005);
