@@ -23,7 +23,8 @@ def start_server(options, rate_hz, cpu, summary, more=()):
     """Returns once its servo runs. `more`: options for it."""
     process = subprocess.Popen(
         [options.server, "--scene", options.scene, "--assets", options.assets, "--listen", "127.0.0.1:0", "--rate",
-         str(rate_hz), "--seconds", str(options.seconds), "--pin", str(cpu), "--summary", summary, *more],
+         str(rate_hz), "--seconds", str(options.seconds), "--pin", str(cpu), "--summary", summary,
+         "--recordings", summary.parent, *more],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     process.stdout.readline()
     return process
