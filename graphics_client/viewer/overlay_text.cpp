@@ -123,7 +123,7 @@ std::string textureText(const MirrorView& view, const TelemetrySample& sample) {
 
 /// How many there are, and how many of them the servo moves now.
 std::string objectCount(const MirrorView& view) {
-  const std::string total = std::to_string(view.scene->objects().size());
+  std::string total = std::to_string(view.scene->objects().size());
   if (view.bodies.empty()) return total;
   const auto awake = std::ranges::count_if(
       view.bodies, [](const auto& entry) { return entry.second.condition == BodyCondition::kAwake; });

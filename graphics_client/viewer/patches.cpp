@@ -68,7 +68,7 @@ class Cutter {
       sum += across(t);
     }
     std::ranges::sort(patch.points);
-    patch.points.erase(std::ranges::unique(patch.points).begin(), patch.points.end());
+    patch.points.erase(std::unique(patch.points.begin(), patch.points.end()), patch.points.end());
     for (std::uint32_t i = 0; i < patch.points.size(); ++i) local_[patch.points[i]] = i;
     if (const double length = glm::length(sum); length > 0) patch.axis = sum / length;
     patch.triangles.reserve(members.size());

@@ -29,7 +29,7 @@ struct ContactTick<Corrections>::Move {
     return std::span(pushing).first(static_cast<std::size_t>(count));
   }
   [[nodiscard]] std::span<const HoldingSurface> touched() const noexcept {
-    return std::span(pushing).first(static_cast<std::size_t>(count + others));
+    return std::span(pushing).first(static_cast<std::size_t>(count) + static_cast<std::size_t>(others));
   }
 };
 
