@@ -41,6 +41,8 @@ inline constexpr double kSlack = 0x1p-2;
 /// Times the HIP's step: an IHIP that went farther slid from a minimum that ended on the way. Larger lets it begin with a
 /// HIP that is too far on already; smaller divides steps over creases.
 inline constexpr double kLeap = 4;
+/// The same for a step that is not short beside the triangles: a slide over some of them is hardly longer.
+inline constexpr double kLeapOfFast = 0x1.2p0;
 /// In skins: what is not farther on the way holds the IHIP, anything else is gone to first. Larger cuts corners; smaller
 /// takes more rounds in acute grooves.
 inline constexpr double kTouching = 16;
@@ -148,7 +150,10 @@ class ContactTick {
   [[nodiscard]] bool isBehind() const noexcept;
   [[nodiscard]] bool fallsAway(const HoldingSurface& s, int k, const Constraints& constraints) const noexcept;
   [[nodiscard]] std::optional<HoldingSurface> across(const HoldingSurface& s, int k) const noexcept;
-  [[nodiscard]] bool restsOnEdge(const Holding& a, const Holding& b) const noexcept;
+  [[nodiscard]] std::optional<Holding> roundTheEdge(Vec3 hip, const Holding& held,
+                                                    const Constraints& constraints) const noexcept;
+  [[nodiscard]] bool jutsOut(const HoldingSurface& s, int k) const noexcept;
+  void restBetween(const Holding& a, const Holding& b, Move& move) const noexcept;
   [[nodiscard]] Move onEdge(const Holding& held, const HoldingSurface& left) const noexcept;
   [[nodiscard]] std::optional<HoldingSurface> nearestTouched(Vec3 hip, const Move& move) const noexcept;
   [[nodiscard]] bool watchOn(Vec3 hip, Move& move) noexcept;
@@ -156,6 +161,7 @@ class ContactTick {
 
   // several_surfaces_impl.h: steps while several surfaces hold
   [[nodiscard]] double advanceOnSeveral(double now, double end) noexcept;
+  [[nodiscard]] bool isFast(double step, const HoldingSurface& over) const noexcept;
   void solveAt(double time) noexcept;
   [[nodiscard]] double heldUntil(double now, double end) const noexcept;
   template <class Holds>

@@ -152,7 +152,7 @@ void ContactTick<Corrections>::putOut() noexcept {
   const Vec3 way = state_.ihip - hip_;
   const double depth = glm::length(way);
   work_.putOut = true;
-  setFree(wayOut(bodies_, state_.ihip, depth > 0 ? way / depth : Vec3(0), skin_));
+  setFree(wayOut(bodies_, state_.ihip, depth > 0 ? way / depth : Vec3(0), skin_, work_));
   state_.hip = hip_;
   near_.gather(bodies_, state_, hip_, work_);  // what is near there
   near_.setTime(bodies_, 1);

@@ -26,6 +26,12 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec
     }
     Vec3 to = constraints.optimum.point;
     const Carried carried = carriedBy(std::as_const(held).surfaces(), constraints);
+    if (constraints.optimum.tightCount == ContactState::kMaxHolding && !carried.over) {
+      if (const auto round = roundTheEdge(hip, held, constraints)) {
+        before = std::exchange(held, *round);
+        continue;
+      }
+    }
     if (!carried.ends) return go(to) ? Move{} : constraints.move(carried.over);
     const bool pushed = constraints.pushes(carried.surface);
     const auto next = across(held.at[carried.surface], carried.edge);
@@ -43,7 +49,11 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec
       to = glm::mix(state_.ihip, to, carried.time);
     }
     if (go(to)) return {};
-    if (toAndFro) return constraints.move(restsOnEdge(held, hopped));
+    if (toAndFro) {
+      Move move = constraints.move(true);
+      restBetween(held, hopped, move);
+      return move;
+    }
     if (pushed) {
       Move atEdge = onEdge(hopped, held.at[carried.surface]);
       const Vec3 edge = state_.ihip;
@@ -77,6 +87,37 @@ bool ContactTick<Corrections>::fallsAway(const HoldingSurface& s, int k,
   if (!next) return false;
   const ConstraintPlane plane = planeOf(*next);
   return squaredLength(glm::cross(plane.normal, planeOf(s).normal)) > kSamePlane && !constraints.cutOffBy(plane);
+}
+
+/// Held in a point by three: at an edge that juts out between two others it is enough to be above either of its
+/// triangles. The skin parts the points in which these hold the IHIP with the two others, which are the same place of the
+/// surfaces: where it would leave the other point, it is not held. Returns what holds there then.
+template <class Corrections>
+std::optional<typename ContactTick<Corrections>::Holding> ContactTick<Corrections>::roundTheEdge(
+    Vec3 hip, const Holding& held, const Constraints& constraints) const noexcept {
+  const double nearer = glm::distance(constraints.optimum.point, hip) - kHair * skin_;
+  for (std::size_t i = 0; i < held.count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const auto next = across(held.at[i], k);
+      if (!next || !isWithin(kAbove, *next) || !jutsOut(held.at[i], k)) continue;
+      const Holding beyond = held.with(i, next->triangle);
+      Constraints there(hip, skin_);
+      if (!std::ranges::all_of(beyond.surfaces(), [&](const HoldingSurface& s) { return there.add(planeOf(s)); }))
+        continue;
+      if (there.optimum.tightCount < 3 && glm::distance(there.optimum.point, hip) < nearer) return beyond;
+    }
+  }
+  return std::nullopt;
+}
+
+/// Does the triangle across edge k go down from it?
+template <class Corrections>
+bool ContactTick<Corrections>::jutsOut(const HoldingSurface& s, int k) const noexcept {
+  const TriangleRecord& record = surface(s.body).triangle(s.triangle);
+  const TriangleRecord& other = surface(s.body).triangle(record.neighbour(k));
+  const int corner = other.cornerOf(record.vertexAt(nextCorner(k)));
+  const Vec3 far = other.corner(nextCorner(nextCorner(corner)));
+  return glm::dot(record.areaNormal(), far - record.corner(k)) * s.side < 0;
 }
 
 /// What continues the side of a surface over edge k of its triangle.
@@ -135,13 +176,21 @@ typename ContactTick<Corrections>::Holding ContactTick<Corrections>::oneOfEachBo
   return holding;
 }
 
-/// Between triangles that both rise, or nearly so: which of the two is under the IHIP is within the planes' slack.
+/// On an edge between triangles that both rise, or nearly so: which of the two pushes there is within the planes' slack.
+/// The one that is under the IHIP holds it.
 template <class Corrections>
-bool ContactTick<Corrections>::restsOnEdge(const Holding& a, const Holding& b) const noexcept {
-  for (std::size_t i = 0; i < a.count; ++i) {
-    if (!isWithin(kUnder, a.at[i]) && !isWithin(kUnder, b.at[i])) return false;
+void ContactTick<Corrections>::restBetween(const Holding& a, const Holding& b, Move& move) const noexcept {
+  for (HoldingSurface& s : std::span(move.pushing).first(static_cast<std::size_t>(move.count))) {
+    if (isWithin(kUnder, s)) continue;
+    std::size_t i = 0;
+    while (a.at[i].body != s.body) ++i;
+    const HoldingSurface& other = s.triangle == a.at[i].triangle ? b.at[i] : a.at[i];
+    if (isWithin(kUnder, other)) {
+      s = other;
+    } else {
+      move.rests = false;
+    }
   }
-  return true;
 }
 
 /// Gone over to the triangles that hold now, from another one.

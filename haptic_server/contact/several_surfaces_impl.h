@@ -22,7 +22,8 @@ double ContactTick<Corrections>::advanceOnSeveral(double now, double end) noexce
   solveAt(end);
   if (!divisible) return end;
   const double step = glm::distance(hipAt(now), hipAt(end));
-  const bool leapt = glm::distance(before.ihip, state_.ihip) > kLeap * step + kTouching * skin_;
+  const double far = glm::distance(before.ihip, state_.ihip) - kTouching * skin_;
+  const bool leapt = far > kLeap * step || (far > kLeapOfFast * step && isFast(step, before.holding[0]));
   const bool letGo = state_.mode != Mode::kSeveralSurfaces || state_.holdingCount < before.holdingCount;
   if (!leapt && !letGo) return end;
   const ContactState after = std::exchange(state_, before);
@@ -38,6 +39,12 @@ double ContactTick<Corrections>::advanceOnSeveral(double now, double end) noexce
   work_.unsettled = work.unsettled;
   solveAt(until);
   return until;
+}
+
+/// Is a step of the HIP (m) half of the longest that there are over a triangle, or more?
+template <class Corrections>
+bool ContactTick<Corrections>::isFast(double step, const HoldingSurface& over) const noexcept {
+  return !inOneStep(4 * step * step, squaredLength(surface(over.body).triangle(over.triangle).areaNormal()));
 }
 
 template <class Corrections>

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "haptic_server/contact/nearest_foot.h"
+#include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/contact/plane_set.h"
 
 namespace haptics {
@@ -18,29 +18,44 @@ struct Depth {
   Vec3 normal{0};
 };
 
+/// All that have an inside, and what may yet be asked of them.
 class Bodies {
  public:
-  explicit Bodies(std::span<const Body> bodies) noexcept : bodies_(bodies) {}
+  Bodies(std::span<const Body> bodies, ContactWork& work) noexcept : bodies_(bodies), work_(work) {}
+
+  /// Half of the segments are kept for the ways out.
+  [[nodiscard]] bool mayLook() const noexcept { return triangles_ > 0 && segments_ > kMostWayOutSegments / 2; }
+  [[nodiscard]] bool mayCross() const noexcept { return segments_ > 0; }
 
   /// In the body that it is the deepest in; depth 0 when in none.
-  [[nodiscard]] Depth deepest(Vec3 at) const noexcept {
+  [[nodiscard]] Depth deepest(Vec3 at) noexcept {
     Depth deepest;
     for (const Body& body : bodies_) {
+      if (!mayHold(body, at) || !mayLook() || !holds(body, at)) continue;
       const Depth depth = depthIn(body, at);
       if (depth.depth_m > deepest.depth_m) deepest = depth;
     }
     return deepest;
   }
-  [[nodiscard]] bool anyHolds(Vec3 at) const noexcept {
-    return std::ranges::any_of(bodies_, [&](const Body& body) { return depthIn(body, at).depth_m > 0; });
+
+  /// Fraction of the way to a place that is outside of all at which the last one of those that hold `at` lets out; 0 when
+  /// none does.
+  [[nodiscard]] double lettingOut(Vec3 at, Vec3 to) noexcept {
+    double time = 0;
+    for (const Body& body : bodies_) {
+      if (!mayHold(body, at)) continue;
+      const Crossing crossing = cross(body, at, to, true);
+      if (crossing && crossing.side < 0) time = std::max(time, crossing.time);
+    }
+    return time;
   }
 
-  /// The way from a place that is outside of all, as far as it does not enter.
-  [[nodiscard]] double clearTime(Vec3 from, Vec3 to) const noexcept {
+  /// The way from a place that is outside of all, as far as it does not enter. Asks whatever was asked before.
+  [[nodiscard]] double clearTime(Vec3 from, Vec3 to) noexcept {
     double time = 1;
     for (const Body& body : bodies_) {
       if (!counts(body)) continue;
-      const Crossing crossing = body.surface->firstCrossing(body.frame.toLocal(from), body.frame.toLocal(to));
+      const Crossing crossing = cross(body, from, to, false);
       if (crossing) time = std::min(time, crossing.time);
     }
     return time;
@@ -58,65 +73,100 @@ class Bodies {
  private:
   static bool counts(const Body& body) noexcept { return !body.leaving && body.surface->closed(); }
 
-  static Depth depthIn(const Body& body, Vec3 at) noexcept {
+  static bool mayHold(const Body& body, Vec3 at) noexcept {
     const Surface& s = *body.surface;
-    if (!counts(body) || squaredLength(at - body.centre) > s.radius_m() * s.radius_m()) return {};
+    if (!counts(body) || squaredLength(at - body.centre) > s.radius_m() * s.radius_m()) return false;
     const Vec3 local = body.frame.toLocal(at);
-    if (glm::any(glm::lessThan(local, s.low())) || glm::any(glm::greaterThan(local, s.high()))) return {};
-    const Foot foot = nearestFoot(s, local);
-    if (s.isOutside(foot, local)) return {};
+    return !glm::any(glm::lessThan(local, s.low())) && !glm::any(glm::greaterThan(local, s.high()));
+  }
+
+  /// A way out of its ball leaves it before it enters it. A hundredth of what the closest point costs.
+  bool holds(const Body& body, Vec3 at) noexcept {
+    const Vec3 out = at - body.centre;
+    const Vec3 way = out == Vec3(0) ? Vec3(1, 0, 0) : glm::normalize(out);
+    const Crossing crossing = cross(body, at, at + way * (2 * body.surface->radius_m()), true);
+    return crossing && crossing.side < 0;
+  }
+
+  Crossing cross(const Body& body, Vec3 from, Vec3 to, bool twoSided) noexcept {
+    --segments_;
+    ++work_.segments;
+    return body.surface->firstCrossing(body.frame.toLocal(from), body.frame.toLocal(to), twoSided,
+                                       [](std::uint32_t) { return false; });
+  }
+
+  Depth depthIn(const Body& body, Vec3 at) noexcept {
+    const Surface& s = *body.surface;
+    const Vec3 local = body.frame.toLocal(at);
+    int looked = 0;
+    const Foot best = s.closestFoot(local, triangles_, looked);
+    int hopped = 0;
+    const Foot foot = neighborhoodWatch(s, best.triangle, local, nullptr, hopped).foot;
+    triangles_ -= looked + hopped;
+    work_.triangles += looked + hopped;
     return {std::sqrt(foot.squaredDistance), body.frame.toWorld(foot.point), body.frame.turn(s.normal(foot))};
   }
 
   std::span<const Body> bodies_;
+  ContactWork& work_;
+  int triangles_ = kMostWayOutTriangles;
+  int segments_ = kMostWayOutSegments;
 };
 
-/// Above the planes of all that is in the way, met one after the other. None when they leave no room.
-std::optional<Vec3> abovePlanes(const Bodies& bodies, Vec3 from, double skin) noexcept {
+/// Above the planes of all that is in the way, met one after the other. None when they leave no room, or when that is not
+/// known in time.
+std::optional<Vec3> abovePlanes(Bodies& bodies, Vec3 from, double skin) noexcept {
   PlaneSet planes;
   Vec3 at = from;
-  while (true) {
+  while (bodies.mayLook()) {
     const Depth inside = bodies.deepest(at);
-    if (inside.depth_m == 0) return at;
+    if (inside.depth_m == 0) return bodies.mayLook() ? std::optional(at) : std::nullopt;
     if (planes.full()) return std::nullopt;
     planes.add({inside.normal, glm::dot(inside.normal, inside.foot) + skin, {}});
     const auto nearest = planes.nearest(from, skin / 4);
     if (!nearest) return std::nullopt;
     at = nearest->point;
   }
+  return std::nullopt;
 }
 
-/// In each direction to a place that is outside, farther and farther, and back to where that way enters; the nearest.
-Vec3 throughBodies(const Bodies& bodies, Vec3 from, Vec3 outward, double skin) noexcept {
+/// In each direction out of what holds the place, then out of what holds the place that this leads to; the nearest.
+Vec3 throughBodies(Bodies& bodies, Vec3 from, Vec3 outward, double skin) noexcept {
   constexpr double kThird = 0.57735026918962576;  // root of
   std::array<Vec3, 15> directions{outward, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   for (std::size_t i = 0; i < 8; ++i) {
     directions[7 + i] = Vec3((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1) * kThird;
   }
-  constexpr int kMostDoublings = 20;
   const double reach = bodies.reachFrom(from) + skin;
-  double way = std::max(2 * bodies.deepest(from).depth_m, reach / (1 << kMostDoublings));
-  for (; way < reach; way *= 2) {
-    std::optional<Vec3> nearest;
-    for (const Vec3 direction : directions) {
-      const Vec3 beyond = from + direction * way;
-      if (direction == Vec3(0) || bodies.anyHolds(beyond)) continue;
-      const double clear = way * bodies.clearTime(beyond, from);
-      const Vec3 place = beyond - direction * std::max(clear - skin, 0.0);
-      if (!nearest || glm::distance(place, from) < glm::distance(*nearest, from)) nearest = place;
+  double nearest = reach;
+  Vec3 place = from;
+  for (const Vec3 direction : directions) {
+    if (direction == Vec3(0)) continue;
+    const Vec3 beyond = from + direction * reach;
+    double way = 0;
+    while (way < nearest && bodies.mayCross()) {
+      const Vec3 at = from + direction * way;
+      const double out = bodies.lettingOut(at, beyond);
+      if (out == 0) {
+        nearest = way;
+        place = at;
+      } else {
+        way += out * (reach - way) + skin;
+      }
     }
-    if (nearest) return *nearest;
   }
+  if (nearest < reach) return place;
   const Vec3 beyond = from + (outward == Vec3(0) ? directions[1] : outward) * reach;
   return glm::mix(beyond, from, bodies.clearTime(beyond, from) * (1 - skin / reach));
 }
 
 }  // namespace
 
-Vec3 wayOut(std::span<const Body> bodies, Vec3 from, Vec3 outward, double skin) noexcept {
-  const Bodies all(bodies);
+Vec3 wayOut(std::span<const Body> bodies, Vec3 from, Vec3 outward, double skin, ContactWork& work) noexcept {
+  Bodies all(bodies, work);
   const auto open = abovePlanes(all, from, skin);
-  return open ? *open : throughBodies(all, from, outward, skin);
+  const bool isOpen = open && glm::distance(*open, from) <= all.reachFrom(from) + skin;  // nearly parallel planes
+  return isOpen ? *open : throughBodies(all, from, outward, skin);
 }
 
 }  // namespace haptics

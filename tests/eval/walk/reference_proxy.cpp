@@ -81,7 +81,7 @@ void ReferenceProxy::follow(Vec3 hip, int parts) {
 
 void ReferenceProxy::settle(Vec3 h) {
   constexpr int kMostMoves = 1000;
-  for (int i = 0; i < kMostMoves && (hop(h) || move(h)); ++i) {
+  for (int i = 0; i < kMostMoves && (hop(h) || move(h) || leaveCorner(h)); ++i) {
   }
 }
 
@@ -97,14 +97,18 @@ bool ReferenceProxy::hop(Vec3 h) {
   const Vec3 to = above(nearest->point);
   const bool nearer = glm::distance(to, h) < glm::distance(at_, h) * kNearer && glm::distance(to, at_) > skin_;
   if (!nearer) return false;
-  if (timeInSight(to) < 1) {
+  const Vec3 corner = above(nearest->beside);
+  const auto isOpen = [&](double time) {
+    if (!obstacles_.firstBlock(at_, glm::mix(at_, to, time))) return true;
+    return !obstacles_.firstBlock(at_, corner) && !obstacles_.firstBlock(corner, glm::mix(corner, to, time));
+  };
+  const double seen = timeInSight(to);
+  if (!isOpen(seen)) return false;
+  if (seen < 1) {
     sight_ = 2 * glm::distance(at_, to);
     sightCentre_ = at_;
     obstacles_.gather(at_, sight_ + 4 * skin_);
-  }
-  if (obstacles_.firstBlock(at_, to)) {
-    const Vec3 corner = above(nearest->beside);
-    if (obstacles_.firstBlock(at_, corner) || obstacles_.firstBlock(corner, to)) return false;
+    if (!isOpen(1)) return false;
   }
   at_ = to;
   return true;
@@ -142,6 +146,30 @@ bool ReferenceProxy::move(Vec3 h) {
     return time * way > kStill * skin_;
   }
   at_ = to;
+  return false;
+}
+
+/// Along the line of two of the walls that the proxy lies on, as far as they carry, when that leads nearer and the way is
+/// open. An edge that juts out between two other walls ends in a corner for each of its faces. The skin parts those
+/// corners, and keeps the proxy in one where the other, which is the same place of the bodies, holds nothing.
+bool ReferenceProxy::leaveCorner(Vec3 h) {
+  constexpr double kOnIt = 4;    // in skins
+  constexpr double kClear = 16;  // in skins
+  if (at_ == h) return false;
+  const std::vector<Wall> walls = obstacles_.touching(at_, h - at_, kOnIt * skin_);
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::array pair{&walls[i], &walls[j]};
+      const std::optional<Vec3> nearest = nearestOnAll(h, pair);
+      if (!nearest) continue;
+      const double time = std::min(timeInSight(*nearest), obstacles_.timeOnSupports(pair, at_, *nearest));
+      const Vec3 to = glm::mix(at_, *nearest, time);
+      if (glm::distance(at_, to) < kClear * skin_ || glm::distance(to, h) >= glm::distance(at_, h)) continue;
+      if (obstacles_.firstBlock(at_, to)) continue;
+      at_ = to;
+      return true;
+    }
+  }
   return false;
 }
 

@@ -49,6 +49,7 @@ class ReferenceProxy {
   void settle(Vec3 h);
   [[nodiscard]] bool hop(Vec3 h);
   [[nodiscard]] bool move(Vec3 h);
+  [[nodiscard]] bool leaveCorner(Vec3 h);
   void keepInSight();
   void lookAround();
   [[nodiscard]] double timeInSight(Vec3 to) const;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <vector>
+
 #include "tests/eval/random.h"
 #include "tests/eval/walk/cracked_block.h"
 #include "tests/haptic_server/geometry/shapes.h"
@@ -34,6 +37,52 @@ TEST(ReferenceProxy, LeapsOnlyWhereAMinimumEnds) {
   EXPECT_LT(reference.leap_m(), 1e-9);
   reference.follow({0.06, 0, 0.03}, 64);  // over the edge, from where the side leads to the HIP
   EXPECT_NEAR(reference.leap_m(), 0.02, 1e-3);
+}
+
+/// The edge of a tetrahedron ends in the groove of two blocks, exactly. It juts out between them, so that from the place
+/// where it does there is a way over each of its faces.
+class EdgeInAGroove : public testing::Test {
+ protected:
+  static constexpr double kBeyond_m = 1e-4;
+  TriangleSoup soup_;
+  std::array<Vec3, 2> face_;  // outward, unit
+
+  EdgeInAGroove() {
+    const shapes::Shape block = shapes::box({0.25, 0.25, 0.25});
+    for (const Vec3 centre : {Vec3(0, 0, -0.125), Vec3(0.125, 0, 0)}) {
+      soup_.add(block.vertices, block.triangles, {{1, 0, 0, 0}, centre});
+    }
+    const Vec3f along(0x1p-8F, 0x1.18p-9F, -0x1p-8F);
+    const std::vector<Vec3f> corner{
+        3.0F * along, -2.0F * along, {0.018F, -0.0018F, 0.0095F}, {-0.0142F, 0.007F, -0.0123F}};
+    const std::vector<TriangleIndices> triangles{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+    soup_.add(corner, triangles, Pose{});
+    soup_.finish();
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Vec3 a(corner[triangles[i][0]]);
+      face_[i] = glm::normalize(glm::cross(Vec3(corner[triangles[i][1]]) - a, Vec3(corner[triangles[i][2]]) - a));
+    }
+  }
+
+  /// From where the edge ends to a HIP that presses against a block and a face, and is a little farther along both.
+  void expectsAWay(Vec3 block, Vec3 face, Vec3 away) {
+    const Vec3 line = glm::cross(block, face);
+    const Vec3 place = glm::normalize(line * glm::dot(line, away)) * kBeyond_m;
+    Random random(1);
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 hip = place - block * random.between(0.002, 0.02) - face * random.between(0.002, 0.02);
+      ReferenceProxy reference(soup_);
+      reference.resume(Vec3(0), hip);
+      EXPECT_LT(glm::distance(reference.ihip(), place), 1e-9) << i;
+    }
+  }
+};
+
+TEST_F(EdgeInAGroove, HoldsTheReferenceOnlyWhereNeitherOfItsFacesLetsItOn) {
+  ASSERT_LT(face_[0].y, 0);
+  ASSERT_LT(face_[1].y, 0);
+  expectsAWay({-1, 0, 0}, face_[0], {0, 0, 1});
+  expectsAWay({0, 0, 1}, face_[1], {-1, 0, 0});
 }
 
 }  // namespace

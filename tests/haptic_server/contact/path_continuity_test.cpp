@@ -3,13 +3,18 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <random>
+
 #include "haptic_server/contact/contact.h"
 #include "tests/haptic_server/contact/world.h"
 
 namespace haptics {
 namespace {
 
-constexpr double kSame = 1e-6;  // m: a few skins
+constexpr double kSame = 2e-6;   // m: a few skins, along triangles that are nearly flat
+constexpr double kUnder = 3e-7;  // m
 
 /// A moment of a random walk about five bodies, and where a reference proxy that divides the tick by 64 and knows
 /// triangles only has its IHIP at the end of the tick. World, metres.
@@ -79,6 +84,24 @@ const std::vector<Moment> kMoments{
      {-0.044313931224108455, 0.035170087764826892, 0.0082108465538247959},
      {-0.04371199872099911, 0.036161834061000965, 0.009320223475259494},
      {-0.044554333621880729, 0.035300041105744466, 0.008310004444743193}},
+    {"FromASeamThatEndsEarlyInAFastTick",
+     Mode::kSeveralSurfaces,
+     Feature::kPolygon,
+     {{1, 1, 666}, {2, 1, 2974}},
+     Vec3(0),
+     {0.0067807003493829277, 0.016236882286316014, 0.00081206246874785531},
+     {0.013183241988307661, 0.01536778611319705, -0.0047221966185618386},
+     {0.0075947330975661958, 0.016164573209114307, 8.8108452849448848e-05},
+     {0.01281329249867052, 0.016787120484524656, -0.0050081736319700504}},
+    {"OnAnEdgeThatIsNearlyFlatBesideAnother",
+     Mode::kSeveralSurfaces,
+     Feature::kPolygon,
+     {{1, 1, 821}, {2, 1, 2392}},
+     Vec3(0),
+     {-0.0048899844690263213, 0.023235562686779256, 0.020969449567690465},
+     {-0.0053658525495228759, 0.024956163585763309, 0.02290771914222053},
+     {-0.0048456734119461629, 0.023207415718118039, 0.020978892924774846},
+     {-0.005369398085007868, 0.024947958726093213, 0.0229139982355154}},
 };
 
 class PathContinuity : public testing::TestWithParam<Moment> {};
@@ -107,10 +130,50 @@ TEST_P(PathContinuity, IsThatOfASlowHand) {
   EXPECT_TRUE(r.touching);
   EXPECT_FALSE(r.work.unsettled);
   EXPECT_NEAR(glm::distance(r.ihip, moment.nextIhip), 0, kSame);
+  for (const HoldingSurface& s : state.surfaces()) {
+    const Body& body = world.bodies()[static_cast<std::size_t>(s.body)];
+    const Foot foot = closestOn(body.surface->triangle(s.triangle), s.triangle, body.frame.toLocal(r.ihip));
+    EXPECT_LT(std::sqrt(foot.squaredDistance), kUnder) << "polygon " << s.triangle << " of body " << s.body;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Moments, PathContinuity, testing::ValuesIn(kMoments),
                          [](const auto& moment) { return std::string(moment.param.name); });
+
+/// The edge of a tetrahedron ends in the groove of two blocks, exactly. It juts out between them, so that from the place
+/// where it does there is a way over each of its faces.
+TEST(PathContinuity, LeadsOverEitherFaceOfAnEdgeThatEndsInAGroove) {
+  World world;
+  const shapes::Shape block = shapes::box({0.25, 0.25, 0.25});
+  world.add(block, Vec3(0, 0, -0.125));
+  world.add(block, Vec3(0.125, 0, 0));
+  const Vec3f along(0x1p-8F, 0x1.18p-9F, -0x1p-8F);
+  const shapes::Shape tetrahedron{
+      {3.0F * along, -2.0F * along, {0.018F, -0.0018F, 0.0095F}, {-0.0142F, 0.007F, -0.0123F}},
+      {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
+  world.add(tetrahedron);
+  const std::array blocks{Vec3(-1, 0, 0), Vec3(0, 0, 1)};
+  const auto normal = [&](std::size_t t) {
+    const Vec3 a = tetrahedron.corner(t, 0);
+    return glm::normalize(glm::cross(tetrahedron.corner(t, 1) - a, tetrahedron.corner(t, 2) - a));
+  };
+  const std::array faces{normal(0), normal(1)};
+  ASSERT_LT(faces[0].y, 0);
+  ASSERT_LT(faces[1].y, 0);
+  const Vec3 all = blocks[0] + blocks[1] + faces[0] + faces[1];
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> depth(0.002, 0.02);
+  for (int i = 0; i < 100; ++i) {
+    const auto over = static_cast<std::size_t>(i % 2);
+    const Vec3 line = glm::cross(blocks[over], faces[over]);
+    const Vec3 place = glm::normalize(line * glm::dot(line, blocks[1 - over])) * 1e-4;
+    world.place({-0.001, -0.004, 0.001});
+    world.tick(-0.004 * all);
+    ASSERT_LT(glm::length(world.result().ihip), kSame) << i;
+    world.tick(place - blocks[over] * depth(random) - faces[over] * depth(random));
+    EXPECT_LT(glm::distance(world.result().ihip, place), kSame) << i;
+  }
+}
 
 }  // namespace
 }  // namespace haptics

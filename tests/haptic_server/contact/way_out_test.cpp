@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "haptic_server/contact/neighborhood_watch.h"
 #include "tests/haptic_server/contact/world.h"
 
 namespace haptics {
@@ -15,7 +16,11 @@ constexpr double kSkin_m = 1e-7;
 
 Vec3 wayOutOf(World& world, Vec3 from, Vec3 outward) {
   for (Body& body : world.bodies()) body.update();
-  return wayOut(world.bodies(), from, outward, kSkin_m);
+  ContactWork work;
+  const Vec3 out = wayOut(world.bodies(), from, outward, kSkin_m, work);
+  EXPECT_LT(work.triangles, kMostWayOutTriangles + kSearchBudget);
+  EXPECT_LT(work.segments, kMostWayOutSegments + 3 * static_cast<int>(world.bodies().size()));
+  return out;
 }
 
 TEST(WayOut, IsNoneWhereNothingHoldsThePoint) {
@@ -60,6 +65,27 @@ TEST(WayOut, LeadsOutOfAnySoupOfBodies) {
     if (world.depthInside(from) == 0) {
       EXPECT_EQ(out, from);
     }
+  }
+}
+
+/// More than may be looked at in a tick.
+TEST(WayOut, LeadsOutOfManyFineBodies) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> within(-0.01, 0.01);
+  const auto somewhere = [&] { return Vec3(within(random), within(random), within(random)); };
+  const auto ball = shapes::sphere(0.03, 48).build();
+  const auto ring = shapes::torus(0.03, 0.02, 160, 80).build();
+  for (int i = 0; i < 20; ++i) {
+    World world;
+    for (int k = 0; k < 6; ++k) {
+      world.add(ball, {{1, 0, 0, 0}, somewhere()});
+      world.add(ring, {glm::angleAxis(0.7 * k, Vec3(0.6, 0, 0.8)), somewhere()});
+    }
+    const Vec3 from = 0.3 * somewhere();
+    const Vec3 out = wayOutOf(world, from, glm::normalize(somewhere()));
+    ASSERT_GT(world.depthInside(from), 0) << i;
+    EXPECT_EQ(world.depthInside(out), 0) << i;
+    EXPECT_LT(glm::distance(out, from), 0.12) << i;
   }
 }
 
