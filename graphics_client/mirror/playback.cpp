@@ -67,7 +67,7 @@ class Interpolation {
         body.pose = interpolate(from->second.pose, to->second.pose, s_);
       }
     }
-    const bool holds = a_.sample->object == b_.sample->object;
+    const bool holds = a_.sample->object == b_.sample->object && a_.sample->sceneRevision == b_.sample->sceneRevision;
     shown_.dents = holds ? between(a_.dents, b_.dents, s_) : nearer().dents;
     TelemetrySample& sample = *shown_.sample;
     if (sample.object == 0) return;
@@ -79,7 +79,7 @@ class Interpolation {
   [[nodiscard]] const MirrorView& nearer() const { return s_ < 0.5 ? a_ : b_; }
 
   /// Goes along with the object that is touched: on a flat side that turns away it stays on that side. Where a contact
-  /// begins or ends it stays, with the dents, as the nearer sample has it.
+  /// begins or ends, or the scene becomes another, it stays, with the dents, as the nearer sample has it.
   [[nodiscard]] Vec3 contactPlace(Vec3 TelemetrySample::*place, bool holds) const {
     const ObjectId object = shown_.sample->object;
     const auto in = [&](const MirrorView& view) {
@@ -115,7 +115,7 @@ std::shared_ptr<const MirrorView> Playback::at(View view, std::uint64_t now_ns) 
   followAge(age_s, now_ns);
   const MirrorView& newest = *past_.back();
   const double moment_s = age_s - lag_s_;  // against the newest sample
-  if (past_.size() < 2 || moment_s >= 0) return view;
+  if (past_.size() < 2 || moment_s >= 0) return inStep(view);
 
   const auto after =
       std::find_if(past_.begin() + 1, past_.end(), [&](const View& v) { return time_s(*v, newest) >= moment_s; });
@@ -128,7 +128,22 @@ std::shared_ptr<const MirrorView> Playback::at(View view, std::uint64_t now_ns) 
   shown->telemetryAge_s = lag_s_;
   shown->takenAt_ns = now_ns;
   Interpolation(*shown, a, b, s).run();
-  return shown;
+  return inStep(shown);
+}
+
+/// With the scene that the servo had adopted when it took the sample, as far as that is remembered.
+Playback::View Playback::inStep(View shown) const {
+  const auto isFelt = [&](const View& known) { return known->scene->revision() <= shown->sample->sceneRevision; };
+  if (isFelt(shown) || ages_.back().age_s > kLongestHold_s) return shown;
+  const auto felt = std::find_if(past_.rbegin(), past_.rend(), isFelt);
+  if (felt == past_.rend()) return shown;
+  auto before = std::make_shared<MirrorView>(*shown);
+  before->scene = (*felt)->scene;
+  before->meshes = (*felt)->meshes;
+  before->fields = (*felt)->fields;
+  before->vertexValues = (*felt)->vertexValues;
+  before->movedVertices = (*felt)->movedVertices;
+  return before;
 }
 
 void Playback::remember(const View& view) {

@@ -129,6 +129,51 @@ TEST(Playback, ShowsAContactThatEndsAsTheLastSampleHadIt) {
   }
 }
 
+/// A dent until the scene's second revision, which has it in the shape at rest.
+struct TakenInDent {
+  std::shared_ptr<const SceneVersion> before = std::make_shared<const SceneVersion>(sceneAt(1));
+  std::shared_ptr<const SceneVersion> after = std::make_shared<const SceneVersion>(sceneAt(2));
+
+  static SceneVersion sceneAt(std::uint64_t revision) { return SceneVersion::fromSnapshot(revision, {}).value(); }
+  [[nodiscard]] Change with(std::uint64_t feltRevision, const std::shared_ptr<const SceneVersion>& scene) const {
+    return [=](MirrorView& view) {
+      view.scene = scene;
+      view.sample->sceneRevision = feltRevision;
+      if (feltRevision == 1) view.dents = {{1, {{0, 0, 0.05F}, {0, 0, -0.004F}}}};
+    };
+  }
+};
+
+TEST(Playback, ShowsADentOnceWhileTheShapeAtRestTakesItIn) {
+  const TakenInDent dent;
+  for (std::uint64_t felt_ms = 1000; felt_ms < 1090; ++felt_ms) {  // the servo adopts the edit then
+    Playback playback;
+    for (std::uint64_t now = 1000; now < 1150; now += 7) {
+      const std::uint64_t sample = now - 5 - (now - 5) % 16;
+      const std::uint64_t felt = sample < felt_ms ? 1 : 2;
+      auto view = std::make_shared<MirrorView>(*viewAt(sample, now));
+      dent.with(felt, now < 1030 && felt == 1 ? dent.before : dent.after)(*view);
+      const auto shown = playback.at(view, now * kMillisecond_ns);
+      EXPECT_EQ(shown->dents.size(), shown->scene->revision() == 1 ? 1U : 0U) << now << ", adopted at " << felt_ms;
+      for (const ObjectDent& shownDent : shown->dents) EXPECT_EQ(shownDent.dent.displacement.z, -0.004F) << now;
+    }
+  }
+}
+
+TEST(Playback, HoldsNoEditBackWhereTheServoTellsNoMore) {
+  const TakenInDent dent;
+  Playback playback;
+  const auto at = [&](std::uint64_t now, const std::shared_ptr<const SceneVersion>& scene) {
+    auto view = std::make_shared<MirrorView>(*viewAt(std::min<std::uint64_t>(now, 1010), now));
+    dent.with(1, scene)(*view);
+    return playback.at(view, now * kMillisecond_ns)->scene->revision();
+  };
+  EXPECT_EQ(at(1000, dent.before), 1);
+  EXPECT_EQ(at(1010, dent.before), 1);
+  EXPECT_EQ(at(1020, dent.after), 1);
+  EXPECT_EQ(at(1300, dent.after), 2);
+}
+
 TEST(Playback, MakesNothingUpWhereSamplesAreMissing) {
   Playback playback;
   (void)playback.at(viewAt(1000, 1000), 1000 * kMillisecond_ns);
