@@ -97,6 +97,18 @@ TEST(Playback, GoesFromDentToDentWithTheContact) {
   EXPECT_EQ(is(3, {2, 2, 2}, {0, 0.0024, 0}), 1) << "one that begins";
 }
 
+TEST(Playback, MakesNothingUpWhereTheContactLeavesADentBehind) {
+  const Change first = [](MirrorView& view) { view.dents = {{1, {{0, 0, 0.05F}, {0, 0, -0.004F}}}}; };
+  const Change second = [](MirrorView& view) {
+    view.dents = {{1, {{0, 0, 0.05F}, {0, 0, -0.003F}}}, {1, {{0.01F, 0, 0.05F}, {0, 0, -0.002F}}}};
+  };
+  const auto shown = onTheWay(first, second);
+  ASSERT_EQ(shown->dents.size(), 2);
+  EXPECT_EQ(shown->dents.at(0).dent.displacement.z, -0.003F);
+  EXPECT_EQ(shown->dents.at(1).dent.displacement.z, -0.002F);
+  EXPECT_NEAR(shown->sample->ihip.x, shownX(*shown), 1e-12) << "the IHIP too is the later sample's, in the body";
+}
+
 TEST(Playback, KeepsTheIhipOnTheSideOfABodyThatTurns) {
   const auto turned = [](double angle_rad) {
     return [angle_rad](MirrorView& view) {
@@ -134,7 +146,13 @@ struct TakenInDent {
   std::shared_ptr<const SceneVersion> before = std::make_shared<const SceneVersion>(sceneAt(1));
   std::shared_ptr<const SceneVersion> after = std::make_shared<const SceneVersion>(sceneAt(2));
 
-  static SceneVersion sceneAt(std::uint64_t revision) { return SceneVersion::fromSnapshot(revision, {}).value(); }
+  static SceneVersion sceneAt(std::uint64_t revision) {
+    ObjectRecord clay;
+    clay.id = 1;
+    clay.name = "clay";
+    clay.deformation.softness = Softness{.stiffness_N_per_m = 100, .radius_m = 0.01, .plastic = 1};
+    return SceneVersion::fromSnapshot(revision, {clay}).value();
+  }
   [[nodiscard]] Change with(std::uint64_t feltRevision, const std::shared_ptr<const SceneVersion>& scene) const {
     return [=](MirrorView& view) {
       view.scene = scene;
@@ -146,13 +164,14 @@ struct TakenInDent {
 
 TEST(Playback, ShowsADentOnceWhileTheShapeAtRestTakesItIn) {
   const TakenInDent dent;
-  for (std::uint64_t felt_ms = 1000; felt_ms < 1090; ++felt_ms) {  // the servo adopts the edit then
+  constexpr std::uint64_t kHeard_ms = 1050;                        // the edit comes here then
+  for (std::uint64_t felt_ms = 1000; felt_ms < 1090; ++felt_ms) {  // the servo adopts it then, and tells 5 ms later
     Playback playback;
     for (std::uint64_t now = 1000; now < 1150; now += 7) {
       const std::uint64_t sample = now - 5 - (now - 5) % 16;
       const std::uint64_t felt = sample < felt_ms ? 1 : 2;
       auto view = std::make_shared<MirrorView>(*viewAt(sample, now));
-      dent.with(felt, now < 1030 && felt == 1 ? dent.before : dent.after)(*view);
+      dent.with(felt, now < kHeard_ms ? dent.before : dent.after)(*view);
       const auto shown = playback.at(view, now * kMillisecond_ns);
       EXPECT_EQ(shown->dents.size(), shown->scene->revision() == 1 ? 1U : 0U) << now << ", adopted at " << felt_ms;
       for (const ObjectDent& shownDent : shown->dents) EXPECT_EQ(shownDent.dent.displacement.z, -0.004F) << now;
