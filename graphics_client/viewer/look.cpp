@@ -82,7 +82,7 @@ vtkSmartPointer<vtkPolyData> shadowOf(const TriMesh& mesh, Vec3 extent_m) {
   coarser->SetInputData(shadow);
   coarser->AutoAdjustNumberOfDivisionsOff();
   coarser->SetNumberOfDivisions(cells(extent_m.x), cells(extent_m.y), cells(extent_m.z));
-  coarser->UseInputPointsOn();  // which are dented like the others
+  coarser->UseInputPointsOn();
   coarser->CopyCellDataOff();
   coarser->Update();
   return coarser->GetOutput();
