@@ -6,6 +6,9 @@
 namespace haptics {
 namespace {
 
+/// Of a plastic dent between two samples, as a share of its radius.
+constexpr double kLongestWay = 0.2;
+
 double time_s(const MirrorView& view, const MirrorView& since) {
   return 1e-9 * (static_cast<double>(view.sample->time_ns) - static_cast<double>(since.sample->time_ns));
 }
@@ -51,17 +54,26 @@ std::vector<ObjectDent> between(const std::vector<ObjectDent>& a, const std::vec
   return shown;
 }
 
-/// Of the dents in the object none ends and none begins: at most one moves, the contact's.
-bool isSameStroke(const MirrorView& a, const MirrorView& b, ObjectId object) {
+/// Of the dents in the object none ends and none begins, and at most one moves, the contact's, and not far: between places
+/// that are farther apart a surface that keeps dents may rise or fall by as much as a dent is deep.
+bool isSameStroke(const MirrorView& a, const MirrorView& b, ObjectId id) {
   const auto notIn = [&](const std::vector<ObjectDent>& others, const std::vector<ObjectDent>& dents) {
-    return std::ranges::count_if(dents, [&](const ObjectDent& dent) {
-      return dent.object == object && std::ranges::none_of(others, [&](const ObjectDent& other) {
-               return other.object == object && other.dent.centre == dent.dent.centre;
-             });
-    });
+    std::vector<Dent> left;
+    for (const ObjectDent& dent : dents) {
+      const auto isSame = [&](const ObjectDent& other) {
+        return other.object == id && other.dent.centre == dent.dent.centre;
+      };
+      if (dent.object == id && std::ranges::none_of(others, isSame)) left.push_back(dent.dent);
+    }
+    return left;
   };
-  const auto ended = notIn(b.dents, a.dents);
-  return ended <= 1 && ended == notIn(a.dents, b.dents);
+  const std::vector<Dent> ended = notIn(b.dents, a.dents), begun = notIn(a.dents, b.dents);
+  if (ended.size() > 1 || ended.size() != begun.size()) return false;
+  const SceneVersion::Object object = b.scene->find(id);
+  if (ended.empty() || !object || !object->deformation.softness) return true;
+  const Softness& softness = *object->deformation.softness;
+  const double way_m = glm::distance(Vec3(ended.front().centre), Vec3(begun.front().centre));
+  return softness.plastic == 0 || way_m < kLongestWay * softness.radius_m;
 }
 
 /// The view shown, at fraction s of the way from a's moment to b's.

@@ -179,6 +179,18 @@ TEST(Playback, ShowsADentOnceWhileTheShapeAtRestTakesItIn) {
   }
 }
 
+TEST(Playback, MakesNothingUpWhereTheContactGoesFarOverClay) {
+  const TakenInDent clay;  // its radius is 10 mm
+  const auto dentAt = [&](float x_m) {
+    return [&clay, x_m](MirrorView& view) {
+      clay.with(1, clay.before)(view);
+      view.dents.at(0).dent.centre.x = x_m;
+    };
+  };
+  EXPECT_NEAR(onTheWay(dentAt(0), dentAt(0.0015F))->dents.at(0).dent.centre.x, 0.0009, 1e-9) << "6 tenths of the way";
+  EXPECT_EQ(onTheWay(dentAt(0), dentAt(0.006F))->dents.at(0).dent.centre.x, 0.006F);
+}
+
 TEST(Playback, HoldsNoEditBackWhereTheServoTellsNoMore) {
   const TakenInDent dent;
   Playback playback;
