@@ -158,6 +158,7 @@ Result<void> writePng(vtkImageData* picture, const std::filesystem::path& file) 
   vtkNew<vtkPNGWriter> writer;
   writer->SetInputData(picture);
   writer->WriteToMemoryOn();
+  writer->SetCompressionLevel(9);
   writer->Write();
   const vtkUnsignedCharArray* bytes = writer->GetResult();
   if (!bytes || bytes->GetNumberOfValues() == 0) return refused(file.string(), "the picture could not be encoded");
