@@ -44,7 +44,7 @@ Exit status: 0 done, 1 failed, 2 wrong usage, 3 --seconds are over and there nev
 struct Arguments {
   std::string connect = "127.0.0.1:7654";
   std::string size = "1280x1024";
-  std::string credentials, screenshot, summary;
+  std::string credentials, screenshot, sheet, summary;
   bool offscreen = false, udp = false, displacement = false;
   bool embeddedServer = false;
   haptics::ServerOptions serverOptions;  // of the embedded one
@@ -68,6 +68,7 @@ Result<haptics::ViewerOptions> optionsFrom(const Arguments& arguments) {
   options.offscreen = arguments.offscreen;
   options.duration_s = arguments.seconds;
   options.screenshot = arguments.screenshot;
+  options.sheet = arguments.sheet;
   options.displacement = arguments.displacement;
   options.frameLimit_Hz =
       arguments.frameLimit_Hz.value_or(arguments.offscreen ? kOffscreenFrames_Hz : kWindowFrames_Hz);
@@ -202,6 +203,9 @@ int main(int argc, char** argv) {
   app.add_option("--screenshot", arguments.screenshot,
                  "Write the picture there at the end (PNG); offscreen the last in contact")
       ->type_name("FILE");
+  app.add_option("--sheet", arguments.sheet, "Write six small pictures of the run there at the end, on one sheet (PNG)")
+      ->type_name("FILE")
+      ->needs(app.get_option("--seconds"));
   app.add_option("--summary", arguments.summary, "Write figures of the run there at the end (JSON)")->type_name("FILE");
   app.add_option("--size", arguments.size, "Of the picture, in pixels")
       ->type_name("WIDTHxHEIGHT")

@@ -6,6 +6,9 @@
 namespace haptics {
 namespace {
 
+/// Of a plastic dent between two samples, as a share of its radius.
+constexpr double kLongestWay = 0.2;
+
 double time_s(const MirrorView& view, const MirrorView& since) {
   return 1e-9 * (static_cast<double>(view.sample->time_ns) - static_cast<double>(since.sample->time_ns));
 }
@@ -51,6 +54,28 @@ std::vector<ObjectDent> between(const std::vector<ObjectDent>& a, const std::vec
   return shown;
 }
 
+/// Of the dents in the object none ends and none begins, and at most one moves, the contact's, and not far: between places
+/// that are farther apart a surface that keeps dents may rise or fall by as much as a dent is deep.
+bool isSameStroke(const MirrorView& a, const MirrorView& b, ObjectId id) {
+  const auto notIn = [&](const std::vector<ObjectDent>& others, const std::vector<ObjectDent>& dents) {
+    std::vector<Dent> left;
+    for (const ObjectDent& dent : dents) {
+      const auto isSame = [&](const ObjectDent& other) {
+        return other.object == id && other.dent.centre == dent.dent.centre;
+      };
+      if (dent.object == id && std::ranges::none_of(others, isSame)) left.push_back(dent.dent);
+    }
+    return left;
+  };
+  const std::vector<Dent> ended = notIn(b.dents, a.dents), begun = notIn(a.dents, b.dents);
+  if (ended.size() > 1 || ended.size() != begun.size()) return false;
+  const SceneVersion::Object object = b.scene->find(id);
+  if (ended.empty() || !object || !object->deformation.softness) return true;
+  const Softness& softness = *object->deformation.softness;
+  const double way_m = glm::distance(Vec3(ended.front().centre), Vec3(begun.front().centre));
+  return softness.plastic == 0 || way_m < kLongestWay * softness.radius_m;
+}
+
 /// The view shown, at fraction s of the way from a's moment to b's.
 class Interpolation {
  public:
@@ -67,7 +92,8 @@ class Interpolation {
         body.pose = interpolate(from->second.pose, to->second.pose, s_);
       }
     }
-    const bool holds = a_.sample->object == b_.sample->object;
+    const bool holds = a_.sample->object == b_.sample->object && a_.sample->sceneRevision == b_.sample->sceneRevision &&
+                       isSameStroke(a_, b_, a_.sample->object);
     shown_.dents = holds ? between(a_.dents, b_.dents, s_) : nearer().dents;
     TelemetrySample& sample = *shown_.sample;
     if (sample.object == 0) return;
@@ -79,7 +105,7 @@ class Interpolation {
   [[nodiscard]] const MirrorView& nearer() const { return s_ < 0.5 ? a_ : b_; }
 
   /// Goes along with the object that is touched: on a flat side that turns away it stays on that side. Where a contact
-  /// begins or ends it stays, with the dents, as the nearer sample has it.
+  /// begins or ends, leaves a dent behind, or the scene becomes another, it stays, with the dents, as the nearer sample has it.
   [[nodiscard]] Vec3 contactPlace(Vec3 TelemetrySample::*place, bool holds) const {
     const ObjectId object = shown_.sample->object;
     const auto in = [&](const MirrorView& view) {
@@ -103,6 +129,15 @@ bool anythingYields(const MirrorView& view) {
   });
 }
 
+/// The servo felt an edit that is not here yet, which may have a dent that has ended in the sample.
+bool isAhead(const MirrorView& view) {
+  return view.sample->sceneRevision > view.scene->revision() &&
+         std::ranges::any_of(view.scene->objects(), [](const SceneVersion::Object& object) {
+           const auto& softness = object->deformation.softness;
+           return softness && softness->plastic > 0;
+         });
+}
+
 }  // namespace
 
 std::shared_ptr<const MirrorView> Playback::at(View view, std::uint64_t now_ns) {
@@ -110,12 +145,13 @@ std::shared_ptr<const MirrorView> Playback::at(View view, std::uint64_t now_ns) 
     past_.clear();
     return view;
   }
-  remember(view);
-  const double age_s = view->telemetryAgeAt_s(now_ns);
-  followAge(age_s, now_ns);
+  const bool isHeld = isAhead(*view) && !past_.empty() && past_.back()->telemetryAgeAt_s(now_ns) < kLongestHold_s;
+  if (!isHeld) remember(view);
   const MirrorView& newest = *past_.back();
+  const double age_s = newest.telemetryAgeAt_s(now_ns);
+  followAge(age_s, now_ns);
   const double moment_s = age_s - lag_s_;  // against the newest sample
-  if (past_.size() < 2 || moment_s >= 0) return view;
+  if (past_.size() < 2 || moment_s >= 0) return inStep(past_.back());
 
   const auto after =
       std::find_if(past_.begin() + 1, past_.end(), [&](const View& v) { return time_s(*v, newest) >= moment_s; });
@@ -124,11 +160,26 @@ std::shared_ptr<const MirrorView> Playback::at(View view, std::uint64_t now_ns) 
   const double gap_s = time_s(b, a);
   const double passed = std::clamp((moment_s - time_s(a, newest)) / gap_s, 0.0, 1.0);
   const double s = gap_s > kLongestGap_s ? 1 : passed;
-  auto shown = std::make_shared<MirrorView>(*view);
+  auto shown = std::make_shared<MirrorView>(newest);
   shown->telemetryAge_s = lag_s_;
   shown->takenAt_ns = now_ns;
   Interpolation(*shown, a, b, s).run();
-  return shown;
+  return inStep(shown);
+}
+
+/// With the scene that the servo had adopted when it took the sample, as far as that is remembered.
+Playback::View Playback::inStep(View shown) const {
+  const auto isFelt = [&](const View& known) { return known->scene->revision() <= shown->sample->sceneRevision; };
+  if (isFelt(shown) || ages_.back().age_s > kLongestHold_s) return shown;
+  const auto felt = std::find_if(past_.rbegin(), past_.rend(), isFelt);
+  if (felt == past_.rend()) return shown;
+  auto before = std::make_shared<MirrorView>(*shown);
+  before->scene = (*felt)->scene;
+  before->meshes = (*felt)->meshes;
+  before->fields = (*felt)->fields;
+  before->vertexValues = (*felt)->vertexValues;
+  before->movedVertices = (*felt)->movedVertices;
+  return before;
 }
 
 void Playback::remember(const View& view) {

@@ -19,6 +19,10 @@ class Playback {
   /// Between samples that are farther apart than this (s), because others were lost, nothing is made up: the later one is shown
   /// at once. Larger is smoother; a straight way of the IHIP leaves a curved surface by the square of it.
   static constexpr double kLongestGap_s = 0.05;
+  /// Scene edits are shown with the first sample that felt them, since a plastic dent that is taken into the shape at rest ends
+  /// in that sample, and such a sample not before the edit; but no later than this (s): a servo that no longer tells holds
+  /// nothing back.
+  static constexpr double kLongestHold_s = 0.25;
   /// For so long a late sample makes the picture lag (s); then it catches up, faster than time by this share.
   static constexpr double kLagMemory_s = 1;
   static constexpr double kCatchUp = 0.05;
@@ -37,6 +41,7 @@ class Playback {
   double lag_s_ = 0;
 
   void remember(const View& view);
+  [[nodiscard]] View inStep(View shown) const;
   void followAge(double age_s, std::uint64_t now_ns);
 };
 

@@ -1,6 +1,7 @@
 #include "graphics_client/viewer/camera_rig.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -20,6 +21,9 @@ constexpr double kCloseUpHeight_m = 0.018;
 constexpr double kCentreTime_s = 0.08, kNormalTime_s = 0.5, kFollowTime_s = 0.3;
 /// The close-up looks down on the surface at this angle (radians).
 constexpr double kCloseUpElevation_rad = 0.6;
+
+/// The clipping range is wider than what it holds by this share at both ends, and twice that before it is made anew.
+constexpr double kLoose = 0.8;
 
 /// The share of the way that a first-order low-pass goes in dt.
 double gain(double dt_s, double time_s) { return 1 - std::exp(-dt_s / time_s); }
@@ -53,7 +57,22 @@ void CameraRig::update(const TelemetrySample* sample, double dt_s) {
   }
   double bounds[6];
   stage_.world().solid->ComputeVisiblePropBounds(bounds);
-  if (bounds[0] <= bounds[1]) stage_.world().solid->ResetCameraClippingRange(bounds);
+  if (bounds[0] <= bounds[1]) clip(bounds);
+}
+
+/// A range that holds what is seen stays, so that depths of before can be compared with.
+void CameraRig::clip(const double bounds[6]) {
+  vtkCamera* camera = stage_.world().solid->GetActiveCamera();
+  const std::array<double, 2> before{camera->GetClippingRange()[0], camera->GetClippingRange()[1]};
+  stage_.world().solid->ResetCameraClippingRange(bounds);
+  const auto [near_m, far_m] = std::array<double, 2>{camera->GetClippingRange()[0], camera->GetClippingRange()[1]};
+  const bool holds = before[0] <= near_m && before[1] >= far_m;
+  const bool isTight = before[0] >= near_m * kLoose * kLoose && before[1] <= far_m / kLoose / kLoose;
+  if (holds && isTight) {
+    camera->SetClippingRange(before[0], before[1]);
+  } else {
+    camera->SetClippingRange(near_m * kLoose, far_m / kLoose);
+  }
 }
 
 void CameraRig::follow(Vec3 place, double dt_s) {

@@ -38,6 +38,7 @@ class CameraRig {
   Vec3 centre_{0}, normal_{0, 0, 1};  // of the close-up, smoothed
 
   void follow(Vec3 place, double dt_s);
+  void clip(const double bounds[6]);
   void aimCloseUp(const TelemetrySample& sample, double dt_s);
 };
 

@@ -48,7 +48,7 @@ SurfaceFields fieldsOf(const LookOrder& order) {
 }
 
 /// A piece that is drawn anew costs by its triangles, one that is drawn by its being one.
-constexpr std::size_t kTrianglesOfPiece = 2048, kMostPieces = 256;
+constexpr std::size_t kTrianglesOfPiece = 1024, kMostPieces = 256;
 
 std::vector<Look::Piece> piecesOf(const DisplayedSurface& surface) {
   const std::size_t most = std::max(kTrianglesOfPiece, surface.triangles.size() / kMostPieces);
@@ -82,7 +82,7 @@ vtkSmartPointer<vtkPolyData> shadowOf(const TriMesh& mesh, Vec3 extent_m) {
   coarser->SetInputData(shadow);
   coarser->AutoAdjustNumberOfDivisionsOff();
   coarser->SetNumberOfDivisions(cells(extent_m.x), cells(extent_m.y), cells(extent_m.z));
-  coarser->UseInputPointsOn();  // which are dented like the others
+  coarser->UseInputPointsOn();
   coarser->CopyCellDataOff();
   coarser->Update();
   return coarser->GetOutput();

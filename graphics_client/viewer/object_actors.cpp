@@ -173,21 +173,20 @@ void ObjectActors::dent(std::span<const Dent> dents, const Falloff& falloff) {
     });
     dent(parts_[i], reaching, falloff);
   }
-  const auto follow = [&](std::unique_ptr<DentedPoints>& dented, vtkActor* actor) {
-    if (!dented && dents.empty()) return;
-    auto* data = vtkPolyDataMapper::SafeDownCast(actor->GetMapper())->GetInput();
-    if (!dented) {
-      vtkNew<vtkPolyData> own;
-      own->ShallowCopy(data);
-      vtkPolyDataMapper::SafeDownCast(actor->GetMapper())->SetInputData(own);
-      dented = std::make_unique<DentedPoints>(own);
-      dented->drawIn(own);
-      data = own;
-    }
-    if (dented->follow(dents, falloff)) data->Modified();
-  };
-  follow(dentedShadow_, shadow_);
-  if (look_->rims) follow(dentedRims_, rims_);
+  if (look_->rims) dentRims(dents, falloff);
+}
+
+void ObjectActors::dentRims(std::span<const Dent> dents, const Falloff& falloff) {
+  if (!dentedRims_ && dents.empty()) return;
+  auto* mapper = vtkPolyDataMapper::SafeDownCast(rims_->GetMapper());
+  if (!dentedRims_) {
+    vtkNew<vtkPolyData> own;
+    own->ShallowCopy(mapper->GetInput());
+    mapper->SetInputData(own);
+    dentedRims_ = std::make_unique<DentedPoints>(own);
+    dentedRims_->drawIn(own);
+  }
+  if (dentedRims_->follow(dents, falloff)) mapper->GetInput()->Modified();
 }
 
 /// From the first dent on it has points of its own.

@@ -43,7 +43,8 @@ class ObjectActors {
   void paint(const Paint& paint);
   void place(vtkMatrix4x4* object, vtkMatrix4x4* shadow);
   void setShadowVisible(bool visible);
-  /// Shows a soft object with these dents.
+  /// Shows a soft object with these dents. Its shadow stays that of the shape at rest: it would have to be drawn anew in every
+  /// frame, for a few pixels of its outline.
   void dent(std::span<const Dent> dents, const Falloff& falloff);
   /// Leaves out what cannot be seen by the world's and the close-up's camera; object frame.
   void showFor(Vec3 worldEye, Vec3 closeUpEye);
@@ -63,12 +64,13 @@ class ObjectActors {
   std::vector<Part> parts_;
   vtkNew<vtkActor> rims_;
   vtkSmartPointer<vtkActor> shadow_;
-  std::unique_ptr<DentedPoints> dentedShadow_, dentedRims_;  // likewise
-  std::optional<palette::Shade> displacementOn_;             // coloured by displacement, over this
-  std::optional<Color> colored_;                             // what the points' colours were made of
+  std::unique_ptr<DentedPoints> dentedRims_;      // likewise
+  std::optional<palette::Shade> displacementOn_;  // coloured by displacement, over this
+  std::optional<Color> colored_;                  // what the points' colours were made of
   std::optional<FrictionRange> coloredRange_;
 
   void colorPoints(const Paint& paint);
+  void dentRims(std::span<const Dent> dents, const Falloff& falloff);
   void dent(Part& part, std::span<const Dent> dents, const Falloff& falloff);
   void colorDisplacement(Part& part) const;
 };

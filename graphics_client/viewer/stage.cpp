@@ -21,7 +21,7 @@ constexpr double kViewAngle_deg = 28;
 constexpr double kCloseUpShare = 0.3;
 constexpr int kMargin_px = 14;
 
-enum Layer { kWorld, kWorldGhost, kCloseUp, kCloseUpGhost, kOverlay, kLayers };
+enum Layer { kWorldStill, kWorld, kWorldGhost, kCloseUp, kCloseUpGhost, kOverlay, kLayers };
 
 void addLight(vtkRenderer* renderer, Vec3 from, palette::Shade shade, double intensity, bool withCamera) {
   vtkNew<vtkLight> light;
@@ -49,23 +49,30 @@ void light(vtkRenderer* renderer) {
 
 /// VTK 9.1 hands the lights to a shader only when they or the camera are newer than the last hand-over, though that
 /// may have been for another pane with another camera: so each camera is made new when its pane is about to be drawn.
+void refreshLights(vtkRenderer* renderer) {
+  vtkNew<vtkCallbackCommand> refresh;
+  refresh->SetCallback([](vtkObject* drawn, unsigned long, void*, void*) {
+    static_cast<vtkRenderer*>(drawn)->GetActiveCamera()->Modified();
+  });
+  renderer->AddObserver(vtkCommand::StartEvent, refresh);
+}
+
+void setSky(vtkRenderer* renderer) {
+  renderer->SetPreserveColorBuffer(false);
+  renderer->SetGradientBackground(true);
+  renderer->SetBackground(palette::kSkyBottom.red, palette::kSkyBottom.green, palette::kSkyBottom.blue);
+  renderer->SetBackground2(palette::kSkyTop.red, palette::kSkyTop.green, palette::kSkyTop.blue);
+}
+
 void setUp(ScenePane& pane, vtkRenderWindow* window, int layer) {
   pane.solid->SetLayer(layer);
-  pane.solid->SetPreserveColorBuffer(false);
-  pane.solid->SetGradientBackground(true);
-  pane.solid->SetBackground(palette::kSkyBottom.red, palette::kSkyBottom.green, palette::kSkyBottom.blue);
-  pane.solid->SetBackground2(palette::kSkyTop.red, palette::kSkyTop.green, palette::kSkyTop.blue);
+  setSky(pane.solid);
   pane.solid->GetActiveCamera()->SetViewAngle(kViewAngle_deg);
-  light(pane.solid);
   pane.ghost->SetLayer(layer + 1);
   pane.ghost->SetActiveCamera(pane.solid->GetActiveCamera());
-  light(pane.ghost);
-  vtkNew<vtkCallbackCommand> refresh;
-  refresh->SetCallback([](vtkObject* renderer, unsigned long, void*, void*) {
-    static_cast<vtkRenderer*>(renderer)->GetActiveCamera()->Modified();
-  });
   for (vtkRenderer* renderer : {pane.solid.Get(), pane.ghost.Get()}) {
-    renderer->AddObserver(vtkCommand::StartEvent, refresh);
+    light(renderer);
+    refreshLights(renderer);
     renderer->SetInteractive(layer == kWorld && renderer == pane.solid.Get());
     window->AddRenderer(renderer);
   }
@@ -75,7 +82,7 @@ void setUp(ScenePane& pane, vtkRenderWindow* window, int layer) {
 
 Vec3 keyLightDirection() { return glm::normalize(Vec3(-0.55, -0.60, 1.0)); }
 
-Stage::Stage(const ViewerOptions& options) {
+Stage::Stage(const ViewerOptions& options) : still_(window_, world_.solid, kWorldStill) {
   window_->SetOffScreenRendering(options.offscreen);
   window_->SetSize(options.width_px, options.height_px);
   window_->SetWindowName("Haptic viewer");
@@ -83,6 +90,11 @@ Stage::Stage(const ViewerOptions& options) {
   window_->SetMultiSamples(0);
   window_->SetNumberOfLayers(kLayers);
   setUp(world_, window_, kWorld);
+  setSky(still_.still());
+  for (vtkRenderer* renderer : {still_.still(), still_.moving()}) {
+    light(renderer);
+    refreshLights(renderer);
+  }
   setUp(closeUp_, window_, kCloseUp);
   overlay_->SetLayer(kOverlay);
   overlay_->SetPreserveDepthBuffer(true);
@@ -115,11 +127,12 @@ void Stage::placeCloseUp() {
 
 void Stage::render() {
   placeCloseUp();
+  still_.sort();
   window_->Render();
 }
 
 void Stage::smoothOutlines(bool on) {
-  world_.solid->SetUseFXAA(on);
+  still_.moving()->SetUseFXAA(on);
   closeUp_.solid->SetUseFXAA(on);
 }
 
@@ -145,6 +158,7 @@ Result<void> writePng(vtkImageData* picture, const std::filesystem::path& file) 
   vtkNew<vtkPNGWriter> writer;
   writer->SetInputData(picture);
   writer->WriteToMemoryOn();
+  writer->SetCompressionLevel(9);
   writer->Write();
   const vtkUnsignedCharArray* bytes = writer->GetResult();
   if (!bytes || bytes->GetNumberOfValues() == 0) return refused(file.string(), "the picture could not be encoded");

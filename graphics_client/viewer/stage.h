@@ -10,6 +10,7 @@
 
 #include "common/error/error.h"
 #include "common/maths/vec.h"
+#include "graphics_client/viewer/still_picture.h"
 #include "graphics_client/viewer/viewer.h"
 
 namespace haptics {
@@ -30,6 +31,7 @@ class Stage {
   explicit Stage(const ViewerOptions& options);
 
   [[nodiscard]] vtkRenderWindow* window() { return window_; }
+  /// Its solid layer lists what is drawn (still_picture.h).
   [[nodiscard]] ScenePane& world() { return world_; }
   [[nodiscard]] ScenePane& closeUp() { return closeUp_; }
   [[nodiscard]] vtkRenderer* overlay() { return overlay_; }
@@ -44,6 +46,8 @@ class Stage {
   [[nodiscard]] int closeUpBottom_px() const;
 
   void render();
+  /// Frames in which all of the world was drawn (still_picture.h).
+  [[nodiscard]] std::uint64_t drawnAnew() const { return still_.drawnAnew(); }
   /// Anti-aliasing of the next pictures: free on a graphics card, five times the cost of a frame in software.
   void smoothOutlines(bool on);
   /// After the first picture.
@@ -54,6 +58,7 @@ class Stage {
  private:
   vtkNew<vtkRenderWindow> window_;
   ScenePane world_, closeUp_;
+  StillPicture still_;  // of the world's solid layer
   vtkNew<vtkRenderer> overlay_;
   bool closeUpShown_ = true;
 

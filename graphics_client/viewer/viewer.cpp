@@ -12,6 +12,7 @@
 #include "graphics_client/viewer/contact_glyphs.h"
 #include "graphics_client/viewer/controls.h"
 #include "graphics_client/viewer/overlay.h"
+#include "graphics_client/viewer/picture_sheet.h"
 #include "graphics_client/viewer/scene_actors.h"
 #include "graphics_client/viewer/stage.h"
 #include "graphics_client/viewer/trail.h"
@@ -57,6 +58,7 @@ class Viewer {
   Overlay overlay_;
   std::unique_ptr<Controls> controls_;
   RunSummary summary_;
+  std::optional<PictureSheet> sheet_;
 
   Moment moment_;               // drawn last
   std::optional<Moment> best_;  // for the screenshot at the end
@@ -73,7 +75,11 @@ class Viewer {
   void show(const Moment& moment, double dt_s);
   void noteChanges(const MirrorView& view);
   void keepIfBetter(const Moment& moment);
+  [[nodiscard]] static int worthOf(const Moment& moment);
   void handleKey(char key);
+  void frameAll(const MirrorView& view);
+  void addToSheet();
+  [[nodiscard]] vtkSmartPointer<vtkImageData> picture(const Moment& moment, double settle_s);
   [[nodiscard]] Result<void> takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file);
 };
 
@@ -87,6 +93,7 @@ Viewer::Viewer(const ViewerOptions& options, const ViewSource& source)
       cameras_(stage_),
       overlay_(stage_, !options.offscreen) {
   objects_.setDisplacement(displacement_ = options.displacement);
+  if (!options.sheet.empty() && options.duration_s) sheet_.emplace(*options.duration_s);
   if (options.offscreen) return;
   controls_ = std::make_unique<Controls>(
       stage_.window(), stage_.world().solid, [this](char key) { handleKey(key); }, [this] { quit_ = true; });
@@ -106,6 +113,11 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
     drawFrame(now_s_ - before_s);
     next = std::max(next + period, Clock::now() - period);
     std::this_thread::sleep_until(next);
+  }
+  if (sheet_ && moment_.view) {
+    if (sheet_->isEmpty()) addToSheet();
+    const Result<void> written = sheet_->write(options_.sheet);
+    if (!written) return tl::unexpected(written.error());
   }
   if (!options_.screenshot.empty() && moment_.view) {
     const Moment& best = best_ ? *best_ : moment_;
@@ -141,6 +153,7 @@ void Viewer::drawFrame(double dt_s) {
     rateFrames_ = 0;
   }
   if (options_.offscreen && !options_.screenshot.empty()) keepIfBetter(moment_);
+  if (sheet_ && sheet_->isDue(now_s_, worthOf(moment_) > 1)) addToSheet();
 }
 
 void Viewer::show(const Moment& moment, double dt_s) {
@@ -161,7 +174,7 @@ void Viewer::show(const Moment& moment, double dt_s) {
                    .stateWasReset = now_s_ - resetAt_s_ < kResetNotice_s},
                   now_s_);
   if (!framed_ && view.link == LinkState::kLive && !objects_.isSettling() && !objects_.outline().empty()) {
-    cameras_.frame(objects_.outline(), overlay_.freeAreas());
+    frameAll(view);
     framed_ = true;
   }
   cameras_.update(view.sample ? &*view.sample : nullptr, dt_s);
@@ -184,17 +197,20 @@ void Viewer::noteChanges(const MirrorView& view) {
 }
 
 void Viewer::keepIfBetter(const Moment& moment) {
-  const auto shows = [](const Moment& m) {  // nothing, a contact, or a contact with a force worth seeing
-    if (m.view->link != LinkState::kLive || !m.view->sample || m.view->sample->object == 0) return 0;
-    return glm::length(m.view->sample->force.written) < kShownForce_N ? 1 : 2;
-  };
-  if (!best_ || shows(moment) >= shows(*best_)) best_ = moment;
+  if (!best_ || worthOf(moment) >= worthOf(*best_)) best_ = moment;
+}
+
+/// Nothing is seen, a contact, or a contact with a force worth seeing: 0, 1 or 2.
+int Viewer::worthOf(const Moment& moment) {
+  const MirrorView& view = *moment.view;
+  if (view.link != LinkState::kLive || !view.sample || view.sample->object == 0) return 0;
+  return glm::length(view.sample->force.written) < kShownForce_N ? 1 : 2;
 }
 
 void Viewer::handleKey(char key) {
   switch (key) {
     case 'r':
-      cameras_.frame(objects_.outline(), overlay_.freeAreas());
+      frameAll(*moment_.view);
       break;
     case 'f':
       cameras_.setFollow(follow_ = !follow_);
@@ -239,13 +255,33 @@ void Viewer::handleKey(char key) {
   }
 }
 
-Result<void> Viewer::takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file) {
+/// The objects, and above them the arrow of the largest force.
+void Viewer::frameAll(const MirrorView& view) {
+  std::vector<Vec3> points = objects_.outline();
+  const double room_m = GlyphSizes{}.arrow_mPerN * view.maxForce_N;
+  const std::size_t count = points.size();
+  for (std::size_t i = 0; i < count; ++i) points.push_back(points[i] + Vec3(0, 0, room_m));
+  cameras_.frame(points, overlay_.freeAreas());
+}
+
+/// Its text would be too small to be read there.
+void Viewer::addToSheet() {
+  overlay_.toggle();
+  sheet_->add(picture(moment_, kSettled_s));
+  overlay_.toggle();
+}
+
+vtkSmartPointer<vtkImageData> Viewer::picture(const Moment& moment, double settle_s) {
   stage_.smoothOutlines(true);
   overlay_.refresh();
   show(moment, settle_s);
-  const vtkSmartPointer<vtkImageData> picture = stage_.grab();
+  vtkSmartPointer<vtkImageData> picture = stage_.grab();
   stage_.smoothOutlines(smooth_);
-  return writePng(picture, file);
+  return picture;
+}
+
+Result<void> Viewer::takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file) {
+  return writePng(picture(moment, settle_s), file);
 }
 
 }  // namespace

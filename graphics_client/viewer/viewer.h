@@ -19,6 +19,8 @@ struct ViewerOptions {
   std::optional<double> duration_s;  ///< Ends by itself after it.
   double frameLimit_Hz = 60;         ///< > 0.
   bool displacement = false;         ///< Soft objects are coloured by how far they are displaced; the d key.
+  std::filesystem::path
+      sheet;  ///< Pictures of the run on one sheet, written at the end when not empty; needs a duration.
   std::filesystem::path screenshot;  ///< Written at the end when not empty; also where the s key writes.
 };
 

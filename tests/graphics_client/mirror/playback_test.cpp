@@ -97,6 +97,18 @@ TEST(Playback, GoesFromDentToDentWithTheContact) {
   EXPECT_EQ(is(3, {2, 2, 2}, {0, 0.0024, 0}), 1) << "one that begins";
 }
 
+TEST(Playback, MakesNothingUpWhereTheContactLeavesADentBehind) {
+  const Change first = [](MirrorView& view) { view.dents = {{1, {{0, 0, 0.05F}, {0, 0, -0.004F}}}}; };
+  const Change second = [](MirrorView& view) {
+    view.dents = {{1, {{0, 0, 0.05F}, {0, 0, -0.003F}}}, {1, {{0.01F, 0, 0.05F}, {0, 0, -0.002F}}}};
+  };
+  const auto shown = onTheWay(first, second);
+  ASSERT_EQ(shown->dents.size(), 2);
+  EXPECT_EQ(shown->dents.at(0).dent.displacement.z, -0.003F);
+  EXPECT_EQ(shown->dents.at(1).dent.displacement.z, -0.002F);
+  EXPECT_NEAR(shown->sample->ihip.x, shownX(*shown), 1e-12) << "the IHIP too is the later sample's, in the body";
+}
+
 TEST(Playback, KeepsTheIhipOnTheSideOfABodyThatTurns) {
   const auto turned = [](double angle_rad) {
     return [angle_rad](MirrorView& view) {
@@ -127,6 +139,70 @@ TEST(Playback, ShowsAContactThatEndsAsTheLastSampleHadIt) {
     EXPECT_EQ(shown->dents.at(0).dent.displacement.z, -0.005F);
     EXPECT_NEAR(toLocal(shown->bodies.at(1).pose, shown->sample->ihip).x, 0, 1e-12) << "where the body is by then";
   }
+}
+
+/// A dent until the scene's second revision, which has it in the shape at rest.
+struct TakenInDent {
+  std::shared_ptr<const SceneVersion> before = std::make_shared<const SceneVersion>(sceneAt(1));
+  std::shared_ptr<const SceneVersion> after = std::make_shared<const SceneVersion>(sceneAt(2));
+
+  static SceneVersion sceneAt(std::uint64_t revision) {
+    ObjectRecord clay;
+    clay.id = 1;
+    clay.name = "clay";
+    clay.deformation.softness = Softness{.stiffness_N_per_m = 100, .radius_m = 0.01, .plastic = 1};
+    return SceneVersion::fromSnapshot(revision, {clay}).value();
+  }
+  [[nodiscard]] Change with(std::uint64_t feltRevision, const std::shared_ptr<const SceneVersion>& scene) const {
+    return [=](MirrorView& view) {
+      view.scene = scene;
+      view.sample->sceneRevision = feltRevision;
+      if (feltRevision == 1) view.dents = {{1, {{0, 0, 0.05F}, {0, 0, -0.004F}}}};
+    };
+  }
+};
+
+TEST(Playback, ShowsADentOnceWhileTheShapeAtRestTakesItIn) {
+  const TakenInDent dent;
+  constexpr std::uint64_t kHeard_ms = 1050;                        // the edit comes here then
+  for (std::uint64_t felt_ms = 1000; felt_ms < 1090; ++felt_ms) {  // the servo adopts it then, and tells 5 ms later
+    Playback playback;
+    for (std::uint64_t now = 1000; now < 1150; now += 7) {
+      const std::uint64_t sample = now - 5 - (now - 5) % 16;
+      const std::uint64_t felt = sample < felt_ms ? 1 : 2;
+      auto view = std::make_shared<MirrorView>(*viewAt(sample, now));
+      dent.with(felt, now < kHeard_ms ? dent.before : dent.after)(*view);
+      const auto shown = playback.at(view, now * kMillisecond_ns);
+      EXPECT_EQ(shown->dents.size(), shown->scene->revision() == 1 ? 1U : 0U) << now << ", adopted at " << felt_ms;
+      for (const ObjectDent& shownDent : shown->dents) EXPECT_EQ(shownDent.dent.displacement.z, -0.004F) << now;
+    }
+  }
+}
+
+TEST(Playback, MakesNothingUpWhereTheContactGoesFarOverClay) {
+  const TakenInDent clay;  // its radius is 10 mm
+  const auto dentAt = [&](float x_m) {
+    return [&clay, x_m](MirrorView& view) {
+      clay.with(1, clay.before)(view);
+      view.dents.at(0).dent.centre.x = x_m;
+    };
+  };
+  EXPECT_NEAR(onTheWay(dentAt(0), dentAt(0.0015F))->dents.at(0).dent.centre.x, 0.0009, 1e-9) << "6 tenths of the way";
+  EXPECT_EQ(onTheWay(dentAt(0), dentAt(0.006F))->dents.at(0).dent.centre.x, 0.006F);
+}
+
+TEST(Playback, HoldsNoEditBackWhereTheServoTellsNoMore) {
+  const TakenInDent dent;
+  Playback playback;
+  const auto at = [&](std::uint64_t now, const std::shared_ptr<const SceneVersion>& scene) {
+    auto view = std::make_shared<MirrorView>(*viewAt(std::min<std::uint64_t>(now, 1010), now));
+    dent.with(1, scene)(*view);
+    return playback.at(view, now * kMillisecond_ns)->scene->revision();
+  };
+  EXPECT_EQ(at(1000, dent.before), 1);
+  EXPECT_EQ(at(1010, dent.before), 1);
+  EXPECT_EQ(at(1020, dent.after), 1);
+  EXPECT_EQ(at(1300, dent.after), 2);
 }
 
 TEST(Playback, MakesNothingUpWhereSamplesAreMissing) {

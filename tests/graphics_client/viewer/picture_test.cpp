@@ -113,6 +113,30 @@ TEST_F(Picture, ShowsTheHipThroughTheObject) {
   EXPECT_GT(count(200, 90, 100, 60), 10);
 }
 
+TEST_F(Picture, HasRoomForTheForceAboveATallObject) {
+  const ObjectId bar = mirror.add("bar", makeBox({0.04, 0.04, 0.16}, 2).value(), {}, {});
+  const auto inTopRows = [&](double red, double green, double blue) {
+    int found = 0;
+    for (int y = kHeight_px - 3; y < kHeight_px; ++y) {
+      for (int x = kWidth_px / 4; x < kWidth_px * 2 / 3; ++x) {
+        const auto* pixel = static_cast<const unsigned char*>(reader->GetOutput()->GetScalarPointer(x, y, 0));
+        found += std::hypot(pixel[0] - red, pixel[1] - green, pixel[2] - blue) < 60;
+      }
+    }
+    return found;
+  };
+  for (std::uint32_t polygon = 0;; ++polygon) {  // one on the upper side
+    mirror.touch(bar, polygon, 0.004);
+    if (mirror.view().sample->surfaceNormal.z > 0.9) break;
+  }
+  mirror.view().sample->force.written = {0, 0, mirror.view().maxForce_N};
+  draw();
+  EXPECT_GT(count(160, 20, 20, 90), 20) << "the arrow is there";
+  const vtkImageData* image = reader->GetOutput();
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(inTopRows(120, 15, 15), 0) << "and ends below the border";
+}
+
 TEST_F(Picture, ShowsASmoothBallWhereItIsFeltShadedAndFacetsWhereNot) {
   hover();
   const ObjectId ball = mirror.add("ball", makeSphere(0.05, 6).value(), {}, {});
