@@ -35,7 +35,7 @@ struct ContactState {
   Feature feature =
       Feature::kPolygon;  ///< kOneSurface: what of the triangle holds the IHIP, itself, one of its lines or vertices.
   Vec3 local{0};          ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
-  HeldPolygon polygon;    ///< Of the last tick that ended on one.
+  HeldPolygon polygon;    ///< Of the last tick that ended on one, unless that was known.
 
   /// The surfaces that the contact involves: none when free, else at least the first.
   [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept {
