@@ -9,6 +9,7 @@
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/contact/body.h"
 #include "haptic_server/contact/held_polygon.h"
+#include "haptic_server/contact/known_polygons.h"
 
 namespace haptics {
 
@@ -34,7 +35,7 @@ struct ContactState {
   Feature feature =
       Feature::kPolygon;  ///< kOneSurface: what of the triangle holds the IHIP, itself, one of its lines or vertices.
   Vec3 local{0};          ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
-  HeldPolygon polygon;    ///< Of the last tick that ended on one.
+  HeldPolygon polygon;    ///< Of the last tick that ended on one, unless that was known.
 
   /// The surfaces that the contact involves: none when free, else at least the first.
   [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept {
@@ -64,6 +65,7 @@ struct ContactResult {
   Vec3 normal{0};            ///< World, unit, outward: of the contacted primitive, or towards the IHIP when several
                              ///< surfaces hold it; zero when free.
   double penetration_m = 0;  ///< |IHIP - HIP|, 0 when free.
+  bool alongNormal = false;  ///< That is the way from the HIP to the IHIP: a polygon holds it.
   PrimitiveId primitive;     ///< Canonical numbering.
   std::uint32_t inDent =
       kNoTriangle;  ///< Of the body's Surface, where that was met within a dent of the one that holds.
@@ -86,7 +88,9 @@ void place(ContactState& state, Vec3 hip) noexcept;
 /// one that did not move.
 [[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
 /// The same into a `result` as constructed: a copy of it would wait for the stores that made it.
-void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept;
+/// What is `known` is there the sooner; null: nothing.
+void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
+                   const KnownPolygons* known = nullptr) noexcept;
 
 /// Where each body of an adopted scene comes from.
 struct BodyOrigin {

@@ -180,8 +180,9 @@ class ContactTick {
   ContactState& state_;
   Vec3 hip_;  // at the end of the tick, world
   NearBodies near_;
-  Foot foot_;        // kOneSurface: of the IHIP
-  double skin_ = 0;  // metres
+  Foot foot_;             // kOneSurface: of the IHIP
+  bool settled_ = false;  // It is the nearest to the HIP.
+  double skin_ = 0;       // metres
   double lift_ = 0;
   bool recordedOnly_ = false;  // touched in this tick, to be searched in the next (kSameTickSearch off)
   ContactWork work_;

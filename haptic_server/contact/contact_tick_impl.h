@@ -176,6 +176,7 @@ void ContactTick<Corrections>::hold(const HoldingSurface& surface, const Foot& f
   state_.local = foot.point;
   state_.ihip = ihip;
   foot_ = foot;
+  settled_ = false;
 }
 
 template <class Corrections>
@@ -192,11 +193,15 @@ ContactResult ContactTick<Corrections>::result() noexcept {
   const Vec3 way = state_.ihip - hip_;
   result.touching = true;
   result.body = held().body;
-  result.penetration_m = glm::length(way);
   if (state_.mode == Mode::kOneSurface) {
+    result.alongNormal = settled_ && foot_.feature == Feature::kPolygon;
+    result.penetration_m = result.alongNormal
+                               ? distanceFrom(near.surface->triangle(foot_.triangle), near.frame.toLocal(hip_))
+                               : glm::length(way);
     result.normal = near.frame.turn(near.surface->normal(foot_) * static_cast<double>(held().side));
   } else {
     const std::uint32_t t = held().triangle;
+    result.penetration_m = glm::length(way);
     foot_ = closestOn(near.surface->triangle(t), t, near.frame.toLocal(state_.ihip));
     result.normal = result.penetration_m > 0
                         ? way / result.penetration_m

@@ -84,7 +84,6 @@ struct Minimum {
   result.body = holding.body;
   result.ihip = ihip;
   result.normal = vec3(frame.turn(minimum.normal * all(holding.side)));
-  result.penetration_m = glm::length(ihip - hip);
   holding.triangle = minimum.triangle;
   state.feature = minimum.feature;
   state.local = vec3(minimum.foot);
@@ -103,27 +102,31 @@ struct Minimum {
 }
 
 /// A tick that ends over the polygon, at this place in its frame, and inside of the surface.
-[[gnu::always_inline]] inline void stay(const Body& body, ContactState& state, const Vec3& hip, const Vec3& h,
-                                        const Prism::Place& end, int looked, ContactResult& result) noexcept {
-  const HeldPolygon& polygon = state.polygon;
+[[gnu::always_inline]] inline void stay(const Body& body, ContactState& state, const HeldPolygon& polygon,
+                                        const Vec3& hip, const Vec3& h, const Prism::Place& end, int looked,
+                                        ContactResult& result) noexcept {
   result.work.triangles = looked;
   result.work.steps = 1;
   result.primitive = {PrimitiveKind::kPolygon, 0, polygon.canonical};
   const Four foot = polygon.foot(four(h), end.height());
+  result.alongNormal = true;
+  result.penetration_m = polygon.distance(end.height());
   keep(body, state, hip, {polygon.triangle, Feature::kPolygon, foot, polygon.unitNormal}, result);
 }
 
 /// From polygon to polygon, as followOverPolygons() does: a tick that ends beyond the polygon, at this place in its frame.
 /// False when there is more to it.
-[[nodiscard, gnu::noinline]] bool hop(const Body& body, ContactState& state, const Vec3& hip, const Vec3& h,
-                                      const Prism::Place& beyond, ContactResult& result) noexcept {
+[[nodiscard, gnu::noinline]] bool hop(const Body& body, ContactState& state, const HeldPolygon& polygon,
+                                      const Vec3& hip, const Vec3& h, const Prism::Place& beyond, ContactResult& result,
+                                      const KnownPolygons* known) noexcept {
   const int side = state.holding[0].side;
   const FourVec3 from = all(body.frame.toLocal(state.hip));
   Prism::Place end = beyond;
   int looked = 1;
-  if (!hopOverPolygons(*body.surface, state.polygon, from, all(h), side, kSearchBudget - 1, end, looked)) return false;
-  if (end.isOutside(side)) return false;
-  stay(body, state, hip, h, end, looked, result);
+  const HeldPolygon* const found =
+      hopOverPolygons(*body.surface, polygon, state.polygon, from, all(h), side, kSearchBudget - 1, end, looked, known);
+  if (found == nullptr || end.isOutside(side)) return false;
+  stay(body, state, *found, hip, h, end, looked, result);
   return true;
 }
 
@@ -135,13 +138,13 @@ struct Minimum {
   if (!polygon.is(*body.surface, holding.triangle)) polygon.become(*body.surface, holding.triangle);
   const Vec3 h = body.frame.toLocal(hip);
   const Prism::Place end = polygon.prism.place(all(h));
-  if (end.beyond() != 0) return others.count == 0 && hop(body, state, hip, h, end, result);
+  if (end.beyond() != 0) return others.count == 0 && hop(body, state, polygon, hip, h, end, result, nullptr);
   if (end.isOutside(holding.side)) return false;
   if (others.count > 0) {
     const Vec3 foot = vec3(polygon.foot(four(h), end.height()));
     if (!stayIsClear(body, others, state, foot, result.work)) return false;
   }
-  stay(body, state, hip, h, end, 1, result);
+  stay(body, state, polygon, hip, h, end, 1, result);
   return true;
 }
 
@@ -172,26 +175,34 @@ struct Minimum {
       static_cast<int>(others.count * (static_cast<std::size_t>(steps) + path.size()));  // each starts with one
   result.primitive = primitiveOf(surface, foot);
   keep(body, state, hip, {foot.triangle, foot.feature, four(foot.point), four(surface.normal(foot))}, result);
+  result.alongNormal = foot.feature == Feature::kPolygon;
+  result.penetration_m =
+      result.alongNormal ? distanceFrom(surface.triangle(foot.triangle), motion.to) : glm::length(state.ihip - hip);
   return true;
 }
 
-/// The common tick of all: alone, from the polygon of the last tick. Of a HIP that is usable.
+/// The common tick of all: alone, from a polygon that is kept from the last tick, or known. Of a HIP that is usable.
 [[nodiscard, gnu::always_inline]] inline bool rub(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
-                                                  ContactResult& result) noexcept {
+                                                  ContactResult& result, const KnownPolygons* known) noexcept {
   if (bodies.size() != 1 || state.feature != Feature::kPolygon) return false;
   const HoldingSurface& holding = state.holding[0];
   const Body& body = bodies[static_cast<std::size_t>(holding.body)];
-  if (body.moving || !state.polygon.is(*body.surface, holding.triangle)) return false;
+  if (body.moving) return false;
+  const HeldPolygon* polygon = &state.polygon;
+  if (!polygon->is(*body.surface, holding.triangle)) {
+    polygon = known != nullptr ? known->find(*body.surface, holding.triangle) : nullptr;
+    if (polygon == nullptr) return false;
+  }
   const Vec3 h = body.frame.toLocal(hip);
-  const Prism::Place end = state.polygon.prism.place(all(h));
+  const Prism::Place end = polygon->prism.place(all(h));
   if (end.beyond() != 0) [[unlikely]] {
     const Vec3 place = h;  // copies, so that the others stay in registers
     const Prism::Place beyond = end;
-    return hop(body, state, hip, place, beyond, result);
+    return hop(body, state, *polygon, hip, place, beyond, result, known);
   }
   if (end.isOutside(holding.side)) [[unlikely]]
     return false;
-  stay(body, state, hip, h, end, 1, result);
+  stay(body, state, *polygon, hip, h, end, 1, result);
   return true;
 }
 
@@ -217,12 +228,13 @@ struct Minimum {
 bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                      ContactResult& result) noexcept {
   if (state.mode != ContactState::Mode::kOneSurface || !isUsable(hip)) return false;
-  return rub(bodies, state, hip, result) || followBeside(bodies, state, hip, result);
+  return rub(bodies, state, hip, result, nullptr) || followBeside(bodies, state, hip, result);
 }
 
-void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
+void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
+                   const KnownPolygons* known) noexcept {
   if (state.mode != ContactState::Mode::kOneSurface) return followGuarded(bodies, state, hip, result);
-  if (!isUsable(hip) || !rub(bodies, state, hip, result)) [[unlikely]]
+  if (!isUsable(hip) || !rub(bodies, state, hip, result, known)) [[unlikely]]
     followOtherwise(bodies, state, hip, result);
 }
 

@@ -19,10 +19,16 @@ struct HeldPolygon {
   Prism prism;
   Four normal{};              ///< As Prism::normal(),
   double perSquaredNormal{};  ///< 1 / Prism::squaredNormal(),
+  double perNormal{};         ///< the root of that,
   Four unitNormal{};          ///< Prism::unitNormal().
 
   [[nodiscard]] bool is(const Surface& s, std::uint32_t t) const noexcept { return surface == &s && triangle == t; }
   void forget() noexcept { surface = nullptr; }
+
+  /// As TriangleRecord::cornerOf().
+  [[nodiscard]] int cornerOf(std::uint32_t v) const noexcept {
+    return vertex[0] == v ? 0 : vertex[1] == v ? 1 : vertex[2] == v ? 2 : -1;
+  }
 
   /// Of the polygon that it is now: where things are, and what is beside it.
   void take(const TriangleRecord& record) noexcept {
@@ -37,8 +43,10 @@ struct HeldPolygon {
     canonical = s.canonical(t);
     normal = prism.normal();
     const double squared = prism.squaredNormal();
+    const double length = std::sqrt(squared);
     perSquaredNormal = 1 / squared;
-    unitNormal = normal / all(std::sqrt(squared));
+    perNormal = 1 / length;
+    unitNormal = normal / all(length);
   }
   [[gnu::noinline]] void become(const Surface& s, std::uint32_t t) noexcept {
     take(s.triangle(t));
@@ -47,6 +55,8 @@ struct HeldPolygon {
 
   /// As Prism::foot().
   [[nodiscard]] Four foot(Four h, double height) const noexcept { return h - normal * all(height * perSquaredNormal); }
+  /// As Prism::distance().
+  [[nodiscard]] double distance(double height) const noexcept { return std::abs(height) * perNormal; }
 };
 
 }  // namespace haptics

@@ -71,6 +71,7 @@ bool ContactTick<Corrections>::settle(const SearchResult& found, const SearchPat
     return false;
   }
   hold({holding.body, holding.side, found.foot.triangle}, found.foot, frame.toWorld(found.foot.point));
+  settled_ = found.converged;
   if (Corrections::kSeveralSurfaces && s.onBoundary(found.foot)) {
     resolve(hip);
     return false;

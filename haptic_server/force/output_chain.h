@@ -72,6 +72,7 @@ class FaultRamp {
     return force * gain_;
   }
   [[nodiscard]] bool atZero() const noexcept { return gain_ <= 0; }
+  [[nodiscard]] bool atOne() const noexcept { return gain_ >= 1; }
 
  private:
   double gain_ = 1;

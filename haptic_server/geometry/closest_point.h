@@ -56,6 +56,10 @@ class Prism {
     return h - normal() * all(height * (1 / squaredNormal()));
   }
   [[nodiscard]] Four unitNormal() const noexcept { return normal() / all(std::sqrt(squaredNormal())); }
+  /// Of an h of that height, from the plane; m.
+  [[nodiscard]] double distance(double height) const noexcept {
+    return std::abs(height) * (1 / std::sqrt(squaredNormal()));
+  }
 
   /// The points of the edges that are closest to h. Ends go to the vertices.
   struct OnEdges {
@@ -92,6 +96,12 @@ class Prism {
   FourVec3 corner_{};  // last, the first one again
   FourVec3 plane_{};   // normals, inward; last, that of the triangle
 };
+
+/// Of h from the plane of a triangle; object frame, metres.
+[[nodiscard]] inline double distanceFrom(const TriangleRecord& record, Vec3 h) noexcept {
+  const Prism prism(record);
+  return prism.distance(prism.place(all(h)).height());
+}
 
 /// Closest point of the triangle to h (object frame, metres). Ties go to the primitive of lower dimension.
 ///

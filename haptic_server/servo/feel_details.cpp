@@ -107,8 +107,8 @@ class Feeling {
     felt.triangle = contact_.inDent == kNoTriangle ? state_.contact.holding[0].triangle : contact_.inDent;
     felt.from = state_.hip;
     felt.geometric_m = contact_.penetration_m;
-    felt.normal =
-        tellsDirection(felt.geometric_m, felt.body) ? (contact_.ihip - state_.hip) / felt.geometric_m : contact_.normal;
+    const bool alongWay = !contact_.alongNormal && tellsDirection(felt.geometric_m, felt.body);
+    felt.normal = alongWay ? (contact_.ihip - state_.hip) / felt.geometric_m : contact_.normal;
     BumpWatch& watch = state_.bumps[felt.body];
     watch.triangle = felt.triangle;
     watch.clear_m = 0;

@@ -96,7 +96,7 @@ void moveEdited(HapticState& state, const StepConfig& config) noexcept {
   if (!contact.touching) return;
   const auto touched = static_cast<std::size_t>(contact.body);
   const double depth = contact.penetration_m;
-  const Vec3 direction = depth > 0 ? (contact.ihip - state.hip) / depth : contact.normal;
+  const Vec3 direction = contact.alongNormal || depth <= 0 ? contact.normal : (contact.ihip - state.hip) / depth;
   const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
   FeltStiffness& felt = state.objects[touched].felt;
   const Stiffness target = state.lettingGo ? Stiffness{} : ownStiffness(scene.objects[touched]);
@@ -118,8 +118,8 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
 }
 
 /// Finite check, blend, fault ramp, magnitude limit: always last before the device.
-[[nodiscard, gnu::always_inline]] inline Vec3 limited(HapticState& state, const StepConfig& config,
-                                                      std::uint64_t touchedObject, Vec3 force) noexcept {
+[[nodiscard, gnu::noinline]] Vec3 limitedByStages(HapticState& state, const StepConfig& config,
+                                                  std::uint64_t touchedObject, Vec3 force) noexcept {
   if (!isFinite(force)) [[unlikely]]
     state.fault = Fault::kNonFiniteForce;
   if (state.fault == Fault::kNone) [[likely]] {
@@ -131,6 +131,16 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
     force = state.unlimited_N;
   }
   return limitMagnitude(state.faultRamp.apply(state.fault != Fault::kNone, force, config.period_s), config.maxForce_N);
+}
+
+/// A force that every stage passes on as it is, which most are, goes by none of them.
+[[nodiscard, gnu::always_inline]] inline Vec3 limited(HapticState& state, const StepConfig& config,
+                                                      std::uint64_t touchedObject, const Vec3& force) noexcept {
+  const bool asItIs =
+      state.fault == Fault::kNone && !state.adoptedNow && !state.blend.active() && state.faultRamp.atOne();
+  if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]]  // not for NaN
+    return state.unlimited_N = force;
+  return limitedByStages(state, config, touchedObject, force);
 }
 
 /// Where the HIP is, or will be while the coming force is held.
@@ -196,7 +206,7 @@ void describeDetails(const HapticState& state, const FeltTick& felt, TelemetrySa
 
 template <bool kDetails>
 [[gnu::always_inline]] inline void feel(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                        const StepInput& input, FeltTick& felt) noexcept {
+                                        const StepInput& input, FeltTick& felt, const KnownPolygons* known) noexcept {
   supervise(state, config, input);
   if constexpr (kDetails) {
     if (state.movingCount > 0) [[unlikely]]
@@ -207,7 +217,7 @@ template <bool kDetails>
     followHip(state, input.device.position);
     if (state.anyBeingMoved) [[unlikely]]
       moveEdited(state, config);
-    followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact);
+    followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
     if (felt.contact.work.putOut) [[unlikely]]
       state.adoptedNow = state.contactBroken = true;  // blended as an edit's jump is
     if constexpr (kDetails) {
@@ -223,7 +233,8 @@ template <bool kDetails>
   }
   if (felt.contact.touching) felt.object = scene.objects[static_cast<std::size_t>(felt.contact.body)].id;
   ForceComponents& force = felt.force;
-  force.contact = force.spring + force.damping + force.friction + force.texture;
+  force.contact = force.spring + force.damping;
+  if constexpr (kDetails) force.contact += force.friction + force.texture;
   force.written = limited(state, config, felt.object, force.contact);
 }
 
@@ -253,8 +264,8 @@ template <bool kDetails>
 }
 
 [[gnu::noinline]] void feelWithDetails(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                       const StepInput& input, FeltTick& felt) noexcept {
-  feel<true>(scene, state, config, input, felt);
+                                       const StepInput& input, FeltTick& felt, const KnownPolygons* known) noexcept {
+  feel<true>(scene, state, config, input, felt, known);
 }
 
 [[nodiscard, gnu::noinline]] TelemetrySample finishWithDetails(const ServoScene& scene, HapticState& state,
@@ -266,10 +277,10 @@ template <bool kDetails>
 }  // namespace
 
 void feelForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
-               FeltTick& felt) noexcept {
+               FeltTick& felt, const KnownPolygons* known) noexcept {
   if (state.anyDetail) [[unlikely]]
-    return feelWithDetails(scene, state, config, input, felt);
-  feel<false>(scene, state, config, input, felt);
+    return feelWithDetails(scene, state, config, input, felt, known);
+  feel<false>(scene, state, config, input, felt, known);
 }
 
 TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const StepConfig& config,

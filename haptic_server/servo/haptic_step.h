@@ -34,8 +34,9 @@ struct StepInput {
 
 /// The half of hapticStep() that the device waits for, from its position to its force.
 /// @param[out] felt  As constructed. Then `felt.force.written` (N, world) is for the device, the rest for finishStep().
+/// @param known  By a rehearsal; null: nothing. Changes no bit.
 void feelForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
-               FeltTick& felt) noexcept;
+               FeltTick& felt, const KnownPolygons* known = nullptr) noexcept;
 
 /// The other half, once the force is written: bodies move, the observer notes the force, energies are accounted for, and
 /// what was felt is told.

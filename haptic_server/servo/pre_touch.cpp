@@ -3,44 +3,50 @@
 #include "haptic_server/contact/neighborhood_watch.h"
 
 namespace haptics {
-namespace {
-
-/// Asks for the polygons two rings around the contact, and searches back to it from the first ring, as a tick that
-/// crosses a line would.
-void lookAround(const Surface& surface, std::uint32_t triangle, Vec3 ihip) noexcept {
-  const TriangleRecord& own = surface.triangle(triangle);
-  for (int k = 0; k < 3; ++k) {
-    if (own.neighbour(k) != kNoTriangle) surface.prefetch(own.neighbour(k));
-  }
-  for (int k = 0; k < 3; ++k) {
-    if (own.neighbour(k) == kNoTriangle) continue;
-    const TriangleRecord& next = surface.triangle(own.neighbour(k));
-    for (int j = 0; j < 3; ++j) {
-      if (next.neighbour(j) != kNoTriangle) surface.prefetch(next.neighbour(j));
-    }
-    int spent = 0;
-    static_cast<void>(neighborhoodWatch(surface, own.neighbour(k), ihip, nullptr, spent));
-  }
-}
-
-}  // namespace
 
 void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noexcept {
+  if (&scene != scene_) {  // which still was there while this one was made
+    known_.forget();
+    scene_ = &scene;
+  }
   if (!state.attached) return;
   rehearse(scene, state);
-  const ContactState& contact = rehearsal_.contact;
+  lookAround(state.contact);
+  lookAround(rehearsal_.contact);
+  rehearse(scene, state);
+}
+
+/// At the polygons two rings around the contact. Those of the first are worked out, and searched from back to the IHIP, as
+/// by a tick that crosses a line.
+void PreTouch::lookAround(const ContactState& contact) noexcept {
   for (const HoldingSurface& held : contact.surfaces()) {
     const Body& body = rehearsal_.bodies[static_cast<std::size_t>(held.body)];
-    lookAround(*body.surface, held.triangle, body.frame.toLocal(contact.ihip));
+    const Surface& surface = *body.surface;
+    const Vec3 ihip = body.frame.toLocal(contact.ihip);
+    const TriangleRecord& own = surface.triangle(held.triangle);
+    for (int k = 0; k < 3; ++k) {
+      if (own.neighbour(k) != kNoTriangle) surface.prefetch(own.neighbour(k));
+    }
+    known_.learn(surface, held.triangle);
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t across = own.neighbour(k);
+      if (across == kNoTriangle) continue;
+      known_.learn(surface, across);
+      const TriangleRecord& next = surface.triangle(across);
+      for (int j = 0; j < 3; ++j) {
+        if (next.neighbour(j) != kNoTriangle) surface.prefetch(next.neighbour(j));
+      }
+      int spent = 0;
+      static_cast<void>(neighborhoodWatch(surface, across, ihip, nullptr, spent));
+    }
   }
-  rehearse(scene, state);
 }
 
 void PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexcept {
   rehearsal_.copyInUse(state);
   const Vec3 next = state.measuredHip + state.velocity.velocity() * config_.period_s;
   FeltTick felt;
-  feelForce(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}, felt);
+  feelForce(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}, felt, &known_);
 }
 
 }  // namespace haptics

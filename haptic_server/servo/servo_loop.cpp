@@ -121,7 +121,7 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene
   if (preTouch_) (*preTouch_)(*scene_, state_);
   FeltTick felt;
   const StepInput input{index, now_ns, device_.read(index)};
-  feelForce(*scene_, state_, config_, input, felt);
+  feelForce(*scene_, state_, config_, input, felt, preTouch_ ? &preTouch_->known() : nullptr);
   device_.write(felt.force.written);
   finish(input, felt, newest != nullptr ? newest->number : 0);
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);

@@ -270,6 +270,7 @@ class Yielding {
       static_cast<void>(lose());
       return;
     }
+    contact_.alongNormal = false;
     contact_.ihip = body_.frame.toWorld(at.foot.point);
     contact_.normal = body_.frame.turn(at.normal);
     contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
@@ -279,7 +280,7 @@ class Yielding {
   /// The dents leave the HIP outside.
   [[nodiscard]] bool lose() noexcept {
     const Vec3 rest = contact_.ihip;
-    contact_.touching = false;
+    contact_.touching = contact_.alongNormal = false;
     contact_.body = -1;
     contact_.ihip = state_.hip;
     contact_.normal = Vec3(0);

@@ -72,6 +72,7 @@ int main(int argc, char** argv) {
   if (argc == 2 && std::strcmp(argv[1], kAwaited) == 0) {
     StepReplay replay(kRubbing.make(kSegmentsCounted), kSegmentsCounted, kPlain);
     for (int i = 0; i < kTicks; ++i) {
+      replay.read();
       countedForce(replay);
       sum += replay.finish().penetration_m;
     }

@@ -97,7 +97,7 @@ class Search {
     int looked = 1;
     if (foot_.feature == Feature::kPolygon &&
         (end.beyond() == 0 ||
-         hopOverPolygons(surface, polygon_, all(motion.from), to, 1, kSearchBudget, end, looked))) {
+         hopOverPolygons(surface, polygon_, polygon_, all(motion.from), to, 1, kSearchBudget, end, looked, nullptr))) {
       foot_.triangle = polygon_.triangle;
       foot_.point = vec3(polygon_.foot(four(motion.to), end.height()));
     } else {

@@ -37,12 +37,12 @@ class StepReplay {
 
   TelemetrySample tick() noexcept { return hapticStep(scene_, *state_, config_, next()); }
 
-  /// The same in the halves in which the server's loop runs it, of which the device waits for the first.
-  void feel() noexcept {
+  /// The same in the parts in which the server's loop runs it, of which the device waits for the second.
+  void read() noexcept {
     felt_ = {};
     input_ = next();
-    feelForce(scene_, *state_, config_, input_, felt_);
   }
+  void feel() noexcept { feelForce(scene_, *state_, config_, input_, felt_); }
   TelemetrySample finish() noexcept { return finishStep(scene_, *state_, config_, input_, felt_); }
 
  private:

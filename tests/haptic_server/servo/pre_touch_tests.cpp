@@ -52,6 +52,62 @@ TEST(PreTouch, ChangesNoBitOfWhatIsFelt) {
   EXPECT_LT(touched, 4900);
 }
 
+/// Inside of a fine sphere alone, over several of its polygons in a tick.
+DeviceReading slide(std::uint64_t tick) {
+  const double angle = 0.04 * static_cast<double>(tick);
+  return {0.048 * glm::normalize(Vec3(std::cos(angle), std::sin(angle), std::sin(0.3 * angle))), DeviceState::kReady};
+}
+
+TEST(PreTouch, ChangesNoBitOfATickOverPolygonsThatItWorkedOut) {
+  const auto scene = sceneOf(1, {objectOf(1, surfaceOf(makeSphere(0.05, 60).value()), Vec3(0))});
+  HapticState with(kConfig), without(kConfig);
+  (void)adoptScene(*scene, with, 0);
+  (void)adoptScene(*scene, without, 0);
+  const auto preTouch = std::make_unique<PreTouch>(kConfig);
+  // From outside to the begin of the slide.
+  const DeviceReading outside{1.05 * slide(1).position / 0.96, DeviceState::kReady};
+  (void)hapticStep(*scene, with, kConfig, {0, 0, outside});
+  (void)hapticStep(*scene, without, kConfig, {0, 0, outside});
+  int ontoKnown = 0;
+  for (std::uint64_t tick = 1; tick < 3000; ++tick) {
+    (*preTouch)(*scene, with);
+    const StepInput input{tick, 0, slide(tick)};
+    FeltTick felt;
+    feelForce(*scene, with, kConfig, input, felt, &preTouch->known());
+    const TelemetrySample a = finishStep(*scene, with, kConfig, input, felt);
+    const TelemetrySample b = hapticStep(*scene, without, kConfig, input);
+    ASSERT_EQ(std::memcmp(&a.force, &b.force, sizeof a.force), 0) << tick;
+    ASSERT_EQ(std::memcmp(&a.ihip, &b.ihip, sizeof a.ihip), 0) << tick;
+    ASSERT_EQ(std::memcmp(&a.surfaceNormal, &b.surfaceNormal, sizeof a.surfaceNormal), 0) << tick;
+    ASSERT_EQ(a.penetration_m, b.penetration_m) << tick;
+    ASSERT_EQ(a.primitive, b.primitive) << tick;
+    const std::uint32_t held = with.contact.holding[0].triangle;
+    const Surface& surface = *scene->objects[0].surface;
+    ontoKnown += preTouch->known().find(surface, held) != nullptr && !with.contact.polygon.is(surface, held) ? 1 : 0;
+  }
+  EXPECT_GT(ontoKnown, 1500);
+}
+
+TEST(PreTouch, ForgetsThePolygonsOfASceneThatIsGone) {
+  const auto first = sceneOf(1, {objectOf(1, surfaceOf(makeSphere(0.05, 20).value()), Vec3(0))});
+  const auto second = sceneOf(2, {objectOf(1, surfaceOf(makeSphere(0.05, 30).value()), Vec3(0))});
+  HapticState state(kConfig);
+  (void)adoptScene(*first, state, 0);
+  const auto preTouch = std::make_unique<PreTouch>(kConfig);
+  for (std::uint64_t tick = 0; tick < 3; ++tick) {
+    const Vec3 inwards{0, 0, 0.051 - 0.001 * static_cast<double>(tick)};
+    (void)hapticStep(*first, state, kConfig, {tick, 0, {inwards, DeviceState::kReady}});
+  }
+  const std::uint32_t held = state.contact.holding[0].triangle;
+  const Surface& surface = *first->objects[0].surface;
+  (*preTouch)(*first, state);
+  ASSERT_NE(preTouch->known().find(surface, held), nullptr);
+  (void)hapticStep(*first, state, kConfig, {3, 0, {Vec3(0, 0, 0.06), DeviceState::kReady}});
+  ASSERT_TRUE(adoptScene(*second, state, 4));
+  (*preTouch)(*second, state);
+  EXPECT_EQ(preTouch->known().find(surface, held), nullptr);
+}
+
 TEST(PreTouch, LeavesADeviceThatWasNeverReadyAlone) {
   const auto scene = sphereAndBox();
   HapticState state(kConfig);
