@@ -31,7 +31,7 @@ constexpr double kWholeLead_s = 1.8e-3;
 /// N by which one step of the encoder changes the force at the maker's stiffness. Above it a stiff device's encoder has to
 /// be smoothed more, and the lead is longer to make up for that.
 constexpr double kCoarse_N = 0.1;
-constexpr Look kCoarse{0.8, 90, 140};
+constexpr Look kCoarse{0.8, 95, 140};
 constexpr double kCoarseContactLead_s = 1.95e-3;
 
 /// Of the force after attach: long enough to let go of a device that pushes where nothing should.
