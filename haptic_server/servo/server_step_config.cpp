@@ -24,9 +24,9 @@ constexpr double kSoftContactLead_s = 1.25e-3;
 /// What comes after errs less, since it is late by less and needs not believe the mass; but it tells more of the encoder.
 /// All of its lead along the normal together is as long as kWholeLead_s, whatever part of it the delay takes: enough where
 /// the delay is a period longer than was told, not too much where it is a period shorter.
-constexpr Look kStiff{0.8, 205, 205};
+constexpr Look kStiff{1.0, 217, 217};
 constexpr double kStiff_N_per_m = 2000;  // by the maker
-constexpr double kWholeLead_s = 1.8e-3;
+constexpr double kWholeLead_s = 2.0e-3;
 
 /// N by which one step of the encoder changes the force at the maker's stiffness. Above it a stiff device's encoder has to
 /// be smoothed more, and the lead is longer to make up for that.
