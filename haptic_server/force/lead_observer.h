@@ -84,12 +84,14 @@ class LeadObserver {
   }
 
   /// What the device was given in the end (N), and the normal of the surface that holds the IHIP, zero when free: unit,
-  /// geometric, not the shaded one, which turns with the place and would make the lead a source of energy.
+  /// geometric, not the shaded one, which turns with the place and would make the lead a source of energy. When free the
+  /// last normal stays: without it the HIP would fall back as it leaves a surface and touch it once more, and meet it late
+  /// when it comes again, which lets a tap bounce for ever.
   /// @param surfaceSpeed_m_per_s  Of that surface along its normal, where it moves: what goes along with it is not led.
   void note(Vec3 written_N, Vec3 normal, double surfaceSpeed_m_per_s = 0) noexcept {
     newest_ = next(newest_);
     written_[newest_] = written_N;
-    normal_ = normal;
+    if (normal != Vec3(0)) normal_ = normal;
     surfaceSpeed_ = surfaceSpeed_m_per_s;
     const std::uint32_t oldest = next(newest_);
     const Vec3 felt_N = glm::mix(written_[next(oldest)], written_[oldest], older_);

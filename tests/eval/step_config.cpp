@@ -2,6 +2,7 @@
 
 #include "haptic_server/device/local_stability.h"
 #include "haptic_server/device/simulated_device.h"
+#include "haptic_server/servo/server_step_config.h"
 
 namespace haptics::eval {
 namespace {
@@ -11,16 +12,25 @@ class IdleHand final : public HandIntent {
   HandTarget next(double /*dt_s*/, Vec3 /*felt_N*/) noexcept override { return {}; }
 };
 
+DeviceInfo infoOf(const DevicePreset& device, double rate_Hz, double delay_s) {
+  IdleHand idle;
+  return SimulatedDevice({device, HandPreset{}, 1 / rate_Hz, delay_s}, idle).info();
+}
+
 }  // namespace
 
 StepConfig stepConfigFor(const DevicePreset& device, double rate_Hz) {
-  IdleHand idle;
-  const SimulatedDevice simulated({device, HandPreset{}, 1 / rate_Hz, 0}, idle);
   StepConfig config;
   config.period_s = 1 / rate_Hz;
   config.maxForce_N = 1e9;
   config.positionStep_m = device.resolution_m;
-  config.stableLateral_N_per_m = locallyStableStiffness_N_per_m(simulated.info(), config.period_s);
+  config.stableLateral_N_per_m = locallyStableStiffness_N_per_m(infoOf(device, rate_Hz, 0), config.period_s);
+  return config;
+}
+
+StepConfig serverConfigFor(const DevicePreset& device, double rate_Hz, double delay_s) {
+  StepConfig config = serverStepConfig(infoOf(device, rate_Hz, delay_s), rate_Hz);
+  config.rise_s = 0;
   return config;
 }
 

@@ -123,7 +123,12 @@ void printRates(const SceneAdvice& advice, const DevicePreset& device) {
 
 void print(const SceneAdvice& advice, const DevicePreset& device) {
   std::printf(
-      "error: of the force, against the scene as it is, in units of what a hand just notices; 99 %% of the ticks\n");
+      "error: of the force, against the scene as it is, in units of what a hand just notices; 99 %% of the ticks, at "
+      "places\n"
+      "that no force moves. Steady, limit cycle: a device that the force moves, with the stabiliser, as the server has "
+      "it by\n"
+      "default; stiffness and damping as set, where the server would take no more than half of what the device "
+      "bears\n");
   double all_MB = 0;
   double advised_MB = 0;
   for (const ObjectAdvice& object : advice.objects) {

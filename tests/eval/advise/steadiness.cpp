@@ -6,6 +6,7 @@
 
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/servo/haptic_step.h"
+#include "tests/eval/step_config.h"
 
 namespace haptics::eval {
 namespace {
@@ -40,7 +41,7 @@ Steadiness restOn(const ServoScene& scene, Vec3 place, Vec3 normal, const Device
   constexpr double kLeastCycle_m = 20e-6;
   PressingHand pressing(place, normal, hand);
   SimulatedDevice simulated({device, hand, 1 / rate_Hz, 0}, pressing);
-  const StepConfig config{1 / rate_Hz, device.maxForce_N};
+  const StepConfig config = serverConfigFor(device, rate_Hz);
   HapticState state(config);
   (void)adoptScene(scene, state, 0);  // the first is always taken
   const auto ticks = static_cast<std::uint64_t>(kTime_s * rate_Hz);

@@ -6,7 +6,7 @@
 namespace haptics::eval {
 
 /// How a simulated device rests on an object after it was pushed onto it with 1 N, in virtual time on the production
-/// step.
+/// step with the server's stabiliser.
 struct Steadiness {
   double cycle_um = 0;   ///< Of the penetration, peak to peak, in the last 0.3 s of 2 s.
   bool touching = true;  ///< Throughout that time.

@@ -4,12 +4,11 @@
 #include <array>
 #include <cmath>
 
-#include "haptic_server/device/simulated_device.h"
 #include "haptic_server/force/output_chain.h"
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/force/velocity_estimator.h"
 #include "haptic_server/servo/haptic_step.h"
-#include "haptic_server/servo/server_step_config.h"
+#include "tests/eval/step_config.h"
 
 namespace haptics::eval {
 namespace {
@@ -136,16 +135,12 @@ class PassivityControl final : public SpringAndDamper<RawVelocity> {
   double absorbed_J_ = 0;
 };
 
-class IdleHand final : public HandIntent {
- public:
-  HandTarget next(double /*dt_s*/, Vec3 /*felt_N*/) noexcept override { return {}; }
-};
-
 /// hapticStep(), as the server's loop calls it.
 class OursStabilised final : public StabilityMethod {
  public:
   explicit OursStabilised(const Rendering& r)
-      : scene_(sceneOf(*r.ground, r.stiffness_N_per_m, r.damping_Ns_per_m)), config_(configFor(r)) {
+      : scene_(sceneOf(*r.ground, r.stiffness_N_per_m, r.damping_Ns_per_m)),
+        config_(serverConfigFor(r.device, 1 / r.period_s, r.delay_s)) {
     state_ = std::make_unique<HapticState>(config_);
     (void)adoptScene(scene_, *state_, 0);  // the first is always taken
   }
@@ -154,14 +149,6 @@ class OursStabilised final : public StabilityMethod {
   }
 
  private:
-  static StepConfig configFor(const Rendering& r) {
-    IdleHand idle;
-    const SimulatedDevice device({r.device, HandPreset{}, r.period_s, r.delay_s}, idle);
-    StepConfig config = serverStepConfig(device.info(), 1 / r.period_s);
-    config.rise_s = 0;  // pressed from the start
-    return config;
-  }
-
   ServoScene scene_;
   StepConfig config_;
   std::unique_ptr<HapticState> state_;

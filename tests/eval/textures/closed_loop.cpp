@@ -119,7 +119,7 @@ Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const
   properties.texture = texture;
   Feel feel;
   feel.stiffness_N_per_m = kRestStiffness_N_per_m;
-  feel.config = stepConfigFor(*of.device, of.rate_Hz);
+  feel.config = serverConfigFor(*of.device, of.rate_Hz);
   if (!of.clamped) feel.config.stableLateral_N_per_m = std::numeric_limits<double>::infinity();
   Specimen specimen(boardSurface(), boardDetail(properties, &exhibit), feel);
   return restOn({[&](Vec3 hip) { return specimen.tick(hip).force.written; }, [&](Vec3 hip) { specimen.place(hip); }},

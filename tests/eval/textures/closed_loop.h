@@ -37,7 +37,7 @@ struct Feeler {
 [[nodiscard]] Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Texture>& texture,
                           const RestCase& of);
 
-/// By the production step. @param texture  None: the plain surface.
+/// By the production step with the server's stabiliser. @param texture  None: the plain surface.
 [[nodiscard]] Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of);
 
 }  // namespace haptics::eval

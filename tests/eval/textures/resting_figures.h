@@ -10,7 +10,8 @@
 namespace haptics::eval {
 
 /// Every exhibit under every device preset at 1, 4 and 10 kHz, with no hand and the light hand: by the production step,
-/// with K as it was set, and by bump mapping, which has no K; the plain surface beside them.
+/// with K as it was set, and by bump mapping, which has no K; the plain surface beside them. All with the stabiliser, as
+/// the server has it.
 [[nodiscard]] std::vector<Record> measureResting(const std::vector<Exhibit>& exhibits);
 
 /// Gratings of several heights and wavelengths at 1 kHz, struck as a hand that lets go does and up to as a slow stroke that

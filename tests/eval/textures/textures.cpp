@@ -54,7 +54,8 @@ Worst worstOf(const std::vector<Record>& records, std::string_view method, const
 /// Limit cycles, a line for each device, hand and method.
 void printResting(const std::vector<Record>& records, const std::vector<Exhibit>& exhibits) {
   std::printf(
-      "\nlimit cycle, um, worst of 1, 4 and 10 kHz; ! is beyond what is allowed, >mm has slid away\n%-12s %-6s %-24s "
+      "\nlimit cycle, um, worst of 1, 4 and 10 kHz, with the stabiliser, as the server has it by default; ! is beyond "
+      "what is allowed, >mm has slid away\n%-12s %-6s %-24s "
       "%8s",
       "device", "hand", "method", "allowed");
   for (const Exhibit& e : exhibits) std::printf(" %9.9s", e.name.c_str());

@@ -54,6 +54,27 @@ TEST(LeadObserver, LooksFartherAheadAlongTheContactNormalAndNowhereElse) {
   EXPECT_NEAR(foreseen.z - place.z, 0.2 * (kPeriod_s / 2 + LeadSettings{}.contactLead_s), 1e-9);
 }
 
+TEST(LeadObserver, LooksAheadAlongTheNormalOfTheSurfaceThatWasLeftUntilAnotherIsTouched) {
+  LeadObserver observer(LeadSettings{}, kPeriod_s);
+  observer.reset(Vec3(0));
+  const Vec3 velocity(0.1, 0, 0.2);
+  Vec3 place(0);
+  const auto ahead = [&](Vec3 normal) {
+    Vec3 foreseen(0);
+    for (int i = 0; i < 300; ++i) {
+      foreseen = observer.follow(place += velocity * kPeriod_s);
+      observer.note(Vec3(0), normal);
+    }
+    return foreseen - place;
+  };
+  constexpr double kShort_s = kPeriod_s / 2, kLong_s = kShort_s + LeadSettings{}.contactLead_s;
+  EXPECT_NEAR(ahead(Vec3(0)).z, 0.2 * kShort_s, 1e-9);
+  EXPECT_NEAR(ahead({0, 0, 1}).z, 0.2 * kLong_s, 1e-9);
+  EXPECT_NEAR(ahead(Vec3(0)).z, 0.2 * kLong_s, 1e-9);
+  EXPECT_NEAR(ahead({1, 0, 0}).z, 0.2 * kShort_s, 1e-9);
+  EXPECT_NEAR(ahead({1, 0, 0}).x, 0.1 * kLong_s, 1e-9);
+}
+
 TEST(LeadObserver, DoesNotLeadWhatGoesAlongWithAMovingSurface) {
   LeadObserver observer(LeadSettings{}, kPeriod_s);
   observer.reset(Vec3(0));
