@@ -26,6 +26,10 @@ constexpr double kHard = 2.3;
 /// was told, not too much where it is a period shorter.
 constexpr double kWholeLead_s = 2.0e-3;
 
+/// Where friction is, that holds what the steps of the encoder do to the force, a slow one is steady enough on hard surfaces
+/// too, and bears more of them.
+constexpr Look kHeld{1.0, 82, 140, 82};
+
 /// N by which one step of the encoder changes the force at the maker's stiffness. Above it the encoder has to be smoothed
 /// on every surface, and the lead is longer to make up for that.
 constexpr double kCoarse_N = 0.1;
@@ -35,12 +39,18 @@ constexpr double kCoarseContactLead_s = 1.95e-3;
 /// Of the force after attach: long enough to let go of a device that pushes where nothing should.
 constexpr double kRise_s = 0.5;
 
+/// Does a third of the friction still hold three times the maker's stiffness at rest, K <= 2 f_c / step (Abbott & Okamura
+/// 2005)?
+[[nodiscard]] bool isHeld(const DeviceInfo& device) noexcept {
+  return 2 * device.coulombFriction_N / 3 >= 3 * device.maxStiffness_N_per_m * device.resolution_m;
+}
+
 }  // namespace
 
 LeadSettings leadFor(const DeviceInfo& device, double rate_Hz) noexcept {
   const double makers_N_per_m = device.maxStiffness_N_per_m;
   const bool coarse = makers_N_per_m * device.resolution_m > kCoarse_N;
-  const Look& look = coarse ? kCoarse : kUsual;
+  const Look& look = coarse ? kCoarse : isHeld(device) ? kHeld : kUsual;
   LeadSettings settings;
   settings.mass_kg = look.trustedMass * device.apparentMass_kg;
   settings.viscousFriction_Ns_per_m = device.viscousFriction_Ns_per_m;
