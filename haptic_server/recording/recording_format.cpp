@@ -13,7 +13,7 @@ namespace {
 constexpr double kMaxRate_Hz = 1e6;
 
 static_assert(sizeof(StepInput) == 56, "what is new in it goes into appendTick() and tickFrom()");
-static_assert(sizeof(StepConfig) == 88, "what is new in it goes into toMessage() and factsFrom()");
+static_assert(sizeof(StepConfig) == 112, "what is new in it goes into toMessage() and factsFrom()");
 
 void putWord(std::string& bytes, std::uint64_t word) {
   for (int i = 0; i < 8; ++i) bytes += static_cast<char>(word >> (8 * i));
@@ -64,6 +64,9 @@ v1::RecordingHead toMessage(const RecordingFacts& facts) {
     message.set_delay_s(lead->delay_s);
     message.set_bandwidth_hz(lead->bandwidth_Hz);
     message.set_contact_lead_s(lead->contactLead_s);
+    message.set_hard_bandwidth_hz(lead->hardBandwidth_Hz);
+    message.set_soft_up_to_n_per_m(lead->softUpTo_N_per_m);
+    message.set_hard_from_n_per_m(lead->hardFrom_N_per_m);
   }
   return head;
 }
@@ -92,13 +95,23 @@ Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
   facts.config.rise_s = head.rise_s();
   if (head.has_lead()) {
     const v1::RecordedLead& lead = head.lead();
-    for (const double value :
-         {lead.mass_kg(), lead.viscous_friction_ns_per_m(), lead.delay_s(), lead.contact_lead_s()}) {
+    for (const double value : {lead.mass_kg(), lead.viscous_friction_ns_per_m(), lead.delay_s(), lead.contact_lead_s(),
+                               lead.soft_up_to_n_per_m()}) {
       if (!isAtLeastZero(value)) return refused("head.lead", "has a number that is not finite and at least 0");
     }
     if (!isPositive(lead.bandwidth_hz())) return refused("head.lead.bandwidth_hz", "is not finite and above 0");
-    facts.config.lead = LeadSettings{lead.mass_kg(), lead.viscous_friction_ns_per_m(), lead.delay_s(),
-                                     lead.bandwidth_hz(), lead.contact_lead_s()};
+    if (!isPositive(lead.hard_bandwidth_hz()))
+      return refused("head.lead.hard_bandwidth_hz", "is not finite and above 0");
+    if (!(lead.hard_from_n_per_m() > lead.soft_up_to_n_per_m()))
+      return refused("head.lead.hard_from_N_per_m", "is not above soft_up_to_N_per_m");
+    facts.config.lead = LeadSettings{.mass_kg = lead.mass_kg(),
+                                     .viscousFriction_Ns_per_m = lead.viscous_friction_ns_per_m(),
+                                     .delay_s = lead.delay_s(),
+                                     .bandwidth_Hz = lead.bandwidth_hz(),
+                                     .hardBandwidth_Hz = lead.hard_bandwidth_hz(),
+                                     .softUpTo_N_per_m = lead.soft_up_to_n_per_m(),
+                                     .hardFrom_N_per_m = lead.hard_from_n_per_m(),
+                                     .contactLead_s = lead.contact_lead_s()};
   }
   return facts;
 }

@@ -67,6 +67,13 @@ void attach(HapticState& state, Vec3 position) noexcept {
   return glm::dot(state.velocity.velocity(), normal) - separationSpeed(state, body, place, normal, config.period_s);
 }
 
+/// Of the touched object, 0 when free.
+[[gnu::always_inline]] inline double feltStiffness_N_per_m(const HapticState& state,
+                                                           const ContactResult& contact) noexcept {
+  if (!contact.touching) return 0;
+  return state.objects[static_cast<std::size_t>(contact.body)].felt.value().spring_N_per_m;
+}
+
 /// Objects that were edited under the stylus, on their way to where the scene has them.
 void moveEdited(HapticState& state, const StepConfig& config) noexcept {
   state.anyBeingMoved = false;
@@ -254,7 +261,7 @@ template <bool kDetails>
   accountEnergy<kDetails>(state, felt);
   if (state.lead.active()) {
     const ContactResult& contact = felt.contact;
-    state.lead.note(felt.force.written, felt.geometricNormal,
+    state.lead.note(felt.force.written, felt.geometricNormal, feltStiffness_N_per_m(state, contact),
                     surfaceSpeed(state, contact.body, contact.ihip, felt.geometricNormal, config));
   }
   state.adoptedNow = state.contactBroken = state.detailEdited = false;

@@ -14,43 +14,57 @@ struct Look {
   double trustedMass;  ///< Of the mass in the data sheet.
   double bandwidth_Hz;
   double fastBandwidth_Hz;  ///< At kFast_Hz and above, where it may follow faster without more noise.
+  double hardBandwidth_Hz;  ///< At any rate.
 };
 constexpr double kFast_Hz = 4000;
 
-/// Of little stiffness and mass: a spring on them is felt nearly without an error, so that steps of the encoder must not be.
-constexpr Look kSoft{0.62, 82, 140};
-constexpr double kSoftContactLead_s = 1.25e-3;
-
-/// What comes after errs less, since it is late by less and needs not believe the mass; but it tells more of the encoder.
-/// All of its lead along the normal together is as long as kWholeLead_s, whatever part of it the delay takes: enough where
-/// the delay is a period longer than was told, not too much where it is a period shorter.
-constexpr Look kStiff{1.0, 217, 217};
-constexpr double kStiff_N_per_m = 2000;  // by the maker
+/// Up to the maker's stiffness an observer that follows slowly is steady enough, and tells little of the encoder's steps.
+/// From kHard of it on only a fast one is.
+constexpr Look kUsual{1.0, 68, 140, 217};
+constexpr double kHard = 2.3;
+/// All lead along the normal together, whatever part of it the delay takes: enough where the delay is a period longer than
+/// was told, not too much where it is a period shorter.
 constexpr double kWholeLead_s = 2.0e-3;
 
-/// N by which one step of the encoder changes the force at the maker's stiffness. Above it a stiff device's encoder has to
-/// be smoothed more, and the lead is longer to make up for that.
+/// Where friction is, that holds what the steps of the encoder do to the force, a slow one is steady enough on hard surfaces
+/// too, and bears more of them.
+constexpr Look kHeld{1.0, 82, 140, 82};
+
+/// N by which one step of the encoder changes the force at the maker's stiffness. Above it the encoder has to be smoothed
+/// on every surface, and the lead is longer to make up for that.
 constexpr double kCoarse_N = 0.1;
-constexpr Look kCoarse{0.8, 95, 140};
+constexpr Look kCoarse{0.8, 95, 140, 95};
 constexpr double kCoarseContactLead_s = 1.95e-3;
 
 /// Of the force after attach: long enough to let go of a device that pushes where nothing should.
 constexpr double kRise_s = 0.5;
 
+/// Does a third of the friction still hold three times the maker's stiffness at rest, K <= 2 f_c / step (Abbott & Okamura
+/// 2005)?
+[[nodiscard]] bool isHeld(const DeviceInfo& device) noexcept {
+  return 2 * device.coulombFriction_N / 3 >= 3 * device.maxStiffness_N_per_m * device.resolution_m;
+}
+
 }  // namespace
 
 LeadSettings leadFor(const DeviceInfo& device, double rate_Hz) noexcept {
-  const bool stiff = device.maxStiffness_N_per_m >= kStiff_N_per_m;
-  const bool coarse = stiff && device.maxStiffness_N_per_m * device.resolution_m > kCoarse_N;
-  const Look& look = coarse ? kCoarse : stiff ? kStiff : kSoft;
+  const double makers_N_per_m = device.maxStiffness_N_per_m;
+  const bool coarse = makers_N_per_m * device.resolution_m > kCoarse_N;
+  const Look& look = coarse ? kCoarse : isHeld(device) ? kHeld : kUsual;
   LeadSettings settings;
   settings.mass_kg = look.trustedMass * device.apparentMass_kg;
   settings.viscousFriction_Ns_per_m = device.viscousFriction_Ns_per_m;
   settings.delay_s = device.delay_s;
   settings.bandwidth_Hz = rate_Hz >= kFast_Hz ? look.fastBandwidth_Hz : look.bandwidth_Hz;
-  settings.contactLead_s = coarse  ? kCoarseContactLead_s
-                           : stiff ? std::max(0.0, kWholeLead_s - (device.delay_s + 0.5 / rate_Hz))
-                                   : kSoftContactLead_s;
+  settings.hardBandwidth_Hz = std::max(look.hardBandwidth_Hz, settings.bandwidth_Hz);
+  if (makers_N_per_m > 0) {
+    settings.softUpTo_N_per_m = makers_N_per_m;
+    settings.hardFrom_N_per_m = kHard * makers_N_per_m;
+  } else {
+    settings.bandwidth_Hz = settings.hardBandwidth_Hz;  // which surface is hard for it is not known
+  }
+  settings.contactLead_s =
+      coarse ? kCoarseContactLead_s : std::max(0.0, kWholeLead_s - (device.delay_s + 0.5 / rate_Hz));
   return settings;
 }
 

@@ -62,7 +62,7 @@ class LettingGo final : public HandIntent {
     const bool inside = hip.z < 0;
     const SpringDamper felt = springDamper(std::max(0.0, -hip.z), speed, inside ? wall : Stiffness{});
     const Vec3 force = limitMagnitude({0, 0, felt.spring + felt.damping}, config.maxForce_N);
-    if (lead.active()) lead.note(force, {0, 0, inside ? 1 : 0});
+    if (lead.active()) lead.note(force, {0, 0, inside ? 1 : 0}, wall.spring_N_per_m);
     simulated.write(force);
     if (ticks - tick > judged) continue;
     least = std::min(least, simulated.plant().position().z);

@@ -29,7 +29,13 @@ std::shared_ptr<const SurfaceDetail> detailOf(const Surface& surface, const Surf
 
 StepConfig configOf(const SurfaceCase& features) {
   StepConfig config;
-  if (features.stabilised) config.lead = LeadSettings{.mass_kg = 0.05, .delay_s = config.period_s};
+  if (features.stabilised) {
+    config.lead = LeadSettings{.mass_kg = 0.05,
+                               .delay_s = config.period_s,
+                               .hardBandwidth_Hz = 217,
+                               .softUpTo_N_per_m = 700,
+                               .hardFrom_N_per_m = 1600};
+  }
   return config;
 }
 

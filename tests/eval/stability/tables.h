@@ -16,10 +16,8 @@ using Progress = std::function<void(std::string_view table, std::size_t done, st
 
 /// What ours must bear at 1 kHz with no hand and the light hand, up to one period of delay.
 inline constexpr double kRequired_N_per_m = 10e3;
-/// As a multiple of the maker's stiffness, where the device is not as the data sheet says, or its delay not as told.
+/// As a multiple of the maker's stiffness, also where the device is not as the data sheet says and its delay not as told.
 inline constexpr double kRequiredMargin = 3;
-/// The same where neither is.
-inline constexpr double kRequiredJointMargin = 1;
 
 /// K_crit of the wall by method, device, hand, rate and delay.
 [[nodiscard]] std::vector<Record> measureCritical(Scope scope, const Progress& progress);

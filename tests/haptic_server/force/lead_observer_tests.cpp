@@ -6,6 +6,7 @@ namespace haptics {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
+constexpr double kStiffness_N_per_m = 1000;
 constexpr LeadSettings kKnown{.mass_kg = 0.1, .viscousFriction_Ns_per_m = 0.3, .delay_s = 0, .bandwidth_Hz = 80};
 
 /// m x'' + b x' = F exactly, one axis, the force constant for so long.
@@ -33,7 +34,7 @@ TEST(LeadObserver, ForeseesAMovementAtConstantSpeedInTheMiddleOfTheForcesTime) {
     Vec3 place(0);
     for (int i = 0; i < 300; ++i) {
       foreseen = observer.follow(place = velocity * (kPeriod_s * i));
-      if (i + 1 < 300) observer.note(Vec3(0), Vec3(0));
+      if (i + 1 < 300) observer.note(Vec3(0), Vec3(0), 0);
     }
     EXPECT_LT(glm::distance(foreseen, place + velocity * (kPeriod_s / 2 + delay_s)), 1e-9) << delay_s;
     EXPECT_LT(glm::distance(observer.velocity(), velocity), 1e-9);
@@ -48,7 +49,7 @@ TEST(LeadObserver, LooksFartherAheadAlongTheContactNormalAndNowhereElse) {
   Vec3 place(0);
   for (int i = 0; i < 300; ++i) {
     foreseen = observer.follow(place = velocity * (kPeriod_s * i));
-    observer.note(Vec3(0), Vec3(0, 0, 1));
+    observer.note(Vec3(0), Vec3(0, 0, 1), kStiffness_N_per_m);
   }
   EXPECT_NEAR(foreseen.x - place.x, 0.1 * kPeriod_s / 2, 1e-9);
   EXPECT_NEAR(foreseen.z - place.z, 0.2 * (kPeriod_s / 2 + LeadSettings{}.contactLead_s), 1e-9);
@@ -63,7 +64,7 @@ TEST(LeadObserver, LooksAheadAlongTheNormalOfTheSurfaceThatWasLeftUntilAnotherIs
     Vec3 foreseen(0);
     for (int i = 0; i < 300; ++i) {
       foreseen = observer.follow(place += velocity * kPeriod_s);
-      observer.note(Vec3(0), normal);
+      observer.note(Vec3(0), normal, kStiffness_N_per_m);
     }
     return foreseen - place;
   };
@@ -84,7 +85,7 @@ TEST(LeadObserver, DoesNotLeadWhatGoesAlongWithAMovingSurface) {
   for (int i = 0; i < 300; ++i) {
     place_m = kSpeed_m_per_s * kPeriod_s * i;
     foreseen_m = observer.follow({0, 0, place_m}).z;
-    observer.note(Vec3(0), Vec3(0, 0, 1), kSpeed_m_per_s);
+    observer.note(Vec3(0), Vec3(0, 0, 1), kStiffness_N_per_m, kSpeed_m_per_s);
   }
   EXPECT_NEAR(foreseen_m - place_m, kSpeed_m_per_s * kPeriod_s / 2, 1e-9);
 }
@@ -107,8 +108,8 @@ TEST(LeadObserver, KnowsWhatTheForcesThatAreStillOnTheirWayWillDo) {
     for (int tick = 0; tick < 600; ++tick) {
       const double foreseen_m = observer.follow({mass.position_m, 0, 0}).x;
       const double without_m = without.follow({mass.position_m, 0, 0}).x;
-      observer.note({forceAt(tick), 0, 0}, Vec3(0));
-      without.note({forceAt(tick), 0, 0}, Vec3(0));
+      observer.note({forceAt(tick), 0, 0}, Vec3(0), 0);
+      without.note({forceAt(tick), 0, 0}, Vec3(0), 0);
       Mass coming = mass;
       for (int i = 0; i < delayTicks; ++i) coming.move(forceAt(tick - delayTicks + i), kPeriod_s);
       coming.move(forceAt(tick), kPeriod_s / 2);
@@ -129,10 +130,58 @@ TEST(LeadObserver, SmoothsTheStepsOfAnEncoder) {
   constexpr double kStep_m = 55e-6;
   EXPECT_LT(observer.follow(Vec3(kStep_m, 0, 0)).x, 1.5 * kStep_m);
   for (int i = 0; i < 200; ++i) {
-    observer.note(Vec3(0), Vec3(0));
+    observer.note(Vec3(0), Vec3(0), 0);
     (void)observer.follow(Vec3(kStep_m, 0, 0));
   }
   EXPECT_NEAR(observer.follow(Vec3(kStep_m, 0, 0)).x, kStep_m, 1e-12);
+}
+
+constexpr LeadSettings kScheduled{
+    .bandwidth_Hz = 70, .hardBandwidth_Hz = 210, .softUpTo_N_per_m = 1000, .hardFrom_N_per_m = 2500};
+
+/// Of a step of the encoder, as far as it is foreseen in its first tick after a rest on such a surface.
+double partForeseen(const LeadSettings& settings, Vec3 normal, double stiffness_N_per_m) {
+  LeadObserver observer(settings, kPeriod_s);
+  observer.reset(Vec3(0));
+  (void)observer.follow(Vec3(0));
+  observer.note(Vec3(0), normal, stiffness_N_per_m);
+  return observer.follow(Vec3(1, 0, 0)).x;
+}
+
+TEST(LeadObserver, FollowsFasterTheHarderTheTouchedSurfaceIsAndFastestInTheAir) {
+  const auto steady = [](double bandwidth_Hz, Vec3 normal) {
+    return partForeseen({.bandwidth_Hz = bandwidth_Hz, .hardBandwidth_Hz = bandwidth_Hz}, normal, kStiffness_N_per_m);
+  };
+  constexpr Vec3 kTouched(1, 0, 0);
+  for (const double soft : {0.0, 300.0, 1000.0}) {
+    EXPECT_DOUBLE_EQ(partForeseen(kScheduled, kTouched, soft), steady(70, kTouched)) << soft;
+  }
+  for (const double hard : {2500.0, 30e3}) {
+    EXPECT_DOUBLE_EQ(partForeseen(kScheduled, kTouched, hard), steady(210, kTouched)) << hard;
+  }
+  EXPECT_DOUBLE_EQ(partForeseen(kScheduled, Vec3(0), 0), steady(210, Vec3(0)));
+  double last = steady(70, kTouched);
+  for (const double between : {1200.0, 1800.0, 2400.0}) {
+    const double part = partForeseen(kScheduled, kTouched, between);
+    EXPECT_GT(part, last) << between;
+    last = part;
+  }
+  EXPECT_LT(last, steady(210, kTouched));
+}
+
+/// On a movement that it has understood there is nothing to weigh: a step would be felt as one of the force.
+TEST(LeadObserver, ForeseesNoStepWhenTheSurfaceBecomesHarderOrSofter) {
+  LeadObserver observer(kScheduled, kPeriod_s);
+  observer.reset(Vec3(0));
+  const Vec3 velocity(0.1, 0, -0.2);
+  const Vec3 ahead = kPeriod_s / 2 * velocity + kScheduled.contactLead_s * Vec3(0, 0, velocity.z);
+  Vec3 place(0);
+  for (int i = 0; i < 600; ++i) {
+    const Vec3 foreseen = observer.follow(place += velocity * kPeriod_s);
+    observer.note(Vec3(0), Vec3(0, 0, 1), i % 3 == 0 ? 500 : i % 3 == 1 ? 1700 : 9000);
+    if (i <= 300) continue;
+    EXPECT_LT(glm::distance(foreseen, place + ahead), 1e-9) << i;
+  }
 }
 
 TEST(LeadObserver, GoesOnOverSkippedTicksUnderTheForceThatStood) {
@@ -141,7 +190,7 @@ TEST(LeadObserver, GoesOnOverSkippedTicksUnderTheForceThatStood) {
   Mass mass;
   for (int tick = 0; tick < 300; ++tick) {
     (void)observer.follow({mass.position_m, 0, 0});
-    observer.note({0.2, 0, 0}, Vec3(0));
+    observer.note({0.2, 0, 0}, Vec3(0), 0);
     mass.move(0.2, kPeriod_s);
   }
   const double before_m_per_s = observer.velocity().x;
@@ -157,7 +206,7 @@ TEST(LeadObserver, ForgetsEverythingWhenItIsReset) {
   observer.reset(Vec3(0));
   for (int i = 0; i < 50; ++i) {
     (void)observer.follow(Vec3(1e-4 * i));
-    observer.note(Vec3(1, 2, 3), Vec3(0, 0, 1));
+    observer.note(Vec3(1, 2, 3), Vec3(0, 0, 1), kStiffness_N_per_m);
   }
   observer.reset(Vec3(0.3));
   EXPECT_EQ(observer.follow(Vec3(0.3)), Vec3(0.3));

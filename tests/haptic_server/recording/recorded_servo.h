@@ -109,7 +109,13 @@ class RecordedServo {
                      .maxForce_N = 3.3,
                      .positionStep_m = 5.5e-5,
                      .stableLateral_N_per_m = 900,
-                     .lead = LeadSettings{.mass_kg = 0.07, .viscousFriction_Ns_per_m = 0.5, .delay_s = 1.5e-3},
+                     .lead = LeadSettings{.mass_kg = 0.07,
+                                          .viscousFriction_Ns_per_m = 0.5,
+                                          .delay_s = 1.5e-3,
+                                          .bandwidth_Hz = 75,
+                                          .hardBandwidth_Hz = 200,
+                                          .softUpTo_N_per_m = 300,
+                                          .hardFrom_N_per_m = 1300},
                      .rise_s = 0.5};
   FlightRing ring_{kRate_Hz, config_};
   std::unique_ptr<FlightRecorder> recorder_;

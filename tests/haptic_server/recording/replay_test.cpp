@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <limits>
 
 #include "haptic_server/recording/recording_reader.h"
 #include "recorded_servo.h"
@@ -148,6 +149,17 @@ TEST(Replay, RefusesWhatIsNoRecording) {
   EXPECT_NE(replay("").error().reason.find("haptics recording 1"), std::string::npos);
   EXPECT_NE(replay("haptics state 1\n").error().reason.find("no recording"), std::string::npos);
   EXPECT_NE(replay(kRecordingHead).error().reason.find("ends before"), std::string::npos);
+}
+
+TEST(Replay, RefusesAnObserverThatIsToCallWhatIsSoftHard) {
+  RecordingFacts facts{.server = "s", .stepSources = "s", .device = "d", .rate_Hz = 1000, .why = "w", .config = {}};
+  facts.config.period_s = 1e-3;
+  facts.config.lead = LeadSettings{.softUpTo_N_per_m = 900, .hardFrom_N_per_m = 2000};
+  EXPECT_TRUE(factsFrom(toMessage(facts)));
+  for (const double hardFrom : {900.0, 0.0, std::numeric_limits<double>::quiet_NaN()}) {
+    facts.config.lead->hardFrom_N_per_m = hardFrom;
+    EXPECT_EQ(factsFrom(toMessage(facts)).error().field, "head.lead.hard_from_N_per_m") << hardFrom;
+  }
 }
 
 }  // namespace

@@ -37,11 +37,7 @@ DevicePreset desktop() { return findDevicePreset("desktop").value(); }
 StepConfig configOf(const SimulatedDevice& device) { return serverStepConfig(device.info(), kRate_Hz); }
 
 /// Peak to peak of the height in the last 0.3 s of 2 s, m.
-double cycleOn(double stiffness_N_per_m, bool stabilised, double delay_s) {
-  DroppingHand hand;
-  SimulatedDevice device({desktop(), findHandPreset("none").value(), 1 / kRate_Hz, delay_s}, hand);
-  StepConfig config = configOf(device);
-  if (!stabilised) config.lead.reset();
+double cycleOn(double stiffness_N_per_m, SimulatedDevice& device, const StepConfig& config) {
   HapticState state(config);
   const auto scene = sceneOf(1, {slab(stiffness_N_per_m)});
   EXPECT_TRUE(adoptScene(*scene, state, 0));
@@ -55,12 +51,39 @@ double cycleOn(double stiffness_N_per_m, bool stabilised, double delay_s) {
   return most - least;
 }
 
+double cycleOn(double stiffness_N_per_m, bool stabilised, double delay_s) {
+  DroppingHand hand;
+  SimulatedDevice device({desktop(), findHandPreset("none").value(), 1 / kRate_Hz, delay_s}, hand);
+  StepConfig config = configOf(device);
+  if (!stabilised) config.lead.reset();
+  return cycleOn(stiffness_N_per_m, device, config);
+}
+
 TEST(StabilisedStep, RestsOnAWallTenTimesAsStiffAsTheDevicesMakerAllowsAndTheBareStepDoesNot) {
   const double stiffness = 10 * desktop().maxStiffness_N_per_m;
   const double allowed_m = std::max(2 * desktop().resolution_m, 20e-6);
   for (const double delay_s : {0.0, 1e-3}) {
     EXPECT_LE(cycleOn(stiffness, true, delay_s), allowed_m) << delay_s;
     EXPECT_GT(cycleOn(stiffness, false, delay_s), 10 * allowed_m) << delay_s;
+  }
+}
+
+/// The observer has to follow as fast as the touched stiffness asks for: on the maker's a slow one is enough.
+TEST(StabilisedStep, RestsOnThreeTimesTheMakersStiffnessThoughMassFrictionAndDelayAreNotAsTold) {
+  DroppingHand hand;
+  for (const double mass : {0.5, 2.0}) {
+    for (const double makers : {1.0, 1.5, 2.0, 2.5, 3.0}) {
+      DevicePreset real = desktop();
+      real.apparentMass_kg *= mass;
+      real.viscousFriction_Ns_per_m /= 3;
+      real.coulombFriction_N /= 3;
+      SimulatedDevice device({real, findHandPreset("none").value(), 1 / kRate_Hz, 1e-3}, hand);
+      SimulatedDevice told({desktop(), findHandPreset("none").value(), 1 / kRate_Hz, 0}, hand);
+      StepConfig config = configOf(told);
+      config.rise_s = 0;  // while it rises, the device would sink so deep that it bounces for seconds
+      EXPECT_LE(cycleOn(makers * desktop().maxStiffness_N_per_m, device, config), 2 * desktop().resolution_m)
+          << mass << " of the mass, " << makers << " of the maker's stiffness";
+    }
   }
 }
 
