@@ -43,6 +43,12 @@ class Obstacles {
   [[nodiscard]] std::optional<Place> nearestOfTouched(Vec3 at, Vec3 h) const;
   /// The walls at most `within` (m) from a point. Sheets are touched from the side of -`inward`.
   [[nodiscard]] std::vector<Wall> touching(Vec3 at, Vec3 inward, double within) const;
+  [[nodiscard]] bool isSheet(const Wall& wall) const { return faces_[wall.face].sheet; }
+  /// Of the wall's triangle.
+  [[nodiscard]] Vec3 middle(const Wall& wall) const {
+    const auto& corner = faces_[wall.face].corner;
+    return (corner[0] + corner[1] + corner[2]) / 3.0;
+  }
 
  private:
   struct Face {

@@ -10,6 +10,8 @@ namespace {
 
 /// Of a skin: shorter than this is no motion, and deeper than this is below a wall.
 constexpr double kStill = 0x1p-10;
+/// In skins: as near is what the proxy lies on, also in a corner.
+constexpr double kOnIt = 4;
 
 /// The point nearest to h that lies on all of these walls: their normals made orthogonal one by one.
 std::optional<Vec3> nearestOnAll(Vec3 h, std::span<const Wall* const> walls) {
@@ -81,7 +83,7 @@ void ReferenceProxy::follow(Vec3 hip, int parts) {
 
 void ReferenceProxy::settle(Vec3 h) {
   constexpr int kMostMoves = 1000;
-  for (int i = 0; i < kMostMoves && (hop(h) || move(h) || leaveCorner(h)); ++i) {
+  for (int i = 0; i < kMostMoves && (hop(h) || move(h) || leaveCorner(h) || leaveRim(h)); ++i) {
   }
 }
 
@@ -153,7 +155,6 @@ bool ReferenceProxy::move(Vec3 h) {
 /// open. An edge that juts out between two other walls ends in a corner for each of its faces. The skin parts those
 /// corners, and keeps the proxy in one where the other, which is the same place of the bodies, holds nothing.
 bool ReferenceProxy::leaveCorner(Vec3 h) {
-  constexpr double kOnIt = 4;    // in skins
   constexpr double kClear = 16;  // in skins
   if (at_ == h) return false;
   const std::vector<Wall> walls = obstacles_.touching(at_, h - at_, kOnIt * skin_);
@@ -171,6 +172,27 @@ bool ReferenceProxy::leaveCorner(Vec3 h) {
     }
   }
   return false;
+}
+
+/// Over the rim of a sheet, from the corner in which several of its triangles hold the proxy: the skin keeps it beside that
+/// corner, over one of them, also where from the corner itself the way is open.
+bool ReferenceProxy::leaveRim(Vec3 h) {
+  constexpr double kBeside = 16;  // in skins
+  constexpr double kBeyond = 256;
+  if (at_ == h) return false;
+  const std::vector<Wall> walls = obstacles_.touching(at_, h - at_, kOnIt * skin_);
+  if (walls.size() < 2) return false;
+  Vec3 out(0);
+  for (const Wall& wall : walls) {
+    if (!obstacles_.isSheet(wall)) return false;
+    out += glm::normalize(at_ - obstacles_.middle(wall));
+  }
+  const Vec3 beside = at_ + glm::normalize(out) * (kBeside * skin_);
+  const Vec3 to = glm::mix(beside, h, std::min(1.0, kBeyond * skin_ / glm::distance(beside, h)));
+  if (glm::distance(to, h) >= glm::distance(at_, h)) return false;
+  if (obstacles_.firstBlock(at_, beside) || obstacles_.firstBlock(beside, to)) return false;
+  at_ = to;
+  return true;
 }
 
 void ReferenceProxy::keepInSight() {

@@ -50,6 +50,7 @@ class ReferenceProxy {
   [[nodiscard]] bool hop(Vec3 h);
   [[nodiscard]] bool move(Vec3 h);
   [[nodiscard]] bool leaveCorner(Vec3 h);
+  [[nodiscard]] bool leaveRim(Vec3 h);
   void keepInSight();
   void lookAround();
   [[nodiscard]] double timeInSight(Vec3 to) const;

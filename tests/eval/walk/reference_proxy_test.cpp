@@ -85,5 +85,27 @@ TEST_F(EdgeInAGroove, HoldsTheReferenceOnlyWhereNeitherOfItsFacesLetsItOn) {
   expectsAWay({0, 0, 1}, face_[1], {-1, 0, 0});
 }
 
+TEST(ReferenceProxy, LeavesASheetByACornerOfItsRim) {
+  const Vec3 corner(0.0375, 0.0748, 0.0538);
+  const std::vector<Vec3f> vertices{
+      Vec3f(0), Vec3f(5.11993e-3, -3.88723e-3, 0.100302e-3), Vec3f(5.86598e-3, -0.988585e-3, 2.82294e-3),
+      Vec3f(-0.356137e-3, -3.65473e-3, 0.944572e-3), Vec3f(-5.85641e-3, -0.177964e-3, 3.05307e-3)};
+  const std::vector<TriangleIndices> triangles{{0, 1, 2}, {0, 3, 1}, {0, 4, 3}};
+  TriangleSoup soup;
+  soup.add(vertices, triangles, {{1, 0, 0, 0}, corner});
+  soup.finish();
+  const Vec3 before(0.744233e-3, 0.841507e-3, -2.555974e-3);
+  const Vec3 hip(0.702503e-3, 0.875168e-3, -2.562368e-3);  // beyond the rim
+  const Vec3 along(vertices[1]), across(vertices[2]);
+  const Vec3 onFirst = 0.0068 * along + 1e-4 * across + 1e-12 * glm::normalize(glm::cross(along, across));
+  for (const int parts : {1, 16, 64, 512, 4096}) {
+    ReferenceProxy reference(soup);
+    reference.resume(corner + onFirst, corner + before);
+    ASSERT_TRUE(reference.touching());
+    reference.follow(corner + hip, parts);
+    EXPECT_FALSE(reference.touching()) << parts;
+  }
+}
+
 }  // namespace
 }  // namespace haptics::eval
