@@ -140,8 +140,8 @@ class Textures(Verb):
         flat, shaded = (r for r in records if r["scene"] == "shading_sphere" and r["triangles"] > 10_000)
         self.assertGreater(flat["direction_error_rms_deg"], 10 * shaded["direction_error_rms_deg"])
         rings = [r for r in records if r["scene"] == "map_grating" and r["hand"] == "light" and not r["steady"]]
-        self.assertTrue(rings, "finds what rings without the clamp")
-        self.assertEqual({r["method"] for r in rings}, {"ours_without_gain_clamp", "bump_mapping"})
+        # The clamp of K shows in S13 of the failure scenes: with the stabiliser these gratings rest without it too.
+        self.assertEqual({r["method"] for r in rings}, {"bump_mapping"})
         self.assertEqual((self.out / "textures.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
         self.assertGreater((self.out / "textures.png").stat().st_size, 100_000)
 
