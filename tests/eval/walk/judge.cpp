@@ -43,6 +43,7 @@ bool Judge::isHeldAtAGraze(Vec3 ihip, Vec3 hip) {
 bool Judge::isLocalMinimum(Vec3 ihip, Vec3 hip, double step) {
   constexpr int kOtherWays = 256;
   obstacles_.gather(ihip, 2 * step);
+  if (obstacles_.isMinimum(ihip, hip)) return true;
   const Vec3 inward = hip - ihip;
   const std::vector<Wall> walls = obstacles_.touching(ihip, inward, skin_);
   const Vec3 from = pushedOff(walls, ihip);

@@ -14,7 +14,8 @@ class Judge {
   /// Held though nothing is between it and the HIP.
   [[nodiscard]] bool isHeldByNothing(Vec3 ihip, Vec3 hip);
   /// No place that a short straight motion over what the IHIP rests on leads to is nearer to the HIP. Tries the ways
-  /// along each surface, each line in which two meet and many others, `step` metres long.
+  /// along each surface, each line in which two meet and many others, `step` metres long: none where the IHIP, to
+  /// rounding, is at the nearest place of all triangles that it is on. They could only tell how near that ends.
   [[nodiscard]] bool isLocalMinimum(Vec3 ihip, Vec3 hip, double step);
 
  private:

@@ -24,6 +24,17 @@ TEST(Judge, TellsAPlaceFromWhichAWayLeadsNearer) {
   EXPECT_FALSE(Judge(block.soup).isLocalMinimum({0.02, 0.01, 0}, {0.024, 0.01, -0.005}, kStep_m));
 }
 
+TEST(Judge, TakesAPlaceForALocalMinimumRightToWhereItEnds) {
+  const CrackedBlock block;
+  Judge judge(block.soup);
+  const double edge = 0.1F;
+  for (const double before_m : {1e-12, 1e-9, 1e-7}) {
+    const Vec3 hip(edge - before_m, 0.01, -0.005);
+    EXPECT_TRUE(judge.isLocalMinimum({edge - before_m, 0.01, 0}, hip, kStep_m)) << before_m;
+    EXPECT_FALSE(judge.isLocalMinimum({edge, 0.01, 0}, hip, kStep_m)) << before_m;
+  }
+}
+
 TEST(Judge, TakesAnIhipForHeldByATriangleThatItIsPushedAlongAtAGraze) {
   const CrackedBlock block;
   Judge judge(block.soup);

@@ -14,6 +14,10 @@ constexpr double kBlockBeyond = 0.5;
 constexpr double kCarryBeyond = 2;
 /// What keeps a point a skin above several triangles can lift it this far off each.
 constexpr double kTouchWithin = 64;
+/// What keeps it a skin above a minimum on one surface lifts it no farther.
+constexpr double kAboveWithin = 2;
+/// Of the largest coordinate: some hundred times what the arithmetic rounds off a place.
+constexpr double kRounding = 0x1p-44;
 
 }  // namespace
 
@@ -80,6 +84,27 @@ std::optional<Obstacles::Place> Obstacles::nearestOfTouched(Vec3 at, Vec3 h) con
     nearest = Place{point, closestOnTriangle(at, face.corner)};
   }
   return nearest;
+}
+
+bool Obstacles::isMinimum(Vec3 place, Vec3 h) const {
+  const double rounding = kRounding * soup_->extent_m();
+  bool held = false;
+  for (const Face& face : faces_) {
+    if (std::abs(glm::dot(face.normal, place) - face.offset_m) > rounding || face.inside(place) < -rounding) continue;
+    if (glm::distance(closestOnTriangle(place, face.corner), place) > rounding) continue;
+    if (glm::distance(closestOnTriangle(h, face.corner), place) > rounding) return false;
+    held = held || face.hides(h);
+  }
+  return held;
+}
+
+bool Obstacles::isAboveMinimum(Vec3 at, Vec3 h) const {
+  const double within = kAboveWithin * skin_;
+  return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
+    if (std::abs(glm::dot(face.normal, at) - face.offset_m) > within || face.inside(at) < -within) return false;
+    const Vec3 foot = closestOnTriangle(h, face.corner);
+    return glm::distance(foot, at) <= within && isMinimum(foot, h);
+  });
 }
 
 std::vector<Wall> Obstacles::touching(Vec3 at, Vec3 inward, double within) const {

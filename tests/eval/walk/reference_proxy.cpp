@@ -88,7 +88,8 @@ void ReferenceProxy::settle(Vec3 h) {
 }
 
 /// To the point nearest to h of the triangles that the proxy lies on, when that is a nearer one and the way is open:
-/// straight, or, where the walls about a corner keep the proxy a few skins off it, from above that corner.
+/// straight, or, where the walls about a corner keep the proxy a few skins off it, from above that corner. For
+/// corners' sake what is a few skins ahead is touched, too: on one surface the proxy waits until its minimum ends.
 bool ReferenceProxy::hop(Vec3 h) {
   constexpr double kNearer = 1 - 0x1p-44;
   if (at_ == h) return false;
@@ -98,7 +99,7 @@ bool ReferenceProxy::hop(Vec3 h) {
   const auto above = [&](Vec3 place) { return pushedOff(obstacles_.touching(place, h - at_, skin_), place); };
   const Vec3 to = above(nearest->point);
   const bool nearer = glm::distance(to, h) < glm::distance(at_, h) * kNearer && glm::distance(to, at_) > skin_;
-  if (!nearer) return false;
+  if (!nearer || obstacles_.isAboveMinimum(at_, h)) return false;
   const Vec3 corner = above(nearest->beside);
   const auto isOpen = [&](double time) {
     if (!obstacles_.firstBlock(at_, glm::mix(at_, to, time))) return true;

@@ -39,6 +39,25 @@ TEST(ReferenceProxy, LeapsOnlyWhereAMinimumEnds) {
   EXPECT_NEAR(reference.leap_m(), 0.02, 1e-3);
 }
 
+TEST(ReferenceProxy, KeepsToAMinimumToItsSkinFromWhereThatEnds) {
+  const shapes::Shape cube = shapes::box({0.1, 0.1, 0.1});
+  const double side = 0.05F;
+  Random random(1);
+  for (const double before_m : {1e-11, 3e-11, 1e-10, 3e-10}) {
+    const Pose pose{random.rotation(), random.direction() * 0.02};
+    TriangleSoup soup;
+    soup.add(cube.vertices, cube.triangles, pose);
+    soup.finish();
+    ReferenceProxy reference(soup);
+    reference.place(toWorld(pose, {0.04, 0.01, 0.06}));
+    reference.follow(toWorld(pose, {0.04, 0.01, 0.03}), 64);
+    reference.follow(toWorld(pose, {side - before_m, 0.01, 0.03}), 64);
+    EXPECT_LT(glm::distance(reference.ihip(), toWorld(pose, {side - before_m, 0.01, side})), 1e-9) << before_m;
+    reference.follow(toWorld(pose, {side + before_m, 0.01, 0.03}), 64);
+    EXPECT_GT(reference.leap_m(), 0.01) << before_m;
+  }
+}
+
 /// The edge of a tetrahedron ends in the groove of two blocks, exactly. It juts out between them, so that from the place
 /// where it does there is a way over each of its faces.
 class EdgeInAGroove : public testing::Test {
