@@ -92,8 +92,9 @@ bool Obstacles::isMinimum(Vec3 place, Vec3 h) const {
   for (const Face& face : faces_) {
     if (std::abs(glm::dot(face.normal, place) - face.offset_m) > rounding || face.inside(place) < -rounding) continue;
     if (glm::distance(closestOnTriangle(place, face.corner), place) > rounding) continue;
-    if (glm::distance(closestOnTriangle(h, face.corner), place) > rounding) return false;
-    held = held || face.hides(h);
+    const bool hides = face.sheet ? face.inside(place) > rounding : glm::dot(face.normal, h) < face.offset_m;
+    if (!hides || glm::distance(closestOnTriangle(h, face.corner), place) > rounding) return false;
+    held = true;
   }
   return held;
 }

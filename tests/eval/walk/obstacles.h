@@ -41,8 +41,9 @@ class Obstacles {
   };
   /// Of the triangles that carry a point a skin above them, the point nearest to h.
   [[nodiscard]] std::optional<Place> nearestOfTouched(Vec3 at, Vec3 h) const;
-  /// Have all triangles that a place lies on, to rounding, their point nearest to h there, and is h behind one of them?
-  /// Then the place is a local minimum of the distance, however near the end of its triangles is.
+  /// Have all triangles that a place lies on, to rounding, their point nearest to h there, and is h behind each of them?
+  /// Then it is a local minimum of the distance, however near the end of those triangles is. False on a sheet's lines,
+  /// where there may be a way round.
   [[nodiscard]] bool isMinimum(Vec3 place, Vec3 h) const;
   /// Is a point a skin above such a place?
   [[nodiscard]] bool isAboveMinimum(Vec3 at, Vec3 h) const;
@@ -69,7 +70,6 @@ class Obstacles {
     [[nodiscard]] double inside(Vec3 p) const {
       return std::min({insideEdge(0, p), insideEdge(1, p), insideEdge(2, p)});
     }
-    [[nodiscard]] bool hides(Vec3 h) const { return sheet || glm::dot(normal, h) < offset_m; }
     [[nodiscard]] Wall wall(double side, double skin, std::size_t index) const {
       return {normal * side, offset_m * side + skin, index};
     }
