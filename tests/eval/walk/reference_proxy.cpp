@@ -166,7 +166,9 @@ bool ReferenceProxy::leaveCorner(Vec3 h) {
       if (!nearest) continue;
       const double time = std::min(timeInSight(*nearest), obstacles_.timeOnSupports(pair, at_, *nearest));
       const Vec3 to = glm::mix(at_, *nearest, time);
-      if (glm::distance(at_, to) < kClear * skin_ || glm::distance(to, h) >= glm::distance(at_, h)) continue;
+      // Nearer by less is not nearer: the other motions may give up a few skins, and lead back.
+      const double gain = glm::distance(at_, h) - glm::distance(to, h);
+      if (glm::distance(at_, to) < kClear * skin_ || gain < kOnIt * skin_) continue;
       if (obstacles_.firstBlock(at_, to)) continue;
       at_ = to;
       return true;
