@@ -83,7 +83,8 @@ void ReferenceProxy::follow(Vec3 hip, int parts) {
 
 void ReferenceProxy::settle(Vec3 h) {
   constexpr int kMostMoves = 1000;
-  for (int i = 0; i < kMostMoves && (hop(h) || move(h) || leaveCorner(h) || leaveRim(h)); ++i) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMostMoves && (hop(h) || move(h) || leaveCorner(h, nearest_m) || leaveRim(h)); ++i) {
   }
 }
 
@@ -154,8 +155,9 @@ bool ReferenceProxy::move(Vec3 h) {
 
 /// Along the line of two of the walls that the proxy lies on, as far as they carry, when that leads nearer and the way is
 /// open. An edge that juts out between two other walls ends in a corner for each of its faces. The skin parts those
-/// corners, and keeps the proxy in one where the other, which is the same place of the bodies, holds nothing.
-bool ReferenceProxy::leaveCorner(Vec3 h) {
+/// corners, and keeps the proxy in one where the other, which is the same place of the bodies, holds nothing. Where a motion
+/// then leads back into the corner it is not left again, unless to a place nearer than `nearest_m`, the last.
+bool ReferenceProxy::leaveCorner(Vec3 h, double& nearest_m) {
   constexpr double kClear = 16;  // in skins
   if (at_ == h) return false;
   const std::vector<Wall> walls = obstacles_.touching(at_, h - at_, kOnIt * skin_);
@@ -166,10 +168,11 @@ bool ReferenceProxy::leaveCorner(Vec3 h) {
       if (!nearest) continue;
       const double time = std::min(timeInSight(*nearest), obstacles_.timeOnSupports(pair, at_, *nearest));
       const Vec3 to = glm::mix(at_, *nearest, time);
-      // Nearer by less is not nearer: the other motions may give up a few skins, and lead back.
-      const double gain = glm::distance(at_, h) - glm::distance(to, h);
-      if (glm::distance(at_, to) < kClear * skin_ || gain < kOnIt * skin_) continue;
+      const double distance = glm::distance(to, h);
+      if (glm::distance(at_, to) < kClear * skin_ || distance >= glm::distance(at_, h)) continue;
+      if (distance > nearest_m - skin_) continue;
       if (obstacles_.firstBlock(at_, to)) continue;
+      nearest_m = distance;
       at_ = to;
       return true;
     }

@@ -49,7 +49,7 @@ class ReferenceProxy {
   void settle(Vec3 h);
   [[nodiscard]] bool hop(Vec3 h);
   [[nodiscard]] bool move(Vec3 h);
-  [[nodiscard]] bool leaveCorner(Vec3 h);
+  [[nodiscard]] bool leaveCorner(Vec3 h, double& nearest_m);
   [[nodiscard]] bool leaveRim(Vec3 h);
   void keepInSight();
   void lookAround();
