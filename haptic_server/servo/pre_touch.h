@@ -12,9 +12,9 @@ class PreTouch {
   explicit PreTouch(const StepConfig& config) noexcept : config_(config), rehearsal_(config) {}
 
   /// Runs feelForce() on a copy of the state, with the HIP where its velocity takes it; then works out the polygons around
-  /// the contact, before and after, which the tick may come over; then runs the step once more, which teaches the processor
-  /// what branches to expect: a seventh less between position and force. Costs what a tick with cold caches
-  /// costs (4 us on a mesh of 10 million triangles) and changes nothing that the tick can tell.
+  /// the contact, before and after, which the tick may come over; then runs the step once more, which teaches the
+  /// processor what branches to expect. Costs what a tick with cold caches costs, between two ticks, and changes nothing
+  /// that the tick can tell.
   void operator()(const ServoScene& scene, const HapticState& state) noexcept;
 
   /// For the tick that comes next, until a scene is adopted.

@@ -163,8 +163,7 @@ class ClosedLoop(UsbTest):
 
 class Faults(UsbTest):
     """Detected within 5 ms, no force within 30 ms, named, and felt again without a restart. Where the machine held server
-    or hardware up at that moment, the times are not judged; virtual_faults_test.cpp
-    judges all."""
+    or hardware up at that moment, the times are not judged; virtual_faults_test.cpp judges all."""
 
     def next_sample(self, wanted, what, patience_s=30):
         """Patience is counted in the servo's time: this client may be slower than the servo where the machine is busy."""
