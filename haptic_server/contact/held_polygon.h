@@ -34,13 +34,13 @@ struct HeldPolygon {
   void take(const TriangleRecord& record) noexcept {
     for (int k = 0; k < 3; ++k) neighbour[static_cast<std::size_t>(k)] = record.neighbour(k);
     vertex = record.vertex;
+    canonical = record.canonical();
     prism = Prism(record);
   }
   /// What is told of it.
   void describe(const Surface& s, std::uint32_t t) noexcept {
     surface = &s;
     triangle = t;
-    canonical = s.canonical(t);
     normal = prism.normal();
     const double squared = prism.squaredNormal();
     const double length = std::sqrt(squared);

@@ -32,8 +32,7 @@ int longestEdge(const TriangleRecord& r) noexcept {
 Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                  int threads) {
   measure(vertices);
-  canonical_ = hierarchy_.build(vertices, triangles, extent_, threads);
-  fillRecords(vertices, triangles);
+  fillRecords(vertices, triangles, hierarchy_.build(vertices, triangles, extent_, threads));
   sumVertexNormals(vertices.size());
   markCrossed(threads);
 }
@@ -41,7 +40,6 @@ Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std
 Surface::Surface(const Surface& from, std::span<const Vec3f> vertices)
     : records_(from.records_),
       hierarchy_(from.hierarchy_),
-      canonical_(from.canonical_),
       closed_(from.closed_),
       anyCrossed_(from.anyCrossed_) {
   measure(vertices);
@@ -70,16 +68,17 @@ void Surface::measure(std::span<const Vec3f> vertices) {
   extent_ = glm::length(glm::max(glm::abs(low_), glm::abs(high_)));
 }
 
-void Surface::fillRecords(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles) {
+void Surface::fillRecords(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                          std::span<const std::uint32_t> order) {
   std::vector<std::array<std::uint32_t, 3>> ordered(triangles.size());
-  for (std::size_t t = 0; t < ordered.size(); ++t) ordered[t] = triangles[canonical_[t]];
+  for (std::size_t t = 0; t < ordered.size(); ++t) ordered[t] = triangles[order[t]];
   const std::vector<std::uint32_t> neighbours = findNeighbours(vertices.size(), ordered);
   const std::vector<std::uint8_t> open = findOpenVertices(vertices.size(), ordered, neighbours);
   records_.resize(ordered.size());
   for (std::size_t t = 0; t < ordered.size(); ++t) {
     TriangleRecord& r = records_[t];
     r.vertex = ordered[t];
-    r.flags = 0;
+    r.flags = order[t] << TriangleRecord::kFlagBits;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3f v = vertices[r.vertex[k]];
       for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = v[static_cast<int>(d)];
@@ -165,7 +164,7 @@ Foot Surface::closestFoot(Vec3 h, int budget, int& spent) const noexcept {
 
 std::size_t Surface::memory_bytes() const noexcept {
   return records_.capacity() * sizeof(TriangleRecord) + hierarchy_.memory_bytes() +
-         vertexNormals_.capacity() * sizeof(Vec3f) + canonical_.capacity() * sizeof(std::uint32_t);
+         vertexNormals_.capacity() * sizeof(Vec3f);
 }
 
 std::shared_ptr<const Surface> refitSurface(const Surface& from, std::span<const Vec3f> vertices) {

@@ -34,12 +34,11 @@ class Surface {
 
   [[nodiscard]] std::uint32_t triangleCount() const noexcept { return static_cast<std::uint32_t>(records_.size()); }
   [[nodiscard]] const TriangleRecord& triangle(std::uint32_t t) const noexcept { return records_[t]; }
-  [[nodiscard]] std::uint32_t canonical(std::uint32_t t) const noexcept { return canonical_[t]; }
+  [[nodiscard]] std::uint32_t canonical(std::uint32_t t) const noexcept { return records_[t].canonical(); }
 
   /// Asks the caches for what a search reads of triangle t.
   void prefetch(std::uint32_t t) const noexcept {
     _mm_prefetch(reinterpret_cast<const char*>(&records_[t]), _MM_HINT_T0);
-    _mm_prefetch(reinterpret_cast<const char*>(&canonical_[t]), _MM_HINT_T0);
   }
 
   [[nodiscard]] Vec3 low() const noexcept { return low_; }    ///< Corner of the box about all vertices.
@@ -93,7 +92,8 @@ class Surface {
   Surface(const Surface& from, std::span<const Vec3f> vertices);
 
  private:
-  void fillRecords(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles);
+  void fillRecords(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                   std::span<const std::uint32_t> order);
   void measure(std::span<const Vec3f> vertices);
   void sumVertexNormals(std::size_t vertexCount);
   void markCrossed(int threads);
@@ -101,7 +101,6 @@ class Surface {
   LargePageVector<TriangleRecord> records_;
   BoundingHierarchy hierarchy_;
   LargePageVector<Vec3f> vertexNormals_;  // by canonical vertex; rounded once, 6e-8 rad
-  LargePageVector<std::uint32_t> canonical_;
   Vec3 low_{0};
   Vec3 high_{0};
   double radius_ = 0;
@@ -111,9 +110,9 @@ class Surface {
 };
 
 /// Builds the database of a mesh that satisfies TriMesh's invariants: finite vertices, indices in range, at least one
-/// triangle, no triangle that names a vertex twice. Anything else is accepted as it is: holes, fins, duplicates,
-/// flipped faces, slivers, faces without area. Allocates; for the builder thread. `threads` is the number to build
-/// with.
+/// triangle (and at most TriangleRecord::kMostTriangles), no triangle that names a vertex twice. Anything else is
+/// accepted as it is: holes, fins, duplicates, flipped faces, slivers, faces without area. Allocates; for the builder
+/// thread. `threads` is the number to build with.
 [[nodiscard]] std::shared_ptr<const Surface> buildSurface(std::span<const Vec3f> vertices,
                                                           std::span<const std::array<std::uint32_t, 3>> triangles,
                                                           int threads = 1);

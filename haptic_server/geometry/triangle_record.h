@@ -28,11 +28,13 @@ struct alignas(64) TriangleRecord {
   static constexpr std::uint32_t kCrossed = 1;
   static constexpr std::uint32_t kZeroArea = 2;    ///< Its corners lie exactly on one line.
   static constexpr std::uint32_t kOpenCorner = 4;  ///< Shifted left by k: the polygons at corner k are no closed fan.
+  static constexpr int kFlagBits = 5;
+  static constexpr std::uint32_t kMostTriangles = 1U << (32 - kFlagBits);  ///< Whose numbers fit in above the flags.
 
   /// Row d holds coordinate d of the three corners and, in its last place, the bits of the neighbour across edge d.
   std::array<std::array<float, 4>, 3> rows;
   std::array<std::uint32_t, 3> vertex;  ///< Canonical vertex indices.
-  std::uint32_t flags;
+  std::uint32_t flags;                  ///< In kFlagBits bits; above them the canonical number.
 
   [[nodiscard]] Vec3 corner(int k) const noexcept {
     const auto i = static_cast<std::size_t>(k);
@@ -55,6 +57,7 @@ struct alignas(64) TriangleRecord {
     return vertex[0] == v ? 0 : vertex[1] == v ? 1 : vertex[2] == v ? 2 : -1;
   }
   [[nodiscard]] std::uint32_t vertexAt(int k) const noexcept { return vertex[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] std::uint32_t canonical() const noexcept { return flags >> kFlagBits; }
   [[nodiscard]] bool crossed() const noexcept { return (flags & kCrossed) != 0; }
   [[nodiscard]] bool zeroArea() const noexcept { return (flags & kZeroArea) != 0; }
   [[nodiscard]] bool openAt(int k) const noexcept { return (flags & (kOpenCorner << k)) != 0; }

@@ -13,6 +13,7 @@ namespace {
 ContentHash hashOfBytes(const std::string& bytes) { return Hasher().add(std::as_bytes(std::span(bytes))).finish(); }
 
 std::shared_ptr<MeshAsset> build(TriMesh mesh) {
+  static_assert(kMaxTriangles <= TriangleRecord::kMostTriangles);
   auto asset = std::make_shared<MeshAsset>();
   asset->surface = buildSurface(mesh.vertices, mesh.triangles);
   asset->mesh = std::make_shared<const TriMesh>(std::move(mesh));
