@@ -45,7 +45,7 @@ bool followOverPolygons(const Surface& surface, const HipMotion& motion, int sid
   ++spent;
   while (end.beyond() != 0) {
     Hop hop;
-    if (!hop.leave(prism.place(from), end, now)) return false;
+    hop.leave(prism.place(from), end, now);
     now = hop.leaves;
     hop.across = sameLineAcross(surface, foot.triangle, hop.edge);
     if (hop.across < 0 || spent >= kSearchBudget) return false;

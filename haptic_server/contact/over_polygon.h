@@ -23,20 +23,21 @@ struct Hop {
   int across = 0;     ///< The same edge, of the next one.
 
   /// Where the HIP, which ends beyond the prism, leaves it: not before `now`, at the first of the edges that it goes beyond.
-  /// False where that is not a number.
-  [[nodiscard, gnu::always_inline]] bool leave(const Prism::Place& start, const Prism::Place& end,
-                                               double now) noexcept {
+  [[gnu::always_inline]] void leave(const Prism::Place& start, const Prism::Place& end, double now) noexcept {
     // As timeWithin(), but that no edge is crossed within which the end is.
-    const Four way = maximum(all(0), start.of) / (start.of - end.of);
-    const Four within = select((end.of >= start.of) | (end.of >= all(0)), all(1), way);
-    const Four times = select(end.of > all(0), all(2), within);
-    const Four first = all(std::min(std::min(times[0], times[1]), times[2]));
-    leaves = std::max(now, first[0]);
-    unsigned edges = end.beyond();
-    if ((edges & (edges - 1)) != 0)
-      edges = (times <= first).bits() & 7;  // else the next polygon need not wait for a time
+    const FourTruths comesBack = end.of >= start.of;
+    const Four way = select(comesBack, all(1), maximum(all(0), start.of));
+    const Four whole = select(comesBack, all(1), start.of - end.of);
+    const Four times = select(end.of > all(0), all(2), way / whole);
+    leaves = std::max(now, std::min(std::min(times[0], times[1]), times[2]));
+    const unsigned edges = end.beyond();
+    const unsigned others = edges & (edges - 1);
     edge = std::countr_zero(edges);
-    return edges != 0;
+    if (others != 0) {  // by products: the next polygon need not wait for a quotient
+      const unsigned notAfterNext = (way * following(whole) <= following(way) * whole).bits();
+      const bool isFirst = (edge == 0 && others == 4) ? (notAfterNext & 4) == 0 : (notAfterNext >> edge & 1) != 0;
+      edge = isFirst ? edge : std::countr_zero(others);
+    }
   }
 
   /// Where the HIP, which leaves the polygon before this one, enters the prism. False when it does so beyond another
@@ -71,7 +72,7 @@ struct Hop {
   do {
     if (looked == most) return nullptr;
     ++looked;
-    if (!hop.leave(start, end, hop.enters)) return nullptr;
+    hop.leave(start, end, hop.enters);
     triangle = at->neighbour[static_cast<std::size_t>(hop.edge)];
     if (triangle == kNoTriangle) return nullptr;
     const std::uint32_t common = at->vertex[static_cast<std::size_t>(nextCorner(hop.edge))];
