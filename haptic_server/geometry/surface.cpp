@@ -38,10 +38,7 @@ Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std
 }
 
 Surface::Surface(const Surface& from, std::span<const Vec3f> vertices)
-    : records_(from.records_),
-      hierarchy_(from.hierarchy_),
-      closed_(from.closed_),
-      anyCrossed_(from.anyCrossed_) {
+    : records_(from.records_), hierarchy_(from.hierarchy_), closed_(from.closed_), anyCrossed_(from.anyCrossed_) {
   measure(vertices);
   for (TriangleRecord& r : records_) {
     for (std::size_t k = 0; k < 3; ++k) {
