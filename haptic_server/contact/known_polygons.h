@@ -23,8 +23,10 @@ class KnownPolygons {
   void forget() noexcept {
     for (HeldPolygon& polygon : polygons_) polygon.forget();
   }
-  /// Works it out, or asks the caches for it where it is known.
+  /// Works it out, or asks the caches for it where it is known. Not of a surface that crosses itself: over that no tick may
+  /// hop unguarded.
   void learn(const Surface& surface, std::uint32_t triangle) noexcept {
+    if (surface.anyCrossed()) return;
     HeldPolygon& polygon = polygons_[triangle % kPlaces];
     if (!polygon.is(surface, triangle)) return polygon.become(surface, triangle);
     constexpr std::size_t kCacheLine_bytes = 64;

@@ -88,6 +88,41 @@ TEST(PreTouch, ChangesNoBitOfATickOverPolygonsThatItWorkedOut) {
   EXPECT_GT(ontoKnown, 1500);
 }
 
+/// Two finely divided boxes of 50 mm in one mesh, the second one moved by half of that and upwards by a fifth.
+std::shared_ptr<const Surface> boxesThroughEachOther() {
+  TriMesh both = makeBox(Vec3(0.05), 20).value();
+  const TriMesh box = both;
+  const auto first = static_cast<std::uint32_t>(both.vertices.size());
+  for (const Vec3f v : box.vertices) both.vertices.push_back(v + Vec3f(0.0253F, 0.0017F, 0.0101F));
+  for (const TriangleIndices& t : box.triangles) both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  return surfaceOf(both);
+}
+
+TEST(PreTouch, ChangesNoBitWhereAMeshCrossesItself) {
+  const auto scene = sceneOf(1, {objectOf(1, boxesThroughEachOther(), Vec3(0))});
+  ASSERT_TRUE(scene->objects[0].surface->anyCrossed());
+  HapticState with(kConfig), without(kConfig);
+  (void)adoptScene(*scene, with, 0);
+  (void)adoptScene(*scene, without, 0);
+  const auto preTouch = std::make_unique<PreTouch>(kConfig);
+  int blocked = 0;
+  for (std::uint64_t tick = 0; tick < 400; ++tick) {  // 2 mm under the first one's top, into the other one's side
+    const double along = 2e-4 * static_cast<double>(tick);
+    const Vec3 place = tick < 40 ? Vec3(-0.02, 0, 0.031 - along) : Vec3(-0.02807 + along, 0.0031, 0.023);
+    (*preTouch)(*scene, with);
+    const StepInput input{tick, 0, {place, DeviceState::kReady}};
+    FeltTick felt;
+    feelForce(*scene, with, kConfig, input, felt, &preTouch->known());
+    const TelemetrySample a = finishStep(*scene, with, kConfig, input, felt);
+    const TelemetrySample b = hapticStep(*scene, without, kConfig, input);
+    ASSERT_EQ(std::memcmp(&a.force, &b.force, sizeof a.force), 0) << tick;
+    ASSERT_EQ(std::memcmp(&a.ihip, &b.ihip, sizeof a.ihip), 0) << tick;
+    ASSERT_EQ(a.primitive, b.primitive) << tick;
+    blocked += a.object != 0 && a.ihip.x < a.hip.x - 1e-3 ? 1 : 0;
+  }
+  EXPECT_GT(blocked, 20);
+}
+
 TEST(PreTouch, ForgetsThePolygonsOfASceneThatIsGone) {
   const auto first = sceneOf(1, {objectOf(1, surfaceOf(makeSphere(0.05, 20).value()), Vec3(0))});
   const auto second = sceneOf(2, {objectOf(1, surfaceOf(makeSphere(0.05, 30).value()), Vec3(0))});
