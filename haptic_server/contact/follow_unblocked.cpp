@@ -1,4 +1,4 @@
-// The guarded neighborhood watch (surface_following.cpp) for the case that it has nothing to guard against.
+// The guarded neighborhood watch (surface_following_impl.h) for the case that it has nothing to guard against.
 
 #include "haptic_server/contact/follow_unblocked.h"
 

@@ -1,7 +1,10 @@
 """deploy/run, as a newcomer types it, in its headless form."""
+import contextlib
 import json
 import os
+import re
 import signal
+import socket
 import struct
 import subprocess
 import tempfile
@@ -9,6 +12,7 @@ import time
 import unittest
 from pathlib import Path
 
+USUAL = "127.0.0.1:7654"
 RUN = Path(__file__).resolve().parents[2] / "deploy" / "run"
 
 
@@ -34,6 +38,8 @@ class Run(unittest.TestCase):
         run = self.start("--seconds", "20")
         said, _ = run.communicate(timeout=500)
         self.assertEqual(run.returncode, 0, said)
+        # Another server may run on this machine.
+        self.assertTrue(f"listens at {USUAL};" in said or f"{USUAL} is taken by another program" in said, said)
         summary = self.summary()
         self.assertGreaterEqual(summary["contact_ticks"], 0.3 * summary["ticks"])
         self.assertGreaterEqual(summary["max_force_N"], 0.5)
@@ -43,6 +49,18 @@ class Run(unittest.TestCase):
         # More than 500 on two idle cores; a busy machine must not turn this red.
         self.assertGreaterEqual(summary["viewer_frames"], 100)
         self.assertEqual(picture_size(self.out / "view.png"), (1280, 1024))
+
+    def test_where_the_usual_port_is_taken_it_says_so_and_what_to_connect_to(self):
+        with contextlib.suppress(OSError):  # it is taken already
+            self.addCleanup(socket.create_server(("127.0.0.1", 7654)).close)
+        run = self.start("--seconds", "5")
+        said, _ = run.communicate(timeout=300)
+        self.assertEqual(run.returncode, 0, said)
+        self.assertIn(f"{USUAL} is taken by another program", said)
+        address = re.search(r"give every client --connect (127\.0\.0\.1:\d+)$", said, re.MULTILINE)
+        self.assertIsNotNone(address, said)
+        self.assertIn(f"haptic_server listens at {address[1]};", said)
+        self.assertIn(f"hapticctl --connect {address[1]} status", said)
 
     def test_an_interrupt_ends_both_and_still_writes_the_summary(self):
         run = self.start("--seconds", "300")

@@ -283,6 +283,14 @@ class PythonClient(harness.EndToEnd):
         self.assertEqual(refused.wait(), 1)
         self.assertIn("operations[0].set_material.material.stiffness_N_per_m", refused.text())
 
+    def test_example_says_in_one_line_which_scene_file_it_cannot_read(self):
+        absent, unreadable = self.folder / "absent.scene", self.folder / "unreadable.scene"
+        unreadable.write_text("operations { ad { } }")
+        for file, reason in ((absent, "No such file or directory"), (unreadable, "ad")):
+            pushed = self.example("push_scene_change", file)
+            self.assertEqual(pushed.wait(), 1)
+            self.assertRegex(pushed.text(), rf"\Apush_scene_change: {file}: .*{reason}.*\Z")
+
     def test_example_streams_forces_to_csv(self):
         file = self.folder / "forces.csv"
         streaming = self.example("stream_forces", "--rate", "200", "--out", file)

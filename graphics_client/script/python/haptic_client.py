@@ -133,8 +133,8 @@ class Client:
         return edit.result(timeout_s), edit.live_since_tick(timeout_s)
 
     def upload(self, kind, data, timeout_s=60.0):
-        """Sends an asset (haptic_assets.field, .vertex_values) and waits until the server holds it, for edits of this
-        client: its hash. Raises UploadRefused, TimeoutError."""
+        """Sends an asset, as upload(haptic_assets.FIELD, haptic_assets.field(rows)), and waits until the server holds it,
+        for edits of this client: its hash. Raises UploadRefused, TimeoutError."""
         with self._changed:
             upload = self._uploads.add(kind, data)
         self._wake()

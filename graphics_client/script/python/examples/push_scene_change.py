@@ -9,7 +9,18 @@ import argparse
 import sys
 from pathlib import Path
 
+from google.protobuf import text_format
 from haptic_client import Client, Conflict, Refused, Rejected
+from haptics.v1 import scene_pb2
+
+
+def scene_of(file):
+    try:
+        return text_format.Parse(Path(file).read_text(encoding="utf-8"), scene_pb2.Transaction())
+    except OSError as error:
+        sys.exit(f"push_scene_change: {file}: {error.strerror}")
+    except (UnicodeDecodeError, text_format.ParseError) as error:
+        sys.exit(f"push_scene_change: {file}: {error}")
 
 
 def set_stiffness(client, name, stiffness):
@@ -32,12 +43,11 @@ def main():
     parser.add_argument("--stiffness", type=float, metavar="N_PER_M", help="of the object named instead of a file")
     parser.add_argument("what", metavar="SCENE_FILE")
     arguments = parser.parse_args()
+    scene = scene_of(arguments.what) if arguments.stiffness is None else None
     try:
         with Client(arguments.connect, "push_scene_change", arguments.credentials) as client:
-            if arguments.stiffness is None:
-                accepted, tick = client.apply(Path(arguments.what).read_text(encoding="utf-8"))
-            else:
-                accepted, tick = set_stiffness(client, arguments.what, arguments.stiffness)
+            accepted, tick = (client.apply(scene) if scene is not None else
+                              set_stiffness(client, arguments.what, arguments.stiffness))
             print(f"revision {accepted.revision}, live since tick {tick}, root {accepted.root.hex()}")
     except (Refused, Rejected, Conflict) as error:
         sys.exit(f"push_scene_change: {error}")
