@@ -12,7 +12,7 @@
 namespace haptics {
 
 /// Faces around one vertex above which the contact search cannot look at all of them in one tick.
-inline constexpr std::uint32_t kCrowdedValence = 1600;
+inline constexpr std::uint32_t kCrowdedValence = 3200;
 
 /// What import found in a file and what it did about it. Counts are of triangles unless the name says otherwise.
 struct MeshReport {

@@ -1,6 +1,7 @@
 // Limits of the search and of the crossing test: S5, S6, S7.
 
 #include <algorithm>
+#include <array>
 
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "tests/eval/scenes/scenes.h"
@@ -11,6 +12,7 @@ namespace {
 
 /// The search's budget, and at most one triangle for each step of the motion after it is spent.
 constexpr int kMostTriangles = kSearchBudget + 48;
+constexpr std::array kValences{8, 64, 700, 4096};
 
 /// A place on the mesh where a test may fail: a vertex, or a point of an edge or of a diagonal.
 Vec3 delicatePlace(const shapes::Shape& shape, Random& random) {
@@ -45,6 +47,31 @@ SceneResult aimAtVerticesAndEdges(Renderer& method, Random& random) {
   return {{{"segments", kSegments}, {"leaks", leaks}}, leaks == 0};
 }
 
+/// Strokes under the bottom of a pit, the nearest place of all to a HIP that passes there, whose polygons must then all be
+/// looked at.
+struct PitStrokes {
+  int most = 0;  // triangles in a tick
+  int lost = 0;
+  int ticks = 0;
+
+  PitStrokes(Renderer& method, Random& random, const std::shared_ptr<const Surface>& pit) {
+    constexpr int kSteps = 12;
+    Stage stage(method, random);
+    stage.add(pit);
+    const Quat turn = glm::angleAxis(random.between(0, 6), Vec3(0, 0, 1));
+    const auto at = [&](double x, double z) { return turn * Vec3(x, 1e-4, z); };
+    stage.begin(at(-0.01, 0));
+    stage.tick(at(-0.01, -0.006));
+    for (int i = -kSteps; i <= kSteps; ++i) {
+      const double x = 0.01 * i / kSteps;
+      const Felt felt = stage.tick(at(x, -0.0105 + 0.45 * std::abs(x)));
+      lost += felt.touching ? 0 : 1;
+      most = std::max(most, felt.triangles);
+    }
+    ticks = stage.ticks();
+  }
+};
+
 /// Stroked around the apex; then the HIP stands still, and the IHIP has to arrive.
 SceneResult strokeFans(Renderer& method, Random& random) {
   constexpr double kMostStall = 0.05;  // of the depth: the side that holds need not be the nearest one
@@ -54,7 +81,19 @@ SceneResult strokeFans(Renderer& method, Random& random) {
   double stall = 0;
   static const auto fans = [] {  // the same for every method
     std::vector<std::shared_ptr<const Surface>> built;
-    for (const int valence : {8, 64, 700, 4096}) built.push_back(shapes::cone(0.05, 0.02, valence).build());
+    for (const int valence : kValences) built.push_back(shapes::cone(0.05, 0.02, valence).build());
+    return built;
+  }();
+  static const auto pits = [] {
+    std::vector<std::shared_ptr<const Surface>> built;
+    for (const int valence : kValences) {
+      built.push_back(shapes::cone(0.02, 1, valence)
+                          .mapped([](Vec3 v) {
+                            const bool rim = v.x != 0 || v.y != 0;
+                            return rim ? v : Vec3(0, 0, v.z > 0 ? -0.01 : -0.04);
+                          })
+                          .build());
+    }
     return built;
   }();
   for (const auto& fan : fans) {
@@ -77,6 +116,12 @@ SceneResult strokeFans(Renderer& method, Random& random) {
     const double depth = stage.depthIn(cone, rest);
     stall = std::max(stall, std::abs(glm::distance(felt.ihip, rest) - depth) / depth);
     ticks += stage.ticks();
+  }
+  for (const auto& pit : pits) {
+    const PitStrokes strokes(method, random, pit);
+    most = std::max(most, strokes.most);
+    lost += strokes.lost;
+    ticks += strokes.ticks;
   }
   return {{{"ticks", ticks}, {"triangles_per_tick_max", most}, {"stall_of_depth_ratio", stall}, {"lost_ticks", lost}},
           most <= kMostTriangles && stall <= kMostStall && lost == 0};
@@ -129,7 +174,7 @@ SceneResult runDeepAndFast(Renderer& method, Random& random) {
   int lost = 0;
   int most = 0;
   Stage stage(method, random);
-  static const auto ball = shapes::sphere(kRadius, 48).build();  // the same for every method
+  static const auto ball = shapes::sphere(kRadius, 96).build();  // the same for every method
   stage.add(ball);
   const Quat plane = random.rotation();
   const auto at = [&](double angle, double radius) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "common/mesh/import.h"
 #include "haptic_server/contact/neighborhood_watch_impl.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
@@ -173,6 +174,8 @@ TEST_F(NeighborhoodWatch, DoesNotDependOnTheOrderOfTrianglesAndCorners) {
     }
   }
 }
+
+static_assert(kCrowdedValence == kSearchBudget, "what an import reports is what a tick cannot look at");
 
 // S6 of the failure scenes.
 TEST_F(NeighborhoodWatch, KeepsItsBudgetInFansAndGetsThereNextTime) {
