@@ -32,6 +32,7 @@ class Verb(unittest.TestCase):
     def run_well(self, *arguments):
         done = run(*arguments, "--out", str(self.out))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
 
     def records(self, verb):
         return json.loads((self.out / f"{verb}.json").read_text())
@@ -100,21 +101,39 @@ class Chart(Verb):
         for row in rows:
             self.assertGreater(float(row["hot_tick_p50_ns"]), 0)
             self.assertGreater(float(row["cold_tick_p50_ns"]), float(row["hot_tick_p50_ns"]))
+            scenes = row["passed_scenes"].split() + row["failed_scenes"].split()
+            self.assertEqual(len(scenes), len(set(scenes)))
+            self.assertLessEqual({"S1", "S12"}, set(scenes))
+        self.assertEqual(len(methods["ours"]["passed_scenes"].split() + methods["ours"]["failed_scenes"].split()), 20)
         self.assertLessEqual(set(methods["ours"]["failed_scenes"].split()), {"S20"})
+        self.assertIn("S14", methods["ours_shaded"]["passed_scenes"].split())
+        self.assertEqual(methods["ours_without_substeps"]["failed_scenes"].split(), ["S7"])
         self.assertIn("S4", methods["god_object"]["failed_scenes"].split())
         self.check_pictures("chart")
         measured = (self.out / "chart.csv").read_text()
         (self.out / "kept.csv").write_text(measured)
         self.run_well("chart", "--from", str(self.out / "kept.csv"))
         self.assertEqual((self.out / "chart.csv").read_text(), measured)
+        for row in rows:
+            row.update({"passed_scenes": "S1 ", "failed_scenes": ""})
+        with open(self.out / "kept.csv", "w", newline="") as kept:
+            table = csv.DictWriter(kept, rows[0].keys(), lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+        said = self.run_well("chart", "--from", str(self.out / "kept.csv"))
+        self.assertRegex(said, "god_object +passes all 1 failure scenes\n")
+        self.assertEqual((self.out / "chart.csv").read_text(), (self.out / "kept.csv").read_text())
 
     def test_says_which_line_of_a_table_is_wrong(self):
         self.out.mkdir()
         head = ("method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
-                "force_above_100Hz_rms_N,failed_scenes\n")
-        for table, says in (("", "is not a chart.csv"), (head + "hearsay,12,1,1,1,1,1,\n", ":2: "),
-                            (head + "ours,12,1,1,x\n", ":2: "), (head + "ours,12,1,1,1,1,1,S99\n", "S99"),
-                            (head + "ours,12,1,1,1,1,1,\n", "the table has no")):
+                "force_above_100Hz_rms_N,passed_scenes,failed_scenes\n")
+        for table, says in (("", "is not a chart.csv"), (head + "hearsay,12,1,1,1,1,1,S1,\n", ":2: "),
+                            (head.replace("passed_scenes,", "") + "ours,12,1,1,1,1,1,\n", "passed_scenes"),
+                            (head + "ours,12,1,1,x\n", ":2: "), (head + "ours,12,1,1,1,1,1,,S99\n", "S99"),
+                            (head + "ours,12,1,1,1,1,1,S99,\n", "S99"),
+                            (head + "ours,12,1,1,1,1,1,,\n", "names no scene that was run"),
+                            (head + "ours,12,1,1,1,1,1,S1,\n", "the table has no")):
             (self.out / "wrong.csv").write_text(table)
             done = run("chart", "--from", str(self.out / "wrong.csv"), "--out", str(self.out))
             self.assertEqual(done.returncode, 1, table)
