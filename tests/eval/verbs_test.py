@@ -76,6 +76,9 @@ class Arguments(Verb):
                 ("walk --scene hearsay", ("--scene", "hearsay", "sphere")),
                 ("walk --method hearsay", ("--method", "hearsay", "god_object")),
                 ("walk --models /hearsay", ("--models", "/hearsay")),
+                ("walk --models /dev", ("armadillo", "dragon", "deploy/models/fetch_and_report")),
+                ("walk --models /dev --scene dragon", ("dragon", "deploy/models/fetch_and_report")),
+                ("walk --scene armadillo", ("armadillo", "deploy/models/fetch_and_report")),
                 ("accuracy --finest 3", ("--finest", "at least 12")),
                 ("accuracy --method hearsay", ("--method", "hearsay", "god_object")),
                 ("chart --finest x", ("--finest", "whole number")),
@@ -89,6 +92,12 @@ class Arguments(Verb):
             self.assertNotEqual(done.returncode, 0, arguments)
             for words in says:
                 self.assertIn(words, done.stderr, arguments)
+
+
+class Walk(Verb):
+    def test_over_a_generated_shape_needs_no_model(self):
+        self.run_well("walk", "--models", "/dev", "--scene", "sphere", "--ticks", "500")
+        self.assertEqual([r["scene"] for r in self.records("walk")], ["sphere", "all"])
 
 
 class Chart(Verb):
@@ -203,7 +212,7 @@ class Table1(Verb):
 
 class Advise(Verb):
     def test_keeps_a_balls_roundness_and_not_a_boxs_grid(self):
-        self.run_well("advise", str(HERE / "advise" / "advise_test.scene"))
+        said = self.run_well("advise", str(HERE / "advise" / "advise_test.scene"))
         records = self.records("advise")
         for name, least, most in (("ball", 100, 1728), ("box", 12, 100)):
             meshes = [r for r in records if r["scene"] == name and "triangles" in r]
@@ -214,7 +223,25 @@ class Advise(Verb):
             self.assertGreaterEqual(advised[0]["triangles"], least)
             self.assertLess(advised[0]["triangles"], most)
             self.assertTrue(any(not r["pass"] for r in meshes), "went on until it would not do")
+            (coarser,) = [r for r in meshes if r.get("step") == "down"]
+            self.assertEqual(coarser["memory_step_MB"], coarser["memory_MB"] - advised[0]["memory_MB"])
+            materials = [r for r in records if r["scene"] == name and "stiffness_N_per_m" in r]
+            (here,) = [r for r in materials if r["advised"]]
+            steps = {r["step"]: r for r in materials if "step" in r}
+            self.assertLessEqual(set(steps), {"stiffness up", "stiffness down", "damping up", "damping down"})
+            self.assertIn("stiffness up", steps)
+            self.assertTrue({"damping up", "damping down"} & set(steps))
+            for step, there in steps.items():
+                self.assertEqual("up" in step, (there["stiffness_N_per_m"], there["damping_Ns_per_m"]) >
+                                 (here["stiffness_N_per_m"], here["damping_Ns_per_m"]))
+                self.assertEqual(there["damping_step_Ns_per_m"] == 0, "stiffness" in step)
+        self.assertIn("Ns/m more damping; steady from", said)
         rates = [r for r in records if r["scene"] == "all objects"]
+        (advised,) = [r for r in rates if r["advised"]]
+        for r in rates:
+            if "step" in r:
+                self.assertAlmostEqual(r["processor_step_ratio"], r["processor_ratio"] - advised["processor_ratio"])
+        self.assertIn("up", [r.get("step") for r in rates])
         self.assertEqual([r["rate_Hz"] for r in rates if r["pass"]][:1], [r["rate_Hz"] for r in rates if r["advised"]])
         self.check_pictures("advise")
 
