@@ -32,6 +32,15 @@ class HapticBench(unittest.TestCase):
             "rubbing_0.5mm_circle": 1, "slide_48mm_circle": 1, "free_space_52mm_circle": 0,
             "second_body_1mm_above_rubbing_0.5mm_circle": 1, "line_contact_of_two_28mm_circle": 2})
 
+    def test_times_each_phase_of_a_tick(self):
+        figures = self.figures("(phase/.*|search/hot/.*)triangles:1728")
+        self.assertEqual(set(figures), {
+            f"{phase}/{trajectory}/triangles:1728"
+            for phase in ("phase/poses", "phase/gather", "search/hot", "phase/sign", "phase/force")
+            for trajectory in ("rubbing_0.5mm_circle", "slide_48mm_circle")})
+        for figure in figures.values():
+            self.assertGreater(figure["real_time"], 0)
+
     def test_puts_the_same_questions_to_peers(self):
         figures = self.figures("peers/.*triangles:1728")
         self.assertEqual(len(figures), 4)

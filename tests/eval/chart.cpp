@@ -26,6 +26,8 @@ struct Look {
 };
 constexpr std::array kLooks{
     Look{kOurs, "this runtime", {0.835, 0.369, 0.0}},
+    Look{"ours_shaded", "this runtime, force shading", {0.60, 0.07, 0.12}},
+    Look{"ours_without_substeps", "this runtime, no substeps", {0.30, 0.16, 0.06}},
     Look{"ours_float", "this runtime, search in float", {0.902, 0.624, 0.0}},
     Look{"god_object", "god-object", {0.0, 0.447, 0.698}},
     Look{"finite_proxy_1mm", "finite proxy, 1 mm", {0.337, 0.706, 0.914}},
@@ -126,6 +128,8 @@ Figure figureOf(const ChartData& data) {
   figure.legendNotes = {"Disc: passes every scripted failure scene.",
                         "Cross: fails some; the scenes are those of",
                         "haptic_eval failures.",
+                        "No substeps, search in float: one over the",
+                        "other, by the guarded path in every tick.",
                         "Dashed: what a hand with vision notices,",
                         "7 % of a force (Pang et al. 1991) or 0.05 N,",
                         "18.4 deg (Barbagli et al. 2006)."};
@@ -138,13 +142,16 @@ void runChart(const ChartOptions& options) {
   ChartData data;
   if (options.from.empty()) {
     data.points = measureChartPoints(options.seed, options.finest);
-    for (const Method& method : methods()) data.outcomes[method.name] = outcomeOf(method, options.seed);
+    for (const Method& method : chartMethods()) data.outcomes[method.name] = outcomeOf(method, options.seed);
   } else {
     data = readChartTable(options.from);
   }
   writeChartTable(options.out / "chart.csv", data);
   const auto display = orThrow(VirtualDisplay::ensure());
   orThrow(drawFigure(figureOf(data), options.out / "chart.png", options.out / "chart.svg"));
+  for (const auto& [method, outcome] : data.outcomes) {
+    std::printf("%-25s %s\n", method.data(), outcomeText(outcome).c_str());
+  }
   std::printf("written to %s: chart.png, chart.svg, chart.csv\n", options.out.c_str());
 }
 

@@ -75,7 +75,7 @@ std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest) {
   std::vector<ChartPoint> points;
   for (const int triangles : kMeshTriangles) {
     if (triangles > finest) break;
-    std::vector<Measured> all(methods().begin(), methods().end());
+    std::vector<Measured> all(chartMethods().begin(), chartMethods().end());
     for (const AnalyticShape& shape : analyticShapes()) {  // one at a time: 10 million triangles take a gigabyte
       const Sample sample = makeSample(shape, triangles);
       for (Measured& measured : all) measured.add(sample, seed);
@@ -92,7 +92,7 @@ std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest) {
 Outcome outcomeOf(const Method& method, std::uint64_t seed) {
   Outcome outcome;
   for (const FailureScene& scene : kFailureScenes) {
-    if (scene.concern == Concern::kSurfaces || !method.isFor(scene.concern)) continue;
+    if (!method.isFor(scene.concern)) continue;
     Random random = scene.random(seed);
     (scene.run(*method.make(), random).pass ? outcome.passed : outcome.failed).push_back(scene.name);
   }

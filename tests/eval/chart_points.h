@@ -18,7 +18,7 @@ struct ChartPoint {
   Price price;              ///< Medians over the shapes; instructions on the sphere.
 };
 
-/// In order of triangles, then of methods().
+/// In order of triangles, then of chartMethods().
 [[nodiscard]] std::vector<ChartPoint> measureChartPoints(std::uint64_t seed, int finest);
 
 /// How a method does in the failure scenes that it can be put into.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -13,35 +12,43 @@ namespace {
 
 constexpr const char* kHead =
     "method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
-    "force_above_100Hz_rms_N,failed_scenes";
+    "force_above_100Hz_rms_N,passed_scenes,failed_scenes";
 
-Outcome outcomeFrom(const Method& method, const std::string& failedScenes) {
-  std::istringstream words(failedScenes);
-  std::set<std::string> failed;
-  for (std::string word; words >> word;) failed.insert(word);
-  Outcome outcome;
-  for (const FailureScene& scene : kFailureScenes) {
-    if (scene.concern == Concern::kSurfaces || !method.isFor(scene.concern)) continue;
-    (failed.erase(std::string(scene.name)) > 0 ? outcome.failed : outcome.passed).push_back(scene.name);
+using SceneNames = std::vector<std::string_view>;
+
+SceneNames readScenes(std::istream& fields, char end) {
+  std::string field;
+  std::getline(fields, field, end);
+  std::istringstream words(field);
+  SceneNames names;
+  for (std::string word; words >> word;) {
+    const auto scene = std::ranges::find(kFailureScenes, word, &FailureScene::name);
+    if (scene == kFailureScenes.end()) throw std::invalid_argument("there is no scene " + word);
+    names.push_back(scene->name);
   }
-  if (!failed.empty()) throw std::invalid_argument("there is no scene " + *failed.begin());
-  return outcome;
+  return names;
+}
+
+void writeScenes(std::ostream& file, const SceneNames& names) {
+  for (const std::string_view scene : names) file << scene << ' ';
 }
 
 void readLine(const std::string& line, ChartData& data) {
   std::istringstream fields(line);
   std::string name;
   std::getline(fields, name, ',');
-  const Method& method = findMethod(name, methods());
+  const Method& method = findMethod(name, chartMethods());
   ChartPoint point{method.name, 0, 0, 0, {}};
   char comma = 0;
   fields >> point.triangles >> comma >> point.price.hot_ns >> comma >> point.price.cold_ns >> comma >>
       point.price.instructions >> comma >> point.epsilon >> comma >> point.above100Hz_rms_N >> comma;
   if (!fields) throw std::invalid_argument("is not what chart writes");
-  std::string failed;
-  std::getline(fields, failed);
+  Outcome outcome;
+  outcome.passed = readScenes(fields, ',');
+  outcome.failed = readScenes(fields, '\n');
+  if (outcome.passed.empty() && outcome.failed.empty()) throw std::invalid_argument("names no scene that was run");
   data.points.push_back(point);
-  data.outcomes[method.name] = outcomeFrom(method, failed);
+  data.outcomes[method.name] = std::move(outcome);
 }
 
 }  // namespace
@@ -54,7 +61,9 @@ void writeChartTable(const std::filesystem::path& path, const ChartData& data) {
       if (p.method != method) continue;
       file << p.method << ',' << p.triangles << ',' << p.price.hot_ns << ',' << p.price.cold_ns << ','
            << p.price.instructions << ',' << p.epsilon << ',' << p.above100Hz_rms_N << ',';
-      for (const std::string_view scene : outcome.failed) file << scene << ' ';
+      writeScenes(file, outcome.passed);
+      file << ',';
+      writeScenes(file, outcome.failed);
       file << '\n';
     }
   }
@@ -66,7 +75,8 @@ ChartData readChartTable(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::string line;
   if (!std::getline(file, line) || line != kHead)
-    throw std::runtime_error(path.string() + ": is not a chart.csv that chart has written");
+    throw std::runtime_error(path.string() +
+                             ": is not a chart.csv of this version; measure it anew. Its first line is " + kHead);
   ChartData data;
   for (int number = 2; std::getline(file, line); ++number) {
     try {

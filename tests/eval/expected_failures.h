@@ -14,6 +14,7 @@ struct Expectation {
 /// The scenes that each method is expected to fail. What is not named it passes, as ours passes nearly all: that a correct
 /// god-object holds nearly everywhere is a finding.
 ///
+/// ours_shaded: shading leaves the contact as it is; what it does to the force S1 to S3, S10, S13 to S15 and S17 measure.
 /// ours_float: rounds to 2^-24 of the extent, which a sliver of 1 um may notice (S12), and a force along the floor that
 ///   is to stay below 1 mN (S2).
 /// pseudocode_*: as printed, the first contact has no force (S3), the path is not taken in a moving body's frame (S4),
@@ -49,6 +50,7 @@ struct Expectation {
 ///   watertight_test: segments through edges and vertices (S5); elsewhere the first contact alone needs a segment.
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
+    Expectation{"ours_shaded", "", ""},
     Expectation{"ours_float", "", "S2 S12 "},
     Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 ", ""},
     Expectation{"ours_without_pseudonormals", "S12 ", ""},

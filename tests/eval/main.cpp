@@ -194,7 +194,10 @@ void addWalk(CLI::App& app, Arguments& arguments) {
       ->type_name("N")
       ->check(wholeNumber(1))
       ->capture_default_str();
-  verb->add_option("--models", options.models, "Folder that deploy/models/fetch_and_report filled")
+  verb->add_option(
+          "--models", options.models,
+          "Folder that deploy/models/fetch_and_report filled; without it only the generated shapes are walked over, "
+          "and models that are installed")
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
   verb->add_option("--scene", options.scene, "Only this one, as the table names it")->type_name("NAME");

@@ -3,6 +3,7 @@
 #include <array>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "tests/eval/baselines/finite_proxy.h"
 #include "tests/eval/baselines/global_closest.h"
@@ -24,6 +25,7 @@ std::unique_ptr<Renderer> make() {
 
 constexpr std::array kMethods{
     Method{kOurs, "the production step", make<Ours>, true, true, true, true, true},
+    Method{"ours_shaded", "the same with force shading on every body", make<OursShaded>, true, true, true},
     Method{"ours_float", "its contact core with the search in float", make<OursUnder<InFloat>>, true, false},
     Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
            make<Pseudocode<Primitives::kClosed>>},
@@ -66,6 +68,14 @@ constexpr std::array kSurfaceMethods{
 std::span<const Method> surfaceMethods() { return kSurfaceMethods; }
 std::span<const Method> oursWithout() { return kOursWithout; }
 std::span<const Method> methods() { return kMethods; }
+std::span<const Method> chartMethods() {
+  static const std::vector<Method> all = [] {
+    std::vector<Method> charted(kMethods.begin(), kMethods.end());
+    charted.push_back(findMethod("ours_without_substeps", kOursWithout));
+    return charted;
+  }();
+  return all;
+}
 
 const Method& findMethod(std::string_view name, std::span<const Method> among) {
   std::string known;

@@ -38,8 +38,10 @@ struct Method {
 
 inline constexpr std::string_view kOurs = "ours";
 
-/// Ours first, ours with the search in float, then the baselines.
+/// Ours first, ours with force shading and with the search in float, then the baselines.
 [[nodiscard]] std::span<const Method> methods();
+/// These and ours without substeps: one more option of ours that the speed-accuracy chart weighs.
+[[nodiscard]] std::span<const Method> chartMethods();
 /// Ours with one correction switched off: the contact core and a spring, without the rest of the step.
 [[nodiscard]] std::span<const Method> oursWithout();
 

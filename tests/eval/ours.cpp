@@ -2,9 +2,17 @@
 
 #include <algorithm>
 
+#include "haptic_server/servo/feel_details.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {
+
+std::shared_ptr<const SurfaceDetail> Ours::makeDetail(const Surface& surface) const {
+  if (!surface_ && !shading_) return nullptr;
+  SurfaceProperties properties = surface_ ? surface_->properties : SurfaceProperties{};
+  if (shading_) properties.shading = shading_;
+  return makeSurfaceDetail(surface, properties, {surface_ ? surface_->texture : nullptr, nullptr, nullptr});
+}
 
 void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) {
   auto scene = std::make_unique<ServoScene>();
@@ -12,10 +20,9 @@ void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::sp
   ids_.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     ids_.push_back(i + 1);
-    ServoObject object{i + 1, bodies[i], poses[i], kSpring_N_per_m, 0, false, nullptr};
+    ServoObject object{i + 1, bodies[i], poses[i], kSpring_N_per_m, 0, false, makeDetail(*bodies[i])};
     if (surface_) {
       object.stiffness_N_per_m = surface_->spring_N_per_m;
-      object.detail = makeSurfaceDetail(*bodies[i], surface_->properties, {surface_->texture, nullptr, nullptr});
       if (surface_->tissue) object.tissue = std::make_shared<const SoftTissue>(*surface_->tissue);
     }
     scene->objects.push_back(std::move(object));
@@ -32,8 +39,10 @@ void Ours::edit(const EditedScene& edited, Vec3 /*hip*/) {
   auto scene = std::make_unique<ServoScene>();
   scene->revision = scene_->revision + 1;
   for (std::size_t i = 0; i < edited.bodies.size(); ++i) {
-    scene->objects.push_back(
-        {edited.ids[i], edited.bodies[i], edited.poses[i], edited.spring_N_per_m, 0, false, nullptr});
+    const auto before = std::ranges::find(scene_->objects, edited.ids[i], &ServoObject::id);
+    const bool kept = before != scene_->objects.end() && before->surface == edited.bodies[i];
+    scene->objects.push_back({edited.ids[i], edited.bodies[i], edited.poses[i], edited.spring_N_per_m, 0, false,
+                              kept ? before->detail : makeDetail(*edited.bodies[i])});
   }
   for (const ServoObject& object : scene_->objects) {
     if (std::ranges::find(edited.ids, object.id) != edited.ids.end()) continue;
@@ -87,16 +96,28 @@ Felt Ours::tick(std::span<const Pose> poses, Vec3 hip) {
 
 Felt Ours::step(Vec3 hip) {
   const std::span<const Body> bodies(state_.bodies.data(), state_.bodyCount);
-  if (contactOnly_) {
-    const ContactResult contact = followContact(bodies, state_.contact, hip);
-    return {contact.touching, contact.ihip, kSpring_N_per_m * (contact.ihip - hip), 0};
-  }
+  if (contactOnly_) return feelContact(bodies, hip);
   // The step keeps what its contact cost to itself: asked of the same core, on a copy of its state.
   ContactState copy = state_.contact;
   const ContactWork work = followContact(bodies, copy, hip).work;
   const TelemetrySample sample = hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
-  return {sample.object != 0, sample.ihip, sample.force.contact, work.triangles,
+  // Shading turns the force; where the contact is it leaves as it is.
+  const Vec3 ihip = shading_ ? state_.contact.ihip : sample.ihip;
+  return {sample.object != 0, ihip, sample.force.contact, work.triangles,
           sample.frictionState == FrictionState::kSliding};
+}
+
+/// Of the step no more than the contact and its force.
+Felt Ours::feelContact(std::span<const Body> bodies, Vec3 hip) {
+  if (!state_.anyDetail) {
+    const ContactResult contact = followContact(bodies, state_.contact, hip);
+    return {contact.touching, contact.ihip, kSpring_N_per_m * (contact.ihip - hip), 0};
+  }
+  FeltTick felt;
+  state_.hip = hip;
+  followContact(bodies, state_.contact, hip, felt.contact);
+  feelDetails(*scene_, state_, config_, felt);
+  return {felt.contact.touching, state_.contact.ihip, felt.force.spring, 0};
 }
 
 }  // namespace haptics::eval

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -24,13 +25,18 @@ class Ours : public Renderer {
 
  protected:
   StepConfig& config() noexcept { return config_; }
+  /// Of all bodies from the next begin() on, whatever they are dressed with.
+  void shade(const Shading& shading) { shading_ = shading; }
 
  private:
   void adopt();
   [[nodiscard]] Felt step(Vec3 hip);
+  [[nodiscard]] Felt feelContact(std::span<const Body> bodies, Vec3 hip);
+  [[nodiscard]] std::shared_ptr<const SurfaceDetail> makeDetail(const Surface& surface) const;
 
   StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};
   std::optional<FeltSurface> surface_;
+  std::optional<Shading> shading_;
   std::unique_ptr<const ServoScene> scene_;
   std::unique_ptr<const ServoScene> next_;  // until it is adopted
   std::vector<std::uint64_t> ids_;          // of the bodies in the order of `poses`
@@ -38,6 +44,12 @@ class Ours : public Renderer {
   HapticState state_{config_};
   std::uint64_t tick_ = 0;
   bool contactOnly_ = false;
+};
+
+/// With force shading (paper 4.1) on every body; lines of more than 60 degrees stay sharp.
+class OursShaded final : public Ours {
+ public:
+  OursShaded() { shade({std::numbers::pi / 3, {}}); }
 };
 
 /// K of Eq. (4) as it was set, whatever the device can bear.

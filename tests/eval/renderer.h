@@ -59,8 +59,8 @@ class Renderer {
   virtual void dress(const FeltSurface& /*surface*/) {}
   /// The same scene, its bodies as they are now, attached anew to a HIP outside of all.
   virtual void place(Vec3 hip) = 0;
-  /// From now on a tick does no more than find the contact and its spring force, and counts no triangles: what the
-  /// methods are timed at.
+  /// From now on a tick does no more than find the contact and its spring force, shaded where it is, and counts no
+  /// triangles: what the methods are timed at.
   virtual void contactOnly() {}
   /// The scene becomes another one under the hand, with the HIP wherever it is. Published methods know nothing of that:
   /// they begin anew.

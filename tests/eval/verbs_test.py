@@ -32,6 +32,7 @@ class Verb(unittest.TestCase):
     def run_well(self, *arguments):
         done = run(*arguments, "--out", str(self.out))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
 
     def records(self, verb):
         return json.loads((self.out / f"{verb}.json").read_text())
@@ -75,6 +76,9 @@ class Arguments(Verb):
                 ("walk --scene hearsay", ("--scene", "hearsay", "sphere")),
                 ("walk --method hearsay", ("--method", "hearsay", "god_object")),
                 ("walk --models /hearsay", ("--models", "/hearsay")),
+                ("walk --models /dev", ("armadillo", "dragon", "deploy/models/fetch_and_report")),
+                ("walk --models /dev --scene dragon", ("dragon", "deploy/models/fetch_and_report")),
+                ("walk --scene armadillo", ("armadillo", "deploy/models/fetch_and_report")),
                 ("accuracy --finest 3", ("--finest", "at least 12")),
                 ("accuracy --method hearsay", ("--method", "hearsay", "god_object")),
                 ("chart --finest x", ("--finest", "whole number")),
@@ -90,6 +94,12 @@ class Arguments(Verb):
                 self.assertIn(words, done.stderr, arguments)
 
 
+class Walk(Verb):
+    def test_over_a_generated_shape_needs_no_model(self):
+        self.run_well("walk", "--models", "/dev", "--scene", "sphere", "--ticks", "500")
+        self.assertEqual([r["scene"] for r in self.records("walk")], ["sphere", "all"])
+
+
 class Chart(Verb):
     def test_has_every_method_priced_and_judged(self):
         self.run_well("chart", "--finest", "12")
@@ -100,21 +110,39 @@ class Chart(Verb):
         for row in rows:
             self.assertGreater(float(row["hot_tick_p50_ns"]), 0)
             self.assertGreater(float(row["cold_tick_p50_ns"]), float(row["hot_tick_p50_ns"]))
+            scenes = row["passed_scenes"].split() + row["failed_scenes"].split()
+            self.assertEqual(len(scenes), len(set(scenes)))
+            self.assertLessEqual({"S1", "S12"}, set(scenes))
+        self.assertEqual(len(methods["ours"]["passed_scenes"].split() + methods["ours"]["failed_scenes"].split()), 20)
         self.assertLessEqual(set(methods["ours"]["failed_scenes"].split()), {"S20"})
+        self.assertIn("S14", methods["ours_shaded"]["passed_scenes"].split())
+        self.assertEqual(methods["ours_without_substeps"]["failed_scenes"].split(), ["S7"])
         self.assertIn("S4", methods["god_object"]["failed_scenes"].split())
         self.check_pictures("chart")
         measured = (self.out / "chart.csv").read_text()
         (self.out / "kept.csv").write_text(measured)
         self.run_well("chart", "--from", str(self.out / "kept.csv"))
         self.assertEqual((self.out / "chart.csv").read_text(), measured)
+        for row in rows:
+            row.update({"passed_scenes": "S1 ", "failed_scenes": ""})
+        with open(self.out / "kept.csv", "w", newline="") as kept:
+            table = csv.DictWriter(kept, rows[0].keys(), lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+        said = self.run_well("chart", "--from", str(self.out / "kept.csv"))
+        self.assertRegex(said, "god_object +passes all 1 failure scenes\n")
+        self.assertEqual((self.out / "chart.csv").read_text(), (self.out / "kept.csv").read_text())
 
     def test_says_which_line_of_a_table_is_wrong(self):
         self.out.mkdir()
         head = ("method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
-                "force_above_100Hz_rms_N,failed_scenes\n")
-        for table, says in (("", "is not a chart.csv"), (head + "hearsay,12,1,1,1,1,1,\n", ":2: "),
-                            (head + "ours,12,1,1,x\n", ":2: "), (head + "ours,12,1,1,1,1,1,S99\n", "S99"),
-                            (head + "ours,12,1,1,1,1,1,\n", "the table has no")):
+                "force_above_100Hz_rms_N,passed_scenes,failed_scenes\n")
+        for table, says in (("", "is not a chart.csv"), (head + "hearsay,12,1,1,1,1,1,S1,\n", ":2: "),
+                            (head.replace("passed_scenes,", "") + "ours,12,1,1,1,1,1,\n", "passed_scenes"),
+                            (head + "ours,12,1,1,x\n", ":2: "), (head + "ours,12,1,1,1,1,1,,S99\n", "S99"),
+                            (head + "ours,12,1,1,1,1,1,S99,\n", "S99"),
+                            (head + "ours,12,1,1,1,1,1,,\n", "names no scene that was run"),
+                            (head + "ours,12,1,1,1,1,1,S1,\n", "the table has no")):
             (self.out / "wrong.csv").write_text(table)
             done = run("chart", "--from", str(self.out / "wrong.csv"), "--out", str(self.out))
             self.assertEqual(done.returncode, 1, table)
@@ -184,7 +212,7 @@ class Table1(Verb):
 
 class Advise(Verb):
     def test_keeps_a_balls_roundness_and_not_a_boxs_grid(self):
-        self.run_well("advise", str(HERE / "advise" / "advise_test.scene"))
+        said = self.run_well("advise", str(HERE / "advise" / "advise_test.scene"))
         records = self.records("advise")
         for name, least, most in (("ball", 100, 1728), ("box", 12, 100)):
             meshes = [r for r in records if r["scene"] == name and "triangles" in r]
@@ -195,7 +223,25 @@ class Advise(Verb):
             self.assertGreaterEqual(advised[0]["triangles"], least)
             self.assertLess(advised[0]["triangles"], most)
             self.assertTrue(any(not r["pass"] for r in meshes), "went on until it would not do")
+            (coarser,) = [r for r in meshes if r.get("step") == "down"]
+            self.assertEqual(coarser["memory_step_MB"], coarser["memory_MB"] - advised[0]["memory_MB"])
+            materials = [r for r in records if r["scene"] == name and "stiffness_N_per_m" in r]
+            (here,) = [r for r in materials if r["advised"]]
+            steps = {r["step"]: r for r in materials if "step" in r}
+            self.assertLessEqual(set(steps), {"stiffness up", "stiffness down", "damping up", "damping down"})
+            self.assertIn("stiffness up", steps)
+            self.assertTrue({"damping up", "damping down"} & set(steps))
+            for step, there in steps.items():
+                self.assertEqual("up" in step, (there["stiffness_N_per_m"], there["damping_Ns_per_m"]) >
+                                 (here["stiffness_N_per_m"], here["damping_Ns_per_m"]))
+                self.assertEqual(there["damping_step_Ns_per_m"] == 0, "stiffness" in step)
+        self.assertIn("Ns/m more damping; steady from", said)
         rates = [r for r in records if r["scene"] == "all objects"]
+        (advised,) = [r for r in rates if r["advised"]]
+        for r in rates:
+            if "step" in r:
+                self.assertAlmostEqual(r["processor_step_ratio"], r["processor_ratio"] - advised["processor_ratio"])
+        self.assertIn("up", [r.get("step") for r in rates])
         self.assertEqual([r["rate_Hz"] for r in rates if r["pass"]][:1], [r["rate_Hz"] for r in rates if r["advised"]])
         self.check_pictures("advise")
 

@@ -46,6 +46,15 @@ const MaterialOption* ObjectAdvice::optionAt(std::size_t rate) const {
   return nearest;
 }
 
+std::string ObjectAdvice::stepBetween(const MaterialOption& from, const MaterialOption& to) const {
+  const auto dampings = std::ranges::count(options, from.stiffness_N_per_m, &MaterialOption::stiffness_N_per_m);
+  const std::ptrdiff_t apart = &to - &from;  // by stiffness, then damping
+  const std::string way = apart > 0 ? " up" : " down";
+  if (std::abs(apart) == dampings) return "stiffness" + way;
+  if (std::abs(apart) == 1 && from.stiffness_N_per_m == to.stiffness_N_per_m) return "damping" + way;
+  return "";
+}
+
 const MaterialOption& SceneAdvice::optionOf(const ObjectAdvice& object) const {
   const MaterialOption* option = rate ? object.optionAt(*rate) : nullptr;
   return option != nullptr ? *option : object.ownOption();

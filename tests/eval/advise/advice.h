@@ -22,6 +22,8 @@ struct ObjectAdvice {
   /// The own material where it is good at this rate, else of the good ones the one that is nearest to it; null when
   /// there is none.
   [[nodiscard]] const MaterialOption* optionAt(std::size_t rate) const;
+  /// "stiffness up", "stiffness down", "damping up", "damping down", both of the options; empty when it is no such step.
+  [[nodiscard]] std::string stepBetween(const MaterialOption& from, const MaterialOption& to) const;
 };
 
 /// What the whole scene needs.

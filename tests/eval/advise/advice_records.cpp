@@ -22,6 +22,11 @@ Record meshRecord(const ObjectAdvice& object, std::size_t i) {
                  {"cold_tick_p50_ns", c.cold_ns},
                  {"memory_MB", c.memory_MB},
                  {"pass", c.good()}});
+  if (i + 1 == object.advised || i == object.advised + 1) {
+    record.update({{"step", i < object.advised ? "up" : "down"},
+                   {"memory_step_MB", c.memory_MB - object.mesh().memory_MB},
+                   {"hot_tick_step_ns", c.hot_ns - object.mesh().hot_ns}});
+  }
   return record;
 }
 
@@ -38,21 +43,33 @@ Record optionRecord(const SceneAdvice& advice, const ObjectAdvice& object, const
                 {"depth_of_1_N_mm", option.depth_mm()}};
   addDifference(record, trial.difference);
   record.update({{"limit_cycle_um", trial.worstCycle_um}, {"steady", trial.steady}, {"pass", trial.good()}});
+  const MaterialOption& advised = advice.optionOf(object);
+  if (const std::string step = object.stepBetween(advised, option); !step.empty()) {
+    record.update({{"step", step},
+                   {"depth_of_1_N_step_mm", option.depth_mm() - advised.depth_mm()},
+                   {"damping_step_Ns_per_m", option.damping_Ns_per_m - advised.damping_Ns_per_m}});
+  }
   return record;
 }
 
 Record rateRecord(const SceneAdvice& advice, std::size_t rate, const DevicePreset& device) {
   const RateSummary at = summaryAt(advice, rate, device);
-  return {{"method", "ours"},
-          {"scene", "all objects"},
-          {"rate_Hz", kRates_Hz[rate]},
-          {"advised", advice.rate == rate},
-          {"epsilon_p99_ratio", at.epsilon_p99},
-          {"limit_cycle_um", at.worstCycle_um},
-          {"unsteady", at.unsteady},
-          {"passive_to_N_per_m", at.passiveTo_N_per_m},
-          {"processor_ratio", at.core_ratio},
-          {"pass", at.good}};
+  Record record{{"method", "ours"},
+                {"scene", "all objects"},
+                {"rate_Hz", kRates_Hz[rate]},
+                {"advised", advice.rate == rate},
+                {"epsilon_p99_ratio", at.epsilon_p99},
+                {"limit_cycle_um", at.worstCycle_um},
+                {"unsteady", at.unsteady},
+                {"passive_to_N_per_m", at.passiveTo_N_per_m},
+                {"processor_ratio", at.core_ratio},
+                {"pass", at.good}};
+  const std::size_t advised = advice.rate.value_or(rate);
+  if (rate + 1 == advised || rate == advised + 1) {
+    record.update({{"step", rate > advised ? "up" : "down"},
+                   {"processor_step_ratio", at.core_ratio - summaryAt(advice, advised, device).core_ratio}});
+  }
+  return record;
 }
 
 }  // namespace

@@ -68,16 +68,23 @@ void printOptions(const SceneAdvice& advice, const ObjectAdvice& object) {
   std::printf("\n");
 }
 
-void printStiffnessSteps(const SceneAdvice& advice, const ObjectAdvice& object) {
+void printMaterialSteps(const SceneAdvice& advice, const ObjectAdvice& object) {
   const MaterialOption& here = advice.optionOf(object);
   for (const MaterialOption& other : object.options) {
-    if (other.damping_Ns_per_m != here.damping_Ns_per_m || &other == &here) continue;
+    const std::string step = object.stepBetween(here, other);
+    if (step.empty()) continue;
+    const bool up = step.ends_with("up");
+    std::printf("  A step %s, ", up ? "up" : "down");
+    if (step.starts_with("stiffness")) {
+      std::printf("%.0f N/m: 1 N goes %.3f mm %s", other.stiffness_N_per_m,
+                  std::abs(other.depth_mm() - here.depth_mm()), up ? "less deep" : "deeper");
+    } else {
+      std::printf("%.3g Ns/m: %.3g Ns/m %s damping", other.damping_Ns_per_m,
+                  std::abs(other.damping_Ns_per_m - here.damping_Ns_per_m), up ? "more" : "less");
+    }
     const ForceDifference& difference = other.firstSteady().difference;
-    const bool up = other.stiffness_N_per_m > here.stiffness_N_per_m;
     const std::string rate = steadyFromText(other);
-    std::printf("  A step %s, %.0f N/m: 1 N goes %.3f mm %s; steady from %s%s; it is %s: error %.2f.\n",
-                up ? "up" : "down", other.stiffness_N_per_m, std::abs(other.depth_mm() - here.depth_mm()),
-                up ? "less deep" : "deeper", rate.c_str(), rate == steadyFromText(here) ? " too" : "",
+    std::printf("; steady from %s%s; it is %s: error %.2f.\n", rate.c_str(), rate == steadyFromText(here) ? " too" : "",
                 difference.good() ? "not felt" : "felt", difference.epsilon_p99);
   }
   if (!here.own) {
@@ -140,7 +147,7 @@ void print(const SceneAdvice& advice, const DevicePreset& device) {
     printCandidates(object);
     printMeshSteps(object);
     printOptions(advice, object);
-    printStiffnessSteps(advice, object);
+    printMaterialSteps(advice, object);
     all_MB += object.candidates.front().memory_MB;
     advised_MB += object.mesh().memory_MB;
   }

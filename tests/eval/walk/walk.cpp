@@ -201,15 +201,19 @@ std::vector<WalkSceneSource> chosenSources(const WalkOptions& options) {
   return sources;
 }
 
-void leaveOutMissing(std::vector<WalkSceneSource>& sources) {
-  std::erase_if(sources, [](const WalkSceneSource& source) {
-    const bool missing = !source.file.empty() && !std::filesystem::exists(source.file);
-    if (missing) {
-      std::printf("left out: %s, no file %s (deploy/models/fetch_and_report DIR fetches it; then --models DIR)\n",
-                  source.name.c_str(), source.file.c_str());
-    }
-    return missing;
+/// Of the models, where none were asked for. Throws where a file is missing of those that were.
+void leaveOutMissing(std::vector<WalkSceneSource>& sources, const WalkOptions& options) {
+  constexpr const char* kHint = "deploy/models/fetch_and_report DIR fetches it; then --models DIR";
+  const bool askedFor = !options.models.empty() || !options.scene.empty();
+  std::string missing;
+  std::erase_if(sources, [&](const WalkSceneSource& source) {
+    if (source.file.empty() || std::filesystem::exists(source.file)) return false;
+    missing += source.name + ", no file " + source.file.string() + "; ";
+    return true;
   });
+  if (missing.empty()) return;
+  if (askedFor) throw std::runtime_error("walk: missing: " + missing + kHint);
+  std::printf("left out: %s%s\n", missing.c_str(), kHint);
 }
 
 }  // namespace
@@ -217,8 +221,7 @@ void leaveOutMissing(std::vector<WalkSceneSource>& sources) {
 bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
   const Method& method = findMethod(options.method, methods());
   std::vector<WalkSceneSource> sources = chosenSources(options);
-  leaveOutMissing(sources);
-  if (sources.empty()) throw std::runtime_error("--scene " + options.scene + ": its file is missing");
+  leaveOutMissing(sources, options);
   const auto scenes = static_cast<std::int64_t>(sources.size());
   if (options.ticks < scenes)
     throw std::invalid_argument("--ticks: give at least " + std::to_string(scenes) + ", one for each scene");

@@ -11,7 +11,8 @@ struct WalkOptions {
   std::int64_t ticks = 10'000'000;  ///< Over all scenes together.
   std::string method = "ours";      ///< One of methods().
   std::string scene;                ///< Only this one; empty for all.
-  std::filesystem::path models;     ///< Folder that deploy/models/fetch_and_report filled; may be empty.
+  /// Folder that deploy/models/fetch_and_report filled. Empty: the generated shapes, and models that are installed.
+  std::filesystem::path models;
 };
 
 /// A HIP that wanders over generated and real shapes at up to 2 m/s, judged in each tick by code that shares nothing
@@ -19,7 +20,7 @@ struct WalkOptions {
 /// holds, is it elsewhere than the reference. Prints a table, writes DIR/walk.json and DIR/walk_episodes.csv.
 /// @return Whether every scene passed: no wrong tick, and the reference left no more often than twice as often as it
 /// leaves itself when its steps are made eight times finer, and 5 times in 10^6 ticks.
-/// Throws std::runtime_error when the method or a file is not there.
+/// Throws std::runtime_error when the method is not there, or the file of a model that `models` or `scene` asks for.
 [[nodiscard]] bool runWalk(const WalkOptions& options, const std::filesystem::path& out);
 
 }  // namespace haptics::eval
