@@ -34,22 +34,30 @@ Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std
   measure(vertices);
   fillRecords(vertices, triangles, hierarchy_.build(vertices, triangles, extent_, threads));
   sumVertexNormals(vertices.size());
-  markCrossed(threads);
+  markCrossed(std::vector<std::uint8_t>(records_.size(), 1), threads);
 }
 
 Surface::Surface(const Surface& from, std::span<const Vec3f> vertices)
-    : records_(from.records_), hierarchy_(from.hierarchy_), closed_(from.closed_), anyCrossed_(from.anyCrossed_) {
+    : records_(from.records_), hierarchy_(from.hierarchy_), closed_(from.closed_) {
   measure(vertices);
-  for (TriangleRecord& r : records_) {
+  std::vector<std::uint8_t> changed(records_.size());
+  for (std::size_t t = 0; t < records_.size(); ++t) {
+    TriangleRecord& r = records_[t];
+    changed[t] = r.crossed() ? 1 : 0;  // what crossed it may have moved away
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3f v = vertices[r.vertex[k]];
-      for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = v[static_cast<int>(d)];
+      for (std::size_t d = 0; d < 3; ++d) {
+        float& x = r.rows[d][k];
+        if (x != v[static_cast<int>(d)]) changed[t] = 1;
+        x = v[static_cast<int>(d)];
+      }
     }
-    r.flags &= ~TriangleRecord::kZeroArea;
+    r.flags &= ~(TriangleRecord::kZeroArea | TriangleRecord::kCrossed);
     if (r.areaNormal() == Vec3(0)) r.flags |= TriangleRecord::kZeroArea;
   }
   sumVertexNormals(vertices.size());
   hierarchy_.refit(records_, extent_);
+  markCrossed(changed, 1);
 }
 
 void Surface::measure(std::span<const Vec3f> vertices) {
