@@ -97,7 +97,8 @@ class Surface {
   void fillRecords(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                    std::span<const std::uint32_t> order);
   void measure(std::span<const Vec3f> vertices);
-  void sumVertexNormals(std::size_t vertexCount);
+  /// Of the vertices of triangles that have `changed`, that is are not 0; of all others they are known.
+  void sumVertexNormals(std::span<const std::uint8_t> changed, std::size_t vertexCount);
   /// Of a surface without marks. `changed` says of each triangle, by not being 0, that it has moved or was marked
   /// before: two others that share no vertex do not cross each other.
   void markCrossed(std::span<const std::uint8_t> changed, int threads);

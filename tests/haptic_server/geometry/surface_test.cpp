@@ -263,6 +263,9 @@ TEST(Surface, RefittedAgainAndAgainMarksWhatOneBuiltAnewDoes) {
       const auto anew = now.build();
       ASSERT_EQ(surface->anyCrossed(), anew->anyCrossed());
       ASSERT_EQ(crossedTriangles(*surface), crossedTriangles(*anew)) << i;
+      for (std::uint32_t v = 0; v < now.vertices.size(); ++v) {
+        ASSERT_LT(glm::distance(surface->vertexNormal(v), anew->vertexNormal(v)), 1e-6) << i;
+      }
       changes += crossedTriangles(*surface) != before ? 1 : 0;
     }
     EXPECT_GT(changes, 50);
