@@ -27,6 +27,9 @@ class Candidates {
   explicit Candidates(float pad) : pad_(pad) {}
   [[nodiscard]] bool full() const { return count_ == kCapacity; }
   [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] std::uint32_t operator[](std::size_t i) const {
+    return blocks_[i / BoundingHierarchy::kWidth].triangle[i % BoundingHierarchy::kWidth];
+  }
   void clear() { count_ = 0; }
 
   void add(const Surface& surface, std::uint32_t t) {
@@ -80,65 +83,78 @@ class Candidates {
   std::array<Block, kBlocks> blocks_{};
 };
 
-/// Where the lines of some triangles pierce triangles that they share no vertex with. A whole leaf's lines are looked
-/// at together: the tree is gone through once for all of them.
+/// Where the lines of some triangles pierce triangles that they share no vertex with, wherever one of the two has
+/// changed. A whole leaf's lines are looked at together: the tree is gone through once for all of them.
 class CrossedSearch {
  public:
-  CrossedSearch(const Surface& surface, Marks& marks)
-      : surface_(surface), marks_(marks), near_(static_cast<float>(surface.extent_m() * BoundingHierarchy::kBoxPad)) {}
+  CrossedSearch(const Surface& surface, std::span<const std::uint8_t> changed, Marks& marks)
+      : surface_(surface), changed_(changed), marks_(marks) {}
 
-  /// Looks at the lines of triangles [begin, end), a leaf. Returns the cost in box tests.
+  /// Looks at the lines of those of triangles [begin, end), a leaf, that have changed, and at what lines pierce them.
+  /// Returns the cost in box tests.
   std::int64_t run(std::uint32_t begin, std::uint32_t end) {
     spent_ = 0;
     Vec3f low(std::numeric_limits<float>::max());
     Vec3f high = -low;
+    own_.clear();
     for (std::uint32_t t = begin; t < end; ++t) {
+      if (!hasChanged(t)) continue;
+      own_.add(surface_, t);
       for (int k = 0; k < 3; ++k) {
         const Vec3f corner(surface_.triangle(t).corner(k));
         low = glm::min(low, corner);
         high = glm::max(high, corner);
       }
     }
-    near_.clear();
+    if (own_.count() == 0) return 0;
     surface_.hierarchy().visitBox(low, high, [&](std::uint32_t first, std::uint32_t last) {
       for (std::uint32_t t = first; t < last; ++t) {
-        if (near_.full()) followAll(begin, end);
+        if (near_.full()) followAll();
         near_.add(surface_, t);
       }
     });
-    followAll(begin, end);
+    followAll();
     return spent_;
   }
 
  private:
-  void followAll(std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t t = begin; t < end; ++t) {
-      for (int k = 0; k < 3; ++k) {
-        const std::uint32_t across = surface_.triangle(t).neighbour(k);
-        if (across == kNoTriangle || across > t) follow(t, k);  // else the line is looked at from its other polygon
-      }
+  static_assert(BoundingHierarchy::kLeafTriangles <= Candidates::kCapacity);
+
+  [[nodiscard]] bool hasChanged(std::uint32_t t) const { return changed_[t] != 0; }
+
+  void followAll() {
+    for (std::size_t i = 0; i < own_.count(); ++i) followLines(own_[i], near_);
+    for (std::size_t i = 0; i < near_.count(); ++i) {
+      if (!hasChanged(near_[i])) followLines(near_[i], own_);
     }
     spent_ += static_cast<std::int64_t>(near_.count());
     near_.clear();
   }
 
-  void follow(std::uint32_t t, int k) {
+  void followLines(std::uint32_t t, const Candidates& candidates) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t across = surface_.triangle(t).neighbour(k);
+      if (across == kNoTriangle || across > t) follow(t, k, candidates);  // else looked at from its other polygon
+    }
+  }
+
+  void follow(std::uint32_t t, int k, const Candidates& candidates) {
     const TriangleRecord& own = surface_.triangle(t);
     const Vec3 from = own.corner(k);
     const Vec3 to = own.corner(nextCorner(k));
     const Segment line(from, to);
-    spent_ += static_cast<std::int64_t>(near_.count() / 4);
-    near_.visit(BoundingHierarchy::Slabs(from, to), own.vertexAt(k), own.vertexAt(nextCorner(k)),
-                [&](std::uint32_t other) {
-                  spent_ += kBoxTestsPerTest;
-                  Crossing crossing;
-                  if (!line.enters(surface_.triangle(other), true, crossing)) return;
-                  for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
-                    if (crossed != kNoTriangle) mark(crossed);
-                  }
-                  markFan(other, own);
-                  if (own.neighbour(k) != kNoTriangle) markFan(other, surface_.triangle(own.neighbour(k)));
-                });
+    spent_ += static_cast<std::int64_t>(candidates.count() / 4);
+    candidates.visit(BoundingHierarchy::Slabs(from, to), own.vertexAt(k), own.vertexAt(nextCorner(k)),
+                     [&](std::uint32_t other) {
+                       spent_ += kBoxTestsPerTest;
+                       Crossing crossing;
+                       if (!line.enters(surface_.triangle(other), true, crossing)) return;
+                       for (const std::uint32_t crossed : {t, other, own.neighbour(k)}) {
+                         if (crossed != kNoTriangle) mark(crossed);
+                       }
+                       markFan(other, own);
+                       if (own.neighbour(k) != kNoTriangle) markFan(other, surface_.triangle(own.neighbour(k)));
+                     });
   }
 
   void mark(std::uint32_t t) { marks_[t].store(true, std::memory_order_relaxed); }
@@ -156,21 +172,24 @@ class CrossedSearch {
   }
 
   const Surface& surface_;
+  std::span<const std::uint8_t> changed_;
   Marks& marks_;
-  Candidates near_;
+  const float pad_ = static_cast<float>(surface_.extent_m() * BoundingHierarchy::kBoxPad);
+  Candidates own_{pad_};    // of the leaf, those that have changed
+  Candidates near_{pad_};   // whose boxes meet theirs
   std::int64_t spent_ = 0;  // box tests
 };
 
 }  // namespace
 
-void Surface::markCrossed(int threads) {
+void Surface::markCrossed(std::span<const std::uint8_t> changed, int threads) {
   constexpr std::size_t kPiece = 1024;  // nodes that a thread takes at a time
   const std::span<const BoundingHierarchy::Node> nodes = hierarchy_.nodes();
   Marks marks(triangleCount());
   std::atomic<std::size_t> next{0};
   std::atomic<std::int64_t> left{(kMostTests + kMostTestsEach * triangleCount()) * kBoxTestsPerTest};
   const auto work = [&] {
-    CrossedSearch search(*this, marks);
+    CrossedSearch search(*this, changed, marks);
     for (std::size_t begin = next.fetch_add(kPiece); begin < nodes.size(); begin = next.fetch_add(kPiece)) {
       for (const auto& node : nodes.subspan(begin, std::min(kPiece, nodes.size() - begin))) {
         for (const auto child : node.child) {

@@ -33,23 +33,32 @@ Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std
                  int threads) {
   measure(vertices);
   fillRecords(vertices, triangles, hierarchy_.build(vertices, triangles, extent_, threads));
-  sumVertexNormals(vertices.size());
-  markCrossed(threads);
+  const std::vector<std::uint8_t> all(records_.size(), 1);
+  sumVertexNormals(all, vertices.size());
+  markCrossed(all, threads);
 }
 
 Surface::Surface(const Surface& from, std::span<const Vec3f> vertices)
-    : records_(from.records_), hierarchy_(from.hierarchy_), closed_(from.closed_), anyCrossed_(from.anyCrossed_) {
+    : records_(from.records_), hierarchy_(from.hierarchy_), vertexNormals_(from.vertexNormals_), closed_(from.closed_) {
   measure(vertices);
-  for (TriangleRecord& r : records_) {
+  std::vector<std::uint8_t> changed(records_.size());
+  for (std::size_t t = 0; t < records_.size(); ++t) {
+    TriangleRecord& r = records_[t];
+    changed[t] = r.crossed() ? 1 : 0;  // what crossed it may have moved away
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3f v = vertices[r.vertex[k]];
-      for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = v[static_cast<int>(d)];
+      for (std::size_t d = 0; d < 3; ++d) {
+        float& x = r.rows[d][k];
+        if (x != v[static_cast<int>(d)]) changed[t] = 1;
+        x = v[static_cast<int>(d)];
+      }
     }
-    r.flags &= ~TriangleRecord::kZeroArea;
+    r.flags &= ~(TriangleRecord::kZeroArea | TriangleRecord::kCrossed);
     if (r.areaNormal() == Vec3(0)) r.flags |= TriangleRecord::kZeroArea;
   }
-  sumVertexNormals(vertices.size());
+  sumVertexNormals(changed, vertices.size());
   hierarchy_.refit(records_, extent_);
+  markCrossed(changed, 1);
 }
 
 void Surface::measure(std::span<const Vec3f> vertices) {
@@ -87,14 +96,23 @@ void Surface::fillRecords(std::span<const Vec3f> vertices, std::span<const std::
   }
 }
 
-void Surface::sumVertexNormals(std::size_t vertexCount) {
+void Surface::sumVertexNormals(std::span<const std::uint8_t> changed, std::size_t vertexCount) {
+  std::vector<std::uint8_t> anew(vertexCount);
+  for (std::uint32_t t = 0; t < records_.size(); ++t) {
+    if (changed[t] == 0 && !records_[t].zeroArea()) continue;  // without area it takes that of another, which may move
+    for (const std::uint32_t v : records_[t].vertex) anew[v] = 1;
+  }
   std::vector<Vec3> sum(vertexCount, Vec3(0));
   for (std::uint32_t t = 0; t < records_.size(); ++t) {
+    const auto& vertex = records_[t].vertex;
+    if ((anew[vertex[0]] | anew[vertex[1]] | anew[vertex[2]]) == 0) continue;
     const Vec3 normal = faceNormal(t);
     for (int k = 0; k < 3; ++k) sum[records_[t].vertexAt(k)] += normal * angleAt(records_[t], k);
   }
   vertexNormals_.resize(vertexCount);
-  std::transform(sum.begin(), sum.end(), vertexNormals_.begin(), [](Vec3 v) { return Vec3f(unitOrZero(v)); });
+  for (std::size_t v = 0; v < vertexCount; ++v) {
+    if (anew[v] != 0) vertexNormals_[v] = Vec3f(unitOrZero(sum[v]));
+  }
 }
 
 Vec3 Surface::faceNormal(std::uint32_t t) const noexcept {

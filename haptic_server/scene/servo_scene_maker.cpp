@@ -101,11 +101,13 @@ std::shared_ptr<const Surface> ServoSceneMaker::shapeOf(const ObjectRecord& reco
   const auto& [softness, lattice, residue] = record.deformation;
   if (!lattice && !residue) return assets.mesh->surface;
   const auto known = detailed_.find(record.id);
-  if (known != detailed_.end() && known->second.atRest == assets.mesh->surface &&
-      known->second.deformation.lattice == lattice && known->second.deformation.residue == residue) {
+  const bool sameMesh = known != detailed_.end() && known->second.atRest == assets.mesh->surface;
+  if (sameMesh && known->second.deformation.lattice == lattice && known->second.deformation.residue == residue) {
     return known->second.surface;
   }
-  return refitSurface(*assets.mesh->surface, assets.shapeAtRest(record.deformation));
+  // Of the last shape most is left where it was by a dent, and by another one.
+  const Surface& from = sameMesh ? *known->second.surface : *assets.mesh->surface;
+  return refitSurface(from, assets.shapeAtRest(record.deformation));
 }
 
 void ServoSceneMaker::addTissue(Detailed& detailed, const ObjectRecord& record) const {

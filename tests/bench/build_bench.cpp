@@ -19,11 +19,18 @@ void build(benchmark::State& state, std::uint32_t segments, int threads) {
   state.counters["bytes_per_triangle"] = static_cast<double>(memory_bytes) / triangles;
 }
 
-/// The same of a mesh that was built before and whose vertices have moved.
-void refit(benchmark::State& state, std::uint32_t segments) {
+/// The same of a mesh that was built before and whose vertices have moved: all of them, as by a lattice, or those of a
+/// dent, half the radius wide.
+void refit(benchmark::State& state, std::uint32_t segments, bool all) {
+  constexpr double kWidth = 0.5;
   const TriMesh mesh = sphereMesh(segments);
   const auto built = buildSurface(mesh.vertices, mesh.triangles);
-  for (auto _ : state) benchmark::DoNotOptimize(refitSurface(*built, mesh.vertices));
+  const Vec3f pole(Vec3(0, 0, built->high().z));
+  std::vector<Vec3f> moved = mesh.vertices;
+  for (Vec3f& v : moved) {
+    if (all || glm::distance(v, pole) < kWidth * pole.z) v.z *= 0.99F;
+  }
+  for (auto _ : state) benchmark::DoNotOptimize(refitSurface(*built, moved));
   state.counters["s_per_million_triangles"] =
       benchmark::Counter(static_cast<double>(mesh.triangles.size()) * 1e-6,
                          benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
@@ -33,8 +40,11 @@ void refit(benchmark::State& state, std::uint32_t segments) {
 
 void registerBuild(std::span<const std::uint32_t> sizes) {
   for (const std::uint32_t n : sizes) {
-    const std::string refitName = "refit/triangles:" + std::to_string(triangleCount(n));
-    benchmark::RegisterBenchmark(refitName.c_str(), refit, n)->Unit(benchmark::kMillisecond)->UseRealTime();
+    for (const bool all : {true, false}) {
+      const std::string refitName =
+          std::string("refit/moved:") + (all ? "all" : "dent") + "/triangles:" + std::to_string(triangleCount(n));
+      benchmark::RegisterBenchmark(refitName.c_str(), refit, n, all)->Unit(benchmark::kMillisecond)->UseRealTime();
+    }
     for (const int threads : {1, 2}) {
       const std::string name =
           "build/threads:" + std::to_string(threads) + "/triangles:" + std::to_string(triangleCount(n));

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <random>
 
 #include "haptic_server/contact/contact.h"
@@ -199,6 +201,32 @@ TEST(SeveralBodies, OfOneMeshThatCrossesItselfAreGuardedToo) {
     ASSERT_TRUE(r.touching);
     EXPECT_NEAR(r.ihip.x, std::min(hip.x, 0.0203), kTouchable);
     EXPECT_NEAR(r.ihip.z, 0, kTouchable);
+  });
+}
+
+TEST(SeveralBodies, OfOneMeshBentIntoItselfAreGuardedToo) {
+  // A bar along x whose end is bent up, back and down again, through its top at x = 0.15.
+  constexpr double kArcBegins_m = 0.2;
+  constexpr double kArcRadius_m = 0.04;
+  constexpr double kArc_m = 1.5 * std::numbers::pi * kArcRadius_m;
+  constexpr double kLength_m = kArcBegins_m + kArc_m + 0.08;
+  const shapes::Shape straight = shapes::box({kLength_m, 0.06, 0.02}, 24);
+  const shapes::Shape bent = straight.mapped([=](Vec3 v) {
+    const double way = v.x + kLength_m / 2;
+    const double angle = std::clamp(way - kArcBegins_m, 0.0, kArc_m) / kArcRadius_m;
+    const double beyond = std::max(way - kArcBegins_m - kArc_m, 0.0);
+    const double inwards = kArcRadius_m - v.z;
+    return Vec3(std::min(way, kArcBegins_m) + inwards * std::sin(angle), v.y,
+                kArcRadius_m - inwards * std::cos(angle) - beyond);
+  });
+  World world;
+  world.add(refitSurface(*straight.build(), bent.vertices));
+  world.place({0.05, 0.003, 0.011});
+  world.tick({0.05, 0.003, 0.007});
+  world.lead({0.05, 0.003, 0.007}, {0.2, 0.003, 0.007}, 0.001, [&](const ContactResult& r, Vec3 hip) {
+    ASSERT_TRUE(r.touching);
+    EXPECT_NEAR(r.ihip.x, std::min(hip.x, 0.15), kTouchable);
+    EXPECT_NEAR(r.ihip.z, 0.01, kTouchable);
   });
 }
 

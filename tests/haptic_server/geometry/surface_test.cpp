@@ -30,11 +30,33 @@ double windingNumber(const Shape& shape, Vec3 p) {
   return angle / (4 * std::numbers::pi);
 }
 
+std::vector<bool> crossedTriangles(const Surface& surface) {
+  std::vector<bool> crossed(surface.triangleCount());
+  for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+    crossed[surface.canonical(t)] = surface.triangle(t).crossed();
+  }
+  return crossed;
+}
+
 /// A star of spikes: valence and angles vary widely, edges are acute inside and out.
 Shape spiky(int n, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> size(0.02, 0.06);
   return shapes::sphere(1, n).mapped([&](Vec3 v) { return v * size(random); });
+}
+
+/// 4,000 needles through one point: every pair crosses, 16 million crossings if each were looked for.
+Shape heapOfNeedles() {
+  Shape heap;
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<float> at(-1, 1);
+  for (std::uint32_t i = 0; i < 12'000; i += 3) {
+    const Vec3f d(at(random), at(random), at(random));
+    const Vec3f width = 0.01F * Vec3f(at(random), at(random), at(random));
+    heap.vertices.insert(heap.vertices.end(), {d + width, d - width, -d});
+    heap.triangles.push_back({i, i + 1, i + 2});
+  }
+  return heap;
 }
 
 class Sign : public testing::TestWithParam<Shape> {};
@@ -119,17 +141,7 @@ TEST(Surface, MarksPartsThatPassThroughEachOther) {
 }
 
 TEST(Surface, TakesAHeapOfCrossingNeedlesForCrossedAsAWholeInBoundedTime) {
-  // 4,000 needles through one point: every pair crosses, 16 million crossings if each were looked for.
-  Shape heap;
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<float> at(-1, 1);
-  for (std::uint32_t i = 0; i < 12'000; i += 3) {
-    const Vec3f d(at(random), at(random), at(random));
-    const Vec3f width = 0.01F * Vec3f(at(random), at(random), at(random));
-    heap.vertices.insert(heap.vertices.end(), {d + width, d - width, -d});
-    heap.triangles.push_back({i, i + 1, i + 2});
-  }
-  const auto s = heap.build();
+  const auto s = heapOfNeedles().build();
   EXPECT_TRUE(s->anyCrossed());
   for (std::uint32_t t = 0; t < s->triangleCount(); ++t) ASSERT_TRUE(s->triangle(t).crossed());
 }
@@ -198,6 +210,78 @@ TEST(Surface, RefittedAnswersAsOneBuiltAnew) {
       ASSERT_NEAR(c.time, d.time, 1e-12);
     }
   }
+}
+
+TEST(Surface, RefittedMarksWhatHasComeToCross) {
+  // A bar rolled up about y by more than a turn: its end passes into its beginning.
+  const Shape straight = shapes::box({0.4, 0.03, 0.03}, 12);
+  const auto rolled = [&](double turns) {
+    const double radius_m = 0.4 / (2 * std::numbers::pi * turns);
+    return straight.mapped([=](Vec3 v) {
+      const double angle = v.x / radius_m;
+      return Vec3((radius_m + v.z) * std::sin(angle), v.y, (radius_m + v.z) * std::cos(angle));
+    });
+  };
+  const auto rest = straight.build();
+  const auto open = refitSurface(*rest, rolled(0.9).vertices);
+  EXPECT_FALSE(open->anyCrossed());
+  const auto anew = rolled(1.1).build();
+  ASSERT_TRUE(anew->anyCrossed());
+  for (const auto& from : {rest, open}) {
+    const auto crossed = refitSurface(*from, rolled(1.1).vertices);
+    EXPECT_TRUE(crossed->anyCrossed());
+    EXPECT_EQ(crossedTriangles(*crossed), crossedTriangles(*anew));
+    const auto unrolled = refitSurface(*crossed, straight.vertices);
+    EXPECT_FALSE(unrolled->anyCrossed());
+    EXPECT_EQ(crossedTriangles(*unrolled), std::vector<bool>(straight.triangles.size()));
+  }
+}
+
+TEST(Surface, RefittedAgainAndAgainMarksWhatOneBuiltAnewDoes) {
+  // Two balls close to each other; bumps and dents move some of their vertices, others go back to where they were.
+  Shape rest = shapes::sphere(0.05, 8);
+  rest.add(shapes::sphere(0.05, 8), Vec3(0.08, 0.003, 0.001));
+  for (const Vec3 gap : {Vec3(0), Vec3(0.025, 0, 0)}) {
+    Shape now = rest;
+    for (std::size_t i = rest.vertices.size() / 2; i < rest.vertices.size(); ++i) now.vertices[i] += Vec3f(gap);
+    const Shape start = now;
+    std::shared_ptr<const Surface> surface = start.build();
+    std::mt19937_64 random(11);
+    std::uniform_int_distribution<std::size_t> which(0, rest.vertices.size() - 1);
+    std::normal_distribution<double> way(0, 0.02);
+    int changes = 0;
+    for (int i = 0; i < 150; ++i) {
+      const Vec3 centre(now.vertices[which(random)]);
+      const Vec3 displacement = Vec3(way(random), way(random), way(random));
+      for (std::size_t v = 0; v < now.vertices.size(); ++v) {
+        const double part = 1 - glm::distance(Vec3(now.vertices[v]), centre) / 0.02;
+        if (part <= 0) continue;
+        now.vertices[v] = i % 3 == 0 ? start.vertices[v] : now.vertices[v] + Vec3f(displacement * part);
+      }
+      const std::vector<bool> before = crossedTriangles(*surface);
+      surface = refitSurface(*surface, now.vertices);
+      const auto anew = now.build();
+      ASSERT_EQ(surface->anyCrossed(), anew->anyCrossed());
+      ASSERT_EQ(crossedTriangles(*surface), crossedTriangles(*anew)) << i;
+      for (std::uint32_t v = 0; v < now.vertices.size(); ++v) {
+        ASSERT_LT(glm::distance(surface->vertexNormal(v), anew->vertexNormal(v)), 1e-6) << i;
+      }
+      changes += crossedTriangles(*surface) != before ? 1 : 0;
+    }
+    EXPECT_GT(changes, 50);
+    surface = refitSurface(*surface, start.vertices);
+    EXPECT_EQ(crossedTriangles(*surface), crossedTriangles(*start.build()));
+    EXPECT_EQ(surface->anyCrossed(), gap == Vec3(0));
+  }
+}
+
+TEST(Surface, RefittedToAHeapOfCrossingNeedlesIsTakenForCrossedAsAWholeUntilTheyAreApart) {
+  const Shape heap = heapOfNeedles();
+  Shape apart = heap;
+  for (std::size_t i = 0; i < apart.vertices.size(); ++i) apart.vertices[i].x += 3 * static_cast<float>(i / 3);
+  const auto refitted = refitSurface(*apart.build(), heap.vertices);
+  EXPECT_EQ(crossedTriangles(*refitted), std::vector<bool>(heap.triangles.size(), true));
+  EXPECT_FALSE(refitSurface(*refitted, apart.vertices)->anyCrossed());
 }
 
 }  // namespace
