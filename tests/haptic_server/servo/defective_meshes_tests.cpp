@@ -80,7 +80,7 @@ const Defect kDefects[] = {
        const std::uint32_t middle = cube.add(cube.middle(t));
        cube.triangles[t] = {c, a, middle};
        cube.triangles.push_back({b, c, middle});
-       constexpr int kFan = 2000;
+       constexpr int kFan = kCrowdedValence + 400;
        std::uint32_t before = a;
        for (int i = 1; i <= kFan; ++i) {
          const Vec3 place = glm::mix(cube.vertices[a], cube.vertices[b], 1.0 * i / kFan);
