@@ -6,8 +6,10 @@
 /// What haptic_bench measures; `sizes` are segments of the spheres (scenes.h).
 namespace haptics::bench {
 
-/// The contact tick hot and cold, the search and the other phases alone, and the whole step.
+/// The contact tick hot and cold, the search alone, and the whole step.
 void registerContact(std::span<const std::uint32_t> sizes);
+/// The contact tick's other phases. A file of their own: beside them the compiler inlines less of the search.
+void registerPhases(std::span<const std::uint32_t> sizes);
 /// The same questions put to Embree, CGAL and a god-object.
 void registerPeers(std::span<const std::uint32_t> sizes);
 /// From the device's position to the force in the server's loop, which sleeps between ticks; with and without pre-touch.

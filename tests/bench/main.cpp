@@ -35,6 +35,7 @@ int main(int argc, char** argv) {
   benchmark::AddCustomContext("cgal", bench::Cgal::version());
   const auto sizes = std::span(bench::kSegments).first(bench::kSegments.size() - (largest ? 0 : 1));
   bench::registerContact(sizes);
+  bench::registerPhases(sizes);
   bench::registerPeers(sizes);
   bench::registerServo(sizes);
   bench::registerBuild(sizes);

@@ -54,6 +54,10 @@ std::shared_ptr<const Surface> sphere(std::uint32_t segments) {
   return surface;
 }
 
+std::string nameOf(const char* what, const Trajectory& trajectory, std::uint32_t segments) {
+  return std::string(what) + "/" + trajectory.name + "/triangles:" + std::to_string(triangleCount(segments));
+}
+
 Scene rubbing(std::uint32_t segments) {
   const Crossing top = sphere(segments)->firstCrossing(kUp * (2 * kRadius_m), Vec3(0));
   const double height_m = 2 * kRadius_m * (1 - top.time);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
@@ -41,6 +42,9 @@ struct Trajectory {
   const char* name;
   Scene (*make)(std::uint32_t segments);
 };
+
+/// Of a benchmark, in which `what` is measured.
+[[nodiscard]] std::string nameOf(const char* what, const Trajectory& trajectory, std::uint32_t segments);
 
 /// Small circles over one place: what the tick reads stays in the first level cache.
 [[nodiscard]] Scene rubbing(std::uint32_t segments);
