@@ -174,7 +174,7 @@ SceneResult runDeepAndFast(Renderer& method, Random& random) {
   int lost = 0;
   int most = 0;
   Stage stage(method, random);
-  static const auto ball = shapes::sphere(kRadius, 96).build();  // the same for every method
+  static const auto ball = shapes::sphere(kRadius, 128).build();  // the same for every method
   stage.add(ball);
   const Quat plane = random.rotation();
   const auto at = [&](double angle, double radius) {
