@@ -52,6 +52,32 @@ TEST(PreTouch, ChangesNoBitOfWhatIsFelt) {
   EXPECT_LT(touched, 4900);
 }
 
+/// The step as the server's loop runs it, after a rehearsal, against the same step without one.
+struct Rehearsed {
+  const ServoScene& scene;
+  HapticState with{kConfig};
+  HapticState without{kConfig};
+  std::unique_ptr<PreTouch> preTouch = std::make_unique<PreTouch>(kConfig);
+
+  explicit Rehearsed(const ServoScene& s) : scene(s) {
+    (void)adoptScene(scene, with, 0);
+    (void)adoptScene(scene, without, 0);
+  }
+  TelemetrySample tick(const StepInput& input) {
+    (*preTouch)(scene, with);
+    FeltTick felt;
+    feelForce(scene, with, kConfig, input, felt, &preTouch->known());
+    const TelemetrySample a = finishStep(scene, with, kConfig, input, felt);
+    const TelemetrySample b = hapticStep(scene, without, kConfig, input);
+    EXPECT_EQ(std::memcmp(&a.force, &b.force, sizeof a.force), 0) << input.tick;
+    EXPECT_EQ(std::memcmp(&a.ihip, &b.ihip, sizeof a.ihip), 0) << input.tick;
+    EXPECT_EQ(std::memcmp(&a.surfaceNormal, &b.surfaceNormal, sizeof a.surfaceNormal), 0) << input.tick;
+    EXPECT_EQ(a.penetration_m, b.penetration_m) << input.tick;
+    EXPECT_EQ(a.primitive, b.primitive) << input.tick;
+    return a;
+  }
+};
+
 /// Inside of a fine sphere alone, over several of its polygons in a tick.
 DeviceReading slide(std::uint64_t tick) {
   const double angle = 0.04 * static_cast<double>(tick);
@@ -60,30 +86,16 @@ DeviceReading slide(std::uint64_t tick) {
 
 TEST(PreTouch, ChangesNoBitOfATickOverPolygonsThatItWorkedOut) {
   const auto scene = sceneOf(1, {objectOf(1, surfaceOf(makeSphere(0.05, 60).value()), Vec3(0))});
-  HapticState with(kConfig), without(kConfig);
-  (void)adoptScene(*scene, with, 0);
-  (void)adoptScene(*scene, without, 0);
-  const auto preTouch = std::make_unique<PreTouch>(kConfig);
+  Rehearsed both(*scene);
   // From outside to the begin of the slide.
-  const DeviceReading outside{1.05 * slide(1).position / 0.96, DeviceState::kReady};
-  (void)hapticStep(*scene, with, kConfig, {0, 0, outside});
-  (void)hapticStep(*scene, without, kConfig, {0, 0, outside});
+  (void)both.tick({0, 0, {1.05 * slide(1).position / 0.96, DeviceState::kReady}});
   int ontoKnown = 0;
-  for (std::uint64_t tick = 1; tick < 3000; ++tick) {
-    (*preTouch)(*scene, with);
-    const StepInput input{tick, 0, slide(tick)};
-    FeltTick felt;
-    feelForce(*scene, with, kConfig, input, felt, &preTouch->known());
-    const TelemetrySample a = finishStep(*scene, with, kConfig, input, felt);
-    const TelemetrySample b = hapticStep(*scene, without, kConfig, input);
-    ASSERT_EQ(std::memcmp(&a.force, &b.force, sizeof a.force), 0) << tick;
-    ASSERT_EQ(std::memcmp(&a.ihip, &b.ihip, sizeof a.ihip), 0) << tick;
-    ASSERT_EQ(std::memcmp(&a.surfaceNormal, &b.surfaceNormal, sizeof a.surfaceNormal), 0) << tick;
-    ASSERT_EQ(a.penetration_m, b.penetration_m) << tick;
-    ASSERT_EQ(a.primitive, b.primitive) << tick;
-    const std::uint32_t held = with.contact.holding[0].triangle;
+  for (std::uint64_t tick = 1; tick < 3000 && !::testing::Test::HasFailure(); ++tick) {
+    (void)both.tick({tick, 0, slide(tick)});
+    const std::uint32_t held = both.with.contact.holding[0].triangle;
     const Surface& surface = *scene->objects[0].surface;
-    ontoKnown += preTouch->known().find(surface, held) != nullptr && !with.contact.polygon.is(surface, held) ? 1 : 0;
+    const bool known = both.preTouch->known().find(surface, held) != nullptr;
+    ontoKnown += known && !both.with.contact.polygon.is(surface, held) ? 1 : 0;
   }
   EXPECT_GT(ontoKnown, 1500);
 }
@@ -101,24 +113,14 @@ std::shared_ptr<const Surface> boxesThroughEachOther() {
 TEST(PreTouch, ChangesNoBitWhereAMeshCrossesItself) {
   const auto scene = sceneOf(1, {objectOf(1, boxesThroughEachOther(), Vec3(0))});
   ASSERT_TRUE(scene->objects[0].surface->anyCrossed());
-  HapticState with(kConfig), without(kConfig);
-  (void)adoptScene(*scene, with, 0);
-  (void)adoptScene(*scene, without, 0);
-  const auto preTouch = std::make_unique<PreTouch>(kConfig);
+  Rehearsed both(*scene);
   int blocked = 0;
-  for (std::uint64_t tick = 0; tick < 400; ++tick) {  // 2 mm under the first one's top, into the other one's side
+  // 2 mm under the first one's top, into the other one's side.
+  for (std::uint64_t tick = 0; tick < 400 && !::testing::Test::HasFailure(); ++tick) {
     const double along = 2e-4 * static_cast<double>(tick);
     const Vec3 place = tick < 40 ? Vec3(-0.02, 0, 0.031 - along) : Vec3(-0.02807 + along, 0.0031, 0.023);
-    (*preTouch)(*scene, with);
-    const StepInput input{tick, 0, {place, DeviceState::kReady}};
-    FeltTick felt;
-    feelForce(*scene, with, kConfig, input, felt, &preTouch->known());
-    const TelemetrySample a = finishStep(*scene, with, kConfig, input, felt);
-    const TelemetrySample b = hapticStep(*scene, without, kConfig, input);
-    ASSERT_EQ(std::memcmp(&a.force, &b.force, sizeof a.force), 0) << tick;
-    ASSERT_EQ(std::memcmp(&a.ihip, &b.ihip, sizeof a.ihip), 0) << tick;
-    ASSERT_EQ(a.primitive, b.primitive) << tick;
-    blocked += a.object != 0 && a.ihip.x < a.hip.x - 1e-3 ? 1 : 0;
+    const TelemetrySample sample = both.tick({tick, 0, {place, DeviceState::kReady}});
+    blocked += sample.object != 0 && sample.ihip.x < sample.hip.x - 1e-3 ? 1 : 0;
   }
   EXPECT_GT(blocked, 20);
 }
