@@ -27,4 +27,10 @@ struct Body {
   }
 };
 
+/// Is a place (world, metres) within the sphere about the body?
+[[nodiscard]] inline bool withinSphere(const Body& body, Vec3 place) noexcept {
+  const double radius = body.surface->radius_m();
+  return squaredLength(place - body.centre) <= radius * radius;
+}
+
 }  // namespace haptics

@@ -286,7 +286,10 @@ void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled
   if (!settled) return;
   if (!isOneSurface(move) || !isWithin(kAbove, held()) || isCrossed(held())) return;
   const std::uint32_t t = held().triangle;
-  hold(held(), closestOn(surface(held().body).triangle(t), t, heldNear().from), state_.ihip);
+  const Near& near = heldNear();
+  const Foot foot = closestOn(near.surface->triangle(t), t, near.frame.toLocal(hip));
+  if (squaredLength(foot.point - near.from) > kTouching * kTouching * skin_ * skin_) return;
+  hold(held(), foot, state_.ihip);
 }
 
 }  // namespace haptics

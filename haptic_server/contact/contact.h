@@ -26,6 +26,7 @@ struct ContactState {
   static constexpr int kMaxHolding = 3;  ///< Three surfaces hold a point.
 
   Mode mode = Mode::kFree;
+  bool reseated = false;  ///< By an adoption since the last tick.
   int holdingCount =
       0;  ///< kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
   std::array<HoldingSurface, kMaxHolding>
@@ -54,7 +55,7 @@ struct ContactWork {
   int crowdedOut = 0;        ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
   bool interrupted = false;  ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
   bool unsettled = false;    ///< The solver ran out of rounds or planes; it goes on in the next tick.
-  bool putOut = false;       ///< Moving bodies closed in on the IHIP; it was put outside of them: the force may jump.
+  bool putOut = false;       ///< The IHIP was found inside a body and put outside of all: the force may jump.
 };
 
 /// What the contact core found: the rest of the step reads only this.

@@ -33,6 +33,9 @@ inline constexpr int kMaxSolverRounds = 64;
 /// How far the IHIP stays above the surfaces that it passes, or is held by several of: it cannot enter a thinner gap,
 /// and misfits of bodies that touch, which are of the order of 2^-24, stay hidden under it.
 inline constexpr double kSkin = 0x1p-20;
+/// How far above the surface that holds it the path of an IHIP is tested against other bodies: it can be so deep inside of
+/// what rises from that surface. Smaller shows misfits; larger leaves more of the IHIP inside.
+inline constexpr double kPathLift = 0x1p-22;
 /// How far above its own triangle a segment starts: far more than the arithmetic's rounding, far less than the
 /// vertices'.
 inline constexpr double kLift = 0x1p-32;
@@ -54,6 +57,8 @@ inline constexpr double kUnder = 2;
 inline constexpr double kAbove = 4;
 /// Rounds of a step that may end no nearer to the HIP: the skin lifts the IHIP where another surface begins to hold it.
 inline constexpr int kMostNotNearer = 2;
+/// In skins: an IHIP that is no deeper inside a body is on its surface. The vertices' rounding hides what is smaller.
+inline constexpr double kDeep = 0x1p-4;
 /// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
 inline constexpr double kSettled = 0x1p-14;
 
@@ -99,7 +104,8 @@ class ContactTick {
   void touch(const Hit& hit, const Points& to) noexcept;
   void setFree(Vec3 hip) noexcept;
   void hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept;
-  [[nodiscard]] bool isOvertaken() noexcept;
+  [[nodiscard]] bool mayBeInside() const noexcept;
+  [[nodiscard]] bool isInside() noexcept;
   void putOut() noexcept;
   [[nodiscard]] ContactResult result() noexcept;
 
@@ -114,11 +120,11 @@ class ContactTick {
   [[nodiscard]] bool isOutside(const Surface& surface, const Foot& foot, Vec3 h) const noexcept;
   [[nodiscard]] bool pathIsClear(const SearchPath& path, const Frame& frame) noexcept;
   [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept;
-  /// The path that is tested against other bodies runs a skin above the surface.
-  [[nodiscard]] Vec3 lifted(Vec3 at, const HoldingSurface& over) const noexcept {
-    return at + surface(over.body).faceNormal(over.triangle) * (over.side * skin_);
+  /// Above the surface, by metres.
+  [[nodiscard]] Vec3 lifted(Vec3 at, const HoldingSurface& over, double height) const noexcept {
+    return at + surface(over.body).faceNormal(over.triangle) * (over.side * height);
   }
-  void leave(const Foot& foot, Vec3 hip) noexcept;
+  void leave(const Foot& foot, Vec3 h, Vec3 hip) noexcept;
 
   // constraint_solver_impl.h: several surfaces
   struct Constraints;
@@ -183,6 +189,7 @@ class ContactTick {
   Foot foot_;             // kOneSurface: of the IHIP
   bool settled_ = false;  // It is the nearest to the HIP.
   double skin_ = 0;       // metres
+  double pathLift_ = 0;
   double lift_ = 0;
   bool recordedOnly_ = false;  // touched in this tick, to be searched in the next (kSameTickSearch off)
   ContactWork work_;

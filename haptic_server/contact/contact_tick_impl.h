@@ -8,10 +8,12 @@
 #include "haptic_server/contact/constraint_solver_impl.h"
 #include "haptic_server/contact/contact_tick.h"
 #include "haptic_server/contact/held_surfaces_impl.h"
+#include "haptic_server/contact/nearest_foot.h"
 #include "haptic_server/contact/neighborhood_watch_impl.h"
 #include "haptic_server/contact/several_surfaces_impl.h"
 #include "haptic_server/contact/surface_following_impl.h"
 #include "haptic_server/contact/way_out.h"
+#include "haptic_server/geometry/enclosure.h"
 
 namespace haptics {
 
@@ -35,7 +37,8 @@ ContactResult ContactTick<Corrections>::run() noexcept {
     const bool last = ++work_.steps >= kMaxSteps || work_.interrupted;
     now = advance(now, last);
   }
-  if (isOvertaken()) putOut();
+  if (mayBeInside() && isInside()) putOut();
+  state_.reseated = false;
   state_.hip = hip_;
   return result();
 }
@@ -46,6 +49,7 @@ void ContactTick<Corrections>::start() noexcept {
   constexpr double kUsualExtent_m = 0.1;
   const double extent_m = Corrections::kScaleFreeTolerances ? near_.extent_m() : kUsualExtent_m;
   skin_ = kSkin * extent_m;
+  pathLift_ = kPathLift * extent_m;
   lift_ = kLift * extent_m;
   if (!Corrections::kObjectFrameSegments) near_.setTime(bodies_, 1);
   const bool oneSurface = state_.mode == Mode::kOneSurface;
@@ -54,7 +58,7 @@ void ContactTick<Corrections>::start() noexcept {
     foot_ = heldFoot(*body.surface, state_, motionOver(body).from);
   }
   if (oneSurface && near_.count() == 1) return;  // no other body's frame to keep
-  const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held())) : state_.ihip;
+  const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held(), pathLift_)) : state_.ihip;
   const Points from = near_.inEachFrame(ihip);
   near_.moveAll(from, 1);
 }
@@ -137,12 +141,47 @@ void ContactTick<Corrections>::touch(const Hit& hit, const Points& to) noexcept 
   hold(touched, foot, near.frame.toWorld(near.from));
 }
 
-/// Did a body come over the IHIP, for which the solver found no way out of its way?
+/// The path of the IHIP keeps it outside of bodies at rest. Moving ones can close in on it until the solver finds no way
+/// out of theirs, a mesh that passes through itself has surface inside of itself, and an adoption puts bodies anywhere.
 template <class Corrections>
-bool ContactTick<Corrections>::isOvertaken() noexcept {
-  if (!Corrections::kObjectFrameSegments || state_.mode != Mode::kSeveralSurfaces) return false;
+bool ContactTick<Corrections>::mayBeInside() const noexcept {
+  if (!Corrections::kContainment) return false;
+  if (state_.reseated || work_.unsettled || work_.crowdedOut > 0) return true;
+  const bool alone = state_.mode == Mode::kOneSurface && near_.count() == 1;  // its own surface holds it
+  for (int i = 0; i < near_.count(); ++i) {
+    const Body& body = bodies_[static_cast<std::size_t>(near_[i].body)];
+    if ((body.moving && !alone) || body.surface->anyCrossed()) return true;
+  }
+  return false;
+}
+
+/// Is the IHIP inside a closed body, or behind a sheet, at the end of the tick?
+template <class Corrections>
+bool ContactTick<Corrections>::isInside() noexcept {
   near_.setTime(bodies_, 1);
-  return isBehind() && go(state_.ihip);
+  const int onSurface = state_.mode == Mode::kOneSurface ? held().body : -1;
+  for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
+    const Body& body = bodies_[static_cast<std::size_t>(b)];
+    if (body.leaving || !body.surface->closed() || !withinSphere(body, state_.ihip)) continue;
+    Vec3 at = body.frame.toLocal(state_.ihip);
+    if (b == onSurface) {
+      if (!body.surface->anyCrossed()) continue;
+      at = state_.local + body.surface->normal(foot_) * lift_;
+    }
+    ++work_.segments;
+    if (windingNumber(*body.surface, at) <= 0) continue;
+    const Foot foot = nearestFoot(*body.surface, at);
+    if (foot.squaredDistance > kDeep * kDeep * skin_ * skin_) return true;
+  }
+  for (int i = 0; i < near_.count(); ++i) {
+    const Near& near = near_[i];
+    if (near.surface->closed() || near.leaving || near.body == onSurface) continue;
+    const Vec3 to = near.frame.toLocal(state_.ihip);
+    if (near.from == to) continue;
+    ++work_.segments;
+    if (near.surface->firstCrossing<SegmentTest>(near.from, to)) return true;
+  }
+  return false;
 }
 
 /// Bodies that pass through each other can close a pocket on the IHIP. It is put where it is outside of all of them, and
@@ -152,12 +191,17 @@ void ContactTick<Corrections>::putOut() noexcept {
   const Vec3 way = state_.ihip - hip_;
   const double depth = glm::length(way);
   work_.putOut = true;
-  setFree(wayOut(bodies_, state_.ihip, depth > 0 ? way / depth : Vec3(0), skin_, work_));
+  const Vec3 out = wayOut(bodies_, near_, state_.ihip, depth > 0 ? way / depth : Vec3(0), skin_, work_);
+  setFree(out);
   state_.hip = hip_;
   near_.gather(bodies_, state_, hip_, work_);  // what is near there
   near_.setTime(bodies_, 1);
-  near_.moveAll(near_.inEachFrame(state_.ihip), 1);
+  near_.moveAll(near_.inEachFrame(out), 1);
   (void)advanceFree(1, 1, hip_);
+  if (state_.mode == Mode::kFree || !isInside()) return;
+  state_.mode = Mode::kSeveralSurfaces;  // where it is outside, to be settled by the next tick
+  state_.holdingCount = 0;
+  state_.ihip = out;
 }
 
 template <class Corrections>

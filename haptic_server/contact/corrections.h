@@ -31,6 +31,8 @@ struct AllCorrections {
   static constexpr bool kBoundedSearch = true;
   /// Off: skin and lift are lengths, those that a scene of 0.1 m has.
   static constexpr bool kScaleFreeTolerances = true;
+  /// Off: an IHIP that is inside a body is not noticed.
+  static constexpr bool kContainment = true;
   /// Off: the HIP's motion in a tick is one step.
   static constexpr bool kSubsteps = true;
 

@@ -39,12 +39,12 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
   double extent = body.extent_m;
   for (const Body* other : others.all()) extent = std::max(extent, other->extent_m);
   std::uint32_t triangle = state.holding[0].triangle;
-  Vec3 lift = normal * (state.holding[0].side * (kSkin * extent));
+  Vec3 lift = normal * (state.holding[0].side * (kPathLift * extent));
   Vec3 from = body.frame.toWorld(state.local + lift);
   for (const SearchPath::Point& point : path) {
     if (point.triangle != triangle) {
       triangle = point.triangle;
-      lift = body.surface->faceNormal(triangle) * (state.holding[0].side * (kSkin * extent));
+      lift = body.surface->faceNormal(triangle) * (state.holding[0].side * (kPathLift * extent));
     }
     const Vec3 to = body.frame.toWorld(point.place + lift);
     for (const Body* other : others.all()) {

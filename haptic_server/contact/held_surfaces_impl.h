@@ -219,7 +219,7 @@ std::optional<HoldingSurface> ContactTick<Corrections>::nearestTouched(Vec3 hip,
   if (!nearest || (move.others == 0 && isOneSurface(move))) return nearest;
   const double nearer = glm::distance(state_.ihip, hip) - std::sqrt(foot.squaredDistance);
   if (nearer <= kAbove * skin_) return std::nullopt;
-  const Vec3 place = near_[near_.indexOf(nearest->body)].frame.toWorld(lifted(foot.point, *nearest));
+  const Vec3 place = near_[near_.indexOf(nearest->body)].frame.toWorld(lifted(foot.point, *nearest, skin_));
   const bool blocked = std::ranges::any_of(move.allPushing(), [&](const HoldingSurface& s) {
     const ConstraintPlane plane = planeOf(s);
     return !meet(s, *nearest) && glm::dot(plane.normal, place) < plane.offset - kSlack * skin_;
@@ -244,7 +244,7 @@ bool ContactTick<Corrections>::watchOn(Vec3 hip, Move& move) noexcept {
   if (!path.complete()) path.keepFirst(SearchPath::kCapacity);
   for (const SearchPath::Point& point : path) {
     held.triangle = point.triangle;
-    if (go(near.frame.toWorld(lifted(point.place, held)))) return false;
+    if (go(near.frame.toWorld(lifted(point.place, held, skin_)))) return false;
     move.pushing[0] = held;
     move.count = 1;
     move.others = 0;

@@ -140,6 +140,7 @@ bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const B
   const Vec3 hip = state.hip;
   place(state, proxy.place());
   state.hip = hip;
+  state.reseated = true;
   return true;
 }
 

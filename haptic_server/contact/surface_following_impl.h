@@ -78,7 +78,7 @@ bool ContactTick<Corrections>::settle(const SearchResult& found, const SearchPat
   }
   work_.interrupted = work_.interrupted || !found.converged;
   if (!found.converged || !isOutside(s, found.foot, h)) return false;
-  leave(found.foot, hip);
+  leave(found.foot, h, hip);
   return state_.mode == Mode::kOneSurface;
 }
 
@@ -105,7 +105,7 @@ bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& 
 
 template <class Corrections>
 bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept {
-  const Points to = near_.inEachFrame(frame.toWorld(lifted(b, {held().body, held().side, within})));
+  const Points to = near_.inEachFrame(frame.toWorld(lifted(b, {held().body, held().side, within}, pathLift_)));
   for (int i = 0; i < near_.count(); ++i) {
     const Near& near = near_[i];
     if (near.body == held().body) {
@@ -121,8 +121,10 @@ bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const 
   return true;
 }
 
+/// Off the surface from its foot to h, the HIP in the body's frame, unless something is entered on the way. The frame of a
+/// turning body within the tick is not quite where h was found to be outside: the way leads to h.
 template <class Corrections>
-void ContactTick<Corrections>::leave(const Foot& foot, Vec3 hip) noexcept {
+void ContactTick<Corrections>::leave(const Foot& foot, Vec3 h, Vec3 hip) noexcept {
   const int own = near_.indexOf(held().body);
   const Surface& s = *near_[own].surface;
   const TriangleRecord& r = s.triangle(foot.triangle);
@@ -138,7 +140,8 @@ void ContactTick<Corrections>::leave(const Foot& foot, Vec3 hip) noexcept {
   near_[own].from = foot.point;
   // A sheet may have a duplicate in the same place, which a start below its rounding would enter from behind.
   if (!s.closed()) near_[own].from += s.normal(foot) * (held().side * lift_);
-  const Points to = near_.inEachFrame(hip);
+  Points to = near_.inEachFrame(hip);
+  to[static_cast<std::size_t>(own)] = h;
   const Hit hit = Corrections::kExitRetest ? firstNewContact(to, holdsFoot) : Hit{};
   if (hit) {
     touch(hit, to);

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/contact/plane_set.h"
+#include "haptic_server/geometry/enclosure.h"
 
 namespace haptics {
 namespace {
@@ -18,24 +20,26 @@ struct Depth {
   Vec3 normal{0};
 };
 
-/// All that have an inside, and what may yet be asked of them.
+/// What a place has to be outside of, or on its side of, and what may yet be asked of it.
 class Bodies {
  public:
-  Bodies(std::span<const Body> bodies, ContactWork& work) noexcept : bodies_(bodies), work_(work) {}
+  Bodies(std::span<const Body> bodies, const NearBodies& near, ContactWork& work) noexcept
+      : bodies_(bodies), near_(near), work_(work) {}
 
   /// Half of the segments are kept for the ways out.
   [[nodiscard]] bool mayLook() const noexcept { return triangles_ > 0 && segments_ > kMostWayOutSegments / 2; }
   [[nodiscard]] bool mayCross() const noexcept { return segments_ > 0; }
 
-  /// In the body that it is the deepest in; depth 0 when in none.
+  /// In the body that it is the deepest in, else behind the sheet that is first on the way to it; depth 0 when there is
+  /// none.
   [[nodiscard]] Depth deepest(Vec3 at) noexcept {
     Depth deepest;
     for (const Body& body : bodies_) {
-      if (!mayHold(body, at) || !mayLook() || !holds(body, at)) continue;
+      if (!isClosed(body) || !withinSphere(body, at) || !mayLook() || winding(body, at) <= 0) continue;
       const Depth depth = depthIn(body, at);
       if (depth.depth_m > deepest.depth_m) deepest = depth;
     }
-    return deepest;
+    return deepest.depth_m > 0 ? deepest : behindSheet(at);
   }
 
   /// Fraction of the way to a place that is outside of all at which the last one of those that hold `at` lets out; 0 when
@@ -43,19 +47,25 @@ class Bodies {
   [[nodiscard]] double lettingOut(Vec3 at, Vec3 to) noexcept {
     double time = 0;
     for (const Body& body : bodies_) {
-      if (!mayHold(body, at)) continue;
-      const Crossing crossing = cross(body, at, to, true);
-      if (crossing && crossing.side < 0) time = std::max(time, crossing.time);
+      if (!isClosed(body) || !withinSphere(body, at)) continue;
+      const int around = winding(body, at);
+      if (around <= 0) continue;
+      count();
+      time = std::max(time, leavesAt(*body.surface, around, body.frame.toLocal(at), body.frame.toLocal(to)));
     }
     return time;
   }
 
-  /// The way from a place that is outside of all, as far as it does not enter. Asks whatever was asked before.
+  /// Behind no sheet that is near?
+  [[nodiscard]] bool isOnItsSide(Vec3 at) noexcept { return behindSheet(at).depth_m == 0; }
+
+  /// The way from a place that is outside of all, as far as it enters nothing. Asks whatever was asked before.
   [[nodiscard]] double clearTime(Vec3 from, Vec3 to) noexcept {
     double time = 1;
     for (const Body& body : bodies_) {
-      if (!counts(body)) continue;
-      const Crossing crossing = cross(body, from, to, false);
+      if (body.leaving) continue;
+      count();
+      const Crossing crossing = body.surface->firstCrossing(body.frame.toLocal(from), body.frame.toLocal(to));
       if (crossing) time = std::min(time, crossing.time);
     }
     return time;
@@ -65,34 +75,43 @@ class Bodies {
   [[nodiscard]] double reachFrom(Vec3 place) const noexcept {
     double reach = 0;
     for (const Body& body : bodies_) {
-      if (counts(body)) reach = std::max(reach, glm::distance(place, body.centre) + body.surface->radius_m());
+      if (!body.leaving) reach = std::max(reach, glm::distance(place, body.centre) + body.surface->radius_m());
     }
     return reach;
   }
 
  private:
-  static bool counts(const Body& body) noexcept { return !body.leaving && body.surface->closed(); }
+  static bool isClosed(const Body& body) noexcept { return !body.leaving && body.surface->closed(); }
 
-  static bool mayHold(const Body& body, Vec3 at) noexcept {
-    const Surface& s = *body.surface;
-    if (!counts(body) || squaredLength(at - body.centre) > s.radius_m() * s.radius_m()) return false;
-    const Vec3 local = body.frame.toLocal(at);
-    return !glm::any(glm::lessThan(local, s.low())) && !glm::any(glm::greaterThan(local, s.high()));
-  }
-
-  /// A way out of its ball leaves it before it enters it. A hundredth of what the closest point costs.
-  bool holds(const Body& body, Vec3 at) noexcept {
-    const Vec3 out = at - body.centre;
-    const Vec3 way = out == Vec3(0) ? Vec3(1, 0, 0) : glm::normalize(out);
-    const Crossing crossing = cross(body, at, at + way * (2 * body.surface->radius_m()), true);
-    return crossing && crossing.side < 0;
-  }
-
-  Crossing cross(const Body& body, Vec3 from, Vec3 to, bool twoSided) noexcept {
+  void count() noexcept {
     --segments_;
     ++work_.segments;
-    return body.surface->firstCrossing(body.frame.toLocal(from), body.frame.toLocal(to), twoSided,
-                                       [](std::uint32_t) { return false; });
+  }
+
+  int winding(const Body& body, Vec3 at) noexcept {
+    count();
+    return windingNumber(*body.surface, body.frame.toLocal(at));
+  }
+
+  Depth behindSheet(Vec3 at) noexcept {
+    Depth first;
+    double time = 1;
+    for (int i = 0; i < near_.count(); ++i) {
+      const NearBodies::Near& near = near_[i];
+      if (near.leaving || near.surface->closed()) continue;
+      const Vec3 to = near.frame.toLocal(at);
+      if (near.from == to) continue;
+      count();
+      const Crossing crossing = near.surface->firstCrossing(near.from, to);
+      if (!crossing || (crossing.time >= time && first.depth_m > 0)) continue;
+      time = crossing.time;
+      const Vec3 normal = near.surface->faceNormal(crossing.triangle) * static_cast<double>(crossing.side);
+      const Vec3 foot = glm::mix(near.from, to, time);
+      // Of a place on the sheet itself too.
+      const double depth = std::max(glm::dot(normal, foot - to), std::numeric_limits<double>::min());
+      first = {depth, near.frame.toWorld(foot), near.frame.turn(normal)};
+    }
+    return first;
   }
 
   Depth depthIn(const Body& body, Vec3 at) noexcept {
@@ -108,6 +127,7 @@ class Bodies {
   }
 
   std::span<const Body> bodies_;
+  const NearBodies& near_;
   ContactWork& work_;
   int triangles_ = kMostWayOutTriangles;
   int segments_ = kMostWayOutSegments;
@@ -148,6 +168,7 @@ Vec3 throughBodies(Bodies& bodies, Vec3 from, Vec3 outward, double skin) noexcep
       const Vec3 at = from + direction * way;
       const double out = bodies.lettingOut(at, beyond);
       if (out == 0) {
+        if (!bodies.isOnItsSide(at)) break;
         nearest = way;
         place = at;
       } else {
@@ -156,14 +177,21 @@ Vec3 throughBodies(Bodies& bodies, Vec3 from, Vec3 outward, double skin) noexcep
     }
   }
   if (nearest < reach) return place;
-  const Vec3 beyond = from + (outward == Vec3(0) ? directions[1] : outward) * reach;
+  Vec3 way = outward == Vec3(0) ? directions[1] : outward;
+  for (const Vec3 direction : directions) {
+    if (direction == Vec3(0) || !bodies.isOnItsSide(from + direction * reach)) continue;
+    way = direction;
+    break;
+  }
+  const Vec3 beyond = from + way * reach;
   return glm::mix(beyond, from, bodies.clearTime(beyond, from) * (1 - skin / reach));
 }
 
 }  // namespace
 
-Vec3 wayOut(std::span<const Body> bodies, Vec3 from, Vec3 outward, double skin, ContactWork& work) noexcept {
-  Bodies all(bodies, work);
+Vec3 wayOut(std::span<const Body> bodies, const NearBodies& near, Vec3 from, Vec3 outward, double skin,
+            ContactWork& work) noexcept {
+  Bodies all(bodies, near, work);
   const auto open = abovePlanes(all, from, skin);
   const bool isOpen = open && glm::distance(*open, from) <= all.reachFrom(from) + skin;  // nearly parallel planes
   return isOpen ? *open : throughBodies(all, from, outward, skin);

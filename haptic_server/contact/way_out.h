@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/near_bodies.h"
 
 namespace haptics {
 
@@ -11,16 +11,17 @@ inline constexpr int kMostWayOutTriangles = 4096;
 inline constexpr int kMostWayOutSegments = 96;
 
 /// A place near `from` (world, metres) that is outside of all closed bodies where they are at the end of the tick, but for
-/// those that are leaving the scene; `from` when it is. For a point that moving bodies have come over:
-///  - the nearest place above the planes of all that it is found in, as long as there is one, that is while what they
-///    close in is open to some side, before the last of the bodies ends;
+/// those that are leaving the scene, and on the same side of every sheet of `near` as the last place that is known to be
+/// clear of it; `from` when it is. For a point that moving bodies have come over:
+///  - the nearest place above the planes of all that it is found in or behind, as long as there is one, that is while what
+///    they close in is open to some side, before the last of the bodies ends;
 ///  - else the nearest place in any of fifteen directions, `outward` (unit) the first of them, be it on the other side
 ///    of a body.
-/// `skin` (metres) clear of the surfaces where these leave room for it. A mesh that passes through itself counts as left
-/// where a way first leaves it. Bounded to some 200 us: looks at kMostWayOutTriangles and tests kMostWayOutSegments, and a
-/// few more, then takes the best that it has, at worst the first place outside of all on the way from far `outward`. Adds
-/// both to `work`.
-[[nodiscard]] Vec3 wayOut(std::span<const Body> bodies, Vec3 from, Vec3 outward, double skin,
+/// `skin` (metres) clear of the surfaces where these leave room for it. A mesh that passes through itself is left where its
+/// winding number becomes 0. Bounded to some 200 us: looks at kMostWayOutTriangles and tests kMostWayOutSegments, and a
+/// few more, then takes the best that it has, at worst the first place outside of all on
+/// the way from far out. Adds both to `work`.
+[[nodiscard]] Vec3 wayOut(std::span<const Body> bodies, const NearBodies& near, Vec3 from, Vec3 outward, double skin,
                           ContactWork& work) noexcept;
 
 }  // namespace haptics

@@ -1,0 +1,80 @@
+#include "haptic_server/geometry/enclosure.h"
+
+#include <algorithm>
+#include <array>
+
+namespace haptics {
+namespace {
+
+/// Calls visit(crossing) for every triangle that the segment passes, in no order.
+template <class Visit>
+void visitCrossings(const Surface& surface, Vec3 from, Vec3 to, Visit visit) noexcept {
+  const Segment segment(from, to);
+  surface.hierarchy().visitAlong(from, to, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+    for (std::uint32_t t = begin; t < end; ++t) {
+      Crossing crossing{t};
+      if (segment.enters(surface.triangle(t), true, crossing)) visit(crossing);
+    }
+    return 1.0;
+  });
+}
+
+/// Outside of the box, beyond the face that is nearest to `at`.
+[[nodiscard]] Vec3 outOfBox(const Surface& surface, Vec3 at) noexcept {
+  // Of the way to the face, along the other two axes: no direction in which meshes are built.
+  constexpr double kAslant = 0.30901699437494742;
+  constexpr double kMoreAslant = 0.38196601125010515;
+  constexpr double kBeyond = 1.125;
+  int axis = 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  double way = 0;
+  for (int d = 0; d < 3; ++d) {
+    const double down = at[d] - surface.low()[d];
+    const double up = surface.high()[d] - at[d];
+    if (std::min(down, up) >= nearest) continue;
+    nearest = std::min(down, up);
+    axis = d;
+    way = down < up ? -1 : 1;
+  }
+  const double length = kBeyond * nearest + 0x1p-10 * surface.extent_m();
+  Vec3 to = at;
+  to[axis] += way * length;
+  to[nextCorner(axis)] += kAslant * length;
+  to[previousCorner(axis)] += kMoreAslant * length;
+  return to;
+}
+
+}  // namespace
+
+int windingNumber(const Surface& surface, Vec3 at) noexcept {
+  if (glm::any(glm::lessThan(at, surface.low())) || glm::any(glm::greaterThan(at, surface.high()))) return 0;
+  int winding = 0;
+  visitCrossings(surface, at, outOfBox(surface, at),
+                 [&](const Crossing& crossing) noexcept { winding -= crossing.side; });
+  return winding;
+}
+
+double leavesAt(const Surface& surface, int winding, Vec3 from, Vec3 to) noexcept {
+  constexpr std::size_t kMostCrossings = 64;  // beyond them the last one counts
+  constexpr double kSame = 0x1p-40;           // of the way: two triangles met on the edge between them
+  std::array<Crossing, kMostCrossings> crossings;
+  std::size_t count = 0;
+  double last = 0;
+  visitCrossings(surface, from, to, [&](const Crossing& crossing) noexcept {
+    last = std::max(last, crossing.time);
+    if (count < kMostCrossings) crossings[count] = crossing;
+    ++count;
+  });
+  if (count > kMostCrossings) return last;
+  std::sort(crossings.begin(), crossings.begin() + static_cast<std::ptrdiff_t>(count),
+            [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool again = i > 0 && crossings[i].side == crossings[i - 1].side &&
+                       crossings[i].time - crossings[i - 1].time <= kSame;
+    if (!again) winding += crossings[i].side;
+    if (winding <= 0) return crossings[i].time;
+  }
+  return last;
+}
+
+}  // namespace haptics
