@@ -273,7 +273,9 @@ ConstraintPlane ContactTick<Corrections>::planeOf(const HoldingSurface& holding)
 
 /// Remembers what pushes. One surface left, and the IHIP really over it: back to the neighborhood watch, which is
 /// cheaper and exact there. The planes of several triangles around one vertex are one surface too: held above all of
-/// them the IHIP would stay at a saddle's vertex, where it could come nearer to the HIP above some.
+/// them the IHIP would stay at a saddle's vertex, where it could come nearer to the HIP above some. The watch goes on from
+/// the place on the triangle that is the closest to the HIP: not where that is another place than the IHIP's, nor where
+/// the skin that the solver keeps is filled by another surface.
 template <class Corrections>
 void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled) noexcept {
   if (!move.done) {
@@ -289,7 +291,8 @@ void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled
   const Near& near = heldNear();
   const Foot foot = closestOn(near.surface->triangle(t), t, near.frame.toLocal(hip));
   if (squaredLength(foot.point - near.from) > kTouching * kTouching * skin_ * skin_) return;
-  hold(held(), foot, state_.ihip);
+  if (near_.count() > 1 && go(near.frame.toWorld(lifted(foot.point, held(), pathLift_)))) return;
+  hold(held(), foot, near.frame.toWorld(foot.point));
 }
 
 }  // namespace haptics

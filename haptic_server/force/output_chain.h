@@ -4,37 +4,53 @@
 #include <cstdint>
 
 #include "common/maths/vec.h"
+#include "haptic_server/force/spring_damper.h"
 
-// What stands between the force law and the device, in this order: finite check (the step's, it names the fault),
-// blend, magnitude limit. There is no slew limit: at 0.3 N a tick it turned a stable tap into an unstable one.
+// What stands between the force law and the device, in this order: finite check (the step's, it names the fault), slew
+// limit of an edit, magnitude limit.
 namespace haptics {
 
-/// Blends out the jump that an edit, attach or re-seat causes.
-class ForceBlend {
+/// Bounds how fast an edit changes the force, or an IHIP that was put out of a body. While it is active the written force
+/// goes towards what is felt by so much a tick:
+///   dF = r T + 2 (K T + B) dx / T,
+/// r the rate of an edit, T the period, K and B the stiffness and damping that are felt, dx the way of the hand. At rest it is
+/// a slew limit. Under a moving hand it lets through whatever a contact does, and what is left of the edit is felt as on a
+/// surface twice as stiff, which the device bears: felt stiffness is at most half of the critical one. A general slew limit
+/// would not do: at 0.3 N a tick it turned a stable tap into an unstable one.
+class EditSlew {
  public:
-  /// Seconds over which the jump fades. Shorter is more of a kick, longer leaves a wrong force standing.
-  static constexpr double kDuration_s = 0.05;
+  static constexpr double kRate_N_per_s = 30;  ///< As FeltStiffness.
+  /// Active for so long after the last tick in which an edit did something, or the force was limited. Shorter misses what a
+  /// surface does late; longer limits what is not the edit's.
+  static constexpr double kSettled_s = 0.1;
+  /// In which the way of the hand in a tick counts for 1/e of itself: a slow hand shows as single steps of the encoder.
+  static constexpr double kMemory_s = 5e-3;
 
-  /// The force was `before` and would now be `after`; a jump that still fades is taken over, since `before` holds it.
-  void begin(Vec3 before, Vec3 after) noexcept {
-    jump_ = before - after;
-    remaining_s_ = kDuration_s;
-  }
-
-  /// Whether there is still a jump to fade.
+  /// An edit changes the force.
+  void begin() noexcept { remaining_s_ = kSettled_s; }
   [[nodiscard]] bool active() const noexcept { return remaining_s_ > 0; }
 
-  /// This tick's force; begins at `before`, ends at `force`.
-  [[nodiscard]] Vec3 apply(Vec3 force, double period_s) noexcept {
-    if (remaining_s_ <= 0) return force;
-    const Vec3 blended = force + jump_ * (remaining_s_ / kDuration_s);
+  /// @param written, felt  N.
+  /// @param way_m  Of the hand in this tick, relative to the surface.
+  /// @param k  Of the surface; of the last one while none is touched.
+  [[nodiscard]] Vec3 follow(Vec3 written, Vec3 felt, double way_m, Stiffness k, double period_s) noexcept {
+    way_m_ = std::max(way_m, way_m_ * (1 - std::min(1.0, period_s / kMemory_s)));
+    if (k.spring_N_per_m > 0) k_ = k;
+    const double most =
+        kRate_N_per_s * period_s + 2 * (k_.spring_N_per_m + k_.damping_Ns_per_m / period_s) * way_m_;
+    const Vec3 missing = felt - written;
+    const double squared = glm::dot(missing, missing);
     remaining_s_ -= period_s;
-    return blended;
+    if (!active()) way_m_ = 0;
+    if (squared <= most * most) return felt;
+    begin();
+    return written + missing * (most / std::sqrt(squared));
   }
 
  private:
-  Vec3 jump_{0};
   double remaining_s_ = 0;
+  double way_m_ = 0;
+  Stiffness k_;
 };
 
 /// The force shortened to at most `limit_N`, its direction kept.

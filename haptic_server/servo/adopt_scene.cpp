@@ -10,7 +10,7 @@ namespace {
 /// makes 0.05 N, which a hand notices. Larger makes more edits felt at once, smaller lets the contact go for less.
 constexpr double kMostStep_N = 0.02;
 /// Seconds for which an adoption waits until the contact has faded; 7.5 N fade in it. What is left then is a jump for
-/// ForceBlend.
+/// EditSlew.
 constexpr double kLongestFade_s = 0.25;
 
 /// What the next scene makes of the state, each of its objects from the one with the same id.

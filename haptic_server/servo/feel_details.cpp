@@ -239,7 +239,7 @@ class Feeling {
   }
 
   /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than
-  /// all, that is a steeper texture than anybody asked for: that step is ForceBlend's.
+  /// all, that is a steeper texture than anybody asked for: that step is EditSlew's.
   static void goOnFrom(BumpWatch& watch, double height_m) noexcept {
     const double part = watch.height_m / height_m;
     watch.presence = std::isfinite(part) ? std::clamp(part, 0.0, 1.0) : 0;
@@ -255,7 +255,9 @@ class Feeling {
           fading ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
       const double put_J = state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0,
                                                          felt != end ? felt->speed_m_per_s : 0, config_.period_s);
-      if (put_J != 0) state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
+      if (put_J == 0) continue;
+      state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
+      state_.slew.begin();
     }
     if (state_.lettingGo) state_.letGo_s += config_.period_s;
   }

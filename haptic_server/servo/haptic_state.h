@@ -61,13 +61,13 @@ struct StepMemory {
   VelocityEstimator velocity;
   ContactState contact;
   std::uint64_t contactObject = 0;  ///< Id, 0 when free.
-  ForceBlend blend;
+  EditSlew slew;
   FaultRamp faultRamp;
   DeadlineWatch deadlines;
   Fault fault = Fault::kNone;
   Vec3 measuredHip{0};
   Vec3 hip{0};          ///< Where contact and force are computed: measuredHip, or what the observer makes of it.
-  Vec3 unlimited_N{0};  ///< After blend, before fault ramp and limit.
+  Vec3 unlimited_N{0};  ///< Before fault ramp and, unless an edit is felt, limit.
 };
 
 /// A body that has a motion.

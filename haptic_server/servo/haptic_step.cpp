@@ -77,6 +77,7 @@ void attach(HapticState& state, Vec3 position) noexcept {
 /// Objects that were edited under the stylus, on their way to where the scene has them.
 void moveEdited(HapticState& state, const StepConfig& config) noexcept {
   state.anyBeingMoved = false;
+  state.slew.begin();
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     HapticState::ObjectState& object = state.objects[i];
     if (!object.beingMoved) continue;
@@ -108,7 +109,10 @@ void moveEdited(HapticState& state, const StepConfig& config) noexcept {
   FeltStiffness& felt = state.objects[touched].felt;
   const Stiffness target = state.lettingGo ? Stiffness{} : ownStiffness(scene.objects[touched]);
   const double put_J = felt.follow(target, depth, speed, config.period_s);
-  if (put_J != 0) state.energy.name(scene.objects[touched].id, EnergyFeature::kEdit, put_J);
+  if (put_J != 0) {
+    state.energy.name(scene.objects[touched].id, EnergyFeature::kEdit, put_J);
+    state.slew.begin();
+  }
   const SpringDamper along = springDamper(depth, speed, felt.value());
   force.spring = along.spring * direction;
   force.damping = along.damping * direction;
@@ -124,16 +128,33 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
   if (state.lettingGo) state.letGo_s += period_s;
 }
 
-/// Finite check, blend, fault ramp, magnitude limit: always last before the device.
-[[nodiscard, gnu::noinline]] Vec3 limitedByStages(HapticState& state, const StepConfig& config,
-                                                  std::uint64_t touchedObject, Vec3 force) noexcept {
+/// How far the hand has gone in this tick, and the touched surface by itself: not as an edit moves it.
+[[nodiscard]] double wayOnSurface_m(const HapticState& state, const Vec3& measured, const ContactResult& contact) noexcept {
+  const double way_m = glm::distance(measured, state.measuredHip);
+  if (!contact.touching) return way_m;
+  const auto touched = static_cast<std::size_t>(contact.body);
+  const Body& body = state.bodies[touched];
+  if (!body.moving || state.objects[touched].beingMoved) return way_m;
+  return way_m + glm::distance(toWorld(body.current, toLocal(body.previous, contact.ihip)), contact.ihip);
+}
+
+/// Finite check, slew limit of an edit, fault ramp, magnitude limit: always last before the device.
+[[nodiscard, gnu::noinline]] Vec3 limitedByStages(HapticState& state, const StepConfig& config, const StepInput& input,
+                                                  const FeltTick& felt, Vec3 force) noexcept {
   if (!isFinite(force)) [[unlikely]]
     state.fault = Fault::kNonFiniteForce;
   if (state.fault == Fault::kNone) [[likely]] {
-    if (state.adoptedNow && (state.contactBroken || state.detailEdited || touchedObject != state.contactObject)) {
-      state.blend.begin(state.unlimited_N, force);
+    if (state.adoptedNow && (state.contactBroken || state.detailEdited || felt.object != state.contactObject)) {
+      state.slew.begin();
     }
-    force = state.unlimited_N = state.blend.apply(force, config.period_s);
+    if (state.slew.active()) {
+      const Stiffness k =
+          felt.contact.touching ? state.objects[static_cast<std::size_t>(felt.contact.body)].felt.value() : Stiffness{};
+      force = state.slew.follow(limitMagnitude(state.unlimited_N, config.maxForce_N),
+                                limitMagnitude(force, config.maxForce_N),
+                                wayOnSurface_m(state, input.device.position, felt.contact), k, config.period_s);
+    }
+    state.unlimited_N = force;
   } else {
     force = state.unlimited_N;
   }
@@ -142,12 +163,13 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
 
 /// A force that every stage passes on as it is, which most are, goes by none of them.
 [[nodiscard, gnu::always_inline]] inline Vec3 limited(HapticState& state, const StepConfig& config,
-                                                      std::uint64_t touchedObject, const Vec3& force) noexcept {
+                                                      const StepInput& input, const FeltTick& felt,
+                                                      const Vec3& force) noexcept {
   const bool asItIs =
-      state.fault == Fault::kNone && !state.adoptedNow && !state.blend.active() && state.faultRamp.atOne();
+      state.fault == Fault::kNone && !state.adoptedNow && !state.slew.active() && state.faultRamp.atOne();
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]]  // not for NaN
     return state.unlimited_N = force;
-  return limitedByStages(state, config, touchedObject, force);
+  return limitedByStages(state, config, input, felt, force);
 }
 
 /// Where the HIP is, or will be while the coming force is held.
@@ -185,14 +207,18 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
 
 /// What the last force gave the hand on the way to here, and what may give it some from now on.
 template <bool kDetails>
-[[gnu::always_inline]] inline void accountEnergy(HapticState& state, const FeltTick& felt) noexcept {
+[[gnu::always_inline]] inline void accountEnergy(HapticState& state, const StepConfig& config,
+                                                 const FeltTick& felt) noexcept {
   if (felt.followed) [[likely]]
     state.energy.follow(state.measuredHip);
   state.energy.hold(felt.object, felt.force.written);
-  const bool blended = state.blend.active();
-  if (!kDetails && !blended) return;
+  const bool edited = state.slew.active();
+  if (!kDetails && !edited) return;
   const double part = partWritten(felt.force.written, state.unlimited_N);
-  if (blended) state.energy.holdPart(EnergyFeature::kEdit, part * (state.unlimited_N - felt.force.contact));
+  if (edited) {
+    const Vec3 whole_N = limitMagnitude(felt.force.contact, config.maxForce_N);
+    state.energy.holdPart(EnergyFeature::kEdit, part * (state.unlimited_N - whole_N));
+  }
   if constexpr (kDetails) {
     state.energy.holdPart(EnergyFeature::kShading, part * felt.shadingForce_N);
     state.energy.holdPart(EnergyFeature::kFriction, part * felt.force.friction);
@@ -226,7 +252,7 @@ template <bool kDetails>
       moveEdited(state, config);
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
     if (felt.contact.work.putOut) [[unlikely]]
-      state.adoptedNow = state.contactBroken = true;  // blended as an edit's jump is
+      state.slew.begin();
     if constexpr (kDetails) {
       if (state.anySoft) [[unlikely]]
         yieldToContact(scene, state, config, felt.contact);
@@ -242,7 +268,7 @@ template <bool kDetails>
   ForceComponents& force = felt.force;
   force.contact = force.spring + force.damping;
   if constexpr (kDetails) force.contact += force.friction + force.texture;
-  force.written = limited(state, config, felt.object, force.contact);
+  force.written = limited(state, config, input, felt, force.contact);
 }
 
 template <bool kDetails>
@@ -258,7 +284,7 @@ template <bool kDetails>
       moveBodies(state, config, felt.contact, felt.force);
   }
   state.contactObject = felt.object;
-  accountEnergy<kDetails>(state, felt);
+  accountEnergy<kDetails>(state, config, felt);
   if (state.lead.active()) {
     const ContactResult& contact = felt.contact;
     state.lead.note(felt.force.written, felt.geometricNormal, feltStiffness_N_per_m(state, contact),
