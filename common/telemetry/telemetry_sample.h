@@ -38,7 +38,7 @@ struct ForceComponents {
   Vec3 damping{0};
   Vec3 friction{0};
   Vec3 texture{0};
-  Vec3 contact{0};  ///< Sum of the above, before blend and limit.
+  Vec3 contact{0};  ///< Sum of the above, before the limits.
   Vec3 written{0};  ///< Sent to the device.
 };
 
@@ -65,6 +65,8 @@ struct TelemetrySample {
   Fault fault = Fault::kNone;
   DeviceState deviceState = DeviceState::kAbsent;
   DeviceStatus device;
+  std::uint64_t putOut = 0;          ///< Times that the IHIP was found inside a body and put outside, since start;
+  std::uint64_t putOutOf = 0;        ///< the object that it was inside of the last time.
   std::uint64_t missedTicks = 0;     ///< Since start.
   std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.
   double servoRate_Hz = 0;           ///< Ticks run in the last second.

@@ -22,16 +22,19 @@ void printLatency(const char* name, const v1::LatencySummary& ns) {
               ns.max() * kMicrosecondsPerNanosecond);
 }
 
+[[nodiscard]] std::string objectInWords(std::uint64_t id, const SceneVersion& scene) {
+  const auto object = scene.find(id);
+  return object ? object->name : "object " + std::to_string(id);
+}
+
 /// What the objects gave the hand, one a line.
 void printEnergy(const v1::Status& status, const SceneVersion& scene) {
   std::uint64_t last = 0;
   for (const v1::FeatureEnergy& message : status.energy()) {
     const auto source = fromWire(message);
     if (!source) continue;
-    const auto object = scene.find(source->object);
-    const std::string name = object ? object->name : "object " + std::to_string(source->object);
     if (last == 0) std::printf("energy     given to the hand, mJ:");
-    if (source->object != last) std::printf("\n  %s", name.c_str());
+    if (source->object != last) std::printf("\n  %s", objectInWords(source->object, scene).c_str());
     std::printf("  %s %+.3g", nameOf(source->feature), source->given_J * kMillijoulesPerJoule);
     last = source->object;
   }
@@ -67,6 +70,10 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   std::printf("fault      %s, %llu since start\n",
               faultInWords(static_cast<Fault>(status.fault()), static_cast<DeviceFault>(status.device_fault())),
               count(status.faults()));
+  if (status.put_out() > 0) {
+    std::printf("put out    %llu times that the IHIP was inside a body, the last time of %s\n", count(status.put_out()),
+                objectInWords(status.put_out_of(), scene).c_str());
+  }
   std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());
   std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));
   std::printf("kept       %s\n", status.durable() ? "on the server's disk" : "until the server ends");

@@ -158,7 +158,7 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
       view.scene->objects(), [&](const SceneVersion::Object& o) { return view.meshes.contains(o->mesh); }));
   const std::size_t total = view.scene->objects().size();
   const bool heard = view.sample.has_value();
-  return {
+  std::vector<OverlayLine> lines{
       linkLine(view),
       {"Server", view.serverName.empty() ? kNothing : shortened(view.serverName)},
       deviceLine(view),
@@ -177,6 +177,13 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
       {"Picture", formatted("%.0f frames/s", framesPerSecond)},
       detailLine(coarse),
   };
+  if (sample.putOut > 0) {
+    lines.push_back({"IHIP put out",
+                     formatted("%llu times, last of ", static_cast<unsigned long long>(sample.putOut)) +
+                         objectName(view, sample.putOutOf),
+                     Tone::kWarning});
+  }
+  return lines;
 }
 
 std::vector<OverlayLine> contactLines(const MirrorView& view) {

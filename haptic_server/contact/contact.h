@@ -56,6 +56,7 @@ struct ContactWork {
   bool interrupted = false;  ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
   bool unsettled = false;    ///< The solver ran out of rounds or planes; it goes on in the next tick.
   bool putOut = false;       ///< The IHIP was found inside a body and put outside of all: the force may jump.
+  int insideOf = -1;         ///< Index into bodies of that body, or of the sheet that it was behind.
 };
 
 /// What the contact core found: the rest of the step reads only this.

@@ -105,7 +105,7 @@ class ContactTick {
   void setFree(Vec3 hip) noexcept;
   void hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept;
   [[nodiscard]] bool mayBeInside() const noexcept;
-  [[nodiscard]] bool isInside() noexcept;
+  [[nodiscard]] int enclosingBody() noexcept;
   void putOut() noexcept;
   [[nodiscard]] ContactResult result() noexcept;
 

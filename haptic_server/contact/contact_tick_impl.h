@@ -37,7 +37,10 @@ ContactResult ContactTick<Corrections>::run() noexcept {
     const bool last = ++work_.steps >= kMaxSteps || work_.interrupted;
     now = advance(now, last);
   }
-  if (mayBeInside() && isInside()) putOut();
+  if (mayBeInside()) {
+    work_.insideOf = enclosingBody();
+    if (work_.insideOf >= 0) putOut();
+  }
   state_.reseated = false;
   state_.hip = hip_;
   return result();
@@ -155,9 +158,9 @@ bool ContactTick<Corrections>::mayBeInside() const noexcept {
   return false;
 }
 
-/// Is the IHIP inside a closed body, or behind a sheet, at the end of the tick?
+/// The closed body that the IHIP is inside of at the end of the tick, or the sheet that it is behind; -1 when there is none.
 template <class Corrections>
-bool ContactTick<Corrections>::isInside() noexcept {
+int ContactTick<Corrections>::enclosingBody() noexcept {
   near_.setTime(bodies_, 1);
   const int onSurface = state_.mode == Mode::kOneSurface ? held().body : -1;
   for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
@@ -171,7 +174,7 @@ bool ContactTick<Corrections>::isInside() noexcept {
     ++work_.segments;
     if (windingNumber(*body.surface, at) <= 0) continue;
     const Foot foot = nearestFoot(*body.surface, at);
-    if (foot.squaredDistance > kDeep * kDeep * skin_ * skin_) return true;
+    if (foot.squaredDistance > kDeep * kDeep * skin_ * skin_) return b;
   }
   for (int i = 0; i < near_.count(); ++i) {
     const Near& near = near_[i];
@@ -179,9 +182,9 @@ bool ContactTick<Corrections>::isInside() noexcept {
     const Vec3 to = near.frame.toLocal(state_.ihip);
     if (near.from == to) continue;
     ++work_.segments;
-    if (near.surface->firstCrossing<SegmentTest>(near.from, to)) return true;
+    if (near.surface->firstCrossing<SegmentTest>(near.from, to)) return near.body;
   }
-  return false;
+  return -1;
 }
 
 /// Bodies that pass through each other can close a pocket on the IHIP. It is put where it is outside of all of them, and
@@ -198,7 +201,7 @@ void ContactTick<Corrections>::putOut() noexcept {
   near_.setTime(bodies_, 1);
   near_.moveAll(near_.inEachFrame(out), 1);
   (void)advanceFree(1, 1, hip_);
-  if (state_.mode == Mode::kFree || !isInside()) return;
+  if (state_.mode == Mode::kFree || enclosingBody() < 0) return;
   state_.mode = Mode::kSeveralSurfaces;  // where it is outside, to be settled by the next tick
   state_.holdingCount = 0;
   state_.ihip = out;

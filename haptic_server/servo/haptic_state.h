@@ -61,6 +61,8 @@ struct StepMemory {
   VelocityEstimator velocity;
   ContactState contact;
   std::uint64_t contactObject = 0;  ///< Id, 0 when free.
+  std::uint64_t putOut = 0;         ///< Times that the IHIP was put out of a body;
+  std::uint64_t putOutOf = 0;       ///< id of the last one.
   EditSlew slew;
   FaultRamp faultRamp;
   DeadlineWatch deadlines;

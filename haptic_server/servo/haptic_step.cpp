@@ -128,8 +128,16 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
   if (state.lettingGo) state.letGo_s += period_s;
 }
 
+/// The jump of the force is let in as an edit's is.
+void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
+  ++state.putOut;
+  state.putOutOf = scene.objects[static_cast<std::size_t>(work.insideOf)].id;
+  state.slew.begin();
+}
+
 /// How far the hand has gone in this tick, and the touched surface by itself: not as an edit moves it.
-[[nodiscard]] double wayOnSurface_m(const HapticState& state, const Vec3& measured, const ContactResult& contact) noexcept {
+[[nodiscard]] double wayOnSurface_m(const HapticState& state, const Vec3& measured,
+                                    const ContactResult& contact) noexcept {
   const double way_m = glm::distance(measured, state.measuredHip);
   if (!contact.touching) return way_m;
   const auto touched = static_cast<std::size_t>(contact.body);
@@ -202,7 +210,9 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
           .gaveMost = {},
           .fault = state.fault,
           .deviceState = input.device.state,
-          .device = input.device.status};
+          .device = input.device.status,
+          .putOut = state.putOut,
+          .putOutOf = state.putOutOf};
 }
 
 /// What the last force gave the hand on the way to here, and what may give it some from now on.
@@ -252,7 +262,7 @@ template <bool kDetails>
       moveEdited(state, config);
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
     if (felt.contact.work.putOut) [[unlikely]]
-      state.slew.begin();
+      notePutOut(scene, state, felt.contact.work);
     if constexpr (kDetails) {
       if (state.anySoft) [[unlikely]]
         yieldToContact(scene, state, config, felt.contact);

@@ -152,6 +152,8 @@ TelemetrySample sample() {
   s.fault = Fault::kDeviceLost;
   s.deviceState = DeviceState::kStopped;
   s.device = {DeviceFault::kJumped, false, 5, 10, 4'321};
+  s.putOut = 12;
+  s.putOutOf = 13;
   s.missedTicks = 10;
   s.droppedSamples = 11;
   s.servoRate_Hz = 999.5;
@@ -185,6 +187,8 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.fault, b.fault);
   EXPECT_EQ(a.deviceState, b.deviceState);
   EXPECT_EQ(a.device, b.device);
+  EXPECT_EQ(a.putOut, b.putOut);
+  EXPECT_EQ(a.putOutOf, b.putOutOf);
   EXPECT_EQ(a.missedTicks, b.missedTicks);
   EXPECT_EQ(a.droppedSamples, b.droppedSamples);
   EXPECT_EQ(a.servoRate_Hz, b.servoRate_Hz);

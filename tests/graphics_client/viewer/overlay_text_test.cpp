@@ -46,6 +46,13 @@ TEST_F(Touching, StatusSaysRateAgeRevisionAndFrames) {
   EXPECT_EQ(status("Picture").value, "60 frames/s");
 }
 
+TEST_F(Touching, AnIhipThatWasPutOutOfABodyIsCountedAndTheBodyNamed) {
+  EXPECT_EQ(status("IHIP put out").value, "(no such line)");
+  view.sample->putOut = 3;
+  view.sample->putOutOf = box;
+  EXPECT_EQ(status("IHIP put out"), (OverlayLine{"IHIP put out", "3 times, last of box", Tone::kWarning}));
+}
+
 TEST_F(Touching, HashesAreSaidToBeEqualOnlyWhenTheyAreAndTheLinkIsLive) {
   EXPECT_THAT(status("Scene hash").value, HasSubstr("equal"));
   EXPECT_EQ(status("Scene hash").tone, Tone::kGood);

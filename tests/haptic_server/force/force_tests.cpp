@@ -66,20 +66,41 @@ TEST(FeltStiffness, NeverChangesTheForceFasterThanItsRateAndArrives) {
   EXPECT_NEAR(ticks, (3000 - 200) * penetration / FeltStiffness::kRate_N_per_s / kPeriod_s, 2);
 }
 
-TEST(ForceBlend, StartsAtTheOldForceAndEndsAtTheNewOne) {
-  ForceBlend blend;
-  const Vec3 before(0, 0, 3), after(1, 0, 0);
-  blend.begin(before, after);
-  Vec3 last = before;
-  for (int i = 0; i < 60; ++i) {
-    const Vec3 now = blend.apply(after, kPeriod_s);
-    if (i == 0) {
-      EXPECT_EQ(now, before);
-    }
-    EXPECT_LE(glm::length(now - last), glm::length(before - after) * kPeriod_s / ForceBlend::kDuration_s + 1e-12);
-    last = now;
+TEST(EditSlew, LetsAnEditInAtItsRateWhileTheHandRests) {
+  EditSlew slew;
+  const Stiffness k{1000, 1};
+  Vec3 written(0, 0, 2);
+  const Vec3 felt(1, 0, 0);
+  slew.begin();
+  int ticks = 0;
+  for (; written != felt && ticks < 1000; ++ticks) {
+    const Vec3 next = slew.follow(written, felt, 0, k, kPeriod_s);
+    EXPECT_LE(glm::distance(next, written), EditSlew::kRate_N_per_s * kPeriod_s + 1e-12);
+    written = next;
   }
-  EXPECT_EQ(last, after);
+  EXPECT_NEAR(ticks, std::sqrt(5.0) / (EditSlew::kRate_N_per_s * kPeriod_s), 1);
+}
+
+TEST(EditSlew, LeavesTheContactOfAMovingHandAsItIs) {
+  EditSlew slew;
+  const Stiffness k{1000, 0};
+  slew.begin();
+  Vec3 written(0);
+  for (int i = 1; i <= 20; ++i) {
+    const Vec3 felt(0, 0, 0.3 * i);  // 0.3 m/s into a wall
+    written = slew.follow(written, felt, 0.3e-3, k, kPeriod_s);
+    EXPECT_EQ(written, felt);
+  }
+}
+
+TEST(EditSlew, EndsOnceTheForceHasNotBeenLimitedForAWhile) {
+  EditSlew slew;
+  EXPECT_FALSE(slew.active());
+  slew.begin();
+  (void)slew.follow(Vec3(0), Vec3(0, 0, 1), 0, {}, kPeriod_s);
+  int ticks = 0;
+  for (; slew.active(); ++ticks) (void)slew.follow(Vec3(0), Vec3(0), 0, {}, kPeriod_s);
+  EXPECT_NEAR(ticks * kPeriod_s, EditSlew::kSettled_s, 2 * kPeriod_s);
 }
 
 TEST(LimitMagnitude, KeepsTheDirection) {
