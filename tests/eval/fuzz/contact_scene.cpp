@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/eval/fuzz/contact_judge.h"
 #include "tests/eval/renderer.h"
 
 namespace haptics::eval {
 namespace {
 
 constexpr int kMostBodies = 5;
-constexpr Vec3 kStart{0.15, 0.15, 0.15};
 
 MeshKind someKind(bool plain, Random& random) {
   const int draw = random.below(20);
@@ -27,7 +27,16 @@ ContactScene::ContactScene(std::uint64_t seed, ContactSceneKind kind)
   const bool plain = random_.below(2) == 0;
   const int bodies = 1 + random_.below(kMostBodies);
   for (int i = 0; i < bodies; ++i) addBody(someKind(plain, random_));
-  frame_.hip = kStart;
+  frame_.hip = somewhereOutside();
+}
+
+/// Away from every closed body.
+Vec3 ContactScene::somewhereOutside() {
+  constexpr double kNearest_m = 0.02;
+  constexpr double kFarther = 1.1;
+  Vec3 place = kNearest_m * random_.direction();
+  while (!ContactJudge::isOutside(meshes_, {place, frame_.poses})) place *= kFarther;
+  return place;
 }
 
 void ContactScene::addBody(MeshKind kind) {

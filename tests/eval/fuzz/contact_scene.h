@@ -28,6 +28,7 @@ class ContactScene {
     double spin_rad_per_s = 0;  ///< 0: it stays where it is.
   };
   void addBody(MeshKind kind);
+  [[nodiscard]] Vec3 somewhereOutside();
   void chooseTarget();
   [[nodiscard]] Pose poseAt(const Swing& swing) const;
 
