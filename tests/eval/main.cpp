@@ -313,6 +313,22 @@ void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
   });
 }
 
+void addFuzzEdits(CLI::App& fuzz, Arguments& arguments) {
+  CLI::App* verb = addVerb(
+      fuzz,
+      {"edits", "Edits under a hand at rest: does the force step, is the IHIP inside of something, is the edit felt?",
+       "--scenes 5000 --out results",
+       "A scene has 12 edits. Rates, devices, the stabiliser, softness, textures, friction, shading and bodies that "
+       "the\n"
+       "step moves come at random. Ctrl-C ends it early: what was found is written."},
+      arguments, "fuzz edits");
+  addFuzzScenes(verb, arguments);
+  verb->callback([&arguments] {
+    arguments.fuzz.seed = arguments.seed;
+    arguments.good = runFuzzEdits(arguments.fuzz, arguments.out);
+  });
+}
+
 void addFuzzReplay(CLI::App& fuzz, Arguments& arguments) {
   CLI::App* verb = addVerb(fuzz,
                            {"replay", "A finding again: does it still fail?", "results/fuzz-inside-1095",
@@ -329,7 +345,7 @@ void addFuzz(CLI::App& app, Arguments& arguments) {
       "Examples:\n  haptic_eval fuzz contact --scenes 40000 --out results\n"
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
-  for (const auto add : {addFuzzContact, addFuzzReplay}) add(*verb, arguments);
+  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplay}) add(*verb, arguments);
 }
 
 void mustBeVerb(const CLI::App& app, const std::string& name) {

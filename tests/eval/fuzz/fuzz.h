@@ -18,6 +18,11 @@ struct FuzzOptions {
 /// @return Whether nothing was found.
 [[nodiscard]] bool runFuzzContact(const FuzzOptions& options, const std::filesystem::path& out);
 
+/// The step under a HIP that rests while the scene is edited, judged by EditJudge. Prints a table by the kind of edit and
+/// the number of objects; writes as runFuzzContact() does.
+/// @return Whether nothing was found.
+[[nodiscard]] bool runFuzzEdits(const FuzzOptions& options, const std::filesystem::path& out);
+
 /// What runFuzzContact() or runFuzzEdits() wrote into a folder, again; writes DIR/fuzz.json.
 /// @return Whether it does not fail any more. Throws std::runtime_error when the folder holds no recording.
 [[nodiscard]] bool runFuzzReplay(const std::filesystem::path& folder, const std::filesystem::path& out);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "tests/haptic_server/geometry/shapes.h"
@@ -164,19 +165,19 @@ FuzzMesh scan(Random& random) {
 }  // namespace
 
 std::shared_ptr<const Surface> FuzzMesh::build() const {
-  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-  std::vector<std::uint32_t> numbers(vertices.size(), kUnused);
+  std::vector<std::uint32_t> numbers(vertices.size(), 0);
+  for (const TriangleIndices& triangle : triangles) {
+    for (const std::uint32_t vertex : triangle) numbers[vertex] = 1;
+  }
   std::vector<Vec3f> used;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (numbers[i] == 0) continue;
+    numbers[i] = static_cast<std::uint32_t>(used.size());
+    used.push_back(vertices[i]);
+  }
   std::vector<TriangleIndices> renumbered = triangles;
   for (TriangleIndices& triangle : renumbered) {
-    for (std::uint32_t& vertex : triangle) {
-      std::uint32_t& number = numbers[vertex];
-      if (number == kUnused) {
-        number = static_cast<std::uint32_t>(used.size());
-        used.push_back(vertices[vertex]);
-      }
-      vertex = number;
-    }
+    for (std::uint32_t& vertex : triangle) vertex = numbers[vertex];
   }
   return buildSurface(used, renumbered);
 }
@@ -184,6 +185,17 @@ std::shared_ptr<const Surface> FuzzMesh::build() const {
 Vec3 FuzzMesh::middleOf(std::size_t triangle) const {
   const TriangleIndices& t = triangles[triangle];
   return (Vec3(vertices[t[0]]) + Vec3(vertices[t[1]]) + Vec3(vertices[t[2]])) / 3.0;
+}
+
+bool isClosed(const std::vector<TriangleIndices>& triangles) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> runs;
+  for (const TriangleIndices& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) ++runs[{t[k], t[(k + 1) % 3]}];
+  }
+  return std::ranges::all_of(runs, [&](const auto& edge) {
+    const auto back = runs.find({edge.first.second, edge.first.first});
+    return edge.second == 1 && back != runs.end() && back->second == 1;
+  });
 }
 
 FuzzMesh makeMesh(MeshKind kind, Random& random) {

@@ -17,9 +17,12 @@ struct FuzzMesh {
   std::vector<TriangleIndices> missing;
 
   [[nodiscard]] bool closed() const { return missing.empty(); }
-  [[nodiscard]] std::shared_ptr<const Surface> build() const;  ///< Of `triangles`.
+  [[nodiscard]] std::shared_ptr<const Surface> build() const;  ///< Of `triangles`, vertices in their order.
   [[nodiscard]] Vec3 middleOf(std::size_t triangle) const;
 };
+
+/// Does every edge join two triangles that run along it in opposite directions?
+[[nodiscard]] bool isClosed(const std::vector<TriangleIndices>& triangles);
 
 enum class MeshKind {
   kBox,
