@@ -9,6 +9,7 @@
 #include "tests/eval/advise/advise.h"
 #include "tests/eval/chart.h"
 #include "tests/eval/failures.h"
+#include "tests/eval/fuzz/fuzz.h"
 #include "tests/eval/replay/replay_verb.h"
 #include "tests/eval/report.h"
 #include "tests/eval/stability/stability.h"
@@ -36,6 +37,8 @@ struct Arguments {
   AdviseOptions advise;
   StabilityOptions stability;
   ReplayOptions replay;
+  FuzzOptions fuzz;
+  std::filesystem::path fuzzRecording;
 
   bool good = true;  ///< What the verb came to.
 };
@@ -65,11 +68,13 @@ struct Verb {
   const char* notes = "";
 };
 
-CLI::App* addVerb(CLI::App& app, const Verb& of, Arguments& arguments) {
-  const std::string name = of.name;
-  CLI::App* verb = app.add_subcommand(name, of.about);
+/// @param calledAs  With the verb that it is below, where it is below one.
+CLI::App* addVerb(CLI::App& app, const Verb& of, Arguments& arguments, const std::string& calledAs = "") {
+  const std::string name = calledAs.empty() ? of.name : calledAs;
+  CLI::App* verb = app.add_subcommand(of.name, of.about);
   verb->parse_complete_callback([&arguments] { makeFolder(arguments.out); });
-  verb->add_option("--out", arguments.out, "Folder for " + name + ".json and what else it writes; made when missing")
+  verb->add_option("--out", arguments.out,
+                   "Folder for " + name.substr(0, name.find(' ')) + ".json and what else it writes; made when missing")
       ->type_name("DIR")
       ->capture_default_str();
   verb->footer("Example:\n  haptic_eval " + name + ' ' + of.example + '\n' + of.notes);
@@ -274,6 +279,75 @@ void addReplay(CLI::App& app, Arguments& arguments) {
   verb->callback([&arguments, &options] { arguments.good = runReplay(options, arguments.out); });
 }
 
+void addFuzzScenes(CLI::App* verb, Arguments& arguments) {
+  addSeed(verb, arguments);
+  verb->add_option("--scenes", arguments.fuzz.scenes, "How many, each drawn from its own seed, from --seed on")
+      ->type_name("N")
+      ->check(wholeNumber(1))
+      ->capture_default_str();
+}
+
+void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
+  CLI::App* verb = addVerb(
+      fuzz,
+      {"contact", "The contact core among random bodies: is the IHIP ever inside one, or through a sheet?",
+       "--scenes 40000 --out results",
+       "A scene has 2,000 ticks. Bodies at rest and moving, at up to 1 and 4 m/s, come by turns: 40,000 scenes are\n"
+       "10,000 of each of the four, 80 million ticks. Ctrl-C ends it early: what was found is written."},
+      arguments, "fuzz contact");
+  addFuzzScenes(verb, arguments);
+  verb->add_option_function<std::string>(
+          "--moving",
+          [&arguments](const std::string& which) {
+            if (which != "both") arguments.fuzz.moving = which == "yes";
+          },
+          "Bodies that move through each other, bodies at rest, or both by turns")
+      ->check(CLI::IsMember({"yes", "no", "both"}))
+      ->type_name("yes|no|both");
+  verb->add_option("--speed", arguments.fuzz.speed_m_per_s,
+                   "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
+      ->check(moreThanZero());
+  verb->callback([&arguments] {
+    arguments.fuzz.seed = arguments.seed;
+    arguments.good = runFuzzContact(arguments.fuzz, arguments.out);
+  });
+}
+
+void addFuzzEdits(CLI::App& fuzz, Arguments& arguments) {
+  CLI::App* verb = addVerb(
+      fuzz,
+      {"edits", "Edits under a hand at rest: does the force step, is the IHIP inside of something, is the edit felt?",
+       "--scenes 5000 --out results",
+       "A scene has 12 edits. Rates, devices, the stabiliser, softness, textures, friction, shading and bodies that "
+       "the\n"
+       "step moves come at random. Ctrl-C ends it early: what was found is written."},
+      arguments, "fuzz edits");
+  addFuzzScenes(verb, arguments);
+  verb->callback([&arguments] {
+    arguments.fuzz.seed = arguments.seed;
+    arguments.good = runFuzzEdits(arguments.fuzz, arguments.out);
+  });
+}
+
+void addFuzzReplay(CLI::App& fuzz, Arguments& arguments) {
+  CLI::App* verb = addVerb(fuzz,
+                           {"replay", "A finding again: does it still fail?", "results/fuzz-inside-1095",
+                            "fuzz contact and fuzz edits write such folders for what they find."},
+                           arguments, "fuzz replay");
+  verb->add_option("FOLDER", arguments.fuzzRecording, "A finding's folder")->required()->check(CLI::ExistingDirectory);
+  verb->callback([&arguments] { arguments.good = runFuzzReplay(arguments.fuzzRecording, arguments.out); });
+}
+
+void addFuzz(CLI::App& app, Arguments& arguments) {
+  CLI::App* verb = app.add_subcommand("fuzz", "Random scenes and motions against an independent judge");
+  verb->require_subcommand(1);
+  verb->footer(
+      "Examples:\n  haptic_eval fuzz contact --scenes 40000 --out results\n"
+      "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
+      "Exit status 1: something was found.");
+  for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplay}) add(*verb, arguments);
+}
+
 void mustBeVerb(const CLI::App& app, const std::string& name) {
   std::string known;
   for (const CLI::App* verb : app.get_subcommands({})) {
@@ -289,8 +363,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
-  for (const auto add :
-       {addFailures, addAccuracy, addChart, addTextures, addTable1, addWalk, addAdvise, addStability, addReplay})
+  for (const auto add : {addFailures, addAccuracy, addChart, addTextures, addTable1, addWalk, addAdvise, addStability,
+                         addReplay, addFuzz})
     add(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);

@@ -1,0 +1,73 @@
+#include "tests/eval/fuzz/contact_judge.h"
+
+#include <algorithm>
+
+namespace haptics::eval {
+namespace {
+
+std::vector<TriangleIndices> allTriangles(const FuzzMesh& mesh) {
+  std::vector<TriangleIndices> all = mesh.triangles;
+  all.insert(all.end(), mesh.missing.begin(), mesh.missing.end());
+  return all;
+}
+
+}  // namespace
+
+ContactJudge::Sheet::Sheet(const FuzzMesh& mesh, Vec3 hip)
+    : closed_(mesh.vertices, allTriangles(mesh)),
+      gap_(mesh.vertices, mesh.missing),
+      side_(closed_.side(hip)),
+      hip_(hip),
+      ihip_(hip) {}
+
+bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip) {
+  // Twice: bodies that move may push the IHIP away from the HIP for a part of the tick.
+  const double reach = 2 * (glm::distance(ihip_, hip_) + glm::distance(ihip, hip) + glm::distance(hip_, hip) +
+                            glm::distance(ihip_, ihip)) +
+                       SolidOracle::kRounding_m;
+  hip_ = hip;
+  ihip_ = ihip;
+  nearGap_ = nearGap_ || gap_.isNear(hip, reach);
+  const SolidOracle::Side side = closed_.side(ihip);
+  if (side == SolidOracle::Side::kOnSurface) return false;
+  const bool changed = side_ != SolidOracle::Side::kOnSurface && side != side_;
+  const bool crossed = changed && !nearGap_;
+  side_ = side;
+  nearGap_ = false;
+  return crossed;
+}
+
+ContactJudge::ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFrame& first) {
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    Judged& judged = bodies_.emplace_back();
+    if (meshes[i].closed()) {
+      judged.solid.emplace(meshes[i].vertices, meshes[i].triangles);
+    } else {
+      judged.sheet.emplace(meshes[i], toLocal(first.poses[i], first.hip));
+    }
+  }
+}
+
+ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip) {
+  ContactVerdict verdict;
+  verdict.finite = isFinite(ihip);
+  if (!verdict.finite) return verdict;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Vec3 local = toLocal(frame.poses[i], ihip);
+    if (bodies_[i].solid) verdict.inside_m = std::max(verdict.inside_m, bodies_[i].solid->depth_m(local));
+    if (bodies_[i].sheet && bodies_[i].sheet->crosses(toLocal(frame.poses[i], frame.hip), local))
+      verdict.crossed = true;
+  }
+  return verdict;
+}
+
+bool ContactJudge::isOutside(const std::vector<FuzzMesh>& meshes, const ContactFrame& frame) {
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    if (!meshes[i].closed()) continue;
+    if (SolidOracle(meshes[i].vertices, meshes[i].triangles).depth_m(toLocal(frame.poses[i], frame.hip)) > 0)
+      return false;
+  }
+  return true;
+}
+
+}  // namespace haptics::eval

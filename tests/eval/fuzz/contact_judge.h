@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "tests/eval/fuzz/contact_motion.h"
+#include "tests/eval/fuzz/solid_oracle.h"
+
+namespace haptics::eval {
+
+/// What is wrong with the IHIP of a tick.
+struct ContactVerdict {
+  double inside_m = 0;   ///< Depth in a closed body, judged by its winding number; 0 outside of all.
+  bool crossed = false;  ///< It is on the other side of a sheet and has not gone round its rim.
+  bool finite = true;
+};
+
+/// Judges the IHIP of each tick by triangles alone: solid angles and distances. Of the contact core it knows nothing.
+class ContactJudge {
+ public:
+  ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFrame& first);
+
+  [[nodiscard]] ContactVerdict judge(const ContactFrame& frame, Vec3 ihip);
+  /// Is no closed body around a point of the world?
+  [[nodiscard]] static bool isOutside(const std::vector<FuzzMesh>& meshes, const ContactFrame& frame);
+
+ private:
+  /// A sheet or an open scan. It is closed by what it is missing, so that it has an inside; the side of the IHIP may
+  /// change only through the gap. A path that brings the IHIP nearer to the HIP stays in the ball about the HIP that
+  /// it begins on the rim of: where no part of the gap is in the ball, nothing goes round.
+  class Sheet {
+   public:
+    Sheet(const FuzzMesh& mesh, Vec3 hip);
+    [[nodiscard]] bool crosses(Vec3 hip, Vec3 ihip);  ///< In the mesh's frame.
+
+   private:
+    SolidOracle closed_;
+    SolidOracle gap_;
+    SolidOracle::Side side_;  // the last that was certain
+    bool nearGap_ = false;    // since then
+    Vec3 hip_;                // of the last tick, as is the next
+    Vec3 ihip_;
+  };
+  struct Judged {
+    std::optional<SolidOracle> solid;
+    std::optional<Sheet> sheet;
+  };
+  std::vector<Judged> bodies_;
+};
+
+}  // namespace haptics::eval

@@ -1,0 +1,75 @@
+#include "tests/eval/fuzz/contact_tally.h"
+
+#include <algorithm>
+
+namespace haptics::eval {
+
+std::string_view nameOf(ContactFailure failure) {
+  switch (failure) {
+    case ContactFailure::kInside:
+      return "inside";
+    case ContactFailure::kCrossing:
+      return "crossing";
+    case ContactFailure::kNotFinite:
+      return "not-finite";
+  }
+  return "";
+}
+
+std::optional<ContactFailure> ContactRule::apply(const ContactVerdict& verdict, const ContactWork& work) {
+  insideInARow_ = verdict.inside_m > 0 ? insideInARow_ + 1 : 0;
+  if (!verdict.finite) return ContactFailure::kNotFinite;
+  if (insideInARow_ > 1 || (insideInARow_ == 1 && !work.putOut)) return ContactFailure::kInside;
+  if (verdict.crossed && !work.putOut) return ContactFailure::kCrossing;
+  return std::nullopt;
+}
+
+void ContactTally::add(const ContactResult& result, const ContactVerdict& verdict, std::int64_t insideInARow,
+                       double duration_ns) {
+  const ContactWork& work = result.work;
+  ++ticks_;
+  touching_ += result.touching ? 1 : 0;
+  inside_ += insideInARow > 0 ? 1 : 0;
+  insideNotPutOut_ += insideInARow > 0 && !work.putOut ? 1 : 0;
+  episodes_ += insideInARow == 1 ? 1 : 0;
+  longestEpisode_ = std::max(longestEpisode_, insideInARow);
+  putOut_ += work.putOut ? 1 : 0;
+  unsettled_ += work.unsettled ? 1 : 0;
+  crossings_ += verdict.crossed && !work.putOut ? 1 : 0;
+  crossingsPutOut_ += verdict.crossed && work.putOut ? 1 : 0;
+  notFinite_ += verdict.finite ? 0 : 1;
+  deepest_m_ = std::max(deepest_m_, verdict.inside_m);
+  mostTriangles_ = std::max(mostTriangles_, work.triangles);
+  mostSegments_ = std::max(mostSegments_, work.segments);
+  mostSolverRounds_ = std::max(mostSolverRounds_, work.solverRounds);
+  mostSteps_ = std::max(mostSteps_, work.steps);
+  durations_.add(duration_ns);
+}
+
+Record ContactTally::record() const {
+  constexpr double kMillimetres = 1e3;
+  return {{"scenes", scenes_},
+          {"failed_scenes", failedScenes_},
+          {"ticks", ticks_},
+          {"contact_ticks", touching_},
+          {"inside_ticks", inside_},
+          {"inside_not_put_out_ticks", insideNotPutOut_},
+          {"inside_episodes", episodes_},
+          {"longest_episode_ticks", longestEpisode_},
+          {"deepest_mm", deepest_m_ * kMillimetres},
+          {"put_out_ticks", putOut_},
+          {"unsettled_ticks", unsettled_},
+          {"sheet_crossings", crossings_},
+          {"sheet_crossings_put_out", crossingsPutOut_},
+          {"nan_ticks", notFinite_},
+          {"most_triangles", mostTriangles_},
+          {"most_segments", mostSegments_},
+          {"most_solver_rounds", mostSolverRounds_},
+          {"most_steps", mostSteps_},
+          {"tick_p50_ns", durations_.quantile_ns(0.5)},
+          {"tick_p99.9_ns", durations_.quantile_ns(0.999)},
+          {"tick_max_ns", durations_.largest_ns()},
+          {"pass", failedScenes_ == 0}};
+}
+
+}  // namespace haptics::eval

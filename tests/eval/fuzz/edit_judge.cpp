@@ -1,0 +1,186 @@
+#include "tests/eval/fuzz/edit_judge.h"
+
+#include <algorithm>
+#include <array>
+
+namespace haptics::eval {
+namespace {
+
+/// Of the force in the end: what a hand does not notice.
+constexpr double kSame_N = 0.03;
+constexpr double kSamePart = 0.01;
+
+bool isSoft(const EditRun& run) {
+  return std::ranges::any_of(run.scenes, [](const FuzzScene& scene) {
+    return std::ranges::any_of(scene.objects, [](const FuzzObject& o) { return o.tissue || o.mass_kg > 0; });
+  });
+}
+
+/// Does the step itself move a body at the HIP?
+bool isMovedAt(const EditDrive& drive, Vec3 hip, std::uint64_t lastObject) {
+  constexpr double kMoved_m = 1e-6;
+  constexpr double kBeside_m = 0.01;
+  const HapticState& state = drive.state();
+  if (drive.adoptedNow()) return false;
+  for (std::size_t i = 0; i < state.movingCount; ++i) {
+    const std::size_t b = state.moving[i].body;
+    const Body& body = state.bodies[b];
+    const std::uint64_t id = state.objects[b].id;
+    if (state.objects[b].beingMoved) continue;
+    const bool touched = drive.sample().object == id || lastObject == id;
+    if (!touched && glm::distance(body.centre, hip) > body.surface->radius_m() + kBeside_m) continue;
+    if (glm::distance(toWorld(body.current, toLocal(body.previous, hip)), hip) > kMoved_m) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string_view nameOf(EditFailure failure) {
+  switch (failure) {
+    case EditFailure::kStep:
+      return "step";
+    case EditFailure::kInside:
+      return "edited-inside";
+    case EditFailure::kUnfelt:
+      return "unfelt";
+    case EditFailure::kNotFinite:
+      return "not-finite";
+  }
+  return "";
+}
+
+std::optional<EditFailure> EditVerdict::failure() const {
+  if (!finite) return EditFailure::kNotFinite;
+  if (excess_N > 0) return EditFailure::kStep;
+  if (inside_m > 0) return EditFailure::kInside;
+  if (!adopted || missing_N > 0) return EditFailure::kUnfelt;
+  return std::nullopt;
+}
+
+void EditJudge::begin(EditDrive& drive) {
+  verdict_ = {};
+  worst_ = {drive.tick(), 0};
+  insideBefore_ = depth_m(drive) > 0;
+  last_N_ = twinLast_N_ = drive.sample().force.written;
+  lastObject_ = drive.sample().object;
+  twinStep_N_ = 0;
+  twin_ = run_.stabiliser || isSoft(run_);  // else nothing changes without an edit
+  if (twin_) drive.split();
+}
+
+void EditJudge::observe(EditDrive& drive, Vec3 hip) {
+  const Vec3 written_N = drive.sample().force.written;
+  verdict_.finite = verdict_.finite && isFinite(written_N);
+  if (twin_) {
+    const Vec3 twin_N = drive.stepTwin(hip).force.written;
+    twinStep_N_ = std::max(twinStep_N_, glm::distance(twin_N, twinLast_N_));
+    twinLast_N_ = twin_N;
+  }
+  const double step_N = glm::distance(written_N, last_N_);
+  const bool counts = !isMovedAt(drive, hip, lastObject_);
+  const double above_N = step_N - relaxation_N(drive);
+  last_N_ = written_N;
+  lastObject_ = drive.sample().object;
+  if (!counts) return;
+  verdict_.step_N = std::max(verdict_.step_N, step_N);
+  if (above_N > worst_.above_N) worst_ = {drive.tick() - 1, above_N};
+}
+
+EditVerdict EditJudge::end(const EditDrive& drive) {
+  constexpr double kRounding_N = 1e-6;
+  verdict_.excess_N = std::max(0.0, worst_.above_N - kMostStep_N_per_s * run_.period_s() - twinStep_N_ - kRounding_N);
+  verdict_.tick = worst_.tick;
+  verdict_.adopted = !drive.waiting();
+  if (verdict_.finite) {
+    verdict_.inside_m = insideBefore_ ? 0 : depth_m(drive);
+    verdict_.missing_N = missing_N(drive);
+  }
+  return verdict_;
+}
+
+/// In a tick, at most.
+double EditJudge::relaxation_N(const EditDrive& drive) const {
+  const FuzzObject* touched = drive.object(drive.sample().object);
+  if (touched == nullptr || !touched->tissue) return 0;
+  const SoftTissue& tissue = *touched->tissue;
+  if (!(tissue.returnTime_s > 0)) return 0;
+  const double share = touched->stiffness_N_per_m / (touched->stiffness_N_per_m + tissue.stiffness_N_per_m);
+  const Vec3 penetration_m = drive.state().contact.ihip - drive.state().contact.hip;
+  return touched->stiffness_N_per_m * glm::length(penetration_m) * run_.period_s() /
+         (tissue.returnTime_s * (1 - share));
+}
+
+const SolidOracle& EditJudge::oracle(std::size_t mesh) {
+  if (oracles_.size() <= mesh) oracles_.resize(mesh + 1);
+  if (!oracles_[mesh]) oracles_[mesh].emplace(run_.meshes[mesh].mesh.vertices, run_.meshes[mesh].mesh.triangles);
+  return *oracles_[mesh];
+}
+
+/// Shading and textures tell another IHIP than the contact has: with them, and on rigid objects, the contact's counts, in
+/// the shape at rest that it is found with; else what is felt, in the shape as it is dented.
+double EditJudge::depth_m(const EditDrive& drive) {
+  const HapticState& state = drive.state();
+  const TelemetrySample& sample = drive.sample();
+  const FuzzObject* touched = drive.object(sample.object);
+  const bool dented = touched != nullptr && touched->tissue && !touched->hasDetail();
+  const Vec3 ihip = dented ? sample.ihip : touched != nullptr ? state.contact.ihip : state.contact.hip;
+  double deepest_m = 0;
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    const FuzzObject* object = drive.object(state.objects[i].id);
+    if (object == nullptr || object->leaving || !run_.meshes[object->mesh].mesh.closed()) continue;
+    const Vec3 local = toLocal(state.bodies[i].current, ihip);
+    const double depth =
+        dented && object->tissue ? dentedOracle(state, i, *object).depth_m(local) : oracle(object->mesh).depth_m(local);
+    deepest_m = std::max(deepest_m, depth);
+  }
+  return deepest_m;
+}
+
+SolidOracle EditJudge::dentedOracle(const HapticState& state, std::size_t body, const FuzzObject& object) const {
+  std::vector<Dent> dents;
+  for (const BodyDent& dent : state.allDents()) {
+    if (dent.body == body) dents.push_back(dent.dent);
+  }
+  const FuzzMesh& mesh = run_.meshes[object.mesh].mesh;
+  std::vector<Vec3f> vertices = mesh.vertices;
+  for (Vec3f& v : vertices) v = dented(v, dents, object.tissue->falloff);
+  return {vertices, mesh.triangles};
+}
+
+/// By how much the force is not that of the scene's parameters: nothing is left of a blend, and the spring is as stiff as
+/// the object that is touched. Where shading or a texture decides the depth, or a body moves, only the first is known.
+double EditJudge::missing_N(const EditDrive& drive) const {
+  const TelemetrySample& sample = drive.sample();
+  const auto off = [](Vec3 is, Vec3 shouldBe) {
+    const double difference = glm::distance(is, shouldBe);
+    return difference > kSame_N + kSamePart * glm::length(shouldBe) ? difference : 0;
+  };
+  const double blended_N = off(sample.force.written, limitMagnitude(sample.force.contact, drive.config().maxForce_N));
+  const FuzzObject* touched = drive.object(sample.object);
+  if (touched == nullptr) return blended_N;
+  if (touched->crease_rad > 0 || touched->textureAmplitude_m > 0 || touched->mass_kg > 0) return blended_N;
+  const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
+  return std::max(blended_N, off(sample.force.spring, stiffness_N_per_m * (sample.ihip - sample.foreseenHip)));
+}
+
+std::optional<EditFinding> findFailure(const EditRun& run, std::optional<EditFailure> kind) {
+  EditDrive drive(run);
+  EditJudge judge(run);
+  std::size_t window = 0;
+  for (std::uint64_t tick = 0; tick < run.hips.size() && window < run.windows.size(); ++tick) {
+    const EditWindow& w = run.windows[window];
+    if (tick == w.begin) judge.begin(drive);
+    drive.step(run.hips[tick]);
+    if (tick < w.begin) continue;
+    judge.observe(drive, run.hips[tick]);
+    if (tick + 1 < w.end) continue;
+    const EditVerdict verdict = judge.end(drive);
+    const auto failure = verdict.failure();
+    if (failure && (!kind || failure == kind)) return EditFinding{*failure, window, verdict};
+    ++window;
+  }
+  return std::nullopt;
+}
+
+}  // namespace haptics::eval

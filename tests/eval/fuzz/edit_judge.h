@@ -1,0 +1,85 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "tests/eval/fuzz/edit_drive.h"
+#include "tests/eval/fuzz/solid_oracle.h"
+
+namespace haptics::eval {
+
+enum class EditFailure {
+  kStep,       ///< The written force changes by more than kMostStep_N_per_s allows in a tick.
+  kInside,     ///< In the end the IHIP is inside of a closed body.
+  kUnfelt,     ///< In the end the edit is not adopted, or not felt in full.
+  kNotFinite,  ///< A force.
+};
+[[nodiscard]] std::string_view nameOf(EditFailure failure);
+
+/// What an edit did under a HIP at rest.
+struct EditVerdict {
+  double step_N = 0;       ///< Of the written force from tick to tick, the largest,
+  double excess_N = 0;     ///< by how much one is above what is allowed, the largest,
+  std::uint64_t tick = 0;  ///< and where.
+  double inside_m = 0;     ///< In the end; 0 outside of all.
+  double missing_N = 0;    ///< In the end, of the force that the scene's own parameters say.
+  bool adopted = true;
+  bool finite = true;
+
+  [[nodiscard]] std::optional<EditFailure> failure() const;
+};
+
+/// Judges what is felt from an edit on while the HIP rests.
+///
+/// Every change of the written force is the edit's, but for three: what also comes in a run that goes on from the same
+/// state without the edit (the largest of its steps is allowed on top of the limit); what a viscous tissue gives way at
+/// a penetration that stays, no faster than its own time constant; and what comes in a tick in which the dynamics, and not
+/// an edit, move a body at the HIP by more than a micrometre: such a body pushes, slips off and strikes as it does without
+/// edits, and these ticks are not judged. In the end the IHIP is looked for inside of all closed bodies by winding
+/// number, at rest and as dents have them, and the force is compared with the scene's own stiffness times the penetration.
+class EditJudge {
+ public:
+  static constexpr double kMostStep_N_per_s = 35;
+
+  explicit EditJudge(const EditRun& run) : run_(run) {}
+
+  /// Before the tick of the edit.
+  void begin(EditDrive& drive);
+  /// After each tick from then on, the HIP being the same.
+  void observe(EditDrive& drive, Vec3 hip);
+  /// After the last.
+  [[nodiscard]] EditVerdict end(const EditDrive& drive);
+
+ private:
+  [[nodiscard]] double relaxation_N(const EditDrive& drive) const;
+  [[nodiscard]] double depth_m(const EditDrive& drive);
+  [[nodiscard]] double missing_N(const EditDrive& drive) const;
+  [[nodiscard]] SolidOracle dentedOracle(const HapticState& state, std::size_t body, const FuzzObject& object) const;
+  [[nodiscard]] const SolidOracle& oracle(std::size_t mesh);
+
+  const EditRun& run_;
+  std::vector<std::optional<SolidOracle>> oracles_;
+  EditVerdict verdict_;
+  Vec3 last_N_{0};
+  std::uint64_t lastObject_ = 0;
+  Vec3 twinLast_N_{0};
+  double twinStep_N_ = 0;
+  bool twin_ = false;
+  bool insideBefore_ = false;
+  struct Step {
+    std::uint64_t tick;
+    double above_N;  // the limit and what relaxes
+  };
+  Step worst_{};
+};
+
+/// Runs the step along a run and judges all of its windows. @return The first failure, or the first of one kind.
+struct EditFinding {
+  EditFailure failure;
+  std::size_t window = 0;
+  EditVerdict verdict;
+};
+[[nodiscard]] std::optional<EditFinding> findFailure(const EditRun& run,
+                                                     std::optional<EditFailure> kind = std::nullopt);
+
+}  // namespace haptics::eval

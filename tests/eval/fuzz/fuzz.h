@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+namespace haptics::eval {
+
+struct FuzzOptions {
+  std::uint64_t seed = 1;  ///< Of the first scene; the others have the seeds that follow.
+  std::uint64_t scenes = 1000;
+  std::optional<bool> moving;           ///< Only scenes whose bodies move, or rest; else by turns.
+  std::optional<double> speed_m_per_s;  ///< Top speed of the HIP; else 1 and 4 by turns.
+};
+
+/// The contact core among random bodies, judged in every tick by winding numbers. Prints a table, writes DIR/fuzz.json and
+/// for the first findings, reduced to what they need, DIR/fuzz-<failure>-<seed>/. Ends in order on Ctrl-C.
+/// @return Whether nothing was found.
+[[nodiscard]] bool runFuzzContact(const FuzzOptions& options, const std::filesystem::path& out);
+
+/// The step under a HIP that rests while the scene is edited, judged by EditJudge. Prints a table by the kind of edit and
+/// the number of objects; writes as runFuzzContact() does.
+/// @return Whether nothing was found.
+[[nodiscard]] bool runFuzzEdits(const FuzzOptions& options, const std::filesystem::path& out);
+
+/// What runFuzzContact() or runFuzzEdits() wrote into a folder, again; writes DIR/fuzz.json.
+/// @return Whether it does not fail any more. Throws std::runtime_error when the folder holds no recording.
+[[nodiscard]] bool runFuzzReplay(const std::filesystem::path& folder, const std::filesystem::path& out);
+
+}  // namespace haptics::eval

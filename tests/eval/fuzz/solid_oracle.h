@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "common/maths/vec.h"
+#include "common/mesh/tri_mesh.h"
+
+namespace haptics::eval {
+
+/// Inside and outside of a closed mesh by its winding number: the sum of the solid angles of all triangles. Holds for
+/// meshes that pass through themselves, and shares no code with the production database. Mesh frame, metres.
+class SolidOracle {
+ public:
+  /// Vertices are floats: nearer to the surface than this (m) is on it.
+  static constexpr double kRounding_m = 30e-9;
+
+  SolidOracle(std::span<const Vec3f> vertices, std::span<const TriangleIndices> triangles);
+
+  /// Distance to the surface of a point that the mesh winds around, else 0; 0 also on the surface.
+  [[nodiscard]] double depth_m(Vec3 point) const;
+  enum class Side { kInside, kOutside, kOnSurface };
+  [[nodiscard]] Side side(Vec3 point) const;
+
+  /// 1 within a simple closed mesh whose triangles face outward, 0 outside of it.
+  [[nodiscard]] double windingNumber(Vec3 point) const { return windingAt(turned(point)); }
+  [[nodiscard]] double distance_m(Vec3 point) const { return distanceFrom(turned(point)); }
+  /// Is some triangle at most this far (m) away?
+  [[nodiscard]] bool isNear(Vec3 point, double within) const { return isNearTurned(turned(point), within); }
+
+ private:
+  struct Face {
+    Vec3 low, high;
+    std::array<Vec3, 3> corner;
+  };
+  [[nodiscard]] static Vec3 turned(Vec3 point);
+  [[nodiscard]] bool isInBox(Vec3 turned) const;
+  [[nodiscard]] int crossingsAbove(Vec3 turned) const;
+  [[nodiscard]] double windingAt(Vec3 turned) const;
+  [[nodiscard]] double distanceFrom(Vec3 turned) const;
+  [[nodiscard]] bool isNearTurned(Vec3 turned, double within) const;
+
+  std::vector<Face> faces_;  // in a turned frame, so that no ray along an axis meets the edges of a box
+  Vec3 low_;
+  Vec3 high_;
+};
+
+}  // namespace haptics::eval
