@@ -21,7 +21,7 @@ class Ours : public Renderer {
   /// Removed objects stay until the contact on them has faded, as ServoSceneMaker keeps them.
   void edit(const EditedScene& scene, Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
-  [[nodiscard]] std::vector<Dent> dents() const override;
+  [[nodiscard]] std::vector<Dent> dents(std::size_t body) const override;
 
  protected:
   StepConfig& config() noexcept { return config_; }
@@ -32,10 +32,13 @@ class Ours : public Renderer {
   void adopt();
   [[nodiscard]] Felt step(Vec3 hip);
   [[nodiscard]] Felt feelContact(std::span<const Body> bodies, Vec3 hip);
+  [[nodiscard]] ServoObject makeObject(std::uint64_t id, const std::shared_ptr<const Surface>& surface,
+                                       const Pose& pose, double spring_N_per_m) const;
   [[nodiscard]] std::shared_ptr<const SurfaceDetail> makeDetail(const Surface& surface) const;
 
   StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};
   std::optional<FeltSurface> surface_;
+  std::shared_ptr<const SoftTissue> tissue_;  // surface_'s
   std::optional<Shading> shading_;
   std::unique_ptr<const ServoScene> scene_;
   std::unique_ptr<const ServoScene> next_;  // until it is adopted
