@@ -2,10 +2,16 @@
 
 #include <algorithm>
 
+#include "haptic_server/scene/servo_scene_maker.h"
 #include "haptic_server/servo/feel_details.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {
+namespace {
+
+constexpr auto kLeavingTicks = static_cast<std::uint64_t>(kLeaving_ns * 1e-9 / kPeriod_s);
+
+}  // namespace
 
 std::shared_ptr<const SurfaceDetail> Ours::makeDetail(const Surface& surface) const {
   if (!surface_ && !shading_) return nullptr;
@@ -36,6 +42,7 @@ void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::sp
   poses_.assign(poses.begin(), poses.end());
   next_ = std::move(scene);
   state_ = HapticState(config_);
+  removedAt_.clear();
   tick_ = 0;
   adopt();
   place(hip);
@@ -57,6 +64,7 @@ void Ours::edit(const EditedScene& edited, Vec3 /*hip*/) {
   }
   for (const ServoObject& object : scene_->objects) {
     if (std::ranges::find(edited.ids, object.id) != edited.ids.end()) continue;
+    if (tick_ > removedAt_.try_emplace(object.id, tick_).first->second + kLeavingTicks) continue;
     scene->objects.push_back(object);
     scene->objects.back().leaving = true;
   }

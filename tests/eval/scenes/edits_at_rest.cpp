@@ -19,6 +19,8 @@ constexpr double kMostStep_N = 0.035;
 constexpr int kTicksToBeFelt = 1000;
 constexpr int kWatchedTicks = kTicksToBeFelt + 200;
 constexpr double kSame_N = 0.01;
+/// More than this takes longer at 30 N/s, after the 0.25 s for which an edit may wait.
+constexpr double kInTime_N = 22;
 constexpr int kEditsOfAScene = 10;
 /// The HIP stops where the force is larger.
 constexpr double kPressed_N = 2.5;
@@ -69,7 +71,7 @@ struct Object {
 FeltSurface surfaceOf(const Kind& kind, Random& random) {
   FeltSurface felt;
   felt.device = orThrow(findDevicePreset(kDefaultDevicePreset));
-  felt.spring_N_per_m = random.between(200, 1000);
+  felt.spring_N_per_m = random.between(200, 800);
   if (kind.soft) felt.tissue = SoftTissue{Falloff(random.between(0.01, 0.02), 2), random.between(200, 1000), 0};
   if (kind.friction) felt.properties.friction = Friction{0.6, 0.3, 0, {}};
   if (kind.relief_m > 0) {
@@ -102,8 +104,8 @@ class RestingHip {
  private:
   [[nodiscard]] Vec3 aside(double most_m) { return random_.between(0, most_m) * random_.direction(); }
   [[nodiscard]] Pose somewhere() { return {random_.rotation(), aside(0.03)}; }
-  [[nodiscard]] Object& someObject() {
-    return objects_[static_cast<std::size_t>(random_.below(static_cast<int>(objects_.size())))];
+  [[nodiscard]] std::size_t someObject() {
+    return static_cast<std::size_t>(random_.below(static_cast<int>(objects_.size())));
   }
 
   [[nodiscard]] shapes::Shape someShape() {
@@ -112,10 +114,10 @@ class RestingHip {
       return motion->bodies()[0].shape;
     }
     if (random_.below(2) == 0) {
-      const Vec3 size(random_.between(0.01, 0.06), random_.between(0.01, 0.06), random_.between(0.005, 0.05));
+      const Vec3 size(random_.between(0.01, 0.05), random_.between(0.01, 0.05), random_.between(0.005, 0.04));
       return shapes::box(size, 1 + random_.below(4));
     }
-    const double radius = random_.between(0.01, 0.035);
+    const double radius = random_.between(0.01, 0.025);
     const double relief = random_.below(3) == 0 ? random_.between(0.1, 0.4) : random_.between(0, 0.1);
     return shapes::sphere(1, 2 + random_.below(5)).mapped([&](Vec3 v) {
       return v * radius * (1 - random_.between(0, relief));
@@ -130,17 +132,22 @@ class RestingHip {
   }
 
   Felt approach() {
-    constexpr double kStep_m = 0.2e-3;
-    constexpr int kMostTicks = 900;
+    constexpr double kStep_m = 0.3e-3;
+    constexpr int kMostTicks = 800;
     constexpr int kStandTicks = 60;
     constexpr double kDeepest_m = 0.008;
-    const Object& object = someObject();
+    pressed_ = someObject();
+    const Object& object = objects_[pressed_];
     const auto t = static_cast<std::size_t>(random_.below(static_cast<int>(object.shape.triangles.size())));
     const Vec3 a = object.shape.corner(t, 0);
     const Vec3 b = object.shape.corner(t, 1);
     const Vec3 c = object.shape.corner(t, 2);
     const Vec3 below = random_.between(0, kDeepest_m) * glm::normalize(glm::cross(b - a, c - a));
     const Vec3 target = toWorld(object.pose, (a + b + c) / 3.0 - below);
+    if (random_.below(4) > 0) {
+      hip_ = kFar_m * random_.direction();
+      stage_.place(hip_);
+    }
     Felt felt = stage_.tick(hip_);
     for (int i = 0; i < kMostTicks && glm::length(felt.force_N) < kPressed_N; ++i) {
       const Vec3 way = target - hip_;
@@ -193,7 +200,7 @@ class RestingHip {
   }
 
   void edit() {
-    const auto body = static_cast<std::size_t>(random_.below(static_cast<int>(objects_.size())));
+    const std::size_t body = random_.below(4) > 0 ? pressed_ : someObject();
     const Pose pose = objects_[body].pose;
     switch (random_.below(10)) {
       case 0:
@@ -220,7 +227,7 @@ class RestingHip {
         remesh(body);
         break;
       case 7:
-        spring_N_per_m_ = random_.between(100, 2000);
+        spring_N_per_m_ = random_.between(100, 1500);
         break;
       case 8:
         pullLattice(body);
@@ -245,24 +252,42 @@ class RestingHip {
       if (i == kTicksToBeFelt) inTime_N = felt.onDevice_N();
     }
     counts.kicks = counts.step_N > kMostStep_N ? 1 : 0;
+    judgePlace(felt, counts);
     const bool settled = glm::distance(inTime_N, felt.onDevice_N()) < kSame_N &&
                          glm::distance(felt.onDevice_N(), felt.force_N) < kSame_N;
+    const bool large = glm::length(felt.force_N) > kInTime_N;
+    if (!settled && !large) counts.notFelt = 1;
+    return counts;
+  }
+
+  /// In the end.
+  void judgePlace(const Felt& felt, Counts& counts) const {
     double depth = 0;
+    double hipDepth = 0;
     double away = std::numeric_limits<double>::infinity();
+    bool inHollow = false;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
       const WindingMesh mesh = asRendered(i);
       const Vec3 local = toLocal(objects_[i].pose, felt.ihip);
-      depth = std::max(depth, mesh.depthInside(local));
+      const double deep = mesh.depthInside(local);
+      inHollow = inHollow || (deep == 0 && atRest(i).depthInside(local) > 0);
+      depth = std::max(depth, deep);
+      hipDepth = std::max(hipDepth, mesh.depthInside(toLocal(objects_[i].pose, hip_)));
       away = std::min(away, mesh.distanceTo(local));
     }
-    counts.inside = depth > (kind_.soft ? kOnTissue_m : kWithin_m) ? 1 : 0;
-    counts.notFelt = settled && (!felt.touching || away < onSurface_m()) ? 0 : 1;
-    return counts;
+    counts.inside = depth > (kind_.soft ? kOnTissue_m : kWithin_m) && !inHollow ? 1 : 0;
+    const bool held = glm::length(felt.force_N) > kSame_N;
+    const bool rightly = held ? away < onSurface_m() : hipDepth < kHardlyInside_m;
+    counts.notFelt = rightly ? 0 : 1;
   }
 
   [[nodiscard]] double onSurface_m() const { return (kind_.soft ? kOnTissue_m : kOnSurface_m) + kind_.relief_m; }
 
-  /// With its dents.
+  [[nodiscard]] WindingMesh atRest(std::size_t body) const {
+    return {objects_[body].shape.vertices, objects_[body].shape.triangles};
+  }
+
+  /// With its dents. Where objects overlap, the hollow that the HIP makes in one is one in all.
   [[nodiscard]] WindingMesh asRendered(std::size_t body) const {
     std::vector<Vec3f> vertices = objects_[body].shape.vertices;
     if (felt_.tissue) {
@@ -272,7 +297,11 @@ class RestingHip {
     return {vertices, objects_[body].shape.triangles};
   }
 
+  /// Outside of all.
+  static constexpr double kFar_m = 0.15;
   static constexpr double kOnSurface_m = 1e-6;
+  /// A HIP that is deeper is to be held: deeper than the relief, and with the softest spring of more than kSame_N.
+  static constexpr double kHardlyInside_m = 1e-3;
   /// The IHIP is where the tissue yields to, the triangles are its chords.
   static constexpr double kOnTissue_m = 1e-4;
 
@@ -283,7 +312,8 @@ class RestingHip {
   Stage stage_;
   std::vector<Object> objects_;
   double spring_N_per_m_ = 0;
-  Vec3 hip_{0.15};
+  std::size_t pressed_ = 0;  // object that the HIP went to
+  Vec3 hip_{kFar_m, 0, 0};
 };
 
 }  // namespace
