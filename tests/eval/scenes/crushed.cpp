@@ -100,7 +100,7 @@ std::unique_ptr<RandomMotion> makeCrushed(Random random) { return std::make_uniq
 
 /// The IHIP is in no box for more than a tick in a row: where boxes close on it, it is put out of them.
 SceneResult crushBetweenBoxes(Renderer& method, Random& random) {
-  constexpr int kRuns = 8;
+  constexpr int kRuns = 24;
   constexpr int kTicks = 4000;
   MotionCounts counts;
   for (int i = 0; i < kRuns; ++i) {
