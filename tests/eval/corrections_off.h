@@ -45,7 +45,7 @@ struct InFloat : AllCorrections {
   [[nodiscard]] static Foot closestPoint(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept;
 };
 
-/// The contact core under a policy, with the spring. The rest of the step is left out: nothing is edited under it.
+/// The contact core under a policy, with the spring. The rest of the step is left out: an edit may make the force step.
 template <class Corrections>
 class OursUnder final : public Renderer {
  public:
@@ -61,6 +61,18 @@ class OursUnder final : public Renderer {
     place(hip);
   }
   void place(Vec3 hip) override { haptics::place(contact_, hip); }
+  /// Of surfaces: the bodies stay the same.
+  void edit(const EditedScene& scene, Vec3 /*hip*/) override {
+    std::vector<BodyOrigin> origins;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      origins.push_back({static_cast<int>(i), scene.bodies[i] != surfaces_[i]});
+      bodies_[i].surface = scene.bodies[i].get();
+      bodies_[i].previous = bodies_[i].current;
+      bodies_[i].update();
+    }
+    surfaces_.assign(scene.bodies.begin(), scene.bodies.end());
+    (void)reseat(contact_, bodies_, origins);
+  }
   Felt tick(std::span<const Pose> poses, Vec3 hip) override {
     for (std::size_t i = 0; i < poses.size(); ++i) {
       bodies_[i].previous = bodies_[i].current;

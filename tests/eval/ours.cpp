@@ -2,10 +2,16 @@
 
 #include <algorithm>
 
+#include "haptic_server/scene/servo_scene_maker.h"
 #include "haptic_server/servo/feel_details.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {
+namespace {
+
+constexpr auto kLeavingTicks = static_cast<std::uint64_t>(kLeaving_ns * 1e-9 / kPeriod_s);
+
+}  // namespace
 
 std::shared_ptr<const SurfaceDetail> Ours::makeDetail(const Surface& surface) const {
   if (!surface_ && !shading_) return nullptr;
@@ -14,22 +20,29 @@ std::shared_ptr<const SurfaceDetail> Ours::makeDetail(const Surface& surface) co
   return makeSurfaceDetail(surface, properties, {surface_ ? surface_->texture : nullptr, nullptr, nullptr});
 }
 
+ServoObject Ours::makeObject(std::uint64_t id, const std::shared_ptr<const Surface>& surface, const Pose& pose,
+                             double spring_N_per_m) const {
+  return {.id = id,
+          .surface = surface,
+          .pose = pose,
+          .stiffness_N_per_m = spring_N_per_m,
+          .detail = makeDetail(*surface),
+          .tissue = tissue_};
+}
+
 void Ours::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) {
   auto scene = std::make_unique<ServoScene>();
   scene->revision = 1;
   ids_.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     ids_.push_back(i + 1);
-    ServoObject object{i + 1, bodies[i], poses[i], kSpring_N_per_m, 0, false, makeDetail(*bodies[i])};
-    if (surface_) {
-      object.stiffness_N_per_m = surface_->spring_N_per_m;
-      if (surface_->tissue) object.tissue = std::make_shared<const SoftTissue>(*surface_->tissue);
-    }
-    scene->objects.push_back(std::move(object));
+    scene->objects.push_back(
+        makeObject(i + 1, bodies[i], poses[i], surface_ ? surface_->spring_N_per_m : kSpring_N_per_m));
   }
   poses_.assign(poses.begin(), poses.end());
   next_ = std::move(scene);
   state_ = HapticState(config_);
+  removedAt_.clear();
   tick_ = 0;
   adopt();
   place(hip);
@@ -41,11 +54,17 @@ void Ours::edit(const EditedScene& edited, Vec3 /*hip*/) {
   for (std::size_t i = 0; i < edited.bodies.size(); ++i) {
     const auto before = std::ranges::find(scene_->objects, edited.ids[i], &ServoObject::id);
     const bool kept = before != scene_->objects.end() && before->surface == edited.bodies[i];
-    scene->objects.push_back({edited.ids[i], edited.bodies[i], edited.poses[i], edited.spring_N_per_m, 0, false,
-                              kept ? before->detail : makeDetail(*edited.bodies[i])});
+    if (kept) {
+      scene->objects.push_back(*before);
+      scene->objects.back().pose = edited.poses[i];
+      scene->objects.back().stiffness_N_per_m = edited.spring_N_per_m;
+    } else {
+      scene->objects.push_back(makeObject(edited.ids[i], edited.bodies[i], edited.poses[i], edited.spring_N_per_m));
+    }
   }
   for (const ServoObject& object : scene_->objects) {
     if (std::ranges::find(edited.ids, object.id) != edited.ids.end()) continue;
+    if (tick_ > removedAt_.try_emplace(object.id, tick_).first->second + kLeavingTicks) continue;
     scene->objects.push_back(object);
     scene->objects.back().leaving = true;
   }
@@ -57,13 +76,14 @@ void Ours::edit(const EditedScene& edited, Vec3 /*hip*/) {
 
 void Ours::dress(const FeltSurface& surface) {
   surface_ = surface;
+  tissue_ = surface.tissue ? std::make_shared<const SoftTissue>(*surface.tissue) : nullptr;
   config_ = stepConfigFor(surface.device, 1 / kPeriod_s);
 }
 
-std::vector<Dent> Ours::dents() const {
+std::vector<Dent> Ours::dents(std::size_t body) const {
   std::vector<Dent> dents;
   for (const BodyDent& dent : state_.allDents()) {
-    if (dent.body == 0) dents.push_back(dent.dent);
+    if (state_.objects[dent.body].id == ids_[body]) dents.push_back(dent.dent);
   }
   return dents;
 }
@@ -103,8 +123,9 @@ Felt Ours::step(Vec3 hip) {
   const TelemetrySample sample = hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
   // Shading turns the force; where the contact is it leaves as it is.
   const Vec3 ihip = shading_ ? state_.contact.ihip : sample.ihip;
-  return {sample.object != 0, ihip, sample.force.contact, work.triangles,
-          sample.frictionState == FrictionState::kSliding};
+  return {
+      sample.object != 0,  ihip, sample.force.contact, work.triangles, sample.frictionState == FrictionState::kSliding,
+      sample.force.written};
 }
 
 /// Of the step no more than the contact and its force.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -18,10 +19,11 @@ class Ours : public Renderer {
   void dress(const FeltSurface& surface) override;
   void place(Vec3 hip) override;
   void contactOnly() override { contactOnly_ = true; }
-  /// Removed objects stay until the contact on them has faded, as ServoSceneMaker keeps them.
+  /// Removed objects stay until the contact on them has faded, and go with an edit after that, as ServoSceneMaker keeps
+  /// them.
   void edit(const EditedScene& scene, Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
-  [[nodiscard]] std::vector<Dent> dents() const override;
+  [[nodiscard]] std::vector<Dent> dents(std::size_t body) const override;
 
  protected:
   StepConfig& config() noexcept { return config_; }
@@ -32,15 +34,19 @@ class Ours : public Renderer {
   void adopt();
   [[nodiscard]] Felt step(Vec3 hip);
   [[nodiscard]] Felt feelContact(std::span<const Body> bodies, Vec3 hip);
+  [[nodiscard]] ServoObject makeObject(std::uint64_t id, const std::shared_ptr<const Surface>& surface,
+                                       const Pose& pose, double spring_N_per_m) const;
   [[nodiscard]] std::shared_ptr<const SurfaceDetail> makeDetail(const Surface& surface) const;
 
   StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};
   std::optional<FeltSurface> surface_;
+  std::shared_ptr<const SoftTissue> tissue_;  // surface_'s
   std::optional<Shading> shading_;
   std::unique_ptr<const ServoScene> scene_;
-  std::unique_ptr<const ServoScene> next_;  // until it is adopted
-  std::vector<std::uint64_t> ids_;          // of the bodies in the order of `poses`
-  std::vector<Pose> poses_;                 // of the last tick or edit
+  std::unique_ptr<const ServoScene> next_;            // until it is adopted
+  std::vector<std::uint64_t> ids_;                    // of the bodies in the order of `poses`
+  std::map<std::uint64_t, std::uint64_t> removedAt_;  // tick, by id
+  std::vector<Pose> poses_;                           // of the last tick or edit
   HapticState state_{config_};
   std::uint64_t tick_ = 0;
   bool contactOnly_ = false;

@@ -27,6 +27,10 @@ struct Felt {
   Vec3 force_N{0};       ///< On the hand, before any limit.
   int triangles = 0;     ///< Looked at one by one by a search, those behind the hierarchy's segment test not counted.
   bool sliding = false;  ///< Of friction.
+  /// What the device is given; none: the force as it is.
+  std::optional<Vec3> written_N = std::nullopt;
+
+  [[nodiscard]] Vec3 onDevice_N() const { return written_N.value_or(force_N); }
 };
 
 /// What the bodies of a scene feel like beyond their shape, and the device under which they do.
@@ -70,8 +74,8 @@ class Renderer {
   }
   /// One tick. A pose other than the last is motion.
   virtual Felt tick(std::span<const Pose> poses, Vec3 hip) = 0;
-  /// Of the first body, in its frame, after the last tick.
-  [[nodiscard]] virtual std::vector<Dent> dents() const { return {}; }
+  /// Of a body, in the order of the poses, in its frame, after the last tick.
+  [[nodiscard]] virtual std::vector<Dent> dents(std::size_t /*body*/) const { return {}; }
 
  protected:
   [[nodiscard]] double spring_N_per_m() const { return spring_N_per_m_; }

@@ -33,6 +33,7 @@ Felt Stage::tick(Vec3 hip) {
   Felt felt = method_.tick(poses_, toWorld(frame_, hip));
   felt.ihip = toLocal(frame_, felt.ihip);
   felt.force_N = glm::conjugate(frame_.rotation) * felt.force_N;
+  if (felt.written_N) felt.written_N = glm::conjugate(frame_.rotation) * *felt.written_N;
   return felt;
 }
 

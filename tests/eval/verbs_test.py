@@ -47,7 +47,7 @@ class Failures(Verb):
     def test_writes_flat_records_of_every_scene_for_each_seed(self):
         self.run_well("failures", "--seed", "3", "--seeds", "2", "--method", "ours")
         records = self.records("failures")
-        names = [f"S{i}" for i in range(1, 21)]
+        names = [f"S{i}" for i in (*range(1, 21), 31, 32)]
         self.assertEqual([(r["seed"], r["scene"]) for r in records], [(seed, name) for seed in (3, 4) for name in names])
         for record in records:
             self.assertEqual(record["method"], "ours")
@@ -60,7 +60,9 @@ class Failures(Verb):
                             ("S4", "plate_undetected_ticks"), ("S5", "leaks"), ("S7", "lost_ticks"),
                             ("S9", "pop_through_ticks"), ("S11", "wrong_ticks_away_from_defects"),
                             ("S12", "powers_of_two_different_ticks"), ("S13", "light_hand_rings"),
-                            ("S15", "encoder_toggles_per_s"), ("S16", "false_exit_ticks"), ("S17", "nan_ticks")):
+                            ("S15", "encoder_toggles_per_s"), ("S16", "false_exit_ticks"), ("S17", "nan_ticks"),
+                            ("S17", "at_rest_nan_ticks"), ("S31", "non_finite_ticks"),
+                            ("S32", "dented_non_finite_ticks")):
             self.assertEqual(by_name[scene][zero], 0, zero)
 
 
@@ -113,7 +115,7 @@ class Chart(Verb):
             scenes = row["passed_scenes"].split() + row["failed_scenes"].split()
             self.assertEqual(len(scenes), len(set(scenes)))
             self.assertLessEqual({"S1", "S12"}, set(scenes))
-        self.assertEqual(len(methods["ours"]["passed_scenes"].split() + methods["ours"]["failed_scenes"].split()), 20)
+        self.assertEqual(len(methods["ours"]["passed_scenes"].split() + methods["ours"]["failed_scenes"].split()), 22)
         self.assertLessEqual(set(methods["ours"]["failed_scenes"].split()), {"S20"})
         self.assertIn("S14", methods["ours_shaded"]["passed_scenes"].split())
         self.assertEqual(methods["ours_without_substeps"]["failed_scenes"].split(), ["S7"])

@@ -16,7 +16,7 @@ class SurfaceAfterContact final : public Renderer {
   void dress(const FeltSurface& surface) override { tissue_ = surface.tissue; }
   void place(Vec3 hip) override { haptics::place(state_, hip); }
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
-  [[nodiscard]] std::vector<Dent> dents() const override { return {dent_}; }
+  [[nodiscard]] std::vector<Dent> dents(std::size_t /*body*/) const override { return {dent_}; }
 
  private:
   void moveSurface(const ContactResult& contact, Vec3 hip);

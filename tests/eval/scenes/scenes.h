@@ -52,6 +52,8 @@ struct FailureScene {
 [[nodiscard]] SceneResult meetMovingBodies(Renderer& method, Random& random);            ///< S18
 [[nodiscard]] SceneResult editMovingBodies(Renderer& method, Random& random);            ///< S19
 [[nodiscard]] SceneResult wanderAmongMovingBodies(Renderer& method, Random& random);     ///< S20
+[[nodiscard]] SceneResult crushBetweenBoxes(Renderer& method, Random& random);           ///< S31
+[[nodiscard]] SceneResult strokeFoldedMeshes(Renderer& method, Random& random);          ///< S32
 
 inline constexpr std::array kFailureScenes{
     FailureScene{"S1", "slide off a cube, 2 mm deep", slideOffCube},
@@ -79,6 +81,8 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S19", "S17 on a body that the hand moves", editMovingBodies, Concern::kMotion},
     FailureScene{"S20", "a hand wanders among bodies that move and are edited", wanderAmongMovingBodies,
                  Concern::kMotion},
+    FailureScene{"S31", "boxes close on the IHIP from all sides", crushBetweenBoxes},
+    FailureScene{"S32", "closed meshes that pass through themselves, fixed, moving and dented", strokeFoldedMeshes},
 };
 
 }  // namespace haptics::eval

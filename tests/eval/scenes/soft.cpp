@@ -101,7 +101,7 @@ void press(Renderer& method, Random& random, const SoftTissue& tissue, double de
     lastIhip = felt.ihip;
     touched = felt.touching;
     if (i % kLookedAt != 0) continue;
-    const std::vector<Dent> dents = method.dents();
+    const std::vector<Dent> dents = method.dents(0);
     const DentedMesh mesh(sphere, dents, tissue.falloff);
     outcome.inverted += mesh.inverted();
     if (felt.touching) outcome.error_m = std::max(outcome.error_m, below_m - mesh.distance_m(hip));

