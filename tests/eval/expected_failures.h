@@ -16,7 +16,8 @@ struct Expectation {
 ///
 /// ours_shaded: shading leaves the contact as it is; what it does to the force S1 to S3, S10, S13 to S15 and S17 measure.
 /// ours_float: rounds to 2^-24 of the extent, which a sliver of 1 um may notice (S12), and a force along the floor that
-///   is to stay below 1 mN (S2); to more than the 30 nm that count as inside (S31, S32).
+///   is to stay below 1 mN (S2); it takes the wrong side,
+///   and goes on inside, where boxes close in (S31) and folds meet (S32).
 /// pseudocode_*: as printed, the first contact has no force (S3), the path is not taken in a moving body's frame (S4),
 ///   neighbours know nothing of other bodies (S2). Closed primitives never leave their first polygon (S1, S6, S7, S10,
 ///   S11, slivers of S12); open ones stay at a vertex whose neighbours' projections all fall outside (S6, S7, S10, S11,
