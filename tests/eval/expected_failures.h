@@ -16,7 +16,8 @@ struct Expectation {
 ///
 /// ours_shaded: shading leaves the contact as it is; what it does to the force S1 to S3, S10, S13 to S15 and S17 measure.
 /// ours_float: rounds to 2^-24 of the extent, which a sliver of 1 um may notice (S12), and a force along the floor that
-///   is to stay below 1 mN (S2).
+///   is to stay below 1 mN (S2); it takes the wrong side,
+///   and goes on inside, where boxes close in (S31) and folds meet (S32).
 /// pseudocode_*: as printed, the first contact has no force (S3), the path is not taken in a moving body's frame (S4),
 ///   neighbours know nothing of other bodies (S2). Closed primitives never leave their first polygon (S1, S6, S7, S10,
 ///   S11, slivers of S12); open ones stay at a vertex whose neighbours' projections all fall outside (S6, S7, S10, S11,
@@ -30,19 +31,21 @@ struct Expectation {
 ///   own, whatever the scale (S12).
 /// intermediate_plane_*: as global_closest wherever the plane is put anew; between, the plane ends nowhere (S1), is not
 ///   there (S3, S4), holds what has gone past a knife's edge (S12), and steps when it is put anew (S10).
-/// All of these know nothing of edits: they begin anew, with the HIP wherever it is (S17).
+/// All of these know nothing of edits: they begin anew, with the HIP wherever it is (S17); nor of bodies that move (S31),
+///   nor of a mesh that passes through itself: its faces within have no outside (S32).
 /// surface_as_printed: rings on a grating that Eq. (4) alone leaves too stiff for a device (S13); its shading turns the
 ///   force where the IHIP jumps from facet to facet, and knows no depth that is too deep (S14); it chatters (S15).
 /// bump_mapping: the same, and rings more (S13).
 /// surface_after_contact: loses the contact of a hand that draws back, for the surface is where it was (S16).
 /// ours_without_*: what the correction is for.
-///   feature_codes: as pseudocode_closed but for the corrections that it has (S1, S2, S6, S7, S10, S11, S12).
+///   feature_codes: as pseudocode_closed but for the corrections that it has (S1, S2, S6, S7, S10, S11, S12, S32).
 ///   pseudonormals: falls out at the bottom of a gash or a pit when the HIP goes about below it (S12).
-///   same_tick_search: wherever the tick of first contact is looked at (S3, S4, S5, S7, S9, S11, S12).
-///   exit_retest: a comb's next tooth (S3).
-///   object_frames: moving bodies (S4).
-///   guard: into the other body (S2).
-///   several_surfaces: does not slide along the other body (S2), nor along the boundaries of bad meshes (S11).
+///   same_tick_search: wherever the tick of first contact is looked at (S3, S4, S5, S7, S9, S11, S12, S31, S32).
+///   exit_retest: a comb's next tooth (S3), the next box (S31) or fold (S32).
+///   object_frames: moving bodies (S4, S31, S32).
+///   guard: into the other body (S2), which closes in (S31), and into the same one where it passes through itself (S32).
+///   several_surfaces: does not slide along the other body (S2), nor along the boundaries of bad meshes (S11), and goes
+///   into what closes in (S31), or passes through itself (S32).
 ///   budget: fans (S6).
 ///   scale_free_tolerances: scaled scenes (S12).
 ///   substeps: is not where a slow hand would be (S7).
@@ -51,14 +54,14 @@ struct Expectation {
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
     Expectation{"ours_shaded", "", ""},
-    Expectation{"ours_float", "", "S2 S12 "},
-    Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 ", ""},
+    Expectation{"ours_float", "S31 S32 ", "S2 S12 "},
+    Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 ", "S32 "},
     Expectation{"ours_without_pseudonormals", "S12 ", ""},
-    Expectation{"ours_without_same_tick_search", "S3 S4 S5 S7 S9 S11 S12 ", ""},
-    Expectation{"ours_without_exit_retest", "S3 ", ""},
-    Expectation{"ours_without_object_frames", "S4 ", ""},
-    Expectation{"ours_without_guard", "S2 ", ""},
-    Expectation{"ours_without_several_surfaces", "S2 S11 ", ""},
+    Expectation{"ours_without_same_tick_search", "S3 S4 S5 S7 S9 S11 S12 ", "S31 S32 "},
+    Expectation{"ours_without_exit_retest", "S3 ", "S31 S32 "},
+    Expectation{"ours_without_object_frames", "S4 S31 S32 ", ""},
+    Expectation{"ours_without_guard", "S2 S31 S32 ", ""},
+    Expectation{"ours_without_several_surfaces", "S2 S11 S31 S32 ", ""},
     Expectation{"ours_without_budget", "S6 ", ""},
     Expectation{"ours_without_scale_free_tolerances", "S12 ", ""},
     Expectation{"ours_without_substeps", "S7 ", ""},
@@ -67,14 +70,14 @@ inline constexpr std::array kExpectedFailures{
     Expectation{"surface_as_printed", "S13 S14 S15 ", ""},
     Expectation{"bump_mapping", "S13 S14 S15 ", ""},
     Expectation{"surface_after_contact", "S16 ", ""},
-    Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 ", ""},
-    Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 ", "S1 S8 "},
-    Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 ", ""},
-    Expectation{"god_object", "S4 S7 S17 ", ""},
-    Expectation{"god_object_by_rays", "S1 S4 S5 S7 S11 S17 ", "S12 "},
-    Expectation{"finite_proxy_1mm", "S4 S7 S12 S17 ", ""},
-    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 ", ""},
-    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 ", ""},
+    Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 S31 S32 ", ""},
+    Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 S31 S32 ", "S1 S8 "},
+    Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 S31 S32 ", ""},
+    Expectation{"god_object", "S4 S7 S17 S31 S32 ", ""},
+    Expectation{"god_object_by_rays", "S1 S4 S5 S7 S11 S17 S31 S32 ", "S12 "},
+    Expectation{"finite_proxy_1mm", "S4 S7 S12 S17 S31 S32 ", ""},
+    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S31 S32 ", ""},
+    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S31 S32 ", ""},
 };
 
 }  // namespace haptics::eval

@@ -121,8 +121,8 @@ Felt Ours::step(Vec3 hip) {
   ContactState copy = state_.contact;
   const ContactWork work = followContact(bodies, copy, hip).work;
   const TelemetrySample sample = hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
-  // Shading turns the force; where the contact is it leaves as it is.
-  const Vec3 ihip = shading_ ? state_.contact.ihip : sample.ihip;
+  // Shading turns the force; where the contact is it leaves as it is. A tissue that yields does not.
+  const Vec3 ihip = shading_ && !tissue_ ? state_.contact.ihip : sample.ihip;
   return {
       sample.object != 0,  ihip, sample.force.contact, work.triangles, sample.frictionState == FrictionState::kSliding,
       sample.force.written};

@@ -265,20 +265,24 @@ class RestingHip {
   void judgePlace(const Felt& felt, Counts& counts) const {
     double depth = 0;
     double hipDepth = 0;
+    double hipAway = std::numeric_limits<double>::infinity();
     double away = std::numeric_limits<double>::infinity();
     bool inHollow = false;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
       const WindingMesh mesh = asRendered(i);
       const Vec3 local = toLocal(objects_[i].pose, felt.ihip);
       const double deep = mesh.depthInside(local);
-      inHollow = inHollow || (deep == 0 && atRest(i).depthInside(local) > 0);
+      inHollow = inHollow || (deep < kOnSurface_m && atRest(i).depthInside(local) > kOnSurface_m);
       depth = std::max(depth, deep);
-      hipDepth = std::max(hipDepth, mesh.depthInside(toLocal(objects_[i].pose, hip_)));
+      const Vec3 localHip = toLocal(objects_[i].pose, hip_);
+      hipDepth = std::max(hipDepth, mesh.depthInside(localHip));
+      hipAway = std::min(hipAway, mesh.distanceTo(localHip));
       away = std::min(away, mesh.distanceTo(local));
     }
     counts.inside = depth > (kind_.soft ? kOnTissue_m : kWithin_m) && !inHollow ? 1 : 0;
     const bool held = glm::length(felt.force_N) > kSame_N;
-    const bool rightly = held ? away < onSurface_m() : hipDepth < kHardlyInside_m;
+    const bool onBulge = hipDepth == 0 && hipAway < kBulge_m;
+    const bool rightly = held ? away < onSurface_m() || onBulge : hipDepth < kHardlyInside_m;
     counts.notFelt = rightly ? 0 : 1;
   }
 
@@ -303,6 +307,8 @@ class RestingHip {
   static constexpr double kOnSurface_m = 1e-6;
   /// A HIP that is deeper is to be held: deeper than the relief, and with the softest spring of more than kSame_N.
   static constexpr double kHardlyInside_m = 1e-3;
+  /// Shading lifts the rendered surface off the polygons by less.
+  static constexpr double kBulge_m = 1e-3;
   /// The IHIP is where the tissue yields to, the triangles are its chords.
   static constexpr double kOnTissue_m = 1e-4;
 
