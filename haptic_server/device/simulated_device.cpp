@@ -59,19 +59,41 @@ void SimulatedDevice::stop() noexcept {
   stopped_ = true;
 }
 
+void SimulatedDevice::advanceTogether(std::span<SimulatedDevice* const> devices, std::uint64_t tick) noexcept {
+  const auto isBehind = [tick](const SimulatedDevice* device) { return device->started_ && device->tick_ < tick; };
+  for (SimulatedDevice* device : devices) {
+    if (isBehind(device)) device->beginTick();
+  }
+  for (int i = 0; i < kSubsteps; ++i) {
+    for (SimulatedDevice* device : devices) {
+      if (isBehind(device)) device->integrateSubstep(i);
+    }
+  }
+  for (SimulatedDevice* device : devices) {
+    if (!isBehind(device)) continue;
+    device->endTick();
+    ++device->tick_;
+  }
+}
+
 void SimulatedDevice::integrateTick() noexcept {
+  beginTick();
+  for (int i = 0; i < kSubsteps; ++i) integrateSubstep(i);
+  endTick();
+}
+
+void SimulatedDevice::beginTick() noexcept {
   newest_ = (newest_ + 1) % written_.size();
   written_[newest_] = held_;
-
-  const HandTarget from = target_;
+  from_ = target_;
   target_ = intent_.next(period_, felt_);
-  const Vec3 targetVelocity = (target_.position - from.position) / period_;
-  for (int i = 0; i < kSubsteps; ++i) {
-    const double middle = (i + 0.5) / kSubsteps;
-    const HandTarget now{glm::mix(from.position, target_.position, middle), target_.push_N};
-    plant_.step(period_ / kSubsteps, motorForce(i), now, targetVelocity);
-  }
-  felt_ = motorForce(kSubsteps - 1);
+  targetVelocity_ = (target_.position - from_.position) / period_;
+}
+
+void SimulatedDevice::integrateSubstep(int substep) noexcept {
+  const double middle = (substep + 0.5) / kSubsteps;
+  const HandTarget now{glm::mix(from_.position, target_.position, middle), target_.push_N};
+  plant_.step(period_ / kSubsteps, motorForce(substep), now, targetVelocity_);
 }
 
 // F_ZOH(t - t_d): the force of the tick that t - t_d lies in.
