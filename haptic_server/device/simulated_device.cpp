@@ -28,6 +28,7 @@ SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent&
       plant_(settings.device, settings.hand),
       intent_(intent),
       period_(settings.period_s),
+      substep_(settings.period_s / kSubsteps),
       delay_(static_cast<int>(std::lround(settings.delay_s / settings.period_s * kSubsteps))),
       written_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, Vec3(0)) {}
 
@@ -93,14 +94,14 @@ void SimulatedDevice::beginTick() noexcept {
 void SimulatedDevice::integrateSubstep(int substep) noexcept {
   const double middle = (substep + 0.5) / kSubsteps;
   const HandTarget now{glm::mix(from_.position, target_.position, middle), target_.push_N};
-  plant_.step(period_ / kSubsteps, motorForce(substep), now, targetVelocity_);
+  plant_.step(substep_, motorForce(substep), now, targetVelocity_);
 }
 
 // F_ZOH(t - t_d): the force of the tick that t - t_d lies in.
 Vec3 SimulatedDevice::motorForce(int substep) const noexcept {
   const int ticksAgo = (delay_ - substep + kSubsteps - 1) / kSubsteps;
   const std::size_t ago = static_cast<std::size_t>(std::max(ticksAgo, 0));
-  return written_[(newest_ + written_.size() - ago) % written_.size()];
+  return written_[newest_ >= ago ? newest_ - ago : newest_ + written_.size() - ago];
 }
 
 }  // namespace haptics

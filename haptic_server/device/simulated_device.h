@@ -58,6 +58,7 @@ class SimulatedDevice final : public Device {
   Plant plant_;
   HandIntent& intent_;
   double period_;
+  double substep_;  // s
   int delay_;               // substeps
   HandTarget target_;       // at the end of the tick
   HandTarget from_;         // at its start

@@ -1,9 +1,11 @@
 #include "haptic_server/servo/stiffness_limit.h"
 
 #include <algorithm>
-#include <array>
+#include <future>
 #include <limits>
+#include <map>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "haptic_server/device/presets.h"
@@ -13,9 +15,6 @@
 
 namespace haptics {
 namespace {
-
-/// A firmer hand hides what a lighter one shows.
-constexpr std::array<std::string_view, 2> kJudgedHands{"none", "light"};
 
 [[nodiscard]] DevicePreset presetOf(const DeviceInfo& device) {
   return {"",
@@ -40,21 +39,12 @@ constexpr std::array<std::string_view, 2> kJudgedHands{"none", "light"};
 class WallPresses {
  public:
   WallPresses(const DeviceInfo& device, double rate_Hz, bool stabilised)
-      : config_(configFor(device, rate_Hz, stabilised)) {
-    for (const std::string_view name : kJudgedHands) {
-      const HandPreset hand = findHandPreset(name).value();
-      for (const PressKind& kind : pressKinds()) {
-        presses_.push_back({presetOf(device), hand, config_.period_s, device.delay_s, kind.force_N, kind.tap_m_per_s});
-      }
-    }
-  }
+      : device_(presetOf(device)), delay_s_(device.delay_s), config_(configFor(device, rate_Hz, stabilised)) {}
 
   [[nodiscard]] bool allComeToRestOn(Stiffness wall) const {
-    std::vector<PressTrial> trials;
-    for (const Press& press : presses_) {
-      trials.push_back({press, std::make_unique<ProductionStep>(sceneOf(wall), config_)});
-    }
-    return allComeToRest(trials, pressedWall().place);
+    auto light = std::async(std::launch::async, [&] { return allComeToRestOn(wall, "light"); });
+    const bool none = allComeToRestOn(wall, "none");
+    return light.get() && none;
   }
 
  private:
@@ -70,16 +60,45 @@ class WallPresses {
     return scene;
   }
 
+  [[nodiscard]] bool allComeToRestOn(Stiffness wall, std::string_view hand) const {
+    std::vector<PressTrial> trials;
+    for (const PressKind& kind : pressKinds()) {
+      const Press press{device_,         findHandPreset(hand).value(), config_.period_s, delay_s_, kind.force_N,
+                        kind.tap_m_per_s};
+      trials.push_back({press, std::make_unique<ProductionStep>(sceneOf(wall), config_)});
+    }
+    return allComeToRest(trials, pressedWall().place);
+  }
+
+  DevicePreset device_;
+  double delay_s_;
   StepConfig config_;
-  std::vector<Press> presses_;
 };
+
+/// The largest that is stable, of which kSafePart is stable as well: a band of unstable values may lie between those that a
+/// search tries.
+template <class IsStable>
+[[nodiscard]] double critical(StabilitySearch search, IsStable isStable) {
+  std::map<double, bool> tried;
+  const auto isKnownStable = [&](double value) {
+    const auto [at, isNew] = tried.try_emplace(value);
+    if (isNew) at->second = isStable(value);
+    return at->second;
+  };
+  double largest = largestStable(search, isKnownStable);
+  while (largest > 0 && !isKnownStable(kSafePart * largest)) {
+    search.most = kSafePart * largest;
+    largest = largestStable(search, isKnownStable);
+  }
+  return largest;
+}
 
 }  // namespace
 
 double criticalStiffness_N_per_m(const DeviceInfo& device, double rate_Hz, bool stabilised) {
   if (!(device.apparentMass_kg > 0)) return std::numeric_limits<double>::infinity();
   const WallPresses presses(device, rate_Hz, stabilised);
-  return largestStable(kStiffnessSearch, [&](double k) { return presses.allComeToRestOn({k, 0}); });
+  return critical(kStiffnessSearch, [&](double k) { return presses.allComeToRestOn({k, 0}); });
 }
 
 double criticalDamping_Ns_per_m(const DeviceInfo& device, double rate_Hz, bool stabilised, double stiffest_N_per_m) {
@@ -88,9 +107,14 @@ double criticalDamping_Ns_per_m(const DeviceInfo& device, double rate_Hz, bool s
   constexpr double kSoft_N_per_m = 300;
   const double softest_N_per_m = std::min(kSoft_N_per_m, stiffest_N_per_m);
   constexpr StabilitySearch kDampingSearch{.least = 0.1, .most = 200, .climb = 1.5};
-  return largestStable(kDampingSearch, [&](double b) {
+  return critical(kDampingSearch, [&](double b) {
     return presses.allComeToRestOn({softest_N_per_m, b}) && presses.allComeToRestOn({stiffest_N_per_m, b});
   });
+}
+
+SurfaceLimits surfaceLimits(const DeviceInfo& device, double rate_Hz, bool stabilised) {
+  const double stiffest_N_per_m = kSafePart * criticalStiffness_N_per_m(device, rate_Hz, stabilised);
+  return {stiffest_N_per_m, kSafePart * criticalDamping_Ns_per_m(device, rate_Hz, stabilised, stiffest_N_per_m)};
 }
 
 }  // namespace haptics
