@@ -23,6 +23,18 @@ Vec3 quantised(Vec3 position, double quantum) noexcept { return quantum * glm::f
 
 }  // namespace
 
+DevicePreset presetOf(const DeviceInfo& device) noexcept {
+  return {"",
+          "",
+          device.maxForce_N,
+          device.maxStiffness_N_per_m,
+          device.maxDamping_Ns_per_m,
+          device.apparentMass_kg,
+          device.viscousFriction_Ns_per_m,
+          device.coulombFriction_N,
+          device.resolution_m};
+}
+
 SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent& intent)
     : info_(describe(settings.device, settings.delay_s)),
       plant_(settings.device, settings.hand),

@@ -19,6 +19,9 @@ struct SimulationSettings {
   double delay_s = 0;      ///< From a write to the motors, beyond the hold; not negative, rounded to a substep.
 };
 
+/// The device that another one's driver describes, to be simulated.
+[[nodiscard]] DevicePreset presetOf(const DeviceInfo& device) noexcept;
+
 /// A device and a hand that exist only here, advanced by the ticks themselves: it has no clock, and the same ticks and
 /// forces give the same positions, bit for bit. It quantises positions and saturates forces as its preset says.
 class SimulatedDevice final : public Device {
@@ -58,7 +61,7 @@ class SimulatedDevice final : public Device {
   Plant plant_;
   HandIntent& intent_;
   double period_;
-  double substep_;  // s
+  double substep_;          // s
   int delay_;               // substeps
   HandTarget target_;       // at the end of the tick
   HandTarget from_;         // at its start

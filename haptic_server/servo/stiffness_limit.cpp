@@ -9,24 +9,13 @@
 #include <vector>
 
 #include "haptic_server/device/presets.h"
+#include "haptic_server/device/simulated_device.h"
 #include "haptic_server/servo/server_step_config.h"
 #include "haptic_server/servo/settling.h"
 #include "haptic_server/servo/stability_search.h"
 
 namespace haptics {
 namespace {
-
-[[nodiscard]] DevicePreset presetOf(const DeviceInfo& device) {
-  return {"",
-          "",
-          device.maxForce_N,
-          device.maxStiffness_N_per_m,
-          device.maxDamping_Ns_per_m,
-          device.apparentMass_kg,
-          device.viscousFriction_Ns_per_m,
-          device.coulombFriction_N,
-          device.resolution_m};
-}
 
 [[nodiscard]] StepConfig configFor(const DeviceInfo& device, double rate_Hz, bool stabilised) {
   StepConfig config = serverStepConfig(device, rate_Hz);

@@ -54,9 +54,7 @@ Ground makeRoughWall() {
 }
 
 Ground makePushedBody() {
-  Ground ground = makeWall();
-  ground.name = "moving_body";
-  ground.title = "body of 0.1 kg on a spring";
+  Ground ground{"moving_body", "body of 0.1 kg on a spring", {cube()}, {turnedCube(0, {0, 0, 1})}, Vec3(3e-3, 4e-3, 0)};
   ground.motion = std::make_shared<RigidBody>(bodyOf(bodyFooting(), {0, 0, 1}));
   return ground;
 }
