@@ -19,8 +19,8 @@
 #include "haptic_server/scene/scene_room.h"
 #include "haptic_server/servo/realtime.h"
 #include "haptic_server/servo/servo_loop.h"
-#include "haptic_server/servo/stiffness_limit.h"
 #include "haptic_server/state/state_folder.h"
+#include "haptic_server/surface_limits_cache.h"
 
 namespace haptics {
 namespace {
@@ -90,13 +90,26 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   return assets;
 }
 
-/// Half of what the device bears.
+[[nodiscard]] SurfaceLimits surfaceLimitsOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
+  const std::uint64_t began_ns = monotonicNow_ns();
+  const auto [limits, searched] =
+      SurfaceLimitsCache(SurfaceLimitsCache::userFolder()).find(device, rate_Hz, options.stabiliser);
+  spdlog::info("surfaces are felt with at most {:.5g} N/m and {:.3g} Ns/m: {} in {:.0f} ms", limits.stiffness_N_per_m,
+               limits.damping_Ns_per_m, searched ? "found" : "read",
+               static_cast<double>(monotonicNow_ns() - began_ns) * 1e-6);
+  if (limits.stiffness_N_per_m == 0) {
+    spdlog::warn(
+        "no surface is felt: by simulation this device comes to rest on no wall at this rate and delay; less delay, a "
+        "higher rate or the stabiliser may help");
+  }
+  return limits;
+}
+
 [[nodiscard]] DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& info, const StepConfig& step,
                                     double rate_Hz) {
-  const DeviceInfo device = deviceInfoOf(options, info);
-  const double stiffest = kSafePart * criticalStiffness_N_per_m(device, rate_Hz, options.stabiliser);
-  const double damping = kSafePart * criticalDamping_Ns_per_m(device, rate_Hz, options.stabiliser, stiffest);
-  return {step.positionStep_m, step.stableLateral_N_per_m, step.period_s, stiffest, damping};
+  const SurfaceLimits limits = surfaceLimitsOf(options, deviceInfoOf(options, info), rate_Hz);
+  return {step.positionStep_m, step.stableLateral_N_per_m, step.period_s, limits.stiffness_N_per_m,
+          limits.damping_Ns_per_m};
 }
 
 }  // namespace

@@ -23,11 +23,24 @@ Vec3 quantised(Vec3 position, double quantum) noexcept { return quantum * glm::f
 
 }  // namespace
 
+DevicePreset presetOf(const DeviceInfo& device) noexcept {
+  return {"",
+          "",
+          device.maxForce_N,
+          device.maxStiffness_N_per_m,
+          device.maxDamping_Ns_per_m,
+          device.apparentMass_kg,
+          device.viscousFriction_Ns_per_m,
+          device.coulombFriction_N,
+          device.resolution_m};
+}
+
 SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent& intent)
     : info_(describe(settings.device, settings.delay_s)),
       plant_(settings.device, settings.hand),
       intent_(intent),
       period_(settings.period_s),
+      substep_(settings.period_s / kSubsteps),
       delay_(static_cast<int>(std::lround(settings.delay_s / settings.period_s * kSubsteps))),
       written_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, Vec3(0)) {}
 
@@ -59,26 +72,48 @@ void SimulatedDevice::stop() noexcept {
   stopped_ = true;
 }
 
+void SimulatedDevice::advanceTogether(std::span<SimulatedDevice* const> devices, std::uint64_t tick) noexcept {
+  const auto isBehind = [tick](const SimulatedDevice* device) { return device->started_ && device->tick_ < tick; };
+  for (SimulatedDevice* device : devices) {
+    if (isBehind(device)) device->beginTick();
+  }
+  for (int i = 0; i < kSubsteps; ++i) {
+    for (SimulatedDevice* device : devices) {
+      if (isBehind(device)) device->integrateSubstep(i);
+    }
+  }
+  for (SimulatedDevice* device : devices) {
+    if (!isBehind(device)) continue;
+    device->endTick();
+    ++device->tick_;
+  }
+}
+
 void SimulatedDevice::integrateTick() noexcept {
+  beginTick();
+  for (int i = 0; i < kSubsteps; ++i) integrateSubstep(i);
+  endTick();
+}
+
+void SimulatedDevice::beginTick() noexcept {
   newest_ = (newest_ + 1) % written_.size();
   written_[newest_] = held_;
-
-  const HandTarget from = target_;
+  from_ = target_;
   target_ = intent_.next(period_, felt_);
-  const Vec3 targetVelocity = (target_.position - from.position) / period_;
-  for (int i = 0; i < kSubsteps; ++i) {
-    const double middle = (i + 0.5) / kSubsteps;
-    const HandTarget now{glm::mix(from.position, target_.position, middle), target_.push_N};
-    plant_.step(period_ / kSubsteps, motorForce(i), now, targetVelocity);
-  }
-  felt_ = motorForce(kSubsteps - 1);
+  targetVelocity_ = (target_.position - from_.position) / period_;
+}
+
+void SimulatedDevice::integrateSubstep(int substep) noexcept {
+  const double middle = (substep + 0.5) / kSubsteps;
+  const HandTarget now{glm::mix(from_.position, target_.position, middle), target_.push_N};
+  plant_.step(substep_, motorForce(substep), now, targetVelocity_);
 }
 
 // F_ZOH(t - t_d): the force of the tick that t - t_d lies in.
 Vec3 SimulatedDevice::motorForce(int substep) const noexcept {
   const int ticksAgo = (delay_ - substep + kSubsteps - 1) / kSubsteps;
   const std::size_t ago = static_cast<std::size_t>(std::max(ticksAgo, 0));
-  return written_[(newest_ + written_.size() - ago) % written_.size()];
+  return written_[newest_ >= ago ? newest_ - ago : newest_ + written_.size() - ago];
 }
 
 }  // namespace haptics

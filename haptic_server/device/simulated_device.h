@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "haptic_server/device/device.h"
@@ -17,6 +18,9 @@ struct SimulationSettings {
   double period_s = 1e-3;  ///< Of the servo; positive.
   double delay_s = 0;      ///< From a write to the motors, beyond the hold; not negative, rounded to a substep.
 };
+
+/// The device that another one's driver describes, to be simulated.
+[[nodiscard]] DevicePreset presetOf(const DeviceInfo& device) noexcept;
 
 /// A device and a hand that exist only here, advanced by the ticks themselves: it has no clock, and the same ticks and
 /// forces give the same positions, bit for bit. It quantises positions and saturates forces as its preset says.
@@ -35,6 +39,9 @@ class SimulatedDevice final : public Device {
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   /// The first call places the device where the hand begins; a later one integrates up to `tick`.
   [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
+  /// What read(tick) of each would integrate, a tick at most, with the same results, in a third of the time: the processor
+  /// overlaps their substeps, which wait for nothing but their own.
+  static void advanceTogether(std::span<SimulatedDevice* const> devices, std::uint64_t tick) noexcept;
   /// A force beyond the device's limit is shortened to it; one that is not finite is zero.
   void write(Vec3 force_N) noexcept override;
   void follow(const ExplorationPlan* plan) noexcept override { intent_.follow(plan); }
@@ -45,14 +52,20 @@ class SimulatedDevice final : public Device {
 
  private:
   void integrateTick() noexcept;
+  void beginTick() noexcept;
+  void integrateSubstep(int substep) noexcept;
+  void endTick() noexcept { felt_ = motorForce(kSubsteps - 1); }
   [[nodiscard]] Vec3 motorForce(int substep) const noexcept;
 
   DeviceInfo info_;
   Plant plant_;
   HandIntent& intent_;
   double period_;
-  int delay_;  // substeps
-  HandTarget target_;
+  double substep_;          // s
+  int delay_;               // substeps
+  HandTarget target_;       // at the end of the tick
+  HandTarget from_;         // at its start
+  Vec3 targetVelocity_{0};  // m/s
   Vec3 held_{0};
   Vec3 felt_{0};               // by the motors at the end of the last tick
   std::vector<Vec3> written_;  // ring: the force of each tick, as far back as the delay reaches

@@ -102,6 +102,7 @@ Result<void> SceneDraft::apply(const SetMaterial& set, const std::string& field)
   const auto record = edit(set.object, field + "set_material.object");
   if (!record) return tl::unexpected(record.error());
   (*record)->material = edited((*record)->material, set.material);
+  if (set.material.stiffness_N_per_m || set.material.damping_Ns_per_m) stiffened_.insert((*record)->id);
   apply(set.material.surface, field + "set_material.material.", **record);
   return {};
 }
@@ -175,15 +176,20 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   }
   if (auto fits = checkSurfaces(); !fits) return tl::unexpected(std::move(fits).error());
   for (const Named& named : named_) fitMapping(named);
+  const auto addRemarks = [&](const ObjectRecord& record, const ObjectAssets& assets) {
+    for (const std::string& remark : resolver.remarks(record, assets)) reports.push_back(record.name + ": " + remark);
+  };
   for (const auto& [object, given] : given_) {
     ObjectRecord& record = *put(object);
     if (auto gathered = gather(record, given); !gathered) return tl::unexpected(std::move(gathered).error());
     if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
     if (auto fits = fitDeformation(record, given); !fits) return tl::unexpected(std::move(fits).error());
     if (given.onlyResidue()) continue;  // the server's own, time and again
-    for (const std::string& remark : resolver.remarks(record, assets_.at(object))) {
-      reports.push_back(record.name + ": " + remark);
-    }
+    stiffened_.erase(object);
+    addRemarks(record, assets_.at(object));
+  }
+  for (const ObjectId object : stiffened_) {
+    if (const ObjectRecord* record = put(object)) addRemarks(*record, baseAssets_.at(object));
   }
   return reports;
 }

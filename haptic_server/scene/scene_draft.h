@@ -71,6 +71,7 @@ class SceneDraft {
   std::vector<ObjectRecord> put_;  // in the order in which operations first named them
   std::set<ObjectId> removed_;     // of base_
   std::set<ObjectId> posed_;
+  std::set<ObjectId> stiffened_;  // whose stiffness or damping was edited
   std::vector<Named> named_;
   std::map<ObjectId, Given> given_;
   std::map<ContentHash, std::shared_ptr<const Asset>> made_;

@@ -1,6 +1,7 @@
 #include "haptic_server/scene/surface_remarks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <sstream>
 #include <utility>
@@ -50,9 +51,9 @@ std::string stiffnessRemark(const ObjectRecord& record, const DeviceLimits& devi
   const double asked = record.material.stiffness_N_per_m;
   if (asked <= device.stiffest_N_per_m) return {};
   std::ostringstream text;
-  text.precision(4);
-  text << "warning: stiffness_N_per_m is felt as " << device.stiffest_N_per_m << " instead of " << asked
-       << ": the device comes to rest on walls of up to " << 2 * device.stiffest_N_per_m
+  text.precision(6);
+  text << "warning: stiffness_N_per_m is felt as " << std::floor(device.stiffest_N_per_m) << " instead of " << asked
+       << ": the device comes to rest on walls of up to " << std::floor(2 * device.stiffest_N_per_m)
        << " N/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
   return text.str();
 }

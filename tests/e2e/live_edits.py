@@ -1,5 +1,6 @@
 """Edits from hapticctl to a running server: each is felt from a tick that the reply names, and the viewer follows."""
 import concurrent.futures
+import re
 import unittest
 
 import harness
@@ -66,6 +67,17 @@ class LiveEdits(harness.EndToEnd):
         self.assertEqual(viewer["client_scene_hash"], server["scene_hash"])
         self.assertEqual(viewer["resyncs"], 0)
         self.assertEqual(server["allocations_in_servo"], 0)
+
+    def test_a_stiffness_beyond_what_the_device_bears_is_answered_with_what_is_felt(self):
+        changed = self.apply('operations { set_material { object { name: "box" } '
+                             'material { stiffness_N_per_m: 90000 } } }')
+        self.assertEqual(changed["object"][0]["stiffness_N_per_m"], 90000)
+        warnings = [re.search(r"warning: stiffness_N_per_m is felt as (\d+) instead of 90000", line)
+                    for line in changed["report"]]
+        self.assertEqual(len(warnings), 1, changed["report"])
+        self.assertIsNotNone(warnings[0], changed["report"])
+        self.assertLess(float(warnings[0][1]), 25e3)  # half of what the default device bears at 1 kHz
+        self.assertGreater(float(warnings[0][1]), 10e3)
 
     def test_a_mesh_file_beside_the_scene_can_be_added(self):
         (self.folder / "tetrahedron.off").write_text(harness.TETRAHEDRON_OFF)

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "tests/eval/stability/press.h"
+#include "haptic_server/servo/stability_search.h"
+#include "tests/eval/stability/methods.h"
 
 namespace haptics::eval {
 
@@ -18,18 +19,8 @@ struct Loop {
   double toldDelayMore_s = 0;
 };
 
-/// The worst of all ways of pressing.
-[[nodiscard]] Settling restOf(const Loop& loop, double stiffness_N_per_m);
-
-/// How closely, as a ratio of neighbouring stiffnesses: a search first climbs by `climb`, then halves down to `close`.
-struct Search {
-  double least_N_per_m = 50;
-  double most_N_per_m = 200e3;
-  double climb = 1.3;
-  double close = 1.05;
-};
-
-/// Largest stiffness (N/m) up to which every one that was tried comes to rest; 0 when the least does not.
-[[nodiscard]] double criticalStiffness_N_per_m(const Loop& loop, const Search& search);
+/// Largest stiffness (N/m) up to which every one that was tried comes to rest in every way of pressing; 0 when the least does
+/// not.
+[[nodiscard]] double criticalStiffness_N_per_m(const Loop& loop, const StabilitySearch& search = kStiffnessSearch);
 
 }  // namespace haptics::eval

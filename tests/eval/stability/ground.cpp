@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/servo/settling.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/stability/footing.h"
 
@@ -39,7 +40,10 @@ Pose turnedCube(double angle, Vec3 place) {
 
 }  // namespace
 
-Ground makeWall() { return {"wall", "wall", {cube()}, {turnedCube(0, {0, 0, 1})}, Vec3(3e-3, 4e-3, 0)}; }
+Ground makeWall() {
+  const PressedWall& wall = pressedWall();
+  return {"wall", "wall", {wall.surface}, {wall.pose}, wall.place};
+}
 
 Ground makeRoughWall() {
   Ground wall = makeWall();
@@ -50,9 +54,7 @@ Ground makeRoughWall() {
 }
 
 Ground makePushedBody() {
-  Ground ground = makeWall();
-  ground.name = "moving_body";
-  ground.title = "body of 0.1 kg on a spring";
+  Ground ground{"moving_body", "body of 0.1 kg on a spring", {cube()}, {turnedCube(0, {0, 0, 1})}, Vec3(3e-3, 4e-3, 0)};
   ground.motion = std::make_shared<RigidBody>(bodyOf(bodyFooting(), {0, 0, 1}));
   return ground;
 }

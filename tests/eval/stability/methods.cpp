@@ -7,7 +7,6 @@
 #include "haptic_server/force/output_chain.h"
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/force/velocity_estimator.h"
-#include "haptic_server/servo/haptic_step.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {
@@ -135,26 +134,6 @@ class PassivityControl final : public SpringAndDamper<RawVelocity> {
   double absorbed_J_ = 0;
 };
 
-/// hapticStep(), as the server's loop calls it.
-class OursStabilised final : public StabilityMethod {
- public:
-  explicit OursStabilised(const Rendering& r)
-      : scene_(sceneOf(*r.ground, r.stiffness_N_per_m, r.damping_Ns_per_m)),
-        config_(serverConfigFor(r.device, 1 / r.period_s, r.delay_s)) {
-    state_ = std::make_unique<HapticState>(config_);
-    (void)adoptScene(scene_, *state_, 0);  // the first is always taken
-  }
-  Vec3 tick(Vec3 measured) override {
-    return hapticStep(scene_, *state_, config_, {tick_++, 0, {measured, DeviceState::kReady}}).force.written;
-  }
-
- private:
-  ServoScene scene_;
-  StepConfig config_;
-  std::unique_ptr<HapticState> state_;
-  std::uint64_t tick_ = 0;
-};
-
 template <class Velocity>
 std::unique_ptr<StabilityMethod> makeSpringAndDamper(const Rendering& rendering) {
   return std::make_unique<SpringAndDamper<Velocity>>(rendering);
@@ -177,7 +156,9 @@ std::unique_ptr<StabilityMethod> makeWindowed(const Rendering& rendering) {
 }  // namespace
 
 std::unique_ptr<StabilityMethod> makeOurs(const Rendering& rendering) {
-  return std::make_unique<OursStabilised>(rendering);
+  return std::make_unique<ProductionStep>(
+      sceneOf(*rendering.ground, rendering.stiffness_N_per_m, rendering.damping_Ns_per_m),
+      serverConfigFor(rendering.device, 1 / rendering.period_s, rendering.delay_s));
 }
 
 std::unique_ptr<StabilityMethod> makeBare(const Rendering& rendering) {

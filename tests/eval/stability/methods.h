@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptic_server/device/presets.h"
+#include "haptic_server/servo/settling.h"
 #include "tests/eval/stability/ground.h"
 
 namespace haptics::eval {
@@ -20,12 +21,7 @@ struct Rendering {
 };
 
 /// A way from the measured position to the force, in virtual time: what is to be felt is the same spring and damper.
-class StabilityMethod {
- public:
-  virtual ~StabilityMethod() = default;
-  /// Position (m), attached at the first; returns the force (N), within the device's limit.
-  [[nodiscard]] virtual Vec3 tick(Vec3 measured) = 0;
-};
+using StabilityMethod = ForceRenderer;
 
 struct MethodEntry {
   std::string_view name;   ///< As in the records.

@@ -77,7 +77,7 @@ std::vector<Record> measureCritical(Scope scope, const Progress& progress) {
   std::vector<Record> records;
   for (const Loop& loop : loops) {
     progress("K_crit of the wall", records.size(), loops.size());
-    const double critical = criticalStiffness_N_per_m(loop, {});
+    const double critical = criticalStiffness_N_per_m(loop);
     Record record = recordOf(loop, critical);
     record["pass"] = !isJudged(loop) || critical >= kRequired_N_per_m;
     records.push_back(std::move(record));
@@ -102,7 +102,7 @@ std::vector<Record> measureZWidth(Scope scope, const Progress& progress) {
   std::vector<Record> records;
   for (const Loop& loop : loops) {
     progress("Z-width", records.size(), loops.size());
-    Record record = recordOf(loop, criticalStiffness_N_per_m(loop, {}));
+    Record record = recordOf(loop, criticalStiffness_N_per_m(loop));
     record["scene"] = "z_width";
     record["pass"] = true;
     records.push_back(std::move(record));
@@ -123,7 +123,7 @@ std::vector<Record> measureGrounds(Scope scope, const Progress& progress) {
         // Nothing holds a free device on the top of a sphere.
         const HandPreset& hand = handPresets()[ground.name == "sphere" ? 1 : 0];
         const Loop loop{&ours, &ground, device, hand, kServo_Hz, delay_s};
-        const double critical = criticalStiffness_N_per_m(loop, {});
+        const double critical = criticalStiffness_N_per_m(loop);
         Record record = recordOf(loop, critical);
         record["pass"] = critical >= kRequiredMargin * device.maxStiffness_N_per_m;
         records.push_back(std::move(record));
@@ -167,8 +167,8 @@ std::vector<Record> measureRobustness(Scope scope, const Progress& progress) {
         loop.toldDelayMore_s = off.toldMore_s;
         const double preset = told.maxStiffness_N_per_m;
         const double most = 1.05 * kRequiredMargin * preset;
-        const double critical = criticalStiffness_N_per_m(
-            loop, {.least_N_per_m = 0.6 * preset, .most_N_per_m = most, .climb = 1.05, .close = 1.05});
+        const double critical =
+            criticalStiffness_N_per_m(loop, {.least = 0.6 * preset, .most = most, .climb = 1.05, .close = 1.05});
         Record record = recordOf(loop, critical);
         record["scene"] = "wall_off_data_sheet";
         record["mass_factor"] = off.mass;

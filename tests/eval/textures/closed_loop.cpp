@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/maths/extent.h"
 #include "haptic_server/device/simulated_device.h"
-#include "tests/eval/extent.h"
 #include "tests/eval/random.h"
 #include "tests/eval/step_config.h"
 
@@ -110,8 +110,8 @@ Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Te
   const double away_m = glm::distance(simulated.plant().position(), rest);
   const double gain = texture && texture->law == Texture::Law::kHo1999 ? texture->gain_K : 1;
   const double allowed_m = std::max(2 * of.device->resolution_m, kLeast_m);
-  return {kRestStiffness_N_per_m * gain * steep.steepness, extent.longest_m() * 1e6, allowed_m * 1e6,
-          extent.longest_m() <= kRounding * allowed_m, away_m * 1e3};
+  return {kRestStiffness_N_per_m * gain * steep.steepness, extent.longest() * 1e6, allowed_m * 1e6,
+          extent.longest() <= kRounding * allowed_m, away_m * 1e3};
 }
 
 Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {

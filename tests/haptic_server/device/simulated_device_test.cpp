@@ -48,6 +48,32 @@ TEST(SimulatedDevice, BeginsWhereTheHandBegins) {
   EXPECT_EQ(reading.state, DeviceState::kReady);
 }
 
+TEST(SimulatedDevice, SeveralAdvanceTogetherAsEachDoesByItself) {
+  constexpr std::uint64_t kTicks = 500;
+  const auto run = [](bool together) {
+    StillHand still, pushing;
+    pushing.target.push_N = {0.1, -0.5, 0.4};
+    SimulatedDevice devices[] = {{{omni(), kNoHand}, pushing},
+                                 {{omni(), nominal(), 1e-3, 1.5e-3}, still},
+                                 {{kFrictionless, nominal(), 1e-3, 1e-3}, pushing}};
+    SimulatedDevice* const all[] = {&devices[0], &devices[1], &devices[2]};
+    std::vector<Vec3> places;
+    for (std::uint64_t tick = 0; tick < kTicks; ++tick) {
+      if (together) SimulatedDevice::advanceTogether(all, tick);
+      for (SimulatedDevice* device : all) {
+        const Vec3 measured = device->read(tick).position;
+        places.push_back(measured);
+        places.push_back(device->plant().position());
+        device->write(-200.0 * measured + Vec3(0.3 * std::sin(0.02 * static_cast<double>(tick)), 0, 0));
+      }
+    }
+    return places;
+  };
+  const std::vector<Vec3> places = run(true);
+  EXPECT_EQ(places, run(false));
+  EXPECT_NE(places.back(), Vec3(0));
+}
+
 TEST(SimulatedDevice, ReadsPositionsInWholeQuanta) {
   StillHand hand;
   hand.target.push_N = {0.4, -0.3, 0.2};

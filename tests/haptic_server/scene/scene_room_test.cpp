@@ -10,6 +10,8 @@
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
+#include "haptic_server/device/simulated_device.h"
+#include "haptic_server/servo/stiffness_limit.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics {
@@ -18,6 +20,7 @@ namespace {
 using namespace test;
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 constexpr SessionId kAlice = 11;
 constexpr auto kPatience = 20s;  // of a test for another thread; never reached unless something is broken
@@ -264,6 +267,32 @@ TEST_F(SceneRoomTest, ARemovedObjectLeavesLater) {
   EXPECT_THAT(idsOf(*servo.look(), false), ElementsAre(2));
   EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return idsOf(scene, true).empty(); }));
   EXPECT_EQ(servo.look()->revision, 2U);
+}
+
+TEST(SceneRoom, AnswersAStiffnessBeyondWhatTheDefaultDeviceBearsWithWhatIsFelt) {
+  class IdleHand final : public HandIntent {
+   public:
+    HandTarget next(double /*dt_s*/, Vec3 /*felt_N*/) noexcept override { return {}; }
+  } idle;
+  const DevicePreset preset = findDevicePreset(kDefaultDevicePreset).value();
+  const SurfaceLimits limits = surfaceLimits(SimulatedDevice({preset, HandPreset{}}, idle).info(), 1000, true);
+  const DeviceLimits device{.stiffest_N_per_m = limits.stiffness_N_per_m,
+                            .mostDamping_Ns_per_m = limits.damping_Ns_per_m};
+  SceneCrossing crossing;
+  Servo servo(crossing);
+  SceneRoom room({.assetFolders = {}, .makePlan = {}, .device = device, .log = {}}, crossing);
+  ASSERT_TRUE(room.loadStartScene(edit(add("a"))));
+  room.start();
+  std::promise<EditOutcome> replied;
+  const SetMaterial stiffer{named("a"), {.stiffness_N_per_m = 90'000, .damping_Ns_per_m = {}, .surface = {}}};
+  ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(stiffer), [&](const EditOutcome& o) { replied.set_value(o); }));
+  const EditOutcome outcome = replied.get_future().get();
+  ASSERT_TRUE(std::holds_alternative<Accepted>(outcome));
+  const double felt_N_per_m = servo.look()->objects.at(0).stiffness_N_per_m;
+  EXPECT_EQ(felt_N_per_m, limits.stiffness_N_per_m);
+  EXPECT_THAT(std::get<Accepted>(outcome)->reports,
+              ElementsAre(HasSubstr("warning: stiffness_N_per_m is felt as " +
+                                    std::to_string(static_cast<int>(felt_N_per_m)) + " instead of 90000")));
 }
 
 TEST(SceneRoom, NoEditWaitsForThePlan) {

@@ -46,6 +46,25 @@ TEST(CriticalDamping, LeavesRoomForTheMakersDampingOnEveryPresetThatIsStabilised
   }
 }
 
+TEST(SurfaceLimits, AreHalfOfWhatIsCritical) {
+  const DeviceInfo device = infoOf(devicePresets().front(), 2e-3);
+  const SurfaceLimits limits = surfaceLimits(device, 1000, true);
+  EXPECT_EQ(limits.stiffness_N_per_m, 0.5 * criticalStiffness_N_per_m(device, 1000, true));
+  EXPECT_EQ(limits.damping_Ns_per_m, 0.5 * criticalDamping_Ns_per_m(device, 1000, true, limits.stiffness_N_per_m));
+}
+
+TEST(SurfaceLimits, LieInNoUnstableBandBetweenTheStiffnessesThatASearchTries) {
+  // At 2 kHz with half a millisecond of delay an Omni rings on some 85 kN/m, half of the largest that is tried.
+  const DeviceInfo device = infoOf(findDevicePreset("omni").value(), 0.5e-3);
+  const SurfaceLimits limits = surfaceLimits(device, 2000, true);
+  EXPECT_LT(limits.stiffness_N_per_m, 80e3);
+  EXPECT_GT(limits.damping_Ns_per_m, 0);
+}
+
+TEST(SurfaceLimits, AreNothingWhereTheSoftestWallRings) {
+  EXPECT_EQ(surfaceLimits(infoOf(findDevicePreset("desktop").value(), 2e-3), 1000, false), SurfaceLimits{});
+}
+
 TEST(CriticalDamping, IsNotKnownOfADeviceOfUnknownMass) {
   EXPECT_EQ(criticalDamping_Ns_per_m(DeviceInfo{}, 1000, true, 1000), std::numeric_limits<double>::infinity());
 }

@@ -5,16 +5,16 @@
 
 #include "common/maths/vec.h"
 
-namespace haptics::eval {
+namespace haptics {
 
-/// The box that a device's true places cover (m).
+/// The smallest axis-aligned box about points.
 class Extent {
  public:
   void add(Vec3 place) {
     least_ = glm::min(least_, place);
     most_ = glm::max(most_, place);
   }
-  [[nodiscard]] double longest_m() const {
+  [[nodiscard]] double longest() const {
     const Vec3 size = most_ - least_;
     return std::max({size.x, size.y, size.z});
   }
@@ -24,4 +24,4 @@ class Extent {
   Vec3 most_{-std::numeric_limits<double>::infinity()};
 };
 
-}  // namespace haptics::eval
+}  // namespace haptics
