@@ -148,7 +148,7 @@ void ContactTick<Corrections>::touch(const Hit& hit, const Points& to) noexcept 
 /// out of theirs, a mesh that passes through itself has surface inside of itself, and an adoption puts bodies anywhere.
 template <class Corrections>
 bool ContactTick<Corrections>::mayBeInside() const noexcept {
-  if (!Corrections::kContainment) return false;
+  if (!Corrections::kContainment || !Corrections::kObjectFrameSegments) return false;
   if (state_.reseated || work_.unsettled || work_.crowdedOut > 0) return true;
   const bool alone = state_.mode == Mode::kOneSurface && near_.count() == 1;  // its own surface holds it
   for (int i = 0; i < near_.count(); ++i) {

@@ -10,45 +10,70 @@
 // limit of an edit, magnitude limit.
 namespace haptics {
 
-/// Bounds how fast an edit changes the force, or an IHIP that was put out of a body. While it is active the written force
-/// goes towards what is felt by so much a tick:
-///   dF = r T + 2 (K T + B) dx / T,
-/// r the rate of an edit, T the period, K and B the stiffness and damping that are felt, dx the way of the hand. At rest it is
-/// a slew limit. Under a moving hand it lets through whatever a contact does, and what is left of the edit is felt as on a
-/// surface twice as stiff, which the device bears: felt stiffness is at most half of the critical one. A general slew limit
-/// would not do: at 0.3 N a tick it turned a stable tap into an unstable one.
+/// Bounds how fast an edit changes the force, or an IHIP that was put out of a body. While it is active the force is what is
+/// felt and a rest of what was felt before:
+///   F = F_felt + R,  |dR/dt| <= r.
+/// Of the change of F_felt in a tick, so much is the hand's own and goes through at once:
+///   2 (K T + B) dx / T,
+/// K and B the stiffness and damping that are felt, T the period, dx the way of the HIP: twice what a plane makes of it, so
+/// that contact stays what it is. What is more is taken into R, which then lets it in at the rate r; with the hand at rest
+/// that is everything. No general slew limit, which at 0.3 N a tick turned a stable tap into an unstable one.
 class EditSlew {
  public:
-  static constexpr double kRate_N_per_s = 30;  ///< As FeltStiffness.
-  /// Active for so long after the last tick in which an edit did something, or the force was limited. Shorter misses what a
-  /// surface does late; longer limits what is not the edit's.
+  static constexpr double kRate_N_per_s = FeltStiffness::kRate_N_per_s;  ///< r
+  /// Active for so long after the last tick in which an edit did something. Shorter misses what a surface does late; longer
+  /// takes jumps for the edit's that are the hand's.
   static constexpr double kSettled_s = 0.1;
   /// In which the way of the hand in a tick counts for 1/e of itself: a slow hand shows as single steps of the encoder.
   static constexpr double kMemory_s = 5e-3;
 
-  /// An edit changes the force.
-  void begin() noexcept { remaining_s_ = kSettled_s; }
+  /// An edit changes the force, from the next follow() on.
+  void begin() noexcept {
+    fresh_ = fresh_ || !active();
+    remaining_s_ = kSettled_s;
+  }
   [[nodiscard]] bool active() const noexcept { return remaining_s_ > 0; }
 
-  /// @param written, felt  N.
-  /// @param way_m  Of the hand in this tick, relative to the surface.
-  /// @param k  Of the surface; of the last one while none is touched.
-  [[nodiscard]] Vec3 follow(Vec3 written, Vec3 felt, double way_m, Stiffness k, double period_s) noexcept {
-    way_m_ = std::max(way_m, way_m_ * (1 - std::min(1.0, period_s / kMemory_s)));
+  /// @param before  The force of the last tick, N.
+  /// @param felt  What is felt in this one, N.
+  /// @param hip  Where the force was computed, world, m.
+  /// @param carried_m  Way of the surface by itself in this tick.
+  /// @param k  Of the surface; none while none is touched: then that of the last one.
+  /// @param jumps  The edit changes it at once: nothing of the change is the hand's own.
+  [[nodiscard]] Vec3 follow(Vec3 before, Vec3 felt, Vec3 hip, double carried_m, Stiffness k, bool jumps,
+                            double period_s) noexcept {
+    if (fresh_) {
+      felt_N_ = before;
+      rest_N_ = Vec3(0);
+      hip_ = hip;
+      way_m_ = 0;
+      fresh_ = false;
+    }
+    way_m_ = std::max(glm::distance(hip, hip_) + carried_m, way_m_ * (1 - std::min(1.0, period_s / kMemory_s)));
     if (k.spring_N_per_m > 0) k_ = k;
-    const double most =
-        kRate_N_per_s * period_s + 2 * (k_.spring_N_per_m + k_.damping_Ns_per_m / period_s) * way_m_;
-    const Vec3 missing = felt - written;
-    const double squared = glm::dot(missing, missing);
+    const double own_N = jumps ? 0 : 2 * (k_.spring_N_per_m + k_.damping_Ns_per_m / period_s) * way_m_;
+    const Vec3 change_N = felt - felt_N_;
+    felt_N_ = felt;
+    hip_ = hip;
     remaining_s_ -= period_s;
-    if (!active()) way_m_ = 0;
-    if (squared <= most * most) return felt;
-    begin();
-    return written + missing * (most / std::sqrt(squared));
+    const double length_N = glm::length(change_N);
+    if (length_N > own_N) {
+      rest_N_ -= change_N * (1 - own_N / length_N);
+      remaining_s_ = kSettled_s;
+    }
+    const double rest_N = glm::length(rest_N_);
+    const double let_N = kRate_N_per_s * period_s;
+    if (rest_N > let_N) remaining_s_ = kSettled_s;
+    rest_N_ = rest_N > let_N ? rest_N_ * (1 - let_N / rest_N) : Vec3(0);
+    return felt + rest_N_;
   }
 
  private:
+  bool fresh_ = false;
   double remaining_s_ = 0;
+  Vec3 felt_N_{0};  // in the last tick
+  Vec3 rest_N_{0};  // R
+  Vec3 hip_{0};     // likewise
   double way_m_ = 0;
   Stiffness k_;
 };

@@ -67,11 +67,10 @@ void attach(HapticState& state, Vec3 position) noexcept {
   return glm::dot(state.velocity.velocity(), normal) - separationSpeed(state, body, place, normal, config.period_s);
 }
 
-/// Of the touched object, 0 when free.
-[[gnu::always_inline]] inline double feltStiffness_N_per_m(const HapticState& state,
-                                                           const ContactResult& contact) noexcept {
-  if (!contact.touching) return 0;
-  return state.objects[static_cast<std::size_t>(contact.body)].felt.value().spring_N_per_m;
+/// Of the touched object; none when free.
+[[gnu::always_inline]] inline Stiffness feltStiffness(const HapticState& state, const ContactResult& contact) noexcept {
+  if (!contact.touching) return {};
+  return state.objects[static_cast<std::size_t>(contact.body)].felt.value();
 }
 
 /// Objects that were edited under the stylus, on their way to where the scene has them.
@@ -128,39 +127,35 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
   if (state.lettingGo) state.letGo_s += period_s;
 }
 
-/// The jump of the force is let in as an edit's is.
 void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
   ++state.putOut;
   state.putOutOf = scene.objects[static_cast<std::size_t>(work.insideOf)].id;
-  state.slew.begin();
+  state.slew.begin();  // the jump of the force is let in as an edit's is
 }
 
-/// How far the hand has gone in this tick, and the touched surface by itself: not as an edit moves it.
-[[nodiscard]] double wayOnSurface_m(const HapticState& state, const Vec3& measured,
-                                    const ContactResult& contact) noexcept {
-  const double way_m = glm::distance(measured, state.measuredHip);
-  if (!contact.touching) return way_m;
+/// How far the touched surface has gone by itself in this tick: not as an edit moves it.
+[[nodiscard]] double carried_m(const HapticState& state, const ContactResult& contact) noexcept {
+  if (!contact.touching) return 0;
   const auto touched = static_cast<std::size_t>(contact.body);
   const Body& body = state.bodies[touched];
-  if (!body.moving || state.objects[touched].beingMoved) return way_m;
-  return way_m + glm::distance(toWorld(body.current, toLocal(body.previous, contact.ihip)), contact.ihip);
+  if (!body.moving || state.objects[touched].beingMoved) return 0;
+  return glm::distance(toWorld(body.current, toLocal(body.previous, contact.ihip)), contact.ihip);
 }
 
 /// Finite check, slew limit of an edit, fault ramp, magnitude limit: always last before the device.
-[[nodiscard, gnu::noinline]] Vec3 limitedByStages(HapticState& state, const StepConfig& config, const StepInput& input,
-                                                  const FeltTick& felt, Vec3 force) noexcept {
+[[nodiscard, gnu::noinline]] Vec3 limitedByStages(HapticState& state, const StepConfig& config, const FeltTick& felt,
+                                                  Vec3 force) noexcept {
   if (!isFinite(force)) [[unlikely]]
     state.fault = Fault::kNonFiniteForce;
   if (state.fault == Fault::kNone) [[likely]] {
-    if (state.adoptedNow && (state.contactBroken || state.detailEdited || felt.object != state.contactObject)) {
-      state.slew.begin();
-    }
+    const bool jumps =
+        (state.adoptedNow && (state.contactBroken || state.detailEdited || felt.object != state.contactObject)) ||
+        felt.contact.work.putOut;
+    if (jumps) state.slew.begin();
     if (state.slew.active()) {
-      const Stiffness k =
-          felt.contact.touching ? state.objects[static_cast<std::size_t>(felt.contact.body)].felt.value() : Stiffness{};
       force = state.slew.follow(limitMagnitude(state.unlimited_N, config.maxForce_N),
-                                limitMagnitude(force, config.maxForce_N),
-                                wayOnSurface_m(state, input.device.position, felt.contact), k, config.period_s);
+                                limitMagnitude(force, config.maxForce_N), state.hip, carried_m(state, felt.contact),
+                                feltStiffness(state, felt.contact), jumps, config.period_s);
     }
     state.unlimited_N = force;
   } else {
@@ -171,13 +166,12 @@ void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& 
 
 /// A force that every stage passes on as it is, which most are, goes by none of them.
 [[nodiscard, gnu::always_inline]] inline Vec3 limited(HapticState& state, const StepConfig& config,
-                                                      const StepInput& input, const FeltTick& felt,
-                                                      const Vec3& force) noexcept {
+                                                      const FeltTick& felt, const Vec3& force) noexcept {
   const bool asItIs =
       state.fault == Fault::kNone && !state.adoptedNow && !state.slew.active() && state.faultRamp.atOne();
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]]  // not for NaN
     return state.unlimited_N = force;
-  return limitedByStages(state, config, input, felt, force);
+  return limitedByStages(state, config, felt, force);
 }
 
 /// Where the HIP is, or will be while the coming force is held.
@@ -278,7 +272,7 @@ template <bool kDetails>
   ForceComponents& force = felt.force;
   force.contact = force.spring + force.damping;
   if constexpr (kDetails) force.contact += force.friction + force.texture;
-  force.written = limited(state, config, input, felt, force.contact);
+  force.written = limited(state, config, felt, force.contact);
 }
 
 template <bool kDetails>
@@ -297,7 +291,7 @@ template <bool kDetails>
   accountEnergy<kDetails>(state, config, felt);
   if (state.lead.active()) {
     const ContactResult& contact = felt.contact;
-    state.lead.note(felt.force.written, felt.geometricNormal, feltStiffness_N_per_m(state, contact),
+    state.lead.note(felt.force.written, felt.geometricNormal, feltStiffness(state, contact).spring_N_per_m,
                     surfaceSpeed(state, contact.body, contact.ihip, felt.geometricNormal, config));
   }
   state.adoptedNow = state.contactBroken = state.detailEdited = false;

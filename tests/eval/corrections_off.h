@@ -22,6 +22,9 @@ struct WithoutExitRetest : AllCorrections {
 struct WithoutObjectFrames : AllCorrections {
   static constexpr bool kObjectFrameSegments = false;
 };
+struct WithoutContainment : AllCorrections {
+  static constexpr bool kContainment = false;
+};
 struct WithoutGuard : AllCorrections {
   static constexpr bool kGuard = false;
 };

@@ -46,6 +46,8 @@ constexpr std::array kOursWithout{
            false},
     Method{"ours_without_exit_retest", "free at once when it leaves", make<OursUnder<WithoutExitRetest>>, true, false},
     Method{"ours_without_object_frames", "segments in the world", make<OursUnder<WithoutObjectFrames>>, true, false},
+    Method{"ours_without_containment", "an IHIP that is inside a body is not noticed", make<OursUnder<WithoutContainment>>,
+           true, false},
     Method{"ours_without_guard", "the path is tested against nothing", make<OursUnder<WithoutGuard>>, true, false},
     Method{"ours_without_several_surfaces", "one at a time", make<OursUnder<WithoutSeveralSurfaces>>, true, false},
     Method{"ours_without_budget", "searches to the end", make<OursUnder<WithoutBudget>>, true, false},

@@ -161,30 +161,6 @@ TEST(Corrections, WithoutABudgetATickLooksAtMore) {
   EXPECT_LT(looked(AllCorrections{}), 2 * kSearchBudget);
   EXPECT_GT(looked(WithoutABudget{}), 3 * kSearchBudget);
 }
-
-struct WithoutContainment : AllCorrections {
-  static constexpr bool kContainment = false;
-};
-/// A block comes down on an IHIP that rests on another one, whose HIP is deeper than the block is wide.
-TEST(Corrections, WithoutContainmentABodyThatClosesInOnTheIhipTakesItIn) {
-  World world;
-  const int floor = world.add(shapes::box({0.2, 0.2, 0.1}, 4), Vec3(0, 0, -0.05));
-  const int press = world.add(shapes::box({0.03, 0.03, 0.03}, 2), Vec3(0, 0, 0.02));
-  Apprentice<WithoutContainment> caught(world, {0.001, 0.002, 0.001});
-  int inside = 0;
-  int insideOfFull = 0;
-  for (int i = 0; i < 60; ++i) {
-    const double angle = 0.002 * i;
-    world.move(floor, {glm::angleAxis(0.3 * angle, Vec3(1, 0, 0)), {0, 0, -0.05}});
-    world.move(press, {glm::angleAxis(angle, Vec3(0, 0.6, 0.8)), {0, 0, 0.02 - 0.0004 * i}});
-    const ContactResult r = caught.tick({0.001, 0.002, -0.008});
-    inside += world.depthInside(r.ihip) > 1e-6 ? 1 : 0;
-    insideOfFull += world.depthInside(caught.full().ihip) > 1e-6 ? 1 : 0;
-  }
-  EXPECT_GT(inside, 5);
-  EXPECT_EQ(insideOfFull, 0);
-}
-
 struct WithoutSubsteps : AllCorrections {
   static constexpr bool kSubsteps = false;
 };
