@@ -12,7 +12,7 @@ namespace {
 /// A run that fails in a way, and what can be left out of it.
 class Reduction {
  public:
-  Reduction(EditRun run, EditFailure failure) : run_(std::move(run)), failure_(failure) {}
+  Reduction(EditRun run, const EditFinding& finding) : run_(std::move(run)), finding_(finding) {}
 
   void dropScenes() {
     for (std::size_t i = run_.scenes.size() - 1; i-- > 0;) {
@@ -21,6 +21,25 @@ class Reduction {
       less.scenes.erase(less.scenes.begin() + static_cast<std::ptrdiff_t>(i));
       keep(std::move(less));
     }
+  }
+
+  /// Goes straight to where the HIP rests, from beside the IHIP.
+  void goStraight() {
+    constexpr double kBeside_m = 0.002;
+    constexpr std::size_t kOnTheWay = 50;
+    constexpr std::size_t kAtRest = 50;
+    const std::uint64_t begin = run_.windows.front().begin;
+    EditDrive drive(run_);
+    for (std::uint64_t tick = 0; tick < begin; ++tick) drive.step(run_.hips[tick]);
+    const Vec3 rest = run_.hips[begin];
+    const Vec3 back = drive.state().contact.ihip - rest;
+    if (drive.sample().object == 0 || back == Vec3(0) || begin < kOnTheWay + kAtRest) return;
+    const Vec3 from = rest + back * (1 + kBeside_m / glm::length(back));
+    EditRun less = fromTick(begin - kOnTheWay - kAtRest);
+    for (std::size_t i = 0; i < kOnTheWay + kAtRest; ++i) {
+      less.hips[i] = glm::mix(from, rest, std::min(1.0, static_cast<double>(i) / kOnTheWay));
+    }
+    if (isOutside(less)) keep(std::move(less));
   }
 
   /// Begins as late as it can where the HIP is outside of everything.
@@ -70,7 +89,9 @@ class Reduction {
 
  private:
   bool keep(EditRun less) {
-    if (!findFailure(less, failure_)) return false;
+    constexpr double kAlike = 0.5;  // of the step: a much smaller one is another matter
+    const auto finding = findFailure(less, finding_.failure);
+    if (!finding || finding->verdict.excess_N < kAlike * finding_.verdict.excess_N) return false;
     run_ = std::move(less);
     return true;
   }
@@ -90,6 +111,7 @@ class Reduction {
     for (FuzzScene& scene : less.scenes) scene.tick = scene.tick > first ? scene.tick - first : 0;
     for (EditWindow& window : less.windows) {
       window.begin -= first;
+      window.settled -= first;
       window.end -= first;
     }
     return less;
@@ -106,7 +128,7 @@ class Reduction {
   }
 
   EditRun run_;
-  EditFailure failure_;
+  EditFinding finding_;
 };
 
 }  // namespace
@@ -115,9 +137,10 @@ EditRun reduced(EditRun run, const EditFinding& finding) {
   run.windows = {run.windows[finding.window]};
   run.hips.resize(run.windows.front().end);
   std::erase_if(run.scenes, [&](const FuzzScene& scene) { return scene.tick >= run.windows.front().end; });
-  Reduction reduction(std::move(run), finding.failure);
+  Reduction reduction(std::move(run), finding);
   reduction.dropScenes();
   reduction.dropObjects();
+  reduction.goStraight();
   reduction.dropFirstTicks();
   reduction.dropFeatures();
   reduction.dropObjects();

@@ -62,7 +62,7 @@ void EditJudge::begin(EditDrive& drive) {
   verdict_ = {};
   worst_ = {drive.tick(), 0};
   insideBefore_ = depth_m(drive) > 0;
-  last_N_ = twinLast_N_ = drive.sample().force.written;
+  before_N_ = last_N_ = twinLast_N_ = drive.sample().force.written;
   lastObject_ = drive.sample().object;
   twinStep_N_ = 0;
   twin_ = run_.stabiliser || isSoft(run_);  // else nothing changes without an edit
@@ -87,15 +87,17 @@ void EditJudge::observe(EditDrive& drive, Vec3 hip) {
   if (above_N > worst_.above_N) worst_ = {drive.tick() - 1, above_N};
 }
 
-EditVerdict EditJudge::end(const EditDrive& drive) {
+void EditJudge::settle(const EditDrive& drive) {
+  verdict_.adopted = !drive.waiting();
+  if (!isFinite(drive.sample().force.written)) return;
+  verdict_.inside_m = insideBefore_ ? 0 : depth_m(drive);
+  verdict_.missing_N = missing_N(drive);
+}
+
+EditVerdict EditJudge::end() {
   constexpr double kRounding_N = 1e-6;
   verdict_.excess_N = std::max(0.0, worst_.above_N - kMostStep_N_per_s * run_.period_s() - twinStep_N_ - kRounding_N);
   verdict_.tick = worst_.tick;
-  verdict_.adopted = !drive.waiting();
-  if (verdict_.finite) {
-    verdict_.inside_m = insideBefore_ ? 0 : depth_m(drive);
-    verdict_.missing_N = missing_N(drive);
-  }
   return verdict_;
 }
 
@@ -148,20 +150,23 @@ SolidOracle EditJudge::dentedOracle(const HapticState& state, std::size_t body, 
   return {vertices, mesh.triangles};
 }
 
-/// By how much the force is not that of the scene's parameters: nothing is left of a blend, and the spring is as stiff as
-/// the object that is touched. Where shading or a texture decides the depth, or a body moves, only the first is known.
+/// By how much the written force is not that of the scene's parameters: nothing is left of a blend, and the spring is as
+/// stiff as the object that is touched. Where shading or a texture decides the depth, or a body moves, only the first is
+/// known.
 double EditJudge::missing_N(const EditDrive& drive) const {
+  constexpr double kSlowest_N_per_s = 30;
+  constexpr double kLongest_s = 0.9;
   const TelemetrySample& sample = drive.sample();
-  const auto off = [](Vec3 is, Vec3 shouldBe) {
-    const double difference = glm::distance(is, shouldBe);
-    return difference > kSame_N + kSamePart * glm::length(shouldBe) ? difference : 0;
-  };
-  const double blended_N = off(sample.force.written, limitMagnitude(sample.force.contact, drive.config().maxForce_N));
+  Vec3 expected_N = sample.force.contact;
   const FuzzObject* touched = drive.object(sample.object);
-  if (touched == nullptr) return blended_N;
-  if (touched->crease_rad > 0 || touched->textureAmplitude_m > 0 || touched->mass_kg > 0) return blended_N;
-  const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
-  return std::max(blended_N, off(sample.force.spring, stiffness_N_per_m * (sample.ihip - sample.foreseenHip)));
+  if (touched != nullptr && touched->crease_rad == 0 && touched->textureAmplitude_m == 0 && touched->mass_kg == 0) {
+    const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
+    expected_N += stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
+  }
+  if (glm::length(before_N_) + glm::length(expected_N) > kSlowest_N_per_s * kLongest_s) return 0;
+  const Vec3 limited_N = limitMagnitude(expected_N, drive.config().maxForce_N);
+  const double difference_N = glm::distance(sample.force.written, limited_N);
+  return difference_N > kSame_N + kSamePart * glm::length(limited_N) ? difference_N : 0;
 }
 
 std::optional<EditFinding> findFailure(const EditRun& run, std::optional<EditFailure> kind) {
@@ -174,8 +179,9 @@ std::optional<EditFinding> findFailure(const EditRun& run, std::optional<EditFai
     drive.step(run.hips[tick]);
     if (tick < w.begin) continue;
     judge.observe(drive, run.hips[tick]);
+    if (tick + 1 == w.settled) judge.settle(drive);
     if (tick + 1 < w.end) continue;
-    const EditVerdict verdict = judge.end(drive);
+    const EditVerdict verdict = judge.end();
     const auto failure = verdict.failure();
     if (failure && (!kind || failure == kind)) return EditFinding{*failure, window, verdict};
     ++window;

@@ -43,10 +43,11 @@ struct FuzzScene {
 
 /// Ticks over which the HIP rests, and an edit, or two, come.
 struct EditWindow {
-  std::string edit;         ///< Kind.
-  std::size_t objects = 0;  ///< There were when it came.
-  std::uint64_t begin = 0;  ///< Tick before which it is published.
-  std::uint64_t end = 0;    ///< First tick that is not judged.
+  std::string edit;           ///< Kind.
+  std::size_t objects = 0;    ///< There were when it came.
+  std::uint64_t begin = 0;    ///< Tick before which it is published.
+  std::uint64_t settled = 0;  ///< Tick after which it is to be felt in full.
+  std::uint64_t end = 0;      ///< First tick that is not judged.
 };
 
 /// Scenes, edits and a HIP: all that the step is given. The HIP begins free, at its first place.

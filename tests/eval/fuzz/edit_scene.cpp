@@ -15,6 +15,7 @@ namespace {
 constexpr double kApproach_m_per_s = 0.2;
 constexpr double kLongestApproach_s = 0.9;
 constexpr double kRest_s = 0.1;     ///< Before an edit.
+constexpr double kSettled_s = 1;    ///< After it, it is to be felt in full.
 constexpr double kWatched_s = 1.2;  ///< After it.
 constexpr double kLeaves_s = 0.5;   ///< For so long the server keeps what was removed.
 constexpr double kMostPress_N = 2.5;
@@ -243,7 +244,7 @@ EditVerdict EditScene::next() {
   constexpr std::uint64_t kMostBetween = 200;  // ticks, of two edits
   press();
   inContact_ = drive_.sample().object != 0;
-  EditWindow window{"", objects_.size(), drive_.tick(), 0};
+  EditWindow window{"", objects_.size(), drive_.tick(), 0, 0};
   const int manner = random_.below(10);
   judge_.begin(drive_);
   std::string kind = edit();
@@ -264,10 +265,13 @@ EditVerdict EditScene::next() {
   window.edit = kind;
   watch(kLeaves_s);
   if (std::erase_if(objects_, [](const FuzzObject& o) { return o.leaving; }) > 0) publish();
-  watch(kWatched_s - kLeaves_s);
+  watch(kSettled_s - kLeaves_s);
+  window.settled = drive_.tick();
+  judge_.settle(drive_);
+  watch(kWatched_s - kSettled_s);
   window.end = drive_.tick();
   run_.windows.push_back(window);
-  return judge_.end(drive_);
+  return judge_.end();
 }
 
 }  // namespace haptics::eval
