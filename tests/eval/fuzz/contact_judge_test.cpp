@@ -65,6 +65,14 @@ TEST(ContactJudge, LetsAnIhipGoRoundTheRimOfASheet) {
   EXPECT_FALSE(through.judge(frameAt({0, 0, 0.01}), {0, 0, 0.01}).crossed);
 }
 
+TEST(ContactJudge, TakesTheSideThatAnIhipWasPutOnAsItIs) {
+  for (const bool putOut : {false, true}) {
+    ContactJudge judge(openBox(), frameAt({0, 0, -0.021}));
+    EXPECT_FALSE(judge.judge(frameAt({0, 0, -0.0205}), {0, 0, -0.02}, putOut).crossed);
+    EXPECT_EQ(judge.judge(frameAt({0, 0, -0.0195}), {0, 0, -0.0195}).crossed, !putOut);
+  }
+}
+
 TEST(ContactRule, FailsATickInsideUnlessItSaysThatItPutTheIhipOutAndTheNextAlways) {
   ContactWork putOut;
   putOut.putOut = true;

@@ -18,7 +18,8 @@ constexpr const char* kExplanation =
     "pose,\n"
     "# stiffness, damping, leaving, mass (0: it does not move), crease (0: no shading), friction, texture's amplitude "
     "and\n"
-    "# wavelength; a soft one's radius, degree, stiffness, time of return and plastic part.\n";
+    "# wavelength, whether it is bump mapped; a soft one's radius, degree, stiffness, time of return and plastic "
+    "part.\n";
 constexpr const char* kNone = "none";
 
 std::filesystem::path meshFile(const std::filesystem::path& folder, std::size_t mesh) {
@@ -31,7 +32,7 @@ void write(std::ostream& file, const FuzzObject& o, std::size_t mesh) {
   file << "object " << o.id << ' ' << mesh << ' ' << o.shape << ' ' << q.w << ' ' << q.x << ' ' << q.y << ' ' << q.z
        << ' ' << p.x << ' ' << p.y << ' ' << p.z << ' ' << o.poseRevision << ' ' << o.stiffness_N_per_m << ' '
        << o.damping_Ns_per_m << ' ' << o.leaving << ' ' << o.mass_kg << ' ' << o.crease_rad << ' ' << o.friction << ' '
-       << o.textureAmplitude_m << ' ' << o.textureWavelength_m;
+       << o.textureAmplitude_m << ' ' << o.textureWavelength_m << ' ' << o.bumpMapped;
   if (o.tissue) {
     file << ' ' << o.tissue->falloff.radius_m() << ' ' << o.tissue->falloff.degree() << ' '
          << o.tissue->stiffness_N_per_m << ' ' << o.tissue->returnTime_s << ' ' << o.tissue->plastic;
@@ -45,7 +46,7 @@ bool read(std::istream& words, FuzzObject& o) {
   Vec3& p = o.pose.position;
   words >> o.id >> o.mesh >> o.shape >> q.w >> q.x >> q.y >> q.z >> p.x >> p.y >> p.z >> o.poseRevision >>
       o.stiffness_N_per_m >> o.damping_Ns_per_m >> o.leaving >> o.mass_kg >> o.crease_rad >> o.friction >>
-      o.textureAmplitude_m >> o.textureWavelength_m;
+      o.textureAmplitude_m >> o.textureWavelength_m >> o.bumpMapped;
   if (!words) return false;
   double radius_m = 0;
   if (!(words >> radius_m)) return true;

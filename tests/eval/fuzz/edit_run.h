@@ -26,10 +26,12 @@ struct FuzzObject {
   double friction = 0;            ///< Static coefficient; sliding, 0.7 of it.
   double textureAmplitude_m = 0;  ///< Of gradient noise.
   double textureWavelength_m = 0;
+  bool bumpMapped = false;  ///< The texture, instead of by Eq. (4).
 
   [[nodiscard]] bool sameSurface(const FuzzObject& other) const {
     return mesh == other.mesh && crease_rad == other.crease_rad && friction == other.friction &&
-           textureAmplitude_m == other.textureAmplitude_m && textureWavelength_m == other.textureWavelength_m;
+           textureAmplitude_m == other.textureAmplitude_m && textureWavelength_m == other.textureWavelength_m &&
+           bumpMapped == other.bumpMapped;
   }
   [[nodiscard]] bool hasDetail() const { return crease_rad > 0 || friction > 0 || textureAmplitude_m > 0; }
 };

@@ -20,8 +20,8 @@ constexpr double kWatched_s = 1.2;  ///< After it.
 constexpr double kLeaves_s = 0.5;   ///< For so long the server keeps what was removed.
 constexpr double kMostPress_N = 2.5;
 constexpr std::array kRates_Hz{1000.0, 500.0, 2000.0, 4000.0};
-constexpr std::array<const char*, 12> kKinds{"add",    "remove",  "move",     "turn",     "stiffness", "damping",
-                                             "remesh", "lattice", "softness", "friction", "texture",   "shading"};
+constexpr std::array kKinds{"add",     "remove",   "move",     "turn",    "stiffness", "damping", "remesh",
+                            "lattice", "softness", "friction", "texture", "shading",   "motion"};
 
 bool chance(Random& random, double part) { return random.between(0, 1) < part; }
 
@@ -35,7 +35,7 @@ EditScene::EditScene(std::uint64_t seed) : random_(seed), drive_(chosenRun()), j
   step(hip_);
 }
 
-/// Rate, device and features; every third scene has no features.
+/// Rate, device and features; every fourth scene has no features.
 const EditRun& EditScene::chosenRun() {
   run_.rate_Hz = random_.below(2) == 0 ? kRates_Hz[0] : kRates_Hz[static_cast<std::size_t>(random_.below(4))];
   if (random_.below(2) == 0) {
@@ -43,10 +43,10 @@ const EditRun& EditScene::chosenRun() {
     run_.device = presets[static_cast<std::size_t>(random_.below(static_cast<int>(presets.size())))].name;
     run_.stabiliser = random_.below(2) == 0;
   }
-  const bool plain = random_.below(3) == 0;
+  const bool plain = random_.below(4) == 0;
   for (bool* feature : {&features_.damping, &features_.soft, &features_.moving, &features_.friction, &features_.texture,
                         &features_.shading}) {
-    *feature = random_.below(4) == 0 && !plain;
+    *feature = random_.below(3) == 0 && !plain;
   }
   return run_;
 }
@@ -154,7 +154,7 @@ void EditScene::pullLattice(FuzzObject& object) {
 
 /// @return Whether there is something to edit so.
 bool EditScene::tryEdit(int kind) {
-  const std::string_view name = kKinds[static_cast<std::size_t>(kind)];
+  const std::string name = kKinds[static_cast<std::size_t>(kind)];
   if (name == "add") {
     Pose pose = somePose();
     if (chance(random_, 0.6)) pose.position = hip_ + 0.01 * normalVector(random_);
@@ -196,9 +196,13 @@ bool EditScene::tryEdit(int kind) {
     const bool off = object.textureAmplitude_m > 0 && chance(random_, 0.5);
     object.textureAmplitude_m = off ? 0 : random_.between(0.00005, 0.0003);
     object.textureWavelength_m = random_.between(0.002, 0.006);
-  } else {
+    object.bumpMapped = random_.below(2) == 0;
+  } else if (name == "shading") {
     if (!features_.shading) return false;
     object.crease_rad = object.crease_rad > 0 ? 0 : std::numbers::pi / 3;
+  } else {
+    if (!features_.moving || !canMove_[object.mesh]) return false;
+    object.mass_kg = object.mass_kg > 0 ? 0 : random_.between(0.1, 1);
   }
   return true;
 }
