@@ -16,19 +16,17 @@ bool isSoft(const EditRun& run) {
   });
 }
 
-/// Does the step itself move a body at the HIP?
-bool isMovedAt(const EditDrive& drive, Vec3 hip, std::uint64_t lastObject) {
+/// Did the step itself move a body at the HIP in the last tick? `touched` and `before` are ids, 0 for none.
+bool isMovedAt(const HapticState& state, Vec3 hip, std::uint64_t touched, std::uint64_t before) {
   constexpr double kMoved_m = 1e-6;
   constexpr double kBeside_m = 0.01;
-  const HapticState& state = drive.state();
-  if (drive.adoptedNow()) return false;
   for (std::size_t i = 0; i < state.movingCount; ++i) {
     const std::size_t b = state.moving[i].body;
     const Body& body = state.bodies[b];
     const std::uint64_t id = state.objects[b].id;
     if (state.objects[b].beingMoved) continue;
-    const bool touched = drive.sample().object == id || lastObject == id;
-    if (!touched && glm::distance(body.centre, hip) > body.surface->radius_m() + kBeside_m) continue;
+    const bool isTouched = touched == id || before == id;
+    if (!isTouched && glm::distance(body.centre, hip) > body.surface->radius_m() + kBeside_m) continue;
     if (glm::distance(toWorld(body.current, toLocal(body.previous, hip)), hip) > kMoved_m) return true;
   }
   return false;
@@ -63,7 +61,7 @@ void EditJudge::begin(EditDrive& drive) {
   worst_ = {drive.tick(), 0};
   insideBefore_ = depth_m(drive) > 0;
   before_N_ = last_N_ = twinLast_N_ = drive.sample().force.written;
-  lastObject_ = drive.sample().object;
+  lastObject_ = twinLastObject_ = drive.sample().object;
   twinStep_N_ = 0;
   twin_ = run_.stabiliser || isSoft(run_);  // else nothing changes without an edit
   if (twin_) drive.split();
@@ -72,19 +70,24 @@ void EditJudge::begin(EditDrive& drive) {
 void EditJudge::observe(EditDrive& drive, Vec3 hip) {
   const Vec3 written_N = drive.sample().force.written;
   verdict_.finite = verdict_.finite && isFinite(written_N);
-  if (twin_) {
-    const Vec3 twin_N = drive.stepTwin(hip).force.written;
-    twinStep_N_ = std::max(twinStep_N_, glm::distance(twin_N, twinLast_N_));
-    twinLast_N_ = twin_N;
-  }
+  if (twin_) observeTwin(drive, hip);
   const double step_N = glm::distance(written_N, last_N_);
-  const bool counts = !isMovedAt(drive, hip, lastObject_);
+  const bool counts = drive.adoptedNow() || !isMovedAt(drive.state(), hip, drive.sample().object, lastObject_);
   const double above_N = step_N - relaxation_N(drive);
   last_N_ = written_N;
   lastObject_ = drive.sample().object;
   if (!counts) return;
   verdict_.step_N = std::max(verdict_.step_N, step_N);
   if (above_N > worst_.above_N) worst_ = {drive.tick() - 1, above_N};
+}
+
+void EditJudge::observeTwin(EditDrive& drive, Vec3 hip) {
+  const TelemetrySample& sample = drive.stepTwin(hip);
+  if (!isMovedAt(drive.twinState(), hip, sample.object, twinLastObject_)) {
+    twinStep_N_ = std::max(twinStep_N_, glm::distance(sample.force.written, twinLast_N_));
+  }
+  twinLast_N_ = sample.force.written;
+  twinLastObject_ = sample.object;
 }
 
 void EditJudge::settle(const EditDrive& drive) {

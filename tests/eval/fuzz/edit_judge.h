@@ -56,6 +56,7 @@ class EditJudge {
   [[nodiscard]] double depth_m(const EditDrive& drive);
 
  private:
+  void observeTwin(EditDrive& drive, Vec3 hip);
   [[nodiscard]] double relaxation_N(const EditDrive& drive) const;
 
   [[nodiscard]] double missing_N(const EditDrive& drive) const;
@@ -69,6 +70,7 @@ class EditJudge {
   Vec3 last_N_{0};
   std::uint64_t lastObject_ = 0;
   Vec3 twinLast_N_{0};
+  std::uint64_t twinLastObject_ = 0;
   double twinStep_N_ = 0;
   bool twin_ = false;
   bool insideBefore_ = false;
