@@ -11,15 +11,12 @@ namespace {
 
 constexpr const char* kExplanation =
     "# The step under a hand at rest. SI units, world frame.\n"
-    "# window: first tick, the one by which it is to be felt, end, objects, kind of edit. mesh: number, and the number "
-    "of the one whose triangles it "
-    "pulls.\n"
-    "# scene: tick before which it comes, revision. object: id, mesh, shape, pose (w x y z, x y z), revision of the "
-    "pose,\n"
-    "# stiffness, damping, leaving, mass (0: it does not move), crease (0: no shading), friction, texture's amplitude "
-    "and\n"
-    "# wavelength, whether it is bump mapped; a soft one's radius, degree, stiffness, time of return and plastic "
-    "part.\n";
+    "# window: first tick, the one by which the edit is to be felt, end, number of objects, kind of edit.\n"
+    "# mesh: number; of one that a lattice pulled, the number of the one that it has its triangles from.\n"
+    "# scene: tick before which it comes, revision.\n"
+    "# object: id, mesh, shape, pose (w x y z, x y z), revision of the pose, stiffness, damping, leaving,\n"
+    "#   mass (0: does not move), crease (0: no shading), friction, texture's amplitude, wavelength, bump mapped;\n"
+    "#   of a soft one: radius, degree, stiffness, time of return, plastic part.\n";
 constexpr const char* kNone = "none";
 
 std::filesystem::path meshFile(const std::filesystem::path& folder, std::size_t mesh) {

@@ -94,7 +94,7 @@ Pose EditScene::somePose() {
 }
 
 SoftTissue EditScene::someTissue() {
-  const Falloff falloff(random_.between(0.005, 0.015), 2 + static_cast<unsigned>(random_.below(3)));
+  const Falloff falloff{random_.between(0.005, 0.015), 2 + static_cast<unsigned>(random_.below(3))};
   const double stiffness = random_.between(200, 1500);
   const double return_s = random_.below(2) == 0 ? 0 : random_.between(0.05, 0.5);
   return {falloff, stiffness, return_s, random_.below(3) == 0 ? random_.between(0, 1) : 0};
@@ -144,8 +144,10 @@ void EditScene::pullLattice(FuzzObject& object) {
   Lattice lattice{Vec3(low), Vec3(high - low), {3, 3, 3}, {}};
   lattice.control_m = FreeForm::atRest(lattice.low_m, lattice.size_m, lattice.points);
   const double pull = chance(random_, 0.5) ? kPull : kPull / 10;
-  for (Vec3f& point : lattice.control_m)
-    point += Vec3f(random_.direction() * random_.between(0, pull) * lattice.size_m);
+  for (Vec3f& point : lattice.control_m) {
+    const double part = random_.between(0, pull);
+    point += Vec3f(part * random_.direction() * lattice.size_m);
+  }
   FuzzMesh pulled{shapedBy(lattice, rest), run_.meshes[root].mesh.triangles, {}};
   run_.meshes.push_back({std::move(pulled), object.mesh});
   canMove_.push_back(false);
@@ -170,7 +172,8 @@ bool EditScene::tryEdit(int kind) {
     const double far_m = chance(random_, 0.6) ? 0.0003 : 0.01;
     setPose(object, {object.pose.rotation, object.pose.position + far_m * normalVector(random_)});
   } else if (name == "turn") {
-    const Quat turn = glm::angleAxis(random_.between(0, 0.3), random_.direction());
+    const double angle = random_.between(0, 0.3);
+    const Quat turn = glm::angleAxis(angle, random_.direction());
     setPose(object, {glm::normalize(turn * object.pose.rotation), object.pose.position});
   } else if (name == "stiffness") {
     object.stiffness_N_per_m = random_.between(100, 3100);
