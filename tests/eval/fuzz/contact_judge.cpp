@@ -24,7 +24,7 @@ bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip, bool putOut) {
   // Twice: bodies that move may push the IHIP away from the HIP for a part of the tick.
   const double reach = 2 * (glm::distance(ihip_, hip_) + glm::distance(ihip, hip) + glm::distance(hip_, hip) +
                             glm::distance(ihip_, ihip)) +
-                       SolidOracle::kRounding_m;
+                       closed_.rounding_m();
   hip_ = hip;
   ihip_ = ihip;
   nearGap_ = nearGap_ || gap_.isNear(hip, reach);

@@ -25,6 +25,11 @@ TEST(SolidOracle, TakesWhatIsNearerThanVerticesAreRoundedForOnTheSurface) {
   EXPECT_EQ(box.side({0.001, 0.002, 0.01 + 1e-7}), SolidOracle::Side::kOutside);
 }
 
+TEST(SolidOracle, TakesLargeMeshesForAsCoarseAsTheirVertices) {
+  EXPECT_EQ(oracleOf(shapes::box(Vec3(0.4), 3)).rounding_m(), SolidOracle::kLeastRounding_m);
+  EXPECT_EQ(oracleOf(shapes::box(Vec3(4), 3)).rounding_m(), 0x1p-22);
+}
+
 TEST(SolidOracle, CountsHowOftenAMeshThatPassesThroughItselfWindsAround) {
   shapes::Shape two = shapes::sphere(0.01, 8);
   two.add(shapes::sphere(0.01, 8), Vec3(0.012, 0, 0));
