@@ -14,8 +14,10 @@ class Reduction {
  public:
   Reduction(EditRun run, const EditFinding& finding) : run_(std::move(run)), finding_(finding) {}
 
+  /// The edit itself stays where it comes.
   void dropScenes() {
     for (std::size_t i = run_.scenes.size() - 1; i-- > 0;) {
+      if (i == 0 && run_.scenes[1].tick >= run_.windows.front().begin) continue;
       EditRun less = run_;
       if (i == 0) less.scenes[1].tick = less.scenes[0].tick;
       less.scenes.erase(less.scenes.begin() + static_cast<std::ptrdiff_t>(i));
@@ -45,9 +47,12 @@ class Reduction {
   /// Begins as late as it can where the HIP is outside of everything.
   void dropFirstTicks() {
     constexpr std::uint64_t kTries = 32;
+    constexpr std::uint64_t kAtRest = 20;
     const std::uint64_t begin = run_.windows.front().begin;
-    const std::uint64_t stride = std::max<std::uint64_t>(1, begin / kTries);
-    for (std::uint64_t first = begin; first >= stride; first -= stride) {
+    if (begin <= kAtRest) return;
+    const std::uint64_t last = begin - kAtRest;
+    const std::uint64_t stride = std::max<std::uint64_t>(1, last / kTries);
+    for (std::uint64_t first = last; first >= stride; first -= stride) {
       EditRun less = fromTick(first);
       if (isOutside(less) && keep(std::move(less))) return;
     }

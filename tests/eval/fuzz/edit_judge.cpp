@@ -122,21 +122,20 @@ const SolidOracle& EditJudge::oracle(std::size_t mesh) {
   return *oracles_[mesh];
 }
 
-/// Shading and textures tell another IHIP than the contact has: with them, and on rigid objects, the contact's counts, in
-/// the shape at rest that it is found with; else what is felt, in the shape as it is dented.
+/// The contact's IHIP in the shapes at rest, which it is found with; and where a soft object is touched, the felt one in
+/// that as it is dented. Shading and textures tell another IHIP than the contact has.
 double EditJudge::depth_m(const EditDrive& drive) {
   const HapticState& state = drive.state();
   const TelemetrySample& sample = drive.sample();
-  const FuzzObject* touched = drive.object(sample.object);
-  const bool dented = touched != nullptr && touched->tissue && !touched->hasDetail();
-  const Vec3 ihip = dented ? sample.ihip : touched != nullptr ? state.contact.ihip : state.contact.hip;
+  const Vec3 ihip = sample.object == 0 ? state.contact.hip : state.contact.ihip;
   double deepest_m = 0;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     const FuzzObject* object = drive.object(state.objects[i].id);
     if (object == nullptr || object->leaving || !run_.meshes[object->mesh].mesh.closed()) continue;
-    const Vec3 local = toLocal(state.bodies[i].current, ihip);
-    const double depth =
-        dented && object->tissue ? dentedOracle(state, i, *object).depth_m(local) : oracle(object->mesh).depth_m(local);
+    const Pose& pose = state.bodies[i].current;
+    const bool dented = object->id == sample.object && object->tissue && !object->hasDetail();
+    const double depth = dented ? dentedOracle(state, i, *object).depth_m(toLocal(pose, sample.ihip))
+                                : oracle(object->mesh).depth_m(toLocal(pose, ihip));
     deepest_m = std::max(deepest_m, depth);
   }
   return deepest_m;
@@ -160,6 +159,7 @@ double EditJudge::missing_N(const EditDrive& drive) const {
   constexpr double kSlowest_N_per_s = 30;
   constexpr double kLongest_s = 0.9;
   const TelemetrySample& sample = drive.sample();
+  if (isMovedAt(drive.state(), sample.hip, sample.object, sample.object)) return 0;
   Vec3 expected_N = sample.force.contact;
   const FuzzObject* touched = drive.object(sample.object);
   if (touched != nullptr && touched->crease_rad == 0 && touched->textureAmplitude_m == 0 && touched->mass_kg == 0) {
