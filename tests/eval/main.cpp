@@ -303,7 +303,7 @@ void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
           },
           "Bodies that move through each other, bodies at rest, or both by turns")
       ->check(CLI::IsMember({"yes", "no", "both"}))
-      ->type_name("yes|no|both");
+      ->type_name("WHICH");
   verb->add_option("--speed", arguments.fuzz.speed_m_per_s,
                    "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
       ->check(moreThanZero());
@@ -343,6 +343,7 @@ void addFuzz(CLI::App& app, Arguments& arguments) {
   verb->require_subcommand(1);
   verb->footer(
       "Examples:\n  haptic_eval fuzz contact --scenes 40000 --out results\n"
+      "  haptic_eval fuzz edits --scenes 5000 --out results\n"
       "  haptic_eval fuzz replay results/fuzz-inside-1095\n"
       "Exit status 1: something was found.");
   for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplay}) add(*verb, arguments);

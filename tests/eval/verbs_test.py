@@ -43,6 +43,68 @@ class Verb(unittest.TestCase):
         self.assertIn("</svg>", (self.out / f"{verb}.svg").read_text()[-20:])
 
 
+class Fuzz(Verb):
+    def check_flat(self, records):
+        for record in records:
+            for key, value in record.items():
+                self.assertIsInstance(value, (bool, int, float, str), key)
+
+    def test_counts_every_tick_of_the_kinds_that_were_asked_for(self):
+        run("fuzz", "contact", "--scenes", "6", "--moving", "no", "--out", str(self.out))
+        kinds = [r for r in self.records("fuzz") if "ticks" in r]
+        self.check_flat(self.records("fuzz"))
+        self.assertEqual(sorted((r["scene"], r["ticks"]) for r in kinds),
+                         [("rest_1_m_per_s", 6000), ("rest_4_m_per_s", 6000)])
+        for record in kinds:
+            self.assertGreater(record["contact_ticks"], 0)
+            self.assertGreater(record["tick_max_ns"], 0)
+
+    def test_counts_edits_by_kind(self):
+        run("fuzz", "edits", "--scenes", "3", "--out", str(self.out))
+        self.check_flat(self.records("fuzz"))
+        tallies = [r for r in self.records("fuzz") if "edits" in r]
+        every = tallies.pop()
+        self.assertEqual(every["scene"], "all")
+        self.assertEqual(sum(r["edits"] for r in tallies), every["edits"])
+        self.assertGreater(every["in_contact"], 0)
+
+    def test_the_same_seed_gives_the_same(self):
+        def counts():
+            run("fuzz", "contact", "--scenes", "4", "--seed", "7", "--out", str(self.out))
+            return [{k: v for k, v in r.items() if not k.endswith("_ns")} for r in self.records("fuzz")]
+
+        self.assertEqual(counts(), counts())
+
+    def test_fails_where_something_was_found_and_what_is_written_fails_again(self):
+        recordings = HERE / "fuzz" / "recordings"
+        box = recordings / "crushed" / "body0.obj"
+        folder = self.out / "hand"
+        folder.mkdir(parents=True)
+        (folder / "body0.obj").write_text(box.read_text())
+        # The HIP begins inside of the box: no contact core can help it.
+        motion = [f"{tick},0.001,0.002,-0.001,1,0,0,0,0,0,0" for tick in range(5)]
+        (folder / "motion.csv").write_text("\n".join(motion) + "\n")
+        done = run("fuzz", "replay", str(folder), "--out", str(self.out))
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertEqual(self.records("fuzz")[0]["failure"], "inside")
+
+    def test_says_what_is_wrong_with_a_folder(self):
+        folder = self.out / "empty"
+        folder.mkdir(parents=True)
+        done = run("fuzz", "replay", str(folder), "--out", str(self.out))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("body0.obj", done.stderr)
+
+    def test_ends_in_order_on_ctrl_c(self):
+        program = subprocess.Popen([PROGRAM, "fuzz", "edits", "--scenes", "1000000", "--out", str(self.out)],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        time.sleep(1)
+        program.send_signal(signal.SIGINT)
+        printed, _ = program.communicate(timeout=60)
+        self.assertIn("interrupted", printed)
+        self.assertGreater([r for r in self.records("fuzz") if r["scene"] == "all"][0]["edits"], 0)
+
+
 class Failures(Verb):
     def test_writes_flat_records_of_every_scene_for_each_seed(self):
         self.run_well("failures", "--seed", "3", "--seeds", "2", "--method", "ours")

@@ -37,7 +37,7 @@ ContactMotion record(std::uint64_t seed, ContactSceneKind kind, ContactTally& ta
   for (int tick = 1; tick <= kTicks; ++tick) {
     motion.frames.push_back(scene.next(ihip));
     const ContactResult& result = drive.tick(scene.frame());
-    const ContactVerdict verdict = judge.judge(scene.frame(), result.ihip);
+    const ContactVerdict verdict = judge.judge(scene.frame(), result.ihip, result.work.putOut);
     const auto failure = rule.apply(verdict, result.work);
     tally.add(result, verdict, rule.insideInARow(), drive.duration_ns());
     if (failure && !finding) finding = {*failure, static_cast<std::size_t>(tick), verdict.inside_m};

@@ -20,16 +20,19 @@ ContactJudge::Sheet::Sheet(const FuzzMesh& mesh, Vec3 hip)
       hip_(hip),
       ihip_(hip) {}
 
-bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip) {
+bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip, bool putOut) {
   // Twice: bodies that move may push the IHIP away from the HIP for a part of the tick.
   const double reach = 2 * (glm::distance(ihip_, hip_) + glm::distance(ihip, hip) + glm::distance(hip_, hip) +
                             glm::distance(ihip_, ihip)) +
-                       SolidOracle::kRounding_m;
+                       closed_.rounding_m();
   hip_ = hip;
   ihip_ = ihip;
   nearGap_ = nearGap_ || gap_.isNear(hip, reach);
   const SolidOracle::Side side = closed_.side(ihip);
-  if (side == SolidOracle::Side::kOnSurface) return false;
+  if (side == SolidOracle::Side::kOnSurface) {
+    if (putOut) side_ = side;
+    return false;
+  }
   const bool changed = side_ != SolidOracle::Side::kOnSurface && side != side_;
   const bool crossed = changed && !nearGap_;
   side_ = side;
@@ -48,14 +51,14 @@ ContactJudge::ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFra
   }
 }
 
-ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip) {
+ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip, bool putOut) {
   ContactVerdict verdict;
   verdict.finite = isFinite(ihip);
   if (!verdict.finite) return verdict;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Vec3 local = toLocal(frame.poses[i], ihip);
     if (bodies_[i].solid) verdict.inside_m = std::max(verdict.inside_m, bodies_[i].solid->depth_m(local));
-    if (bodies_[i].sheet && bodies_[i].sheet->crosses(toLocal(frame.poses[i], frame.hip), local))
+    if (bodies_[i].sheet && bodies_[i].sheet->crosses(toLocal(frame.poses[i], frame.hip), local, putOut))
       verdict.crossed = true;
   }
   return verdict;

@@ -20,7 +20,8 @@ class ContactJudge {
  public:
   ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFrame& first);
 
-  [[nodiscard]] ContactVerdict judge(const ContactFrame& frame, Vec3 ihip);
+  /// @param putOut  The core says that it put the IHIP somewhere else: the sides that it is on now are taken as they are.
+  [[nodiscard]] ContactVerdict judge(const ContactFrame& frame, Vec3 ihip, bool putOut = false);
   /// Is no closed body around a point of the world?
   [[nodiscard]] static bool isOutside(const std::vector<FuzzMesh>& meshes, const ContactFrame& frame);
 
@@ -31,12 +32,12 @@ class ContactJudge {
   class Sheet {
    public:
     Sheet(const FuzzMesh& mesh, Vec3 hip);
-    [[nodiscard]] bool crosses(Vec3 hip, Vec3 ihip);  ///< In the mesh's frame.
+    [[nodiscard]] bool crosses(Vec3 hip, Vec3 ihip, bool putOut);  ///< In the mesh's frame.
 
    private:
     SolidOracle closed_;
     SolidOracle gap_;
-    SolidOracle::Side side_;  // the last that was certain
+    SolidOracle::Side side_;  // the last that was certain; kOnSurface: none is
     bool nearGap_ = false;    // since then
     Vec3 hip_;                // of the last tick, as is the next
     Vec3 ihip_;

@@ -27,8 +27,9 @@ std::shared_ptr<const SurfaceDetail> detailOf(const Surface& surface, const Fuzz
   if (object.friction > 0)
     properties.friction = Friction{.mu_static = object.friction, .mu_dynamic = kSliding * object.friction, .over = {}};
   if (object.textureAmplitude_m > 0) {
+    const auto law = object.bumpMapped ? Texture::Law::kBump : Texture::Law::kHo1999;
     const NoiseFamily noise{.wavelength_m = object.textureWavelength_m};
-    properties.texture = Texture{.family = noise, .amplitude_m = object.textureAmplitude_m};
+    properties.texture = Texture{.law = law, .family = noise, .amplitude_m = object.textureAmplitude_m};
     fields.texture = orThrow(makeField(noise, {}));
   }
   return makeSurfaceDetail(surface, properties, fields);

@@ -22,6 +22,7 @@ class EditDrive {
   [[nodiscard]] std::uint64_t tick() const noexcept { return tick_; }  ///< Of the next step().
   [[nodiscard]] const TelemetrySample& sample() const noexcept { return sample_; }
   [[nodiscard]] const HapticState& state() const noexcept { return *state_; }
+  [[nodiscard]] const HapticState& twinState() const noexcept { return *twin_; }
   [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
   [[nodiscard]] bool adoptedNow() const noexcept { return adoptedNow_; }  ///< In the last tick.
   [[nodiscard]] bool waiting() const noexcept { return waiting_ != nullptr; }

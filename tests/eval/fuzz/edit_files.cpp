@@ -11,13 +11,12 @@ namespace {
 
 constexpr const char* kExplanation =
     "# The step under a hand at rest. SI units, world frame.\n"
-    "# window: first tick, end, objects, kind of edit. mesh: number, and the number of the one whose triangles it "
-    "pulls.\n"
-    "# scene: tick before which it comes, revision. object: id, mesh, shape, pose (w x y z, x y z), revision of the "
-    "pose,\n"
-    "# stiffness, damping, leaving, mass (0: it does not move), crease (0: no shading), friction, texture's amplitude "
-    "and\n"
-    "# wavelength; a soft one's radius, degree, stiffness, time of return and plastic part.\n";
+    "# window: first tick, the one by which the edit is to be felt, end, number of objects, kind of edit.\n"
+    "# mesh: number; of one that a lattice pulled, the number of the one that it has its triangles from.\n"
+    "# scene: tick before which it comes, revision.\n"
+    "# object: id, mesh, shape, pose (w x y z, x y z), revision of the pose, stiffness, damping, leaving,\n"
+    "#   mass (0: does not move), crease (0: no shading), friction, texture's amplitude, wavelength, bump mapped;\n"
+    "#   of a soft one: radius, degree, stiffness, time of return, plastic part.\n";
 constexpr const char* kNone = "none";
 
 std::filesystem::path meshFile(const std::filesystem::path& folder, std::size_t mesh) {
@@ -30,7 +29,7 @@ void write(std::ostream& file, const FuzzObject& o, std::size_t mesh) {
   file << "object " << o.id << ' ' << mesh << ' ' << o.shape << ' ' << q.w << ' ' << q.x << ' ' << q.y << ' ' << q.z
        << ' ' << p.x << ' ' << p.y << ' ' << p.z << ' ' << o.poseRevision << ' ' << o.stiffness_N_per_m << ' '
        << o.damping_Ns_per_m << ' ' << o.leaving << ' ' << o.mass_kg << ' ' << o.crease_rad << ' ' << o.friction << ' '
-       << o.textureAmplitude_m << ' ' << o.textureWavelength_m;
+       << o.textureAmplitude_m << ' ' << o.textureWavelength_m << ' ' << o.bumpMapped;
   if (o.tissue) {
     file << ' ' << o.tissue->falloff.radius_m() << ' ' << o.tissue->falloff.degree() << ' '
          << o.tissue->stiffness_N_per_m << ' ' << o.tissue->returnTime_s << ' ' << o.tissue->plastic;
@@ -44,7 +43,7 @@ bool read(std::istream& words, FuzzObject& o) {
   Vec3& p = o.pose.position;
   words >> o.id >> o.mesh >> o.shape >> q.w >> q.x >> q.y >> q.z >> p.x >> p.y >> p.z >> o.poseRevision >>
       o.stiffness_N_per_m >> o.damping_Ns_per_m >> o.leaving >> o.mass_kg >> o.crease_rad >> o.friction >>
-      o.textureAmplitude_m >> o.textureWavelength_m;
+      o.textureAmplitude_m >> o.textureWavelength_m >> o.bumpMapped;
   if (!words) return false;
   double radius_m = 0;
   if (!(words >> radius_m)) return true;
@@ -92,7 +91,7 @@ bool readLine(const std::string& line, const std::filesystem::path& folder, Edit
   if (kind == "stabiliser") return static_cast<bool>(words >> run.stabiliser);
   if (kind == "window") {
     EditWindow& window = run.windows.emplace_back();
-    words >> window.begin >> window.end >> window.objects >> std::ws;
+    words >> window.begin >> window.settled >> window.end >> window.objects >> std::ws;
     return static_cast<bool>(std::getline(words, window.edit));
   }
   if (kind == "mesh") {
@@ -115,18 +114,31 @@ bool readLine(const std::string& line, const std::filesystem::path& folder, Edit
   return read(words, object) && object.mesh < run.meshes.size();
 }
 
+/// Where the HIP is, and for how many ticks.
+void writeHips(const std::vector<Vec3>& hips, const std::filesystem::path& path) {
+  std::ofstream file = openToWrite(path);
+  file.precision(std::numeric_limits<double>::max_digits10);
+  for (std::size_t i = 0; i < hips.size();) {
+    std::size_t ticks = 1;
+    while (i + ticks < hips.size() && hips[i + ticks] == hips[i]) ++ticks;
+    file << ticks << ',' << hips[i].x << ',' << hips[i].y << ',' << hips[i].z << '\n';
+    i += ticks;
+  }
+}
+
 std::vector<Vec3> readHips(const std::filesystem::path& path) {
   std::vector<Vec3> hips;
   std::ifstream file(path);
   std::string line;
-  while (std::getline(file, line)) {
+  for (int number = 1; std::getline(file, line); ++number) {
     std::istringstream numbers(line);
     char comma = 0;
+    std::size_t ticks = 0;
     Vec3 hip(0);
-    if (!(numbers >> hip.x >> comma >> hip.y >> comma >> hip.z)) {
-      throw std::runtime_error(path.string() + ", line " + std::to_string(hips.size() + 1) + ": is to be x,y,z");
+    if (!(numbers >> ticks >> comma >> hip.x >> comma >> hip.y >> comma >> hip.z)) {
+      throw std::runtime_error(path.string() + ", line " + std::to_string(number) + ": is to be ticks,x,y,z");
     }
-    hips.push_back(hip);
+    hips.insert(hips.end(), ticks, hip);
   }
   return hips;
 }
@@ -141,7 +153,7 @@ void writeRun(const EditRun& run, const std::filesystem::path& folder) {
   file << kExplanation << "rate_Hz " << run.rate_Hz << "\ndevice " << (run.device.empty() ? kNone : run.device)
        << "\nstabiliser " << run.stabiliser << '\n';
   for (const EditWindow& w : run.windows)
-    file << "window " << w.begin << ' ' << w.end << ' ' << w.objects << ' ' << w.edit << '\n';
+    file << "window " << w.begin << ' ' << w.settled << ' ' << w.end << ' ' << w.objects << ' ' << w.edit << '\n';
   for (const std::size_t mesh : numbers.used()) {
     const EditRun::Mesh& m = run.meshes[mesh];
     writeObj(meshFile(folder, numbers.of(mesh)), m.mesh.vertices, m.mesh.triangles);
@@ -153,9 +165,7 @@ void writeRun(const EditRun& run, const std::filesystem::path& folder) {
     file << "scene " << scene.tick << ' ' << scene.revision << '\n';
     for (const FuzzObject& object : scene.objects) write(file, object, numbers.of(object.mesh));
   }
-  std::ofstream hips = openToWrite(folder / "hip.csv");
-  hips.precision(std::numeric_limits<double>::max_digits10);
-  for (const Vec3 hip : run.hips) hips << hip.x << ',' << hip.y << ',' << hip.z << '\n';
+  writeHips(run.hips, folder / "hip.csv");
 }
 
 bool isRun(const std::filesystem::path& folder) { return std::filesystem::exists(folder / "edits.txt"); }

@@ -12,10 +12,12 @@ namespace {
 /// A run that fails in a way, and what can be left out of it.
 class Reduction {
  public:
-  Reduction(EditRun run, EditFailure failure) : run_(std::move(run)), failure_(failure) {}
+  Reduction(EditRun run, const EditFinding& finding) : run_(std::move(run)), finding_(finding) {}
 
+  /// The edit itself stays where it comes.
   void dropScenes() {
     for (std::size_t i = run_.scenes.size() - 1; i-- > 0;) {
+      if (i == 0 && run_.scenes[1].tick >= run_.windows.front().begin) continue;
       EditRun less = run_;
       if (i == 0) less.scenes[1].tick = less.scenes[0].tick;
       less.scenes.erase(less.scenes.begin() + static_cast<std::ptrdiff_t>(i));
@@ -23,12 +25,34 @@ class Reduction {
     }
   }
 
+  /// Goes straight to where the HIP rests, from beside the IHIP.
+  void goStraight() {
+    constexpr double kBeside_m = 0.002;
+    constexpr std::size_t kOnTheWay = 50;
+    constexpr std::size_t kAtRest = 50;
+    const std::uint64_t begin = run_.windows.front().begin;
+    EditDrive drive(run_);
+    for (std::uint64_t tick = 0; tick < begin; ++tick) drive.step(run_.hips[tick]);
+    const Vec3 rest = run_.hips[begin];
+    const Vec3 back = drive.state().contact.ihip - rest;
+    if (drive.sample().object == 0 || back == Vec3(0) || begin < kOnTheWay + kAtRest) return;
+    const Vec3 from = rest + back * (1 + kBeside_m / glm::length(back));
+    EditRun less = fromTick(begin - kOnTheWay - kAtRest);
+    for (std::size_t i = 0; i < kOnTheWay + kAtRest; ++i) {
+      less.hips[i] = glm::mix(from, rest, std::min(1.0, static_cast<double>(i) / kOnTheWay));
+    }
+    if (isOutside(less)) keep(std::move(less));
+  }
+
   /// Begins as late as it can where the HIP is outside of everything.
   void dropFirstTicks() {
     constexpr std::uint64_t kTries = 32;
+    constexpr std::uint64_t kAtRest = 20;
     const std::uint64_t begin = run_.windows.front().begin;
-    const std::uint64_t stride = std::max<std::uint64_t>(1, begin / kTries);
-    for (std::uint64_t first = begin; first >= stride; first -= stride) {
+    if (begin <= kAtRest) return;
+    const std::uint64_t last = begin - kAtRest;
+    const std::uint64_t stride = std::max<std::uint64_t>(1, last / kTries);
+    for (std::uint64_t first = last; first >= stride; first -= stride) {
       EditRun less = fromTick(first);
       if (isOutside(less) && keep(std::move(less))) return;
     }
@@ -70,7 +94,9 @@ class Reduction {
 
  private:
   bool keep(EditRun less) {
-    if (!findFailure(less, failure_)) return false;
+    constexpr double kAlike = 0.5;  // of the step: a much smaller one is another matter
+    const auto finding = findFailure(less, finding_.failure);
+    if (!finding || finding->verdict.excess_N < kAlike * finding_.verdict.excess_N) return false;
     run_ = std::move(less);
     return true;
   }
@@ -90,6 +116,7 @@ class Reduction {
     for (FuzzScene& scene : less.scenes) scene.tick = scene.tick > first ? scene.tick - first : 0;
     for (EditWindow& window : less.windows) {
       window.begin -= first;
+      window.settled -= first;
       window.end -= first;
     }
     return less;
@@ -106,7 +133,7 @@ class Reduction {
   }
 
   EditRun run_;
-  EditFailure failure_;
+  EditFinding finding_;
 };
 
 }  // namespace
@@ -115,9 +142,10 @@ EditRun reduced(EditRun run, const EditFinding& finding) {
   run.windows = {run.windows[finding.window]};
   run.hips.resize(run.windows.front().end);
   std::erase_if(run.scenes, [&](const FuzzScene& scene) { return scene.tick >= run.windows.front().end; });
-  Reduction reduction(std::move(run), finding.failure);
+  Reduction reduction(std::move(run), finding);
   reduction.dropScenes();
   reduction.dropObjects();
+  reduction.goStraight();
   reduction.dropFirstTicks();
   reduction.dropFeatures();
   reduction.dropObjects();

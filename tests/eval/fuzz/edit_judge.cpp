@@ -16,19 +16,17 @@ bool isSoft(const EditRun& run) {
   });
 }
 
-/// Does the step itself move a body at the HIP?
-bool isMovedAt(const EditDrive& drive, Vec3 hip, std::uint64_t lastObject) {
+/// Did the step itself move a body at the HIP in the last tick? `touched` and `before` are ids, 0 for none.
+bool isMovedAt(const HapticState& state, Vec3 hip, std::uint64_t touched, std::uint64_t before) {
   constexpr double kMoved_m = 1e-6;
   constexpr double kBeside_m = 0.01;
-  const HapticState& state = drive.state();
-  if (drive.adoptedNow()) return false;
   for (std::size_t i = 0; i < state.movingCount; ++i) {
     const std::size_t b = state.moving[i].body;
     const Body& body = state.bodies[b];
     const std::uint64_t id = state.objects[b].id;
     if (state.objects[b].beingMoved) continue;
-    const bool touched = drive.sample().object == id || lastObject == id;
-    if (!touched && glm::distance(body.centre, hip) > body.surface->radius_m() + kBeside_m) continue;
+    const bool isTouched = touched == id || before == id;
+    if (!isTouched && glm::distance(body.centre, hip) > body.surface->radius_m() + kBeside_m) continue;
     if (glm::distance(toWorld(body.current, toLocal(body.previous, hip)), hip) > kMoved_m) return true;
   }
   return false;
@@ -62,8 +60,8 @@ void EditJudge::begin(EditDrive& drive) {
   verdict_ = {};
   worst_ = {drive.tick(), 0};
   insideBefore_ = depth_m(drive) > 0;
-  last_N_ = twinLast_N_ = drive.sample().force.written;
-  lastObject_ = drive.sample().object;
+  before_N_ = last_N_ = twinLast_N_ = drive.sample().force.written;
+  lastObject_ = twinLastObject_ = drive.sample().object;
   twinStep_N_ = 0;
   twin_ = run_.stabiliser || isSoft(run_);  // else nothing changes without an edit
   if (twin_) drive.split();
@@ -72,13 +70,9 @@ void EditJudge::begin(EditDrive& drive) {
 void EditJudge::observe(EditDrive& drive, Vec3 hip) {
   const Vec3 written_N = drive.sample().force.written;
   verdict_.finite = verdict_.finite && isFinite(written_N);
-  if (twin_) {
-    const Vec3 twin_N = drive.stepTwin(hip).force.written;
-    twinStep_N_ = std::max(twinStep_N_, glm::distance(twin_N, twinLast_N_));
-    twinLast_N_ = twin_N;
-  }
+  if (twin_) observeTwin(drive, hip);
   const double step_N = glm::distance(written_N, last_N_);
-  const bool counts = !isMovedAt(drive, hip, lastObject_);
+  const bool counts = drive.adoptedNow() || !isMovedAt(drive.state(), hip, drive.sample().object, lastObject_);
   const double above_N = step_N - relaxation_N(drive);
   last_N_ = written_N;
   lastObject_ = drive.sample().object;
@@ -87,15 +81,26 @@ void EditJudge::observe(EditDrive& drive, Vec3 hip) {
   if (above_N > worst_.above_N) worst_ = {drive.tick() - 1, above_N};
 }
 
-EditVerdict EditJudge::end(const EditDrive& drive) {
+void EditJudge::observeTwin(EditDrive& drive, Vec3 hip) {
+  const TelemetrySample& sample = drive.stepTwin(hip);
+  if (!isMovedAt(drive.twinState(), hip, sample.object, twinLastObject_)) {
+    twinStep_N_ = std::max(twinStep_N_, glm::distance(sample.force.written, twinLast_N_));
+  }
+  twinLast_N_ = sample.force.written;
+  twinLastObject_ = sample.object;
+}
+
+void EditJudge::settle(const EditDrive& drive) {
+  verdict_.adopted = !drive.waiting();
+  if (!isFinite(drive.sample().force.written)) return;
+  verdict_.inside_m = insideBefore_ ? 0 : depth_m(drive);
+  verdict_.missing_N = missing_N(drive);
+}
+
+EditVerdict EditJudge::end() {
   constexpr double kRounding_N = 1e-6;
   verdict_.excess_N = std::max(0.0, worst_.above_N - kMostStep_N_per_s * run_.period_s() - twinStep_N_ - kRounding_N);
   verdict_.tick = worst_.tick;
-  verdict_.adopted = !drive.waiting();
-  if (verdict_.finite) {
-    verdict_.inside_m = insideBefore_ ? 0 : depth_m(drive);
-    verdict_.missing_N = missing_N(drive);
-  }
   return verdict_;
 }
 
@@ -117,21 +122,20 @@ const SolidOracle& EditJudge::oracle(std::size_t mesh) {
   return *oracles_[mesh];
 }
 
-/// Shading and textures tell another IHIP than the contact has: with them, and on rigid objects, the contact's counts, in
-/// the shape at rest that it is found with; else what is felt, in the shape as it is dented.
+/// The contact's IHIP in the shapes at rest, which it is found with; and where a soft object is touched, the felt one in
+/// that as it is dented. Shading and textures tell another IHIP than the contact has.
 double EditJudge::depth_m(const EditDrive& drive) {
   const HapticState& state = drive.state();
   const TelemetrySample& sample = drive.sample();
-  const FuzzObject* touched = drive.object(sample.object);
-  const bool dented = touched != nullptr && touched->tissue && !touched->hasDetail();
-  const Vec3 ihip = dented ? sample.ihip : touched != nullptr ? state.contact.ihip : state.contact.hip;
+  const Vec3 ihip = sample.object == 0 ? state.contact.hip : state.contact.ihip;
   double deepest_m = 0;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     const FuzzObject* object = drive.object(state.objects[i].id);
     if (object == nullptr || object->leaving || !run_.meshes[object->mesh].mesh.closed()) continue;
-    const Vec3 local = toLocal(state.bodies[i].current, ihip);
-    const double depth =
-        dented && object->tissue ? dentedOracle(state, i, *object).depth_m(local) : oracle(object->mesh).depth_m(local);
+    const Pose& pose = state.bodies[i].current;
+    const bool dented = object->id == sample.object && object->tissue && !object->hasDetail();
+    const double depth = dented ? dentedOracle(state, i, *object).depth_m(toLocal(pose, sample.ihip))
+                                : oracle(object->mesh).depth_m(toLocal(pose, ihip));
     deepest_m = std::max(deepest_m, depth);
   }
   return deepest_m;
@@ -148,20 +152,24 @@ SolidOracle EditJudge::dentedOracle(const HapticState& state, std::size_t body, 
   return {vertices, mesh.triangles};
 }
 
-/// By how much the force is not that of the scene's parameters: nothing is left of a blend, and the spring is as stiff as
-/// the object that is touched. Where shading or a texture decides the depth, or a body moves, only the first is known.
+/// By how much the written force is not that of the scene's parameters: nothing is left of a blend, and the spring is as
+/// stiff as the object that is touched. Where shading or a texture decides the depth, or a body moves, only the first is
+/// known.
 double EditJudge::missing_N(const EditDrive& drive) const {
+  constexpr double kSlowest_N_per_s = 30;
+  constexpr double kLongest_s = 0.9;
   const TelemetrySample& sample = drive.sample();
-  const auto off = [](Vec3 is, Vec3 shouldBe) {
-    const double difference = glm::distance(is, shouldBe);
-    return difference > kSame_N + kSamePart * glm::length(shouldBe) ? difference : 0;
-  };
-  const double blended_N = off(sample.force.written, limitMagnitude(sample.force.contact, drive.config().maxForce_N));
+  if (isMovedAt(drive.state(), sample.hip, sample.object, sample.object)) return 0;
+  Vec3 expected_N = sample.force.contact;
   const FuzzObject* touched = drive.object(sample.object);
-  if (touched == nullptr) return blended_N;
-  if (touched->crease_rad > 0 || touched->textureAmplitude_m > 0 || touched->mass_kg > 0) return blended_N;
-  const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
-  return std::max(blended_N, off(sample.force.spring, stiffness_N_per_m * (sample.ihip - sample.foreseenHip)));
+  if (touched != nullptr && touched->crease_rad == 0 && touched->textureAmplitude_m == 0 && touched->mass_kg == 0) {
+    const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
+    expected_N += stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
+  }
+  if (glm::length(before_N_) + glm::length(expected_N) > kSlowest_N_per_s * kLongest_s) return 0;
+  const Vec3 limited_N = limitMagnitude(expected_N, drive.config().maxForce_N);
+  const double difference_N = glm::distance(sample.force.written, limited_N);
+  return difference_N > kSame_N + kSamePart * glm::length(limited_N) ? difference_N : 0;
 }
 
 std::optional<EditFinding> findFailure(const EditRun& run, std::optional<EditFailure> kind) {
@@ -174,8 +182,9 @@ std::optional<EditFinding> findFailure(const EditRun& run, std::optional<EditFai
     drive.step(run.hips[tick]);
     if (tick < w.begin) continue;
     judge.observe(drive, run.hips[tick]);
+    if (tick + 1 == w.settled) judge.settle(drive);
     if (tick + 1 < w.end) continue;
-    const EditVerdict verdict = judge.end(drive);
+    const EditVerdict verdict = judge.end();
     const auto failure = verdict.failure();
     if (failure && (!kind || failure == kind)) return EditFinding{*failure, window, verdict};
     ++window;

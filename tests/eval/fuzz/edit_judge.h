@@ -10,8 +10,8 @@ namespace haptics::eval {
 
 enum class EditFailure {
   kStep,       ///< The written force changes by more than kMostStep_N_per_s allows in a tick.
-  kInside,     ///< In the end the IHIP is inside of a closed body.
-  kUnfelt,     ///< In the end the edit is not adopted, or not felt in full.
+  kInside,     ///< The IHIP is inside of a closed body when the edit is to be felt in full.
+  kUnfelt,     ///< The edit is not adopted by then, or not felt in full.
   kNotFinite,  ///< A force.
 };
 [[nodiscard]] std::string_view nameOf(EditFailure failure);
@@ -21,8 +21,8 @@ struct EditVerdict {
   double step_N = 0;       ///< Of the written force from tick to tick, the largest,
   double excess_N = 0;     ///< by how much one is above what is allowed, the largest,
   std::uint64_t tick = 0;  ///< and where.
-  double inside_m = 0;     ///< In the end; 0 outside of all.
-  double missing_N = 0;    ///< In the end, of the force that the scene's own parameters say.
+  double inside_m = 0;     ///< When it is to be felt in full; 0 outside of all, and where it was inside before.
+  double missing_N = 0;    ///< Likewise, of the force that the scene's own parameters say.
   bool adopted = true;
   bool finite = true;
 
@@ -35,8 +35,9 @@ struct EditVerdict {
 /// state without the edit (the largest of its steps is allowed on top of the limit); what a viscous tissue gives way at
 /// a penetration that stays, no faster than its own time constant; and what comes in a tick in which the dynamics, and not
 /// an edit, move a body at the HIP by more than a micrometre: such a body pushes, slips off and strikes as it does without
-/// edits, and these ticks are not judged. In the end the IHIP is looked for inside of all closed bodies by winding
-/// number, at rest and as dents have them, and the force is compared with the scene's own stiffness times the penetration.
+/// edits, and these ticks are not judged. Some time after the edit the IHIP is looked for inside of all closed
+/// bodies by winding number, at rest and as dents have them, and the force is compared with the scene's own stiffness times
+/// the penetration, unless it is so far from the one before the edit that it cannot be there yet.
 class EditJudge {
  public:
   static constexpr double kMostStep_N_per_s = 35;
@@ -47,12 +48,17 @@ class EditJudge {
   void begin(EditDrive& drive);
   /// After each tick from then on, the HIP being the same.
   void observe(EditDrive& drive, Vec3 hip);
-  /// After the last.
-  [[nodiscard]] EditVerdict end(const EditDrive& drive);
+  /// When the edit is to be felt in full.
+  void settle(const EditDrive& drive);
+  /// After the last tick.
+  [[nodiscard]] EditVerdict end();
+  /// Of the IHIP after the last tick, in the deepest closed body that does not leave; 0 outside of all.
+  [[nodiscard]] double depth_m(const EditDrive& drive);
 
  private:
+  void observeTwin(EditDrive& drive, Vec3 hip);
   [[nodiscard]] double relaxation_N(const EditDrive& drive) const;
-  [[nodiscard]] double depth_m(const EditDrive& drive);
+
   [[nodiscard]] double missing_N(const EditDrive& drive) const;
   [[nodiscard]] SolidOracle dentedOracle(const HapticState& state, std::size_t body, const FuzzObject& object) const;
   [[nodiscard]] const SolidOracle& oracle(std::size_t mesh);
@@ -60,9 +66,11 @@ class EditJudge {
   const EditRun& run_;
   std::vector<std::optional<SolidOracle>> oracles_;
   EditVerdict verdict_;
+  Vec3 before_N_{0};
   Vec3 last_N_{0};
   std::uint64_t lastObject_ = 0;
   Vec3 twinLast_N_{0};
+  std::uint64_t twinLastObject_ = 0;
   double twinStep_N_ = 0;
   bool twin_ = false;
   bool insideBefore_ = false;

@@ -26,10 +26,12 @@ struct FuzzObject {
   double friction = 0;            ///< Static coefficient; sliding, 0.7 of it.
   double textureAmplitude_m = 0;  ///< Of gradient noise.
   double textureWavelength_m = 0;
+  bool bumpMapped = false;  ///< The texture, instead of by Eq. (4).
 
   [[nodiscard]] bool sameSurface(const FuzzObject& other) const {
     return mesh == other.mesh && crease_rad == other.crease_rad && friction == other.friction &&
-           textureAmplitude_m == other.textureAmplitude_m && textureWavelength_m == other.textureWavelength_m;
+           textureAmplitude_m == other.textureAmplitude_m && textureWavelength_m == other.textureWavelength_m &&
+           bumpMapped == other.bumpMapped;
   }
   [[nodiscard]] bool hasDetail() const { return crease_rad > 0 || friction > 0 || textureAmplitude_m > 0; }
 };
@@ -43,10 +45,11 @@ struct FuzzScene {
 
 /// Ticks over which the HIP rests, and an edit, or two, come.
 struct EditWindow {
-  std::string edit;         ///< Kind.
-  std::size_t objects = 0;  ///< There were when it came.
-  std::uint64_t begin = 0;  ///< Tick before which it is published.
-  std::uint64_t end = 0;    ///< First tick that is not judged.
+  std::string edit;           ///< Kind.
+  std::size_t objects = 0;    ///< There were when it came.
+  std::uint64_t begin = 0;    ///< Tick before which it is published.
+  std::uint64_t settled = 0;  ///< Tick after which it is to be felt in full.
+  std::uint64_t end = 0;      ///< First tick that is not judged.
 };
 
 /// Scenes, edits and a HIP: all that the step is given. The HIP begins free, at its first place.

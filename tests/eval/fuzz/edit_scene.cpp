@@ -15,12 +15,13 @@ namespace {
 constexpr double kApproach_m_per_s = 0.2;
 constexpr double kLongestApproach_s = 0.9;
 constexpr double kRest_s = 0.1;     ///< Before an edit.
+constexpr double kSettled_s = 1;    ///< After it, it is to be felt in full.
 constexpr double kWatched_s = 1.2;  ///< After it.
 constexpr double kLeaves_s = 0.5;   ///< For so long the server keeps what was removed.
 constexpr double kMostPress_N = 2.5;
 constexpr std::array kRates_Hz{1000.0, 500.0, 2000.0, 4000.0};
-constexpr std::array<const char*, 12> kKinds{"add",    "remove",  "move",     "turn",     "stiffness", "damping",
-                                             "remesh", "lattice", "softness", "friction", "texture",   "shading"};
+constexpr std::array kKinds{"add",     "remove",   "move",     "turn",    "stiffness", "damping", "remesh",
+                            "lattice", "softness", "friction", "texture", "shading",   "motion"};
 
 bool chance(Random& random, double part) { return random.between(0, 1) < part; }
 
@@ -34,7 +35,7 @@ EditScene::EditScene(std::uint64_t seed) : random_(seed), drive_(chosenRun()), j
   step(hip_);
 }
 
-/// Rate, device and features; every third scene has no features.
+/// Rate, device and features; every fourth scene has no features.
 const EditRun& EditScene::chosenRun() {
   run_.rate_Hz = random_.below(2) == 0 ? kRates_Hz[0] : kRates_Hz[static_cast<std::size_t>(random_.below(4))];
   if (random_.below(2) == 0) {
@@ -42,10 +43,10 @@ const EditRun& EditScene::chosenRun() {
     run_.device = presets[static_cast<std::size_t>(random_.below(static_cast<int>(presets.size())))].name;
     run_.stabiliser = random_.below(2) == 0;
   }
-  const bool plain = random_.below(3) == 0;
+  const bool plain = random_.below(4) == 0;
   for (bool* feature : {&features_.damping, &features_.soft, &features_.moving, &features_.friction, &features_.texture,
                         &features_.shading}) {
-    *feature = random_.below(4) == 0 && !plain;
+    *feature = random_.below(3) == 0 && !plain;
   }
   return run_;
 }
@@ -93,7 +94,7 @@ Pose EditScene::somePose() {
 }
 
 SoftTissue EditScene::someTissue() {
-  const Falloff falloff(random_.between(0.005, 0.015), 2 + static_cast<unsigned>(random_.below(3)));
+  const Falloff falloff{random_.between(0.005, 0.015), 2 + static_cast<unsigned>(random_.below(3))};
   const double stiffness = random_.between(200, 1500);
   const double return_s = random_.below(2) == 0 ? 0 : random_.between(0.05, 0.5);
   return {falloff, stiffness, return_s, random_.below(3) == 0 ? random_.between(0, 1) : 0};
@@ -143,8 +144,10 @@ void EditScene::pullLattice(FuzzObject& object) {
   Lattice lattice{Vec3(low), Vec3(high - low), {3, 3, 3}, {}};
   lattice.control_m = FreeForm::atRest(lattice.low_m, lattice.size_m, lattice.points);
   const double pull = chance(random_, 0.5) ? kPull : kPull / 10;
-  for (Vec3f& point : lattice.control_m)
-    point += Vec3f(random_.direction() * random_.between(0, pull) * lattice.size_m);
+  for (Vec3f& point : lattice.control_m) {
+    const double part = random_.between(0, pull);
+    point += Vec3f(part * random_.direction() * lattice.size_m);
+  }
   FuzzMesh pulled{shapedBy(lattice, rest), run_.meshes[root].mesh.triangles, {}};
   run_.meshes.push_back({std::move(pulled), object.mesh});
   canMove_.push_back(false);
@@ -153,7 +156,7 @@ void EditScene::pullLattice(FuzzObject& object) {
 
 /// @return Whether there is something to edit so.
 bool EditScene::tryEdit(int kind) {
-  const std::string_view name = kKinds[static_cast<std::size_t>(kind)];
+  const std::string name = kKinds[static_cast<std::size_t>(kind)];
   if (name == "add") {
     Pose pose = somePose();
     if (chance(random_, 0.6)) pose.position = hip_ + 0.01 * normalVector(random_);
@@ -169,7 +172,8 @@ bool EditScene::tryEdit(int kind) {
     const double far_m = chance(random_, 0.6) ? 0.0003 : 0.01;
     setPose(object, {object.pose.rotation, object.pose.position + far_m * normalVector(random_)});
   } else if (name == "turn") {
-    const Quat turn = glm::angleAxis(random_.between(0, 0.3), random_.direction());
+    const double angle = random_.between(0, 0.3);
+    const Quat turn = glm::angleAxis(angle, random_.direction());
     setPose(object, {glm::normalize(turn * object.pose.rotation), object.pose.position});
   } else if (name == "stiffness") {
     object.stiffness_N_per_m = random_.between(100, 3100);
@@ -195,9 +199,13 @@ bool EditScene::tryEdit(int kind) {
     const bool off = object.textureAmplitude_m > 0 && chance(random_, 0.5);
     object.textureAmplitude_m = off ? 0 : random_.between(0.00005, 0.0003);
     object.textureWavelength_m = random_.between(0.002, 0.006);
-  } else {
+    object.bumpMapped = random_.below(2) == 0;
+  } else if (name == "shading") {
     if (!features_.shading) return false;
     object.crease_rad = object.crease_rad > 0 ? 0 : std::numbers::pi / 3;
+  } else {
+    if (!features_.moving || !canMove_[object.mesh]) return false;
+    object.mass_kg = object.mass_kg > 0 ? 0 : random_.between(0.1, 1);
   }
   return true;
 }
@@ -243,7 +251,7 @@ EditVerdict EditScene::next() {
   constexpr std::uint64_t kMostBetween = 200;  // ticks, of two edits
   press();
   inContact_ = drive_.sample().object != 0;
-  EditWindow window{"", objects_.size(), drive_.tick(), 0};
+  EditWindow window{"", objects_.size(), drive_.tick(), 0, 0};
   const int manner = random_.below(10);
   judge_.begin(drive_);
   std::string kind = edit();
@@ -264,10 +272,13 @@ EditVerdict EditScene::next() {
   window.edit = kind;
   watch(kLeaves_s);
   if (std::erase_if(objects_, [](const FuzzObject& o) { return o.leaving; }) > 0) publish();
-  watch(kWatched_s - kLeaves_s);
+  watch(kSettled_s - kLeaves_s);
+  window.settled = drive_.tick();
+  judge_.settle(drive_);
+  watch(kWatched_s - kSettled_s);
   window.end = drive_.tick();
   run_.windows.push_back(window);
-  return judge_.end(drive_);
+  return judge_.end();
 }
 
 }  // namespace haptics::eval

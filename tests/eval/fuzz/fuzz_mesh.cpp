@@ -107,7 +107,9 @@ FuzzMesh folded(Random& random) {
   FuzzMesh mesh;
   const int parts = 2 + random.below(2);
   for (int i = 0; i < parts; ++i) {
-    append(mesh, random.below(3) == 0 ? box(random) : blob(random), random.direction() * random.between(0.003, 0.02));
+    const FuzzMesh part = random.below(3) == 0 ? box(random) : blob(random);
+    const double apart = random.between(0.003, 0.02);
+    append(mesh, part, apart * random.direction());
   }
   return mesh;
 }
@@ -147,8 +149,8 @@ FuzzMesh sheet(Random& random) {
 
 /// One to three patches go.
 FuzzMesh scan(Random& random) {
-  FuzzMesh mesh = random.below(3) == 0 ? fromShape(shapes::box(Vec3(random.between(0.02, 0.06)), 4 + random.below(5)))
-                                       : blob(random);
+  const Vec3 size(random.between(0.02, 0.06));
+  FuzzMesh mesh = random.below(3) == 0 ? fromShape(shapes::box(size, 4 + random.below(5))) : blob(random);
   const int patches = 1 + random.below(3);
   for (int i = 0; i < patches && mesh.triangles.size() > 40; ++i) {
     const Vec3 middle = mesh.middleOf(static_cast<std::size_t>(random.below(static_cast<int>(mesh.triangles.size()))));
@@ -218,7 +220,8 @@ FuzzMesh makeMesh(MeshKind kind, Random& random) {
 
 Vec3 normalVector(Random& random) {
   const auto one = [&] {
-    return std::sqrt(-2 * std::log(random.between(0x1p-53, 1))) * std::cos(random.between(0, 2 * pi));
+    const double radius = std::sqrt(-2 * std::log(random.between(0x1p-53, 1)));
+    return radius * std::cos(random.between(0, 2 * pi));
   };
   const double x = one();
   const double y = one();

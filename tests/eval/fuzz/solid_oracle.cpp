@@ -20,7 +20,12 @@ double squaredDistanceToBox(Vec3 p, Vec3 low, Vec3 high) {
 
 SolidOracle::SolidOracle(std::span<const Vec3f> vertices, std::span<const TriangleIndices> triangles)
     : low_(std::numeric_limits<double>::infinity()), high_(-std::numeric_limits<double>::infinity()) {
+  constexpr double kUlp = 0x1p-23;
   for (const TriangleIndices& triangle : triangles) {
+    for (const std::uint32_t v : triangle) {
+      const Vec3 size = glm::abs(Vec3(vertices[v]));
+      rounding_m_ = std::max(rounding_m_, kUlp * std::max({size.x, size.y, size.z}));
+    }
     Face face;
     for (std::size_t k = 0; k < 3; ++k) face.corner[k] = turned(Vec3(vertices[triangle[k]]));
     face.low = glm::min(face.corner[0], glm::min(face.corner[1], face.corner[2]));
@@ -92,13 +97,13 @@ bool SolidOracle::isNearTurned(Vec3 turned, double within) const {
 
 double SolidOracle::depth_m(Vec3 point) const {
   const Vec3 p = turned(point);
-  if (!isInBox(p) || crossingsAbove(p) <= 0 || isNearTurned(p, kRounding_m)) return 0;
+  if (!isInBox(p) || crossingsAbove(p) <= 0 || isNearTurned(p, rounding_m_)) return 0;
   return windingAt(p) > kHalf ? distanceFrom(p) : 0;
 }
 
 SolidOracle::Side SolidOracle::side(Vec3 point) const {
   const Vec3 p = turned(point);
-  if (isNearTurned(p, kRounding_m)) return Side::kOnSurface;
+  if (isNearTurned(p, rounding_m_)) return Side::kOnSurface;
   return isInBox(p) && crossingsAbove(p) > 0 ? Side::kInside : Side::kOutside;
 }
 

@@ -13,8 +13,9 @@ namespace haptics::eval {
 /// meshes that pass through themselves, and shares no code with the production database. Mesh frame, metres.
 class SolidOracle {
  public:
-  /// Vertices are floats: nearer to the surface than this (m) is on it.
-  static constexpr double kRounding_m = 30e-9;
+  /// Nearer to the surface than this (m) is on it, or than float vertices of the mesh's size are apart, 2^-23 of the
+  /// largest coordinate, where that is more: on meshes of more than a quarter of a metre.
+  static constexpr double kLeastRounding_m = 30e-9;
 
   SolidOracle(std::span<const Vec3f> vertices, std::span<const TriangleIndices> triangles);
 
@@ -22,6 +23,7 @@ class SolidOracle {
   [[nodiscard]] double depth_m(Vec3 point) const;
   enum class Side { kInside, kOutside, kOnSurface };
   [[nodiscard]] Side side(Vec3 point) const;
+  [[nodiscard]] double rounding_m() const noexcept { return rounding_m_; }
 
   /// 1 within a simple closed mesh whose triangles face outward, 0 outside of it.
   [[nodiscard]] double windingNumber(Vec3 point) const { return windingAt(turned(point)); }
@@ -42,6 +44,7 @@ class SolidOracle {
   [[nodiscard]] bool isNearTurned(Vec3 turned, double within) const;
 
   std::vector<Face> faces_;  // in a turned frame, so that no ray along an axis meets the edges of a box
+  double rounding_m_ = kLeastRounding_m;
   Vec3 low_;
   Vec3 high_;
 };

@@ -1,0 +1,94 @@
+#include "tests/eval/fuzz/contact_judge.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/eval/fuzz/contact_tally.h"
+#include "tests/haptic_server/geometry/shapes.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr double kHalf_m = 0.02;
+
+std::vector<FuzzMesh> cube() {
+  const shapes::Shape shape = shapes::box(Vec3(2 * kHalf_m), 2);
+  return {{shape.vertices, shape.triangles, {}}};
+}
+
+/// A box without its top.
+std::vector<FuzzMesh> openBox() {
+  FuzzMesh mesh = cube().front();
+  std::vector<TriangleIndices> kept;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    (mesh.middleOf(t).z > 0.99 * kHalf_m ? mesh.missing : kept).push_back(mesh.triangles[t]);
+  }
+  mesh.triangles = kept;
+  return {mesh};
+}
+
+ContactFrame frameAt(Vec3 hip, Vec3 body = Vec3(0)) { return {hip, {Pose{{1, 0, 0, 0}, body}}}; }
+
+TEST(ContactJudge, NoticesAnIhipThatIsInsideOfACube) {
+  ContactJudge judge(cube(), frameAt({0, 0, 0.05}));
+  EXPECT_EQ(judge.judge(frameAt({0, 0, 0.015}), {0, 0, 0.02}).inside_m, 0);
+  EXPECT_NEAR(judge.judge(frameAt({0, 0, 0.015}), {0, 0, 0.0195}).inside_m, 0.0005, 1e-8);
+  EXPECT_NEAR(judge.judge(frameAt({0, 0, 0.015}, {0, 0, 0.001}), {0, 0, 0.02}).inside_m, 0.001, 1e-8);
+}
+
+TEST(ContactJudge, NoticesAnIhipThatIsNoNumber) {
+  ContactJudge judge(cube(), frameAt({0, 0, 0.05}));
+  EXPECT_TRUE(judge.judge(frameAt({0, 0, 0.05}), {0, 0, 0.05}).finite);
+  EXPECT_FALSE(judge.judge(frameAt({0, 0, 0.05}), {0, 0, std::numeric_limits<double>::quiet_NaN()}).finite);
+}
+
+TEST(ContactJudge, NoticesAnIhipThatGoesThroughASheet) {
+  ContactJudge judge(openBox(), frameAt({0, 0, -0.021}));
+  EXPECT_FALSE(judge.judge(frameAt({0, 0, -0.0205}), {0, 0, -0.0205}).crossed);
+  EXPECT_FALSE(judge.judge(frameAt({0, 0, -0.0195}), {0, 0, -0.02}).crossed);  // held
+  EXPECT_TRUE(judge.judge(frameAt({0, 0, -0.0195}), {0, 0, -0.0195}).crossed);
+  EXPECT_FALSE(judge.judge(frameAt({0, 0, -0.0195}), {0, 0, -0.0195}).crossed);  // is said once
+}
+
+TEST(ContactJudge, NoticesASheetThatGoesThroughAnIhip) {
+  ContactJudge judge(openBox(), frameAt({0, 0, -0.021}));
+  EXPECT_FALSE(judge.judge(frameAt({0, 0, -0.021}, {0, 0, -0.0005}), {0, 0, -0.021}).crossed);
+  EXPECT_TRUE(judge.judge(frameAt({0, 0, -0.021}, {0, 0, -0.0015}), {0, 0, -0.021}).crossed);
+}
+
+TEST(ContactJudge, LetsAnIhipGoRoundTheRimOfASheet) {
+  ContactJudge judge(openBox(), frameAt({0.021, 0, 0.019}));
+  EXPECT_FALSE(judge.judge(frameAt({0.019, 0, 0.0195}), {0.02, 0, 0.0195}).crossed);
+  EXPECT_FALSE(judge.judge(frameAt({0.019, 0, 0.0199}), {0.019, 0, 0.0199}).crossed);
+  ContactJudge through(openBox(), frameAt({0, 0, 0.03}));
+  EXPECT_FALSE(through.judge(frameAt({0, 0, 0.01}), {0, 0, 0.01}).crossed);
+}
+
+TEST(ContactJudge, TakesTheSideThatAnIhipWasPutOnAsItIs) {
+  for (const bool putOut : {false, true}) {
+    ContactJudge judge(openBox(), frameAt({0, 0, -0.021}));
+    EXPECT_FALSE(judge.judge(frameAt({0, 0, -0.0205}), {0, 0, -0.02}, putOut).crossed);
+    EXPECT_EQ(judge.judge(frameAt({0, 0, -0.0195}), {0, 0, -0.0195}).crossed, !putOut);
+  }
+}
+
+TEST(ContactRule, FailsATickInsideUnlessItSaysThatItPutTheIhipOutAndTheNextAlways) {
+  ContactWork putOut;
+  putOut.putOut = true;
+  const ContactVerdict inside{.inside_m = 1e-3};
+  EXPECT_EQ(ContactRule().apply(inside, {}), ContactFailure::kInside);
+  ContactRule rule;
+  EXPECT_EQ(rule.apply(inside, putOut), std::nullopt);
+  EXPECT_EQ(rule.apply(inside, putOut), ContactFailure::kInside);
+  EXPECT_EQ(rule.apply({}, {}), std::nullopt);
+  EXPECT_EQ(rule.insideInARow(), 0);
+}
+
+TEST(ContactRule, FailsACrossing) {
+  EXPECT_EQ(ContactRule().apply({.crossed = true}, {}), ContactFailure::kCrossing);
+  EXPECT_EQ(ContactRule().apply({.finite = false}, {}), ContactFailure::kNotFinite);
+}
+
+}  // namespace
+}  // namespace haptics::eval
