@@ -10,6 +10,13 @@ void place(ContactState& state, Vec3 hip) noexcept {
   state.hip = state.ihip = hip;
 }
 
+void unseat(ContactState& state) noexcept {
+  const Vec3 hip = state.hip;
+  place(state, state.ihip);
+  state.hip = hip;
+  state.reseated = true;
+}
+
 ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept {
   ContactResult result;
   followContact(bodies, state, hip, result);

@@ -85,6 +85,9 @@ struct ContactResult {
 /// Free at hip (world): attach, re-attach.
 void place(ContactState& state, Vec3 hip) noexcept;
 
+/// Held by nothing where it is: the next followContact() finds what holds the IHIP on its way to the HIP, or around it.
+void unseat(ContactState& state) noexcept;
+
 /// One tick (paper 3.2): the path of the HIP from its last place to `hip` (world), the IHIP on the surfaces that it
 /// meets. Neither allocates nor locks. A HIP that is not finite, or beyond the range of the float vertices, counts as
 /// one that did not move.

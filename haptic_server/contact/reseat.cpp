@@ -137,10 +137,8 @@ bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const B
     if (onDented >= 0) followDented(state, bodies[static_cast<std::size_t>(onDented)]);
     return false;
   }
-  const Vec3 hip = state.hip;
-  place(state, proxy.place());
-  state.hip = hip;
-  state.reseated = true;
+  state.ihip = proxy.place();
+  unseat(state);
   return true;
 }
 

@@ -16,7 +16,7 @@ namespace haptics {
 /// Of the change of F_felt in a tick, so much is the hand's own and goes through at once:
 ///   2 (K T + B) dx / T,
 /// K and B the stiffness and damping that are felt, T the period, dx the way of the HIP: twice what a plane makes of it, so
-/// that contact stays what it is. What is more is taken into R, which then lets it in at the rate r; with the hand at rest
+/// that contact stays what it is, and nothing of it while the device stands still: an observer's HIP answers to the force. What is more is taken into R, which then lets it in at the rate r; with the hand at rest
 /// that is everything. No general slew limit, which at 0.3 N a tick turned a stable tap into an unstable one.
 class EditSlew {
  public:
@@ -26,6 +26,8 @@ class EditSlew {
   static constexpr double kSettled_s = 0.1;
   /// In which the way of the hand in a tick counts for 1/e of itself: a slow hand shows as single steps of the encoder.
   static constexpr double kMemory_s = 5e-3;
+  /// Without a step of the encoder for so long, the hand rests. A hand that is slower changes the force by less than r.
+  static constexpr double kResting_s = 20e-3;
 
   /// An edit changes the force, from the next follow() on.
   void begin() noexcept {
@@ -36,22 +38,27 @@ class EditSlew {
 
   /// @param before  The force of the last tick, N.
   /// @param felt  What is felt in this one, N.
-  /// @param hip  Where the force was computed, world, m.
+  /// @param measured, hip  Where the device is, and where the force was computed; world, m.
   /// @param carried_m  Way of the surface by itself in this tick.
   /// @param k  Of the surface; none while none is touched: then that of the last one.
   /// @param jumps  The edit changes it at once: nothing of the change is the hand's own.
-  [[nodiscard]] Vec3 follow(Vec3 before, Vec3 felt, Vec3 hip, double carried_m, Stiffness k, bool jumps,
+  [[nodiscard]] Vec3 follow(Vec3 before, Vec3 felt, Vec3 measured, Vec3 hip, double carried_m, Stiffness k, bool jumps,
                             double period_s) noexcept {
     if (fresh_) {
       felt_N_ = before;
       rest_N_ = Vec3(0);
+      measured_ = measured;
       hip_ = hip;
       way_m_ = 0;
+      resting_s_ = kResting_s;
       fresh_ = false;
     }
+    resting_s_ = measured == measured_ ? resting_s_ + period_s : 0;
+    measured_ = measured;
     way_m_ = std::max(glm::distance(hip, hip_) + carried_m, way_m_ * (1 - std::min(1.0, period_s / kMemory_s)));
     if (k.spring_N_per_m > 0) k_ = k;
-    const double own_N = jumps ? 0 : 2 * (k_.spring_N_per_m + k_.damping_Ns_per_m / period_s) * way_m_;
+    const bool nothing = jumps || resting_s_ >= kResting_s;
+    const double own_N = nothing ? 0 : 2 * (k_.spring_N_per_m + k_.damping_Ns_per_m / period_s) * way_m_;
     const Vec3 change_N = felt - felt_N_;
     felt_N_ = felt;
     hip_ = hip;
@@ -71,9 +78,11 @@ class EditSlew {
  private:
   bool fresh_ = false;
   double remaining_s_ = 0;
-  Vec3 felt_N_{0};  // in the last tick
-  Vec3 rest_N_{0};  // R
-  Vec3 hip_{0};     // likewise
+  Vec3 felt_N_{0};    // in the last tick
+  Vec3 rest_N_{0};    // R
+  Vec3 measured_{0};  // likewise
+  Vec3 hip_{0};       // likewise
+  double resting_s_ = 0;
   double way_m_ = 0;
   Stiffness k_;
 };

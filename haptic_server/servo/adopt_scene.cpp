@@ -80,6 +80,7 @@ class Succession {
     state.contactBroken = broken_;
     state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                       [](const HapticState::ObjectState& o) { return o.beingMoved; });
+    state.anyLeaving = std::ranges::any_of(bodies(), &Body::leaving);
   }
 
  private:

@@ -54,6 +54,7 @@ struct StepMemory {
   bool anySoft = false;                   ///< Some is soft;
   bool anyBumps = false;                  ///< bumps that are felt outside of its polygons.
   bool anyBeingMoved = false;
+  bool anyLeaving = false;
   bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
   double letGo_s = 0;      ///< For so long. Written by the step.
 

@@ -93,6 +93,18 @@ void moveEdited(HapticState& state, const StepConfig& config) noexcept {
   }
 }
 
+/// The contact with an object that leaves the scene ends once that is not felt any more: what is behind it is felt then.
+void letGoOfFaded(HapticState& state) noexcept {
+  const auto hasFaded = [&](const HoldingSurface& held) {
+    const auto body = static_cast<std::size_t>(held.body);
+    return state.bodies[body].leaving && state.objects[body].felt.value() == Stiffness{};
+  };
+  if (!std::ranges::any_of(state.contact.surfaces(), hasFaded)) return;
+  unseat(state.contact);
+  state.contactBroken = true;
+  state.slew.begin();
+}
+
 [[nodiscard]] Stiffness ownStiffness(const ServoObject& object) noexcept {
   return object.leaving ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
 }
@@ -144,18 +156,17 @@ void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& 
 
 /// Finite check, slew limit of an edit, fault ramp, magnitude limit: always last before the device.
 [[nodiscard, gnu::noinline]] Vec3 limitedByStages(HapticState& state, const StepConfig& config, const FeltTick& felt,
-                                                  Vec3 force) noexcept {
+                                                  const Vec3& measured, Vec3 force) noexcept {
   if (!isFinite(force)) [[unlikely]]
     state.fault = Fault::kNonFiniteForce;
   if (state.fault == Fault::kNone) [[likely]] {
-    const bool jumps =
-        (state.adoptedNow && (state.contactBroken || state.detailEdited || felt.object != state.contactObject)) ||
-        felt.contact.work.putOut;
+    const bool jumps = state.contactBroken || felt.contact.work.putOut ||
+                       (state.adoptedNow && (state.detailEdited || felt.object != state.contactObject));
     if (jumps) state.slew.begin();
     if (state.slew.active()) {
-      force = state.slew.follow(limitMagnitude(state.unlimited_N, config.maxForce_N),
-                                limitMagnitude(force, config.maxForce_N), state.hip, carried_m(state, felt.contact),
-                                feltStiffness(state, felt.contact), jumps, config.period_s);
+      force = state.slew.follow(
+          limitMagnitude(state.unlimited_N, config.maxForce_N), limitMagnitude(force, config.maxForce_N), measured,
+          state.hip, carried_m(state, felt.contact), feltStiffness(state, felt.contact), jumps, config.period_s);
     }
     state.unlimited_N = force;
   } else {
@@ -166,12 +177,13 @@ void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& 
 
 /// A force that every stage passes on as it is, which most are, goes by none of them.
 [[nodiscard, gnu::always_inline]] inline Vec3 limited(HapticState& state, const StepConfig& config,
-                                                      const FeltTick& felt, const Vec3& force) noexcept {
+                                                      const FeltTick& felt, const Vec3& measured,
+                                                      const Vec3& force) noexcept {
   const bool asItIs =
       state.fault == Fault::kNone && !state.adoptedNow && !state.slew.active() && state.faultRamp.atOne();
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]]  // not for NaN
     return state.unlimited_N = force;
-  return limitedByStages(state, config, felt, force);
+  return limitedByStages(state, config, felt, measured, force);
 }
 
 /// Where the HIP is, or will be while the coming force is held.
@@ -254,6 +266,8 @@ template <bool kDetails>
     followHip(state, input.device.position);
     if (state.anyBeingMoved) [[unlikely]]
       moveEdited(state, config);
+    if (state.anyLeaving) [[unlikely]]
+      letGoOfFaded(state);
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
     if (felt.contact.work.putOut) [[unlikely]]
       notePutOut(scene, state, felt.contact.work);
@@ -272,7 +286,7 @@ template <bool kDetails>
   ForceComponents& force = felt.force;
   force.contact = force.spring + force.damping;
   if constexpr (kDetails) force.contact += force.friction + force.texture;
-  force.written = limited(state, config, felt, force.contact);
+  force.written = limited(state, config, felt, input.device.position, force.contact);
 }
 
 template <bool kDetails>

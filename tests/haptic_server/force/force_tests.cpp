@@ -74,7 +74,7 @@ TEST(EditSlew, LetsAnEditInAtItsRateWhileTheHandRests) {
   slew.begin();
   int ticks = 0;
   for (; written != felt && ticks < 1000; ++ticks) {
-    const Vec3 next = slew.follow(written, felt, Vec3(0), 0, k, true, kPeriod_s);
+    const Vec3 next = slew.follow(written, felt, Vec3(0), Vec3(0), 0, k, true, kPeriod_s);
     EXPECT_LE(glm::distance(next, written), EditSlew::kRate_N_per_s * kPeriod_s + 1e-12);
     written = next;
   }
@@ -85,10 +85,11 @@ TEST(EditSlew, LeavesTheContactOfAMovingHandAsItIs) {
   EditSlew slew;
   const Stiffness k{1000, 0};
   slew.begin();
-  Vec3 written = slew.follow(Vec3(0), Vec3(0), Vec3(0), 0, k, false, kPeriod_s);
+  Vec3 written = slew.follow(Vec3(0), Vec3(0), Vec3(0), Vec3(0), 0, k, false, kPeriod_s);
   for (int i = 1; i <= 20; ++i) {
-    const Vec3 felt(0, 0, 0.3 * i);  // 0.3 m/s into a wall
-    written = slew.follow(written, felt, Vec3(0, 0, -0.3e-3 * i), 0, k, false, kPeriod_s);
+    const Vec3 hip(0, 0, -0.3e-3 * i);  // into a wall
+    const Vec3 felt(0, 0, 0.3 * i);
+    written = slew.follow(written, felt, hip, hip, 0, k, false, kPeriod_s);
     EXPECT_EQ(written, felt);
   }
 }
@@ -97,14 +98,28 @@ TEST(EditSlew, LetsAnEditInNoSoonerWhileTheHandMoves) {
   EditSlew slew;
   const Stiffness k{1000, 0};
   slew.begin();
-  Vec3 written = slew.follow(Vec3(0, 0, 3), Vec3(0, 0, 1), Vec3(0), 0, k, true, kPeriod_s);
+  Vec3 written = slew.follow(Vec3(0, 0, 3), Vec3(0, 0, 1), Vec3(0), Vec3(0), 0, k, true, kPeriod_s);
   for (int i = 0; i < 60; ++i) {
     const Vec3 felt(0, 0, 1 + (i % 2 == 0 ? 0.1 : 0));
-    const Vec3 next = slew.follow(written, felt, Vec3(0, 0, i % 2 == 0 ? -0.1e-3 : 0), 0, k, false, kPeriod_s);
+    const Vec3 hip(0, 0, i % 2 == 0 ? -0.1e-3 : 0);
+    const Vec3 next = slew.follow(written, felt, hip, hip, 0, k, false, kPeriod_s);
     EXPECT_LE(glm::distance(next, written), 0.1 + EditSlew::kRate_N_per_s * kPeriod_s + 1e-12);
     written = next;
   }
   EXPECT_GT(written.z, 1.05);
+}
+
+TEST(EditSlew, TakesWhatAnObserverMakesOfAHandAtRestForTheEdits) {
+  EditSlew slew;
+  const Stiffness k{1000, 0};
+  slew.begin();
+  Vec3 written = slew.follow(Vec3(0), Vec3(0), Vec3(0), Vec3(0), 0, k, false, kPeriod_s);
+  for (int i = 1; i <= 20; ++i) {
+    const Vec3 next =
+        slew.follow(written, Vec3(0, 0, 0.1 * i), Vec3(0), Vec3(0, 0, -0.1e-3 * i), 0, k, false, kPeriod_s);
+    EXPECT_LE(glm::distance(next, written), EditSlew::kRate_N_per_s * kPeriod_s + 1e-12);
+    written = next;
+  }
 }
 
 TEST(EditSlew, EndsOnceTheForceHasNotBeenLimitedForAWhile) {
@@ -112,7 +127,7 @@ TEST(EditSlew, EndsOnceTheForceHasNotBeenLimitedForAWhile) {
   EXPECT_FALSE(slew.active());
   slew.begin();
   int ticks = 0;
-  for (; slew.active(); ++ticks) (void)slew.follow(Vec3(0), Vec3(0, 0, 0.6), Vec3(0), 0, {}, false, kPeriod_s);
+  for (; slew.active(); ++ticks) (void)slew.follow(Vec3(0), Vec3(0, 0, 0.6), Vec3(0), Vec3(0), 0, {}, false, kPeriod_s);
   EXPECT_NEAR(ticks * kPeriod_s, 0.6 / EditSlew::kRate_N_per_s + EditSlew::kSettled_s, 3 * kPeriod_s);
 }
 
