@@ -1,7 +1,7 @@
 #include "tests/eval/fuzz/edit_judge.h"
 
 #include <algorithm>
-#include <array>
+#include <utility>
 
 namespace haptics::eval {
 namespace {
@@ -16,8 +16,8 @@ bool isSoft(const EditRun& run) {
   });
 }
 
-/// A body that the dynamics move farther in a tick (m) pushes, slips off and strikes.
-constexpr double kMoved_m = 1e-6;
+/// A body that the dynamics move faster pushes, slips off and strikes.
+constexpr double kMoved_m_per_s = 1e-3;
 
 /// How far (m) the dynamics, and not an edit, moved a body at the HIP in the last tick. `touched` and `before` are ids, 0
 /// for none.
@@ -68,12 +68,13 @@ void EditJudge::begin(EditDrive& drive) {
   before_N_ = last_N_ = twinLast_N_ = sample.force.written;
   lastObject_ = twinLastObject_ = sample.object;
   lastMoved_m_ = movedAt_m(drive.state(), sample.hip, sample.object, sample.object);
-  twinStep_N_ = twinAnyStep_N_ = 0;
+  lastStep_N_ = twinStep_N_ = twinAnyStep_N_ = 0;
   twin_ = run_.stabiliser || isSoft(run_);  // else nothing changes without an edit
   if (twin_) drive.split();
 }
 
 void EditJudge::observe(EditDrive& drive, Vec3 hip) {
+  constexpr double kGoesOn = 1.25;  // a step that the dynamics make is followed by one as large
   const TelemetrySample& sample = drive.sample();
   const double step_N = glm::distance(sample.force.written, last_N_);
   verdict_.finite = verdict_.finite && isFinite(sample.force.written);
@@ -81,13 +82,15 @@ void EditJudge::observe(EditDrive& drive, Vec3 hip) {
   // An adoption may set bodies somewhere else: by the dynamics they would have gone on as before.
   const bool adopted = drive.adoptedNow();
   const double moved_m = adopted ? lastMoved_m_ : movedAt_m(drive.state(), hip, sample.object, lastObject_);
-  const bool moved = moved_m > kMoved_m;
+  const bool moved = moved_m > kMoved_m_per_s * run_.period_s();
   last_N_ = sample.force.written;
   lastObject_ = sample.object;
   lastMoved_m_ = moved_m;
+  const double before_N = std::exchange(lastStep_N_, step_N);
   if (moved && !adopted) return;
   verdict_.step_N = std::max(verdict_.step_N, step_N);
-  const double above_N = step_N - relaxation_N(drive) - motion_N(drive, moved_m);
+  const double own_N = moved ? std::max(motion_N(drive, moved_m), kGoesOn * before_N) : motion_N(drive, moved_m);
+  const double above_N = step_N - relaxation_N(drive) - own_N;
   Step& worst = moved ? worstAdoption_ : worst_;
   if (above_N > worst.above_N) worst = {drive.tick() - 1, above_N};
 }
@@ -96,7 +99,7 @@ void EditJudge::observeTwin(EditDrive& drive, Vec3 hip) {
   const TelemetrySample& sample = drive.stepTwin(hip);
   const double step_N = glm::distance(sample.force.written, twinLast_N_);
   twinAnyStep_N_ = std::max(twinAnyStep_N_, step_N);
-  if (movedAt_m(drive.twinState(), hip, sample.object, twinLastObject_) <= kMoved_m) {
+  if (movedAt_m(drive.twinState(), hip, sample.object, twinLastObject_) <= kMoved_m_per_s * run_.period_s()) {
     twinStep_N_ = std::max(twinStep_N_, step_N);
   }
   twinLast_N_ = sample.force.written;
@@ -182,7 +185,7 @@ double EditJudge::missing_N(const EditDrive& drive) const {
   constexpr double kSlowest_N_per_s = 30;
   constexpr double kLongest_s = 0.9;
   const TelemetrySample& sample = drive.sample();
-  if (movedAt_m(drive.state(), sample.hip, sample.object, sample.object) > kMoved_m) return 0;
+  if (movedAt_m(drive.state(), sample.hip, sample.object, sample.object) > kMoved_m_per_s * run_.period_s()) return 0;
   Vec3 expected_N = sample.force.contact;
   const FuzzObject* touched = drive.object(sample.object);
   if (touched != nullptr && touched->crease_rad == 0 && touched->textureAmplitude_m == 0 && touched->mass_kg == 0) {

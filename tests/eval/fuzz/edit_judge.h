@@ -35,7 +35,7 @@ struct EditVerdict {
 ///  - What also comes in a run that goes on from the same state without the edit: the largest of its steps is allowed on
 ///    top of the limit.
 ///  - What a viscous tissue gives way at a penetration that stays, no faster than its own time constant.
-///  - Ticks in which the dynamics, and not an edit, move a body at the HIP by more than a micrometre are not judged: such a
+///  - Ticks in which the dynamics, and not an edit, move a body at the HIP by more than a millimetre a second are not judged: such a
 ///    body pushes, slips off and strikes as it does without edits. By less, its spring follows. In the tick of an adoption,
 ///    which is judged always, it may go on as it did in the tick before.
 /// Some time after the edit the IHIP is looked for inside of all closed bodies by winding number, at rest and the touched
@@ -73,6 +73,7 @@ class EditJudge {
   Vec3 last_N_{0};
   std::uint64_t lastObject_ = 0;
   double lastMoved_m_ = 0;
+  double lastStep_N_ = 0;
   Vec3 twinLast_N_{0};
   std::uint64_t twinLastObject_ = 0;
   double twinStep_N_ = 0;  // while no body moves
