@@ -306,6 +306,7 @@ void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
       ->type_name("WHICH");
   verb->add_option("--speed", arguments.fuzz.speed_m_per_s,
                    "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
+      ->type_name("V")
       ->check(moreThanZero());
   verb->callback([&arguments] {
     arguments.fuzz.seed = arguments.seed;

@@ -1,5 +1,6 @@
 #include <array>
 #include <cstdio>
+#include <sstream>
 #include <string>
 
 #include "tests/eval/fuzz/contact_finding.h"
@@ -16,8 +17,9 @@ constexpr std::uint64_t kProgress = 1000;  ///< Scenes from one line about it to
 constexpr std::array kSpeeds_m_per_s{1.0, 4.0};
 
 std::string nameOf(ContactSceneKind kind) {
-  return std::string(kind.moving ? "moving" : "rest") + '_' + std::to_string(std::lround(kind.speed_m_per_s)) +
-         "_m_per_s";
+  std::ostringstream name;
+  name << (kind.moving ? "moving_" : "rest_") << kind.speed_m_per_s << "_m_per_s";
+  return name.str();
 }
 
 /// All kinds by turns, from seed to seed, of those that were asked for.

@@ -31,13 +31,16 @@ struct EditVerdict {
 
 /// Judges what is felt from an edit on while the HIP rests.
 ///
-/// Every change of the written force is the edit's, but for three: what also comes in a run that goes on from the same
-/// state without the edit (the largest of its steps is allowed on top of the limit); what a viscous tissue gives way at
-/// a penetration that stays, no faster than its own time constant; and what comes in a tick in which the dynamics, and not
-/// an edit, move a body at the HIP by more than a micrometre: such a body pushes, slips off and strikes as it does without
-/// edits, and these ticks are not judged. Some time after the edit the IHIP is looked for inside of all closed
-/// bodies by winding number, at rest and as dents have them, and the force is compared with the scene's own stiffness times
-/// the penetration, unless it is so far from the one before the edit that it cannot be there yet.
+/// Every change of the written force is the edit's, but for these.
+///  - What also comes in a run that goes on from the same state without the edit: the largest of its steps is allowed on
+///    top of the limit.
+///  - What a viscous tissue gives way at a penetration that stays, no faster than its own time constant.
+///  - Ticks in which the dynamics, and not an edit, move a body at the HIP by more than a millimetre a second are not judged: such a
+///    body pushes, slips off and strikes as it does without edits. By less, its spring follows. In the tick of an adoption,
+///    which is judged always, it may go on as it did in the tick before.
+/// Some time after the edit the IHIP is looked for inside of all closed bodies by winding number, at rest and the touched
+/// one as it is dented, and the force is compared with the scene's own stiffness times the penetration, unless it is so far
+/// from the one before the edit that it cannot be there yet, or a body moves there.
 class EditJudge {
  public:
   static constexpr double kMostStep_N_per_s = 35;
@@ -58,7 +61,7 @@ class EditJudge {
  private:
   void observeTwin(EditDrive& drive, Vec3 hip);
   [[nodiscard]] double relaxation_N(const EditDrive& drive) const;
-
+  [[nodiscard]] double motion_N(const EditDrive& drive, double moved_m) const;
   [[nodiscard]] double missing_N(const EditDrive& drive) const;
   [[nodiscard]] SolidOracle dentedOracle(const HapticState& state, std::size_t body, const FuzzObject& object) const;
   [[nodiscard]] const SolidOracle& oracle(std::size_t mesh);
@@ -69,9 +72,12 @@ class EditJudge {
   Vec3 before_N_{0};
   Vec3 last_N_{0};
   std::uint64_t lastObject_ = 0;
+  double lastMoved_m_ = 0;
+  double lastStep_N_ = 0;
   Vec3 twinLast_N_{0};
   std::uint64_t twinLastObject_ = 0;
-  double twinStep_N_ = 0;
+  double twinStep_N_ = 0;  // while no body moves
+  double twinAnyStep_N_ = 0;
   bool twin_ = false;
   bool insideBefore_ = false;
   struct Step {
@@ -79,6 +85,7 @@ class EditJudge {
     double above_N;  // the limit and what relaxes
   };
   Step worst_{};
+  Step worstAdoption_{};  // of bodies that move
 };
 
 /// Runs the step along a run and judges all of its windows. @return The first failure, or the first of one kind.
