@@ -4,6 +4,7 @@
 #include "haptic_server/contact/contact.h"
 #include "haptic_server/contact/contact_tick.h"
 #include "haptic_server/contact/nearest_foot.h"
+#include "haptic_server/geometry/enclosure.h"
 
 namespace haptics {
 namespace {
@@ -30,9 +31,8 @@ class Proxy {
     const Surface& s = *body.surface;
     if (body.leaving || !s.closed() || !withinSphere(body)) return false;
     const Vec3 local = toLocal(body.previous, place_);
-    if (glm::any(glm::lessThan(local, s.low())) || glm::any(glm::greaterThan(local, s.high()))) return false;
+    if (windingNumber(s, local) <= 0) return false;
     const Foot foot = nearestFoot(s, local);
-    if (s.isOutside(foot, local)) return false;
     const Vec3 normal = s.normal(foot);
     const Vec3 outward = glm::conjugate(body.previous.rotation) * outward_;
     const double lift = kLift * (s.extent_m() + glm::length(body.previous.position));
@@ -64,7 +64,7 @@ class Proxy {
   static Vec3 backOut(const Surface& s, Vec3 local, Vec3 outward, double depth, double lift) noexcept {
     for (double way = 2 * depth + lift; way < 2 * s.radius_m(); way *= 2) {
       const Vec3 beyond = local + outward * way;
-      if (!s.isOutside(nearestFoot(s, beyond), beyond)) continue;
+      if (windingNumber(s, beyond) > 0) continue;
       const Crossing crossing = s.firstCrossing(beyond, local);
       return crossing ? glm::mix(beyond, local, crossing.time) + outward * lift : beyond;
     }

@@ -58,21 +58,25 @@ class FeltStiffness {
   [[nodiscard]] Stiffness value() const noexcept { return felt_; }
 
   /// @param penetration_m, approach_m_per_s  As in springDamper(); 0 when the object is not in contact.
+  /// @param maxForce_N  The device's: what the spring has beyond it is not felt, and goes or comes at once.
   /// @return Joules that the change put into the pressed spring.
-  double follow(Stiffness target, double penetration_m, double approach_m_per_s, double period_s) noexcept {
+  double follow(Stiffness target, double penetration_m, double approach_m_per_s, double maxForce_N,
+                double period_s) noexcept {
     if (felt_ == target) return 0;
     const double before_N_per_m = felt_.spring_N_per_m;
-    approach(target, penetration_m, approach_m_per_s, period_s);
+    approach(target, penetration_m, approach_m_per_s, maxForce_N, period_s);
     return (felt_.spring_N_per_m - before_N_per_m) / 2 * penetration_m * penetration_m;
   }
 
  private:
-  void approach(Stiffness target, double penetration_m, double approach_m_per_s, double period_s) noexcept {
+  void approach(Stiffness target, double penetration_m, double approach_m_per_s, double maxForce_N,
+                double period_s) noexcept {
     const Stiffness missing{target.spring_N_per_m - felt_.spring_N_per_m,
                             target.damping_Ns_per_m - felt_.damping_Ns_per_m};
     const double change =
         std::abs(missing.spring_N_per_m * penetration_m) + std::abs(missing.damping_Ns_per_m * approach_m_per_s);
-    const double allowed = kRate_N_per_s * period_s;
+    const double beyond_N = std::max(0.0, felt_.spring_N_per_m * penetration_m - maxForce_N);
+    const double allowed = kRate_N_per_s * period_s + beyond_N;
     if (change <= allowed) {
       felt_ = target;
       return;

@@ -77,7 +77,7 @@ class Succession {
     state.anyDetail = anyDetail_ || movingCount_ > 0 || anySoft_;
     state.anyBumps = anyBumps_;
     state.anySoft = anySoft_;
-    state.contactBroken = broken_;
+    state.contactBroken = broken_ || otherDetailEdited_;
     state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                       [](const HapticState::ObjectState& o) { return o.beingMoved; });
     state.anyLeaving = std::ranges::any_of(bodies(), &Body::leaving);
@@ -119,6 +119,13 @@ class Succession {
     origins_[i] = {static_cast<int>(before), changed, changed && samePose && tookDents};
   }
 
+  /// Did a known object hold the IHIP, or reach it with a bump?
+  [[nodiscard]] bool isFeltBeside(int before) const noexcept {
+    const auto surfaces = state_.contact.surfaces();
+    return state_.bumps[static_cast<std::size_t>(before)].height_m != 0 ||
+           std::ranges::find(surfaces, before, &HoldingSurface::body) != surfaces.end();
+  }
+
   /// Is its surface another one only for the dents that it holds now?
   [[nodiscard]] bool hasTakenDents(const ServoObject& object, std::size_t before) const noexcept {
     const TakenDents& was = state_.objects[before].taken;
@@ -146,6 +153,7 @@ class Succession {
     const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr);
     if (edited) bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
     detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.contactObject);
+    otherDetailEdited_ = otherDetailEdited_ || (edited && before >= 0 && isFeltBeside(before));
     objects_[i].detail = detail;
     anyDetail_ = anyDetail_ || detail != nullptr;
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
@@ -234,6 +242,7 @@ class Succession {
   bool anySoft_ = false;
   ContactState contact_;
   bool detailEdited_ = false;
+  bool otherDetailEdited_ = false;
   bool anyDetail_ = false;
   bool anyBumps_ = false;
   bool broken_ = false;

@@ -253,8 +253,9 @@ class Feeling {
       const bool fading = state_.bodies[i].leaving || (isTouched(i) && state_.lettingGo);
       const Stiffness target =
           fading ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
-      const double put_J = state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0,
-                                                         felt != end ? felt->speed_m_per_s : 0, config_.period_s);
+      const double put_J =
+          state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0, felt != end ? felt->speed_m_per_s : 0,
+                                        config_.maxForce_N, config_.period_s);
       if (put_J == 0) continue;
       state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
       state_.slew.begin();

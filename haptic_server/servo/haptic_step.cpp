@@ -119,7 +119,7 @@ void letGoOfFaded(HapticState& state) noexcept {
   const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
   FeltStiffness& felt = state.objects[touched].felt;
   const Stiffness target = state.lettingGo ? Stiffness{} : ownStiffness(scene.objects[touched]);
-  const double put_J = felt.follow(target, depth, speed, config.period_s);
+  const double put_J = felt.follow(target, depth, speed, config.maxForce_N, config.period_s);
   if (put_J != 0) {
     state.energy.name(scene.objects[touched].id, EnergyFeature::kEdit, put_J);
     state.slew.begin();
@@ -134,7 +134,7 @@ void followUntouched(const ServoScene& scene, HapticState& state, const ContactR
                      double period_s) noexcept {
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
-    static_cast<void>(state.objects[i].felt.follow(ownStiffness(scene.objects[i]), 0, 0, period_s));
+    static_cast<void>(state.objects[i].felt.follow(ownStiffness(scene.objects[i]), 0, 0, 0, period_s));
   }
   if (state.lettingGo) state.letGo_s += period_s;
 }

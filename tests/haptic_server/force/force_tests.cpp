@@ -44,26 +44,36 @@ TEST(SpringDamper, DampsPressingInAndNeverPullsWhenLifted) {
   EXPECT_NEAR(out.spring.z + out.damping.z, 0, 1e-12);
 }
 
+constexpr double kMost_N = 100;  // of a device
+
 TEST(FeltStiffness, IsThereAtOnceWithoutContact) {
   FeltStiffness felt;
-  felt.follow({800, 1}, 0, 0, kPeriod_s);
+  felt.follow({800, 1}, 0, 0, kMost_N, kPeriod_s);
   EXPECT_EQ(felt.value(), (Stiffness{800, 1}));
 }
 
 TEST(FeltStiffness, NeverChangesTheForceFasterThanItsRateAndArrives) {
   FeltStiffness felt;
-  felt.follow({200, 0}, 0, 0, kPeriod_s);
+  felt.follow({200, 0}, 0, 0, kMost_N, kPeriod_s);
   const double penetration = 0.005;
   const Stiffness target{3000, 2};
   double force = 200 * penetration;
   int ticks = 0;
   for (; felt.value() != target && ticks < 2000; ++ticks) {
-    felt.follow(target, penetration, 0, kPeriod_s);
+    felt.follow(target, penetration, 0, kMost_N, kPeriod_s);
     const double next = felt.value().spring_N_per_m * penetration;
     EXPECT_LE(next - force, FeltStiffness::kRate_N_per_s * kPeriod_s + 1e-12);
     force = next;
   }
   EXPECT_NEAR(ticks, (3000 - 200) * penetration / FeltStiffness::kRate_N_per_s / kPeriod_s, 2);
+}
+
+TEST(FeltStiffness, LosesAtOnceWhatTheDeviceCannotShow) {
+  constexpr double kDepth_m = 0.01;
+  FeltStiffness felt;
+  felt.follow({3000, 0}, 0, 0, 8, kPeriod_s);
+  felt.follow({}, kDepth_m, 0, 8, kPeriod_s);
+  EXPECT_NEAR(felt.value().spring_N_per_m * kDepth_m, 8 - FeltStiffness::kRate_N_per_s * kPeriod_s, 1e-9);
 }
 
 TEST(EditSlew, LetsAnEditInAtItsRateWhileTheHandRests) {
