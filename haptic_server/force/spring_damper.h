@@ -14,6 +14,11 @@ struct Stiffness {
   bool operator==(const Stiffness&) const = default;
 };
 
+/// The larger of each.
+[[nodiscard]] inline Stiffness stiffer(Stiffness a, Stiffness b) noexcept {
+  return {std::max(a.spring_N_per_m, b.spring_N_per_m), std::max(a.damping_Ns_per_m, b.damping_Ns_per_m)};
+}
+
 /// Newtons along a direction out of the surface, on the hand.
 struct SpringDamper {
   double spring = 0;

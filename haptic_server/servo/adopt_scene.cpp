@@ -143,7 +143,9 @@ class Succession {
     const auto surfaces = state_.contact.surfaces();
     const bool holds = std::any_of(surfaces.begin(), surfaces.end(),
                                    [&](const HoldingSurface& s) { return s.body == static_cast<int>(before); });
-    const FeltPose pose(state_.contact.hip, state_.contact.ihip, state_.objects[before].felt.value());
+    const Stiffness k =
+        stiffer(state_.objects[before].felt.value(), {object.stiffness_N_per_m, object.damping_Ns_per_m});
+    const FeltPose pose(state_.contact.hip, state_.contact.ihip, k);
     return holds && !state_.bodies[before].leaving && pose.follows(state_.bodies[before].current, object.pose);
   }
 

@@ -18,7 +18,8 @@ class FeltPose {
   static constexpr double kDamping_N = 0.02;
 
   /// @param hip, ihip  World, metres: the force depends on where these two are in the object's frame.
-  FeltPose(Vec3 hip, Vec3 ihip, Stiffness felt) noexcept : hip_(hip), ihip_(ihip), felt_(felt) {}
+  /// @param k  Of the object, as it is felt or comes to be felt on the way, whichever is more.
+  FeltPose(Vec3 hip, Vec3 ihip, Stiffness k) noexcept : hip_(hip), ihip_(ihip), k_(k) {}
 
   /// Is an edit from one pose to another made as a motion?
   [[nodiscard]] bool follows(const Pose& from, const Pose& to) const noexcept {
@@ -36,13 +37,13 @@ class FeltPose {
     const auto carried = [&](Vec3 world) { return glm::distance(toWorld(to, toLocal(from, world)), world); };
     const double way = std::max(carried(hip_), carried(ihip_));
     const double seconds =
-        way * std::max(felt_.spring_N_per_m / FeltStiffness::kRate_N_per_s, felt_.damping_Ns_per_m / kDamping_N);
+        way * std::max(k_.spring_N_per_m / FeltStiffness::kRate_N_per_s, k_.damping_Ns_per_m / kDamping_N);
     return seconds > time_s ? time_s / seconds : 1;
   }
 
   Vec3 hip_;
   Vec3 ihip_;
-  Stiffness felt_;
+  Stiffness k_;
 };
 
 }  // namespace haptics

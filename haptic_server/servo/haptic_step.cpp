@@ -73,8 +73,12 @@ void attach(HapticState& state, Vec3 position) noexcept {
   return state.objects[static_cast<std::size_t>(contact.body)].felt.value();
 }
 
+[[nodiscard]] Stiffness ownStiffness(const ServoObject& object) noexcept {
+  return object.leaving ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
+}
+
 /// Objects that were edited under the stylus, on their way to where the scene has them.
-void moveEdited(HapticState& state, const StepConfig& config) noexcept {
+void moveEdited(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
   state.anyBeingMoved = false;
   state.slew.begin();
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
@@ -83,7 +87,8 @@ void moveEdited(HapticState& state, const StepConfig& config) noexcept {
     Body& body = state.bodies[i];
     object.beingMoved = !(body.current == object.scenePose);  // there: one more tick, at rest
     state.anyBeingMoved = state.anyBeingMoved || object.beingMoved;
-    const FeltPose felt(state.contact.hip, state.contact.ihip, object.felt.value());
+    const Stiffness k = stiffer(object.felt.value(), ownStiffness(scene.objects[i]));
+    const FeltPose felt(state.contact.hip, state.contact.ihip, k);
     body.previous = body.current;
     body.current = felt.next(body.current, object.scenePose, config.period_s);
     body.update();
@@ -103,10 +108,6 @@ void letGoOfFaded(HapticState& state) noexcept {
   unseat(state.contact);
   state.contactBroken = true;
   state.slew.begin();
-}
-
-[[nodiscard]] Stiffness ownStiffness(const ServoObject& object) noexcept {
-  return object.leaving ? Stiffness{} : Stiffness{object.stiffness_N_per_m, object.damping_Ns_per_m};
 }
 
 /// Paper 3: spring from the penetration vector, with a damper. Moves the touched object's felt stiffness towards its own.
@@ -265,7 +266,7 @@ template <bool kDetails>
     felt.followed = true;
     followHip(state, input.device.position);
     if (state.anyBeingMoved) [[unlikely]]
-      moveEdited(state, config);
+      moveEdited(scene, state, config);
     if (state.anyLeaving) [[unlikely]]
       letGoOfFaded(state);
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);

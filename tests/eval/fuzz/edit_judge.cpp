@@ -179,8 +179,8 @@ SolidOracle EditJudge::dentedOracle(const HapticState& state, std::size_t body, 
 }
 
 /// By how much the written force is not that of the scene's parameters: nothing is left of a blend, and the spring is as
-/// stiff as the object that is touched. Where shading or a texture decides the depth, or a body moves, only the first is
-/// known.
+/// stiff as the object that is touched. Where shading or a texture of any object may reach the HIP, or a body moves, only the
+/// first is known.
 double EditJudge::missing_N(const EditDrive& drive) const {
   constexpr double kSlowest_N_per_s = 30;
   constexpr double kLongest_s = 0.9;
@@ -188,7 +188,7 @@ double EditJudge::missing_N(const EditDrive& drive) const {
   if (movedAt_m(drive.state(), sample.hip, sample.object, sample.object) > kMoved_m_per_s * run_.period_s()) return 0;
   Vec3 expected_N = sample.force.contact;
   const FuzzObject* touched = drive.object(sample.object);
-  if (touched != nullptr && touched->crease_rad == 0 && touched->textureAmplitude_m == 0 && touched->mass_kg == 0) {
+  if (touched != nullptr && touched->mass_kg == 0 && !drive.state().anyBumps) {
     const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
     expected_N += stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
   }
