@@ -122,7 +122,8 @@ class Succession {
   /// Did a known object hold the IHIP, or reach it with a bump?
   [[nodiscard]] bool isFeltBeside(int before) const noexcept {
     const auto surfaces = state_.contact.surfaces();
-    return state_.bumps[static_cast<std::size_t>(before)].height_m != 0 ||
+    const BumpWatch& bumps = state_.bumps[static_cast<std::size_t>(before)];
+    return (bumps.triangle != kNoTriangle && bumps.clear_m == 0) ||
            std::ranges::find(surfaces, before, &HoldingSurface::body) != surfaces.end();
   }
 
@@ -155,7 +156,10 @@ class Succession {
     const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr);
     if (edited) bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
     detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.contactObject);
-    otherDetailEdited_ = otherDetailEdited_ || (edited && before >= 0 && isFeltBeside(before));
+    if (before >= 0 && isFeltBeside(before)) {
+      const bool leaves = bodies_[i].leaving && !state_.bodies[static_cast<std::size_t>(before)].leaving;
+      otherDetailEdited_ = otherDetailEdited_ || edited || leaves;
+    }
     objects_[i].detail = detail;
     anyDetail_ = anyDetail_ || detail != nullptr;
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);

@@ -18,6 +18,8 @@ bool isSoft(const EditRun& run) {
 
 /// A body that the dynamics move faster pushes, slips off and strikes.
 constexpr double kMoved_m_per_s = 1e-3;
+/// In which a jump of the contact force counts for 1/e of itself.
+constexpr double kFlutter_s = 0.02;
 
 /// How far (m) the dynamics, and not an edit, moved a body at the HIP in the last tick. `touched` and `before` are ids, 0
 /// for none.
@@ -65,6 +67,8 @@ void EditJudge::begin(EditDrive& drive) {
   verdict_ = {};
   worst_ = worstAdoption_ = {drive.tick(), 0};
   insideBefore_ = depth_m(drive) > 0;
+  flutter_N_ = 0;
+  lastContact_N_ = limitMagnitude(sample.force.contact, drive.config().maxForce_N);
   before_N_ = last_N_ = twinLast_N_ = sample.force.written;
   lastObject_ = twinLastObject_ = sample.object;
   lastMoved_m_ = movedAt_m(drive.state(), sample.hip, sample.object, sample.object);
@@ -78,6 +82,9 @@ void EditJudge::observe(EditDrive& drive, Vec3 hip) {
   const TelemetrySample& sample = drive.sample();
   const double step_N = glm::distance(sample.force.written, last_N_);
   verdict_.finite = verdict_.finite && isFinite(sample.force.written);
+  const Vec3 contact_N = limitMagnitude(sample.force.contact, drive.config().maxForce_N);
+  flutter_N_ *= 1 - run_.period_s() / kFlutter_s;
+  flutter_N_ = std::max(flutter_N_, glm::distance(contact_N, std::exchange(lastContact_N_, contact_N)));
   if (twin_) observeTwin(drive, hip);
   // An adoption may set bodies somewhere else: by the dynamics they would have gone on as before.
   const bool adopted = drive.adoptedNow();
@@ -180,7 +187,8 @@ SolidOracle EditJudge::dentedOracle(const HapticState& state, std::size_t body, 
 
 /// By how much the written force is not that of the scene's parameters: nothing is left of a blend, and the spring is as
 /// stiff as the object that is touched. Where shading or a texture of any object may reach the HIP, or a body moves, only the
-/// first is known.
+/// first is known. While two surfaces hold the IHIP about evenly, an observer's HIP may go to and fro between them at rest:
+/// the contact force then has two values, with the edit or without.
 double EditJudge::missing_N(const EditDrive& drive) const {
   constexpr double kSlowest_N_per_s = 30;
   constexpr double kLongest_s = 0.9;
@@ -195,7 +203,8 @@ double EditJudge::missing_N(const EditDrive& drive) const {
   if (glm::length(before_N_) + glm::length(expected_N) > kSlowest_N_per_s * kLongest_s) return 0;
   const Vec3 limited_N = limitMagnitude(expected_N, drive.config().maxForce_N);
   const double difference_N = glm::distance(sample.force.written, limited_N);
-  return difference_N > kSame_N + kSamePart * glm::length(limited_N) ? difference_N : 0;
+  const double same_N = kSame_N + kSamePart * glm::length(limited_N) + 2 * flutter_N_;
+  return difference_N > same_N ? difference_N : 0;
 }
 
 std::optional<EditFinding> findFailure(const EditRun& run, std::optional<EditFailure> kind) {

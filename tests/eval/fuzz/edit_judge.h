@@ -71,6 +71,8 @@ class EditJudge {
   EditVerdict verdict_;
   Vec3 before_N_{0};
   Vec3 last_N_{0};
+  Vec3 lastContact_N_{0};
+  double flutter_N_ = 0;  // largest jump of the contact force of late
   std::uint64_t lastObject_ = 0;
   double lastMoved_m_ = 0;
   double lastStep_N_ = 0;
