@@ -2,6 +2,7 @@
 
 #include "haptic_server/servo/felt_pose.h"
 #include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/servo/held_share.h"
 
 namespace haptics {
 namespace {
@@ -121,10 +122,18 @@ class Succession {
 
   /// Did a known object hold the IHIP, or reach it with a bump?
   [[nodiscard]] bool isFeltBeside(int before) const noexcept {
+    if (before < 0) return false;
     const auto surfaces = state_.contact.surfaces();
     const BumpWatch& bumps = state_.bumps[static_cast<std::size_t>(before)];
     return (bumps.triangle != kNoTriangle && bumps.clear_m == 0) ||
            std::ranges::find(surfaces, before, &HoldingSurface::body) != surfaces.end();
+  }
+
+  /// May its bumps, as they are now, reach the IHIP?
+  [[nodiscard]] bool mayBeFelt(std::size_t i, const SurfaceDetail* detail) const noexcept {
+    if (detail == nullptr || !(detail->highest_m() > 0)) return false;
+    const double reach_m = bodies_[i].surface->radius_m() + detail->highest_m();
+    return glm::distance(bodies_[i].centre, state_.contact.ihip) <= reach_m;
   }
 
   /// Is its surface another one only for the dents that it holds now?
@@ -156,10 +165,8 @@ class Succession {
     const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr);
     if (edited) bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
     detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.contactObject);
-    if (before >= 0 && isFeltBeside(before)) {
-      const bool leaves = bodies_[i].leaving && !state_.bodies[static_cast<std::size_t>(before)].leaving;
-      otherDetailEdited_ = otherDetailEdited_ || edited || leaves;
-    }
+    const bool leaves = before >= 0 && bodies_[i].leaving && !state_.bodies[static_cast<std::size_t>(before)].leaving;
+    otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
     objects_[i].detail = detail;
     anyDetail_ = anyDetail_ || detail != nullptr;
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
@@ -176,6 +183,7 @@ class Succession {
     const auto was = static_cast<std::size_t>(before);
     const bool edited = state_.objects[was].tissue != object.tissue.get();
     detailEdited_ = detailEdited_ || (edited && object.id == state_.contactObject);
+    otherDetailEdited_ = otherDetailEdited_ || (edited && isFeltBeside(before));
     if (!object.tissue || (state_.bodies[was].surface != object.surface.get() && !hasTakenDents(object, was))) return;
     for (std::size_t d = 0; d < state_.dentCount; ++d) {
       BodyDent dent = state_.dents[d];
@@ -259,7 +267,8 @@ class Succession {
   const auto surfaces = state.contact.surfaces();
   if (surfaces.empty()) return Vec3(0);
   const Stiffness felt = state.objects[static_cast<std::size_t>(surfaces.front().body)].felt.value();
-  return felt.spring_N_per_m * (state.contact.ihip - state.contact.hip);
+  const Vec3 penetration_m = state.contact.ihip - state.contact.hip;
+  return felt.spring_N_per_m * penetration_m + otherSprings_N(state, penetration_m);
 }
 
 }  // namespace

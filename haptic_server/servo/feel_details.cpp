@@ -43,13 +43,20 @@ struct Felt {
 class Feeling {
  public:
   Feeling(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept
-      : scene_(scene), state_(state), memory_(state.surface), config_(config), contact_(tick.contact), tick_(tick) {}
+      : scene_(scene),
+        state_(state),
+        memory_(state.surface),
+        config_(config),
+        contact_(tick.contact),
+        tick_(tick),
+        held_m_(tick.contact.ihip - state.hip) {}
 
   void run() noexcept {
     if (contact_.touching) feelTouched();
     if (state_.anyBumps) feelBumps();
     followStiffness();
     for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
+    if (severalBodies()) tick_.force.spring += otherSprings_N(state_, held_m_);
     if (count_ == 0) {
       memory_.friction.release();
       memory_.object = 0;
@@ -81,17 +88,6 @@ class Feeling {
     return std::any_of(holding.begin(), holding.end(),
                        [&](const HoldingSurface& held) { return held.body != holding.front().body; });
   }
-  [[nodiscard]] Vec3 normalOf(const HoldingSurface& held) const noexcept {
-    const Body& body = state_.bodies[static_cast<std::size_t>(held.body)];
-    return body.frame.turn(body.surface->faceNormal(held.triangle) * double(held.side));
-  }
-  /// What one of the surfaces that hold the IHIP has of the penetration, m.
-  [[nodiscard]] double shareOf(std::size_t k) const noexcept {
-    const auto holding = state_.contact.surfaces();
-    const auto other = [&](std::size_t i) { return normalOf(holding[(k + i) % holding.size()]); };
-    return heldShare(contact_.ihip - state_.hip, other(0), other(1), holding.size() > 2 ? other(2) : Vec3(0));
-  }
-
   /// Two points this far apart: does their difference say more than how they were rounded? Without a texture it does not
   /// matter, for then the force is as small.
   [[nodiscard]] bool tellsDirection(double apart_m, std::size_t body) const noexcept {
@@ -183,8 +179,8 @@ class Feeling {
       watch.triangle = felt.triangle = holding[k].triangle;
       watch.clear_m = 0;
       felt.heightOnly = true;
-      felt.normal = normalOf(holding[k]);
-      felt.geometric_m = shareOf(k);
+      felt.normal = normalOf(state_, holding[k]);
+      felt.geometric_m = shareOf(state_, k, contact_.ihip - state_.hip);
       felt.from = contact_.ihip - felt.geometric_m * felt.normal;
       return hasTexture(felt.body);
     }
@@ -250,12 +246,13 @@ class Feeling {
     for (std::size_t i = 0; i < state_.bodyCount; ++i) {
       const auto end = felt_.begin() + static_cast<std::ptrdiff_t>(count_);
       const auto felt = std::find_if(felt_.begin(), end, [i](const Felt& f) { return f.body == i; });
-      const bool fading = state_.bodies[i].leaving || (isTouched(i) && state_.lettingGo);
+      const bool fading = state_.bodies[i].leaving || (state_.lettingGo && holdsIhip(state_, i));
       const Stiffness target =
           fading ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
+      const double beside_m = severalBodies() ? heldDepth_m(state_, i, held_m_) : 0;
       const double put_J =
-          state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : 0, felt != end ? felt->speed_m_per_s : 0,
-                                        config_.maxForce_N, config_.period_s);
+          state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : beside_m,
+                                        felt != end ? felt->speed_m_per_s : 0, config_.maxForce_N, config_.period_s);
       if (put_J == 0) continue;
       state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
       state_.slew.begin();
@@ -349,6 +346,7 @@ class Feeling {
   const StepConfig& config_;
   ContactResult& contact_;
   FeltTick& tick_;
+  Vec3 held_m_;  // from the HIP to the IHIP of the contact core
   std::array<Felt, kMostFelt> felt_;
   std::size_t count_ = 0;
 };

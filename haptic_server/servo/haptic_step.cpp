@@ -4,6 +4,7 @@
 
 #include "haptic_server/servo/feel_details.h"
 #include "haptic_server/servo/felt_pose.h"
+#include "haptic_server/servo/held_share.h"
 #include "haptic_server/servo/moving_bodies.h"
 #include "haptic_server/servo/separation_speed.h"
 #include "haptic_server/servo/soft_bodies.h"
@@ -127,17 +128,22 @@ void letGoOfFaded(HapticState& state) noexcept {
   }
   const SpringDamper along = springDamper(depth, speed, felt.value());
   force.spring = along.spring * direction;
+  if (state.contact.surfaces().size() > 1) force.spring += otherSprings_N(state, contact.ihip - state.hip);
   force.damping = along.damping * direction;
 }
 
-/// The stiffness of objects that are not touched is there at once.
-void followUntouched(const ServoScene& scene, HapticState& state, const ContactResult& contact,
-                     double period_s) noexcept {
+/// The stiffness of objects that do not hold the IHIP is there at once.
+void followUntouched(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                     const ContactResult& contact) noexcept {
+  const bool several = state.contact.surfaces().size() > 1;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
-    static_cast<void>(state.objects[i].felt.follow(ownStiffness(scene.objects[i]), 0, 0, 0, period_s));
+    const double depth_m = several ? heldDepth_m(state, i, contact.ihip - state.hip) : 0;
+    const Stiffness target = state.lettingGo && depth_m > 0 ? Stiffness{} : ownStiffness(scene.objects[i]);
+    const double put_J = state.objects[i].felt.follow(target, depth_m, 0, config.maxForce_N, config.period_s);
+    if (put_J != 0) state.slew.begin();
   }
-  if (state.lettingGo) state.letGo_s += period_s;
+  if (state.lettingGo) state.letGo_s += config.period_s;
 }
 
 void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
@@ -296,7 +302,7 @@ template <bool kDetails>
                                                                 const FeltTick& felt) noexcept {
   if (felt.followed) [[likely]] {
     state.measuredHip = input.device.position;
-    if constexpr (!kDetails) followUntouched(scene, state, felt.contact, config.period_s);
+    if constexpr (!kDetails) followUntouched(scene, state, config, felt.contact);
   }
   if constexpr (kDetails) {
     if (state.movingCount > 0) [[unlikely]]

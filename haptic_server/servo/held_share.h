@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/maths/vec.h"
+#include "haptic_server/servo/haptic_state.h"
 
 namespace haptics {
 
@@ -22,6 +22,55 @@ namespace haptics {
   const double squaredSine = 1 - cosine * cosine;
   if (squaredSine > kLeastSquaredSine) share = (share - cosine * glm::dot(penetration_m, second)) / squaredSine;
   return std::max(0.0, share);
+}
+
+/// Of a surface that holds the IHIP: outward, unit, world.
+[[nodiscard]] inline Vec3 normalOf(const HapticState& state, const HoldingSurface& held) noexcept {
+  const Body& body = state.bodies[static_cast<std::size_t>(held.body)];
+  return body.frame.turn(body.surface->faceNormal(held.triangle) * double(held.side));
+}
+
+/// heldShare() of the surface number k of those that hold the IHIP.
+[[nodiscard]] inline double shareOf(const HapticState& state, std::size_t k, Vec3 penetration_m) noexcept {
+  const auto holding = state.contact.surfaces();
+  const auto normal = [&](std::size_t i) { return normalOf(state, holding[(k + i) % holding.size()]); };
+  return heldShare(penetration_m, normal(0), normal(1), holding.size() > 2 ? normal(2) : Vec3(0));
+}
+
+/// Calls visit(surface, share of the penetration in m) for those that hold the IHIP beside the body of the first one.
+template <class Visit>
+void visitOthers(const HapticState& state, Vec3 penetration_m, Visit visit) noexcept {
+  const auto holding = state.contact.surfaces();
+  for (std::size_t k = 1; k < holding.size(); ++k) {
+    if (holding[k].body != holding.front().body) visit(holding[k], shareOf(state, k, penetration_m));
+  }
+}
+
+/// Each body that holds the IHIP has a spring of its own for its part of the penetration: what that makes of the force (N)
+/// where the first one's spring was taken for all of it. So the force has no step where another one becomes the first.
+[[nodiscard]] inline Vec3 otherSprings_N(const HapticState& state, Vec3 penetration_m) noexcept {
+  Vec3 sum_N(0);
+  visitOthers(state, penetration_m, [&](const HoldingSurface& held, double share_m) noexcept {
+    const auto stiffness = [&](int body) { return state.objects[static_cast<std::size_t>(body)].felt.value(); };
+    const double more_N_per_m =
+        stiffness(held.body).spring_N_per_m - stiffness(state.contact.holding[0].body).spring_N_per_m;
+    sum_N += more_N_per_m * share_m * normalOf(state, held);
+  });
+  return sum_N;
+}
+
+/// Part of the penetration (m) that a body has which holds the IHIP beside the first one; 0 for others.
+[[nodiscard]] inline double heldDepth_m(const HapticState& state, std::size_t body, Vec3 penetration_m) noexcept {
+  double depth_m = 0;
+  visitOthers(state, penetration_m, [&](const HoldingSurface& held, double share_m) noexcept {
+    if (static_cast<std::size_t>(held.body) == body) depth_m += share_m;
+  });
+  return depth_m;
+}
+
+[[nodiscard]] inline bool holdsIhip(const HapticState& state, std::size_t body) noexcept {
+  return std::ranges::any_of(state.contact.surfaces(),
+                             [&](const HoldingSurface& held) { return static_cast<std::size_t>(held.body) == body; });
 }
 
 }  // namespace haptics

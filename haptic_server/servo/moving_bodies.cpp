@@ -27,14 +27,8 @@ class Reaction {
   }
 
  private:
-  [[nodiscard]] Vec3 normalOf(const HoldingSurface& held) const noexcept {
-    const Body& body = state_.bodies[static_cast<std::size_t>(held.body)];
-    return body.frame.turn(body.surface->faceNormal(held.triangle) * double(held.side));
-  }
   [[nodiscard]] Vec3 along(std::span<const HoldingSurface> holding, std::size_t k) const noexcept {
-    const auto other = [&](std::size_t i) { return normalOf(holding[(k + i) % holding.size()]); };
-    const Vec3 normal = normalOf(holding[k]);
-    return heldShare(force_N_, normal, other(1), holding.size() > 2 ? other(2) : Vec3(0)) * normal;
+    return shareOf(state_, k, force_N_) * normalOf(state_, holding[k]);
   }
 
   const HapticState& state_;

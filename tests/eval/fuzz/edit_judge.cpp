@@ -185,8 +185,17 @@ SolidOracle EditJudge::dentedOracle(const HapticState& state, std::size_t body, 
   return {vertices, mesh.triangles};
 }
 
+namespace {
+
+bool severalBodies(const HapticState& state) {
+  const auto holding = state.contact.surfaces();
+  return std::ranges::any_of(holding, [&](const HoldingSurface& held) { return held.body != holding.front().body; });
+}
+
+}  // namespace
+
 /// By how much the written force is not that of the scene's parameters: nothing is left of a blend, and the spring is as
-/// stiff as the object that is touched. Where shading or a texture of any object may reach the HIP, or a body moves, only the
+/// stiff as the object that is touched, or as all that hold the IHIP. Where shading or a texture of any object may reach the HIP, or a body moves, only the
 /// first is known. While two surfaces hold the IHIP about evenly, an observer's HIP may go to and fro between them at rest:
 /// the contact force then has two values, with the edit or without.
 double EditJudge::missing_N(const EditDrive& drive) const {
@@ -196,7 +205,17 @@ double EditJudge::missing_N(const EditDrive& drive) const {
   if (movedAt_m(drive.state(), sample.hip, sample.object, sample.object) > kMoved_m_per_s * run_.period_s()) return 0;
   Vec3 expected_N = sample.force.contact;
   const FuzzObject* touched = drive.object(sample.object);
-  if (touched != nullptr && touched->mass_kg == 0 && !drive.state().anyBumps) {
+  if (severalBodies(drive.state())) {
+    for (const HoldingSurface& held : drive.state().contact.surfaces()) {
+      const auto& known = drive.state().objects[static_cast<std::size_t>(held.body)];
+      const FuzzObject* object = drive.object(known.id);
+      if (object == nullptr || object->leaving) continue;
+      const double missing_N_per_m = std::abs(object->stiffness_N_per_m - known.felt.value().spring_N_per_m);
+      const double farthest_N = glm::length(before_N_) + object->stiffness_N_per_m * sample.penetration_m;
+      if (farthest_N > kSlowest_N_per_s * kLongest_s) return 0;
+      if (missing_N_per_m > kSamePart * object->stiffness_N_per_m) return missing_N_per_m * sample.penetration_m;
+    }
+  } else if (touched != nullptr && touched->mass_kg == 0 && !drive.state().anyBumps) {
     const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
     expected_N += stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
   }
