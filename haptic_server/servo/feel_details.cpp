@@ -173,14 +173,19 @@ class Feeling {
     BumpWatch& watch = state_.bumps[felt.body];
     const Body& body = state_.bodies[felt.body];
     const Surface& surface = *body.surface;
+    // Of several triangles of a body always the same one, whatever order they are in.
     const auto holding = state_.contact.surfaces();
+    std::size_t held = holding.size();
     for (std::size_t k = 0; k < holding.size(); ++k) {
       if (static_cast<std::size_t>(holding[k].body) != felt.body) continue;
-      watch.triangle = felt.triangle = holding[k].triangle;
+      if (held == holding.size() || holding[k].triangle < holding[held].triangle) held = k;
+    }
+    if (held < holding.size()) {
+      watch.triangle = felt.triangle = holding[held].triangle;
       watch.clear_m = 0;
       felt.heightOnly = true;
-      felt.normal = normalOf(state_, holding[k]);
-      felt.geometric_m = shareOf(state_, k, contact_.ihip - state_.hip);
+      felt.normal = normalOf(state_, holding[held]);
+      felt.geometric_m = shareOf(state_, held, contact_.ihip - state_.hip);
       felt.from = contact_.ihip - felt.geometric_m * felt.normal;
       return hasTexture(felt.body);
     }

@@ -68,8 +68,9 @@ void EditJudge::begin(EditDrive& drive) {
   worst_ = worstAdoption_ = {drive.tick(), 0};
   insideBefore_ = depth_m(drive) > 0;
   flutter_N_ = 0;
+  most_N_ = glm::length(sample.force.written);
   lastContact_N_ = limitMagnitude(sample.force.contact, drive.config().maxForce_N);
-  before_N_ = last_N_ = twinLast_N_ = sample.force.written;
+  last_N_ = twinLast_N_ = sample.force.written;
   lastObject_ = twinLastObject_ = sample.object;
   lastMoved_m_ = movedAt_m(drive.state(), sample.hip, sample.object, sample.object);
   lastStep_N_ = twinStep_N_ = twinAnyStep_N_ = 0;
@@ -83,6 +84,7 @@ void EditJudge::observe(EditDrive& drive, Vec3 hip) {
   const double step_N = glm::distance(sample.force.written, last_N_);
   verdict_.finite = verdict_.finite && isFinite(sample.force.written);
   const Vec3 contact_N = limitMagnitude(sample.force.contact, drive.config().maxForce_N);
+  most_N_ = std::max(most_N_, glm::length(contact_N));
   flutter_N_ *= 1 - run_.period_s() / kFlutter_s;
   flutter_N_ = std::max(flutter_N_, glm::distance(contact_N, std::exchange(lastContact_N_, contact_N)));
   if (twin_) observeTwin(drive, hip);
@@ -211,7 +213,7 @@ double EditJudge::missing_N(const EditDrive& drive) const {
       const FuzzObject* object = drive.object(known.id);
       if (object == nullptr || object->leaving) continue;
       const double missing_N_per_m = std::abs(object->stiffness_N_per_m - known.felt.value().spring_N_per_m);
-      const double farthest_N = glm::length(before_N_) + object->stiffness_N_per_m * sample.penetration_m;
+      const double farthest_N = most_N_ + object->stiffness_N_per_m * sample.penetration_m;
       if (farthest_N > kSlowest_N_per_s * kLongest_s) return 0;
       if (missing_N_per_m > kSamePart * object->stiffness_N_per_m) return missing_N_per_m * sample.penetration_m;
     }
@@ -219,7 +221,7 @@ double EditJudge::missing_N(const EditDrive& drive) const {
     const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
     expected_N += stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
   }
-  if (glm::length(before_N_) + glm::length(expected_N) > kSlowest_N_per_s * kLongest_s) return 0;
+  if (most_N_ + glm::length(expected_N) > kSlowest_N_per_s * kLongest_s) return 0;
   const Vec3 limited_N = limitMagnitude(expected_N, drive.config().maxForce_N);
   const double difference_N = glm::distance(sample.force.written, limited_N);
   const double same_N = kSame_N + kSamePart * glm::length(limited_N) + 2 * flutter_N_;

@@ -40,7 +40,7 @@ struct EditVerdict {
 ///    which is judged always, it may go on as it did in the tick before.
 /// Some time after the edit the IHIP is looked for inside of all closed bodies by winding number, at rest and the touched
 /// one as it is dented, and the force is compared with the scene's own stiffness times the penetration, unless it is so far
-/// from the one before the edit that it cannot be there yet, or a body moves there.
+/// from what was felt on the way that it cannot be there yet, or a body moves there.
 class EditJudge {
  public:
   static constexpr double kMostStep_N_per_s = 35;
@@ -69,7 +69,7 @@ class EditJudge {
   const EditRun& run_;
   std::vector<std::optional<SolidOracle>> oracles_;
   EditVerdict verdict_;
-  Vec3 before_N_{0};
+  double most_N_ = 0;  // of the contact since then
   Vec3 last_N_{0};
   Vec3 lastContact_N_{0};
   double flutter_N_ = 0;  // largest jump of the contact force of late
