@@ -62,6 +62,12 @@ class FeltStiffness {
 
   [[nodiscard]] Stiffness value() const noexcept { return felt_; }
 
+  /// To a part of itself, 0 to 1.
+  void fade(double part) noexcept {
+    felt_.spring_N_per_m *= part;
+    felt_.damping_Ns_per_m *= part;
+  }
+
   /// @param penetration_m, approach_m_per_s  As in springDamper(); 0 when the object is not in contact.
   /// @param maxForce_N  The device's: what the spring has beyond it is not felt, and goes or comes at once.
   /// @return Joules that the change put into the pressed spring.

@@ -2,7 +2,7 @@
 
 #include "haptic_server/servo/felt_pose.h"
 #include "haptic_server/servo/haptic_step.h"
-#include "haptic_server/servo/held_share.h"
+#include "haptic_server/servo/held_springs.h"
 
 namespace haptics {
 namespace {
@@ -262,19 +262,10 @@ class Succession {
   bool broken_ = false;
 };
 
-/// As of the last tick.
-[[nodiscard]] Vec3 springForceNow_N(const HapticState& state) noexcept {
-  const auto surfaces = state.contact.surfaces();
-  if (surfaces.empty()) return Vec3(0);
-  const Stiffness felt = state.objects[static_cast<std::size_t>(surfaces.front().body)].felt.value();
-  const Vec3 penetration_m = state.contact.ihip - state.contact.hip;
-  return felt.spring_N_per_m * penetration_m + otherSprings_N(state, penetration_m);
-}
-
 }  // namespace
 
 bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
-  const Vec3 now_N = springForceNow_N(state);
+  const Vec3 now_N = heldSpring_N(state, state.contact.ihip - state.contact.hip);
   const bool mayWait = glm::length(now_N) > kMostStep_N && state.letGo_s < kLongestFade_s;
   if (state.lettingGo && mayWait) return false;
   Succession succession(next, state);

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "haptic_server/servo/held_share.h"
+#include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/separation_speed.h"
 #include "haptic_server/surface/force_shading.h"
 #include "haptic_server/surface/nearest_point.h"
@@ -248,12 +248,13 @@ class Feeling {
 
   /// Moves every object's felt stiffness towards its own.
   void followStiffness() noexcept {
+    if (state_.lettingGo) fadeHeld(state_, config_, held_m_);
     for (std::size_t i = 0; i < state_.bodyCount; ++i) {
       const auto end = felt_.begin() + static_cast<std::ptrdiff_t>(count_);
       const auto felt = std::find_if(felt_.begin(), end, [i](const Felt& f) { return f.body == i; });
-      const bool fading = state_.bodies[i].leaving || (state_.lettingGo && holdsIhip(state_, i));
+      if (state_.lettingGo && holdsIhip(state_, i)) continue;
       const Stiffness target =
-          fading ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
+          state_.bodies[i].leaving ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
       const double beside_m = severalBodies() ? heldDepth_m(state_, i, held_m_) : 0;
       const double put_J =
           state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : beside_m,
@@ -262,7 +263,6 @@ class Feeling {
       state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
       state_.slew.begin();
     }
-    if (state_.lettingGo) state_.letGo_s += config_.period_s;
   }
 
   /// Spring along N_s and what the texture makes of it (paper 4.3.2), and the damper.

@@ -4,7 +4,7 @@
 
 #include "haptic_server/servo/feel_details.h"
 #include "haptic_server/servo/felt_pose.h"
-#include "haptic_server/servo/held_share.h"
+#include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/moving_bodies.h"
 #include "haptic_server/servo/separation_speed.h"
 #include "haptic_server/servo/soft_bodies.h"
@@ -120,9 +120,11 @@ void letGoOfFaded(HapticState& state) noexcept {
   const Vec3 direction = contact.alongNormal || depth <= 0 ? contact.normal : (contact.ihip - state.hip) / depth;
   const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
   FeltStiffness& felt = state.objects[touched].felt;
-  const Stiffness target = state.lettingGo ? Stiffness{} : ownStiffness(scene.objects[touched]);
-  const double put_J = felt.follow(target, depth, speed, config.maxForce_N, config.period_s);
-  if (put_J != 0) {
+  if (state.lettingGo) [[unlikely]] {
+    fadeHeld(state, config, contact.ihip - state.hip);
+  } else if (const double put_J =
+                 felt.follow(ownStiffness(scene.objects[touched]), depth, speed, config.maxForce_N, config.period_s);
+             put_J != 0) {
     state.energy.name(scene.objects[touched].id, EnergyFeature::kEdit, put_J);
     state.slew.begin();
   }
@@ -139,11 +141,11 @@ void followUntouched(const ServoScene& scene, HapticState& state, const StepConf
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
     const double depth_m = several ? heldDepth_m(state, i, contact.ihip - state.hip) : 0;
-    const Stiffness target = state.lettingGo && depth_m > 0 ? Stiffness{} : ownStiffness(scene.objects[i]);
-    const double put_J = state.objects[i].felt.follow(target, depth_m, 0, config.maxForce_N, config.period_s);
+    if (state.lettingGo && depth_m > 0) continue;
+    const Stiffness own = ownStiffness(scene.objects[i]);
+    const double put_J = state.objects[i].felt.follow(own, depth_m, 0, config.maxForce_N, config.period_s);
     if (put_J != 0) state.slew.begin();
   }
-  if (state.lettingGo) state.letGo_s += config.period_s;
 }
 
 void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {

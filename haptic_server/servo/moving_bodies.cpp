@@ -1,7 +1,7 @@
 #include "haptic_server/servo/moving_bodies.h"
 
 #include "haptic_server/motion/rigid_motion.h"
-#include "haptic_server/servo/held_share.h"
+#include "haptic_server/servo/held_springs.h"
 
 namespace haptics {
 namespace {

@@ -16,8 +16,8 @@ bool isSoft(const EditRun& run) {
   });
 }
 
-/// A body that the dynamics move faster pushes, slips off and strikes.
-constexpr double kMoved_m_per_s = 1e-3;
+/// A body that the dynamics move faster pushes, slips off and strikes; one that moves less is at rest.
+constexpr double kMoved_m_per_s = 1e-5;
 /// In which a jump of the contact force counts for 1/e of itself.
 constexpr double kFlutter_s = 0.02;
 
@@ -168,7 +168,8 @@ double EditJudge::depth_m(const EditDrive& drive) {
     const FuzzObject* object = drive.object(state.objects[i].id);
     if (object == nullptr || object->leaving || !run_.meshes[object->mesh].mesh.closed()) continue;
     const Pose& pose = state.bodies[i].current;
-    const bool dented = object->id == sample.object && object->tissue && !object->hasDetail();
+    const bool touched = sample.object == object->id || sample.object == 0;
+    const bool dented = touched && object->tissue && !object->hasDetail();
     const double depth = dented ? dentedOracle(state, i, *object).depth_m(toLocal(pose, sample.ihip))
                                 : oracle(object->mesh).depth_m(toLocal(pose, ihip));
     deepest_m = std::max(deepest_m, depth);

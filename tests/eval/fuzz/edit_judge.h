@@ -35,7 +35,7 @@ struct EditVerdict {
 ///  - What also comes in a run that goes on from the same state without the edit: the largest of its steps is allowed on
 ///    top of the limit.
 ///  - What a viscous tissue gives way at a penetration that stays, no faster than its own time constant.
-///  - Ticks in which the dynamics, and not an edit, move a body at the HIP by more than a millimetre a second are not judged: such a
+///  - Ticks in which the dynamics, and not an edit, move a body at the HIP by more than 10 um a second are not judged: such a
 ///    body pushes, slips off and strikes as it does without edits. By less, its spring follows. In the tick of an adoption,
 ///    which is judged always, it may go on as it did in the tick before.
 /// Some time after the edit the IHIP is looked for inside of all closed bodies by winding number, at rest and the touched

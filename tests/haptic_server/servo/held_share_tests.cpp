@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "haptic_server/servo/held_share.h"
+#include "haptic_server/servo/held_springs.h"
 
 namespace haptics {
 namespace {

@@ -68,9 +68,31 @@ void visitOthers(const HapticState& state, Vec3 penetration_m, Visit visit) noex
   return depth_m;
 }
 
+/// Of all that hold the IHIP, N, world.
+[[nodiscard]] inline Vec3 heldSpring_N(const HapticState& state, Vec3 penetration_m) noexcept {
+  if (state.contact.surfaces().empty()) return Vec3(0);
+  const auto first = static_cast<std::size_t>(state.contact.holding[0].body);
+  return state.objects[first].felt.value().spring_N_per_m * penetration_m + otherSprings_N(state, penetration_m);
+}
+
 [[nodiscard]] inline bool holdsIhip(const HapticState& state, std::size_t body) noexcept {
   return std::ranges::any_of(state.contact.surfaces(),
                              [&](const HoldingSurface& held) { return static_cast<std::size_t>(held.body) == body; });
+}
+
+/// A tick of a contact that is let go, for an adoption that would break it: all that hold the IHIP lose the same part of
+/// their springs, so that the force falls by FeltStiffness::kRate_N_per_s, and at once by what the device does not show.
+inline void fadeHeld(HapticState& state, const StepConfig& config, Vec3 penetration_m) noexcept {
+  const Vec3 force_N = heldSpring_N(state, penetration_m);
+  const double length_N = glm::length(force_N);
+  const double less_N = FeltStiffness::kRate_N_per_s * config.period_s + std::max(0.0, length_N - config.maxForce_N);
+  const double kept = length_N > less_N ? 1 - less_N / length_N : 0;
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    if (holdsIhip(state, i)) state.objects[i].felt.fade(kept);
+  }
+  state.energy.name(state.contactObject, EnergyFeature::kEdit, -(1 - kept) / 2 * glm::dot(force_N, penetration_m));
+  state.letGo_s += config.period_s;
+  state.slew.begin();
 }
 
 }  // namespace haptics
