@@ -255,10 +255,10 @@ class Feeling {
       if (state_.lettingGo && holdsIhip(state_, i)) continue;
       const Stiffness target =
           state_.bodies[i].leaving ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
-      const double beside_m = severalBodies() ? heldDepth_m(state_, i, held_m_) : 0;
-      const double put_J =
-          state_.objects[i].felt.follow(target, felt != end ? felt->depth_m : beside_m,
-                                        felt != end ? felt->speed_m_per_s : 0, config_.maxForce_N, config_.period_s);
+      const bool shares = severalBodies() && holdsIhip(state_, i);
+      const double depth_m = shares ? heldDepth_m(state_, i, held_m_) : felt != end ? felt->depth_m : 0;
+      const double put_J = state_.objects[i].felt.follow(target, depth_m, felt != end ? felt->speed_m_per_s : 0,
+                                                         config_.maxForce_N, config_.period_s);
       if (put_J == 0) continue;
       state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
       state_.slew.begin();

@@ -120,17 +120,20 @@ void letGoOfFaded(HapticState& state) noexcept {
   const Vec3 direction = contact.alongNormal || depth <= 0 ? contact.normal : (contact.ihip - state.hip) / depth;
   const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
   FeltStiffness& felt = state.objects[touched].felt;
+  const bool several = state.contact.surfaces().size() > 1;
+  const Vec3 penetration_m = contact.ihip - state.hip;
   if (state.lettingGo) [[unlikely]] {
-    fadeHeld(state, config, contact.ihip - state.hip);
-  } else if (const double put_J =
-                 felt.follow(ownStiffness(scene.objects[touched]), depth, speed, config.maxForce_N, config.period_s);
+    fadeHeld(state, config, penetration_m);
+  } else if (const double put_J = felt.follow(ownStiffness(scene.objects[touched]),
+                                              several ? heldDepth_m(state, touched, penetration_m) : depth, speed,
+                                              config.maxForce_N, config.period_s);
              put_J != 0) {
     state.energy.name(scene.objects[touched].id, EnergyFeature::kEdit, put_J);
     state.slew.begin();
   }
   const SpringDamper along = springDamper(depth, speed, felt.value());
   force.spring = along.spring * direction;
-  if (state.contact.surfaces().size() > 1) force.spring += otherSprings_N(state, contact.ihip - state.hip);
+  if (several) force.spring += otherSprings_N(state, penetration_m);
   force.damping = along.damping * direction;
 }
 

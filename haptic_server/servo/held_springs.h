@@ -59,12 +59,13 @@ void visitOthers(const HapticState& state, Vec3 penetration_m, Visit visit) noex
   return sum_N;
 }
 
-/// Part of the penetration (m) that a body has which holds the IHIP beside the first one; 0 for others.
+/// Part of the penetration (m) that a body has which holds the IHIP with others; 0 for those that do not.
 [[nodiscard]] inline double heldDepth_m(const HapticState& state, std::size_t body, Vec3 penetration_m) noexcept {
+  const auto holding = state.contact.surfaces();
   double depth_m = 0;
-  visitOthers(state, penetration_m, [&](const HoldingSurface& held, double share_m) noexcept {
-    if (static_cast<std::size_t>(held.body) == body) depth_m += share_m;
-  });
+  for (std::size_t k = 0; k < holding.size(); ++k) {
+    if (static_cast<std::size_t>(holding[k].body) == body) depth_m += shareOf(state, k, penetration_m);
+  }
   return depth_m;
 }
 
