@@ -1,6 +1,7 @@
 #include "tests/e2e/fuzzed_edits.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "common/mesh/mesh_asset.h"
 #include "tests/eval/fuzz/edit_scene.h"
@@ -23,6 +24,23 @@ eval::EditRun drawnFrom(std::uint64_t seed) {
     }
   }
   return run;
+}
+
+/// Without the vertices that only what is missing from a scan has.
+TriMesh meshOf(const eval::FuzzMesh& from) {
+  TriMesh mesh{{}, from.triangles};
+  std::vector<std::optional<std::uint32_t>> numbers(from.vertices.size());
+  for (TriangleIndices& triangle : mesh.triangles) {
+    for (std::uint32_t& vertex : triangle) {
+      std::optional<std::uint32_t>& number = numbers[vertex];
+      if (!number) {
+        number = static_cast<std::uint32_t>(mesh.vertices.size());
+        mesh.vertices.push_back(from.vertices[vertex]);
+      }
+      vertex = *number;
+    }
+  }
+  return mesh;
 }
 
 void set(Vec3 from, v1::Vector3& to) {
@@ -73,7 +91,7 @@ void setSoftness(const FuzzObject& object, v1::Softness& softness) {
 
 FuzzedEdits::FuzzedEdits(std::uint64_t seed) : seed_(seed), run_(drawnFrom(seed)) {
   for (const eval::EditRun::Mesh& from : run_.meshes) {
-    const TriMesh mesh{from.mesh.vertices, from.mesh.triangles};
+    const TriMesh mesh = meshOf(from.mesh);
     assets_.push_back(encodeMesh(mesh));
     hashes_.push_back(hashOf(mesh).asBytes());
   }
