@@ -1,11 +1,19 @@
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <future>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "common/clock/monotonic.h"
 #include "graphics_client/mirror/server_link.h"
@@ -114,6 +122,7 @@ class Session {
 struct Outcome {
   std::uint64_t windows = 0;
   std::uint64_t edits = 0;
+  std::map<std::string, int> kinds;  ///< Windows.
   double longestUntilLive_s = 0;
   RestVerdict verdict;
 };
@@ -167,6 +176,7 @@ class FuzzedSession {
     sent_.push_back({&scene, index, last.revision, last.replied_ns + static_cast<std::uint64_t>(kSettled_s * 1e9)});
     ++outcome_.windows;
     outcome_.edits += window.edits.size();
+    ++outcome_.kinds[window.kind];
     const double since_s = 1e-9 * static_cast<double>(monotonicNow_ns() - last.replied_ns);
     if (since_s < kWatched_s) sleepFor(kWatched_s - since_s);
   }
@@ -197,6 +207,7 @@ TEST(EditsOverSocket, DoNotKickAndAreFeltInFull) {
   }
   std::uint64_t sent = 0;
   std::uint64_t inContact = 0;
+  std::map<std::string, int> kinds;
   for (auto& future : outcomes) {
     const Outcome outcome = future.get();
     const RestVerdict& verdict = outcome.verdict;
@@ -215,7 +226,9 @@ TEST(EditsOverSocket, DoNotKickAndAreFeltInFull) {
     EXPECT_EQ(verdict.faults, 0U);
     sent += outcome.windows;
     inContact += verdict.inContact;
+    for (const auto& [kind, count] : outcome.kinds) kinds[kind] += count;
   }
+  for (const auto& [kind, count] : kinds) std::printf("%s: %d\n", kind.c_str(), count);
   EXPECT_EQ(sent, edits / kServers * kServers);
   EXPECT_GT(inContact, sent / 3) << "edits that nobody feels test nothing";
   if (!HasFailure()) std::filesystem::remove_all(folder);
