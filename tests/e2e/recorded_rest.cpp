@@ -22,12 +22,16 @@ class RestJudge {
   RestJudge(const RecordingFacts& facts, const std::vector<SentWindow>& windows)
       : config_(facts.config),
         restTicks_(static_cast<std::uint64_t>(kRest_s * facts.rate_Hz)),
+        riseTicks_(static_cast<std::uint64_t>((kRest_s + facts.config.rise_s) * facts.rate_Hz)),
         mostStep_N_(eval::EditJudge::kMostStep_N_per_s / facts.rate_Hz),
         windows_(windows) {}
 
   void observe(const TelemetrySample& sample, const ServoScene& scene, const HapticState& state) {
     ++verdict_.ticks;
-    if (sample.fault != Fault::kNone) ++verdict_.faults;
+    if (sample.fault != Fault::kNone) {
+      ++verdict_.faults;
+      faultUntil_ = sample.tick + riseTicks_;
+    }
     if (!isFinite(sample.force.written)) fail(sample, "the force is no number");
     if (verdict_.ticks > 1) observeStep(sample);
     if (next_ < windows_.size() && sample.time_ns >= windows_[next_].settled_ns) {
@@ -37,10 +41,7 @@ class RestJudge {
     last_ = sample;
   }
 
-  [[nodiscard]] RestVerdict end() {
-    verdict_.settled = next_;
-    return verdict_;
-  }
+  [[nodiscard]] const RestVerdict& verdict() const noexcept { return verdict_; }
   void differs() { ++verdict_.differing; }
 
  private:
@@ -49,7 +50,7 @@ class RestJudge {
     const std::uint64_t periods = sample.tick - last_.tick;
     verdict_.missed += periods - 1;
     if (sample.hip != last_.hip) restingSince_ = sample.tick;
-    if (sample.tick - restingSince_ <= restTicks_) return;
+    if (sample.tick - restingSince_ <= restTicks_ || sample.tick <= faultUntil_) return;
     ++verdict_.resting;
     const double step_N = glm::distance(sample.force.written, last_.force.written);
     const double perPeriod_N = step_N / static_cast<double>(periods);
@@ -62,6 +63,8 @@ class RestJudge {
 
   void settle(const SentWindow& sent, const TelemetrySample& sample, const ServoScene& scene,
               const HapticState& state) {
+    if (sample.tick <= faultUntil_) return;
+    ++verdict_.settled;
     if (sample.tick - restingSince_ <= restTicks_) fail(sample, "the HIP does not rest");
     if (sample.sceneRevision < sent.revision) {
       fail(sample,
@@ -113,12 +116,14 @@ class RestJudge {
 
   const StepConfig config_;
   const std::uint64_t restTicks_;
+  const std::uint64_t riseTicks_;  // after a fault
   const double mostStep_N_;
   const std::vector<SentWindow>& windows_;
   std::size_t next_ = 0;
   std::optional<std::size_t> kicked_;
   TelemetrySample last_;
   std::uint64_t restingSince_ = 0;
+  std::uint64_t faultUntil_ = 0;
   RestVerdict verdict_;
 };
 
@@ -134,7 +139,7 @@ RestVerdict judgeRest(std::string_view recording, const std::vector<SentWindow>&
   const ServoScene* next = nullptr;
   for (;;) {
     const auto tick = eval::orThrow(run->next());
-    if (!tick) return judge.end();
+    if (!tick) return judge.verdict();
     const StepInput& input = tick->recorded.input;
     if (tick->given != nullptr) next = tick->given->scene.get();
     if (next != nullptr && adoptScene(*next, *state, input.tick)) {

@@ -33,7 +33,7 @@ struct RestVerdict {
 /// Replays a recording and judges the written force wherever the HIP has rested for a while: it changes by no more than the
 /// limit of the fuzzer a tick, across missed ticks as often as there are periods. When a window of edits is to be felt in
 /// full, its revision is adopted, the force is the one that the scene's own parameters say, and the IHIP is in no closed
-/// body.
+/// body. A fault, as of a machine that is too busy, is none of the edits': until the force has come back nothing is judged.
 [[nodiscard]] RestVerdict judgeRest(std::string_view recording, const std::vector<SentWindow>& windows);
 
 }  // namespace haptics::e2e
