@@ -31,6 +31,7 @@ class RestJudge {
     if (sample.fault != Fault::kNone) {
       ++verdict_.faults;
       faultUntil_ = sample.tick + riseTicks_;
+      attachedInside_ = true;
     }
     if (!isFinite(sample.force.written)) fail(sample, "the force is no number");
     if (verdict_.ticks > 1) observeStep(sample);
@@ -76,7 +77,9 @@ class RestJudge {
     if (difference_N > kSame_N + kSamePart * glm::length(expected_N)) {
       fail(sample, "the force is " + std::to_string(difference_N) + " N off what the scene says");
     }
-    if (const double depth_m = deepest_m(sent, sample, state); depth_m > 0) {
+    const double depth_m = deepest_m(sent, sample, state);
+    if (depth_m == 0) attachedInside_ = false;
+    if (depth_m > 0 && !attachedInside_) {
       fail(sample, "the IHIP is " + std::to_string(1e3 * depth_m) + " mm inside a body");
     }
   }
@@ -124,6 +127,7 @@ class RestJudge {
   TelemetrySample last_;
   std::uint64_t restingSince_ = 0;
   std::uint64_t faultUntil_ = 0;
+  bool attachedInside_ = false;  // may be: after a fault the IHIP begins at the HIP
   RestVerdict verdict_;
 };
 
