@@ -56,7 +56,7 @@ class Feeling {
     if (state_.anyBumps) feelBumps();
     followStiffness();
     for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
-    if (severalBodies()) tick_.force.spring += otherSprings_N(state_, held_m_);
+    if (severalBodiesHold(state_)) tick_.force.spring += otherSprings_N(state_, held_m_);
     if (count_ == 0) {
       memory_.friction.release();
       memory_.object = 0;
@@ -81,12 +81,6 @@ class Feeling {
 
   [[nodiscard]] bool isTouched(std::size_t body) const noexcept {
     return contact_.touching && static_cast<std::size_t>(contact_.body) == body;
-  }
-  /// Do surfaces of more than one body hold the IHIP?
-  [[nodiscard]] bool severalBodies() const noexcept {
-    const auto holding = state_.contact.surfaces();
-    return std::any_of(holding.begin(), holding.end(),
-                       [&](const HoldingSurface& held) { return held.body != holding.front().body; });
   }
   /// Two points this far apart: does their difference say more than how they were rounded? Without a texture it does not
   /// matter, for then the force is as small.
@@ -159,7 +153,7 @@ class Feeling {
   void feelBumps() noexcept {
     for (std::size_t i = 0; i < state_.bodyCount && count_ < kMostFelt; ++i) {
       if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || state_.bodies[i].leaving) continue;
-      if (isTouched(i) && !severalBodies()) continue;
+      if (isTouched(i) && !severalBodiesHold(state_)) continue;
       Felt felt{};
       felt.body = i;
       if (!nearBumps(felt)) continue;
@@ -223,7 +217,7 @@ class Feeling {
     const double polygon_m = felt.geometric_m;
     felt.geometric_m += felt.bulge_m * watch.presence;
     double full_m = 0;
-    if (hasTexture(felt.body) && (felt.heightOnly || !isTouched(felt.body) || !severalBodies())) {
+    if (hasTexture(felt.body) && (felt.heightOnly || !isTouched(felt.body) || !severalBodiesHold(state_))) {
       const Relief local = detail(felt.body)->texture->at(body.frame.toLocal(felt.ihip()));
       full_m = local.height_m;
       if (state_.detailEdited && object(felt.body).id == state_.contactObject) goOnFrom(watch, full_m);
@@ -255,7 +249,7 @@ class Feeling {
       if (state_.lettingGo && holdsIhip(state_, i)) continue;
       const Stiffness target =
           state_.bodies[i].leaving ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
-      const bool shares = severalBodies() && holdsIhip(state_, i);
+      const bool shares = severalBodiesHold(state_) && holdsIhip(state_, i) && !hasTexture(i);
       const double depth_m = shares ? heldDepth_m(state_, i, held_m_) : felt != end ? felt->depth_m : 0;
       const double put_J = state_.objects[i].felt.follow(target, depth_m, felt != end ? felt->speed_m_per_s : 0,
                                                          config_.maxForce_N, config_.period_s);

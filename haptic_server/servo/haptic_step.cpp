@@ -120,7 +120,7 @@ void letGoOfFaded(HapticState& state) noexcept {
   const Vec3 direction = contact.alongNormal || depth <= 0 ? contact.normal : (contact.ihip - state.hip) / depth;
   const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
   FeltStiffness& felt = state.objects[touched].felt;
-  const bool several = state.contact.surfaces().size() > 1;
+  const bool several = state.contact.holdingCount > 1 && severalBodiesHold(state);
   const Vec3 penetration_m = contact.ihip - state.hip;
   if (state.lettingGo) [[unlikely]] {
     fadeHeld(state, config, penetration_m);
@@ -140,7 +140,7 @@ void letGoOfFaded(HapticState& state) noexcept {
 /// The stiffness of objects that do not hold the IHIP is there at once.
 void followUntouched(const ServoScene& scene, HapticState& state, const StepConfig& config,
                      const ContactResult& contact) noexcept {
-  const bool several = state.contact.surfaces().size() > 1;
+  const bool several = state.contact.holdingCount > 1 && severalBodiesHold(state);
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
     const double depth_m = several ? heldDepth_m(state, i, contact.ihip - state.hip) : 0;

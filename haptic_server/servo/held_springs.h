@@ -37,6 +37,12 @@ namespace haptics {
   return heldShare(penetration_m, normal(0), normal(1), holding.size() > 2 ? normal(2) : Vec3(0));
 }
 
+/// Do surfaces of more than one body hold the IHIP?
+[[nodiscard]] inline bool severalBodiesHold(const HapticState& state) noexcept {
+  const auto holding = state.contact.surfaces();
+  return std::ranges::any_of(holding, [&](const HoldingSurface& held) { return held.body != holding.front().body; });
+}
+
 /// Calls visit(surface, share of the penetration in m) for those that hold the IHIP beside the body of the first one.
 template <class Visit>
 void visitOthers(const HapticState& state, Vec3 penetration_m, Visit visit) noexcept {
@@ -62,11 +68,12 @@ void visitOthers(const HapticState& state, Vec3 penetration_m, Visit visit) noex
 /// Part of the penetration (m) that a body has which holds the IHIP with others; 0 for those that do not.
 [[nodiscard]] inline double heldDepth_m(const HapticState& state, std::size_t body, Vec3 penetration_m) noexcept {
   const auto holding = state.contact.surfaces();
-  double depth_m = 0;
+  Vec3 part_m(0);
   for (std::size_t k = 0; k < holding.size(); ++k) {
-    if (static_cast<std::size_t>(holding[k].body) == body) depth_m += shareOf(state, k, penetration_m);
+    if (static_cast<std::size_t>(holding[k].body) != body) continue;
+    part_m += shareOf(state, k, penetration_m) * normalOf(state, holding[k]);
   }
-  return depth_m;
+  return glm::length(part_m);
 }
 
 /// Of all that hold the IHIP, N, world.

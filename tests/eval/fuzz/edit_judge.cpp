@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptic_server/servo/held_springs.h"
+
 namespace haptics::eval {
 namespace {
 
@@ -188,15 +190,6 @@ SolidOracle EditJudge::dentedOracle(const HapticState& state, std::size_t body, 
   return {vertices, mesh.triangles};
 }
 
-namespace {
-
-bool severalBodies(const HapticState& state) {
-  const auto holding = state.contact.surfaces();
-  return std::ranges::any_of(holding, [&](const HoldingSurface& held) { return held.body != holding.front().body; });
-}
-
-}  // namespace
-
 /// By how much the written force is not that of the scene's parameters: nothing is left of a blend, and the spring is as
 /// stiff as the object that is touched, or as all that hold the IHIP. Where shading or a texture of any object may reach the HIP, or a body moves, only the
 /// first is known. While two surfaces hold the IHIP about evenly, an observer's HIP may go to and fro between them at rest:
@@ -208,7 +201,7 @@ double EditJudge::missing_N(const EditDrive& drive) const {
   if (movedAt_m(drive.state(), sample.hip, sample.object, sample.object) > kMoved_m_per_s * run_.period_s()) return 0;
   Vec3 expected_N = sample.force.contact;
   const FuzzObject* touched = drive.object(sample.object);
-  if (severalBodies(drive.state())) {
+  if (severalBodiesHold(drive.state())) {
     for (const HoldingSurface& held : drive.state().contact.surfaces()) {
       const auto& known = drive.state().objects[static_cast<std::size_t>(held.body)];
       const FuzzObject* object = drive.object(known.id);
