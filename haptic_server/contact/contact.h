@@ -112,7 +112,7 @@ inline constexpr int kReseatRounds = 8;
 /// was; with a single surface that is only dented it goes on from the same triangle, or ends where that lets the HIP out.
 /// Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it
 /// finds itself in, and the next followContact() finds what holds it. Returns true when the contact could not be
-/// carried as it was, that is when the force may jump: the caller blends. Bounded work: no more than kReseatRounds
+/// carried as it was, that is when the force may jump: the caller lets that in. Bounded work: no more than kReseatRounds
 /// closest point queries per body.
 [[nodiscard]] bool reseat(ContactState& state, std::span<const Body> bodies,
                           std::span<const BodyOrigin> origins) noexcept;

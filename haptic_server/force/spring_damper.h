@@ -53,7 +53,7 @@ struct SpringDamperForce {
 /// Bounds how fast an edit of the material (or the coming or going of an object under the stylus) is felt.
 ///
 /// The felt stiffness moves towards the object's by as much as changes the force by kRate; with no contact it is there
-/// at once. So the contact force itself has no step, before any limit or blend.
+/// at once. So the contact force itself has no step, before any limit.
 class FeltStiffness {
  public:
   /// Newtons per second. Higher makes an edit felt sooner and as more of a kick: 30 N/s is 0.03 N a tick at 1 kHz, and

@@ -14,7 +14,7 @@
 namespace haptics {
 
 /// A removed object stays in the servo's scene for this long, so that a contact on it fades instead of snapping off:
-/// ten times the 50 ms over which the servo blends an edit's jump out.
+/// at FeltStiffness::kRate_N_per_s 15 N do.
 inline constexpr std::uint64_t kLeaving_ns = 500'000'000;
 
 /// What one object of a servo scene is made of.

@@ -15,8 +15,8 @@ namespace haptics {
 /// written, after every limit, and of the way that it acted along). It only tells: a controller that takes back what it
 /// finds would pull on a hand that leaves, and sees nothing of a device's unknown delay.
 ///
-/// Deviation: one port, the device, but several sources behind it. What shading, friction, texture and an edit's blend
-/// add to the force is theirs; what a surface does that moves is its motion's, or its edit's; the contact's is the rest.
+/// Deviation: one port, the device, but several sources behind it. What shading, friction, texture and an edit's
+/// slew add to the force is theirs; what a surface does that moves is its motion's, or its edit's; the contact's is the rest.
 /// So the sources sum up to the port's. noexcept, no allocation.
 class EnergyAccount {
  public:

@@ -10,7 +10,7 @@ void takeMovedPoses(HapticState& state) noexcept;
 /// Moves every awake body by a tick, those that hold the IHIP pushed by what the hand feels of them, friction and texture
 /// included (paper 5c). After the contact: the two are coupled once in a tick.
 /// @param force  On the hand, world, written already; each surface that holds the IHIP is given what it has of the
-/// contact's, before blend and limit, along its normal, the first one the rest. A body that is stopped for good fades from under the hand as one that leaves the scene does.
+/// contact's, before the limits, along its normal, the first one the rest. A body that is stopped for good fades from under the hand as one that leaves the scene does.
 void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,
                 const ForceComponents& force) noexcept;
 
