@@ -79,7 +79,7 @@ template <class Corrections>
 class ContactTick {
  public:
   ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
-  [[nodiscard]] ContactResult run() noexcept;
+  [[nodiscard, gnu::always_inline]] inline ContactResult run() noexcept;
 
  private:
   using Near = NearBodies::Near;
@@ -105,8 +105,8 @@ class ContactTick {
   void setFree(Vec3 hip) noexcept;
   void hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept;
   [[nodiscard]] bool mayBeInside() const noexcept;
-  [[nodiscard]] int enclosingBody() noexcept;
-  void putOut() noexcept;
+  [[nodiscard, gnu::noinline]] int enclosingBody() noexcept;
+  [[gnu::noinline]] void putOut() noexcept;
   [[nodiscard]] ContactResult result() noexcept;
 
   // surface_following_impl.h: one surface

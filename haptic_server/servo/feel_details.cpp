@@ -244,19 +244,25 @@ class Feeling {
   void followStiffness() noexcept {
     if (state_.lettingGo) fadeHeld(state_, config_, held_m_);
     for (std::size_t i = 0; i < state_.bodyCount; ++i) {
-      const auto end = felt_.begin() + static_cast<std::ptrdiff_t>(count_);
-      const auto felt = std::find_if(felt_.begin(), end, [i](const Felt& f) { return f.body == i; });
-      if (state_.lettingGo && holdsIhip(state_, i)) continue;
-      const Stiffness target =
-          state_.bodies[i].leaving ? Stiffness{} : Stiffness{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
-      const bool shares = severalBodiesHold(state_) && holdsIhip(state_, i) && !hasTexture(i);
-      const double depth_m = shares ? heldDepth_m(state_, i, held_m_) : felt != end ? felt->depth_m : 0;
-      const double put_J = state_.objects[i].felt.follow(target, depth_m, felt != end ? felt->speed_m_per_s : 0,
-                                                         config_.maxForce_N, config_.period_s);
-      if (put_J == 0) continue;
-      state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
-      state_.slew.begin();
+      const Stiffness own{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
+      const Stiffness target = state_.bodies[i].leaving ? Stiffness{} : own;
+      if (state_.objects[i].felt.value() == target && !state_.lettingGo) continue;
+      followStiffness(i, target);
     }
+  }
+
+  [[gnu::noinline]] void followStiffness(std::size_t i, Stiffness target) noexcept {
+    const bool holds = holdsIhip(state_, i);
+    if (state_.lettingGo && holds) return;
+    const auto end = felt_.begin() + static_cast<std::ptrdiff_t>(count_);
+    const auto felt = std::find_if(felt_.begin(), end, [i](const Felt& f) { return f.body == i; });
+    const bool shares = holds && severalBodiesHold(state_) && !hasTexture(i);
+    const double depth_m = shares ? heldDepth_m(state_, i, held_m_) : felt != end ? felt->depth_m : 0;
+    const double put_J = state_.objects[i].felt.follow(target, depth_m, felt != end ? felt->speed_m_per_s : 0,
+                                                       config_.maxForce_N, config_.period_s);
+    if (put_J == 0) return;
+    state_.energy.name(object(i).id, EnergyFeature::kEdit, put_J);
+    state_.slew.begin();
   }
 
   /// Spring along N_s and what the texture makes of it (paper 4.3.2), and the damper.

@@ -111,6 +111,25 @@ void letGoOfFaded(HapticState& state) noexcept {
   state.slew.begin();
 }
 
+/// Of the touched object towards its own; with others that hold the IHIP it has a part of the penetration.
+[[gnu::noinline]] void followStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                       const ContactResult& contact, double speed_m_per_s) noexcept {
+  const Vec3 penetration_m = contact.ihip - state.hip;
+  if (state.lettingGo) return fadeHeld(state, config, penetration_m);
+  const auto touched = static_cast<std::size_t>(contact.body);
+  const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, touched, penetration_m) : contact.penetration_m;
+  const double put_J = state.objects[touched].felt.follow(ownStiffness(scene.objects[touched]), depth_m, speed_m_per_s,
+                                                          config.maxForce_N, config.period_s);
+  if (put_J == 0) return;
+  state.energy.name(scene.objects[touched].id, EnergyFeature::kEdit, put_J);
+  state.slew.begin();
+}
+
+[[gnu::noinline]] void addOtherSprings(const HapticState& state, const ContactResult& contact,
+                                       ForceComponents& force) noexcept {
+  force.spring += otherSprings_N(state, contact.ihip - state.hip);
+}
+
 /// Paper 3: spring from the penetration vector, with a damper. Moves the touched object's felt stiffness towards its own.
 [[gnu::always_inline]] inline void feelSurface(const ServoScene& scene, HapticState& state, const StepConfig& config,
                                                const ContactResult& contact, ForceComponents& force) noexcept {
@@ -119,35 +138,32 @@ void letGoOfFaded(HapticState& state) noexcept {
   const double depth = contact.penetration_m;
   const Vec3 direction = contact.alongNormal || depth <= 0 ? contact.normal : (contact.ihip - state.hip) / depth;
   const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
-  FeltStiffness& felt = state.objects[touched].felt;
-  const bool several = state.contact.holdingCount > 1 && severalBodiesHold(state);
-  const Vec3 penetration_m = contact.ihip - state.hip;
-  if (state.lettingGo) [[unlikely]] {
-    fadeHeld(state, config, penetration_m);
-  } else if (const double put_J = felt.follow(ownStiffness(scene.objects[touched]),
-                                              several ? heldDepth_m(state, touched, penetration_m) : depth, speed,
-                                              config.maxForce_N, config.period_s);
-             put_J != 0) {
-    state.energy.name(scene.objects[touched].id, EnergyFeature::kEdit, put_J);
-    state.slew.begin();
-  }
+  const FeltStiffness& felt = state.objects[touched].felt;
+  if (state.lettingGo || !(felt.value() == ownStiffness(scene.objects[touched]))) [[unlikely]]
+    followStiffness(scene, state, config, contact, speed);
   const SpringDamper along = springDamper(depth, speed, felt.value());
   force.spring = along.spring * direction;
-  if (several) force.spring += otherSprings_N(state, penetration_m);
   force.damping = along.damping * direction;
+  if (state.contact.holdingCount > 1) [[unlikely]]
+    addOtherSprings(state, contact, force);
 }
 
-/// The stiffness of objects that do not hold the IHIP is there at once.
-void followUntouched(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                     const ContactResult& contact) noexcept {
-  const bool several = state.contact.holdingCount > 1 && severalBodiesHold(state);
+/// Of a body that holds the IHIP with others, or none: then it is there at once.
+[[gnu::noinline]] void followBeside(HapticState& state, const StepConfig& config, const ContactResult& contact,
+                                    std::size_t body, Stiffness target) noexcept {
+  const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, body, contact.ihip - state.hip) : 0;
+  if (state.lettingGo && depth_m > 0) return;
+  const double put_J = state.objects[body].felt.follow(target, depth_m, 0, config.maxForce_N, config.period_s);
+  if (put_J != 0) state.slew.begin();
+}
+
+[[gnu::always_inline]] inline void followUntouched(const ServoScene& scene, HapticState& state,
+                                                   const StepConfig& config, const ContactResult& contact) noexcept {
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
-    const double depth_m = several ? heldDepth_m(state, i, contact.ihip - state.hip) : 0;
-    if (state.lettingGo && depth_m > 0) continue;
-    const Stiffness own = ownStiffness(scene.objects[i]);
-    const double put_J = state.objects[i].felt.follow(own, depth_m, 0, config.maxForce_N, config.period_s);
-    if (put_J != 0) state.slew.begin();
+    const Stiffness target = ownStiffness(scene.objects[i]);
+    if (!(state.objects[i].felt.value() == target)) [[unlikely]]
+      followBeside(state, config, contact, i, target);
   }
 }
 
@@ -155,6 +171,11 @@ void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& 
   ++state.putOut;
   state.putOutOf = scene.objects[static_cast<std::size_t>(work.insideOf)].id;
   state.slew.begin();  // the jump of the force is let in as an edit's is
+}
+
+void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
+  if (state.anyBeingMoved) moveEdited(scene, state, config);
+  if (state.anyLeaving) letGoOfFaded(state);
 }
 
 /// How far the touched surface has gone by itself in this tick: not as an edit moves it.
@@ -276,10 +297,8 @@ template <bool kDetails>
   if (state.fault == Fault::kNone) [[likely]] {
     felt.followed = true;
     followHip(state, input.device.position);
-    if (state.anyBeingMoved) [[unlikely]]
-      moveEdited(scene, state, config);
-    if (state.anyLeaving) [[unlikely]]
-      letGoOfFaded(state);
+    if (state.anyBeingMoved | state.anyLeaving) [[unlikely]]
+      followEdits(scene, state, config);
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
     if (felt.contact.work.putOut) [[unlikely]]
       notePutOut(scene, state, felt.contact.work);

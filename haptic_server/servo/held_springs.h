@@ -39,6 +39,8 @@ namespace haptics {
 
 /// Do surfaces of more than one body hold the IHIP?
 [[nodiscard]] inline bool severalBodiesHold(const HapticState& state) noexcept {
+  if (state.contact.holdingCount < 2) [[likely]]
+    return false;
   const auto holding = state.contact.surfaces();
   return std::ranges::any_of(holding, [&](const HoldingSurface& held) { return held.body != holding.front().body; });
 }
