@@ -51,7 +51,8 @@ class Phases {
   void force() noexcept {
     constexpr Stiffness kMaterial{1000, 0.5};
     const auto& [hip, foot, contact, speed_m_per_s] = next();
-    static_cast<void>(felt_.follow(kMaterial, contact.penetration_m, speed_m_per_s, kPeriod_s));
+    constexpr double kMost_N = 10;
+    static_cast<void>(felt_.follow(kMaterial, contact.penetration_m, speed_m_per_s, kMost_N, kPeriod_s));
     benchmark::DoNotOptimize(felt_);
     SpringDamperForce force = springDamper(contact.penetration_m, contact.normal, speed_m_per_s, felt_.value());
     benchmark::DoNotOptimize(force);
