@@ -69,8 +69,8 @@ double leavesAt(const Surface& surface, int winding, Vec3 from, Vec3 to) noexcep
   std::sort(crossings.begin(), crossings.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
   for (std::size_t i = 0; i < count; ++i) {
-    const bool again = i > 0 && crossings[i].side == crossings[i - 1].side &&
-                       crossings[i].time - crossings[i - 1].time <= kSame;
+    const bool again =
+        i > 0 && crossings[i].side == crossings[i - 1].side && crossings[i].time - crossings[i - 1].time <= kSame;
     if (!again) winding += crossings[i].side;
     if (winding <= 0) return crossings[i].time;
   }

@@ -261,8 +261,10 @@ class RestingHip {
     return counts;
   }
 
-  /// In the end.
+  /// In the end. Of a soft body that is pressed only its own dented surface is known to hold the IHIP: what it overlaps is
+  /// not judged.
   void judgePlace(const Felt& felt, Counts& counts) const {
+    const bool held = glm::length(felt.force_N) > kSame_N;
     double depth = 0;
     double hipDepth = 0;
     double hipAway = std::numeric_limits<double>::infinity();
@@ -273,14 +275,14 @@ class RestingHip {
       const Vec3 local = toLocal(objects_[i].pose, felt.ihip);
       const double deep = mesh.depthInside(local);
       inHollow = inHollow || (deep < kOnSurface_m && atRest(i).depthInside(local) > kOnSurface_m);
-      depth = std::max(depth, deep);
+      const bool isOther = kind_.soft && held && method_.dents(i).empty();
+      if (!isOther) depth = std::max(depth, deep);
       const Vec3 localHip = toLocal(objects_[i].pose, hip_);
       hipDepth = std::max(hipDepth, mesh.depthInside(localHip));
       hipAway = std::min(hipAway, mesh.distanceTo(localHip));
       away = std::min(away, mesh.distanceTo(local));
     }
     counts.inside = depth > (kind_.soft ? kOnTissue_m : kWithin_m) && !inHollow ? 1 : 0;
-    const bool held = glm::length(felt.force_N) > kSame_N;
     const bool onBulge = hipDepth == 0 && hipAway < kBulge_m;
     const bool rightly = held ? away < onSurface_m() || onBulge : hipDepth < kHardlyInside_m;
     counts.notFelt = rightly ? 0 : 1;
