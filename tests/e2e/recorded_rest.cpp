@@ -7,6 +7,7 @@
 
 #include "haptic_server/recording/recorded_run.h"
 #include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/servo/held_springs.h"
 #include "tests/eval/fuzz/edit_judge.h"
 #include "tests/eval/or_throw.h"
 
@@ -84,12 +85,24 @@ class RestJudge {
     }
   }
 
-  /// Nothing is left of a blend, and the spring is as stiff as the object that is touched. Where shading or a texture may
+  /// Nothing is left of the edit, and the spring is as stiff as the object that is touched, or as each that holds. Where shading or a texture may
   /// reach the HIP, only the first is known.
   [[nodiscard]] Vec3 expectedForce_N(const TelemetrySample& sample, const ServoScene& scene, const HapticState& state) {
     const auto touched = std::ranges::find(scene.objects, sample.object, &ServoObject::id);
     if (touched == scene.objects.end() || state.anyBumps) return sample.force.contact;
     ++verdict_.exact;
+    if (severalBodiesHold(state)) {
+      Vec3 expected_N = sample.force.contact;
+      const auto holding = state.contact.surfaces();
+      for (std::size_t k = 0; k < holding.size(); ++k) {
+        const auto body = static_cast<std::size_t>(holding[k].body);
+        const double own_N_per_m = scene.objects[body].leaving ? 0 : scene.objects[body].stiffness_N_per_m;
+        const double missing_N_per_m = own_N_per_m - state.objects[body].felt.value().spring_N_per_m;
+        expected_N +=
+            missing_N_per_m * shareOf(state, k, sample.ihip - sample.foreseenHip) * normalOf(state, holding[k]);
+      }
+      return expected_N;
+    }
     const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
     return sample.force.contact + stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
   }
