@@ -47,6 +47,7 @@ ContactJudge::ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFra
       judged.solid.emplace(meshes[i].vertices, meshes[i].triangles);
     } else {
       judged.sheet.emplace(meshes[i], toLocal(first.poses[i], first.hip));
+      rounding_m_ = std::max(rounding_m_, judged.sheet->rounding_m());
     }
   }
 }
@@ -57,7 +58,8 @@ ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip, bool pu
   if (!verdict.finite) return verdict;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Vec3 local = toLocal(frame.poses[i], ihip);
-    if (bodies_[i].solid) verdict.inside_m = std::max(verdict.inside_m, bodies_[i].solid->depth_m(local));
+    const double depth_m = bodies_[i].solid ? bodies_[i].solid->depth_m(local) : 0;
+    if (depth_m > rounding_m_) verdict.inside_m = std::max(verdict.inside_m, depth_m);
     if (bodies_[i].sheet && bodies_[i].sheet->crosses(toLocal(frame.poses[i], frame.hip), local, putOut))
       verdict.crossed = true;
   }

@@ -33,6 +33,7 @@ class ContactJudge {
    public:
     Sheet(const FuzzMesh& mesh, Vec3 hip);
     [[nodiscard]] bool crosses(Vec3 hip, Vec3 ihip, bool putOut);  ///< In the mesh's frame.
+    [[nodiscard]] double rounding_m() const noexcept { return closed_.rounding_m(); }
 
    private:
     SolidOracle closed_;
@@ -47,6 +48,7 @@ class ContactJudge {
     std::optional<Sheet> sheet;
   };
   std::vector<Judged> bodies_;
+  double rounding_m_ = 0;  // of the largest sheet's vertices: an IHIP that it holds is as deep in what touches it there
 };
 
 }  // namespace haptics::eval
