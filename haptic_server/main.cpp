@@ -32,14 +32,14 @@ class StopSignals {
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write
   }
-  /// Waits for one of them, or until `deadline_ns` on the monotonic clock (0: for ever).
-  void wait(std::uint64_t deadline_ns) const {
+  /// Waits for one of them, which it returns, or until `deadline_ns` on the monotonic clock (0: for ever): 0.
+  [[nodiscard]] int wait(std::uint64_t deadline_ns) const {
     for (;;) {
       const std::uint64_t now_ns = monotonicNow_ns();
-      if (deadline_ns != 0 && now_ns >= deadline_ns) return;
+      if (deadline_ns != 0 && now_ns >= deadline_ns) return 0;
       const std::uint64_t left_ns = deadline_ns == 0 ? 3600'000'000'000 : deadline_ns - now_ns;
       const timespec left{static_cast<time_t>(left_ns / 1'000'000'000), static_cast<long>(left_ns % 1'000'000'000)};
-      if (sigtimedwait(&set_, nullptr, &left) > 0) return;
+      if (const int signal = sigtimedwait(&set_, nullptr, &left); signal > 0) return signal;
     }
   }
 
@@ -52,7 +52,9 @@ int run(const ServerOptions& options) {
   const auto app = ServerApp::start(options, [] { kill(getpid(), SIGTERM); });
   if (!app) return fail(app.error());
   std::cout << "listening on " << (*app)->address() << std::endl;
-  stopSignals.wait(options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0);
+  const std::uint64_t end_ns =
+      options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0;
+  while (stopSignals.wait(end_ns) == SIGHUP && !options.credentials.empty()) (*app)->refreshTokens();
   spdlog::info("stopping");
   const auto stopped = (*app)->stop();
   return stopped ? 0 : fail(stopped.error());

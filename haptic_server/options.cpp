@@ -75,8 +75,11 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
       ->check(CLI::IsMember(namesOf(handPresets())))
       ->capture_default_str();
   app.add_option("--listen", options.listen, "HOST:PORT for clients; port 0 takes a free one")->capture_default_str();
-  app.add_option("--credentials", options.credentials,
-                 "Speak TLS 1.3 only, with clients that hold credentials of this folder (hapticctl credentials DIR)")
+  app.add_option(
+         "--credentials", options.credentials,
+         "Speak TLS 1.3 only, with clients that hold credentials of this folder (hapticctl credentials DIR). A token "
+         "whose line is taken out of the folder's list is refused, and its clients cut, within a second; "
+         "SIGHUP reads the list at once")
       ->type_name("DIR");
   app.add_flag("--allow-insecure-lan", options.allowInsecureLan,
                "Accept clients from other machines without credentials: where everybody may read and edit");

@@ -143,6 +143,7 @@ class ServerApp::Impl {
     return options_.listen.substr(0, options_.listen.rfind(':')) + ':' + std::to_string(server_->port());
   }
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop) { return server_->connect(clientLoop); }
+  void refreshTokens() { server_->refreshTokens(); }
 
   [[nodiscard]] Result<void> stop() {
     halt();
@@ -338,6 +339,7 @@ Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options
   return std::unique_ptr<ServerApp>(new ServerApp(std::move(impl)));
 }
 
+void ServerApp::refreshTokens() { impl_->refreshTokens(); }
 std::string ServerApp::address() const { return impl_->address(); }
 std::unique_ptr<Transport> ServerApp::connect(EventLoop& clientLoop) { return impl_->connect(clientLoop); }
 Result<void> ServerApp::stop() { return impl_->stop(); }

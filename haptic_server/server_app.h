@@ -27,6 +27,8 @@ class ServerApp {
   [[nodiscard]] std::string address() const;
   /// A connection for a client in this process, on whose loop it is used. Any thread. The client leaves first.
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop);
+  /// Reads the list of tokens again and cuts whoever has a withdrawn one. Any thread.
+  void refreshTokens();
   /// Stops the device, then the clients; writes summary and recording. Refused: a file that could not be written, a
   /// recording whose forces came out otherwise when it was played.
   [[nodiscard]] Result<void> stop();

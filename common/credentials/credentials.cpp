@@ -1,6 +1,5 @@
 #include "common/credentials/credentials.h"
 
-#include <openssl/crypto.h>
 #include <openssl/pem.h>
 
 #include <array>
@@ -103,13 +102,18 @@ Result<ClientCredentials> readClientCredentials(const fs::path& file) {
   return credentials;
 }
 
-std::optional<Role> ServerCredentials::roleOf(std::string_view token) const {
-  const ContentHash hash = hashOfToken(token);
-  std::optional<Role> role;
-  for (const KnownToken& known : tokens) {
-    if (CRYPTO_memcmp(known.hash.bytes.data(), hash.bytes.data(), hash.bytes.size()) == 0) role = known.role;
+Result<std::vector<ServerCredentials::KnownToken>> readTokens(const fs::path& file) {
+  const auto list = readSmallFile(file);
+  if (!list) return tl::unexpected(list.error());
+  std::vector<ServerCredentials::KnownToken> tokens;
+  std::istringstream lines(*list);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    const auto token = knownToken(line);
+    if (!token) return refused(file.string(), token.error().reason);
+    tokens.push_back(*token);
   }
-  return role;
+  return tokens;
 }
 
 Result<ServerCredentials> readServerCredentials(const fs::path& folder) {
@@ -118,20 +122,10 @@ Result<ServerCredentials> readServerCredentials(const fs::path& folder) {
   if (auto kept = checkPrivate(folder / kServerKeyFile); !kept) return tl::unexpected(kept.error());
   auto key = readSmallFile(folder / kServerKeyFile);
   if (!key) return tl::unexpected(key.error());
-  const auto list = readSmallFile(folder / kTokensFile);
-  if (!list) return tl::unexpected(list.error());
-
-  ServerCredentials credentials{*std::move(certificate), *std::move(key), {}};
-  std::istringstream lines(*list);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.empty() || line.front() == '#') continue;
-    const auto token = knownToken(line);
-    if (!token) return refused((folder / kTokensFile).string(), token.error().reason);
-    credentials.tokens.push_back(*token);
-  }
-  if (credentials.tokens.empty())
-    return refused((folder / kTokensFile).string(), "names no token: nobody could connect");
-  return credentials;
+  auto tokens = readTokens(folder / kTokensFile);
+  if (!tokens) return tl::unexpected(std::move(tokens).error());
+  if (tokens->empty()) return refused((folder / kTokensFile).string(), "names no token: nobody could connect");
+  return ServerCredentials{folder, *std::move(certificate), *std::move(key), *std::move(tokens)};
 }
 
 }  // namespace haptics

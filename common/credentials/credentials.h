@@ -44,12 +44,13 @@ struct ServerCredentials {
     Role role;
     ContentHash hash;  ///< SHA-256: a stolen copy of the list opens nothing.
   };
+  std::filesystem::path folder;
   std::string certificatePem, privateKeyPem;
   std::vector<KnownToken> tokens;
-
-  /// The role that comes with a token. Takes the same time whatever the token shares with those that are known.
-  [[nodiscard]] std::optional<Role> roleOf(std::string_view token) const;
 };
+
+/// A list of tokens: a role and the SHA-256 of a token on each line; empty lines and those that begin with # say nothing.
+[[nodiscard]] Result<std::vector<ServerCredentials::KnownToken>> readTokens(const std::filesystem::path& file);
 
 /// Reads the folder that makeCredentials() made. Refused also while others may read the private key.
 [[nodiscard]] Result<ServerCredentials> readServerCredentials(const std::filesystem::path& folder);

@@ -17,7 +17,7 @@
 namespace haptics {
 
 /// Limits on untrusted edits; above, the field is refused.
-inline constexpr std::size_t kMaxOperations = 1000;  ///< Its commit still fits one frame.
+inline constexpr std::size_t kMaxOperations = 1000;
 inline constexpr std::size_t kMaxNameLength = 64;
 inline constexpr std::size_t kMaxPathLength = 255;
 inline constexpr std::uint32_t kMaxSegments = 1024;  ///< A sphere has then 12.6 million triangles.
@@ -44,6 +44,7 @@ inline constexpr std::size_t kMaxCreases = 1000;
 
 void toWire(const ObjectRecord& record, v1::ObjectState& message);
 void toWire(const Commit& commit, v1::Commit& message);
+[[nodiscard]] std::size_t wireSizeOf(const ObjectRecord& record);  ///< Bytes of its ObjectState.
 void toWire(const TelemetrySample& sample,
             v1::Telemetry& message);  ///< No bodies, no dents. Reuses the message's memory.
 

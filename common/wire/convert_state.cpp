@@ -157,6 +157,12 @@ void toWire(const ObjectRecord& record, v1::ObjectState& message) {
   if (record.deformation != DeformationProperties{}) toWire(record.deformation, *message.mutable_deformation());
 }
 
+std::size_t wireSizeOf(const ObjectRecord& record) {
+  v1::ObjectState message;
+  toWire(record, message);
+  return message.ByteSizeLong();
+}
+
 void toWire(const Commit& commit, v1::Commit& message) {
   message.set_revision(commit.revision);
   message.set_prev_root(commit.prevRoot.asBytes());

@@ -14,13 +14,16 @@ struct Timer::State : std::enable_shared_from_this<Timer::State> {
   void wait() {
     timer.async_wait([self = shared_from_this()](const std::error_code& error) {
       if (error || self->stopped) return;
+      self->setNext();  // before the task: one that throws does not end the timer
       self->task();
-      if (self->stopped || self->period.count() == 0) return;
-      const auto now = std::chrono::steady_clock::now();
-      const auto missed = (now - self->timer.expiry()) / self->period;
-      self->timer.expires_at(self->timer.expiry() + (missed + 1) * self->period);
-      self->wait();
     });
+  }
+
+  void setNext() {
+    if (period.count() == 0) return;
+    const auto missed = (std::chrono::steady_clock::now() - timer.expiry()) / period;
+    timer.expires_at(timer.expiry() + (missed + 1) * period);
+    wait();
   }
 
   asio::steady_timer timer;

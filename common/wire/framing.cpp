@@ -1,7 +1,5 @@
 #include "common/wire/framing.h"
 
-#include <cassert>
-
 namespace haptics {
 namespace {
 
@@ -15,13 +13,17 @@ std::uint32_t readLength(const char* bytes) {
 
 }  // namespace
 
-void appendFrame(std::string& out, const v1::Envelope& envelope) {
+Result<void> appendFrame(std::string& out, const v1::Envelope& envelope, std::size_t limit) {
   const std::size_t length = envelope.ByteSizeLong();
-  assert(length <= kMaxFrameBytes);
+  if (length > limit) {
+    return refused("frame.length",
+                   "is " + std::to_string(length) + " bytes; a frame has at most " + std::to_string(limit));
+  }
   for (std::size_t i = 0; i < kLengthBytes; ++i) out += static_cast<char>(length >> (8 * i));
   const std::size_t start = out.size();
   out.resize(start + length);
   envelope.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(out.data() + start));
+  return {};
 }
 
 void FrameDecoder::feed(std::span<const char> bytes) {
@@ -42,9 +44,9 @@ Result<std::optional<v1::Envelope>> FrameDecoder::next() {
   const std::size_t available = buffer_.size() - consumed_;
   if (available < kLengthBytes) return std::optional<v1::Envelope>{};
   const std::uint32_t length = readLength(buffer_.data() + consumed_);
-  if (length == 0 || length > kMaxFrameBytes) {
+  if (length == 0 || length > limit_) {
     return fail("frame.length",
-                "is " + std::to_string(length) + " bytes; a frame has 1 to " + std::to_string(kMaxFrameBytes));
+                "is " + std::to_string(length) + " bytes; a frame here has 1 to " + std::to_string(limit_));
   }
   if (available < kLengthBytes + length) return std::optional<v1::Envelope>{};
   std::optional<v1::Envelope> envelope(std::in_place);

@@ -28,6 +28,9 @@ constexpr int kUnsentLimit_bytes = 1024;
 /// How long close() waits for a peer that does not take what is queued, and how long it then still reads what the peer
 /// sends, unheard: closing a socket with unread input resets the connection and can destroy the last message.
 constexpr milliseconds kCloseGrace{1000};
+/// Closed connections of one listener that may wait for their peers at a time: whoever opens connections to be refused
+/// does not use up the descriptors.
+constexpr std::size_t kMaxLingering = 64;
 /// Between attempts to accept while the system has no file descriptor left.
 constexpr milliseconds kAcceptRetry{100};
 
@@ -36,7 +39,9 @@ Endpoint endpointOf(const tcp::endpoint& e) { return {e.address().to_string(), e
 /// One socket. Kept alive by its pending operations; the TcpTransport is the handle that the session owns.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  explicit Connection(tcp::socket socket) : socket_(std::move(socket)), graceTimer_(socket_.get_executor()) {
+  /// `lingering` counts those that are closing, here and elsewhere; null: nobody counts.
+  Connection(tcp::socket socket, std::shared_ptr<std::size_t> lingering)
+      : socket_(std::move(socket)), graceTimer_(socket_.get_executor()), lingering_(std::move(lingering)) {
     std::error_code ignored;
     socket_.set_option(tcp::no_delay(true), ignored);
     socket_.set_option(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>(kUnsentLimit_bytes),
@@ -67,6 +72,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (state_ != State::kOpen) return;
     state_ = State::kFlushing;
     why_ = why;
+    if (lingering_) countLingering();
     graceTimer_.expires_after(kCloseGrace);
     graceTimer_.async_wait([self = shared_from_this()](const std::error_code& error) {
       if (!error) self->abort();
@@ -81,6 +87,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
  private:
+  void countLingering() {
+    counted_ = true;
+    if (++*lingering_ <= kMaxLingering) return;
+    asio::post(socket_.get_executor(), [self = shared_from_this()] { self->abort(); });
+  }
+
   enum class State { kOpen, kFlushing, kLingering, kClosed };
 
   void read() {
@@ -149,6 +161,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void abort() {
     if (state_ == State::kClosed) return;
     state_ = State::kClosed;
+    if (counted_) --*lingering_;
     graceTimer_.cancel();
     std::error_code ignored;
     socket_.close(ignored);
@@ -167,12 +180,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::string sending_, queued_;
   std::size_t sent_ = 0;
   bool reading_ = false;
+  std::shared_ptr<std::size_t> lingering_;
+  bool counted_ = false;
   std::string peer_, why_;
 };
 
 class TcpTransport final : public Transport {
  public:
-  explicit TcpTransport(tcp::socket socket) : connection_(std::make_shared<Connection>(std::move(socket))) {}
+  explicit TcpTransport(tcp::socket socket, std::shared_ptr<std::size_t> lingering = nullptr)
+      : connection_(std::make_shared<Connection>(std::move(socket), std::move(lingering))) {}
   ~TcpTransport() override { connection_->release(); }
 
   void start(Events events) override { connection_->start(std::move(events)); }
@@ -205,7 +221,7 @@ struct TcpListener::State : std::enable_shared_from_this<TcpListener::State> {
     acceptor.async_accept([self = shared_from_this()](const std::error_code& error, tcp::socket socket) {
       if (!self->acceptor.is_open()) return;
       if (!error) {
-        self->accepted(std::make_unique<TcpTransport>(std::move(socket)));
+        self->accepted(std::make_unique<TcpTransport>(std::move(socket), self->lingering));
         if (self->acceptor.is_open()) self->accept();
       } else {
         self->acceptLater();
@@ -223,6 +239,7 @@ struct TcpListener::State : std::enable_shared_from_this<TcpListener::State> {
   tcp::acceptor acceptor;
   asio::steady_timer retryTimer;
   Accepted accepted;
+  std::shared_ptr<std::size_t> lingering = std::make_shared<std::size_t>(0);
 };
 
 TcpListener::TcpListener(std::shared_ptr<State> state) : state_(std::move(state)) {}

@@ -248,7 +248,7 @@ void ClientSession::send(v1::Envelope& envelope) {
   envelope.set_protocol_version(kProtocolVersion);
   envelope.set_message_id(nextMessageId_++);
   std::string frame;
-  appendFrame(frame, envelope);
+  if (const auto framed = appendFrame(frame, envelope); !framed) return over(framed.error().text());
   transport_->send(std::move(frame));
 }
 

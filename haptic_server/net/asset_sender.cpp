@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/wire/framing.h"
-
 namespace haptics {
 
 bool AssetSender::add(std::shared_ptr<const Asset> asset, std::uint64_t offset) {
@@ -17,7 +15,7 @@ bool AssetSender::add(std::shared_ptr<const Asset> asset, std::uint64_t offset) 
 void AssetSender::next(v1::AssetChunk& chunk) {
   Transfer& transfer = waiting_.front();
   const std::string& bytes = *transfer.asset->encoded;
-  const std::size_t size = std::min<std::size_t>(kMaxChunkBytes, bytes.size() - transfer.offset);
+  const std::size_t size = std::min<std::size_t>(chunk_bytes_, bytes.size() - transfer.offset);
   chunk.set_hash(transfer.asset->name.hash.asBytes());
   chunk.set_kind(static_cast<v1::AssetKind>(transfer.asset->name.kind));
   chunk.set_total_size(bytes.size());

@@ -13,6 +13,8 @@ namespace haptics {
 /// The assets that a client has asked for and not yet got, cut into chunks in the order asked. Holds them alive.
 class AssetSender {
  public:
+  explicit AssetSender(std::size_t chunk_bytes) noexcept : chunk_bytes_(chunk_bytes) {}
+
   static constexpr std::size_t kMaxWaiting = 1024;  ///< Requests; four times the objects that a scene can hold.
 
   /// From this byte on; a second request for the same asset replaces the first. False: too many are waiting.
@@ -26,6 +28,7 @@ class AssetSender {
     std::shared_ptr<const Asset> asset;
     std::uint64_t offset;
   };
+  std::size_t chunk_bytes_;
   std::deque<Transfer> waiting_;
 };
 

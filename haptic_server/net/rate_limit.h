@@ -10,12 +10,12 @@ class RateLimit {
  public:
   RateLimit(double perSecond, double burst) noexcept : perSecond_(perSecond), burst_(burst), tokens_(burst) {}
 
-  /// Whether one more may pass now. Times in ns, never going back.
-  [[nodiscard]] bool allow(std::uint64_t now_ns) noexcept {
+  /// Whether one more, or so many, may pass now. Times in ns, never going back.
+  [[nodiscard]] bool allow(std::uint64_t now_ns, double count = 1) noexcept {
     tokens_ = std::min(burst_, tokens_ + static_cast<double>(now_ns - last_ns_) * 1e-9 * perSecond_);
     last_ns_ = now_ns;
-    if (tokens_ < 1) return false;
-    tokens_ -= 1;
+    if (tokens_ < count) return false;
+    tokens_ -= count;
     return true;
   }
 

@@ -1,22 +1,54 @@
 #include "haptic_server/net/scene_messages.h"
 
-#include <cstddef>
+#include <algorithm>
 #include <memory>
+#include <string>
 #include <utility>
 #include <variant>
 
 #include "common/wire/convert.h"
 #include "common/wire/framing.h"
+#include "haptic_server/scene/scene_limits.h"
 
 namespace haptics {
 namespace {
 
-/// Tag and length of an object inside SnapshotObjects, at most.
+/// Tag and length of an object inside a message, at most.
 constexpr std::size_t kPerObject_bytes = 6;
+/// Of a frame, for what stands around the objects: envelope, numbers, roots and a reason.
+constexpr std::size_t kAround_bytes = 1536;
+static_assert(SceneLimits{}.answer_bytes + kAround_bytes <= kMaxFrameBytes, "each accepted edit fits a frame");
+/// Of a reason: more is of no help.
+constexpr std::size_t kMaxReason_bytes = 1000;
+
+/// Cut between two characters.
+std::string beginning(const std::string& text) {
+  if (text.size() <= kMaxReason_bytes) return text;
+  const auto continues = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U; };
+  std::size_t end = kMaxReason_bytes;
+  while (end > 0 && continues(end)) --end;
+  return text.substr(0, end) + "...";
+}
+
+void write(const EditConflict& conflict, std::size_t room_bytes, v1::Conflict& message) {
+  std::string reason = beginning(conflict.reason);
+  for (const auto& object : conflict.current) {
+    const std::size_t bytes = wireSizeOf(*object) + kPerObject_bytes;
+    if (bytes > room_bytes) {
+      reason += " (of " + std::to_string(conflict.current.size()) + " objects, " +
+                std::to_string(message.current_size()) + " are shown)";
+      break;
+    }
+    toWire(*object, *message.add_current());
+    room_bytes -= bytes;
+  }
+  message.set_reason(reason);
+}
 
 }  // namespace
 
-void sendSnapshot(const SceneVersion& version, const std::function<void(v1::Envelope&)>& send) {
+void sendSnapshot(const SceneVersion& version, std::size_t chunk_bytes,
+                  const std::function<void(v1::Envelope&)>& send) {
   v1::Envelope envelope;
   envelope.mutable_snapshot_begin()->set_revision(version.revision());
   envelope.mutable_snapshot_begin()->set_object_count(version.objects().size());
@@ -28,7 +60,7 @@ void sendSnapshot(const SceneVersion& version, const std::function<void(v1::Enve
     v1::ObjectState state;
     toWire(*object, state);
     const std::size_t more = state.ByteSizeLong() + kPerObject_bytes;
-    if (part->object_size() > 0 && bytes + more > kMaxChunkBytes) {
+    if (part->object_size() > 0 && bytes + more > chunk_bytes) {
       send(envelope);
       part->clear_object();
       bytes = 0;
@@ -43,23 +75,29 @@ void sendSnapshot(const SceneVersion& version, const std::function<void(v1::Enve
   send(envelope);
 }
 
-void toWire(const EditOutcome& outcome, v1::EditReply& reply) {
+void toWire(const EditOutcome& outcome, std::size_t frame_bytes, v1::EditReply& reply) {
+  const std::size_t room_bytes = frame_bytes - std::min(frame_bytes, kAround_bytes);
   if (const auto* error = std::get_if<Error>(&outcome)) {
-    reply.mutable_rejected()->set_field(error->field);
-    reply.mutable_rejected()->set_reason(error->reason);
+    reply.mutable_rejected()->set_field(beginning(error->field));
+    reply.mutable_rejected()->set_reason(beginning(error->reason));
     return;
   }
   if (const auto* conflict = std::get_if<EditConflict>(&outcome)) {
-    reply.mutable_conflict()->set_reason(conflict->reason);
-    for (const auto& object : conflict->current) toWire(*object, *reply.mutable_conflict()->add_current());
-    return;
+    return write(*conflict, room_bytes, *reply.mutable_conflict());
   }
   const AcceptedEdit& edit = *std::get<std::shared_ptr<const AcceptedEdit>>(outcome);
   v1::Accepted& accepted = *reply.mutable_accepted();
   accepted.set_revision(edit.commit.revision);
   accepted.set_root(edit.commit.root.asBytes());
+  if (answerSizeOf(edit.commit, edit.reports) > room_bytes) return;
   for (const ObjectRecord& record : edit.commit.put) toWire(record, *accepted.add_object());
   for (const std::string& report : edit.reports) accepted.add_report(report);
+}
+
+bool fitFrames(const SceneHistory& history, std::uint64_t revision, std::size_t frame_bytes) {
+  return std::ranges::all_of(history.edits, [&](const auto& edit) {
+    return edit->commit.revision <= revision || answerSizeOf(edit->commit, {}) + kAround_bytes <= frame_bytes;
+  });
 }
 
 }  // namespace haptics

@@ -1,18 +1,24 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 
 #include "common/scene/scene.h"
+#include "haptic_server/scene/scene_history.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptics/v1/envelope.pb.h"
 
 namespace haptics {
 
-/// Gives `send` the messages that carry the whole scene, one by one: a scene has at most kMaxServoObjects objects, some
-/// 50 KiB, in messages as small as any bulk data.
-void sendSnapshot(const SceneVersion& version, const std::function<void(v1::Envelope&)>& send);
+/// Gives `send` the messages that carry the whole scene, one by one, each of at most chunk_bytes or one object.
+void sendSnapshot(const SceneVersion& version, std::size_t chunk_bytes, const std::function<void(v1::Envelope&)>& send);
 
-/// What became of an edit. What making its assets kept and dropped goes along.
-void toWire(const EditOutcome& outcome, v1::EditReply& reply);
+/// What became of an edit, in at most frame_bytes with its envelope: of an accepted edit that was made under other
+/// limits, revision and root only; of a conflict's objects as many as fit; the beginning of a long reason.
+void toWire(const EditOutcome& outcome, std::size_t frame_bytes, v1::EditReply& reply);
+
+/// Whether the commits that lead from this revision to the newest fit a frame each.
+[[nodiscard]] bool fitFrames(const SceneHistory& history, std::uint64_t revision, std::size_t frame_bytes);
 
 }  // namespace haptics

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstring>
+#include <exception>
 #include <map>
 #include <optional>
 #include <thread>
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/credentials/token_list.h"
 #include "common/wire/convert.h"
 #include "common/wire/endpoint.h"
 #include "common/wire/event_loop.h"
@@ -35,8 +38,9 @@ constexpr microseconds kDrainForFastClients{500};
 constexpr double kFastClient_Hz = 250;
 /// How long stop() lets clients read why.
 constexpr milliseconds kStopGrace{200};
-/// Memory for uploads under way, being built and waiting for an edit, all clients together.
+/// Memory for uploads under way, being built and waiting for an edit, all clients together, and those of one token.
 constexpr std::size_t kUploadBudget_bytes = 512U << 20;
+constexpr std::size_t kUploadsOfToken_bytes = 384U << 20;
 
 /// What a client hears that does not speak TLS to a server that does.
 std::string plainRefusal() {
@@ -45,7 +49,7 @@ std::string plainRefusal() {
   envelope.mutable_refusal()->set_reason("this server speaks TLS only; connect with --credentials FILE");
   envelope.mutable_refusal()->set_supported_version(kProtocolVersion);
   std::string frame;
-  appendFrame(frame, envelope);
+  (void)appendFrame(frame, envelope);  // it fits
   return frame;
 }
 
@@ -72,6 +76,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
           TlsContext::server(options_.credentials->certificatePem, options_.credentials->privateKeyPem, plainRefusal());
       if (!tls) return tl::unexpected(std::move(tls.error()).within("--credentials: "));
       tls_ = *std::move(tls);
+      tokens_.emplace(*options_.credentials);
     }
     auto listener = TcpListener::open(loop_, *endpoint, [this](std::unique_ptr<Transport> t) { accept(std::move(t)); });
     if (!listener) return tl::unexpected(std::move(listener.error()).within("--listen "));
@@ -86,7 +91,12 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       if (const auto self = weak.lock()) self->post([history](Impl& impl) { impl.sceneChanged(history); });
     });
     drainEvery(kDrainEvery);
-    thread_ = std::thread([this] { loop_.run(); });
+    if (tokens_) tokensTimer_ = loop_.every(kTokensEvery, [this] { refreshTokens(false); });
+    thread_ = std::thread([this] { run(); });
+  }
+
+  void refreshTokens() {
+    post([](Impl& impl) { impl.refreshTokens(true); });
   }
 
   void stop() {
@@ -96,6 +106,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     thread_.join();
     drainTelemetry();
     timer_ = {};
+    tokensTimer_ = {};
     connections_.clear();
     datagrams_.reset();
     listener_.reset();
@@ -140,7 +151,8 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] EnergySource gaveMost() const override { return server.servo_.gaveMost(); }
     [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
       return server.room_.submitEdit(
-          id, clientSeq, std::move(transaction), [here = here(), clientSeq](const EditOutcome& outcome) {
+          server.boundTo(token, id), clientSeq, std::move(transaction),
+          [here = here(), clientSeq](const EditOutcome& outcome) {
             here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
           });
     }
@@ -154,13 +166,21 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
           });
     }
     [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
-      if (bytes > kUploadBudget_bytes - server.uploadBytes_) return false;
+      std::size_t ofToken = 0;
+      for (const auto& [n, other] : server.connections_) ofToken += other->token == token ? other->uploadBytes : 0;
+      const std::size_t most = server.tokens_ ? kUploadsOfToken_bytes : kUploadBudget_bytes;
+      if (bytes > kUploadBudget_bytes - server.uploadBytes_ || ofToken + bytes > most) return false;
       server.uploadBytes_ += bytes;
+      uploadBytes += bytes;
       return true;
     }
-    void releaseUpload(std::size_t bytes) override { server.uploadBytes_ -= bytes; }
-    [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) const override {
-      return server.admit(id, token);
+    void releaseUpload(std::size_t bytes) override {
+      server.uploadBytes_ -= bytes;
+      uploadBytes -= bytes;
+    }
+    [[nodiscard]] Result<Role> admit(SessionId id, const std::string& itsToken) override {
+      token = hashOfToken(itsToken);
+      return server.admit(id, itsToken, token);
     }
     [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override {
       const auto from = parseEndpoint(transport->peer());
@@ -198,9 +218,22 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     Impl& server;
     std::uint64_t number;
     std::unique_ptr<Transport> transport;
-    ServerSession session;
+    ContentHash token{};          // its hash; of no token where none is asked for
+    std::size_t uploadBytes = 0;  // reserved
     bool wasRefused = false;
+    ServerSession session;  // last: it gives back what it reserved
   };
+
+  /// A task that fails costs what it was for, not the process.
+  void run() {
+    for (;;) {
+      try {
+        return loop_.run();
+      } catch (const std::exception& failure) {
+        log(std::string("the network thread goes on after an error: ") + failure.what());
+      }
+    }
+  }
 
   /// Runs the task on the network thread, later, if the server still exists. Any thread.
   void post(std::function<void(Impl&)> task) {
@@ -251,19 +284,59 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     connections_.erase(oldest);
   }
 
-  [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) const {
+  [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token, const ContentHash& hash) const {
     Role role = Role::kEdit;
-    if (options_.credentials) {
+    if (tokens_) {
       if (token.empty()) return refused("hello.token", "is missing; connect with --credentials FILE");
-      const auto known = options_.credentials->roleOf(token);
+      const auto known = tokens_->roleOf(hash);
       if (!known) return refused("hello.token", "is not one that this server knows, or was withdrawn");
       role = *known;
     }
-    const auto others = std::count_if(connections_.begin(), connections_.end(), [id](const auto& entry) {
-      return entry.second->session.welcomed() && entry.second->session.id() != id;
-    });
-    if (static_cast<std::size_t>(others) < kMaxClients) return role;
-    return refused("", "the server has its " + std::to_string(kMaxClients) + " clients");
+    std::size_t all = 0, viewers = 0, ofToken = 0;
+    for (const auto& [number, other] : connections_) {
+      if (!other->session.welcomed()) continue;
+      if (other->session.id() == id) {
+        if (other->token == hash) continue;
+        return refused("hello.session", "is that of a client with another token; choose one at random");
+      }
+      ++all;
+      viewers += other->session.role() == Role::kView ? 1 : 0;
+      ofToken += other->token == hash ? 1 : 0;
+    }
+    if (all >= kMaxClients) return refused("", "the server has its " + std::to_string(kMaxClients) + " clients");
+    if (role == Role::kView && viewers >= kMaxViewers) {
+      return refused("",
+                     "the server has its " + std::to_string(kMaxViewers) + " viewers; the other places are editors'");
+    }
+    if (tokens_ && ofToken >= kMaxClientsOfToken) {
+      return refused("hello.token", "is that of " + std::to_string(kMaxClientsOfToken) +
+                                        " clients already; connect with another token");
+    }
+    return role;
+  }
+
+  /// The session that edits count for: nobody with another token resends or answers them.
+  [[nodiscard]] SessionId boundTo(const ContentHash& token, SessionId id) const {
+    if (!tokens_) return id;
+    const ContentHash bound = Hasher().add(token).add(id).finish();
+    SessionId session = 0;
+    std::memcpy(&session, bound.bytes.data(), sizeof session);
+    return session == kServerSession ? id : session;
+  }
+
+  void refreshTokens(bool anyway) {
+    if (!tokens_) return;
+    const auto changed = tokens_->refresh(anyway);
+    if (!changed) return log("the tokens stay as they were: " + changed.error().text());
+    if (!*changed) return;
+    log("the list of tokens was read again");
+    for (auto& [number, connection] : connections_) {
+      ServerSession& session = connection->session;
+      if (!session.welcomed()) continue;
+      const auto role = tokens_->roleOf(connection->token);
+      if (!role) session.refuse("hello.token", "was withdrawn");
+      if (role && *role != session.role()) session.refuse("hello.token", "has another role now; connect again");
+    }
   }
 
   void assetDecided(std::uint64_t number, const ContentHash& hash, std::size_t bytes,
@@ -301,7 +374,19 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
 
   void sceneChanged(const std::shared_ptr<const SceneHistory>& history) {
     history_ = history;
-    for (auto& [number, connection] : connections_) connection->session.sceneChanged();
+    each([](ServerSession& session) { session.sceneChanged(); });
+  }
+
+  /// One session that fails costs its own connection.
+  template <class Task>
+  void each(Task task) {
+    for (auto& [number, connection] : connections_) {
+      try {
+        task(connection->session);
+      } catch (const std::exception& failure) {
+        connection->session.refuse("", std::string("the server could not serve the client: ") + failure.what());
+      }
+    }
   }
 
   void drainEvery(microseconds period) {
@@ -312,20 +397,18 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   void onTimer() {
     const bool any = drainTelemetry();
     bool anyFast = false;
-    for (auto& [number, connection] : connections_) {
-      if (any) connection->session.offerTelemetry(*servo_.last());
-      connection->session.poll();
-      anyFast = anyFast || connection->session.telemetryRate_Hz() > kFastClient_Hz;
-    }
+    each([&](ServerSession& session) {
+      if (any) session.offerTelemetry(*servo_.last());
+      session.poll();
+      anyFast = anyFast || session.telemetryRate_Hz() > kFastClient_Hz;
+    });
     const microseconds period = anyFast ? kDrainForFastClients : kDrainEvery;
     if (period != drainPeriod_) drainEvery(period);
   }
 
   bool drainTelemetry() {
     return servo_.drain([this](const TelemetrySample& sample) {
-      for (auto& [number, connection] : connections_) {
-        connection->session.adopted(sample.sceneRevision, sample.adoptionTick);
-      }
+      each([&](ServerSession& session) { session.adopted(sample.sceneRevision, sample.adoptionTick); });
     });
   }
 
@@ -357,7 +440,8 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   std::unique_ptr<TcpListener> listener_;
   std::uint16_t port_ = 0;
   std::optional<TlsContext> tls_;
-  Timer timer_;
+  std::optional<TokenList> tokens_;  // the network thread's once it runs
+  Timer timer_, tokensTimer_;
   microseconds drainPeriod_{0};
   std::optional<Timer> stopTimer_;
   std::thread thread_;
@@ -390,6 +474,7 @@ Server::Server(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Server::~Server() { stop(); }
 void Server::start() { impl_->start(); }
 void Server::stop() { impl_->stop(); }
+void Server::refreshTokens() { impl_->refreshTokens(); }
 std::unique_ptr<Transport> Server::connect(EventLoop& clientLoop) { return impl_->connect(clientLoop); }
 std::uint16_t Server::port() const noexcept { return impl_->port(); }
 Server::Counters Server::counters() const noexcept { return impl_->counters(); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -23,7 +24,8 @@ class Server {
  public:
   struct Options {
     std::string listen = "127.0.0.1:0";  ///< HOST:PORT; port 0: any free one. Empty: none, only connect().
-    /// With them every client speaks TLS 1.3 and has the role of its token; without, every client may edit.
+    /// With them every client speaks TLS 1.3 and has the role of its token, as the folder's list has it at any time: it is
+    /// looked at every kTokensEvery. Without, every client may edit.
     std::optional<ServerCredentials> credentials;
     bool allowInsecureLan = false;  ///< Without it, and without credentials, only loopback addresses are accepted.
     ServerIdentity identity;
@@ -45,6 +47,10 @@ class Server {
   };
 
   static constexpr std::size_t kMaxClients = 64;
+  /// Of these, as many viewers, and clients with the same token: whoever holds one token keeps the others' out of nothing.
+  static constexpr std::size_t kMaxViewers = 48;
+  static constexpr std::size_t kMaxClientsOfToken = 48;
+  static constexpr std::chrono::milliseconds kTokensEvery{250};
   /// Connections that have not been welcomed yet. Beyond, the oldest gives way to the newest: those who open connections
   /// and say nothing keep nobody out who speaks at once.
   static constexpr std::size_t kMaxHalfOpen = 64;
@@ -60,6 +66,8 @@ class Server {
   /// Closes every connection, takes what is left in the servo's queue and ends the thread. Before the room is
   /// destroyed.
   void stop();
+  /// Looks at the list of tokens now. Connections whose token is not on it, or has another role there, are closed. Any thread.
+  void refreshTokens();
   /// A connection from this process: the client's end, used on the client's loop. Any thread, between start() and stop().
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop);
   [[nodiscard]] std::uint16_t port() const noexcept;  ///< 0 where it listens nowhere.

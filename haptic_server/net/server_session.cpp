@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -11,7 +13,14 @@
 namespace haptics {
 namespace {
 
+constexpr const char* kBecomeEditor = "connect with editor.credentials to change the scene";
+
 Error notAnEditor() { return {"role", "is view, and this asks for edit; connect with editor.credentials"}; }
+
+bool isControl(char c) {
+  constexpr unsigned char kFirstPrintable = 0x20, kDelete = 0x7F;
+  return static_cast<unsigned char>(c) < kFirstPrintable || c == kDelete;
+}
 
 bool namesAnId(const Operation& operation) {
   return std::visit(
@@ -29,8 +38,15 @@ bool restsOnState(const Transaction& transaction) {
 
 }  // namespace
 
-ServerSession::ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity)
-    : transport_(transport), host_(host), identity_(identity), uploads_(host) {}
+ServerSession::ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity,
+                             const SessionLimits& limits)
+    : transport_(transport),
+      host_(host),
+      identity_(identity),
+      limits_(limits),
+      assets_(limits.frames.chunk_bytes),
+      editGate_(limits.editsPerSecond, limits.editBurst),
+      uploads_(host, limits.frames.chunk_bytes) {}
 
 ServerSession::~ServerSession() = default;
 
@@ -49,6 +65,7 @@ void ServerSession::poll() {
     return;
   }
   if (now_ns - lastByte_ns_ >= kSilence_ns) return refuse("heartbeat", "not a byte came for 3 s");
+  if (const auto stalled = uploads_.poll()) send(*stalled);
   if (now_ns >= nextHeartbeat_ns_) {
     sendHeartbeat();
     nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
@@ -73,7 +90,7 @@ void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outc
   v1::Envelope envelope;
   v1::EditReply& reply = *envelope.mutable_edit_reply();
   reply.set_client_seq(clientSeq);
-  toWire(outcome, reply);
+  toWire(outcome, limits_.frames.frame_bytes, reply);
   send(envelope);
   const auto* accepted = std::get_if<std::shared_ptr<const AcceptedEdit>>(&outcome);
   if (!accepted) return;
@@ -111,10 +128,25 @@ void ServerSession::close(const std::string& why) {
 void ServerSession::received(std::span<const char> bytes) {
   if (phase_ == Phase::kClosed) return;
   lastByte_ns_ = host_.now_ns();
+  try {
+    handleAll(bytes);
+  } catch (const std::bad_alloc&) {
+    refuse("", "the server has no memory for what the client sent");
+  }
+}
+
+void ServerSession::handleAll(std::span<const char> bytes) {
+  const bool views = phase_ == Phase::kLive && role_ == Role::kView;
+  if (views && !viewerBytes_.allow(lastByte_ns_, static_cast<double>(bytes.size()))) {
+    return refuse("role", "is view, and the client sends more than 64 KiB a second; " + std::string(kBecomeEditor));
+  }
   decoder_.feed(bytes);
   while (phase_ != Phase::kClosed) {
     const auto envelope = decoder_.next();
-    if (!envelope) return refuse(envelope.error().field, envelope.error().reason);
+    if (!envelope) {
+      return refuse(envelope.error().field,
+                    envelope.error().reason + (views ? "; the role is view: " + std::string(kBecomeEditor) : ""));
+    }
     if (!*envelope) break;
     handle(**envelope);
   }
@@ -165,16 +197,21 @@ void ServerSession::handle(const v1::Hello& hello) {
   if (hello.client_name().size() > kMaxClientName) {
     return refuse("hello.client_name", "is longer than " + std::to_string(kMaxClientName) + " bytes");
   }
+  if (std::ranges::any_of(hello.client_name(), isControl)) {
+    return refuse("hello.client_name", "holds a control character; give printable text");
+  }
   const auto role = host_.admit(hello.session(), hello.token());
   if (!role) return refuse(role.error().field, role.error().reason);
   const auto history = host_.history();
   // A root that is no hash is the root of no revision: the client gets a snapshot.
   const auto root = ContentHash::fromBytes(hello.root());
-  const bool resumed = root && history->canResumeFrom(hello.epoch(), hello.revision(), *root);
+  const bool resumed = root && history->canResumeFrom(hello.epoch(), hello.revision(), *root) &&
+                       fitFrames(*history, hello.revision(), limits_.frames.frame_bytes);
   id_ = hello.session();
   name_ = hello.client_name();
   role_ = *role;
   phase_ = Phase::kLive;
+  decoder_.setLimit(role_ == Role::kEdit ? limits_.frames.frame_bytes : SessionLimits::kViewerFrameBytes);
   nextHeartbeat_ns_ = host_.now_ns();  // at once: it also says what the servo feels
 
   v1::Envelope envelope;
@@ -194,7 +231,9 @@ void ServerSession::handle(const v1::Hello& hello) {
   }
   send(envelope);
   host_.sessionClaimed(id_);
-  if (!resumed) sendSnapshot(history->version, [this](v1::Envelope& message) { send(message); });
+  if (!resumed) {
+    sendSnapshot(history->version, limits_.frames.chunk_bytes, [this](v1::Envelope& message) { send(message); });
+  }
   sentRevision_ = resumed ? hello.revision() : history->version.revision();
 }
 
@@ -327,7 +366,7 @@ void ServerSession::sendCommits() {
   while (phase_ == Phase::kLive && sentRevision_ < history->version.revision()) {
     const auto edit = history->find(sentRevision_ + 1);
     if (!edit) return refuse("", "the client reads too slowly: it is more revisions behind than the server remembers");
-    if (transport_.backlog() > kSendAheadBytes) return;
+    if (transport_.backlog() > limits_.sendAhead_bytes) return;
     v1::Envelope envelope;
     toWire(edit->commit, *envelope.mutable_commit());
     send(envelope);
@@ -363,9 +402,14 @@ void ServerSession::send(v1::Envelope& envelope) {
   envelope.set_protocol_version(kProtocolVersion);
   envelope.set_message_id(nextMessageId_++);
   std::string frame;
-  appendFrame(frame, envelope);
+  if (const auto framed = appendFrame(frame, envelope, limits_.frames.frame_bytes); !framed) {
+    return refuse(framed.error().field,
+                  "of the server's next message " + framed.error().reason + "; connect again for a snapshot");
+  }
   transport_.send(std::move(frame));
-  if (transport_.backlog() > kMaxBacklogBytes) refuse("", "the client reads too slowly: 4 MiB are waiting for it");
+  if (transport_.backlog() > limits_.backlog_bytes) {
+    refuse("", "the client reads too slowly: " + std::to_string(limits_.backlog_bytes) + " bytes are waiting for it");
+  }
 }
 
 void ServerSession::send(const v1::AssetUploadReply& reply) {

@@ -13,6 +13,7 @@
 #include "haptic_server/net/asset_sender.h"
 #include "haptic_server/net/body_turns.h"
 #include "haptic_server/net/edit_gate.h"
+#include "haptic_server/net/rate_limit.h"
 #include "haptic_server/net/session_host.h"
 #include "haptic_server/net/session_uploads.h"
 #include "haptic_server/net/telemetry_slot.h"
@@ -27,6 +28,24 @@ struct ServerIdentity {
   double maxForce_N = 0;  ///< Newtons, the device's limit.
 };
 
+/// Of one connection. Other values than these are for tests.
+struct SessionLimits {
+  FrameLimits frames = {};
+  /// Before Welcome, which a Hello needs: who has not said who he is makes the server parse no more.
+  static constexpr std::size_t kHelloBytes = 1U << 10;
+  /// Of one who may only view, who has nothing large to say.
+  static constexpr std::size_t kViewerFrameBytes = 64U << 10;
+  static constexpr double kViewerBytesPerSecond = 64U << 10;
+  static constexpr double kViewerBurstBytes = 256U << 10;
+  /// Sustained edits per second, and how many may come at once; above, they come too early.
+  double editsPerSecond = 200;
+  double editBurst = 1000;
+  /// Commits wait in the shared history while more than this is queued for the client.
+  std::size_t sendAhead_bytes = 256U << 10;
+  /// Replies cannot wait: with more than this queued the client is disconnected and left to resume.
+  std::size_t backlog_bytes = 4U << 20;
+};
+
 /// One client's connection: the server's half of the protocol at the top of envelope.proto. No sockets, no clock, no
 /// threads of its own: bytes through a Transport, time and the scene through the host. Every queue in it is bounded: a
 /// client that does not read costs a few MiB until it is disconnected.
@@ -36,17 +55,11 @@ class ServerSession {
   static constexpr std::uint64_t kSilence_ns = 3'000'000'000;  ///< Dead after this long without a byte.
   static constexpr std::uint64_t kHeartbeat_ns = 1'000'000'000;
   static constexpr double kMaxTelemetryRate_Hz = 1000;
-  /// Sustained edits per second of one client, and how many may come at once; above, they come too early.
-  static constexpr double kEditRate_Hz = 200;
-  static constexpr double kEditBurst = 1000;
-  /// Commits wait in the shared history while more than this is queued for the client.
-  static constexpr std::size_t kSendAheadBytes = 256U << 10;
-  /// Replies cannot wait: with more than this queued the client is disconnected and left to resume.
-  static constexpr std::size_t kMaxBacklogBytes = 4U << 20;
   static constexpr std::size_t kMaxClientName = 64;  ///< Bytes.
 
   /// All three outlive the session.
-  ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity);
+  ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity,
+                const SessionLimits& limits = {});
   ~ServerSession();
   ServerSession(const ServerSession&) = delete;
   ServerSession& operator=(const ServerSession&) = delete;
@@ -72,6 +85,7 @@ class ServerSession {
   [[nodiscard]] double telemetryRate_Hz() const noexcept { return telemetry_.rate_Hz(); }  ///< 0: none wanted.
   [[nodiscard]] bool welcomed() const noexcept { return phase_ == Phase::kLive; }
   [[nodiscard]] SessionId id() const noexcept { return id_; }  ///< 0 until Hello.
+  [[nodiscard]] Role role() const noexcept { return role_; }   ///< Once welcomed.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
  private:
@@ -79,11 +93,13 @@ class ServerSession {
   Transport& transport_;
   SessionHost& host_;
   const ServerIdentity& identity_;
+  const SessionLimits limits_;
   Phase phase_ = Phase::kAwaitingHello;
   SessionId id_ = 0;
   Role role_ = Role::kView;
   std::string name_;
-  FrameDecoder decoder_;
+  FrameDecoder decoder_{SessionLimits::kHelloBytes};
+  RateLimit viewerBytes_{SessionLimits::kViewerBytesPerSecond, SessionLimits::kViewerBurstBytes};
   std::uint64_t started_ns_ = 0;
   std::uint64_t lastByte_ns_ = 0;
   std::uint64_t nextHeartbeat_ns_ = 0;
@@ -97,11 +113,12 @@ class ServerSession {
   BodyTurns bodies_;
   bool byDatagram_ = false;
 
-  EditGate editGate_{kEditRate_Hz, kEditBurst};
+  EditGate editGate_;
   AdoptionWatch adoptions_;
   SessionUploads uploads_;
 
   void received(std::span<const char> bytes);
+  void handleAll(std::span<const char> bytes);
   void closed(const std::string& why);
   void handle(const v1::Envelope& envelope);
   void handleLive(const v1::Envelope& envelope);

@@ -46,7 +46,7 @@ class SessionHost {
   /// What a client may do that says Hello as `session` with this token; or why it is turned away. As it stands here:
   /// a server that only this machine can reach, where everybody may edit.
   [[nodiscard]] virtual Result<Role> admit([[maybe_unused]] SessionId session,
-                                           [[maybe_unused]] const std::string& token) const {
+                                           [[maybe_unused]] const std::string& token) {
     return Role::kEdit;
   }
   struct DatagramOffer {

@@ -1,5 +1,6 @@
 #include "haptic_server/net/session_uploads.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -28,7 +29,7 @@ constexpr std::uint32_t kRetryAfter_ms = 1000;
 
 }  // namespace
 
-SessionUploads::SessionUploads(SessionHost& host) : host_(host) {}
+SessionUploads::SessionUploads(SessionHost& host, std::size_t chunk_bytes) : host_(host), assembly_(chunk_bytes) {}
 SessionUploads::~SessionUploads() { clear(); }
 
 std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& chunk) {
@@ -51,11 +52,11 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
       hold(std::move(known), 0);
       return acceptedReply(*hash);
     }
-    if (!host_.reserveUpload(chunk.total_size())) {
-      return putOff(*hash, {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
-    }
-    assemblyReserved_ = chunk.total_size();
   }
+  if (!reserveFor(chunk)) {
+    return putOff(*hash, {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
+  }
+  lastChunk_ns_ = host_.now_ns();
   assembly_.add(chunk, name);
   if (!assembly_.complete()) return std::nullopt;
   building_[*hash] = {std::exchange(assemblyReserved_, 0)};
@@ -64,6 +65,12 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
     return putOff(*hash, {"busy", "the server has too many edits waiting; try again later"});
   }
   return std::nullopt;
+}
+
+std::optional<v1::AssetUploadReply> SessionUploads::poll() {
+  const auto hash = assembly_.assembled();
+  if (!hash || host_.now_ns() - lastChunk_ns_ < kStalled_ns) return std::nullopt;
+  return refuse(*hash, {"chunk", "none came for 10 s; begin the upload again"});
 }
 
 std::optional<v1::AssetUploadReply> SessionUploads::turnAway(const v1::AssetChunk& chunk, const Error& why) {
@@ -130,6 +137,16 @@ void SessionUploads::hold(std::shared_ptr<const Asset> asset, std::size_t reserv
   if (held_.size() <= kMaxHeld) return;
   host_.releaseUpload(held_.front().reserved);
   held_.pop_front();
+}
+
+bool SessionUploads::reserveFor(const v1::AssetChunk& chunk) {
+  const std::size_t needed = chunk.offset() + chunk.data().size();
+  if (needed <= assemblyReserved_) return true;
+  const std::size_t wanted =
+      std::min<std::size_t>(chunk.total_size(), std::max(kLeastReserve_bytes, 2 * assemblyReserved_));
+  if (!host_.reserveUpload(wanted - assemblyReserved_)) return false;
+  assemblyReserved_ = wanted;
+  return true;
 }
 
 void SessionUploads::releaseAssembly() { host_.releaseUpload(std::exchange(assemblyReserved_, 0)); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -19,8 +20,14 @@ class SessionUploads {
  public:
   static constexpr std::size_t kMaxHeld = 16;  ///< Uploads that no edit has named; beyond, the oldest is freed.
 
-  /// The host outlives this.
-  explicit SessionUploads(SessionHost& host);
+  /// An upload without a chunk for this long is given up, nanoseconds.
+  static constexpr std::uint64_t kStalled_ns = 10'000'000'000;
+  /// Memory is taken as the chunks come, at least so much and then twice what is there: whoever only announces bytes
+  /// keeps nobody from the budget.
+  static constexpr std::size_t kLeastReserve_bytes = 1U << 20;
+
+  /// The host outlives this. Chunks have at most chunk_bytes.
+  SessionUploads(SessionHost& host, std::size_t chunk_bytes);
   ~SessionUploads();
   SessionUploads(const SessionUploads&) = delete;
   SessionUploads& operator=(const SessionUploads&) = delete;
@@ -32,6 +39,8 @@ class SessionUploads {
   /// The host has built the upload, or not.
   [[nodiscard]] std::optional<v1::AssetUploadReply> decided(const ContentHash& hash,
                                                             Result<std::shared_ptr<const Asset>> outcome);
+  /// Ends an upload that has stalled. To be called again and again; not every call has a reply.
+  [[nodiscard]] std::optional<v1::AssetUploadReply> poll();
   /// The client gives an upload up. One that is being built is dropped when it is decided.
   void cancel(const ContentHash& hash);
   /// The scene holds this asset from now on.
@@ -51,12 +60,14 @@ class SessionUploads {
   SessionHost& host_;
   UploadAssembly assembly_;
   std::size_t assemblyReserved_ = 0;  // bytes
+  std::uint64_t lastChunk_ns_ = 0;
   std::unordered_map<ContentHash, Building> building_;
   std::deque<Held> held_;
 
   v1::AssetUploadReply refuse(const ContentHash& hash, const Error& error);
   v1::AssetUploadReply putOff(const ContentHash& hash, const Error& why);
   void hold(std::shared_ptr<const Asset> asset, std::size_t reserved);
+  [[nodiscard]] bool reserveFor(const v1::AssetChunk& chunk);
   void releaseAssembly();
 };
 

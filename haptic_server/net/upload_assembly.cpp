@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "common/wire/framing.h"
-
 namespace haptics {
 
 bool UploadAssembly::ignores(const v1::AssetChunk& chunk, const ContentHash& hash) const {
@@ -15,9 +13,9 @@ Result<void> UploadAssembly::check(const v1::AssetChunk& chunk, const AssetName&
     return refused("chunk.total_size", "is " + std::to_string(chunk.total_size()) + "; an upload has 1 to " +
                                            std::to_string(kMaxUploadBytes) + " bytes");
   }
-  if (chunk.data().empty() || chunk.data().size() > kMaxChunkBytes) {
+  if (chunk.data().empty() || chunk.data().size() > chunk_bytes_) {
     return refused("chunk.data", "has " + std::to_string(chunk.data().size()) + " bytes; a chunk has 1 to " +
-                                     std::to_string(kMaxChunkBytes));
+                                     std::to_string(chunk_bytes_));
   }
   const bool continues = total_ != 0 && name == name_ && chunk.total_size() == total_;
   if (chunk.offset() != 0 && !(continues && chunk.offset() == bytes_.size())) {

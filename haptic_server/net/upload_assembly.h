@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -18,6 +19,8 @@ inline constexpr std::uint64_t kMaxUploadBytes = 256U << 20;
 /// under way are ignored until it is begun again.
 class UploadAssembly {
  public:
+  explicit UploadAssembly(std::size_t chunk_bytes) noexcept : chunk_bytes_(chunk_bytes) {}
+
   /// Checks a chunk on its own and against what came before. A chunk at offset 0 begins a new upload and drops an
   /// unfinished one. Errors name the field below AssetUpload.
   [[nodiscard]] Result<void> check(const v1::AssetChunk& chunk, const AssetName& name) const;
@@ -28,11 +31,14 @@ class UploadAssembly {
   /// Ends the upload; chunks of this asset are ignored from now on.
   void abandon(const ContentHash& hash);
 
-  [[nodiscard]] std::uint64_t declared() const noexcept { return total_; }  ///< Bytes; 0 when none is under way.
+  [[nodiscard]] std::optional<ContentHash> assembled() const noexcept {  ///< Which is under way.
+    return total_ == 0 ? std::nullopt : std::optional(name_.hash);
+  }
   [[nodiscard]] bool complete() const noexcept { return total_ != 0 && bytes_.size() == total_; }
   [[nodiscard]] std::string take();  ///< The complete upload's bytes; none is under way afterwards.
 
  private:
+  std::size_t chunk_bytes_;
   AssetName name_;
   std::uint64_t total_ = 0;
   std::string bytes_;

@@ -36,8 +36,8 @@ std::string listed(const std::vector<std::string>& names) {
 
 }  // namespace
 
-SceneDraft::SceneDraft(const SceneVersion& base, const Assets& baseAssets, ObjectId nextId, std::size_t maxAssets_bytes)
-    : base_(base), baseAssets_(baseAssets), nextId_(nextId), maxAssets_bytes_(maxAssets_bytes) {}
+SceneDraft::SceneDraft(const SceneVersion& base, const Assets& baseAssets, ObjectId nextId, const SceneLimits& limits)
+    : base_(base), baseAssets_(baseAssets), nextId_(nextId), limits_(limits) {}
 
 Result<void> SceneDraft::apply(const Operation& operation, const std::string& field) {
   return std::visit([&](const auto& op) { return apply(op, field); }, operation);
@@ -174,7 +174,7 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
     if (!report) return tl::unexpected(std::move(report).error().within(named.field));
     if (!report->empty()) reports.push_back(named.name + ": " + kOf[static_cast<std::size_t>(named.place)] + *report);
   }
-  if (auto fits = checkSurfaces(); !fits) return tl::unexpected(std::move(fits).error());
+  if (auto fits = checkDetails(); !fits) return tl::unexpected(std::move(fits).error());
   for (const Named& named : named_) fitMapping(named);
   const auto addRemarks = [&](const ObjectRecord& record, const ObjectAssets& assets) {
     for (const std::string& remark : resolver.remarks(record, assets)) reports.push_back(record.name + ": " + remark);
@@ -242,25 +242,27 @@ Result<void> SceneDraft::checkRoom(const Asset& more) const {
   }
   std::size_t bytes = 0;
   for (const auto& [hash, size] : sizes) bytes += size;
-  if (bytes <= maxAssets_bytes_) return {};
+  if (bytes <= limits_.assets_bytes) return {};
   return refused("source", "takes " + std::to_string(more.encoded->size()) + " bytes, which makes " +
                                std::to_string(bytes) + " with the scene's other assets; it holds at most " +
-                               std::to_string(maxAssets_bytes_) + ": give less detail, or remove objects first");
+                               std::to_string(limits_.assets_bytes) + ": give less detail, or remove objects first");
 }
 
-Result<void> SceneDraft::checkSurfaces() const {
+Result<void> SceneDraft::checkDetails() const {
   std::size_t bytes = 0;
   for (const auto& object : base_.objects()) {
     const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);
-    if (stays) bytes += wireSizeOf(object->material.surface);
+    if (stays) bytes += detailSizeOf(*object);
   }
-  for (const ObjectRecord& record : put_) bytes += wireSizeOf(record.material.surface);
-  if (bytes <= kMaxSceneSurfaces_bytes) return {};
+  for (const ObjectRecord& record : put_) bytes += detailSizeOf(record);
+  if (bytes <= limits_.details_bytes) return {};
+  const std::string why = "makes the Fourier terms, creases and lattices of all objects " + std::to_string(bytes) +
+                          " bytes; a scene has at most " + std::to_string(limits_.details_bytes);
   for (const auto& [object, given] : given_) {
+    if (!given.deformation.empty()) return refused(given.deformation + "lattice", why);
     if (given.surface.empty()) continue;
     const auto& [property, field] = *given.surface.begin();
-    return refused(field + property, "makes the Fourier terms and creases of all objects " + std::to_string(bytes) +
-                                         " bytes; a scene has at most " + std::to_string(kMaxSceneSurfaces_bytes));
+    return refused(field + property, why);
   }
   return {};
 }

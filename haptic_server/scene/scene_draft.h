@@ -23,8 +23,7 @@ class SceneDraft {
   using Assets = std::map<ObjectId, ObjectAssets>;
 
   /// `base` and its objects' assets outlive the draft. New objects are numbered from nextId.
-  SceneDraft(const SceneVersion& base, const Assets& baseAssets, ObjectId nextId,
-             std::size_t maxAssets_bytes = kMaxSceneAssets_bytes);
+  SceneDraft(const SceneVersion& base, const Assets& baseAssets, ObjectId nextId, const SceneLimits& limits = {});
 
   /// Errors name the field below the operation ("add.name"). Assets are made by resolve() only.
   [[nodiscard]] Result<void> apply(const Operation& operation, const std::string& field);
@@ -67,7 +66,7 @@ class SceneDraft {
   const SceneVersion& base_;
   const Assets& baseAssets_;
   ObjectId nextId_;
-  std::size_t maxAssets_bytes_;
+  SceneLimits limits_;
   std::vector<ObjectRecord> put_;  // in the order in which operations first named them
   std::set<ObjectId> removed_;     // of base_
   std::set<ObjectId> posed_;
@@ -88,7 +87,7 @@ class SceneDraft {
   void apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record);
   Result<std::string> make(const Named& named, AssetResolver& resolver);
   Result<void> checkRoom(const Asset& more) const;
-  Result<void> checkSurfaces() const;
+  Result<void> checkDetails() const;
   void dropResidue(ObjectRecord& record);
   void enter(const Named& named, const ContentHash& hash);
   void fitMapping(const Named& named);

@@ -2,20 +2,32 @@
 
 #include <variant>
 
+#include "common/wire/convert.h"
+
 namespace haptics {
 
-std::size_t wireSizeOf(const SurfaceProperties& surface) {
-  constexpr std::size_t kTerm_bytes = 64, kCrease_bytes = 16;
+std::size_t detailSizeOf(const ObjectRecord& record) {
+  constexpr std::size_t kTerm_bytes = 64, kCrease_bytes = 16, kControlPoint_bytes = 12;
   const auto ofField = [](const FieldFamily& family) {
     const auto* fourier = std::get_if<FourierFamily>(&family);
     return fourier ? kTerm_bytes * fourier->terms.size() : 0;
   };
+  const SurfaceProperties& surface = record.material.surface;
   std::size_t bytes = 0;
+  if (record.deformation.lattice) bytes += kControlPoint_bytes * record.deformation.lattice->control_m.size();
   if (surface.shading) bytes += kCrease_bytes * surface.shading->creases.size();
   if (surface.texture) bytes += ofField(surface.texture->family);
   if (!surface.friction) return bytes;
   const auto* field = std::get_if<FieldFamily>(&surface.friction->over);
   return field ? bytes + ofField(*field) : bytes;
+}
+
+std::size_t answerSizeOf(const Commit& commit, const std::vector<std::string>& reports) {
+  constexpr std::size_t kLengthAndTag_bytes = 6, kId_bytes = 10;  // at most
+  std::size_t bytes = kId_bytes * commit.removed.size();
+  for (const ObjectRecord& record : commit.put) bytes += wireSizeOf(record) + kLengthAndTag_bytes;
+  for (const std::string& report : reports) bytes += report.size() + kLengthAndTag_bytes;
+  return bytes;
 }
 
 }  // namespace haptics

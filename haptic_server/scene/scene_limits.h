@@ -1,20 +1,28 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
+#include <vector>
 
-#include "common/scene/surface_properties.h"
+#include "common/scene/scene.h"
 
 namespace haptics {
 
-/// Canonical bytes of all assets of a scene together: 28 million triangles, of which the server makes some 4 GB. Whoever may
-/// edit cannot fill the memory.
-inline constexpr std::size_t kMaxSceneAssets_bytes = 512U << 20;
+/// What whoever may edit cannot exceed. Other values than these are for tests.
+struct SceneLimits {
+  /// Canonical bytes of all assets together: 28 million triangles, of which the server makes some 4 GB.
+  std::size_t assets_bytes = 512U << 20;
+  /// Of all objects' details (detailSizeOf): a snapshot then fits what a connection takes at once.
+  std::size_t details_bytes = 2U << 20;
+  /// On the wire, of the objects that one edit changes and removes and of its reports: its commit and the answer to it
+  /// then fit one frame each.
+  std::size_t answer_bytes = 1'000'000;
+};
 
-/// Of the Fourier terms and named creases of a scene, on the wire: a snapshot and a commit of all objects then fit what a
-/// connection takes at once.
-inline constexpr std::size_t kMaxSceneSurfaces_bytes = 512U << 10;
+/// What of an object grows, about as it is on the wire: Fourier terms, creases, the control points of a lattice.
+[[nodiscard]] std::size_t detailSizeOf(const ObjectRecord& record);
 
-/// What of an object's surface grows, about as it is on the wire: its Fourier terms and creases.
-[[nodiscard]] std::size_t wireSizeOf(const SurfaceProperties& surface);
+/// On the wire, of what SceneLimits::answer_bytes bounds.
+[[nodiscard]] std::size_t answerSizeOf(const Commit& commit, const std::vector<std::string>& reports);
 
 }  // namespace haptics

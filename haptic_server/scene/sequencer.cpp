@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "common/wire/convert.h"
 #include "haptic_server/scene/scene_draft.h"
 
 namespace haptics {
@@ -67,8 +68,8 @@ EditOutcome passedOver(const SceneVersion& version, const Submission& submission
 
 }  // namespace
 
-Sequencer::Sequencer(std::uint64_t epoch, AssetResolver& resolver, std::size_t maxAssets_bytes)
-    : resolver_(resolver), maxAssets_bytes_(maxAssets_bytes) {
+Sequencer::Sequencer(std::uint64_t epoch, AssetResolver& resolver, const SceneLimits& limits)
+    : resolver_(resolver), limits_(limits) {
   state_.history = std::make_shared<const SceneHistory>(SceneHistory{.epoch = epoch, .version = {}, .edits = {}});
 }
 
@@ -85,7 +86,8 @@ void Sequencer::show(const SceneVersion& version, Assets assets) {
   edit->commit = difference(before.version, version);
   const auto next = before.version.apply(edit->commit);
   SceneHistory history{.epoch = newEpoch(), .version = version, .edits = {}};
-  if (next && next->root() == version.root()) {
+  const bool fits = answerSizeOf(edit->commit, {}) <= limits_.answer_bytes;
+  if (fits && next && next->root() == version.root()) {
     history = before;
     history.append(edit, version);
   }
@@ -158,7 +160,7 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
 
   if (auto conflict = conflictOf(base, transaction.preconditions)) return *std::move(conflict);
 
-  SceneDraft draft(base, batch.assets, batch.nextId, maxAssets_bytes_);
+  SceneDraft draft(base, batch.assets, batch.nextId, limits_);
   for (std::size_t i = 0; i < transaction.operations.size(); ++i) {
     const auto done = draft.apply(transaction.operations[i], "operations[" + std::to_string(i) + "].");
     if (!done) return done.error();
@@ -171,9 +173,26 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
   auto next = base.apply(edit->commit);
   if (!next) return std::move(next).error();
   edit->commit.root = next->root();
+  if (auto fits = checkAnswer(*edit); !fits) return std::move(fits).error();
 
   batch.take(edit, *std::move(next), draft);
   return edit;
+}
+
+/// A start scene is sent to nobody as a commit: its objects only need to fit one by one.
+Result<void> Sequencer::checkAnswer(const AcceptedEdit& edit) const {
+  const std::size_t bytes = answerSizeOf(edit.commit, edit.reports);
+  if (bytes <= limits_.answer_bytes) return {};
+  const std::string right = " bytes; the answer to an edit holds " + std::to_string(limits_.answer_bytes);
+  for (const ObjectRecord& record : edit.commit.put) {
+    if (const std::size_t its = wireSizeOf(record); its > limits_.answer_bytes) {
+      return refused("operations",
+                     "make object \"" + record.name + "\" " + std::to_string(its) + right + ": give it less detail");
+    }
+  }
+  if (edit.session == kServerSession) return {};
+  return refused("operations", "change objects whose states take " + std::to_string(bytes) + right +
+                                   ": change fewer of them in one edit");
 }
 
 /// Whole or not at all: without the memory for it the process ends.

@@ -38,14 +38,14 @@ class Sequencer {
  public:
   using Assets = SceneDraft::Assets;
 
-  Sequencer(std::uint64_t epoch, AssetResolver& resolver, std::size_t maxAssets_bytes = kMaxSceneAssets_bytes);
+  Sequencer(std::uint64_t epoch, AssetResolver& resolver, const SceneLimits& limits = {});
 
   /// Goes on from an earlier sequencer's state, with the assets of its objects; from now on every accepted edit is kept
   /// by the journal before it counts. Instead of all that was submitted so far.
   void resume(SequencerState state, Assets assets, EditJournal& journal);
 
   /// The scene is this version from now on, which was made elsewhere, with the assets of its objects. One that is no
-  /// single revision further than the last begins a new epoch.
+  /// single revision further than the last, or too much for one commit, begins a new epoch.
   void show(const SceneVersion& version, Assets assets);
 
   /// Decides the edits in this order, as if one by one; the journal keeps them together. One that was accepted before
@@ -76,12 +76,13 @@ class Sequencer {
     void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const SceneDraft& draft) noexcept;
   };
   AssetResolver& resolver_;
-  const std::size_t maxAssets_bytes_;
+  const SceneLimits limits_;
   EditJournal* journal_ = nullptr;
   SequencerState state_;
   Assets assets_;  // holds what the current version names
   std::map<ObjectId, std::uint64_t> posedAt_;
 
+  Result<void> checkAnswer(const AcceptedEdit& edit) const;
   std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
   EditOutcome decide(const Submission& submission, Batch& batch) const;
   void adopt(Batch&& batch) noexcept;

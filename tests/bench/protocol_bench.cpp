@@ -36,7 +36,7 @@ void encodeVertices(benchmark::State& state) {
       chunk.set_total_size(bytes.size());
       chunk.set_offset(offset);
       chunk.set_data(bytes.data() + offset, std::min(kMaxChunkBytes, bytes.size() - offset));
-      appendFrame(frames, envelope);
+      (void)appendFrame(frames, envelope);
     }
     benchmark::DoNotOptimize(frames.data());
   }
@@ -51,7 +51,7 @@ void encodeTelemetry(benchmark::State& state) {
   for ([[maybe_unused]] auto _ : state) {
     frame.clear();
     toWire(sample, *envelope.mutable_telemetry());
-    appendFrame(frame, envelope);
+    (void)appendFrame(frame, envelope);
     benchmark::DoNotOptimize(frame.data());
   }
   state.counters["bytes"] = static_cast<double>(frame.size());

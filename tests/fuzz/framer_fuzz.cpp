@@ -24,7 +24,7 @@ std::vector<std::string> decoded(std::span<const char> bytes, std::size_t step) 
       }
       if (!*next) break;
       std::string frame;
-      appendFrame(frame, **next);
+      if (!appendFrame(frame, **next)) std::abort();
       said.push_back(std::move(frame));
     }
   }

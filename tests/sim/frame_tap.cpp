@@ -12,7 +12,7 @@ constexpr double kSeldom = 0.05;  // how often a mutant that cannot always strik
 
 std::string frameOf(const v1::Envelope& envelope) {
   std::string frame;
-  appendFrame(frame, envelope);
+  (void)appendFrame(frame, envelope);
   return frame;
 }
 

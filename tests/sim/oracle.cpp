@@ -129,7 +129,7 @@ void Oracle::judgeEffect(const Edit& edit, const std::string& name, const SceneV
 void Oracle::adopted(std::uint64_t revision, std::uint64_t tick) { adoptions_.back()[tick] = revision; }
 
 void Oracle::serverHolds(std::size_t backlog_bytes) {
-  if (backlog_bytes > ServerSession::kMaxBacklogBytes + kMaxFrameBytes) {
+  if (backlog_bytes > SessionLimits{}.backlog_bytes + kMaxFrameBytes) {
     fail("the server holds " + std::to_string(backlog_bytes) + " bytes for one client");
   }
 }

@@ -25,7 +25,7 @@ std::string frameOf(v1::Envelope& envelope, std::uint64_t number) {
   envelope.set_protocol_version(kProtocolVersion);
   envelope.set_message_id(number);
   std::string frame;
-  appendFrame(frame, envelope);
+  (void)appendFrame(frame, envelope);
   return frame;
 }
 

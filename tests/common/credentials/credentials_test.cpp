@@ -6,6 +6,7 @@
 #include <fstream>
 #include <regex>
 
+#include "common/credentials/token_list.h"
 #include "tests/common/temporary_folder.h"
 
 namespace haptics {
@@ -24,6 +25,10 @@ class Credentials : public testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
 
+  static std::optional<Role> roleOf(const ServerCredentials& server, const std::string& token) {
+    return TokenList(server).roleOf(hashOfToken(token));
+  }
+
   const test::TemporaryFolder parent;
   const fs::path folder = parent / "made";
 };
@@ -35,17 +40,17 @@ TEST_F(Credentials, GiveEachFileItsRoleAndNobodyElseOne) {
   const auto editor = readClientCredentials(folder / kEditorFile);
   ASSERT_TRUE(viewer) << viewer.error().text();
   ASSERT_TRUE(editor) << editor.error().text();
-  EXPECT_EQ(server->roleOf(viewer->token), Role::kView);
-  EXPECT_EQ(server->roleOf(editor->token), Role::kEdit);
+  EXPECT_EQ(roleOf(*server, viewer->token), Role::kView);
+  EXPECT_EQ(roleOf(*server, editor->token), Role::kEdit);
   EXPECT_EQ(viewer->serverCertificatePem, server->certificatePem);
 
   std::string guess = editor->token;
   guess.back() = static_cast<char>(guess.back() ^ 1);
-  EXPECT_FALSE(server->roleOf(guess));
-  EXPECT_FALSE(server->roleOf(""));
-  EXPECT_FALSE(server->roleOf(editor->token.substr(0, kTokenBytes - 1)));
-  EXPECT_FALSE(server->roleOf(editor->token + '\0'));
-  EXPECT_FALSE(server->roleOf(hashOfToken(editor->token).asBytes())) << "the list itself is no token";
+  EXPECT_FALSE(roleOf(*server, guess));
+  EXPECT_FALSE(roleOf(*server, ""));
+  EXPECT_FALSE(roleOf(*server, editor->token.substr(0, kTokenBytes - 1)));
+  EXPECT_FALSE(roleOf(*server, editor->token + '\0'));
+  EXPECT_FALSE(roleOf(*server, hashOfToken(editor->token).asBytes())) << "the list itself is no token";
 }
 
 TEST_F(Credentials, AreReadableByTheirOwnerOnly) {
@@ -58,7 +63,7 @@ TEST_F(Credentials, DifferEachTime) {
   ASSERT_TRUE(makeCredentials(parent / "other"));
   const auto other = readServerCredentials(parent / "other");
   ASSERT_TRUE(other);
-  EXPECT_FALSE(other->roleOf(readClientCredentials(folder / kEditorFile)->token));
+  EXPECT_FALSE(roleOf(*other, readClientCredentials(folder / kEditorFile)->token));
   EXPECT_NE(other->certificatePem, readServerCredentials(folder)->certificatePem);
 }
 
@@ -94,7 +99,33 @@ TEST_F(Credentials, OfATokenWithdrawnOpenNothing) {
   write(folder / kTokensFile, std::regex_replace(read(folder / kTokensFile), std::regex("edit .*\n"), ""));
   const auto server = readServerCredentials(folder);
   ASSERT_TRUE(server) << server.error().text();
-  EXPECT_FALSE(server->roleOf(editor->token));
+  EXPECT_FALSE(roleOf(*server, editor->token));
+}
+
+TEST_F(Credentials, AreWithdrawnAndGivenWhileTheListIsInUse) {
+  const auto server = readServerCredentials(folder);
+  ASSERT_TRUE(server);
+  TokenList tokens(*server);
+  const ContentHash viewer = hashOfToken(readClientCredentials(folder / kViewerFile)->token);
+  const std::string whole = read(folder / kTokensFile);
+  EXPECT_EQ(tokens.refresh(), false) << "nothing has changed";
+
+  write(folder / kTokensFile, std::regex_replace(whole, std::regex("view .*\n"), ""));
+  EXPECT_EQ(tokens.refresh(), true);
+  EXPECT_FALSE(tokens.roleOf(viewer));
+
+  write(folder / kTokensFile, "view 12\n");
+  EXPECT_FALSE(tokens.refresh()) << "a bad list is named, and the one before stays";
+  EXPECT_EQ(tokens.refresh(), false) << "once";
+  EXPECT_FALSE(tokens.refresh(true)) << "or when asked";
+
+  write(folder / kTokensFile, whole);
+  EXPECT_EQ(tokens.refresh(), true);
+  EXPECT_EQ(tokens.roleOf(viewer), Role::kView);
+
+  write(folder / kTokensFile, "# nobody\n");
+  EXPECT_EQ(tokens.refresh(), true);
+  EXPECT_FALSE(tokens.roleOf(viewer));
 }
 
 TEST_F(Credentials, OfATornListAreRefused) {

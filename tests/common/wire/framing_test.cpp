@@ -18,7 +18,7 @@ v1::Envelope heartbeat(std::uint64_t id) {
 
 std::string frame(const v1::Envelope& envelope) {
   std::string bytes;
-  appendFrame(bytes, envelope);
+  EXPECT_TRUE(appendFrame(bytes, envelope));
   return bytes;
 }
 
@@ -63,7 +63,7 @@ TEST(Framing, StartsWithALittleEndianLength) {
 
 TEST(Framing, AppendsBehindWhatIsThere) {
   std::string bytes;
-  for (const std::uint64_t id : {1, 2, 3}) appendFrame(bytes, heartbeat(id));
+  for (const std::uint64_t id : {1, 2, 3}) EXPECT_TRUE(appendFrame(bytes, heartbeat(id)));
   FrameDecoder decoder;
   decoder.feed(bytes);
   EXPECT_EQ(take(decoder), (std::vector<std::uint64_t>{1, 2, 3}));
@@ -88,7 +88,7 @@ TEST(Framing, DoesNotCareWhereTheStreamIsCut) {
   for (std::uint64_t id = 1; id <= 200; ++id) {
     v1::Envelope envelope = heartbeat(id);
     envelope.mutable_asset_chunk()->set_data(std::string(random() % 3'000, 'd'));
-    appendFrame(bytes, envelope);
+    EXPECT_TRUE(appendFrame(bytes, envelope));
     sent.push_back(id);
   }
   for (int round = 0; round < 20; ++round) {
@@ -115,8 +115,31 @@ TEST(Framing, TakesTheLargestFrame) {
   EXPECT_EQ(take(decoder).size(), 1U);
 }
 
+TEST(Framing, RefusesToWriteALargerMessage) {
+  v1::Envelope envelope = heartbeat(1);
+  envelope.mutable_asset_chunk()->mutable_data()->resize(kMaxFrameBytes);
+  std::string bytes = "before";
+  const auto framed = appendFrame(bytes, envelope);
+  ASSERT_FALSE(framed);
+  EXPECT_EQ(framed.error().field, "frame.length");
+  EXPECT_EQ(bytes, "before");
+}
+
+TEST(Framing, KeepsToTheLimitThatStandsAtEachFrame) {
+  v1::Envelope envelope = heartbeat(1);
+  envelope.mutable_asset_chunk()->mutable_data()->resize(2000);
+  FrameDecoder decoder(1000);
+  decoder.feed(frame(heartbeat(1)) + frame(envelope));
+  ASSERT_TRUE(decoder.next()->has_value());
+  decoder.setLimit(3000);
+  EXPECT_EQ(take(decoder).size(), 1U);
+  decoder.setLimit(1000);
+  decoder.feed(frame(envelope));
+  EXPECT_EQ(errorField(decoder), "frame.length");
+}
+
 TEST(Framing, RefusesAFrameThatClaimsMoreBeforeItsBytesCome) {
-  for (const std::uint32_t length : {kMaxFrameBytes + 1, 0x7FFFFFFFU, 0xFFFFFFFFU}) {
+  for (const std::uint32_t length : {std::uint32_t{kMaxFrameBytes} + 1, 0x7FFFFFFFU, 0xFFFFFFFFU}) {
     FrameDecoder decoder;
     decoder.feed(claim(length));
     EXPECT_EQ(errorField(decoder), "frame.length") << length;

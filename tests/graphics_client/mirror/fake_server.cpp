@@ -29,7 +29,7 @@ void FakeServer::send(v1::Envelope envelope) {
   envelope.set_protocol_version(kProtocolVersion);
   envelope.set_message_id(nextMessageId_++);
   std::string frame;
-  appendFrame(frame, envelope);
+  (void)appendFrame(frame, envelope);
   transport_->send(std::move(frame));
 }
 

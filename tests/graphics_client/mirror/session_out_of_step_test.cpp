@@ -199,7 +199,7 @@ TEST_F(SessionJoin, TakesAnotherProtocolVersionForARefusal) {
   envelope.set_protocol_version(2);
   envelope.mutable_welcome()->set_epoch(1);
   std::string frame;
-  appendFrame(frame, envelope);
+  (void)appendFrame(frame, envelope);
   rig_.server.sendBytes(frame);
   rig_.settle();
   EXPECT_EQ(rig_.view().link, LinkState::kRefused);

@@ -262,7 +262,7 @@ TEST_F(SessionTraffic, TakesAnyByteForLife) {
   envelope.mutable_heartbeat()->set_revision(1);
   envelope.mutable_heartbeat()->set_root(rig_.server.scene.root().asBytes());
   std::string frame;
-  appendFrame(frame, envelope);
+  (void)appendFrame(frame, envelope);
   for (std::size_t i = 0; i + 1 < frame.size(); ++i) {  // a frame that dribbles in for over a minute
     rig_.server.sendBytes(frame.substr(i, 1));
     rig_.advance(ClientSession::kSilence_ns - kSecond_ns);

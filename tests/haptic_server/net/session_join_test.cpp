@@ -194,7 +194,7 @@ TEST_F(SessionJoin, ABrokenMessageAmongGoodOnesIsRefused) {
   good.mutable_edit_request()->set_client_seq(1);
   good.mutable_edit_request()->mutable_transaction()->add_operations()->mutable_add()->set_name("a");
   std::string frame;
-  appendFrame(frame, good);
+  ASSERT_TRUE(appendFrame(frame, good));
   for (int round = 0; round < 300; ++round) {
     SessionWorld world;
     world.join();

@@ -163,7 +163,7 @@ TEST_F(SessionLive, AConflictShowsTheObjectAsItStands) {
 }
 
 TEST_F(SessionLive, EditsBeyondTheRateComeTooEarlyAndLaterOnesNot) {
-  const auto burst = static_cast<std::uint64_t>(ServerSession::kEditBurst);
+  const auto burst = static_cast<std::uint64_t>(SessionLimits{}.editBurst);
   for (std::uint64_t seq = 1; seq <= burst + 10; ++seq) client.moveObject(seq, "a", 0);
   link.settle();
   EXPECT_EQ(history()->version.revision(), 1 + burst);
@@ -255,7 +255,7 @@ TEST_F(SessionLive, AReaderThatStopsCostsBoundedMemoryUntilItIsDisconnected) {
     offer(i);
     largest = std::max(largest, serverEnd->backlog());
   }
-  EXPECT_LT(largest, ServerSession::kSendAheadBytes + (64U << 10));
+  EXPECT_LT(largest, SessionLimits{}.sendAhead_bytes + (64U << 10));
   ASSERT_EQ(refusals.size(), 1U);
   EXPECT_THAT(refusals[0], ::testing::HasSubstr("too slowly"));
 }
@@ -265,14 +265,14 @@ TEST_F(SessionLive, AClientThatAsksFasterThanItReadsIsDisconnected) {
   request.set_protocol_version(kProtocolVersion);
   request.mutable_status_request();
   std::string requests;
-  for (int i = 0; i < 100'000; ++i) appendFrame(requests, request);
+  for (int i = 0; i < 100'000; ++i) ASSERT_TRUE(appendFrame(requests, request));
   client.sendBytes(requests);
   std::size_t largest = 0;
   // The line carries as much either way, and an answer is larger than its request.
   while (refusals.empty() && link.pump(10'000)) largest = std::max(largest, serverEnd->backlog());
   ASSERT_EQ(refusals.size(), 1U);
-  EXPECT_GT(largest, ServerSession::kMaxBacklogBytes / 2);
-  EXPECT_LT(largest, ServerSession::kMaxBacklogBytes + (256U << 10));
+  EXPECT_GT(largest, SessionLimits{}.backlog_bytes / 2);
+  EXPECT_LT(largest, SessionLimits{}.backlog_bytes + (256U << 10));
 }
 
 TEST_F(SessionLive, TellsTimeAndStatus) {

@@ -34,7 +34,7 @@ class RawClient {
   void send(v1::Envelope envelope) {
     if (envelope.protocol_version() == 0) envelope.set_protocol_version(kProtocolVersion);
     std::string frame;
-    appendFrame(frame, envelope);
+    EXPECT_TRUE(appendFrame(frame, envelope));
     transport_.send(std::move(frame));
   }
   void sendBytes(std::string bytes) { transport_.send(std::move(bytes)); }
@@ -160,7 +160,7 @@ class SessionWorld : public SessionHost {
   void refused(const std::string& why) override { refusals.push_back(why); }
   void ended(const std::string&) override { over = true; }
 
-  [[nodiscard]] Result<Role> admit(SessionId, const std::string& token) const override {
+  [[nodiscard]] Result<Role> admit(SessionId, const std::string& token) override {
     tokens.push_back(token);
     return role;
   }
@@ -210,8 +210,8 @@ class SessionWorld : public SessionHost {
   std::optional<SessionId> claimed;
   Result<Role> role = Role::kEdit;  ///< What the next Hello gets.
   bool datagramPathOpen = false;
-  std::vector<v1::Telemetry> datagrams;     ///< That were sent.
-  mutable std::vector<std::string> tokens;  ///< That came with a Hello.
+  std::vector<v1::Telemetry> datagrams;  ///< That were sent.
+  std::vector<std::string> tokens;       ///< That came with a Hello.
   std::vector<std::string> refusals;
   bool over = false;
 

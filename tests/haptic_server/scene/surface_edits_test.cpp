@@ -191,7 +191,7 @@ TEST_F(SurfaceEdits, AreRefusedWithACreaseThatIsNoLineOfTheMesh) {
 TEST_F(SurfaceEdits, AreRefusedWhereTheSceneHasNoRoomForTheirAssets) {
   const auto size = [&](const MeshSource& mesh) { return resolver.resolve(mesh)->asset->encoded->size(); };
   const MeshSource large{BoxSource{Vec3(1), 20}};
-  Sequencer small(6, resolver, size(box()) + size(large) + 80);
+  Sequencer small(6, resolver, {.assets_bytes = size(box()) + size(large) + 80});
   auto fieldOf = [&, n = std::uint64_t{0}](const Transaction& transaction) mutable -> std::string {
     const EditOutcome outcome = small.submit(1, ++n, transaction);
     const auto* error = std::get_if<Error>(&outcome);
@@ -213,14 +213,17 @@ TEST_F(SurfaceEdits, AreRefusedWhereASnapshotOfTheSceneWouldNotFitAConnection) {
   const FourierTerm wave{.amplitude = 1, .direction = {1, 0, 0}, .wavelength_m = 0.002, .phase_rad = 0};
   waves.texture = TextureEdit{Texture{.family = FourierFamily{std::vector(64, wave)}, .amplitude_m = 1e-4}, {}};
   Transaction many;
-  constexpr std::size_t kMost = kMaxSceneSurfaces_bytes / (64 * 64);
+  constexpr std::size_t kMost = 5;
+  Sequencer small(6, resolver, {.details_bytes = kMost * 64 * 64});
   for (std::size_t i = 0; i <= kMost; ++i) many.operations.push_back(add(numbered("o", i)));
   for (std::size_t i = 0; i < kMost; ++i) many.operations.push_back(setSurface(waves, numbered("o", i)));
-  accept(many);
-  const Error error = reject(edit(setSurface(waves, numbered("o", kMost))));
-  EXPECT_EQ(error.field, "operations[0].set_material.material.texture");
-  EXPECT_THAT(error.reason, HasSubstr("524288"));
-  accept(edit(remove("o0"), setSurface(waves, numbered("o", kMost))));
+  EXPECT_TRUE(std::holds_alternative<Accepted>(small.submit(1, 1, many)));
+  const auto refused = small.submit(1, 2, edit(setSurface(waves, numbered("o", kMost))));
+  ASSERT_TRUE(std::holds_alternative<Error>(refused));
+  EXPECT_EQ(std::get<Error>(refused).field, "operations[0].set_material.material.texture");
+  EXPECT_THAT(std::get<Error>(refused).reason, HasSubstr("20480"));
+  EXPECT_TRUE(std::holds_alternative<Accepted>(
+      small.submit(1, 3, edit(remove("o0"), setSurface(waves, numbered("o", kMost))))));
 }
 
 TEST_F(SurfaceEdits, LeadAMirrorToTheSameRoots) {
