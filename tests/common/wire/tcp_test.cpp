@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <utility>
 
 #include "tests/common/wire/transport_end.h"
@@ -220,6 +222,31 @@ TEST_F(Tcp, AbandonsAnAttemptSilently) {
   const Timer end = loop_.after(milliseconds(20), [&] { loop_.stop(); });
   loop_.run();
   EXPECT_FALSE(called);
+}
+
+TEST_F(Tcp, ConnectionsThatAreRefusedUseUpNoDescriptors) {
+  constexpr std::size_t kRefused = 300;
+  const auto descriptors = [] {
+    return static_cast<std::size_t>(std::ranges::distance(std::filesystem::directory_iterator("/proc/self/fd")));
+  };
+  std::size_t refused = 0;
+  auto listener = TcpListener::open(loop_, {"127.0.0.1", 0}, [&](const std::unique_ptr<Transport>& accepted) {
+    accepted->start({});
+    accepted->close("refused");
+    ++refused;
+  });
+  ASSERT_TRUE(listener);
+  const std::size_t before = descriptors();
+  std::vector<std::unique_ptr<Transport>> clients;  // that stay
+  std::vector<std::unique_ptr<TcpConnector>> connectors;
+  for (std::size_t i = 0; i < kRefused; ++i) {
+    connectors.push_back(
+        std::make_unique<TcpConnector>(loop_, (*listener)->local(), [&](Result<std::unique_ptr<Transport>> result) {
+          if (result) clients.push_back(std::move(*result));
+        }));
+  }
+  serveUntil([&] { return refused == kRefused && clients.size() == kRefused; });
+  EXPECT_LT(descriptors(), before + kRefused + 100);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 
 #include "common/wire/tcp.h"
@@ -83,8 +84,14 @@ class ServerTest : public ::testing::Test {
                                    });
       EXPECT_TRUE(test.waitFor([this] { return raw != nullptr; }));
     }
-    void join(SessionId session = kClientSession) {
-      raw->hello(0, 0, {}, session);
+    void hello(SessionId session, const std::string& token) {
+      v1::Envelope envelope;
+      envelope.mutable_hello()->set_session(session);
+      envelope.mutable_hello()->set_token(token);
+      raw->send(envelope);
+    }
+    void join(SessionId session = kClientSession, const std::string& token = {}) {
+      hello(session, token);
       beat = test.loop.every(500ms, [this] { raw->heartbeat(); });
       EXPECT_TRUE(waitFor(Kind::kSnapshotEnd));
     }
@@ -112,10 +119,10 @@ class ServerTest : public ::testing::Test {
 
   /// A server that wants credentials, in place of the one that does not; clients get its viewer.credentials.
   void secureServer() {
-    const test::TemporaryFolder folder;
     ASSERT_TRUE(makeCredentials(folder.path()));
     credentials = readServerCredentials(folder.path()).value();
     viewer = readClientCredentials(folder / kViewerFile).value();
+    editor = readClientCredentials(folder / kEditorFile).value();
     tls = TlsContext::client(viewer.serverCertificatePem).value();
     server->stop();
     server = Server::listen(options(), room).value();
@@ -123,7 +130,8 @@ class ServerTest : public ::testing::Test {
   }
 
   std::optional<ServerCredentials> credentials;
-  ClientCredentials viewer;
+  const test::TemporaryFolder folder;
+  ClientCredentials viewer, editor;
   std::optional<TlsContext> tls;
   EventLoop loop;
   Samples samples;
@@ -250,6 +258,65 @@ TEST_F(ServerTest, WithCredentialsRefusesWhoHasNoToken) {
     EXPECT_EQ(client.raw->refusal().field(), "hello.token");
     EXPECT_EQ(client.raw->count(Kind::kWelcome), 0U);
   }
+}
+
+TEST_F(ServerTest, ViewersLeavePlacesToEditors) {
+  secureServer();
+  std::vector<std::unique_ptr<Client>> viewers;
+  for (std::size_t i = 0; i < Server::kMaxViewers; ++i) {
+    viewers.push_back(std::make_unique<Client>(*this, server->port()));
+    viewers.back()->join(100 + i, viewer.token);
+  }
+  Client late(*this, server->port());
+  late.hello(99, viewer.token);
+  ASSERT_TRUE(late.waitFor(Kind::kRefusal));
+  EXPECT_THAT(late.raw->refusal().reason(), ::testing::HasSubstr("48 viewers"));
+  Client writer(*this, server->port());
+  writer.join(98, editor.token);
+  EXPECT_TRUE(writer.raw->all(Kind::kWelcome)[0].welcome().may_edit());
+}
+
+TEST_F(ServerTest, OneTokenLeavesPlacesToOthers) {
+  secureServer();
+  std::vector<std::unique_ptr<Client>> editors;
+  for (std::size_t i = 0; i < Server::kMaxClientsOfToken; ++i) {
+    editors.push_back(std::make_unique<Client>(*this, server->port()));
+    editors.back()->join(100 + i, editor.token);
+  }
+  Client late(*this, server->port());
+  late.hello(99, editor.token);
+  ASSERT_TRUE(late.waitFor(Kind::kRefusal));
+  EXPECT_EQ(late.raw->refusal().field(), "hello.token");
+  Client other(*this, server->port());
+  other.join(98, viewer.token);
+}
+
+TEST_F(ServerTest, CutsWhoseTokenIsWithdrawn) {
+  secureServer();
+  Client watcher(*this, server->port()), writer(*this, server->port());
+  watcher.join(1, viewer.token);
+  writer.join(2, editor.token);
+  std::ofstream(folder / kTokensFile) << "edit " << hashOfToken(editor.token).hex() << '\n';
+  ASSERT_TRUE(watcher.waitFor(Kind::kRefusal));
+  EXPECT_EQ(watcher.raw->refusal().field(), "hello.token");
+  EXPECT_THAT(watcher.raw->refusal().reason(), ::testing::HasSubstr("withdrawn"));
+  EXPECT_TRUE(waitFor([&] { return watcher.raw->closed.has_value(); }));
+  Client again(*this, server->port());
+  again.hello(3, viewer.token);
+  ASSERT_TRUE(again.waitFor(Kind::kRefusal));
+  EXPECT_EQ(again.raw->refusal().field(), "hello.token");
+  EXPECT_FALSE(writer.raw->closed);
+}
+
+TEST_F(ServerTest, ASessionIsOfOneToken) {
+  secureServer();
+  Client writer(*this, server->port());
+  writer.join(7, editor.token);
+  Client thief(*this, server->port());
+  thief.hello(7, viewer.token);
+  ASSERT_TRUE(thief.waitFor(Kind::kRefusal));
+  EXPECT_EQ(thief.raw->refusal().field(), "hello.session");
+  EXPECT_FALSE(writer.raw->closed);
 }
 
 TEST_F(ServerTest, WithCredentialsTellsAPlainClientWhatToDo) {

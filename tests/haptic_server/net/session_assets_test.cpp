@@ -205,6 +205,32 @@ TEST_F(SessionAssets, ARefusedUploadIsAnsweredOnceThoughItsChunksAreUnderWay) {
   EXPECT_TRUE(lastReply().accepted());
 }
 
+TEST_F(SessionAssets, AnUploadThatIsOnlyAnnouncedHoldsLittleOfTheBudget) {
+  client.upload(hash_, kMaxUploadBytes, 0, "x");
+  link.settle();
+  EXPECT_LE(reserved, 1U << 20);
+}
+
+TEST_F(SessionAssets, AnUploadThatStallsIsGivenUp) {
+  client.upload(hash_, bytes_.size(), 0, bytes_.substr(0, 1000));
+  link.settle();
+  for (int i = 0; i < 9; ++i) {
+    client.heartbeat();
+    pass(kSecond_ns);
+  }
+  EXPECT_EQ(client.count(Kind::kAssetUploadReply), 0U);
+  client.heartbeat();
+  pass(2 * kSecond_ns);
+  EXPECT_EQ(client.count(Kind::kAssetUploadReply), 1U);
+  EXPECT_EQ(lastReply().field(), "chunk");
+  EXPECT_EQ(reserved, 0U);
+  EXPECT_FALSE(client.closed);
+  client.got.clear();
+  uploadAll(hash_, bytes_);
+  decideAssets();
+  EXPECT_TRUE(lastReply().accepted());
+}
+
 TEST_F(SessionAssets, ANewUploadReplacesAnUnfinishedOne) {
   client.upload(hash_, bytes_.size(), 0, bytes_.substr(0, 1000));
   link.settle();

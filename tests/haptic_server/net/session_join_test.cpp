@@ -15,6 +15,7 @@ using Kind = v1::Envelope;
 
 class SessionJoin : public ::testing::Test, public SessionWorld {
  protected:
+  using SessionWorld::SessionWorld;
   /// The scene as a correct client makes it from the messages so far, checking each root on the way.
   SceneVersion mirror(SceneVersion scene = {}) const {
     std::vector<ObjectRecord> snapshot;
@@ -167,6 +168,82 @@ TEST_F(SessionJoin, RefusesAFrameThatClaimsFourGigabytes) {
   link.settle();
   EXPECT_FALSE(client.refusal().reason().empty());
   EXPECT_TRUE(client.closed);
+}
+
+TEST_F(SessionJoin, RefusesMoreThanAHelloBeforeAnyoneIsKnown) {
+  client.sendBytes(std::string("\x01\x04\0\0", 4));  // 1,025 bytes
+  link.settle();
+  EXPECT_EQ(client.refusal().field(), "frame.length");
+  EXPECT_THAT(client.refusal().reason(), HasSubstr("1024"));
+  EXPECT_TRUE(client.closed);
+}
+
+TEST_F(SessionJoin, RefusesANameThatWouldForgeALogLine) {
+  v1::Envelope envelope;
+  envelope.mutable_hello()->set_session(1);
+  envelope.mutable_hello()->set_client_name("a\nerror: forged");
+  client.send(envelope);
+  link.settle();
+  EXPECT_EQ(client.refusal().field(), "hello.client_name");
+}
+
+/// Frames so small that the start scene's commit fits none.
+class SessionOfSmallFrames : public SessionJoin {
+ protected:
+  static constexpr FrameLimits kFrames{.frame_bytes = 4096, .chunk_bytes = 2048};
+  static constexpr std::size_t kObjects = 40;
+  SessionOfSmallFrames() : SessionJoin({.frames = kFrames}) {
+    Transaction scene;
+    for (std::size_t i = 0; i < kObjects; ++i) scene.operations.push_back(add(numbered("o", i)));
+    start = edit(scene);
+  }
+  void expectSmallFrames() const {
+    for (const v1::Envelope& envelope : client.got) EXPECT_LE(envelope.ByteSizeLong(), kFrames.frame_bytes);
+  }
+  Accepted start;
+};
+
+TEST_F(SessionOfSmallFrames, WhoLacksACommitThatFitsNoFrameGetsASnapshot) {
+  client.hello(5, 0, SceneVersion().root());
+  link.settle();
+  EXPECT_FALSE(client.all(Kind::kWelcome).at(0).welcome().resumed());
+  EXPECT_EQ(mirror().root(), history()->version.root());
+  expectSmallFrames();
+}
+
+TEST_F(SessionOfSmallFrames, ACommitThatFitsNoFrameEndsOneSessionWithItsReason) {
+  join();
+  Transaction all;
+  for (std::size_t i = 0; i < kObjects; ++i) all.operations.push_back(moveTo(numbered("o", i), {1, 0, 0}));
+  edit(all);
+  link.settle();
+  EXPECT_EQ(client.refusal().field(), "frame.length");
+  EXPECT_THAT(client.refusal().reason(), HasSubstr("snapshot"));
+  EXPECT_TRUE(client.closed);
+}
+
+TEST_F(SessionOfSmallFrames, AnAnswerThatFitsNoFrameNamesItsRevision) {
+  join();
+  session.editDecided(1, EditOutcome(start));
+  link.settle();
+  const v1::Accepted accepted = client.all(Kind::kEditReply).at(0).edit_reply().accepted();
+  EXPECT_EQ(accepted.revision(), 1U);
+  EXPECT_EQ(accepted.root(), start->commit.root.asBytes());
+  EXPECT_EQ(accepted.object_size(), 0);
+}
+
+TEST_F(SessionOfSmallFrames, AConflictShowsTheObjectsThatFit) {
+  join();
+  EditConflict conflict{{}, std::string(10'000, 'r')};
+  for (const auto& object : history()->version.objects()) conflict.current.push_back(object);
+  session.editDecided(1, EditOutcome(conflict));
+  session.editDecided(2, EditOutcome(Error{std::string(10'000, 'f'), std::string(10'000, 'r')}));
+  link.settle();
+  const v1::Conflict shown = client.all(Kind::kEditReply).at(0).edit_reply().conflict();
+  EXPECT_GT(shown.current_size(), 0);
+  EXPECT_LT(shown.current_size(), static_cast<int>(kObjects));
+  EXPECT_THAT(shown.reason(), HasSubstr("of 40 objects, " + std::to_string(shown.current_size()) + " are shown"));
+  expectSmallFrames();
 }
 
 TEST(SessionGarbage, RandomBytesAreRefusedOrIgnoredAndNeverHarm) {

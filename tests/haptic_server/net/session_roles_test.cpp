@@ -77,6 +77,35 @@ TEST_F(SessionRoles, ViewersUploadsAreAnsweredOnceAndHeldNowhere) {
   EXPECT_FALSE(client.closed);
 }
 
+TEST_F(SessionRoles, ViewersSayNothingLarge) {
+  role = Role::kView;
+  hello("");
+  client.sendBytes(std::string("\0\0\x02\0", 4));  // 128 KiB
+  link.settle();
+  EXPECT_EQ(client.refusal().field(), "frame.length");
+  EXPECT_THAT(client.refusal().reason(), ::testing::HasSubstr("editor.credentials"));
+}
+
+TEST_F(SessionRoles, ViewersSayLittle) {
+  role = Role::kView;
+  hello("");
+  for (int i = 0; i < 200 && !client.closed; ++i) {  // each of them is small
+    client.moveObject(1, std::string(2000, 'a'), 0.5);
+    link.settle();
+  }
+  EXPECT_EQ(client.refusal().field(), "role");
+  EXPECT_TRUE(client.closed);
+}
+
+TEST_F(SessionRoles, EditorsMaySayMuch) {
+  hello("");
+  for (int i = 0; i < 200; ++i) {
+    client.moveObject(1, std::string(2000, 'a'), 0.5);
+    link.settle();
+  }
+  EXPECT_FALSE(client.closed);
+}
+
 class SessionDumps : public SessionRoles {
  protected:
   void ask() {

@@ -126,7 +126,9 @@ class RawClient {
 /// A server with one session, in virtual time: edits are decided at once, assets when told.
 class SessionWorld : public SessionHost {
  public:
-  SessionWorld() { session.start(); }
+  explicit SessionWorld(const SessionLimits& limits = {}) : session(*serverEnd, *this, identity, limits) {
+    session.start();
+  }
 
   [[nodiscard]] std::uint64_t now_ns() const override { return time_ns; }
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return sequencer.history(); }
@@ -219,7 +221,7 @@ class SessionWorld : public SessionHost {
   std::unique_ptr<Transport> serverEnd = link.takeServer();
   std::unique_ptr<Transport> clientEnd = link.takeClient();
   ServerIdentity identity{"test", "simulated", 1000, 3.3};
-  ServerSession session{*serverEnd, *this, identity};
+  ServerSession session;
   RawClient client{*clientEnd};
 };
 

@@ -341,5 +341,38 @@ TEST(EditMemory, ForgetsTheSessionThatEditedLongestAgo) {
   EXPECT_EQ(memory.find(9999, 1).result.revision, 9001U);
 }
 
+TEST_F(SequencerTest, RefusesAnEditWhoseAnswerFitsNoFrame) {
+  Transaction start;
+  Transaction all;
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    start.operations.push_back(add(numbered("o", i)));
+    all.operations.push_back(moveTo(numbered("o", i), {1, 0, 0}));
+  }
+  Sequencer small(kEpoch, resolver, {.answer_bytes = 2000});
+  ASSERT_TRUE(std::holds_alternative<Accepted>(small.submit(kServerSession, 1, start))) << "nobody is sent its commit";
+
+  const EditOutcome refused = small.submit(kAlice, 1, all);
+  ASSERT_TRUE(std::holds_alternative<Error>(refused));
+  EXPECT_EQ(std::get<Error>(refused).field, "operations");
+  EXPECT_THAT(std::get<Error>(refused).reason, HasSubstr("change fewer"));
+  all.operations.resize(5);
+  EXPECT_TRUE(std::holds_alternative<Accepted>(small.submit(kAlice, 2, all)));
+}
+
+TEST_F(SequencerTest, RefusesAnObjectThatFitsNoFrameWhoeverMakesIt) {
+  Lattice lattice{.low_m = Vec3(-1), .size_m = Vec3(2), .points = {8, 8, 8}, .control_m = {}};
+  lattice.control_m.resize(512, Vec3f(0.5F));
+  DeformationEdit deformation;
+  deformation.lattice = lattice;
+  Sequencer small(kEpoch, resolver, {.answer_bytes = 5000});
+  const Transaction transaction{{}, {add("a"), SetDeformation{named("a"), deformation}}};
+  for (const SessionId session : {kServerSession, kAlice}) {
+    const EditOutcome refused = small.submit(session, 1, transaction);
+    ASSERT_TRUE(std::holds_alternative<Error>(refused));
+    EXPECT_EQ(std::get<Error>(refused).field, "operations");
+    EXPECT_THAT(std::get<Error>(refused).reason, HasSubstr("object \"a\""));
+  }
+}
+
 }  // namespace
 }  // namespace haptics
