@@ -4,14 +4,11 @@
 #include <span>
 #include <utility>
 
-#include "common/wire/framing.h"
-
 namespace haptics {
 namespace {
 
 /// What stands around a chunk's data in its frame.
 constexpr std::size_t kChunkOverhead_bytes = 128;
-constexpr std::size_t kDataBytes = kMaxChunkBytes - kChunkOverhead_bytes;
 constexpr std::uint64_t kNanosecondsPerMillisecond = 1'000'000;
 
 }  // namespace
@@ -32,7 +29,7 @@ std::optional<v1::AssetUpload> AssetUploader::next() {
   if (uploads_.empty() || waitingUntil_ns_) return std::nullopt;
   Upload& upload = uploads_.front();
   if (upload.sent_bytes == upload.bytes.size()) return std::nullopt;
-  const std::size_t size = std::min(kDataBytes, upload.bytes.size() - upload.sent_bytes);
+  const std::size_t size = std::min(chunk_bytes_ - kChunkOverhead_bytes, upload.bytes.size() - upload.sent_bytes);
   v1::AssetUpload message;
   v1::AssetChunk& chunk = *message.mutable_chunk();
   chunk.set_hash(upload.name.hash.asBytes());

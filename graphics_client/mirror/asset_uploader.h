@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/scene/asset_source.h"
+#include "common/wire/framing.h"
 #include "graphics_client/mirror/client_callbacks.h"
 
 namespace haptics {
@@ -15,6 +16,8 @@ class AssetUploader {
  public:
   /// Put off by the server for this long, an upload is given up and its refusal reported.
   static constexpr std::uint64_t kPatience_ns = 60'000'000'000;
+
+  explicit AssetUploader(std::size_t chunk_bytes = kMaxChunkBytes) noexcept : chunk_bytes_(chunk_bytes) {}
 
   /// Canonical bytes (encodeMesh, encodeField, encodeVertexValues). Their hash names the asset from now on. No bytes:
   /// answered from within.
@@ -37,6 +40,7 @@ class AssetUploader {
     std::uint64_t sent_bytes = 0;
     std::uint64_t firstPutOff_ns = 0;  // 0: never
   };
+  std::size_t chunk_bytes_;  // with what stands around the data
   std::deque<Upload> uploads_;
   std::optional<std::uint64_t> waitingUntil_ns_;
 };

@@ -8,13 +8,17 @@
 // Connections, timers and what is sent. What is received: client_session_receive.cpp.
 namespace haptics {
 
-ClientSession::ClientSession(Options options) : options_(std::move(options)), random_(options_.session) {}
+ClientSession::ClientSession(Options options)
+    : options_(std::move(options)),
+      random_(options_.session),
+      edits_(options_.frames.frame_bytes),
+      uploads_(options_.frames.chunk_bytes) {}
 
 void ClientSession::connected(Transport& transport, std::uint64_t now_ns) {
   transport_ = &transport;
   phase_ = Phase::kHello;
   over_.clear();
-  decoder_ = {};
+  decoder_ = FrameDecoder(options_.frames.frame_bytes);
   nextMessageId_ = 1;
   lastByte_ns_ = now_ns;
   snapshot_.reset();
@@ -248,7 +252,8 @@ void ClientSession::send(v1::Envelope& envelope) {
   envelope.set_protocol_version(kProtocolVersion);
   envelope.set_message_id(nextMessageId_++);
   std::string frame;
-  if (const auto framed = appendFrame(frame, envelope); !framed) return over(framed.error().text());
+  if (const auto framed = appendFrame(frame, envelope, options_.frames.frame_bytes); !framed)
+    return over(framed.error().text());
   transport_->send(std::move(frame));
 }
 

@@ -50,7 +50,8 @@ class ClientSession {
     std::string token;
     double telemetryRate_Hz = 60;  ///< 0: none.
     bool fetchAssets = true;
-    bool datagrams = false;  ///< Telemetry by UDP where the server offers it and the network lets it through.
+    bool datagrams = false;   ///< Telemetry by UDP where the server offers it and the network lets it through.
+    FrameLimits frames = {};  ///< Others than the protocol's are for tests.
   };
 
   explicit ClientSession(Options options);

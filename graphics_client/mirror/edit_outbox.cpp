@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/wire/framing.h"
-
 namespace haptics {
 namespace {
 
@@ -25,8 +23,10 @@ void reject(const EditCallbacks& callbacks, const char* field, const std::string
 }  // namespace
 
 void EditOutbox::submit(v1::Transaction transaction, EditCallbacks callbacks, std::uint64_t epoch) {
-  if (transaction.ByteSizeLong() > kMaxFrameBytes - kEnvelopeBytes) {
-    return reject(callbacks, "transaction", "is larger than a frame, 1 MiB; split it");
+  if (const std::size_t bytes = transaction.ByteSizeLong(); bytes > frame_bytes_ - kEnvelopeBytes) {
+    return reject(callbacks, "transaction",
+                  "has " + std::to_string(bytes) + " bytes; a frame holds " +
+                      std::to_string(frame_bytes_ - kEnvelopeBytes) + ": split it");
   }
   if (edits_.size() >= kMaxPendingEdits) {
     return reject(callbacks, "", std::to_string(kMaxPendingEdits) + " edits wait for the server; try again later");

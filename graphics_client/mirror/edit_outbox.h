@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 
+#include "common/wire/framing.h"
 #include "graphics_client/mirror/client_callbacks.h"
 
 namespace haptics {
@@ -18,6 +19,8 @@ class EditOutbox {
   static constexpr std::size_t kMaxPendingEdits = 1000;
   /// Refused as too early for this long, an edit is given up and its refusal reported.
   static constexpr std::uint64_t kPatience_ns = 60'000'000'000;
+
+  explicit EditOutbox(std::size_t frame_bytes = kMaxFrameBytes) noexcept : frame_bytes_(frame_bytes) {}
 
   /// Made from a scene of this epoch (0: none). An edit that is too large, or one too many, is answered from within
   /// with Rejected, under number 0.
@@ -44,6 +47,7 @@ class EditOutbox {
     std::uint64_t acceptedRevision = 0;  // not 0: replied, not yet live
     std::uint64_t firstPutOff_ns = 0;    // 0: never
   };
+  std::size_t frame_bytes_;
   std::deque<Edit> edits_;  // in order of number
   std::uint64_t lastSeq_ = 0;
   std::optional<std::uint64_t> waitingUntil_ns_;  // sends nothing: the server found that edits came too early

@@ -5,10 +5,10 @@
 
 namespace haptics {
 
-void SceneHistory::append(std::shared_ptr<const AcceptedEdit> edit, SceneVersion made) {
+void SceneHistory::append(std::shared_ptr<const AcceptedEdit> edit, SceneVersion made, std::size_t remembered) {
   version = std::move(made);
   edits.push_back(std::move(edit));
-  if (edits.size() > kRememberedEdits) edits.pop_front();
+  while (edits.size() > remembered) edits.pop_front();
 }
 
 std::shared_ptr<const AcceptedEdit> SceneHistory::find(std::uint64_t revision) const {

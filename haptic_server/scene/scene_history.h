@@ -34,8 +34,8 @@ struct SceneHistory {
   SceneVersion version;
   std::deque<std::shared_ptr<const AcceptedEdit>> edits;  ///< The last of them, oldest first, up to `version`.
 
-  /// Takes over an edit and the version it made; lets the oldest remembered edit go.
-  void append(std::shared_ptr<const AcceptedEdit> edit, SceneVersion made);
+  /// Takes over an edit and the version it made; lets edits go that are older than the last `remembered`.
+  void append(std::shared_ptr<const AcceptedEdit> edit, SceneVersion made, std::size_t remembered = kRememberedEdits);
   /// The edit that made this revision; null when it is not remembered.
   [[nodiscard]] std::shared_ptr<const AcceptedEdit> find(std::uint64_t revision) const;
   /// Nothing when the revision is older than what is remembered, or not made yet.

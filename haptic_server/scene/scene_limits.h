@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "haptic_server/scene/scene_history.h"
 
 namespace haptics {
 
@@ -17,6 +18,8 @@ struct SceneLimits {
   /// On the wire, of the objects that one edit changes and removes and of its reports: its commit and the answer to it
   /// then fit one frame each.
   std::size_t answer_bytes = 1'000'000;
+  /// For clients that reconnect; one that is farther behind gets a snapshot.
+  std::size_t remembered_edits = kRememberedEdits;
 };
 
 /// What of an object grows, about as it is on the wire: Fourier terms, creases, the control points of a lattice.

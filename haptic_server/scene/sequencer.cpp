@@ -175,7 +175,7 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
   edit->commit.root = next->root();
   if (auto fits = checkAnswer(*edit); !fits) return std::move(fits).error();
 
-  batch.take(edit, *std::move(next), draft);
+  batch.take(edit, *std::move(next), draft, limits_.remembered_edits);
   return edit;
 }
 
@@ -196,8 +196,8 @@ Result<void> Sequencer::checkAnswer(const AcceptedEdit& edit) const {
 }
 
 /// Whole or not at all: without the memory for it the process ends.
-void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made,
-                            const SceneDraft& draft) noexcept {
+void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const SceneDraft& draft,
+                            std::size_t remembered) noexcept {
   for (const ObjectId id : edit->commit.removed) assets.erase(id);
   for (const ObjectId id : draft.posed()) posedAt.emplace_back(id, edit->commit.revision);
   for (const auto& [id, held] : draft.assets()) {
@@ -207,7 +207,7 @@ void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, Sce
   }
   nextId = edit->nextId;
   edits.push_back(edit);
-  history.append(edit, std::move(made));
+  history.append(edit, std::move(made), remembered);
 }
 
 /// The journal has the edits already: without the memory to follow it the process ends, and goes on from there.

@@ -73,7 +73,8 @@ class Sequencer {
     EditJournal::Assets newAssets;
     std::vector<std::pair<ObjectId, std::uint64_t>> posedAt;
 
-    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const SceneDraft& draft) noexcept;
+    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const SceneDraft& draft,
+              std::size_t remembered) noexcept;
   };
   AssetResolver& resolver_;
   const SceneLimits limits_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -51,7 +52,8 @@ void Editor::edit() {
   if (dice < 0.80) return paint(true);
   if (dice < 0.87) return addBox();
   if (dice < 0.91) return addUpload();
-  if (dice < 0.97) return removeOwn();
+  if (dice < 0.94) return removeOwn();
+  if (dice < 0.98) return moveMany(stage_.random.chance(0.3));
   client_.requestStatus();
 }
 
@@ -283,6 +285,25 @@ void Editor::removeOwn() {
   transaction.add_operations()->mutable_remove()->mutable_object()->set_name(own_.front());
   own_.pop_front();
   client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, {}});
+}
+
+/// Of the start scene's; if doomed, each at a revision that it never had.
+void Editor::moveMany(bool doomed) {
+  const std::size_t all = stage_.limits.startObjects;
+  if (all == 0) return client_.requestStatus();
+  v1::Transaction transaction;
+  const std::size_t count = 1 + stage_.random.below(2 * all);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string name = SimServer::startObject(stage_.random.below(all));
+    v1::SetPose& set = *transaction.add_operations()->mutable_set_pose();
+    set.mutable_object()->set_name(name);
+    set.mutable_pose()->mutable_position()->set_y(stage_.random.uniform(-1, 1));
+    if (!doomed) continue;
+    v1::Precondition& never = *transaction.add_preconditions();
+    never.mutable_object()->set_name(name);
+    never.set_expected_revision(std::numeric_limits<std::uint32_t>::max());
+  }
+  client_.submit(std::move(transaction), {doomed ? Intent::Kind::kDoomed : Intent::Kind::kBlind, {}, {}});
 }
 
 void Editor::flood() {

@@ -49,6 +49,7 @@ class Editor {
   void uploadResidue();
   void uploadTexture();
   void removeOwn();
+  void moveMany(bool doomed);
   void flood();
   [[nodiscard]] std::string freshName();
 };

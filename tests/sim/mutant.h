@@ -20,6 +20,7 @@ enum class Mutant {
   kReplyBeforeDurable,
   kSwappedReplies,
   kLiveBeforeAdoption,
+  kAnswersOfAnySize,
   kAdoptionUntold,
   kBusyIsFinal,
   kLiveLostWithConnection,

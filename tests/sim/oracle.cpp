@@ -1,10 +1,9 @@
 #include "tests/sim/oracle.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
-
-#include "haptic_server/net/server_session.h"
 
 namespace haptics::sim {
 namespace {
@@ -129,7 +128,7 @@ void Oracle::judgeEffect(const Edit& edit, const std::string& name, const SceneV
 void Oracle::adopted(std::uint64_t revision, std::uint64_t tick) { adoptions_.back()[tick] = revision; }
 
 void Oracle::serverHolds(std::size_t backlog_bytes) {
-  if (backlog_bytes > SessionLimits{}.backlog_bytes + kMaxFrameBytes) {
+  if (backlog_bytes > limits_.backlog_bytes + limits_.frames.frame_bytes) {
     fail("the server holds " + std::to_string(backlog_bytes) + " bytes for one client");
   }
 }
@@ -203,6 +202,13 @@ void Oracle::stateLost(SessionId session, std::uint64_t clientSeq) {
 void Oracle::clientDied(SessionId session) {
   dead_.insert(session);
   clients_.erase(session);
+}
+
+void Oracle::connectionOver(SessionId session, const std::string& why) {
+  constexpr std::array kExpected{"the server has been silent", "none came within 3 s", "not a byte came for 3 s",
+                                 "reads too slowly", "out of step with the server"};  // the last: viewed() judges it
+  const auto expected = [&](const char* part) { return why.find(part) != std::string::npos; };
+  if (std::ranges::none_of(kExpected, expected)) fail(nameOf(session) + " ended its connection: " + why);
 }
 
 void Oracle::viewed(SessionId session, const Mirror& mirror) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "graphics_client/mirror/mirror.h"
+#include "haptic_server/net/server_session.h"
 #include "haptic_server/scene/scene_history.h"
 #include "haptics/v1/envelope.pb.h"
 #include "tests/sim/event_log.h"
@@ -32,6 +33,8 @@
 // 10. Within 5 s of quiet all roots are equal, recomputed from every byte on both sides, and so is every field.
 // 11. No session is stuck: soon after the last fault every edit, upload and status request is answered.
 // 12. What the server holds for a client that does not read stays within its bound.
+// 13. Every message of the server fits a frame, decodes and applies at the client: no connection ends but for silence or
+//     a client that reads too slowly.
 namespace haptics::sim {
 
 /// What a client means by an edit, so that its effect can be judged.
@@ -45,7 +48,8 @@ struct Intent {
 /// Looks at everything that happens at the server and at the clients, and writes down what must not be.
 class Oracle {
  public:
-  explicit Oracle(EventLog& log) : log_(log) {}
+  /// The log outlives it.
+  Oracle(EventLog& log, const SessionLimits& limits) : log_(log), limits_(limits) {}
 
   // ---- The server ----
   void serverStarted(const SceneHistory& history, bool keptState);
@@ -59,6 +63,8 @@ class Oracle {
   void live(SessionId session, const v1::EditLive& live);
   void stateLost(SessionId session, std::uint64_t clientSeq);
   void clientDied(SessionId session);
+  /// It has no more use for its connection, for this reason.
+  void connectionOver(SessionId session, const std::string& why);
   /// After everything that may have changed what a client shows.
   void viewed(SessionId session, const Mirror& mirror);
   /// A byte of the client's memory has flipped in an object that it shows.
@@ -106,6 +112,7 @@ class Oracle {
   };
 
   EventLog& log_;
+  const SessionLimits limits_;
   SceneVersion truth_;                                     // of the present epoch: all commits applied
   std::uint64_t epoch_ = 0;                                // of the server that runs, or ran last
   std::map<std::uint64_t, std::vector<Revision>> epochs_;  // revision 0 first

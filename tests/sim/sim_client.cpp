@@ -21,8 +21,11 @@ SimClient::SimClient(Stage& stage, const Weather& weather, Dial dial, bool badMe
       badMemory_(badMemory),
       id_(stage.random.bits() / 1000 * 1000 + ++stage.sessions),
       clockStart_ns_(stage.random.milliseconds(1e3, 1e9)),
-      session_(std::make_unique<ClientSession>(ClientSession::Options{
-          .session = id_, .clientName = "client", .token = "", .telemetryRate_Hz = kTelemetryRate_Hz})) {
+      session_(std::make_unique<ClientSession>(ClientSession::Options{.session = id_,
+                                                                      .clientName = "client",
+                                                                      .token = "",
+                                                                      .telemetryRate_Hz = kTelemetryRate_Hz,
+                                                                      .frames = stage.limits.session.frames})) {
   connect();
   poll();
 }
@@ -111,7 +114,10 @@ void SimClient::poll() {
 
 void SimClient::settle() {
   stage_.oracle.viewed(id_, session_->mirror());
-  if (session_->connectionOver()) lost(std::string(session_->overReason()));
+  if (!session_->connectionOver()) return;
+  const std::string why = session_->overReason();
+  stage_.oracle.connectionOver(id_, why);
+  lost(why);
 }
 
 void SimClient::lost(const std::string& why) {

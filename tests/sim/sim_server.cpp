@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -28,6 +29,33 @@ Transaction startScene() {
     scene.operations.push_back(AddObject{name, {BoxSource{Vec3(0.1), 1}}, {}, {}});
   }
   return scene;
+}
+
+/// Objects beside the counters, as detailed as the limits allow.
+Transaction moreObjects(const Limits& limits, Random& random) {
+  Transaction scene;
+  const std::size_t details_bytes = limits.scene.details_bytes / (limits.startObjects + 1);
+  for (std::size_t i = 0; i < limits.startObjects; ++i) {
+    AddObject add{SimServer::startObject(i), {BoxSource{Vec3(0.1), 1}}, {}, {}};
+    const auto side = static_cast<std::uint32_t>(2 + random.below(7));
+    const std::size_t points = std::size_t{side} * side * side;
+    constexpr std::size_t kPoint_bytes = 12, kRest_bytes = 600;
+    if (random.chance(0.5) && kPoint_bytes * points < details_bytes &&
+        kPoint_bytes * points + kRest_bytes < limits.scene.answer_bytes) {
+      Lattice lattice{.low_m = Vec3(-0.2), .size_m = Vec3(0.4), .points = {side, side, side}, .control_m = {}};
+      lattice.control_m.resize(points);
+      for (Vec3f& point : lattice.control_m) point = Vec3f(static_cast<float>(random.uniform(-0.1, 0.1)));
+      add.deformation.lattice = std::move(lattice);
+    }
+    scene.operations.push_back(std::move(add));
+  }
+  return scene;
+}
+
+SceneLimits limitsOf(const Stage& stage) {
+  SceneLimits limits = stage.limits.scene;
+  if (stage.mutant == Mutant::kAnswersOfAnySize) limits.answer_bytes = std::numeric_limits<std::size_t>::max();
+  return limits;
 }
 
 }  // namespace
@@ -59,7 +87,7 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
 
   // The builder and the servo.
   AssetLibrary library{{}, store};
-  Sequencer sequencer{1, library};
+  Sequencer sequencer{1, library, limitsOf(stage)};
   std::deque<Job> jobs;
   bool building = false;
   bool adopting = false;
@@ -76,6 +104,7 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
     stage.time.after(delay_ns, weak_from_this(), std::move(task));
   }
   void begin();
+  void makeStartScene();
   void onTimer();
   bool enqueue(Job job);
   void buildNext();
@@ -97,7 +126,7 @@ struct SimServer::Connection final : SessionHost {
       : process(process_),
         number(number_),
         transport(std::move(transport_)),
-        session(*transport, *this, process.identity) {}
+        session(*transport, *this, process.identity, process.stage.limits.session) {}
 
   [[nodiscard]] std::uint64_t now_ns() const override { return process.stage.time.now_ns() + kSecond_ns; }
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return process.published; }
@@ -115,6 +144,7 @@ struct SimServer::Connection final : SessionHost {
     return process.enqueue(std::function<void()>(job));
   }
   [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
+    if (bytes > process.stage.limits.uploadBudget_bytes - process.uploadBytes) return false;
     process.uploadBytes += bytes;
     return true;
   }
@@ -152,7 +182,7 @@ void SimServer::Process::begin() {
   auto assets = disk.assetsOf(state.history->version);
   sequencer.resume(std::move(state), std::move(assets), disk);
   stage.oracle.serverStarted(*sequencer.history(), keptState);
-  if (!keptState) (void)apply({{0, {kServerSession, 1, startScene()}}});
+  if (!keptState) makeStartScene();
   if (stage.mutant == Mutant::kReplyBeforeDurable) {
     disk.delayWrites([this](const Disk::Write& write) {
       lastWrite_ns = std::max(lastWrite_ns, stage.time.now_ns() + stage.random.milliseconds(0, kWrite_ms));
@@ -163,6 +193,13 @@ void SimServer::Process::begin() {
   adoptLater();
   dentLater();
   onTimer();
+}
+
+void SimServer::Process::makeStartScene() {
+  (void)apply({{0, {kServerSession, 1, startScene()}}});
+  if (stage.limits.startObjects == 0) return;
+  const auto made = apply({{0, {kServerSession, 2, moreObjects(stage.limits, stage.random)}}});
+  if (const auto* error = std::get_if<Error>(&made.front())) stage.oracle.fail("no start scene: " + error->text());
 }
 
 /// A hand leaves dents in what is plastic, which the builder takes in by edits of the server's own.
@@ -357,6 +394,8 @@ void SimServer::accept(std::unique_ptr<Transport> transport) {
 }
 
 std::shared_ptr<const SceneHistory> SimServer::history() const { return process_->sequencer.history(); }
+
+std::string SimServer::startObject(std::size_t i) { return "s" + std::to_string(i); }
 
 const std::vector<std::string>& SimServer::counters() {
   static const std::vector<std::string> names{"c0", "c1", "c2", "c3"};

@@ -40,6 +40,8 @@ class SimServer {
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;
   /// Names of the start scene's objects; they are never removed.
   [[nodiscard]] static const std::vector<std::string>& counters();
+  /// The name of each of the start scene's others, from 0.
+  [[nodiscard]] static std::string startObject(std::size_t i);
 
  private:
   struct Process;

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
+#include "haptic_server/net/server_session.h"
+#include "haptic_server/scene/scene_limits.h"
 #include "tests/sim/event_log.h"
 #include "tests/sim/mutant.h"
 #include "tests/sim/oracle.h"
@@ -10,13 +13,25 @@
 
 namespace haptics::sim {
 
+/// How much of what one world has room for.
+struct Limits {
+  SessionLimits session;
+  SceneLimits scene;
+  std::size_t uploadBudget_bytes = 512U << 20;
+  std::size_t startObjects = 0;  ///< Beside the counters.
+
+  /// Those of the protocol, or any that leave room for an object.
+  [[nodiscard]] static Limits draw(Random& random);
+};
+
 /// What all players of one world share.
 struct Stage {
   Stage(std::uint64_t seed, Mutant mutant_, EventLog::Mode mode)
-      : random(seed), log(mode, time), oracle(log), mutant(mutant_) {}
+      : random(seed), limits(Limits::draw(random)), log(mode, time), oracle(log, limits.session), mutant(mutant_) {}
 
   VirtualTime time;
   Random random;
+  const Limits limits;
   EventLog log;
   Oracle oracle;
   Mutant mutant;

@@ -33,6 +33,12 @@ World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
   if (troubles_.busyBuilder) pace_ = {.build_ms = 60, .adopt_ms = 10, .builderQueue = 3};
   if (troubles_.slowServo) pace_.adopt_ms = 1500;
   pace_.handDents = true;
+  stage_.log.add([&limits = stage_.limits] {
+    return std::to_string(limits.startObjects) + " objects, frames of " +
+           std::to_string(limits.session.frames.frame_bytes) + " bytes, chunks of " +
+           std::to_string(limits.session.frames.chunk_bytes) + ", details of " +
+           std::to_string(limits.scene.details_bytes);
+  });
   server_.start(false);
   const std::size_t clients = 2 + stage_.random.below(kMostClients - 1);
   for (std::size_t i = 0; i < clients; ++i) {
