@@ -34,7 +34,7 @@ class OnASecuredServer(Attacks):
         self.assertIn("is missing", refusal.reason)
 
     def test_a_wrong_token(self):
-        for token in (os.urandom(32), b"x", self.token("editor")[:-1], self.token("editor") + b"\0", b"y" * 100_000):
+        for token in (os.urandom(32), b"x", self.token("editor")[:-1], self.token("editor") + b"\0", b"y" * 500):
             client = self.raw(self.tls())
             client.send_envelope(harness.hello_envelope("somebody", token=token))
             refusal = self.refusal(client)
@@ -149,13 +149,65 @@ class OnAnOpenServer(Attacks):
                 self.assertNotIn("root:", reply.rejected.reason)
 
     def test_oversized_frames(self):
-        for size in ((1 << 20) + 1, 0x7FFFFFFF, 0xFFFFFFFF, 0):
+        for size, join in ((1025, self.raw), ((1 << 20) + 1, self.connect), (0x7FFFFFFF, self.connect),
+                           (0xFFFFFFFF, self.raw), (0, self.raw)):
             with self.subTest(size):
                 memory_kB = self.memory_kB()
-                client = self.raw()
+                client = join()
                 client.send(struct.pack("<I", size) + b"x" * 100)
                 self.assertEqual(self.refusal(client).field, "frame.length")
                 self.assertLess(self.memory_kB() - memory_kB, 8 << 10, "nothing is allocated for a claim")
+
+    def test_an_edit_whose_commit_fits_no_frame(self):
+        """Moving 200 objects with lattices takes 9 kB to ask for and 1.3 MB to tell."""
+        count, side, at_once = 200, 8, 40
+        editor, watcher = self.connect(), self.connect()
+
+        def request(envelope, seq, fill):
+            envelope.edit_request.client_seq = seq
+            fill(envelope.edit_request.transaction)
+
+        def ask(seq, fill):
+            editor.say(lambda envelope: request(envelope, seq, fill))
+            return editor.answer("edit_reply").edit_reply
+
+        def add(transaction, first):
+            for number in range(first, first + at_once):
+                made = transaction.operations.add().add
+                made.name = f"o{number}"
+                made.mesh.box.size_m.x = made.mesh.box.size_m.y = made.mesh.box.size_m.z = 0.02
+                made.pose.position.x = 0.03 * number
+                lattice = made.deformation.lattice
+                lattice.points_x = lattice.points_y = lattice.points_z = side
+                places = [0.02 * (i / (side - 1) - 0.5) for i in range(side)]
+                for z in places:
+                    for y in places:
+                        for x in places:
+                            lattice.control_m.extend((x, y, z))
+
+        for seq, first in enumerate(range(0, count, at_once), start=1):
+            self.assertTrue(ask(seq, lambda t, first=first: add(t, first)).HasField("accepted"))
+        self.edits = count
+        revision = self.server.status()["revision"]
+
+        def move_all(transaction):
+            for number in range(count):
+                move(f"o{number}", 0.04 * number)(transaction.operations.add())
+        reply = ask(100, move_all)
+        self.assertEqual(reply.rejected.field, "operations")
+        self.assertIn("change fewer", reply.rejected.reason)
+
+        def conflict_with_all(transaction):
+            for number in range(count):
+                never = transaction.preconditions.add(expected_revision=999999)
+                never.object.name = f"o{number}"
+            move("box")(transaction.operations.add())
+        reply = ask(101, conflict_with_all)
+        self.assertGreater(len(reply.conflict.current), 100)
+        self.assertLess(len(reply.conflict.current), count)
+        self.assertEqual(self.server.status()["revision"], revision)
+        watcher.say(lambda envelope: envelope.status_request.SetInParent())
+        self.assertEqual(watcher.answer("status").status.revision, revision)
 
     def test_nested_frames(self):
         groups = b"\xf3\x07" * 100_000  # field 126 begins a group, 100,000 deep
@@ -163,7 +215,7 @@ class OnAnOpenServer(Attacks):
         for _ in range(2000):
             fields = b"\x52" + self.varint(len(fields)) + fields  # Hello in Hello in Hello ...
         for content in (groups, fields, b"\x0a" * (1 << 20)):
-            client = self.raw()
+            client = self.connect()
             client.send(struct.pack("<I", len(content)) + content)
             self.assertIn(self.refusal(client).field, ("frame", "body", "protocol_version"))
 
