@@ -4,6 +4,8 @@
 #include <atomic>
 #include <thread>
 
+#include "common/interruption/interruption.h"
+
 namespace haptics {
 namespace {
 
@@ -152,6 +154,7 @@ class Builder {
   /// Splits the range into at most eight: the largest first while the heuristic leads, else the fullest, which bounds
   /// the depth.
   std::vector<Task> fillNode(Nodes& nodes, std::uint32_t index, const Range& range, int depth) {
+    interruptionPoint();
     const bool halve = depth >= BoundingHierarchy::kHeuristicDepth;
     std::array<Range, BoundingHierarchy::kWidth> part;
     part[0] = range;
