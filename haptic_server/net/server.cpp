@@ -5,6 +5,7 @@
 #include <chrono>
 #include <map>
 #include <optional>
+#include <stop_token>
 #include <thread>
 #include <utility>
 
@@ -120,6 +121,10 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
           transport(std::move(transport_)),
           session(*transport, *this, server_.options_.identity) {}
 
+    ~Connection() override { left.request_stop(); }
+    Connection(const Connection&) = delete;
+    Connection& operator=(const Connection&) = delete;
+
     /// For other threads: hands a task to this session, on the network thread, if it still exists by then.
     [[nodiscard]] auto here() const {
       return [weak = server.weak_from_this(), n = number](std::function<void(ServerSession&)> task) {
@@ -140,9 +145,11 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] EnergySource gaveMost() const override { return server.servo_.gaveMost(); }
     [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
       return server.room_.submitEdit(
-          id, clientSeq, std::move(transaction), [here = here(), clientSeq](const EditOutcome& outcome) {
+          id, clientSeq, std::move(transaction),
+          [here = here(), clientSeq](const EditOutcome& outcome) {
             here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
-          });
+          },
+          left.get_token());
     }
     [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
       const std::size_t size = bytes.size();
@@ -200,6 +207,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     std::unique_ptr<Transport> transport;
     ServerSession session;
     bool wasRefused = false;
+    std::stop_source left;  // stops the edits that only this client waits for
   };
 
   /// Runs the task on the network thread, later, if the server still exists. Any thread.
