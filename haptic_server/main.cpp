@@ -4,10 +4,14 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
+#include <stop_token>
 #include <string_view>
+#include <thread>
 
 #include "common/clock/monotonic.h"
+#include "common/interruption/interruption.h"
 #include "haptic_server/doctor/doctor.h"
 #include "haptic_server/options.h"
 #include "haptic_server/server_app.h"
@@ -22,7 +26,7 @@ constexpr int kExitFailed = 1;
   return kExitFailed;
 }
 
-/// SIGINT, SIGTERM and SIGHUP, taken by the main thread alone. Blocked before any thread starts.
+/// SIGINT, SIGTERM and SIGHUP, taken where they are waited for. Blocked before any thread starts.
 class StopSignals {
  public:
   StopSignals() {
@@ -32,14 +36,14 @@ class StopSignals {
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write
   }
-  /// Waits for one of them, or until `deadline_ns` on the monotonic clock (0: for ever).
-  void wait(std::uint64_t deadline_ns) const {
+  /// Waits for one of them, or until `deadline_ns` on the monotonic clock (0: for ever). @return Whether one came.
+  bool wait(std::uint64_t deadline_ns) const {
     for (;;) {
       const std::uint64_t now_ns = monotonicNow_ns();
-      if (deadline_ns != 0 && now_ns >= deadline_ns) return;
+      if (deadline_ns != 0 && now_ns >= deadline_ns) return false;
       const std::uint64_t left_ns = deadline_ns == 0 ? 3600'000'000'000 : deadline_ns - now_ns;
       const timespec left{static_cast<time_t>(left_ns / 1'000'000'000), static_cast<long>(left_ns % 1'000'000'000)};
-      if (sigtimedwait(&set_, nullptr, &left) > 0) return;
+      if (sigtimedwait(&set_, nullptr, &left) > 0) return true;
     }
   }
 
@@ -47,15 +51,33 @@ class StopSignals {
   sigset_t set_;
 };
 
+/// Ends early by the signals, for files may take long to import. `early` says whether one came.
+Result<std::unique_ptr<ServerApp>> startServer(const ServerOptions& options, const StopSignals& signals,
+                                               std::stop_source& early) {
+  constexpr std::uint64_t kLookEvery_ns = 10'000'000;
+  const std::jthread watch([&](const std::stop_token& started) {
+    while (!started.stop_requested() && !early.stop_requested()) {
+      if (signals.wait(monotonicNow_ns() + kLookEvery_ns)) early.request_stop();
+    }
+  });
+  const Interruptible work(early.get_token());
+  return ServerApp::start(options, [] { kill(getpid(), SIGTERM); });
+}
+
 int run(const ServerOptions& options) {
   const StopSignals stopSignals;
-  const auto app = ServerApp::start(options, [] { kill(getpid(), SIGTERM); });
-  if (!app) return fail(app.error());
+  std::stop_source early;
+  const auto app = startServer(options, stopSignals, early);
+  if (!app) return early.stop_requested() ? 0 : fail(app.error());
   std::cout << "listening on " << (*app)->address() << std::endl;
-  stopSignals.wait(options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0);
+  if (!early.stop_requested()) {
+    stopSignals.wait(options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0);
+  }
   spdlog::info("stopping");
   const auto stopped = (*app)->stop();
-  return stopped ? 0 : fail(stopped.error());
+  const int code = stopped ? 0 : fail(stopped.error());
+  if ((*app)->isStillBuilding()) std::_Exit(code);
+  return code;
 }
 
 }  // namespace

@@ -154,12 +154,12 @@ class Builder {
   /// Splits the range into at most eight: the largest first while the heuristic leads, else the fullest, which bounds
   /// the depth.
   std::vector<Task> fillNode(Nodes& nodes, std::uint32_t index, const Range& range, int depth) {
-    interruptionPoint();
     const bool halve = depth >= BoundingHierarchy::kHeuristicDepth;
     std::array<Range, BoundingHierarchy::kWidth> part;
     part[0] = range;
     std::size_t count = 1;
     while (count < part.size()) {
+      interruptionPoint();
       std::size_t widest = part.size();
       float most = -1;
       for (std::size_t i = 0; i < count; ++i) {

@@ -57,6 +57,7 @@ std::vector<std::uint32_t> findNeighbours(std::size_t vertexCount, Triangles tri
   interruptionPoint();
   std::vector<std::uint32_t> neighbours(edges, kNoTriangle);
   for (std::size_t v = 0; v < vertexCount; ++v) {
+    interruptionPoint();
     pairUp(std::span(filed).subspan(offset[v], offset[v + 1] - offset[v]), neighbours);
   }
   return neighbours;
@@ -75,6 +76,7 @@ std::vector<std::uint8_t> findOpenVertices(std::size_t vertexCount, Triangles tr
   interruptionPoint();
   std::vector<std::uint8_t> open(vertexCount, 0);
   for (std::uint32_t v = 0; v < vertexCount; ++v) {
+    interruptionPoint();
     std::uint32_t turned = 0;
     std::uint32_t t = any[v];
     while (t != kNoTriangle) {

@@ -84,9 +84,9 @@ void Surface::fillRecords(std::span<const Vec3f> vertices, std::span<const std::
   const std::vector<std::uint32_t> neighbours = findNeighbours(vertices.size(), ordered);
   interruptionPoint();
   const std::vector<std::uint8_t> open = findOpenVertices(vertices.size(), ordered, neighbours);
-  interruptionPoint();
   records_.resize(ordered.size());
   for (std::size_t t = 0; t < ordered.size(); ++t) {
+    interruptionPoint();
     TriangleRecord& r = records_[t];
     r.vertex = ordered[t];
     r.flags = order[t] << TriangleRecord::kFlagBits;
@@ -110,6 +110,7 @@ void Surface::sumVertexNormals(std::span<const std::uint8_t> changed, std::size_
   interruptionPoint();
   std::vector<Vec3> sum(vertexCount, Vec3(0));
   for (std::uint32_t t = 0; t < records_.size(); ++t) {
+    interruptionPoint();
     const auto& vertex = records_[t].vertex;
     if ((anew[vertex[0]] | anew[vertex[1]] | anew[vertex[2]]) == 0) continue;
     const Vec3 normal = faceNormal(t);

@@ -87,14 +87,24 @@ void SceneRoom::start() {
   builder_ = std::thread([this] { run(); });
 }
 
-void SceneRoom::stop() {
+void SceneRoom::askToStop() {
   {
     const std::lock_guard lock(queueMutex_);
     stopping_ = true;
   }
   stop_.request_stop();
   queueChanged_.notify_all();
+}
+
+void SceneRoom::stop() {
+  askToStop();
   if (builder_.joinable()) builder_.join();
+}
+
+bool SceneRoom::stopWithin(std::chrono::milliseconds patience) {
+  askToStop();
+  std::unique_lock lock(queueMutex_);
+  return !builder_.joinable() || queueChanged_.wait_for(lock, patience, [this] { return ended_; });
 }
 
 bool SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, const EditReply& reply,
@@ -160,6 +170,8 @@ void SceneRoom::run() {
     jobs.clear();  // what they hold is freed without the lock
     lock.lock();
   }
+  ended_ = true;
+  queueChanged_.notify_all();
 }
 
 /// Where what moves has come to, and which dents stay.
@@ -227,7 +239,7 @@ std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submission
 std::vector<EditOutcome> SceneRoom::decide(std::span<const Submission> submissions, const std::stop_token& unwanted) {
   std::stop_source either;
   const auto stop = [&either] { either.request_stop(); };
-  const std::stop_callback onStop(stop_.get_token(), stop);
+  const std::stop_callback onStop(Interruptible::token(), stop);
   const std::stop_callback onUnwanted(unwanted, stop);
   const Interruptible work(either.get_token());
   try {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -74,6 +75,9 @@ class SceneRoom {
   void start();
   /// Interrupts the job in hand and drops the rest; their replies never come. Also done on destruction.
   void stop();
+  /// The same, but without waiting any longer. False: the builder is at something that is not interrupted, which stop()
+  /// waits for; all else may be asked of the room meanwhile.
+  [[nodiscard]] bool stopWithin(std::chrono::milliseconds patience);
 
   /// Any thread. The reply comes on the builder thread, after the new history was published. False, and no reply:
   /// there is no room for more work now.
@@ -125,6 +129,7 @@ class SceneRoom {
   std::deque<Job> queue_;
   std::size_t queued_bytes_ = 0;
   bool stopping_ = false;
+  bool ended_ = false;     // the builder
   std::stop_source stop_;  // of whatever the builder does
   std::thread builder_;
 
@@ -133,6 +138,7 @@ class SceneRoom {
   HistoryListener listener_;
 
   bool enqueue(Job job);
+  void askToStop();
   void run();
   std::vector<Job> takeJobs();
   void carryOut(std::span<Job> jobs);

@@ -11,7 +11,8 @@ import harness
 
 TRIANGLES = 60_000  # that all cross one another: to find where takes minutes
 ADD_SOUP = 'operations { add { name: "soup" mesh { file: "soup.obj" largest_extent_m: 0.1 } } }'
-ADD_SPHERE = 'operations { add { name: "sphere" mesh { sphere { radius_m: 0.05 segments: 1024 } } } }'
+ADD_SPHERE = ('operations { add { name: "sphere" mesh { sphere { radius_m: 0.05 segments: 1024 } } '
+              'motion { mass_kg: 1 } } }')
 MOVE_BOX = 'operations { set_pose { object { name: "box" } pose { position { z: 0.03 } } } }'
 # Where the requirement is a second: a busy machine must not turn this red.
 ENDS_WITHIN_S = 5
@@ -91,6 +92,15 @@ class Imports(harness.EndToEnd):
             time.sleep(after_s)
             self.assertLess(self.end(server), ENDS_WITHIN_S, f"{after_s} s into it")
             self.assertGreater(server.summary()["ticks"], 0)
+
+    def test_sigterm_ends_a_server_that_imports_its_first_scene(self):
+        scene = self.folder / "soup.scene"
+        scene.write_text(ADD_SOUP)
+        server = harness.Process([harness.BIN / "haptic_server", "--scene", scene, "--assets", self.assets, "--device",
+                                  "simulated", "--listen", "127.0.0.1:0"])
+        self.addCleanup(server.kill)
+        self.importer_of(server)
+        self.assertLess(self.end(server), ENDS_WITHIN_S)
 
     def test_a_client_that_leaves_takes_its_import_along(self):
         server = self.serve()
