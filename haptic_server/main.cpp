@@ -4,10 +4,14 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
+#include <stop_token>
 #include <string_view>
+#include <thread>
 
 #include "common/clock/monotonic.h"
+#include "common/interruption/interruption.h"
 #include "haptic_server/doctor/doctor.h"
 #include "haptic_server/options.h"
 #include "haptic_server/server_app.h"
@@ -22,7 +26,7 @@ constexpr int kExitFailed = 1;
   return kExitFailed;
 }
 
-/// SIGINT, SIGTERM and SIGHUP, taken by the main thread alone. Blocked before any thread starts.
+/// SIGINT, SIGTERM and SIGHUP, taken where they are waited for. Blocked before any thread starts.
 class StopSignals {
  public:
   StopSignals() {
@@ -47,17 +51,40 @@ class StopSignals {
   sigset_t set_;
 };
 
+bool rereadsTokens(int signal, const ServerOptions& options) {
+  return signal == SIGHUP && !options.credentials.empty();
+}
+
+/// Ends early by the signals, for files may take long to import. `early` says whether one came.
+Result<std::unique_ptr<ServerApp>> startServer(const ServerOptions& options, const StopSignals& signals,
+                                               std::stop_source& early) {
+  constexpr std::uint64_t kLookEvery_ns = 10'000'000;
+  const std::jthread watch([&](const std::stop_token& started) {
+    while (!started.stop_requested() && !early.stop_requested()) {
+      const int signal = signals.wait(monotonicNow_ns() + kLookEvery_ns);
+      if (signal != 0 && !rereadsTokens(signal, options)) early.request_stop();
+    }
+  });
+  const Interruptible work(early.get_token());
+  return ServerApp::start(options, [] { kill(getpid(), SIGTERM); });
+}
+
 int run(const ServerOptions& options) {
   const StopSignals stopSignals;
-  const auto app = ServerApp::start(options, [] { kill(getpid(), SIGTERM); });
-  if (!app) return fail(app.error());
+  std::stop_source early;
+  const auto app = startServer(options, stopSignals, early);
+  if (!app) return early.stop_requested() ? 0 : fail(app.error());
   std::cout << "listening on " << (*app)->address() << std::endl;
-  const std::uint64_t end_ns =
-      options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0;
-  while (stopSignals.wait(end_ns) == SIGHUP && !options.credentials.empty()) (*app)->refreshTokens();
+  if (!early.stop_requested()) {
+    const std::uint64_t end_ns =
+        options.seconds > 0 ? monotonicNow_ns() + static_cast<std::uint64_t>(options.seconds * 1e9) : 0;
+    while (rereadsTokens(stopSignals.wait(end_ns), options)) (*app)->refreshTokens();
+  }
   spdlog::info("stopping");
   const auto stopped = (*app)->stop();
-  return stopped ? 0 : fail(stopped.error());
+  const int code = stopped ? 0 : fail(stopped.error());
+  if ((*app)->isStillBuilding()) std::_Exit(code);
+  return code;
 }
 
 }  // namespace

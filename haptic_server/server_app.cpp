@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <thread>
@@ -24,6 +25,9 @@
 
 namespace haptics {
 namespace {
+
+/// What takes longer than the time between two looks whether it is to end is not waited for.
+constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
 
 void logInfo(const std::string& line) { spdlog::info("{}", line); }
 
@@ -125,7 +129,7 @@ class ServerApp::Impl {
         rate_Hz_(player_ != nullptr ? player_->facts().rate_Hz : options.rate_Hz.value_or(kDefaultRate_Hz)),
         step_(player_ != nullptr ? player_->facts().config : stepConfigOf(options, device_.info(), rate_Hz_)),
         room_(roomOptions(), crossing_) {}
-  ~Impl() { halt(); }
+  ~Impl() { halt(); }  // the room waits for its builder
 
   [[nodiscard]] Result<void> start() {
     servo_ = std::make_unique<ServoLoop>(device_, crossing_, step_);
@@ -145,6 +149,7 @@ class ServerApp::Impl {
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop) { return server_->connect(clientLoop); }
   void refreshTokens() { server_->refreshTokens(); }
 
+  [[nodiscard]] bool isStillBuilding() const noexcept { return isStillBuilding_; }
   [[nodiscard]] Result<void> stop() {
     halt();
     if (recorder_) {
@@ -282,7 +287,7 @@ class ServerApp::Impl {
     if (servoThread_.joinable()) servoThread_.join();
     if (player_ != nullptr) player_->finish();
     if (server_) server_->stop();
-    room_.stop();
+    isStillBuilding_ = !room_.stopWithin(kBuilderEndsWithin);
   }
 
   /// Network thread.
@@ -325,6 +330,7 @@ class ServerApp::Impl {
   Fault loggedFault_ = Fault::kNone;
   std::atomic<bool> servoReady_{false};
   std::atomic<bool> stop_{false};
+  bool isStillBuilding_ = false;
   std::thread servoThread_;
 };
 
@@ -343,5 +349,6 @@ void ServerApp::refreshTokens() { impl_->refreshTokens(); }
 std::string ServerApp::address() const { return impl_->address(); }
 std::unique_ptr<Transport> ServerApp::connect(EventLoop& clientLoop) { return impl_->connect(clientLoop); }
 Result<void> ServerApp::stop() { return impl_->stop(); }
+bool ServerApp::isStillBuilding() const { return impl_->isStillBuilding(); }
 
 }  // namespace haptics

@@ -16,7 +16,8 @@ namespace haptics {
 class ServerApp {
  public:
   /// Everything runs when it returns. `onEnd` is called once, on a thread of the server, when a recording that it plays is
-  /// at its end. Refused, naming the option or file: what cannot be had.
+  /// at its end. May be interrupted (Interruptible) while files are imported. Refused, naming the option or file: what
+  /// cannot be had.
   [[nodiscard]] static Result<std::unique_ptr<ServerApp>> start(const ServerOptions& options,
                                                                 std::function<void()> onEnd = {});
   ~ServerApp();  ///< Stops.
@@ -32,6 +33,9 @@ class ServerApp {
   /// Stops the device, then the clients; writes summary and recording. Refused: a file that could not be written, a
   /// recording whose forces came out otherwise when it was played.
   [[nodiscard]] Result<void> stop();
+  /// After stop(): the scene's builder is still at something that cannot be interrupted, and to destroy the server is to
+  /// wait for it. Nothing is lost by a process that ends without.
+  [[nodiscard]] bool isStillBuilding() const;
 
  private:
   class Impl;

@@ -3,6 +3,7 @@
 #include <openssl/pem.h>
 
 #include <array>
+#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <span>
@@ -51,11 +52,20 @@ bool isCertificate(const std::string& pem) {
   return certificate != nullptr;
 }
 
+/// Whether systemd keeps it for this service alone (LoadCredential=), which it may do by an access control list: the mode
+/// then shows a group's right that no group has.
+bool isKeptBySystemd(const fs::path& file) {
+  const char* folder = std::getenv("CREDENTIALS_DIRECTORY");
+  std::error_code error;
+  return folder != nullptr && fs::equivalent(file.parent_path(), folder, error);
+}
+
 Result<void> checkPrivate(const fs::path& file) {
   std::error_code error;
   const fs::perms perms = fs::status(file, error).permissions();
-  constexpr fs::perms kOthers = fs::perms::group_all | fs::perms::others_all;
-  if (!error && (perms & kOthers) == fs::perms::none) return {};
+  fs::perms others = fs::perms::group_all | fs::perms::others_all;
+  if (isKeptBySystemd(file)) others &= ~fs::perms::group_read;
+  if (!error && (perms & others) == fs::perms::none) return {};
   return refused(file.string(),
                  error ? error.message() + kHowToMake : "others may read it; run: chmod 600 " + file.string());
 }

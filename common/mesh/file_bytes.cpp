@@ -1,28 +1,63 @@
 #include "common/mesh/file_bytes.h"
 
-#include <fstream>
-#include <system_error>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
 
 namespace haptics {
+namespace {
 
-Result<std::string> readFile(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) return refused("", "there is no such file");
-  if (!std::filesystem::is_regular_file(status)) return refused("", "is not a regular file");
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return refused("", "cannot be read: " + error.message());
-  if (size == 0) return refused("", "is empty");
-  if (size > kMaxFileSize) {
-    return refused("",
-                   "has " + std::to_string(size) + " bytes; at most " + std::to_string(kMaxFileSize) + " are taken");
-  }
-  std::string bytes(size, '\0');
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || !stream.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    return refused("", "cannot be read; check its permissions");
+tl::unexpected<Error> unreadable(int error) {
+  if (error == ENOENT || error == ENOTDIR) return refused("", "there is no such file");
+  if (error == EACCES || error == EPERM) return refused("", "cannot be read; check its permissions");
+  return refused("", std::string("cannot be read: ") + std::strerror(error));
+}
+
+/// Of a file that may be read.
+Result<std::size_t> sizeOf(const OpenFile& file) {
+  struct stat status {};
+  if (fstat(file.descriptor(), &status) != 0) return unreadable(errno);
+  if (!S_ISREG(status.st_mode)) return refused("", "is not a regular file");
+  if (status.st_size == 0) return refused("", "is empty");
+  const auto size = static_cast<std::uintmax_t>(status.st_size);
+  if (size <= kMaxFileSize) return size;
+  return refused("", "has " + std::to_string(size) + " bytes; at most " + std::to_string(kMaxFileSize) + " are taken");
+}
+
+}  // namespace
+
+OpenFile::~OpenFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+Result<OpenFile> openFile(const std::filesystem::path& path) {
+  OpenFile file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.descriptor() < 0 && errno == ENXIO) return refused("", "is not a regular file");  // a socket
+  if (file.descriptor() < 0) return unreadable(errno);
+  if (const auto size = sizeOf(file); !size) return tl::unexpected(size.error());
+  return file;
+}
+
+Result<std::string> readFile(const OpenFile& file) {
+  const auto size = sizeOf(file);
+  if (!size) return tl::unexpected(size.error());
+  std::string bytes(*size, '\0');
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t read = pread(file.descriptor(), bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
+    if (read < 0 && errno == EINTR) continue;
+    if (read < 0) return unreadable(errno);
+    if (read == 0) return refused("", "cannot be read: it became shorter");
+    at += static_cast<std::size_t>(read);
   }
   return bytes;
+}
+
+Result<std::string> readFile(const std::filesystem::path& path) {
+  return openFile(path).and_then([](const OpenFile& file) { return readFile(file); });
 }
 
 }  // namespace haptics

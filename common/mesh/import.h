@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "common/error/error.h"
 #include "common/mesh/mend.h"
+#include "common/mesh/polygon_soup.h"
 #include "common/mesh/tri_mesh.h"
 
 namespace haptics {
@@ -55,14 +57,20 @@ struct ImportedMesh {
   MeshReport report;
 };
 
-/// Reads .obj, .ply, .stl, .off, .om (OpenMesh) and .iv (Coin) by file name extension; welds, drops what cannot be
-/// felt, scales, puts into canonical order, mends and reports. Nothing is dropped silently. Errors name the file and what
-/// would be right: missing, empty, unreadable, truncated, header claiming more than the file can hold, unknown format,
-/// non-finite vertex, no triangle left.
-[[nodiscard]] Result<ImportedMesh> importMesh(const std::filesystem::path& file, const ImportOptions& options);
+enum class MeshFormat : std::uint8_t { kObj, kPly, kStl, kOff, kOm, kInventor };
+
+/// By the ending of the file's name, in any case.
+[[nodiscard]] Result<MeshFormat> meshFormatOf(const std::filesystem::path& file);
+
+/// A file's bytes in any format but kInventor: welds, drops what cannot be felt, scales, puts into canonical order, mends
+/// and reports. Nothing is dropped silently. In this process, for as long as it takes: see importMeshFile(). Refused:
+/// unreadable, truncated, header claiming more than the file can hold, non-finite vertex, no triangle left.
+[[nodiscard]] Result<ImportedMesh> importMesh(std::string_view file, MeshFormat format, const ImportOptions& options);
+/// The same from what a file was found to hold.
+[[nodiscard]] Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options);
 
 /// Welding, scaling, canonical order and report for raw triangles in memory (units of the file): the second half of
-/// importMesh, and all of it for generated meshes. `verticesInFile` and `trianglesInFile` are taken from the arguments.
+/// importMesh(), and all of it for generated meshes. `verticesInFile` and `trianglesInFile` are taken from the arguments.
 [[nodiscard]] Result<ImportedMesh> canonicalise(const std::vector<Vec3>& vertices,
                                                 std::vector<TriangleIndices> triangles, const ImportOptions& options);
 

@@ -11,11 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/mesh/file_bytes.h"
-#include "common/mesh/import.h"
-#include "common/mesh/mesh_asset.h"
+#include "common/importer/importer.h"
 #include "common/surface/field_asset.h"
-#include "common/surface/makers/image_field.h"
 #include "graphics_client/script/interrupt.h"
 
 namespace haptics {
@@ -70,19 +67,19 @@ Result<LocalAsset> meshIn(const std::filesystem::path& file, const v1::MeshSourc
   if (source.has_unit_m()) options.unit_m = source.unit_m();
   if (source.has_largest_extent_m()) options.largestExtent_m = source.largest_extent_m();
   options.keepCrossings = source.keep_crossings();
-  const auto imported = importMesh(file, options);
-  if (!imported) return tl::unexpected(imported.error());
+  auto imported = importMeshFile(file, options);
+  if (!imported) return tl::unexpected(std::move(imported).error());
   std::fprintf(stderr, "%s: %s\n", file.c_str(), imported->report.text().c_str());
-  return LocalAsset{AssetKind::kMesh, encodeMesh(imported->mesh)};
+  return LocalAsset{AssetKind::kMesh, std::move(imported->bytes)};
 }
 
 Result<LocalAsset> fieldIn(const std::filesystem::path& file) {
-  const auto bytes = readFile(file);
-  if (!bytes) return refused(file.string(), bytes.error().text());
-  const auto field = fieldFromImage(*bytes);
+  auto bytes = importImage(file);
+  if (!bytes) return tl::unexpected(std::move(bytes).error());
+  const auto field = decodeField(*bytes);
   if (!field) return refused(file.string(), field.error().text());
   std::fprintf(stderr, "%s: %u x %u samples\n", file.c_str(), field->width(), field->height());
-  return LocalAsset{AssetKind::kScalarField, encodeField(*field)};
+  return LocalAsset{AssetKind::kScalarField, *std::move(bytes)};
 }
 
 /// @return Its hash, once the server holds it.

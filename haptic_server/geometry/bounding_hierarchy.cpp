@@ -4,6 +4,8 @@
 #include <atomic>
 #include <thread>
 
+#include "common/interruption/interruption.h"
+
 namespace haptics {
 namespace {
 
@@ -157,6 +159,7 @@ class Builder {
     part[0] = range;
     std::size_t count = 1;
     while (count < part.size()) {
+      interruptionPoint();
       std::size_t widest = part.size();
       float most = -1;
       for (std::size_t i = 0; i < count; ++i) {

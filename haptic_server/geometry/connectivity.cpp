@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/interruption/interruption.h"
 #include "haptic_server/geometry/triangle_record.h"
 
 namespace haptics {
@@ -45,6 +46,7 @@ std::vector<std::uint32_t> findNeighbours(std::size_t vertexCount, Triangles tri
   std::vector<std::uint32_t> offset(vertexCount + 1, 0);
   for (std::size_t e = 0; e < edges; ++e) ++offset[std::min(start(triangles, e), end(triangles, e)) + 1];
   for (std::size_t v = 0; v < vertexCount; ++v) offset[v + 1] += offset[v];
+  interruptionPoint();
   std::vector<HalfEdge> filed(edges);
   std::vector<std::uint32_t> next(offset.begin(), offset.end() - 1);
   for (std::size_t e = 0; e < edges; ++e) {
@@ -52,8 +54,10 @@ std::vector<std::uint32_t> findNeighbours(std::size_t vertexCount, Triangles tri
     const std::uint32_t b = end(triangles, e);
     filed[next[std::min(a, b)]++] = {std::max(a, b), static_cast<std::uint32_t>(2 * e + (a > b ? 1 : 0))};
   }
+  interruptionPoint();
   std::vector<std::uint32_t> neighbours(edges, kNoTriangle);
   for (std::size_t v = 0; v < vertexCount; ++v) {
+    interruptionPoint();
     pairUp(std::span(filed).subspan(offset[v], offset[v + 1] - offset[v]), neighbours);
   }
   return neighbours;
@@ -69,8 +73,10 @@ std::vector<std::uint8_t> findOpenVertices(std::size_t vertexCount, Triangles tr
       any[v] = t;
     }
   }
+  interruptionPoint();
   std::vector<std::uint8_t> open(vertexCount, 0);
   for (std::uint32_t v = 0; v < vertexCount; ++v) {
+    interruptionPoint();
     std::uint32_t turned = 0;
     std::uint32_t t = any[v];
     while (t != kNoTriangle) {

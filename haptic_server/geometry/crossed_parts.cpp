@@ -2,6 +2,7 @@
 #include <atomic>
 #include <thread>
 
+#include "common/interruption/interruption.h"
 #include "haptic_server/geometry/neighbours.h"
 #include "haptic_server/geometry/surface.h"
 
@@ -191,6 +192,7 @@ void Surface::markCrossed(std::span<const std::uint8_t> changed, int threads) {
   const auto work = [&] {
     CrossedSearch search(*this, changed, marks);
     for (std::size_t begin = next.fetch_add(kPiece); begin < nodes.size(); begin = next.fetch_add(kPiece)) {
+      interruptionPoint();
       for (const auto& node : nodes.subspan(begin, std::min(kPiece, nodes.size() - begin))) {
         for (const auto child : node.child) {
           if (child.isLeaf() && left > 0) left -= search.run(child.begin(), child.end());

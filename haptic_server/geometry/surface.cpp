@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/interruption/interruption.h"
 #include "haptic_server/geometry/connectivity.h"
 
 namespace haptics {
@@ -33,6 +34,7 @@ Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std
                  int threads) {
   measure(vertices);
   fillRecords(vertices, triangles, hierarchy_.build(vertices, triangles, extent_, threads));
+  interruptionPoint();
   const std::vector<std::uint8_t> all(records_.size(), 1);
   sumVertexNormals(all, vertices.size());
   markCrossed(all, threads);
@@ -56,6 +58,7 @@ Surface::Surface(const Surface& from, std::span<const Vec3f> vertices)
     r.flags &= ~(TriangleRecord::kZeroArea | TriangleRecord::kCrossed);
     if (r.areaNormal() == Vec3(0)) r.flags |= TriangleRecord::kZeroArea;
   }
+  interruptionPoint();
   sumVertexNormals(changed, vertices.size());
   hierarchy_.refit(records_, extent_);
   markCrossed(changed, 1);
@@ -79,9 +82,11 @@ void Surface::fillRecords(std::span<const Vec3f> vertices, std::span<const std::
   std::vector<std::array<std::uint32_t, 3>> ordered(triangles.size());
   for (std::size_t t = 0; t < ordered.size(); ++t) ordered[t] = triangles[order[t]];
   const std::vector<std::uint32_t> neighbours = findNeighbours(vertices.size(), ordered);
+  interruptionPoint();
   const std::vector<std::uint8_t> open = findOpenVertices(vertices.size(), ordered, neighbours);
   records_.resize(ordered.size());
   for (std::size_t t = 0; t < ordered.size(); ++t) {
+    interruptionPoint();
     TriangleRecord& r = records_[t];
     r.vertex = ordered[t];
     r.flags = order[t] << TriangleRecord::kFlagBits;
@@ -102,13 +107,16 @@ void Surface::sumVertexNormals(std::span<const std::uint8_t> changed, std::size_
     if (changed[t] == 0 && !records_[t].zeroArea()) continue;  // without area it takes that of another, which may move
     for (const std::uint32_t v : records_[t].vertex) anew[v] = 1;
   }
+  interruptionPoint();
   std::vector<Vec3> sum(vertexCount, Vec3(0));
   for (std::uint32_t t = 0; t < records_.size(); ++t) {
+    interruptionPoint();
     const auto& vertex = records_[t].vertex;
     if ((anew[vertex[0]] | anew[vertex[1]] | anew[vertex[2]]) == 0) continue;
     const Vec3 normal = faceNormal(t);
     for (int k = 0; k < 3; ++k) sum[records_[t].vertexAt(k)] += normal * angleAt(records_[t], k);
   }
+  interruptionPoint();
   vertexNormals_.resize(vertexCount);
   for (std::size_t v = 0; v < vertexCount; ++v) {
     if (anew[v] != 0) vertexNormals_[v] = Vec3f(unitOrZero(sum[v]));

@@ -117,7 +117,7 @@ class Surface {
 /// Builds the database of a mesh that satisfies TriMesh's invariants: finite vertices, indices in range, at least one
 /// triangle (and at most TriangleRecord::kMostTriangles), no triangle that names a vertex twice. Anything else is
 /// accepted as it is: holes, fins, duplicates, flipped faces, slivers, faces without area. Allocates; for the builder
-/// thread. `threads` is the number to build with.
+/// thread, which may be interrupted in it. `threads` is the number to build with.
 [[nodiscard]] std::shared_ptr<const Surface> buildSurface(std::span<const Vec3f> vertices,
                                                           std::span<const std::array<std::uint32_t, 3>> triangles,
                                                           int threads = 1);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "common/interruption/interruption.h"
+
 namespace haptics {
 namespace {
 
@@ -24,7 +26,9 @@ struct Side {
       sides.push_back({std::min(a, b) << 32U | std::max(a, b), a < b ? 1 : -1});
     }
   }
+  interruptionPoint();
   std::ranges::sort(sides, {}, &Side::ends);
+  interruptionPoint();
   std::uint64_t open = 0;
   for (auto first = sides.begin(); first != sides.end();) {
     const auto last = std::find_if(first, sides.end(), [&](const Side& s) { return s.ends != first->ends; });

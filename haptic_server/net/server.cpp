@@ -7,6 +7,7 @@
 #include <exception>
 #include <map>
 #include <optional>
+#include <stop_token>
 #include <thread>
 #include <utility>
 
@@ -131,6 +132,10 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
           transport(std::move(transport_)),
           session(*transport, *this, server_.options_.identity) {}
 
+    ~Connection() override { left.request_stop(); }
+    Connection(const Connection&) = delete;
+    Connection& operator=(const Connection&) = delete;
+
     /// For other threads: hands a task to this session, on the network thread, if it still exists by then.
     [[nodiscard]] auto here() const {
       return [weak = server.weak_from_this(), n = number](std::function<void(ServerSession&)> task) {
@@ -154,7 +159,8 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
           server.boundTo(token, id), clientSeq, std::move(transaction),
           [here = here(), clientSeq](const EditOutcome& outcome) {
             here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
-          });
+          },
+          left.get_token());
     }
     [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
       const std::size_t size = bytes.size();
@@ -221,6 +227,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     ContentHash token{};          // its hash; of no token where none is asked for
     std::size_t uploadBytes = 0;  // reserved
     bool wasRefused = false;
+    std::stop_source left;  // stops the edits that only this client waits for
     ServerSession session;  // last: it gives back what it reserved
   };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <system_error>
+#include <utility>
 
 namespace haptics {
 namespace fs = std::filesystem;
@@ -14,7 +15,7 @@ bool isBelow(const fs::path& folder, const fs::path& file) {
 
 }  // namespace
 
-Result<fs::path> AssetFolders::locate(const std::string& path, const std::string& field) const {
+Result<LocatedFile> AssetFolders::locate(const std::string& path, const std::string& field) const {
   const fs::path relative(path);
   const bool climbs = std::ranges::find(relative, fs::path("..")) != relative.end();
   if (path.empty() || path.find('\0') != std::string::npos || relative.is_absolute() || climbs) {
@@ -23,15 +24,15 @@ Result<fs::path> AssetFolders::locate(const std::string& path, const std::string
   }
   for (const fs::path& folder : folders_) {
     std::error_code error;
-    const fs::path root = fs::canonical(folder, error);
+    fs::path root = fs::canonical(folder, error);
     if (error) continue;
-    const fs::path file = fs::canonical(root / relative, error);
+    fs::path file = fs::canonical(root / relative, error);
     if (error) continue;
     if (!isBelow(root, file)) {
       return refused(field, "\"" + path + "\" leads out of its asset folder by a symbolic link");
     }
     if (!fs::is_regular_file(file, error)) return refused(field, "\"" + path + "\" is not a regular file");
-    return file;
+    return LocatedFile{std::move(file), std::move(root)};
   }
   if (folders_.empty()) return refused(field, "there is no \"" + path + "\": the server has no asset folder");
   return refused(field, "there is no \"" + path + "\" in the server's asset folders");

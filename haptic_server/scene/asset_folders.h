@@ -8,15 +8,21 @@
 
 namespace haptics {
 
+/// A file below one of the folders; both canonical.
+struct LocatedFile {
+  std::filesystem::path file;
+  std::filesystem::path folder;
+};
+
 /// The folders below which scenes and clients may name files.
 class AssetFolders {
  public:
   /// Files are looked for in the folders in this order.
   explicit AssetFolders(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
 
-  /// Canonical. Refused, naming `field`: a file that is not below a folder once `..` and symbolic links are followed, or
+  /// Refused, naming `field`: a file that is not below a folder once `..` and symbolic links are followed, or
   /// is none; errors never say where the folders lie.
-  [[nodiscard]] Result<std::filesystem::path> locate(const std::string& path, const std::string& field) const;
+  [[nodiscard]] Result<LocatedFile> locate(const std::string& path, const std::string& field) const;
 
  private:
   std::vector<std::filesystem::path> folders_;

@@ -74,19 +74,29 @@ Result<std::shared_ptr<const Asset>> AssetStore::internEncoded(const AssetName& 
   if (actual != name.hash) {
     return refused("hash", "the bytes hash to " + actual.hex() + ", declared was " + name.hash.hex());
   }
-  const auto keepDecoded = [&](auto content) -> Result<std::shared_ptr<const Asset>> {
+  return keepDecoded(name, std::move(bytes));
+}
+
+Result<std::shared_ptr<const Asset>> AssetStore::internEncoded(AssetKind kind, std::string bytes) {
+  const AssetName name{kind, hashOfBytes(bytes)};
+  if (auto known = find(name.hash); known && known->name.kind == kind) return known;
+  return keepDecoded(name, std::move(bytes));
+}
+
+Result<std::shared_ptr<const Asset>> AssetStore::keepDecoded(const AssetName& name, std::string bytes) {
+  const auto keepContent = [&](auto content) -> Result<std::shared_ptr<const Asset>> {
     if (!content) return refused("data", content.error().text());
     return keep(build(*std::move(content)), std::move(bytes), name.hash);
   };
   switch (name.kind) {
     case AssetKind::kMesh:
-      return keepDecoded(decodeMesh(bytes));
+      return keepContent(decodeMesh(bytes));
     case AssetKind::kScalarField:
-      return keepDecoded(decodeField(bytes));
+      return keepContent(decodeField(bytes));
     case AssetKind::kVertexValues:
-      return keepDecoded(decodeVertexValues(bytes));
+      return keepContent(decodeVertexValues(bytes));
     case AssetKind::kMovedVertices:
-      return keepDecoded(decodeMovedVertices(bytes));
+      return keepContent(decodeMovedVertices(bytes));
   }
   return refused("kind", "is none that this server knows");
 }

@@ -60,13 +60,15 @@ template <class Kind>
 class AssetStore {
  public:
   /// The asset with this content; what is built beside it only when no one holds it yet. Builder thread: a mesh takes
-  /// O(n log n) time in the triangles.
+  /// O(n log n) time in the triangles, in which the thread may be interrupted.
   [[nodiscard]] std::shared_ptr<const MeshAsset> intern(TriMesh mesh);
   [[nodiscard]] std::shared_ptr<const FieldAsset> intern(SampledField field);
   [[nodiscard]] std::shared_ptr<const VertexValuesAsset> intern(std::vector<float> vertexValues);
   [[nodiscard]] std::shared_ptr<const MovedVerticesAsset> intern(MovedVertices moved);
   /// The same for canonical bytes from elsewhere. Refused: bytes that do not have this hash, or are not of this kind.
   [[nodiscard]] Result<std::shared_ptr<const Asset>> internEncoded(const AssetName& name, std::string bytes);
+  /// Bytes of which no one has said the hash.
+  [[nodiscard]] Result<std::shared_ptr<const Asset>> internEncoded(AssetKind kind, std::string bytes);
 
   /// Any thread. Null when no one holds such an asset.
   [[nodiscard]] std::shared_ptr<const Asset> find(const ContentHash& hash) const;
@@ -76,6 +78,7 @@ class AssetStore {
   mutable std::mutex mutex_;
   std::unordered_map<ContentHash, std::weak_ptr<const Asset>> assets_;
 
+  [[nodiscard]] Result<std::shared_ptr<const Asset>> keepDecoded(const AssetName& name, std::string bytes);
   template <class Kind>
   std::shared_ptr<const Kind> keep(std::shared_ptr<Kind> asset, std::string encoded, const ContentHash& hash);
 };

@@ -3,9 +3,8 @@
 #include <system_error>
 #include <utility>
 
-#include "common/mesh/file_bytes.h"
-#include "common/surface/makers/image_field.h"
-#include "common/surface/makers/reaction_diffusion.h"
+#include "common/importer/importer.h"
+#include "common/interruption/interruption.h"
 #include "common/surface/makers/spot_noise.h"
 
 namespace haptics {
@@ -39,25 +38,28 @@ Result<std::shared_ptr<const FieldAsset>> FieldLibrary::once(const Key& key, Mak
   if (const auto at = made_.find(key); at != made_.end()) {
     if (auto asset = at->second.lock()) return asset;
   }
-  Result<SampledField> field = make();
-  if (!field) return tl::unexpected<Error>(std::move(field).error());
-  auto asset = store_.intern(*std::move(field));
+  Result<std::shared_ptr<const FieldAsset>> asset = make();
+  if (!asset) return asset;
   std::erase_if(made_, [](const auto& entry) { return entry.second.expired(); });
-  made_.insert_or_assign(key, asset);
+  made_.insert_or_assign(key, *asset);
   return asset;
+}
+
+Result<std::shared_ptr<const FieldAsset>> FieldLibrary::fromElsewhere(Result<std::string> bytes) {
+  if (!bytes) return tl::unexpected<Error>(std::move(bytes).error());
+  auto asset = store_.internEncoded(AssetKind::kScalarField, *std::move(bytes));
+  if (!asset) return tl::unexpected<Error>(std::move(asset).error());
+  return as<FieldAsset>(*std::move(asset));
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const FileSource& file) {
   auto located = folders_.locate(file.path, "image");
   if (!located) return tl::unexpected<Error>(std::move(located).error());
   std::error_code error;
-  const ImageKey key{located->string(), fs::last_write_time(*located, error), fs::file_size(*located, error)};
-  auto asset = once(key, [&]() -> Result<SampledField> {
-    const auto bytes = readFile(*located);
-    if (!bytes) return tl::unexpected<Error>(bytes.error());
-    return fieldFromImage(*bytes);
-  });
-  if (!asset) return refused("image", file.path + ": " + seenFromOutside(asset.error().text(), *located, file.path));
+  const fs::path& path = located->file;
+  const ImageKey key{path.string(), fs::last_write_time(path, error), fs::file_size(path, error)};
+  auto asset = once(key, [&] { return fromElsewhere(importImage(path, Interruptible::token())); });
+  if (!asset) return refused("image", seenFromOutside(asset.error().text(), path, file.path));
   return Resolved<FieldAsset>{*asset, file.path + ": " + sizeOf(**asset)};
 }
 
@@ -68,13 +70,14 @@ Result<Resolved<FieldAsset>> FieldLibrary::from(const AssetSource& source) const
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const ReactionDiffusionSource& recipe) {
-  auto asset = once(recipe, [&] { return Result<SampledField>(reactionDiffusion(recipe)); });
+  auto asset = once(recipe, [&] { return fromElsewhere(makeElsewhere(recipe, Interruptible::token())); });
   if (!asset) return tl::unexpected<Error>(std::move(asset).error());
   return Resolved<FieldAsset>{*asset, "computed by reaction and diffusion, " + sizeOf(**asset)};
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const SpotNoiseSource& recipe) {
-  auto asset = once(recipe, [&] { return Result<SampledField>(spotNoise(recipe)); });
+  auto asset =
+      once(recipe, [&] { return Result<std::shared_ptr<const FieldAsset>>(store_.intern(spotNoise(recipe))); });
   if (!asset) return tl::unexpected<Error>(std::move(asset).error());
   return Resolved<FieldAsset>{*asset, "computed as spot noise, " + sizeOf(**asset)};
 }

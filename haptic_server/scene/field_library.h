@@ -19,7 +19,8 @@ class FieldLibrary {
   /// Both outlive the library.
   FieldLibrary(const AssetFolders& folders, AssetStore& store) : folders_(folders), store_(store) {}
 
-  /// Computing a field takes up to seconds; it is done once while someone holds it.
+  /// Reading or computing a field takes up to seconds; it is done once while someone holds it. What takes long is done in
+  /// a process of its own, and ends when this thread's work is interrupted.
   /// Refused: a file that is not below an asset folder or no image, a hash that is not here.
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source);
   /// Refused: a hash that is not here.
@@ -38,6 +39,8 @@ class FieldLibrary {
   Result<Resolved<FieldAsset>> from(const AssetSource& source) const;
   Result<Resolved<FieldAsset>> from(const ReactionDiffusionSource& recipe);
   Result<Resolved<FieldAsset>> from(const SpotNoiseSource& recipe);
+  /// Canonical bytes from a process that may have been taken over by what it read.
+  Result<std::shared_ptr<const FieldAsset>> fromElsewhere(Result<std::string> bytes);
   template <class Make>
   Result<std::shared_ptr<const FieldAsset>> once(const Key& key, Make make);
 };

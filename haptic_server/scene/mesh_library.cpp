@@ -4,30 +4,29 @@
 #include <cstddef>
 #include <string>
 #include <system_error>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
-#include "common/mesh/generators.h"
-#include "common/mesh/import.h"
+#include "common/importer/importer.h"
+#include "common/interruption/interruption.h"
+#include "haptic_server/scene/scene_limits.h"
 
 namespace haptics {
 namespace fs = std::filesystem;
 namespace {
 
-struct Generated {
-  const char* field;
-  Result<TriMesh> mesh;
-};
+/// Triangles of a generated mesh above which it is made in a process of its own; making so many takes 50 ms.
+constexpr double kMostMadeHere = 100'000;
 
-Generated generate(const MeshSource& source) {
-  if (const auto* s = std::get_if<BoxSource>(&source.source)) return {"box.", makeBox(s->size_m, s->segments)};
-  if (const auto* s = std::get_if<SphereSource>(&source.source))
-    return {"sphere.", makeSphere(s->radius_m, s->segments)};
-  if (const auto* s = std::get_if<CylinderSource>(&source.source)) {
-    return {"cylinder.", makeCylinder(s->radius_m, s->height_m, s->segments)};
-  }
-  const auto& s = std::get<TorusSource>(source.source);
-  return {"torus.", makeTorus(s.majorRadius_m, s.minorRadius_m, s.majorSegments, s.minorSegments)};
+/// Of what is neither a file nor an asset.
+MeshRecipe recipeOf(const MeshSource& source) {
+  return std::visit(
+      [](const auto& chosen) -> MeshRecipe {
+        if constexpr (std::is_constructible_v<MeshRecipe, decltype(chosen)>) return chosen;
+        return {};
+      },
+      source.source);
 }
 
 }  // namespace
@@ -44,21 +43,24 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
   auto located = folders_.locate(file.path, "file");
   if (!located) return tl::unexpected(std::move(located).error());
   std::error_code error;
-  const FileKey key{located->string(),
-                    fs::last_write_time(*located, error),
-                    fs::file_size(*located, error),
+  const FileKey key{located->file.string(),
+                    fs::last_write_time(located->file, error),
+                    fs::file_size(located->file, error),
                     source.unit_m,
                     source.largestExtent_m,
                     source.keepCrossings};
   if (const auto at = imported_.find(key); at != imported_.end()) {
     if (auto asset = at->second.asset.lock()) return ResolvedMesh{std::move(asset), at->second.report};
   }
-  auto imported = importMesh(
-      *located,
-      {.unit_m = source.unit_m, .largestExtent_m = source.largestExtent_m, .keepCrossings = source.keepCrossings});
-  if (!imported) return refused("file", seenFromOutside(imported.error().text(), *located, file.path));
+  auto imported = importMeshFile(
+      located->file, located->folder,
+      {.unit_m = source.unit_m, .largestExtent_m = source.largestExtent_m, .keepCrossings = source.keepCrossings},
+      Interruptible::token());
+  if (!imported) return refused("file", seenFromOutside(imported.error().text(), located->file, file.path));
+  auto mesh = fromElsewhere(std::move(imported->bytes));
+  if (!mesh) return refused("file", file.path + ": " + mesh.error().text());
 
-  ResolvedMesh resolved{store_.intern(std::move(imported->mesh)), file.path + ": " + imported->report.text()};
+  ResolvedMesh resolved{*std::move(mesh), file.path + ": " + imported->report.text()};
   std::erase_if(imported_, [](const auto& entry) { return entry.second.asset.expired(); });
   imported_.insert_or_assign(key, Imported{resolved.asset, resolved.report});
   return resolved;
@@ -71,10 +73,28 @@ Result<ResolvedMesh> MeshLibrary::fromStore(const AssetSource& source) const {
 }
 
 Result<ResolvedMesh> MeshLibrary::generated(const MeshSource& source) {
-  auto made = generate(source);
-  if (!made.mesh) return tl::unexpected(std::move(made.mesh).error().within(made.field));
-  std::string report = "generated, " + std::to_string(made.mesh->triangles.size()) + " triangles";
-  return ResolvedMesh{store_.intern(*std::move(made.mesh)), std::move(report)};
+  const MeshRecipe recipe = recipeOf(source);
+  Result<std::shared_ptr<const MeshAsset>> mesh;
+  if (trianglesOf(recipe) > kMostMadeHere) {
+    mesh = makeElsewhere(recipe, Interruptible::token()).and_then([this](std::string bytes) {
+      return fromElsewhere(std::move(bytes));
+    });
+  } else {
+    mesh = generate(recipe).map([this](TriMesh made) { return store_.intern(std::move(made)); });
+  }
+  if (!mesh) return tl::unexpected(std::move(mesh).error());
+  std::string report = "generated, " + std::to_string((*mesh)->mesh->triangles.size()) + " triangles";
+  return ResolvedMesh{*std::move(mesh), std::move(report)};
+}
+
+Result<std::shared_ptr<const MeshAsset>> MeshLibrary::fromElsewhere(std::string bytes) {
+  if (bytes.size() > kMaxSceneAssets_bytes) {
+    return refused("", "is a mesh of " + std::to_string(bytes.size()) + " bytes; all assets of a scene take at most " +
+                           std::to_string(kMaxSceneAssets_bytes));
+  }
+  auto asset = store_.internEncoded(AssetKind::kMesh, std::move(bytes));
+  if (!asset) return tl::unexpected(std::move(asset).error());
+  return as<MeshAsset>(*std::move(asset));
 }
 
 }  // namespace haptics

@@ -21,7 +21,9 @@ class MeshLibrary {
   /// Both outlive the library.
   MeshLibrary(const AssetFolders& folders, AssetStore& store) : folders_(folders), store_(store) {}
 
-  /// Refused: a file that is not below an asset folder, and whatever importMesh and the generators refuse. Errors name a file as the source does, never where it lies.
+  /// What takes long is done in a process of its own, and ends when this thread's work is interrupted. Refused: a file that
+  /// is not below an asset folder, and whatever importMeshFile() and the generators refuse. Errors name a file as the
+  /// source does, never where it lies.
   [[nodiscard]] Result<ResolvedMesh> resolve(const MeshSource& source);
 
  private:
@@ -40,6 +42,8 @@ class MeshLibrary {
   Result<ResolvedMesh> fromFile(const MeshSource& source, const FileSource& file);
   Result<ResolvedMesh> fromStore(const AssetSource& asset) const;
   Result<ResolvedMesh> generated(const MeshSource& source);
+  /// Canonical bytes from a process that may have been taken over by what it read.
+  Result<std::shared_ptr<const MeshAsset>> fromElsewhere(std::string bytes);
 };
 
 }  // namespace haptics

@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/interruption/interruption.h"
 #include "common/scene/deformed_hash.h"
+#include "haptic_server/scene/queued_size.h"
 
 namespace haptics {
 namespace {
@@ -17,6 +19,9 @@ constexpr std::chrono::milliseconds kReclaimEvery{100};
 /// Between two takings-in of dents, nanoseconds: each is a commit with all of an object's moved vertices. Shorter costs
 /// lines more; longer lets a long stroke run out of places for its marks.
 constexpr std::uint64_t kTakeInEvery_ns = 200'000'000;
+
+/// Between two attempts to make a scene for the servo that there was no memory for.
+constexpr std::uint64_t kCatchUpEvery_ns = 1'000'000'000;
 
 /// Making an asset may take seconds, which only its own edit waits for.
 bool makesAsset(const Transaction& transaction) {
@@ -73,7 +78,7 @@ bool SceneRoom::show(SceneVersion version, Sequencer::Assets assets) {
     sequencer_.show(version, assets);
     publishHistory();
   };
-  if (builder_.joinable()) return enqueue({1, std::move(task)});
+  if (builder_.joinable()) return enqueue({sizeof(Job), std::move(task)});
   task();
   return true;
 }
@@ -82,19 +87,30 @@ void SceneRoom::start() {
   builder_ = std::thread([this] { run(); });
 }
 
-void SceneRoom::stop() {
+void SceneRoom::askToStop() {
   {
     const std::lock_guard lock(queueMutex_);
     stopping_ = true;
   }
+  stop_.request_stop();
   queueChanged_.notify_all();
+}
+
+void SceneRoom::stop() {
+  askToStop();
   if (builder_.joinable()) builder_.join();
 }
 
-bool SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
-                           const EditReply& reply) {
-  const std::size_t work = 1 + transaction.operations.size() + transaction.preconditions.size();
-  return enqueue({work, Edit{{session, clientSeq, std::move(transaction)}, reply}});
+bool SceneRoom::stopWithin(std::chrono::milliseconds patience) {
+  askToStop();
+  std::unique_lock lock(queueMutex_);
+  return !builder_.joinable() || queueChanged_.wait_for(lock, patience, [this] { return ended_; });
+}
+
+bool SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, const EditReply& reply,
+                           std::stop_token unwanted) {
+  const std::size_t size_bytes = sizeof(Job) + memoryOf_bytes(transaction);
+  return enqueue({size_bytes, Edit{{session, clientSeq, std::move(transaction)}, reply, std::move(unwanted)}});
 }
 
 bool SceneRoom::submitAsset(const AssetName& name, std::string bytes, const UploadReply& reply) {
@@ -105,7 +121,7 @@ bool SceneRoom::submitAsset(const AssetName& name, std::string bytes, const Uplo
       reply(refused("data", std::string("the server could not build the asset: ") + failure.what()));
     }
   };
-  return enqueue({1, std::move(job)});
+  return enqueue({sizeof(Job), std::move(job)});
 }
 
 std::shared_ptr<const SceneHistory> SceneRoom::history() const {
@@ -122,8 +138,8 @@ void SceneRoom::setListener(HistoryListener listener) {
 bool SceneRoom::enqueue(Job job) {
   {
     const std::lock_guard lock(queueMutex_);
-    if (stopping_ || queuedWork_ + job.work > kMaxQueuedWork) return false;
-    queuedWork_ += job.work;
+    if (stopping_ || queued_bytes_ + job.size_bytes > kMaxQueued_bytes) return false;
+    queued_bytes_ += job.size_bytes;
     queue_.push_back(std::move(job));
   }
   queueChanged_.notify_one();
@@ -131,42 +147,58 @@ bool SceneRoom::enqueue(Job job) {
 }
 
 void SceneRoom::run() {
+  const Interruptible work(stop_.get_token());
   std::unique_lock lock(queueMutex_);
   while (!stopping_) {
     if (queue_.empty() && !servoScenes_.planIsOld()) queueChanged_.wait_for(lock, kReclaimEvery);
-    if (options_.takeMotion) {
-      if (const MotionState* motion = options_.takeMotion()) {
-        servoScenes_.follow(*motion);
-        staying_ = stayingDents(*motion, handled_);
-        stayingAt_ = motion->sceneRevision;
-      }
-    }
     std::vector<Job> jobs = takeJobs();
     lock.unlock();
-    carryOut(jobs);
-    takeInDents();
-    const auto departure = servoScenes_.nextDeparture_ns();
-    const bool idle = jobs.empty();
-    if ((idle && servoScenes_.planIsOld()) || (departure && *departure <= monotonicNow_ns())) {
-      publishToServo(idle ? ServoSceneMaker::Plan::kOfThisOne : ServoSceneMaker::Plan::kOfTheLastScene);
+    try {
+      followServo();
+      carryOut(jobs);
+      takeInDents();
+      const auto departure = servoScenes_.nextDeparture_ns();
+      const bool idle = jobs.empty();
+      const bool due = (departure && *departure <= monotonicNow_ns()) || isBehind_;
+      if ((idle && servoScenes_.planIsOld()) || due) {
+        publishToServo(idle ? ServoSceneMaker::Plan::kOfThisOne : ServoSceneMaker::Plan::kOfTheLastScene);
+      }
+    } catch (const std::exception& failure) {
+      tell(std::string("the scene's builder goes on without what it was at: ") + failure.what());
     }
     crossing_.reclaim();
     jobs.clear();  // what they hold is freed without the lock
     lock.lock();
   }
+  ended_ = true;
+  queueChanged_.notify_all();
 }
 
-/// The next job, or several edits that make no assets.
+/// Where what moves has come to, and which dents stay.
+void SceneRoom::followServo() {
+  const MotionState* motion = options_.takeMotion ? options_.takeMotion() : nullptr;
+  if (motion == nullptr) return;
+  servoScenes_.follow(*motion);
+  staying_ = stayingDents(*motion, handled_);
+  stayingAt_ = motion->sceneRevision;
+}
+
+/// The next job, or several edits that make no assets. Edits that nobody waits for are dropped.
 std::vector<SceneRoom::Job> SceneRoom::takeJobs() {
+  const auto isUnwanted = [](const Job& job) {
+    const auto* edit = std::get_if<Edit>(&job.task);
+    return edit && edit->unwanted.stop_requested();
+  };
   const auto mayShare = [](const Job& job) {
     const auto* edit = std::get_if<Edit>(&job.task);
     return edit && !makesAsset(edit->submission.transaction);
   };
   std::vector<Job> jobs;
   while (!stopping_ && !queue_.empty() && jobs.size() < kMaxBatch) {
-    if (!jobs.empty() && !(mayShare(jobs.back()) && mayShare(queue_.front()))) break;
-    queuedWork_ -= queue_.front().work;
-    jobs.push_back(std::move(queue_.front()));
+    const bool unwanted = isUnwanted(queue_.front());
+    if (!unwanted && !jobs.empty() && !(mayShare(jobs.back()) && mayShare(queue_.front()))) break;
+    queued_bytes_ -= queue_.front().size_bytes;
+    if (!unwanted) jobs.push_back(std::move(queue_.front()));
     queue_.pop_front();
   }
   return jobs;
@@ -174,32 +206,48 @@ std::vector<SceneRoom::Job> SceneRoom::takeJobs() {
 
 void SceneRoom::carryOut(std::span<Job> jobs) {
   std::vector<Submission> submissions;
+  std::stop_token unwanted;
   for (Job& job : jobs) {
     if (auto* edit = std::get_if<Edit>(&job.task)) {
       submissions.push_back(std::move(edit->submission));
+      unwanted = edit->unwanted;
     } else {
       std::get<std::function<void()>>(job.task)();
     }
   }
-  const auto outcomes = apply(submissions);
+  // Several are done at once, and not interrupted for the sake of one.
+  const auto outcomes = apply(submissions, submissions.size() == 1 ? unwanted : std::stop_token{});
   for (std::size_t i = 0; i < outcomes.size(); ++i) std::get<Edit>(jobs[i].task).reply(outcomes[i]);
 }
 
-std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submissions) {
+std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submissions, const std::stop_token& unwanted) {
   if (!options_.whyFixed.empty()) return std::vector<EditOutcome>(submissions.size(), Error{"", options_.whyFixed});
   const auto before = sequencer_.history();
-  auto outcomes = sequencer_.submit(submissions);
+  auto outcomes = decide(submissions, unwanted);
   const auto& now = sequencer_.history();
   if (now == before) return outcomes;
 
   publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
-  if (options_.log) {
-    for (std::uint64_t revision = before->version.revision() + 1; revision <= now->version.revision(); ++revision) {
-      for (const std::string& report : now->find(revision)->reports) options_.log(report);
-    }
+  for (std::uint64_t revision = before->version.revision() + 1; revision <= now->version.revision(); ++revision) {
+    for (const std::string& report : now->find(revision)->reports) tell(report);
   }
   publishHistory();
   return outcomes;
+}
+
+/// Until then an edit may be given up, by the server or by whoever asked for it.
+std::vector<EditOutcome> SceneRoom::decide(std::span<const Submission> submissions, const std::stop_token& unwanted) {
+  std::stop_source either;
+  const auto stop = [&either] { either.request_stop(); };
+  const std::stop_callback onStop(Interruptible::token(), stop);
+  const std::stop_callback onUnwanted(unwanted, stop);
+  const Interruptible work(either.get_token());
+  try {
+    return sequencer_.submit(submissions);
+  } catch (const std::exception& failure) {
+    const Error error{"", std::string("the server could not carry out the edit: ") + failure.what()};
+    return std::vector<EditOutcome>(submissions.size(), error);
+  }
 }
 
 /// Into the objects' surfaces, by edits of the server's own: dents that stay are part of the scene like all else.
@@ -271,10 +319,26 @@ void SceneRoom::publishHistory() {
   if (listener_) listener_(published_);
 }
 
+/// Where that cannot be done now, as for want of memory, the servo goes on with the scene that it has: what was accepted
+/// stays accepted, and is felt when it can be, or when an edit has made the scene smaller.
 void SceneRoom::publishToServo(ServoSceneMaker::Plan plan) {
-  auto scene = servoScenes_.make(sequencer_, monotonicNow_ns(), plan);
-  if (options_.onServoScene) options_.onServoScene(*scene, servoScenes_.parts());
-  crossing_.publish(std::move(scene));
+  if (isBehind_ && monotonicNow_ns() < catchUpAfter_ns_) return;
+  try {
+    auto scene = servoScenes_.make(sequencer_, monotonicNow_ns(), plan);
+    if (options_.onServoScene) options_.onServoScene(*scene, servoScenes_.parts());
+    crossing_.publish(std::move(scene));
+    isBehind_ = false;
+  } catch (const std::exception& failure) {
+    if (stop_.stop_requested()) return;
+    catchUpAfter_ns_ = monotonicNow_ns() + kCatchUpEvery_ns;
+    if (std::exchange(isBehind_, true)) return;
+    tell("warning: revision " + std::to_string(sequencer_.history()->version.revision()) +
+         " is not felt yet, the servo keeps the scene before it: " + failure.what() + "; trying again");
+  }
+}
+
+void SceneRoom::tell(const std::string& line) const {
+  if (options_.log) options_.log(line);
 }
 
 }  // namespace haptics

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +13,7 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <variant>
@@ -47,8 +49,9 @@ class SceneRoom {
   using AssetReader = std::function<Result<std::string>(const ContentHash&)>;  ///< Canonical bytes, unverified.
   using HistoryListener = std::function<void(std::shared_ptr<const SceneHistory>)>;
 
-  /// Work waiting for the builder, in operations and preconditions (an upload counts as one): some 30 MB.
-  static constexpr std::size_t kMaxQueuedWork = 65'536;
+  /// Memory of the edits that wait for the builder, as decoded; the bytes of uploads, which their clients have
+  /// reserved, come on top.
+  static constexpr std::size_t kMaxQueued_bytes = 64U << 20;
   /// Edits that are decided together when so many wait: the journal then waits for the disk once. More of them delay
   /// the first one's reply.
   static constexpr std::size_t kMaxBatch = 64;
@@ -70,12 +73,18 @@ class SceneRoom {
   [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
   [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
   void start();
-  void stop();  ///< Finishes the job in hand and drops the rest; their replies never come. Also done on destruction.
+  /// Interrupts the job in hand and drops the rest; their replies never come. Also done on destruction.
+  void stop();
+  /// The same, but without waiting any longer. False: the builder is at something that is not interrupted, which stop()
+  /// waits for; all else may be asked of the room meanwhile.
+  [[nodiscard]] bool stopWithin(std::chrono::milliseconds patience);
 
   /// Any thread. The reply comes on the builder thread, after the new history was published. False, and no reply:
   /// there is no room for more work now.
+  /// \param unwanted  Asks for a stop when nobody waits for the edit any more: it is dropped, or interrupted unless it has
+  ///                  been accepted, and the reply never comes or never matters.
   [[nodiscard]] bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
-                                const EditReply& reply);
+                                const EditReply& reply, std::stop_token unwanted = {});
   /// Any thread. Checks the bytes against the hash and builds the asset; who asked holds it until an edit names it.
   /// False as above.
   [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes, const UploadReply& reply);
@@ -94,9 +103,10 @@ class SceneRoom {
   struct Edit {
     Submission submission;
     EditReply reply;
+    std::stop_token unwanted;
   };
   struct Job {
-    std::size_t work;  // as in kMaxQueuedWork
+    std::size_t size_bytes;  // as in kMaxQueued_bytes
     std::variant<Edit, std::function<void()>> task;
   };
 
@@ -111,12 +121,16 @@ class SceneRoom {
   std::uint64_t stayingAt_ = 0;                           // scene revision that the servo had then; likewise
   HandledDents handled_;                                  // likewise
   std::uint64_t takeInAfter_ns_ = 0;                      // likewise
+  bool isBehind_ = false;                                 // the servo has an older scene; likewise
+  std::uint64_t catchUpAfter_ns_ = 0;                     // likewise
 
   std::mutex queueMutex_;
   std::condition_variable queueChanged_;
   std::deque<Job> queue_;
-  std::size_t queuedWork_ = 0;
+  std::size_t queued_bytes_ = 0;
   bool stopping_ = false;
+  bool ended_ = false;     // the builder
+  std::stop_source stop_;  // of whatever the builder does
   std::thread builder_;
 
   mutable std::mutex historyMutex_;  // guards the two below
@@ -124,12 +138,16 @@ class SceneRoom {
   HistoryListener listener_;
 
   bool enqueue(Job job);
+  void askToStop();
   void run();
   std::vector<Job> takeJobs();
   void carryOut(std::span<Job> jobs);
-  std::vector<EditOutcome> apply(std::span<const Submission> submissions);
+  void followServo();
+  std::vector<EditOutcome> apply(std::span<const Submission> submissions, const std::stop_token& unwanted = {});
+  std::vector<EditOutcome> decide(std::span<const Submission> submissions, const std::stop_token& unwanted);
   void publishHistory();
   void publishToServo(ServoSceneMaker::Plan plan);
+  void tell(const std::string& line) const;
   void takeInDents();
   [[nodiscard]] bool takeInDents(ObjectId object, std::span<const StayingDent> dents);
 };

@@ -33,7 +33,8 @@ void ServoSceneMaker::addLeaving(std::vector<ServoObjectParts>& objects, const S
                                  std::uint64_t now_ns) {
   std::erase_if(leaving_, [now_ns](const Leaving& l) { return l.until_ns <= now_ns; });
   for (const ServoObjectParts& object : parts_) {
-    if (!object.leaving && !version.find(object.record->id)) {
+    const auto sameObject = [&](const Leaving& l) { return l.object.record->id == object.record->id; };
+    if (!object.leaving && !version.find(object.record->id) && std::ranges::none_of(leaving_, sameObject)) {
       leaving_.push_back({object, now_ns + kLeaving_ns});
       leaving_.back().object.leaving = true;
     }

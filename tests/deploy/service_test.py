@@ -27,10 +27,14 @@ def rules():
         pairs = [re.fullmatch(r'(\w+(?:\{[\w/]+\})?)(==|=|\+=)"([^"]*)"', pair.strip()) for pair in line.split(",")]
         assert all(pairs), line
         for pair in pairs:
-            matches = pair[1].startswith(("ACTION", "SUBSYSTEM", "ENV", "ATTR{id"))
+            matches = pair[1].startswith(("ACTION", "KERNEL", "SUBSYSTEM", "ENV", "ATTR{id"))
             assert (pair[2] == "==") == matches, f"{pair[0]} in {line}"
         made.append({pair[1]: pair[3] for pair in pairs})
     return made
+
+
+def usb_rules():
+    return [rule for rule in rules() if rule["SUBSYSTEM"] == "usb"]
 
 
 class Service(unittest.TestCase):
@@ -40,14 +44,37 @@ class Service(unittest.TestCase):
             known |= set(re.findall(r"UsbModel k\w+Model\{\s*\.vendor = 0x(\w{4}), \.product = 0x(\w{4})", source.read_text()))
         known = {(vendor.lower(), product.lower()) for vendor, product in known}
         self.assertEqual(len(known), 2)
-        self.assertEqual({(rule["ATTR{idVendor}"], rule["ATTR{idProduct}"]) for rule in rules()}, known)
+        self.assertEqual({(rule["ATTR{idVendor}"], rule["ATTR{idProduct}"]) for rule in usb_rules()}, known)
 
     def test_the_service_is_in_the_group_that_may_use_them(self):
         groups = " ".join(settings("SupplementaryGroups")).split()
         for rule in rules():
             self.assertIn(rule["GROUP"], groups)
             self.assertEqual(rule["MODE"], "0660")
+        for rule in usb_rules():
             self.assertEqual(rule["TAG"], "uaccess", "for who sits at the machine")
+
+    def test_the_service_may_keep_processors_awake_and_others_may_not(self):
+        self.assertEqual(len([rule for rule in rules() if rule.get("KERNEL") == "cpu_dma_latency"]), 1)
+        self.assertIn("/dev/cpu_dma_latency rw", settings("DeviceAllow"))
+        self.assertEqual(settings("ExecStartPre"), [], "nothing runs as root")
+
+    def test_the_service_may_use_the_devices_and_be_real_time(self):
+        self.assertIn("char-usb_device rw", settings("DeviceAllow"))
+        self.assertGreaterEqual(int(settings("LimitRTPRIO")[0]), 80)
+        self.assertEqual(settings("LimitMEMLOCK"), ["infinity"])
+        self.assertEqual(settings("CapabilityBoundingSet"), [""])
+        self.assertNotIn("yes", settings("RestrictRealtime"))
+        self.assertNotIn("@resources", " ".join(call for call in settings("SystemCallFilter") if call[0] == "~"))
+
+    def test_an_import_may_be_sandboxed_and_ends_alone_when_memory_runs_out(self):
+        self.assertIn("seccomp", settings("SystemCallFilter")[0].split())
+        self.assertEqual(settings("OOMPolicy"), ["continue"])
+        self.assertIn("AF_UNIX", settings("RestrictAddressFamilies")[0])
+
+    def test_what_watches_the_server_outlives_it_for_a_while(self):
+        self.assertEqual(settings("KillMode"), ["control-group"], "mixed would kill it with the server")
+        self.assertGreaterEqual(int(settings("TimeoutStopSec")[0]), 5)
 
     def test_the_rules_come_before_those_that_give_the_device_to_who_sits_there(self):
         self.assertLess(RULES.name, "73-seat-late.rules")
@@ -58,6 +85,12 @@ class Service(unittest.TestCase):
         self.assertTrue(options)
         for option in options:
             self.assertRegex(usage, rf"{option}\b")
+
+    @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd here")
+    def test_little_of_the_machine_is_open_to_the_service(self):
+        done = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=30", "--no-pager", UNIT],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd here")
     def test_systemd_finds_nothing_wrong_with_the_unit(self):

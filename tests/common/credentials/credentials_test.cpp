@@ -80,6 +80,13 @@ TEST_F(Credentials, AreRefusedWhileOthersMayReadTheKey) {
   const auto server = readServerCredentials(folder);
   ASSERT_FALSE(server);
   EXPECT_THAT(server.error().text(), HasSubstr("chmod 600"));
+
+  // systemd's copies show the mask of their access control list there.
+  setenv("CREDENTIALS_DIRECTORY", folder.c_str(), 1);
+  EXPECT_TRUE(readServerCredentials(folder));
+  fs::permissions(folder / kServerKeyFile, fs::perms::others_read, fs::perm_options::add);
+  EXPECT_FALSE(readServerCredentials(folder));
+  unsetenv("CREDENTIALS_DIRECTORY");
 }
 
 TEST_F(Credentials, NameTheFileThatIsMissing) {

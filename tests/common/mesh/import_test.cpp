@@ -28,24 +28,16 @@ TEST_F(Import, ReadsEveryTextFormatToTheSameMesh) {
 }
 
 TEST_F(Import, AppliesTheUnit) {
-  const auto imported = importMesh(write("t.off", kTetrahedronOff), {.unit_m = 0.001});
+  const auto imported = import("t.off", kTetrahedronOff, {.unit_m = 0.001});
   EXPECT_EQ(imported->report.scale_m, 0.001);
   EXPECT_EQ(imported->mesh.vertices[1], Vec3f(0, 0.001F, 0));
 }
 
 TEST_F(Import, RefusesAWrongUnitByItsOwnName) {
-  EXPECT_EQ(importMesh(write("t.off", kTetrahedronOff), {.unit_m = -1}).error().field, "unit_m");
+  EXPECT_EQ(import("t.off", kTetrahedronOff, {.unit_m = -1}).error().field, "unit_m");
 }
 
-TEST_F(Import, RefusesWhatIsNoReadableFile) {
-  const auto missing = importMesh(folder_ / "missing.off", {});
-  EXPECT_EQ(missing.error().field, (folder_ / "missing.off").string());
-  EXPECT_THAT(missing.error().reason, HasSubstr("no such file"));
-  std::filesystem::create_directory(folder_ / "folder.off");
-  EXPECT_THAT(importMesh(folder_ / "folder.off", {}).error().reason, HasSubstr("not a regular file"));
-  ASSERT_EQ(mkfifo((folder_ / "pipe.off").c_str(), 0600), 0);
-  EXPECT_THAT(importMesh(folder_ / "pipe.off", {}).error().reason, HasSubstr("not a regular file"));
-  EXPECT_THAT(refusal("empty.off", ""), HasSubstr("is empty"));
+TEST_F(Import, RefusesAFormatThatItDoesNotKnow) {
   EXPECT_THAT(refusal("t.xyz", "1 2 3"), HasSubstr("unknown format"));
   EXPECT_THAT(refusal("t", "1 2 3"), HasSubstr(".obj, .ply, .stl, .off, .om or .iv"));
 }

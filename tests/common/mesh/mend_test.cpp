@@ -124,7 +124,7 @@ TEST(Mend, LeavesPiecesThatOverlapAndSheetsAndSoundMeshesAsTheyAre) {
 
 class Mending : public testing::MeshFiles {
  protected:
-  Result<ImportedMesh> importTorn(bool keep) const {
+  static Result<ImportedMesh> importTorn(bool keep) {
     const TriMesh mesh = dentedPlate(1.2 * kThick_m);
     std::string off =
         "OFF\n" + std::to_string(mesh.vertices.size()) + ' ' + std::to_string(mesh.triangles.size()) + " 0\n";
@@ -138,7 +138,7 @@ class Mending : public testing::MeshFiles {
       std::snprintf(line, sizeof line, "3 %u %u %u\n", a, b, c);
       off += line;
     }
-    return importMesh(write("plate.off", off), {.largestExtent_m = 0.3, .keepCrossings = keep});
+    return import("plate.off", off, {.largestExtent_m = 0.3, .keepCrossings = keep});
   }
 };
 

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "common/mesh/import.h"
+#include "common/importer/importer.h"
+#include "common/mesh/mesh_asset.h"
+#include "tests/eval/or_throw.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
 namespace haptics::eval {
@@ -83,9 +85,10 @@ WalkScene makeWalkScene(const WalkSceneSource& source, Random& random) {
       scene.add(shape.vertices, shape.triangles, {frame.rotation, toWorld(frame, place)});
     }
   } else {
-    const auto imported = importMesh(source.file, {.largestExtent_m = kModelSize_m});
+    const auto imported = importMeshFile(source.file, {.largestExtent_m = kModelSize_m});
     if (!imported) throw std::runtime_error(imported.error().text());
-    scene.add(imported->mesh.vertices, imported->mesh.triangles, frame);
+    const TriMesh mesh = orThrow(decodeMesh(imported->bytes));
+    scene.add(mesh.vertices, mesh.triangles, frame);
   }
   scene.soup.finish();
   return scene;

@@ -341,16 +341,109 @@ TEST_F(SceneRoomTest, AFullQueueTakesNoMoreAndNeverAnswersWhatItDidNotTake) {
   auto released = release.get_future().share();
   room.start();
   ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(add("a")), [released](const EditOutcome&) { released.wait(); }));
+  Transaction many;
+  many.operations.assign(1000, moveTo("a", {1, 0, 0}));
+  SetDeformation lattice{named("a"), {}};
+  lattice.deformation.lattice.emplace(Lattice{.low_m = {}, .size_m = Vec3(1), .points = {8, 8, 8}, .control_m = {}});
+  (*lattice.deformation.lattice)->control_m.resize(512);
   Transaction large;
-  large.operations.assign(1000, moveTo("a", {1, 0, 0}));
+  large.operations.assign(71, lattice);
   std::atomic<int> answered = 0;
+  std::size_t taken_bytes = 0;
   int taken = 0;
-  while (taken < 1000 && room.submitEdit(kAlice, 2, large, [&answered](const EditOutcome&) { ++answered; })) ++taken;
-  EXPECT_GT(taken, 60);
-  EXPECT_LT(taken, 70);
+  const auto fill = [&](const Transaction& transaction, std::size_t each_bytes) {
+    while (taken < 10'000 && room.submitEdit(kAlice, 2, transaction, [&answered](const EditOutcome&) { ++answered; })) {
+      ++taken;
+      taken_bytes += transaction.operations.size() * each_bytes;
+    }
+  };
+  fill(large, sizeof(Operation) + 512 * sizeof(Vec3f));
+  fill(many, sizeof(Operation));
+  EXPECT_LE(taken_bytes, SceneRoom::kMaxQueued_bytes);
+  EXPECT_GT(taken_bytes, SceneRoom::kMaxQueued_bytes / 2);
   release.set_value();
   submit(3, edit(add("b")));
   EXPECT_EQ(answered, taken);
+}
+
+TEST_F(SceneRoomTest, DropsEditsThatNobodyWaitsFor) {
+  std::promise<void> release;
+  auto released = release.get_future().share();
+  room.start();
+  ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(add("a")), [released](const EditOutcome&) { released.wait(); }));
+  std::stop_source left;
+  const auto never = [](const EditOutcome&) { ADD_FAILURE() << "nobody waits for it"; };
+  for (const std::uint64_t seq : {2, 3}) {
+    ASSERT_TRUE(room.submitEdit(kAlice, seq, edit(add(numbered("o", seq))), never, left.get_token()));
+  }
+  left.request_stop();
+  release.set_value();
+  submit(4, edit(add("b")));
+  EXPECT_EQ(room.history()->version.objects().size(), 2U);
+}
+
+/// Takes minutes to build where nobody interrupts it.
+const SphereSource kHugeSphere{0.1, 1500};
+
+TEST_F(SceneRoomTest, EndsWhatItBuildsWhenNobodyWaitsForItAnyMore) {
+  room.start();
+  std::stop_source left;
+  std::promise<EditOutcome> given;
+  ASSERT_TRUE(room.submitEdit(
+      kAlice, 1, edit(add("huge", {kHugeSphere})), [&](const EditOutcome& o) { given.set_value(o); },
+      left.get_token()));
+  std::this_thread::sleep_for(300ms);
+  left.request_stop();
+  const auto began = std::chrono::steady_clock::now();
+  submit(2, edit(add("b")));
+  EXPECT_LT(std::chrono::steady_clock::now() - began, 5s);
+  EXPECT_TRUE(std::holds_alternative<Error>(given.get_future().get()));
+  EXPECT_EQ(room.history()->version.objects().size(), 1U);
+}
+
+TEST_F(SceneRoomTest, StopsWhileItBuilds) {
+  room.start();
+  ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(add("huge", {kHugeSphere})), [](const EditOutcome&) {}));
+  std::this_thread::sleep_for(300ms);
+  const auto began = std::chrono::steady_clock::now();
+  room.stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - began, 5s);
+}
+
+TEST_F(SceneRoomTest, StopsWhileItBuildsWhatWasUploaded) {
+  const TriMesh mesh = makeSphere(0.1, 500).value();
+  room.start();
+  ASSERT_TRUE(room.submitAsset({AssetKind::kMesh, hashOf(mesh)}, encodeMesh(mesh), [](auto) {}));
+  std::this_thread::sleep_for(300ms);
+  const auto began = std::chrono::steady_clock::now();
+  room.stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - began, 1500ms);
+}
+
+TEST(SceneRoom, GoesOnWhenAServoSceneCannotBeMadeAndMakesItLater) {
+  std::atomic<int> failures{0};
+  const auto onServoScene = [&](const ServoScene& scene, const std::vector<ServoObjectParts>&) {
+    if (scene.revision == 2 && failures-- > 0) throw std::bad_alloc();
+  };
+  SceneCrossing crossing;
+  Servo servo(crossing);
+  std::vector<std::string> logged;
+  SceneRoom room({.assetFolders = {},
+                  .makePlan = {},
+                  .log = [&](const std::string& line) { logged.push_back(line); },
+                  .onServoScene = onServoScene},
+                 crossing);
+  ASSERT_TRUE(room.loadStartScene(edit(add("a"))));
+  failures = 2;
+  room.start();
+  std::promise<EditOutcome> replied;
+  ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(remove("a")), [&](const EditOutcome& o) { replied.set_value(o); }));
+  EXPECT_TRUE(std::holds_alternative<Accepted>(replied.get_future().get()));
+  EXPECT_EQ(servo.look()->revision, 1U) << "the scene before";
+  EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return scene.revision == 2; }));
+  EXPECT_LE(servo.look()->objects.size(), 1U) << "leaving once";
+  room.stop();
+  EXPECT_THAT(logged, ::testing::Contains(HasSubstr("revision 2 is not felt yet")).Times(1));
 }
 
 TEST_F(SceneRoomTest, ManyThreadsMayEditAtOnce) {

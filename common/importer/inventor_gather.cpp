@@ -1,4 +1,4 @@
-#include "common/mesh/inventor_gather.h"
+#include "common/importer/inventor_gather.h"
 
 #include <Inventor/SbMatrix.h>
 #include <Inventor/SoDB.h>
@@ -22,13 +22,16 @@
 #include <Inventor/nodes/SoSeparator.h>
 #include <Inventor/nodes/SoShape.h>
 #include <Inventor/nodes/SoVertexProperty.h>
+#include <fcntl.h>
+#include <sys/stat.h>
 
 #include <algorithm>
-#include <optional>
+#include <cerrno>
+#include <cstdio>
+#include <deque>
 #include <string>
 #include <utility>
 
-#include "common/mesh/file_bytes.h"
 #include "common/mesh/text_scan.h"
 #include "common/mesh/tri_mesh.h"
 
@@ -39,26 +42,10 @@ namespace {
 /// models nest below 50.
 constexpr int kDeepestNesting = 500;
 
-/// Most files that one file may include, directly or not; ends a file that includes itself. The largest model known
-/// includes 12.
-constexpr int kMostIncludes = 100;
-
 /// What Coin says while a file is read; it would go to stderr.
 std::string& said() {
   static std::string text;
   return text;
-}
-
-void startCoin() {
-  const auto keep = [](const SoError* error, void*) {
-    if (said().empty()) said() = error->getDebugString().getString();
-  };
-  SoDB::init();
-  SoInteraction::init();
-  SoError::setHandlerCallback(keep, nullptr);
-  SoDebugError::setHandlerCallback(keep, nullptr);
-  SoReadError::setHandlerCallback(keep, nullptr);
-  SoMemoryError::setHandlerCallback(keep, nullptr);
 }
 
 int deepestNesting(std::string_view text) {
@@ -84,44 +71,50 @@ int deepestNesting(std::string_view text) {
   return deepest;
 }
 
-/// Lets a file include others from its own folder and below only.
+/// What fopen() gives while Coin opens a file that it was allowed to include; null: no file.
+const std::string*& handedOver() {
+  static const std::string* bytes = nullptr;
+  return bytes;
+}
+bool& opensFiles() {
+  static bool itself = true;
+  return itself;
+}
+
+/// Lets a file include what the reader gives.
 class ConfinedInput final : public SoInput {
  public:
-  explicit ConfinedInput(const std::filesystem::path& folder) : folder_(folder) {}
+  explicit ConfinedInput(IncludeReader readIncluded) : readIncluded_(std::move(readIncluded)) {}
 
   [[nodiscard]] std::uint64_t leftOut() const { return leftOut_; }
 
   SbBool pushFile(const char* name) override {
-    if (const auto path = allowed(name); path && SoInput::pushFile(path->c_str())) return TRUE;
+    auto bytes = readIncluded_(name);
+    if (bytes && deepestNesting(*bytes) <= kDeepestNesting) {
+      handedOver() = &included_.emplace_back(*std::move(bytes));
+      const SbBool pushed = SoInput::pushFile((std::string("/") + name).c_str());  // as no path to be searched for
+      handedOver() = nullptr;
+      if (pushed) return TRUE;
+    }
     ++leftOut_;
     return FALSE;
   }
 
  private:
-  [[nodiscard]] std::optional<std::filesystem::path> allowed(const std::filesystem::path& name) {
-    const auto goesUp = [](const std::filesystem::path& part) { return part == ".."; };
-    if (name.is_absolute() || std::any_of(name.begin(), name.end(), goesUp) || ++included_ > kMostIncludes) {
-      return std::nullopt;
-    }
-    const auto content = readFile(folder_ / name);
-    if (!content || deepestNesting(*content) > kDeepestNesting) return std::nullopt;
-    return folder_ / name;
-  }
-
-  std::filesystem::path folder_;
-  int included_ = 0;
+  IncludeReader readIncluded_;
+  std::deque<std::string> included_;  // Coin reads them where they are
   std::uint64_t leftOut_ = 0;
 };
 
 struct Gathering {
-  InventorTriangles found;
+  PolygonSoup found;
   std::string fault;  // ends the walk
 };
 
 void takeTriangle(void* data, SoCallbackAction* action, const SoPrimitiveVertex* a, const SoPrimitiveVertex* b,
                   const SoPrimitiveVertex* c) {
   auto& [found, fault] = *static_cast<Gathering*>(data);
-  if (found.corners.size() >= 3 * kMaxTriangles) {
+  if (found.triangles.size() >= kMaxTriangles) {
     fault = "holds more than " + std::to_string(kMaxTriangles) + " triangles";
     return;
   }
@@ -132,12 +125,14 @@ void takeTriangle(void* data, SoCallbackAction* action, const SoPrimitiveVertex*
   for (const SoPrimitiveVertex* vertex : {a, b, c}) {
     SbVec3f point;
     toRoot.multVecMatrix(vertex->getPoint(), point);
-    found.corners.emplace_back(point[0], point[1], point[2]);
+    found.vertices.emplace_back(point[0], point[1], point[2]);
   }
+  const auto end = static_cast<std::uint32_t>(found.vertices.size());
+  found.triangles.push_back({end - 3, end - 2, end - 1});
 }
 
 SoCallbackAction::Response skipNurbs(void* data, SoCallbackAction*, const SoNode*) {
-  ++static_cast<Gathering*>(data)->found.skipped;
+  ++static_cast<Gathering*>(data)->found.shapesSkipped;
   return SoCallbackAction::PRUNE;
 }
 
@@ -184,12 +179,24 @@ void gather(SoNode* root, Gathering& gathering) {
 
 }  // namespace
 
-Result<InventorTriangles> gatherInventor(std::string_view file, const std::filesystem::path& folder) {
-  startCoin();
+void startInventor() {
+  const auto keep = [](const SoError* error, void*) {
+    if (said().empty()) said() = error->getDebugString().getString();
+  };
+  SoDB::init();
+  SoInteraction::init();
+  SoError::setHandlerCallback(keep, nullptr);
+  SoDebugError::setHandlerCallback(keep, nullptr);
+  SoReadError::setHandlerCallback(keep, nullptr);
+  SoMemoryError::setHandlerCallback(keep, nullptr);
+}
+
+Result<PolygonSoup> gatherInventor(std::string_view file, IncludeReader readIncluded) {
+  opensFiles() = false;
   if (deepestNesting(file) > kDeepestNesting) {
     return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
   }
-  ConfinedInput input(folder);
+  ConfinedInput input(std::move(readIncluded));
   input.setBuffer(file.data(), file.size());
   SoSeparator* root = input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
   if (root == nullptr) {
@@ -197,11 +204,35 @@ Result<InventorTriangles> gatherInventor(std::string_view file, const std::files
   }
   root->ref();
   Gathering gathering;
-  gathering.found.skipped = input.leftOut();
+  gathering.found.shapesSkipped = input.leftOut();
   gather(root, gathering);
   root->unref();
   if (!gathering.fault.empty()) return refused("", gathering.fault);
+  gathering.found.verticesInFile = gathering.found.vertices.size();
   return std::move(gathering.found);
 }
 
 }  // namespace haptics
+
+// Instead of libc's: Coin names the files that it reads, and this program may open none.
+
+extern "C" std::FILE* fopen(const char* name, const char* mode) {
+  using namespace haptics;
+  if (opensFiles()) {
+    const int file = open(name, O_RDONLY | O_CLOEXEC);
+    return file < 0 ? nullptr : fdopen(file, mode);
+  }
+  if (const std::string* bytes = handedOver()) return fmemopen(const_cast<char*>(bytes->data()), bytes->size(), "r");
+  errno = EACCES;
+  return nullptr;
+}
+
+extern "C" int stat(const char* name, struct stat* status) {
+  using namespace haptics;
+  if (opensFiles()) return fstatat(AT_FDCWD, name, status, 0);
+  errno = EACCES;
+  if (handedOver() == nullptr) return -1;
+  *status = {};
+  status->st_mode = S_IFREG;
+  return 0;
+}

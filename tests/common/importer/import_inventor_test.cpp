@@ -4,8 +4,7 @@
 #include <sstream>
 #include <thread>
 
-#include "common/mesh/import.h"
-#include "mesh_files.h"
+#include "file_imports.h"
 
 namespace haptics {
 namespace {
@@ -13,7 +12,7 @@ namespace {
 using ::testing::HasSubstr;
 using testing::tetrahedron;
 
-using ImportInventor = testing::MeshFiles;
+using ImportInventor = testing::FileImports;
 
 const std::string kHeader = "#Inventor V2.1 ascii\n\n";
 const std::string kTetrahedron =
@@ -84,6 +83,34 @@ TEST_F(ImportInventor, IncludesFilesFromItsFolderOnly) {
   }
 }
 
+TEST_F(ImportInventor, FollowsALinkInAnIncludedNameWithinTheAssetFolderOnly) {
+  std::filesystem::create_directories(folder_ / "assets/inner");
+  std::filesystem::create_directories(folder_ / "secret");
+  write("assets/part.iv", kHeader + kTetrahedron);
+  write("secret/part.iv", kHeader + kTetrahedron);
+  const auto inner = folder_ / "assets/inner";
+  std::filesystem::create_symlink(folder_ / "assets/part.iv", inner / "inside.iv");
+  std::filesystem::create_symlink(folder_ / "secret/part.iv", inner / "outside.iv");
+  std::filesystem::create_directory_symlink(folder_ / "secret", inner / "up");
+  const auto including = [&](const std::string& name) {
+    return importFile(write("assets/inner/t.iv", kHeader + "Separator { Cube {} }\nFile { name \"" + name + "\" }\n"),
+                      folder_ / "assets");
+  };
+  EXPECT_EQ(including("inside.iv")->report.trianglesInFile, 16U);
+  for (const char* name : {"outside.iv", "up/part.iv"}) {
+    const auto imported = including(name);
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_EQ(imported->report.trianglesInFile, 12U) << name;
+    EXPECT_EQ(imported->report.shapesSkipped, 1U) << name;
+  }
+}
+
+TEST_F(ImportInventor, IncludesAFileThatIncludesAnother) {
+  write("part.iv", kHeader + kTetrahedron);
+  write("middle.iv", kHeader + "File { name \"part.iv\" }\nCube {}\n");
+  EXPECT_EQ(import("t.iv", kHeader + "File { name \"middle.iv\" }\n")->report.trianglesInFile, 16U);
+}
+
 TEST_F(ImportInventor, EndsWhenAFileIncludesItself) {
   const auto imported = import("t.iv", kHeader + "Separator {" + kTetrahedron + "}\nFile { name \"t.iv\" }\n");
   ASSERT_TRUE(imported) << imported.error().text();
@@ -108,7 +135,7 @@ TEST_F(ImportInventor, NamesAPointThatIsNotThere) {
 
 TEST_F(ImportInventor, OutlivesACrashOfCoin) {
   const std::string bad = "Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] }\nFaceSet { numVertices [ 1000000 ] }\n";
-  EXPECT_THAT(refusal("t.iv", kHeader + bad), HasSubstr("inventor_reader ends on it"));
+  EXPECT_THAT(refusal("t.iv", kHeader + bad), HasSubstr("asset_importer ends on it"));
 }
 
 TEST_F(ImportInventor, RefusesNestingThatWouldOverflowTheStack) {
@@ -126,7 +153,7 @@ TEST_F(ImportInventor, CanBeUsedFromSeveralThreads) {
   std::array<bool, 4> good{};
   for (bool& result : good) {
     threads.emplace_back([&] {
-      const auto imported = importMesh(file, {});
+      const auto imported = importFile(file, file.parent_path());
       result = imported && imported->mesh == tetrahedron();
     });
   }

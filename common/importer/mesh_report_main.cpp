@@ -6,25 +6,31 @@
 #include <string>
 #include <vector>
 
-#include "common/mesh/import.h"
+#include "common/importer/importer.h"
 #include "common/mesh/mesh_asset.h"
 
 // Exit code: 0 when every file was there, whether it was loaded or refused; 1 when a file does not exist; CLI11's codes
 // (above 100) for wrong usage.
 namespace {
 
-using haptics::ImportedMesh;
+using haptics::EncodedMesh;
 using haptics::MeshReport;
 
-nlohmann::ordered_json flat(const std::string& file, const haptics::Result<ImportedMesh>& imported) {
+nlohmann::ordered_json flat(const std::string& file, const haptics::Result<EncodedMesh>& imported) {
   nlohmann::ordered_json row{{"file", file}, {"loaded", imported.has_value()}};
   if (!imported) {
     row["field"] = imported.error().field;
     row["reason"] = imported.error().reason;
     return row;
   }
+  const auto mesh = haptics::decodeMesh(imported->bytes);
+  if (!mesh) {
+    row["loaded"] = false;
+    row["reason"] = mesh.error().text();
+    return row;
+  }
   const MeshReport& r = imported->report;
-  row.update({{"hash", hashOf(imported->mesh).hex()},
+  row.update({{"hash", hashOf(*mesh).hex()},
               {"triangles_in_file", r.trianglesInFile},
               {"kept", r.kept},
               {"polygons_triangulated", r.polygonsTriangulated},
@@ -32,7 +38,7 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Impor
               {"dropped_out_of_range", r.droppedOutOfRange},
               {"duplicate_faces", r.duplicateFaces},
               {"vertices_in_file", r.verticesInFile},
-              {"vertices", imported->mesh.vertices.size()},
+              {"vertices", mesh->vertices.size()},
               {"vertices_welded", r.verticesWelded},
               {"vertices_unused", r.verticesUnused},
               {"shapes_skipped", r.shapesSkipped},
@@ -64,7 +70,7 @@ void printHeading() {
                "| ---: | --- |\n";
 }
 
-void printRow(const std::string& file, const haptics::Result<ImportedMesh>& imported) {
+void printRow(const std::string& file, const haptics::Result<EncodedMesh>& imported) {
   if (!imported) {
     std::cout << "| " << file << " | refused: " << imported.error().reason << " | | | | | | | | | | | | | | | |\n";
     return;
@@ -103,7 +109,7 @@ int main(int argc, char** argv) {
   if (!asJson) printHeading();
   for (const std::string& file : files) {
     allThere = allThere && std::filesystem::exists(file);
-    const auto imported = haptics::importMesh(file, options);
+    const auto imported = haptics::importMeshFile(file, options);
     if (asJson) {
       records.push_back(flat(file, imported));
     } else {

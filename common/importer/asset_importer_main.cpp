@@ -1,0 +1,130 @@
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "common/importer/descriptors.h"
+#include "common/importer/import_request.h"
+#include "common/importer/inventor_gather.h"
+#include "common/importer/sandbox.h"
+#include "common/mesh/file_bytes.h"
+#include "common/mesh/mesh_asset.h"
+#include "common/surface/field_asset.h"
+#include "common/surface/makers/image_field.h"
+#include "common/surface/makers/reaction_diffusion.h"
+
+// Started by importer.cpp only, which is at the other end of standard input.
+namespace haptics {
+namespace {
+
+constexpr int kSocket = STDIN_FILENO;
+
+struct Answer {
+  std::string bytes;
+  MeshReport report = {};
+};
+
+/// Everything, or this process ends: there is nobody to tell.
+void say(const void* bytes, std::size_t size) {
+  const char* at = static_cast<const char*>(bytes);
+  while (size > 0) {
+    const ssize_t sent = sendWith(kSocket, at, size, -1);
+    if (sent <= 0) _exit(EXIT_FAILURE);
+    at += sent;
+    size -= static_cast<std::size_t>(sent);
+  }
+}
+
+void say(ImporterMessage::Kind kind, std::string_view bytes, const MeshReport& report = {}) {
+  ImporterMessage message;
+  message.kind = kind;
+  message.size = bytes.size();
+  message.report = report;
+  say(&message, sizeof message);
+  say(bytes.data(), bytes.size());
+}
+
+/// A file that the file includes.
+std::optional<std::string> askFor(const std::string& name) {
+  if (name.size() > kLongestInclude) return std::nullopt;
+  say(ImporterMessage::Kind::kInclude, name);
+  IncludeReply reply = IncludeReply::kNo;
+  int descriptor = -1;
+  if (receiveWith(kSocket, &reply, sizeof reply, descriptor) != sizeof reply) _exit(EXIT_FAILURE);
+  if (reply != IncludeReply::kYes || descriptor < 0) return std::nullopt;
+  auto bytes = readFile(OpenFile(descriptor));
+  if (!bytes) return std::nullopt;
+  return *std::move(bytes);
+}
+
+struct Carrier {
+  const OpenFile& file;
+
+  Result<Answer> operator()(const MeshFileRequest& request) const {
+    return readFile(file)
+        .and_then([&](const std::string& bytes) -> Result<ImportedMesh> {
+          if (request.format != MeshFormat::kInventor) return importMesh(bytes, request.format, request.options);
+          return gatherInventor(bytes, askFor).and_then([&](PolygonSoup soup) {
+            return importSoup(std::move(soup), request.options);
+          });
+        })
+        .map([](const ImportedMesh& imported) {
+          return Answer{encodeMesh(imported.mesh), imported.report};
+        });
+  }
+  Result<Answer> operator()(const ImageRequest&) const {
+    return readFile(file)
+        .and_then([](const std::string& bytes) { return fieldFromImage(bytes); })
+        .map([](const SampledField& field) { return Answer{encodeField(field)}; });
+  }
+  Result<Answer> operator()(const MeshRecipe& recipe) const {
+    return generate(recipe).map([](const TriMesh& mesh) { return Answer{encodeMesh(mesh)}; });
+  }
+  Result<Answer> operator()(const ReactionDiffusionSource& s) const {
+    return Answer{encodeField(reactionDiffusion(s))};
+  }
+};
+
+Result<Answer> carryOut(const ImportRequest& request, const OpenFile& file) {
+  try {
+    return std::visit(Carrier{file}, request);
+  } catch (const std::bad_alloc&) {
+    return refused("", "needs more memory than there is");
+  } catch (const std::length_error&) {
+    return refused("", "needs more memory than there is");
+  }
+}
+
+int run() {
+  becomeExpendable(kMostImportTime_s);
+  ImportRequest request;
+  int descriptor = -1;
+  if (receiveWith(kSocket, &request, sizeof request, descriptor) != sizeof request) {
+    std::fputs("asset_importer is started by the programs that import meshes and images; use mesh_report\n", stderr);
+    return EXIT_FAILURE;
+  }
+  const OpenFile file(descriptor);
+  const auto* mesh = std::get_if<MeshFileRequest>(&request);
+  if (mesh != nullptr && mesh->format == MeshFormat::kInventor) startInventor();
+
+  const auto answer = enterSandbox().and_then([&] { return carryOut(request, file); });
+  if (answer) {
+    say(ImporterMessage::Kind::kDone, answer->bytes, answer->report);
+  } else {
+    const Error& error = answer.error();
+    say(ImporterMessage::Kind::kRefused, (error.field + '\0' + error.reason).substr(0, kLongestRefusal));
+  }
+  // Without destructors: Coin's, and those of the font libraries that it loads, are slow and leak.
+  _exit(EXIT_SUCCESS);
+}
+
+}  // namespace
+}  // namespace haptics
+
+int main() { return haptics::run(); }

@@ -1,0 +1,158 @@
+#include "common/importer/importer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <new>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "common/importer/child_process.h"
+#include "common/importer/import_request.h"
+#include "common/mesh/file_bytes.h"
+
+namespace haptics {
+namespace fs = std::filesystem;
+namespace {
+
+/// Of a process that gets little of the processors.
+constexpr std::chrono::seconds kPatience{kMostImportTime_s};
+
+/// The largest mesh's canonical bytes, header included.
+constexpr std::size_t kMostBytes = 64 + kMaxVertices * sizeof(Vec3f) + kMaxTriangles * sizeof(TriangleIndices);
+
+/// Most files that one file may include, directly or not; ends a file that includes itself. The largest model known
+/// includes 12.
+constexpr int kMostIncludes = 100;
+
+Error cutOff() { return {"", "cannot be read: asset_importer was cut off"}; }
+
+/// Where a file that is read looks for those that it includes.
+struct Surroundings {
+  fs::path folder;
+  fs::path within;  // canonical
+};
+
+std::optional<OpenFile> openIncluded(const fs::path& name, const Surroundings& around) {
+  const auto goesUp = [](const fs::path& part) { return part == ".."; };
+  if (name.is_absolute() || std::any_of(name.begin(), name.end(), goesUp)) return std::nullopt;
+  std::error_code error;
+  const fs::path file = fs::canonical(around.folder / name, error);
+  if (error || std::ranges::mismatch(around.within, file).in1 != around.within.end()) return std::nullopt;
+  auto opened = openFile(file);
+  if (!opened) return std::nullopt;
+  return *std::move(opened);
+}
+
+Error errorFrom(const std::string& said) {
+  const std::size_t end = std::min(said.find('\0'), said.size());
+  return {said.substr(0, end), said.substr(std::min(end + 1, said.size()))};
+}
+
+/// One import.
+class Import {
+ public:
+  explicit Import(const std::stop_token& stop) : child_(program(), kPatience, stop) {}
+
+  Result<EncodedMesh> run(const ImportRequest& request, const OpenFile* file, const Surroundings* around) {
+    try {
+      auto sent = child_.send(&request, sizeof request, file != nullptr ? file->descriptor() : -1);
+      if (!sent) return tl::unexpected(std::move(sent).error());
+      return answer(around);
+    } catch (const std::bad_alloc&) {
+      return refused("", "needs more memory than there is");
+    }
+  }
+
+ private:
+  ChildProcess child_;
+  int includes_ = 0;
+
+  static fs::path program() {
+    std::error_code error;
+    return fs::read_symlink("/proc/self/exe", error).parent_path() / "asset_importer";
+  }
+
+  Result<EncodedMesh> answer(const Surroundings* around) {
+    for (;;) {
+      ImporterMessage message;
+      if (auto got = child_.receive(&message, sizeof message); !got) return tl::unexpected(std::move(got).error());
+      if (!holds(message)) return tl::unexpected(cutOff());
+      auto bytes = child_.receive(message.size);
+      if (!bytes) return tl::unexpected(std::move(bytes).error());
+      if (message.kind == ImporterMessage::Kind::kRefused) return tl::unexpected(errorFrom(*bytes));
+      if (message.kind == ImporterMessage::Kind::kDone) return EncodedMesh{*std::move(bytes), message.report};
+      if (auto handed = handOver(*bytes, around); !handed) return tl::unexpected(std::move(handed).error());
+    }
+  }
+
+  /// Whether it may be looked at: nothing that comes from there is trusted.
+  static bool holds(const ImporterMessage& message) {
+    const unsigned char searched = *reinterpret_cast<const unsigned char*>(&message.report.mended.searched);
+    return message.size <= mostOf(message.kind) && searched <= 1;
+  }
+
+  static std::size_t mostOf(ImporterMessage::Kind kind) {
+    switch (kind) {
+      case ImporterMessage::Kind::kInclude:
+        return kLongestInclude;
+      case ImporterMessage::Kind::kRefused:
+        return kLongestRefusal;
+      case ImporterMessage::Kind::kDone:
+        return kMostBytes;
+    }
+    return 0;
+  }
+
+  Result<void> handOver(const std::string& name, const Surroundings* around) {
+    std::optional<OpenFile> file;
+    if (around != nullptr && ++includes_ <= kMostIncludes) file = openIncluded(name, *around);
+    const IncludeReply reply = file ? IncludeReply::kYes : IncludeReply::kNo;
+    return child_.send(&reply, sizeof reply, file ? file->descriptor() : -1);
+  }
+};
+
+Error naming(Error error, const fs::path& file) {
+  if (error.field.empty()) error.field = file.string();
+  return error;
+}
+
+Result<EncodedMesh> importFile(const fs::path& file, const ImportRequest& request, const Surroundings* around,
+                               const std::stop_token& stop) {
+  return openFile(file)
+      .and_then([&](const OpenFile& opened) { return Import(stop).run(request, &opened, around); })
+      .map_error([&](Error error) { return naming(std::move(error), file); });
+}
+
+Result<std::string> made(const ImportRequest& request, const std::stop_token& stop) {
+  return Import(stop).run(request, nullptr, nullptr).map([](EncodedMesh mesh) { return std::move(mesh.bytes); });
+}
+
+}  // namespace
+
+Result<EncodedMesh> importMeshFile(const fs::path& file, const fs::path& within, const ImportOptions& options,
+                                   const std::stop_token& stop) {
+  const auto format = meshFormatOf(file);
+  if (!format) return tl::unexpected(naming(format.error(), file));
+  std::error_code error;
+  const Surroundings around{file.parent_path(), fs::canonical(within.empty() ? "." : within, error)};
+  const bool includes = *format == MeshFormat::kInventor && !error;
+  return importFile(file, MeshFileRequest{*format, options}, includes ? &around : nullptr, stop);
+}
+
+Result<EncodedMesh> importMeshFile(const fs::path& file, const ImportOptions& options) {
+  return importMeshFile(file, file.parent_path(), options);
+}
+
+Result<std::string> importImage(const fs::path& file, const std::stop_token& stop) {
+  return importFile(file, ImageRequest{}, nullptr, stop).map([](EncodedMesh made) { return std::move(made.bytes); });
+}
+
+Result<std::string> makeElsewhere(const MeshRecipe& recipe, const std::stop_token& stop) { return made(recipe, stop); }
+
+Result<std::string> makeElsewhere(const ReactionDiffusionSource& recipe, const std::stop_token& stop) {
+  return made(recipe, stop);
+}
+
+}  // namespace haptics

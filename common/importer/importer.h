@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+#include <string>
+
+#include "common/error/error.h"
+#include "common/importer/mesh_recipe.h"
+#include "common/mesh/import.h"
+#include "common/scene/surface_edits.h"
+
+// Files from anywhere, and what else takes long because its input says so, in a process of its own: the program
+// asset_importer, which lies beside the running one. It may be killed at any time, gets a file's descriptor and not its
+// path, can open nothing, has no privileges and little priority (sandbox.h). So a file that crashes a library, or makes
+// it compute for ever, costs its own import. All block the calling thread only, take five minutes at the most, and end at
+// once when `stop` asks for it. Thread-safe.
+namespace haptics {
+
+struct EncodedMesh {
+  std::string bytes;  ///< Canonical, not checked: as from anybody.
+  MeshReport report;
+};
+
+/// importMesh() of a file of any format, by the ending of its name. Files that an Inventor file includes are looked for in
+/// its folder and below, and left out where they are not below `within` once symbolic links are followed. Errors have
+/// the file or the option as their field: what importMesh() refuses, missing, empty, no regular file, damaged.
+[[nodiscard]] Result<EncodedMesh> importMeshFile(const std::filesystem::path& file, const std::filesystem::path& within,
+                                                 const ImportOptions& options, const std::stop_token& stop = {});
+/// Of the user's own, which may include what is below its folder.
+[[nodiscard]] Result<EncodedMesh> importMeshFile(const std::filesystem::path& file, const ImportOptions& options);
+
+/// fieldFromImage() of a file; canonical bytes of a field, not checked.
+[[nodiscard]] Result<std::string> importImage(const std::filesystem::path& file, const std::stop_token& stop = {});
+
+/// Canonical bytes of what generate() and reactionDiffusion() make, not checked.
+[[nodiscard]] Result<std::string> makeElsewhere(const MeshRecipe& recipe, const std::stop_token& stop = {});
+[[nodiscard]] Result<std::string> makeElsewhere(const ReactionDiffusionSource& recipe,
+                                                const std::stop_token& stop = {});
+
+}  // namespace haptics

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "common/error/error.h"
+
+namespace haptics {
+
+/// Makes this process one that may be lost: it ends with the thread that started it, is the first to end where memory
+/// runs out, leaves the processors to others, has no capabilities and gains none, writes no file and no core, opens no
+/// more than a few, and gets no more than `processorTime_s` of a processor and no more memory than importing the largest
+/// mesh takes, half of what the machine has at the most. For the beginning of a program.
+void becomeExpendable(unsigned processorTime_s);
+
+/// From now on this process may use what it holds, memory and open files, and nothing else: opening a file fails,
+/// every other system call ends it. For good. Refused where the kernel cannot filter system calls.
+[[nodiscard]] Result<void> enterSandbox();
+
+}  // namespace haptics

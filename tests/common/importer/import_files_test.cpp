@@ -1,0 +1,99 @@
+#include <sys/stat.h>
+
+#include <chrono>
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include "common/surface/field_asset.h"
+#include "common/surface/makers/reaction_diffusion.h"
+#include "file_imports.h"
+
+namespace haptics {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+using testing::kTetrahedronOff;
+using testing::tetrahedron;
+
+using ImportFiles = testing::FileImports;
+
+/// Triangles across one another, each as long as all of them together: to find what crosses what takes minutes.
+std::string soup() {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> place(-1, 1);
+  std::string obj;
+  constexpr int kTriangles = 30'000;
+  for (int i = 0; i < 3 * kTriangles; ++i) {
+    obj += "v " + std::to_string(place(random)) + ' ' + std::to_string(place(random)) + ' ' +
+           std::to_string(place(random)) + '\n';
+  }
+  for (int i = 1; i < 3 * kTriangles; i += 3) {
+    obj += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
+  }
+  return obj;
+}
+
+TEST_F(ImportFiles, GiveTheMeshAndItsReport) {
+  const auto imported = import("t.off", kTetrahedronOff, {.unit_m = 0.5});
+  ASSERT_TRUE(imported) << imported.error().text();
+  EXPECT_EQ(imported->mesh.vertices[1], Vec3f(0, 0.5F, 0));
+  EXPECT_EQ(imported->report.kept, 4U);
+  EXPECT_TRUE(imported->report.mended.searched);
+  EXPECT_EQ(import("t.off", kTetrahedronOff)->mesh, tetrahedron());
+}
+
+TEST_F(ImportFiles, NameTheWrongOption) {
+  EXPECT_EQ(import("t.off", kTetrahedronOff, {.unit_m = -1}).error().field, "unit_m");
+}
+
+TEST_F(ImportFiles, ThatAreNoReadableFilesAreRefused) {
+  const auto missing = importMeshFile(folder_ / "missing.off", {});
+  EXPECT_EQ(missing.error().field, (folder_ / "missing.off").string());
+  EXPECT_THAT(missing.error().reason, HasSubstr("no such file"));
+  std::filesystem::create_directory(folder_ / "folder.off");
+  EXPECT_THAT(importMeshFile(folder_ / "folder.off", {}).error().reason, HasSubstr("not a regular file"));
+  ASSERT_EQ(mkfifo((folder_ / "pipe.off").c_str(), 0600), 0);
+  EXPECT_THAT(importMeshFile(folder_ / "pipe.off", {}).error().reason, HasSubstr("not a regular file"));
+  EXPECT_THAT(refusal("empty.off", ""), HasSubstr("is empty"));
+  EXPECT_THAT(refusal("t.xyz", "1 2 3"), HasSubstr("unknown format"));
+  EXPECT_THAT(refusal("t.off", "OFF\n"), HasSubstr("header"));
+}
+
+TEST_F(ImportFiles, ReadImages) {
+  const auto bytes = importImage(std::filesystem::path(SCENES_FOLDER) / "sprinkles.png");
+  ASSERT_TRUE(bytes) << bytes.error().text();
+  EXPECT_TRUE(decodeField(*bytes));
+  const auto refused = importImage(write("no.png", "no image"));
+  EXPECT_EQ(refused.error().field, (folder_ / "no.png").string());
+  EXPECT_THAT(refused.error().reason, HasSubstr("not an image"));
+}
+
+TEST_F(ImportFiles, MakeTheSameElsewhereAsHere) {
+  const MeshRecipe sphere = SphereSource{0.1, 20};
+  EXPECT_EQ(makeElsewhere(sphere), encodeMesh(generate(sphere).value()));
+  EXPECT_EQ(makeElsewhere(MeshRecipe(TorusSource{0.1, 0.2})).error().field, "torus.minor_radius_m");
+  const ReactionDiffusionSource spots{.cells = 2, .resolution = 32};
+  EXPECT_EQ(makeElsewhere(spots), encodeField(reactionDiffusion(spots)));
+}
+
+TEST_F(ImportFiles, EndAtOnceWhenToldTo) {
+  const auto file = write("soup.obj", soup());
+  for (const bool beforehand : {true, false}) {
+    std::stop_source stop;
+    if (beforehand) stop.request_stop();
+    std::jthread later([&] {
+      std::this_thread::sleep_for(200ms);
+      stop.request_stop();
+    });
+    const auto began = std::chrono::steady_clock::now();
+    const auto imported = importMeshFile(file, folder_.path(), {}, stop.get_token());
+    ASSERT_FALSE(imported);
+    EXPECT_THAT(imported.error().reason, HasSubstr("cancelled"));
+    EXPECT_LT(std::chrono::steady_clock::now() - began, 5s);
+  }
+}
+
+}  // namespace
+}  // namespace haptics
