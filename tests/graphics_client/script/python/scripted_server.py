@@ -44,6 +44,8 @@ def an_object(number, **more):
     state = scene_pb2.ObjectState(id=number, name=f"object_{number}", revision=1, mesh=bytes([number % 256]) * 32,
                                   stiffness_N_per_m=500, **more)
     state.pose.rotation.w = 1
+    state.pose.position.SetInParent()
+    state.color.SetInParent()
     return state
 
 
