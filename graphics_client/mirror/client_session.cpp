@@ -40,6 +40,7 @@ void ClientSession::drained() { pumpUploads(); }
 void ClientSession::poll(std::uint64_t now_ns) {
   if (phase_ == Phase::kDown || connectionOver()) return;
   if (now_ns - lastByte_ns_ >= kSilence_ns) return over("the server has been silent for 3 s");
+  if (transport_->backlog() > kMaxUnsent_bytes) return over("the server does not read: 64 MiB are waiting for it");
   if (phase_ == Phase::kHello) return;
   if (now_ns >= nextHeartbeat_ns_) {
     nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
@@ -255,6 +256,13 @@ void ClientSession::send(v1::Envelope& envelope) {
 void ClientSession::over(const std::string& why) {
   over_ = why;
   ++changes_;
+}
+
+/// The server asks for more than a client gives: trying again soon will not help.
+void ClientSession::leave(const Error& why) {
+  assets_ = {};
+  turnedAway("left the server: " + why.text());
+  over(linkText_);
 }
 
 void ClientSession::resync(const Error& why) {

@@ -12,6 +12,7 @@
 #include "common/wire/transport.h"
 #include "graphics_client/mirror/asset_fetcher.h"
 #include "graphics_client/mirror/asset_uploader.h"
+#include "graphics_client/mirror/client_limits.h"
 #include "graphics_client/mirror/datagram_path.h"
 #include "graphics_client/mirror/edit_outbox.h"
 #include "graphics_client/mirror/mirror.h"
@@ -159,6 +160,7 @@ class ClientSession {
   void send(v1::Envelope& envelope);
   void over(const std::string& why);
   void resync(const Error& why);
+  void leave(const Error& why);
 };
 
 }  // namespace haptics

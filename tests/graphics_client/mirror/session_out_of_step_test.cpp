@@ -129,6 +129,23 @@ TEST_F(OutOfStep, WhenAMeshDoesNotHashToItsName) {
   expectResync();
 }
 
+TEST_F(OutOfStep, WhenAnAssetChangesItsSizeAndTheAssetIsTakenAnew) {
+  rig_.server.sendCommit(next_);
+  rig_.settle();
+  const std::string hash = rig_.server.heard(v1::Envelope::kAssetRequest).back().asset_request().hash();
+  v1::Envelope envelope;
+  v1::AssetChunk& chunk = *envelope.mutable_asset_chunk();
+  chunk.set_hash(hash);
+  chunk.set_kind(v1::ASSET_KIND_MESH);
+  chunk.set_total_size(7);
+  chunk.set_data("wrong");
+  rig_.server.send(envelope);
+  chunk.set_offset(chunk.data().size());
+  chunk.set_total_size(8);
+  rig_.server.send(envelope);
+  expectResync();
+}
+
 TEST_F(OutOfStep, WhenASnapshotHasAnotherRoot) {
   rig_.cut();
   rig_.connectionsEnded = 0;
