@@ -74,7 +74,7 @@ class Client:
         self._end = None  # why there is no more to wait for
         self._trouble = f"nothing has come from {address}"  # since it was live
         self._refused = False
-        self.connections = self.resyncs = 0
+        self.connections = self.resyncs = self._tick = 0
         self._wake_receiver, self._wake_sender = socket.socketpair()
         self._wake_sender.setblocking(False)
         self._thread = threading.Thread(target=self._run, name="haptic client", daemon=True)
@@ -422,6 +422,8 @@ def frames(buffer):
             raise ConnectionLost(f"a frame of {size} bytes")
         if len(buffer) < 4 + size:
             return
-        envelope = envelope_pb2.Envelope.FromString(bytes(buffer[4:4 + size]))
+        envelope = envelope_pb2.Envelope()
+        if envelope.MergeFromString(bytes(buffer[4:4 + size])) != size:
+            raise DecodeError("a frame holds more than its message")
         del buffer[:4 + size]
         yield envelope

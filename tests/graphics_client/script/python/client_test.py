@@ -126,6 +126,8 @@ class MalformedData(ClientTest):
         self.assert_turned_down("a frame of 0 bytes", b"\0\0\0\0")
         self.assert_turned_down("a frame of 4294967295 bytes", b"\xff\xff\xff\xff")
         self.assert_turned_down("does not speak this protocol", b"\2\0\0\0\xff\xff")
+        with self.assertWarns(RuntimeWarning):  # protobuf's own
+            self.assert_turned_down("more than its message", b"\4\0\0\0\x08\1\x0c\7")
 
 
 class NewerServer(ClientTest):
