@@ -26,9 +26,8 @@ from scripted_server import ScriptedServer, an_object, framed, greeting, root_of
 
 SOON_S = 30.0  # a wait that lasts longer has not ended
 MOST_GROWTH_MB = 256
-FLOOD = 60  # samples that are 10 MB each in memory
+FLOOD = 40  # samples that are 10 MB each in memory
 haptic_client.RECONNECT_S, haptic_client.REFUSED_RECONNECT_S = (0.001, 0.005), 0.005
-haptic_client.SILENCE_S = 0.3
 
 
 class Finding(Exception):
@@ -266,6 +265,7 @@ def main():
             seed, end = arguments.only, 0
         else:
             flood()
+        haptic_client.SILENCE_S = 0.3  # a torn message is waited for no longer
         while True:
             run_case(seed)
             require(not died, f"a thread ended with {died and died[0]!r}")
