@@ -25,8 +25,8 @@ from haptics.v1 import envelope_pb2, scene_pb2, telemetry_pb2  # noqa: E402
 from scripted_server import ScriptedServer, an_object, framed, greeting, root_of, say, snapshot, welcome  # noqa: E402
 
 SOON_S = 30.0  # a wait that lasts longer has not ended
-MOST_GROWTH_MB = 256
-FLOOD = 40  # samples that are 10 MB each in memory
+MOST_GROWTH_MB = 96
+FLOOD = 30  # samples that are 4 MB each in memory
 haptic_client.RECONNECT_S, haptic_client.REFUSED_RECONNECT_S = (0.001, 0.005), 0.005
 
 
@@ -231,7 +231,7 @@ def varint(number):
 
 def flood():
     """More telemetry than anybody takes, in samples that are large in memory."""
-    dents = telemetry_pb2.Telemetry(dent=[telemetry_pb2.Dent()] * 200_000).SerializeToString()
+    dents = telemetry_pb2.Telemetry(dent=[telemetry_pb2.Dent()] * 60_000).SerializeToString()
     frame = say(telemetry=telemetry_pb2.Telemetry(tick=100)).SerializeToString()
     head = frame[:frame.index(b"\xa2\x01")]  # up to the field `telemetry`
     samples = []
