@@ -54,9 +54,13 @@ def some_object(draw, number):
         state.friction.per_vertex.asset = bytes(32)
     if draw.random() < 0.3:
         state.deformation.softness.radius_m = 0.01
-    if draw.random() < 0.2:  # fields that only a newer version knows
-        state = scene_pb2.ObjectState.FromString(state.SerializeToString() + b"\xa2\x06\x03new")
+    if draw.random() < 0.2:
+        state = newer(state)
     return state
+
+
+def newer(state):
+    return scene_pb2.ObjectState.FromString(state.SerializeToString() + b"\xa2\x06\x03new")
 
 
 def some_sample(draw, tick):
@@ -212,12 +216,13 @@ def run_case(seed):
                   lambda: "the client neither reconnects nor is live")
             client.objects(), client.bodies(), client.revision_and_root(), client.unknown_objects()
             require(not UNSAFE.search(client._trouble), f"raw text: {client._trouble!r}")
-            objects = [an_object(number) for number in range(1, 4)]
+            objects = [an_object(number) for number in range(1, 3)] + [newer(an_object(3))]
             server.script = framed(*greeting(objects, 7))
             server.hang_up()
             until(lambda: client.revision_and_root() == (7, root_of(7, objects).hex()) and client._live,
                   lambda: f"the client is not in step with an honest server: {client._trouble}")
             require(list(client.objects().values()) == objects, "the client holds other objects than the server")
+            require(client.unknown_objects() == ["object_3"], "the client does not say what it does not know")
         finally:
             closing = Waits(client.close)
             closing.join()
