@@ -19,7 +19,7 @@ void ClientSession::connected(Transport& transport, std::uint64_t now_ns) {
   lastByte_ns_ = now_ns;
   snapshot_.reset();
   behindAtHeartbeat_ = false;
-  if (!refused_) linkText_ = "connected to " + transport.peer() + ", awaiting its welcome";
+  if (!refused_) linkText_ = withTrouble("connected to " + transport.peer() + ", awaiting its welcome");
   ++changes_;
   sendHello();
 }
@@ -94,6 +94,10 @@ std::string ClientSession::liveText() const {
   return text + "; telemetry over TCP: no datagram has come " + (datagramPathsLost_ > 0 ? "for 1 s" : "yet");
 }
 
+std::string ClientSession::withTrouble(std::string text) const {
+  return trouble_.empty() ? text : std::move(text) + "; before: " + trouble_;
+}
+
 void ClientSession::turnedAway(const std::string& why) {
   refused_ = true;
   linkText_ = why;
@@ -109,6 +113,7 @@ void ClientSession::connectionLost(const std::string& why) {
   uploads_.connectionLost();
   datagrams_.connectionLost();
   byDatagram_ = false;
+  trouble_ = why;
   if (!refused_) linkText_ = why;
   ++changes_;
 }

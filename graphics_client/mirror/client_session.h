@@ -115,6 +115,7 @@ class ClientSession {
   bool refused_ = false;        // until the next Welcome
   bool needsSnapshot_ = false;  // roots differed, or the server could not resume: the next Hello claims nothing
   std::string linkText_ = "not connected";
+  std::string trouble_;  // why the last connection ended; nothing once one is live
   v1::Welcome welcome_;  // the last
   std::uint64_t connections_ = 0;
 
@@ -150,6 +151,7 @@ class ClientSession {
   void becomeLive();
   void followDatagramPath();
   [[nodiscard]] std::string liveText() const;
+  [[nodiscard]] std::string withTrouble(std::string text) const;
   void requestAssets();
   void pumpEdits();
   void pumpUploads();

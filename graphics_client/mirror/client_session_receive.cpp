@@ -85,7 +85,7 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
     const auto server = parseEndpoint(transport_->peer());
     datagrams_.welcomed(welcome, server ? server->host : transport_->peer());
   }
-  linkText_ = "getting the scene from " + transport_->peer();
+  linkText_ = withTrouble("getting the scene from " + transport_->peer());
   nextHeartbeat_ns_ = nextProbe_ns_ = now_ns;
   mirror_.startTelemetry();
   mirror_.announce(welcome.revision(), *root);
@@ -225,6 +225,7 @@ void ClientSession::becomeLive() {
     return resync({"welcome.root", "differs at revision " + std::to_string(welcome_.revision())});
   }
   if (options_.telemetryRate_Hz > 0) sendSubscribe();
+  trouble_.clear();
   linkText_ = liveText();
 }
 

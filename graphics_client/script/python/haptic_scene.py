@@ -175,6 +175,8 @@ def deformation_bytes(state):
 
 def field_bytes(field):
     family = field.WhichOneof("family")
+    if not family:
+        raise ValueError("a field of no family")
     data = numbers(("fourier", "noise", "cellular", "grain", "mapped").index(family))
     one = getattr(field, family)
     if family == "fourier":

@@ -231,6 +231,23 @@ TEST_F(SessionJoin, LeavesAServerThatDoesNotSpeakTheProtocol) {
   EXPECT_THAT(rig_.view().linkText, HasSubstr("does not speak this protocol"));
 }
 
+TEST_F(SessionJoin, SaysWhyTheLastConnectionEndedUntilOneIsLive) {
+  rig_.connect();
+  rig_.server.heartbeat();
+  rig_.settle();
+  rig_.connect();
+  EXPECT_THAT(rig_.view().linkText, HasSubstr("awaiting its welcome; before: the server sent something before"));
+  rig_.server.welcome(false);
+  rig_.settle();
+  EXPECT_THAT(rig_.view().linkText, HasSubstr("getting the scene from"));
+  EXPECT_THAT(rig_.view().linkText, HasSubstr("; before: the server sent something before"));
+  rig_.server.snapshot();
+  rig_.settle();
+  rig_.cut();
+  rig_.connect();
+  EXPECT_THAT(rig_.view().linkText, testing::EndsWith("before: cut"));
+}
+
 TEST_F(SessionJoin, LeavesAServerThatSpeaksOutOfTurn) {
   const std::vector<std::function<void(FakeServer&)>> turns = {
       [](FakeServer& s) { s.heartbeat(); },                                     // before its welcome
