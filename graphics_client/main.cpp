@@ -1,5 +1,7 @@
 // graphics_client: shows what a haptic_server feels.
 
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
@@ -12,6 +14,8 @@
 #include <optional>
 #include <string>
 
+#include "common/text/printable.h"
+#include "common/text/printable_log.h"
 #include "common/wire/endpoint.h"
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/viewer/viewer.h"
@@ -111,7 +115,7 @@ haptics::ServerOptions embeddedOptions(haptics::ServerOptions options) {
 }
 
 int fail(const Error& error, ExitCode code) {
-  std::fprintf(stderr, "graphics_client: %s\n", error.text().c_str());
+  std::fprintf(stderr, "graphics_client: %s\n", haptics::printable(error.text()).c_str());
   return code;
 }
 
@@ -170,6 +174,7 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  spdlog::set_formatter(haptics::printableLog("[%Y-%m-%d %H:%M:%S.%e] [%^%l%$] %v"));
   Arguments arguments;
   CLI::App app("Shows the objects, the stylus, the contact and the force of a haptic_server.", "graphics_client");
   app.footer(kExamples);

@@ -12,6 +12,7 @@
 
 #include "common/clock/monotonic.h"
 #include "common/interruption/interruption.h"
+#include "common/text/printable_log.h"
 #include "haptic_server/doctor/doctor.h"
 #include "haptic_server/options.h"
 #include "haptic_server/server_app.h"
@@ -93,7 +94,7 @@ int run(const ServerOptions& options) {
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
   google::protobuf::SetLogHandler(nullptr);  // it would write a line for each bad string that a client sends
-  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  spdlog::set_formatter(haptics::printableLog("%H:%M:%S.%e %^%l%$ %v"));
   if (argc > 1 && std::string_view(argv[1]) == "doctor") return haptics::runDoctor(argc - 1, argv + 1);
   const auto options = haptics::parseServerOptions(argc, argv);
   if (const int* code = std::get_if<int>(&options)) return *code;

@@ -79,6 +79,12 @@ void AssetFetcher::retry() {
   }
 }
 
+std::uint64_t AssetFetcher::arriving_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto& [hash, transfer] : transfers_) bytes += transfer.total_bytes;
+  return bytes;
+}
+
 void AssetFetcher::connectionLost() {
   for (auto& [hash, transfer] : transfers_) transfer.phase = Phase::kWaiting;
 }

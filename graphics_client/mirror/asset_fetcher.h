@@ -36,6 +36,8 @@ class AssetFetcher {
   void unavailable(const std::string& hash);
   void retry();
   void connectionLost();
+  /// All bytes, there or to come, of what is arriving.
+  [[nodiscard]] std::uint64_t arriving_bytes() const;
 
  private:
   enum class Phase { kWaiting, kRequested, kUnavailable };

@@ -62,7 +62,7 @@ void AssetUploader::replied(const v1::AssetUploadReply& reply, std::uint64_t now
     if (upload.firstPutOff_ns == 0) upload.firstPutOff_ns = now_ns;
     if (now_ns - upload.firstPutOff_ns < kPatience_ns) {
       upload.sent_bytes = 0;
-      waitingUntil_ns_ = now_ns + reply.retry_after_ms() * kNanosecondsPerMillisecond;
+      waitingUntil_ns_ = now_ns + std::min(reply.retry_after_ms() * kNanosecondsPerMillisecond, kPatience_ns);
       return;
     }
   }

@@ -23,7 +23,7 @@ void ClientSession::connected(Transport& transport, std::uint64_t now_ns) {
   lastByte_ns_ = now_ns;
   snapshot_.reset();
   behindAtHeartbeat_ = false;
-  if (!refused_) linkText_ = "connected to " + transport.peer() + ", awaiting its welcome";
+  if (!refused_) linkText_ = withTrouble("connected to " + transport.peer() + ", awaiting its welcome");
   ++changes_;
   sendHello();
 }
@@ -44,6 +44,7 @@ void ClientSession::drained() { pumpUploads(); }
 void ClientSession::poll(std::uint64_t now_ns) {
   if (phase_ == Phase::kDown || connectionOver()) return;
   if (now_ns - lastByte_ns_ >= kSilence_ns) return over("the server has been silent for 3 s");
+  if (transport_->backlog() > kMaxUnsent_bytes) return over("the server does not read: 64 MiB are waiting for it");
   if (phase_ == Phase::kHello) return;
   if (now_ns >= nextHeartbeat_ns_) {
     nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
@@ -97,6 +98,10 @@ std::string ClientSession::liveText() const {
   return text + "; telemetry over TCP: no datagram has come " + (datagramPathsLost_ > 0 ? "for 1 s" : "yet");
 }
 
+std::string ClientSession::withTrouble(std::string text) const {
+  return trouble_.empty() ? text : std::move(text) + "; before: " + trouble_;
+}
+
 void ClientSession::turnedAway(const std::string& why) {
   refused_ = true;
   linkText_ = why;
@@ -112,6 +117,7 @@ void ClientSession::connectionLost(const std::string& why) {
   uploads_.connectionLost();
   datagrams_.connectionLost();
   byDatagram_ = false;
+  trouble_ = why;
   if (!refused_) linkText_ = why;
   ++changes_;
 }
@@ -260,6 +266,13 @@ void ClientSession::send(v1::Envelope& envelope) {
 void ClientSession::over(const std::string& why) {
   over_ = why;
   ++changes_;
+}
+
+/// The server asks for more than a client gives: trying again soon will not help.
+void ClientSession::leave(const Error& why) {
+  assets_ = {};
+  turnedAway("left the server: " + why.text());
+  over(linkText_);
 }
 
 void ClientSession::resync(const Error& why) {

@@ -12,6 +12,7 @@
 #include "common/wire/transport.h"
 #include "graphics_client/mirror/asset_fetcher.h"
 #include "graphics_client/mirror/asset_uploader.h"
+#include "graphics_client/mirror/client_limits.h"
 #include "graphics_client/mirror/datagram_path.h"
 #include "graphics_client/mirror/edit_outbox.h"
 #include "graphics_client/mirror/mirror.h"
@@ -115,6 +116,7 @@ class ClientSession {
   bool refused_ = false;        // until the next Welcome
   bool needsSnapshot_ = false;  // roots differed, or the server could not resume: the next Hello claims nothing
   std::string linkText_ = "not connected";
+  std::string trouble_;  // why the last connection ended; nothing once one is live
   v1::Welcome welcome_;  // the last
   std::uint64_t connections_ = 0;
 
@@ -150,6 +152,7 @@ class ClientSession {
   void becomeLive();
   void followDatagramPath();
   [[nodiscard]] std::string liveText() const;
+  [[nodiscard]] std::string withTrouble(std::string text) const;
   void requestAssets();
   void pumpEdits();
   void pumpUploads();
@@ -160,6 +163,7 @@ class ClientSession {
   void send(v1::Envelope& envelope);
   void over(const std::string& why);
   void resync(const Error& why);
+  void leave(const Error& why);
 };
 
 }  // namespace haptics

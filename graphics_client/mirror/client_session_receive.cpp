@@ -66,6 +66,13 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
   const auto root = hashFromWire(welcome.root(), "welcome.root");
   if (!root) return over(root.error().text());
   if (welcome.epoch() == 0) return over("the server's epoch is 0");
+  for (const auto& [field, text] :
+       {std::pair{"server_name", &welcome.server_name()}, std::pair{"device", &welcome.device()}}) {
+    if (text->size() > kMaxServerText_bytes) {
+      return leave(
+          {"welcome." + std::string(field), "is longer than " + std::to_string(kMaxServerText_bytes) + " bytes"});
+    }
+  }
   const bool sameState = welcome.epoch() == mirror_.epoch();
   if (welcome.resumed() && (!sameState || needsSnapshot_)) return over("the server resumes what this client lacks");
   phase_ = Phase::kSyncing;
@@ -78,7 +85,7 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
     const auto server = parseEndpoint(transport_->peer());
     datagrams_.welcomed(welcome, server ? server->host : transport_->peer());
   }
-  linkText_ = "getting the scene from " + transport_->peer();
+  linkText_ = withTrouble("getting the scene from " + transport_->peer());
   nextHeartbeat_ns_ = nextProbe_ns_ = now_ns;
   mirror_.startTelemetry();
   mirror_.announce(welcome.revision(), *root);
@@ -97,7 +104,7 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
 /// In place of a welcome it turns this client away. Later it only says why the connection ends (a client that was
 /// stopped for a while, or reads too slowly): the next one may do better at once.
 void ClientSession::handle(const v1::Refusal& refusal) {
-  const std::string why = Error{refusal.field(), refusal.reason()}.text();
+  const std::string why = Error{refusal.field(), refusal.reason()}.text().substr(0, kMaxServerText_bytes);
   if (phase_ != Phase::kHello) return over("the server ended the connection: " + why);
   refused_ = true;
   linkText_ = "refused by the server: " + why;
@@ -105,6 +112,10 @@ void ClientSession::handle(const v1::Refusal& refusal) {
 }
 
 void ClientSession::handle(const v1::SnapshotBegin& begin) {
+  if (begin.object_count() > kMaxHeldObjects) {
+    return leave({"snapshot_begin.object_count", "the scene has more than " + std::to_string(kMaxHeldObjects) +
+                                                     " objects, the most that this client holds"});
+  }
   snapshot_ = Snapshot{begin.revision(), begin.object_count(), {}};
 }
 
@@ -169,7 +180,16 @@ void ClientSession::handle(const v1::Heartbeat& heartbeat) {
 
 void ClientSession::handle(const v1::AssetChunk& chunk) {
   auto complete = assets_.take(chunk);
-  if (!complete) return resync(complete.error());
+  if (!complete) {
+    assets_ = {};  // what has come so far may be what does not fit
+    return resync(complete.error());
+  }
+  const std::size_t whole_bytes = *complete ? (*complete)->bytes.size() : 0;
+  if (mirror_.contents().assetBytes + assets_.arriving_bytes() + whole_bytes > kMaxHeldAssets_bytes) {
+    return leave({"asset_chunk.total_size", "the scene's assets take more than " +
+                                                std::to_string(kMaxHeldAssets_bytes >> 20) +
+                                                " MiB, the most that this client holds"});
+  }
   if (!*complete) return;
   if (auto added = mirror_.addAsset((*complete)->name, (*complete)->bytes); !added) return resync(added.error());
   ++changes_;
@@ -205,6 +225,7 @@ void ClientSession::becomeLive() {
     return resync({"welcome.root", "differs at revision " + std::to_string(welcome_.revision())});
   }
   if (options_.telemetryRate_Hz > 0) sendSubscribe();
+  trouble_.clear();
   linkText_ = liveText();
 }
 

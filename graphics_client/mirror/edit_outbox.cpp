@@ -53,7 +53,7 @@ void EditOutbox::replied(const v1::EditReply& reply, std::uint64_t now_ns) {
     if (edit->firstPutOff_ns == 0) edit->firstPutOff_ns = now_ns;
     if (now_ns - edit->firstPutOff_ns < kPatience_ns) {
       edit->sent = false;
-      waitingUntil_ns_ = now_ns + wait_ms * kNanosecondsPerMillisecond;
+      waitingUntil_ns_ = now_ns + std::min(wait_ms * kNanosecondsPerMillisecond, kPatience_ns);
       return;
     }
   }

@@ -8,6 +8,7 @@
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
+#include "graphics_client/mirror/client_limits.h"
 
 namespace haptics {
 namespace {
@@ -86,6 +87,9 @@ Result<void> Mirror::apply(const Commit& commit) {
   }
   auto next = scene().apply(commit);
   if (!next) return tl::unexpected<Error>(next.error());
+  if (next->objects().size() > kMaxHeldObjects) {
+    return refused("put", "leads to more than " + std::to_string(kMaxHeldObjects) + " objects");
+  }
   if (next->root() != commit.root) return rootsDiffer("root", commit.revision, next->root(), commit.root);
   setScene(std::move(*next));
   return {};
@@ -99,6 +103,7 @@ Result<void> Mirror::addAsset(const AssetName& name, std::string_view bytes) {
     }
     if (!assetsOf(scene()).contains(name)) return {};
     held[name.hash] = std::make_shared<const typename decltype(decoded)::value_type>(*std::move(decoded));
+    countAssets();
     compare();
     return {};
   };
@@ -174,6 +179,7 @@ void Mirror::setScene(SceneVersion scene) {
     return !object || !object->motion;
   });
   view_.scene = std::make_shared<const SceneVersion>(std::move(scene));
+  countAssets();
   compare();
 }
 
@@ -182,6 +188,18 @@ void Mirror::drop(const AssetName& asset) {
   if (asset.kind == AssetKind::kScalarField) view_.fields.erase(asset.hash);
   if (asset.kind == AssetKind::kVertexValues) view_.vertexValues.erase(asset.hash);
   if (asset.kind == AssetKind::kMovedVertices) view_.movedVertices.erase(asset.hash);
+  countAssets();
+}
+
+void Mirror::countAssets() {
+  view_.assetBytes = 0;
+  const auto count = [&](const auto& held) {
+    for (const auto& [hash, asset] : held) view_.assetBytes += sizeOf(*asset);
+  };
+  count(view_.meshes);
+  count(view_.fields);
+  count(view_.vertexValues);
+  count(view_.movedVertices);
 }
 
 void Mirror::compare() {

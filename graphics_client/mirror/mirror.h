@@ -20,7 +20,8 @@ class Mirror {
   void announce(std::uint64_t revision, const ContentHash& root);
   /// A snapshot. Another epoch than the scene's before counts as a state reset. Refused when the root differs.
   [[nodiscard]] Result<void> replaceScene(std::uint64_t epoch, SceneVersion scene, const ContentHash& root);
-  /// Refused, and nothing changed, when prevRoot is not the own root or root not the one that results.
+  /// Refused, and nothing changed, when prevRoot is not the own root or root not the one that results, or when that scene
+  /// would have more than kMaxHeldObjects objects.
   [[nodiscard]] Result<void> apply(const Commit& commit);
   /// Decodes, hashes what was decoded, and keeps it if the scene still uses it.
   [[nodiscard]] Result<void> addAsset(const AssetName& name, std::string_view bytes);
@@ -47,6 +48,7 @@ class Mirror {
 
   void setScene(SceneVersion scene);
   void drop(const AssetName& asset);
+  void countAssets();
   void compare();
 };
 

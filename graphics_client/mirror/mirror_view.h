@@ -33,7 +33,8 @@ struct MirrorView {
   std::map<ContentHash, std::shared_ptr<const SampledField>> fields;
   std::map<ContentHash, std::shared_ptr<const std::vector<float>>> vertexValues;
   std::map<ContentHash, std::shared_ptr<const MovedVertices>> movedVertices;
-  ContentHash serverRoot;  ///< As last announced by the server, with its revision.
+  std::size_t assetBytes = 0;  ///< Of these assets, canonical but for their heads.
+  ContentHash serverRoot;      ///< As last announced by the server, with its revision.
   std::uint64_t serverRevision = 0;
   /// Own root equals the server's at the same revision, and every asset of the scene is here and hashed to its name.
   /// Stays as it was last known while the link is down.

@@ -193,7 +193,18 @@ void Playback::remember(const View& view) {
     if (last.epoch != view->epoch || time_s(*view, last) <= 0) past_.clear();
   }
   past_.push_back(view);
-  if (past_.size() > kKept) past_.pop_front();
+  while (past_.size() > kKept || (past_.size() > 1 && keptAssets_bytes() > kMostAssets_bytes)) past_.pop_front();
+}
+
+/// At most, as if views of different scenes had no asset in common.
+std::size_t Playback::keptAssets_bytes() const {
+  std::size_t bytes = 0;
+  const SceneVersion* scene = nullptr;
+  for (auto view = past_.rbegin(); view != past_.rend(); ++view) {
+    if ((*view)->scene.get() != scene) bytes += (*view)->assetBytes;
+    scene = (*view)->scene.get();
+  }
+  return bytes;
 }
 
 void Playback::followAge(double age_s, std::uint64_t now_ns) {

@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 
+#include "graphics_client/mirror/client_limits.h"
 #include "graphics_client/mirror/mirror_view.h"
 
 namespace haptics {
@@ -40,7 +41,11 @@ class Playback {
   std::deque<Age> ages_;  ///< Of the newest sample at each frame of the last kLagMemory_s.
   double lag_s_ = 0;
 
+  /// What the remembered views keep: those that the scene holds no longer too.
+  static constexpr std::size_t kMostAssets_bytes = 2 * kMaxHeldAssets_bytes;
+
   void remember(const View& view);
+  [[nodiscard]] std::size_t keptAssets_bytes() const;
   [[nodiscard]] View inStep(View shown) const;
   void followAge(double age_s, std::uint64_t now_ns);
 };

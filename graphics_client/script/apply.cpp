@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/message_json.h"
@@ -29,16 +30,17 @@ void print(const v1::Accepted& accepted, const v1::EditLive& live, bool json) {
   if (json) {
     auto object = toJson(accepted);
     object["live_since_tick"] = live.tick();
-    std::cout << object.dump() << std::endl;
+    std::cout << jsonText(object) << std::endl;
     return;
   }
   std::cout << "revision " << accepted.revision() << ", live since tick " << live.tick() << "\nroot "
             << hexOf(accepted.root()) << '\n';
   for (const auto& object : accepted.object()) {
-    std::cout << "object " << object.id() << " \"" << object.name() << "\", mesh " << hexOf(object.mesh()).substr(0, 12)
-              << ", " << object.stiffness_n_per_m() << " N/m, " << object.damping_ns_per_m() << " N s/m\n";
+    std::cout << "object " << object.id() << " \"" << printable(object.name()) << "\", mesh "
+              << hexOf(object.mesh()).substr(0, 12) << ", " << object.stiffness_n_per_m() << " N/m, "
+              << object.damping_ns_per_m() << " N s/m\n";
   }
-  for (const auto& line : accepted.report()) std::cout << line << '\n';
+  for (const auto& line : accepted.report()) std::cout << printable(line) << '\n';
 }
 
 int refuse(const v1::EditReply& reply) {

@@ -4,10 +4,12 @@
 #include <string>
 #include <utility>
 
+#include "common/text/printable.h"
+
 namespace haptics {
 
 int fail(ExitCode code, const Error& error) {
-  std::fprintf(stderr, "hapticctl: %s\n", error.text().c_str());
+  std::fprintf(stderr, "hapticctl: %s\n", printable(error.text()).c_str());
   return code;
 }
 

@@ -2,6 +2,7 @@
 #include <iostream>
 #include <memory>
 
+#include "common/text/printable.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
 
@@ -16,9 +17,9 @@ int dump(const CommonOptions& common) {
   if (!answer) return fail(kNoConnection, answer.error());
   if (answer->file().empty()) return fail(kRefused, {"", answer->reason()});
   if (common.json) {
-    std::cout << toJson(*answer).dump() << '\n';
+    std::cout << jsonText(toJson(*answer)) << '\n';
   } else {
-    std::cout << answer->file() << " on the server's machine; haptic_eval replay FILE runs it again\n";
+    std::cout << printable(answer->file()) << " on the server's machine; haptic_eval replay FILE runs it again\n";
   }
   return kDone;
 }

@@ -36,7 +36,7 @@ int get(const CommonOptions& common, const std::string& name) {
     return fail(kRefused, {name, "no such object; the scene has: " + namesIn(scene)});
   }
   if (common.json) {
-    std::cout << jsonOf(scene, name).dump() << '\n';
+    std::cout << jsonText(jsonOf(scene, name)) << '\n';
   } else {
     std::cout << "# revision " << scene.revision() << ", root " << scene.root().hex() << '\n' << sceneText(scene, name);
   }

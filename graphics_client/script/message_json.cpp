@@ -92,4 +92,9 @@ nlohmann::ordered_json toJson(const google::protobuf::Message& message) {
   return object;
 }
 
+std::string jsonText(const nlohmann::ordered_json& json) {
+  constexpr int kOneLine = -1;
+  return json.dump(kOneLine, ' ', true);
+}
+
 }  // namespace haptics

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "common/telemetry/fault_words.h"
+#include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
@@ -46,7 +47,7 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   const double share = status.ticks() > 0
                            ? 100.0 * static_cast<double>(status.contact_ticks()) / static_cast<double>(status.ticks())
                            : 0;
-  std::printf("device     %s\n", status.device().c_str());
+  std::printf("device     %s\n", printable(status.device()).c_str());
   if (status.has_device_exchange()) {
     const v1::DeviceExchange& exchange = status.device_exchange();
     std::printf(
@@ -94,7 +95,7 @@ int status(const CommonOptions& common) {
   const auto answer = connection.await(promise->get_future());
   if (!answer) return fail(kNoConnection, answer.error());
   if (common.json) {
-    std::cout << toJson(*answer).dump() << '\n';
+    std::cout << jsonText(toJson(*answer)) << '\n';
   } else {
     printForPeople(*answer, *(*view)->scene);
   }

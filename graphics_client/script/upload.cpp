@@ -13,6 +13,7 @@
 
 #include "common/importer/importer.h"
 #include "common/surface/field_asset.h"
+#include "common/text/printable.h"
 #include "graphics_client/script/interrupt.h"
 
 namespace haptics {
@@ -69,7 +70,7 @@ Result<LocalAsset> meshIn(const std::filesystem::path& file, const v1::MeshSourc
   options.keepCrossings = source.keep_crossings();
   auto imported = importMeshFile(file, options);
   if (!imported) return tl::unexpected(std::move(imported).error());
-  std::fprintf(stderr, "%s: %s\n", file.c_str(), imported->report.text().c_str());
+  std::fprintf(stderr, "%s: %s\n", file.c_str(), printable(imported->report.text()).c_str());
   return LocalAsset{AssetKind::kMesh, std::move(imported->bytes)};
 }
 
@@ -88,10 +89,11 @@ Result<ContentHash> uploadOne(Connection& connection, const std::string& name, c
   const ContentHash hash = Hasher().add(std::as_bytes(std::span(asset.bytes))).finish();
   const Interrupt interrupt;
   const auto finished = std::make_shared<std::promise<v1::AssetUploadReply>>();
-  connection.link().upload(
-      asset.kind, std::move(asset.bytes),
-      {[name](std::uint64_t sent_bytes, std::uint64_t total_bytes) { showProgress(name, sent_bytes, total_bytes); },
-       [finished](const v1::AssetUploadReply& reply) { finished->set_value(reply); }});
+  connection.link().upload(asset.kind, std::move(asset.bytes),
+                           {[shown = printable(name)](std::uint64_t sent_bytes, std::uint64_t total_bytes) {
+                              showProgress(shown, sent_bytes, total_bytes);
+                            },
+                            [finished](const v1::AssetUploadReply& reply) { finished->set_value(reply); }});
   const auto reply = connection.await(finished->get_future(), [&] {
     if (Interrupt::interrupted()) connection.link().cancelUpload(hash);
   });

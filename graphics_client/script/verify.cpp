@@ -103,7 +103,7 @@ int verify(const CommonOptions& common) {
       result["own_deformed_hash"] = textOf(shapes->own);
       result["server_deformed_hash"] = textOf(shapes->server);
     }
-    std::cout << result.dump() << '\n';
+    std::cout << jsonText(result) << '\n';
   } else {
     std::cout << (equal ? "equal" : "NOT EQUAL") << ": " << view->scene->objects().size() << " objects, " << held(*view)
               << " assets\n  own    revision " << view->scene->revision() << "  " << own->hex()

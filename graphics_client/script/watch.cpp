@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/telemetry/fault_words.h"
+#include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
@@ -73,7 +74,7 @@ void printForScripts(const MirrorView& view, const TelemetrySample& sample) {
   toWire(sample, message);
   for (const auto& [object, body] : view.bodies) toWire(body, *message.add_body());
   for (const ObjectDent& dent : view.dents) toWire(dent, *message.add_dent());
-  std::cout << toJson(message).dump() << std::endl;
+  std::cout << jsonText(toJson(message)) << std::endl;
 }
 
 }  // namespace
@@ -97,7 +98,8 @@ int watch(const CommonOptions& common, const WatchOptions& options) {
       return fail(kNoConnection, connection.noConnection(*connection.link().latest()).value());
     }
     seen = next->samplesReceived;
-    if (options.datagrams && next->linkText != said) std::fprintf(stderr, "hapticctl: %s\n", next->linkText.c_str());
+    if (options.datagrams && next->linkText != said)
+      std::fprintf(stderr, "hapticctl: %s\n", printable(next->linkText).c_str());
     said = next->linkText;
     common.json ? printForScripts(*next, *next->sample) : printForPeople(*next, *next->sample);
   }

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "common/text/printable.h"
+
 namespace haptics {
 namespace {
 
@@ -23,8 +25,12 @@ const std::string kNothing = "-";
   return text;
 }
 
-std::string shortened(const std::string& text, std::size_t longest = kLongestName) {
-  return text.size() <= longest ? text : text.substr(0, longest - 3) + "...";
+std::string shortened(const std::string& name, std::size_t longest = kLongestName) {
+  const std::string text = printable(name);
+  if (text.size() <= longest) return text;
+  std::size_t end = longest - 3;
+  while ((static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;  // not within a character
+  return text.substr(0, end) + "...";
 }
 
 OverlayLine linkLine(const MirrorView& view) {
@@ -213,14 +219,14 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
 }
 
 Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateWasReset) {
-  if (view.link == LinkState::kRefused) return {view.linkText, Tone::kBad};
+  const std::string linkText = printable(view.linkText);
+  if (view.link == LinkState::kRefused) return {linkText, Tone::kBad};
   if (view.link != LinkState::kLive && wasLive) {
-    return {"LINK LOST: showing the last known state; " +
-                (view.linkText.empty() ? std::string("reconnecting") : view.linkText),
+    return {"LINK LOST: showing the last known state; " + (linkText.empty() ? std::string("reconnecting") : linkText),
             Tone::kBad};
   }
   if (view.link == LinkState::kConnecting) {
-    return {view.linkText.empty() ? "Connecting" : view.linkText, Tone::kWarning};
+    return {linkText.empty() ? "Connecting" : linkText, Tone::kWarning};
   }
   if (view.link == LinkState::kSyncing) return {"Receiving the scene", Tone::kWarning};
   if (stateWasReset) return {"The server was restarted: its state was reset", Tone::kWarning};

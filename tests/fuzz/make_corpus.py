@@ -230,6 +230,20 @@ def main():
     join = ["welcome", "snapshot_begin", "snapshot_objects", "snapshot_end", "asset_chunk", "telemetry", "commit"]
     write("server_messages", "row", b"\3" + pieces(server[name].SerializeToString() for name in join))
 
+    # What the server says in turn: client_session_fuzz.cpp, Action.
+    (hello, resume, scene, new, change, again, assets, chunk, unavailable, beat, sample, bodies, accept, live, put_off, reject,
+     clock, status, uploaded, restart, cut, wait, submit, upload, drop, twice, later, damage, other) = range(29)
+    stories = {
+        "join": [hello, scene, new, assets, new, assets, beat, sample, 1, 0, change, 0, 5, bodies, *range(1, 14), beat],
+        "resume": [new, hello, scene, assets, cut, resume, change, 0, 9, assets, restart, cut, hello, scene, new, again, beat],
+        "edits": [hello, scene, submit, 1, submit, 2, put_off, 1, 3, wait, 9, accept, 1, 1, live, 1, 1, 5, reject, 2, 1, beat,
+                  upload, 9, uploaded, 0, 2, wait, 9, uploaded, 1, 0, status, clock, *range(1, 6)],
+        "distorted": [hello, scene, new, drop, new, later, change, 0, 4, twice, change, 0, 7, damage, beat, 1, 2, 3, again,
+                      chunk, 0, 1, 9, 3, 0, 9, unavailable, 0, wait, 60, hello, scene, resume, other, 2, 8, 1, beat],
+    }
+    for name, story in stories.items():
+        write("client_session", name, bytes(story))
+
     def framed(messages):
         return b"".join(struct.pack("<I", m.ByteSize()) + m.SerializeToString() for m in messages)
     write("framer", "hello", b"\0" + framed([client["hello"]]))

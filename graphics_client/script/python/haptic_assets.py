@@ -4,6 +4,8 @@ import hashlib
 import struct
 import time
 
+from haptic_edits import PATIENCE_S, settle
+from haptic_text import printable
 from haptics.v1 import envelope_pb2, scene_pb2
 
 FIELD, VERTEX_VALUES = scene_pb2.ASSET_KIND_SCALAR_FIELD, scene_pb2.ASSET_KIND_VERTEX_VALUES
@@ -35,15 +37,16 @@ class UploadRefused(Exception):
     """The server does not take the asset; `field` names the part that is wrong."""
 
     def __init__(self, field_name, reason):
-        super().__init__(f"{field_name}: {reason}")
+        super().__init__(printable(f"{field_name}: {reason}" if field_name else reason))
         self.field, self.reason = field_name, reason
 
 
 class Upload:
     def __init__(self, kind, data):
-        self.kind, self.data = kind, data
-        self.hash = hashlib.sha256(data).digest()
+        self.kind, self.data = envelope_pb2.AssetChunk(kind=kind).kind, bytes(data)
+        self.hash = hashlib.sha256(self.data).digest()
         self.sent = False
+        self.put_off_since = None
         self.held = concurrent.futures.Future()
 
 
@@ -51,35 +54,52 @@ class UploadQueue:
     """Uploads on their way, sent anew after a reconnect until they are answered. The server takes one after the other."""
 
     def __init__(self):
-        self._uploads, self._waiting_until = [], 0.0
+        self._uploads, self._waiting_until, self._end = [], 0.0, None
 
     def add(self, kind, data):
-        self._uploads.append(Upload(kind, data))
-        return self._uploads[-1]
+        upload = Upload(kind, data)
+        if self._end:
+            settle(upload.held, error=self._end)
+        elif not upload.data:
+            settle(upload.held, error=UploadRefused("chunk.data", "is empty; an asset has bytes"))
+        else:
+            self._uploads.append(upload)
+        return upload
 
     def take_unsent(self):
-        """All of the first upload's chunks, unless they are sent already."""
+        """All of the first upload's chunks, one by one, unless they are sent already."""
         if not self._uploads or self._uploads[0].sent or time.monotonic() < self._waiting_until:
-            return []
+            return
         upload = self._uploads[0]
         upload.sent = True
-        return [envelope_pb2.AssetUpload(chunk=envelope_pb2.AssetChunk(
-            hash=upload.hash, kind=upload.kind, total_size=len(upload.data), offset=at,
-            data=upload.data[at:at + CHUNK_BYTES])) for at in range(0, len(upload.data), CHUNK_BYTES)]
+        for at in range(0, len(upload.data), CHUNK_BYTES):
+            yield envelope_pb2.AssetUpload(chunk=envelope_pb2.AssetChunk(
+                hash=upload.hash, kind=upload.kind, total_size=len(upload.data), offset=at,
+                data=upload.data[at:at + CHUNK_BYTES]))
 
     def connection_lost(self):
+        self._waiting_until = 0.0
         for upload in self._uploads:
             upload.sent = False
+
+    def end(self, error):
+        """Every wait ends with the error, now and from now on."""
+        self._end = error
+        for upload in self._uploads:
+            settle(upload.held, error=error)
+        self._uploads.clear()
 
     def replied(self, reply):
         if not self._uploads or self._uploads[0].hash != reply.hash:
             return
-        if reply.retry_after_ms:
-            self._uploads[0].sent = False
-            self._waiting_until = time.monotonic() + 1e-3 * reply.retry_after_ms
+        upload, now = self._uploads[0], time.monotonic()
+        upload.put_off_since = upload.put_off_since or now
+        if reply.retry_after_ms and now - upload.put_off_since < PATIENCE_S:
+            upload.sent = False
+            self._waiting_until = now + min(1e-3 * reply.retry_after_ms, PATIENCE_S)
             return
-        upload = self._uploads.pop(0)
+        self._uploads.pop(0)
         if reply.accepted:
-            upload.held.set_result(upload.hash)
+            settle(upload.held, upload.hash)
         else:
-            upload.held.set_exception(UploadRefused(reply.field, reply.reason))
+            settle(upload.held, error=UploadRefused(reply.field, reply.reason))

@@ -5,7 +5,12 @@
 
 It mirrors the scene's records and checks every revision's root hash by a computation of its own (meshes it does not
 fetch: records name them by hash). It reconnects for ever; an edit under way is sent again under its old number, and the
-server applies it once. SI units, server's world frame. Every method may be called from any thread.
+server applies it once. SI units, server's world frame. Every method may be called from any thread; what waits in one ends
+with Closed when the client is closed.
+
+Of a newer server it keeps what it does not know (unknown_objects()). A server that sends more than this client holds
+(haptic_scene.MAX_OBJECTS, MAX_SCENE_BYTES) is left, and the limit named. Exceptions' texts are escaped for a terminal; for
+other text of the server, such as names, there is haptic_text.printable().
 """
 import collections
 import contextlib
@@ -23,13 +28,15 @@ from google.protobuf import text_format
 from google.protobuf.message import DecodeError
 
 from haptic_assets import UploadQueue, UploadRefused  # noqa: F401
-from haptic_edits import Conflict, EditQueue, Rejected, StateLost  # noqa: F401  (callers catch them)
-from haptic_scene import OutOfStep, Scene
+from haptic_edits import Closed, Conflict, EditQueue, Rejected, StateLost, awaited  # noqa: F401  (callers catch them)
+from haptic_scene import LimitExceeded, OutOfStep, Record, Scene, check_limits
+from haptic_text import printable
 from haptics.v1 import envelope_pb2, scene_pb2, telemetry_pb2
 
 PROTOCOL_VERSION = 1
 MAX_FRAME_BYTES = 1 << 20
-MAX_KEPT_SAMPLES = 100_000
+MAX_KEPT_SAMPLES, MAX_KEPT_BYTES = 10_000, 16 << 20  # 10 s at 1000 Hz; beyond, the oldest are dropped
+MAX_SENT_AT_ONCE = 1 << 16
 HEARTBEAT_S = 1.0
 SILENCE_S = 3.0           # dead after this long without a byte
 RECONNECT_S = (0.05, 0.6)
@@ -44,23 +51,30 @@ class ConnectionLost(Exception):
     pass
 
 
+class TurnedAway(ConnectionLost):
+    pass
+
+
 class Client:
     def __init__(self, address="127.0.0.1:7654", name="python", credentials=None, telemetry_hz=0.0):
         """`credentials`: the file that `hapticctl credentials` made for clients. `telemetry_hz`: for samples()."""
         host, port = address.rsplit(":", 1)
         self._server = host.strip("[]"), int(port)
-        self._name, self._telemetry_hz, self._credentials = name, telemetry_hz, credentials
+        self._credentials = credentials
         self._session = int.from_bytes(os.urandom(8), "little") or 1
+        self._hello = envelope_pb2.Hello(session=self._session, client_name=name)
+        self._subscribe = envelope_pb2.Subscribe(rate_hz=telemetry_hz)
         self._changed = threading.Condition()  # guards everything below that callers see
-        self._edits = EditQueue()
+        self._edits = EditQueue(lambda: self._trouble)
         self._uploads = UploadQueue()
-        self._samples = collections.deque(maxlen=MAX_KEPT_SAMPLES)
+        self._samples, self._sample_bytes = collections.deque(), 0  # serialised: their memory is then their size
         self._bodies = {}  # by object id
         self._scene = Scene()
         self._live = self._closing = False
-        self._trouble = "not connected yet"
+        self._end = None  # why there is no more to wait for
+        self._trouble = f"nothing has come from {address}"  # since it was live
         self._refused = False
-        self.connections = self.resyncs = 0
+        self.connections = self.resyncs = self._tick = 0
         self._wake_receiver, self._wake_sender = socket.socketpair()
         self._wake_sender.setblocking(False)
         self._thread = threading.Thread(target=self._run, name="haptic client", daemon=True)
@@ -87,15 +101,22 @@ class Client:
         self._wake_sender.close()
 
     def wait_live(self, timeout_s=10.0):
-        """Until the scene is mirrored."""
+        """Until the scene is mirrored. Raises Refused, which says why it is not."""
         with self._changed:
-            if not self._changed.wait_for(lambda: self._live or self._refused, timeout_s) or self._refused:
-                raise Refused(self._trouble)
+            self._changed.wait_for(lambda: self._live or self._refused or self._end, timeout_s)
+            if not self._live:
+                raise Refused(self._end or self._trouble)
 
     def objects(self):
         """{name: ObjectState} as of the newest revision here."""
         with self._changed:
             return {state.name: state for state in self._scene.states()}
+
+    def unknown_objects(self):
+        """Names of those that hold what this client does not know: the server is newer. They are kept as they came; while
+        there are any, the root is not computed here but the server's word."""
+        with self._changed:
+            return self._scene.unknown()
 
     def bodies(self):
         """{name: BodyPose} of the objects that move, as far as samples have told of them: each tells of some."""
@@ -105,12 +126,14 @@ class Client:
 
     def gave_most(self, sample):
         """Of the objects that the hand touched, (name, feature, joules) of what gave it most energy; None where nothing
-        gave any. The feature is "contact", "shading", "friction", "texture", "motion" or "edit"."""
+        gave any. The feature is "contact", "shading", "friction", "texture", "motion" or "edit"; "feature 9" of a newer
+        server."""
         source = next((energy for energy in sample.energy if energy.object), None)
         if source is None:
             return None
         names = {state.id: name for name, state in self.objects().items()}
-        feature = telemetry_pb2.Feature.Name(source.feature).removeprefix("FEATURE_").lower()
+        known = telemetry_pb2.Feature.DESCRIPTOR.values_by_number.get(source.feature)
+        feature = known.name.removeprefix("FEATURE_").lower() if known else f"feature {source.feature}"
         return names.get(source.object, f"object {source.object}"), feature, source.energy_J
 
     def revision_and_root(self):
@@ -119,7 +142,8 @@ class Client:
             return self._scene.revision, self._scene.root.hex()
 
     def submit(self, transaction):
-        """Queues a Transaction, or its text format; sent when connected."""
+        """Queues a Transaction, or its text format; sent when connected. One that is larger than a frame, 1 MiB, is answered
+        at once with Rejected."""
         if isinstance(transaction, str):
             transaction = text_format.Parse(transaction, scene_pb2.Transaction())
         with self._changed:
@@ -128,45 +152,61 @@ class Client:
         return edit
 
     def apply(self, transaction, timeout_s=30.0):
-        """Waits until it is felt: (Accepted, first tick). Raises Conflict, Rejected, TimeoutError."""
+        """Waits until it is felt: (Accepted, first tick). Raises Conflict, Rejected, StateLost, Closed, TimeoutError."""
         edit = self.submit(transaction)
         return edit.result(timeout_s), edit.live_since_tick(timeout_s)
 
     def upload(self, kind, data, timeout_s=60.0):
         """Sends an asset, as upload(haptic_assets.FIELD, haptic_assets.field(rows)), and waits until the server holds it,
-        for edits of this client: its hash. Raises UploadRefused, TimeoutError."""
+        for edits of this client: its hash. Raises UploadRefused, Closed, TimeoutError."""
         with self._changed:
             upload = self._uploads.add(kind, data)
         self._wake()
-        return upload.held.result(timeout_s)
+        return awaited(upload.held, timeout_s, lambda: self._trouble)
 
     def samples(self, seconds=None):
-        """Telemetry as it comes, oldest first. Ticks that the server did not send are missing: latest wins."""
+        """Telemetry as it comes, oldest first, until the client is closed. Ticks that the server did not send, or that nobody
+        took here for some seconds, are missing: latest wins."""
         end = None if seconds is None else time.monotonic() + seconds
         while True:
             with self._changed:
                 left = None if end is None else end - time.monotonic()
                 if left is not None and left <= 0:
                     return
-                self._changed.wait_for(lambda: self._samples or self._closing, left)
+                self._changed.wait_for(lambda: self._samples or self._closing or self._end, left)
                 ready = list(self._samples)
                 self._samples.clear()
+                self._sample_bytes = 0
                 if self._closing:
                     return
-            yield from ready
+                if self._end:
+                    raise Closed(self._end)
+            yield from map(telemetry_pb2.Telemetry.FromString, ready)
 
     # ---- the client's thread ----
 
     def _run(self):
-        while not self._closing:
-            try:
-                with contextlib.closing(self._connect()) as connection:
-                    self._speak(connection)
-            except (OSError, ConnectionLost, DecodeError) as error:
-                self._lost(str(error) or type(error).__name__)
-            pause_s = REFUSED_RECONNECT_S if self._refused else random.uniform(*RECONNECT_S)
-            with self._changed:
-                self._changed.wait_for(lambda: self._closing, pause_s)
+        end = "the client's thread has failed"
+        try:
+            while not self._closing:
+                try:
+                    with contextlib.closing(self._connect()) as connection:
+                        self._speak(connection)
+                except Exception as error:  # whatever it is, waits go on and the next connection may do better
+                    self._lost(error)
+                pause_s = REFUSED_RECONNECT_S if self._refused else random.uniform(*RECONNECT_S)
+                with self._changed:
+                    self._changed.wait_for(lambda: self._closing, pause_s)
+            end = "the client is closed"
+        finally:
+            self._finish(end)
+
+    def _finish(self, why):
+        with self._changed:
+            self._live, self._end = False, why
+            self._edits.end(Closed(why))
+            self._uploads.end(Closed(why))
+            self._changed.notify_all()
 
     def _connect(self):
         connection = socket.create_connection(self._server, timeout=SILENCE_S)
@@ -176,11 +216,14 @@ class Client:
         context = ssl.create_default_context(cafile=self._credentials)
         return context.wrap_socket(connection, server_hostname="haptic_server")
 
-    def _lost(self, why):
+    def _lost(self, error):
         with self._changed:
             self._live = False
-            if not self._refused:
-                self._trouble = why
+            if not isinstance(error, (OSError, ConnectionLost, DecodeError)):
+                self._scene = Scene()
+            self._refused = self._refused or isinstance(error, LimitExceeded)
+            if not self._refused or isinstance(error, (LimitExceeded, TurnedAway)):
+                self._trouble = printable(in_words(error))
             self._edits.connection_lost()
             self._uploads.connection_lost()
             self._changed.notify_all()
@@ -189,11 +232,15 @@ class Client:
         if not self._credentials:
             return b""
         with open(self._credentials, encoding="ascii") as file:
-            return bytes.fromhex(re.search(r"^token: ([0-9a-f]{64})$", file.read(), re.MULTILINE)[1])
+            token = re.search(r"^token: ([0-9a-f]{64})$", file.read(), re.MULTILINE)
+        if not token:
+            raise ConnectionLost(f"{self._credentials}: has no token; give what hapticctl credentials made")
+        return bytes.fromhex(token[1])
 
     def _speak(self, connection):
         self._messages, self._snapshot, self._phase, self._tick = 0, None, "hello", 0
-        hello = envelope_pb2.Hello(session=self._session, client_name=self._name, token=self._token())
+        hello = envelope_pb2.Hello(token=self._token())
+        hello.MergeFrom(self._hello)
         if self._scene.epoch:
             hello.epoch, hello.revision, hello.root = self._scene.epoch, self._scene.revision, self._scene.root
         self._send(connection, hello=hello)
@@ -222,61 +269,105 @@ class Client:
             self._send_edits(connection)
 
     def _take(self, connection, envelope):
-        body = envelope.WhichOneof("body")
+        body = envelope.WhichOneof("body")  # None: of a kind that only a newer server knows
         if self._phase == "hello" and body not in ("welcome", "refusal"):
             raise ConnectionLost("the server spoke before its welcome")
+        if body == "welcome" and envelope.protocol_version != PROTOCOL_VERSION:
+            self._refused = True
+            raise TurnedAway(f"the server speaks version {envelope.protocol_version}, this client version {PROTOCOL_VERSION}")
         handler = getattr(self, f"_take_{body}", None)
         if not handler:
             return
         with self._changed:
             try:
                 handler(getattr(envelope, body))
-            except OutOfStep as error:
+            except OutOfStep:
                 self.resyncs += 1
-                self._scene = Scene()
-                raise ConnectionLost(f"out of step, asking for a snapshot: {error}") from error
+                raise
             self._changed.notify_all()
         if self._phase == "syncing" and self._live:
             self._phase = "live"
-            self._send(connection, subscribe=envelope_pb2.Subscribe(rate_hz=self._telemetry_hz))
+            self._send(connection, subscribe=self._subscribe)
 
     def _take_refusal(self, refusal):
-        self._refused = self._phase == "hello"
-        self._trouble = f"refused by the server: {Rejected(refusal.field, refusal.reason)}"
-        raise ConnectionLost(self._trouble)
+        why = f"refused by the server: {Rejected(refusal.field, refusal.reason)}"
+        if self._phase != "hello":
+            raise ConnectionLost(why)
+        self._refused = True
+        raise TurnedAway(why)
 
     def _take_welcome(self, welcome):
-        self._phase, self._refused = "syncing", False
+        if self._phase != "hello":
+            raise ConnectionLost("the server sent a second welcome")
+        if not welcome.epoch:
+            raise ConnectionLost("the server's epoch is 0")
+        if welcome.resumed and welcome.epoch != self._scene.epoch:
+            raise ConnectionLost("the server resumes what this client lacks")
+        self._phase, self._refused, self._welcome = "syncing", False, welcome
+        self._whole = welcome.resumed  # the scene can take commits
         self.connections += 1
         if welcome.epoch != self._scene.epoch:
             self._bodies.clear()
             self._edits.state_lost()
-        self._welcome = welcome
-        self._live = welcome.resumed
+        self._scene_changed()
 
-    def _take_snapshot_begin(self, _):
-        self._snapshot = []
+    def _take_snapshot_begin(self, begin):
+        check_limits(begin.object_count, 0)
+        self._snapshot = begin, []
 
     def _take_snapshot_objects(self, objects):
-        self._snapshot += objects.object
+        if not self._snapshot:
+            raise ConnectionLost("a snapshot's objects came without its beginning")
+        begin, records = self._snapshot
+        if len(records) + len(objects.object) > begin.object_count:
+            raise OutOfStep("the snapshot has more objects than said")
+        records += map(Record.of, objects.object)
+        check_limits(len(records), sum(record.size for record in records))
 
     def _take_snapshot_end(self, end):
-        self._scene = Scene.from_snapshot(self._welcome.epoch, end, self._snapshot)
-        self._live = True
+        if not self._snapshot:
+            raise ConnectionLost("a snapshot ended without its beginning")
+        (begin, records), self._snapshot = self._snapshot, None
+        if (end.revision, len(records)) != (begin.revision, begin.object_count):
+            raise OutOfStep("the snapshot is not the one that was begun")
+        self._scene = Scene.from_snapshot(self._welcome.epoch, end, records)
+        self._whole = True
+        self._scene_changed()
 
     def _take_commit(self, commit):
-        self._scene.apply(commit)
+        if not self._whole:
+            raise ConnectionLost("a commit came before the snapshot that it changes")
+        self._scene = self._scene.after(commit)
+        self._scene_changed()
+
+    def _scene_changed(self):
+        """Live once the scene stands at the welcome's revision or beyond."""
+        self._bodies = {number: body for number, body in self._bodies.items() if self._scene.moves(number)}
+        if self._live or not self._whole or self._scene.revision < self._welcome.revision:
+            return
+        if self._scene.revision == self._welcome.revision and self._scene.root != self._welcome.root:
+            raise OutOfStep(f"the welcome's root at revision {self._scene.revision}")
+        self._live, self._trouble = True, ""
 
     def _take_heartbeat(self, heartbeat):
         self._edits.adopted(heartbeat.adopted_revision, heartbeat.adoption_tick)
-        if heartbeat.revision == self._scene.revision and heartbeat.root != self._scene.root:
+        if self._live and heartbeat.revision == self._scene.revision and heartbeat.root != self._scene.root:
             raise OutOfStep(f"heartbeat's root at revision {heartbeat.revision}")
 
     def _take_telemetry(self, sample):
         if sample.tick > self._tick:
             self._tick = sample.tick
-            self._samples.append(sample)
-            self._bodies.update({body.object: body for body in sample.body})
+            self._keep(sample.SerializeToString())
+            for body in sample.body:
+                if self._scene.moves(body.object):
+                    self._bodies[body.object] = own = telemetry_pb2.BodyPose()
+                    own.CopyFrom(body)  # without the sample around it
+
+    def _keep(self, sample):
+        self._samples.append(sample)
+        self._sample_bytes += len(sample)
+        while len(self._samples) > MAX_KEPT_SAMPLES or self._sample_bytes > MAX_KEPT_BYTES:
+            self._sample_bytes -= len(self._samples.popleft())
 
     def _take_edit_reply(self, reply):
         self._edits.replied(reply)
@@ -296,27 +387,43 @@ class Client:
         for request in requests:
             self._send(connection, edit_request=request)
         for chunk in chunks:
+            if self._closing:
+                return
             self._send(connection, asset_upload=chunk)
 
     def _send(self, connection, **body):
         self._messages += 1
         data = envelope_pb2.Envelope(protocol_version=PROTOCOL_VERSION, message_id=self._messages,
                                      **body).SerializeToString()
-        connection.sendall(struct.pack("<I", len(data)) + data)
+        data = struct.pack("<I", len(data)) + data
+        for at in range(0, len(data), MAX_SENT_AT_ONCE):  # each has SILENCE_S
+            connection.sendall(data[at:at + MAX_SENT_AT_ONCE])
 
     def _wake(self):
         with contextlib.suppress(OSError):  # enough wake-ups are waiting, or the client is closed
             self._wake_sender.send(b"\0")
 
 
+def in_words(error):
+    if isinstance(error, OutOfStep):
+        return f"out of step, asking for a snapshot: {error}"
+    if isinstance(error, DecodeError):
+        return f"the server does not speak this protocol: {error}"
+    if isinstance(error, (OSError, ConnectionLost, LimitExceeded)) and str(error):
+        return str(error)
+    return f"{type(error).__name__}: {error}"
+
+
 def frames(buffer):
     """The whole envelopes at the buffer's beginning, which are taken from it."""
     while len(buffer) >= 4:
         size = struct.unpack_from("<I", buffer)[0]
-        if size > MAX_FRAME_BYTES:
+        if not 0 < size <= MAX_FRAME_BYTES:
             raise ConnectionLost(f"a frame of {size} bytes")
         if len(buffer) < 4 + size:
             return
-        envelope = envelope_pb2.Envelope.FromString(bytes(buffer[4:4 + size]))
+        envelope = envelope_pb2.Envelope()
+        if envelope.MergeFromString(bytes(buffer[4:4 + size])) != size:
+            raise DecodeError("a frame holds more than its message")
         del buffer[:4 + size]
         yield envelope

@@ -1,47 +1,105 @@
 """The scene's records as a client mirrors them, and their hashes (common/scene/scene.h), computed independently."""
 import hashlib
 import struct
+from collections import namedtuple
+
+from haptics.v1 import scene_pb2
+
+# A server of this version holds at most 256 objects, of some 2.5 MB.
+MAX_OBJECTS = 1024
+MAX_SCENE_BYTES = 8 << 20
 
 
 class OutOfStep(Exception):
     """What the server sent does not lead to the root that it names."""
 
 
+class LimitExceeded(Exception):
+    """The server sends more than this client holds."""
+
+
 class Scene:
-    def __init__(self, epoch=0, revision=0, objects=()):
+    """An object that holds what this version does not know (of a newer server) is kept, without a hash. While there is
+    one, the root is the server's word."""
+
+    def __init__(self, epoch=0, revision=0, records=(), root=None):
+        """`root`: the server's."""
         self.epoch, self.revision = epoch, revision
-        self._objects = {state.id: (state, object_hash(state)) for state in objects}
-        self._update_root()
+        self._records = {record.state.id: record for record in records}
+        check_limits(len(self._records), sum(record.size for record in self._records.values()))
+        own = self._own_root()
+        if own and root and own != root:
+            raise OutOfStep(f"root at revision {revision}")
+        self.root = own or root
 
     @staticmethod
-    def from_snapshot(epoch, end, objects):
-        scene = Scene(epoch, end.revision, objects)
-        if scene.root != end.root:
-            raise OutOfStep(f"snapshot's root at revision {end.revision}")
+    def from_snapshot(epoch, end, records):
+        check_hash(end.root)
+        scene = Scene(epoch, end.revision, records, end.root)
+        if len(scene._records) != len(records):
+            raise OutOfStep("the snapshot holds an object twice")
         return scene
 
     def states(self):
         """In order of id."""
-        return [state for _, (state, _) in sorted(self._objects.items())]
+        return [record.state for _, record in sorted(self._records.items())]
 
-    def apply(self, commit):
+    def unknown(self):
+        """Names of the objects that hold what this version does not know."""
+        return [state.name for state in self.states() if not self._records[state.id].hash]
+
+    def moves(self, number):
+        """Whether there is such an object, with a motion."""
+        return number in self._records and self._records[number].state.HasField("motion")
+
+    def after(self, commit):
+        """The scene that the commit leads to."""
+        check_hash(commit.root)
         if commit.revision != self.revision + 1 or commit.prev_root != self.root:
             raise OutOfStep(f"commit {commit.revision} does not follow revision {self.revision}")
+        records = dict(self._records)
         for number in commit.removed:
-            self._objects.pop(number, None)
-        for state in commit.put:
-            self._objects[state.id] = state, object_hash(state)
-        self.revision = commit.revision
-        self._update_root()
-        if commit.root != self.root:
-            raise OutOfStep(f"commit's root at revision {commit.revision}")
+            records.pop(number, None)
+        records.update((state.id, Record.of(state)) for state in commit.put)
+        return Scene(self.epoch, commit.revision, records.values(), commit.root)
 
-    def _update_root(self):
+    def _own_root(self):
         """SHA-256 over the revision and, for each object in order of id, (id, revision, hash)."""
         digest = hashlib.sha256(struct.pack("<Q", self.revision))
-        for number, (state, own_hash) in sorted(self._objects.items()):
-            digest.update(struct.pack("<QQ", number, state.revision) + own_hash)
-        self.root = digest.digest()
+        for number, record in sorted(self._records.items()):
+            if not record.hash:
+                return None
+            digest.update(struct.pack("<QQ", number, record.state.revision) + record.hash)
+        return digest.digest()
+
+
+class Record(namedtuple("Record", "state hash size")):
+    """An object's state, its hash (None: it holds what this version does not know) and its bytes on the wire."""
+
+    @staticmethod
+    def of(state):
+        own = scene_pb2.ObjectState()  # what is part of a message keeps all of it in memory
+        own.CopyFrom(state)
+        own.DiscardUnknownFields()
+        if own.ByteSize() != state.ByteSize():
+            own.CopyFrom(state)
+            return Record(own, None, own.ByteSize())
+        try:
+            return Record(own, object_hash(own), own.ByteSize())
+        except (ValueError, struct.error) as error:
+            raise OutOfStep(f'object "{state.name}" is not whole: {error}') from error
+
+
+def check_limits(objects, size):
+    if objects > MAX_OBJECTS:
+        raise LimitExceeded(f"the scene has more than {MAX_OBJECTS} objects, the most that this client holds")
+    if size > MAX_SCENE_BYTES:
+        raise LimitExceeded(f"the scene's records take more than {MAX_SCENE_BYTES >> 20} MiB, the most that this client holds")
+
+
+def check_hash(data):
+    if len(data) != hashlib.sha256().digest_size:
+        raise OutOfStep(f"a root of {len(data)} bytes; SHA-256 has 32")
 
 
 def object_hash(state):
@@ -117,6 +175,8 @@ def deformation_bytes(state):
 
 def field_bytes(field):
     family = field.WhichOneof("family")
+    if not family:
+        raise ValueError("a field of no family")
     data = numbers(("fourier", "noise", "cellular", "grain", "mapped").index(family))
     one = getattr(field, family)
     if family == "fourier":

@@ -121,6 +121,18 @@ TEST(AssetUploader, SendsAMeshForWhichThereWasNoRoomAgainAfterAWhileAndNotForEve
   EXPECT_TRUE(refused);
 }
 
+TEST(AssetUploader, IsPutOffForNoLongerThanItsPatience) {
+  AssetUploader uploader;
+  const std::string bytes = encodeMesh(grid(100));
+  uploader.add(AssetKind::kMesh, bytes, {});
+  (void)sendAll(uploader);
+  v1::AssetUploadReply inWeeks = reply(grid(100), false);
+  inWeeks.set_retry_after_ms(UINT32_MAX);
+  uploader.replied(inWeeks, kNow_ns);
+  uploader.poll(kNow_ns + AssetUploader::kPatience_ns);
+  EXPECT_EQ(sendAll(uploader), bytes);
+}
+
 TEST(AssetUploader, StartsAnewAfterAReconnect) {
   AssetUploader uploader;
   const std::string bytes = encodeMesh(grid(100));

@@ -88,6 +88,17 @@ TEST(EditOutbox, ReportsTheReplyAndThenThatItIsLive) {
   EXPECT_EQ(log.lines, (Lines{"1 accepted 12", "1 live 900"}));
 }
 
+TEST(EditOutbox, IsPutOffForNoLongerThanItsPatience) {
+  EditOutbox outbox;
+  outbox.submit(removal(5), {}, kEpoch);
+  (void)sendAll(outbox);
+  v1::EditReply inWeeks = tooEarly(1);
+  inWeeks.mutable_rejected()->set_retry_after_ms(UINT32_MAX);
+  outbox.replied(inWeeks, kNow_ns);
+  outbox.poll(kNow_ns + EditOutbox::kPatience_ns);
+  EXPECT_EQ(sendAll(outbox), Lines{"1:5"});
+}
+
 TEST(EditOutbox, SendsUnansweredEditsAgainUnchangedAndInOrder) {
   EditOutbox outbox;
   Log log;

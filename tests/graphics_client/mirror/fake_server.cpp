@@ -30,7 +30,8 @@ void FakeServer::send(v1::Envelope envelope) {
   envelope.set_message_id(nextMessageId_++);
   std::string frame;
   (void)appendFrame(frame, envelope);
-  transport_->send(std::move(frame));
+  if (!distort) return transport_->send(std::move(frame));
+  for (std::string& part : distort(std::move(frame))) transport_->send(std::move(part));
 }
 
 void FakeServer::welcome(bool resumed) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -53,6 +54,8 @@ class FakeServer {
   std::uint64_t epoch = 1'001;
   std::uint16_t datagramPort = 0;
   std::string datagramCookie;
+  /// What becomes of each frame on its way, if anything is to.
+  std::function<std::vector<std::string>(std::string)> distort;
   SceneVersion scene;
   std::map<ContentHash, std::string> assets;
 

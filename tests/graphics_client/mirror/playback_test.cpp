@@ -273,5 +273,19 @@ TEST(Playback, StartsAnewWithAnotherServer) {
   EXPECT_EQ(shownX(*playback.at(other, 100'020 * kMillisecond_ns)), shownX(*other));
 }
 
+TEST(Playback, RemembersNoMoreAssetsThanItsBound) {
+  constexpr std::uint64_t kFirst = 100, kViews = 12;
+  Playback playback;
+  std::vector<std::weak_ptr<const MirrorView>> remembered;
+  for (std::uint64_t sample = kFirst; sample < kFirst + kViews; ++sample) {
+    auto view = std::make_shared<MirrorView>(*viewAt(sample, sample));
+    view->scene = std::make_shared<const SceneVersion>();
+    view->assetBytes = kMaxHeldAssets_bytes / 2;
+    remembered.push_back(view);
+    (void)playback.at(view, sample * kMillisecond_ns);
+  }
+  EXPECT_EQ(std::ranges::count_if(remembered, [](const auto& view) { return !view.expired(); }), 4);
+}
+
 }  // namespace
 }  // namespace haptics

@@ -129,6 +129,23 @@ TEST_F(OutOfStep, WhenAMeshDoesNotHashToItsName) {
   expectResync();
 }
 
+TEST_F(OutOfStep, WhenAnAssetChangesItsSizeAndTheAssetIsTakenAnew) {
+  rig_.server.sendCommit(next_);
+  rig_.settle();
+  const std::string hash = rig_.server.heard(v1::Envelope::kAssetRequest).back().asset_request().hash();
+  v1::Envelope envelope;
+  v1::AssetChunk& chunk = *envelope.mutable_asset_chunk();
+  chunk.set_hash(hash);
+  chunk.set_kind(v1::ASSET_KIND_MESH);
+  chunk.set_total_size(7);
+  chunk.set_data("wrong");
+  rig_.server.send(envelope);
+  chunk.set_offset(chunk.data().size());
+  chunk.set_total_size(8);
+  rig_.server.send(envelope);
+  expectResync();
+}
+
 TEST_F(OutOfStep, WhenASnapshotHasAnotherRoot) {
   rig_.cut();
   rig_.connectionsEnded = 0;
@@ -212,6 +229,23 @@ TEST_F(SessionJoin, LeavesAServerThatDoesNotSpeakTheProtocol) {
   rig_.settle();
   EXPECT_EQ(rig_.connectionsEnded, 1);
   EXPECT_THAT(rig_.view().linkText, HasSubstr("does not speak this protocol"));
+}
+
+TEST_F(SessionJoin, SaysWhyTheLastConnectionEndedUntilOneIsLive) {
+  rig_.connect();
+  rig_.server.heartbeat();
+  rig_.settle();
+  rig_.connect();
+  EXPECT_THAT(rig_.view().linkText, HasSubstr("awaiting its welcome; before: the server sent something before"));
+  rig_.server.welcome(false);
+  rig_.settle();
+  EXPECT_THAT(rig_.view().linkText, HasSubstr("getting the scene from"));
+  EXPECT_THAT(rig_.view().linkText, HasSubstr("; before: the server sent something before"));
+  rig_.server.snapshot();
+  rig_.settle();
+  rig_.cut();
+  rig_.connect();
+  EXPECT_THAT(rig_.view().linkText, testing::EndsWith("before: cut"));
 }
 
 TEST_F(SessionJoin, LeavesAServerThatSpeaksOutOfTurn) {

@@ -46,6 +46,19 @@ TEST_F(Touching, StatusSaysRateAgeRevisionAndFrames) {
   EXPECT_EQ(status("Picture").value, "60 frames/s");
 }
 
+TEST_F(Touching, WhatTheServerSaysOfItselfIsEscapedAndCutBetweenCharacters) {
+  view.serverName = "a\x1b[2J\nb";
+  view.device = "Gerat ääääääääääääääääääää";
+  EXPECT_EQ(status("Server").value, R"(a\x1b[2J\x0ab)");
+  EXPECT_EQ(status("Device").value, "Gerat ääääääää...");
+  view.link = LinkState::kRefused;
+  view.linkText = "refused by the server: \x1b]0;owned\x07 \u202e";
+  EXPECT_EQ(bannerFor(view, kFresh_s, false, false).text, R"(refused by the server: \x1b]0;owned\x07 \u202e)");
+  view.link = LinkState::kConnecting;
+  EXPECT_THAT(bannerFor(view, kFresh_s, true, false).text, HasSubstr(R"(\x1b)"));
+  EXPECT_THAT(bannerFor(view, kFresh_s, false, false).text, HasSubstr(R"(\x1b)"));
+}
+
 TEST_F(Touching, AnIhipThatWasPutOutOfABodyIsCountedAndTheBodyNamed) {
   EXPECT_EQ(status("IHIP put out").value, "(no such line)");
   view.sample->putOut = 3;

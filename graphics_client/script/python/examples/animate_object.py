@@ -12,6 +12,7 @@ import sys
 import time
 
 from haptic_client import Client, Refused, Rejected
+from haptic_text import printable
 from haptics.v1 import scene_pb2
 
 MAX_UNANSWERED = 8
@@ -62,7 +63,7 @@ def main():
             state = client.objects().get(arguments.object)
             if state is None:
                 sys.exit(f'animate_object: there is no object "{arguments.object}"; '
-                         f'there are: {", ".join(sorted(client.objects()))}')
+                         f'there are: {printable(", ".join(sorted(client.objects())))}')
             try:
                 accepted, left_out = animate(client, state, arguments)
                 print(f"{accepted} poses in {arguments.seconds:g} s, {left_out} left out")

@@ -7,6 +7,7 @@ import csv
 import sys
 
 from haptic_client import Client, Refused
+from haptic_text import printable
 
 COLUMNS = ["tick", "time_s", "object", "hip_x_m", "hip_y_m", "hip_z_m", "penetration_m", "force_x_N", "force_y_N",
            "force_z_N", "scene_revision"]
@@ -33,7 +34,7 @@ def main():
             start_ns = None
             for sample in client.samples(arguments.seconds):
                 start_ns = sample.time_ns if start_ns is None else start_ns
-                writer.writerow(row(sample, start_ns, {state.id: name for name, state in client.objects().items()}))
+                writer.writerow(row(sample, start_ns, {state.id: printable(name) for name, state in client.objects().items()}))
     except Refused as error:
         sys.exit(f"stream_forces: {error}")
     except KeyboardInterrupt:

@@ -13,6 +13,7 @@ import sys
 import time
 
 from haptic_client import Client, Refused, Rejected
+from haptic_text import printable
 from haptics.v1 import scene_pb2
 
 POINTS = (2, 2, 8)  # along x, y and z: the twist bends the edges most
@@ -85,7 +86,7 @@ def main():
             state = client.objects().get(arguments.object)
             if state is None:
                 sys.exit(f'twist_bar: there is no object "{arguments.object}"; '
-                         f'there are: {", ".join(sorted(client.objects()))}')
+                         f'there are: {printable(", ".join(sorted(client.objects())))}')
             try:
                 accepted, left_out = twist(client, state, arguments)
                 print(f"{accepted} lattices in {arguments.seconds:g} s, {left_out} left out")

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace haptics {
+
+/// Text that another party wrote, for a terminal, a log or a picture. Escaped are control characters (C0, DEL, C1), line
+/// separators and what turns the direction of writing, as \x1b and \u202e, and bytes that are not UTF-8, as \xff. The
+/// rest stays as it is.
+[[nodiscard]] std::string printable(std::string_view text);
+
+}  // namespace haptics

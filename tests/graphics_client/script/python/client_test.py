@@ -1,0 +1,380 @@
+"""The Python client against servers that are hostile, newer, or gone."""
+import concurrent.futures
+import gc
+import threading
+import time
+import unittest
+import weakref
+from unittest import mock
+
+import haptic_assets
+import haptic_client
+import haptic_edits
+import haptic_scene
+from haptic_client import Client, Closed, Refused, Rejected
+from haptic_text import printable
+from haptics.v1 import envelope_pb2, scene_pb2, telemetry_pb2
+from scripted_server import (NOTHING, ScriptedServer, an_object, framed, greeting, root_of, say, snapshot, welcome)
+
+SOON_S = 20  # no test's verdict: only how long a broken one takes
+
+
+def accept(revision):
+    """Each edit is accepted as this revision."""
+    def answer(envelope):
+        if envelope.WhichOneof("body") != "edit_request":
+            return b""
+        reply = envelope_pb2.EditReply(client_seq=envelope.edit_request.client_seq)
+        reply.accepted.revision = revision
+        return framed(say(edit_reply=reply))
+    return answer
+
+
+def newer(state):
+    """The state as a newer server could send it: with a field, and a texture's family, that nobody here knows."""
+    state.texture.law = 77
+    state.texture.field.MergeFromString(b"\xfa\x01\x02ab")  # field 31
+    return scene_pb2.ObjectState.FromString(state.SerializeToString() + b"\xa2\x06\x03new")  # field 100
+
+
+class ClientTest(unittest.TestCase):
+    def setUp(self):
+        self.died = []
+        for name, value in (("RECONNECT_S", (0.001, 0.01)), ("REFUSED_RECONNECT_S", 0.02)):
+            self.patch(haptic_client, name, value)
+        self.patch(threading, "excepthook", lambda given: self.died.append(given))
+        self.addCleanup(lambda: self.assertEqual(self.died, []))
+
+    def patch(self, module, name, value):
+        patched = mock.patch.object(module, name, value)
+        patched.start()
+        self.addCleanup(patched.stop)
+
+    def server(self, *said, answer=lambda envelope: b""):
+        server = ScriptedServer(b"".join(part if isinstance(part, bytes) else framed(part) for part in said), answer)
+        self.addCleanup(server.close)
+        return server
+
+    def client(self, server, **options):
+        client = Client(server.address, **options)
+        self.addCleanup(client.close)
+        return client
+
+    def live(self, *said, answer=lambda envelope: b"", **options):
+        server = self.server(*said, answer=answer)
+        client = self.client(server, **options)
+        client.wait_live(SOON_S)
+        return server, client
+
+    def until(self, condition):
+        end = time.monotonic() + SOON_S
+        while not condition():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.005)
+
+    def assert_turned_down(self, why, *said):
+        """The client does not go live, says why, tries again, and is live at once when the server has come to reason."""
+        server = self.server(*said)
+        client = self.client(server)
+        self.until(lambda: server.connections > 3)
+        with self.assertRaises(Refused) as refused:
+            client.wait_live(0)
+        self.assertIn(why, str(refused.exception))
+        server.script = framed(*greeting([an_object(1)]))
+        self.until(lambda: client.objects())
+        client.wait_live(SOON_S)
+
+
+class MalformedData(ClientTest):
+    def test_objects_before_their_beginning(self):
+        self.assert_turned_down("objects came without its beginning", welcome(), snapshot([an_object(1)])[1])
+
+    def test_an_end_before_its_beginning(self):
+        self.assert_turned_down("ended without its beginning", welcome(), snapshot()[-1])
+
+    def test_a_field_of_no_family(self):
+        broken = an_object(1)
+        broken.texture.field.SetInParent()
+        self.assert_turned_down('object "object_1" is not whole', welcome(), *snapshot([broken], root=NOTHING))
+
+    def test_resuming_a_client_that_holds_nothing(self):
+        self.assert_turned_down("resumes what this client lacks", welcome(resumed=True))
+
+    def test_a_commit_before_the_snapshot(self):
+        commit = scene_pb2.Commit(revision=1, prev_root=NOTHING, root=root_of(1, []))
+        self.assert_turned_down("a commit came before the snapshot", welcome(), say(commit=commit))
+
+    def test_a_second_welcome(self):
+        self.assert_turned_down("second welcome", welcome(), welcome(), *snapshot())
+
+    def test_a_welcome_of_another_version(self):
+        other = welcome()
+        other.protocol_version = 2
+        self.assert_turned_down("speaks version 2", other, *snapshot())
+
+    def test_a_snapshot_that_is_not_the_one_that_was_begun(self):
+        begin, *objects, end = snapshot([an_object(1), an_object(2)])
+        self.assert_turned_down("not the one that was begun", welcome(root=end.snapshot_end.root), begin, objects[0], end)
+
+    def test_an_object_twice(self):
+        self.assert_turned_down("twice", welcome(), *snapshot([newer(an_object(1)), newer(an_object(1))]))
+
+    def test_another_root_than_the_welcomes(self):
+        self.assert_turned_down("the welcome's root", welcome(root=bytes(32)), *snapshot())
+
+    def test_bytes_that_are_no_message(self):
+        self.assert_turned_down("a frame of 0 bytes", b"\0\0\0\0")
+        self.assert_turned_down("a frame of 4294967295 bytes", b"\xff\xff\xff\xff")
+        self.assert_turned_down("does not speak this protocol", b"\2\0\0\0\xff\xff")
+        with self.assertWarns(RuntimeWarning):  # protobuf's own
+            self.assert_turned_down("more than its message", b"\4\0\0\0\x08\1\x0c\7")
+
+
+class NewerServer(ClientTest):
+    def test_what_it_adds_is_kept_and_named(self):
+        known, unknown = an_object(1), newer(an_object(2))
+        root = root_of(1, [known, unknown])
+        server, client = self.live(*greeting([known, unknown], revision=1))
+        self.assertEqual(client.unknown_objects(), ["object_2"])
+        self.assertEqual(client.objects()["object_2"], unknown)
+        self.assertEqual(client.revision_and_root(), (1, root.hex()))
+        commit = scene_pb2.Commit(revision=2, prev_root=root, removed=[2], root=root_of(2, [known]))
+        server.send(framed(say(commit=commit)))
+        self.until(lambda: client.revision_and_root() == (2, root_of(2, [known]).hex()))
+        self.assertEqual((client.unknown_objects(), client.resyncs), ([], 0))
+
+    def test_a_message_an_answer_and_a_feature_of_a_kind_that_nobody_knows(self):
+        sample = telemetry_pb2.Telemetry(tick=1, energy=[telemetry_pb2.FeatureEnergy(object=1, feature=99, energy_J=2)])
+        unknown = b"\x0a\0\0\0\x08\x01\xf2\x07\x05other"  # field 126
+        server, client = self.live(*greeting([an_object(1)]), unknown, say(telemetry=sample),
+                                   answer=lambda envelope: framed(say(edit_reply=envelope_pb2.EditReply(client_seq=1)))
+                                   if envelope.WhichOneof("body") == "edit_request" else b"")
+        self.assertEqual(client.gave_most(next(client.samples(SOON_S))), ("object_1", "feature 99", 2))
+        with self.assertRaises(Rejected) as rejected:
+            client.submit(scene_pb2.Transaction()).result(SOON_S)
+        self.assertEqual(rejected.exception.field, "edit_reply")
+        self.assertEqual(server.connections, 1)
+
+
+class LargeEdits(ClientTest):
+    def test_an_edit_that_does_not_fit_a_frame_is_refused_at_once_and_the_next_one_goes_through(self):
+        server, client = self.live(*greeting(), answer=accept(1))
+        large = scene_pb2.Transaction()
+        large.operations.add().remove.object.name = "x" * haptic_edits.MAX_TRANSACTION_BYTES
+        with self.assertRaises(Rejected) as rejected:
+            client.submit(large).result(0)
+        self.assertEqual(rejected.exception.field, "transaction")
+        self.assertIn("1 MiB", str(rejected.exception))
+        self.assertEqual(client.submit(scene_pb2.Transaction()).result(SOON_S).revision, 1)
+        self.assertEqual(server.connections, 1)
+
+    def test_the_largest_that_fits_goes_through(self):
+        server, client = self.live(*greeting(), answer=accept(1))
+        large = scene_pb2.Transaction()
+        name = large.operations.add().remove.object
+        name.name = "x" * (haptic_edits.MAX_TRANSACTION_BYTES - 100)
+        name.name += "x" * (haptic_edits.MAX_TRANSACTION_BYTES - large.ByteSize())
+        self.assertEqual(large.ByteSize(), haptic_edits.MAX_TRANSACTION_BYTES)
+        self.assertEqual(client.submit(large).result(SOON_S).revision, 1)
+        self.assertEqual(server.connections, 1)
+
+    def test_one_edit_too_many_is_refused(self):
+        _, client = self.live(*greeting())
+        self.patch(haptic_edits, "MAX_PENDING", 3)
+        for _ in range(3):
+            client.submit(scene_pb2.Transaction())
+        with self.assertRaises(Rejected) as rejected:
+            client.submit(scene_pb2.Transaction()).result(0)
+        self.assertIn("3 edits wait", str(rejected.exception))
+
+
+class Waits(ClientTest):
+    @staticmethod
+    def begin(wait):
+        """Of what comes of wait()."""
+        outcome = concurrent.futures.Future()
+
+        def run():
+            try:
+                outcome.set_result(wait())
+            except Exception as error:
+                outcome.set_exception(error)
+        threading.Thread(target=run, daemon=True).start()
+        return outcome
+
+    def waits(self):
+        """A client, and waits without a timeout that nobody answers."""
+        server, client = self.live(*greeting(), answer=accept(1))
+        accepted = client.submit(scene_pb2.Transaction())
+        accepted.result(SOON_S)
+        server.answer = lambda envelope: b""
+        waits = [self.begin(client.submit(scene_pb2.Transaction()).result), self.begin(accepted.live_since_tick),
+                 self.begin(lambda: client.upload(haptic_assets.FIELD, b"1", None)),
+                 self.begin(lambda: list(client.samples()))]
+        time.sleep(0.05)
+        self.assertFalse(any(wait.done() for wait in waits))
+        return client, waits
+
+    def test_closing_the_client_ends_them(self):
+        client, (*answers, samples) = self.waits()
+        client.close()
+        for answer in answers:
+            self.assertIsInstance(answer.exception(SOON_S), Closed)
+        self.assertEqual(samples.result(SOON_S), [])
+        late = client.submit(scene_pb2.Transaction())
+        for wait in (late.result, late.live_since_tick, lambda: client.upload(haptic_assets.FIELD, b"1", None)):
+            self.assertIsInstance(self.begin(wait).exception(SOON_S), Closed)
+        self.assertIsInstance(self.begin(lambda: client.wait_live(None)).exception(SOON_S), Refused)
+
+    def test_a_thread_that_fails_ends_them(self):
+        client, waits = self.waits()
+        self.patch(client, "_lost", mock.Mock(side_effect=SystemExit))
+        self.patch(client, "_send_edits", mock.Mock(side_effect=MemoryError))
+        for wait in waits:
+            self.assertIn("failed", str(wait.exception(SOON_S)))
+        with self.assertRaises(Refused) as refused:
+            client.wait_live(None)
+        self.assertIn("failed", str(refused.exception))
+        self.assertEqual([died.exc_type for died in self.died], [SystemExit])
+        self.died.clear()
+
+    def test_closing_ends_the_wait_for_a_server_that_never_speaks(self):
+        client = self.client(self.server())
+        wait = self.begin(lambda: client.wait_live(None))
+        time.sleep(0.05)
+        client.close()
+        self.assertIsInstance(wait.exception(SOON_S), Refused)
+
+    def test_a_timeout_says_why_there_is_no_answer(self):
+        server, client = self.live(*greeting())
+        edit = client.submit(scene_pb2.Transaction())
+        server.script = framed(say(heartbeat=envelope_pb2.Heartbeat()))
+        server.hang_up()
+        self.until(lambda: server.connections > 1 and "before its welcome" in client._trouble)
+        for wait in (edit.result, edit.live_since_tick, lambda timeout_s: client.upload(haptic_assets.FIELD, b"1", timeout_s)):
+            with self.assertRaises(TimeoutError) as timeout:
+                wait(0.02)
+            self.assertRegex(str(timeout.exception), "no answer within 0.02 s: .*before its welcome")
+
+    def test_what_a_caller_has_cancelled_does_not_harm_the_others(self):
+        server, client = self.live(*greeting())
+        cancelled = client.submit(scene_pb2.Transaction())
+        self.until(lambda: any(said.WhichOneof("body") == "edit_request" for said in server.heard))
+        cancelled.reply.cancel()
+        reply = envelope_pb2.EditReply(client_seq=1)
+        reply.accepted.revision = 1
+        server.answer = accept(1)
+        server.send(framed(say(edit_reply=reply)))
+        client.submit(scene_pb2.Transaction()).result(SOON_S)
+        self.assertEqual(server.connections, 1)
+
+    def test_news_that_an_edit_is_live_do_not_come_before_its_answer(self):
+        live = framed(say(edit_live=envelope_pb2.EditLive(client_seq=1, tick=9)))
+        _, client = self.live(*greeting(), answer=lambda envelope: live + accept(1)(envelope) + live)
+        self.assertEqual(client.apply(scene_pb2.Transaction(), SOON_S)[1], 9)
+
+    def test_what_the_server_puts_off_for_ever_is_given_up(self):
+        def put_off(envelope):
+            if envelope.WhichOneof("body") == "edit_request":
+                reply = envelope_pb2.EditReply(client_seq=1)
+                reply.rejected.reason, reply.rejected.retry_after_ms = "too early", 1
+                return framed(say(edit_reply=reply))
+            if envelope.WhichOneof("body") == "asset_upload":
+                return framed(say(asset_upload_reply=envelope_pb2.AssetUploadReply(
+                    hash=envelope.asset_upload.chunk.hash, reason="no room", retry_after_ms=1)))
+            return b""
+        _, client = self.live(*greeting(), answer=put_off)
+        for module in (haptic_edits, haptic_assets):
+            self.patch(module, "PATIENCE_S", 0.2)
+        self.assertIn("too early", str(self.begin(client.submit(scene_pb2.Transaction()).result).exception(SOON_S)))
+        upload = self.begin(lambda: client.upload(haptic_assets.FIELD, b"1", None))
+        self.assertIn("no room", str(upload.exception(SOON_S)))
+
+    def test_what_cannot_be_sent_is_the_callers_error(self):
+        server, client = self.live(*greeting())
+        with self.assertRaises((TypeError, ValueError)):
+            client.upload("mesh", b"1")
+        with self.assertRaises(haptic_assets.UploadRefused):
+            client.upload(haptic_assets.FIELD, b"")
+        for options in ({"name": 7}, {"telemetry_hz": "fast"}):
+            with self.assertRaises((TypeError, ValueError)):
+                self.client(server, **options)
+        self.assertEqual(server.connections, 1)
+
+
+class Bounds(ClientTest):
+    def assert_left(self, limit, *said):
+        """The client leaves the server, names the limit, and holds nothing."""
+        client = self.client(self.server(*said))
+        with self.assertRaises(Refused) as refused:
+            client.wait_live(SOON_S)
+        self.assertIn(limit, str(refused.exception))
+        self.assertEqual(client.objects(), {})
+
+    def test_of_objects(self):
+        self.patch(haptic_scene, "MAX_OBJECTS", 3)
+        objects = [an_object(number) for number in range(1, 5)]
+        self.assert_left("more than 3 objects", *greeting(objects))
+        first, *_ = snapshot([])
+        first.snapshot_begin.object_count = 1 << 60
+        self.assert_left("more than 3 objects", welcome(), first)
+        root = root_of(0, objects[:3])
+        commit = scene_pb2.Commit(revision=1, prev_root=root, put=objects[3:], root=root_of(1, objects))
+        ahead = [welcome(1, root_of(1, objects)), *snapshot(objects[:3]), say(commit=commit)]
+        self.assert_left("more than 3 objects", *ahead)
+
+    def test_of_the_records_bytes(self):
+        self.patch(haptic_scene, "MAX_SCENE_BYTES", 3 << 20)
+        large = [an_object(number) for number in range(1, 6)]
+        for state in large:
+            state.name = "x" * 900_000
+        self.assert_left("more than 3 MiB", *greeting(large))
+
+    def test_of_samples_that_nobody_takes(self):
+        self.patch(haptic_client, "MAX_KEPT_SAMPLES", 50)
+        self.patch(haptic_client, "MAX_KEPT_BYTES", 100_000)
+        for size, kept in ((0, 50), (9_900, 10)):
+            samples = [say(telemetry=telemetry_pb2.Telemetry(
+                tick=tick, dent=[telemetry_pb2.Dent(centre=[0.5] * (size // 4))])) for tick in range(1, 101)]
+            _, client = self.live(*greeting(), *samples)
+            self.until(lambda: client._tick == 100)
+            self.assertEqual([sample.tick for sample in client.samples(0.2)], [*range(101 - kept, 101)])
+
+    def test_of_bodies(self):
+        moving = an_object(1)
+        moving.motion.mass_kg = 1
+        bodies = [telemetry_pb2.BodyPose(object=number) for number in range(1, 1000)]
+        _, client = self.live(*greeting([moving, an_object(2)]), say(telemetry=telemetry_pb2.Telemetry(tick=1, body=bodies)))
+        self.until(lambda: client._tick == 1)
+        self.assertEqual((list(client.bodies()), list(client._bodies)), (["object_1"], [1]))
+
+    def test_an_accepted_edits_answer_is_not_kept_by_the_client(self):
+        _, client = self.live(*greeting(), answer=accept(1))
+        edit = client.submit(scene_pb2.Transaction())
+        edit.result(SOON_S)
+        kept = weakref.ref(edit)
+        del edit
+        gc.collect()
+        self.assertIsNone(kept())
+
+
+class Text(ClientTest):
+    def test_a_refusal_is_escaped(self):
+        refusal = envelope_pb2.Refusal(field="a\x1b[2J", reason="\x1b]0;owned\x07\nline Größe \u202e\x9b")
+        client = self.client(self.server(say(refusal=refusal)))
+        with self.assertRaises(Refused) as refused:
+            client.wait_live(SOON_S)
+        self.assertEqual(str(refused.exception),
+                         r"refused by the server: a\x1b[2J: \x1b]0;owned\x07\x0aline Größe \u202e\x9b")
+
+    def test_what_is_wrong_with_an_edit_is_escaped(self):
+        self.assertEqual(str(Rejected("a\nb", "\x1bc")), r"a\x0ab: \x1bc")
+        self.assertEqual(str(haptic_client.Conflict("\x7f", [])), r"\x7f")
+        self.assertEqual(str(haptic_assets.UploadRefused("f", "\u2066")), r"f: \u2066")
+
+    def test_long_text_is_shortened(self):
+        self.assertEqual(printable("x" * 10, 3), "xxx...")
+
+
+if __name__ == "__main__":
+    unittest.main()
