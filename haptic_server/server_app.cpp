@@ -59,8 +59,9 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
   auto& folder = *opened->folder;
   const auto readAsset = [&folder](const ContentHash& hash) { return folder.readAsset(hash); };
-  if (auto resumed = room.resume(std::move(opened->state), readAsset, folder); !resumed)
-    return tl::unexpected(std::move(resumed.error()).within("--state " + options.state + ": "));
+  for (const std::string& remark : room.resume(std::move(opened->state), readAsset, folder)) {
+    spdlog::warn("--state {}: {}", options.state, remark);
+  }
   if (const auto revision = room.history()->version.revision(); revision > 0) {
     spdlog::info("going on at revision {} of {}{}", revision, options.state,
                  options.scene.empty() ? "" : "; " + options.scene + " is not loaded");
@@ -302,6 +303,7 @@ class ServerApp::Impl {
     status.set_device(device_.info().name);
     attached_->fillStatus(status);
     status.set_durable(state_ != nullptr);
+    for (const std::string& object : room_.lostParts()) status.add_lost(object);
   }
 
   const ServerOptions options_;

@@ -130,6 +130,42 @@ std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissio
   return outcomes;
 }
 
+EditOutcome Sequencer::submitUnasked(const Submission& submission) {
+  EditJournal* const journal = std::exchange(journal_, nullptr);
+  auto outcome = submit(std::span(&submission, 1)).front();
+  journal_ = journal;
+  if (journal_ && std::holds_alternative<std::shared_ptr<const AcceptedEdit>>(outcome)) keepAnew();
+  return outcome;
+}
+
+void Sequencer::keepAnew() {
+  EditJournal::Assets held;
+  for (const auto& [id, assets] : assets_) {
+    held.push_back(assets.mesh);
+    held.insert(held.end(), assets.others.begin(), assets.others.end());
+  }
+  journal_->goOnFrom(state_, held);
+}
+
+Result<void> Sequencer::put(std::vector<ObjectRecord> objects, const Assets& assets) {
+  Batch batch{*state_.history, assets_, state_.nextId, {}, {}, {}};
+  const SceneVersion& base = batch.history.version;
+  Commit commit{
+      .revision = base.revision() + 1, .prevRoot = base.root(), .put = std::move(objects), .removed = {}, .root = {}};
+  auto next = base.apply(commit);
+  if (!next) return tl::unexpected(std::move(next).error());
+  commit.root = next->root();
+  const std::uint64_t revision = commit.revision;
+  const auto edit = std::make_shared<const AcceptedEdit>(
+      AcceptedEdit{kServerSession, revision, std::move(commit), {}, state_.nextId});
+  batch.take(edit, *std::move(next), assets, {});
+  if (journal_) {
+    if (auto kept = journal_->keep(state_, batch.edits, batch.newAssets); !kept) return kept;
+  }
+  adopt(std::move(batch));
+  return {};
+}
+
 std::optional<EditOutcome> Sequencer::answeredBefore(const Submission& submission) const {
   if (submission.clientSeq == 0) return Error{"client_seq", "is 0; it counts up from 1"};
   const auto known = state_.memory.find(submission.session, submission.clientSeq);
@@ -172,16 +208,16 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
   if (!next) return std::move(next).error();
   edit->commit.root = next->root();
 
-  batch.take(edit, *std::move(next), draft);
+  batch.take(edit, *std::move(next), draft.assets(), draft.posed());
   return edit;
 }
 
 /// Whole or not at all: without the memory for it the process ends.
-void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made,
-                            const SceneDraft& draft) noexcept {
+void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Assets& newOnes,
+                            const std::set<ObjectId>& posed) noexcept {
   for (const ObjectId id : edit->commit.removed) assets.erase(id);
-  for (const ObjectId id : draft.posed()) posedAt.emplace_back(id, edit->commit.revision);
-  for (const auto& [id, held] : draft.assets()) {
+  for (const ObjectId id : posed) posedAt.emplace_back(id, edit->commit.revision);
+  for (const auto& [id, held] : newOnes) {
     assets[id] = held;
     newAssets.push_back(held.mesh);
     newAssets.insert(newAssets.end(), held.others.begin(), held.others.end());
