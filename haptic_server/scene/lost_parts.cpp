@@ -58,8 +58,9 @@ std::shared_ptr<const ObjectRecord> recordOf(const std::vector<std::shared_ptr<c
 AtHand atHand(ObjectRecord record, const AssetLookup& lookUp, AssetStore& store) {
   std::shared_ptr<const Asset> placeholder;
   const auto lookUpOrMake = [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
-    if (name.hash != placeholderHash()) return lookUp(name);
-    if (!placeholder) placeholder = store.intern(placeholderMesh());
+    auto asset = lookUp(name);
+    if (asset || name.hash != placeholderHash()) return asset;
+    placeholder = store.intern(placeholderMesh());
     return placeholder;
   };
   std::vector<std::string> lost;

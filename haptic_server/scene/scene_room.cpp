@@ -66,6 +66,13 @@ std::vector<std::string> SceneRoom::resume(SequencerState state, AssetReader rea
   return std::move(restored.remarks);
 }
 
+bool SceneRoom::keepAnew(std::function<void()> before) {
+  return enqueue({1, [this, before = std::move(before)] {
+                    before();
+                    sequencer_.keepAnew();
+                  }});
+}
+
 Result<std::shared_ptr<const Asset>> SceneRoom::findOrRead(const AssetName& name) {
   if (auto known = store_.find(name.hash)) return known;
   auto bytes = readAsset_(name.hash);

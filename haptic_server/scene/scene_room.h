@@ -68,6 +68,9 @@ class SceneRoom {
   /// start() only. The reader is called on the builder thread too.
   /// @return What is lost of which object, or here again; one line each.
   [[nodiscard]] std::vector<std::string> resume(SequencerState state, AssetReader readAsset, EditJournal& journal);
+  /// Any thread. The journal keeps all of the present state anew, on the builder thread, after this was called there.
+  /// False as below.
+  [[nodiscard]] bool keepAnew(std::function<void()> before);
   /// Any thread. "box: mesh, motion": objects that are without a part since the start, in words.
   [[nodiscard]] std::vector<std::string> lostParts() const;
   /// The scene is this version from now on, which was made elsewhere of these assets, in assetStore(); the servo is not

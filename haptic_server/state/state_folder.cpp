@@ -86,6 +86,7 @@ SequencerState StateFolder::load(std::uint64_t freshEpoch) {
   }
   const bool beginsWell = saved.has_value();
   if ((!saved || saved->damage) && copy.bytes) {
+    if (const auto alone = readLog(*copy.bytes); alone && alone->damage) copy.bytes->resize(alone->damage->offset);
     auto behind = log.bytes ? readLogBehind(*copy.bytes, *log.bytes) : readLog(*copy.bytes);
     if (!behind) {
       copy.why = behind.error().text();

@@ -48,6 +48,8 @@ class KeptScene {
     return std::get<Accepted>(outcome);
   }
 
+  void distrust(const ContentHash& asset) { folder_->distrust(asset); }
+
   std::vector<std::string> said;  ///< Lines for the log.
   BoxResolver resolver;
   Sequencer sequencer{999, resolver};
