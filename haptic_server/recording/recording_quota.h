@@ -17,8 +17,8 @@ struct RecordingQuota {
 
 /// "flight-...", as the flight recorder names a recording; no other file is counted or removed.
 [[nodiscard]] bool isFlightRecording(const std::filesystem::path& file);
-/// Removes recordings, the oldest by name first, until the others are within the quota. The newest stays, and the newest
-/// of a fault.
+/// Removes recordings, the oldest by name first, until the others are within the quota. The newest stays, and the
+/// newest of a fault.
 void rotateRecordings(const std::filesystem::path& folder, const RecordingQuota& quota);
 /// Refused: also without the older recordings the disk has no more than what is to be left.
 [[nodiscard]] Result<void> makeRoomForRecording(const std::filesystem::path& folder, const RecordingQuota& quota);

@@ -11,9 +11,9 @@
 
 // What becomes of a kept scene when files that it names are damaged or missing.
 //
-// An object without its mesh stays in the scene, as a small box in its place: its name, number, pose, stiffness, damping and
-// colour are known, and clients may go on to edit, remesh or remove it. Dropping it would lose those too, for which there
-// is no reason. The box is a fixed, plain body: the record says nothing of how large the mesh was, and surface, motion
+// An object without its mesh stays in the scene, as a small box in its place: its name, number, pose, stiffness, damping
+// and colour are known, and clients may go on to edit, remesh or remove it. Dropping it would lose those too, without a
+// reason. The box is a fixed, plain body: the record says nothing of how large the mesh was, and surface, motion
 // and deformation were made for that mesh. A field, per-vertex values or moved vertices cost the property that needs
 // them. The record as it was is remembered, so that the parts come back when their assets do.
 namespace haptics {
@@ -43,8 +43,8 @@ struct RestoredState {
   std::vector<std::string> remarks;  ///< One for each part that is lost or here again, with the object's name.
   bool changed = false;              ///< Objects are not what they were: a revision of the server's own says so.
 };
-/// With every asset that can be had. When something was lost the state is of `freshEpoch`: clients get a snapshot and are told
-/// of it, in place of one revision among others. A state that only gets back what it had lost goes on in its epoch.
+/// With every asset that can be had. When something was lost the state is of `freshEpoch`: clients get a snapshot and
+/// are told of it, in place of one revision among others. A state that only gets back what it had lost goes on in its epoch.
 [[nodiscard]] RestoredState restore(SequencerState state, const AssetLookup& lookUp, AssetStore& store,
                                     std::uint64_t freshEpoch);
 

@@ -291,8 +291,8 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
     log_ = *std::move(log);
     return {};
   };
-  // The copy first: whatever becomes of the log then, the state is there. Of a folder without any it is the log: without
-  // one, a copy means that a log is gone.
+  // The copy first: whatever becomes of the log then, the state is there. Of a folder without any it is the log:
+  // without one, a copy means that a log is gone.
   if (!afresh_) {
     if (auto placed = placeCopy(); !placed) return placed;
   }
@@ -317,7 +317,7 @@ Result<void> StateFolder::leaveAside() {
     const auto& [name, aside] = givenUp_.back();
     if (name.empty()) {
       if (auto noted = createDurably(files_, folder_ / aside, ""); !noted) return tl::unexpected(noted.error());
-    } else if (auto renamed = files_.rename(folder_ / name, folder_ / aside); !renamed) {
+    } else if (auto renamed = renameDurably(files_, folder_ / name, folder_ / aside); !renamed) {
       return renamed;
     }
   }

@@ -163,6 +163,26 @@ TEST(FaultyDisk, LosesNothingThatWasAnswered) {
   }
 }
 
+TEST(FullDisk, EditsGoOnInTheReserve) {
+  const auto disk = std::make_shared<SimulatedFiles>(1);
+  KeptScene scene(kFolder, 1, 16U << 20, kReserve_bytes, disk);
+  scene.accept(kEditor, 1, edit(add("a")));
+  disk->capacity_bytes = disk->used_bytes() + 1000;
+  std::uint64_t seq = 2;
+  const auto moves = [&] {
+    return std::holds_alternative<Accepted>(
+        scene.sequencer.submit(kEditor, seq, edit(moveTo("a", {static_cast<double>(seq), 0, 0}))));
+  };
+  while (moves()) ++seq;
+  constexpr std::uint64_t kEdit_bytes = 300;
+  EXPECT_GT(seq, kReserve_bytes / kEdit_bytes);
+  ASSERT_EQ(scene.said.size(), 2U);
+  EXPECT_NE(scene.said[0].find("held in reserve"), std::string::npos);
+  EXPECT_NE(scene.said[1].find("rejected until"), std::string::npos);
+  disk->capacity_bytes = std::size_t(1) << 40;
+  EXPECT_TRUE(moves());
+}
+
 class FaultyUse : public ::testing::TestWithParam<FileMutant> {};
 
 TEST_P(FaultyUse, IsFound) {

@@ -45,6 +45,7 @@ class SimulatedFiles final : public FileSystem {
   void loseWhatWasNotWaitedFor();
 
   // ---- To look and to damage ----
+  [[nodiscard]] std::size_t used_bytes() const;
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
   [[nodiscard]] std::string bytes(const std::filesystem::path& path) const;
   void put(const std::filesystem::path& path, const std::string& bytes);
@@ -98,7 +99,6 @@ class SimulatedFiles final : public FileSystem {
   [[nodiscard]] bool chance(double p) { return std::uniform_real_distribution<>(0, 1)(random_) < p; }
   [[nodiscard]] Result<void> mayChange(const std::filesystem::path& path);
   [[nodiscard]] Result<void> mayFail(const std::filesystem::path& path);
-  [[nodiscard]] std::size_t used_bytes() const;
   static void apply(Names& names, const Naming& naming);
   static void apply(std::string& bytes, const Write& write);
   void name(Naming naming);

@@ -428,7 +428,7 @@ TEST_F(StateFolderTest, CollectsAssetsAlsoAfterDamage) {
   EXPECT_LT(namesIn(folder / "assets").size(), 140U) << "those made since the damage go";
 }
 
-TEST_F(StateFolderTest, GivesItsReserveBackWhenTheDiskIsFull) {
+TEST_F(StateFolderTest, HoldsSpaceInReserve) {
   constexpr std::size_t kReserve_bytes = 1U << 20;
   KeptScene scene(folder.path(), 41, 16U << 20, kReserve_bytes);
   EXPECT_EQ(fs::file_size(folder / "reserve"), kReserve_bytes);
