@@ -104,6 +104,12 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
                  "Folder where the last 10 s are recorded when a fault comes up, and when hapticctl dump asks")
       ->type_name("DIR")
       ->capture_default_str();
+  app.add_option("--recordings-max-mb", options.recordingsMost_MB,
+                 "What these may take together, and 100 files at most; the oldest go first, never the last one or the "
+                 "last of a fault")
+      ->type_name("MB")
+      ->check(CLI::Range(std::size_t(1), std::size_t(1) << 30))
+      ->capture_default_str();
   app.add_option("--pin", options.cpu, "CPU to bind the servo thread to")->check(CLI::NonNegativeNumber);
   try {
     app.parse(argc, argv);

@@ -21,6 +21,7 @@
 #include "haptic_server/servo/realtime.h"
 #include "haptic_server/servo/servo_loop.h"
 #include "haptic_server/state/state_folder.h"
+#include "haptic_server/state/state_scrubber.h"
 #include "haptic_server/surface_limits_cache.h"
 
 namespace haptics {
@@ -63,8 +64,9 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
   if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
   auto& folder = *opened->folder;
   const auto readAsset = [&folder](const ContentHash& hash) { return folder.readAsset(hash); };
-  if (auto resumed = room.resume(std::move(opened->state), readAsset, folder); !resumed)
-    return tl::unexpected(std::move(resumed.error()).within("--state " + options.state + ": "));
+  for (const std::string& remark : room.resume(std::move(opened->state), readAsset, folder)) {
+    spdlog::warn("--state {}: {}", options.state, remark);
+  }
   if (const auto revision = room.history()->version.revision(); revision > 0) {
     spdlog::info("going on at revision {} of {}{}", revision, options.state,
                  options.scene.empty() ? "" : "; " + options.scene + " is not loaded");
@@ -139,6 +141,7 @@ class ServerApp::Impl {
     startServo();
     if (recorder_) recorder_->start();
     server_->start();
+    startScrubber();
     return {};
   }
 
@@ -255,6 +258,7 @@ class ServerApp::Impl {
                       .config = step_},
             .record = options_.record,
             .folder = options_.recordings,
+            .quota = {.most_bytes = options_.recordingsMost_MB * 1'000'000},
             .info = logInfo,
             .warning = [](const std::string& line) { spdlog::warn("{}", line); }};
   }
@@ -287,7 +291,28 @@ class ServerApp::Impl {
     if (servoThread_.joinable()) servoThread_.join();
     if (player_ != nullptr) player_->finish();
     if (server_) server_->stop();
+    scrubber_.reset();
     isStillBuilding_ = !room_.stopWithin(kBuilderEndsWithin);
+  }
+
+  /// Of a scene that is kept: its files are re-read now and then, and written anew from memory where they are damaged.
+  void startScrubber() {
+    if (!state_) return;
+    const auto named = [this] {
+      std::vector<ContentHash> assets;
+      const auto history = room_.history();
+      for (const auto& object : history->version.objects()) {
+        for (const AssetName& asset : object->assets()) assets.push_back(asset.hash);
+      }
+      return assets;
+    };
+    const auto repair = [this](const std::filesystem::path& file, const std::optional<ContentHash>& asset) {
+      spdlog::warn("{} is damaged or missing; it is written anew from memory", file.string());
+      return room_.keepAnew([this, asset] {
+        if (asset) state_->distrust(*asset);
+      });
+    };
+    scrubber_ = std::make_unique<StateScrubber>(StateScrubber::Options{options_.state, named, repair});
   }
 
   /// Network thread.
@@ -308,6 +333,7 @@ class ServerApp::Impl {
     status.set_device(device_.info().name);
     attached_->fillStatus(status);
     status.set_durable(state_ != nullptr);
+    for (const std::string& object : room_.lostParts()) status.add_lost(object);
   }
 
   const ServerOptions options_;
@@ -327,6 +353,7 @@ class ServerApp::Impl {
   std::unique_ptr<FlightRecorder> recorder_;  // outlives the room, which tells it of its scenes
   SceneRoom room_;
   std::unique_ptr<Server> server_;
+  std::unique_ptr<StateScrubber> scrubber_;
   Fault loggedFault_ = Fault::kNone;
   std::atomic<bool> servoReady_{false};
   std::atomic<bool> stop_{false};

@@ -175,8 +175,13 @@ bool FlightRecorder::mayBeGranted(const Request& request) {
 Result<std::filesystem::path> FlightRecorder::write(const Request& request) {
   try {
     std::filesystem::create_directories(options_.folder);
+    if (auto room = makeRoomForRecording(options_.folder, options_.quota); !room) return tl::unexpected(room.error());
     const auto file = options_.folder / fileName(request.why);
-    if (auto written = writeTo(file, request.why); !written) return tl::unexpected(std::move(written.error()));
+    if (auto written = writeTo(file, request.why); !written) {
+      std::filesystem::remove(file);
+      return tl::unexpected(std::move(written.error()));
+    }
+    rotateRecordings(options_.folder, options_.quota);
     return file;
   } catch (const std::filesystem::filesystem_error& error) {
     return refused(options_.folder.string(), error.code().message());

@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "haptic_server/recording/recording_quota.h"
 #include "haptic_server/recording/recording_writer.h"
 
 namespace haptics {
@@ -24,6 +25,7 @@ class FlightRecorder {
     RecordingFacts facts;          ///< Of this server; began and why are left to the recorder.
     std::string record;            ///< File for every tick; empty: none.
     std::filesystem::path folder;  ///< For the others.
+    RecordingQuota quota = {};     ///< Of the folder.
     std::function<void(const std::string&)> info, warning;
   };
   /// Where the recording is, or why there is none. On the recorder's thread.

@@ -22,7 +22,7 @@ class RecordingReader {
   /// The next part; null at the end. Valid until the next call. Refused: the bytes are damaged from here on.
   [[nodiscard]] Result<const v1::RecordingPart*> next();
   /// Once next() has returned null: the last part was being written when the server ended.
-  [[nodiscard]] bool cutOff() const noexcept { return records_.end() == LogEnd::kCutOff; }
+  [[nodiscard]] bool cutOff() const noexcept { return records_.end() == LogEnd::kTorn; }
 
  private:
   explicit RecordingReader(std::string_view bytes) : records_(bytes, kRecordingHead) {}

@@ -15,6 +15,8 @@ struct SequencerState {
   std::shared_ptr<const SceneHistory> history;
   EditMemory memory;
   ObjectId nextId = 1;  ///< The next object's.
+  /// Objects of the version as they were before assets of theirs were lost (lost_parts.h).
+  std::vector<std::shared_ptr<const ObjectRecord>> lost = {};
 };
 
 /// Keeps accepted edits beyond the process.
@@ -28,6 +30,9 @@ class EditJournal {
   /// those of the objects that they changed, some of which may be known. Does not throw.
   /// @return Nothing when all of them are kept. Else none of them counts, and the error is the answer to each.
   [[nodiscard]] virtual Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) = 0;
+  /// The scene is this state from now on, to which no edit led that was kept. What cannot be kept now is kept before
+  /// the next edit is. Does not throw.
+  virtual void goOnFrom(const SequencerState& state, const Assets& assets) = 0;
 };
 
 }  // namespace haptics

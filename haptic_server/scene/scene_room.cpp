@@ -8,6 +8,7 @@
 #include "common/clock/monotonic.h"
 #include "common/interruption/interruption.h"
 #include "common/scene/deformed_hash.h"
+#include "haptic_server/scene/lost_parts.h"
 #include "haptic_server/scene/queued_size.h"
 
 namespace haptics {
@@ -46,31 +47,82 @@ SceneRoom::~SceneRoom() { stop(); }
 
 Result<std::vector<std::string>> SceneRoom::loadStartScene(const Transaction& scene) {
   const Submission submission{kServerSession, history()->version.revision() + 1, scene};
-  const EditOutcome outcome = apply(std::span(&submission, 1)).front();
+  const auto before = sequencer_.history();
+  const EditOutcome outcome = sequencer_.submitUnasked(submission);
+  if (sequencer_.history() != before) publish(before);
   if (const auto* error = std::get_if<Error>(&outcome)) return tl::unexpected(*error);
   if (const auto* conflict = std::get_if<EditConflict>(&outcome)) return refused("preconditions", conflict->reason);
   return std::get<std::shared_ptr<const AcceptedEdit>>(outcome)->reports;
 }
 
-Result<void> SceneRoom::resume(SequencerState state, const AssetReader& readAsset, EditJournal& journal) {
-  const auto lookUp = [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
-    if (auto known = store_.find(name.hash)) return known;
-    auto bytes = readAsset(name.hash);
-    if (!bytes) return refused("", bytes.error().text());
-    auto asset = store_.internEncoded(name, *std::move(bytes));
-    if (!asset) return refused("", "is damaged: " + asset.error().text());
-    return asset;
+std::vector<std::string> SceneRoom::resume(SequencerState state, AssetReader readAsset, EditJournal& journal) {
+  readAsset_ = std::move(readAsset);
+  std::map<ContentHash, Result<std::shared_ptr<const Asset>>> read;  // each once
+  const auto lookUp = [&](const AssetName& name) {
+    const auto at = read.find(name.hash);
+    return at != read.end() ? at->second : read.emplace(name.hash, findOrRead(name)).first->second;
   };
-  Sequencer::Assets assets;
-  for (const auto& object : state.history->version.objects()) {
-    auto gathered = gatherAssets(*object, lookUp);
-    if (!gathered) return refused("object \"" + object->name + "\"", gathered.error().text());
-    assets[object->id] = *std::move(gathered);
-  }
-  sequencer_.resume(std::move(state), std::move(assets), journal);
+  RestoredState restored = restore(std::move(state), lookUp, store_, newEpoch());
+  lostAtStart_ = restored.state.lost;
+  sequencer_.resume(std::move(restored.state), std::move(restored.assets), journal);
+  if (restored.changed) sequencer_.keepAnew();
   published_ = sequencer_.history();
   publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
-  return {};
+  return std::move(restored.remarks);
+}
+
+bool SceneRoom::keepAnew(std::function<void()> before) {
+  return enqueue({1, [this, before = std::move(before)] {
+                    before();
+                    sequencer_.keepAnew();
+                  }});
+}
+
+Result<std::shared_ptr<const Asset>> SceneRoom::findOrRead(const AssetName& name) {
+  if (auto known = store_.find(name.hash)) return known;
+  auto bytes = readAsset_(name.hash);
+  if (!bytes) return refused("", bytes.error().text());
+  auto asset = store_.internEncoded(name, *std::move(bytes));
+  if (!asset) return refused("", "is damaged: " + asset.error().text());
+  return asset;
+}
+
+std::vector<std::string> SceneRoom::lostParts() const {
+  std::vector<std::string> objects;
+  const auto now = history();
+  for (const auto& before : lostAtStart_) {
+    const auto object = now->version.find(before->id);
+    std::string text;
+    if (object) {
+      for (const std::string& part : haptics::lostParts(*object, *before)) text += (text.empty() ? ": " : ", ") + part;
+    }
+    if (!text.empty()) objects.push_back(object->name + text);
+  }
+  return objects;
+}
+
+/// An asset that objects have lost is here: they have it again.
+void SceneRoom::giveBack(const ContentHash& asset) {
+  const auto before = sequencer_.history();
+  const auto lookUp = [this](const AssetName& name) { return findOrRead(name); };
+  std::vector<ObjectRecord> objects;
+  Sequencer::Assets assets;
+  for (const auto& lost : lostAtStart_) {
+    const auto now = before->version.find(lost->id);
+    if (!now) continue;
+    const ObjectRecord whole = madeWhole(*now, *lost);
+    if (whole == *now || !std::ranges::count(whole.assets(), asset, &AssetName::hash)) continue;
+    AtHand held = atHand(whole, lookUp, store_);
+    if (held.record == *now) continue;
+    held.record.revision = before->version.revision() + 1;
+    objects.push_back(std::move(held.record));
+    assets[now->id] = std::move(held.assets);
+  }
+  if (objects.empty() || !sequencer_.put(objects, assets)) return;
+  publish(before);
+  if (!options_.log) return;
+  for (const ObjectRecord& object : objects)
+    options_.log("object \"" + object.name + "\": what was lost of it was uploaded and is here again");
 }
 
 bool SceneRoom::show(SceneVersion version, Sequencer::Assets assets) {
@@ -116,7 +168,9 @@ bool SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transacti
 bool SceneRoom::submitAsset(const AssetName& name, std::string bytes, const UploadReply& reply) {
   auto job = [this, name, bytes = std::move(bytes), reply]() mutable {
     try {
-      reply(store_.internEncoded(name, std::move(bytes)));
+      auto asset = store_.internEncoded(name, std::move(bytes));
+      if (asset && !lostAtStart_.empty()) giveBack(name.hash);
+      reply(std::move(asset));
     } catch (const std::exception& failure) {
       reply(refused("data", std::string("the server could not build the asset: ") + failure.what()));
     }
@@ -224,15 +278,17 @@ std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submission
   if (!options_.whyFixed.empty()) return std::vector<EditOutcome>(submissions.size(), Error{"", options_.whyFixed});
   const auto before = sequencer_.history();
   auto outcomes = decide(submissions, unwanted);
-  const auto& now = sequencer_.history();
-  if (now == before) return outcomes;
+  if (sequencer_.history() != before) publish(before);
+  return outcomes;
+}
 
+void SceneRoom::publish(const std::shared_ptr<const SceneHistory>& before) {
+  const auto& now = sequencer_.history();
   publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
   for (std::uint64_t revision = before->version.revision() + 1; revision <= now->version.revision(); ++revision) {
     for (const std::string& report : now->find(revision)->reports) tell(report);
   }
   publishHistory();
-  return outcomes;
 }
 
 /// Until then an edit may be given up, by the server or by whoever asked for it.

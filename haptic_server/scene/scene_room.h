@@ -61,13 +61,21 @@ class SceneRoom {
   SceneRoom(const SceneRoom&) = delete;
   SceneRoom& operator=(const SceneRoom&) = delete;
 
-  /// Applies the transaction at once and publishes it, the same way as any edit. Before start() only.
+  /// Applies the transaction at once and publishes it, the same way as any edit, also while the journal cannot keep it.
+  /// Before start() only.
   /// @return The reports of the assets, or the bad field.
   [[nodiscard]] Result<std::vector<std::string>> loadStartScene(const Transaction& scene);
   /// Goes on from this state, whose assets are read by hash, and publishes it; every edit from now on is kept by the
-  /// journal, which outlives the room, before it is published or answered. Before loadStartScene() and start() only.
-  /// @return Or which object's asset cannot be had.
-  [[nodiscard]] Result<void> resume(SequencerState state, const AssetReader& readAsset, EditJournal& journal);
+  /// journal, which outlives the room, before it is published or answered. Objects whose assets cannot be had stay as
+  /// what is left of them (lost_parts.h), and get them back when a client uploads them. Before loadStartScene() and
+  /// start() only. The reader is called on the builder thread too.
+  /// @return What is lost of which object, or here again; one line each.
+  [[nodiscard]] std::vector<std::string> resume(SequencerState state, AssetReader readAsset, EditJournal& journal);
+  /// Any thread. The journal keeps all of the present state anew, on the builder thread, after this was called there.
+  /// False as below.
+  [[nodiscard]] bool keepAnew(std::function<void()> before);
+  /// Any thread. "box: mesh, motion": objects that are without a part since the start, in words.
+  [[nodiscard]] std::vector<std::string> lostParts() const;
   /// The scene is this version from now on, which was made elsewhere of these assets, in assetStore(); the servo is not
   /// told. Any thread. False: there is no room for more work now.
   [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
@@ -114,8 +122,10 @@ class SceneRoom {
   SceneCrossing& crossing_;
   AssetStore store_;
   AssetLibrary library_;
-  Sequencer sequencer_;          // builder thread, or loadStartScene before it runs
-  ServoSceneMaker servoScenes_;  // likewise
+  Sequencer sequencer_;                                           // builder thread, or loadStartScene before it runs
+  ServoSceneMaker servoScenes_;                                   // likewise
+  AssetReader readAsset_;                                         // likewise
+  std::vector<std::shared_ptr<const ObjectRecord>> lostAtStart_;  // of the state that was resumed; does not change
 
   std::map<ObjectId, std::vector<StayingDent>> staying_;  // not taken in yet; builder thread
   std::uint64_t stayingAt_ = 0;                           // scene revision that the servo had then; likewise
@@ -145,6 +155,9 @@ class SceneRoom {
   void followServo();
   std::vector<EditOutcome> apply(std::span<const Submission> submissions, const std::stop_token& unwanted = {});
   std::vector<EditOutcome> decide(std::span<const Submission> submissions, const std::stop_token& unwanted);
+  void publish(const std::shared_ptr<const SceneHistory>& before);
+  [[nodiscard]] Result<std::shared_ptr<const Asset>> findOrRead(const AssetName& name);
+  void giveBack(const ContentHash& asset);
   void publishHistory();
   void publishToServo(ServoSceneMaker::Plan plan);
   void tell(const std::string& line) const;

@@ -106,7 +106,7 @@ EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const 
 }
 
 std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissions) {
-  Batch batch{*state_.history, assets_, state_.nextId, {}, {}, {}};
+  Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}};
   std::vector<EditOutcome> outcomes;
   std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
   for (const Submission& submission : submissions) {
@@ -130,6 +130,42 @@ std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissio
   }
   adopt(std::move(batch));
   return outcomes;
+}
+
+EditOutcome Sequencer::submitUnasked(const Submission& submission) {
+  EditJournal* const journal = std::exchange(journal_, nullptr);
+  auto outcome = submit(std::span(&submission, 1)).front();
+  journal_ = journal;
+  if (journal_ && std::holds_alternative<std::shared_ptr<const AcceptedEdit>>(outcome)) keepAnew();
+  return outcome;
+}
+
+void Sequencer::keepAnew() {
+  EditJournal::Assets held;
+  for (const auto& [id, assets] : assets_) {
+    held.push_back(assets.mesh);
+    held.insert(held.end(), assets.others.begin(), assets.others.end());
+  }
+  journal_->goOnFrom(state_, held);
+}
+
+Result<void> Sequencer::put(std::vector<ObjectRecord> objects, const Assets& assets) {
+  Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}};
+  const SceneVersion& base = batch.history.version;
+  Commit commit{
+      .revision = base.revision() + 1, .prevRoot = base.root(), .put = std::move(objects), .removed = {}, .root = {}};
+  auto next = base.apply(commit);
+  if (!next) return tl::unexpected(std::move(next).error());
+  commit.root = next->root();
+  const std::uint64_t revision = commit.revision;
+  const auto edit = std::make_shared<const AcceptedEdit>(
+      AcceptedEdit{kServerSession, revision, std::move(commit), {}, state_.nextId});
+  batch.take(edit, *std::move(next), assets, {});
+  if (journal_) {
+    if (auto kept = journal_->keep(state_, batch.edits, batch.newAssets); !kept) return kept;
+  }
+  adopt(std::move(batch));
+  return {};
 }
 
 std::optional<EditOutcome> Sequencer::answeredBefore(const Submission& submission) const {
@@ -175,7 +211,7 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
   edit->commit.root = next->root();
   if (auto fits = checkAnswer(*edit); !fits) return std::move(fits).error();
 
-  batch.take(edit, *std::move(next), draft, limits_.remembered_edits);
+  batch.take(edit, *std::move(next), draft.assets(), draft.posed());
   return edit;
 }
 
@@ -196,11 +232,11 @@ Result<void> Sequencer::checkAnswer(const AcceptedEdit& edit) const {
 }
 
 /// Whole or not at all: without the memory for it the process ends.
-void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const SceneDraft& draft,
-                            std::size_t remembered) noexcept {
+void Sequencer::Batch::take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Assets& newOnes,
+                            const std::set<ObjectId>& posed) noexcept {
   for (const ObjectId id : edit->commit.removed) assets.erase(id);
-  for (const ObjectId id : draft.posed()) posedAt.emplace_back(id, edit->commit.revision);
-  for (const auto& [id, held] : draft.assets()) {
+  for (const ObjectId id : posed) posedAt.emplace_back(id, edit->commit.revision);
+  for (const auto& [id, held] : newOnes) {
     assets[id] = held;
     newAssets.push_back(held.mesh);
     newAssets.insert(newAssets.end(), held.others.begin(), held.others.end());

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 #include <variant>
@@ -55,6 +56,13 @@ class Sequencer {
   /// @return The outcomes, in the same order.
   std::vector<EditOutcome> submit(std::span<const Submission> submissions);
   EditOutcome submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
+  /// Applies an edit of the server's own that counts even if it cannot be kept now: it is kept before the next one is.
+  EditOutcome submitUnasked(const Submission& submission);
+  /// The journal keeps the present state, to which no edits led that it knows, as soon as it can.
+  void keepAnew();
+  /// A revision of the server's own in which objects of the version are these, with their assets. Refused: it cannot be
+  /// kept.
+  [[nodiscard]] Result<void> put(std::vector<ObjectRecord> objects, const Assets& assets);
 
   [[nodiscard]] const std::shared_ptr<const SceneHistory>& history() const noexcept { return state_.history; }
   [[nodiscard]] const SequencerState& state() const noexcept { return state_; }
@@ -69,12 +77,13 @@ class Sequencer {
     SceneHistory history;
     Assets assets;
     ObjectId nextId;
+    std::size_t remembered;  // edits
     EditJournal::Edits edits;
     EditJournal::Assets newAssets;
     std::vector<std::pair<ObjectId, std::uint64_t>> posedAt;
 
-    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const SceneDraft& draft,
-              std::size_t remembered) noexcept;
+    void take(const std::shared_ptr<const AcceptedEdit>& edit, SceneVersion made, const Assets& newOnes,
+              const std::set<ObjectId>& posed) noexcept;
   };
   AssetResolver& resolver_;
   const SceneLimits limits_;

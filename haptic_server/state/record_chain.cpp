@@ -34,6 +34,8 @@ std::size_t lengthIn(std::string_view head) {
   return length;
 }
 
+bool isZero(std::string_view text) { return text.find_first_not_of('\0') == std::string_view::npos; }
+
 ContentHash linkOf(const ContentHash& chain, std::string_view headAndPayload) {
   return Hasher().add(chain).add(bytesOf(headAndPayload)).finish();
 }
@@ -57,8 +59,8 @@ RecordReader::RecordReader(std::string_view log, std::string_view head)
 std::optional<std::string_view> RecordReader::next() {
   const std::string_view rest = log_.substr(offset_);
   if (rest.empty()) return std::nullopt;
-  end_ = LogEnd::kCutOff;
-  if (rest.size() < kHeadBytes) return std::nullopt;
+  end_ = LogEnd::kTorn;
+  if (rest.size() < kHeadBytes || isZero(rest.substr(kHeadBytes))) return std::nullopt;
 
   const std::size_t length = lengthIn(rest);
   const bool lengthIsRight = rest.starts_with(headOf(chain_, length));
@@ -67,7 +69,12 @@ std::optional<std::string_view> RecordReader::next() {
   end_ = LogEnd::kDamaged;
   if (!lengthIsRight) return std::nullopt;
   const ContentHash link = linkOf(chain_, rest.substr(0, hashAt));
-  if (!rest.substr(hashAt).starts_with(viewOf(link, kHashBytes))) return std::nullopt;
+  const std::string_view right = viewOf(link, kHashBytes), stored = rest.substr(hashAt, kHashBytes);
+  if (stored != right) {
+    const auto wrong = std::ranges::mismatch(stored, right).in1 - stored.begin();
+    if (isZero(rest.substr(hashAt + static_cast<std::size_t>(wrong)))) end_ = LogEnd::kTorn;
+    return std::nullopt;
+  }
 
   end_ = LogEnd::kWhole;
   chain_ = link;

@@ -13,7 +13,8 @@
 //
 // little-endian, where the chain is the hash of the record before, and of the head for the first. A record is therefore
 // bound to all before it: one that was damaged, left out, repeated or moved is found, and so is each record after it.
-// The short check of the length tells a record that was cut off, whose length is right, from a damaged one.
+// The short check of the length tells a record that was cut off, whose length is right, from a damaged one. A file
+// whose size was written and whose bytes were not has zeros in their place.
 namespace haptics {
 
 inline constexpr std::string_view kLogHead = "haptics state 1\n";
@@ -30,8 +31,8 @@ class RecordWriter {
 };
 
 enum class LogEnd {
-  kWhole,    ///< After the last record.
-  kCutOff,   ///< Within the last record: the bytes end before it does.
+  kWhole,  ///< After the last record.
+  kTorn,   ///< Within the last record: the bytes end before it does, or nothing but zeros is in its place or its rest.
   kDamaged,  ///< At a record that is not what was written.
 };
 

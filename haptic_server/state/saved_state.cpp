@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/wire/convert.h"
+#include "haptic_server/scene/lost_parts.h"
 #include "haptics/v1/state.pb.h"
 
 namespace haptics {
@@ -91,6 +92,7 @@ struct Replay {
   SceneHistory history;
   EditMemory memory;
   ObjectId nextId = 1;
+  std::vector<std::shared_ptr<const ObjectRecord>> lost;
 
   Result<void> begin(const v1::Checkpoint& checkpoint) {
     auto read = historyIn(checkpoint);
@@ -100,6 +102,11 @@ struct Replay {
       auto session = resultsFrom(message);
       if (!session) return tl::unexpected(std::move(session).error());
       memory.remember(*std::move(session));
+    }
+    for (const auto& object : checkpoint.lost()) {
+      auto record = fromWire(object);
+      if (!record) return tl::unexpected(std::move(record).error().within("lost."));
+      lost.push_back(std::make_shared<const ObjectRecord>(*std::move(record)));
     }
     nextId = checkpoint.next_object_id();
     return {};
@@ -138,6 +145,7 @@ std::string checkpointRecord(const SequencerState& state) {
   checkpoint.set_next_object_id(state.nextId);
   for (const auto& session : state.memory.sessions()) write(session, *checkpoint.add_session());
   addResumable(*state.history, checkpoint);
+  for (const auto& object : stillLost(state)) toWire(*object, *checkpoint.add_lost());
   return record.SerializeAsString();
 }
 
@@ -176,14 +184,14 @@ Result<SavedState> readLog(std::string_view log) {
     good = reader.offset();
     writer = RecordWriter(reader.chain());
   }
-  SavedState saved{
-      {std::make_shared<const SceneHistory>(std::move(replay.history)), std::move(replay.memory), replay.nextId},
-      writer,
-      {}};
+  SavedState saved{{std::make_shared<const SceneHistory>(std::move(replay.history)), std::move(replay.memory),
+                    replay.nextId, std::move(replay.lost)},
+                   writer,
+                   {}};
   if (good < log.size()) {
-    const bool cutOff = misfit.empty() && reader.end() == LogEnd::kCutOff;
-    if (misfit.empty()) misfit = cutOff ? "the record is incomplete" : "the record is not what was written";
-    saved.damage = LogDamage{cutOff, good, log.size() - good, misfit};
+    const bool torn = misfit.empty() && reader.end() == LogEnd::kTorn;
+    if (misfit.empty()) misfit = torn ? "the record is incomplete" : "what follows is not what was written";
+    saved.damage = LogDamage{torn, good, log.size() - good, misfit};
   }
   return saved;
 }

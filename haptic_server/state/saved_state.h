@@ -21,7 +21,9 @@ inline constexpr std::size_t kMaxResumeBytes = 4U << 20;
 
 /// Where a log stops making sense.
 struct LogDamage {
-  bool cutOff = false;  ///< Its last record is incomplete, as a crash leaves it; nothing was answered on its strength.
+  /// Its last record is incomplete, as a crash leaves it. No edit in it was answered, unless the disk had said that it
+  /// held what it did not.
+  bool torn = false;
   std::size_t offset = 0;   ///< First bad byte's record begins here.
   std::size_t dropped = 0;  ///< Bytes from there on.
   std::string reason;

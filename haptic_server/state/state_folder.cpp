@@ -1,14 +1,12 @@
 #include "haptic_server/state/state_folder.h"
 
-#include <fcntl.h>
-
 #include <algorithm>
-#include <ctime>
+#include <charconv>
 #include <exception>
-#include <system_error>
+#include <span>
 #include <utility>
 
-#include "common/mesh/file_bytes.h"
+#include "haptic_server/scene/lost_parts.h"
 
 namespace haptics {
 namespace fs = std::filesystem;
@@ -17,116 +15,224 @@ namespace {
 constexpr const char* kLogName = "log";
 constexpr const char* kCheckpointName = "checkpoint";
 constexpr const char* kAssetFolder = "assets";
-constexpr const char* kDamagedPrefix = "log.damaged-";
+constexpr const char* kReserveName = "reserve";
+constexpr std::string_view kAsideMark = ".damaged-";
+/// A reserve is only taken of a disk that has several times as much.
+constexpr std::size_t kReserveOfFree = 4;
 
-bool holdsDamagedLog(const fs::path& folder) {
-  return std::ranges::any_of(fs::directory_iterator(folder), [](const fs::directory_entry& entry) {
-    return entry.path().filename().string().starts_with(kDamagedPrefix);
-  });
+/// The time in a name such as "log.damaged-1790000000"; nothing for other names.
+std::optional<std::int64_t> asideSince(std::string_view name) {
+  const auto at = name.find(kAsideMark);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view digits = name.substr(at + kAsideMark.size());
+  std::int64_t time_s = 0;
+  std::from_chars(digits.data(), digits.data() + digits.size(), time_s);
+  return time_s;
 }
 
-std::unordered_set<std::string> assetNames(const SceneVersion& version) {
+std::unordered_set<std::string> assetNames(const SequencerState& state) {
   std::unordered_set<std::string> names;
-  for (const auto& object : version.objects()) {
-    for (const AssetName& asset : object->assets()) names.insert(asset.hash.hex());
-  }
+  const auto add = [&](const ObjectRecord& object) {
+    for (const AssetName& asset : object.assets()) names.insert(asset.hash.hex());
+  };
+  for (const auto& object : state.history->version.objects()) add(*object);
+  for (const auto& object : stillLost(state)) add(*object);
   return names;
 }
 
+std::uint64_t revisionOf(const SavedState& saved) { return saved.state.history->version.revision(); }
+
 }  // namespace
+
+struct StateFolder::Found {
+  bool there = false;
+  std::optional<std::string> bytes;
+  std::string why;  // there are none
+};
 
 Result<StateFolder::Opened> StateFolder::open(const fs::path& folder, std::uint64_t freshEpoch, Options options) {
   const fs::path path = fs::absolute(folder / "").lexically_normal().parent_path();
-  if (auto made = makeFolderDurably(path / kAssetFolder); !made) return tl::unexpected(std::move(made).error());
-
+  if (!options.files) options.files = systemFiles();
   std::unique_ptr<StateFolder> opened(new StateFolder(path, std::move(options)));
-  auto lock = lockFile(path / "lock");
+  if (auto made = makeFolderDurably(opened->files_, path); !made) return tl::unexpected(std::move(made).error());
+  auto lock = opened->files_.lock(path / "lock");
   if (!lock) return tl::unexpected(std::move(lock).error());
+  if (!*lock) return refused((path / "lock").string(), "another server uses this folder");
   opened->lock_ = *std::move(lock);
-  auto state = opened->load(freshEpoch);
-  if (!state) return tl::unexpected(std::move(state).error());
-  return Opened{std::move(opened), *std::move(state)};
+  (void)makeFolderDurably(opened->files_, path / kAssetFolder);  // checkpoint() says why there can be none
+  SequencerState state = opened->load(freshEpoch);
+  return Opened{std::move(opened), std::move(state)};
 }
 
-Result<SequencerState> StateFolder::load(std::uint64_t freshEpoch) {
-  const fs::path path = folder_ / kLogName;
-  if (!fs::exists(path)) {
-    SequencerState state;
-    state.history = std::make_shared<const SceneHistory>(SceneHistory{freshEpoch, {}, {}});
-    if (auto made = checkpoint(state); !made) return tl::unexpected(std::move(made).error());
-    return state;
+StateFolder::Found StateFolder::look(const std::string& name, const std::vector<FileSystem::Entry>& entries) {
+  if (!std::ranges::count(entries, name, &FileSystem::Entry::name)) return {false, std::nullopt, "is missing"};
+  auto bytes = files_.read(folder_ / name);
+  if (!bytes) return {true, std::nullopt, bytes.error().reason};
+  return {true, *std::move(bytes), ""};
+}
+
+SequencerState StateFolder::load(std::uint64_t freshEpoch) {
+  const auto entries = files_.list(folder_).value_or(std::vector<FileSystem::Entry>{});
+  reserved_ = std::ranges::count(entries, kReserveName, &FileSystem::Entry::name) > 0;
+  Found log = look(kLogName, entries), copy = look(kCheckpointName, entries);
+
+  std::optional<SavedState> saved;
+  if (log.bytes) {
+    if (auto read = readLog(*log.bytes)) {
+      saved = *std::move(read);
+    } else {
+      log.why = read.error().text();
+    }
   }
-  const auto bytes = readFile(path);
-  if (!bytes) return refused(path.string(), bytes.error().text());
-  const auto beginning = readFile(folder_ / kCheckpointName);
-  auto saved = readLog(*bytes);
   const bool beginsWell = saved.has_value();
-  if (!beginsWell && beginning) {
-    if (auto repaired = readLogBehind(*beginning, *bytes)) saved = std::move(repaired);
+  if ((!saved || saved->damage) && copy.bytes) {
+    if (const auto alone = readLog(*copy.bytes); alone && alone->damage) copy.bytes->resize(alone->damage->offset);
+    auto behind = log.bytes ? readLogBehind(*copy.bytes, *log.bytes) : readLog(*copy.bytes);
+    if (!behind) {
+      copy.why = behind.error().text();
+    } else if (!saved || revisionOf(*behind) > revisionOf(*saved)) {
+      if (!log.bytes) behind->damage = LogDamage{false, 0, 0, log.why};
+      if (saved) behind->damage = saved->damage;
+      saved = *std::move(behind);
+    }
   }
-  if (!saved) return refused(path.string(), saved.error().text() + ". Move it away to start without it");
+  if (!saved) return startAfresh(freshEpoch, log, copy);
+
+  SequencerState& state = saved->state;
   if (saved->damage) {
-    if (auto handled = giveUpDamaged(*bytes, *saved->damage); !handled) return tl::unexpected(handled.error());
-    auto history = std::make_shared<SceneHistory>(*saved->state.history);
-    history->epoch = freshEpoch;
-    saved->state.history = std::move(history);
+    warnOf(*saved->damage, log.there, revisionOf(*saved));
+    if (!saved->damage->torn) {
+      auto history = std::make_shared<SceneHistory>(*state.history);
+      history->epoch = freshEpoch;
+      state.history = std::move(history);
+    }
   } else if (!beginsWell) {
-    options_.warning(path.string() + ": the beginning was damaged and is restored from its copy; nothing is lost");
+    options_.warning((folder_ / kLogName).string() +
+                     ": the beginning was damaged and is restored from its copy; nothing is lost");
   }
-  if (saved->damage || !beginsWell || !beginning || !bytes->starts_with(*beginning)) {
-    if (auto made = checkpoint(saved->state); !made) return tl::unexpected(std::move(made).error());
-    return std::move(saved->state);
-  }
-  auto log = openForWriting(path);
+  const bool whole = beginsWell && !saved->damage && copy.bytes && log.bytes->starts_with(*copy.bytes);
+  size_ = whole ? log.bytes->size() : 0;
+  note(whole ? goOn(*saved, copy.bytes->size()) : checkpoint(state));
+  return std::move(state);
+}
+
+Result<void> StateFolder::goOn(const SavedState& saved, std::size_t beginning) {
+  auto log = files_.open(folder_ / kLogName);
   if (!log) return tl::unexpected(std::move(log).error());
   log_ = *std::move(log);
-  writer_ = saved->writer;
-  size_ = bytes->size();
-  const AssetBytes assets = assetBytes(saved->state.history->version);
-  written_ = size_ - beginning->size() + assets.others;
-  planCheckpoint(beginning->size() + assets.named);
-  return std::move(saved->state);
-}
-
-Result<void> StateFolder::giveUpDamaged(std::string_view log, const LogDamage& damage) {
-  const std::string where = (folder_ / kLogName).string() + ": " + damage.reason + " at byte " +
-                            std::to_string(damage.offset) + ": " + std::to_string(damage.dropped) +
-                            " bytes are dropped";
-  if (damage.cutOff) {
-    options_.warning(where + ". It was being written when the server ended, and no edit in it had been accepted");
-    return {};
-  }
-  const fs::path aside = folder_ / (kDamagedPrefix + std::to_string(std::time(nullptr)));
-  if (auto kept = createDurably(aside, log); !kept) return tl::unexpected(std::move(kept).error());
-  options_.warning(where +
-                   ", ACCEPTED EDITS AMONG THEM. The scene is that before the damage; the damaged log is kept as " +
-                   aside.filename().string());
+  writer_ = saved.writer;
+  const AssetBytes assets = assetBytes(saved.state);
+  written_ = size_ - beginning + assets.others;
+  planCheckpoint(beginning + assets.named);
+  reserve();
   return {};
 }
 
-Result<std::string> StateFolder::readAsset(const ContentHash& hash) const {
+/// Nothing of a log can be read.
+SequencerState StateFolder::startAfresh(std::uint64_t freshEpoch, const Found& log, const Found& copy) {
+  const auto assets = files_.list(folder_ / kAssetFolder);
+  std::string found;
+  if (log.there) found += std::string(kLogName) + " " + log.why + " (kept as " + giveUp(kLogName) + "); ";
+  if (copy.there)
+    found += std::string(kCheckpointName) + " " + copy.why + " (kept as " + giveUp(kCheckpointName) + "); ";
+  if (found.empty() && assets && !assets->empty()) {
+    found = "there are assets but neither log nor checkpoint; ";
+    giveUp("");
+  }
+  if (!found.empty()) {
+    options_.warning(folder_.string() + ": NOTHING OF THE KEPT SCENE CAN BE READ, AND A NEW ONE IS BEGUN: " + found +
+                     "what was found stays there, with its assets, for " + std::to_string(kKeepAside_s / 86'400) +
+                     " days");
+  }
+  afresh_ = true;
+  SequencerState state;
+  state.history = std::make_shared<const SceneHistory>(SceneHistory{freshEpoch, {}, {}});
+  note(checkpoint(state));
+  return state;
+}
+
+/// @return The name that it gets.
+std::string StateFolder::giveUp(const std::string& name) {
+  const auto entries = files_.list(folder_).value_or(std::vector<FileSystem::Entry>{});
+  std::string aside;
+  std::int64_t time_s = files_.now_s();
+  do {
+    aside = (name.empty() ? kLogName : name) + std::string(kAsideMark) + std::to_string(time_s++);
+  } while (std::ranges::count(entries, aside, &FileSystem::Entry::name) > 0);
+  givenUp_.push_back({name, aside});
+  return aside;
+}
+
+void StateFolder::warnOf(const LogDamage& damage, bool logIsThere, std::uint64_t revision) {
+  const std::string where = (folder_ / kLogName).string() + ": ";
+  const std::string scene = "the scene is that of revision " + std::to_string(revision);
+  if (damage.torn) {
+    options_.warning(
+        where + damage.reason + " at byte " + std::to_string(damage.offset) + ": " + std::to_string(damage.dropped) +
+        " bytes are dropped; " + scene +
+        ". They were being written when the server or the power went: no edit in them was answered, unless "
+        "the disk had said that it held what it did not");
+    return;
+  }
+  std::string text = where + damage.reason;
+  if (damage.dropped > 0) {
+    text += " at byte " + std::to_string(damage.offset) + ": " + std::to_string(damage.dropped) + " bytes are dropped";
+  }
+  text += "; " + scene + ". Edits after it are lost, if there were any: they may have been answered";
+  if (logIsThere) text += ". The log as it was found is kept as " + giveUp(kLogName);
+  options_.warning(text);
+}
+
+Result<std::string> StateFolder::readAsset(const ContentHash& hash) {
   const fs::path path = folder_ / kAssetFolder / hash.hex();
-  auto bytes = readFile(path);
-  if (!bytes) return refused(path.string(), bytes.error().text());
-  return bytes;
+  auto bytes = files_.read(path);
+  if (!bytes) return refused(path.string(), bytes.error().reason);
+  if (Hasher().add(std::as_bytes(std::span(*bytes))).finish() == hash) {
+    stored_.insert(hash);
+    return bytes;
+  }
+  const std::string aside = hash.hex() + std::string(kAsideMark) + std::to_string(files_.now_s());
+  const auto kept = renameDurably(files_, path, folder_ / kAssetFolder / aside);
+  return refused(path.string(), "is damaged" + (kept ? "; it is kept as " + aside : std::string()));
 }
 
 Result<void> StateFolder::keep(const SequencerState& before, const Edits& edits, const Assets& assets) {
   Result<void> kept;
   try {
     kept = tryToKeep(before, edits, assets);
+    if (!kept && giveBackReserve()) kept = tryToKeep(before, edits, assets);
   } catch (const std::exception& failure) {
-    log_ = {};
+    log_.reset();
     kept = refused("", failure.what());
   }
-  if (!kept && !failing_) options_.warning("edits are rejected until they can be kept: " + kept.error().text());
-  if (kept && failing_) options_.info("edits are kept again");
-  failing_ = !kept;
+  note(kept);
   if (kept) return {};
   return refused("state", "the server cannot keep edits now (" + kept.error().reason + "); send it again later");
 }
 
+void StateFolder::goOnFrom(const SequencerState& state, const Assets& assets) {
+  log_.reset();  // what it holds leads elsewhere
+  Result<void> kept;
+  try {
+    unkept_ = assets;
+    kept = storeUnkept();
+    if (kept) kept = checkpoint(state);
+  } catch (const std::exception& failure) {
+    kept = refused("", failure.what());
+  }
+  note(kept);
+}
+
+void StateFolder::note(const Result<void>& kept) {
+  if (!kept && !failing_) {
+    options_.warning(folder_.string() + ": edits are rejected until they can be kept: " + kept.error().text());
+  }
+  if (kept && failing_) options_.info("edits are kept again");
+  failing_ = !kept;
+}
+
 Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& edits, const Assets& assets) {
+  if (auto stored = storeUnkept(); !stored) return stored;
   if (!log_ || written_ >= nextCheckpoint_) {
     auto made = checkpoint(before);
     if (!made && !log_) return made;
@@ -138,16 +244,30 @@ Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& e
   RecordWriter writer = writer_;
   std::string records;
   for (const auto& edit : edits) writer.append(records, editRecord(*edit));
-  if (auto written = writeDurably(log_, records, size_); !written) {
-    // After a failed wait for the disk nobody knows what is on it, nor will a second wait tell: on with another file.
-    // These edits are rejected; if they cannot be taken out either, a crash before that file is there brings them back.
-    (void)truncateDurably(log_, size_);
-    log_ = {};
-    return written;
-  }
+  if (auto appended = append(records); !appended) return appended;
   writer_ = writer;
   size_ += records.size();
   written_ += records.size();
+  return {};
+}
+
+/// On an error the records do not count: they are taken out again.
+Result<void> StateFolder::append(const std::string& records) {
+  auto done = log_->write(records, size_);
+  const bool waited = done.has_value();
+  if (waited) done = log_->sync();
+  if (done) return {};
+  const bool takenOut = log_->truncate(size_) && log_->sync();
+  // After a failed wait for the disk nobody knows what is on it, nor will a second wait tell: on with another file. If
+  // the records could not be taken out either, a crash before that file is there brings them back.
+  if (waited || !takenOut) log_.reset();
+  return done;
+}
+
+Result<void> StateFolder::storeUnkept() {
+  for (; !unkept_.empty(); unkept_.pop_back()) {
+    if (auto stored = storeAsset(*unkept_.back()); !stored) return stored;
+  }
   return {};
 }
 
@@ -155,20 +275,52 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
   std::string bytes(kLogHead);
   RecordWriter writer;
   writer.append(bytes, checkpointRecord(state));
-  if (const auto copy = createDurably(folder_ / "checkpoint.new", bytes); !copy) return tl::unexpected(copy.error());
-  if (auto named = renameDurably(folder_ / "checkpoint.new", folder_ / kCheckpointName); !named) return named;
-  auto log = createDurably(folder_ / "log.new", bytes);
-  if (!log) return tl::unexpected(std::move(log).error());
-  if (auto named = renameDurably(folder_ / "log.new", folder_ / kLogName); !named) {
-    log_ = {};  // which of the two a crash would leave is not known
-    return named;
+  if (auto made = makeFolderDurably(files_, folder_ / kAssetFolder); !made) return made;
+  const auto placeCopy = [&]() -> Result<void> {
+    const fs::path name = folder_ / "checkpoint.new";
+    if (const auto copy = createDurably(files_, name, bytes); !copy) return tl::unexpected(copy.error());
+    return renameDurably(files_, name, folder_ / kCheckpointName);
+  };
+  const auto placeLog = [&]() -> Result<void> {
+    const fs::path name = folder_ / "log.new";
+    auto log = createDurably(files_, name, bytes);
+    if (!log) return tl::unexpected(std::move(log).error());
+    if (auto aside = leaveAside(); !aside) return aside;
+    log_.reset();  // which of the two a crash would leave is not known until the rename is durable
+    if (auto named = renameDurably(files_, name, folder_ / kLogName); !named) return named;
+    log_ = *std::move(log);
+    return {};
+  };
+  // The copy first: whatever becomes of the log then, the state is there. Of a folder without any it is the log:
+  // without one, a copy means that a log is gone.
+  if (!afresh_) {
+    if (auto placed = placeCopy(); !placed) return placed;
   }
-  log_ = *std::move(log);
+  if (auto placed = placeLog(); !placed) return placed;
+  if (afresh_) {
+    if (auto placed = placeCopy(); !placed)
+      options_.warning("there is no copy of the checkpoint: " + placed.error().text());
+  }
+  afresh_ = false;
   writer_ = writer;
   size_ = bytes.size();
-  collectAssets(state.history->version);
+  collect(state);
   written_ = 0;
-  planCheckpoint(size_ + assetBytes(state.history->version).named);
+  planCheckpoint(size_ + assetBytes(state).named);
+  reserve();
+  return {};
+}
+
+/// From now on a crash finds no log, until the next rename; the checkpoint's copy holds what there is.
+Result<void> StateFolder::leaveAside() {
+  for (; !givenUp_.empty(); givenUp_.pop_back()) {
+    const auto& [name, aside] = givenUp_.back();
+    if (name.empty()) {
+      if (auto noted = createDurably(files_, folder_ / aside, ""); !noted) return tl::unexpected(noted.error());
+    } else if (auto renamed = renameDurably(files_, folder_ / name, folder_ / aside); !renamed) {
+      return renamed;
+    }
+  }
   return {};
 }
 
@@ -180,29 +332,85 @@ Result<void> StateFolder::storeAsset(const Asset& asset) {
   if (stored_.contains(asset.name.hash)) return {};
   const fs::path path = folder_ / kAssetFolder / asset.name.hash.hex();
   const fs::path unfinished = path.string() + ".new";
-  if (auto made = createDurably(unfinished, *asset.encoded); !made) return tl::unexpected(std::move(made).error());
-  if (auto renamed = renameDurably(unfinished, path); !renamed) return renamed;
+  if (auto made = createDurably(files_, unfinished, *asset.encoded); !made)
+    return tl::unexpected(std::move(made).error());
+  if (auto renamed = renameDurably(files_, unfinished, path); !renamed) return renamed;
   stored_.insert(asset.name.hash);
   written_ += asset.encoded->size();
   return {};
 }
 
-/// Removes the assets that the version does not name, unless a damaged log may name them.
-void StateFolder::collectAssets(const SceneVersion& version) {
-  const auto named = assetNames(version);
+void StateFolder::reserve() {
+  if (reserved_ || options_.reserve_bytes == 0) return;
+  if (files_.free_bytes(folder_) < kReserveOfFree * options_.reserve_bytes) return;
+  reserved_ = files_.allocate(folder_ / kReserveName, options_.reserve_bytes).has_value();
+}
+
+/// False: there is none, or it is not space that is missing.
+bool StateFolder::giveBackReserve() {
+  if (!reserved_ || files_.free_bytes(folder_) >= options_.reserve_bytes) return false;
+  reserved_ = false;
+  if (!files_.remove(folder_ / kReserveName)) return false;
+  options_.warning(folder_.string() + ": the disk is full; edits are kept in the last " +
+                   std::to_string(options_.reserve_bytes >> 20) + " MiB, which were held in reserve");
+  return true;
+}
+
+/// Removes the assets that the state does not name, unless something that was given up since may name them.
+void StateFolder::collect(const SequencerState& state) {
+  const auto named = assetNames(state);
   std::erase_if(stored_, [&](const ContentHash& hash) { return !named.contains(hash.hex()); });
-  if (holdsDamagedLog(folder_)) return;
-  for (const auto& entry : fs::directory_iterator(folder_ / kAssetFolder)) {
-    std::error_code ignored;  // a file that cannot be removed costs its space
-    if (!named.contains(entry.path().filename().string())) fs::remove(entry.path(), ignored);
+  const std::int64_t keepUpTo_s = collectAside();
+  auto assets = files_.list(folder_ / kAssetFolder);
+  if (!assets) return;
+  std::ranges::sort(*assets, std::ranges::greater(), &FileSystem::Entry::changed_s);
+  std::size_t unnamed_bytes = 0;
+  for (const auto& asset : *assets) {
+    if (named.contains(asset.name) || asideSince(asset.name)) continue;
+    const bool mayBeNamed = asset.changed_s <= keepUpTo_s && !asset.name.ends_with(".new");
+    if (mayBeNamed) unnamed_bytes += asset.size;
+    if (mayBeNamed && unnamed_bytes <= kMostUnnamedAssets_bytes) continue;
+    files_.remove(folder_ / kAssetFolder / asset.name);  // a file that cannot be removed costs its space
   }
 }
 
-StateFolder::AssetBytes StateFolder::assetBytes(const SceneVersion& version) const {
-  const auto named = assetNames(version);
+/// @return Since when the newest log is aside; 0: there is none.
+std::int64_t StateFolder::collectAside() {
+  struct Aside {
+    fs::path path;
+    std::int64_t since_s;
+    std::size_t size;
+    bool isAsset;
+  };
+  std::vector<Aside> aside;
+  for (const bool isAsset : {false, true}) {
+    const fs::path folder = isAsset ? folder_ / kAssetFolder : folder_;
+    for (const auto& entry : files_.list(folder).value_or(std::vector<FileSystem::Entry>{})) {
+      if (const auto since_s = asideSince(entry.name))
+        aside.push_back({folder / entry.name, *since_s, entry.size, isAsset});
+    }
+  }
+  std::ranges::sort(aside, std::ranges::greater(), &Aside::since_s);
+  std::size_t files = 0, bytes = 0;
+  std::int64_t newest_s = 0;
+  for (const auto& [path, since_s, size, isAsset] : aside) {
+    const bool stays = files < kMostAside && (files == 0 || bytes + size <= kMostAside_bytes);
+    if (!stays || files_.now_s() - since_s > kKeepAside_s) {
+      files_.remove(path);
+      continue;
+    }
+    ++files;
+    bytes += size;
+    if (!isAsset) newest_s = std::max(newest_s, since_s);
+  }
+  return newest_s;
+}
+
+StateFolder::AssetBytes StateFolder::assetBytes(const SequencerState& state) {
+  const auto named = assetNames(state);
   AssetBytes bytes;
-  for (const auto& entry : fs::directory_iterator(folder_ / kAssetFolder)) {
-    (named.contains(entry.path().filename().string()) ? bytes.named : bytes.others) += entry.file_size();
+  for (const auto& entry : files_.list(folder_ / kAssetFolder).value_or(std::vector<FileSystem::Entry>{})) {
+    (named.contains(entry.name) ? bytes.named : bytes.others) += entry.size;
   }
   return bytes;
 }

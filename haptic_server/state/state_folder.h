@@ -5,10 +5,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_set>
 #include <utility>
+#include <vector>
 
 #include "common/error/error.h"
 #include "haptic_server/scene/edit_journal.h"
@@ -19,64 +21,108 @@ namespace haptics {
 
 /// A folder in which the scene outlives the server:
 ///
-///   log               a checkpoint and the edits accepted since (record_chain.h, state.proto)
-///   checkpoint        a copy of the log's beginning, without which all that follows would mean nothing
-///   assets/<hash>     the meshes, fields, vertex values and moved vertices that the log names, canonical bytes
-///   log.damaged-<n>   what was left of a log that had to be given up, for whoever wants to look into it
-///   lock              held by the server that uses the folder
+///   log                  a checkpoint and the edits accepted since (record_chain.h, state.proto)
+///   checkpoint           a copy of the log's beginning, without which all that follows would mean nothing
+///   assets/<hash>        the meshes, fields, vertex values and moved vertices that the log names, canonical bytes
+///   *.damaged-<n>        what had to be given up, as it was found at time n (Unix, seconds), for whoever wants to look
+///                        into it; the assets of that time stay with it. Both for kKeepAside_s and up to a size
+///   reserve              space for when the disk is full of something else
+///   lock                 held by the server that uses the folder
 ///
 /// An edit is on the disk, its assets before it, when keep() returns. A log that has grown is replaced by a checkpoint;
-/// the old one is there until the new one is durable. One thread.
+/// the old one is there until the new one is durable. One thread, but for what says otherwise.
 class StateFolder final : public EditJournal {
  public:
   using Log = std::function<void(const std::string&)>;
   struct Opened;
   struct Options {
-    Log info, warning;
+    Log info = [](const std::string&) {}, warning = info;
     /// Bytes written since the last checkpoint, and in proportion to its size, that lead to the next one: more cost disk
     /// and time to start, fewer cost writing.
     std::size_t checkpointAfter_bytes = 16U << 20;
     static constexpr std::size_t kCheckpointAfterSizes = 2;
+    /// Given back when the disk is full: edits go on for so long, and there is time to see the warning.
+    std::size_t reserve_bytes = 16U << 20;
+    std::shared_ptr<FileSystem> files = nullptr;  ///< Null: the system's.
   };
 
-  /// Makes the folder when there is none. The state has the epoch that the folder holds if nothing of the log was lost,
-  /// else `freshEpoch`, so that clients who may have seen more start anew.
-  /// Refused: a folder that cannot be written or that another server uses, a log of another version or whose beginning
-  /// is damaged together with its copy.
+  static constexpr std::int64_t kKeepAside_s = 30 * 24 * 3600;
+  static constexpr std::size_t kMostAside = 16;  ///< Files; the newest stay.
+  static constexpr std::size_t kMostAside_bytes = 1U << 30;
+  /// Of assets that no state names, but one that was given up may.
+  static constexpr std::size_t kMostUnnamedAssets_bytes = 1U << 30;
+
+  /// Makes the folder when there is none. Whatever the folder holds, the state is the newest that can be proven: of the
+  /// log, up to where it is damaged, or of the checkpoint's copy; an empty one when nothing can be read. What is given up
+  /// for it is kept aside and said in a warning. While the folder cannot be written, nothing in it is changed and
+  /// keep() refuses with the reason.
+  ///
+  /// The state has the epoch that the folder holds if all of the log is there, or all but a torn end: of that no edit
+  /// was answered on any disk that keeps what it says it keeps. A disk that does not, like a backup that is put back or
+  /// a log that ends between two records, cannot be told from here, and need not be: the server lets a client resume
+  /// only from a revision that it holds with the same root, and sends all others a snapshot. A new epoch would tell
+  /// clients that the fate of their edits under way is not known, though they are applied exactly once.
+  /// Otherwise it has `freshEpoch`: edits that were answered may be gone, and other revisions take their numbers.
+  /// Refused: a folder that cannot be made, or that another server uses.
   [[nodiscard]] static Result<Opened> open(const std::filesystem::path& folder, std::uint64_t freshEpoch,
                                            Options options);
 
   [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) override;
-  /// The bytes as they are in the file: to be compared with the hash.
-  [[nodiscard]] Result<std::string> readAsset(const ContentHash& hash) const;
+  void goOnFrom(const SequencerState& state, const Assets& assets) override;
+  /// With this hash. Refused: missing, unreadable, or damaged, in which case the file is kept aside.
+  [[nodiscard]] Result<std::string> readAsset(const ContentHash& hash);
+
+  /// The asset's file was found damaged: goOnFrom() writes it again.
+  void distrust(const ContentHash& asset) { stored_.erase(asset); }
 
  private:
+  struct Found;
+  struct GivenUp {
+    std::string name;   // empty: there is none, and only its time is noted
+    std::string aside;  // the name that it gets
+  };
   struct AssetBytes {
-    std::size_t named = 0;   // by the version
+    std::size_t named = 0;   // by the state
     std::size_t others = 0;  // in the folder
   };
   std::filesystem::path folder_;
   Options options_;
-  FileHandle lock_;
-  FileHandle log_;        // none: it is not known what is in the file, and only a new one can tell
-  std::size_t size_ = 0;  // of the log, good records only
+  FileSystem& files_;
+  FileSystem::OpenFile lock_;
+  FileSystem::OpenFile log_;  // none: it is not known what is in the file, and only a new one can tell
+  std::size_t size_ = 0;      // of the log, good records only
   RecordWriter writer_;
-  std::unordered_set<ContentHash> stored_;  // assets that this process has made durable
+  std::unordered_set<ContentHash> stored_;  // assets that are durable, as this process knows
+  Assets unkept_;                           // of the state, to be stored before the next edit
   std::size_t written_ = 0;                 // log and assets, since the last checkpoint
   std::size_t nextCheckpoint_ = 0;          // when written_ has come so far
+  std::vector<GivenUp> givenUp_;            // to be left aside by the next checkpoint
   bool failing_ = false;
+  bool reserved_ = false;
+  bool afresh_ = false;  // there is neither log nor checkpoint that can be read
 
   StateFolder(std::filesystem::path folder, Options options)
-      : folder_(std::move(folder)), options_(std::move(options)) {}
+      : folder_(std::move(folder)), options_(std::move(options)), files_(*options_.files) {}
 
-  Result<SequencerState> load(std::uint64_t freshEpoch);
-  Result<void> giveUpDamaged(std::string_view log, const LogDamage& damage);
+  SequencerState load(std::uint64_t freshEpoch);
+  [[nodiscard]] Found look(const std::string& name, const std::vector<FileSystem::Entry>& entries);
+  SequencerState startAfresh(std::uint64_t freshEpoch, const Found& log, const Found& copy);
+  Result<void> goOn(const SavedState& saved, std::size_t beginning);
+  std::string giveUp(const std::string& name);
+  void warnOf(const LogDamage& damage, bool logIsThere, std::uint64_t revision);
+  void note(const Result<void>& kept);
   Result<void> checkpoint(const SequencerState& state);
+  Result<void> leaveAside();
   Result<void> tryToKeep(const SequencerState& before, const Edits& edits, const Assets& assets);
+  Result<void> storeUnkept();
+  Result<void> append(const std::string& records);
   Result<void> storeAsset(const Asset& asset);
   void planCheckpoint(std::size_t lastSize);
-  void collectAssets(const SceneVersion& version);
-  [[nodiscard]] AssetBytes assetBytes(const SceneVersion& version) const;
+  void reserve();
+  bool giveBackReserve();
+  void collect(const SequencerState& state);
+  [[nodiscard]] std::int64_t collectAside();
+  [[nodiscard]] AssetBytes assetBytes(const SequencerState& state);
 };
 
 struct StateFolder::Opened {

@@ -30,6 +30,11 @@ Result<void> Disk::keep(const SequencerState& before, const Edits& edits, const 
   return {};
 }
 
+void Disk::goOnFrom(const SequencerState& state, const Assets& assets) {
+  for (const auto& asset : assets) assets_[asset->name.hash] = asset;
+  checkpoint(state);
+}
+
 void Disk::checkpoint(const SequencerState& state) {
   log_ = kLogHead;
   writer_ = {};
@@ -47,7 +52,7 @@ Result<SequencerState> Disk::recover(Mutant mutant) {
   }
   auto saved = readLog(log_);
   if (!saved) return tl::unexpected<Error>(std::move(saved).error());
-  if (saved->damage && !saved->damage->cutOff) return refused("log", saved->damage->reason);
+  if (saved->damage && !saved->damage->torn) return refused("log", saved->damage->reason);
   if (saved->damage) log_.resize(saved->damage->offset);
   writer_ = saved->writer;
   state = std::move(saved->state);

@@ -79,6 +79,15 @@ TEST(Replay, GoesOnFromTheStateInARecordingOfTheLastSeconds) {
   EXPECT_EQ(outcome->facts.why, "a test");
 }
 
+TEST(Replay, ARecordingThatCannotBeWrittenLeavesNoFile) {
+  RecordedServo servo;  // has no tick yet
+  std::promise<bool> written;
+  servo.recorder().start();
+  servo.recorder().request("a test", [&](const auto& file) { written.set_value(file.has_value()); });
+  EXPECT_FALSE(written.get_future().get());
+  EXPECT_TRUE(std::filesystem::is_empty(servo.folder() / "last"));
+}
+
 TEST(Replay, SaysWhichForceDiffersFirstAndByHowMuch) {
   RecordedServo servo;
   servo.run(500);

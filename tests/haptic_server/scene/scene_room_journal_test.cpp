@@ -20,6 +20,7 @@ using namespace test;
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 constexpr auto kPatience = 20s;  // of a test for another thread; never reached unless something is broken
 
@@ -35,6 +36,8 @@ class SlowJournal final : public EditJournal {
     }
     return {};
   }
+  void goOnFrom(const SequencerState& state, const Assets&) override { wentOnFrom.push_back(state); }
+  std::vector<SequencerState> wentOnFrom;
   std::vector<std::size_t> batches;  ///< Edits in each.
   std::promise<void> reached, goOn;
 };
@@ -63,7 +66,7 @@ class SceneRoomJournal : public ::testing::Test {
 };
 
 TEST_F(SceneRoomJournal, GoesOnFromAState) {
-  ASSERT_TRUE(room.resume(withABox(), boxBytes, journal));
+  ASSERT_THAT(room.resume(withABox(), boxBytes, journal), IsEmpty());
   EXPECT_EQ(room.history()->epoch, 5U);
   EXPECT_EQ(room.history()->version.revision(), 1U);
   const ServoScene* scene = crossing.newest();
@@ -71,19 +74,67 @@ TEST_F(SceneRoomJournal, GoesOnFromAState) {
   EXPECT_EQ(scene->objects.size(), 1U);
 }
 
-TEST_F(SceneRoomJournal, SaysWhichObjectsMeshCannotBeHad) {
-  const auto missing = room.resume(
-      withABox(), [](const ContentHash&) { return refused("x", "is gone"); }, journal);
-  ASSERT_FALSE(missing);
-  EXPECT_THAT(missing.error().text(), HasSubstr("\"a\": mesh: x: is gone"));
+TEST_F(SceneRoomJournal, AnObjectWhoseMeshCannotBeHadStaysAsAPlaceholder) {
+  const auto missing = [](const ContentHash&) -> Result<std::string> { return refused("x", "is gone"); };
+  SequencerState state = withABox();
+  const ObjectRecord before = *state.history->version.find("a");
+  EXPECT_THAT(room.resume(std::move(state), missing, journal), ElementsAre(HasSubstr("\"a\": mesh: x: is gone")));
+  EXPECT_THAT(room.lostParts(), ElementsAre("a: mesh"));
+  const auto history = room.history();
+  EXPECT_NE(history->epoch, 5U);
+  EXPECT_EQ(history->version.revision(), 2U);
+  EXPECT_EQ(history->version.find("a")->id, before.id);
+  ASSERT_EQ(journal.wentOnFrom.size(), 1U);
+  EXPECT_EQ(journal.wentOnFrom[0].history->version.root(), history->version.root());
+  EXPECT_EQ(*journal.wentOnFrom[0].lost.at(0), before);
+  EXPECT_EQ(crossing.newest()->objects.size(), 1U);
+}
+
+TEST_F(SceneRoomJournal, BytesThatAreNotTheMeshAreNoMesh) {
   const auto other = [](const ContentHash&) -> Result<std::string> { return encodeMesh(makeBox(Vec3(2), 1).value()); };
-  const auto damaged = room.resume(withABox(), other, journal);
-  ASSERT_FALSE(damaged);
-  EXPECT_THAT(damaged.error().text(), HasSubstr("damaged"));
+  EXPECT_THAT(room.resume(withABox(), other, journal), ElementsAre(HasSubstr("damaged")));
+}
+
+TEST_F(SceneRoomJournal, AnUploadGivesAnObjectItsMeshBack) {
+  const auto missing = [](const ContentHash&) -> Result<std::string> { return refused("x", "is gone"); };
+  SequencerState state = withABox();
+  const ObjectRecord before = *state.history->version.find("a");
+  (void)room.resume(std::move(state), missing, journal);
+  const std::uint64_t epoch = room.history()->epoch;
+  journal.goOn.set_value();
+  room.start();
+  std::promise<bool> replied;
+  const std::string bytes = boxBytes({}).value();
+  ASSERT_TRUE(room.submitAsset({AssetKind::kMesh, before.mesh}, bytes, [&](const auto& asset) {
+    replied.set_value(asset.has_value() && room.history()->version.find("a")->mesh == before.mesh);
+  }));
+  EXPECT_TRUE(replied.get_future().get());
+  EXPECT_EQ(room.history()->epoch, epoch);
+  EXPECT_THAT(room.lostParts(), IsEmpty());
+  EXPECT_THAT(journal.batches, ElementsAre(1));
+}
+
+TEST_F(SceneRoomJournal, AStartSceneThatCannotBeKeptYetIsThereAllTheSame) {
+  struct FullJournal final : EditJournal {
+    Result<void> keep(const SequencerState&, const Edits&, const Assets&) override { return refused("state", "full"); }
+    void goOnFrom(const SequencerState& state, const Assets& assets) override {
+      revision = state.history->version.revision();
+      held = assets.size();
+    }
+    std::uint64_t revision = 0;
+    std::size_t held = 0;
+  } full;
+  SequencerState empty;
+  empty.history = std::make_shared<const SceneHistory>(SceneHistory{5, {}, {}});
+  (void)room.resume(std::move(empty), boxBytes, full);
+  ASSERT_TRUE(room.loadStartScene(edit(AddObject{"a", box(), {}, {}})));
+  EXPECT_EQ(room.history()->version.revision(), 1U);
+  EXPECT_EQ(full.revision, 1U);
+  EXPECT_EQ(full.held, 1U);
 }
 
 TEST_F(SceneRoomJournal, NobodyHearsOfAnEditBeforeItIsKept) {
-  ASSERT_TRUE(room.resume(withABox(), boxBytes, journal));
+  ASSERT_THAT(room.resume(withABox(), boxBytes, journal), IsEmpty());
   ASSERT_NE(crossing.newest(), nullptr);
   room.start();
   auto replied = submit(1, edit(moveTo("a", {1, 0, 0})));
@@ -97,7 +148,7 @@ TEST_F(SceneRoomJournal, NobodyHearsOfAnEditBeforeItIsKept) {
 }
 
 TEST_F(SceneRoomJournal, EditsThatWaitAreKeptTogetherButNotThoseThatMakeMeshes) {
-  ASSERT_TRUE(room.resume(withABox(), boxBytes, journal));
+  ASSERT_THAT(room.resume(withABox(), boxBytes, journal), IsEmpty());
   room.start();
   std::vector<std::future<void>> replies;
   replies.push_back(submit(1, edit(moveTo("a", {1, 0, 0}))));

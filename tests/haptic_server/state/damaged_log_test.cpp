@@ -37,6 +37,7 @@ class LogOfEdits final : public EditJournal {
     for (const auto& edit : edits) writer_.append(bytes, editRecord(*edit));
     return {};
   }
+  void goOnFrom(const SequencerState&, const Assets&) override {}
 
   struct Mark {
     std::size_t end;  ///< Bytes of the log up to here.
@@ -99,11 +100,11 @@ class DamagedLog : public ::testing::Test {
   static std::size_t checkpointEnd() { return log().marks.front().end; }
 
   /// The log is read as damaged, and leads to the state after the last record that ends at or before `good`.
-  static void expectDamageAfter(const std::string& bytes, std::size_t good, bool cutOff) {
+  static void expectDamageAfter(const std::string& bytes, std::size_t good, bool torn) {
     const auto saved = readLog(bytes);
     ASSERT_TRUE(saved);
     ASSERT_TRUE(saved->damage);
-    EXPECT_EQ(saved->damage->cutOff, cutOff) << saved->damage->reason;
+    EXPECT_EQ(saved->damage->torn, torn) << saved->damage->reason;
     const auto& mark = log().lastMarkUpTo(good);
     EXPECT_EQ(saved->damage->offset, mark.end);
     EXPECT_EQ(saved->damage->dropped, bytes.size() - mark.end);
@@ -148,7 +149,7 @@ TEST_F(DamagedLog, CutOffWithinItsCheckpointItIsThatOfTheCopy) {
     const auto cut = std::string_view(log().bytes).substr(0, size);
     ASSERT_FALSE(readLog(cut)) << size;
     const auto repaired = readLogBehind(beginning, cut);
-    ASSERT_TRUE(repaired && repaired->damage && !repaired->damage->cutOff) << size;
+    ASSERT_TRUE(repaired && repaired->damage && !repaired->damage->torn) << size;
     ASSERT_EQ(repaired->state.history->version.root(), log().marks[0].state.history->version.root());
   }
 }
@@ -164,7 +165,7 @@ TEST_F(DamagedLog, DoesNotFollowTheBeginningOfAnother) {
   const auto saved = readLogBehind(other, log().bytes);
   ASSERT_TRUE(saved && saved->damage);
   EXPECT_EQ(saved->damage->offset, checkpointEnd());
-  EXPECT_FALSE(saved->damage->cutOff);
+  EXPECT_FALSE(saved->damage->torn);
 }
 
 TEST_F(DamagedLog, ABitThatFlippedAnywhereIsFound) {
@@ -210,8 +211,17 @@ TEST_F(DamagedLog, ARecordThatIsMissingOrDoubleOrMovedIsFound) {
   expectDamageAfter(head + record(6) + record(5), marks[4].end, false);
 }
 
-TEST_F(DamagedLog, ZerosBehindItAreFound) {
-  expectDamageAfter(log().bytes + std::string(4096, '\0'), log().bytes.size(), false);
+TEST_F(DamagedLog, ZerosInPlaceOfItsEndAreWhatACrashLeaves) {
+  expectDamageAfter(log().bytes + std::string(4096, '\0'), log().bytes.size(), true);
+  const auto& marks = log().marks;
+  for (std::size_t size = marks[4].end; size < marks[5].end; ++size) {
+    expectDamageAfter(log().bytes.substr(0, size) + std::string(marks[5].end - size, '\0'), marks[4].end, true);
+    if (HasFatalFailure() || HasNonfatalFailure()) FAIL() << "zeros from " << size;
+  }
+}
+
+TEST_F(DamagedLog, AnythingElseBehindItIsNot) {
+  expectDamageAfter(log().bytes + std::string(300, '\x5a'), log().bytes.size(), false);
 }
 
 TEST_F(DamagedLog, ARecordThatDoesNotFollowIsNotApplied) {

@@ -1,10 +1,12 @@
 #include "haptic_server/state/state_folder.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <fstream>
 
@@ -96,7 +98,7 @@ TEST_F(StateFolderTest, MakesTheFolderAndSaysWhenItCannot) {
   EXPECT_THAT(refusal.error().text(), HasSubstr((folder / "file").string()));
 }
 
-TEST_F(StateFolderTest, AnIncompleteLastRecordCostsTheEpochAndNothingElse) {
+TEST_F(StateFolderTest, AnIncompleteLastRecordCostsNothingElse) {
   {
     KeptScene first(folder.path(), 41);
     first.accept(kAlice, 1, edit(add("a")));
@@ -105,7 +107,7 @@ TEST_F(StateFolderTest, AnIncompleteLastRecordCostsTheEpochAndNothingElse) {
   fs::resize_file(folder / "log", logSize() - 1);
   KeptScene second(folder.path(), 42);
   EXPECT_EQ(second.version().revision(), 1U);
-  EXPECT_EQ(second.sequencer.history()->epoch, 42U);
+  EXPECT_EQ(second.sequencer.history()->epoch, 41U) << "no edit in it was answered";
   EXPECT_THAT(second.said, ElementsAre(HasSubstr("incomplete")));
   EXPECT_THAT(namesIn(folder.path()), ElementsAre("assets", "checkpoint", "lock", "log"));
   EXPECT_EQ(second.accept(kAlice, 2, edit(moveTo("a", {1, 0, 0})))->commit.revision, 2U);
@@ -170,15 +172,69 @@ TEST_F(StateFolderTest, ADamagedCopyIsReplaced) {
   EXPECT_EQ(third.sequencer.history()->epoch, 41U);
 }
 
-TEST_F(StateFolderTest, DoesNotStartWithoutAWholeCheckpoint) {
+TEST_F(StateFolderTest, ZerosInPlaceOfALastRecordAreNotCalledLost) {
+  {
+    KeptScene first(folder.path(), 41);
+    first.accept(kAlice, 1, edit(add("a")));
+  }
+  std::ofstream(folder / "log", std::ios::binary | std::ios::app) << std::string(4096, '\0');
+  const KeptScene second(folder.path(), 42);
+  EXPECT_EQ(second.version().revision(), 1U);
+  EXPECT_EQ(second.sequencer.history()->epoch, 41U);
+  EXPECT_THAT(second.said, ElementsAre(HasSubstr("no edit in them was answered")));
+  EXPECT_THAT(namesIn(folder.path()), ElementsAre("assets", "checkpoint", "lock", "log")) << "nothing to look into";
+}
+
+TEST_F(StateFolderTest, AMissingLogIsMadeGoodFromTheCheckpoint) {
+  ContentHash root;
+  {
+    KeptScene first(folder.path(), 41, 3000);
+    for (std::uint64_t i = 1; i <= 20; ++i) first.accept(kAlice, i, edit(add(numbered("o", i))));
+    root = first.version().root();
+  }
+  const std::size_t copied = fs::file_size(folder / "checkpoint");
+  for (const bool empty : {false, true}) {
+    fs::remove(folder / "log");
+    if (empty) std::ofstream(folder / "log");
+    const KeptScene second(folder.path(), 42);
+    EXPECT_GT(second.version().revision(), 0U);
+    EXPECT_LE(second.version().revision(), 20U);
+    EXPECT_EQ(second.sequencer.history()->epoch, 42U);
+    EXPECT_THAT(second.said, ElementsAre(HasSubstr("that of revision " + std::to_string(second.version().revision()))));
+    EXPECT_GE(fs::file_size(folder / "checkpoint"), copied) << "not that of a fresh scene";
+  }
+}
+
+TEST_F(StateFolderTest, WhatCannotBeReadAtAllIsKeptAsideAndTheServerStarts) {
   { const KeptScene first(folder.path()); }
   flipByte(folder / "log", logSize() - 1);
   flipByte(folder / "checkpoint", logSize() - 1);
   const std::string before = readFile(folder / "log").value();
-  const auto refusal = StateFolder::open(folder.path(), 1, {});
-  ASSERT_FALSE(refusal);
-  EXPECT_THAT(refusal.error().text(), HasSubstr("damaged"));
-  EXPECT_EQ(readFile(folder / "log").value(), before) << "is left as it was";
+  {
+    KeptScene second(folder.path(), 42);
+    EXPECT_THAT(second.said, ElementsAre(HasSubstr("A NEW ONE IS BEGUN")));
+    const auto names = namesIn(folder.path());
+    ASSERT_EQ(names.size(), 6U);
+    EXPECT_THAT(names[2], HasSubstr("checkpoint.damaged-"));
+    EXPECT_THAT(names[5], HasSubstr("log.damaged-"));
+    EXPECT_EQ(readFile(folder / names[5]).value(), before);
+    second.accept(kAlice, 1, edit(add("a")));
+  }
+  const KeptScene third(folder.path(), 43);
+  EXPECT_THAT(third.said, IsEmpty());
+  EXPECT_EQ(third.version().revision(), 1U);
+}
+
+TEST_F(StateFolderTest, AssetsWithoutALogAreSaidAndKept) {
+  {
+    KeptScene first(folder.path(), 41);
+    first.accept(kAlice, 1, edit(add("a")));
+  }
+  fs::remove(folder / "log");
+  fs::remove(folder / "checkpoint");
+  const KeptScene second(folder.path(), 42);
+  EXPECT_THAT(second.said, ElementsAre(HasSubstr("there are assets but neither log nor checkpoint")));
+  EXPECT_EQ(namesIn(folder / "assets").size(), 1U);
 }
 
 TEST_F(StateFolderTest, ACheckpointReplacesALogThatHasGrown) {
@@ -292,16 +348,115 @@ TEST_F(StateFolderTest, KeepsTheFieldsAndValuesOfSurfaces) {
   EXPECT_EQ(assets.frictionScale->values, std::vector<float>(8, 0.5F));
 }
 
-TEST_F(StateFolderTest, TellsWhichMeshIsDamaged) {
+TEST_F(StateFolderTest, ADamagedMeshCostsItsObjectUntilItIsHereAgain) {
   ContentHash mesh;
   {
-    KeptScene first(folder.path());
-    mesh = first.accept(kAlice, 1, edit(add("a")))->commit.put[0].mesh;
+    KeptScene first(folder.path(), 41);
+    mesh = first.accept(kAlice, 1, edit(add("a"), add("b", box(0.2)), moveTo("a", {1, 2, 3})))->commit.put[0].mesh;
   }
-  flipByte((folder / "assets") / mesh.hex(), 40);
-  EXPECT_THROW(KeptScene(folder.path()), std::exception);
-  fs::remove((folder / "assets") / mesh.hex());
-  EXPECT_THROW(KeptScene(folder.path()), std::exception);
+  const fs::path file = folder / "assets" / mesh.hex();
+  const std::string bytes = readFile(file).value();
+  flipByte(file, 40);
+  {
+    KeptScene second(folder.path(), 42);
+    EXPECT_THAT(second.said, ElementsAre(AllOf(HasSubstr("object \"a\": mesh"), HasSubstr("is damaged"))));
+    EXPECT_EQ(second.sequencer.history()->epoch, 42U);
+    EXPECT_EQ(second.version().revision(), 2U);
+    const auto a = second.version().find("a");
+    EXPECT_NE(a->mesh, mesh);
+    EXPECT_EQ(a->pose.position, Vec3(1, 2, 3)) << "nothing else of it is lost";
+    EXPECT_FALSE(fs::exists(file));
+    EXPECT_EQ(namesIn(folder / "assets").size(), 3U) << "the damaged one aside, the placeholder, b's";
+    second.accept(kAlice, 2, edit(moveTo("a", {4, 5, 6})));
+  }
+  {
+    const KeptScene third(folder.path(), 43);
+    EXPECT_THAT(third.said, ElementsAre(HasSubstr("object \"a\": mesh"))) << "as long as it is not here";
+    EXPECT_EQ(third.sequencer.history()->epoch, 42U);
+    EXPECT_EQ(third.version().revision(), 3U);
+  }
+  std::ofstream(file, std::ios::binary) << bytes;
+  {
+    const KeptScene fourth(folder.path(), 44);
+    EXPECT_THAT(fourth.said, ElementsAre(HasSubstr("is here again")));
+    EXPECT_EQ(fourth.sequencer.history()->epoch, 42U) << "nothing is lost by that";
+    EXPECT_EQ(fourth.version().find("a")->mesh, mesh);
+    EXPECT_EQ(fourth.version().find("a")->pose.position, Vec3(4, 5, 6));
+  }
+  const KeptScene fifth(folder.path(), 45);
+  EXPECT_THAT(fifth.said, IsEmpty());
+  EXPECT_EQ(fifth.version().find("a")->mesh, mesh);
+}
+
+TEST_F(StateFolderTest, AMissingFieldCostsOnlyTheTexture) {
+  SurfaceEdit surface;
+  surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
+                                MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
+  surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
+                                  VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+  const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
+  ContentHash mesh, field;
+  {
+    KeptScene first(folder.path());
+    const auto accepted = first.accept(kAlice, 1, edit(add("a"), textured));
+    mesh = accepted->commit.put[0].mesh;
+    field = assetsOf(SurfaceProperties{{}, {}, accepted->commit.put[0].material.surface.texture})[0].hash;
+  }
+  fs::remove(folder / "assets" / field.hex());
+  KeptScene second(folder.path());
+  EXPECT_THAT(second.said, ElementsAre(HasSubstr("object \"a\": texture")));
+  const auto a = second.version().find("a");
+  EXPECT_EQ(a->mesh, mesh);
+  EXPECT_FALSE(a->material.surface.texture);
+  EXPECT_TRUE(a->material.surface.friction);
+}
+
+TEST_F(StateFolderTest, CollectsAssetsAlsoAfterDamage) {
+  {
+    KeptScene first(folder.path(), 41);
+    first.accept(kAlice, 1, edit(add("a"), add("gone", box(0.3))));
+    first.accept(kAlice, 2, edit(remove("gone")));
+  }
+  flipByte(folder / "log", logSize() - 40);
+  KeptScene scene(folder.path(), 42, 3000);
+  for (std::uint64_t i = 1; i <= 100; ++i)
+    scene.accept(kBob, i, edit(RemeshObject{named("a"), box(0.1 + 0.001 * double(i))}));
+  const auto soon = std::chrono::file_clock::now() + std::chrono::hours(1);
+  for (const auto& entry : fs::directory_iterator(folder / "assets")) fs::last_write_time(entry, soon);
+  for (std::uint64_t i = 101; i <= 200; ++i)
+    scene.accept(kBob, i, edit(RemeshObject{named("a"), box(0.1 + 0.001 * double(i))}));
+  EXPECT_LT(namesIn(folder / "assets").size(), 140U) << "those made since the damage go";
+}
+
+TEST_F(StateFolderTest, HoldsSpaceInReserve) {
+  constexpr std::size_t kReserve_bytes = 1U << 20;
+  KeptScene scene(folder.path(), 41, 16U << 20, kReserve_bytes);
+  EXPECT_EQ(fs::file_size(folder / "reserve"), kReserve_bytes);
+}
+
+/// As if another thread had taken every free descriptor.
+class TakenDescriptors {
+ public:
+  TakenDescriptors() {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    const rlimit limit{64, before_.rlim_max};
+    setrlimit(RLIMIT_NOFILE, &limit);
+    for (FileHandle handle(::open("/dev/null", O_RDONLY)); handle; handle = FileHandle(::open("/dev/null", O_RDONLY)))
+      taken_.push_back(std::move(handle));
+  }
+  ~TakenDescriptors() { setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+  std::vector<FileHandle> taken_;
+};
+
+TEST_F(StateFolderTest, HasDescriptorsInReserve) {
+  KeptScene scene(folder.path(), 41);
+  scene.accept(kAlice, 1, edit(add("a")));
+  const TakenDescriptors none;
+  for (std::uint64_t i = 2; i <= 5; ++i)
+    EXPECT_EQ(scene.accept(kAlice, i, edit(RemeshObject{named("a"), box(0.1 * double(i))}))->commit.revision, i);
 }
 
 }  // namespace
