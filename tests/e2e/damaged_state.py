@@ -42,7 +42,8 @@ class DamagedState(harness.EndToEnd):
         self.state = self.folder / "state"
 
     def start(self, prefix=()):
-        return self.start_server(scene=SCENE, options=["--state", self.state], prefix=prefix)
+        return self.start_server(scene=SCENE, prefix=prefix,
+                                 options=["--state", self.state, "--recordings", self.folder])
 
     def make(self):
         """A folder that a killed server has left, and its status."""
