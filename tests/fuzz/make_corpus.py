@@ -240,6 +240,8 @@ def main():
                   upload, 9, uploaded, 0, 2, wait, 9, uploaded, 1, 0, status, clock, *range(1, 6)],
         "distorted": [hello, scene, new, drop, new, later, change, 0, 4, twice, change, 0, 7, damage, beat, 1, 2, 3, again,
                       chunk, 0, 1, 9, 3, 0, 9, unavailable, 0, wait, 60, hello, scene, resume, other, 2, 8, 1, beat],
+        "torn_asset": [hello, scene, new, 24, 3, 7, 4, 0, 4, 25, 0, 13, 6, 7, 27, 9, 1, 19, 6, 2, 14, 5, 1, 253, 3, 0, 9, 15,
+                       0, 8, 0, 21, 60, 0, 2, 1, 9],
     }
     for name, story in stories.items():
         write("client_session", name, bytes(story))
