@@ -217,7 +217,11 @@ class Story {
   void sendAssets() {
     for (const v1::Envelope& request : requests()) {
       const auto hash = ContentHash::fromBytes(request.asset_request().hash());
-      if (rig_.server.assets.contains(*hash)) rig_.server.asset(*hash, request.asset_request().offset());
+      if (!rig_.server.assets.contains(*hash)) continue;
+      if (request.asset_request().offset() >= rig_.server.assets[*hash].size()) {
+        return send([](v1::Envelope& envelope) { envelope.mutable_refusal()->set_field("asset_request.offset"); });
+      }
+      rig_.server.asset(*hash, request.asset_request().offset());
     }
   }
 
