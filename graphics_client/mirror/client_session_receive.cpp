@@ -104,6 +104,7 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
 /// In place of a welcome it turns this client away. Later it only says why the connection ends (a client that was
 /// stopped for a while, or reads too slowly): the next one may do better at once.
 void ClientSession::handle(const v1::Refusal& refusal) {
+  if (refusal.field().starts_with("asset_request")) assets_ = {};  // what has come of it may be another server's
   const std::string why = Error{refusal.field(), refusal.reason()}.text().substr(0, kMaxServerText_bytes);
   if (phase_ != Phase::kHello) return over("the server ended the connection: " + why);
   refused_ = true;

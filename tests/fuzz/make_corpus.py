@@ -240,6 +240,12 @@ def main():
                   upload, 9, uploaded, 0, 2, wait, 9, uploaded, 1, 0, status, clock, *range(1, 6)],
         "distorted": [hello, scene, new, drop, new, later, change, 0, 4, twice, change, 0, 7, damage, beat, 1, 2, 3, again,
                       chunk, 0, 1, 9, 3, 0, 9, unavailable, 0, wait, 60, hello, scene, resume, other, 2, 8, 1, beat],
+        "torn_asset": [hello, scene, new, 24, 3, 7, 4, 0, 4, 25, 0, 13, 6, 7, 27, 9, 1, 19, 6, 2, 14, 5, 1, 253, 3, 0, 9, 15,
+                       0, 8, 0, 21, 60, 0, 2, 1, 9],
+        "large_asset": [0, 2, 3, 24, 3, 7, 4, 0, 4, 25, 0, 231, 6, 7, 27, 9, 1, 19, 6, 2, 14, 5, 14, 6, 1, 253, 3, 0,
+                        9, 15, 129, 8, 0, 21, 60, 0, 2, 1, 9, 0, 2, 5, 8, 2, 7, 3, 6, 3, 6, 165, 10, 1, 23, 5, 0, 4,
+                        0, 5, 11, 1, 2, 3, 4, 5, 6, 7, 8, 9, 3, 11, 12, 13, 9, 0, 2, 22, 1, 22, 2, 21, 9, 12, 1, 1,
+                        13, 1, 1, 5, 15, 2, 1, 7, 2, 9, 23, 9, 18, 0, 2, 21, 9, 18, 1, 0, 17, 16, 1, 2, 3, 4, 5],
     }
     for name, story in stories.items():
         write("client_session", name, bytes(story))

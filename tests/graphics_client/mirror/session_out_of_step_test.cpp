@@ -146,6 +146,27 @@ TEST_F(OutOfStep, WhenAnAssetChangesItsSizeAndTheAssetIsTakenAnew) {
   expectResync();
 }
 
+TEST_F(OutOfStep, TakesAnAssetAnewOfWhichItHasMoreThanThereIs) {
+  rig_.server.sendCommit(next_);
+  rig_.settle();
+  v1::Envelope envelope;
+  v1::AssetChunk& chunk = *envelope.mutable_asset_chunk();
+  chunk.set_hash(rig_.server.heard(v1::Envelope::kAssetRequest).back().asset_request().hash());
+  chunk.set_kind(v1::ASSET_KIND_MESH);
+  chunk.set_total_size(2000);
+  chunk.set_data(std::string(1000, 'x'));
+  rig_.server.send(envelope);
+  rig_.settle();
+  rig_.cut();
+  rig_.join();
+  ASSERT_EQ(rig_.server.heard(v1::Envelope::kAssetRequest).back().asset_request().offset(), 1000U);
+  envelope.mutable_refusal()->set_field("asset_request.offset");
+  rig_.server.send(envelope);
+  rig_.settle();
+  rig_.join();
+  expectInStep();
+}
+
 TEST_F(OutOfStep, WhenASnapshotHasAnotherRoot) {
   rig_.cut();
   rig_.connectionsEnded = 0;
