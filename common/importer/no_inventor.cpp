@@ -5,7 +5,7 @@ namespace haptics {
 
 void startInventor() {}
 
-Result<PolygonSoup> gatherInventor(std::string_view /*file*/, IncludeReader /*readIncluded*/) {
+Result<PolygonSoup> gatherInventor(std::string_view /*file*/, const IncludeReader& /*readIncluded*/) {
   return refused("", "is read by inventor_importer only");
 }
 
