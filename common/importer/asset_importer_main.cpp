@@ -106,7 +106,7 @@ int run() {
   ImportRequest request;
   int descriptor = -1;
   if (receiveWith(kSocket, &request, sizeof request, descriptor) != sizeof request) {
-    std::fputs("asset_importer is started by the programs that import meshes and images; use mesh_report\n", stderr);
+    std::fputs("this is started by the programs that import meshes and images; use mesh_report\n", stderr);
     return EXIT_FAILURE;
   }
   const OpenFile file(descriptor);

@@ -26,7 +26,7 @@ constexpr std::size_t kMostBytes = 64 + kMaxVertices * sizeof(Vec3f) + kMaxTrian
 /// includes 12.
 constexpr int kMostIncludes = 100;
 
-Error cutOff() { return {"", "cannot be read: asset_importer was cut off"}; }
+Error cutOff() { return {"", "cannot be read: its importer was cut off"}; }
 
 /// Where a file that is read looks for those that it includes.
 struct Surroundings {
@@ -53,11 +53,12 @@ Error errorFrom(const std::string& said) {
 /// One import.
 class Import {
  public:
-  explicit Import(const std::stop_token& stop) : child_(program(), kPatience, stop) {}
+  Import(const ImportRequest& request, const std::stop_token& stop)
+      : request_(request), child_(programFor(request), kPatience, stop) {}
 
-  Result<EncodedMesh> run(const ImportRequest& request, const OpenFile* file, const Surroundings* around) {
+  Result<EncodedMesh> run(const OpenFile* file, const Surroundings* around) {
     try {
-      auto sent = child_.send(&request, sizeof request, file != nullptr ? file->descriptor() : -1);
+      auto sent = child_.send(&request_, sizeof request_, file != nullptr ? file->descriptor() : -1);
       if (!sent) return tl::unexpected(std::move(sent).error());
       return answer(around);
     } catch (const std::bad_alloc&) {
@@ -66,12 +67,17 @@ class Import {
   }
 
  private:
+  const ImportRequest& request_;
   ChildProcess child_;
   int includes_ = 0;
 
-  static fs::path program() {
+  /// Beside this one.
+  static fs::path programFor(const ImportRequest& request) {
+    const auto* mesh = std::get_if<MeshFileRequest>(&request);
+    const bool inventor = mesh != nullptr && mesh->format == MeshFormat::kInventor;
     std::error_code error;
-    return fs::read_symlink("/proc/self/exe", error).parent_path() / "asset_importer";
+    return fs::read_symlink("/proc/self/exe", error).parent_path() /
+           (inventor ? "inventor_importer" : "asset_importer");
   }
 
   Result<EncodedMesh> answer(const Surroundings* around) {
@@ -121,12 +127,12 @@ Error naming(Error error, const fs::path& file) {
 Result<EncodedMesh> importFile(const fs::path& file, const ImportRequest& request, const Surroundings* around,
                                const std::stop_token& stop) {
   return openFile(file)
-      .and_then([&](const OpenFile& opened) { return Import(stop).run(request, &opened, around); })
+      .and_then([&](const OpenFile& opened) { return Import(request, stop).run(&opened, around); })
       .map_error([&](Error error) { return naming(std::move(error), file); });
 }
 
 Result<std::string> made(const ImportRequest& request, const std::stop_token& stop) {
-  return Import(stop).run(request, nullptr, nullptr).map([](EncodedMesh mesh) { return std::move(mesh.bytes); });
+  return Import(request, stop).run(nullptr, nullptr).map([](EncodedMesh mesh) { return std::move(mesh.bytes); });
 }
 
 }  // namespace

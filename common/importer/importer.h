@@ -9,8 +9,8 @@
 #include "common/mesh/import.h"
 #include "common/scene/surface_edits.h"
 
-// Files from anywhere, and what else takes long because its input says so, in a process of its own: the program
-// asset_importer, which lies beside the running one. It may be killed at any time, gets a file's descriptor and not its
+// Files from anywhere, and what else takes long because its input says so, in a process of its own: the programs
+// asset_importer and inventor_importer, which lie beside the running one. It may be killed at any time, gets a file's descriptor and not its
 // path, can open nothing, has no privileges and little priority (sandbox.h). So a file that crashes a library, or makes
 // it compute for ever, costs its own import. All block the calling thread only, take five minutes at the most, and end at
 // once when `stop` asks for it. Thread-safe.

@@ -84,7 +84,7 @@ bool& opensFiles() {
 /// Lets a file include what the reader gives.
 class ConfinedInput final : public SoInput {
  public:
-  explicit ConfinedInput(IncludeReader readIncluded) : readIncluded_(std::move(readIncluded)) {}
+  explicit ConfinedInput(const IncludeReader& readIncluded) : readIncluded_(readIncluded) {}
 
   [[nodiscard]] std::uint64_t leftOut() const { return leftOut_; }
 
@@ -101,7 +101,7 @@ class ConfinedInput final : public SoInput {
   }
 
  private:
-  IncludeReader readIncluded_;
+  const IncludeReader& readIncluded_;
   std::deque<std::string> included_;  // Coin reads them where they are
   std::uint64_t leftOut_ = 0;
 };
@@ -191,12 +191,12 @@ void startInventor() {
   SoMemoryError::setHandlerCallback(keep, nullptr);
 }
 
-Result<PolygonSoup> gatherInventor(std::string_view file, IncludeReader readIncluded) {
+Result<PolygonSoup> gatherInventor(std::string_view file, const IncludeReader& readIncluded) {
   opensFiles() = false;
   if (deepestNesting(file) > kDeepestNesting) {
     return refused("", "nests more than " + std::to_string(kDeepestNesting) + " levels deep");
   }
-  ConfinedInput input(std::move(readIncluded));
+  ConfinedInput input(readIncluded);
   input.setBuffer(file.data(), file.size());
   SoSeparator* root = input.isValidBuffer() ? SoDB::readAll(&input) : nullptr;
   if (root == nullptr) {

@@ -21,6 +21,6 @@ void startInventor();
 /// to be had are skipped and counted. Opens no file: from now on fopen() and stat() give this whole program what `readIncluded`
 /// does, or nothing. Needs no display. Not for use in a server: Coin crashes on about one damaged file in a hundred (it does
 /// not check what a shape's indices name), recurses as deep as the file nests and keeps global state; see importer.h.
-[[nodiscard]] Result<PolygonSoup> gatherInventor(std::string_view file, IncludeReader readIncluded);
+[[nodiscard]] Result<PolygonSoup> gatherInventor(std::string_view file, const IncludeReader& readIncluded);
 
 }  // namespace haptics

@@ -135,7 +135,7 @@ TEST_F(ImportInventor, NamesAPointThatIsNotThere) {
 
 TEST_F(ImportInventor, OutlivesACrashOfCoin) {
   const std::string bad = "Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] }\nFaceSet { numVertices [ 1000000 ] }\n";
-  EXPECT_THAT(refusal("t.iv", kHeader + bad), HasSubstr("asset_importer ends on it"));
+  EXPECT_THAT(refusal("t.iv", kHeader + bad), HasSubstr("inventor_importer ends on it"));
 }
 
 TEST_F(ImportInventor, RefusesNestingThatWouldOverflowTheStack) {
