@@ -5,26 +5,11 @@
 #include <string_view>
 
 #include "common/error/error.h"
+#include "common/memory/file_handle.h"
 
 // Files whose bytes are on the disk, as far as the disk says so, when a function has returned without an error. Errors
 // name the path, where the function is given one, and the system's reason.
 namespace haptics {
-
-/// A file descriptor, closed with its owner and on exec.
-class FileHandle {
- public:
-  FileHandle() = default;
-  explicit FileHandle(int descriptor) : descriptor_(descriptor) {}
-  ~FileHandle();
-  FileHandle(FileHandle&& other) noexcept;
-  FileHandle& operator=(FileHandle&& other) noexcept;
-
-  [[nodiscard]] explicit operator bool() const noexcept { return descriptor_ >= 0; }
-  [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
-
- private:
-  int descriptor_ = -1;
-};
 
 /// Writes at this offset of the file, and waits for the disk.
 [[nodiscard]] Result<void> writeDurably(const FileHandle& file, std::string_view bytes, std::size_t offset);
