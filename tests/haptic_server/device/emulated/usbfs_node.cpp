@@ -157,7 +157,10 @@ int UsbfsNode::out(std::span<const std::uint8_t> bytes) {
   const std::uint64_t now_ns = monotonicNow_ns();
   const bool wereOn = device_->motorsOn();
   const int result = device_->out(bytes, now_ns);
-  if (!wereOn && device_->motorsOn()) firstForce_N_ = glm::length(device_->motorForce_N());
+  if (awaiting_ && !wereOn && device_->motorsOn()) {
+    awaiting_ = false;
+    firstForce_N_ = glm::length(device_->motorForce_N());
+  }
   noteMotors(now_ns);
   return result;
 }
@@ -245,6 +248,9 @@ std::string UsbfsNode::command(const std::string& line) {
   } else if (line == "plug") {
     device_->powerCycle();
     present_ = true;
+  } else if (line == "await") {
+    awaiting_ = true;
+    firstForce_N_ = 0;
   } else if (line.starts_with("fault ")) {
     const auto fault = emulatedFault(line.substr(6));
     if (!fault) return "unknown fault";

@@ -28,7 +28,7 @@ class UsbfsNode {
   /// Completes what the device completes by now. @return When to call again.
   [[nodiscard]] std::uint64_t work(std::uint64_t now_ns);
 
-  /// One command of a test, one line of answer: "fault NAME", "unplug", "plug", "state".
+  /// One command of a test, one line of answer: "fault NAME", "unplug", "plug", "await" (the next force), "state".
   [[nodiscard]] std::string command(const std::string& line);
 
  private:
@@ -61,7 +61,8 @@ class UsbfsNode {
   std::list<Description> descriptions_;
   bool present_ = true;
   std::uint64_t zeroSince_ns_ = 0;
-  double firstForce_N_ = 0;   // of the command that switched the motors on
+  bool awaiting_ = false;     // the next command that switches the motors on, and
+  double firstForce_N_ = 0;   // what came of it
   std::uint64_t heldUp_ = 0;  // times that the processor let the hardware wait
 };
 
