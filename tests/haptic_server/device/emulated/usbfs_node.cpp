@@ -19,6 +19,7 @@
 namespace haptics::test {
 namespace {
 
+constexpr std::uint64_t kAwait_ns = 20'000'000;
 constexpr std::uint64_t kHeldUp_ns = 1'000'000;
 /// How often the device moves when nobody asks it.
 constexpr std::uint64_t kIdle_ns = 20'000'000;
@@ -155,12 +156,8 @@ int UsbfsNode::claim(Description& description) {
 
 int UsbfsNode::out(std::span<const std::uint8_t> bytes) {
   const std::uint64_t now_ns = monotonicNow_ns();
-  const bool wereOn = device_->motorsOn();
+  noteMotors(now_ns);  // as it was up to now
   const int result = device_->out(bytes, now_ns);
-  if (awaiting_ && !wereOn && device_->motorsOn()) {
-    awaiting_ = false;
-    firstForce_N_ = glm::length(device_->motorForce_N());
-  }
   noteMotors(now_ns);
   return result;
 }
@@ -179,6 +176,11 @@ int UsbfsNode::submit(Description& description, const NodeRequest& request) {
 }
 
 void UsbfsNode::noteMotors(std::uint64_t now_ns) {
+  const std::uint64_t until_ns = std::min(now_ns, awaits_ns_);
+  if (until_ns > awaited_ns_) {
+    impulse_Ns_ += glm::length(device_->motorForce_N()) * static_cast<double>(until_ns - awaited_ns_) * 1e-9;
+    awaited_ns_ = until_ns;
+  }
   if (device_->motorsOn()) {
     zeroSince_ns_ = 0;
   } else if (zeroSince_ns_ == 0) {
@@ -249,8 +251,9 @@ std::string UsbfsNode::command(const std::string& line) {
     device_->powerCycle();
     present_ = true;
   } else if (line == "await") {
-    awaiting_ = true;
-    firstForce_N_ = 0;
+    awaited_ns_ = now_ns;
+    awaits_ns_ = now_ns + kAwait_ns;
+    impulse_Ns_ = 0;
   } else if (line.starts_with("fault ")) {
     const auto fault = emulatedFault(line.substr(6));
     if (!fault) return "unknown fault";
@@ -261,9 +264,9 @@ std::string UsbfsNode::command(const std::string& line) {
   char answer[300];
   std::snprintf(
       answer, sizeof answer,
-      R"({"now_ns": %llu, "motors_on": %s, "zero_since_ns": %llu, "first_force_N": %.6f, "held_up": %llu, "replies": %llu})",
+      R"({"now_ns": %llu, "motors_on": %s, "zero_since_ns": %llu, "impulse_Ns": %.6f, "held_up": %llu, "replies": %llu})",
       static_cast<unsigned long long>(now_ns), device_->motorsOn() ? "true" : "false",
-      static_cast<unsigned long long>(zeroSince_ns_), firstForce_N_, static_cast<unsigned long long>(heldUp_),
+      static_cast<unsigned long long>(zeroSince_ns_), impulse_Ns_, static_cast<unsigned long long>(heldUp_),
       static_cast<unsigned long long>(device_->replies()));
   return answer;
 }

@@ -28,7 +28,7 @@ class UsbfsNode {
   /// Completes what the device completes by now. @return When to call again.
   [[nodiscard]] std::uint64_t work(std::uint64_t now_ns);
 
-  /// One command of a test, one line of answer: "fault NAME", "unplug", "plug", "await" (the next force), "state".
+  /// One command of a test, one line of answer: "fault NAME", "unplug", "plug", "await" (how much force comes within 20 ms), "state".
   [[nodiscard]] std::string command(const std::string& line);
 
  private:
@@ -61,8 +61,8 @@ class UsbfsNode {
   std::list<Description> descriptions_;
   bool present_ = true;
   std::uint64_t zeroSince_ns_ = 0;
-  bool awaiting_ = false;     // the next command that switches the motors on, and
-  double firstForce_N_ = 0;   // what came of it
+  std::uint64_t awaits_ns_ = 0, awaited_ns_ = 0;  // how long the force is added up, and up to when it was
+  double impulse_Ns_ = 0;
   std::uint64_t heldUp_ = 0;  // times that the processor let the hardware wait
 };
 
