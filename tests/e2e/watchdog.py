@@ -197,7 +197,8 @@ class WatchdogTest(harness.EndToEnd):
                 self.assertLess(self.bench.tell("state")["impulse_Ns"], MOST_IMPULSE_NS, "the old force came back")
         self.judge(what, times_ms)
         status = self.server.status()
-        self.assertEqual(int(status["watchdog"]["forces_taken_away"]), ROUNDS)
+        # More where the machine let the servo stand still.
+        self.assertGreaterEqual(int(status["watchdog"]["forces_taken_away"]), ROUNDS)
         self.assertTrue(status["watchdog"]["alive"])
         self.assertEqual(int(status["watchdog"]["started"]), 1)
         self.assertIn("the servo stood still, and the watchdog took the force away", self.server.text())
