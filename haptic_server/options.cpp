@@ -100,8 +100,10 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   app.add_option("--record", options.record,
                  "Write all that the servo computes with here, tick by tick: haptic_eval replay FILE makes the same "
                  "forces of it again");
-  app.add_option("--recordings", options.recordings,
-                 "Folder where the last 10 s are recorded when a fault comes up, and when hapticctl dump asks")
+  app.add_option(
+         "--recordings", options.recordings,
+         "Folder where the last 10 s are recorded when a fault comes up, when hapticctl dump asks, and when the "
+         "server crashes")
       ->type_name("DIR")
       ->capture_default_str();
   app.add_option("--recordings-max-mb", options.recordingsMost_MB,

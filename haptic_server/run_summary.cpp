@@ -83,6 +83,12 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
         {"replies_used", exchange.replies_used()}, {"garbled_packets", exchange.garbled_packets()},
         {"connections", exchange.connections()},   {"faults", exchange.faults()}};
   }
+  if (status.has_watchdog()) {
+    const v1::WatchdogStatus& watchdog = status.watchdog();
+    summary["watchdog"] = {{"alive", watchdog.alive()},
+                           {"started", watchdog.started()},
+                           {"forces_taken_away", watchdog.forces_taken_away()}};
+  }
   if (status.has_played_recording()) {
     const v1::PlayedRecording& played = status.played_recording();
     summary["played_recording"] = {{"ticks", played.ticks()},

@@ -23,6 +23,7 @@
 #include "haptic_server/state/state_folder.h"
 #include "haptic_server/state/state_scrubber.h"
 #include "haptic_server/surface_limits_cache.h"
+#include "haptic_server/watchdog/watchdog.h"
 
 namespace haptics {
 namespace {
@@ -31,6 +32,7 @@ namespace {
 constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
 
 void logInfo(const std::string& line) { spdlog::info("{}", line); }
+void logWarning(const std::string& line) { spdlog::warn("{}", line); }
 
 /// What a person would explore in one scene after another.
 [[nodiscard]] ServoSceneMaker::MakePlan explorationPlans() {
@@ -58,9 +60,7 @@ void logInfo(const std::string& line) { spdlog::info("{}", line); }
 
 /// Goes on from the folder's state where there is one, else from the scene file, and keeps all edits there.
 [[nodiscard]] Result<std::unique_ptr<StateFolder>> resumeState(SceneRoom& room, const ServerOptions& options) {
-  auto opened = StateFolder::open(options.state, newEpoch(),
-                                  {.info = [](const std::string& line) { spdlog::info("{}", line); },
-                                   .warning = [](const std::string& line) { spdlog::warn("{}", line); }});
+  auto opened = StateFolder::open(options.state, newEpoch(), {.info = logInfo, .warning = logWarning});
   if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
   auto& folder = *opened->folder;
   const auto readAsset = [&folder](const ContentHash& hash) { return folder.readAsset(hash); };
@@ -182,10 +182,15 @@ class ServerApp::Impl {
                                    const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }};
   }
 
-  /// Of a device that is felt: the flight recorder, and the scene from the state's folder or a file.
+  /// Of a device that is felt: flight recorder and watchdog, and the scene from the state's folder or a file.
   [[nodiscard]] Result<void> prepareScene() {
     flight_.emplace(rate_Hz_, step_);
     servo_->recordInto(*flight_);
+    watchdog_.emplace(
+        Watchdog::Options{
+            .recordings = options_.recordings, .period_s = step_.period_s, .info = logInfo, .warning = logWarning},
+        *flight_);
+    attached_->give(*watchdog_);
     auto recorder = FlightRecorder::open(recorderOptions(), *flight_);
     if (!recorder) return tl::unexpected(std::move(recorder.error()).within("--record "));
     recorder_ = *std::move(recorder);
@@ -249,7 +254,7 @@ class ServerApp::Impl {
     return {};
   }
 
-  [[nodiscard]] FlightRecorder::Options recorderOptions() const {
+  [[nodiscard]] FlightRecorder::Options recorderOptions() {
     return {.facts = {.server = "haptic_server " HAPTICS_VERSION,
                       .stepSources = std::string(ownStepSources()),
                       .device = device_.info().name,
@@ -259,8 +264,9 @@ class ServerApp::Impl {
             .record = options_.record,
             .folder = options_.recordings,
             .quota = {.most_bytes = options_.recordingsMost_MB * 1'000'000},
+            .keepScenes = [this](int descriptor) { watchdog_->keepScenes(descriptor); },
             .info = logInfo,
-            .warning = [](const std::string& line) { spdlog::warn("{}", line); }};
+            .warning = logWarning};
   }
 
   void dump(std::function<void(const Result<std::string>&)> answer) {
@@ -287,6 +293,7 @@ class ServerApp::Impl {
   }
 
   void halt() {
+    if (watchdog_) watchdog_->ending();
     stop_ = true;
     if (servoThread_.joinable()) servoThread_.join();
     if (player_ != nullptr) player_->finish();
@@ -334,6 +341,7 @@ class ServerApp::Impl {
     attached_->fillStatus(status);
     status.set_durable(state_ != nullptr);
     for (const std::string& object : room_.lostParts()) status.add_lost(object);
+    if (watchdog_) watchdog_->fillStatus(status);
   }
 
   const ServerOptions options_;
@@ -341,6 +349,7 @@ class ServerApp::Impl {
   const std::uint64_t began_ns_ = monotonicNow_ns();
   RealtimeStatus realtime_;
   std::optional<WakefulProcessors> wakeful_;
+  std::optional<Watchdog> watchdog_;  // outlives the device, whose force it takes away
   std::unique_ptr<AttachedDevice> attached_;
   Device& device_;
   RecordingPlayer* const player_;  // null unless the device is one

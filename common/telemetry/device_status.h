@@ -20,8 +20,9 @@ enum class DeviceFault : std::uint8_t {
   kLate = 11,         ///< Replies come, but those to requests of long ago.
   kHomingLost = 12,   ///< It says that it no longer knows where it is.
   kJumped = 13,       ///< A position that no hand can have moved it to.
+  kWatchdog = 14,     ///< The watchdog took the force away.
 };
-inline constexpr DeviceFault kLastDeviceFault = DeviceFault::kJumped;
+inline constexpr DeviceFault kLastDeviceFault = DeviceFault::kWatchdog;
 
 /// A device's own account of itself, as of one reading. A device that exists only in memory has nothing to report.
 struct DeviceStatus {
@@ -65,6 +66,8 @@ struct DeviceStatus {
       return "the device lost its homing";
     case DeviceFault::kJumped:
       return "the device's position jumped";
+    case DeviceFault::kWatchdog:
+      return "the servo stood still, and the watchdog took the force away";
   }
   return "unknown";
 }

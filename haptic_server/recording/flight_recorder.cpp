@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <system_error>
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/clock/unix_time.h"
+#include "haptic_server/recording/last_seconds.h"
 #include "haptics/v1/telemetry.pb.h"
 
 namespace haptics {
@@ -16,29 +16,13 @@ namespace {
 
 /// Scenes that the servo may have used within what the ring holds, a stop of the recorder included.
 constexpr std::uint64_t kHoldScenes_ns = 30'000'000'000;
-
-[[nodiscard]] std::int64_t unixNow_ns() {
-  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
-}
+/// Bytes of scenes that are not held any more, beyond as many as are.
+constexpr std::uint64_t kJournalSlack_bytes = 4U << 20;
 
 /// "device_lost"
 [[nodiscard]] std::string nameOf(Fault fault) {
   std::string name = v1::Fault_Name(static_cast<v1::Fault>(fault)).substr(std::string("FAULT_").size());
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return name;
-}
-
-/// "flight-20261120T143005.123Z-device_lost.haptics"
-[[nodiscard]] std::string fileName(const std::string& why) {
-  const std::int64_t now_ns = unixNow_ns();
-  const auto seconds = static_cast<std::time_t>(now_ns / 1'000'000'000);
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  char stamp[32];
-  std::strftime(stamp, sizeof stamp, "%Y%m%dT%H%M%S", &utc);
-  const std::string thousandths = std::to_string(1000 + now_ns / 1'000'000 % 1000).substr(1);
-  std::string name = std::string("flight-") + stamp + '.' + thousandths + "Z-" + why + ".haptics";
-  std::ranges::replace(name, ' ', '_');
   return name;
 }
 
@@ -54,6 +38,7 @@ Result<std::unique_ptr<FlightRecorder>> FlightRecorder::open(Options options, Fl
     if (!writer) return tl::unexpected(std::move(writer.error()));
     recorder->writer_ = *std::move(writer);
   }
+  if (recorder->options_.keepScenes) recorder->keep(nullptr);
   return recorder;
 }
 
@@ -61,10 +46,35 @@ FlightRecorder::~FlightRecorder() { (void)stop(); }
 
 void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjectParts>& objects) {
   const std::uint64_t now_ns = monotonicNow_ns();
-  auto kept = std::make_shared<const GivenScene>(givenScene(scene, objects));
-  const std::lock_guard lock(mutex_);
-  scenes_.push_back({std::move(kept), now_ns});
-  while (scenes_.size() > 1 && scenes_[1].given_ns + kHoldScenes_ns < now_ns) scenes_.pop_front();
+  const auto kept = std::make_shared<const GivenScene>(givenScene(scene, objects));
+  {
+    const std::lock_guard lock(mutex_);
+    scenes_.push_back({kept, now_ns});
+    while (scenes_.size() > 1 && scenes_[1].given_ns + kHoldScenes_ns < now_ns) scenes_.pop_front();
+  }
+  if (options_.keepScenes) keep(kept.get());
+}
+
+/// Into the journal; a new one where most of it is of scenes that are not held any more, or there is none yet.
+void FlightRecorder::keep(const GivenScene* scene) {
+  if (!keepsScenes_) return;
+  const bool full = !journal_ || journal_->size() > 2 * journalBegan_ + kJournalSlack_bytes;
+  if (const auto kept = full ? keepAnew() : journal_->add(*scene); !kept) {
+    keepsScenes_ = false;
+    options_.warning("from here on the last seconds before a crash cannot be kept: " + kept.error().text());
+  }
+}
+
+Result<void> FlightRecorder::keepAnew() {
+  auto journal = SceneJournal::make(options_.facts);
+  if (!journal) return tl::unexpected(std::move(journal.error()));
+  for (const auto& scene : scenesFrom(0)) {
+    if (auto added = journal->add(*scene); !added) return added;
+  }
+  journal_ = *std::move(journal);
+  journalBegan_ = journal_->size();
+  options_.keepScenes(journal_->descriptor());
+  return {};
 }
 
 void FlightRecorder::start() {
@@ -173,45 +183,10 @@ bool FlightRecorder::mayBeGranted(const Request& request) {
 }
 
 Result<std::filesystem::path> FlightRecorder::write(const Request& request) {
-  try {
-    std::filesystem::create_directories(options_.folder);
-    if (auto room = makeRoomForRecording(options_.folder, options_.quota); !room) return tl::unexpected(room.error());
-    const auto file = options_.folder / fileName(request.why);
-    if (auto written = writeTo(file, request.why); !written) {
-      std::filesystem::remove(file);
-      return tl::unexpected(std::move(written.error()));
-    }
-    rotateRecordings(options_.folder, options_.quota);
-    return file;
-  } catch (const std::filesystem::filesystem_error& error) {
-    return refused(options_.folder.string(), error.code().message());
-  }
-}
-
-Result<void> FlightRecorder::writeTo(const std::filesystem::path& file, const std::string& why) {
-  const std::uint64_t end = ring_.end();
-  const auto wanted = static_cast<std::uint64_t>(std::ceil(FlightRing::kSeconds * options_.facts.rate_Hz));
-  RecordingFacts facts = options_.facts;
-  facts.began_unix_ns = unixNow_ns() - static_cast<std::int64_t>(FlightRing::kSeconds * 1e9);
-  facts.why = why;
-  auto writer = RecordingWriter::create(file, facts);
-  if (!writer) return tl::unexpected(std::move(writer.error()));
-
-  std::uint64_t position = 0;
-  {
-    const FlightRing::HeldKeyframes held(ring_);
-    const Keyframe* keyframe = held.atOrBefore(end > wanted ? end - wanted : 0);
-    if (keyframe == nullptr) return refused("", "the servo has not run yet");
-    for (const auto& scene : scenesFrom(std::max<std::uint64_t>(keyframe->scene, 1))) writer->add(*scene);
-    writer->add(*keyframe);
-    position = keyframe->position;
-  }
-  RecordedTick tick;
-  for (; position < end; ++position) {
-    if (!ring_.read(position, tick)) return refused(file.string(), "the servo overtook the recorder");
-    writer->add(tick);
-  }
-  return writer->flush();
+  const auto addScenes = [this](RecordingWriter& writer, std::uint64_t from) {
+    for (const auto& scene : scenesFrom(from)) writer.add(*scene);
+  };
+  return recordLastSeconds({options_.folder, options_.quota}, request.why, options_.facts, ring_, addScenes);
 }
 
 std::vector<std::shared_ptr<const GivenScene>> FlightRecorder::scenesFrom(std::uint64_t number) const {

@@ -14,6 +14,7 @@
 
 #include "haptic_server/recording/recording_quota.h"
 #include "haptic_server/recording/recording_writer.h"
+#include "haptic_server/recording/scene_journal.h"
 
 namespace haptics {
 
@@ -26,6 +27,9 @@ class FlightRecorder {
     std::string record;            ///< File for every tick; empty: none.
     std::filesystem::path folder;  ///< For the others.
     RecordingQuota quota = {};     ///< Of the folder.
+    /// Memory of the scenes that a recording after a crash needs (SceneJournal), another one from time to time: its
+    /// descriptor, which is the recorder's. On the thread of given(), before the servo gets a scene that is only there.
+    std::function<void(int descriptor)> keepScenes = {};
     std::function<void(const std::string&)> info, warning;
   };
   /// Where the recording is, or why there is none. On the recorder's thread.
@@ -73,9 +77,10 @@ class FlightRecorder {
   void writeDue(std::uint64_t end, bool last);
   [[nodiscard]] bool mayBeGranted(const Request& request);
   [[nodiscard]] Result<std::filesystem::path> write(const Request& request);
-  [[nodiscard]] Result<void> writeTo(const std::filesystem::path& file, const std::string& why);
   [[nodiscard]] std::vector<std::shared_ptr<const GivenScene>> scenesFrom(std::uint64_t number) const;
   void giveUp(const std::string& why);
+  void keep(const GivenScene* scene);
+  [[nodiscard]] Result<void> keepAnew();
 
   Options options_;
   FlightRing& ring_;
@@ -86,6 +91,11 @@ class FlightRecorder {
   std::deque<Held> scenes_;
   std::deque<Request> asked_;
   bool stopping_ = false;
+
+  // The thread of given() only.
+  std::optional<SceneJournal> journal_;
+  std::uint64_t journalBegan_ = 0;  // its size with the scenes that it began with
+  bool keepsScenes_ = true;         // no: there was no memory
 
   // The recorder's thread only.
   std::optional<RecordingWriter> writer_;

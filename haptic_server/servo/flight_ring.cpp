@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <new>
 #include <thread>
+#include <utility>
 
 namespace haptics {
 namespace {
@@ -14,64 +17,101 @@ constexpr double kSlack_s = 2;
 }  // namespace
 
 FlightRing::FlightRing(double rate_Hz, const StepConfig& config)
-    : slots_(static_cast<std::size_t>(std::ceil((kSeconds + kSlack_s) * rate_Hz))),
-      ticksPerKeyframe_(static_cast<std::uint64_t>(std::ceil(rate_Hz))),
-      keyframes_(kKeyframes, Keyframe(config)) {}
+    : FlightRing([&] {
+        const auto slots = static_cast<std::uint64_t>(std::ceil((kSeconds + kSlack_s) * rate_Hz));
+        auto memory = SharedMemory::make("flight ring", bytesFor(slots));
+        if (!memory) throw std::bad_alloc();
+        std::construct_at(reinterpret_cast<Shared*>(memory->bytes().data()), slots,
+                          static_cast<std::uint64_t>(std::ceil(rate_Hz)));
+        return *std::move(memory);
+      }()) {
+  for (std::size_t i = 0; i < kKeyframes; ++i) std::construct_at(keyframes_ + i, config);
+  std::uninitialized_value_construct_n(slots_, slotCount_);
+}
+
+FlightRing::FlightRing(SharedMemory memory) noexcept
+    : memory_(std::move(memory)),
+      shared_(reinterpret_cast<Shared*>(memory_.bytes().data())),
+      keyframes_(reinterpret_cast<Keyframe*>(memory_.bytes().data() + kKeyframesAt)),
+      slots_(reinterpret_cast<Slot*>(memory_.bytes().data() + kSlotsAt)),
+      slotCount_(shared_->slotCount) {}
+
+Result<FlightRing> FlightRing::attach(FileHandle memory) {
+  auto mapped = SharedMemory::map(std::move(memory), kSlotsAt);
+  if (!mapped) return tl::unexpected(std::move(mapped.error()));
+  const auto& shared = *reinterpret_cast<const Shared*>(mapped->bytes().data());
+  if (shared.shape != kShape || bytesFor(shared.slotCount) > mapped->bytes().size()) {
+    return refused("flight ring", "is that of another build");
+  }
+  return FlightRing(*std::move(mapped));
+}
+
+std::size_t FlightRing::bytesFor(std::uint64_t slots) noexcept { return kSlotsAt + slots * sizeof(Slot); }
+
+void FlightRing::outlive() noexcept {
+  constexpr std::uint64_t kNone = ~std::uint64_t{0};
+  if (shared_->taking.exchange(false)) {
+    // It may have been counted already, or not.
+    for (const std::uint64_t index : {shared_->taken, shared_->taken + kKeyframes - 1}) {
+      keyframes_[index % kKeyframes].position = kNone;
+    }
+  }
+}
 
 void FlightRing::beginTick(const HapticState& state, std::uint64_t scene, std::uint64_t pending) noexcept {
-  const std::uint64_t position = end_.load(std::memory_order_relaxed);
-  if (position < nextKeyframe_) return;
+  const std::uint64_t position = shared_->end.load(std::memory_order_relaxed);
+  if (position < shared_->nextKeyframe) return;
   // Either the reader sees that one is being taken, or this sees that they are held.
-  taking_.store(true, std::memory_order_seq_cst);
-  if (!held_.load(std::memory_order_seq_cst)) {
-    Keyframe& keyframe = keyframes_[taken_++ % kKeyframes];
+  shared_->taking.store(true, std::memory_order_seq_cst);
+  if (!shared_->held.load(std::memory_order_seq_cst)) {
+    Keyframe& keyframe = keyframes_[shared_->taken++ % kKeyframes];
     keyframe.position = position;
     keyframe.scene = scene;
     keyframe.pending = pending;
     keyframe.state.copyInUse(state);
-    nextKeyframe_ = position + ticksPerKeyframe_;
+    shared_->nextKeyframe = position + shared_->ticksPerKeyframe;
   }
-  taking_.store(false, std::memory_order_release);
+  shared_->taking.store(false, std::memory_order_release);
 }
 
 void FlightRing::add(const RecordedTick& tick) noexcept {
-  const std::uint64_t position = end_.load(std::memory_order_relaxed);
+  const std::uint64_t position = shared_->end.load(std::memory_order_relaxed);
   std::array<std::uint64_t, kWords> words{};
   std::memcpy(words.data(), &tick, sizeof tick);
-  begun_.store(position + 1, std::memory_order_relaxed);
+  shared_->begun.store(position + 1, std::memory_order_relaxed);
   std::atomic_thread_fence(std::memory_order_release);
-  Slot& slot = slots_[position % slots_.size()];
+  Slot& slot = slots_[position % slotCount_];
   for (std::size_t i = 0; i < kWords; ++i) slot[i].store(words[i], std::memory_order_relaxed);
-  end_.store(position + 1, std::memory_order_release);
+  shared_->end.store(position + 1, std::memory_order_release);
 }
 
 bool FlightRing::read(std::uint64_t position, RecordedTick& tick) const noexcept {
   if (position >= end()) return false;
   std::array<std::uint64_t, kWords> words;
-  const Slot& slot = slots_[position % slots_.size()];
+  const Slot& slot = slots_[position % slotCount_];
   for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_relaxed);
   std::atomic_thread_fence(std::memory_order_acquire);
-  if (begun_.load(std::memory_order_relaxed) > position + slots_.size()) return false;
+  if (shared_->begun.load(std::memory_order_relaxed) > position + slotCount_) return false;
   std::memcpy(static_cast<void*>(&tick), words.data(), sizeof tick);
   return true;
 }
 
 FlightRing::HeldKeyframes::HeldKeyframes(FlightRing& ring) noexcept : ring_(ring) {
-  ring_.held_.store(true, std::memory_order_seq_cst);
-  while (ring_.taking_.load(std::memory_order_seq_cst)) std::this_thread::yield();
+  ring_.shared_->held.store(true, std::memory_order_seq_cst);
+  while (ring_.shared_->taking.load(std::memory_order_seq_cst)) std::this_thread::yield();
 }
 
-FlightRing::HeldKeyframes::~HeldKeyframes() { ring_.held_.store(false, std::memory_order_seq_cst); }
+FlightRing::HeldKeyframes::~HeldKeyframes() { ring_.shared_->held.store(false, std::memory_order_seq_cst); }
 
 const Keyframe* FlightRing::HeldKeyframes::atOrBefore(std::uint64_t position) const noexcept {
   const std::uint64_t end = ring_.end();
-  const std::uint64_t capacity = ring_.slots_.size();
+  const std::uint64_t capacity = ring_.slotCount_;
   const std::uint64_t oldest = end > capacity ? end - capacity : 0;
   const Keyframe* best = nullptr;
-  const std::size_t count = std::min<std::size_t>(ring_.taken_, kKeyframes);
+  const std::size_t count = std::min<std::size_t>(ring_.shared_->taken, kKeyframes);
   for (std::size_t i = 0; i < count; ++i) {
     const Keyframe& keyframe = ring_.keyframes_[i];
-    if (keyframe.position < oldest) continue;
+    if (keyframe.position < oldest || keyframe.position > end) continue;
     const bool early = keyframe.position <= position;
     const bool bestEarly = best != nullptr && best->position <= position;
     const bool better =

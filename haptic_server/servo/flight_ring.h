@@ -6,8 +6,9 @@
 #include <optional>
 #include <span>
 #include <type_traits>
-#include <vector>
 
+#include "common/error/error.h"
+#include "common/memory/shared_memory.h"
 #include "haptic_server/servo/haptic_step.h"
 
 namespace haptics {
@@ -31,14 +32,21 @@ struct Keyframe {
   HapticState state;
 };
 
-/// What the servo did last, in memory that is there from the start: at least kSeconds of ticks, and a keyframe for each
-/// second of them. One servo thread writes, one other thread reads.
+/// What the servo did last, in memory that is there from the start, and that outlives the process where another one has
+/// it too: at least kSeconds of ticks, and a keyframe for each second of them. One servo thread writes, one other thread
+/// reads.
 class FlightRing {
  public:
   /// How far back one can always look: a reader that is later than this has lost ticks.
   static constexpr double kSeconds = 10;
 
+  /// Throws std::bad_alloc where the system has no such memory.
   FlightRing(double rate_Hz, const StepConfig& config);
+  /// For a reader in another process. Refused: memory of a build whose ring looks different.
+  [[nodiscard]] static Result<FlightRing> attach(FileHandle memory);
+
+  /// Of its memory, for attach().
+  [[nodiscard]] int descriptor() const noexcept { return memory_.descriptor(); }
 
   /// Servo, wait-free. At a tick's start, before a scene is adopted: takes a keyframe where one is due.
   void beginTick(const HapticState& state, std::uint64_t scene, std::uint64_t pending) noexcept;
@@ -46,9 +54,12 @@ class FlightRing {
   void add(const RecordedTick& tick) noexcept;
 
   /// Reader, wait-free. Ticks added so far; the newest is at the position before this one.
-  [[nodiscard]] std::uint64_t end() const noexcept { return end_.load(std::memory_order_acquire); }
+  [[nodiscard]] std::uint64_t end() const noexcept { return shared_->end.load(std::memory_order_acquire); }
   /// Reader, wait-free. @return False when it has been overwritten.
   [[nodiscard]] bool read(std::uint64_t position, RecordedTick& tick) const noexcept;
+
+  /// Reader, once the servo's process has ended: lets go of the keyframe that it was taking.
+  void outlive() noexcept;
 
   /// Reader. While it lives the servo takes no keyframes: they can be read. One at a time.
   class HeldKeyframes {
@@ -70,16 +81,36 @@ class FlightRing {
   using Slot = std::array<std::atomic<std::uint64_t>, kWords>;
   static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
-  std::vector<Slot> slots_;
-  std::uint64_t ticksPerKeyframe_;
-  std::atomic<std::uint64_t> begun_{0};  // ticks whose slot is being written, or was
-  std::atomic<std::uint64_t> end_{0};
+  struct Shared {
+    Shared(std::uint64_t slots, std::uint64_t perKeyframe) noexcept : slotCount(slots), ticksPerKeyframe(perKeyframe) {}
 
-  std::vector<Keyframe> keyframes_;
-  std::uint64_t taken_ = 0;         // servo, and reader while it holds them: keyframes so far
-  std::uint64_t nextKeyframe_ = 0;  // servo: position at which one is due
-  std::atomic<bool> held_{false};
-  std::atomic<bool> taking_{false};
+    std::uint64_t shape = kShape;
+    std::uint64_t slotCount;
+    std::uint64_t ticksPerKeyframe;
+    std::atomic<std::uint64_t> begun{0};  // ticks whose slot is being written, or was
+    std::atomic<std::uint64_t> end{0};
+    std::uint64_t taken = 0;         // servo, and reader while it holds them: keyframes so far
+    std::uint64_t nextKeyframe = 0;  // servo: position at which one is due
+    std::atomic<bool> held{false};
+    std::atomic<bool> taking{false};
+  };
+  /// Tells builds apart.
+  static constexpr std::uint64_t kShape =
+      (sizeof(RecordedTick) * 1'000'003 + sizeof(Keyframe)) * 1'000'003 + sizeof(Shared);
+
+  static constexpr std::size_t kKeyframesAt =
+      (sizeof(Shared) + alignof(Keyframe) - 1) / alignof(Keyframe) * alignof(Keyframe);
+  static constexpr std::size_t kSlotsAt = kKeyframesAt + kKeyframes * sizeof(Keyframe);
+  static_assert(alignof(Slot) <= alignof(Keyframe));
+
+  explicit FlightRing(SharedMemory memory) noexcept;
+  [[nodiscard]] static std::size_t bytesFor(std::uint64_t slots) noexcept;
+
+  SharedMemory memory_;  // Shared, keyframes, slots
+  Shared* shared_;
+  Keyframe* keyframes_;
+  Slot* slots_;
+  std::uint64_t slotCount_ = 0;
 };
 
 }  // namespace haptics

@@ -170,15 +170,6 @@ class SystemFiles final : public FileSystem {
 
 }  // namespace
 
-FileHandle::~FileHandle() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-FileHandle::FileHandle(FileHandle&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-FileHandle& FileHandle::operator=(FileHandle&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-
 std::shared_ptr<FileSystem> systemFiles() { return std::make_shared<SystemFiles>(); }
 
 Result<void> writeDurably(FileSystem::File& file, std::string_view bytes, std::size_t offset) {

@@ -9,26 +9,11 @@
 #include <vector>
 
 #include "common/error/error.h"
+#include "common/memory/file_handle.h"
 
 // Files whose bytes are on the disk, as far as the disk says so, when a function has returned without an error. Errors
 // name the path, where the function is given one, and the system's reason.
 namespace haptics {
-
-/// A file descriptor, closed with its owner and on exec.
-class FileHandle {
- public:
-  FileHandle() = default;
-  explicit FileHandle(int descriptor) : descriptor_(descriptor) {}
-  ~FileHandle();
-  FileHandle(FileHandle&& other) noexcept;
-  FileHandle& operator=(FileHandle&& other) noexcept;
-
-  [[nodiscard]] explicit operator bool() const noexcept { return descriptor_ >= 0; }
-  [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
-
- private:
-  int descriptor_ = -1;
-};
 
 /// What a state folder asks of the file system, and no more: a test's own loses power, fills up and fails. One thread.
 class FileSystem {

@@ -99,14 +99,19 @@ class Process:
         except subprocess.TimeoutExpired:
             self.kill()
             raise AssertionError(f"{self.process.args[0]} does not end:\n{self.text()}") from None
+        self.join()
+        return code
+
+    def join(self):
+        """Until all is said, also by a watchdog that outlives its server."""
         for reader in self.readers:
             reader.join(STOP_TIMEOUT_S)
-        return code
 
     def kill(self):
         if self.alive():
             self.send(signal.SIGKILL)
             self.process.wait()
+            self.join()
 
     def stop(self):
         """Asks it to end and returns its exit code."""
@@ -133,6 +138,8 @@ class Server(Process):
         self.credentials = credentials
         if credentials:
             options = [*options, "--credentials", credentials]
+        if "--recordings" not in options:  # one that is killed leaves one
+            options = [*options, "--recordings", self.folder / "recordings"]
         self.summary_file = self.folder / "server.json"
         scene_file = self.folder / "test.scene"
         scene_file.write_text(scene)

@@ -1,14 +1,17 @@
 """A machine with emulated devices on USB for the real server and the real libusb: a tree of sysfs (umockdev shows it to
-libudev) and, before libusb, a usbfs node behind which a model of the device works, with a user's hand on it."""
+libudev) and, before libusb, a usbfs node, behind which a model of the device works in a process of its own, with a user's
+hand on it."""
 import json
 import os
 import socket
 import struct
+import subprocess
 from pathlib import Path
 
 
 
 PRELOADED = os.environ["HAPTICS_EMULATED_USBFS"]
+HARDWARE = os.environ["HAPTICS_EMULATED_USB_DEVICE"]
 SYSFS = "libumockdev-preload.so.0"
 
 FALCON = bytes.fromhex("1201000200000008030448CB00060102030109022000010100A02D0904000002FFFFFF020705810240000007050202400000")
@@ -30,13 +33,17 @@ class Bench:
     def __init__(self, folder, kind, count=1):
         self.folder, self.kind = Path(folder), kind
         self.root = self.folder / "usb"
-        self.control_path = self.folder / "usb.socket"
-        self.connection = None
+        self.node_path, self.control_path = self.folder / "usb.node", self.folder / "usb.socket"
+        self.connection = self.hardware = None
         (self.root / "sys/bus/usb/devices").mkdir(parents=True)
         (self.root / "sys/class").mkdir()
         (self.root / "dev").mkdir()
         for i in range(count if kind else 0):
             self.add(i + 1, FALCON if kind == "falcon" else WOODEN)
+        if kind:
+            self.hardware = subprocess.Popen([HARDWARE, kind, self.node_path, self.control_path],
+                                             stdout=subprocess.PIPE, text=True)
+            self.hardware.stdout.readline()
 
     def add(self, port, descriptors):
         device = self.root / f"sys/devices/pci0000:00/0000:00:14.0/usb1/1-{port}"
@@ -59,7 +66,7 @@ class Bench:
         # A sanitizer's runtime has to be the first of all.
         preload = [os.environ.get("HAPTICS_SANITIZER_RUNTIME", ""), PRELOADED, SYSFS]
         return {"LD_PRELOAD": " ".join(filter(None, preload)), "UMOCKDEV_DIR": str(self.root),
-                "EMULATED_USB": self.kind or "", "EMULATED_USB_CONTROL": str(self.control_path), **more}
+                "EMULATED_USB": str(self.node_path), **more}
 
     def firmware(self):
         file = self.folder / "firmware.bin"
@@ -84,3 +91,8 @@ class Bench:
         if self.connection is not None:
             self.connection.close()
             self.connection = None
+        if self.hardware is not None:
+            self.hardware.kill()
+            self.hardware.wait()
+            self.hardware.stdout.close()
+            self.hardware = None

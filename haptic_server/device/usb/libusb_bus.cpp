@@ -1,15 +1,18 @@
 #include "haptic_server/device/usb/libusb_bus.h"
 
+#include <fcntl.h>
 #include <libusb-1.0/libusb.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <string>
 #include <thread>
 
 #include "common/clock/monotonic.h"
+#include "common/memory/file_handle.h"
 #include "haptic_server/device/usb/libusb_port.h"
 
 namespace haptics {
@@ -61,6 +64,12 @@ void forEach(libusb_context* context, const UsbModel& model, const Visit& visit)
   return text;
 }
 
+/// Of open(2), as libusb has them.
+[[nodiscard]] int errorOf(int number) noexcept {
+  if (number == EACCES || number == EPERM) return LIBUSB_ERROR_ACCESS;
+  return number == ENOENT || number == ENODEV ? LIBUSB_ERROR_NO_DEVICE : LIBUSB_ERROR_IO;
+}
+
 [[nodiscard]] UsbRefusal refusalOf(int error, const UsbPlace& place) {
   const std::string node = nodeOf(place);
   switch (error) {
@@ -105,18 +114,15 @@ std::vector<UsbPlace> LibusbBus::list(const UsbModel& model) {
   return places;
 }
 
+/// The node is opened here, not by libusb: its descriptor can be given to another process, which may then write to the
+/// device when this one no longer lives.
 tl::expected<std::unique_ptr<UsbPort>, UsbRefusal> LibusbBus::open(const UsbModel& model, const UsbPlace& place) {
+  FileHandle node(::open(nodeOf(place).c_str(), O_RDWR | O_CLOEXEC));
+  if (!node) return tl::unexpected(refusalOf(errorOf(errno), place));
   UsbContext context = newContext();
+  if (!context) return tl::unexpected(refusalOf(LIBUSB_ERROR_OTHER, place));
   libusb_device_handle* handle = nullptr;
-  int error = context ? LIBUSB_ERROR_NO_DEVICE : LIBUSB_ERROR_OTHER;
-  if (context) {
-    forEach(context.get(), model, [&](libusb_device* device, const libusb_device_descriptor&) {
-      if (libusb_get_bus_number(device) != place.bus || libusb_get_device_address(device) != place.address)
-        return false;
-      error = libusb_open(device, &handle);
-      return true;
-    });
-  }
+  int error = libusb_wrap_sys_device(context.get(), node.descriptor(), &handle);
   if (error != LIBUSB_SUCCESS) return tl::unexpected(refusalOf(error, place));
   libusb_set_auto_detach_kernel_driver(handle, 1);
   error = libusb_claim_interface(handle, 0);
@@ -124,7 +130,7 @@ tl::expected<std::unique_ptr<UsbPort>, UsbRefusal> LibusbBus::open(const UsbMode
     libusb_close(handle);
     return tl::unexpected(refusalOf(error, place));
   }
-  return std::make_unique<LibusbPort>(std::move(context), handle, model);
+  return std::make_unique<LibusbPort>(std::move(node), std::move(context), handle, model);
 }
 
 }  // namespace haptics

@@ -31,8 +31,8 @@ constexpr unsigned kSendTimeOut_ms = 50;
 
 }  // namespace
 
-LibusbPort::LibusbPort(UsbContext context, libusb_device_handle* handle, const UsbModel& model)
-    : context_(std::move(context)), handle_(handle), model_(model) {
+LibusbPort::LibusbPort(FileHandle node, UsbContext context, libusb_device_handle* handle, const UsbModel& model)
+    : node_(std::move(node)), context_(std::move(context)), handle_(handle), model_(model) {
   for (std::size_t i = 0; i < transfers_.size(); ++i) {
     Transfer& transfer = transfers_[i];
     transfer.port = this;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/memory/file_handle.h"
 #include "haptic_server/device/usb/usb_port.h"
 
 struct libusb_context;
@@ -24,8 +25,8 @@ using UsbContext = std::unique_ptr<libusb_context, UsbContextEnd>;
 /// to the nanosecond, where libusb's own wait counts milliseconds.
 class LibusbPort final : public UsbPort {
  public:
-  /// Takes an opened handle of the context, with interface 0 claimed; both end with the port.
-  LibusbPort(UsbContext context, libusb_device_handle* handle, const UsbModel& model);
+  /// Takes an opened handle of the context on the device's node, with interface 0 claimed; all end with the port.
+  LibusbPort(FileHandle node, UsbContext context, libusb_device_handle* handle, const UsbModel& model);
   ~LibusbPort() override;
   LibusbPort(const LibusbPort&) = delete;
   LibusbPort& operator=(const LibusbPort&) = delete;
@@ -34,6 +35,7 @@ class LibusbPort final : public UsbPort {
   [[nodiscard]] UsbOutcome send(std::span<const std::uint8_t> bytes) override;
   [[nodiscard]] UsbArrival next(std::uint64_t deadline_ns) override;
   [[nodiscard]] UsbOutcome clearStall() override;
+  [[nodiscard]] int descriptor() const noexcept override { return node_.descriptor(); }
 
  private:
   static constexpr std::size_t kPacket_bytes = 64;
@@ -54,6 +56,7 @@ class LibusbPort final : public UsbPort {
   void keepReceiving();
   void handleEvents(std::uint64_t deadline_ns);
 
+  FileHandle node_;
   UsbContext context_;
   libusb_device_handle* handle_;
   UsbModel model_;

@@ -92,6 +92,8 @@ class OutputGain {
     gain_ = std::clamp(gain_ + elapsed_s * (faulty ? -1 / kAway_s : 1 / kBack_s), 0.0, 1.0);
     return gain_;
   }
+  /// At once.
+  void cut() noexcept { gain_ = 0; }
   [[nodiscard]] bool gone() const noexcept { return gain_ <= 0; }
 
  private:

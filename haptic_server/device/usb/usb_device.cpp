@@ -68,8 +68,12 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
     settings_.wanted = place->serial.empty() ? place->path : place->serial;
     counters_.connections.fetch_add(1, std::memory_order_relaxed);
     settings_.info(info().name + " at USB " + describe(*place) + " works");
-    UsbExchange exchange(bus_, **port, *protocol_, reports_, orders_, counters_, settings_);
+    if (lastWord_ != nullptr) {
+      lastWord_->hold((*port)->descriptor(), protocol_->model().out, protocol_->command(Vec3(0), DeviceLight::kFault));
+    }
+    UsbExchange exchange(bus_, **port, *protocol_, reports_, orders_, counters_, settings_, lastWord_, heeded_);
     exchange.run(stop, stopped_);
+    if (lastWord_ != nullptr) lastWord_->letGo();
     port->reset();
     wait(kRetry_ns / 2);
   }
@@ -78,6 +82,10 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
 DeviceReading UsbDevice::read(std::uint64_t) noexcept {
   const DeviceReport& report = reports_.newest();
   DeviceReading reading{report.position, report.state, report.status};
+  if (lastWord_ != nullptr && lastWord_->spoken() != heeded_.load(std::memory_order_relaxed)) {
+    reading.state = DeviceState::kAbsent;
+    reading.status.fault = DeviceFault::kWatchdog;
+  }
   if (stopped_.load(std::memory_order_relaxed)) reading.state = DeviceState::kStopped;
   const std::uint64_t age_us = (std::max(bus_.clock_ns(), report.arrived_ns) - report.arrived_ns) / 1'000;
   reading.status.age_us =

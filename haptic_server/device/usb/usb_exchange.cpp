@@ -19,7 +19,8 @@ void add(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, st
 
 UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, NewestValue<DeviceReport>& reports,
                          NewestValue<DeviceOrder>& orders, UsbDeviceCounters& counters,
-                         const UsbDeviceSettings& settings)
+                         const UsbDeviceSettings& settings, const LastWord* lastWord,
+                         std::atomic<std::uint64_t>& heeded)
     : bus_(bus),
       port_(port),
       protocol_(protocol),
@@ -27,6 +28,8 @@ UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, Newe
       orders_(orders),
       counters_(counters),
       settings_(settings),
+      lastWord_(lastWord),
+      heeded_(heeded),
       period_ns_(exchangePeriod_ns(settings.period_s)),
       watch_(bus.clock_ns(), period_ns_, protocol.answersEachCommand()),
       cycleBegan_ns_(bus.clock_ns()) {
@@ -57,11 +60,26 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
   reports_.put(report_);
 }
 
+/// Once the watchdog has taken the force away there is none before the servo has written again, and has found the fault.
+/// @return False: there is to be no force.
+bool UsbExchange::heedLastWord(std::uint64_t now_ns) {
+  if (lastWord_ == nullptr) return true;
+  const std::uint64_t spoken = lastWord_->spoken();
+  if (spoken == heeded_.load(std::memory_order_relaxed)) return true;
+  if (spoken != spoken_) spoken_ns_ = now_ns;
+  spoken_ = spoken;
+  gain_.cut();
+  watch_.raise(DeviceFault::kWatchdog);
+  faultSince_ns_ = now_ns;  // the device is well
+  if (orders_.newest().written_ns > spoken_ns_) heeded_.store(spoken, std::memory_order_relaxed);
+  return false;
+}
+
 void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
   const DeviceOrder& order = orders_.newest();
   ordered_ns_ = order.written_ns;
   const bool servoAlive = now_ns - std::min(now_ns, order.written_ns) < kServoSilence_ns;
-  const bool feelable = report_.state == DeviceState::kReady && !stopped && servoAlive;
+  const bool feelable = heedLastWord(now_ns) && report_.state == DeviceState::kReady && !stopped && servoAlive;
   const double gain = gain_.next(!feelable, static_cast<double>(period_ns_) * 1e-9);
   if (!watch_.maySend(now_ns, silenced_)) return;
   const Vec3 force = stopped ? Vec3(0) : gain * protocol_.placement().forceToDevice(order.force_N);
@@ -157,7 +175,8 @@ void UsbExchange::watchHoming(const DeviceReply& reply) {
 void UsbExchange::watchMove(Vec3 to, std::uint64_t now_ns) noexcept {
   if (position_) {
     // After the driver was held up, replies that lay waiting come in one go.
-    const std::uint64_t elapsed_ns = std::max({period_ns_, now_ns - positioned_ns_, longestCycle_ns_});
+    const std::uint64_t elapsed_ns =
+        std::max({period_ns_, now_ns - positioned_ns_, now_ns - cycleBegan_ns_, longestCycle_ns_});
     const Vec3 move = to - *position_;
     if (glm::length(move) > kMaxSpeed_m_per_s * static_cast<double>(elapsed_ns) * 1e-9) jumped_ += move;
   }

@@ -59,6 +59,8 @@ class UsbPort {
   [[nodiscard]] virtual UsbArrival next(std::uint64_t deadline_ns) = 0;
   /// After a stall: the endpoints work again.
   [[nodiscard]] virtual UsbOutcome clearStall() = 0;
+  /// Of the device's node, for a process that writes to it when this one no longer can; -1: it has none.
+  [[nodiscard]] virtual int descriptor() const noexcept { return -1; }
 };
 
 /// Why a device could not be opened: for the log, and for telemetry.

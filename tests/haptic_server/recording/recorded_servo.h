@@ -47,7 +47,7 @@ class RecordedServo {
 
   explicit RecordedServo(const std::string& scene = kScene)
       : recorder_(FlightRecorder::open(recorderOptions(), ring_).value()) {
-    apply(scene);
+    if (!scene.empty()) apply(scene);
   }
 
   void apply(const std::string& text) { ASSERT_TRUE(room_.loadStartScene(transactionOf(text))); }
@@ -78,6 +78,9 @@ class RecordedServo {
   }
 
   [[nodiscard]] FlightRecorder& recorder() { return *recorder_; }
+  [[nodiscard]] const FlightRing& ring() const { return ring_; }
+  /// Descriptor of the scene journal's memory.
+  [[nodiscard]] int journal() const { return journal_; }
   [[nodiscard]] const TelemetrySample& last() const { return last_; }
   [[nodiscard]] const HapticState& state() const { return *state_; }
   [[nodiscard]] const ServoScene& scene() const { return *scene_; }
@@ -92,7 +95,7 @@ class RecordedServo {
     return {x, 0.004 * std::cos(2.3 * t), 0.006 * std::cos(4.1 * t) + 0.004};
   }
 
-  [[nodiscard]] FlightRecorder::Options recorderOptions() const {
+  [[nodiscard]] FlightRecorder::Options recorderOptions() {
     FlightRecorder::Options options;
     options.facts.server = "test";
     options.facts.stepSources = ownStepSources();
@@ -100,6 +103,7 @@ class RecordedServo {
     options.facts.config = config_;
     options.record = folder_ / "all";
     options.folder = folder_ / "last";
+    options.keepScenes = [this](int descriptor) { journal_ = descriptor; };
     options.info = options.warning = [](const std::string&) {};
     return options;
   }
@@ -118,6 +122,7 @@ class RecordedServo {
                                           .hardFrom_N_per_m = 1300},
                      .rise_s = 0.5};
   FlightRing ring_{kRate_Hz, config_};
+  int journal_ = -1;
   std::unique_ptr<FlightRecorder> recorder_;
   SceneCrossing crossing_;
   SceneRoom room_{

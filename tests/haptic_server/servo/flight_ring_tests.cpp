@@ -1,4 +1,7 @@
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <thread>
@@ -103,6 +106,66 @@ TEST(FlightRing, TakesNoKeyframeWhileTheyAreHeldAndOneAsSoonAsTheyAreNot) {
   }
   run(1);
   EXPECT_EQ(FlightRing::HeldKeyframes(ring).atOrBefore(600)->position, 550U);
+}
+
+/// Runs a servo in another process, which is killed wherever it is, some ticks after it began.
+template <class Run>
+void runAndKill(const FlightRing& ring, const Run& run) {
+  const pid_t servo = fork();
+  if (servo == 0) run();
+  while (ring.end() < 2'000) usleep(100);
+  kill(servo, SIGKILL);
+  ASSERT_EQ(waitpid(servo, nullptr, 0), servo);
+}
+
+TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
+  for (int i = 0; i < 50; ++i) {
+    FlightRing made(kRate_Hz, kConfig);
+    runAndKill(made, [&] {
+      HapticState state(kConfig);
+      for (std::uint64_t number = 0;; ++number) {
+        state.letGo_s = static_cast<double>(number);
+        state.putOutOf = number;
+        made.beginTick(state, 0, 0);
+        made.add(tickOf(number));
+      }
+    });
+    auto ring = FlightRing::attach(FileHandle(dup(made.descriptor())));
+    ASSERT_TRUE(ring) << ring.error().text();
+    ring->outlive();
+    const std::uint64_t end = ring->end();
+    ASSERT_GE(end, 2'000U);
+    const FlightRing::HeldKeyframes held(*ring);
+    const Keyframe* keyframe = held.atOrBefore(end - 1000);
+    ASSERT_NE(keyframe, nullptr);
+    EXPECT_EQ(keyframe->state.putOutOf, keyframe->position);
+    EXPECT_EQ(keyframe->state.letGo_s, static_cast<double>(keyframe->position));
+    RecordedTick tick;
+    for (std::uint64_t position = keyframe->position; position < end; ++position) {
+      ASSERT_TRUE(ring->read(position, tick));
+      expectTick(tick, position);
+    }
+  }
+}
+
+TEST(FlightRing, OfAServoThatEndedBetweenTwoTicksNothingIsLost) {
+  FlightRing ring(kRate_Hz, kConfig);
+  HapticState state(kConfig);
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    ring.beginTick(state, 0, 0);
+    ring.add(tickOf(i));
+  }
+  ring.outlive();
+  EXPECT_EQ(FlightRing::HeldKeyframes(ring).atOrBefore(1000)->position, 1000U);
+}
+
+TEST(FlightRing, MemoryOfSomethingElseIsRefused) {
+  EXPECT_FALSE(FlightRing::attach(FileHandle()));
+  auto zeros = SharedMemory::make("zeros", 100'000'000);
+  ASSERT_TRUE(zeros);
+  const auto ring = FlightRing::attach(FileHandle(dup(zeros->descriptor())));
+  ASSERT_FALSE(ring);
+  EXPECT_EQ(ring.error().text(), "flight ring: is that of another build");
 }
 
 }  // namespace

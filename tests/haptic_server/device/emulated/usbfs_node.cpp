@@ -1,10 +1,10 @@
 #include "tests/haptic_server/device/emulated/usbfs_node.h"
 
 #include <fcntl.h>
-#include <sched.h>
+#include <linux/usbdevice_fs.h>
+#include <poll.h>
 #include <sys/ioctl.h>
-#include <sys/prctl.h>
-#include <sys/syscall.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,30 +12,19 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <span>
-#include <vector>
 
 #include "common/clock/monotonic.h"
 
 namespace haptics::test {
 namespace {
 
-constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+constexpr std::uint64_t kAwait_ns = 20'000'000;
 constexpr std::uint64_t kHeldUp_ns = 1'000'000;
-/// Hardware is not delayed by what runs on the processor: above the servo, where that is permitted.
-constexpr int kHardwarePriority = 90;
+/// How often the device moves when nobody asks it.
+constexpr std::uint64_t kIdle_ns = 20'000'000;
 
-int failed(int error) {
-  errno = error;
-  return -1;
-}
-
-/// Past whatever else stands before read(2) and close(2).
-long rawRead(int descriptor, void* bytes, std::size_t count) { return syscall(SYS_read, descriptor, bytes, count); }
-void rawClose(int descriptor) { syscall(SYS_close, descriptor); }
-
-int stringDescriptor(const EmulatedUsb& device, int index, std::span<std::uint8_t> bytes) {
+std::vector<std::uint8_t> stringDescriptor(const EmulatedUsb& device, int index) {
   std::vector<std::uint8_t> text{4, 3, 9, 4};  // index 0: in English
   if (index != 0) {
     text = {0, 3};
@@ -45,155 +34,153 @@ int stringDescriptor(const EmulatedUsb& device, int index, std::span<std::uint8_
     }
     text[0] = static_cast<std::uint8_t>(text.size());
   }
-  const std::size_t count = std::min(bytes.size(), text.size());
-  std::copy_n(text.begin(), count, bytes.begin());
-  return static_cast<int>(count);
+  return text;
 }
 
-int control(EmulatedUsb& device, unsigned type, unsigned request, unsigned value, std::span<std::uint8_t> data) {
-  constexpr unsigned kToHost = 0x80, kGetDescriptor = 6, kSetConfiguration = 9;
+/// @param[out] data  What the device answers.
+int control(EmulatedUsb& device, std::span<const std::uint8_t, 8> setup, std::vector<std::uint8_t>& data) {
+  constexpr unsigned kToHost = 0x80, kGetDescriptor = 6, kGetConfiguration = 8, kSetConfiguration = 9;
+  const unsigned type = setup[0], request = setup[1], value = setup[2] | setup[3] << 8U,
+                 most = setup[6] | setup[7] << 8U;
   if (type == kToHost && request == kGetDescriptor && value >> 8 == 3) {
-    return stringDescriptor(device, static_cast<int>(value & 0xFF), data);
+    data = stringDescriptor(device, static_cast<int>(value & 0xFF));
+  } else if (type == kToHost && request == kGetConfiguration) {
+    data = {1};
+  } else if (type != 0 || request != kSetConfiguration) {
+    return device.control(static_cast<std::uint8_t>(type), static_cast<std::uint8_t>(request),
+                          static_cast<std::uint16_t>(value), monotonicNow_ns());
   }
-  if (type == 0 && request == kSetConfiguration) return 0;
-  return device.control(static_cast<std::uint8_t>(type), static_cast<std::uint8_t>(request),
-                        static_cast<std::uint16_t>(value), monotonicNow_ns());
+  data.resize(std::min<std::size_t>(data.size(), most));
+  return static_cast<int>(data.size());
+}
+
+NodeReply replyOf(int result) { return {.result = result}; }
+
+std::uint32_t fill(NodeReply& reply, std::span<const std::uint8_t> data) {
+  std::ranges::copy(data, reply.data.begin());
+  return reply.length = static_cast<std::uint32_t>(data.size());
 }
 
 }  // namespace
 
-class UsbfsNode::Lock {
- public:
-  explicit Lock(pthread_mutex_t& mutex) : mutex_(mutex) { pthread_mutex_lock(&mutex_); }
-  ~Lock() { pthread_mutex_unlock(&mutex_); }
-  Lock(const Lock&) = delete;
-  Lock& operator=(const Lock&) = delete;
-
- private:
-  pthread_mutex_t& mutex_;
-};
-
-UsbfsNode::UsbfsNode(std::unique_ptr<EmulatedUsb> device) : device_(std::move(device)) {
-  pthread_mutexattr_t inheriting;
-  pthread_mutexattr_init(&inheriting);
-  pthread_mutexattr_setprotocol(&inheriting, PTHREAD_PRIO_INHERIT);
-  pthread_mutex_init(&mutex_, &inheriting);
-  pthread_condattr_t monotonic;
-  pthread_condattr_init(&monotonic);
-  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-  pthread_cond_init(&wake_, &monotonic);
-}
-
 int UsbfsNode::open() {
-  const Lock lock(mutex_);
-  if (!present_) return failed(ENOENT);
-  if (writeEnd_ >= 0) return failed(EBUSY);
+  if (!present_) return -ENOENT;
   std::array<int, 2> ends;
-  if (pipe2(ends.data(), O_NONBLOCK | O_CLOEXEC) != 0) return -1;
+  if (pipe2(ends.data(), O_NONBLOCK | O_CLOEXEC) != 0) return -errno;
   fcntl(ends[1], F_SETPIPE_SZ, 4096);
-  readEnd_ = ends[0];
-  writeEnd_ = ends[1];
-  position_ = 0;
-  closing_ = unplugged_ = claimed_ = false;
-  signalled_ = true;
-  signal(false);
-  pthread_create(&thread_, nullptr, &UsbfsNode::work, this);
-  return writeEnd_;
+  struct stat about {};
+  fstat(ends[0], &about);
+  descriptions_.push_back({.inode = about.st_ino, .readEnd = ends[0]});
+  signal(descriptions_.back(), false);
+  return ends[1];
 }
 
-void UsbfsNode::closed() {
-  {
-    const Lock lock(mutex_);
-    closing_ = true;
-    pthread_cond_signal(&wake_);
+/// Lets go of descriptions that nobody has any more.
+void UsbfsNode::endClosed() {
+  std::erase_if(descriptions_, [](const Description& description) {
+    if (description.unplugged) return true;  // all that it can still say was said by its poll
+    pollfd readEnd{description.readEnd, 0, 0};
+    poll(&readEnd, 1, 0);
+    const bool closed = (readEnd.revents & POLLHUP) != 0;
+    if (closed) ::close(description.readEnd);
+    return closed;
+  });
+}
+
+std::uint64_t UsbfsNode::work(std::uint64_t now_ns) {
+  std::erase_if(descriptions_, [](const Description& d) { return d.unplugged && d.done.empty(); });
+  std::uint64_t next_ns = now_ns + kIdle_ns;
+  for (Description& description : descriptions_) {
+    if (!description.unplugged) complete(description, now_ns, next_ns);
   }
-  pthread_join(thread_, nullptr);
-  const Lock lock(mutex_);
-  if (!unplugged_) rawClose(readEnd_);
-  readEnd_ = writeEnd_ = -1;
-  waiting_.clear();
-  done_.clear();
+  device_->advance(now_ns);
+  noteMotors(now_ns);
+  return next_ns;
 }
 
-void* UsbfsNode::work(void* node) {
-  pthread_setname_np(pthread_self(), "usb-hardware");
-  prctl(PR_SET_TIMERSLACK, 1UL);
-  const sched_param priority{.sched_priority = kHardwarePriority};
-  pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
-  static_cast<UsbfsNode*>(node)->workUntilClosed();
-  return nullptr;
-}
-
-void UsbfsNode::workUntilClosed() {
-  const Lock lock(mutex_);
-  while (!closing_) {
-    const std::uint64_t now_ns = monotonicNow_ns();
-    std::uint64_t next_ns = now_ns + kSecond_ns;
-    if (!unplugged_) completeReady(now_ns, next_ns);
-    const timespec until{static_cast<time_t>(next_ns / kSecond_ns), static_cast<long>(next_ns % kSecond_ns)};
-    pthread_cond_timedwait(&wake_, &mutex_, &until);
-  }
-}
-
-void UsbfsNode::completeReady(std::uint64_t now_ns, std::uint64_t& next_ns) {
-  while (!waiting_.empty()) {  // an endpoint's transfers complete in their order
-    const auto ready_ns = device_->inReadyAt(waiting_.front().posted_ns);
+void UsbfsNode::complete(Description& description, std::uint64_t now_ns, std::uint64_t& next_ns) {
+  while (!description.waiting.empty()) {  // an endpoint's transfers complete in their order
+    const Urb urb = description.waiting.front();
+    const auto ready_ns = device_->inReadyAt(urb.posted_ns);
     if (!ready_ns || *ready_ns > now_ns) {
       next_ns = ready_ns ? std::min(next_ns, *ready_ns) : next_ns;
       return;
     }
     if (now_ns - *ready_ns > kHeldUp_ns) ++heldUp_;
-    usbdevfs_urb* urb = waiting_.front().urb;
-    waiting_.pop_front();
-    finish(urb, device_->in({static_cast<std::uint8_t*>(urb->buffer), static_cast<std::size_t>(urb->buffer_length)},
-                            now_ns));
+    description.waiting.pop_front();
+    std::array<std::uint8_t, kMostNodeData> bytes;
+    const int result = device_->in(std::span(bytes).first(std::min<std::size_t>(urb.length, bytes.size())), now_ns);
+    finish(description, urb.id, result, std::span(bytes).first(static_cast<std::size_t>(std::max(result, 0))));
   }
 }
 
-void UsbfsNode::finish(usbdevfs_urb* urb, int result) {
-  urb->status = std::min(result, 0);
-  urb->actual_length = std::max(result, 0);
-  done_.push_back(urb);
-  signal(true);
+void UsbfsNode::finish(Description& description, std::uint64_t urb, int result, std::span<const std::uint8_t> data) {
+  NodeReply done{.result = std::max(result, 0), .urb = urb, .status = std::min(result, 0)};
+  fill(done, data);
+  description.done.push_back(done);
+  signal(description, true);
 }
 
-void UsbfsNode::signal(bool ready) {
-  if (ready == signalled_ || unplugged_) return;
-  signalled_ = ready;
+void UsbfsNode::signal(Description& description, bool ready) {
+  if (ready == description.signalled || description.unplugged) return;
+  description.signalled = ready;
   char byte = 0;
-  const long moved = ready ? rawRead(readEnd_, &byte, 1) : ::write(writeEnd_, &byte, 1);
-  if (moved != 1) std::abort();
+  if (ready) {
+    if (::read(description.readEnd, &byte, 1) != 1) std::abort();
+    return;
+  }
+  const std::string again = "/proc/self/fd/" + std::to_string(description.readEnd);
+  const int writeEnd = ::open(again.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+  if (::write(writeEnd, &byte, 1) != 1) std::abort();
+  ::close(writeEnd);
 }
 
 void UsbfsNode::unplug() {
   present_ = false;
-  if (writeEnd_ < 0 || unplugged_) return;
-  for (const Waiting& waiting : waiting_) finish(waiting.urb, -ENODEV);
-  waiting_.clear();
-  unplugged_ = true;
-  rawClose(readEnd_);
+  for (Description& description : descriptions_) {
+    if (description.unplugged) continue;
+    for (const Urb& urb : description.waiting) finish(description, urb.id, -ENODEV);
+    description.waiting.clear();
+    description.unplugged = true;
+    ::close(description.readEnd);
+  }
 }
 
-int UsbfsNode::submit(usbdevfs_urb* urb) {
+int UsbfsNode::claim(Description& description) {
+  endClosed();
+  const auto other = [&](const Description& d) { return d.claimed && &d != &description; };
+  if (std::ranges::any_of(descriptions_, other)) return -EBUSY;
+  description.claimed = true;
+  return 0;
+}
+
+int UsbfsNode::out(std::span<const std::uint8_t> bytes) {
   const std::uint64_t now_ns = monotonicNow_ns();
-  if (urb->type == USBDEVFS_URB_TYPE_CONTROL) {
-    auto* setup = static_cast<std::uint8_t*>(urb->buffer);
-    const std::size_t length = static_cast<std::size_t>(setup[6] | setup[7] << 8);
-    finish(urb,
-           control(*device_, setup[0], setup[1], static_cast<unsigned>(setup[2] | setup[3] << 8), {setup + 8, length}));
-  } else if ((urb->endpoint & 0x80) == 0) {
-    finish(urb,
-           device_->out({static_cast<const std::uint8_t*>(urb->buffer), static_cast<std::size_t>(urb->buffer_length)},
-                        now_ns));
-    noteMotors(now_ns);
+  noteMotors(now_ns);  // as it was up to now
+  const int result = device_->out(bytes, now_ns);
+  noteMotors(now_ns);
+  return result;
+}
+
+int UsbfsNode::submit(Description& description, const NodeRequest& request) {
+  if (request.type == USBDEVFS_URB_TYPE_CONTROL) {
+    std::vector<std::uint8_t> answer;
+    const int result = control(*device_, request.setup, answer);
+    finish(description, request.urb, result, answer);
+  } else if ((request.endpoint & 0x80) == 0) {
+    finish(description, request.urb, out(std::span(request.data).first(request.length)));
   } else {
-    waiting_.push_back({urb, now_ns});
+    description.waiting.push_back({request.urb, request.length, monotonicNow_ns()});
   }
-  pthread_cond_signal(&wake_);
   return 0;
 }
 
 void UsbfsNode::noteMotors(std::uint64_t now_ns) {
+  const std::uint64_t until_ns = std::min(now_ns, awaits_ns_);
+  if (until_ns > awaited_ns_) {
+    impulse_Ns_ += glm::length(device_->motorForce_N()) * static_cast<double>(until_ns - awaited_ns_) * 1e-9;
+    awaited_ns_ = until_ns;
+  }
   if (device_->motorsOn()) {
     zeroSince_ns_ = 0;
   } else if (zeroSince_ns_ == 0) {
@@ -201,86 +188,72 @@ void UsbfsNode::noteMotors(std::uint64_t now_ns) {
   }
 }
 
-int UsbfsNode::reap(void* argument) {
-  if (done_.empty()) {
-    signal(false);
-    return failed(unplugged_ ? ENODEV : EAGAIN);
+NodeReply UsbfsNode::reap(Description& description) {
+  if (description.done.empty()) {
+    signal(description, false);
+    return replyOf(description.unplugged ? -ENODEV : -EAGAIN);
   }
-  *static_cast<void**>(argument) = done_.front();
-  done_.pop_front();
-  if (done_.empty()) signal(false);
+  const NodeReply first = description.done.front();
+  description.done.pop_front();
+  if (description.done.empty()) signal(description, false);
+  return first;
+}
+
+int UsbfsNode::discard(Description& description, std::uint64_t urb) {
+  const auto found = std::ranges::find(description.waiting, urb, &Urb::id);
+  if (found == description.waiting.end()) return -EINVAL;
+  description.waiting.erase(found);
+  finish(description, urb, -ENOENT);
   return 0;
 }
 
-int UsbfsNode::discard(const void* urb) {
-  const auto found = std::ranges::find_if(waiting_, [&](const Waiting& waiting) { return waiting.urb == urb; });
-  if (found == waiting_.end()) return failed(EINVAL);
-  usbdevfs_urb* discarded = found->urb;
-  waiting_.erase(found);
-  finish(discarded, -ENOENT);
-  return 0;
-}
-
-int UsbfsNode::ioctl(unsigned long request, void* argument) {
-  const Lock lock(mutex_);
-  if (unplugged_ && request != USBDEVFS_REAPURBNDELAY) return failed(ENODEV);
-  switch (request) {
-    case USBDEVFS_GET_CAPABILITIES:
-      *static_cast<std::uint32_t*>(argument) = USBDEVFS_CAP_BULK_CONTINUATION | USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
-                                               USBDEVFS_CAP_REAP_AFTER_DISCONNECT | USBDEVFS_CAP_ZERO_PACKET;
-      return 0;
-    case USBDEVFS_GET_SPEED:
-      return 2;  // full speed
-    case USBDEVFS_GETDRIVER:
-      return failed(ENODATA);
+NodeReply UsbfsNode::ioctl(const NodeRequest& request) {
+  const auto found = std::ranges::find(descriptions_, request.node, &Description::inode);
+  if (found == descriptions_.end()) return replyOf(-ENODEV);
+  Description& description = *found;
+  if (description.unplugged && request.request != USBDEVFS_REAPURBNDELAY) return replyOf(-ENODEV);
+  NodeReply reply;
+  switch (request.request) {
     case USBDEVFS_CLAIMINTERFACE:
     case USBDEVFS_DISCONNECT_CLAIM:
-      if (std::getenv("EMULATED_USB_BUSY") != nullptr) return failed(EBUSY);
-      claimed_ = true;
-      return 0;
+      return replyOf(claim(description));
     case USBDEVFS_RELEASEINTERFACE:
-    case USBDEVFS_RESET:
-    case USBDEVFS_SETCONFIGURATION:
-      return 0;
+      description.claimed = false;
+      return reply;
     case USBDEVFS_CLEAR_HALT:
       device_->clearHalt();
-      return 0;
+      return reply;
     case USBDEVFS_CONTROL: {
-      auto* transfer = static_cast<usbdevfs_ctrltransfer*>(argument);
-      const int result = control(*device_, transfer->bRequestType, transfer->bRequest, transfer->wValue,
-                                 {static_cast<std::uint8_t*>(transfer->data), transfer->wLength});
-      return result < 0 ? failed(-result) : result;
+      std::vector<std::uint8_t> answer;
+      reply.result = control(*device_, request.setup, answer);
+      fill(reply, answer);
+      return reply;
     }
+    case USBDEVFS_BULK:  // of an OUT endpoint; interrupt ones too, as in the kernel
+      return replyOf(description.claimed ? out(std::span(request.data).first(request.length)) : -EBUSY);
     case USBDEVFS_SUBMITURB:
-      return submit(static_cast<usbdevfs_urb*>(argument));
+      return replyOf(submit(description, request));
     case USBDEVFS_REAPURB:
     case USBDEVFS_REAPURBNDELAY:
-      return reap(argument);
+      return reap(description);
     case USBDEVFS_DISCARDURB:
-      return discard(argument);
+      return replyOf(discard(description, request.urb));
     default:
-      return failed(ENOTTY);
+      return replyOf(-ENOTTY);
   }
-}
-
-long UsbfsNode::read(void* bytes, std::size_t count) {
-  const Lock lock(mutex_);
-  const auto all = device_->descriptors();
-  const std::size_t at = std::min(static_cast<std::size_t>(position_), all.size());
-  const std::size_t length = std::min(count, all.size() - at);
-  std::memcpy(bytes, all.data() + at, length);
-  position_ += static_cast<long>(length);
-  return static_cast<long>(length);
 }
 
 std::string UsbfsNode::command(const std::string& line) {
-  const Lock lock(mutex_);
   const std::uint64_t now_ns = monotonicNow_ns();
   if (line == "unplug") {
     unplug();
   } else if (line == "plug") {
     device_->powerCycle();
     present_ = true;
+  } else if (line == "await") {
+    awaited_ns_ = now_ns;
+    awaits_ns_ = now_ns + kAwait_ns;
+    impulse_Ns_ = 0;
   } else if (line.starts_with("fault ")) {
     const auto fault = emulatedFault(line.substr(6));
     if (!fault) return "unknown fault";
@@ -288,13 +261,13 @@ std::string UsbfsNode::command(const std::string& line) {
   } else if (line != "state") {
     return "unknown command";
   }
-  pthread_cond_signal(&wake_);
-  char answer[200];
-  std::snprintf(answer, sizeof answer,
-                R"({"now_ns": %llu, "motors_on": %s, "zero_since_ns": %llu, "held_up": %llu, "replies": %llu})",
-                static_cast<unsigned long long>(now_ns), device_->motorsOn() ? "true" : "false",
-                static_cast<unsigned long long>(zeroSince_ns_), static_cast<unsigned long long>(heldUp_),
-                static_cast<unsigned long long>(device_->replies()));
+  char answer[300];
+  std::snprintf(
+      answer, sizeof answer,
+      R"({"now_ns": %llu, "motors_on": %s, "zero_since_ns": %llu, "impulse_Ns": %.6f, "held_up": %llu, "replies": %llu})",
+      static_cast<unsigned long long>(now_ns), device_->motorsOn() ? "true" : "false",
+      static_cast<unsigned long long>(zeroSince_ns_), impulse_Ns_, static_cast<unsigned long long>(heldUp_),
+      static_cast<unsigned long long>(device_->replies()));
   return answer;
 }
 

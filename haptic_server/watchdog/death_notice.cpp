@@ -1,0 +1,43 @@
+#include "haptic_server/watchdog/death_notice.h"
+
+#include <signal.h>
+
+#include <atomic>
+#include <cerrno>
+
+#include "haptic_server/watchdog/watch_order.h"
+
+namespace haptics {
+namespace {
+
+std::atomic<int> watchdog{-1};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+/// Only what may be done in a signal handler. The signal then has its ordinary effect.
+void dying(int signal) {
+  const int before = errno;
+  if (const int socket = watchdog.load(std::memory_order_relaxed); socket >= 0) {
+    sendOrder(socket, {.kind = WatchOrder::Kind::kDying});
+  }
+  errno = before;
+  raise(signal);  // blocked until this returns
+}
+
+void install() noexcept {
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) {
+    struct sigaction action {};
+    if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler != SIG_DFL) continue;
+    action.sa_handler = &dying;
+    action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_ONSTACK;
+    sigaction(signal, &action, nullptr);
+  }
+}
+
+}  // namespace
+
+void tellDeathTo(int socket) noexcept {
+  watchdog.store(socket, std::memory_order_relaxed);
+  if (socket >= 0) install();
+}
+
+}  // namespace haptics

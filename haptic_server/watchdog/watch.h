@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "common/memory/shared_memory.h"
+#include "haptic_server/servo/flight_ring.h"
+#include "haptic_server/watchdog/watch_order.h"
+
+namespace haptics {
+
+/// The watchdog's own side, in a process of its own: looks whether the servo ticks, and takes a device's force away when it
+/// no longer does, or the server has ended. In that case it also records the last seconds. One thread.
+class Watch {
+ public:
+  /// Between two looks while there is a device.
+  static constexpr std::uint64_t kLook_ns = 3'000'000;
+  /// A servo that did not tick from one look to the next so many times together, and for kSilentPeriods of its own, hangs:
+  /// 18 to 21 ms at 1 kHz. Looks, not time: where the machine holds up the watchdog too, nothing is known of the servo.
+  static constexpr std::uint64_t kSilentLooks = 6, kSilentPeriods = 3;
+  /// The command without force goes out so often: one of a driver that still runs, for another moment, may cross it.
+  static constexpr std::uint64_t kWords = 5;
+  static constexpr std::uint64_t kBetweenWords_ns = 2'000'000;
+  /// As long as the servo hangs it goes out again, after so many looks.
+  static constexpr std::uint64_t kLooksBetweenWords = 33;
+
+  struct Options {
+    std::filesystem::path recordings;
+    std::function<void(const std::string&)> info, warning;
+  };
+  /// @param socket  To the server.
+  Watch(int socket, Options options) : socket_(socket), options_(std::move(options)) {}
+
+  /// Until the server says that nothing is to be watched any more, or has ended.
+  void run();
+
+ private:
+  struct Held {
+    FileHandle node;
+    std::uint8_t endpoint;
+    std::uint8_t length;
+    std::array<std::uint8_t, 64> bytes;
+  };
+
+  [[nodiscard]] bool waitForOrders();
+  [[nodiscard]] bool takeOrders();
+  void take(ReceivedOrder received);
+  void look();
+  void speak(const std::string& why);
+  void sendZero();
+  void outlive();
+  [[nodiscard]] WatchPage& page() const noexcept { return *reinterpret_cast<WatchPage*>(page_->bytes().data()); }
+  [[nodiscard]] bool looksNow() const noexcept { return held_ && ring_; }
+
+  int socket_;
+  Options options_;
+  std::optional<SharedMemory> page_;
+  std::optional<FlightRing> ring_;
+  std::optional<FileHandle> scenes_;
+  std::optional<Held> held_;
+  std::uint64_t silentLooks_ = kSilentLooks;  // after which the servo hangs
+  std::uint64_t nextLook_ns_ = 0;
+  std::uint64_t end_ = 0;     // ticks at the last look
+  std::uint64_t silent_ = 0;  // looks since then
+  std::uint64_t words_ = 0;   // commands without force that are still to go out, one a look
+  bool ending_ = false, bye_ = false, speaking_ = false;
+};
+
+}  // namespace haptics

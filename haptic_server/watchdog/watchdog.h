@@ -1,0 +1,80 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "common/memory/shared_memory.h"
+#include "haptic_server/device/usb/last_word.h"
+#include "haptic_server/servo/flight_ring.h"
+#include "haptic_server/watchdog/watch_order.h"
+#include "haptics/v1/envelope.pb.h"
+
+namespace haptics {
+
+/// The server's side of its watchdog, the program haptic_watchdog, which lies beside the server's: starts it, in a session
+/// of its own, tells it what to hold, and starts another one when it ends or hangs. As long as there is none, a warning
+/// has said so.
+class Watchdog final : public LastWord {
+ public:
+  struct Options {
+    std::filesystem::path recordings;  ///< Folder for the recording of a crash.
+    double period_s = 1e-3;            ///< Of the servo.
+    std::function<void(const std::string&)> info, warning;
+  };
+  /// Throws std::bad_alloc where the system has no memory for a page.
+  Watchdog(Options options, const FlightRing& ring);
+  ~Watchdog() override;  ///< The watchdog goes; nothing it holds has a force any more.
+  Watchdog(const Watchdog&) = delete;
+  Watchdog& operator=(const Watchdog&) = delete;
+
+  void hold(int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept override;
+  void letGo() noexcept override;
+  [[nodiscard]] std::uint64_t spoken() const noexcept override { return page().spoken.load(std::memory_order_acquire); }
+
+  /// Memory of the scene journal, in place of the one before; the descriptor stays the caller's. Any thread.
+  void keepScenes(int descriptor) noexcept;
+  /// The servo is about to stop because it was told to. Any thread.
+  void ending() noexcept;
+  /// Any thread.
+  void fillStatus(v1::Status& status) const;
+
+ private:
+  struct Kept {
+    WatchOrder order;
+    FileHandle descriptor;
+  };
+
+  [[nodiscard]] const WatchPage& page() const noexcept {
+    return *reinterpret_cast<const WatchPage*>(page_.bytes().data());
+  }
+  [[nodiscard]] bool startProgram();
+  void endProgram(int patience_ms);
+  void say(const WatchOrder& order, int descriptor = -1) noexcept;
+  void guard();
+  [[nodiscard]] bool waitForItsEnd();
+
+  Options options_;
+  SharedMemory page_;
+  FileHandle ring_;
+  FileHandle quit_;  // an event: the guard is to end
+  std::atomic<bool> alive_{false};
+  std::atomic<std::uint64_t> started_{0};
+  std::thread guard_;
+
+  std::mutex mutex_;  // guards what follows
+  FileHandle socket_;
+  pid_t process_ = -1;
+  std::optional<Kept> scenes_, held_;
+  bool ending_ = false;
+};
+
+}  // namespace haptics

@@ -1,0 +1,37 @@
+#include <sched.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+
+#include <cstdio>
+
+#include "haptic_server/watchdog/watch.h"
+
+namespace {
+
+/// Above the servo's: a servo that computes without end must not keep it from looking.
+constexpr int kPriority = 81;
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int type = 0;
+  socklen_t size = sizeof type;
+  if (argc != 2 || getsockopt(haptics::kWatchSocket, SOL_SOCKET, SO_TYPE, &type, &size) != 0) {
+    std::fputs(
+        "haptic_watchdog is started by haptic_server, whose devices' force it takes away when that hangs or ends\n",
+        stderr);
+    return 2;
+  }
+  prctl(PR_SET_TIMERSLACK, 1UL);
+  const sched_param priority{.sched_priority = kPriority};
+  sched_setscheduler(0, SCHED_FIFO, &priority);  // where the servo may be a real-time one
+  spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_watchdog"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  haptics::Watch({haptics::kWatchSocket,
+                  {.recordings = argv[1],
+                   .info = [](const std::string& line) { spdlog::info("{}", line); },
+                   .warning = [](const std::string& line) { spdlog::warn("{}", line); }}})
+      .run();
+}

@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "haptic_server/recording/last_seconds.h"
+#include "haptic_server/recording/replay.h"
+#include "haptic_server/recording/scene_journal.h"
+#include "recorded_servo.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+
+off_t sizeOf(int descriptor) {
+  struct stat about {};
+  fstat(descriptor, &about);
+  return about.st_size;
+}
+
+/// As another process does it, which has nothing but two pieces of memory.
+std::filesystem::path recordingOf(const RecordedServo& servo) {
+  auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
+  ring.outlive();
+  return recordCrash(servo.folder() / "crash", ring, servo.journal()).value();
+}
+
+ReplayOutcome replayed(const std::filesystem::path& file) {
+  auto outcome = replay(bytesOf(file));
+  EXPECT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  return *std::move(outcome);
+}
+
+TEST(CrashRecording, IsMadeOfWhatOutlivesTheProcessAndReplaysBitForBit) {
+  RecordedServo servo(kScene + kBlock);
+  servo.run(5000);
+  servo.apply(R"(operations { set_material { object { name: "slab" } material { stiffness_N_per_m: 1500 } } })");
+  servo.run(5000);
+  servo.apply(R"(operations { remove { object { name: "ball" } } })");
+  servo.run(5000);
+  const auto file = recordingOf(servo);
+  EXPECT_NE(file.string().find("-crash.haptics"), std::string::npos) << file;
+  const auto outcome = replayed(file);
+  EXPECT_EQ(outcome.differing, 0U);
+  EXPECT_GE(outcome.ticks, 10'000U);
+  EXPECT_LE(outcome.ticks, 12'000U);
+  EXPECT_GT(outcome.contactTicks, 1000U);
+  EXPECT_TRUE(outcome.sameStep);
+}
+
+TEST(CrashRecording, OfAServerWithoutASceneIsOneToo) {
+  RecordedServo servo("");
+  servo.run(1200);
+  const auto outcome = replayed(recordingOf(servo));
+  EXPECT_EQ(outcome.ticks, 1200U);
+  EXPECT_EQ(outcome.differing, 0U);
+}
+
+TEST(CrashRecording, OfAJournalThatWasBeingWrittenHasWhatWasWhole) {
+  RecordedServo servo;
+  servo.run(2000);
+  const off_t whole = sizeOf(servo.journal());
+  servo.apply(R"(operations { set_material { object { name: "slab" } material { stiffness_N_per_m: 1500 } } })");
+  for (off_t size = sizeOf(servo.journal()); size > whole; size -= 31) {
+    ASSERT_EQ(ftruncate(servo.journal(), size), 0);
+    const auto outcome = replayed(recordingOf(servo));
+    EXPECT_EQ(outcome.differing, 0U);
+    EXPECT_EQ(outcome.ticks, 2000U);
+  }
+  ASSERT_EQ(ftruncate(servo.journal(), 3), 0);
+  auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
+  const auto none = recordCrash(servo.folder() / "crash", ring, servo.journal());
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().text(), "scene journal: does not begin with a head");
+}
+
+}  // namespace
+}  // namespace haptics
