@@ -7,6 +7,7 @@ namespace haptics {
 
 void ClockOffset::add(std::uint64_t clientSend, std::uint64_t serverReceive, std::uint64_t serverSend,
                       std::uint64_t clientReceive) {
+  if (std::max({clientSend, serverReceive, serverSend, clientReceive}) > kLatest_ns) return;
   const auto difference = [](std::uint64_t a, std::uint64_t b) { return static_cast<std::int64_t>(a - b); };
   const std::size_t slot = count_++ % kWindow;
   offsets_[slot] = (difference(serverReceive, clientSend) + difference(serverSend, clientReceive)) / 2;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +15,8 @@ class ClockOffset {
  public:
   static constexpr std::size_t kWindow = 64;
   static constexpr std::size_t kQuickest = 16;  ///< Of a full window.
+  /// 73 years of a monotonic clock. A reply with a later time is ignored.
+  static constexpr std::uint64_t kLatest_ns = 1ULL << 61;
 
   /// Times in nanoseconds, client send and receive on the client's clock, server's on the server's.
   void add(std::uint64_t clientSend, std::uint64_t serverReceive, std::uint64_t serverSend,
@@ -24,7 +27,7 @@ class ClockOffset {
   [[nodiscard]] std::int64_t uncertainty_ns() const noexcept { return smallestRoundTrip_ / 2; }
   /// A server time on the client's clock.
   [[nodiscard]] std::int64_t toClient_ns(std::uint64_t server_ns) const noexcept {
-    return static_cast<std::int64_t>(server_ns) - offset_;
+    return static_cast<std::int64_t>(std::min(server_ns, kLatest_ns)) - offset_;
   }
 
  private:

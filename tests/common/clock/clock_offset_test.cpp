@@ -100,5 +100,14 @@ TEST(Monotonic, NeverGoesBack) {
   }
 }
 
+TEST(ClockOffset, IgnoresTimesThatNoClockHas) {
+  ClockOffset clock;
+  clock.add(100, UINT64_MAX / 2, 1ULL << 63, 200);
+  EXPECT_FALSE(clock.known());
+  clock.add(100, 1150, 1150, 200);
+  EXPECT_EQ(clock.offset_ns(), 1000);
+  EXPECT_EQ(clock.toClient_ns(UINT64_MAX), static_cast<std::int64_t>(ClockOffset::kLatest_ns) - 1000);
+}
+
 }  // namespace
 }  // namespace haptics
