@@ -88,9 +88,9 @@ Result<ResolvedMesh> MeshLibrary::generated(const MeshSource& source) {
 }
 
 Result<std::shared_ptr<const MeshAsset>> MeshLibrary::fromElsewhere(std::string bytes) {
-  if (bytes.size() > kMaxSceneAssets_bytes) {
+  if (bytes.size() > SceneLimits{}.assets_bytes) {
     return refused("", "is a mesh of " + std::to_string(bytes.size()) + " bytes; all assets of a scene take at most " +
-                           std::to_string(kMaxSceneAssets_bytes));
+                           std::to_string(SceneLimits{}.assets_bytes));
   }
   auto asset = store_.internEncoded(AssetKind::kMesh, std::move(bytes));
   if (!asset) return tl::unexpected(std::move(asset).error());

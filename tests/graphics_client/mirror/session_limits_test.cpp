@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-static_assert(kMaxHeldObjects >= kMaxServoObjects && kMaxHeldAssets_bytes >= kMaxSceneAssets_bytes,
+static_assert(kMaxHeldObjects >= kMaxServoObjects && kMaxHeldAssets_bytes >= SceneLimits{}.assets_bytes,
               "a client holds every scene that a server holds");
 
 class SessionLimits : public SessionJoin {
