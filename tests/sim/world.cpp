@@ -156,7 +156,10 @@ void World::calm() {
 }
 
 void World::awaitAnswers() {
-  const std::uint64_t end_ns = stage_.time.now_ns() + kAnswersWithin_ns;
+  // A flood is let through at the rate of one client.
+  const double flood_s = troubles_.flood ? static_cast<double>(kFlood) / stage_.limits.session.editsPerSecond : 0;
+  const std::uint64_t end_ns =
+      stage_.time.now_ns() + kAnswersWithin_ns + static_cast<std::uint64_t>(flood_s * static_cast<double>(kSecond_ns));
   const auto waiting = [](const auto& seat) { return seat->client->unanswered() > 0; };
   while (std::ranges::any_of(seats_, waiting) && stage_.time.now_ns() < end_ns) {
     stage_.time.runUntil(stage_.time.now_ns() + kStep_ns);
