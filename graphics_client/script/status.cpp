@@ -78,7 +78,7 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());
   std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));
   std::printf("kept       %s\n", status.durable() ? "on the server's disk" : "until the server ends");
-  for (const std::string& object : status.lost()) std::printf("lost       %s\n", object.c_str());
+  for (const std::string& object : status.lost()) std::printf("lost       %s\n", printable(object).c_str());
   std::printf("root       %s\n", ContentHash::fromBytes(status.root()).value_or(ContentHash{}).hex().c_str());
   std::printf("dropped    %llu samples, %llu connections refused, %llu forged datagrams\n",
               count(status.dropped_samples()), count(status.refused_connections()), count(status.forged_datagrams()));
