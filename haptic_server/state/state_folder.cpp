@@ -112,13 +112,17 @@ SequencerState StateFolder::load(std::uint64_t freshEpoch) {
   }
   const bool whole = beginsWell && !saved->damage && copy.bytes && log.bytes->starts_with(*copy.bytes);
   size_ = whole ? log.bytes->size() : 0;
-  note(whole ? goOn(*saved, copy.bytes->size()) : checkpoint(state));
+  note(whole ? goOn(*saved, *log.bytes, copy.bytes->size()) : checkpoint(state));
   return std::move(state);
 }
 
-Result<void> StateFolder::goOn(const SavedState& saved, std::size_t beginning) {
+/// What was read, and its name, may be in memory alone: where a wait for the disk had failed and the process then ended,
+/// the system still shows what will never be on the disk. Nothing is built on it before it is written and waited for again.
+Result<void> StateFolder::goOn(const SavedState& saved, std::string_view bytes, std::size_t beginning) {
   auto log = files_.open(folder_ / kLogName);
   if (!log) return tl::unexpected(std::move(log).error());
+  if (auto written = writeDurably(**log, bytes, 0); !written) return written;
+  if (auto named = files_.syncFolder(folder_); !named) return named;
   log_ = *std::move(log);
   writer_ = saved.writer;
   const AssetBytes assets = assetBytes(saved.state);

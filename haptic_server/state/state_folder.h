@@ -107,7 +107,7 @@ class StateFolder final : public EditJournal {
   SequencerState load(std::uint64_t freshEpoch);
   [[nodiscard]] Found look(const std::string& name, const std::vector<FileSystem::Entry>& entries);
   SequencerState startAfresh(std::uint64_t freshEpoch, const Found& log, const Found& copy);
-  Result<void> goOn(const SavedState& saved, std::size_t beginning);
+  Result<void> goOn(const SavedState& saved, std::string_view bytes, std::size_t beginning);
   std::string giveUp(const std::string& name);
   void warnOf(const LogDamage& damage, bool logIsThere, std::uint64_t revision);
   void note(const Result<void>& kept);
