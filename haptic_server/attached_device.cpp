@@ -64,7 +64,7 @@ class OnUsb final : public AttachedDevice {
   OnUsb(std::unique_ptr<UsbProtocol> protocol, UsbDeviceSettings settings)
       : device_(bus_, std::move(protocol), std::move(settings)) {}
   [[nodiscard]] Device& device() noexcept override { return device_; }
-  void give(LastWord& lastWord) override { device_.give(lastWord); }
+  void setWatchdog(OutputWatchdog& watchdog) override { device_.setWatchdog(watchdog); }
   void start() override {
     device_.start([] {
       RealtimeStatus status;

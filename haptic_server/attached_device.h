@@ -5,7 +5,7 @@
 
 #include "common/error/error.h"
 #include "haptic_server/device/device.h"
-#include "haptic_server/device/usb/last_word.h"
+#include "haptic_server/device/usb/output_watchdog.h"
 #include "haptic_server/recording/recording_player.h"
 #include "haptic_server/server_options.h"
 #include "haptics/v1/envelope.pb.h"
@@ -22,7 +22,7 @@ class AttachedDevice {
 
   [[nodiscard]] virtual Device& device() noexcept = 0;
   /// Before start(): who takes its force away when this process no longer can; outlives it.
-  virtual void give(LastWord& /*lastWord*/) {}
+  virtual void setWatchdog(OutputWatchdog& /*watchdog*/) {}
   /// Its threads, where it has any; once, before the servo's. Warns when they cannot be real-time ones.
   virtual void start() {}
   /// Where the device is a recording: the servo runs its ticks and has its scenes. Else null.

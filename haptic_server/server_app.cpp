@@ -155,6 +155,13 @@ class ServerApp::Impl {
   [[nodiscard]] bool isStillBuilding() const noexcept { return isStillBuilding_; }
   [[nodiscard]] Result<void> stop() {
     halt();
+    auto finished = finish();
+    if (watchdog_) watchdog_->dismiss();  // also of a process that then ends without destructors
+    return finished;
+  }
+
+ private:
+  [[nodiscard]] Result<void> finish() {
     if (recorder_) {
       if (auto recorded = recorder_->stop(); !recorded) return recorded;
     }
@@ -166,7 +173,6 @@ class ServerApp::Impl {
     return {};
   }
 
- private:
   [[nodiscard]] SceneRoom::Options roomOptions() {
     if (player_ != nullptr)
       return {.assetFolders = {},
@@ -190,7 +196,7 @@ class ServerApp::Impl {
         Watchdog::Options{
             .recordings = options_.recordings, .period_s = step_.period_s, .info = logInfo, .warning = logWarning},
         *flight_);
-    attached_->give(*watchdog_);
+    attached_->setWatchdog(*watchdog_);
     auto recorder = FlightRecorder::open(recorderOptions(), *flight_);
     if (!recorder) return tl::unexpected(std::move(recorder.error()).within("--record "));
     recorder_ = *std::move(recorder);
@@ -315,7 +321,7 @@ class ServerApp::Impl {
     };
     const auto repair = [this](const std::filesystem::path& file, const std::optional<ContentHash>& asset) {
       spdlog::warn("{} is damaged or missing; it is written anew from memory", file.string());
-      return room_.keepAnew([this, asset] {
+      return room_.checkpoint([this, asset] {
         if (asset) state_->distrust(*asset);
       });
     };

@@ -9,12 +9,12 @@
 #include <string_view>
 #include <variant>
 
-#include "common/importer/descriptors.h"
 #include "common/importer/import_request.h"
 #include "common/importer/inventor_gather.h"
 #include "common/importer/sandbox.h"
 #include "common/mesh/file_bytes.h"
 #include "common/mesh/mesh_asset.h"
+#include "common/process/passed_descriptor.h"
 #include "common/surface/field_asset.h"
 #include "common/surface/makers/image_field.h"
 #include "common/surface/makers/reaction_diffusion.h"
@@ -55,16 +55,16 @@ std::optional<std::string> askFor(const std::string& name) {
   if (name.size() > kLongestInclude) return std::nullopt;
   say(ImporterMessage::Kind::kInclude, name);
   IncludeReply reply = IncludeReply::kNo;
-  int descriptor = -1;
-  if (receiveWith(kSocket, &reply, sizeof reply, descriptor) != sizeof reply) _exit(EXIT_FAILURE);
-  if (reply != IncludeReply::kYes || descriptor < 0) return std::nullopt;
-  auto bytes = readFile(OpenFile(descriptor));
+  FileHandle file;
+  if (receiveWith(kSocket, &reply, sizeof reply, file) != sizeof reply) _exit(EXIT_FAILURE);
+  if (reply != IncludeReply::kYes || !file) return std::nullopt;
+  auto bytes = readFile(file);
   if (!bytes) return std::nullopt;
   return *std::move(bytes);
 }
 
 struct Carrier {
-  const OpenFile& file;
+  const FileHandle& file;
 
   Result<Answer> operator()(const MeshFileRequest& request) const {
     return readFile(file)
@@ -91,7 +91,7 @@ struct Carrier {
   }
 };
 
-Result<Answer> carryOut(const ImportRequest& request, const OpenFile& file) {
+Result<Answer> carryOut(const ImportRequest& request, const FileHandle& file) {
   try {
     return std::visit(Carrier{file}, request);
   } catch (const std::bad_alloc&) {
@@ -104,12 +104,11 @@ Result<Answer> carryOut(const ImportRequest& request, const OpenFile& file) {
 int run() {
   becomeExpendable(kMostImportTime_s);
   ImportRequest request;
-  int descriptor = -1;
-  if (receiveWith(kSocket, &request, sizeof request, descriptor) != sizeof request) {
+  FileHandle file;
+  if (receiveWith(kSocket, &request, sizeof request, file) != sizeof request) {
     std::fputs("this is started by the programs that import meshes and images; use mesh_report\n", stderr);
     return EXIT_FAILURE;
   }
-  const OpenFile file(descriptor);
   const auto* mesh = std::get_if<MeshFileRequest>(&request);
   if (mesh != nullptr && mesh->format == MeshFormat::kInventor) startInventor();
 

@@ -1,13 +1,10 @@
 #include "common/importer/child_process.h"
 
-#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -15,7 +12,8 @@
 #include <thread>
 #include <utility>
 
-#include "common/importer/descriptors.h"
+#include "common/process/passed_descriptor.h"
+#include "common/process/spawn.h"
 
 namespace haptics {
 namespace {
@@ -23,46 +21,18 @@ namespace {
 /// How long a program may take to end that has closed its end of the socket.
 constexpr std::chrono::milliseconds kEndsWithin{1000};
 
-/// 0, or the error's number.
-int spawn(const std::filesystem::path& program, int socket, pid_t& child) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, socket, STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&files, socket, STDOUT_FILENO);
-  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t signals;
-  sigemptyset(&signals);
-  posix_spawnattr_setsigmask(&attributes, &signals);
-  sigfillset(&signals);
-  posix_spawnattr_setsigdefault(&attributes, &signals);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-
-  std::string path = program.string();
-  const std::array<char*, 2> arguments{path.data(), nullptr};
-  const int error = posix_spawn(&child, path.c_str(), &files, &attributes, arguments.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
-  return error;
-}
-
 }  // namespace
 
-ChildProcess::WakeUp::WakeUp() : descriptor_(eventfd(0, EFD_CLOEXEC)) {}
-ChildProcess::WakeUp::~WakeUp() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-void ChildProcess::WakeUp::operator()() const noexcept { static_cast<void>(eventfd_write(descriptor_, 1)); }
+void ChildProcess::WakeUp::operator()() const noexcept { static_cast<void>(eventfd_write(event.descriptor(), 1)); }
 
 ChildProcess::ChildProcess(const std::filesystem::path& program, std::chrono::milliseconds patience,
                            std::stop_token stop)
     : name_(program.filename().string()),
       deadline_(Clock::now() + patience),
       stop_(std::move(stop)),
+      wakeUp_{FileHandle(eventfd(0, EFD_CLOEXEC))},
       onStop_(stop_, std::ref(wakeUp_)) {
-  if (wakeUp_.descriptor() < 0) {
+  if (!wakeUp_.event) {
     failure_ = std::strerror(errno);
   } else {
     start(program);
@@ -75,19 +45,17 @@ void ChildProcess::start(const std::filesystem::path& program) {
     failure_ = std::strerror(errno);
     return;
   }
-  socket_ = ends[0];
-  if (const int error = spawn(program, ends[1], child_); error != 0) {
-    child_ = 0;
-    failure_ = "the program " + program.string() + " does not start: " + std::strerror(error);
+  socket_ = FileHandle(ends[0]);
+  const FileHandle its(ends[1]);
+  if (const auto child = spawn(program, {.descriptors = {its.descriptor(), its.descriptor(), -1}})) {
+    child_ = *child;
+  } else {
+    failure_ = "the program " + child.error().text();
   }
-  close(ends[1]);
 }
 
 ChildProcess::~ChildProcess() {
-  if (child_ != 0) {
-    wait(std::chrono::milliseconds(0));
-  }
-  if (socket_ >= 0) close(socket_);
+  if (child_ != 0) wait(std::chrono::milliseconds(0));
 }
 
 int ChildProcess::wait(std::chrono::milliseconds patience) noexcept {
@@ -110,7 +78,7 @@ Result<void> ChildProcess::waitFor(short events) {
     if (stop_.stop_requested()) return refused("", "is not read any more: it was cancelled");
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now()).count();
     if (left <= 0) return refused("", "cannot be read: " + name_ + " takes too long");
-    std::array<pollfd, 2> ready{{{socket_, events, 0}, {wakeUp_.descriptor(), POLLIN, 0}}};
+    std::array<pollfd, 2> ready{{{socket_.descriptor(), events, 0}, {wakeUp_.event.descriptor(), POLLIN, 0}}};
     if (poll(ready.data(), ready.size(), static_cast<int>(left)) > 0 && ready[0].revents != 0) return {};
   }
 }
@@ -127,7 +95,7 @@ Result<void> ChildProcess::send(const void* bytes, std::size_t size, int descrip
   const char* at = static_cast<const char*>(bytes);
   while (size > 0) {
     if (auto ready = waitFor(POLLOUT); !ready) return ready;
-    const ssize_t sent = sendWith(socket_, at, size, descriptor);
+    const ssize_t sent = sendWith(socket_.descriptor(), at, size, descriptor);
     if (sent < 0 && errno == EINTR) continue;
     if (sent <= 0) return ended();
     at += sent;
@@ -141,7 +109,7 @@ Result<void> ChildProcess::receive(void* bytes, std::size_t size) {
   char* at = static_cast<char*>(bytes);
   while (size > 0) {
     if (auto ready = waitFor(POLLIN); !ready) return ready;
-    const ssize_t received = recv(socket_, at, size, MSG_DONTWAIT);
+    const ssize_t received = recv(socket_.descriptor(), at, size, MSG_DONTWAIT);
     if (received < 0 && (errno == EINTR || errno == EAGAIN)) continue;
     if (received <= 0) return ended();
     at += received;

@@ -10,12 +10,13 @@
 #include <string>
 
 #include "common/error/error.h"
+#include "common/process/file_handle.h"
 
 namespace haptics {
 
 /// A program that runs beside this one and is talked with over a socket, which is its standard input and output; it gets
-/// no other descriptors, and standard error goes nowhere. Killed with the object, if it has not ended by then. Spawned,
-/// not forked, so that the pages of a process with locked memory are not copied. One thread, which must not end before.
+/// no other descriptors, and standard error goes nowhere. Killed with the object, if it has not ended by then.
+/// One thread, which must not end before.
 class ChildProcess {
  public:
   /// \param patience  How long all that it does may take.
@@ -34,17 +35,10 @@ class ChildProcess {
  private:
   using Clock = std::chrono::steady_clock;
 
-  class WakeUp {
-   public:
-    WakeUp();
-    ~WakeUp();
-    WakeUp(const WakeUp&) = delete;
-    WakeUp& operator=(const WakeUp&) = delete;
-    [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
+  /// Ends a wait, from any thread.
+  struct WakeUp {
     void operator()() const noexcept;
-
-   private:
-    int descriptor_;
+    FileHandle event;
   };
 
   std::string name_;
@@ -52,7 +46,7 @@ class ChildProcess {
   std::stop_token stop_;
   WakeUp wakeUp_;
   std::stop_callback<std::reference_wrapper<WakeUp>> onStop_;
-  int socket_ = -1;
+  FileHandle socket_;
   pid_t child_ = 0;      // 0: it was not started, or was waited for
   std::string failure_;  // why it was not started
 

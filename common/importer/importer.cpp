@@ -34,7 +34,7 @@ struct Surroundings {
   fs::path within;  // canonical
 };
 
-std::optional<OpenFile> openIncluded(const fs::path& name, const Surroundings& around) {
+std::optional<FileHandle> openIncluded(const fs::path& name, const Surroundings& around) {
   const auto goesUp = [](const fs::path& part) { return part == ".."; };
   if (name.is_absolute() || std::any_of(name.begin(), name.end(), goesUp)) return std::nullopt;
   std::error_code error;
@@ -56,7 +56,7 @@ class Import {
   Import(const ImportRequest& request, const std::stop_token& stop)
       : request_(request), child_(programFor(request), kPatience, stop) {}
 
-  Result<EncodedMesh> run(const OpenFile* file, const Surroundings* around) {
+  Result<EncodedMesh> run(const FileHandle* file, const Surroundings* around) {
     try {
       auto sent = child_.send(&request_, sizeof request_, file != nullptr ? file->descriptor() : -1);
       if (!sent) return tl::unexpected(std::move(sent).error());
@@ -112,7 +112,7 @@ class Import {
   }
 
   Result<void> handOver(const std::string& name, const Surroundings* around) {
-    std::optional<OpenFile> file;
+    std::optional<FileHandle> file;
     if (around != nullptr && ++includes_ <= kMostIncludes) file = openIncluded(name, *around);
     const IncludeReply reply = file ? IncludeReply::kYes : IncludeReply::kNo;
     return child_.send(&reply, sizeof reply, file ? file->descriptor() : -1);
@@ -127,7 +127,7 @@ Error naming(Error error, const fs::path& file) {
 Result<EncodedMesh> importFile(const fs::path& file, const ImportRequest& request, const Surroundings* around,
                                const std::stop_token& stop) {
   return openFile(file)
-      .and_then([&](const OpenFile& opened) { return Import(request, stop).run(&opened, around); })
+      .and_then([&](const FileHandle& opened) { return Import(request, stop).run(&opened, around); })
       .map_error([&](Error error) { return naming(std::move(error), file); });
 }
 

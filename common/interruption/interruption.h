@@ -4,7 +4,7 @@
 #include <stop_token>
 #include <utility>
 
-// Long work that may be told to end: whoever starts it makes an Interruptible, and what takes long looks now and then
+// Long work that may be cancelled: whoever starts it makes an Interruptible, and what takes long looks now and then
 // whether it is still wanted. What nobody makes interruptible runs to its end.
 namespace haptics {
 

@@ -18,7 +18,7 @@ tl::unexpected<Error> unreadable(int error) {
 }
 
 /// Of a file that may be read.
-Result<std::size_t> sizeOf(const OpenFile& file) {
+Result<std::size_t> sizeOf(const FileHandle& file) {
   struct stat status {};
   if (fstat(file.descriptor(), &status) != 0) return unreadable(errno);
   if (!S_ISREG(status.st_mode)) return refused("", "is not a regular file");
@@ -30,19 +30,15 @@ Result<std::size_t> sizeOf(const OpenFile& file) {
 
 }  // namespace
 
-OpenFile::~OpenFile() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
-Result<OpenFile> openFile(const std::filesystem::path& path) {
-  OpenFile file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+Result<FileHandle> openFile(const std::filesystem::path& path) {
+  FileHandle file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.descriptor() < 0 && errno == ENXIO) return refused("", "is not a regular file");  // a socket
   if (file.descriptor() < 0) return unreadable(errno);
   if (const auto size = sizeOf(file); !size) return tl::unexpected(size.error());
   return file;
 }
 
-Result<std::string> readFile(const OpenFile& file) {
+Result<std::string> readFile(const FileHandle& file) {
   const auto size = sizeOf(file);
   if (!size) return tl::unexpected(size.error());
   std::string bytes(*size, '\0');
@@ -57,7 +53,7 @@ Result<std::string> readFile(const OpenFile& file) {
 }
 
 Result<std::string> readFile(const std::filesystem::path& path) {
-  return openFile(path).and_then([](const OpenFile& file) { return readFile(file); });
+  return openFile(path).and_then([](const FileHandle& file) { return readFile(file); });
 }
 
 }  // namespace haptics

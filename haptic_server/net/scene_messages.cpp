@@ -15,9 +15,7 @@ namespace {
 
 /// Tag and length of an object inside a message, at most.
 constexpr std::size_t kPerObject_bytes = 6;
-/// Of a frame, for what stands around the objects: envelope, numbers, roots and a reason.
-constexpr std::size_t kAround_bytes = 1536;
-static_assert(SceneLimits{}.answer_bytes + kAround_bytes <= kMaxFrameBytes, "each accepted edit fits a frame");
+static_assert(SceneLimits{}.answer_bytes + kAroundObjects_bytes <= kMaxFrameBytes, "each accepted edit fits a frame");
 /// Of a reason: more is of no help.
 constexpr std::size_t kMaxReason_bytes = 1000;
 
@@ -76,7 +74,7 @@ void sendSnapshot(const SceneVersion& version, std::size_t chunk_bytes,
 }
 
 void toWire(const EditOutcome& outcome, std::size_t frame_bytes, v1::EditReply& reply) {
-  const std::size_t room_bytes = frame_bytes - std::min(frame_bytes, kAround_bytes);
+  const std::size_t room_bytes = frame_bytes - std::min(frame_bytes, kAroundObjects_bytes);
   if (const auto* error = std::get_if<Error>(&outcome)) {
     reply.mutable_rejected()->set_field(beginning(error->field));
     reply.mutable_rejected()->set_reason(beginning(error->reason));
@@ -96,7 +94,7 @@ void toWire(const EditOutcome& outcome, std::size_t frame_bytes, v1::EditReply& 
 
 bool fitFrames(const SceneHistory& history, std::uint64_t revision, std::size_t frame_bytes) {
   return std::ranges::all_of(history.edits, [&](const auto& edit) {
-    return edit->commit.revision <= revision || answerSizeOf(edit->commit, {}) + kAround_bytes <= frame_bytes;
+    return edit->commit.revision <= revision || answerSizeOf(edit->commit, {}) + kAroundObjects_bytes <= frame_bytes;
   });
 }
 

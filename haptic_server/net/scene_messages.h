@@ -11,6 +11,9 @@
 
 namespace haptics {
 
+/// Of a frame, for what stands around the objects: envelope, numbers, roots and a reason.
+inline constexpr std::size_t kAroundObjects_bytes = 1536;
+
 /// Gives `send` the messages that carry the whole scene, one by one, each of at most chunk_bytes or one object.
 void sendSnapshot(const SceneVersion& version, std::size_t chunk_bytes, const std::function<void(v1::Envelope&)>& send);
 

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cstring>
 #include <exception>
 #include <map>
 #include <optional>
 #include <stop_token>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "common/clock/monotonic.h"
-#include "common/credentials/token_list.h"
 #include "common/wire/convert.h"
 #include "common/wire/endpoint.h"
 #include "common/wire/event_loop.h"
@@ -20,6 +19,7 @@
 #include "common/wire/tcp.h"
 #include "common/wire/tls.h"
 #include "common/wire/udp.h"
+#include "haptic_server/net/admission.h"
 #include "haptic_server/net/connection_log.h"
 #include "haptic_server/net/datagram_paths.h"
 #include "haptic_server/net/handshake_limit.h"
@@ -39,10 +39,6 @@ constexpr microseconds kDrainForFastClients{500};
 constexpr double kFastClient_Hz = 250;
 /// How long stop() lets clients read why.
 constexpr milliseconds kStopGrace{200};
-/// Memory for uploads under way, being built and waiting for an edit, all clients together, and those of one token.
-constexpr std::size_t kUploadBudget_bytes = 512U << 20;
-constexpr std::size_t kUploadsOfToken_bytes = 384U << 20;
-
 /// What a client hears that does not speak TLS to a server that does.
 std::string plainRefusal() {
   v1::Envelope envelope;
@@ -77,7 +73,6 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
           TlsContext::server(options_.credentials->certificatePem, options_.credentials->privateKeyPem, plainRefusal());
       if (!tls) return tl::unexpected(std::move(tls.error()).within("--credentials: "));
       tls_ = *std::move(tls);
-      tokens_.emplace(*options_.credentials);
     }
     auto listener = TcpListener::open(loop_, *endpoint, [this](std::unique_ptr<Transport> t) { accept(std::move(t)); });
     if (!listener) return tl::unexpected(std::move(listener.error()).within("--listen "));
@@ -92,7 +87,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       if (const auto self = weak.lock()) self->post([history](Impl& impl) { impl.sceneChanged(history); });
     });
     drainEvery(kDrainEvery);
-    if (tokens_) tokensTimer_ = loop_.every(kTokensEvery, [this] { refreshTokens(false); });
+    if (options_.credentials) tokensTimer_ = loop_.every(kTokensEvery, [this] { refreshTokens(false); });
     thread_ = std::thread([this] { run(); });
   }
 
@@ -156,7 +151,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] EnergySource gaveMost() const override { return server.servo_.gaveMost(); }
     [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
       return server.room_.submitEdit(
-          server.boundTo(token, id), clientSeq, std::move(transaction),
+          server.admission_.editSession({id, session.role(), token}), clientSeq, std::move(transaction),
           [here = here(), clientSeq](const EditOutcome& outcome) {
             here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
           },
@@ -174,8 +169,8 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
       std::size_t ofToken = 0;
       for (const auto& [n, other] : server.connections_) ofToken += other->token == token ? other->uploadBytes : 0;
-      const std::size_t most = server.tokens_ ? kUploadsOfToken_bytes : kUploadBudget_bytes;
-      if (bytes > kUploadBudget_bytes - server.uploadBytes_ || ofToken + bytes > most) return false;
+      if (bytes > Admission::kUploads_bytes - server.uploadBytes_) return false;
+      if (ofToken + bytes > server.admission_.uploadsOfToken_bytes()) return false;
       server.uploadBytes_ += bytes;
       uploadBytes += bytes;
       return true;
@@ -186,7 +181,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     }
     [[nodiscard]] Result<Role> admit(SessionId id, const std::string& itsToken) override {
       token = hashOfToken(itsToken);
-      return server.admit(id, itsToken, token);
+      return server.admit(id, itsToken);
     }
     [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override {
       const auto from = parseEndpoint(transport->peer());
@@ -217,6 +212,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       if (!wasRefused && session.id() == 0) refused(why);
       server.post([n = number](Impl& impl) { impl.remove(n); });
     }
+    [[nodiscard]] Admission::Client client() const { return {session.id(), session.role(), token}; }
     [[nodiscard]] std::string described() const {
       return session.name().empty() ? transport->peer() : session.name() + " (" + transport->peer() + ")";
     }
@@ -291,59 +287,24 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     connections_.erase(oldest);
   }
 
-  [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token, const ContentHash& hash) const {
-    Role role = Role::kEdit;
-    if (tokens_) {
-      if (token.empty()) return refused("hello.token", "is missing; connect with --credentials FILE");
-      const auto known = tokens_->roleOf(hash);
-      if (!known) return refused("hello.token", "is not one that this server knows, or was withdrawn");
-      role = *known;
-    }
-    std::size_t all = 0, viewers = 0, ofToken = 0;
+  [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) const {
+    std::vector<Admission::Client> others;
     for (const auto& [number, other] : connections_) {
-      if (!other->session.welcomed()) continue;
-      if (other->session.id() == id) {
-        if (other->token == hash) continue;
-        return refused("hello.session", "is that of a client with another token; choose one at random");
-      }
-      ++all;
-      viewers += other->session.role() == Role::kView ? 1 : 0;
-      ofToken += other->token == hash ? 1 : 0;
+      if (other->session.welcomed()) others.push_back(other->client());
     }
-    if (all >= kMaxClients) return refused("", "the server has its " + std::to_string(kMaxClients) + " clients");
-    if (role == Role::kView && viewers >= kMaxViewers) {
-      return refused("",
-                     "the server has its " + std::to_string(kMaxViewers) + " viewers; the other places are editors'");
-    }
-    if (tokens_ && ofToken >= kMaxClientsOfToken) {
-      return refused("hello.token", "is that of " + std::to_string(kMaxClientsOfToken) +
-                                        " clients already; connect with another token");
-    }
-    return role;
-  }
-
-  /// The session that edits count for: nobody with another token resends or answers them.
-  [[nodiscard]] SessionId boundTo(const ContentHash& token, SessionId id) const {
-    if (!tokens_) return id;
-    const ContentHash bound = Hasher().add(token).add(id).finish();
-    SessionId session = 0;
-    std::memcpy(&session, bound.bytes.data(), sizeof session);
-    return session == kServerSession ? id : session;
+    return admission_.admit(id, token, others);
   }
 
   void refreshTokens(bool anyway) {
-    if (!tokens_) return;
-    const auto changed = tokens_->refresh(anyway);
+    const auto changed = admission_.refresh(anyway);
     if (!changed) return log("the tokens stay as they were: " + changed.error().text());
     if (!*changed) return;
     log("the list of tokens was read again");
-    for (auto& [number, connection] : connections_) {
-      ServerSession& session = connection->session;
-      if (!session.welcomed()) continue;
-      const auto role = tokens_->roleOf(connection->token);
-      if (!role) session.refuse("hello.token", "was withdrawn");
-      if (role && *role != session.role()) session.refuse("hello.token", "has another role now; connect again");
-    }
+    each([this](Connection& connection) {
+      if (!connection.session.welcomed()) return;
+      const auto allowed = admission_.check(connection.client());
+      if (!allowed) connection.session.refuse(allowed.error().field, allowed.error().reason);
+    });
   }
 
   void assetDecided(std::uint64_t number, const ContentHash& hash, std::size_t bytes,
@@ -381,7 +342,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
 
   void sceneChanged(const std::shared_ptr<const SceneHistory>& history) {
     history_ = history;
-    each([](ServerSession& session) { session.sceneChanged(); });
+    each([](Connection& connection) { connection.session.sceneChanged(); });
   }
 
   /// One session that fails costs its own connection.
@@ -389,7 +350,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   void each(Task task) {
     for (auto& [number, connection] : connections_) {
       try {
-        task(connection->session);
+        task(*connection);
       } catch (const std::exception& failure) {
         connection->session.refuse("", std::string("the server could not serve the client: ") + failure.what());
       }
@@ -404,7 +365,8 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   void onTimer() {
     const bool any = drainTelemetry();
     bool anyFast = false;
-    each([&](ServerSession& session) {
+    each([&](Connection& connection) {
+      ServerSession& session = connection.session;
       if (any) session.offerTelemetry(*servo_.last());
       session.poll();
       anyFast = anyFast || session.telemetryRate_Hz() > kFastClient_Hz;
@@ -415,7 +377,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
 
   bool drainTelemetry() {
     return servo_.drain([this](const TelemetrySample& sample) {
-      each([&](ServerSession& session) { session.adopted(sample.sceneRevision, sample.adoptionTick); });
+      each([&](Connection& connection) { connection.session.adopted(sample.sceneRevision, sample.adoptionTick); });
     });
   }
 
@@ -447,7 +409,6 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   std::unique_ptr<TcpListener> listener_;
   std::uint16_t port_ = 0;
   std::optional<TlsContext> tls_;
-  std::optional<TokenList> tokens_;  // the network thread's once it runs
   Timer timer_, tokensTimer_;
   microseconds drainPeriod_{0};
   std::optional<Timer> stopTimer_;
@@ -464,6 +425,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
   ServoFeed servo_;
   ShapeHash shapes_;
   std::size_t uploadBytes_ = 0;
+  Admission admission_{options_.credentials};
   HandshakeLimit handshakes_;
   ConnectionLog log_;
 

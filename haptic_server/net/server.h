@@ -46,10 +46,6 @@ class Server {
     std::uint64_t refusedConnections = 0;  ///< Turned away, or gone before they were welcomed.
   };
 
-  static constexpr std::size_t kMaxClients = 64;
-  /// Of these, as many viewers, and clients with the same token: whoever holds one token keeps the others' out of nothing.
-  static constexpr std::size_t kMaxViewers = 48;
-  static constexpr std::size_t kMaxClientsOfToken = 48;
   static constexpr std::chrono::milliseconds kTokensEvery{250};
   /// Connections that have not been welcomed yet. Beyond, the oldest gives way to the newest: those who open connections
   /// and say nothing keep nobody out who speaks at once.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kBecomeEditor = "connect with editor.credentials to change the scene";
 
-Error notAnEditor() { return {"role", "is view, and this asks for edit; connect with editor.credentials"}; }
+Error notAnEditor() { return {"role", std::string("is view; ") + kBecomeEditor}; }
 
 bool isControl(char c) {
   constexpr unsigned char kFirstPrintable = 0x20, kDelete = 0x7F;

@@ -26,7 +26,7 @@ struct RecordingPlace {
                                                               RecordingFacts facts, FlightRing& ring,
                                                               const AddScenes& addScenes);
 
-/// After a crash, in another process, of a ring that is let go of (FlightRing::outlive).
+/// After a crash, in another process, of a ring that is let go of (FlightRing::releaseDeadWriter).
 /// @param journal  Descriptor of the SceneJournal's memory.
 [[nodiscard]] Result<std::filesystem::path> recordCrash(const std::filesystem::path& folder, FlightRing& ring,
                                                         int journal);

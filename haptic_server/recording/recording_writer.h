@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "common/error/error.h"
-#include "common/memory/file_handle.h"
+#include "common/process/file_handle.h"
 #include "haptic_server/recording/recording_format.h"
 #include "haptic_server/recording/scene_parts.h"
 #include "haptic_server/state/record_chain.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/memory/shared_memory.h"
+#include "common/process/shared_memory.h"
 #include "haptic_server/recording/recording_format.h"
 #include "haptic_server/recording/scene_parts.h"
 

@@ -32,7 +32,7 @@ class EditJournal {
   [[nodiscard]] virtual Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) = 0;
   /// The scene is this state from now on, to which no edit led that was kept. What cannot be kept now is kept before
   /// the next edit is. Does not throw.
-  virtual void goOnFrom(const SequencerState& state, const Assets& assets) = 0;
+  virtual void resetTo(const SequencerState& state, const Assets& assets) = 0;
 };
 
 }  // namespace haptics

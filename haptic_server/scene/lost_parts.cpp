@@ -18,7 +18,7 @@ const ContentHash& placeholderHash() {
 }
 
 /// Takes away what the refusal is of.
-void giveUp(ObjectRecord& record, const std::string& field) {
+void dropPart(ObjectRecord& record, const std::string& field) {
   SurfaceProperties& surface = record.material.surface;
   if (field.starts_with("friction")) {
     surface.friction.reset();
@@ -55,7 +55,7 @@ std::shared_ptr<const ObjectRecord> recordOf(const std::vector<std::shared_ptr<c
 
 }  // namespace
 
-AtHand atHand(ObjectRecord record, const AssetLookup& lookUp, AssetStore& store) {
+RecoveredObject recoverObject(ObjectRecord record, const AssetLookup& lookUp, AssetStore& store) {
   std::shared_ptr<const Asset> placeholder;
   const auto lookUpOrMake = [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
     auto asset = lookUp(name);
@@ -68,11 +68,11 @@ AtHand atHand(ObjectRecord record, const AssetLookup& lookUp, AssetStore& store)
     auto assets = gatherReady(record, lookUpOrMake);
     if (assets) return {std::move(record), *std::move(assets), std::move(lost)};
     lost.push_back(assets.error().text());
-    giveUp(record, assets.error().field);
+    dropPart(record, assets.error().field);
   }
 }
 
-ObjectRecord madeWhole(const ObjectRecord& now, const ObjectRecord& before) {
+ObjectRecord withLostParts(const ObjectRecord& now, const ObjectRecord& before) {
   ObjectRecord whole = now;
   if (now.mesh == placeholderHash()) whole.mesh = before.mesh;
   if (whole.mesh != before.mesh) return now;  // it has been given another
@@ -89,7 +89,7 @@ ObjectRecord madeWhole(const ObjectRecord& now, const ObjectRecord& before) {
 }
 
 std::vector<std::string> lostParts(const ObjectRecord& now, const ObjectRecord& before) {
-  const ObjectRecord whole = madeWhole(now, before);
+  const ObjectRecord whole = withLostParts(now, before);
   std::vector<std::string> parts;
   if (whole.mesh != now.mesh) parts.emplace_back("mesh");
   const SurfaceProperties& had = whole.material.surface;
@@ -106,7 +106,7 @@ std::vector<std::shared_ptr<const ObjectRecord>> stillLost(const SequencerState&
   std::vector<std::shared_ptr<const ObjectRecord>> lost;
   for (const auto& before : state.lost) {
     const auto now = state.history->version.find(before->id);
-    if (now && !(madeWhole(*now, *before) == *now)) lost.push_back(before);
+    if (now && !(withLostParts(*now, *before) == *now)) lost.push_back(before);
   }
   return lost;
 }
@@ -119,14 +119,14 @@ RestoredState restore(SequencerState state, const AssetLookup& lookUp, AssetStor
   bool lostMore = false;
   for (const auto& now : version.objects()) {
     const auto before = recordOf(state.lost, now->id);
-    const ObjectRecord whole = before ? madeWhole(*now, *before) : *now;
-    AtHand held = atHand(whole, lookUp, store);
+    const ObjectRecord whole = before ? withLostParts(*now, *before) : *now;
+    RecoveredObject held = recoverObject(whole, lookUp, store);
     for (const std::string& part : held.lost) restored.remarks.push_back("object \"" + now->name + "\": " + part);
     if (!held.lost.empty()) stillGone.push_back(std::make_shared<const ObjectRecord>(whole));
     if (!(held.record == *now)) {
       if (held.lost.empty())
         restored.remarks.push_back("object \"" + now->name + "\": what was lost of it is here again");
-      const bool lessThanNow = !(madeWhole(held.record, *now) == held.record);
+      const bool lessThanNow = !(withLostParts(held.record, *now) == held.record);
       lostMore = lostMore || lessThanNow;
       held.record.revision = commit.revision;
       commit.put.push_back(held.record);

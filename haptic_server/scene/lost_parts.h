@@ -21,19 +21,19 @@ namespace haptics {
 inline constexpr double kPlaceholderSide_m = 0.02;
 
 /// An object's record of what could be had, and that.
-struct AtHand {
+struct RecoveredObject {
   ObjectRecord record;
   ObjectAssets assets;
   std::vector<std::string> lost;  ///< `mesh: is missing`; empty: nothing.
 };
 /// The placeholder's mesh is made in the store.
-[[nodiscard]] AtHand atHand(ObjectRecord record, const AssetLookup& lookUp, AssetStore& store);
+[[nodiscard]] RecoveredObject recoverObject(ObjectRecord record, const AssetLookup& lookUp, AssetStore& store);
 
 /// The object as it is with what it has lost since it was `before`, unless edits have put something in its place.
-[[nodiscard]] ObjectRecord madeWhole(const ObjectRecord& now, const ObjectRecord& before);
-/// "mesh", "texture": what madeWhole() would bring back.
+[[nodiscard]] ObjectRecord withLostParts(const ObjectRecord& now, const ObjectRecord& before);
+/// "mesh", "texture": what withLostParts() would bring back.
 [[nodiscard]] std::vector<std::string> lostParts(const ObjectRecord& now, const ObjectRecord& before);
-/// Those of the state's lost records that madeWhole() would still bring something back from.
+/// Those of the state's lost records that withLostParts() would still bring something back from.
 [[nodiscard]] std::vector<std::shared_ptr<const ObjectRecord>> stillLost(const SequencerState& state);
 
 /// A kept state whose assets are all here.
@@ -44,7 +44,7 @@ struct RestoredState {
   bool changed = false;              ///< Objects are not what they were: a revision of the server's own says so.
 };
 /// With every asset that can be had. When something was lost the state is of `freshEpoch`: clients get a snapshot and
-/// are told of it, in place of one revision among others. A state that only gets back what it had lost goes on in its epoch.
+/// learn of it, in place of one revision among others. A state that only gets back what it had lost goes on in its epoch.
 [[nodiscard]] RestoredState restore(SequencerState state, const AssetLookup& lookUp, AssetStore& store,
                                     std::uint64_t freshEpoch);
 

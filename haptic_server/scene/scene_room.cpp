@@ -48,7 +48,7 @@ SceneRoom::~SceneRoom() { stop(); }
 Result<std::vector<std::string>> SceneRoom::loadStartScene(const Transaction& scene) {
   const Submission submission{kServerSession, history()->version.revision() + 1, scene};
   const auto before = sequencer_.history();
-  const EditOutcome outcome = sequencer_.submitUnasked(submission);
+  const EditOutcome outcome = sequencer_.submitOwn(submission);
   if (sequencer_.history() != before) publish(before);
   if (const auto* error = std::get_if<Error>(&outcome)) return tl::unexpected(*error);
   if (const auto* conflict = std::get_if<EditConflict>(&outcome)) return refused("preconditions", conflict->reason);
@@ -65,16 +65,16 @@ std::vector<std::string> SceneRoom::resume(SequencerState state, AssetReader rea
   RestoredState restored = restore(std::move(state), lookUp, store_, newEpoch());
   lostAtStart_ = restored.state.lost;
   sequencer_.resume(std::move(restored.state), std::move(restored.assets), journal);
-  if (restored.changed) sequencer_.keepAnew();
+  if (restored.changed) sequencer_.checkpoint();
   published_ = sequencer_.history();
   publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
   return std::move(restored.remarks);
 }
 
-bool SceneRoom::keepAnew(std::function<void()> before) {
-  return enqueue({1, [this, before = std::move(before)] {
+bool SceneRoom::checkpoint(std::function<void()> before) {
+  return enqueue({sizeof(Job), [this, before = std::move(before)] {
                     before();
-                    sequencer_.keepAnew();
+                    sequencer_.checkpoint();
                   }});
 }
 
@@ -102,7 +102,7 @@ std::vector<std::string> SceneRoom::lostParts() const {
 }
 
 /// An asset that objects have lost is here: they have it again.
-void SceneRoom::giveBack(const ContentHash& asset) {
+void SceneRoom::restoreLostParts(const ContentHash& asset) {
   const auto before = sequencer_.history();
   const auto lookUp = [this](const AssetName& name) { return findOrRead(name); };
   std::vector<ObjectRecord> objects;
@@ -110,15 +110,15 @@ void SceneRoom::giveBack(const ContentHash& asset) {
   for (const auto& lost : lostAtStart_) {
     const auto now = before->version.find(lost->id);
     if (!now) continue;
-    const ObjectRecord whole = madeWhole(*now, *lost);
+    const ObjectRecord whole = withLostParts(*now, *lost);
     if (whole == *now || !std::ranges::count(whole.assets(), asset, &AssetName::hash)) continue;
-    AtHand held = atHand(whole, lookUp, store_);
+    RecoveredObject held = recoverObject(whole, lookUp, store_);
     if (held.record == *now) continue;
     held.record.revision = before->version.revision() + 1;
     objects.push_back(std::move(held.record));
     assets[now->id] = std::move(held.assets);
   }
-  if (objects.empty() || !sequencer_.put(objects, assets)) return;
+  if (objects.empty() || !sequencer_.replaceObjects(objects, assets)) return;
   publish(before);
   if (!options_.log) return;
   for (const ObjectRecord& object : objects)
@@ -169,7 +169,7 @@ bool SceneRoom::submitAsset(const AssetName& name, std::string bytes, const Uplo
   auto job = [this, name, bytes = std::move(bytes), reply]() mutable {
     try {
       auto asset = store_.internEncoded(name, std::move(bytes));
-      if (asset && !lostAtStart_.empty()) giveBack(name.hash);
+      if (asset && !lostAtStart_.empty()) restoreLostParts(name.hash);
       reply(std::move(asset));
     } catch (const std::exception& failure) {
       reply(refused("data", std::string("the server could not build the asset: ") + failure.what()));
@@ -218,7 +218,7 @@ void SceneRoom::run() {
         publishToServo(idle ? ServoSceneMaker::Plan::kOfThisOne : ServoSceneMaker::Plan::kOfTheLastScene);
       }
     } catch (const std::exception& failure) {
-      tell(std::string("the scene's builder goes on without what it was at: ") + failure.what());
+      log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
     }
     crossing_.reclaim();
     jobs.clear();  // what they hold is freed without the lock
@@ -286,7 +286,7 @@ void SceneRoom::publish(const std::shared_ptr<const SceneHistory>& before) {
   const auto& now = sequencer_.history();
   publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
   for (std::uint64_t revision = before->version.revision() + 1; revision <= now->version.revision(); ++revision) {
-    for (const std::string& report : now->find(revision)->reports) tell(report);
+    for (const std::string& report : now->find(revision)->reports) log(report);
   }
   publishHistory();
 }
@@ -388,12 +388,12 @@ void SceneRoom::publishToServo(ServoSceneMaker::Plan plan) {
     if (stop_.stop_requested()) return;
     catchUpAfter_ns_ = monotonicNow_ns() + kCatchUpEvery_ns;
     if (std::exchange(isBehind_, true)) return;
-    tell("warning: revision " + std::to_string(sequencer_.history()->version.revision()) +
-         " is not felt yet, the servo keeps the scene before it: " + failure.what() + "; trying again");
+    log("warning: revision " + std::to_string(sequencer_.history()->version.revision()) +
+        " is not felt yet, the servo keeps the scene before it: " + failure.what() + "; trying again");
   }
 }
 
-void SceneRoom::tell(const std::string& line) const {
+void SceneRoom::log(const std::string& line) const {
   if (options_.log) options_.log(line);
 }
 

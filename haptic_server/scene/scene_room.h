@@ -73,11 +73,11 @@ class SceneRoom {
   [[nodiscard]] std::vector<std::string> resume(SequencerState state, AssetReader readAsset, EditJournal& journal);
   /// Any thread. The journal keeps all of the present state anew, on the builder thread, after this was called there.
   /// False as below.
-  [[nodiscard]] bool keepAnew(std::function<void()> before);
+  [[nodiscard]] bool checkpoint(std::function<void()> before);
   /// Any thread. "box: mesh, motion": objects that are without a part since the start, in words.
   [[nodiscard]] std::vector<std::string> lostParts() const;
-  /// The scene is this version from now on, which was made elsewhere of these assets, in assetStore(); the servo is not
-  /// told. Any thread. False: there is no room for more work now.
+  /// The scene is this version from now on, which was made elsewhere of these assets, in assetStore(); the servo keeps
+  /// what it has. Any thread. False: there is no room for more work now.
   [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
   [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
   void start();
@@ -157,10 +157,10 @@ class SceneRoom {
   std::vector<EditOutcome> decide(std::span<const Submission> submissions, const std::stop_token& unwanted);
   void publish(const std::shared_ptr<const SceneHistory>& before);
   [[nodiscard]] Result<std::shared_ptr<const Asset>> findOrRead(const AssetName& name);
-  void giveBack(const ContentHash& asset);
+  void restoreLostParts(const ContentHash& asset);
   void publishHistory();
   void publishToServo(ServoSceneMaker::Plan plan);
-  void tell(const std::string& line) const;
+  void log(const std::string& line) const;
   void takeInDents();
   [[nodiscard]] bool takeInDents(ObjectId object, std::span<const StayingDent> dents);
 };

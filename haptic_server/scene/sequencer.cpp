@@ -132,24 +132,24 @@ std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissio
   return outcomes;
 }
 
-EditOutcome Sequencer::submitUnasked(const Submission& submission) {
+EditOutcome Sequencer::submitOwn(const Submission& submission) {
   EditJournal* const journal = std::exchange(journal_, nullptr);
   auto outcome = submit(std::span(&submission, 1)).front();
   journal_ = journal;
-  if (journal_ && std::holds_alternative<std::shared_ptr<const AcceptedEdit>>(outcome)) keepAnew();
+  if (journal_ && std::holds_alternative<std::shared_ptr<const AcceptedEdit>>(outcome)) checkpoint();
   return outcome;
 }
 
-void Sequencer::keepAnew() {
+void Sequencer::checkpoint() {
   EditJournal::Assets held;
   for (const auto& [id, assets] : assets_) {
     held.push_back(assets.mesh);
     held.insert(held.end(), assets.others.begin(), assets.others.end());
   }
-  journal_->goOnFrom(state_, held);
+  journal_->resetTo(state_, held);
 }
 
-Result<void> Sequencer::put(std::vector<ObjectRecord> objects, const Assets& assets) {
+Result<void> Sequencer::replaceObjects(std::vector<ObjectRecord> objects, const Assets& assets) {
   Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}};
   const SceneVersion& base = batch.history.version;
   Commit commit{

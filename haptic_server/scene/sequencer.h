@@ -57,12 +57,12 @@ class Sequencer {
   std::vector<EditOutcome> submit(std::span<const Submission> submissions);
   EditOutcome submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
   /// Applies an edit of the server's own that counts even if it cannot be kept now: it is kept before the next one is.
-  EditOutcome submitUnasked(const Submission& submission);
+  EditOutcome submitOwn(const Submission& submission);
   /// The journal keeps the present state, to which no edits led that it knows, as soon as it can.
-  void keepAnew();
+  void checkpoint();
   /// A revision of the server's own in which objects of the version are these, with their assets. Refused: it cannot be
   /// kept.
-  [[nodiscard]] Result<void> put(std::vector<ObjectRecord> objects, const Assets& assets);
+  [[nodiscard]] Result<void> replaceObjects(std::vector<ObjectRecord> objects, const Assets& assets);
 
   [[nodiscard]] const std::shared_ptr<const SceneHistory>& history() const noexcept { return state_.history; }
   [[nodiscard]] const SequencerState& state() const noexcept { return state_; }

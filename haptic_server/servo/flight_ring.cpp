@@ -48,7 +48,7 @@ Result<FlightRing> FlightRing::attach(FileHandle memory) {
 
 std::size_t FlightRing::bytesFor(std::uint64_t slots) noexcept { return kSlotsAt + slots * sizeof(Slot); }
 
-void FlightRing::outlive() noexcept {
+void FlightRing::releaseDeadWriter() noexcept {
   constexpr std::uint64_t kNone = ~std::uint64_t{0};
   if (shared_->taking.exchange(false)) {
     // It may have been counted already, or not.

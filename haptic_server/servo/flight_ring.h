@@ -8,7 +8,7 @@
 #include <type_traits>
 
 #include "common/error/error.h"
-#include "common/memory/shared_memory.h"
+#include "common/process/shared_memory.h"
 #include "haptic_server/servo/haptic_step.h"
 
 namespace haptics {
@@ -59,7 +59,7 @@ class FlightRing {
   [[nodiscard]] bool read(std::uint64_t position, RecordedTick& tick) const noexcept;
 
   /// Reader, once the servo's process has ended: lets go of the keyframe that it was taking.
-  void outlive() noexcept;
+  void releaseDeadWriter() noexcept;
 
   /// Reader. While it lives the servo takes no keyframes: they can be read. One at a time.
   class HeldKeyframes {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/error/error.h"
-#include "common/memory/file_handle.h"
+#include "common/process/file_handle.h"
 
 // Files whose bytes are on the disk, as far as the disk says so, when a function has returned without an error. Errors
 // name the path, where the function is given one, and the system's reason.

@@ -96,7 +96,7 @@ SequencerState StateFolder::load(std::uint64_t freshEpoch) {
       saved = *std::move(behind);
     }
   }
-  if (!saved) return startAfresh(freshEpoch, log, copy);
+  if (!saved) return startFresh(freshEpoch, log, copy);
 
   SequencerState& state = saved->state;
   if (saved->damage) {
@@ -112,13 +112,13 @@ SequencerState StateFolder::load(std::uint64_t freshEpoch) {
   }
   const bool whole = beginsWell && !saved->damage && copy.bytes && log.bytes->starts_with(*copy.bytes);
   size_ = whole ? log.bytes->size() : 0;
-  note(whole ? goOn(*saved, *log.bytes, copy.bytes->size()) : checkpoint(state));
+  note(whole ? continueLog(*saved, *log.bytes, copy.bytes->size()) : checkpoint(state));
   return std::move(state);
 }
 
 /// What was read, and its name, may be in memory alone: where a wait for the disk had failed and the process then ended,
 /// the system still shows what will never be on the disk. Nothing is built on it before it is written and waited for again.
-Result<void> StateFolder::goOn(const SavedState& saved, std::string_view bytes, std::size_t beginning) {
+Result<void> StateFolder::continueLog(const SavedState& saved, std::string_view bytes, std::size_t beginning) {
   auto log = files_.open(folder_ / kLogName);
   if (!log) return tl::unexpected(std::move(log).error());
   if (auto written = writeDurably(**log, bytes, 0); !written) return written;
@@ -133,22 +133,22 @@ Result<void> StateFolder::goOn(const SavedState& saved, std::string_view bytes, 
 }
 
 /// Nothing of a log can be read.
-SequencerState StateFolder::startAfresh(std::uint64_t freshEpoch, const Found& log, const Found& copy) {
+SequencerState StateFolder::startFresh(std::uint64_t freshEpoch, const Found& log, const Found& copy) {
   const auto assets = files_.list(folder_ / kAssetFolder);
   std::string found;
-  if (log.there) found += std::string(kLogName) + " " + log.why + " (kept as " + giveUp(kLogName) + "); ";
+  if (log.there) found += std::string(kLogName) + " " + log.why + " (kept as " + setAside(kLogName) + "); ";
   if (copy.there)
-    found += std::string(kCheckpointName) + " " + copy.why + " (kept as " + giveUp(kCheckpointName) + "); ";
+    found += std::string(kCheckpointName) + " " + copy.why + " (kept as " + setAside(kCheckpointName) + "); ";
   if (found.empty() && assets && !assets->empty()) {
     found = "there are assets but neither log nor checkpoint; ";
-    giveUp("");
+    setAside("");
   }
   if (!found.empty()) {
     options_.warning(folder_.string() + ": NOTHING OF THE KEPT SCENE CAN BE READ, AND A NEW ONE IS BEGUN: " + found +
                      "what was found stays there, with its assets, for " + std::to_string(kKeepAside_s / 86'400) +
                      " days");
   }
-  afresh_ = true;
+  startsFresh_ = true;
   SequencerState state;
   state.history = std::make_shared<const SceneHistory>(SceneHistory{freshEpoch, {}, {}});
   note(checkpoint(state));
@@ -156,14 +156,14 @@ SequencerState StateFolder::startAfresh(std::uint64_t freshEpoch, const Found& l
 }
 
 /// @return The name that it gets.
-std::string StateFolder::giveUp(const std::string& name) {
+std::string StateFolder::setAside(const std::string& name) {
   const auto entries = files_.list(folder_).value_or(std::vector<FileSystem::Entry>{});
   std::string aside;
   std::int64_t time_s = files_.now_s();
   do {
     aside = (name.empty() ? kLogName : name) + std::string(kAsideMark) + std::to_string(time_s++);
   } while (std::ranges::count(entries, aside, &FileSystem::Entry::name) > 0);
-  givenUp_.push_back({name, aside});
+  toSetAside_.push_back({name, aside});
   return aside;
 }
 
@@ -183,7 +183,7 @@ void StateFolder::warnOf(const LogDamage& damage, bool logIsThere, std::uint64_t
     text += " at byte " + std::to_string(damage.offset) + ": " + std::to_string(damage.dropped) + " bytes are dropped";
   }
   text += "; " + scene + ". Edits after it are lost, if there were any: they may have been answered";
-  if (logIsThere) text += ". The log as it was found is kept as " + giveUp(kLogName);
+  if (logIsThere) text += ". The log as it was found is kept as " + setAside(kLogName);
   options_.warning(text);
 }
 
@@ -214,12 +214,12 @@ Result<void> StateFolder::keep(const SequencerState& before, const Edits& edits,
   return refused("state", "the server cannot keep edits now (" + kept.error().reason + "); send it again later");
 }
 
-void StateFolder::goOnFrom(const SequencerState& state, const Assets& assets) {
+void StateFolder::resetTo(const SequencerState& state, const Assets& assets) {
   log_.reset();  // what it holds leads elsewhere
   Result<void> kept;
   try {
-    unkept_ = assets;
-    kept = storeUnkept();
+    unsavedAssets_ = assets;
+    kept = storeUnsavedAssets();
     if (kept) kept = checkpoint(state);
   } catch (const std::exception& failure) {
     kept = refused("", failure.what());
@@ -236,7 +236,7 @@ void StateFolder::note(const Result<void>& kept) {
 }
 
 Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& edits, const Assets& assets) {
-  if (auto stored = storeUnkept(); !stored) return stored;
+  if (auto stored = storeUnsavedAssets(); !stored) return stored;
   if (!log_ || written_ >= nextCheckpoint_) {
     auto made = checkpoint(before);
     if (!made && !log_) return made;
@@ -268,9 +268,9 @@ Result<void> StateFolder::append(const std::string& records) {
   return done;
 }
 
-Result<void> StateFolder::storeUnkept() {
-  for (; !unkept_.empty(); unkept_.pop_back()) {
-    if (auto stored = storeAsset(*unkept_.back()); !stored) return stored;
+Result<void> StateFolder::storeUnsavedAssets() {
+  for (; !unsavedAssets_.empty(); unsavedAssets_.pop_back()) {
+    if (auto stored = storeAsset(*unsavedAssets_.back()); !stored) return stored;
   }
   return {};
 }
@@ -297,15 +297,15 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
   };
   // The copy first: whatever becomes of the log then, the state is there. Of a folder without any it is the log:
   // without one, a copy means that a log is gone.
-  if (!afresh_) {
+  if (!startsFresh_) {
     if (auto placed = placeCopy(); !placed) return placed;
   }
   if (auto placed = placeLog(); !placed) return placed;
-  if (afresh_) {
+  if (startsFresh_) {
     if (auto placed = placeCopy(); !placed)
       options_.warning("there is no copy of the checkpoint: " + placed.error().text());
   }
-  afresh_ = false;
+  startsFresh_ = false;
   writer_ = writer;
   size_ = bytes.size();
   collect(state);
@@ -317,8 +317,8 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
 
 /// From now on a crash finds no log, until the next rename; the checkpoint's copy holds what there is.
 Result<void> StateFolder::leaveAside() {
-  for (; !givenUp_.empty(); givenUp_.pop_back()) {
-    const auto& [name, aside] = givenUp_.back();
+  for (; !toSetAside_.empty(); toSetAside_.pop_back()) {
+    const auto& [name, aside] = toSetAside_.back();
     if (name.empty()) {
       if (auto noted = createDurably(files_, folder_ / aside, ""); !noted) return tl::unexpected(noted.error());
     } else if (auto renamed = renameDurably(files_, folder_ / name, folder_ / aside); !renamed) {

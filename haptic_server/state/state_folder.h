@@ -59,8 +59,8 @@ class StateFolder final : public EditJournal {
   ///
   /// The state has the epoch that the folder holds if all of the log is there, or all but a torn end: of that no edit
   /// was answered on any disk that keeps what it says it keeps. A disk that does not, like a backup that is put back or
-  /// a log that ends between two records, cannot be told from here, and need not be: the server lets a client resume
-  /// only from a revision that it holds with the same root, and sends all others a snapshot. A new epoch would tell
+  /// a log that ends between two records, cannot be distinguished here, and need not be: the server lets a client resume
+  /// only from a revision that it holds with the same root, and sends all others a snapshot. A new epoch would say to
   /// clients that the fate of their edits under way is not known, though they are applied exactly once.
   /// Otherwise it has `freshEpoch`: edits that were answered may be gone, and other revisions take their numbers.
   /// Refused: a folder that cannot be made, or that another server uses.
@@ -68,16 +68,16 @@ class StateFolder final : public EditJournal {
                                            Options options);
 
   [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) override;
-  void goOnFrom(const SequencerState& state, const Assets& assets) override;
+  void resetTo(const SequencerState& state, const Assets& assets) override;
   /// With this hash. Refused: missing, unreadable, or damaged, in which case the file is kept aside.
   [[nodiscard]] Result<std::string> readAsset(const ContentHash& hash);
 
-  /// The asset's file was found damaged: goOnFrom() writes it again.
+  /// The asset's file was found damaged: resetTo() writes it again.
   void distrust(const ContentHash& asset) { stored_.erase(asset); }
 
  private:
   struct Found;
-  struct GivenUp {
+  struct SetAside {
     std::string name;   // empty: there is none, and only its time is noted
     std::string aside;  // the name that it gets
   };
@@ -89,32 +89,32 @@ class StateFolder final : public EditJournal {
   Options options_;
   FileSystem& files_;
   FileSystem::OpenFile lock_;
-  FileSystem::OpenFile log_;  // none: it is not known what is in the file, and only a new one can tell
+  FileSystem::OpenFile log_;  // none: it is not known what is in the file, and only a new one is known
   std::size_t size_ = 0;      // of the log, good records only
   RecordWriter writer_;
   std::unordered_set<ContentHash> stored_;  // assets that are durable, as this process knows
-  Assets unkept_;                           // of the state, to be stored before the next edit
+  Assets unsavedAssets_;                    // of the state, to be stored before the next edit
   std::size_t written_ = 0;                 // log and assets, since the last checkpoint
   std::size_t nextCheckpoint_ = 0;          // when written_ has come so far
-  std::vector<GivenUp> givenUp_;            // to be left aside by the next checkpoint
+  std::vector<SetAside> toSetAside_;        // to be left aside by the next checkpoint
   bool failing_ = false;
   bool reserved_ = false;
-  bool afresh_ = false;  // there is neither log nor checkpoint that can be read
+  bool startsFresh_ = false;  // there is neither log nor checkpoint that can be read
 
   StateFolder(std::filesystem::path folder, Options options)
       : folder_(std::move(folder)), options_(std::move(options)), files_(*options_.files) {}
 
   SequencerState load(std::uint64_t freshEpoch);
   [[nodiscard]] Found look(const std::string& name, const std::vector<FileSystem::Entry>& entries);
-  SequencerState startAfresh(std::uint64_t freshEpoch, const Found& log, const Found& copy);
-  Result<void> goOn(const SavedState& saved, std::string_view bytes, std::size_t beginning);
-  std::string giveUp(const std::string& name);
+  SequencerState startFresh(std::uint64_t freshEpoch, const Found& log, const Found& copy);
+  Result<void> continueLog(const SavedState& saved, std::string_view bytes, std::size_t beginning);
+  std::string setAside(const std::string& name);
   void warnOf(const LogDamage& damage, bool logIsThere, std::uint64_t revision);
   void note(const Result<void>& kept);
   Result<void> checkpoint(const SequencerState& state);
   Result<void> leaveAside();
   Result<void> tryToKeep(const SequencerState& before, const Edits& edits, const Assets& assets);
-  Result<void> storeUnkept();
+  Result<void> storeUnsavedAssets();
   Result<void> append(const std::string& records);
   Result<void> storeAsset(const Asset& asset);
   void planCheckpoint(std::size_t lastSize);

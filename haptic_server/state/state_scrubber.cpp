@@ -103,10 +103,10 @@ void StateScrubber::scrubLog(const char* name) {
   const std::filesystem::path file = options_.folder / name;
   const auto first = checkLog(file);
   if (first && first->end == LogEnd::kWhole) {
-    told_.erase(file);
+    reported_.erase(file);
     return;
   }
-  if (wait(options_.pause) && checkLog(file) == first && wait({})) tell(file, std::nullopt);
+  if (wait(options_.pause) && checkLog(file) == first && wait({})) report(file, std::nullopt);
 }
 
 void StateScrubber::scrubAsset(const ContentHash& asset) {
@@ -114,15 +114,15 @@ void StateScrubber::scrubAsset(const ContentHash& asset) {
   Hasher hasher;
   const bool read = readSlowly(file, [&](std::string_view piece) { hasher.add(std::as_bytes(std::span(piece))); });
   if (read && hasher.finish() == asset) {
-    told_.erase(file);
+    reported_.erase(file);
     return;
   }
   // It may have gone with the object that named it.
-  if (wait({}) && std::ranges::count(options_.assets(), asset) > 0) tell(file, asset);
+  if (wait({}) && std::ranges::count(options_.assets(), asset) > 0) report(file, asset);
 }
 
-void StateScrubber::tell(const std::filesystem::path& file, const std::optional<ContentHash>& asset) {
-  if (!told_.contains(file) && options_.repair(file, asset)) told_.insert(file);
+void StateScrubber::report(const std::filesystem::path& file, const std::optional<ContentHash>& asset) {
+  if (!reported_.contains(file) && options_.repair(file, asset)) reported_.insert(file);
 }
 
 }  // namespace haptics

@@ -25,8 +25,8 @@ class StateScrubber {
     std::filesystem::path folder;
     /// Those that the scene names now. Both functions are called on the scrubber's thread.
     std::function<std::vector<ContentHash>()> assets;
-    /// This file is missing or damaged: of this asset, or, with none, of the log or its checkpoint. Told once, until it
-    /// was whole again; false: to be told again.
+    /// This file is missing or damaged: of this asset, or, with none, of the log or its checkpoint. Reported once, until it
+    /// was whole again; false: to be reported again.
     std::function<bool(const std::filesystem::path& file, const std::optional<ContentHash>& asset)> repair;
     /// Before each file, so that it is about one in this time; shorter finds damage sooner and reads more.
     std::chrono::milliseconds pause = std::chrono::seconds(2);
@@ -45,7 +45,7 @@ class StateScrubber {
     bool operator==(const LogCheck&) const = default;
   };
   Options options_;
-  std::set<std::filesystem::path> told_;  // damaged, and not seen whole since
+  std::set<std::filesystem::path> reported_;  // damaged, and not seen whole since
   std::mutex mutex_;
   std::condition_variable changed_;
   bool stopping_ = false;  // guarded by mutex_
@@ -59,7 +59,7 @@ class StateScrubber {
   [[nodiscard]] std::optional<LogCheck> checkLog(const std::filesystem::path& file);
   void scrubLog(const char* name);
   void scrubAsset(const ContentHash& asset);
-  void tell(const std::filesystem::path& file, const std::optional<ContentHash>& asset);
+  void report(const std::filesystem::path& file, const std::optional<ContentHash>& asset);
 };
 
 }  // namespace haptics

@@ -35,7 +35,7 @@ void install() noexcept {
 
 }  // namespace
 
-void tellDeathTo(int socket) noexcept {
+void setDeathNoticeSocket(int socket) noexcept {
   watchdog.store(socket, std::memory_order_relaxed);
   if (socket >= 0) install();
 }

@@ -6,6 +6,6 @@ namespace haptics {
 /// arithmetic), the watchdog hears of it on this socket at once: writing a core file takes seconds, during which the process
 /// has not ended. Nothing else is done there. Whoever has a handler for such a signal keeps it.
 /// @param socket  Of the watchdog; -1: there is none. Any thread.
-void tellDeathTo(int socket) noexcept;
+void setDeathNoticeSocket(int socket) noexcept;
 
 }  // namespace haptics

@@ -34,15 +34,15 @@ constexpr unsigned kSendTimeOut_ms = 10;
 
 void Watch::run() {
   while (waitForOrders()) {
-    if (monotonicNow_ns() >= nextLook_ns_) look();
+    if (monotonicNow_ns() >= nextPoll_ns_) poll();
   }
-  if (!bye_) outlive();
+  if (!dismissed_) handleServerDeath();
 }
 
 /// @return False: the server has ended, or wants no watchdog any more.
 bool Watch::waitForOrders() {
   const std::uint64_t now_ns = monotonicNow_ns();
-  const timespec left = spanOf(nextLook_ns_ > now_ns ? nextLook_ns_ - now_ns : 0);
+  const timespec left = spanOf(nextPoll_ns_ > now_ns ? nextPoll_ns_ - now_ns : 0);
   pollfd server{socket_, POLLIN, 0};
   if (ppoll(&server, 1, &left, nullptr) <= 0) return true;
   return takeOrders();
@@ -51,7 +51,7 @@ bool Watch::waitForOrders() {
 bool Watch::takeOrders() {
   bool ended = false;
   while (auto received = receiveOrder(socket_, ended)) take(*std::move(received));
-  return !ended && !bye_;
+  return !ended && !dismissed_;
 }
 
 void Watch::take(ReceivedOrder received) {
@@ -61,7 +61,7 @@ void Watch::take(ReceivedOrder received) {
       if (auto page = SharedMemory::map(std::move(received.descriptor), sizeof(WatchPage))) page_ = *std::move(page);
       break;
     case WatchOrder::Kind::kRing: {
-      silentLooks_ = std::max(kSilentLooks, (kSilentPeriods * order.period_ns + kLook_ns - 1) / kLook_ns);
+      hangsAfterPolls_ = std::max(kMissedPolls, (kSilentPeriods * order.period_ns + kPoll_ns - 1) / kPoll_ns);
       auto ring = FlightRing::attach(std::move(received.descriptor));
       if (!ring) return options_.warning("the watchdog cannot see the servo: " + ring.error().text());
       ring_.emplace(*std::move(ring));
@@ -71,89 +71,89 @@ void Watch::take(ReceivedOrder received) {
     case WatchOrder::Kind::kScenes:
       scenes_ = std::move(received.descriptor);
       break;
-    case WatchOrder::Kind::kHold:
-      held_ = Held{std::move(received.descriptor), order.endpoint,
-                   std::min<std::uint8_t>(order.length, sizeof order.bytes), order.bytes};
+    case WatchOrder::Kind::kArm:
+      armed_ = Armed{std::move(received.descriptor), order.endpoint,
+                     std::min<std::uint8_t>(order.length, sizeof order.bytes), order.bytes};
       end_ = ring_ ? ring_->end() : 0;
-      silent_ = 0;
-      nextLook_ns_ = 0;
+      pollsWithoutTick_ = 0;
+      nextPoll_ns_ = 0;
       break;
-    case WatchOrder::Kind::kLetGo:
-      held_.reset();
-      speaking_ = false;
+    case WatchOrder::Kind::kDisarm:
+      armed_.reset();
+      tripped_ = false;
       break;
     case WatchOrder::Kind::kEnding:
       ending_ = true;
       break;
     case WatchOrder::Kind::kDying:
-      speak("the server is about to end");
+      trip("the server is about to end");
       break;
-    case WatchOrder::Kind::kBye:
-      bye_ = true;
+    case WatchOrder::Kind::kDismiss:
+      dismissed_ = true;
   }
 }
 
-void Watch::look() {
-  nextLook_ns_ = monotonicNow_ns() + (looksNow() ? kLook_ns : WatchPage::kSlowestLook_ns);
-  if (page_) page().looks.fetch_add(1, std::memory_order_relaxed);
-  if (!looksNow()) return;
-  if (words_ > 0) {
-    --words_;
-    sendZero();
+void Watch::poll() {
+  nextPoll_ns_ = monotonicNow_ns() + (isWatching() ? kPoll_ns : WatchPage::kSlowestPoll_ns);
+  if (page_) page().polls.fetch_add(1, std::memory_order_relaxed);
+  if (!isWatching()) return;
+  if (commandsLeft_ > 0) {
+    --commandsLeft_;
+    sendZeroForce();
   }
   if (const std::uint64_t end = ring_->end(); end != end_) {
-    if (std::exchange(speaking_, false)) options_.info("the servo ticks again");
+    if (std::exchange(tripped_, false)) options_.info("the servo ticks again");
     end_ = end;
-    silent_ = 0;
+    pollsWithoutTick_ = 0;
     return;
   }
-  ++silent_;
-  if (speaking_) {
-    if (silent_ % kLooksBetweenWords == 0) sendZero();
-  } else if (end_ > 0 && silent_ >= silentLooks_) {
-    speak("the servo stands still");
+  ++pollsWithoutTick_;
+  if (tripped_) {
+    if (pollsWithoutTick_ % kPollsBetweenCommands == 0) sendZeroForce();
+  } else if (end_ > 0 && pollsWithoutTick_ >= hangsAfterPolls_) {
+    trip("the servo stands still");
   }
 }
 
-/// Takes the force away. The driver hears of it first: it would push again. When the servo was told to stop there is
-/// nothing to say.
-void Watch::speak(const std::string& why) {
-  if (!held_ || speaking_) return;
-  speaking_ = true;
-  words_ = kWords - 1;
-  if (page_ && !ending_) page().spoken.fetch_add(1, std::memory_order_seq_cst);
-  sendZero();
+/// Takes the force away. The driver hears of it first: it would push again. Where the servo stops on
+/// request nothing is reported.
+void Watch::trip(const std::string& why) {
+  if (!armed_ || tripped_) return;
+  tripped_ = true;
+  commandsLeft_ = kZeroCommands - 1;
+  if (page_ && !ending_) page().trips.fetch_add(1, std::memory_order_seq_cst);
+  sendZeroForce();
   if (!ending_) options_.warning(why + ": the watchdog has taken the force away");
 }
 
 /// One transfer that waits for its end. libusb would have to reap it, and with it those that the server has submitted on
 /// the same descriptor, whose bytes the system then writes where the server wanted them: here, another process's memory.
 /// An interrupt endpoint takes it too.
-void Watch::sendZero() {
-  if (!held_) return;
-  usbdevfs_bulktransfer transfer{held_->endpoint, held_->length, kSendTimeOut_ms, held_->bytes.data()};
-  (void)ioctl(held_->node.descriptor(), USBDEVFS_BULK, &transfer);  // one that was unplugged has no force
+void Watch::sendZeroForce() {
+  if (!armed_) return;
+  usbdevfs_bulktransfer transfer{armed_->endpoint, armed_->length, kSendTimeOut_ms, armed_->bytes.data()};
+  (void)ioctl(armed_->node.descriptor(), USBDEVFS_BULK, &transfer);  // one that was unplugged has no force
 }
 
 /// The server has ended without a word.
-void Watch::outlive() {
+void Watch::handleServerDeath() {
   const std::uint64_t noticed_ns = monotonicNow_ns();
-  if (held_) {
-    speaking_ = true;
-    for (std::uint64_t i = 0; i < kWords; ++i) {
+  if (armed_) {
+    tripped_ = true;
+    for (std::uint64_t i = 0; i < kZeroCommands; ++i) {
       if (i > 0) {
-        const timespec pause = spanOf(kBetweenWords_ns);
+        const timespec pause = spanOf(kBetweenCommands_ns);
         nanosleep(&pause, nullptr);
       }
-      sendZero();
+      sendZeroForce();
     }
-    held_.reset();  // a server that is started anew may have the device
+    armed_.reset();  // a server that is started anew may have the device
   }
   const sched_param ordinary{};
   sched_setscheduler(0, SCHED_OTHER, &ordinary);
   munlockall();
   if (!ring_ || !scenes_) return options_.warning("the server has ended without a word");
-  ring_->outlive();
+  ring_->releaseDeadWriter();
   RecordedTick last;
   const std::uint64_t end = ring_->end();
   const bool ticked = end > 0 && ring_->read(end - 1, last);

@@ -7,26 +7,26 @@
 #include <optional>
 #include <string>
 
-#include "common/memory/shared_memory.h"
+#include "common/process/shared_memory.h"
 #include "haptic_server/servo/flight_ring.h"
 #include "haptic_server/watchdog/watch_order.h"
 
 namespace haptics {
 
-/// The watchdog's own side, in a process of its own: looks whether the servo ticks, and takes a device's force away when it
+/// The watchdog's own side, in a process of its own: polls whether the servo ticks, and takes a device's force away when it
 /// no longer does, or the server has ended. In that case it also records the last seconds. One thread.
 class Watch {
  public:
-  /// Between two looks while there is a device.
-  static constexpr std::uint64_t kLook_ns = 3'000'000;
-  /// A servo that did not tick from one look to the next so many times together, and for kSilentPeriods of its own, hangs:
+  /// Between two polls while there is a device.
+  static constexpr std::uint64_t kPoll_ns = 3'000'000;
+  /// A servo that did not tick from one poll to the next so many times together, and for kSilentPeriods of its own, hangs:
   /// 18 to 21 ms at 1 kHz. Looks, not time: where the machine holds up the watchdog too, nothing is known of the servo.
-  static constexpr std::uint64_t kSilentLooks = 6, kSilentPeriods = 3;
+  static constexpr std::uint64_t kMissedPolls = 6, kSilentPeriods = 3;
   /// The command without force goes out so often: one of a driver that still runs, for another moment, may cross it.
-  static constexpr std::uint64_t kWords = 5;
-  static constexpr std::uint64_t kBetweenWords_ns = 2'000'000;
-  /// As long as the servo hangs it goes out again, after so many looks.
-  static constexpr std::uint64_t kLooksBetweenWords = 33;
+  static constexpr std::uint64_t kZeroCommands = 5;
+  static constexpr std::uint64_t kBetweenCommands_ns = 2'000'000;
+  /// As long as the servo hangs it goes out again, after so many polls.
+  static constexpr std::uint64_t kPollsBetweenCommands = 33;
 
   struct Options {
     std::filesystem::path recordings;
@@ -39,7 +39,7 @@ class Watch {
   void run();
 
  private:
-  struct Held {
+  struct Armed {
     FileHandle node;
     std::uint8_t endpoint;
     std::uint8_t length;
@@ -49,25 +49,25 @@ class Watch {
   [[nodiscard]] bool waitForOrders();
   [[nodiscard]] bool takeOrders();
   void take(ReceivedOrder received);
-  void look();
-  void speak(const std::string& why);
-  void sendZero();
-  void outlive();
+  void poll();
+  void trip(const std::string& why);
+  void sendZeroForce();
+  void handleServerDeath();
   [[nodiscard]] WatchPage& page() const noexcept { return *reinterpret_cast<WatchPage*>(page_->bytes().data()); }
-  [[nodiscard]] bool looksNow() const noexcept { return held_ && ring_; }
+  [[nodiscard]] bool isWatching() const noexcept { return armed_ && ring_; }
 
   int socket_;
   Options options_;
   std::optional<SharedMemory> page_;
   std::optional<FlightRing> ring_;
   std::optional<FileHandle> scenes_;
-  std::optional<Held> held_;
-  std::uint64_t silentLooks_ = kSilentLooks;  // after which the servo hangs
-  std::uint64_t nextLook_ns_ = 0;
-  std::uint64_t end_ = 0;     // ticks at the last look
-  std::uint64_t silent_ = 0;  // looks since then
-  std::uint64_t words_ = 0;   // commands without force that are still to go out, one a look
-  bool ending_ = false, bye_ = false, speaking_ = false;
+  std::optional<Armed> armed_;
+  std::uint64_t hangsAfterPolls_ = kMissedPolls;  // after which the servo hangs
+  std::uint64_t nextPoll_ns_ = 0;
+  std::uint64_t end_ = 0;               // ticks at the last poll
+  std::uint64_t pollsWithoutTick_ = 0;  // polls since then
+  std::uint64_t commandsLeft_ = 0;      // commands without force that are still to go out, one a poll
+  bool ending_ = false, dismissed_ = false, tripped_ = false;
 };
 
 }  // namespace haptics

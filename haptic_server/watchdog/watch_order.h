@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <optional>
 
-#include "common/memory/file_handle.h"
+#include "common/process/file_handle.h"
 
 // Between the server and its watchdog: orders over a socket, some with a descriptor, and a page of memory that both have.
-// The socket's end is the server's death, unless kBye was the last order.
+// The socket's end is the server's death, unless kDismiss was the last order.
 namespace haptics {
 
 /// Descriptor at which the watchdog finds its socket.
@@ -16,16 +16,16 @@ inline constexpr int kWatchSocket = 3;
 
 struct WatchOrder {
   enum class Kind : std::uint8_t {
-    kPage,    ///< Memory of the WatchPage.
-    kRing,    ///< Memory of the flight ring; `period_ns`.
-    kScenes,  ///< Memory of the scene journal, in place of the one before.
-    kHold,    ///< Node of a device, `endpoint` and `bytes` that take its force away.
-    kLetGo,   ///< No device any more.
-    kEnding,  ///< The servo is about to stop because it was told to.
-    kDying,   ///< The server is about to end because something is wrong.
-    kBye,     ///< There is nothing to watch any more.
+    kPage,     ///< Memory of the WatchPage.
+    kRing,     ///< Memory of the flight ring; `period_ns`.
+    kScenes,   ///< Memory of the scene journal, in place of the one before.
+    kArm,      ///< Node of a device, `endpoint` and `bytes` that take its force away.
+    kDisarm,   ///< No device any more.
+    kEnding,   ///< The servo is about to stop on request.
+    kDying,    ///< The server is about to end because something is wrong.
+    kDismiss,  ///< There is nothing to watch any more.
   };
-  Kind kind = Kind::kBye;
+  Kind kind = Kind::kDismiss;
   std::uint8_t endpoint = 0;
   std::uint8_t length = 0;
   std::array<std::uint8_t, 64> bytes{};
@@ -39,9 +39,9 @@ struct ReceivedOrder {
 
 /// What the watchdog says. It writes, the server reads.
 struct WatchPage {
-  std::atomic<std::uint64_t> spoken{0};  ///< Times that it began to take the force away.
-  std::atomic<std::uint64_t> looks{0};   ///< It lives: one at least each kSlowestLook_ns.
-  static constexpr std::uint64_t kSlowestLook_ns = 100'000'000;
+  std::atomic<std::uint64_t> trips{0};  ///< Times that it began to take the force away.
+  std::atomic<std::uint64_t> polls{0};  ///< It lives: one at least each kSlowestPoll_ns.
+  static constexpr std::uint64_t kSlowestPoll_ns = 100'000'000;
 };
 
 /// Does not wait. @param descriptor  Goes with it, and stays the caller's; -1: none. @return False: nobody is there.

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -13,12 +12,13 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <new>
+#include <string>
 #include <system_error>
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/process/spawn.h"
 #include "haptic_server/watchdog/death_notice.h"
 
 namespace haptics {
@@ -28,7 +28,7 @@ namespace {
 constexpr std::uint64_t kSoon_ns = 1'000'000'000;
 /// One that has not looked for so long hangs.
 constexpr int kPatience_ms = 1'000;
-static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestLook_ns);
+static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestPoll_ns);
 
 [[nodiscard]] SharedMemory newPage() {
   auto page = SharedMemory::make("watchdog", sizeof(WatchPage));
@@ -47,33 +47,11 @@ static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestLook_ns);
 }
 
 /// In a session of its own, deaf to what ends or stops the server's process group; with the server's standard error.
-/// @return Its process, or a negative error number.
-[[nodiscard]] pid_t spawn(const std::filesystem::path& file, const std::string& recordings, int socket) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, STDERR_FILENO, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, socket, kWatchSocket);
-  posix_spawn_file_actions_addclosefrom_np(&files, kWatchSocket + 1);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t signals;
-  sigemptyset(&signals);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGPIPE, SIGUSR1, SIGUSR2}) {
-    sigaddset(&signals, signal);
-  }
-  posix_spawnattr_setsigmask(&attributes, &signals);
-  sigfillset(&signals);
-  posix_spawnattr_setsigdefault(&attributes, &signals);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSID);
-
-  std::string path = file.string(), folder = recordings;
-  const std::array<char*, 3> arguments{path.data(), folder.data(), nullptr};
-  pid_t process = 0;
-  const int error = posix_spawn(&process, path.c_str(), &files, &attributes, arguments.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
-  return error == 0 ? process : -error;
+[[nodiscard]] Result<pid_t> start(const std::filesystem::path& recordings, int socket) {
+  return spawn(program(), {.arguments = {std::filesystem::absolute(recordings).string()},
+                           .descriptors = {-1, STDERR_FILENO, STDERR_FILENO, socket},
+                           .ownSession = true,
+                           .blockedSignals = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGPIPE, SIGUSR1, SIGUSR2}});
 }
 
 }  // namespace
@@ -86,53 +64,57 @@ Watchdog::Watchdog(Options options, const FlightRing& ring)
   if (startProgram()) guard_ = std::thread([this] { guard(); });
 }
 
-Watchdog::~Watchdog() {
+Watchdog::~Watchdog() { dismiss(); }
+
+void Watchdog::dismiss() {
   const std::uint64_t one = 1;
   if (guard_.joinable() && ::write(quit_.descriptor(), &one, sizeof one) == sizeof one) guard_.join();
-  say({.kind = WatchOrder::Kind::kBye});
+  say({.kind = WatchOrder::Kind::kDismiss});
   endProgram(kPatience_ms);
 }
 
 /// False, with a warning: there is none.
 bool Watchdog::startProgram() {
-  std::array<int, 2> ends;
-  const std::filesystem::path file = program();
-  pid_t process = -1;
+  std::array<int, 2> ends{-1, -1};
+  Result<pid_t> process = refused("", "no socket");
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) == 0) {
     const std::lock_guard lock(mutex_);
     socket_ = FileHandle(ends[0]);
     const FileHandle its(ends[1]);
-    process_ = process = spawn(file, std::filesystem::absolute(options_.recordings).string(), its.descriptor());
-    if (process > 0) {
-      sendOrder(ends[0], {.kind = WatchOrder::Kind::kPage}, page_.descriptor());
-      sendOrder(ends[0],
-                {.kind = WatchOrder::Kind::kRing,
-                 .period_ns = static_cast<std::uint64_t>(std::llround(options_.period_s * 1e9))},
-                ring_.descriptor());
-      if (ending_) sendOrder(ends[0], {.kind = WatchOrder::Kind::kEnding});
-      for (const auto* kept : {&scenes_, &held_}) {
-        if (*kept) sendOrder(ends[0], (*kept)->order, (*kept)->descriptor.descriptor());
-      }
-      tellDeathTo(ends[0]);
-    }
-  } else {
-    process = -errno;
+    process = start(options_.recordings, its.descriptor());
+    if (process) instruct(*process);
   }
-  alive_ = process > 0;
-  if (process > 0) {
+  alive_ = process.has_value();
+  if (alive_) {
     ++started_;
     return true;
   }
   options_.warning("there is no watchdog, and nobody takes the force away should the server hang or be killed: " +
-                   file.string() + ": " + std::generic_category().message(-process));
+                   process.error().text());
   return false;
 }
 
-/// Of one that was told to go, that has ended, or that hangs. Kills it if it takes longer.
+/// All that the new process needs to know.
+void Watchdog::instruct(pid_t process) {
+  process_ = process;
+  const int socket = socket_.descriptor();
+  sendOrder(socket, {.kind = WatchOrder::Kind::kPage}, page_.descriptor());
+  sendOrder(
+      socket,
+      {.kind = WatchOrder::Kind::kRing, .period_ns = static_cast<std::uint64_t>(std::llround(options_.period_s * 1e9))},
+      ring_.descriptor());
+  if (ending_) sendOrder(socket, {.kind = WatchOrder::Kind::kEnding});
+  for (const auto* kept : {&scenes_, &armed_}) {
+    if (*kept) sendOrder(socket, (*kept)->order, (*kept)->descriptor.descriptor());
+  }
+  setDeathNoticeSocket(socket);
+}
+
+/// Waits for a program that was dismissed, has ended or hangs. Kills it if it takes longer.
 void Watchdog::endProgram(int patience_ms) {
   const std::lock_guard lock(mutex_);
   if (process_ <= 0) return;
-  tellDeathTo(-1);
+  setDeathNoticeSocket(-1);
   alive_ = false;
   for (int waited_ms = 0; ::waitpid(process_, nullptr, WNOHANG) == 0; ++waited_ms) {
     if (waited_ms >= patience_ms) ::kill(process_, SIGKILL);
@@ -147,19 +129,19 @@ void Watchdog::say(const WatchOrder& order, int descriptor) noexcept {
   if (socket_) sendOrder(socket_.descriptor(), order, descriptor);
 }
 
-void Watchdog::hold(int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept {
-  WatchOrder order{.kind = WatchOrder::Kind::kHold, .endpoint = out};
+void Watchdog::arm(int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept {
+  WatchOrder order{.kind = WatchOrder::Kind::kArm, .endpoint = out};
   order.length = static_cast<std::uint8_t>(std::min(zero.size(), order.bytes.size()));
   std::copy_n(zero.begin(), order.length, order.bytes.begin());
   const std::lock_guard lock(mutex_);
-  held_ = Kept{order, copyOf(node)};
+  armed_ = Kept{order, copyOf(node)};
   if (socket_) sendOrder(socket_.descriptor(), order, node);
 }
 
-void Watchdog::letGo() noexcept {
+void Watchdog::disarm() noexcept {
   const std::lock_guard lock(mutex_);
-  held_.reset();
-  if (socket_) sendOrder(socket_.descriptor(), {.kind = WatchOrder::Kind::kLetGo});
+  armed_.reset();
+  if (socket_) sendOrder(socket_.descriptor(), {.kind = WatchOrder::Kind::kDisarm});
 }
 
 void Watchdog::keepScenes(int descriptor) noexcept {
@@ -179,7 +161,7 @@ void Watchdog::fillStatus(v1::Status& status) const {
   v1::WatchdogStatus& message = *status.mutable_watchdog();
   message.set_alive(alive_);
   message.set_started(started_);
-  message.set_forces_taken_away(spoken());
+  message.set_forces_taken_away(trips());
 }
 
 /// A thread of its own: starts another one each time that one ends.
@@ -209,14 +191,14 @@ bool Watchdog::waitForItsEnd() {
   }
   std::array<pollfd, 2> polled{pollfd{quit_.descriptor(), POLLIN, 0}, pollfd{socket, 0, 0}};
   for (;;) {
-    const std::uint64_t looks = page().looks.load(std::memory_order_relaxed);
+    const std::uint64_t polls = page().polls.load(std::memory_order_relaxed);
     const std::uint64_t asked_ns = monotonicNow_ns();
     const int changes = ::poll(polled.data(), polled.size(), kPatience_ms);
     if (polled[0].revents != 0) return false;
     if (polled[1].revents != 0) return true;
     // Where this thread was held up much longer, so were others.
     const bool asleep = monotonicNow_ns() - asked_ns > 3ULL * kPatience_ms * 1'000'000;
-    if (changes == 0 && !asleep && page().looks.load(std::memory_order_relaxed) == looks) return true;
+    if (changes == 0 && !asleep && page().polls.load(std::memory_order_relaxed) == polls) return true;
   }
 }
 

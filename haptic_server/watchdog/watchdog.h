@@ -12,8 +12,8 @@
 #include <string>
 #include <thread>
 
-#include "common/memory/shared_memory.h"
-#include "haptic_server/device/usb/last_word.h"
+#include "common/process/shared_memory.h"
+#include "haptic_server/device/usb/output_watchdog.h"
 #include "haptic_server/servo/flight_ring.h"
 #include "haptic_server/watchdog/watch_order.h"
 #include "haptics/v1/envelope.pb.h"
@@ -23,7 +23,7 @@ namespace haptics {
 /// The server's side of its watchdog, the program haptic_watchdog, which lies beside the server's: starts it, in a session
 /// of its own, tells it what to hold, and starts another one when it ends or hangs. As long as there is none, a warning
 /// has said so.
-class Watchdog final : public LastWord {
+class Watchdog final : public OutputWatchdog {
  public:
   struct Options {
     std::filesystem::path recordings;  ///< Folder for the recording of a crash.
@@ -32,18 +32,20 @@ class Watchdog final : public LastWord {
   };
   /// Throws std::bad_alloc where the system has no memory for a page.
   Watchdog(Options options, const FlightRing& ring);
-  ~Watchdog() override;  ///< The watchdog goes; nothing it holds has a force any more.
+  ~Watchdog() override;  ///< Dismisses.
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  void hold(int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept override;
-  void letGo() noexcept override;
-  [[nodiscard]] std::uint64_t spoken() const noexcept override { return page().spoken.load(std::memory_order_acquire); }
+  void arm(int node, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept override;
+  void disarm() noexcept override;
+  [[nodiscard]] std::uint64_t trips() const noexcept override { return page().trips.load(std::memory_order_acquire); }
 
   /// Memory of the scene journal, in place of the one before; the descriptor stays the caller's. Any thread.
   void keepScenes(int descriptor) noexcept;
-  /// The servo is about to stop because it was told to. Any thread.
+  /// The servo is about to stop on request. Any thread.
   void ending() noexcept;
+  /// The program ends in silence: no device has a force any more. Nothing is watched from now on. Not twice at a time.
+  void dismiss();
   /// Any thread.
   void fillStatus(v1::Status& status) const;
 
@@ -57,6 +59,7 @@ class Watchdog final : public LastWord {
     return *reinterpret_cast<const WatchPage*>(page_.bytes().data());
   }
   [[nodiscard]] bool startProgram();
+  void instruct(pid_t process);
   void endProgram(int patience_ms);
   void say(const WatchOrder& order, int descriptor = -1) noexcept;
   void guard();
@@ -73,7 +76,7 @@ class Watchdog final : public LastWord {
   std::mutex mutex_;  // guards what follows
   FileHandle socket_;
   pid_t process_ = -1;
-  std::optional<Kept> scenes_, held_;
+  std::optional<Kept> scenes_, armed_;
   bool ending_ = false;
 };
 

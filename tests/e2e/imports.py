@@ -92,6 +92,7 @@ class Imports(harness.EndToEnd):
             time.sleep(after_s)
             self.assertLess(self.end(server), ENDS_WITHIN_S, f"{after_s} s into it")
             self.assertGreater(server.summary()["ticks"], 0)
+            self.assertNotIn("without a word", server.text())
 
     def test_sigterm_ends_a_server_that_imports_its_first_scene(self):
         scene = self.folder / "soup.scene"

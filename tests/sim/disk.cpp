@@ -30,14 +30,14 @@ Result<void> Disk::keep(const SequencerState& before, const Edits& edits, const 
   return {};
 }
 
-void Disk::goOnFrom(const SequencerState& state, const Assets& assets) {
+void Disk::resetTo(const SequencerState& state, const Assets& assets) {
   for (const auto& asset : assets) assets_[asset->name.hash] = asset;
   checkpoint(state);
 }
 
 void Disk::checkpoint(const SequencerState& state) {
   log_ = kLogHead;
-  writer_ = {};
+  writer_ = RecordWriter();
   writer_.append(log_, checkpointRecord(state));
   checkpointAt_bytes_ = log_.size() + random_.below(kMostBetweenCheckpoints_bytes);
 }

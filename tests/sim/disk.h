@@ -25,7 +25,7 @@ class Disk final : public EditJournal {
   Disk(std::uint64_t epoch, Random& random);
 
   [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) override;
-  void goOnFrom(const SequencerState& state, const Assets& assets) override;
+  void resetTo(const SequencerState& state, const Assets& assets) override;
   /// Writes reach the disk when this says so; empty: before keep() returns.
   void delayWrites(WriteLater later) { later_ = std::move(later); }
   /// In the middle of the next write the process dies: some of the bytes are there, and `died` is called.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_server/net/scene_messages.h"
+
 namespace haptics::sim {
 
 Limits Limits::draw(Random& random) {
@@ -13,7 +15,6 @@ Limits Limits::draw(Random& random) {
   if (random.chance(0.6)) limits.startObjects = powerOf2(3, 7);
   if (random.chance(0.4)) return limits;
   constexpr std::size_t kPerObject_bytes = 1U << 10;  // without its details
-  constexpr std::size_t kAroundAnswer_bytes = 1536;   // as in scene_messages.cpp
   constexpr std::size_t kMostObjects = 256;
   SessionLimits& session = limits.session;
   SceneLimits& scene = limits.scene;
@@ -22,7 +23,7 @@ Limits Limits::draw(Random& random) {
   session.editsPerSecond = random.uniform(20, 200);
   session.editBurst = random.uniform(20, 1000);
   session.sendAhead_bytes = powerOf2(12, 18);
-  scene.answer_bytes = session.frames.frame_bytes - kAroundAnswer_bytes;
+  scene.answer_bytes = session.frames.frame_bytes - kAroundObjects_bytes;
   scene.details_bytes = powerOf2(12, 18);
   scene.assets_bytes = powerOf2(14, 29);
   scene.remembered_edits = powerOf2(2, 10);

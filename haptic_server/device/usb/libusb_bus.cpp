@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "common/clock/monotonic.h"
-#include "common/memory/file_handle.h"
+#include "common/process/file_handle.h"
 #include "haptic_server/device/usb/libusb_port.h"
 
 namespace haptics {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/memory/file_handle.h"
+#include "common/process/file_handle.h"
 #include "haptic_server/device/usb/usb_port.h"
 
 struct libusb_context;

@@ -68,12 +68,12 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
     settings_.wanted = place->serial.empty() ? place->path : place->serial;
     counters_.connections.fetch_add(1, std::memory_order_relaxed);
     settings_.info(info().name + " at USB " + describe(*place) + " works");
-    if (lastWord_ != nullptr) {
-      lastWord_->hold((*port)->descriptor(), protocol_->model().out, protocol_->command(Vec3(0), DeviceLight::kFault));
+    if (watchdog_ != nullptr) {
+      watchdog_->arm((*port)->descriptor(), protocol_->model().out, protocol_->command(Vec3(0), DeviceLight::kFault));
     }
-    UsbExchange exchange(bus_, **port, *protocol_, reports_, orders_, counters_, settings_, lastWord_, heeded_);
+    UsbExchange exchange(bus_, **port, *protocol_, reports_, orders_, counters_, settings_, watchdog_, handledTrips_);
     exchange.run(stop, stopped_);
-    if (lastWord_ != nullptr) lastWord_->letGo();
+    if (watchdog_ != nullptr) watchdog_->disarm();
     port->reset();
     wait(kRetry_ns / 2);
   }
@@ -82,7 +82,7 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
 DeviceReading UsbDevice::read(std::uint64_t) noexcept {
   const DeviceReport& report = reports_.newest();
   DeviceReading reading{report.position, report.state, report.status};
-  if (lastWord_ != nullptr && lastWord_->spoken() != heeded_.load(std::memory_order_relaxed)) {
+  if (watchdog_ != nullptr && watchdog_->trips() != handledTrips_.load(std::memory_order_relaxed)) {
     reading.state = DeviceState::kAbsent;
     reading.status.fault = DeviceFault::kWatchdog;
   }

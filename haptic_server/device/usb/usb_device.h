@@ -9,7 +9,7 @@
 
 #include "common/crossing/newest_value.h"
 #include "haptic_server/device/device.h"
-#include "haptic_server/device/usb/last_word.h"
+#include "haptic_server/device/usb/output_watchdog.h"
 #include "haptic_server/device/usb/usb_port.h"
 #include "haptic_server/device/usb/usb_protocol.h"
 
@@ -61,7 +61,7 @@ class UsbDevice final : public Device {
   ~UsbDevice() override;  ///< Motors off.
 
   /// Before start(). Outlives the device; without it, nobody takes the force away when the process no longer can.
-  void give(LastWord& lastWord) noexcept { lastWord_ = &lastWord; }
+  void setWatchdog(OutputWatchdog& watchdog) noexcept { watchdog_ = &watchdog; }
   /// Starts the thread. `become` is called on it first, to make it a real-time one.
   void start(std::function<void()> become);
   /// The driver itself, until `stop`; start() runs it.
@@ -82,9 +82,10 @@ class UsbDevice final : public Device {
   NewestValue<DeviceReport> reports_;
   NewestValue<DeviceOrder> orders_;
   UsbDeviceCounters counters_;
-  LastWord* lastWord_ = nullptr;
-  std::atomic<std::uint64_t> heeded_{0};  // LastWord::spoken() after which the driver has taken the force away too
-  std::uint64_t repliesRead_ = 0;         // the servo's
+  OutputWatchdog* watchdog_ = nullptr;
+  std::atomic<std::uint64_t> handledTrips_{
+      0};                          // OutputWatchdog::trips() after which the driver has taken the force away too
+  std::uint64_t repliesRead_ = 0;  // the servo's
   std::atomic<bool> stopped_{false};
   std::atomic<bool> quit_{false};
   std::thread thread_;

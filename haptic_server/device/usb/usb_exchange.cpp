@@ -19,8 +19,8 @@ void add(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, st
 
 UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, NewestValue<DeviceReport>& reports,
                          NewestValue<DeviceOrder>& orders, UsbDeviceCounters& counters,
-                         const UsbDeviceSettings& settings, const LastWord* lastWord,
-                         std::atomic<std::uint64_t>& heeded)
+                         const UsbDeviceSettings& settings, const OutputWatchdog* watchdog,
+                         std::atomic<std::uint64_t>& handledTrips)
     : bus_(bus),
       port_(port),
       protocol_(protocol),
@@ -28,8 +28,8 @@ UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, Newe
       orders_(orders),
       counters_(counters),
       settings_(settings),
-      lastWord_(lastWord),
-      heeded_(heeded),
+      watchdog_(watchdog),
+      handledTrips_(handledTrips),
       period_ns_(exchangePeriod_ns(settings.period_s)),
       watch_(bus.clock_ns(), period_ns_, protocol.answersEachCommand()),
       cycleBegan_ns_(bus.clock_ns()) {
@@ -62,16 +62,16 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
 
 /// Once the watchdog has taken the force away there is none before the servo has written again, and has found the fault.
 /// @return False: there is to be no force.
-bool UsbExchange::heedLastWord(std::uint64_t now_ns) {
-  if (lastWord_ == nullptr) return true;
-  const std::uint64_t spoken = lastWord_->spoken();
-  if (spoken == heeded_.load(std::memory_order_relaxed)) return true;
-  if (spoken != spoken_) spoken_ns_ = now_ns;
-  spoken_ = spoken;
+bool UsbExchange::handleTrip(std::uint64_t now_ns) {
+  if (watchdog_ == nullptr) return true;
+  const std::uint64_t trips = watchdog_->trips();
+  if (trips == handledTrips_.load(std::memory_order_relaxed)) return true;
+  if (trips != trips_) tripped_ns_ = now_ns;
+  trips_ = trips;
   gain_.cut();
   watch_.raise(DeviceFault::kWatchdog);
   faultSince_ns_ = now_ns;  // the device is well
-  if (orders_.newest().written_ns > spoken_ns_) heeded_.store(spoken, std::memory_order_relaxed);
+  if (orders_.newest().written_ns > tripped_ns_) handledTrips_.store(trips, std::memory_order_relaxed);
   return false;
 }
 
@@ -79,7 +79,7 @@ void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
   const DeviceOrder& order = orders_.newest();
   ordered_ns_ = order.written_ns;
   const bool servoAlive = now_ns - std::min(now_ns, order.written_ns) < kServoSilence_ns;
-  const bool feelable = heedLastWord(now_ns) && report_.state == DeviceState::kReady && !stopped && servoAlive;
+  const bool feelable = handleTrip(now_ns) && report_.state == DeviceState::kReady && !stopped && servoAlive;
   const double gain = gain_.next(!feelable, static_cast<double>(period_ns_) * 1e-9);
   if (!watch_.maySend(now_ns, silenced_)) return;
   const Vec3 force = stopped ? Vec3(0) : gain * protocol_.placement().forceToDevice(order.force_N);

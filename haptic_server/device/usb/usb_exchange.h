@@ -30,14 +30,14 @@ class UsbExchange {
 
   UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, NewestValue<DeviceReport>& reports,
               NewestValue<DeviceOrder>& orders, UsbDeviceCounters& counters, const UsbDeviceSettings& settings,
-              const LastWord* lastWord, std::atomic<std::uint64_t>& heeded);
+              const OutputWatchdog* watchdog, std::atomic<std::uint64_t>& handledTrips);
 
   /// Until `quit`, or until the device is gone or to be brought up anew. Once `stopped`, or at the end, the motors are
   /// off.
   void run(const std::atomic<bool>& quit, const std::atomic<bool>& stopped);
 
  private:
-  [[nodiscard]] bool heedLastWord(std::uint64_t now_ns);
+  [[nodiscard]] bool handleTrip(std::uint64_t now_ns);
   void sendCommand(std::uint64_t now_ns, bool stopped);
   [[nodiscard]] bool receiveUntil(std::uint64_t deadline_ns);
   [[nodiscard]] bool receiveUntilOrdered(std::uint64_t deadline_ns);
@@ -56,8 +56,8 @@ class UsbExchange {
   NewestValue<DeviceOrder>& orders_;
   UsbDeviceCounters& counters_;
   const UsbDeviceSettings& settings_;
-  const LastWord* lastWord_;  // null: there is none
-  std::atomic<std::uint64_t>& heeded_;
+  const OutputWatchdog* watchdog_;  // null: there is none
+  std::atomic<std::uint64_t>& handledTrips_;
 
   std::uint64_t period_ns_;
   LinkWatch watch_;
@@ -66,8 +66,8 @@ class UsbExchange {
   DeviceFault fault_ = DeviceFault::kNone;
   std::uint64_t faultSince_ns_ = 0;
   std::uint64_t ordered_ns_ = 0;  // DeviceOrder::written_ns of the last command
-  std::uint64_t spoken_ = 0;      // LastWord::spoken(), heeded or not,
-  std::uint64_t spoken_ns_ = 0;   // and when that was seen
+  std::uint64_t trips_ = 0;       // OutputWatchdog::trips(), handledTrips or not,
+  std::uint64_t tripped_ns_ = 0;  // and when that was seen
   std::optional<Vec3> position_;  // of the last reply, device frame
   std::uint64_t positioned_ns_ = 0;
   Vec3 jumped_{0};  // sum of all jumps

@@ -13,6 +13,7 @@
 
 #include "common/wire/tcp.h"
 #include "common/wire/tls.h"
+#include "haptic_server/net/admission.h"
 #include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/net/session_world.h"
 
@@ -105,6 +106,16 @@ class ServerTest : public ::testing::Test {
     Timer beat;
   };
 
+  /// Sessions from 100 on.
+  [[nodiscard]] std::vector<std::unique_ptr<Client>> joined(std::size_t count, const std::string& token = {}) {
+    std::vector<std::unique_ptr<Client>> clients;
+    for (std::size_t i = 0; i < count; ++i) {
+      clients.push_back(std::make_unique<Client>(*this, server->port()));
+      clients.back()->join(100 + i, token);
+    }
+    return clients;
+  }
+
   template <class Condition>
   [[nodiscard]] bool waitFor(Condition condition) {
     bool held = false;
@@ -192,25 +203,17 @@ TEST_F(ServerTest, ANewerConnectionOfASessionReplacesTheOlder) {
 }
 
 TEST_F(ServerTest, TurnsAwayTheClientThatIsOneTooMany) {
-  std::vector<std::unique_ptr<Client>> clients;
-  for (std::size_t i = 0; i < Server::kMaxClients; ++i) {
-    clients.push_back(std::make_unique<Client>(*this, server->port()));
-    clients.back()->join(100 + i);
-  }
+  const auto clients = joined(Admission::kMaxClients);
   Client late(*this, server->port());
   late.raw->hello(0, 0, {}, 99);
   ASSERT_TRUE(late.waitFor(Kind::kRefusal));
   EXPECT_THAT(late.raw->refusal().reason(), ::testing::HasSubstr("64"));
   EXPECT_EQ(server->counters().refusedConnections, 1U);
-  EXPECT_EQ(server->counters().clients, Server::kMaxClients);
+  EXPECT_EQ(server->counters().clients, Admission::kMaxClients);
 }
 
 TEST_F(ServerTest, LetsAClientOfTheFullServerComeBack) {
-  std::vector<std::unique_ptr<Client>> clients;
-  for (std::size_t i = 0; i < Server::kMaxClients; ++i) {
-    clients.push_back(std::make_unique<Client>(*this, server->port()));
-    clients.back()->join(100 + i);
-  }
+  const auto clients = joined(Admission::kMaxClients);
   Client again(*this, server->port());
   again.join(100);
   EXPECT_EQ(again.raw->count(Kind::kRefusal), 0U);
@@ -262,11 +265,7 @@ TEST_F(ServerTest, WithCredentialsRefusesWhoHasNoToken) {
 
 TEST_F(ServerTest, ViewersLeavePlacesToEditors) {
   secureServer();
-  std::vector<std::unique_ptr<Client>> viewers;
-  for (std::size_t i = 0; i < Server::kMaxViewers; ++i) {
-    viewers.push_back(std::make_unique<Client>(*this, server->port()));
-    viewers.back()->join(100 + i, viewer.token);
-  }
+  const auto viewers = joined(Admission::kMaxViewers, viewer.token);
   Client late(*this, server->port());
   late.hello(99, viewer.token);
   ASSERT_TRUE(late.waitFor(Kind::kRefusal));
@@ -279,7 +278,7 @@ TEST_F(ServerTest, ViewersLeavePlacesToEditors) {
 TEST_F(ServerTest, OneTokenLeavesPlacesToOthers) {
   secureServer();
   std::vector<std::unique_ptr<Client>> editors;
-  for (std::size_t i = 0; i < Server::kMaxClientsOfToken; ++i) {
+  for (std::size_t i = 0; i < Admission::kMaxClientsOfToken; ++i) {
     editors.push_back(std::make_unique<Client>(*this, server->port()));
     editors.back()->join(100 + i, editor.token);
   }

@@ -22,7 +22,7 @@ off_t sizeOf(int descriptor) {
 /// As another process does it, which has nothing but two pieces of memory.
 std::filesystem::path recordingOf(const RecordedServo& servo) {
   auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
-  ring.outlive();
+  ring.releaseDeadWriter();
   return recordCrash(servo.folder() / "crash", ring, servo.journal()).value();
 }
 

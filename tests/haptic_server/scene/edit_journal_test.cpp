@@ -26,7 +26,7 @@ class FakeJournal final : public EditJournal {
     for (const auto& asset : assets) kept.push_back(asset->name.hash);
     return {};
   }
-  void goOnFrom(const SequencerState& state, const Assets&) override { wentOnFrom.push_back(state); }
+  void resetTo(const SequencerState& state, const Assets&) override { wentOnFrom.push_back(state); }
   bool failing = false;
   std::vector<SequencerState> wentOnFrom;
   std::vector<std::uint64_t> revisionsBefore;

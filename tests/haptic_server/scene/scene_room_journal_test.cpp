@@ -24,7 +24,7 @@ using ::testing::IsEmpty;
 
 constexpr auto kPatience = 20s;  // of a test for another thread; never reached unless something is broken
 
-/// Takes its time over the first edits until it is told to go on.
+/// Takes its time over the first edits until continueLog is set.
 class SlowJournal final : public EditJournal {
  public:
   Result<void> keep(const SequencerState&, const Edits& edits, const Assets&) override {
@@ -32,14 +32,14 @@ class SlowJournal final : public EditJournal {
     batches.push_back(edits.size());
     if (first) {
       reached.set_value();
-      goOn.get_future().wait_for(kPatience);
+      continueLog.get_future().wait_for(kPatience);
     }
     return {};
   }
-  void goOnFrom(const SequencerState& state, const Assets&) override { wentOnFrom.push_back(state); }
+  void resetTo(const SequencerState& state, const Assets&) override { wentOnFrom.push_back(state); }
   std::vector<SequencerState> wentOnFrom;
   std::vector<std::size_t> batches;  ///< Edits in each.
-  std::promise<void> reached, goOn;
+  std::promise<void> reached, continueLog;
 };
 
 class SceneRoomJournal : public ::testing::Test {
@@ -101,7 +101,7 @@ TEST_F(SceneRoomJournal, AnUploadGivesAnObjectItsMeshBack) {
   const ObjectRecord before = *state.history->version.find("a");
   (void)room.resume(std::move(state), missing, journal);
   const std::uint64_t epoch = room.history()->epoch;
-  journal.goOn.set_value();
+  journal.continueLog.set_value();
   room.start();
   std::promise<bool> replied;
   const std::string bytes = boxBytes({}).value();
@@ -117,7 +117,7 @@ TEST_F(SceneRoomJournal, AnUploadGivesAnObjectItsMeshBack) {
 TEST_F(SceneRoomJournal, AStartSceneThatCannotBeKeptYetIsThereAllTheSame) {
   struct FullJournal final : EditJournal {
     Result<void> keep(const SequencerState&, const Edits&, const Assets&) override { return refused("state", "full"); }
-    void goOnFrom(const SequencerState& state, const Assets& assets) override {
+    void resetTo(const SequencerState& state, const Assets& assets) override {
       revision = state.history->version.revision();
       held = assets.size();
     }
@@ -142,7 +142,7 @@ TEST_F(SceneRoomJournal, NobodyHearsOfAnEditBeforeItIsKept) {
   EXPECT_EQ(replied.wait_for(20ms), std::future_status::timeout);
   EXPECT_EQ(room.history()->version.revision(), 1U);
   EXPECT_EQ(crossing.newest(), nullptr) << "the servo has nothing new";
-  journal.goOn.set_value();
+  journal.continueLog.set_value();
   EXPECT_EQ(replied.wait_for(kPatience), std::future_status::ready);
   EXPECT_EQ(room.history()->version.revision(), 2U);
 }
@@ -158,7 +158,7 @@ TEST_F(SceneRoomJournal, EditsThatWaitAreKeptTogetherButNotThoseThatMakeMeshes) 
   for (std::uint64_t seq = 7; seq <= 6 + SceneRoom::kMaxBatch + 1; ++seq) {
     replies.push_back(submit(seq, edit(moveTo("a", {double(seq), 0, 0}))));
   }
-  journal.goOn.set_value();
+  journal.continueLog.set_value();
   for (auto& replied : replies) ASSERT_EQ(replied.wait_for(kPatience), std::future_status::ready);
   EXPECT_THAT(journal.batches, ElementsAre(1, 4, 1, SceneRoom::kMaxBatch, 1));
 }

@@ -132,7 +132,7 @@ TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
     });
     auto ring = FlightRing::attach(FileHandle(dup(made.descriptor())));
     ASSERT_TRUE(ring) << ring.error().text();
-    ring->outlive();
+    ring->releaseDeadWriter();
     const std::uint64_t end = ring->end();
     ASSERT_GE(end, 2'000U);
     const FlightRing::HeldKeyframes held(*ring);
@@ -155,7 +155,7 @@ TEST(FlightRing, OfAServoThatEndedBetweenTwoTicksNothingIsLost) {
     ring.beginTick(state, 0, 0);
     ring.add(tickOf(i));
   }
-  ring.outlive();
+  ring.releaseDeadWriter();
   EXPECT_EQ(FlightRing::HeldKeyframes(ring).atOrBefore(1000)->position, 1000U);
 }
 

@@ -37,7 +37,7 @@ class LogOfEdits final : public EditJournal {
     for (const auto& edit : edits) writer_.append(bytes, editRecord(*edit));
     return {};
   }
-  void goOnFrom(const SequencerState&, const Assets&) override {}
+  void resetTo(const SequencerState&, const Assets&) override {}
 
   struct Mark {
     std::size_t end;  ///< Bytes of the log up to here.

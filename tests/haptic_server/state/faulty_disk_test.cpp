@@ -70,7 +70,7 @@ class World {
       for (const auto& edit : edits) world_.roots_[edit->commit.revision].insert(edit->commit.root);
       return journal_.keep(before, edits, assets);
     }
-    void goOnFrom(const SequencerState& state, const Assets& assets) override { journal_.goOnFrom(state, assets); }
+    void resetTo(const SequencerState& state, const Assets& assets) override { journal_.resetTo(state, assets); }
 
    private:
     World& world_;

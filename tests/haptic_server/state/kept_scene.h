@@ -38,7 +38,7 @@ class KeptScene {
     said.insert(said.end(), restored.remarks.begin(), restored.remarks.end());
     if (around) around_ = around(*folder_);
     sequencer.resume(std::move(restored.state), std::move(restored.assets), around_ ? *around_ : *folder_);
-    if (restored.changed) sequencer.keepAnew();
+    if (restored.changed) sequencer.checkpoint();
   }
 
   [[nodiscard]] const SceneVersion& version() const { return sequencer.history()->version; }

@@ -32,7 +32,7 @@ class Scrubbed : public ::testing::Test {
   [[nodiscard]] StateScrubber::Options options() {
     return {folder.path(), [this] { return meshes; },
             [this](const fs::path& file, const std::optional<ContentHash>& asset) {
-              if (told++ == 0) found.set_value({file, asset});
+              if (reported++ == 0) found.set_value({file, asset});
               return true;
             },
             1ms, std::size_t(1) << 30};
@@ -47,7 +47,7 @@ class Scrubbed : public ::testing::Test {
   TemporaryFolder folder;
   KeptScene scene{folder.path(), 1};
   std::vector<ContentHash> meshes;
-  std::atomic<int> told = 0;
+  std::atomic<int> reported = 0;
   std::promise<std::pair<fs::path, std::optional<ContentHash>>> found;
 };
 
@@ -80,7 +80,7 @@ TEST_F(Scrubbed, WhatIsWholeIsNotTold) {
     const StateScrubber scrubber(options());
     for (std::uint64_t i = 2; i <= 200; ++i) scene.accept(11, i, edit(moveTo("a", {double(i), 0, 0})));
   }
-  EXPECT_EQ(told, 0);
+  EXPECT_EQ(reported, 0);
 }
 
 TEST_F(Scrubbed, WhatIsDamagedIsWrittenAnewFromMemory) {
@@ -89,7 +89,7 @@ TEST_F(Scrubbed, WhatIsDamagedIsWrittenAnewFromMemory) {
   flipByte(file, 40);
   fs::remove(folder / "log");
   scene.distrust(meshes[0]);
-  scene.sequencer.keepAnew();
+  scene.sequencer.checkpoint();
   EXPECT_EQ(readFile(file).value(), whole);
   EXPECT_TRUE(fs::exists(folder / "log"));
 }

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "common/clock/monotonic.h"
+#include "common/process/passed_descriptor.h"
 #include "tests/haptic_server/device/emulated/falcon_model.h"
 #include "tests/haptic_server/device/emulated/usbfs_node.h"
 #include "tests/haptic_server/device/emulated/wooden_model.h"
@@ -42,24 +43,8 @@ int listenAt(const char* path, int type) {
   return listening;
 }
 
-/// A descriptor goes with it where there is one, and is closed here.
-void answer(int program, const NodeReply& reply, int descriptor = -1) {
-  iovec bytes{const_cast<NodeReply*>(&reply), sizeof reply};
-  alignas(cmsghdr) char room[CMSG_SPACE(sizeof descriptor)]{};
-  msghdr message{};
-  message.msg_iov = &bytes;
-  message.msg_iovlen = 1;
-  if (descriptor >= 0) {
-    message.msg_control = room;
-    message.msg_controllen = sizeof room;
-    cmsghdr* head = CMSG_FIRSTHDR(&message);
-    head->cmsg_level = SOL_SOCKET;
-    head->cmsg_type = SCM_RIGHTS;
-    head->cmsg_len = CMSG_LEN(sizeof descriptor);
-    std::memcpy(CMSG_DATA(head), &descriptor, sizeof descriptor);
-  }
-  (void)sendmsg(program, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
-  if (descriptor >= 0) close(descriptor);
+void answer(int program, const NodeReply& reply, const FileHandle& descriptor = FileHandle()) {
+  (void)sendWith(program, &reply, sizeof reply, descriptor.descriptor(), MSG_DONTWAIT);
 }
 
 class Hardware {
@@ -107,12 +92,12 @@ class Hardware {
       answer(program, node_.ioctl(request));
       return true;
     }
-    const int descriptor = node_.open();
-    NodeReply reply{.result = std::min(descriptor, 0)};
+    const int opened = node_.open();
+    NodeReply reply{.result = std::min(opened, 0)};
     const auto descriptors = node_.descriptors();
     std::ranges::copy(descriptors, reply.data.begin());
     reply.length = static_cast<std::uint32_t>(descriptors.size());
-    answer(program, reply, descriptor);
+    answer(program, reply, FileHandle(opened));
     return true;
   }
 

@@ -1,4 +1,4 @@
-#include "common/memory/shared_memory.h"
+#include "common/process/shared_memory.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "common/error/error.h"
-#include "common/memory/file_handle.h"
+#include "common/process/file_handle.h"
 
 namespace haptics {
 

@@ -1,4 +1,4 @@
-#include "haptic_server/device/usb/last_word.h"
+#include "haptic_server/device/usb/output_watchdog.h"
 
 #include <gmock/gmock.h>
 
@@ -10,47 +10,47 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-/// A watchdog that a test lets speak.
-class SpokenByHand final : public LastWord {
+/// A watchdog that the test trips.
+class TrippedByHand final : public OutputWatchdog {
  public:
-  void hold(int, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept override {
-    held = true;
+  void arm(int, std::uint8_t out, std::span<const std::uint8_t> zero) noexcept override {
+    isArmed = true;
     endpoint = out;
     bytes.assign(zero.begin(), zero.end());
   }
-  void letGo() noexcept override { held = false; }
-  [[nodiscard]] std::uint64_t spoken() const noexcept override { return times; }
+  void disarm() noexcept override { isArmed = false; }
+  [[nodiscard]] std::uint64_t trips() const noexcept override { return times; }
 
   std::uint64_t times = 0;
-  bool held = false;
+  bool isArmed = false;
   std::uint8_t endpoint = 0;
   std::vector<std::uint8_t> bytes;
 };
 
 template <class Model>
-class LastWordOf : public ::testing::Test {};
-TYPED_TEST_SUITE(LastWordOf, Models, ModelNames);
+class WatchdogOf : public ::testing::Test {};
+TYPED_TEST_SUITE(WatchdogOf, Models, ModelNames);
 
-TYPED_TEST(LastWordOf, TheDriverSendsNoForceAnyMoreUntilTheServoHasFoundTheFaultAndRises) {
-  SpokenByHand word;
+TYPED_TEST(WatchdogOf, TheDriverSendsNoForceAnyMoreUntilTheServoHasFoundTheFaultAndRises) {
+  TrippedByHand watchdog;
   Rig<TypeParam> rig;
   rig.config.rise_s = 0.5;
-  rig.device->give(word);
-  std::uint64_t spoke_ns = 0, back_ns = 0, pushed = 0;
+  rig.device->setWatchdog(watchdog);
+  std::uint64_t tripped_ns = 0, back_ns = 0, pushed = 0;
   bool named = false;
   double largest_N = 0;
   ASSERT_TRUE(rig.until(
       [&] {
-        if (spoke_ns == 0) {
+        if (tripped_ns == 0) {
           if (!rig.pressing()) return false;
-          EXPECT_TRUE(word.held);
+          EXPECT_TRUE(watchdog.isArmed);
           rig.servoAlive = false;  // it stands still, its last force in the driver's mailbox
-          word.times = 1;
-          spoke_ns = rig.bus.now_ns;
+          watchdog.times = 1;
+          tripped_ns = rig.bus.now_ns;
           return false;
         }
-        if (rig.bus.now_ns < spoke_ns + 1'100 * kMs) {  // longer than a device with a fault is borne
-          if (rig.bus.now_ns > spoke_ns + 2 * kMs) pushed += rig.model.motorsOn();
+        if (rig.bus.now_ns < tripped_ns + 1'100 * kMs) {  // longer than a device with a fault is borne
+          if (rig.bus.now_ns > tripped_ns + 2 * kMs) pushed += rig.model.motorsOn();
           return false;
         }
         if (back_ns == 0) back_ns = rig.bus.now_ns;
@@ -69,18 +69,18 @@ TYPED_TEST(LastWordOf, TheDriverSendsNoForceAnyMoreUntilTheServoHasFoundTheFault
   EXPECT_TRUE(named);
   EXPECT_THAT(rig.log, Contains(HasSubstr("the watchdog took the force away")));
   EXPECT_EQ(rig.device->counters().connections, 1U) << "the device is well";
-  EXPECT_FALSE(word.held) << "drive() has returned";
+  EXPECT_FALSE(watchdog.isArmed) << "drive() has returned";
 }
 
-TYPED_TEST(LastWordOf, ItsBytesTakeTheForceAway) {
-  SpokenByHand word;
+TYPED_TEST(WatchdogOf, ItsBytesTakeTheForceAway) {
+  TrippedByHand watchdog;
   Rig<TypeParam> rig;
-  rig.device->give(word);
+  rig.device->setWatchdog(watchdog);
   bool wereOn = false, areOn = true;
   ASSERT_TRUE(rig.until([&] {
     if (!rig.pressing()) return false;
     wereOn = rig.model.motorsOn();
-    static_cast<void>(rig.model.out(word.bytes, rig.bus.now_ns));
+    static_cast<void>(rig.model.out(watchdog.bytes, rig.bus.now_ns));
     areOn = rig.model.motorsOn();
     return true;
   }));
