@@ -1,75 +1,73 @@
 #include "tests/sim/disk.h"
 
-#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <string>
 #include <utility>
 
 namespace haptics::sim {
 namespace {
 
+constexpr const char* kFolder = "/state";
 constexpr std::size_t kMostBetweenCheckpoints_bytes = 40'000;
+constexpr std::size_t kReserve_bytes = 20'000;
+constexpr std::size_t kMostCallsToDeath = 8;
+constexpr double kFailing = 0.05;
 
 }  // namespace
 
-Disk::Disk(std::uint64_t epoch, Random& random) : epoch_(epoch), random_(random) {}
+Disk::Disk(std::uint64_t epoch, Random& random, Mutant mutant)
+    : epoch_(epoch),
+      random_(random),
+      mutant_(mutant),
+      files_(std::make_shared<test::SimulatedFiles>(random.bits(), mutant == Mutant::kReplyBeforeDurable
+                                                                       ? test::FileMutant::kLogNotSynced
+                                                                       : test::FileMutant::kNone)) {}
 
-Result<void> Disk::keep(const SequencerState& before, const Edits& edits, const Assets& assets) {
-  if (!later_ && log_.size() >= checkpointAt_bytes_) checkpoint(before);
-  for (const auto& asset : assets) assets_[asset->name.hash] = asset;
-  std::string records;
-  for (const auto& edit : edits) writer_.append(records, editRecord(*edit));
-  if (died_) {
-    log_.append(records, 0, random_.below(records.size() + 1));
-    std::exchange(died_, nullptr)();
-    return refused("state", "the process is dead");
-  }
-  if (later_) {
-    later_([this, records] { log_ += records; });
-  } else {
-    log_ += records;
-  }
-  return {};
-}
-
-void Disk::resetTo(const SequencerState& state, const Assets& assets) {
-  for (const auto& asset : assets) assets_[asset->name.hash] = asset;
-  checkpoint(state);
-}
-
-void Disk::checkpoint(const SequencerState& state) {
-  log_ = kLogHead;
-  writer_ = RecordWriter();
-  writer_.append(log_, checkpointRecord(state));
-  checkpointAt_bytes_ = log_.size() + random_.below(kMostBetweenCheckpoints_bytes);
-}
-
-Result<SequencerState> Disk::recover(Mutant mutant) {
-  died_ = nullptr;
-  later_ = nullptr;
-  SequencerState state;
-  if (empty()) {
-    state.history = std::make_shared<const SceneHistory>(SceneHistory{.epoch = epoch_, .version = {}, .edits = {}});
-    return state;
-  }
-  auto saved = readLog(log_);
-  if (!saved) return tl::unexpected<Error>(std::move(saved).error());
-  if (saved->damage && !saved->damage->torn) return refused("log", saved->damage->reason);
-  if (saved->damage) log_.resize(saved->damage->offset);
-  writer_ = saved->writer;
-  state = std::move(saved->state);
-  if (mutant == Mutant::kDedupeLostAtRestart) state.memory = {};
-  if (mutant == Mutant::kIdsReused) {
+Result<Disk::Found> Disk::open(AssetStore& store) {
+  const std::uint64_t freshEpoch = std::exchange(isNew_, false) ? epoch_ : random_.bits();
+  StateFolder::Options options;
+  options.checkpointAfter_bytes = random_.below(kMostBetweenCheckpoints_bytes);
+  options.reserve_bytes = kReserve_bytes;
+  options.files = files_;
+  auto opened = StateFolder::open(kFolder, freshEpoch, std::move(options));
+  if (!opened) return tl::unexpected(std::move(opened).error());
+  const auto read = [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
+    auto bytes = opened->folder->readAsset(name.hash);
+    if (!bytes) return tl::unexpected(std::move(bytes).error());
+    return store.internEncoded(name, *std::move(bytes));
+  };
+  RestoredState restored = restore(std::move(opened->state), read, store, freshEpoch);
+  if (restored.changed) return refused("state", "an asset is lost: " + restored.remarks.front());
+  SequencerState& state = restored.state;
+  if (mutant_ == Mutant::kDedupeLostAtRestart) state.memory = {};
+  if (mutant_ == Mutant::kIdsReused) {
     for (const auto& object : state.history->version.objects()) state.nextId = object->id + 1;
   }
-  return state;
+  return Found{std::move(opened->folder), std::move(restored), std::exchange(powerWasLost_, false)};
 }
 
-Sequencer::Assets Disk::assetsOf(const SceneVersion& version) const {
-  const auto lookUp = [this](const AssetName& name) {
-    return Result<std::shared_ptr<const Asset>>(assets_.at(name.hash));
-  };
-  Sequencer::Assets assets;
-  for (const auto& object : version.objects()) assets[object->id] = gatherAssets(*object, lookUp).value();
-  return assets;
+void Disk::dieInNextWrite() { files_->powerFailsAfter(static_cast<std::int64_t>(random_.below(kMostCallsToDeath))); }
+
+void Disk::processDied() {
+  files_->powerFailsAfter(-1);
+  if (random_.chance(0.5)) return;
+  files_->loseWhatWasNotWaitedFor();
+  powerWasLost_ = true;
+}
+
+void Disk::fail() {
+  recover();
+  if (random_.chance(0.5)) {
+    files_->failing = kFailing;
+  } else {
+    files_->capacity_bytes = files_->used_bytes() + random_.below(kReserve_bytes);
+  }
+}
+
+void Disk::recover() {
+  files_->failing = 0;
+  files_->capacity_bytes = std::numeric_limits<std::size_t>::max();
 }
 
 }  // namespace haptics::sim

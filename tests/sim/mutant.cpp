@@ -17,6 +17,7 @@ constexpr MutantInfo kMutants[] = {
     {Mutant::kSwappedReplies, "swapped-replies", "two replies change places"},
     {Mutant::kLiveBeforeAdoption, "live-before-adoption", "an edit is called live when it is accepted"},
     {Mutant::kAnswersOfAnySize, "answers-of-any-size", "an edit is accepted whose commit fits no frame"},
+    {Mutant::kTokenOnlyAtHello, "token-only-at-hello", "an open connection outlives the withdrawal of its token"},
     {Mutant::kAdoptionUntold, "adoption-untold", "a new connection is not told what the servo feels already"},
     {Mutant::kBusyIsFinal, "busy-is-final", "an edit that only came too early is refused for good"},
     {Mutant::kLiveLostWithConnection, "live-lost-with-connection", "heartbeats do not say what the servo feels"},

@@ -21,6 +21,7 @@ enum class Mutant {
   kSwappedReplies,
   kLiveBeforeAdoption,
   kAnswersOfAnySize,
+  kTokenOnlyAtHello,
   kAdoptionUntold,
   kBusyIsFinal,
   kLiveLostWithConnection,

@@ -37,10 +37,10 @@ const Oracle::Revision* Oracle::find(std::uint64_t epoch, std::uint64_t revision
   return at == epochs_.end() || revision >= at->second.size() ? nullptr : &at->second[revision];
 }
 
-void Oracle::serverStarted(const SceneHistory& history, bool keptState) {
+void Oracle::serverStarted(const SceneHistory& history, Kept kept) {
   adoptions_.emplace_back();
   ++counts_.starts;
-  if (!keptState) {
+  if (kept == Kept::kNothing) {
     epoch_ = history.epoch;
     truth_ = history.version;
     epochs_[epoch_] = {{{}, history.version.root()}};
@@ -50,7 +50,8 @@ void Oracle::serverStarted(const SceneHistory& history, bool keptState) {
     return;
   }
   const std::uint64_t revision = history.version.revision();
-  if (history.epoch != epoch_) return fail("a server that kept its state announces another epoch");
+  if (history.epoch != epoch_ && kept == Kept::kState)
+    return fail("a server that kept its state announces another epoch");
   // What the old process wrote as it died, and had not told anyone.
   for (std::uint64_t next = truth_.revision() + 1; next <= revision; ++next) {
     const auto edit = history.find(next);
@@ -68,9 +69,26 @@ void Oracle::serverStarted(const SceneHistory& history, bool keptState) {
   auto& revisions = epochs_[epoch_];
   for (; revisions.size() > revision + 1; revisions.pop_back()) edits_[revisions.back().by].committedEpoch = 0;
   truth_ = history.version;
+  if (history.epoch == epoch_) return;
+  epochs_[history.epoch] = revisions;
+  epoch_ = history.epoch;
 }
 
-void Oracle::committed(SessionId session, std::uint64_t clientSeq, const AcceptedEdit& edit) {
+void Oracle::admitted(SessionId session, SessionId editSession) {
+  const SessionId known = clientOf_.try_emplace(editSession, session).first->second;
+  if (known != session) fail(nameOf(session) + "'s edits count as those of " + nameOf(known));
+}
+
+void Oracle::clientStarted(SessionId session, const std::string& token) { tokens_[session] = token; }
+
+void Oracle::tokensWithdrawn(std::set<std::string> tokens) {
+  withdrawn_ = std::move(tokens);
+  anyWithdrawn_ = anyWithdrawn_ || !withdrawn_.empty();
+  log_.add([&] { return std::to_string(withdrawn_.size()) + " tokens are withdrawn"; });
+}
+
+void Oracle::committed(SessionId editSession, std::uint64_t clientSeq, const AcceptedEdit& edit) {
+  const SessionId session = editSession == kServerSession ? kServerSession : clientOf_.at(editSession);
   ++counts_.commits;
   auto& revisions = epochs_[epoch_];
   if (edit.commit.revision != revisions.size())
@@ -102,6 +120,7 @@ void Oracle::committed(SessionId session, std::uint64_t clientSeq, const Accepte
   std::uint64_t& last = lastCommitted_[session];
   if (clientSeq < last) fail(name + " took effect after edit " + std::to_string(last));
   last = std::max(last, clientSeq);
+  if (known.withdrawn && withdrawn_.contains(tokens_[session])) fail(name + " was applied without a token");
   judgeEffect(known, name, before, edit.commit);
 }
 
@@ -135,7 +154,9 @@ void Oracle::serverHolds(std::size_t backlog_bytes) {
 
 void Oracle::submitted(SessionId session, std::uint64_t clientSeq, Intent intent) {
   ++counts_.edits;
-  edits_[{session, clientSeq}].intent = std::move(intent);
+  Edit& edit = edits_[{session, clientSeq}];
+  edit.intent = std::move(intent);
+  edit.withdrawn = withdrawn_.contains(tokens_[session]);
 }
 
 void Oracle::replied(SessionId session, const v1::EditReply& reply) {
@@ -208,6 +229,7 @@ void Oracle::connectionOver(SessionId session, const std::string& why) {
   constexpr std::array kExpected{"the server has been silent", "none came within 3 s", "not a byte came for 3 s",
                                  "reads too slowly", "out of step with the server"};  // the last: viewed() judges it
   const auto expected = [&](const char* part) { return why.find(part) != std::string::npos; };
+  if (anyWithdrawn_ && expected("hello.token")) return;
   if (std::ranges::none_of(kExpected, expected)) fail(nameOf(session) + " ended its connection: " + why);
 }
 

@@ -34,7 +34,8 @@
 // 11. No session is stuck: soon after the last fault every edit, upload and status request is answered.
 // 12. What the server holds for a client that does not read stays within its bound.
 // 13. Every message of the server fits a frame, decodes and applies at the client: no connection ends but for silence or
-//     a client that reads too slowly.
+//     a client that reads too slowly or whose token is withdrawn.
+// 14. What is submitted while the client's token is withdrawn is not applied as long as it is.
 namespace haptics::sim {
 
 /// What a client means by an edit, so that its effect can be judged.
@@ -52,12 +53,19 @@ class Oracle {
   Oracle(EventLog& log, const SessionLimits& limits) : log_(log), limits_(limits) {}
 
   // ---- The server ----
-  void serverStarted(const SceneHistory& history, bool keptState);
-  void committed(SessionId session, std::uint64_t clientSeq, const AcceptedEdit& edit);
+  /// After a loss of power the log may end in what is not a torn record: the server then begins an epoch, with the same
+  /// state.
+  enum class Kept { kNothing, kState, kStateAfterPowerLoss };
+  void serverStarted(const SceneHistory& history, Kept kept);
+  void committed(SessionId editSession, std::uint64_t clientSeq, const AcceptedEdit& edit);
+  /// The edits of this client count for this session.
+  void admitted(SessionId session, SessionId editSession);
   void adopted(std::uint64_t revision, std::uint64_t tick);
+  void tokensWithdrawn(std::set<std::string> tokens);  ///< All that are at present.
   void serverHolds(std::size_t backlog_bytes);
 
   // ---- The clients ----
+  void clientStarted(SessionId session, const std::string& token);
   void submitted(SessionId session, std::uint64_t clientSeq, Intent intent);
   void replied(SessionId session, const v1::EditReply& reply);
   void live(SessionId session, const v1::EditLive& live);
@@ -95,6 +103,7 @@ class Oracle {
   };
   struct Edit {
     Intent intent;
+    bool withdrawn = false;  // the client's token, when it was submitted
     int replies = 0;
     int lives = 0;
     bool stateLost = false;
@@ -122,6 +131,10 @@ class Oracle {
   std::map<ObjectId, std::string> names_;             // of all objects that there have been in the present epoch
   std::vector<std::map<std::uint64_t, std::uint64_t>> adoptions_;  // of each server process: tick, revision
   std::set<SessionId> dead_;
+  std::map<SessionId, SessionId> clientOf_;  // by the session that its edits count for
+  std::map<SessionId, std::string> tokens_;
+  std::set<std::string> withdrawn_;
+  bool anyWithdrawn_ = false;               // so far
   std::uint64_t acknowledgedRevision_ = 0;  // highest of the present epoch
   std::vector<std::string> violations_;
   Counts counts_;

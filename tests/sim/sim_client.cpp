@@ -14,7 +14,7 @@ constexpr std::uint64_t kFoundWithin_ns = 2 * ClientSession::kHeartbeat_ns + Cli
 
 }  // namespace
 
-SimClient::SimClient(Stage& stage, const Weather& weather, Dial dial, bool badMemory)
+SimClient::SimClient(Stage& stage, const Weather& weather, Dial dial, const std::string& token, bool badMemory)
     : stage_(stage),
       weather_(weather),
       dial_(std::move(dial)),
@@ -23,9 +23,10 @@ SimClient::SimClient(Stage& stage, const Weather& weather, Dial dial, bool badMe
       clockStart_ns_(stage.random.milliseconds(1e3, 1e9)),
       session_(std::make_unique<ClientSession>(ClientSession::Options{.session = id_,
                                                                       .clientName = "client",
-                                                                      .token = "",
+                                                                      .token = token,
                                                                       .telemetryRate_Hz = kTelemetryRate_Hz,
                                                                       .frames = stage.limits.session.frames})) {
+  stage.oracle.clientStarted(id_, token);
   connect();
   poll();
 }

@@ -22,7 +22,7 @@ class SimClient {
   using Dial = std::function<std::optional<Line>(const Weather&)>;
 
   /// Weather outlives the client. Only a bad memory can be corrupted.
-  SimClient(Stage& stage, const Weather& weather, Dial dial, bool badMemory);
+  SimClient(Stage& stage, const Weather& weather, Dial dial, const std::string& token, bool badMemory);
   ~SimClient();
 
   void submit(v1::Transaction transaction, Intent intent);

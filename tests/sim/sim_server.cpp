@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/net/admission.h"
 #include "haptic_server/net/server_session.h"
 #include "haptic_server/scene/asset_library.h"
 #include "haptic_server/scene/residue.h"
@@ -19,7 +20,6 @@ namespace {
 
 constexpr std::uint64_t kTimer_ns = 10 * kMillisecond_ns;  // the network thread's
 constexpr double kPost_ms = 2;                             // from thread to thread, at most
-constexpr double kWrite_ms = 300;                          // to disk, at most; only where replies do not wait for it
 constexpr std::uint64_t kTick_ns = kMillisecond_ns;
 constexpr double kHandPause_ms = 400;  // between the dents that a hand leaves, at most
 
@@ -62,7 +62,7 @@ SceneLimits limitsOf(const Stage& stage) {
 
 /// All that a crash takes away.
 struct SimServer::Process : std::enable_shared_from_this<Process> {
-  Process(Stage& stage, const ServerPace& pace, AssetStore& store, Disk& disk);
+  Process(Stage& stage, const ServerPace& pace, AssetStore& store, const std::optional<ServerCredentials>& credentials);
 
   struct EditJob {
     std::uint64_t connection;
@@ -73,7 +73,7 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
   Stage& stage;
   const ServerPace& pace;
   AssetStore& store;
-  Disk& disk;
+  Admission admission;
   const std::uint64_t started_ns = stage.time.now_ns();
   const ServerIdentity identity{"simulated server", "simulated", 1000, 3.3};
 
@@ -87,23 +87,30 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
 
   // The builder and the servo.
   AssetLibrary library{{}, store};
+  std::unique_ptr<StateFolder> folder;
   Sequencer sequencer{1, library, limitsOf(stage)};
   std::deque<Job> jobs;
   bool building = false;
   bool adopting = false;
-  std::uint64_t lastWrite_ns = 0;
   std::map<SessionId, std::uint64_t> freshSeq;  // without dedupe
   struct Decision {
     std::uint64_t connection, clientSeq;
     EditOutcome outcome;
   };
   std::optional<Decision> held;  // to be swapped with the next
+  std::function<void()> died;    // of a write, where it is to
 
   [[nodiscard]] std::uint64_t tick() const { return (stage.time.now_ns() - started_ns) / kTick_ns; }
   void after(std::uint64_t delay_ns, std::function<void()> task) {
-    stage.time.after(delay_ns, weak_from_this(), std::move(task));
+    stage.time.after(delay_ns, weak_from_this(), [this, task = std::move(task)] {
+      try {
+        task();
+      } catch (const test::PowerFailure&) {
+        stage.time.after(0, weak_from_this(), died);
+      }
+    });
   }
-  void begin();
+  void begin(Disk& disk, bool keepsState);
   void makeStartScene();
   void onTimer();
   bool enqueue(Job job);
@@ -133,8 +140,19 @@ struct SimServer::Connection final : SessionHost {
   [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override {
     return process.store.find(hash);
   }
-  [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
-    return process.enqueue(Process::EditJob{number, {id, clientSeq, std::move(transaction)}});
+  [[nodiscard]] Result<Role> admit(SessionId id, const std::string& itsToken) override {
+    token = hashOfToken(itsToken);
+    std::vector<Admission::Client> others;
+    for (const auto& [n, other] : process.connections) {
+      if (other->session.welcomed()) others.push_back(other->client());
+    }
+    auto role = process.admission.admit(id, itsToken, others);
+    if (role) process.stage.oracle.admitted(id, process.admission.editSession({id, *role, token}));
+    return role;
+  }
+  [[nodiscard]] bool submitEdit(SessionId, std::uint64_t clientSeq, Transaction transaction) override {
+    return process.enqueue(
+        Process::EditJob{number, {process.admission.editSession(client()), clientSeq, std::move(transaction)}});
   }
   [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
     const auto job = [&p = process, n = number, name, bytes = std::move(bytes)] {
@@ -164,31 +182,34 @@ struct SimServer::Connection final : SessionHost {
     process.post([&p = process, n = number] { p.connections.erase(n); });
   }
 
+  [[nodiscard]] Admission::Client client() const { return {session.id(), session.role(), token}; }
+
   Process& process;
   std::uint64_t number;
   std::unique_ptr<Transport> transport;
+  ContentHash token{};  // its hash
   ServerSession session;
 };
 
-SimServer::Process::Process(Stage& stage_, const ServerPace& pace_, AssetStore& store_, Disk& disk_)
-    : stage(stage_), pace(pace_), store(store_), disk(disk_) {}
+SimServer::Process::Process(Stage& stage_, const ServerPace& pace_, AssetStore& store_,
+                            const std::optional<ServerCredentials>& credentials)
+    : stage(stage_), pace(pace_), store(store_), admission(credentials) {}
 
-void SimServer::Process::begin() {
-  auto recovered = disk.recover(stage.mutant);
-  if (!recovered) stage.oracle.fail("the log cannot be read: " + recovered.error().text());
-  const bool keptState = recovered && !disk.empty();
-  SequencerState state = recovered ? *std::move(recovered) : Disk(disk.epoch(), stage.random).recover({}).value();
-  for (const auto& edit : state.history->edits) freshSeq[edit->session] = edit->clientSeq;
-  auto assets = disk.assetsOf(state.history->version);
-  sequencer.resume(std::move(state), std::move(assets), disk);
-  stage.oracle.serverStarted(*sequencer.history(), keptState);
-  if (!keptState) makeStartScene();
-  if (stage.mutant == Mutant::kReplyBeforeDurable) {
-    disk.delayWrites([this](const Disk::Write& write) {
-      lastWrite_ns = std::max(lastWrite_ns, stage.time.now_ns() + stage.random.milliseconds(0, kWrite_ms));
-      after(lastWrite_ns - stage.time.now_ns(), write);
-    });
+void SimServer::Process::begin(Disk& disk, bool keepsState) {
+  auto found = disk.open(store);
+  auto kept = keepsState ? Oracle::Kept::kState : Oracle::Kept::kNothing;
+  if (!found) {
+    stage.oracle.fail("the server does not start: " + found.error().text());
+    kept = Oracle::Kept::kNothing;
+    found = Disk(disk.epoch(), stage.random, stage.mutant).open(store);
   }
+  if (keepsState && found->powerWasLost) kept = Oracle::Kept::kStateAfterPowerLoss;
+  folder = std::move(found->folder);
+  auto& [state, assets, remarks, changed] = found->restored;
+  for (const auto& edit : state.history->edits) freshSeq[edit->session] = edit->clientSeq;
+  sequencer.resume(std::move(state), std::move(assets), *folder);
+  stage.oracle.serverStarted(*sequencer.history(), kept);
+  if (kept == Oracle::Kept::kNothing) makeStartScene();
   published = sequencer.history();
   adoptLater();
   dentLater();
@@ -363,23 +384,38 @@ SimServer::SimServer(Stage& stage, const ServerPace& pace) : stage_(stage), pace
 SimServer::~SimServer() = default;
 
 void SimServer::start(bool keepState) {
-  if (!disk_ || !keepState) {
+  if (!keepState) {
     const bool sameEpoch = disk_ && stage_.mutant == Mutant::kEpochKeptWithoutState;
-    disk_ = std::make_unique<Disk>(sameEpoch ? disk_->epoch() : stage_.random.bits(), stage_.random);
+    disk_ = std::make_unique<Disk>(sameEpoch ? disk_->epoch() : stage_.random.bits(), stage_.random, stage_.mutant);
   }
-  process_ = std::make_shared<Process>(stage_, pace_, store_, *disk_);
-  process_->begin();
+  process_ = std::make_shared<Process>(stage_, pace_, store_, credentials_);
+  process_->begin(*disk_, keepState);
   stage_.log.add([&] { return std::string("server: starts ") + (keepState ? "with its state" : "anew"); });
 }
 
 void SimServer::crash() {
   stage_.log.add([] { return "server: crashes"; });
   process_.reset();
+  disk_->processDied();
 }
 
 void SimServer::dieInNextWrite(const std::function<void()>& died) {
   if (!up()) return;
-  disk_->dieInNextWrite([this, died] { stage_.time.after(0, process_, died); });
+  process_->died = died;
+  disk_->dieInNextWrite();
+}
+
+void SimServer::knowTokens(const std::vector<std::string>& tokens) {
+  credentials_.emplace();
+  for (const std::string& token : tokens) credentials_->tokens.push_back({Role::kEdit, hashOfToken(token)});
+  if (!up()) return;
+  process_->admission = Admission(credentials_);
+  if (stage_.mutant == Mutant::kTokenOnlyAtHello) return;
+  for (auto& [n, connection] : process_->connections) {
+    if (!connection->session.welcomed()) continue;
+    const auto allowed = process_->admission.check(connection->client());
+    if (!allowed) connection->session.refuse(allowed.error().field, allowed.error().reason);
+  }
 }
 
 void SimServer::accept(std::unique_ptr<Transport> transport) {

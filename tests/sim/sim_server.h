@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/credentials/credentials.h"
 #include "common/wire/transport.h"
 #include "haptic_server/scene/scene_history.h"
 #include "tests/sim/disk.h"
@@ -33,8 +35,11 @@ class SimServer {
   void start(bool keepState);
   /// The process is gone, with every connection and all that was not on disk.
   void crash();
-  /// The process is to crash while it writes the next edits to its disk: `died` is called then, and is to crash it.
+  /// The process is to crash while it writes to its disk: `died` is called then, and is to crash it.
   void dieInNextWrite(const std::function<void()>& died);
+  /// From now on it asks for a token, and these are the ones that it knows.
+  void knowTokens(const std::vector<std::string>& tokens);
+  [[nodiscard]] Disk& disk() { return *disk_; }
   [[nodiscard]] bool up() const noexcept { return process_ != nullptr; }
   void accept(std::unique_ptr<Transport> transport);
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;
@@ -51,6 +56,7 @@ class SimServer {
   const ServerPace& pace_;
   AssetStore store_;
   std::unique_ptr<Disk> disk_;
+  std::optional<ServerCredentials> credentials_;
   std::shared_ptr<Process> process_;
 };
 

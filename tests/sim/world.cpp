@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
+#include <utility>
 
 namespace haptics::sim {
 namespace {
@@ -11,6 +13,7 @@ constexpr std::uint64_t kStep_ns = 100 * kMillisecond_ns;
 constexpr std::uint64_t kAnswersWithin_ns = 20 * kSecond_ns;
 constexpr std::uint64_t kEqualWithin_ns = 5 * kSecond_ns;
 constexpr std::size_t kMostClients = 6;
+const std::set<std::string> kTokens{"token a", "token b", "token c"};
 constexpr std::size_t kFlood = 1100;  // more than a server takes from one client at once
 
 Troubles draw(Random& random) {
@@ -20,6 +23,7 @@ Troubles draw(Random& random) {
   t.restarts = maybe(), t.resets = maybe(0.25), t.busyBuilder = maybe(0.3), t.slowServo = maybe(0.3);
   t.deaths = maybe(0.2), t.stops = maybe(0.3), t.corruption = maybe(0.5), t.oldConnections = maybe(0.3),
   t.flood = maybe(0.01);
+  t.badDisk = maybe(0.15), t.tokens = maybe(0.15);
   return t;
 }
 
@@ -39,11 +43,13 @@ World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
            std::to_string(limits.session.frames.chunk_bytes) + ", details of " +
            std::to_string(limits.scene.details_bytes);
   });
+  if (troubles_.tokens) withdraw({});
   server_.start(false);
   const std::size_t clients = 2 + stage_.random.below(kMostClients - 1);
   for (std::size_t i = 0; i < clients; ++i) {
     seats_.push_back(std::make_unique<Seat>());
     makeWeather(*seats_.back());
+    if (troubles_.tokens) seats_.back()->token = *std::next(kTokens.begin(), stage_.random.below(kTokens.size()));
     sit(*seats_.back());
   }
   often(1500, troubles_.cuts, &World::cutALine);
@@ -51,6 +57,8 @@ World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
   often(1000, troubles_.stalls || troubles_.slowLines, &World::changeWeather);
   often(3000, troubles_.restarts, &World::restartServer);
   often(4000, troubles_.resets, &World::resetServer);
+  often(1000, troubles_.badDisk, &World::troubleTheDisk);
+  often(2000, troubles_.tokens, &World::withdrawTokens);
   often(3000, troubles_.deaths, &World::killAClient);
   often(2500, troubles_.stops, &World::stopAClient);
   often(1000, troubles_.corruption, &World::corruptAClient);
@@ -76,7 +84,7 @@ void World::sit(Seat& seat) {
   Habits habits;
   habits.checksHashes = troubles_.corruption;
   if (troubles_.flood && &seat == seats_.front().get()) habits.flood = kFlood;
-  seat.client = std::make_unique<SimClient>(stage_, seat.weather, dial, troubles_.corruption);
+  seat.client = std::make_unique<SimClient>(stage_, seat.weather, dial, seat.token, troubles_.corruption);
   seat.editor = std::make_unique<Editor>(stage_, *seat.client, habits);
 }
 
@@ -123,6 +131,28 @@ void World::crashFor(bool keepState) {
   stage_.time.after(down_ns, [this, keepState] { server_.start(keepState); });
 }
 
+void World::troubleTheDisk() {
+  if (stage_.random.chance(0.5)) return server_.disk().recover();
+  stage_.log.add([] { return "the disk fails"; });
+  server_.disk().fail();
+}
+
+void World::withdrawTokens() {
+  std::set<std::string> tokens;
+  for (const std::string& token : kTokens) {
+    if (stage_.random.chance(0.3)) tokens.insert(token);
+  }
+  withdraw(std::move(tokens));
+}
+
+/// Gives back those that were withdrawn before.
+void World::withdraw(std::set<std::string> tokens) {
+  std::vector<std::string> known;
+  std::ranges::set_difference(kTokens, tokens, std::back_inserter(known));
+  stage_.oracle.tokensWithdrawn(std::move(tokens));
+  server_.knowTokens(known);
+}
+
 void World::killAClient() {
   Seat& seat = anySeat();
   stage_.log.add(
@@ -147,10 +177,15 @@ void World::abandonALine() { anySeat().client->reconnect(); }
 void World::calm() {
   stage_.log.add([] { return "calm"; });
   pace_ = {};
+  server_.disk().recover();
   for (const auto& seat : seats_) {
     seat->weather = {};
     seat->editor->stop();
     if (troubles_.cuts) seat->client->withLine([](Line& line) { line.cut(); });
+  }
+  if (troubles_.tokens) {
+    withdraw({});
+    stage_.time.runUntil(stage_.time.now_ns() + ClientSession::kRefusedDelay_ns);
   }
   while (!server_.up()) stage_.time.runUntil(stage_.time.now_ns() + kStep_ns);
 }

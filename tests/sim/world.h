@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "tests/sim/editor.h"
@@ -16,8 +18,9 @@ namespace haptics::sim {
 /// What goes wrong in one world. Drawn from its seed, so that each world has a few troubles of its own rather than all
 /// of them a little.
 struct Troubles {
-  bool cuts, silences, stalls, slowLines, crumbs;         // the network
-  bool restarts, resets, busyBuilder, slowServo;          // the server
+  bool cuts, silences, stalls, slowLines, crumbs;  // the network
+  bool restarts, resets, busyBuilder, slowServo;   // the server
+  bool badDisk, tokens;
   bool deaths, stops, corruption, oldConnections, flood;  // the clients
 };
 
@@ -34,6 +37,7 @@ class World {
  private:
   struct Seat {  // of one client
     Weather weather;
+    std::string token = {};
     std::unique_ptr<SimClient> client;
     std::unique_ptr<Editor> editor;
   };
@@ -55,6 +59,9 @@ class World {
   void restartServer();
   void resetServer();
   void crashFor(bool keepState);
+  void troubleTheDisk();
+  void withdrawTokens();
+  void withdraw(std::set<std::string> tokens);
   void killAClient();
   void stopAClient();
   void corruptAClient();
