@@ -1,6 +1,7 @@
 """Writes the fuzzers' seeds: real messages, a file for each kind and some in a row. Run it after a change of the protocol:
 
-  PYTHONPATH=build/release/python /usr/bin/python3 tests/fuzz/make_corpus.py
+  out=$(mktemp -d); protoc -Iproto --python_out=$out proto/haptics/v1/*.proto
+  PYTHONPATH=$out /usr/bin/python3 -B tests/fuzz/make_corpus.py
 """
 import base64
 import hashlib
@@ -9,7 +10,7 @@ import zlib
 from pathlib import Path
 
 from google.protobuf import text_format
-from haptics.v1 import envelope_pb2, recording_pb2, scene_pb2
+from haptics.v1 import envelope_pb2, recording_pb2, scene_pb2, state_pb2
 
 CORPUS = Path(__file__).parent / "corpus"
 SCENES = {
@@ -156,6 +157,14 @@ def recording(mesh, properties):
     return parts
 
 
+def kept(text, mesh):
+    """A record of the state folder's log, whose objects have this mesh."""
+    record = text_format.Parse(text, state_pb2.LogRecord())
+    for state in [*record.checkpoint.object, *record.checkpoint.lost, *record.edit.commit.put]:
+        state.mesh = hashlib.sha256(mesh).digest()
+    return record.SerializeToString()
+
+
 def write(fuzzer, name, data):
     folder = CORPUS / fuzzer
     folder.mkdir(parents=True, exist_ok=True)
@@ -286,6 +295,24 @@ def main():
     with_state = recording(mesh, "")
     with_state.insert(3, recording_pb2.RecordingPart(state=recording_pb2.RecordedState(scene=1, image=bytes(2000))))
     write("recording", "state", pieces([part.SerializeToString() for part in with_state]))
+
+    (a_log, a_copy, a_log_record, a_copy_record, an_asset, unfinished) = (bytes([kind]) for kind in range(6))
+    state = ('id: %d name: "%s" revision: %d stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 pose { position {} rotation { w: 1 } } '
+             'color { red: 1 }')
+    first = a_log_record + kept('checkpoint { epoch: 5 revision: 3 next_object_id: 3 object { %s } session { session: 7 '
+                                'forgotten_up_to: 1 result { client_seq: 2 revision: 3 root: "%s" } } }'
+                                % (state % (1, "a", 2), "0" * 32), mesh)
+    edits = [a_log_record + kept(f"edit {{ session: 7 client_seq: {seq} next_object_id: {seq} commit {{ {what} }} }}", mesh)
+             for seq, what in ((3, "put { %s }" % (state % (2, "b", 4))), (4, "removed: 1"))]
+    asset = an_asset + mesh
+    write("state_folder", "log", pieces([first, *edits, asset]))
+    write("state_folder", "copy_only", pieces([a_copy_record + first[1:], asset]))
+    write("state_folder", "damaged_head", pieces([a_copy_record + first[1:], a_log + b"haptics state 2", asset]))
+    write("state_folder", "torn", pieces([unfinished + b"haptics", a_copy + b"", first, asset]))
+    write("state_folder", "lost_asset", pieces([first, *edits]))
+    write("state_folder", "had_lost", pieces([a_log_record + kept(
+        'checkpoint { epoch: 5 revision: 3 next_object_id: 3 object { %s } lost { %s } }'
+        % (state % (1, "a", 2), state % (1, "a", 2)), mesh), asset]))
 
     write("field_bytes", "ramp", b"HSFD" + struct.pack("<III6f", 1, 2, 3, 0, 0.25, 0.5, -1, 2, 3.5))
     write("field_bytes", "square", b"HSFD" + struct.pack("<III16f", 1, 4, 4, *(i * i % 7 / 7 for i in range(16))))

@@ -144,7 +144,9 @@ std::string SimulatedFiles::bytes(const fs::path& path) const {
 }
 
 void SimulatedFiles::put(const fs::path& path, const std::string& bytes) {
-  now_[path]->now = now_[path]->durable = bytes;
+  auto& inode = now_[path];
+  if (!inode) durable_[path] = inode = std::make_shared<Inode>();
+  inode->now = inode->durable = bytes;
 }
 
 void SimulatedFiles::take(const fs::path& path) {
