@@ -59,8 +59,7 @@ void StateScrubber::scrub() {
   scrubLog("checkpoint");
   auto assets = options_.assets();
   std::ranges::sort(assets);
-  const auto repeated = std::ranges::unique(assets);
-  assets.erase(repeated.begin(), repeated.end());
+  assets.erase(std::unique(assets.begin(), assets.end()), assets.end());
   for (const ContentHash& asset : assets) {
     if (!wait(options_.pause)) return;
     scrubAsset(asset);
