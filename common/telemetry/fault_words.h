@@ -10,7 +10,7 @@ namespace haptics {
     case Fault::kNone:
       return "none";
     case Fault::kNonFiniteInput:
-      return "the device's position is not finite";
+      return "the device's position is not finite, or more than 10 km away";
     case Fault::kNonFiniteForce:
       return "the force is not finite";
     case Fault::kDeadlinesMissed:

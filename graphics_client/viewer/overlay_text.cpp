@@ -52,7 +52,7 @@ OverlayLine faultOrRate(const TelemetrySample& sample) {
     case Fault::kNone:
       return {"Servo", formatted("%.0f Hz", sample.servoRate_Hz), Tone::kPlain};
     case Fault::kNonFiniteInput:
-      return {"Servo", "FAULT: position not finite", Tone::kBad};
+      return {"Servo", "FAULT: impossible position", Tone::kBad};
     case Fault::kNonFiniteForce:
       return {"Servo", "FAULT: force not finite", Tone::kBad};
     case Fault::kDeadlinesMissed:

@@ -63,22 +63,24 @@ TEST(HapticStep, NeverWritesMoreThanTheDeviceTakes) {
   EXPECT_NEAR(glm::length(sample.force.written), kConfig.maxForce_N, 1e-9);
 }
 
-TEST(HapticStep, TakesTheForceAwayOnANonFiniteReadingAndComesBackWithoutAKick) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
-  servo.run(500);
-  double last = 1.6;
-  for (int i = 0; i < 40; ++i) {
-    const auto sample = servo.stepAt(Vec3(std::numeric_limits<double>::quiet_NaN(), 0, 0), DeviceState::kReady);
-    EXPECT_EQ(sample.fault, Fault::kNonFiniteInput);
-    EXPECT_LE(sample.force.written.z, last);
-    EXPECT_GE(sample.force.written.z, last - 1.7 / 20);
-    last = sample.force.written.z;
+TEST(HapticStep, TakesTheForceAwayOnAnImpossibleReadingAndComesBackWithoutAKick) {
+  for (const double impossible : {std::numeric_limits<double>::quiet_NaN(), 1e5, -1e87}) {
+    VirtualServo servo(pressDown, kConfig);
+    servo.adopt(sceneOf(1, {slab()}));
+    servo.run(500);
+    double last = 1.6;
+    for (int i = 0; i < 40; ++i) {
+      const auto sample = servo.stepAt(Vec3(impossible, 0, 0), DeviceState::kReady);
+      ASSERT_EQ(sample.fault, Fault::kNonFiniteInput) << impossible;
+      EXPECT_LE(sample.force.written.z, last);
+      EXPECT_GE(sample.force.written.z, last - 1.7 / 20);
+      last = sample.force.written.z;
+    }
+    EXPECT_NEAR(last, 0, 1e-12);
+    const TelemetrySample back = servo.run(100);
+    EXPECT_EQ(back.fault, Fault::kNone);
+    EXPECT_EQ(back.force.written, Vec3(0)) << "inside the slab after a fault: no force until a surface is met anew";
   }
-  EXPECT_NEAR(last, 0, 1e-12);
-  const TelemetrySample back = servo.run(100);
-  EXPECT_EQ(back.fault, Fault::kNone);
-  EXPECT_EQ(back.force.written, Vec3(0)) << "inside the slab after a fault: no force until a surface is met anew";
 }
 
 TEST(HapticStep, FinishesTheRampOfAFaultThatLastsOneTick) {
