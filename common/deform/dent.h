@@ -47,6 +47,19 @@ struct ObjectDent {
   return rest;
 }
 
+/// The normal of such an object at such a place: as at rest, turned by the inverse transpose of the displacements' Jacobian,
+/// I + displacement (grad falloff)^T for each dent. Not of unit length. One function for both processes.
+[[nodiscard]] inline Vec3 dentedNormal(Vec3 normal, Vec3f rest, std::span<const Dent> dents,
+                                       const Falloff& falloff) noexcept {
+  for (const Dent& dent : dents) {
+    const Vec3 way(dent.displacement);
+    const Vec3 gradient = falloff.gradientAt(Vec3(rest) - Vec3(dent.centre));
+    normal -= gradient * (glm::dot(way, normal) / (1 + glm::dot(gradient, way)));  // Sherman and Morrison
+    rest = dented(rest, {&dent, 1}, falloff);
+  }
+  return normal;
+}
+
 /// How much a dent may displace, what stays of plastic ones altogether, and those that are going back together with the
 /// contact's. The displacement changes by no more than this fraction of the distance between two places, so that the
 /// deformation is one to one, and no triangle turns over unless one of its angles is larger than 120 degrees. Larger lets a

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <glm/gtc/matrix_inverse.hpp>
 
 namespace haptics {
 namespace {
@@ -14,18 +13,6 @@ std::vector<Vec3f> vectorsOf(vtkFloatArray* array) {
   std::vector<Vec3f> vectors(static_cast<std::size_t>(array->GetNumberOfTuples()));
   std::memcpy(vectors.data(), array->GetPointer(0), vectors.size() * sizeof(Vec3f));
   return vectors;
-}
-
-/// Normals of a displaced surface are those at rest turned by the inverse transpose of the displacements' Jacobian.
-Vec3f turned(Vec3f normal, Vec3 rest, std::span<const Dent> dents, const Falloff& falloff) {
-  glm::dmat3 jacobian(1.0);
-  Vec3f at(rest);
-  for (const Dent& dent : dents) {
-    const Vec3 gradient = falloff.gradientAt(Vec3(at) - Vec3(dent.centre));
-    jacobian = (glm::dmat3(1.0) + glm::outerProduct(Vec3(dent.displacement), gradient)) * jacobian;
-    at = dented(at, {&dent, 1}, falloff);
-  }
-  return Vec3f(glm::normalize(glm::inverseTranspose(jacobian) * Vec3(normal)));
 }
 
 }  // namespace
@@ -70,7 +57,7 @@ void DentedPoints::move(std::size_t point, const Falloff& falloff) {
   const Vec3f at = dented(restPoints_[point], dents_, falloff);
   points_->SetPoint(id, at.x, at.y, at.z);
   if (!normals_) return;
-  const Vec3f normal = turned(restNormals_[point], Vec3(restPoints_[point]), dents_, falloff);
+  const Vec3f normal(glm::normalize(dentedNormal(Vec3(restNormals_[point]), restPoints_[point], dents_, falloff)));
   normals_->SetTypedTuple(id, &normal.x);
 }
 

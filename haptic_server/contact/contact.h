@@ -69,8 +69,9 @@ struct ContactResult {
   double penetration_m = 0;  ///< |IHIP - HIP|, 0 when free.
   bool alongNormal = false;  ///< That is the way from the HIP to the IHIP: a polygon holds it.
   PrimitiveId primitive;     ///< Canonical numbering.
-  std::uint32_t inDent =
-      kNoTriangle;  ///< Of the body's Surface, where that was met within a dent of the one that holds.
+  /// Of the body's Surface, where dents have moved the IHIP there or let it be met there; else that of the surface that
+  /// holds it.
+  std::uint32_t triangle = kNoTriangle;
   ContactWork work;
 };
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "haptic_server/geometry/dented_surface.h"
+#include "haptic_server/servo/body_dents.h"
 #include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/separation_speed.h"
 #include "haptic_server/surface/force_shading.h"
@@ -74,8 +76,7 @@ class Feeling {
     return detail(body) != nullptr && detail(body)->texture.has_value();
   }
   [[nodiscard]] bool hasShading(std::size_t body) const noexcept {
-    // Shading is of the surface at rest: under a dent its normals are another surface's.
-    return detail(body) != nullptr && detail(body)->shading != nullptr && !object(body).tissue;
+    return detail(body) != nullptr && detail(body)->shading != nullptr;
   }
   [[nodiscard]] Stiffness stiffness(const Felt& felt) const noexcept { return state_.objects[felt.body].felt.value(); }
 
@@ -94,7 +95,7 @@ class Feeling {
     Felt& felt = felt_[count_++];
     felt = {};
     felt.body = static_cast<std::size_t>(contact_.body);
-    felt.triangle = contact_.inDent == kNoTriangle ? state_.contact.holding[0].triangle : contact_.inDent;
+    felt.triangle = contact_.triangle == kNoTriangle ? state_.contact.holding[0].triangle : contact_.triangle;
     felt.from = state_.hip;
     felt.geometric_m = contact_.penetration_m;
     const bool alongWay = !contact_.alongNormal && tellsDirection(felt.geometric_m, felt.body);
@@ -109,14 +110,20 @@ class Feeling {
         stiffness(felt).spring_N_per_m * (std::max(0.0, felt.geometric_m) * felt.normal - unshaded_m);
   }
 
+  /// What of its triangle holds the IHIP.
+  [[nodiscard]] Feature feature() const noexcept {
+    if (contact_.triangle == kNoTriangle) return state_.contact.feature;
+    return static_cast<Feature>(static_cast<int>(contact_.primitive.kind) - 1);
+  }
+
   /// With force shading where there is a shading normal, and without a step where that begins or ends.
   void shadeTouched(Felt& felt) noexcept {
     ShadingFade& fade = memory_.fade;
     const Vec3 unshaded = felt.normal;
     const double unshaded_m = felt.geometric_m;
-    const bool shaded = hasShading(felt.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
-                        shadeAt(felt, {felt.triangle, state_.contact.feature, contact_.primitive.localIndex},
-                                state_.contact.holding[0].side);
+    const bool shaded =
+        hasShading(felt.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
+        shadeAt(felt, {felt.triangle, feature(), contact_.primitive.localIndex}, state_.contact.holding[0].side);
     const Vec3 turn = felt.normal - unshaded;
     const double deepening_m = felt.geometric_m + felt.bulge_m - unshaded_m;
     if (memory_.object == 0) {
@@ -139,9 +146,14 @@ class Feeling {
   /// Paper 4.1. Returns whether there is a shading normal.
   [[nodiscard]] bool shadeAt(Felt& felt, const Foot& foot, int side) const noexcept {
     const Body& body = state_.bodies[felt.body];
-    const ShadedPoint point =
-        shade(*body.surface, *detail(felt.body)->shading, foot, body.frame.toLocal(felt.from), felt.geometric_m * side);
+    const ShadingNormals& normals = *detail(felt.body)->shading;
+    const Vec3 h = body.frame.toLocal(felt.from);
+    const SoftTissue* tissue = object(felt.body).tissue.get();
+    const ShadedPoint point = tissue == nullptr ? shade(*body.surface, normals, foot, h, felt.geometric_m * side)
+                                                : shade(*body.surface, normals, dentsOf(state_, felt.body).all(),
+                                                        tissue->falloff, foot, h, felt.geometric_m * side);
     if (!(point.weight > 0)) return false;
+    felt.triangle = point.triangle;
     felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
     felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
     felt.bulge_m = point.bulge_m * side * point.weight;
@@ -218,7 +230,7 @@ class Feeling {
     felt.geometric_m += felt.bulge_m * watch.presence;
     double full_m = 0;
     if (hasTexture(felt.body) && (felt.heightOnly || !isTouched(felt.body) || !severalBodiesHold(state_))) {
-      const Relief local = detail(felt.body)->texture->at(body.frame.toLocal(felt.ihip()));
+      const Relief local = reliefAt(felt);
       full_m = local.height_m;
       if (state_.detailEdited && object(felt.body).id == state_.contactObject) goOnFrom(watch, full_m);
       felt.height_m = local.height_m * watch.presence;
@@ -231,6 +243,37 @@ class Feeling {
     watch.presence += reaches ? std::clamp(1 - watch.presence, -most, most) : 1 - watch.presence;
     felt.speed_m_per_s =
         separationSpeed(state_, static_cast<int>(felt.body), felt.ihip(), felt.normal, config_.period_s);
+  }
+
+  [[nodiscard]] bool isDeformed(std::size_t body) const noexcept {
+    return detail(body)->material || (object(body).tissue && state_.dentCount > 0);
+  }
+  /// The felt triangle, as dents have it.
+  [[nodiscard]] TriangleRecord triangleOf(const Felt& felt) const noexcept {
+    const TriangleRecord& atRest = state_.bodies[felt.body].surface->triangle(felt.triangle);
+    const SoftTissue* tissue = object(felt.body).tissue.get();
+    return tissue == nullptr ? atRest : dented(atRest, dentsOf(state_, felt.body).all(), tissue->falloff);
+  }
+  /// Of the IHIP, object frame.
+  [[nodiscard]] MaterialPlace materialPlace(const Felt& felt) const noexcept {
+    const Body& body = state_.bodies[felt.body];
+    const auto corners = cornersOf(body.surface->triangle(felt.triangle), detail(felt.body)->material.get());
+    return MaterialPlace(triangleOf(felt), corners, body.frame.toLocal(felt.ihip()));
+  }
+  /// Of the texture at the IHIP, object frame.
+  [[nodiscard]] Relief reliefAt(const Felt& felt) const noexcept {
+    const TextureDetail& texture = *detail(felt.body)->texture;
+    if (!isDeformed(felt.body)) return texture.at(state_.bodies[felt.body].frame.toLocal(felt.ihip()));
+    const MaterialPlace material = materialPlace(felt);
+    const Relief relief = texture.at(material.place());
+    return {relief.height_m, material.gradient(relief.gradient)};
+  }
+  /// At the IHIP, whose place in the object's frame this is.
+  [[nodiscard]] FrictionCoefficients frictionAt(const Felt& felt, Vec3 place) const noexcept {
+    const FrictionDetail& friction = *detail(felt.body)->friction;
+    const TriangleRecord& atRest = state_.bodies[felt.body].surface->triangle(felt.triangle);
+    if (!isDeformed(felt.body)) return friction.at(atRest, place, place);
+    return friction.at(triangleOf(felt), place, materialPlace(felt).place());
   }
 
   /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than
@@ -301,16 +344,18 @@ class Feeling {
       memory_.object = id;
       return;
     }
-    if (memory_.object != 0 && memory_.object != id) friction.carry(body.frame.toLocal(memory_.stickingPoint));
-    memory_.object = id;
     const Vec3 place = body.frame.toLocal(felt.ihip());
+    const FrictionCoefficients mu = frictionAt(felt, place);
+    const bool isOther = memory_.object != 0 && memory_.object != id;
+    if (isOther) friction.carry(body.frame.toLocal(memory_.stickingPoint));
+    if (isOther || state_.detailEdited) friction.edit(mu);
+    memory_.object = id;
     const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, k);
     const double pressing_N = felt.depth_m > 0 ? glm::dot(along.spring + along.damping, felt.normal) : 0;
     const PressedPoint pressed{place, toLocalDirection(body.frame, felt.normal), std::max(0.0, pressing_N)};
     const FrictionScale scale{own->friction->stiffnessFor(k.spring_N_per_m, config_.stableLateral_N_per_m),
                               std::max(kHysteresisSteps * config_.positionStep_m, kLeastHysteresis_m)};
-    const Vec3 force =
-        friction.follow(pressed, own->friction->at(*body.surface, felt.triangle, place), scale, config_.period_s);
+    const Vec3 force = friction.follow(pressed, mu, scale, config_.period_s);
     tick_.force.friction = body.frame.turn(force) * frictionPresence(glm::length(force));
     memory_.stickingPoint = body.frame.toWorld(friction.stickingPoint());
     tick_.friction = friction.state();

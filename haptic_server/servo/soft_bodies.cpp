@@ -5,7 +5,10 @@
 #include <cmath>
 #include <span>
 
-#include "haptic_server/contact/deformed_surface.h"
+#include "haptic_server/geometry/barycentric.h"
+#include "haptic_server/geometry/dented_surface.h"
+#include "haptic_server/servo/body_dents.h"
+#include "haptic_server/surface/force_shading.h"
 
 namespace haptics {
 namespace {
@@ -30,23 +33,6 @@ constexpr double kSamePlace = 0.97;
 constexpr double kStill_s = 0.2;
 /// With no more places free, nothing waits for that.
 constexpr std::size_t kSparePlaces = 2;
-
-/// The dents of one body, in the order in which they are told.
-struct BodyDents {
-  std::array<Dent, kMaxDents> dent;
-  std::size_t count = 0;
-
-  [[nodiscard]] std::span<const Dent> all() const noexcept { return std::span(dent).first(count); }
-};
-
-/// @param without  Index of one that is left out.
-[[nodiscard]] BodyDents dentsOf(const HapticState& state, std::size_t body, std::size_t without = kMaxDents) noexcept {
-  BodyDents dents;
-  for (std::size_t i = 0; i < state.dentCount; ++i) {
-    if (state.dents[i].body == body && i != without) dents.dent[dents.count++] = state.dents[i].dent;
-  }
-  return dents;
-}
 
 [[nodiscard]] double depthOf(const Dent& dent) noexcept { return glm::length(Vec3(dent.displacement)); }
 
@@ -81,25 +67,13 @@ void leaveMark(HapticState& state, std::size_t at, const Dent& mark) noexcept {
   state.dents[at + 1].number = ++state.dentNumber;
 }
 
-/// What each of the triangle's corners has of a point in it. The point is projected on to the triangle along its normal.
-[[nodiscard]] Vec3 barycentric(const TriangleRecord& r, Vec3 point) noexcept {
-  const Vec3 normal = r.areaNormal();
-  const double area2 = squaredLength(normal);
-  if (!(area2 > 0)) return Vec3(1.0 / 3);
-  Vec3 share;
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 from = r.corner(nextCorner(k));
-    const Vec3 edge = r.corner(previousCorner(k)) - from;
-    share[k] = std::clamp(glm::dot(glm::cross(edge, point - from), normal) / area2, 0.0, 1.0);
-  }
-  return share / (share.x + share.y + share.z);
-}
-
 /// One contact with a soft body, in the body's frame.
 class Yielding {
  public:
-  Yielding(const SoftTissue& tissue, HapticState& state, const StepConfig& config, ContactResult& contact) noexcept
-      : tissue_(tissue),
+  /// @param object  Soft.
+  Yielding(const ServoObject& object, HapticState& state, const StepConfig& config, ContactResult& contact) noexcept
+      : tissue_(*object.tissue),
+        shading_(object.detail ? object.detail->shading.get() : nullptr),
         state_(state),
         config_(config),
         contact_(contact),
@@ -124,8 +98,7 @@ class Yielding {
   };
 
   [[nodiscard]] Nearest nearest(const BodyDents& dents) noexcept {
-    const auto moved = [&](Vec3f rest) noexcept { return dented(rest, dents.all(), tissue_.falloff); };
-    const DeformedSurface deformed(*body_.surface, moved);
+    const DentedSurface deformed(*body_.surface, dents.all(), tissue_.falloff);
     Nearest found;
     int spent = 0;
     found.foot = deformed.closestFrom(held_.triangle, h_, spent);
@@ -139,6 +112,8 @@ class Yielding {
   [[nodiscard]] Nearest nearestAtRest() const noexcept {
     Nearest found;
     found.foot.triangle = held_.triangle;
+    found.foot.feature = state_.contact.feature;
+    found.foot.index = contact_.primitive.localIndex;
     found.foot.point = body_.frame.toLocal(contact_.ihip);
     return found;
   }
@@ -200,8 +175,9 @@ class Yielding {
   /// How far the tissue yields, over the other dents. False where those leave the HIP outside.
   [[nodiscard]] bool press() noexcept {
     const BodyDents others = dentsOf(state_, index_, state_.pressedDent);
-    const Nearest at = others.count > 0 ? nearest(others) : nearestAtRest();
+    Nearest at = others.count > 0 ? nearest(others) : nearestAtRest();
     if (at.outside) return lose();
+    if (shading_ != nullptr) shade(at.foot, others);
     const Vec3 foot = at.foot.point;
     if (tissue_.plastic > 0) moveOn(foot);
     BodyDent& pressed = state_.dents[state_.pressedDent];
@@ -216,6 +192,16 @@ class Yielding {
     pressed.dent.displacement = Vec3f(direction * std::clamp(wanted, 0.0, room()));
     if (tissue_.plastic > 0) remember(pressed);
     return true;
+  }
+
+  /// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.
+  void shade(Foot& foot, const BodyDents& others) const noexcept {
+    const double depth_m = glm::distance(h_, foot.point) * held_.side;
+    const ShadedPoint smooth =
+        haptics::shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, h_, depth_m);
+    if (!(smooth.weight > 0)) return;
+    foot.point = glm::mix(foot.point, h_ + smooth.normal * smooth.depth_m, smooth.weight);
+    foot.triangle = smooth.triangle;
   }
 
   /// Leaves a mark where the contact has been, each a dent's width from the last.
@@ -255,8 +241,7 @@ class Yielding {
 
   /// What there is of a dent at a foot on this mesh, which has only its vertices to show it.
   [[nodiscard]] double seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept {
-    const auto moved = [&](Vec3f rest) noexcept { return dented(rest, others.all(), tissue_.falloff); };
-    const TriangleRecord triangle = DeformedSurface(*body_.surface, moved).triangle(foot.triangle);
+    const TriangleRecord triangle = dented(body_.surface->triangle(foot.triangle), others.all(), tissue_.falloff);
     const Vec3 share = barycentric(triangle, foot.point);
     double sum = 0;
     for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(triangle.corner(k) - Vec3(dent.centre));
@@ -275,6 +260,7 @@ class Yielding {
     contact_.normal = body_.frame.turn(at.normal);
     contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
     contact_.primitive = primitiveOf(*body_.surface, at.foot);
+    contact_.triangle = at.foot.triangle;
   }
 
   /// The dents leave the HIP outside.
@@ -307,11 +293,12 @@ class Yielding {
       contact_.normal = body.frame.turn(s.faceNormal(met.triangle) * static_cast<double>(met.side));
       contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
       contact_.primitive = primitiveOf(s, Foot{met.triangle});
-      contact_.inDent = met.triangle;
+      contact_.triangle = met.triangle;
     }
   }
 
   const SoftTissue& tissue_;
+  const ShadingNormals* shading_;  // null: as the polygons are
   HapticState& state_;
   const StepConfig& config_;
   ContactResult& contact_;
@@ -376,7 +363,7 @@ void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfi
   const auto before = state.dents;
   const std::size_t countBefore = state.dentCount;
   relax(scene, state, config);
-  if (tissue != nullptr) Yielding(*tissue, state, config, contact).run();
+  if (tissue != nullptr) Yielding(scene.objects[static_cast<std::size_t>(contact.body)], state, config, contact).run();
   const auto same = [](const BodyDent& a, const BodyDent& b) { return a.body == b.body && a.dent == b.dent; };
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), same)) ++state.deformationRevision;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_server/geometry/dented_surface.h"
+
 namespace haptics {
 namespace {
 
@@ -78,13 +80,13 @@ class ShadedPolygon {
   }
 
   /// @param s  In lengths of the normal, which is a little less than 1.
-  [[nodiscard]] ShadedPoint at(double s) const noexcept {
+  [[nodiscard]] ShadedPoint at(std::uint32_t t, double s) const noexcept {
     const Vec3 parts = this->parts();
     const Vec3 n = interpolatedNormal(shading_, parts);
     const double length = glm::length(n);
     const Vec3 areaNormal = glm::cross(edge1_, edge2_);
     const double cosine = glm::dot(areaNormal, n) / (glm::length(areaNormal) * length);
-    ShadedPoint shaded{0, n / length, s * length};
+    ShadedPoint shaded{.triangle = t, .normal = n / length, .depth_m = s * length};
     const double bend = std::abs(shaded.depth_m) * curvature(parts, shaded.depth_m > 0);
     shaded.weight = (1 - smoothStep(kFadesFrom, kFadesTo, bend)) * smoothStep(kLeastCosine, kGoodCosine, cosine);
     shaded.bulge_m = bulge(parts);
@@ -122,23 +124,61 @@ class ShadedPolygon {
   return foot.feature == Feature::kVertex && r.sharpVertex(foot.index);
 }
 
+struct AtRest {
+  const Surface& surface;
+  const ShadingNormals& shading;
+
+  [[nodiscard]] const TriangleRecord& triangle(std::uint32_t t) const noexcept { return surface.triangle(t); }
+  [[nodiscard]] const ShadingRecord& normals(std::uint32_t t) const noexcept { return shading[t]; }
+};
+
+struct Dented {
+  const Surface& surface;
+  const ShadingNormals& shading;
+  std::span<const Dent> dents;
+  const Falloff& falloff;
+
+  [[nodiscard]] TriangleRecord triangle(std::uint32_t t) const noexcept {
+    return dented(surface.triangle(t), dents, falloff);
+  }
+  [[nodiscard]] ShadingRecord normals(std::uint32_t t) const noexcept {
+    ShadingRecord turned = shading[t];
+    const TriangleRecord& r = surface.triangle(t);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3f normal(unitOrZero(dentedNormal(turned.normal(k), Vec3f(r.corner(k)), dents, falloff)));
+      for (int d = 0; d < 3; ++d) turned.rows[static_cast<std::size_t>(d)][static_cast<std::size_t>(k)] = normal[d];
+    }
+    return turned;
+  }
+};
+
+template <class Shape>
+[[nodiscard]] ShadedPoint shadeOn(const Shape& shape, const Foot& foot, Vec3 h, double depth_m) noexcept {
+  std::uint32_t t = foot.triangle;
+  if (isSharp(shape.shading[t], foot)) return {};
+  double s = depth_m;
+  for (int i = 0; i < kMostPolygons; ++i) {
+    if (!shape.shading[t].hasNormals()) return {};
+    const auto& shading = shape.normals(t);
+    ShadedPolygon polygon(shape.triangle(t), shading);
+    if (!polygon.project(h, s)) return {};
+    const int edge = polygon.beyond();
+    if (edge < 0 || shading.sharpLine(edge)) return polygon.at(t, s);
+    t = shape.surface.triangle(t).neighbour(edge);
+  }
+  return {};
+}
+
 }  // namespace
 
 ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const Foot& foot, Vec3 h,
                   double depth_m) noexcept {
-  std::uint32_t t = foot.triangle;
-  if (isSharp(normals[t], foot)) return {};
-  double s = depth_m;
-  for (int i = 0; i < kMostPolygons; ++i) {
-    const ShadingRecord& shading = normals[t];
-    if (!shading.hasNormals()) return {};
-    ShadedPolygon polygon(surface.triangle(t), shading);
-    if (!polygon.project(h, s)) return {};
-    const int edge = polygon.beyond();
-    if (edge < 0 || shading.sharpLine(edge)) return polygon.at(s);
-    t = surface.triangle(t).neighbour(edge);
-  }
-  return {};
+  return shadeOn(AtRest{surface, normals}, foot, h, depth_m);
+}
+
+ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, std::span<const Dent> dents,
+                  const Falloff& falloff, const Foot& foot, Vec3 h, double depth_m) noexcept {
+  return shadeOn(Dented{surface, normals, dents, falloff}, foot, h, depth_m);
 }
 
 }  // namespace haptics

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+
+#include "common/deform/dent.h"
 #include "haptic_server/surface/shading_normals.h"
 
 namespace haptics {
@@ -8,9 +11,10 @@ namespace haptics {
 struct ShadedPoint {
   /// From 0, where the unshaded vector is to be used, to 1.
   double weight = 0;
-  Vec3 normal{0};      ///< N_s: unit, out of the polygons' outer side.
-  double depth_m = 0;  ///< From h along N_s to the polygon; negative beyond its outer side.
-  double bulge_m = 0;  ///< From there on to the smooth surface.
+  std::uint32_t triangle = kNoTriangle;  ///< In which the point is.
+  Vec3 normal{0};                        ///< N_s: unit, out of the polygons' outer side.
+  double depth_m = 0;                    ///< From h along N_s to the polygon; negative beyond its outer side.
+  double bulge_m = 0;                    ///< From there on to the smooth surface.
 };
 
 /// Eq. (1): the corners' normals weighted by the areas of the subtriangles opposite to them, given as parts of the
@@ -40,5 +44,9 @@ struct ShadedPoint {
 ///  - Sharp lines and vertices have no normal of their own: weight 0.
 [[nodiscard]] ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const Foot& foot, Vec3 h,
                                 double depth_m) noexcept;
+
+/// The same for a body with these dents: its triangles and normals are the dented ones; the foot is on them.
+[[nodiscard]] ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, std::span<const Dent> dents,
+                                const Falloff& falloff, const Foot& foot, Vec3 h, double depth_m) noexcept;
 
 }  // namespace haptics

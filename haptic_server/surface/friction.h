@@ -37,25 +37,31 @@ struct FrictionScale {
 ///    has pulled the sticking point nowhere for a while.
 ///  - Then the sticking point is moved so that k_s gives the force that k_d gave. Left where it is, the force would
 ///    jump up, and (k_s - k_d) x^2 / 2 of energy come from nowhere.
+///  - While it sticks, the coefficients are those of where it began to: were they the IHIP's, a map of them would give the
+///    spring's field a curl, and a loop that sticks all the way would give energy. While it slides they are the IHIP's.
 class StickSlip {
  public:
   /// Seconds without a pull on the sticking point after which the hand counts as at rest. Shorter sticks between the
   /// encoder's steps of a slow slide; longer forgets the static friction of a hand that has stopped.
   static constexpr double kRest_s = 0.1;
 
-  /// One tick. @return Force on the hand, object frame, N: along the surface, towards the sticking point.
+  /// One tick. @param mu  At the IHIP; where the static one is 0, nothing begins to stick.
+  /// @return Force on the hand, object frame, N: along the surface, towards the sticking point.
   [[nodiscard]] Vec3 follow(const PressedPoint& at, FrictionCoefficients mu, const FrictionScale& scale,
                             double period_s) noexcept;
   /// Contact is lost.
   void release() noexcept { *this = {}; }
   /// Into the frame of another object, on to which the IHIP slides.
   void carry(Vec3 stickingPoint) noexcept { point_ = stickingPoint; }
+  /// Of the surface were edited, or are another object's: also while it sticks.
+  void edit(FrictionCoefficients mu) noexcept { mu_ = mu; }
 
   [[nodiscard]] FrictionState state() const noexcept { return state_; }
   [[nodiscard]] Vec3 stickingPoint() const noexcept { return point_; }  ///< Object frame, m.
 
  private:
   FrictionState state_ = FrictionState::kNone;
+  FrictionCoefficients mu_;
   Vec3 point_{0};
   double rested_s_ = 0;
 };

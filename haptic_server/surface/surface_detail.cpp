@@ -12,15 +12,14 @@ namespace {
 constexpr std::uint32_t kSamples = 4096;
 
 /// Spread evenly over the polygons and over each (the R2 sequence of M. Roberts, 2018).
-[[nodiscard]] Vec3 samplePlace(const TriangleRecord& r, std::uint32_t i) {
+[[nodiscard]] Vec3 samplePlace(const MaterialPlace::Corners& corners, std::uint32_t i) {
   double u = std::fmod(0.5 + 0.7548776662466927 * i, 1.0);
   double v = std::fmod(0.5 + 0.5698402909980532 * i, 1.0);
   if (u + v > 1) {
     u = 1 - u;
     v = 1 - v;
   }
-  const Vec3 a = r.corner(0);
-  return a + (r.corner(1) - a) * u + (r.corner(2) - a) * v;
+  return corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v;
 }
 
 /// Of a symmetric matrix of two.
@@ -31,7 +30,17 @@ constexpr std::uint32_t kSamples = 4096;
 
 }  // namespace
 
-TextureDetail::TextureDetail(const Surface& surface, const Texture& texture, std::shared_ptr<const ScalarField> field)
+MaterialPlace::Corners cornersOf(const TriangleRecord& triangle, const std::vector<Vec3f>* material) noexcept {
+  MaterialPlace::Corners corners;
+  for (int k = 0; k < 3; ++k) {
+    corners[static_cast<std::size_t>(k)] =
+        material == nullptr ? triangle.corner(k) : Vec3((*material)[triangle.vertexAt(k)]);
+  }
+  return corners;
+}
+
+TextureDetail::TextureDetail(const Surface& surface, const Texture& texture, std::shared_ptr<const ScalarField> field,
+                             const std::vector<Vec3f>* material)
     : field_(std::move(field)),
       law_(texture.law),
       amplitude_m_(texture.amplitude_m),
@@ -41,7 +50,9 @@ TextureDetail::TextureDetail(const Surface& surface, const Texture& texture, std
   const std::uint32_t count = surface.triangleCount();
   for (std::uint32_t i = 0; i < kSamples; ++i) {
     const auto t = static_cast<std::uint32_t>(std::uint64_t{count} * i / kSamples);
-    const FieldShape shape = shapeAround(*field_, samplePlace(surface.triangle(t), i), surface.faceNormal(t));
+    const MaterialPlace::Corners corners = cornersOf(surface.triangle(t), material);
+    const Vec3 normal = unitOrZero(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
+    const FieldShape shape = shapeAround(*field_, samplePlace(corners, i), normal);
     const glm::dmat2 sideways = glm::outerProduct(shape.slope, shape.slope) + shape.curvature * (shape.value - zero_);
     const double squared = amplitude_m_ * amplitude_m_;
     steepness_ = std::max(steepness_, squared * largestEigenvalue(sideways));
@@ -75,22 +86,17 @@ FrictionDetail::FrictionDetail(const Friction& friction, std::shared_ptr<const S
   most_ = mean_.stick * std::max(most, 0.0);
 }
 
-double FrictionDetail::factorAt(const Surface& surface, std::uint32_t t, Vec3 place) const noexcept {
-  if (field_) return std::max(0.0, 1 + variation_ * field_->at(place).value);
+double FrictionDetail::factorAt(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept {
+  if (field_) return std::max(0.0, 1 + variation_ * field_->at(onMaterial).value);
   if (!scale_) return 1;
-  const TriangleRecord& r = surface.triangle(t);
-  const Vec3 a = r.corner(0);
-  const Vec3 normal = r.areaNormal();
-  const double whole = squaredLength(normal);
-  const auto scaleOf = [&](int k) { return static_cast<double>((*scale_)[r.vertexAt(k)]); };
-  if (!(whole > 0)) return scaleOf(0);
-  const double u = std::clamp(glm::dot(glm::cross(place - a, r.corner(2) - a), normal) / whole, 0.0, 1.0);
-  const double v = std::clamp(glm::dot(glm::cross(r.corner(1) - a, place - a), normal) / whole, 0.0, 1.0 - u);
-  return (1 - u - v) * scaleOf(0) + u * scaleOf(1) + v * scaleOf(2);
+  const Vec3 share = glm::max(barycentric(triangle, place), Vec3(0));
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) sum += share[k] * static_cast<double>((*scale_)[triangle.vertexAt(k)]);
+  return sum / (share.x + share.y + share.z);
 }
 
-FrictionCoefficients FrictionDetail::at(const Surface& surface, std::uint32_t t, Vec3 place) const noexcept {
-  const double factor = factorAt(surface, t, place);
+FrictionCoefficients FrictionDetail::at(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept {
+  const double factor = factorAt(triangle, place, onMaterial);
   return {mean_.stick * factor, mean_.slide * factor};
 }
 
@@ -104,7 +110,10 @@ std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const Surface& surface, c
                              : std::make_shared<const ShadingNormals>(surface, shading->crease_rad, shading->creases);
   }
   if (properties.friction) detail.friction.emplace(*properties.friction, fields.friction, fields.frictionScale);
-  if (properties.texture) detail.texture.emplace(surface, *properties.texture, fields.texture);
+  if (properties.texture) {
+    detail.texture.emplace(surface, *properties.texture, fields.texture, fields.material.get());
+  }
+  if (fields.texture || fields.friction) detail.material = fields.material;
   return std::make_shared<const SurfaceDetail>(std::move(detail));
 }
 

@@ -8,6 +8,7 @@
 #include "common/scene/surface_properties.h"
 #include "common/surface/scalar_field.h"
 #include "haptic_server/surface/friction.h"
+#include "haptic_server/surface/material_place.h"
 #include "haptic_server/surface/shading_normals.h"
 #include "haptic_server/surface/texture_law.h"
 
@@ -17,8 +18,11 @@ namespace haptics {
 class TextureDetail {
  public:
   /// Samples the height over the surface for what gainFor() needs: some milliseconds.
-  TextureDetail(const Surface& surface, const Texture& texture, std::shared_ptr<const ScalarField> field);
+  /// `material` as in SurfaceDetail.
+  TextureDetail(const Surface& surface, const Texture& texture, std::shared_ptr<const ScalarField> field,
+                const std::vector<Vec3f>* material = nullptr);
 
+  /// At a place of the material.
   [[nodiscard]] Relief at(Vec3 place) const noexcept;
   [[nodiscard]] Texture::Law law() const noexcept { return law_; }
   /// Never exceeded: no contact farther outside.
@@ -56,8 +60,8 @@ class FrictionDetail {
   FrictionDetail(const Friction& friction, std::shared_ptr<const ScalarField> field,
                  std::shared_ptr<const std::vector<float>> scale);
 
-  /// At a place on polygon t of the surface.
-  [[nodiscard]] FrictionCoefficients at(const Surface& surface, std::uint32_t t, Vec3 place) const noexcept;
+  /// At a place on a triangle of the surface, as it is, and where that is on the material.
+  [[nodiscard]] FrictionCoefficients at(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept;
   /// The largest static one.
   [[nodiscard]] double most() const noexcept { return most_; }
   /// c of paper 4.2: friction's spring is nowhere stiffer than the surface, nor than `most_N_per_m`.
@@ -66,7 +70,7 @@ class FrictionDetail {
   }
 
  private:
-  [[nodiscard]] double factorAt(const Surface& surface, std::uint32_t t, Vec3 place) const noexcept;
+  [[nodiscard]] double factorAt(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept;
 
   FrictionCoefficients mean_;
   double variation_;
@@ -80,6 +84,9 @@ struct SurfaceDetail {
   std::shared_ptr<const ShadingNormals> shading;  ///< Null: as the polygons are.
   std::optional<FrictionDetail> friction;
   std::optional<TextureDetail> texture;
+  /// Where lattice and residue have moved the surface at rest, its vertices on the material, canonical numbering: fields are
+  /// given there. Null where nothing moved them, or there is no field.
+  std::shared_ptr<const std::vector<Vec3f>> material;
 
   /// Nothing of the felt surface is farther outside of the polygons.
   [[nodiscard]] double highest_m() const noexcept {
@@ -92,7 +99,12 @@ struct DetailFields {
   std::shared_ptr<const ScalarField> texture;
   std::shared_ptr<const ScalarField> friction;
   std::shared_ptr<const std::vector<float>> frictionScale;  ///< A factor >= 0 for each vertex, canonical numbering.
+  std::shared_ptr<const std::vector<Vec3f>> material = nullptr;  ///< As in SurfaceDetail.
 };
+
+/// Of a triangle of the surface at rest; `material` may be null.
+[[nodiscard]] MaterialPlace::Corners cornersOf(const TriangleRecord& triangle,
+                                               const std::vector<Vec3f>* material) noexcept;
 
 /// Null when there is nothing beyond the shape. For the builder thread; an object keeps its detail, the same pointer,
 /// until its mesh or one of its properties changes. `normals` are those of an earlier detail of the same surface with the

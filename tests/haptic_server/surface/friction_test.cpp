@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace haptics {
@@ -135,6 +136,48 @@ TEST(Friction, NeverGivesEnergyInAStrokeToAndFro) {
   }
   EXPECT_LT(least, 1e-6);
   EXPECT_LT(energy, -1e-3);
+}
+
+/// Waves of 1 mm, from 0.06 to 1.14.
+FrictionCoefficients wavyMu(Vec3 place) {
+  const double factor =
+      1 + 0.9 * std::sin(2 * std::numbers::pi * place.x / 1e-3) * std::cos(2 * std::numbers::pi * place.y / 1e-3);
+  return {0.6 * factor, 0.3 * factor};
+}
+
+TEST(Friction, ThatVariesGivesNoEnergyInALoopThatSticks) {
+  constexpr FrictionScale kStiff{1000 / 1.14, 330e-6};
+  for (const double x : {0.0, 0.2e-3, 0.7e-3}) {
+    StickSlip friction;
+    Vec3 last_m(x, 0, 0), last_N(0);
+    double work_J = 0;
+    for (int i = 0; i <= 20'000; ++i) {
+      const double angle = 2 * std::numbers::pi * i / 2000;
+      const Vec3 place(x + 0.35e-3 * (1 - std::cos(angle)), 0.35e-3 * std::sin(angle), 0);
+      const Vec3 force_N = friction.follow({place, kUp, 5}, wavyMu(place), kStiff, kPeriod_s);
+      ASSERT_EQ(friction.state(), FrictionState::kSticking);
+      work_J += glm::dot(0.5 * (force_N + last_N), place - last_m);
+      last_m = place;
+      last_N = force_N;
+    }
+    EXPECT_NEAR(work_J, 0, 1e-9) << "ten loops from x = " << x;
+  }
+}
+
+TEST(Friction, DoesNotStickWhereThereIsNone) {
+  const auto mu = [](double x) { return x > 0 ? FrictionCoefficients{} : kMu; };
+  StickSlip friction;
+  for (double x = -0.01; x < 0.01; x += 1e-4) {
+    const Vec3 force = friction.follow({Vec3(x, 0, 0), kUp, kPressing_N}, mu(x), kScale, kPeriod_s);
+    if (x > 1e-9) {
+      EXPECT_EQ(friction.state(), FrictionState::kNone) << x;
+      EXPECT_EQ(force, Vec3(0)) << x;
+    }
+  }
+  for (double x = 0.01; x > -0.01; x -= 1e-4) {
+    friction.follow({Vec3(x, 0, 0), kUp, kPressing_N}, mu(x), kScale, kPeriod_s);
+  }
+  EXPECT_EQ(friction.state(), FrictionState::kSliding) << "as before";
 }
 
 TEST(Friction, GivesWayWhenTheSurfaceIsPressedLess) {

@@ -2,37 +2,44 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
+#include "common/deform/dent.h"
 #include "haptic_server/geometry/closest_point.h"
 #include "haptic_server/geometry/neighbours.h"
 #include "haptic_server/geometry/surface.h"
 
 namespace haptics {
 
-/// A surface whose vertices are displaced, triangle by triangle as they are asked for. Nothing of it is stored, so that a
+/// A triangle with its corners where the dents have them.
+[[nodiscard]] inline TriangleRecord dented(TriangleRecord r, std::span<const Dent> dents,
+                                           const Falloff& falloff) noexcept {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3f at = dented(Vec3f(r.rows[0][k], r.rows[1][k], r.rows[2][k]), dents, falloff);
+    for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = at[static_cast<int>(d)];
+  }
+  return r;
+}
+
+/// A surface whose vertices dents displace, triangle by triangle as they are asked for. Nothing of it is stored, so that a
 /// shape that changes in every tick costs only what the search looks at, however large the part that changes; boxes and
 /// normals are never refitted, for the surface at rest finds the contact, and this one only where on it the IHIP is.
-/// @tparam Moved  Vec3f(Vec3f): a vertex at rest to where it is (object frame, metres).
-template <class Moved>
-class DeformedSurface {
+class DentedSurface {
  public:
   /// Triangles that a search may look at. Displacements are small against the mesh, so that a search ends where it began
   /// or a few triangles on; more would bound the tick less.
   static constexpr int kBudget = 96;
 
-  DeformedSurface(const Surface& rest, const Moved& moved) noexcept : rest_(rest), moved_(moved) {}
+  DentedSurface(const Surface& rest, std::span<const Dent> dents, const Falloff& falloff) noexcept
+      : rest_(rest), dents_(dents), falloff_(falloff) {}
 
   [[nodiscard]] TriangleRecord triangle(std::uint32_t t) const noexcept {
-    TriangleRecord r = rest_.triangle(t);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3f at = moved_(Vec3f(r.rows[0][k], r.rows[1][k], r.rows[2][k]));
-      for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = at[static_cast<int>(d)];
-    }
-    return r;
+    return dented(rest_.triangle(t), dents_, falloff_);
   }
 
-  /// The neighborhood watch of paper 3.2 on the moved triangles: from a triangle down to a point that no triangle around is
+  /// The neighborhood watch of paper 3.2 on the dented triangles: from a triangle down to a point that no triangle around is
   /// closer to h than. Adds the triangles looked at to `spent`.
   [[nodiscard]] Foot closestFrom(std::uint32_t start, Vec3 h, int& spent) const noexcept {
     Foot best = footOn(start, h, spent);
@@ -53,7 +60,7 @@ class DeformedSurface {
     return best;
   }
 
-  /// As Surface::normal(), of the moved triangles; not of length 1, zero where there is none.
+  /// As Surface::normal(), of the dented triangles; not of length 1, zero where there is none.
   [[nodiscard]] Vec3 normal(const Foot& foot) const noexcept {
     const Vec3 own = triangle(foot.triangle).areaNormal();
     if (foot.feature == Feature::kPolygon || rest_.onBoundary(foot)) return own;
@@ -83,7 +90,8 @@ class DeformedSurface {
   }
 
   const Surface& rest_;
-  const Moved& moved_;
+  std::span<const Dent> dents_;
+  const Falloff& falloff_;
 };
 
 }  // namespace haptics

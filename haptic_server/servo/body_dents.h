@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "haptic_server/servo/haptic_state.h"
+
+namespace haptics {
+
+/// The dents of one body, in the order in which they are applied.
+struct BodyDents {
+  std::array<Dent, kMaxDents> dent;
+  std::size_t count = 0;
+
+  [[nodiscard]] std::span<const Dent> all() const noexcept { return std::span(dent).first(count); }
+};
+
+/// @param without  Index of one that is left out.
+[[nodiscard]] inline BodyDents dentsOf(const HapticState& state, std::size_t body,
+                                       std::size_t without = kMaxDents) noexcept {
+  BodyDents dents;
+  for (std::size_t i = 0; i < state.dentCount; ++i) {
+    if (state.dents[i].body == body && i != without) dents.dent[dents.count++] = state.dents[i].dent;
+  }
+  return dents;
+}
+
+}  // namespace haptics
