@@ -1,5 +1,6 @@
 #include "graphics_client/viewer/dented_points.h"
 
+#include <vtkNew.h>
 #include <vtkPointData.h>
 
 #include <algorithm>
@@ -15,11 +16,24 @@ std::vector<Vec3f> vectorsOf(vtkFloatArray* array) {
   return vectors;
 }
 
+constexpr const char* kRises = "Rises";
+
 }  // namespace
+
+void addRises(vtkPolyData* data, std::span<const Vec3f> rises) {
+  if (rises.empty()) return;
+  vtkNew<vtkFloatArray> array;
+  array->SetName(kRises);
+  array->SetNumberOfComponents(3);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(rises.size()));
+  std::memcpy(array->GetPointer(0), rises.data(), rises.size_bytes());
+  data->GetPointData()->AddArray(array);
+}
 
 DentedPoints::DentedPoints(vtkPolyData* atRest) : points_(vtkSmartPointer<vtkPoints>::New()) {
   points_->DeepCopy(atRest->GetPoints());
   restPoints_ = vectorsOf(vtkFloatArray::SafeDownCast(points_->GetData()));
+  if (auto* rises = vtkFloatArray::SafeDownCast(atRest->GetPointData()->GetArray(kRises))) rises_ = vectorsOf(rises);
   if (auto* normals = vtkFloatArray::SafeDownCast(atRest->GetPointData()->GetNormals())) {
     normals_ = vtkSmartPointer<vtkFloatArray>::New();
     normals_->DeepCopy(normals);
@@ -41,7 +55,7 @@ bool DentedPoints::follow(std::span<const Dent> dents, const Falloff& falloff) {
   const auto radius2 = static_cast<float>(falloff.radius_m() * falloff.radius_m() * (1 + 1e-5));
   for (std::size_t i = 0; i < restPoints_.size(); ++i) {
     const bool isReached = std::ranges::any_of(reached, [&](const Dent& dent) {
-      const Vec3f way = restPoints_[i] - dent.centre;
+      const Vec3f way = onSurface(i) - dent.centre;
       return glm::dot(way, way) < radius2;
     });
     if (isReached) move(i, falloff);
@@ -54,10 +68,14 @@ bool DentedPoints::follow(std::span<const Dent> dents, const Falloff& falloff) {
 
 void DentedPoints::move(std::size_t point, const Falloff& falloff) {
   const auto id = static_cast<vtkIdType>(point);
-  const Vec3f at = dented(restPoints_[point], dents_, falloff);
+  const Vec3f base = onSurface(point);
+  Vec3f at = dented(base, dents_, falloff);
+  if (const Vec3 rise = rises_.empty() ? Vec3(0) : Vec3(rises_[point]); rise != Vec3(0)) {
+    at += Vec3f(glm::normalize(dentedNormal(rise, base, dents_, falloff)) * glm::length(rise));
+  }
   points_->SetPoint(id, at.x, at.y, at.z);
   if (!normals_) return;
-  const Vec3f normal(glm::normalize(dentedNormal(Vec3(restNormals_[point]), restPoints_[point], dents_, falloff)));
+  const Vec3f normal(glm::normalize(dentedNormal(Vec3(restNormals_[point]), base, dents_, falloff)));
   normals_->SetTypedTuple(id, &normal.x);
 }
 

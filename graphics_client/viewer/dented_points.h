@@ -15,11 +15,14 @@
 
 namespace haptics {
 
+/// Of points that a texture raises, how far each is from the geometric surface, which the dents move; none: they are on it.
+void addRises(vtkPolyData* data, std::span<const Vec3f> rises);
+
 /// The points and normals of a soft object as its dents have them: by the function that the servo uses, on the same
 /// numbers. Object frame. Only points that a dent reaches, or did until now, are computed.
 class DentedPoints {
  public:
-  /// A copy of the data's points and normals, which are those at rest.
+  /// A copy of the data's points, normals and rises, which are those at rest.
   explicit DentedPoints(vtkPolyData* atRest);
 
   /// Shows these in place of its own.
@@ -30,13 +33,17 @@ class DentedPoints {
   void colorIn(vtkPolyData* data, palette::Shade own);
 
  private:
-  std::vector<Vec3f> restPoints_, restNormals_;
+  std::vector<Vec3f> restPoints_, restNormals_, rises_;  // the last: none of a plain object
   vtkSmartPointer<vtkPoints> points_;
   vtkSmartPointer<vtkFloatArray> normals_;  // null for a faceted object
   vtkSmartPointer<vtkUnsignedCharArray> colors_;
   std::vector<Dent> dents_;
   double deepest_m_ = 0;  // that they may be
 
+  /// Below what the texture raises, at rest.
+  [[nodiscard]] Vec3f onSurface(std::size_t point) const {
+    return rises_.empty() ? restPoints_[point] : restPoints_[point] - rises_[point];
+  }
   void move(std::size_t point, const Falloff& falloff);
 };
 

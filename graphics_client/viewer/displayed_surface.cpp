@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/deform/triangle_map.h"
 #include "graphics_client/viewer/mesh_normals.h"
 #include "graphics_client/viewer/refined_mesh.h"
 
@@ -90,17 +91,48 @@ std::vector<Vec3> firstNormals(const RefinedMesh& mesh) {
   return normals;
 }
 
-std::vector<FieldSample> sampled(const CarriedField& field, const RefinedMesh& mesh) {
+/// The mesh's places before it was deformed; none where it is not.
+std::vector<Vec3> onMaterial(const RefinedMesh& mesh, std::span<const Vec3f> material) {
+  std::vector<Vec3> places(material.begin(), material.end());
+  if (material.empty()) return places;
+  for (const auto& [a, b] : mesh.parents) places.push_back((places[a] + places[b]) / 2.0);
+  return places;
+}
+
+/// As the triangles around a place have it, in the mean.
+void deformGradients(const RefinedMesh& mesh, const std::vector<Vec3>& material, std::vector<FieldSample>& samples) {
+  std::vector<Vec3> sums(samples.size(), Vec3(0));
+  std::vector<int> counts(samples.size(), 0);
+  for (const TriangleIndices& triangle : mesh.triangles) {
+    TriangleMap::Corners now, before;
+    for (std::size_t k = 0; k < 3; ++k) {
+      now[k] = mesh.places[mesh.place[triangle[k]]];
+      before[k] = material[mesh.place[triangle[k]]];
+    }
+    const TriangleMap map(now, before);
+    for (const std::uint32_t v : triangle) {
+      sums[mesh.place[v]] += map.gradient(samples[mesh.place[v]].gradient);
+      ++counts[mesh.place[v]];
+    }
+  }
+  for (std::size_t p = 0; p < samples.size(); ++p) samples[p].gradient = sums[p] / std::max(1.0, double(counts[p]));
+}
+
+std::vector<FieldSample> sampled(const CarriedField& field, const RefinedMesh& mesh, std::span<const Vec3f> material) {
   const std::vector<Vec3> normals = firstNormals(mesh);
-  std::vector<FieldSample> samples(mesh.places.size());
-  for (std::size_t p = 0; p < samples.size(); ++p) samples[p] = field.at(mesh.places[p], normals[p]);
+  const std::vector<Vec3> before = onMaterial(mesh, material);
+  const std::vector<Vec3>& places = before.empty() ? mesh.places : before;
+  std::vector<FieldSample> samples(places.size());
+  for (std::size_t p = 0; p < samples.size(); ++p) samples[p] = field.at(places[p], normals[p]);
+  if (!before.empty()) deformGradients(mesh, before, samples);
   return samples;
 }
 
-void raise(DisplayedSurface& drawn, const RefinedMesh& mesh, const Texture& texture, const ScalarField& field) {
+void raise(DisplayedSurface& drawn, const RefinedMesh& mesh, const Texture& texture, const SurfaceFields& fields) {
+  const ScalarField& field = *fields.texture;
   const CarriedField carried(field, mesh.longestEdge_m);
   drawn.filtered |= carried.filtered();
-  const std::vector<FieldSample> samples = sampled(carried, mesh);
+  const std::vector<FieldSample> samples = sampled(carried, mesh, fields.material);
   const std::vector<Vec3> directions = risingDirections(mesh);
   const double zero = texture.literal ? 0 : field.lowest();
   const double range = field.highest() - field.lowest();
@@ -108,7 +140,9 @@ void raise(DisplayedSurface& drawn, const RefinedMesh& mesh, const Texture& text
   for (std::size_t v = 0; v < mesh.place.size(); ++v) {
     const std::uint32_t p = mesh.place[v];
     const Vec3 gradient = texture.amplitude_m * samples[p].gradient, normal = mesh.normals[v];
-    drawn.points[v] = mesh.places[p] + directions[p] * (texture.amplitude_m * (samples[p].value - zero));
+    const Vec3 rise = directions[p] * (texture.amplitude_m * (samples[p].value - zero));
+    drawn.rises.emplace_back(rise);
+    drawn.points[v] = mesh.places[p] + rise;
     drawn.normals[v] = glm::normalize(normal - gradient + glm::dot(gradient, normal) * normal);
     drawn.heights.push_back(static_cast<float>(range > 0 ? (samples[p].value - field.lowest()) / range : 0));
   }
@@ -120,7 +154,7 @@ std::vector<float> frictionOver(const RefinedMesh& mesh, const Friction& frictio
   if (fields.friction) {
     const CarriedField carried(*fields.friction, mesh.longestEdge_m);
     filtered |= carried.filtered();
-    const std::vector<FieldSample> samples = sampled(carried, mesh);
+    const std::vector<FieldSample> samples = sampled(carried, mesh, fields.material);
     std::ranges::transform(samples, factors.begin(), [&](const FieldSample& sample) {
       return std::max(0.0, 1 + friction.variation * sample.value);
     });
@@ -187,7 +221,7 @@ DisplayedSurface displaySurface(const TriMesh& mesh, const SurfaceProperties& pr
   drawn.points.reserve(refined.place.size());
   for (const std::uint32_t p : refined.place) drawn.points.emplace_back(refined.places[p]);
   if (refined.triangles.size() > mesh.triangles.size()) drawn.rims = rimsOf(refined);
-  if (fields.texture) raise(drawn, refined, *properties.texture, *fields.texture);
+  if (fields.texture) raise(drawn, refined, *properties.texture, fields);
   if (frictionVaries) drawn.friction = frictionOver(refined, *properties.friction, fields, drawn.filtered);
   return drawn;
 }

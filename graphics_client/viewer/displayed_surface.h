@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,13 +18,15 @@ struct SurfaceFields {
   std::shared_ptr<const ScalarField> texture = nullptr;
   std::shared_ptr<const ScalarField> friction = nullptr;
   std::shared_ptr<const std::vector<float>> frictionScale =
-      nullptr;  ///< A factor for each vertex, canonical numbering.
+      nullptr;                           ///< A factor for each vertex, canonical numbering.
+  std::span<const Vec3f> material = {};  ///< The mesh's vertices before it was deformed; none where it is not.
 };
 
 /// A surface as it is drawn, which is as it is felt: faceted or shaded, raised by its texture. Object frame, m.
 struct DisplayedSurface {
   std::vector<Vec3f> points = {};
   std::vector<Vec3f> normals = {};  ///< Unit; none where the surface is faceted and plain.
+  std::vector<Vec3f> rises = {};    ///< Of each point, from the geometric surface; none without texture.
   std::vector<TriangleIndices> triangles = {};
   std::vector<float> heights =
       {};  ///< Of each point, 0 at the texture's lowest to 1 at its highest; none without texture.
@@ -44,7 +47,7 @@ struct CoarseDetail {
 };
 
 /// The surface, cut fine enough to carry its fields: four edges to the shortest wavelength, as far as `mostTriangles`
-/// allow. Fields are evaluated where they are felt, on the geometric surface; points then rise by h along N_s, and
+/// allow. Fields are evaluated where they are felt, on the material of the geometric surface; points then rise by h along N_s, and
 /// normals turn to M of Eq. (2) of the paper. At a crease, where N_s is several, a point goes where the raised sides meet.
 [[nodiscard]] DisplayedSurface displaySurface(const TriMesh& mesh, const SurfaceProperties& properties,
                                               const SurfaceFields& fields, std::size_t mostTriangles);

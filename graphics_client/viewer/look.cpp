@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "common/surface/make_field.h"
+#include "graphics_client/viewer/dented_points.h"
 #include "graphics_client/viewer/displayed_surface.h"
 #include "graphics_client/viewer/poly_data.h"
 
@@ -62,6 +63,7 @@ std::vector<Look::Piece> piecesOf(const DisplayedSurface& surface) {
       return own;
     };
     const auto drawn = trianglesOf(gathered(surface.points), patch.triangles, gathered(surface.normals));
+    addRises(drawn, gathered(surface.rises));
     patch.triangles = {};
     pieces.push_back({drawn, std::move(patch)});
   }
@@ -102,7 +104,9 @@ Look makeLook(const LookOrder& order) {
               order.triangles->triangles};
   }
   const TriMesh& mesh = isShaped ? shaped : *order.triangles;
-  DisplayedSurface surface = displaySurface(mesh, order.surface, fieldsOf(order), order.mostTriangles);
+  SurfaceFields fields = fieldsOf(order);
+  if (isShaped) fields.material = order.triangles->vertices;
+  DisplayedSurface surface = displaySurface(mesh, order.surface, fields, order.mostTriangles);
   Look look{.pieces = piecesOf(surface),
             .shadow = {},
             .rims = {},
@@ -115,7 +119,10 @@ Look makeLook(const LookOrder& order) {
             .longestEdge_m = surface.longestEdge_m,
             .filtered = surface.filtered,
             .outline = outlineOf(mesh)};
-  if (!surface.rims.empty()) look.rims = segmentsOf(surface.points, surface.rims);
+  if (!surface.rims.empty()) {
+    look.rims = segmentsOf(surface.points, surface.rims);
+    addRises(look.rims, surface.rises);
+  }
   look.low = look.high = look.outline.front();
   for (const Vec3& p : look.outline) {
     look.low = glm::min(look.low, p);

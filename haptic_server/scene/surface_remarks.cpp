@@ -46,6 +46,14 @@ std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, 
   return text.str();
 }
 
+/// Empty when a texture below 0 is felt as a pit, or none is below 0.
+std::string literalRemark(const Texture& texture, const ScalarField& field) {
+  if (!texture.literal || texture.law != Texture::Law::kHo1999 || !(field.lowest() < 0)) return {};
+  return "warning: the texture is literal and goes below 0: there it is drawn as a pit and felt as a bump, for Eq. "
+         "(4a) as "
+         "printed pulls uphill where h < 0; TEXTURE_LAW_BUMP is felt as a pit, and without literal nothing is below 0";
+}
+
 /// Empty when it is felt as it was asked for.
 std::string stiffnessRemark(const ObjectRecord& record, const DeviceLimits& device) {
   const double asked = record.material.stiffness_N_per_m;
@@ -117,6 +125,8 @@ std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const Object
     look("texture", assets.textureField.get());
     if (std::string clamped = clampRemark(record, assets, device); !clamped.empty())
       remarks.push_back(std::move(clamped));
+    std::string literal = literalRemark(*record.material.surface.texture, *assets.textureField);
+    if (!literal.empty()) remarks.push_back(std::move(literal));
   }
   if (record.material.surface.friction) look("friction", assets.frictionField.get());
   return remarks;

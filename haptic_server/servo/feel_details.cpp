@@ -254,26 +254,25 @@ class Feeling {
     const SoftTissue* tissue = object(felt.body).tissue.get();
     return tissue == nullptr ? atRest : dented(atRest, dentsOf(state_, felt.body).all(), tissue->falloff);
   }
-  /// Of the IHIP, object frame.
-  [[nodiscard]] MaterialPlace materialPlace(const Felt& felt) const noexcept {
-    const Body& body = state_.bodies[felt.body];
-    const auto corners = cornersOf(body.surface->triangle(felt.triangle), detail(felt.body)->material.get());
-    return MaterialPlace(triangleOf(felt), corners, body.frame.toLocal(felt.ihip()));
+  [[nodiscard]] TriangleMap mapToMaterial(const Felt& felt) const noexcept {
+    const Surface& surface = *state_.bodies[felt.body].surface;
+    return {cornersOf(triangleOf(felt)), cornersOf(surface.triangle(felt.triangle), detail(felt.body)->material.get())};
   }
   /// Of the texture at the IHIP, object frame.
   [[nodiscard]] Relief reliefAt(const Felt& felt) const noexcept {
     const TextureDetail& texture = *detail(felt.body)->texture;
-    if (!isDeformed(felt.body)) return texture.at(state_.bodies[felt.body].frame.toLocal(felt.ihip()));
-    const MaterialPlace material = materialPlace(felt);
-    const Relief relief = texture.at(material.place());
-    return {relief.height_m, material.gradient(relief.gradient)};
+    const Vec3 place = state_.bodies[felt.body].frame.toLocal(felt.ihip());
+    if (!isDeformed(felt.body)) return texture.at(place);
+    const TriangleMap map = mapToMaterial(felt);
+    const Relief relief = texture.at(map.place(place));
+    return {relief.height_m, map.gradient(relief.gradient)};
   }
   /// At the IHIP, whose place in the object's frame this is.
   [[nodiscard]] FrictionCoefficients frictionAt(const Felt& felt, Vec3 place) const noexcept {
     const FrictionDetail& friction = *detail(felt.body)->friction;
     const TriangleRecord& atRest = state_.bodies[felt.body].surface->triangle(felt.triangle);
     if (!isDeformed(felt.body)) return friction.at(atRest, place, place);
-    return friction.at(triangleOf(felt), place, materialPlace(felt).place());
+    return friction.at(triangleOf(felt), place, mapToMaterial(felt).place(place));
   }
 
   /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than

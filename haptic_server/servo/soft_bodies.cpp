@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "haptic_server/geometry/barycentric.h"
+#include "common/maths/barycentric.h"
 #include "haptic_server/geometry/dented_surface.h"
 #include "haptic_server/servo/body_dents.h"
 #include "haptic_server/surface/force_shading.h"
@@ -242,7 +242,7 @@ class Yielding {
   /// What there is of a dent at a foot on this mesh, which has only its vertices to show it.
   [[nodiscard]] double seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept {
     const TriangleRecord triangle = dented(body_.surface->triangle(foot.triangle), others.all(), tissue_.falloff);
-    const Vec3 share = barycentric(triangle, foot.point);
+    const Vec3 share = barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), foot.point);
     double sum = 0;
     for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(triangle.corner(k) - Vec3(dent.centre));
     return sum;

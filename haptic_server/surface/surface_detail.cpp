@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "common/maths/barycentric.h"
+
 namespace haptics {
 namespace {
 
@@ -12,7 +14,7 @@ namespace {
 constexpr std::uint32_t kSamples = 4096;
 
 /// Spread evenly over the polygons and over each (the R2 sequence of M. Roberts, 2018).
-[[nodiscard]] Vec3 samplePlace(const MaterialPlace::Corners& corners, std::uint32_t i) {
+[[nodiscard]] Vec3 samplePlace(const TriangleMap::Corners& corners, std::uint32_t i) {
   double u = std::fmod(0.5 + 0.7548776662466927 * i, 1.0);
   double v = std::fmod(0.5 + 0.5698402909980532 * i, 1.0);
   if (u + v > 1) {
@@ -30,8 +32,8 @@ constexpr std::uint32_t kSamples = 4096;
 
 }  // namespace
 
-MaterialPlace::Corners cornersOf(const TriangleRecord& triangle, const std::vector<Vec3f>* material) noexcept {
-  MaterialPlace::Corners corners;
+TriangleMap::Corners cornersOf(const TriangleRecord& triangle, const std::vector<Vec3f>* material) noexcept {
+  TriangleMap::Corners corners;
   for (int k = 0; k < 3; ++k) {
     corners[static_cast<std::size_t>(k)] =
         material == nullptr ? triangle.corner(k) : Vec3((*material)[triangle.vertexAt(k)]);
@@ -50,7 +52,7 @@ TextureDetail::TextureDetail(const Surface& surface, const Texture& texture, std
   const std::uint32_t count = surface.triangleCount();
   for (std::uint32_t i = 0; i < kSamples; ++i) {
     const auto t = static_cast<std::uint32_t>(std::uint64_t{count} * i / kSamples);
-    const MaterialPlace::Corners corners = cornersOf(surface.triangle(t), material);
+    const TriangleMap::Corners corners = cornersOf(surface.triangle(t), material);
     const Vec3 normal = unitOrZero(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
     const FieldShape shape = shapeAround(*field_, samplePlace(corners, i), normal);
     const glm::dmat2 sideways = glm::outerProduct(shape.slope, shape.slope) + shape.curvature * (shape.value - zero_);
@@ -89,7 +91,7 @@ FrictionDetail::FrictionDetail(const Friction& friction, std::shared_ptr<const S
 double FrictionDetail::factorAt(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept {
   if (field_) return std::max(0.0, 1 + variation_ * field_->at(onMaterial).value);
   if (!scale_) return 1;
-  const Vec3 share = glm::max(barycentric(triangle, place), Vec3(0));
+  const Vec3 share = glm::max(barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), place), Vec3(0));
   double sum = 0;
   for (int k = 0; k < 3; ++k) sum += share[k] * static_cast<double>((*scale_)[triangle.vertexAt(k)]);
   return sum / (share.x + share.y + share.z);

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "common/deform/triangle_map.h"
 #include "common/scene/surface_properties.h"
 #include "common/surface/scalar_field.h"
 #include "haptic_server/surface/friction.h"
-#include "haptic_server/surface/material_place.h"
 #include "haptic_server/surface/shading_normals.h"
 #include "haptic_server/surface/texture_law.h"
 
@@ -102,9 +102,9 @@ struct DetailFields {
   std::shared_ptr<const std::vector<Vec3f>> material = nullptr;  ///< As in SurfaceDetail.
 };
 
-/// Of a triangle of the surface at rest; `material` may be null.
-[[nodiscard]] MaterialPlace::Corners cornersOf(const TriangleRecord& triangle,
-                                               const std::vector<Vec3f>* material) noexcept;
+/// Of a triangle, or of one of the surface at rest on the material, which may be null.
+[[nodiscard]] TriangleMap::Corners cornersOf(const TriangleRecord& triangle,
+                                             const std::vector<Vec3f>* material = nullptr) noexcept;
 
 /// Null when there is nothing beyond the shape. For the builder thread; an object keeps its detail, the same pointer,
 /// until its mesh or one of its properties changes. `normals` are those of an earlier detail of the same surface with the

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <chrono>
+#include <vector>
 
 #include "common/mesh/generators.h"
 #include "graphics_client/viewer/mesh_normals.h"
@@ -45,6 +46,28 @@ TEST(DentedPoints, AreThoseThatTheServoHasToTheBit) {
   EXPECT_TRUE(points.follow({}, kFalloff));
   for (std::size_t i = 0; i < drawn.mesh.vertices.size(); ++i) {
     ASSERT_EQ(pointOf(drawn.data, i), Vec3(drawn.mesh.vertices[i]));
+  }
+}
+
+TEST(DentedPoints, RiseFromTheDentedSurfaceAlongItsNormal) {
+  constexpr double kRise_m = 0.002;
+  Drawn drawn;
+  std::vector<Vec3f> rises, raised;
+  for (const Vec3f v : drawn.mesh.vertices) {
+    rises.emplace_back(glm::normalize(Vec3(v)) * kRise_m);
+    raised.push_back(v + rises.back());
+  }
+  drawn.data = trianglesOf(raised, drawn.mesh.triangles, drawn.shaded.normals);
+  addRises(drawn.data, rises);
+  DentedPoints points(drawn.data);
+  points.drawIn(drawn.data);
+  const std::array dents{Dent{{0, 0, 0.05F}, {0.001F, 0, -0.005F}}};
+  points.follow(dents, kFalloff);
+  for (std::size_t i = 0; i < raised.size(); ++i) {
+    const Vec3f base = drawn.mesh.vertices[i];
+    const Vec3 normal = glm::normalize(dentedNormal(Vec3(rises[i]), base, dents, kFalloff));
+    const Vec3 expected = Vec3(dented(base, dents, kFalloff)) + kRise_m * normal;
+    ASSERT_LT(glm::distance(pointOf(drawn.data, i), expected), 1e-7);
   }
 }
 

@@ -67,6 +67,22 @@ TEST(DisplayedSurface, RisesByTheHeightThatIsFelt) {
   }
 }
 
+TEST(DisplayedSurface, HasTheFieldsOfItsMaterialWhereItIsDeformed) {
+  const auto field = fieldOf(gratingAlongX());
+  const TriMesh material = square(0.05F);
+  TriMesh stretched = material;
+  for (Vec3f& v : stretched.vertices) v.x *= 2;
+  const DisplayedSurface drawn =
+      displaySurface(stretched, textured(gratingAlongX()), {.texture = field, .material = material.vertices}, kPlenty);
+  for (std::size_t i = 0; i < drawn.points.size(); ++i) {
+    const double phase = 2 * std::numbers::pi * drawn.points[i].x / (2 * kWave_m);
+    ASSERT_NEAR(drawn.points[i].z, kAmplitude_m * (std::cos(phase) - field->lowest()), 1e-8);
+    const double slope = -kAmplitude_m * std::numbers::pi / kWave_m * std::sin(phase);
+    const Vec3 normal = glm::normalize(Vec3(-slope, 0, 1));
+    ASSERT_NEAR(glm::distance(Vec3(drawn.normals[i]), normal), 0, 1e-5);
+  }
+}
+
 TEST(DisplayedSurface, SinksIntoPitsOfALiteralTexture) {
   SurfaceProperties properties = textured(gratingAlongX());
   properties.texture->literal = true;

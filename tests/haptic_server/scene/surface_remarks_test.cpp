@@ -34,6 +34,15 @@ TEST(SurfaceRemarks, SayNothingOfATextureThatIsFeltAsItWasAskedFor) {
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, {55e-6, 1000}), IsEmpty());
 }
 
+TEST(SurfaceRemarks, TellOfPitsThatAreFeltAsBumps) {
+  GratedBox box(1e-4);
+  Texture& texture = *box.record.material.surface.texture;
+  texture.literal = true;
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {55e-6, 1000}), ElementsAre(HasSubstr("felt as a bump")));
+  texture.law = Texture::Law::kBump;
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {55e-6, 1000}), IsEmpty());
+}
+
 TEST(SurfaceRemarks, TellOfAGainThatIsClampedForTheDevice) {
   const GratedBox box(5e-4);  // 9/8 (0.5 mm 2 pi / 3 mm)^2 = 1.234; 1.5 * 800 * 1.234 = 1480 N/m
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, {55e-6, 988}),

@@ -118,7 +118,6 @@ double rippleOf(const ServoObject& object) {
     least_N = std::min({least_N, sample.force.contact.x, sample.force.contact.y});
     most_N = std::max({most_N, sample.force.contact.x, sample.force.contact.y});
   }
-  std::printf("ripple %g N\n", (most_N - least_N) / 2);
   return (most_N - least_N) / 2;
 }
 
@@ -153,7 +152,6 @@ TEST(SoftSurface, IsShadedBySphereAndDentTogether) {
     squares += std::pow(std::acos(std::min(1.0, cosine)), 2);
     ++count;
   }
-  std::printf("RMS %g count %d\n", std::sqrt(squares / count) * 180 / std::numbers::pi, count);
   EXPECT_LE(std::sqrt(squares / count) * 180 / std::numbers::pi, 0.25);
 }
 
