@@ -150,14 +150,19 @@ class Feeling {
     const Vec3 h = body.frame.toLocal(felt.from);
     const SoftTissue* tissue = object(felt.body).tissue.get();
     const ShadedPoint point = tissue == nullptr ? shade(*body.surface, normals, foot, h, felt.geometric_m * side)
-                                                : shade(*body.surface, normals, dentsOf(state_, felt.body).all(),
-                                                        tissue->falloff, foot, h, felt.geometric_m * side);
+                                                : shadeDented(felt, *tissue, foot, h, felt.geometric_m * side);
     if (!(point.weight > 0)) return false;
     felt.triangle = point.triangle;
     felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
     felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
     felt.bulge_m = point.bulge_m * side * point.weight;
     return true;
+  }
+
+  [[nodiscard, gnu::noinline]] ShadedPoint shadeDented(const Felt& felt, const SoftTissue& tissue, const Foot& foot,
+                                                       const Vec3& h, double depth_m) const noexcept {
+    return shade(*state_.bodies[felt.body].surface, *detail(felt.body)->shading, dentsOf(state_, felt.body).all(),
+                 tissue.falloff, foot, h, depth_m);
   }
 
   /// Paper 4.3.1: "there may be a collision between the HIP and the texture-mapped surface even when no collision exists
@@ -230,7 +235,9 @@ class Feeling {
     felt.geometric_m += felt.bulge_m * watch.presence;
     double full_m = 0;
     if (hasTexture(felt.body) && (felt.heightOnly || !isTouched(felt.body) || !severalBodiesHold(state_))) {
-      const Relief local = reliefAt(felt);
+      const Vec3 place = body.frame.toLocal(felt.ihip());
+      const Relief local =
+          isDeformed(felt.body) ? reliefOnMaterial(felt, place) : detail(felt.body)->texture->at(place);
       full_m = local.height_m;
       if (state_.detailEdited && object(felt.body).id == state_.contactObject) goOnFrom(watch, full_m);
       felt.height_m = local.height_m * watch.presence;
@@ -258,21 +265,16 @@ class Feeling {
     const Surface& surface = *state_.bodies[felt.body].surface;
     return {cornersOf(triangleOf(felt)), cornersOf(surface.triangle(felt.triangle), detail(felt.body)->material.get())};
   }
-  /// Of the texture at the IHIP, object frame.
-  [[nodiscard]] Relief reliefAt(const Felt& felt) const noexcept {
-    const TextureDetail& texture = *detail(felt.body)->texture;
-    const Vec3 place = state_.bodies[felt.body].frame.toLocal(felt.ihip());
-    if (!isDeformed(felt.body)) return texture.at(place);
+  /// Of the texture at the IHIP; place and relief in the object's frame.
+  [[nodiscard, gnu::noinline]] Relief reliefOnMaterial(const Felt& felt, const Vec3& place) const noexcept {
     const TriangleMap map = mapToMaterial(felt);
-    const Relief relief = texture.at(map.place(place));
+    const Relief relief = detail(felt.body)->texture->at(map.place(place));
     return {relief.height_m, map.gradient(relief.gradient)};
   }
-  /// At the IHIP, whose place in the object's frame this is.
-  [[nodiscard]] FrictionCoefficients frictionAt(const Felt& felt, Vec3 place) const noexcept {
-    const FrictionDetail& friction = *detail(felt.body)->friction;
-    const TriangleRecord& atRest = state_.bodies[felt.body].surface->triangle(felt.triangle);
-    if (!isDeformed(felt.body)) return friction.at(atRest, place, place);
-    return friction.at(triangleOf(felt), place, mapToMaterial(felt).place(place));
+  /// At the IHIP, object frame.
+  [[nodiscard, gnu::noinline]] FrictionCoefficients frictionOnMaterial(const Felt& felt,
+                                                                       const Vec3& place) const noexcept {
+    return detail(felt.body)->friction->at(triangleOf(felt), place, mapToMaterial(felt).place(place));
   }
 
   /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than
@@ -344,7 +346,9 @@ class Feeling {
       return;
     }
     const Vec3 place = body.frame.toLocal(felt.ihip());
-    const FrictionCoefficients mu = frictionAt(felt, place);
+    const FrictionCoefficients mu = isDeformed(felt.body)
+                                        ? frictionOnMaterial(felt, place)
+                                        : own->friction->at(body.surface->triangle(felt.triangle), place, place);
     const bool isOther = memory_.object != 0 && memory_.object != id;
     if (isOther) friction.carry(body.frame.toLocal(memory_.stickingPoint));
     if (isOther || state_.detailEdited) friction.edit(mu);

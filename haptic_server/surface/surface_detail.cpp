@@ -88,7 +88,8 @@ FrictionDetail::FrictionDetail(const Friction& friction, std::shared_ptr<const S
   most_ = mean_.stick * std::max(most, 0.0);
 }
 
-double FrictionDetail::factorAt(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept {
+double FrictionDetail::factorAt(const TriangleRecord& triangle, const Vec3& place,
+                                const Vec3& onMaterial) const noexcept {
   if (field_) return std::max(0.0, 1 + variation_ * field_->at(onMaterial).value);
   if (!scale_) return 1;
   const Vec3 share = glm::max(barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), place), Vec3(0));
@@ -97,7 +98,8 @@ double FrictionDetail::factorAt(const TriangleRecord& triangle, Vec3 place, Vec3
   return sum / (share.x + share.y + share.z);
 }
 
-FrictionCoefficients FrictionDetail::at(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept {
+FrictionCoefficients FrictionDetail::at(const TriangleRecord& triangle, const Vec3& place,
+                                        const Vec3& onMaterial) const noexcept {
   const double factor = factorAt(triangle, place, onMaterial);
   return {mean_.stick * factor, mean_.slide * factor};
 }

@@ -61,7 +61,8 @@ class FrictionDetail {
                  std::shared_ptr<const std::vector<float>> scale);
 
   /// At a place on a triangle of the surface, as it is, and where that is on the material.
-  [[nodiscard]] FrictionCoefficients at(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept;
+  [[nodiscard]] FrictionCoefficients at(const TriangleRecord& triangle, const Vec3& place,
+                                        const Vec3& onMaterial) const noexcept;
   /// The largest static one.
   [[nodiscard]] double most() const noexcept { return most_; }
   /// c of paper 4.2: friction's spring is nowhere stiffer than the surface, nor than `most_N_per_m`.
@@ -70,7 +71,8 @@ class FrictionDetail {
   }
 
  private:
-  [[nodiscard]] double factorAt(const TriangleRecord& triangle, Vec3 place, Vec3 onMaterial) const noexcept;
+  [[nodiscard]] double factorAt(const TriangleRecord& triangle, const Vec3& place,
+                                const Vec3& onMaterial) const noexcept;
 
   FrictionCoefficients mean_;
   double variation_;
