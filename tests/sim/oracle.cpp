@@ -84,6 +84,7 @@ void Oracle::clientStarted(SessionId session, const std::string& token) { tokens
 void Oracle::tokensWithdrawn(std::set<std::string> tokens) {
   withdrawn_ = std::move(tokens);
   anyWithdrawn_ = anyWithdrawn_ || !withdrawn_.empty();
+  for (auto& [id, edit] : edits_) edit.withdrawn = edit.withdrawn && withdrawn_.contains(tokens_[id.first]);
   log_.add([&] { return std::to_string(withdrawn_.size()) + " tokens are withdrawn"; });
 }
 

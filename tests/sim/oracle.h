@@ -103,7 +103,7 @@ class Oracle {
   };
   struct Edit {
     Intent intent;
-    bool withdrawn = false;  // the client's token, when it was submitted
+    bool withdrawn = false;  // the client's token, ever since it was submitted
     int replies = 0;
     int lives = 0;
     bool stateLost = false;
