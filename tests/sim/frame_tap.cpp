@@ -55,8 +55,8 @@ void FrameTap::received(std::span<const char> bytes) {
     if (drops(*envelope)) continue;
     if (mutant_ == Mutant::kCommitsReordered && overtaken(*envelope, v1::Envelope::kCommit)) continue;
     changeFromServer(*envelope);
-    std::shared_ptr(events_)->received(frameOf(*envelope));
     const bool again = mutant_ == Mutant::kCommitRepeated && envelope->has_commit() && random_.chance(kSeldom);
+    std::shared_ptr(events_)->received(frameOf(*envelope));
     if (again && !alive.expired()) std::shared_ptr(events_)->received(frameOf(*envelope));
   }
 }
