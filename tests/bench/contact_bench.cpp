@@ -64,7 +64,8 @@ void registerContact(std::span<const std::uint32_t> sizes) {
     }
     for (const Trajectory& t : {kRubbing, kSlide}) {
       benchmark::RegisterBenchmark(nameOf("search/hot", t, n).c_str(), searchAlone, t, n);
-      for (const SurfaceCase& surface : {kPlain, kShading, kFriction, kGrating, kNoise, kAllFeatures, kSoft}) {
+      for (const SurfaceCase& surface :
+           {kPlain, kShading, kFriction, kGrating, kNoise, kAllFeatures, kSoft, kSoftWithAll}) {
         const std::string what = std::string("haptic_step/hot/") + surface.name;
         benchmark::RegisterBenchmark(nameOf(what.c_str(), t, n).c_str(), wholeStep, t, n, surface);
       }

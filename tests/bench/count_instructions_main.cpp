@@ -30,9 +30,9 @@ struct StepCase {
   SurfaceCase surface;
 };
 constexpr StepCase kStepCases[] = {
-    {"step", kPlain},         {"step_shading", kShading}, {"step_friction", kFriction},
-    {"step_texture", kNoise}, {"step_all", kAllFeatures}, {"step_stabilised", kStabilised},
-    {"step_soft", kSoft}};
+    {"step", kPlain},         {"step_shading", kShading},     {"step_friction", kFriction},
+    {"step_texture", kNoise}, {"step_all", kAllFeatures},     {"step_stabilised", kStabilised},
+    {"step_soft", kSoft},     {"step_soft_all", kSoftWithAll}};
 
 /// Of the plain step, from the device's position to its force.
 constexpr const char* kAwaited = "step_awaited";

@@ -27,6 +27,11 @@ inline constexpr SurfaceCase kNoise{"texture_noise", false, false, SurfaceCase::
 inline constexpr SurfaceCase kStabilised{"stabilised", false, false, SurfaceCase::Texture::kNone, true};
 inline constexpr SurfaceCase kSoft{.name = "soft_5mm", .soft = true};
 inline constexpr SurfaceCase kAllFeatures{"shading_friction_texture_noise", true, true, SurfaceCase::Texture::kNoise};
+inline constexpr SurfaceCase kSoftWithAll{.name = "soft_5mm_shading_friction_texture_noise",
+                                          .shading = true,
+                                          .friction = true,
+                                          .texture = SurfaceCase::Texture::kNoise,
+                                          .soft = true};
 
 /// The production step, from the device's position to the force (paper 3.2), driven around the path of a scene of which
 /// the first body is the only object.
