@@ -156,6 +156,8 @@ class Feeling {
     felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
     felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
     felt.bulge_m = point.bulge_m * side * point.weight;
+    // In a dent the smooth surface is below the triangles, far below where they are too coarse for it: nobody sees that.
+    if (tissue != nullptr) felt.bulge_m = std::max(0.0, felt.bulge_m);
     return true;
   }
 

@@ -288,7 +288,10 @@ class RestingHip {
     counts.notFelt = rightly ? 0 : 1;
   }
 
-  [[nodiscard]] double onSurface_m() const { return (kind_.soft ? kOnTissue_m : kOnSurface_m) + kind_.relief_m; }
+  [[nodiscard]] double onSurface_m() const {
+    if (!kind_.soft) return kOnSurface_m + kind_.relief_m;
+    return kOnTissue_m + (method_.isShaded() ? kBulge_m : 0);
+  }
 
   [[nodiscard]] WindingMesh atRest(std::size_t body) const {
     return {objects_[body].shape.vertices, objects_[body].shape.triangles};
