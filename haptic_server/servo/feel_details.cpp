@@ -348,7 +348,7 @@ class Feeling {
       return;
     }
     const Vec3 place = body.frame.toLocal(felt.ihip());
-    const FrictionCoefficients mu = isDeformed(felt.body)
+    const FrictionCoefficients mu = own->friction->varies() && isDeformed(felt.body)
                                         ? frictionOnMaterial(felt, place)
                                         : own->friction->at(body.surface->triangle(felt.triangle), place, place);
     const bool isOther = memory_.object != 0 && memory_.object != id;

@@ -178,6 +178,7 @@ ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const F
 
 ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, std::span<const Dent> dents,
                   const Falloff& falloff, const Foot& foot, Vec3 h, double depth_m) noexcept {
+  if (dents.empty()) return shade(surface, normals, foot, h, depth_m);
   return shadeOn(Dented{surface, normals, dents, falloff}, foot, h, depth_m);
 }
 

@@ -63,6 +63,7 @@ class FrictionDetail {
   /// At a place on a triangle of the surface, as it is, and where that is on the material.
   [[nodiscard]] FrictionCoefficients at(const TriangleRecord& triangle, const Vec3& place,
                                         const Vec3& onMaterial) const noexcept;
+  [[nodiscard]] bool varies() const noexcept { return field_ != nullptr || scale_ != nullptr; }
   /// The largest static one.
   [[nodiscard]] double most() const noexcept { return most_; }
   /// c of paper 4.2: friction's spring is nowhere stiffer than the surface, nor than `most_N_per_m`.
