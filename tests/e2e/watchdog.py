@@ -41,6 +41,14 @@ def thread_of(process, name):
                 if (task / "comm").read_text().strip() == name)
 
 
+def rounds(times_ms):
+    """Until one of them could be judged, for a busy machine may hold the bench up in a few."""
+    for number in range(ROUNDS + 10):
+        if number >= ROUNDS and any(time_ms is not None for time_ms in times_ms):
+            return
+        yield number
+
+
 class StoppedThread:
     """One thread of another process that stands still, and nothing else of it does."""
     SEIZE, INTERRUPT, DETACH, WALL = 0x4206, 0x4207, 17, 0x40000000
@@ -171,7 +179,7 @@ class WatchdogTest(harness.EndToEnd):
 
     def die(self, number, what, prepare):
         times_ms = []
-        for round in range(ROUNDS):
+        for round in rounds(times_ms):
             if round > 0:
                 self.server = self.start_again()
             times_ms.append(self.without_force_after(prepare()))
@@ -185,7 +193,7 @@ class WatchdogTest(harness.EndToEnd):
         times_ms = []
         with Client(self.server.address, "watcher", telemetry_hz=1000) as client:
             samples = client.samples()
-            for round in range(ROUNDS):
+            for round in rounds(times_ms):
                 times_ms.append(self.without_force_after(prepare()))
                 self.bench.tell("await")
                 go_on()
