@@ -47,8 +47,9 @@ struct CoarseDetail {
 };
 
 /// The surface, cut fine enough to carry its fields: four edges to the shortest wavelength, as far as `mostTriangles`
-/// allow. Fields are evaluated where they are felt, on the material of the geometric surface; points then rise by h along N_s, and
-/// normals turn to M of Eq. (2) of the paper. At a crease, where N_s is several, a point goes where the raised sides meet.
+/// allow. Fields are evaluated where they are felt, on the material of the geometric surface; points then rise by h along
+/// N_s, and normals turn to M of Eq. (2) of the paper. At a crease, where N_s is several, a point goes where the raised
+/// sides meet.
 [[nodiscard]] DisplayedSurface displaySurface(const TriMesh& mesh, const SurfaceProperties& properties,
                                               const SurfaceFields& fields, std::size_t mostTriangles);
 

@@ -83,6 +83,11 @@ struct ContactResult {
   return {kind, foot.index, surface.canonical(foot.triangle)};
 }
 
+/// What of its triangle a primitive is.
+[[nodiscard]] inline Feature featureOf(const PrimitiveId& primitive) noexcept {
+  return static_cast<Feature>(static_cast<int>(primitive.kind) - 1);
+}
+
 /// Free at hip (world): attach, re-attach.
 void place(ContactState& state, Vec3 hip) noexcept;
 

@@ -39,6 +39,7 @@ constexpr microseconds kDrainForFastClients{500};
 constexpr double kFastClient_Hz = 250;
 /// How long stop() lets clients read why.
 constexpr milliseconds kStopGrace{200};
+
 /// What a client hears that does not speak TLS to a server that does.
 std::string plainRefusal() {
   v1::Envelope envelope;

@@ -54,11 +54,6 @@ requires std::is_trivially_copyable_v<T>
   return true;
 }
 
-/// As an edit could have set it, or a motion. What is farther away, or no number, leads searches astray.
-[[nodiscard]] bool isPlace(Vec3 v) {
-  constexpr double kFarthest_m = 1e4;
-  return isFinite(v) && squaredLength(v) <= kFarthest_m * kFarthest_m;
-}
 [[nodiscard]] bool isPose(const Pose& pose) {
   constexpr double kRounding = 1e-3;
   return isPlace(pose.position) && std::abs(glm::length(pose.rotation) - 1) <= kRounding;

@@ -50,8 +50,8 @@ std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, 
 std::string literalRemark(const Texture& texture, const ScalarField& field) {
   if (!texture.literal || texture.law != Texture::Law::kHo1999 || !(field.lowest() < 0)) return {};
   return "warning: the texture is literal and goes below 0: there it is drawn as a pit and felt as a bump, for Eq. "
-         "(4a) as "
-         "printed pulls uphill where h < 0; TEXTURE_LAW_BUMP is felt as a pit, and without literal nothing is below 0";
+         "(4a) as printed pulls uphill where h < 0; TEXTURE_LAW_BUMP is felt as a pit, and without literal nothing is "
+         "below 0";
 }
 
 /// Empty when it is felt as it was asked for.

@@ -112,8 +112,7 @@ class Feeling {
 
   /// What of its triangle holds the IHIP.
   [[nodiscard]] Feature feature() const noexcept {
-    if (contact_.triangle == kNoTriangle) return state_.contact.feature;
-    return static_cast<Feature>(static_cast<int>(contact_.primitive.kind) - 1);
+    return contact_.triangle == kNoTriangle ? state_.contact.feature : featureOf(contact_.primitive);
   }
 
   /// With force shading where there is a shading normal, and without a step where that begins or ends.
@@ -156,7 +155,7 @@ class Feeling {
     felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
     felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
     felt.bulge_m = point.bulge_m * side * point.weight;
-    // In a dent the smooth surface is below the triangles, far below where they are too coarse for it: nobody sees that.
+    // In a dent the smooth surface lies below the triangles, which are what is drawn.
     if (tissue != nullptr) felt.bulge_m = std::max(0.0, felt.bulge_m);
     return true;
   }
@@ -263,20 +262,21 @@ class Feeling {
     const SoftTissue* tissue = object(felt.body).tissue.get();
     return tissue == nullptr ? atRest : dented(atRest, dentsOf(state_, felt.body).all(), tissue->falloff);
   }
-  [[nodiscard]] TriangleMap mapToMaterial(const Felt& felt) const noexcept {
+  [[nodiscard]] TriangleMap mapToMaterial(const Felt& felt, const TriangleRecord& triangle) const noexcept {
     const Surface& surface = *state_.bodies[felt.body].surface;
-    return {cornersOf(triangleOf(felt)), cornersOf(surface.triangle(felt.triangle), detail(felt.body)->material.get())};
+    return {cornersOf(triangle), cornersOf(surface.triangle(felt.triangle), detail(felt.body)->material.get())};
   }
   /// Of the texture at the IHIP; place and relief in the object's frame.
   [[nodiscard, gnu::noinline]] Relief reliefOnMaterial(const Felt& felt, const Vec3& place) const noexcept {
-    const TriangleMap map = mapToMaterial(felt);
+    const TriangleMap map = mapToMaterial(felt, triangleOf(felt));
     const Relief relief = detail(felt.body)->texture->at(map.place(place));
     return {relief.height_m, map.gradient(relief.gradient)};
   }
   /// At the IHIP, object frame.
   [[nodiscard, gnu::noinline]] FrictionCoefficients frictionOnMaterial(const Felt& felt,
                                                                        const Vec3& place) const noexcept {
-    return detail(felt.body)->friction->at(triangleOf(felt), place, mapToMaterial(felt).place(place));
+    const TriangleRecord triangle = triangleOf(felt);
+    return detail(felt.body)->friction->at(triangle, place, mapToMaterial(felt, triangle).place(place));
   }
 
   /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than

@@ -22,6 +22,14 @@
 
 namespace haptics {
 
+/// No device reaches as far, and no scene. Fields and searches count in steps that are fine against it.
+inline constexpr double kFarthest_m = 1e4;
+
+/// Whether something can be there, world or object frame: finite, and no farther than kFarthest_m.
+[[nodiscard]] inline bool isPlace(Vec3 v) noexcept {
+  return squaredLength(v) <= kFarthest_m * kFarthest_m;  // not for NaN
+}
+
 /// Fixed for a session.
 struct StepConfig {
   double period_s = 1e-3;     ///< Nominal tick, used by every integration: never the measured one.

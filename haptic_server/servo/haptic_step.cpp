@@ -14,18 +14,12 @@ namespace {
 
 /// Older positions are not felt through: 5 ms at 0.2 m/s are a millimetre, several newtons on a stiff wall.
 constexpr std::uint32_t kStalePosition_us = 5'000;
-/// No device reaches as far, and no scene. Fields and searches count in steps that are fine against it.
-constexpr double kFarthest_m = 1e4;
-
-[[nodiscard]] bool isReachable(Vec3 position) noexcept {
-  return squaredLength(position) <= kFarthest_m * kFarthest_m;  // not for NaN
-}
 
 [[nodiscard]] Fault faultOf(const DeviceReading& device) noexcept {
   if (device.state != DeviceState::kReady) return Fault::kDeviceLost;
   if (device.status.fault != DeviceFault::kNone || !device.status.homed) return Fault::kDeviceLost;
   if (device.status.age_us > kStalePosition_us) return Fault::kDeviceStale;
-  return isReachable(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
+  return isPlace(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
 
 /// The proxy is put where the device is: no force until a surface is met anew.

@@ -177,7 +177,7 @@ class Yielding {
     const BodyDents others = dentsOf(state_, index_, state_.pressedDent);
     Nearest at = others.count > 0 ? nearest(others) : nearestAtRest();
     if (at.outside) return lose();
-    if (shading_ != nullptr) shade(at.foot, others);
+    if (shading_ != nullptr) shadeFoot(at.foot, others);
     const Vec3 foot = at.foot.point;
     if (tissue_.plastic > 0) moveOn(foot);
     BodyDent& pressed = state_.dents[state_.pressedDent];
@@ -195,10 +195,9 @@ class Yielding {
   }
 
   /// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.
-  void shade(Foot& foot, const BodyDents& others) const noexcept {
+  void shadeFoot(Foot& foot, const BodyDents& others) const noexcept {
     const double depth_m = glm::distance(h_, foot.point) * held_.side;
-    const ShadedPoint smooth =
-        haptics::shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, h_, depth_m);
+    const ShadedPoint smooth = shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, h_, depth_m);
     if (!(smooth.weight > 0)) return;
     foot.point = glm::mix(foot.point, h_ + smooth.normal * smooth.depth_m, smooth.weight);
     foot.triangle = smooth.triangle;

@@ -20,7 +20,7 @@ class Watch {
   /// Between two polls while there is a device.
   static constexpr std::uint64_t kPoll_ns = 3'000'000;
   /// A servo that did not tick from one poll to the next so many times together, and for kSilentPeriods of its own, hangs:
-  /// 18 to 21 ms at 1 kHz. Looks, not time: where the machine holds up the watchdog too, nothing is known of the servo.
+  /// 18 to 21 ms at 1 kHz. Polls, not time: where the machine holds up the watchdog too, nothing is known of the servo.
   static constexpr std::uint64_t kMissedPolls = 6, kSilentPeriods = 3;
   /// The command without force goes out so often: one of a driver that still runs, for another moment, may cross it.
   static constexpr std::uint64_t kZeroCommands = 5;
@@ -65,7 +65,7 @@ class Watch {
   std::uint64_t hangsAfterPolls_ = kMissedPolls;  // after which the servo hangs
   std::uint64_t nextPoll_ns_ = 0;
   std::uint64_t end_ = 0;               // ticks at the last poll
-  std::uint64_t pollsWithoutTick_ = 0;  // polls since then
+  std::uint64_t pollsWithoutTick_ = 0;  // since the last tick
   std::uint64_t commandsLeft_ = 0;      // commands without force that are still to go out, one a poll
   bool ending_ = false, dismissed_ = false, tripped_ = false;
 };

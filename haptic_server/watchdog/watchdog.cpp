@@ -26,7 +26,7 @@ namespace {
 
 /// One that ends sooner after its start is not started again.
 constexpr std::uint64_t kSoon_ns = 1'000'000'000;
-/// One that has not looked for so long hangs.
+/// One that has not polled for so long hangs.
 constexpr int kPatience_ms = 1'000;
 static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestPoll_ns);
 

@@ -21,8 +21,8 @@
 namespace haptics {
 
 /// The server's side of its watchdog, the program haptic_watchdog, which lies beside the server's: starts it, in a session
-/// of its own, tells it what to hold, and starts another one when it ends or hangs. As long as there is none, a warning
-/// has said so.
+/// of its own, tells it which devices are armed, and starts another one when it ends or hangs. As long as there is none, a
+/// warning has said so.
 class Watchdog final : public OutputWatchdog {
  public:
   struct Options {
@@ -44,7 +44,8 @@ class Watchdog final : public OutputWatchdog {
   void keepScenes(int descriptor) noexcept;
   /// The servo is about to stop on request. Any thread.
   void ending() noexcept;
-  /// The program ends in silence: no device has a force any more. Nothing is watched from now on. Not twice at a time.
+  /// Ends haptic_watchdog, which records no crash: no device has a force any more. Nothing is watched from now on. One
+  /// thread at a time.
   void dismiss();
   /// Any thread.
   void fillStatus(v1::Status& status) const;

@@ -66,7 +66,7 @@ class UsbExchange {
   DeviceFault fault_ = DeviceFault::kNone;
   std::uint64_t faultSince_ns_ = 0;
   std::uint64_t ordered_ns_ = 0;  // DeviceOrder::written_ns of the last command
-  std::uint64_t trips_ = 0;       // OutputWatchdog::trips(), handledTrips or not,
+  std::uint64_t trips_ = 0;       // OutputWatchdog::trips(), handled or not,
   std::uint64_t tripped_ns_ = 0;  // and when that was seen
   std::optional<Vec3> position_;  // of the last reply, device frame
   std::uint64_t positioned_ns_ = 0;

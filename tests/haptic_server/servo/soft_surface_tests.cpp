@@ -100,7 +100,7 @@ TEST(SoftSurface, HasTheHeightOfTheMaterialUnderALattice) {
   }
 }
 
-/// Largest and smallest force across the stroke, tick by tick, where the hand is 3 mm deep and draws a line at a slant.
+/// Half of what the lateral force spans, N, while the hand, 6.6 mm deep, draws a line at a slant to the mesh.
 double rippleOf(const ServoObject& object) {
   const auto stroke = [](std::uint64_t tick) {
     const double down = std::min(1.0, static_cast<double>(tick) / 300);
