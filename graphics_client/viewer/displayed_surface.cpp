@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/deform/triangle_map.h"
+#include "common/surface/texture_pits.h"
 #include "graphics_client/viewer/mesh_normals.h"
 #include "graphics_client/viewer/refined_mesh.h"
 
@@ -134,6 +135,7 @@ void raise(DisplayedSurface& drawn, const RefinedMesh& mesh, const Texture& text
   drawn.filtered |= carried.filtered();
   const std::vector<FieldSample> samples = sampled(carried, mesh, fields.material);
   const std::vector<Vec3> directions = risingDirections(mesh);
+  drawn.pitsAreFeltAsBumps = pitsAreFeltAsBumps(texture, field);
   const double zero = texture.literal ? 0 : field.lowest();
   const double range = field.highest() - field.lowest();
   drawn.heights.reserve(mesh.place.size());

@@ -37,6 +37,7 @@ struct DisplayedSurface {
   double finestDetail_m = 0;  ///< Wavelength of what is felt; 0 without a field.
   double longestEdge_m = 0;   ///< Of the triangles that carry it; 0 without a field.
   bool filtered = false;      ///< The triangles are too coarse for the finest detail: its local mean is drawn.
+  bool pitsAreFeltAsBumps = false;  ///< Of the texture.
 };
 
 /// A surface whose triangles are too coarse for what is felt on it.

@@ -118,6 +118,7 @@ Look makeLook(const LookOrder& order) {
             .finestDetail_m = surface.finestDetail_m,
             .longestEdge_m = surface.longestEdge_m,
             .filtered = surface.filtered,
+            .pitsAreFeltAsBumps = surface.pitsAreFeltAsBumps,
             .outline = outlineOf(mesh)};
   if (!surface.rims.empty()) {
     look.rims = segmentsOf(surface.points, surface.rims);

@@ -50,7 +50,7 @@ struct Look {
   bool faceted = false, closed = false;
   std::size_t triangles = 0;  ///< Of all pieces.
   double finestDetail_m = 0, longestEdge_m = 0;
-  bool filtered = false;
+  bool filtered = false, pitsAreFeltAsBumps = false;
   std::vector<Vec3> outline;  ///< Some of the mesh's vertices, the extreme ones among them.
   Vec3 low{0}, high{0};       ///< Of the box around the mesh.
 };

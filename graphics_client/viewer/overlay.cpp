@@ -76,7 +76,7 @@ void Overlay::update(const MirrorView& view, const State& state, double time_s) 
   const double font_px = fontFor(stage_);
   if (refreshed_s_ < 0 || time_s - refreshed_s_ >= kRefresh_s) {
     refreshed_s_ = time_s;
-    status_.setLines(statusLines(view, state.age_s, state.framesPerSecond, state.coarse));
+    status_.setLines(statusLines(view, state.age_s, state.framesPerSecond, state.coarse, state.pitsFeltAsBumps));
     contact_.setLines(contactLines(view));
     setLegend(state.gridSpacing_m);
     frictionLegend_.setRange(state.friction);

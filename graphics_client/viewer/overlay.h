@@ -27,6 +27,7 @@ class Overlay {
     double closeUpMetresPerPixel = 0;
     std::optional<FrictionRange> friction = {};  ///< That the surfaces' colours run over.
     std::optional<CoarseDetail> coarse = {};     ///< The surface drawn farthest from what is felt.
+    bool pitsFeltAsBumps = false;
     bool wasLive = false, stateWasReset = false;
   };
   /// Text is refreshed some times a second only: it is costly to draw and unreadable when faster.

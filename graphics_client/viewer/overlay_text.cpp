@@ -107,7 +107,8 @@ std::string components(Vec3 v, double scale) {
   return formatted("%+.2f  %+.2f  %+.2f", v.x * scale, v.y * scale, v.z * scale);
 }
 
-OverlayLine detailLine(const std::optional<CoarseDetail>& coarse) {
+OverlayLine detailLine(const std::optional<CoarseDetail>& coarse, bool pitsFeltAsBumps) {
+  if (pitsFeltAsBumps) return {"Surfaces", "pits drawn, felt as bumps", Tone::kWarning};
   if (!coarse) return {"Surfaces", "drawn as felt"};
   return {"Surfaces",
           formatted("felt %.2g, drawn %.2g mm", coarse->detail_m * kMillimetresPerMetre,
@@ -157,7 +158,7 @@ bool isCurrent(const MirrorView& view, double age_s) {
 }
 
 std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond,
-                                     const std::optional<CoarseDetail>& coarse) {
+                                     const std::optional<CoarseDetail>& coarse, bool pitsFeltAsBumps) {
   const TelemetrySample none;
   const TelemetrySample& sample = view.sample.value_or(none);
   const std::size_t known = static_cast<std::size_t>(std::ranges::count_if(
@@ -181,7 +182,7 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
       {"Objects", known == total ? objectCount(view) : formatted("%zu of %zu received", known, total),
        known == total ? Tone::kPlain : Tone::kWarning},
       {"Picture", formatted("%.0f frames/s", framesPerSecond)},
-      detailLine(coarse),
+      detailLine(coarse, pitsFeltAsBumps),
   };
   if (sample.putOut > 0) {
     lines.push_back({"IHIP put out",

@@ -38,8 +38,10 @@ inline constexpr double kStaleTelemetry_s = 0.5;
 
 /// Link, server, servo and scene, always the same number of lines in the same order.
 /// @param coarse  the surface that is drawn farthest from what is felt, if any.
+/// @param pitsFeltAsBumps  Of some texture.
 [[nodiscard]] std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, double framesPerSecond,
-                                                   const std::optional<CoarseDetail>& coarse = {});
+                                                   const std::optional<CoarseDetail>& coarse = {},
+                                                   bool pitsFeltAsBumps = false);
 
 /// Contact and force, always the same number of lines in the same order.
 [[nodiscard]] std::vector<OverlayLine> contactLines(const MirrorView& view);

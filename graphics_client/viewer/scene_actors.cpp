@@ -255,4 +255,9 @@ std::optional<CoarseDetail> SceneActors::coarsestDetail() const {
   return coarsest;
 }
 
+bool SceneActors::anyPitsFeltAsBumps() const {
+  return std::ranges::any_of(
+      shown_, [](const auto& entry) { return entry.second.actors && entry.second.actors->look().pitsAreFeltAsBumps; });
+}
+
 }  // namespace haptics

@@ -59,6 +59,8 @@ class SceneActors {
   [[nodiscard]] std::vector<NamedBox> boxes() const;
   /// The one that is drawn farthest from what is felt.
   [[nodiscard]] std::optional<CoarseDetail> coarsestDetail() const;
+  /// Whether there is one that is drawn with pits that are felt as bumps.
+  [[nodiscard]] bool anyPitsFeltAsBumps() const;
 
  private:
   struct Shown {

@@ -170,6 +170,7 @@ void Viewer::show(const Moment& moment, double dt_s) {
                    .closeUpMetresPerPixel = cameras_.closeUpMetresPerPixel(),
                    .friction = objects_.frictionRange(),
                    .coarse = objects_.coarsestDetail(),
+                   .pitsFeltAsBumps = objects_.anyPitsFeltAsBumps(),
                    .wasLive = wasLive_,
                    .stateWasReset = now_s_ - resetAt_s_ < kResetNotice_s},
                   now_s_);

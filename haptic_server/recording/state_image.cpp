@@ -39,7 +39,7 @@ requires std::is_trivially_copyable_v<T>
 
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
   if (!isFlags({&state.adoptedNow, &state.contactBroken, &state.detailEdited, &state.anyDetail, &state.anyBumps,
-                &state.anyBeingMoved, &state.lettingGo, &state.attached, &state.pressing, &state.anySoft,
+                &state.anyBeingMoved, &state.lettingGo, &state.attached, &state.anySoft,
                 &state.surface.fade.shaded}))
     return false;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
@@ -49,7 +49,7 @@ requires std::is_trivially_copyable_v<T>
     if (!isFlag(state.moving[i].moved)) return false;
   }
   for (const BodyDent& dent : state.allDents()) {
-    if (!isFlag(dent.stays)) return false;
+    if (!isFlags({&dent.stays, &dent.pressed})) return false;
   }
   return true;
 }
@@ -101,7 +101,6 @@ requires std::is_trivially_copyable_v<T>
     moving.what = scene.objects[moving.body].motion.get();
     if (moving.what == nullptr || !isMotionOf(moving.state, *moving.what)) return false;
   }
-  if (state.pressing && state.pressedDent >= state.dentCount) return false;
   for (const BodyDent& dent : state.allDents()) {
     if (dent.body >= state.bodyCount || !scene.objects[dent.body].tissue) return false;
     for (const Dent& place : {dent.dent, dent.rest, dent.begun}) {

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "common/surface/texture_pits.h"
 #include "haptic_server/surface/surface_detail.h"
 
 namespace haptics {
@@ -48,7 +49,7 @@ std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, 
 
 /// Empty when a texture below 0 is felt as a pit, or none is below 0.
 std::string literalRemark(const Texture& texture, const ScalarField& field) {
-  if (!texture.literal || texture.law != Texture::Law::kHo1999 || !(field.lowest() < 0)) return {};
+  if (!pitsAreFeltAsBumps(texture, field)) return {};
   return "warning: the texture is literal and goes below 0: there it is drawn as a pit and felt as a bump, for Eq. "
          "(4a) as printed pulls uphill where h < 0; TEXTURE_LAW_BUMP is felt as a pit, and without literal nothing is "
          "below 0";

@@ -73,8 +73,6 @@ class Succession {
     state.movingCount = movingCount_;
     std::copy_n(dents_.begin(), dentCount_, state.dents.begin());
     state.dentCount = dentCount_;
-    state.pressing = pressing_;
-    state.pressedDent = pressedDent_;
     state.anyDetail = anyDetail_ || movingCount_ > 0 || anySoft_;
     state.anyBumps = anyBumps_;
     state.anySoft = anySoft_;
@@ -192,10 +190,6 @@ class Succession {
         dent.rest.displacement = Vec3f(0);
         dent.stays = false;
       }
-      if (state_.pressing && d == state_.pressedDent) {
-        pressing_ = true;
-        pressedDent_ = dentCount_;
-      }
       dent.body = i;
       dents_[dentCount_++] = dent;
     }
@@ -251,8 +245,6 @@ class Succession {
   std::size_t movingCount_ = 0;
   std::array<BodyDent, kMaxDents> dents_;
   std::size_t dentCount_ = 0;
-  std::size_t pressedDent_ = 0;
-  bool pressing_ = false;
   bool anySoft_ = false;
   ContactState contact_;
   bool detailEdited_ = false;

@@ -4,9 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "haptic_server/geometry/dented_surface.h"
 #include "haptic_server/servo/body_dents.h"
+#include "haptic_server/servo/feel_friction.h"
 #include "haptic_server/servo/held_springs.h"
+#include "haptic_server/servo/material_map.h"
 #include "haptic_server/servo/separation_speed.h"
 #include "haptic_server/surface/force_shading.h"
 #include "haptic_server/surface/nearest_point.h"
@@ -19,11 +20,6 @@ constexpr std::size_t kMostFelt = 8;
 /// Of a surface's size, how much farther than its highest bump reaches its nearest point is looked for. Larger looks
 /// less often and farther each time.
 constexpr double kLookAhead = 0.02;
-/// Encoder steps that the IHIP must come back to end sliding: a tremor of one step each way along the surface, the same
-/// in depth, which moves the limit of the stretch, and the step itself.
-constexpr double kHysteresisSteps = 6;
-/// No less, though a device may resolve it: a hand's own tremor.
-constexpr double kLeastHysteresis_m = 60e-6;
 
 /// A surface as it is felt in this tick; world frame. Without initialisers: not all of the list is used.
 struct Felt {
@@ -60,7 +56,7 @@ class Feeling {
     for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
     if (severalBodiesHold(state_)) tick_.force.spring += otherSprings_N(state_, held_m_);
     if (count_ == 0) {
-      memory_.friction.release();
+      if (memory_.friction[0].object != 0) memory_.friction = {};
       memory_.object = 0;
       return;
     }
@@ -238,7 +234,7 @@ class Feeling {
     if (hasTexture(felt.body) && (felt.heightOnly || !isTouched(felt.body) || !severalBodiesHold(state_))) {
       const Vec3 place = body.frame.toLocal(felt.ihip());
       const Relief local =
-          isDeformed(felt.body) ? reliefOnMaterial(felt, place) : detail(felt.body)->texture->at(place);
+          isDeformed(scene_, state_, felt.body) ? reliefOnMaterial(felt, place) : detail(felt.body)->texture->at(place);
       full_m = local.height_m;
       if (state_.detailEdited && object(felt.body).id == state_.contactObject) goOnFrom(watch, full_m);
       felt.height_m = local.height_m * watch.presence;
@@ -253,30 +249,12 @@ class Feeling {
         separationSpeed(state_, static_cast<int>(felt.body), felt.ihip(), felt.normal, config_.period_s);
   }
 
-  [[nodiscard]] bool isDeformed(std::size_t body) const noexcept {
-    return detail(body)->material || (object(body).tissue && state_.dentCount > 0);
-  }
-  /// The felt triangle, as dents have it.
-  [[nodiscard]] TriangleRecord triangleOf(const Felt& felt) const noexcept {
-    const TriangleRecord& atRest = state_.bodies[felt.body].surface->triangle(felt.triangle);
-    const SoftTissue* tissue = object(felt.body).tissue.get();
-    return tissue == nullptr ? atRest : dented(atRest, dentsOf(state_, felt.body).all(), tissue->falloff);
-  }
-  [[nodiscard]] TriangleMap mapToMaterial(const Felt& felt, const TriangleRecord& triangle) const noexcept {
-    const Surface& surface = *state_.bodies[felt.body].surface;
-    return {cornersOf(triangle), cornersOf(surface.triangle(felt.triangle), detail(felt.body)->material.get())};
-  }
   /// Of the texture at the IHIP; place and relief in the object's frame.
   [[nodiscard, gnu::noinline]] Relief reliefOnMaterial(const Felt& felt, const Vec3& place) const noexcept {
-    const TriangleMap map = mapToMaterial(felt, triangleOf(felt));
+    const TriangleRecord now = feltTriangle(scene_, state_, felt.body, felt.triangle);
+    const TriangleMap map = mapToMaterial(scene_, state_, felt.body, felt.triangle, now);
     const Relief relief = detail(felt.body)->texture->at(map.place(place));
     return {relief.height_m, map.gradient(relief.gradient)};
-  }
-  /// At the IHIP, object frame.
-  [[nodiscard, gnu::noinline]] FrictionCoefficients frictionOnMaterial(const Felt& felt,
-                                                                       const Vec3& place) const noexcept {
-    const TriangleRecord triangle = triangleOf(felt);
-    return detail(felt.body)->friction->at(triangle, place, mapToMaterial(felt, triangle).place(place));
   }
 
   /// After an edit: the part of the new height that is what was felt of the old one. Of a lower one it would be more than
@@ -337,49 +315,37 @@ class Feeling {
 
   /// Paper 4.2, on what is touched, or on the bump that reaches the HIP.
   void addFriction(const Felt& felt) noexcept {
-    const Body& body = state_.bodies[felt.body];
-    const SurfaceDetail* own = detail(felt.body);
-    StickSlip& friction = memory_.friction;
-    const std::uint64_t id = object(felt.body).id;
-    const Stiffness k = stiffness(felt);
-    if (own == nullptr || !own->friction || !(own->friction->most() > 0) || !(k.spring_N_per_m > 0)) {
-      friction.release();
-      memory_.object = id;
-      return;
+    const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, stiffness(felt));
+    const double pressing_N =
+        felt.depth_m > 0 ? std::max(0.0, glm::dot(along.spring + along.damping, felt.normal)) : 0;
+    const PressedSurface all{felt.body, felt.triangle, felt.normal, pressing_N};
+    if (state_.contact.holdingCount > 1 && isTouched(felt.body)) {
+      feelFrictionOnEach(all, felt.ihip());
+    } else {
+      feelFriction(scene_, state_, config_, felt.ihip(), {&all, 1}, tick_);
     }
-    const Vec3 place = body.frame.toLocal(felt.ihip());
-    const FrictionCoefficients mu = own->friction->varies() && isDeformed(felt.body)
-                                        ? frictionOnMaterial(felt, place)
-                                        : own->friction->at(body.surface->triangle(felt.triangle), place, place);
-    const bool isOther = memory_.object != 0 && memory_.object != id;
-    if (isOther) friction.carry(body.frame.toLocal(memory_.stickingPoint));
-    if (isOther || state_.detailEdited) friction.edit(mu);
-    memory_.object = id;
-    const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, k);
-    const double pressing_N = felt.depth_m > 0 ? glm::dot(along.spring + along.damping, felt.normal) : 0;
-    const PressedPoint pressed{place, toLocalDirection(body.frame, felt.normal), std::max(0.0, pressing_N)};
-    const FrictionScale scale{own->friction->stiffnessFor(k.spring_N_per_m, config_.stableLateral_N_per_m),
-                              std::max(kHysteresisSteps * config_.positionStep_m, kLeastHysteresis_m)};
-    const Vec3 force = friction.follow(pressed, mu, scale, config_.period_s);
-    tick_.force.friction = body.frame.turn(force) * frictionPresence(glm::length(force));
-    memory_.stickingPoint = body.frame.toWorld(friction.stickingPoint());
-    tick_.friction = friction.state();
-    tick_.stickingPoint = memory_.stickingPoint;
+    memory_.object = object(felt.body).id;
   }
 
-  /// After an edit friction goes on from the force that it was.
-  [[nodiscard]] double frictionPresence(double force_N) const noexcept {
-    double& presence = memory_.frictionPresence;
-    if (state_.detailEdited && force_N > 0) {
-      presence = std::min(glm::length(memory_.frictionForce_N) / force_N, SurfaceMemory::kMostPresence);
+  /// On each surface that holds the IHIP, with its part of what presses.
+  [[gnu::noinline]] void feelFrictionOnEach(const PressedSurface& all, const Vec3& ihip) noexcept {
+    const auto holding = state_.contact.surfaces();
+    std::array<PressedSurface, ContactState::kMaxHolding> pressed;
+    double together_m2 = 0;
+    for (std::size_t k = 0; k < holding.size(); ++k) {
+      const auto body = static_cast<std::size_t>(holding[k].body);
+      const double share_m = shareOf(state_, k, held_m_);
+      pressed[k] = {body, holding[k].triangle, normalOf(state_, holding[k]),
+                    share_m * state_.objects[body].felt.value().spring_N_per_m};
+      together_m2 += share_m * glm::dot(pressed[k].normal, held_m_);
     }
-    const double most = config_.period_s / BumpWatch::kFadeIn_s;
-    presence += std::clamp(1 - presence, -most, most);
-    return presence;
-  }
-
-  [[nodiscard]] static Vec3 toLocalDirection(const Frame& frame, Vec3 world) noexcept {
-    return {glm::dot(frame.x, world), glm::dot(frame.y, world), glm::dot(frame.z, world)};
+    // Parts add up to the penetration, but for normals that are too close together to tell them apart.
+    const double first_N_per_m = state_.objects[all.body].felt.value().spring_N_per_m;
+    const double pressing = together_m2 * first_N_per_m > 0
+                                ? all.pressing_N * glm::length(held_m_) / (together_m2 * first_N_per_m)
+                                : 0;
+    for (PressedSurface& surface : pressed) surface.pressing_N *= pressing;
+    feelFriction(scene_, state_, config_, ihip, std::span(pressed).first(holding.size()), tick_);
   }
 
   void describe(const Felt& felt) noexcept {

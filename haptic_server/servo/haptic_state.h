@@ -56,8 +56,6 @@ struct StepMemory {
   std::size_t dentCount = 0;              ///< Written by the step, as are the next two.
   std::uint64_t deformationRevision = 0;  ///< Counts the ticks in which some dent changed. Written by the step.
   std::uint64_t dentNumber = 0;           ///< Of the newest dent. Written by the step.
-  std::size_t pressedDent = 0;            ///< The dent of the contact,
-  bool pressing = false;                  ///< when there is one.
   bool anyDetail = false;                 ///< Some object of the scene has surface properties, moves, or is soft;
   bool anySoft = false;                   ///< Some is soft;
   bool anyBumps = false;                  ///< bumps that are felt outside of its polygons.
@@ -97,6 +95,7 @@ struct BodyDent {
   Dent begun;                ///< While it is pressed: what is to stay where this stretch of its way began.
   std::uint64_t number = 0;  ///< Counts up from 1. An object's dents are in order of it.
   double still_s = 0;        ///< So long it has been what it comes to.
+  bool pressed = false;      ///< By the contact: one of each body that holds the IHIP, at most.
   bool stays = false;        ///< It will not change any more; the builder may take it in.
 };
 
@@ -142,7 +141,9 @@ struct HapticState : StepMemory {
 
   [[nodiscard]] std::span<const BodyDent> allDents() const noexcept { return std::span(dents).first(dentCount); }
   /// What the contact pressed in is left to go back.
-  void release() noexcept { pressing = false; }
+  void release() noexcept {
+    for (std::size_t i = 0; i < dentCount; ++i) dents[i].pressed = false;
+  }
 
   SurfaceMemory surface;
   EnergyAccount energy;

@@ -2,367 +2,290 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <span>
 
-#include "common/maths/barycentric.h"
-#include "haptic_server/geometry/dented_surface.h"
-#include "haptic_server/servo/body_dents.h"
-#include "haptic_server/surface/force_shading.h"
+#include "haptic_server/servo/held_springs.h"
+#include "haptic_server/servo/relaxing_dents.h"
+#include "haptic_server/servo/yielding.h"
 
 namespace haptics {
 namespace {
 
-/// Of a falloff's radius: a dent that has gone back this far is gone, one that is so near to what stays of it is there.
-/// Larger ends with a jump; smaller keeps places.
-constexpr double kGone = 0x1p-14;
-/// Of a falloff's radius: what would stay shallower than this goes back. Larger loses light strokes; smaller fills the list
-/// with marks that nobody sees.
-constexpr double kLeastMark = 0x1p-9;
-/// A dent that is so many times deeper than where its last stretch began stays at its deepest. Larger loses the end of a
-/// stroke that presses harder there; smaller makes grooves uneven.
-constexpr double kMuchDeeper = 1.25;
-/// Where a contact finds no place for its dent, the weakest one is hurried back (seconds). Shorter can be felt; longer
-/// leaves the new contact hard for longer.
-constexpr double kHurried_s = 0.01;
-/// Of its depth at the centre, what a dent has left where a contact comes back into it. Lower moves dents about; higher makes
-/// new ones of a hand that bounces.
-constexpr double kSamePlace = 0.97;
-/// A dent that stays is as it is for so long before the builder may have it (seconds): a hand that comes back until then
-/// goes on in the same dent. Shorter hands over more and smaller ones; longer lets a stroke run out of places.
-constexpr double kStill_s = 0.2;
-/// With no more places free, nothing waits for that.
-constexpr std::size_t kSparePlaces = 2;
+/// Rounds in which bodies that yield together find how far each does: their parts of the penetration hang together where
+/// their normals are not square.
+constexpr int kRounds = 4;
+/// Determinant of the products of their normals below which these are too close together to tell their parts apart.
+constexpr double kLeastDeterminant = 1e-3;
 
-[[nodiscard]] double depthOf(const Dent& dent) noexcept { return glm::length(Vec3(dent.displacement)); }
-
-[[nodiscard]] Dent scaled(Dent dent, double share) noexcept {
-  dent.displacement *= static_cast<float>(share);
-  return dent;
+/// The dents leave the HIP outside of a body. What reaches into the dent is met there, on the way from the surface at rest.
+void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept {
+  const Vec3 rest = contact.ihip;
+  state.release();
+  contact.touching = contact.alongNormal = false;
+  contact.body = -1;
+  contact.ihip = state.hip;
+  contact.normal = Vec3(0);
+  contact.penetration_m = 0;
+  contact.primitive = {};
+  contact.triangle = kNoTriangle;
+  const InTheWay met = firstInTheWay(state, body, rest, state.hip);
+  if (!met.crossing) return;
+  const Body& other = state.bodies[met.body];
+  contact.touching = true;
+  contact.body = static_cast<int>(met.body);
+  contact.ihip = glm::mix(rest, state.hip, met.crossing.time);
+  contact.normal = other.frame.turn(other.surface->faceNormal(met.crossing.triangle) * double(met.crossing.side));
+  contact.penetration_m = glm::distance(contact.ihip, state.hip);
+  contact.primitive = primitiveOf(*other.surface, Foot{met.crossing.triangle});
+  contact.triangle = met.crossing.triangle;
 }
 
-/// Goes a part of its way to what it comes to.
-void comeToRest(BodyDent& dent, double left) noexcept {
-  const auto share = static_cast<float>(left);
-  dent.dent.displacement = dent.rest.displacement + (dent.dent.displacement - dent.rest.displacement) * share;
-  if (dent.rest.displacement != Vec3f(0))
-    dent.dent.centre = dent.rest.centre + (dent.dent.centre - dent.rest.centre) * share;
+/// The body that the contact belongs to.
+void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                ContactResult& contact) noexcept {
+  const auto index = static_cast<std::size_t>(contact.body);
+  const Body& body = state.bodies[index];
+  const HoldingSurface& held = state.contact.holding[0];
+  for (BodyDent& dent : std::span(state.dents).first(state.dentCount)) dent.pressed = dent.pressed && dent.body == index;
+  Foot atRest;
+  atRest.triangle = held.triangle;
+  atRest.feature = state.contact.feature;
+  atRest.index = contact.primitive.localIndex;
+  atRest.point = body.frame.toLocal(contact.ihip);
+  const PressedBody pressed{.body = index,
+                            .atRest = atRest,
+                            .side = held.side,
+                            .h = body.frame.toLocal(state.hip),
+                            .below = contact.penetration_m > 0,
+                            .contact_N_per_m = state.objects[index].felt.value().spring_N_per_m,
+                            .shaded = true};
+  Yielding yielding(scene, state, config, contact.work, pressed);
+  if (!yielding.press()) return lose(state, index, contact);
+  const Yielding::Nearest at = yielding.nearestTo(pressed.h);
+  if (at.outside) return lose(state, index, contact);
+  contact.alongNormal = false;
+  contact.ihip = body.frame.toWorld(at.foot.point);
+  contact.normal = body.frame.turn(at.normal);
+  contact.penetration_m = glm::distance(contact.ihip, state.hip);
+  contact.primitive = primitiveOf(*body.surface, at.foot);
+  contact.triangle = at.foot.triangle;
 }
 
-/// Puts a mark in the place before a dent, whose number it takes: a contact that moves on leaves it behind. It grows from
-/// nothing, far enough from the contact not to be felt. Without a place for it there is none.
-void leaveMark(HapticState& state, std::size_t at, const Dent& mark) noexcept {
-  if (state.dentCount == kMaxDents) return;
-  const auto from = state.dents.begin() + static_cast<std::ptrdiff_t>(at);
-  std::copy_backward(from, state.dents.begin() + static_cast<std::ptrdiff_t>(state.dentCount),
-                     state.dents.begin() + static_cast<std::ptrdiff_t>(state.dentCount) + 1);
-  ++state.dentCount;
-  if (state.pressing && state.pressedDent >= at) ++state.pressedDent;
-  BodyDent& left = state.dents[at];
-  left.dent = scaled(mark, 0);
-  left.rest = mark;
-  left.begun = {};
-  left.still_s = 0;
-  left.stays = false;
-  state.dents[at + 1].number = ++state.dentNumber;
-}
-
-/// One contact with a soft body, in the body's frame.
-class Yielding {
+/// Bodies that hold the IHIP together, each of them in series with its own tissue: of the penetration p = sum s_i n_i the
+/// tissue of body i takes y_i along n_i, and k_i (s_i - sum_j (G^-1)_ij y_j) = t_i y_i with G_ij = n_i . n_j, for then the
+/// IHIP is on each surface, displaced by y_i. A rigid body takes nothing.
+class Together {
  public:
-  /// @param object  Soft.
-  Yielding(const ServoObject& object, HapticState& state, const StepConfig& config, ContactResult& contact) noexcept
-      : tissue_(*object.tissue),
-        shading_(object.detail ? object.detail->shading.get() : nullptr),
-        state_(state),
-        config_(config),
-        contact_(contact),
-        index_(static_cast<std::size_t>(contact.body)),
-        body_(state.bodies[index_]),
-        held_(state.contact.holding[0]),
-        h_(body_.frame.toLocal(state.hip)) {}
+  Together(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact) noexcept
+      : scene_(scene), state_(state), config_(config), contact_(contact), penetration_m_(contact.ihip - state.hip) {}
 
-  void run() noexcept {
-    if (state_.pressing && isElsewhere()) state_.release();
-    if (!state_.pressing && !begin()) return;
-    if (state_.pressing && !press()) return;
+  /// False where the parts cannot be told apart.
+  [[nodiscard]] bool run() noexcept {
+    gather();
+    if (std::ranges::none_of(parts(), [&](const Part& part) { return tissueOf(part) != nullptr; })) return true;
+    if (!invert()) return false;
+    shareOut();
+    for (Part& part : parts()) {
+      if (tissueOf(part) != nullptr) press(part);
+    }
     settle();
+    return true;
   }
 
  private:
-  /// On a body with some of its dents: where it is nearest to the HIP.
-  struct Nearest {
-    Foot foot;
+  /// A body's.
+  struct Part {
+    HoldingSurface held;  // the first of its surfaces
+    Vec3 normal{0};       // world, unit
+    double share_m = 0;
+    double yield_m = 0;
+    double seen_m = 0;  // of the penetration, by the body alone
+  };
+  /// World.
+  struct Plane {
+    Vec3 point{0};
     Vec3 normal{0};
-    bool outside = false;  // the HIP is
   };
 
-  [[nodiscard]] Nearest nearest(const BodyDents& dents) noexcept {
-    const DentedSurface deformed(*body_.surface, dents.all(), tissue_.falloff);
-    Nearest found;
-    int spent = 0;
-    found.foot = deformed.closestFrom(held_.triangle, h_, spent);
-    contact_.work.triangles += spent;
-    found.normal = unitOrZero(deformed.normal(found.foot)) * double(held_.side);
-    found.outside = glm::dot(h_ - found.foot.point, found.normal) >= 0 && contact_.penetration_m > 0;
-    return found;
+  [[nodiscard]] std::span<Part> parts() noexcept { return std::span(parts_).first(count_); }
+  [[nodiscard]] static std::size_t bodyOf(const Part& part) noexcept { return static_cast<std::size_t>(part.held.body); }
+  [[nodiscard]] const SoftTissue* tissueOf(const Part& part) const noexcept {
+    return scene_.objects[bodyOf(part)].tissue.get();
+  }
+  [[nodiscard]] double spring_N_per_m(const Part& part) const noexcept {
+    return state_.objects[bodyOf(part)].felt.value().spring_N_per_m;
   }
 
-  /// Without any, as the contact core has it.
-  [[nodiscard]] Nearest nearestAtRest() const noexcept {
-    Nearest found;
-    found.foot.triangle = held_.triangle;
-    found.foot.feature = state_.contact.feature;
-    found.foot.index = contact_.primitive.localIndex;
-    found.foot.point = body_.frame.toLocal(contact_.ihip);
-    return found;
-  }
-
-  /// Than the dent that the contact pressed in the last tick: a fast hand has left it and come in again.
-  [[nodiscard]] bool isElsewhere() const noexcept {
-    const Vec3 centre(state_.dents[state_.pressedDent].dent.centre);
-    const double radius = tissue_.falloff.radius_m();
-    return squaredLength(body_.frame.toLocal(contact_.ihip) - centre) > radius * radius;
-  }
-
-  /// A new contact: it goes on in the body's newest dent where it comes back to that, else makes one of its own. False
-  /// where the dents that there are leave the HIP outside.
-  [[nodiscard]] bool begin() noexcept {
-    const BodyDents dents = dentsOf(state_, index_);
-    if (dents.count > 0) {
-      const Nearest at = nearest(dents);
-      if (at.outside) return lose();
-      if (goOnInTheNewest()) return true;
+  void gather() noexcept {
+    const auto holding = state_.contact.surfaces();
+    for (std::size_t k = 0; k < holding.size(); ++k) {
+      const Vec3 part_m = shareOf(state_, k, penetration_m_) * normalOf(state_, holding[k]);
+      const auto known = std::ranges::find(parts(), holding[k].body, [](const Part& p) { return p.held.body; });
+      if (known == parts().end()) {
+        parts_[count_++] = {.held = holding[k], .normal = part_m};
+      } else {
+        known->normal += part_m;
+      }
     }
-    if (state_.dentCount == kMaxDents) {
-      hurryTheWeakest();
-      return true;
+    for (Part& part : parts()) {
+      part.share_m = glm::length(part.normal);
+      part.normal = part.share_m > 0 ? part.normal / part.share_m : normalOf(state_, part.held);
     }
-    state_.pressedDent = state_.dentCount++;
-    state_.dents[state_.pressedDent] = {
-        .body = index_, .dent = {}, .rest = {}, .begun = {}, .number = ++state_.dentNumber};
-    state_.pressing = true;
+  }
+
+  [[nodiscard]] bool invert() noexcept {
+    glm::dmat3 products(1);
+    for (int i = 0; i < static_cast<int>(count_); ++i) {
+      for (int j = 0; j < i; ++j) {
+        products[i][j] = products[j][i] =
+            glm::dot(parts_[static_cast<std::size_t>(i)].normal, parts_[static_cast<std::size_t>(j)].normal);
+      }
+    }
+    if (glm::determinant(products) < kLeastDeterminant) return false;
+    inverse_ = glm::inverse(products);
     return true;
   }
 
-  [[nodiscard]] bool goOnInTheNewest() noexcept {
-    for (std::size_t i = state_.dentCount; i-- > 0;) {
-      BodyDent& newest = state_.dents[i];
-      if (newest.body != index_) continue;
-      const BodyDents others = dentsOf(state_, index_, i);
-      const Vec3 foot = (others.count > 0 ? nearest(others) : nearestAtRest()).foot.point;
-      const double there = tissue_.falloff.at(foot - Vec3(newest.dent.centre));
-      if (newest.stays || there < kSamePlace) return false;
-      newest.dent = scaled(newest.dent, there);  // it goes along with the contact from here on
-      newest.still_s = 0;
-      newest.begun = newest.rest;
-      state_.pressedDent = i;
-      state_.pressing = true;
-      return true;
+  void shareOut() noexcept {
+    for (const BodyDent& dent : state_.allDents()) {
+      if (!dent.pressed) continue;
+      const auto own = std::ranges::find(parts(), static_cast<int>(dent.body), [](const Part& p) { return p.held.body; });
+      if (own != parts().end()) own->yield_m = depth_m(dent.dent);
     }
-    return false;
-  }
-
-  /// There is no place for a dent of this contact, which is hard meanwhile.
-  void hurryTheWeakest() noexcept {
-    BodyDent* weakest = nullptr;
-    for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
-      if (!dent.stays && (weakest == nullptr || depthOf(dent.dent) < depthOf(weakest->dent))) weakest = &dent;
+    const std::array<Part, ContactState::kMaxHolding> before = parts_;
+    for (int round = 0; round < kRounds; ++round) {
+      for (std::size_t i = 0; i < count_; ++i) {
+        Part& part = parts_[i];
+        const SoftTissue* tissue = tissueOf(part);
+        if (tissue == nullptr) continue;
+        double left_m = part.share_m;
+        for (std::size_t j = 0; j < count_; ++j) {
+          if (j != i) left_m -= product(i, j) * parts_[j].yield_m;
+        }
+        part.seen_m = std::max(0.0, left_m / product(i, i));
+        part.yield_m = tissue->yield_m(before[i].yield_m, part.seen_m, spring_N_per_m(part) * product(i, i),
+                                       config_.period_s);
+      }
     }
-    if (weakest != nullptr) comeToRest(*weakest, std::exp(-config_.period_s / kHurried_s));
+  }
+  [[nodiscard]] double product(std::size_t i, std::size_t j) const noexcept {
+    return inverse_[static_cast<int>(i)][static_cast<int>(j)];
   }
 
-  /// How far the tissue yields, over the other dents. False where those leave the HIP outside.
-  [[nodiscard]] bool press() noexcept {
-    const BodyDents others = dentsOf(state_, index_, state_.pressedDent);
-    Nearest at = others.count > 0 ? nearest(others) : nearestAtRest();
-    if (at.outside) return lose();
-    if (shading_ != nullptr) shadeFoot(at.foot, others);
-    const Vec3 foot = at.foot.point;
-    if (tissue_.plastic > 0) moveOn(foot);
-    BodyDent& pressed = state_.dents[state_.pressedDent];
-    const double depth = glm::distance(h_, foot);
-    const Vec3 direction = depth > 0 ? (h_ - foot) / depth : Vec3(0);
-    pressed.dent.centre = Vec3f(foot);
-    const double seen = seenOn(others, at.foot, pressed.dent);
-    const double yielded = tissue_.yield_m(seen * depthOf(pressed.dent), depth,
-                                           state_.objects[index_].felt.value().spring_N_per_m, config_.period_s);
-    const double stays = std::max(stillThere_m(pressed.rest, foot), stillThere_m(pressed.begun, foot));
-    const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
-    pressed.dent.displacement = Vec3f(direction * std::clamp(wanted, 0.0, room()));
-    if (tissue_.plastic > 0) remember(pressed);
-    return true;
-  }
-
-  /// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.
-  void shadeFoot(Foot& foot, const BodyDents& others) const noexcept {
-    const double depth_m = glm::distance(h_, foot.point) * held_.side;
-    const ShadedPoint smooth = shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, h_, depth_m);
-    if (!(smooth.weight > 0)) return;
-    foot.point = glm::mix(foot.point, h_ + smooth.normal * smooth.depth_m, smooth.weight);
-    foot.triangle = smooth.triangle;
-  }
-
-  /// Leaves a mark where the contact has been, each a dent's width from the last.
-  void moveOn(Vec3 foot) noexcept {
-    BodyDent& pressed = state_.dents[state_.pressedDent];
-    const double way = glm::distance(foot, Vec3(pressed.begun.centre));
-    const bool isNear = pressed.begun.displacement == Vec3f(0) || way < tissue_.falloff.width_m();
-    if (isNear || state_.dentCount == kMaxDents) return;  // without a place for it, the mark is left farther on
-    const Dent begun = pressed.begun;
-    pressed.begun = pressed.rest = {};
-    if (depthOf(begun) > kLeastMark * tissue_.falloff.radius_m()) leaveMark(state_, state_.pressedDent, begun);
-  }
-
-  /// What is to stay of a dent, at its deepest and where this stretch of its way began.
-  void remember(BodyDent& pressed) const noexcept {
-    const Dent kept = scaled(pressed.dent, tissue_.plastic);
-    if (depthOf(kept) > depthOf(pressed.rest)) pressed.rest = kept;
-    if (pressed.begun.displacement == Vec3f(0)) pressed.begun.centre = kept.centre;
-    const double there = tissue_.falloff.at(Vec3(kept.centre) - Vec3(pressed.begun.centre));
-    if (there * depthOf(kept) > depthOf(pressed.begun)) pressed.begun.displacement = scaled(kept, there).displacement;
-  }
-
-  [[nodiscard]] double stillThere_m(const Dent& rest, Vec3 foot) const noexcept {
-    return depthOf(rest) * tissue_.falloff.at(foot - Vec3(rest.centre));
-  }
-
-  /// How deep this dent may be, so that with those of the body that are going back it stays within deepestDent_m().
-  [[nodiscard]] double room() const noexcept {
-    double left = deepestDent_m(tissue_.falloff);
-    for (std::size_t i = 0; i < state_.dentCount; ++i) {
-      const BodyDent& other = state_.dents[i];
-      if (i == state_.pressedDent || other.body != index_) continue;
-      left -= std::max(0.0, depthOf(other.dent) - depthOf(other.rest));
+  void press(const Part& part) noexcept {
+    const std::size_t i = static_cast<std::size_t>(&part - parts_.data());
+    const Body& body = state_.bodies[bodyOf(part)];
+    PressedBody pressed = pressedBody(part);
+    pressed.h = body.frame.toLocal(contact_.ihip - part.seen_m * part.normal);
+    pressed.contact_N_per_m *= product(i, i);
+    if (Yielding yielding(scene_, state_, config_, contact_.work, pressed); !yielding.press()) {
+      for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
+        if (dent.body == pressed.body) dent.pressed = false;
+      }
     }
-    return std::max(0.0, left);
   }
 
-  /// What there is of a dent at a foot on this mesh, which has only its vertices to show it.
-  [[nodiscard]] double seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept {
-    const TriangleRecord triangle = dented(body_.surface->triangle(foot.triangle), others.all(), tissue_.falloff);
-    const Vec3 share = barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), foot.point);
-    double sum = 0;
-    for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(triangle.corner(k) - Vec3(dent.centre));
-    return sum;
+  [[nodiscard]] PressedBody pressedBody(const Part& part) const noexcept {
+    const std::size_t index = bodyOf(part);
+    Foot atRest;
+    atRest.triangle = part.held.triangle;
+    atRest.point = state_.bodies[index].frame.toLocal(contact_.ihip);
+    return {.body = index, .atRest = atRest, .side = part.held.side, .below = true,
+            .contact_N_per_m = spring_N_per_m(part)};
   }
 
-  /// On the dented triangles.
+  /// The IHIP: of what is on all of the surfaces, or outside, the nearest to the HIP.
   void settle() noexcept {
-    const Nearest at = nearest(dentsOf(state_, index_));
-    if (at.outside) {
-      static_cast<void>(lose());
-      return;
+    Vec3 ihip = contact_.ihip;
+    for (int round = 0; round < kRounds; ++round) {
+      std::array<Plane, ContactState::kMaxHolding> planes;
+      const std::size_t count = planesAt(ihip, planes);
+      ihip = nearestOutside(std::span(planes).first(count));
     }
+    if (ihip == state_.hip) return lose(state_, static_cast<std::size_t>(contact_.body), contact_);
     contact_.alongNormal = false;
-    contact_.ihip = body_.frame.toWorld(at.foot.point);
-    contact_.normal = body_.frame.turn(at.normal);
-    contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
-    contact_.primitive = primitiveOf(*body_.surface, at.foot);
-    contact_.triangle = at.foot.triangle;
+    contact_.ihip = ihip;
+    contact_.penetration_m = glm::distance(ihip, state_.hip);
+    contact_.normal = (ihip - state_.hip) / contact_.penetration_m;
   }
 
-  /// The dents leave the HIP outside.
-  [[nodiscard]] bool lose() noexcept {
-    const Vec3 rest = contact_.ihip;
-    contact_.touching = contact_.alongNormal = false;
-    contact_.body = -1;
-    contact_.ihip = state_.hip;
-    contact_.normal = Vec3(0);
-    contact_.penetration_m = 0;
-    contact_.primitive = {};
-    state_.release();
-    meetInDent(rest);
-    return false;
-  }
-
-  /// The HIP is clear of the dent. What reaches into the dent is met there, on the way from the surface at rest.
-  void meetInDent(Vec3 rest) noexcept {
-    Crossing first;
-    for (std::size_t i = 0; i < state_.bodyCount; ++i) {
-      const Body& body = state_.bodies[i];
-      if (i == index_ || body.leaving || dentsOf(state_, i).count > 0) continue;
-      const Surface& s = *body.surface;
-      const Crossing met = s.firstCrossing(body.frame.toLocal(rest), body.frame.toLocal(state_.hip));
-      if (!met || (first && met.time >= first.time)) continue;
-      first = met;
-      contact_.touching = true;
-      contact_.body = static_cast<int>(i);
-      contact_.ihip = glm::mix(rest, state_.hip, met.time);
-      contact_.normal = body.frame.turn(s.faceNormal(met.triangle) * static_cast<double>(met.side));
-      contact_.penetration_m = glm::distance(contact_.ihip, state_.hip);
-      contact_.primitive = primitiveOf(s, Foot{met.triangle});
-      contact_.triangle = met.triangle;
+  [[nodiscard]] std::size_t planesAt(Vec3 ihip, std::array<Plane, ContactState::kMaxHolding>& planes) noexcept {
+    std::size_t count = 0;
+    for (const Part& part : parts()) {
+      if (tissueOf(part) == nullptr) continue;
+      const Body& body = state_.bodies[bodyOf(part)];
+      const PressedBody pressed = pressedBody(part);
+      Yielding yielding(scene_, state_, config_, contact_.work, pressed);
+      const Yielding::Nearest at = yielding.nearestTo(body.frame.toLocal(ihip));
+      planes[count++] = {body.frame.toWorld(at.foot.point), body.frame.turn(at.normal)};
+      if (part.held.body == contact_.body) contact_.triangle = at.foot.triangle;
     }
+    for (const HoldingSurface& held : state_.contact.surfaces()) {
+      if (scene_.objects[static_cast<std::size_t>(held.body)].tissue) continue;
+      planes[count++] = {contact_.ihip, normalOf(state_, held)};
+    }
+    return count;
   }
 
-  const SoftTissue& tissue_;
-  const ShadingNormals* shading_;  // null: as the polygons are
+  /// The HIP where it is outside of all planes.
+  [[nodiscard]] Vec3 nearestOutside(std::span<Plane> planes) const noexcept {
+    for (std::size_t count = planes.size(); count > 0; --count) {
+      glm::dmat3 products(1);
+      Vec3 below_m(0);
+      for (int i = 0; i < static_cast<int>(count); ++i) {
+        const Plane& plane = planes[static_cast<std::size_t>(i)];
+        for (int j = 0; j < static_cast<int>(count); ++j) {
+          products[j][i] = glm::dot(plane.normal, planes[static_cast<std::size_t>(j)].normal);
+        }
+        below_m[i] = glm::dot(plane.normal, plane.point - state_.hip);
+      }
+      const bool distinct = glm::determinant(products) >= kLeastDeterminant;
+      const Vec3 parts = distinct ? glm::inverse(products) * below_m : below_m;
+      std::size_t least = 0;
+      for (std::size_t i = 1; i < count; ++i) {
+        if (parts[static_cast<int>(i)] < parts[static_cast<int>(least)]) least = i;
+      }
+      if (distinct && parts[static_cast<int>(least)] >= 0) {
+        Vec3 out = state_.hip;
+        for (std::size_t i = 0; i < count; ++i) out += parts[static_cast<int>(i)] * planes[i].normal;
+        return out;
+      }
+      std::swap(planes[least], planes[count - 1]);
+    }
+    return state_.hip;
+  }
+
+  const ServoScene& scene_;
   HapticState& state_;
   const StepConfig& config_;
   ContactResult& contact_;
-  std::size_t index_;
-  const Body& body_;
-  HoldingSurface held_;
-  Vec3 h_;
+  Vec3 penetration_m_;
+  std::array<Part, ContactState::kMaxHolding> parts_;
+  std::size_t count_ = 0;
+  glm::dmat3 inverse_{1};
 };
 
-/// What stays of a dent that has been let go: where the last stretch of its way began, which keeps a groove even; at its
-/// deepest where that is much deeper; and at both where they are a good way apart.
-void letGo(HapticState& state, std::size_t at, const SoftTissue& tissue) noexcept {
-  BodyDent& dent = state.dents[at];
-  const double least_m = kLeastMark * tissue.falloff.radius_m();
-  const Dent begun = dent.begun;
-  dent.begun = {};
-  const bool isApart = glm::distance(begun.centre, dent.rest.centre) > tissue.falloff.width_m() / 2;
-  if (!isApart && depthOf(dent.rest) < kMuchDeeper * depthOf(begun)) dent.rest = begun;
-  if (depthOf(dent.rest) <= least_m) dent.rest.displacement = Vec3f(0);
-  if (isApart && depthOf(begun) > least_m) leaveMark(state, at, begun);
-}
-
-/// Dents that nothing presses go to what they come to; those that are gone leave their places.
-void relax(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
-  const auto isPressed = [&](std::size_t i) { return state.pressing && i == state.pressedDent; };
-  for (std::size_t i = 0; i < state.dentCount; ++i) {
-    const BodyDent& dent = state.dents[i];
-    if (!isPressed(i) && dent.begun.displacement != Vec3f(0)) letGo(state, i, *scene.objects[dent.body].tissue);
-  }
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < state.dentCount; ++i) {
-    BodyDent dent = state.dents[i];
-    const bool pressed = isPressed(i);
-    const SoftTissue& tissue = *scene.objects[dent.body].tissue;
-    if (!pressed && !dent.stays) {
-      comeToRest(dent, tissue.leftAfter(config.period_s));
-      const double gone_m = kGone * tissue.falloff.radius_m();
-      const bool isThere = glm::distance(dent.dent.displacement, dent.rest.displacement) <= gone_m;
-      if (isThere && dent.rest.displacement == Vec3f(0)) continue;
-      if (isThere && glm::distance(dent.dent.centre, dent.rest.centre) <= gone_m) {
-        dent.dent = dent.rest;
-        dent.still_s += config.period_s;
-        dent.stays = dent.still_s >= kStill_s || state.dentCount + kSparePlaces >= kMaxDents;
-      }
-    }
-    if (pressed) state.pressedDent = kept;
-    state.dents[kept++] = dent;
-  }
-  state.dentCount = kept;
+[[gnu::noinline]] bool yieldTogether(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                     ContactResult& contact) noexcept {
+  return Together(scene, state, config, contact).run();
 }
 
 }  // namespace
 
 void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config,
                     ContactResult& contact) noexcept {
-  const SoftTissue* tissue =
-      contact.touching ? scene.objects[static_cast<std::size_t>(contact.body)].tissue.get() : nullptr;
-  if (tissue == nullptr ||
-      (state.pressing && state.dents[state.pressedDent].body != static_cast<std::size_t>(contact.body))) {
-    state.release();
+  for (BodyDent& dent : std::span(state.dents).first(state.dentCount)) {
+    dent.pressed = dent.pressed && contact.touching && holdsIhip(state, dent.body);
   }
   const auto before = state.dents;
   const std::size_t countBefore = state.dentCount;
-  relax(scene, state, config);
-  if (tissue != nullptr) Yielding(scene.objects[static_cast<std::size_t>(contact.body)], state, config, contact).run();
+  relaxDents(scene, state, config);
+  if (contact.touching) {
+    const bool together = severalBodiesHold(state) && yieldTogether(scene, state, config, contact);
+    if (!together && scene.objects[static_cast<std::size_t>(contact.body)].tissue) {
+      yieldAlone(scene, state, config, contact);
+    }
+  }
   const auto same = [](const BodyDent& a, const BodyDent& b) { return a.body == b.body && a.dent == b.dent; };
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), same)) ++state.deformationRevision;
 }

@@ -14,6 +14,9 @@ namespace haptics {
 /// far the surface moves in a tick, the contact is not lost for it: the shape in which it is found does not move.
 /// Deviation from displacing the surface after the contact, with the force of the tick before: that feels like a damper of
 /// k_c T against a hand that presses, and loses the contact of one that draws back.
+///
+/// Bodies that hold the IHIP together yield together, each in series with its own tissue. A dent ends where its centre
+/// meets another body: the IHIP on a soft body is inside of no other.
 /// @param[in,out] contact  Found with the shapes at rest; then as it is on the dented ones, or none where a dent that is
 /// still going back leaves the HIP outside.
 void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config,

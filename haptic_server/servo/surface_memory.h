@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <type_traits>
 
 #include "common/maths/vec.h"
+#include "haptic_server/contact/contact.h"
 #include "haptic_server/geometry/triangle_record.h"
 #include "haptic_server/surface/friction.h"
 
@@ -21,6 +24,14 @@ struct ShadingFade {
   double deepeningLeft_m = 0;
 };
 
+/// Friction on one of the surfaces that hold the IHIP.
+struct HeldFriction {
+  StickSlip law;
+  std::uint64_t object = 0;  ///< Id, 0: none. Unless it is, the rest is of the last tick.
+  Vec3 normal{0};            ///< Outward, unit, world: by this the surface is known again.
+  Vec3 stickingPoint{0};     ///< World.
+};
+
 /// What the surface properties of the felt object remember from tick to tick. Written by feelDetails() and
 /// adoptScene().
 struct SurfaceMemory {
@@ -28,9 +39,8 @@ struct SurfaceMemory {
   static constexpr double kMostPresence = 4;
 
   std::uint64_t object = 0;  ///< Id of what was felt in the last tick, 0 for nothing.
-  StickSlip friction;
+  std::array<HeldFriction, ContactState::kMaxHolding> friction;
   double frictionPresence = 1;  ///< The part of friction that is felt, on its way to 1 after an edit.
-  Vec3 stickingPoint{0};        ///< World, as of the last tick.
   ShadingFade fade;
   Vec3 frictionForce_N{0};  ///< Of the last tick; world.
 };

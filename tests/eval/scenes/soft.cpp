@@ -18,6 +18,8 @@ constexpr int kSegments = 20;  // along the edges of a cube: 4,800 triangles
 /// Deeper than its facets lie below the sphere, so that the hand is in the mesh.
 constexpr double kInMesh_m = 5e-4;
 constexpr double kMostError_m = 1e-4;
+/// Along a smooth pad: what a hand does not feel beside a press of some newtons.
+constexpr double kMostRipple_N = 0.01;
 
 struct Outcome {
   int insideTicks = 0;
@@ -108,6 +110,35 @@ void press(Renderer& method, Random& random, const SoftTissue& tissue, double de
   }
 }
 
+/// Rubs a flat pad that is smooth for the hand. Largest force along it, N: the pad is without friction.
+double ripple_N(Renderer& method, Random& random) {
+  constexpr double kPad_m = 0.1;
+  constexpr int kEdges = 50;
+  constexpr int kDown = 300, kTicks = 900;
+  FeltSurface surface;
+  surface.device.maxForce_N = 1e9;
+  surface.tissue = SoftTissue{Falloff(0.02, 2), 400, 0};
+  surface.properties.shading = Shading{.crease_rad = 0.5, .creases = {}};
+  method.dress(surface);
+  Stage stage(method, random);
+  stage.add(shapes::box(Vec3(kPad_m), kEdges));
+  const double way = random.between(0, 2 * std::numbers::pi);
+  const double depth_m = random.between(0.002, 0.007);
+  const double speed_m_per_tick = random.between(0.5e-4, 1.5e-4);
+  const auto hipAt = [&](int i) {
+    const double along = speed_m_per_tick * (std::max(i - kDown, 0) - (kTicks - kDown) / 2);
+    const double deep = std::min(1.0, static_cast<double>(i) / kDown) * (depth_m + 0.001);
+    return Vec3(along * std::cos(way), along * std::sin(way), kPad_m / 2 + 0.001 - deep);
+  };
+  stage.begin(hipAt(0));
+  double most_N = 0;
+  for (int i = 1; i < kTicks; ++i) {
+    const Vec3 force_N = stage.tick(hipAt(i)).force_N;
+    if (i > kDown) most_N = std::max(most_N, std::hypot(force_N.x, force_N.y));
+  }
+  return most_N;
+}
+
 }  // namespace
 
 SceneResult yieldToTheHand(Renderer& method, Random& random) {
@@ -117,12 +148,14 @@ SceneResult yieldToTheHand(Renderer& method, Random& random) {
   press(method, random, {Falloff(0.02, 3), 500, 0}, 0.003, random.between(15, 40), outcome);
   press(method, random, {Falloff(0.01, 2), 50, 0}, 0.012, random.between(4, 8), outcome);
   press(method, random, {Falloff(0.02, 2), 100, 0.05}, 0.004, random.between(3, 10), outcome);
+  const double ripple = ripple_N(method, random);
   SceneResult result;
   result.measures = {{"inside_ticks", outcome.insideTicks},    {"outrun_ticks", outcome.outrunTicks},
                      {"false_exit_ticks", outcome.falseExits}, {"inverted_triangles", outcome.inverted},
-                     {"non_finite_ticks", outcome.nonFinite},  {"contact_error_mm", 1e3 * outcome.error_m}};
+                     {"non_finite_ticks", outcome.nonFinite},  {"contact_error_mm", 1e3 * outcome.error_m},
+                     {"ripple_N", ripple}};
   result.pass = outcome.falseExits == 0 && outcome.inverted == 0 && outcome.nonFinite == 0 &&
-                outcome.error_m < kMostError_m && outcome.outrunTicks > 0;
+                outcome.error_m < kMostError_m && outcome.outrunTicks > 0 && ripple <= kMostRipple_N;
   return result;
 }
 

@@ -159,6 +159,11 @@ TEST_F(Touching, ContactSaysWhetherItSticksAndHowHighTheTextureIs) {
   EXPECT_EQ(contact("Texture").value, "-0.12 mm, 0.25 N");
 }
 
+TEST_F(Touching, StatusSaysWherePitsAreFeltAsBumps) {
+  EXPECT_EQ(find(statusLines(view, kFresh_s, 60, {}, true), "Surfaces"),
+            (OverlayLine{"Surfaces", "pits drawn, felt as bumps", Tone::kWarning}));
+}
+
 TEST_F(Touching, StatusSaysWhereSurfacesAreDrawnCoarserThanFelt) {
   EXPECT_EQ(status("Surfaces").value, "drawn as felt");
   const CoarseDetail coarse{.object = "sandpaper", .detail_m = 0.0003, .edge_m = 0.00041};

@@ -88,6 +88,17 @@ TEST_F(Shown, HaveTheFrictionColorsOfAllOfThem) {
   EXPECT_FALSE(actors.frictionRange());
 }
 
+TEST_F(Shown, TellWhetherPitsAreFeltAsBumps) {
+  SurfaceProperties surface;
+  surface.texture = Texture{.family = NoiseFamily{.wavelength_m = 0.02}, .amplitude_m = 0.0005};
+  for (const bool literal : {false, true}) {
+    surface.texture->literal = literal;
+    mirror.setSurface(box, surface);
+    settle();
+    EXPECT_EQ(actors.anyPitsFeltAsBumps(), literal);
+  }
+}
+
 TEST_F(Shown, TellWhatIsDrawnCoarserThanItIsFelt) {
   mirror.setSurface(box, rough(0.02, 0.5));
   settle();

@@ -1,0 +1,206 @@
+#include "haptic_server/servo/yielding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "common/maths/barycentric.h"
+#include "haptic_server/servo/relaxing_dents.h"
+#include "haptic_server/surface/force_shading.h"
+
+namespace haptics {
+namespace {
+
+/// Where a contact finds no place for its dent, the weakest one is hurried back (seconds). Shorter can be felt; longer
+/// leaves the new contact hard for longer.
+constexpr double kHurried_s = 0.01;
+/// Of its depth at the centre, what a dent has left where a contact comes back into it. Lower moves dents about; higher
+/// makes new ones of a hand that bounces.
+constexpr double kSamePlace = 0.97;
+
+}  // namespace
+
+Yielding::Yielding(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactWork& work,
+                   const PressedBody& pressed) noexcept
+    : tissue_(*scene.objects[pressed.body].tissue),
+      shading_(pressed.shaded && scene.objects[pressed.body].detail ? scene.objects[pressed.body].detail->shading.get()
+                                                                    : nullptr),
+      state_(state),
+      config_(config),
+      work_(work),
+      pressed_(pressed),
+      body_(state.bodies[pressed.body]) {
+  for (std::size_t i = 0; i < state.dentCount; ++i) {
+    if (state.dents[i].pressed && state.dents[i].body == pressed.body) at_ = i;
+  }
+}
+
+bool Yielding::press() noexcept {
+  if (at_ && isElsewhere(dent().dent)) {
+    dent().pressed = false;
+    at_.reset();
+  }
+  if (!at_ && !begin()) return false;
+  return !at_ || yield();
+}
+
+Yielding::Nearest Yielding::nearestTo(Vec3 point) noexcept { return nearest(dentsOf(state_, pressed_.body), point); }
+
+Yielding::Nearest Yielding::nearest(const BodyDents& dents, Vec3 point) noexcept {
+  const DentedSurface deformed(*body_.surface, dents.all(), tissue_.falloff);
+  Nearest found;
+  int spent = 0;
+  found.foot = deformed.closestFrom(pressed_.atRest.triangle, point, spent);
+  work_.triangles += spent;
+  found.normal = unitOrZero(deformed.normal(found.foot)) * double(pressed_.side);
+  found.outside = glm::dot(point - found.foot.point, found.normal) >= 0 && pressed_.below;
+  return found;
+}
+
+/// Than the dent that the contact pressed in the last tick: a fast hand has left it and come in again.
+bool Yielding::isElsewhere(const Dent& dent) const noexcept {
+  const double radius = tissue_.falloff.radius_m();
+  return squaredLength(pressed_.atRest.point - Vec3(dent.centre)) > radius * radius;
+}
+
+/// A new contact: it goes on in the body's newest dent where it comes back to that, else makes one of its own, if there is
+/// a place for it. False where the dents that there are leave the HIP outside.
+bool Yielding::begin() noexcept {
+  const BodyDents dents = dentsOf(state_, pressed_.body);
+  if (dents.count > 0) {
+    if (nearest(dents, pressed_.h).outside) return false;
+    if (goOnInTheNewest()) return true;
+  }
+  if (state_.dentCount == kMaxDents) {
+    hurryTheWeakest();
+    return true;
+  }
+  at_ = state_.dentCount++;
+  dent() = {.body = pressed_.body, .dent = {}, .rest = {}, .begun = {}, .number = ++state_.dentNumber, .pressed = true};
+  return true;
+}
+
+bool Yielding::goOnInTheNewest() noexcept {
+  for (std::size_t i = state_.dentCount; i-- > 0;) {
+    BodyDent& newest = state_.dents[i];
+    if (newest.body != pressed_.body) continue;
+    const BodyDents others = dentsOf(state_, pressed_.body, i);
+    const Vec3 foot = (others.count > 0 ? nearest(others, pressed_.h).foot : pressed_.atRest).point;
+    const double there = tissue_.falloff.at(foot - Vec3(newest.dent.centre));
+    if (newest.stays || there < kSamePlace) return false;
+    newest.dent = scaled(newest.dent, there);  // it goes along with the contact from here on
+    newest.still_s = 0;
+    newest.begun = newest.rest;
+    newest.pressed = true;
+    at_ = i;
+    return true;
+  }
+  return false;
+}
+
+/// There is no place for a dent of this contact, which is hard meanwhile.
+void Yielding::hurryTheWeakest() noexcept {
+  BodyDent* weakest = nullptr;
+  for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
+    if (dent.stays || dent.pressed) continue;
+    if (weakest == nullptr || depth_m(dent.dent) < depth_m(weakest->dent)) weakest = &dent;
+  }
+  if (weakest != nullptr) comeToRest(*weakest, std::exp(-config_.period_s / kHurried_s));
+}
+
+/// How far the tissue yields, over the other dents. False where those leave the HIP outside.
+bool Yielding::yield() noexcept {
+  const BodyDents others = dentsOf(state_, pressed_.body, *at_);
+  Foot at = pressed_.atRest;
+  if (others.count > 0) {
+    const Nearest found = nearest(others, pressed_.h);
+    if (found.outside) return false;
+    at = found.foot;
+  }
+  if (shading_ != nullptr) shadeFoot(at, others);
+  if (tissue_.plastic > 0) moveOn(at.point);
+  const double depth = glm::distance(pressed_.h, at.point);
+  const Vec3 direction = depth > 0 ? (pressed_.h - at.point) / depth : Vec3(0);
+  dent().dent.centre = Vec3f(at.point);
+  const double seen = seenOn(others, at, dent().dent);
+  const double yielded =
+      tissue_.yield_m(seen * depth_m(dent().dent), depth, pressed_.contact_N_per_m, config_.period_s);
+  const double stays = std::max(stillThere_m(dent().rest, at.point), stillThere_m(dent().begun, at.point));
+  const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
+  dent().dent.displacement = Vec3f(direction * std::min(wanted, room_m(at.point, direction * wanted)));
+  if (tissue_.plastic > 0) remember(dent());
+  return true;
+}
+
+/// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.
+void Yielding::shadeFoot(Foot& foot, const BodyDents& others) const noexcept {
+  const double depth = glm::distance(pressed_.h, foot.point) * pressed_.side;
+  const ShadedPoint smooth =
+      shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth);
+  if (!(smooth.weight > 0)) return;
+  foot.point = glm::mix(foot.point, pressed_.h + smooth.normal * smooth.depth_m, smooth.weight);
+  foot.triangle = smooth.triangle;
+}
+
+/// Leaves a mark where the contact has been, each a dent's width from the last.
+void Yielding::moveOn(Vec3 foot) noexcept {
+  const double way = glm::distance(foot, Vec3(dent().begun.centre));
+  const bool isNear = dent().begun.displacement == Vec3f(0) || way < tissue_.falloff.width_m();
+  if (isNear || state_.dentCount == kMaxDents) return;  // without a place for it, the mark is left farther on
+  const Dent begun = dent().begun;
+  dent().begun = dent().rest = {};
+  if (leavesMark(begun, tissue_) && leaveMark(state_, *at_, begun)) ++*at_;
+}
+
+/// What is to stay of a dent, at its deepest and where this stretch of its way began.
+void Yielding::remember(BodyDent& pressed) const noexcept {
+  const Dent kept = scaled(pressed.dent, tissue_.plastic);
+  if (depth_m(kept) > depth_m(pressed.rest)) pressed.rest = kept;
+  if (pressed.begun.displacement == Vec3f(0)) pressed.begun.centre = kept.centre;
+  const double there = tissue_.falloff.at(Vec3(kept.centre) - Vec3(pressed.begun.centre));
+  if (there * depth_m(kept) > depth_m(pressed.begun)) pressed.begun.displacement = scaled(kept, there).displacement;
+}
+
+double Yielding::stillThere_m(const Dent& rest, Vec3 foot) const noexcept {
+  return depth_m(rest) * tissue_.falloff.at(foot - Vec3(rest.centre));
+}
+
+/// How deep this dent may be, so that with those of the body that are going back it stays within deepestDent_m(), and its
+/// centre outside of other bodies.
+/// @param wanted_m  What it would be.
+double Yielding::room_m(Vec3 foot, Vec3 wanted_m) const noexcept {
+  double left = deepestDent_m(tissue_.falloff);
+  for (std::size_t i = 0; i < state_.dentCount; ++i) {
+    const BodyDent& other = state_.dents[i];
+    if (i == *at_ || other.body != pressed_.body) continue;
+    left -= std::max(0.0, depth_m(other.dent) - depth_m(other.rest));
+  }
+  if (state_.bodyCount > 1) {
+    const auto there = firstInTheWay(state_, pressed_.body, body_.frame.toWorld(foot),
+                                     body_.frame.toWorld(foot + wanted_m));
+    if (there.crossing) left = std::min(left, there.crossing.time * glm::length(wanted_m));
+  }
+  return std::max(0.0, left);
+}
+
+/// What there is of a dent at a foot on this mesh, which has only its vertices to show it.
+double Yielding::seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept {
+  const TriangleRecord triangle = dented(body_.surface->triangle(foot.triangle), others.all(), tissue_.falloff);
+  const Vec3 share = barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), foot.point);
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(triangle.corner(k) - Vec3(dent.centre));
+  return sum;
+}
+
+InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to) noexcept {
+  InTheWay first;
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    const Body& other = state.bodies[i];
+    if (i == body || other.leaving || dentsOf(state, i).count > 0) continue;
+    const Crossing met = other.surface->firstCrossing(other.frame.toLocal(from), other.frame.toLocal(to));
+    if (met && (!first.crossing || met.time < first.crossing.time)) first = {i, met};
+  }
+  return first;
+}
+
+}  // namespace haptics

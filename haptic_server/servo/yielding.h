@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+
+#include "haptic_server/geometry/dented_surface.h"
+#include "haptic_server/servo/body_dents.h"
+
+namespace haptics {
+
+/// A soft body that the IHIP is pressed into. Object frame, metres.
+struct PressedBody {
+  std::size_t body = 0;
+  Foot atRest;                ///< What holds the IHIP, and the IHIP, on the shape without dents.
+  int side = 1;               ///< As in HoldingSurface.
+  Vec3 h{0};                  ///< The HIP, or where the body sees it.
+  bool below = false;         ///< It is below the shape without dents.
+  double contact_N_per_m = 0; ///< Of the contact's spring.
+  bool shaded = false;        ///< The smooth surface tells the way that the dent goes.
+};
+
+/// One tick of one soft body that yields to the contact.
+class Yielding {
+ public:
+  /// On a body with some of its dents: where it is nearest to a point.
+  struct Nearest {
+    Foot foot;
+    Vec3 normal{0};
+    bool outside = false;  ///< The point is.
+  };
+
+  /// @param work  Of the contact core, which the triangles looked at are added to.
+  Yielding(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactWork& work,
+           const PressedBody& pressed) noexcept;
+
+  /// Makes the contact's dent, or goes on in it, and lets the tissue yield. False where the other dents leave the HIP
+  /// outside.
+  [[nodiscard]] bool press() noexcept;
+
+  /// On the body with all of its dents, from what holds the IHIP at rest.
+  [[nodiscard]] Nearest nearestTo(Vec3 point) noexcept;
+
+ private:
+  [[nodiscard]] Nearest nearest(const BodyDents& dents, Vec3 point) noexcept;
+  [[nodiscard]] bool isElsewhere(const Dent& dent) const noexcept;
+  [[nodiscard]] bool begin() noexcept;
+  [[nodiscard]] bool goOnInTheNewest() noexcept;
+  void hurryTheWeakest() noexcept;
+  [[nodiscard]] bool yield() noexcept;
+  void shadeFoot(Foot& foot, const BodyDents& others) const noexcept;
+  void moveOn(Vec3 foot) noexcept;
+  void remember(BodyDent& pressed) const noexcept;
+  [[nodiscard]] double stillThere_m(const Dent& rest, Vec3 foot) const noexcept;
+  [[nodiscard]] double room_m(Vec3 foot, Vec3 wanted_m) const noexcept;
+  [[nodiscard]] double seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept;
+  [[nodiscard]] BodyDent& dent() const noexcept { return state_.dents[*at_]; }
+
+  const SoftTissue& tissue_;
+  const ShadingNormals* shading_;  // null: as the polygons are
+  HapticState& state_;
+  const StepConfig& config_;
+  ContactWork& work_;
+  const PressedBody& pressed_;
+  const Body& body_;
+  std::optional<std::size_t> at_;  // the contact's dent
+};
+
+/// What of other bodies is on a straight way that the IHIP goes in a dent of one; world, m.
+struct InTheWay {
+  std::size_t body = 0;
+  Crossing crossing;
+};
+[[nodiscard]] InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to) noexcept;
+
+}  // namespace haptics

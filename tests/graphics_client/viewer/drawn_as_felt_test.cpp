@@ -1,0 +1,98 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "graphics_client/viewer/dented_points.h"
+#include "graphics_client/viewer/displayed_surface.h"
+#include "graphics_client/viewer/poly_data.h"
+#include "haptic_server/surface/nearest_point.h"
+#include "tests/haptic_server/servo/surface_world.h"
+
+// What is drawn of a textured body that gives is where the servo feels it.
+namespace haptics {
+namespace {
+
+using namespace testing;
+
+constexpr double kFarthest_m = 5e-5;
+constexpr double kSide_m = 0.1;
+constexpr double kHeight_m = 0.001;
+/// Of the texture across z; as high all over the upper side.
+Texture acrossDepth() { return {.family = FourierFamily{}, .amplitude_m = kHeight_m / 2}; }
+std::shared_ptr<const ScalarField> depthField() {
+  return std::make_shared<FourierField>(FourierFamily{{{1, Vec3(0, 0, 1), kSide_m / 20, 0}}});
+}
+
+/// The upper side about the plane z = kSide_m / 2.
+Vec3 rub(std::uint64_t tick) {
+  const double t = 1e-3 * static_cast<double>(tick);
+  const double depth_m = 0.003 + 0.002 * std::sin(5 * t);
+  return {-0.02 + 0.02 * t, 0.0113 + 0.004 * std::sin(3 * t),
+          kSide_m / 2 + 0.002 - (0.002 + depth_m) * std::min(1.0, 5 * t)};
+}
+
+/// The farthest that the drawn surface is from a felt point of it, over a stroke.
+double farthest_m(const TriMesh& shape, const std::vector<Vec3f>& material) {
+  SurfaceProperties properties;
+  properties.shading = Shading{.crease_rad = 0.5, .creases = {}};
+  properties.texture = acrossDepth();
+  ServoObject pad = objectOf(1, surfaceOf(shape), Vec3(0), 1000);
+  pad.damping_Ns_per_m = 0;
+  pad.tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.02, 2), 400, 0});
+  pad.detail = makeSurfaceDetail(
+      *pad.surface, properties,
+      {depthField(), nullptr, nullptr, std::make_shared<const std::vector<Vec3f>>(material)});
+
+  SurfaceFields fields{.texture = depthField()};
+  fields.material = material;
+  const DisplayedSurface drawn = displaySurface(shape, properties, fields, 400'000);
+  const auto data = trianglesOf(drawn.points, drawn.triangles, drawn.normals);
+  addRises(data, drawn.rises);
+  DentedPoints points(data);
+  points.drawIn(data);
+
+  VirtualServo servo(rub, kConfig);
+  servo.adopt(sceneOf(1, {pad}));
+  double farthest = 0;
+  while (servo.tick() < 2000) {
+    const TelemetrySample sample = servo.step();
+    if (servo.tick() < 300 || servo.tick() % 100 != 0) continue;
+    EXPECT_EQ(sample.object, 1U);
+    std::vector<Dent> dents;
+    for (const BodyDent& dent : servo.state().allDents()) dents.push_back(dent.dent);
+    EXPECT_FALSE(dents.empty());
+    points.follow(dents, pad.tissue->falloff);
+    TriMesh seen{{}, drawn.triangles};
+    for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i) {
+      std::array<double, 3> at;
+      data->GetPoint(i, at.data());
+      seen.vertices.emplace_back(at[0], at[1], at[2]);
+    }
+    const Vec3 way = sample.ihip - rub(servo.tick() - 1);
+    const Vec3 felt = sample.ihip + glm::normalize(way) * sample.height_m;
+    const Foot foot = nearestPoint(*surfaceOf(seen), felt, 0.01, kNoTriangle);
+    farthest = std::max(farthest, foot.triangle == kNoTriangle ? 1.0 : std::sqrt(foot.squaredDistance));
+  }
+  return farthest;
+}
+
+TEST(DrawnAsFelt, SoftPadWithATexture) {
+  const TriMesh box = makeBox(Vec3(kSide_m), 50).value();
+  EXPECT_LE(farthest_m(box, box.vertices), kFarthest_m);
+}
+
+TEST(DrawnAsFelt, SoftPadTiltedByALattice) {
+  Lattice lattice{.low_m = Vec3(-0.06), .size_m = Vec3(0.12), .points = {2, 2, 2}, .control_m = {}};
+  for (const double z : {-0.06, 0.06}) {
+    for (const double y : {-0.06, 0.06}) {
+      for (const double x : {-0.06, 0.06}) lattice.control_m.emplace_back(x, y, z + (x > 0 ? 0.004 : 0));
+    }
+  }
+  const TriMesh box = makeBox(Vec3(kSide_m), 50).value();
+  EXPECT_LE(farthest_m({shapedBy(lattice, box.vertices), box.triangles}, box.vertices), kFarthest_m);
+}
+
+}  // namespace
+}  // namespace haptics
