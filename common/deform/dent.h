@@ -35,29 +35,39 @@ struct ObjectDent {
   return Vec3(dent.displacement) * falloff.at(rest - Vec3(dent.centre));
 }
 
+/// A vertex with one more dent, of which it has this part. Exactly as it was where that is nothing.
+[[nodiscard]] inline Vec3f dentedBy(const Dent& dent, Vec3f rest, double part) noexcept {
+  const Vec3 way = Vec3(dent.displacement) * part;
+  return way.x == 0 && way.y == 0 && way.z == 0 ? rest : narrowed(Vec3(rest) + way);
+}
+
 /// A vertex of an object with these dents. Paper 5 (d): "The vertices of the 3-D object that are in the close vicinity of
 /// the IHIP are moved, along the vector from IHIP to HIP, using a simple polynomial function". One function for both
 /// processes. The dents come one after another, each rounded as a vertex is: where the first of them become the shape at
 /// rest, the others go on from there to the bit. (Summed, they would also turn one another inside out.)
 [[nodiscard]] inline Vec3f dented(Vec3f rest, std::span<const Dent> dents, const Falloff& falloff) noexcept {
-  for (const Dent& dent : dents) {
-    const Vec3 way = displacementBy(dent, falloff, Vec3(rest));
-    if (way != Vec3(0)) rest = narrowed(Vec3(rest) + way);
-  }
+  for (const Dent& dent : dents) rest = dentedBy(dent, rest, falloff.at(Vec3(rest) - Vec3(dent.centre)));
   return rest;
 }
 
-/// The normal of such an object at such a place: as at rest, turned by the inverse transpose of the displacements' Jacobian,
-/// I + displacement (grad falloff)^T for each dent. Not of unit length. One function for both processes.
-[[nodiscard]] inline Vec3 dentedNormal(Vec3 normal, Vec3f rest, std::span<const Dent> dents,
-                                       const Falloff& falloff) noexcept {
+/// A vertex and the normal there, which need not be of unit length.
+struct VertexWithNormal {
+  Vec3f place{0};
+  Vec3 normal{0};
+};
+
+/// The same with the normal: as at rest, turned by the inverse transpose of the displacements' Jacobian,
+/// I + displacement (grad falloff)^T for each dent. One function for both processes.
+[[nodiscard]] inline VertexWithNormal dented(VertexWithNormal vertex, std::span<const Dent> dents,
+                                             const Falloff& falloff) noexcept {
   for (const Dent& dent : dents) {
     const Vec3 way(dent.displacement);
-    const Vec3 gradient = falloff.gradientAt(Vec3(rest) - Vec3(dent.centre));
-    normal -= gradient * (glm::dot(way, normal) / (1 + glm::dot(gradient, way)));  // Sherman and Morrison
-    rest = dented(rest, {&dent, 1}, falloff);
+    const Falloff::Slope slope = falloff.slopeAt(Vec3(vertex.place) - Vec3(dent.centre));
+    vertex.place = dentedBy(dent, vertex.place, slope.value);
+    const double turn = glm::dot(way, vertex.normal) / (1 + glm::dot(slope.gradient, way));  // Sherman and Morrison
+    vertex.normal -= slope.gradient * turn;
   }
-  return normal;
+  return vertex;
 }
 
 /// How much a dent may displace, what stays of plastic ones altogether, and those that are going back together with the

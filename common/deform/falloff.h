@@ -17,7 +17,11 @@ class Falloff {
   /// @param radius_m  > 0.
   /// @param degree  kLeastDegree to kMostDegree. Larger is narrower.
   Falloff(double radius_m, unsigned degree) noexcept
-      : radius_(radius_m), inverse2_(1 / (radius_m * radius_m)), degree_(degree) {}
+      : radius_(radius_m), inverse2_(1 / (radius_m * radius_m)), degree_(degree) {
+    const double n = degree;
+    const double at = 1 / std::sqrt(2 * n - 1);
+    steepest_ = 2 * n * at * std::pow(1 - at * at, n - 1) / radius_m;
+  }
 
   [[nodiscard]] double radius_m() const noexcept { return radius_; }
   [[nodiscard]] unsigned degree() const noexcept { return degree_; }
@@ -30,13 +34,16 @@ class Falloff {
     return power;
   }
 
-  /// Of at(), per metre.
-  [[nodiscard]] Vec3 gradientAt(Vec3 fromCentre) const noexcept {
+  struct Slope {
+    double value = 0;  ///< at().
+    Vec3 gradient{0};  ///< Of it, per metre.
+  };
+  [[nodiscard]] Slope slopeAt(Vec3 fromCentre) const noexcept {
     const double inside = 1 - squaredLength(fromCentre) * inverse2_;
-    if (!(inside > 0)) return Vec3(0);
+    if (!(inside > 0)) return {};
     double power = 1;
     for (unsigned i = 1; i < degree_; ++i) power *= inside;
-    return fromCentre * (-2 * inverse2_ * degree_ * power);
+    return {power * inside, fromCentre * (-2 * inverse2_ * degree_ * power)};
   }
 
   /// Distance at which two dents beside each other are half as deep as at their centres: what they make together is about
@@ -44,17 +51,14 @@ class Falloff {
   [[nodiscard]] double width_m() const noexcept { return 2 * radius_ * std::sqrt(1 - std::pow(0.5, 1.0 / degree_)); }
 
   /// Of the falloff, per metre: at distance radius / sqrt(2 degree - 1).
-  [[nodiscard]] double steepest_per_m() const noexcept {
-    const double n = degree_;
-    const double at = 1 / std::sqrt(2 * n - 1);
-    return 2 * n * at * std::pow(1 - at * at, n - 1) / radius_;
-  }
+  [[nodiscard]] double steepest_per_m() const noexcept { return steepest_; }
 
   bool operator==(const Falloff&) const = default;
 
  private:
   double radius_;
   double inverse2_;
+  double steepest_;
   unsigned degree_;
 };
 

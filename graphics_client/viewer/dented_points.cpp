@@ -69,13 +69,14 @@ bool DentedPoints::follow(std::span<const Dent> dents, const Falloff& falloff) {
 void DentedPoints::move(std::size_t point, const Falloff& falloff) {
   const auto id = static_cast<vtkIdType>(point);
   const Vec3f base = onSurface(point);
-  Vec3f at = dented(base, dents_, falloff);
-  if (const Vec3 rise = rises_.empty() ? Vec3(0) : Vec3(rises_[point]); rise != Vec3(0)) {
-    at += Vec3f(glm::normalize(dentedNormal(rise, base, dents_, falloff)) * glm::length(rise));
-  }
+  const Vec3 rise = rises_.empty() ? Vec3(0) : Vec3(rises_[point]);
+  const VertexWithNormal dentedBase = dented(VertexWithNormal{base, rise}, dents_, falloff);
+  Vec3f at = dentedBase.place;
+  if (rise != Vec3(0)) at += Vec3f(glm::normalize(dentedBase.normal) * glm::length(rise));
   points_->SetPoint(id, at.x, at.y, at.z);
   if (!normals_) return;
-  const Vec3f normal(glm::normalize(dentedNormal(Vec3(restNormals_[point]), base, dents_, falloff)));
+  const VertexWithNormal turned = dented(VertexWithNormal{base, Vec3(restNormals_[point])}, dents_, falloff);
+  const Vec3f normal(glm::normalize(turned.normal));
   normals_->SetTypedTuple(id, &normal.x);
 }
 

@@ -33,10 +33,10 @@ struct DisplayedSurface {
   std::vector<float> friction = {};  ///< mu_static at each point; none where it is the same everywhere.
   /// The mesh's edges where `triangles` are finer than the mesh's: unconnected segments between points.
   std::vector<std::array<std::uint32_t, 2>> rims = {};
-  bool closed = false;        ///< No back side is ever seen.
-  double finestDetail_m = 0;  ///< Wavelength of what is felt; 0 without a field.
-  double longestEdge_m = 0;   ///< Of the triangles that carry it; 0 without a field.
-  bool filtered = false;      ///< The triangles are too coarse for the finest detail: its local mean is drawn.
+  bool closed = false;              ///< No back side is ever seen.
+  double finestDetail_m = 0;        ///< Wavelength of what is felt; 0 without a field.
+  double longestEdge_m = 0;         ///< Of the triangles that carry it; 0 without a field.
+  bool filtered = false;            ///< The triangles are too coarse for the finest detail: its local mean is drawn.
   bool pitsAreFeltAsBumps = false;  ///< Of the texture.
 };
 

@@ -23,7 +23,7 @@ namespace haptics {
   return r;
 }
 
-/// A surface whose vertices dents displace, triangle by triangle as they are asked for. Nothing of it is stored, so that a
+/// A surface whose vertices dents displace, triangle by triangle as they are asked for. Nothing of it is stored but the last, so that a
 /// shape that changes in every tick costs only what the search looks at, however large the part that changes; boxes and
 /// normals are never refitted, for the surface at rest finds the contact, and this one only where on it the IHIP is.
 class DentedSurface {
@@ -35,13 +35,18 @@ class DentedSurface {
   DentedSurface(const Surface& rest, std::span<const Dent> dents, const Falloff& falloff) noexcept
       : rest_(rest), dents_(dents), falloff_(falloff) {}
 
-  [[nodiscard]] TriangleRecord triangle(std::uint32_t t) const noexcept {
-    return dented(rest_.triangle(t), dents_, falloff_);
+  /// Until the next one is asked for.
+  [[nodiscard]] const TriangleRecord& triangle(std::uint32_t t) noexcept {
+    if (t != lastNumber_) {
+      last_ = dented(rest_.triangle(t), dents_, falloff_);
+      lastNumber_ = t;
+    }
+    return last_;
   }
 
   /// The neighborhood watch of paper 3.2 on the dented triangles: from a triangle down to a point that no triangle around is
   /// closer to h than. Adds the triangles looked at to `spent`.
-  [[nodiscard]] Foot closestFrom(std::uint32_t start, Vec3 h, int& spent) const noexcept {
+  [[nodiscard]] Foot closestFrom(std::uint32_t start, Vec3 h, int& spent) noexcept {
     Foot best = footOn(start, h, spent);
     for (Foot last; spent < kBudget && last.triangle != best.triangle;) {
       last = best;
@@ -61,7 +66,7 @@ class DentedSurface {
   }
 
   /// As Surface::normal(), of the dented triangles; not of length 1, zero where there is none.
-  [[nodiscard]] Vec3 normal(const Foot& foot) const noexcept {
+  [[nodiscard]] Vec3 normal(const Foot& foot) noexcept {
     const Vec3 own = triangle(foot.triangle).areaNormal();
     if (foot.feature == Feature::kPolygon || rest_.onBoundary(foot)) return own;
     if (foot.feature == Feature::kLine) {
@@ -76,14 +81,14 @@ class DentedSurface {
   }
 
  private:
-  [[nodiscard]] Foot footOn(std::uint32_t t, Vec3 h, int& spent) const noexcept {
+  [[nodiscard]] Foot footOn(std::uint32_t t, Vec3 h, int& spent) noexcept {
     ++spent;
     return closestOn(triangle(t), t, h);
   }
 
   /// By the angle at the corner.
-  [[nodiscard]] Vec3 weighted(std::uint32_t t, int corner) const noexcept {
-    const TriangleRecord r = triangle(t);
+  [[nodiscard]] Vec3 weighted(std::uint32_t t, int corner) noexcept {
+    const TriangleRecord& r = triangle(t);
     const Vec3 a = unitOrZero(r.corner(nextCorner(corner)) - r.corner(corner));
     const Vec3 b = unitOrZero(r.corner(previousCorner(corner)) - r.corner(corner));
     return unitOrZero(r.areaNormal()) * std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
@@ -92,6 +97,8 @@ class DentedSurface {
   const Surface& rest_;
   std::span<const Dent> dents_;
   const Falloff& falloff_;
+  TriangleRecord last_;
+  std::uint32_t lastNumber_ = kNoTriangle;
 };
 
 }  // namespace haptics

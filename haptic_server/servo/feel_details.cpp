@@ -56,7 +56,7 @@ class Feeling {
     for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
     if (severalBodiesHold(state_)) tick_.force.spring += otherSprings_N(state_, held_m_);
     if (count_ == 0) {
-      if (memory_.friction[0].object != 0) memory_.friction = {};
+      forgetFriction();
       memory_.object = 0;
       return;
     }
@@ -226,7 +226,7 @@ class Feeling {
   }
 
   /// Height and depth (paper 4.3.1), and speed.
-  void feelHeight(Felt& felt, BumpWatch& watch) const noexcept {
+  void feelHeight(Felt& felt, BumpWatch& watch) noexcept {
     const Body& body = state_.bodies[felt.body];
     const double polygon_m = felt.geometric_m;
     felt.geometric_m += felt.bulge_m * watch.presence;
@@ -250,9 +250,11 @@ class Feeling {
   }
 
   /// Of the texture at the IHIP; place and relief in the object's frame.
-  [[nodiscard, gnu::noinline]] Relief reliefOnMaterial(const Felt& felt, const Vec3& place) const noexcept {
-    const TriangleRecord now = feltTriangle(scene_, state_, felt.body, felt.triangle);
-    const TriangleMap map = mapToMaterial(scene_, state_, felt.body, felt.triangle, now);
+  [[nodiscard, gnu::noinline]] Relief reliefOnMaterial(const Felt& felt, const Vec3& place) noexcept {
+    now_ = feltTriangle(scene_, state_, felt.body, felt.triangle);
+    nowBody_ = felt.body;
+    nowTriangle_ = felt.triangle;
+    const TriangleMap map = mapToMaterial(scene_, state_, felt.body, felt.triangle, now_);
     const Relief relief = detail(felt.body)->texture->at(map.place(place));
     return {relief.height_m, map.gradient(relief.gradient)};
   }
@@ -315,16 +317,25 @@ class Feeling {
 
   /// Paper 4.2, on what is touched, or on the bump that reaches the HIP.
   void addFriction(const Felt& felt) noexcept {
+    memory_.object = object(felt.body).id;
+    const bool onSeveral = state_.contact.holdingCount > 1 && isTouched(felt.body);
+    if (!onSeveral && (detail(felt.body) == nullptr || !detail(felt.body)->friction)) {
+      forgetFriction();
+      return;
+    }
     const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, stiffness(felt));
-    const double pressing_N =
-        felt.depth_m > 0 ? std::max(0.0, glm::dot(along.spring + along.damping, felt.normal)) : 0;
-    const PressedSurface all{felt.body, felt.triangle, felt.normal, pressing_N};
-    if (state_.contact.holdingCount > 1 && isTouched(felt.body)) {
+    const double pressing_N = felt.depth_m > 0 ? std::max(0.0, glm::dot(along.spring + along.damping, felt.normal)) : 0;
+    const bool isKnown = felt.body == nowBody_ && felt.triangle == nowTriangle_;
+    const PressedSurface all{felt.body, felt.triangle, felt.normal, pressing_N, isKnown ? &now_ : nullptr};
+    if (onSeveral) {
       feelFrictionOnEach(all, felt.ihip());
     } else {
       feelFriction(scene_, state_, config_, felt.ihip(), {&all, 1}, tick_);
     }
-    memory_.object = object(felt.body).id;
+  }
+
+  void forgetFriction() noexcept {
+    if (memory_.friction[0].object != 0) memory_.friction = {};
   }
 
   /// On each surface that holds the IHIP, with its part of what presses.
@@ -341,9 +352,8 @@ class Feeling {
     }
     // Parts add up to the penetration, but for normals that are too close together to tell them apart.
     const double first_N_per_m = state_.objects[all.body].felt.value().spring_N_per_m;
-    const double pressing = together_m2 * first_N_per_m > 0
-                                ? all.pressing_N * glm::length(held_m_) / (together_m2 * first_N_per_m)
-                                : 0;
+    const double pressing =
+        together_m2 * first_N_per_m > 0 ? all.pressing_N * glm::length(held_m_) / (together_m2 * first_N_per_m) : 0;
     for (PressedSurface& surface : pressed) surface.pressing_N *= pressing;
     feelFriction(scene_, state_, config_, ihip, std::span(pressed).first(holding.size()), tick_);
   }
@@ -370,6 +380,9 @@ class Feeling {
   Vec3 held_m_;  // from the HIP to the IHIP of the contact core
   std::array<Felt, kMostFelt> felt_;
   std::size_t count_ = 0;
+  TriangleRecord now_;  // as dents have it: the last that was asked for
+  std::size_t nowBody_ = 0;
+  std::uint32_t nowTriangle_ = kNoTriangle;
 };
 
 }  // namespace

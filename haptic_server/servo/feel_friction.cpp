@@ -37,7 +37,7 @@ class HeldFrictions {
       tick.friction = held[k].law.state();
       tick.stickingPoint = held[k].stickingPoint;
     }
-    if (force_N != Vec3(0)) tick.force.friction = force_N * presence(glm::length(force_N));
+    if (const double length_N = glm::length(force_N); length_N > 0) tick.force.friction = force_N * presence(length_N);
   }
 
  private:
@@ -70,8 +70,7 @@ class HeldFrictions {
   [[nodiscard]] Vec3 follow(HeldFriction& held, const PressedSurface& pressed) const noexcept {
     const Body& body = state_.bodies[pressed.body];
     const ServoObject& object = scene_.objects[pressed.body];
-    const FrictionDetail* friction =
-        object.detail && object.detail->friction ? &*object.detail->friction : nullptr;
+    const FrictionDetail* friction = object.detail && object.detail->friction ? &*object.detail->friction : nullptr;
     const double spring_N_per_m = state_.objects[pressed.body].felt.value().spring_N_per_m;
     const bool isOther = held.object != 0 && held.object != object.id;
     held.object = object.id;
@@ -98,7 +97,8 @@ class HeldFrictions {
   [[nodiscard, gnu::noinline]] FrictionCoefficients onMaterial(const FrictionDetail& friction,
                                                                const PressedSurface& pressed,
                                                                const Vec3& place) const noexcept {
-    const TriangleRecord now = feltTriangle(scene_, state_, pressed.body, pressed.triangle);
+    const TriangleRecord now =
+        pressed.now ? *pressed.now : feltTriangle(scene_, state_, pressed.body, pressed.triangle);
     return friction.at(now, place, mapToMaterial(scene_, state_, pressed.body, pressed.triangle, now).place(place));
   }
 

@@ -14,8 +14,9 @@ namespace haptics {
 struct PressedSurface {
   std::size_t body = 0;
   std::uint32_t triangle = 0;
-  Vec3 normal{0};         ///< N_s, unit, towards the hand.
-  double pressing_N = 0;  ///< Along it, not negative.
+  Vec3 normal{0};                       ///< N_s, unit, towards the hand.
+  double pressing_N = 0;                ///< Along it, not negative.
+  const TriangleRecord* now = nullptr;  ///< The triangle as feltTriangle() has it, where that is known.
 };
 
 /// Stick and slide (paper 4.2) on each of the surfaces that hold the IHIP, into the tick's friction.

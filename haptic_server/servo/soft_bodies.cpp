@@ -11,11 +11,10 @@
 namespace haptics {
 namespace {
 
-/// Rounds in which bodies that yield together find how far each does: their parts of the penetration hang together where
-/// their normals are not square.
-constexpr int kRounds = 4;
-/// Determinant of the products of their normals below which these are too close together to tell their parts apart.
-constexpr double kLeastDeterminant = 1e-3;
+/// Rounds in which the IHIP is looked for on several dented surfaces: they are not flat.
+constexpr int kRounds = 2;
+/// Of a length: what surfaces whose normals are the same are told apart by. Larger leaves the IHIP below them.
+constexpr double kRegular = 1e-9;
 
 /// The dents leave the HIP outside of a body. What reaches into the dent is met there, on the way from the surface at rest.
 void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept {
@@ -33,7 +32,7 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   const Body& other = state.bodies[met.body];
   contact.touching = true;
   contact.body = static_cast<int>(met.body);
-  contact.ihip = glm::mix(rest, state.hip, met.crossing.time);
+  contact.ihip = met.point;
   contact.normal = other.frame.turn(other.surface->faceNormal(met.crossing.triangle) * double(met.crossing.side));
   contact.penetration_m = glm::distance(contact.ihip, state.hip);
   contact.primitive = primitiveOf(*other.surface, Foot{met.crossing.triangle});
@@ -46,7 +45,6 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
   const auto index = static_cast<std::size_t>(contact.body);
   const Body& body = state.bodies[index];
   const HoldingSurface& held = state.contact.holding[0];
-  for (BodyDent& dent : std::span(state.dents).first(state.dentCount)) dent.pressed = dent.pressed && dent.body == index;
   Foot atRest;
   atRest.triangle = held.triangle;
   atRest.feature = state.contact.feature;
@@ -71,113 +69,131 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
   contact.triangle = at.foot.triangle;
 }
 
-/// Bodies that hold the IHIP together, each of them in series with its own tissue: of the penetration p = sum s_i n_i the
-/// tissue of body i takes y_i along n_i, and k_i (s_i - sum_j (G^-1)_ij y_j) = t_i y_i with G_ij = n_i . n_j, for then the
-/// IHIP is on each surface, displaced by y_i. A rigid body takes nothing.
+/// Bodies that hold the IHIP together, each of them in series with its own tissue. With p_i the depth of the HIP below
+/// surface i at rest, d_i what is left of it for the contact's spring and y_i what the tissue takes,
+///   sum_j n_i . n_j d_j + y_i = p_i,  d_i >= 0,
+/// for the IHIP, HIP + sum d_j n_j, is on each surface displaced by y_i; and y_i = r_i d_i + a_i, where r = k / t for an
+/// elastic tissue and 0 for a rigid body (SoftTissue has the viscous one).
 class Together {
  public:
-  Together(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact) noexcept
-      : scene_(scene), state_(state), config_(config), contact_(contact), penetration_m_(contact.ihip - state.hip) {}
+  /// @param inTheWay  Of the one body that holds the IHIP, into another one; or nothing.
+  Together(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
+           const InTheWay& inTheWay) noexcept
+      : scene_(scene), state_(state), config_(config), contact_(contact), penetration_m_(contact.ihip - state.hip) {
+    gather(inTheWay);
+  }
 
-  /// False where the parts cannot be told apart.
-  [[nodiscard]] bool run() noexcept {
-    gather();
-    if (std::ranges::none_of(parts(), [&](const Part& part) { return tissueOf(part) != nullptr; })) return true;
-    if (!invert()) return false;
+  void run() noexcept {
     shareOut();
     for (Part& part : parts()) {
-      if (tissueOf(part) != nullptr) press(part);
+      if (part.tissue != nullptr) press(part);
     }
     settle();
-    return true;
   }
 
  private:
-  /// A body's.
+  /// Of a body that holds the IHIP; world.
   struct Part {
-    HoldingSurface held;  // the first of its surfaces
-    Vec3 normal{0};       // world, unit
-    double share_m = 0;
-    double yield_m = 0;
-    double seen_m = 0;  // of the penetration, by the body alone
+    HoldingSurface held;                 // the first of its surfaces
+    Vec3 normal{0};                      // unit
+    Vec3 point{0};                       // on its plane at rest
+    const SoftTissue* tissue = nullptr;  // null: rigid
+    double left_m = 0;                   // d
+    double yield_m = 0;                  // y
   };
-  /// World.
   struct Plane {
     Vec3 point{0};
     Vec3 normal{0};
   };
 
   [[nodiscard]] std::span<Part> parts() noexcept { return std::span(parts_).first(count_); }
-  [[nodiscard]] static std::size_t bodyOf(const Part& part) noexcept { return static_cast<std::size_t>(part.held.body); }
-  [[nodiscard]] const SoftTissue* tissueOf(const Part& part) const noexcept {
-    return scene_.objects[bodyOf(part)].tissue.get();
+  [[nodiscard]] static std::size_t bodyOf(const Part& part) noexcept {
+    return static_cast<std::size_t>(part.held.body);
   }
   [[nodiscard]] double spring_N_per_m(const Part& part) const noexcept {
     return state_.objects[bodyOf(part)].felt.value().spring_N_per_m;
   }
 
-  void gather() noexcept {
+  void gather(const InTheWay& inTheWay) noexcept {
     const auto holding = state_.contact.surfaces();
     for (std::size_t k = 0; k < holding.size(); ++k) {
       const Vec3 part_m = shareOf(state_, k, penetration_m_) * normalOf(state_, holding[k]);
       const auto known = std::ranges::find(parts(), holding[k].body, [](const Part& p) { return p.held.body; });
-      if (known == parts().end()) {
-        parts_[count_++] = {.held = holding[k], .normal = part_m};
-      } else {
+      if (known != parts().end()) {
         known->normal += part_m;
+        continue;
       }
+      const SoftTissue* tissue = scene_.objects[static_cast<std::size_t>(holding[k].body)].tissue.get();
+      parts_[count_++] = {.held = holding[k], .normal = part_m, .point = contact_.ihip, .tissue = tissue};
     }
     for (Part& part : parts()) {
-      part.share_m = glm::length(part.normal);
-      part.normal = part.share_m > 0 ? part.normal / part.share_m : normalOf(state_, part.held);
+      part.normal = part.normal != Vec3(0) ? glm::normalize(part.normal) : normalOf(state_, part.held);
     }
+    if (!inTheWay.crossing) return;
+    const HoldingSurface met{static_cast<int>(inTheWay.body), inTheWay.crossing.side, inTheWay.crossing.triangle};
+    parts_[count_++] = {.held = met, .normal = normalOf(state_, met), .point = inTheWay.point};
   }
 
-  [[nodiscard]] bool invert() noexcept {
-    glm::dmat3 products(1);
-    for (int i = 0; i < static_cast<int>(count_); ++i) {
-      for (int j = 0; j < i; ++j) {
-        products[i][j] = products[j][i] =
-            glm::dot(parts_[static_cast<std::size_t>(i)].normal, parts_[static_cast<std::size_t>(j)].normal);
-      }
-    }
-    if (glm::determinant(products) < kLeastDeterminant) return false;
-    inverse_ = glm::inverse(products);
-    return true;
-  }
-
+  /// d and y of each.
   void shareOut() noexcept {
+    std::array<double, ContactState::kMaxHolding> before_m{}, left{};
     for (const BodyDent& dent : state_.allDents()) {
-      if (!dent.pressed) continue;
-      const auto own = std::ranges::find(parts(), static_cast<int>(dent.body), [](const Part& p) { return p.held.body; });
-      if (own != parts().end()) own->yield_m = depth_m(dent.dent);
+      const auto own =
+          std::ranges::find(parts(), static_cast<int>(dent.body), [](const Part& p) { return p.held.body; });
+      if (dent.pressed && own != parts().end())
+        before_m[static_cast<std::size_t>(own - parts().begin())] = depth_m(dent.dent);
     }
-    const std::array<Part, ContactState::kMaxHolding> before = parts_;
-    for (int round = 0; round < kRounds; ++round) {
+    std::array<bool, ContactState::kMaxHolding> active{};
+    std::fill_n(active.begin(), count_, true);
+    glm::dmat3 products(1);
+    Vec3 depth(0);
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Part& part = parts_[i];
+      const auto row = static_cast<int>(i);
+      for (std::size_t j = 0; j < count_; ++j)
+        products[row][static_cast<int>(j)] = glm::dot(part.normal, parts_[j].normal);
+      depth[row] = glm::dot(part.normal, part.point - state_.hip);
+      if (part.tissue == nullptr) continue;
+      // y = q (d + y) + e before, exact for a d + y that stays.
+      const double q = part.tissue->yield_m(0, 1, spring_N_per_m(part), config_.period_s);
+      left[i] = part.tissue->yield_m(before_m[i], 0, spring_N_per_m(part), config_.period_s) / (1 - q);
+      products[row][row] += q / (1 - q);
+      depth[row] -= left[i];
+    }
+    for (std::size_t round = 0; round < count_; ++round) {
+      const Vec3 found = solved(products, depth, active);
+      std::size_t least = 0;
       for (std::size_t i = 0; i < count_; ++i) {
-        Part& part = parts_[i];
-        const SoftTissue* tissue = tissueOf(part);
-        if (tissue == nullptr) continue;
-        double left_m = part.share_m;
-        for (std::size_t j = 0; j < count_; ++j) {
-          if (j != i) left_m -= product(i, j) * parts_[j].yield_m;
-        }
-        part.seen_m = std::max(0.0, left_m / product(i, i));
-        part.yield_m = tissue->yield_m(before[i].yield_m, part.seen_m, spring_N_per_m(part) * product(i, i),
-                                       config_.period_s);
+        parts_[i].left_m = found[static_cast<int>(i)];
+        if (parts_[i].left_m < parts_[least].left_m) least = i;
       }
+      if (!(parts_[least].left_m < 0)) break;
+      parts_[least].left_m = 0;
+      active[least] = false;
+    }
+    for (std::size_t i = 0; i < count_; ++i) {
+      const auto row = static_cast<int>(i);
+      parts_[i].left_m = std::max(0.0, parts_[i].left_m);
+      parts_[i].yield_m = (products[row][row] - 1) * parts_[i].left_m + left[i];
     }
   }
-  [[nodiscard]] double product(std::size_t i, std::size_t j) const noexcept {
-    return inverse_[static_cast<int>(i)][static_cast<int>(j)];
+
+  /// 0 for what is not active. What cannot be told apart has the least of all lengths.
+  [[nodiscard]] static Vec3 solved(glm::dmat3 products, Vec3 depth,
+                                   const std::array<bool, ContactState::kMaxHolding>& active) noexcept {
+    for (int i = 0; i < 3; ++i) {
+      products[i][i] *= 1 + kRegular;
+      if (active[static_cast<std::size_t>(i)]) continue;
+      for (int j = 0; j < 3; ++j) products[i][j] = products[j][i] = i == j;
+      depth[i] = 0;
+    }
+    return glm::inverse(products) * depth;
   }
 
   void press(const Part& part) noexcept {
-    const std::size_t i = static_cast<std::size_t>(&part - parts_.data());
     const Body& body = state_.bodies[bodyOf(part)];
     PressedBody pressed = pressedBody(part);
-    pressed.h = body.frame.toLocal(contact_.ihip - part.seen_m * part.normal);
-    pressed.contact_N_per_m *= product(i, i);
+    pressed.h = body.frame.toLocal(contact_.ihip - (part.left_m + part.yield_m) * part.normal);
     if (Yielding yielding(scene_, state_, config_, contact_.work, pressed); !yielding.press()) {
       for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
         if (dent.body == pressed.body) dent.pressed = false;
@@ -190,29 +206,44 @@ class Together {
     Foot atRest;
     atRest.triangle = part.held.triangle;
     atRest.point = state_.bodies[index].frame.toLocal(contact_.ihip);
-    return {.body = index, .atRest = atRest, .side = part.held.side, .below = true,
+    return {.body = index,
+            .atRest = atRest,
+            .side = part.held.side,
+            .below = true,
             .contact_N_per_m = spring_N_per_m(part)};
   }
 
-  /// The IHIP: of what is on all of the surfaces, or outside, the nearest to the HIP.
+  /// The IHIP: of what is on the surfaces as they are now, or outside, the nearest to the HIP.
   void settle() noexcept {
-    Vec3 ihip = contact_.ihip;
+    Vec3 ihip = contact_.ihip, planeParts;
     for (int round = 0; round < kRounds; ++round) {
       std::array<Plane, ContactState::kMaxHolding> planes;
       const std::size_t count = planesAt(ihip, planes);
-      ihip = nearestOutside(std::span(planes).first(count));
+      ihip = nearestOutside(planes, count, planeParts);
     }
-    if (ihip == state_.hip) return lose(state_, static_cast<std::size_t>(contact_.body), contact_);
+    contact_.penetration_m = glm::distance(ihip, state_.hip);
+    if (!(contact_.penetration_m > 0)) return lose(state_, static_cast<std::size_t>(contact_.body), contact_);
     contact_.alongNormal = false;
     contact_.ihip = ihip;
-    contact_.penetration_m = glm::distance(ihip, state_.hip);
     contact_.normal = (ihip - state_.hip) / contact_.penetration_m;
+    if (state_.contact.holdingCount == 1 && !(planeParts[0] > 0)) meet(parts_[1].held);
+  }
+
+  /// The dents leave the HIP outside of the body that holds the IHIP, but not of the one in the way.
+  void meet(const HoldingSurface& held) noexcept {
+    state_.release();
+    contact_.body = held.body;
+    contact_.triangle = held.triangle;
+    contact_.primitive = primitiveOf(*state_.bodies[static_cast<std::size_t>(held.body)].surface, Foot{held.triangle});
   }
 
   [[nodiscard]] std::size_t planesAt(Vec3 ihip, std::array<Plane, ContactState::kMaxHolding>& planes) noexcept {
     std::size_t count = 0;
     for (const Part& part : parts()) {
-      if (tissueOf(part) == nullptr) continue;
+      if (part.tissue == nullptr) {
+        planes[count++] = {part.point, part.normal};
+        continue;
+      }
       const Body& body = state_.bodies[bodyOf(part)];
       const PressedBody pressed = pressedBody(part);
       Yielding yielding(scene_, state_, config_, contact_.work, pressed);
@@ -220,39 +251,35 @@ class Together {
       planes[count++] = {body.frame.toWorld(at.foot.point), body.frame.turn(at.normal)};
       if (part.held.body == contact_.body) contact_.triangle = at.foot.triangle;
     }
-    for (const HoldingSurface& held : state_.contact.surfaces()) {
-      if (scene_.objects[static_cast<std::size_t>(held.body)].tissue) continue;
-      planes[count++] = {contact_.ihip, normalOf(state_, held)};
-    }
     return count;
   }
 
   /// The HIP where it is outside of all planes.
-  [[nodiscard]] Vec3 nearestOutside(std::span<Plane> planes) const noexcept {
-    for (std::size_t count = planes.size(); count > 0; --count) {
-      glm::dmat3 products(1);
-      Vec3 below_m(0);
-      for (int i = 0; i < static_cast<int>(count); ++i) {
-        const Plane& plane = planes[static_cast<std::size_t>(i)];
-        for (int j = 0; j < static_cast<int>(count); ++j) {
-          products[j][i] = glm::dot(plane.normal, planes[static_cast<std::size_t>(j)].normal);
-        }
-        below_m[i] = glm::dot(plane.normal, plane.point - state_.hip);
+  /// @param parts  What each plane has of the way there.
+  [[nodiscard]] Vec3 nearestOutside(const std::array<Plane, ContactState::kMaxHolding>& planes, std::size_t count,
+                                    Vec3& parts) const noexcept {
+    std::array<bool, ContactState::kMaxHolding> active{};
+    std::fill_n(active.begin(), count, true);
+    glm::dmat3 products(1);
+    Vec3 depth(0);
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+      for (std::size_t j = 0; j < planes.size(); ++j) {
+        products[static_cast<int>(i)][static_cast<int>(j)] = glm::dot(planes[i].normal, planes[j].normal);
       }
-      const bool distinct = glm::determinant(products) >= kLeastDeterminant;
-      const Vec3 parts = distinct ? glm::inverse(products) * below_m : below_m;
-      std::size_t least = 0;
-      for (std::size_t i = 1; i < count; ++i) {
-        if (parts[static_cast<int>(i)] < parts[static_cast<int>(least)]) least = i;
-      }
-      if (distinct && parts[static_cast<int>(least)] >= 0) {
-        Vec3 out = state_.hip;
-        for (std::size_t i = 0; i < count; ++i) out += parts[static_cast<int>(i)] * planes[i].normal;
-        return out;
-      }
-      std::swap(planes[least], planes[count - 1]);
+      depth[static_cast<int>(i)] = glm::dot(planes[i].normal, planes[i].point - state_.hip);
     }
-    return state_.hip;
+    for (std::size_t round = 0; round <= count; ++round) {
+      parts = solved(products, depth, active);
+      int least = 0;
+      for (int i = 1; i < 3; ++i) {
+        if (parts[i] < parts[least]) least = i;
+      }
+      if (!(parts[least] < 0)) break;
+      active[static_cast<std::size_t>(least)] = false;
+    }
+    Vec3 out = state_.hip;
+    for (std::size_t i = 0; i < planes.size(); ++i) out += parts[static_cast<int>(i)] * planes[i].normal;
+    return out;
   }
 
   const ServoScene& scene_;
@@ -262,12 +289,43 @@ class Together {
   Vec3 penetration_m_;
   std::array<Part, ContactState::kMaxHolding> parts_;
   std::size_t count_ = 0;
-  glm::dmat3 inverse_{1};
 };
 
-[[gnu::noinline]] bool yieldTogether(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                     ContactResult& contact) noexcept {
-  return Together(scene, state, config, contact).run();
+/// What the dent of the one body that holds the IHIP would come upon.
+[[nodiscard]] InTheWay whatIsBelow(const ServoScene& scene, const HapticState& state, const StepConfig& config,
+                                   const ContactResult& contact) noexcept {
+  const auto index = static_cast<std::size_t>(contact.body);
+  double yielded_m = 0;
+  for (const BodyDent& dent : state.allDents()) {
+    if (dent.pressed && dent.body == index) yielded_m = depth_m(dent.dent);
+  }
+  const double yield_m = scene.objects[index].tissue->yield_m(
+      yielded_m, contact.penetration_m, state.objects[index].felt.value().spring_N_per_m, config.period_s);
+  if (!(contact.penetration_m > 0)) return {};
+  return firstInTheWay(state, index, contact.ihip,
+                       glm::mix(contact.ihip, state.hip, std::min(1.0, yield_m / contact.penetration_m)));
+}
+
+[[gnu::noinline]] void yieldTogether(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                     ContactResult& contact, const InTheWay& inTheWay) noexcept {
+  Together(scene, state, config, contact, inTheWay).run();
+}
+
+/// What of the bodies that hold the IHIP is soft yields.
+void yield(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact) noexcept {
+  const auto isSoft = [&](int body) { return scene.objects[static_cast<std::size_t>(body)].tissue != nullptr; };
+  if (severalBodiesHold(state)) {
+    const auto holding = state.contact.surfaces();
+    const bool anySoft = std::ranges::any_of(holding, [&](const HoldingSurface& held) { return isSoft(held.body); });
+    if (anySoft) yieldTogether(scene, state, config, contact, {});
+    return;
+  }
+  if (!isSoft(contact.body)) return;
+  if (state.bodyCount > 1) {
+    const InTheWay below = whatIsBelow(scene, state, config, contact);
+    if (below.crossing) return yieldTogether(scene, state, config, contact, below);
+  }
+  yieldAlone(scene, state, config, contact);
 }
 
 }  // namespace
@@ -280,12 +338,7 @@ void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfi
   const auto before = state.dents;
   const std::size_t countBefore = state.dentCount;
   relaxDents(scene, state, config);
-  if (contact.touching) {
-    const bool together = severalBodiesHold(state) && yieldTogether(scene, state, config, contact);
-    if (!together && scene.objects[static_cast<std::size_t>(contact.body)].tissue) {
-      yieldAlone(scene, state, config, contact);
-    }
-  }
+  if (contact.touching) yield(scene, state, config, contact);
   const auto same = [](const BodyDent& a, const BodyDent& b) { return a.body == b.body && a.dent == b.dent; };
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), same)) ++state.deformationRevision;
 }

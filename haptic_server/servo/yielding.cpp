@@ -47,7 +47,7 @@ bool Yielding::press() noexcept {
 Yielding::Nearest Yielding::nearestTo(Vec3 point) noexcept { return nearest(dentsOf(state_, pressed_.body), point); }
 
 Yielding::Nearest Yielding::nearest(const BodyDents& dents, Vec3 point) noexcept {
-  const DentedSurface deformed(*body_.surface, dents.all(), tissue_.falloff);
+  DentedSurface deformed(*body_.surface, dents.all(), tissue_.falloff);
   Nearest found;
   int spent = 0;
   found.foot = deformed.closestFrom(pressed_.atRest.triangle, point, spent);
@@ -127,7 +127,7 @@ bool Yielding::yield() noexcept {
       tissue_.yield_m(seen * depth_m(dent().dent), depth, pressed_.contact_N_per_m, config_.period_s);
   const double stays = std::max(stillThere_m(dent().rest, at.point), stillThere_m(dent().begun, at.point));
   const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
-  dent().dent.displacement = Vec3f(direction * std::min(wanted, room_m(at.point, direction * wanted)));
+  dent().dent.displacement = Vec3f(direction * std::clamp(wanted, 0.0, room_m()));
   if (tissue_.plastic > 0) remember(dent());
   return true;
 }
@@ -135,8 +135,7 @@ bool Yielding::yield() noexcept {
 /// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.
 void Yielding::shadeFoot(Foot& foot, const BodyDents& others) const noexcept {
   const double depth = glm::distance(pressed_.h, foot.point) * pressed_.side;
-  const ShadedPoint smooth =
-      shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth);
+  const ShadedPoint smooth = shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth);
   if (!(smooth.weight > 0)) return;
   foot.point = glm::mix(foot.point, pressed_.h + smooth.normal * smooth.depth_m, smooth.weight);
   foot.triangle = smooth.triangle;
@@ -165,20 +164,13 @@ double Yielding::stillThere_m(const Dent& rest, Vec3 foot) const noexcept {
   return depth_m(rest) * tissue_.falloff.at(foot - Vec3(rest.centre));
 }
 
-/// How deep this dent may be, so that with those of the body that are going back it stays within deepestDent_m(), and its
-/// centre outside of other bodies.
-/// @param wanted_m  What it would be.
-double Yielding::room_m(Vec3 foot, Vec3 wanted_m) const noexcept {
+/// How deep this dent may be, so that with those of the body that are going back it stays within deepestDent_m().
+double Yielding::room_m() const noexcept {
   double left = deepestDent_m(tissue_.falloff);
   for (std::size_t i = 0; i < state_.dentCount; ++i) {
     const BodyDent& other = state_.dents[i];
     if (i == *at_ || other.body != pressed_.body) continue;
     left -= std::max(0.0, depth_m(other.dent) - depth_m(other.rest));
-  }
-  if (state_.bodyCount > 1) {
-    const auto there = firstInTheWay(state_, pressed_.body, body_.frame.toWorld(foot),
-                                     body_.frame.toWorld(foot + wanted_m));
-    if (there.crossing) left = std::min(left, there.crossing.time * glm::length(wanted_m));
   }
   return std::max(0.0, left);
 }
@@ -198,7 +190,7 @@ InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Ve
     const Body& other = state.bodies[i];
     if (i == body || other.leaving || dentsOf(state, i).count > 0) continue;
     const Crossing met = other.surface->firstCrossing(other.frame.toLocal(from), other.frame.toLocal(to));
-    if (met && (!first.crossing || met.time < first.crossing.time)) first = {i, met};
+    if (met && (!first.crossing || met.time < first.crossing.time)) first = {i, met, glm::mix(from, to, met.time)};
   }
   return first;
 }

@@ -10,12 +10,12 @@ namespace haptics {
 /// A soft body that the IHIP is pressed into. Object frame, metres.
 struct PressedBody {
   std::size_t body = 0;
-  Foot atRest;                ///< What holds the IHIP, and the IHIP, on the shape without dents.
-  int side = 1;               ///< As in HoldingSurface.
-  Vec3 h{0};                  ///< The HIP, or where the body sees it.
-  bool below = false;         ///< It is below the shape without dents.
-  double contact_N_per_m = 0; ///< Of the contact's spring.
-  bool shaded = false;        ///< The smooth surface tells the way that the dent goes.
+  Foot atRest;                 ///< What holds the IHIP, and the IHIP, on the shape without dents.
+  int side = 1;                ///< As in HoldingSurface.
+  Vec3 h{0};                   ///< The HIP, or where the body sees it.
+  bool below = false;          ///< It is below the shape without dents.
+  double contact_N_per_m = 0;  ///< Of the contact's spring.
+  bool shaded = false;         ///< The smooth surface tells the way that the dent goes.
 };
 
 /// One tick of one soft body that yields to the contact.
@@ -50,7 +50,7 @@ class Yielding {
   void moveOn(Vec3 foot) noexcept;
   void remember(BodyDent& pressed) const noexcept;
   [[nodiscard]] double stillThere_m(const Dent& rest, Vec3 foot) const noexcept;
-  [[nodiscard]] double room_m(Vec3 foot, Vec3 wanted_m) const noexcept;
+  [[nodiscard]] double room_m() const noexcept;
   [[nodiscard]] double seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept;
   [[nodiscard]] BodyDent& dent() const noexcept { return state_.dents[*at_]; }
 
@@ -68,6 +68,7 @@ class Yielding {
 struct InTheWay {
   std::size_t body = 0;
   Crossing crossing;
+  Vec3 point{0};
 };
 [[nodiscard]] InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to) noexcept;
 

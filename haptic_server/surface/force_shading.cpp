@@ -128,8 +128,11 @@ struct AtRest {
   const Surface& surface;
   const ShadingNormals& shading;
 
-  [[nodiscard]] const TriangleRecord& triangle(std::uint32_t t) const noexcept { return surface.triangle(t); }
-  [[nodiscard]] const ShadingRecord& normals(std::uint32_t t) const noexcept { return shading[t]; }
+  struct Polygon {
+    const TriangleRecord& triangle;
+    const ShadingRecord& normals;
+  };
+  [[nodiscard]] Polygon polygon(std::uint32_t t) const noexcept { return {surface.triangle(t), shading[t]}; }
 };
 
 struct Dented {
@@ -138,17 +141,23 @@ struct Dented {
   std::span<const Dent> dents;
   const Falloff& falloff;
 
-  [[nodiscard]] TriangleRecord triangle(std::uint32_t t) const noexcept {
-    return dented(surface.triangle(t), dents, falloff);
-  }
-  [[nodiscard]] ShadingRecord normals(std::uint32_t t) const noexcept {
-    ShadingRecord turned = shading[t];
-    const TriangleRecord& r = surface.triangle(t);
-    for (int k = 0; k < 3; ++k) {
-      const Vec3f normal(unitOrZero(dentedNormal(turned.normal(k), Vec3f(r.corner(k)), dents, falloff)));
-      for (int d = 0; d < 3; ++d) turned.rows[static_cast<std::size_t>(d)][static_cast<std::size_t>(k)] = normal[d];
+  struct Polygon {
+    TriangleRecord triangle;
+    ShadingRecord normals;
+  };
+  [[nodiscard]] Polygon polygon(std::uint32_t t) const noexcept {
+    Polygon dentedOne{surface.triangle(t), shading[t]};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto corner = static_cast<int>(k);
+      const VertexWithNormal vertex =
+          dented({Vec3f(dentedOne.triangle.corner(corner)), dentedOne.normals.normal(corner)}, dents, falloff);
+      const Vec3f normal(unitOrZero(vertex.normal));
+      for (std::size_t d = 0; d < 3; ++d) {
+        dentedOne.triangle.rows[d][k] = vertex.place[static_cast<int>(d)];
+        dentedOne.normals.rows[d][k] = normal[static_cast<int>(d)];
+      }
     }
-    return turned;
+    return dentedOne;
   }
 };
 
@@ -159,8 +168,8 @@ template <class Shape>
   double s = depth_m;
   for (int i = 0; i < kMostPolygons; ++i) {
     if (!shape.shading[t].hasNormals()) return {};
-    const auto& shading = shape.normals(t);
-    ShadedPolygon polygon(shape.triangle(t), shading);
+    const auto& [triangle, shading] = shape.polygon(t);
+    ShadedPolygon polygon(triangle, shading);
     if (!polygon.project(h, s)) return {};
     const int edge = polygon.beyond();
     if (edge < 0 || shading.sharpLine(edge)) return polygon.at(t, s);

@@ -150,9 +150,12 @@ SceneResult yieldToTheHand(Renderer& method, Random& random) {
   press(method, random, {Falloff(0.02, 2), 100, 0.05}, 0.004, random.between(3, 10), outcome);
   const double ripple = ripple_N(method, random);
   SceneResult result;
-  result.measures = {{"inside_ticks", outcome.insideTicks},    {"outrun_ticks", outcome.outrunTicks},
-                     {"false_exit_ticks", outcome.falseExits}, {"inverted_triangles", outcome.inverted},
-                     {"non_finite_ticks", outcome.nonFinite},  {"contact_error_mm", 1e3 * outcome.error_m},
+  result.measures = {{"inside_ticks", outcome.insideTicks},
+                     {"outrun_ticks", outcome.outrunTicks},
+                     {"false_exit_ticks", outcome.falseExits},
+                     {"inverted_triangles", outcome.inverted},
+                     {"non_finite_ticks", outcome.nonFinite},
+                     {"contact_error_mm", 1e3 * outcome.error_m},
                      {"ripple_N", ripple}};
   result.pass = outcome.falseExits == 0 && outcome.inverted == 0 && outcome.nonFinite == 0 &&
                 outcome.error_m < kMostError_m && outcome.outrunTicks > 0 && ripple <= kMostRipple_N;

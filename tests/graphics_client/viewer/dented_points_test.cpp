@@ -65,7 +65,7 @@ TEST(DentedPoints, RiseFromTheDentedSurfaceAlongItsNormal) {
   points.follow(dents, kFalloff);
   for (std::size_t i = 0; i < raised.size(); ++i) {
     const Vec3f base = drawn.mesh.vertices[i];
-    const Vec3 normal = glm::normalize(dentedNormal(Vec3(rises[i]), base, dents, kFalloff));
+    const Vec3 normal = glm::normalize(dented(VertexWithNormal{base, Vec3(rises[i])}, dents, kFalloff).normal);
     const Vec3 expected = Vec3(dented(base, dents, kFalloff)) + kRise_m * normal;
     ASSERT_LT(glm::distance(pointOf(drawn.data, i), expected), 1e-7);
   }

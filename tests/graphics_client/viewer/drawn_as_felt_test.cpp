@@ -42,8 +42,7 @@ double farthest_m(const TriMesh& shape, const std::vector<Vec3f>& material) {
   pad.damping_Ns_per_m = 0;
   pad.tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.02, 2), 400, 0});
   pad.detail = makeSurfaceDetail(
-      *pad.surface, properties,
-      {depthField(), nullptr, nullptr, std::make_shared<const std::vector<Vec3f>>(material)});
+      *pad.surface, properties, {depthField(), nullptr, nullptr, std::make_shared<const std::vector<Vec3f>>(material)});
 
   SurfaceFields fields{.texture = depthField()};
   fields.material = material;

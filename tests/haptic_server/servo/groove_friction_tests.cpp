@@ -42,19 +42,18 @@ std::pair<double, double> pressing_N(const Wall& a, const Wall& b, Vec3 hip) {
 
 constexpr double kDeep_m = 0.002;
 
-/// Down into the groove, then along it.
+/// Down into the groove, then slowly along it.
 Vec3 alongGroove(std::uint64_t tick) {
   const double down = std::min(1.0, static_cast<double>(tick) / 200);
-  const double along = tick > 300 ? 2e-5 * static_cast<double>(tick - 300) : 0;
+  const double along = tick > 300 ? 5e-6 * static_cast<double>(tick - 300) : 0;
   return {0, -0.01 + along, 0.004 - (0.004 + kDeep_m) * down};
 }
+constexpr std::uint64_t kTicks = 1500;
 
 TEST(GrooveFriction, IsThatOfEachWallUnderItsOwnNormalForce) {
   const Wall grooves[][2] = {
-      {{0.8, 0.4, 0.3}, {-0.8, 0.4, 0.3}},
-      {{0.8, 0.7, kHigh_mu}, {-0.8, 0.3, kLow_mu}},
-      {{0.3, 0.7, kHigh_mu}, {-1.1, 0.3, kLow_mu}},
-      {{0.9, 0.7, kHigh_mu, 500}, {-0.5, 0.3, kLow_mu, 1000}},
+      {{0.8, 0.4, 0.3}, {-0.8, 0.4, 0.3}},          {{0.8, 0.7, kHigh_mu}, {-0.8, 0.3, kLow_mu}},
+      {{0.3, 0.7, kHigh_mu}, {-1.1, 0.3, kLow_mu}}, {{0.9, 0.7, kHigh_mu, 500}, {-0.5, 0.3, kLow_mu, 1000}},
       {{0.9, 0, 0}, {-0.5, 0.3, kLow_mu}},
   };
   for (const auto& [left, right] : grooves) {
@@ -65,7 +64,7 @@ TEST(GrooveFriction, IsThatOfEachWallUnderItsOwnNormalForce) {
       const auto [left_N, right_N] = pressing_N(left, right, Vec3(0, 0, -kDeep_m));
       double most_N = 0;
       TelemetrySample sample;
-      while (servo.tick() < 900) {
+      while (servo.tick() < kTicks) {
         sample = servo.step();
         most_N = std::max(most_N, -sample.force.friction.y);
       }
@@ -74,7 +73,7 @@ TEST(GrooveFriction, IsThatOfEachWallUnderItsOwnNormalForce) {
       EXPECT_NEAR(-sample.force.friction.y, slide_N, 0.01 * slide_N) << left.lean_rad << " " << left.mu_slide;
       EXPECT_LE(most_N, 1.01 * stick_N);
       EXPECT_GE(most_N, slide_N);
-      EXPECT_EQ(sample.friction, FrictionState::kSliding);
+      EXPECT_EQ(sample.frictionState, FrictionState::kSliding);
     }
   }
 }
@@ -85,15 +84,15 @@ TEST(GrooveFriction, BreaksAwayAtTheSumOfWhatSticks) {
   servo.adopt(sceneOf(1, {blockOf(1, left), blockOf(2, right)}));
   const auto [left_N, right_N] = pressing_N(left, right, Vec3(0, 0, -kDeep_m));
   double most_N = 0;
-  while (servo.tick() < 900) most_N = std::max(most_N, -servo.step().force.friction.y);
-  EXPECT_NEAR(most_N, 0.5 * (left_N + right_N), 0.02 * most_N);
+  while (servo.tick() < kTicks) most_N = std::max(most_N, -servo.step().force.friction.y);
+  EXPECT_NEAR(most_N, 0.5 * (left_N + right_N), 0.01 * most_N);
 }
 
-/// From wall to wall, so that first one and then the other pushes most, while the hand is drawn along.
+/// From wall to wall, so that first one and then the other pushes most, while the hand is drawn to and fro.
 Vec3 fromWallToWall(std::uint64_t tick) {
   const double t = 1e-3 * static_cast<double>(tick);
   const double down = std::min(1.0, 5 * t);
-  return {0.002 * std::sin(9 * t), -0.02 + 0.02 * t, 0.004 - 0.0065 * down};
+  return {0.004 * std::sin(6 * t), 0.003 * std::sin(4 * t), 0.004 - 0.0065 * down};
 }
 
 TEST(GrooveFriction, HasNoStepWhereTheOtherWallPushesMostOrOneLetsGo) {
@@ -106,11 +105,14 @@ TEST(GrooveFriction, HasNoStepWhereTheOtherWallPushesMostOrOneLetsGo) {
       const TelemetrySample sample = servo.step();
       EXPECT_LE(glm::distance(sample.force.friction, before_N), 0.06) << mu << " " << servo.tick();
       before_N = sample.force.friction;
-      hasSliding |= sample.friction == FrictionState::kSliding;
-      hasSticking |= sample.friction == FrictionState::kSticking;
+      hasSliding |= sample.frictionState == FrictionState::kSliding;
+      hasSticking |= sample.frictionState == FrictionState::kSticking;
       (servo.state().contact.surfaces().size() > 1 ? hasSeveral : hasOne) = true;
     }
-    EXPECT_TRUE(hasSliding && hasSeveral && hasOne && hasSticking) << mu;
+    EXPECT_TRUE(hasSeveral);
+    EXPECT_TRUE(hasOne);
+    EXPECT_TRUE(hasSliding) << mu;
+    EXPECT_TRUE(hasSticking) << mu;
   }
 }
 

@@ -97,21 +97,45 @@ TEST(SoftBody, KeepsTheContactWhileTheSurfaceMovesMoreInATickThanTheHipIsBelowIt
   EXPECT_GT(fast, 500) << "the scene does not do what it is for";
 }
 
-/// A hand that draws back in a dent which stays is clear of it, but not of a block within the soft body.
-TEST(SoftBody, LetsWhatReachesIntoItsDentBeMetThere) {
-  constexpr double kBlock_m = 0.01;  // its top 3 mm below the surface
+constexpr double kBlock_m = 0.01, kBlockBelow_m = 0.003;
+
+/// A soft body, slow to go back, with a block in it.
+std::shared_ptr<const ServoScene> withBlock() {
+  auto scene = std::make_shared<ServoScene>(*softSphere({Falloff(0.02, 2), 10, 0.2}));
+  const auto block = surfaceOf(makeBox(Vec3(kBlock_m), 2).value());
+  scene->objects.push_back(
+      testing::objectOf(2, block, {0, 0, kRadius_m - kBlockBelow_m - kBlock_m / 2}, kContact_N_per_m));
+  return scene;
+}
+
+TEST(SoftBody, EndsItsDentAtWhatIsBelow) {
   const auto depth = [](std::uint64_t tick) {
     return tick < 2000 ? std::min(2e-5 * double(tick) - 0.002, 0.006) : 0.004;
   };
   VirtualServo servo([&](std::uint64_t tick) { return Vec3(0.0002, 0.0003, kRadius_m - depth(tick)); }, kConfig);
-  auto scene = std::make_shared<ServoScene>(*softSphere({Falloff(0.02, 2), 10, 0.2}));
-  const auto block = surfaceOf(makeBox(Vec3(kBlock_m), 2).value());
-  scene->objects.push_back(testing::objectOf(2, block, {0, 0, kRadius_m - 0.003 - kBlock_m / 2}, kContact_N_per_m));
-  servo.adopt(scene);
-  EXPECT_EQ(servo.run(2000).object, 1U);
+  servo.adopt(withBlock());
+  for (const double below_m : {0.003, 0.001}) {
+    const TelemetrySample within = servo.run(servo.tick() == 0 ? 2000 : 1);
+    EXPECT_EQ(within.object, 1U);
+    EXPECT_NEAR(within.ihip.z, kRadius_m - kBlockBelow_m, 1e-5);
+    EXPECT_NEAR(within.force.spring.z, below_m * kContact_N_per_m, 0.02);
+  }
+}
+
+/// A hand that comes back to a dent which is still there is clear of it, but not of a block within the soft body.
+TEST(SoftBody, LetsWhatReachesIntoItsDentBeMetThere) {
+  const auto at = [](std::uint64_t tick) {
+    if (tick < 1500) return Vec3(-0.0055, 0.0003, kRadius_m - std::min(2e-5 * double(tick) - 0.002, 0.008));
+    if (tick < 1505) return Vec3(-0.0055, 0.0003, kRadius_m + 0.03);
+    return Vec3(0.0002, 0.0003, kRadius_m - 0.004);
+  };
+  VirtualServo servo(at, kConfig);
+  servo.adopt(withBlock());
+  EXPECT_EQ(servo.run(1500).object, 1U);
+  EXPECT_EQ(servo.run(5).object, 0U);
   const TelemetrySample within = servo.run(1);
   EXPECT_EQ(within.object, 2U);
-  EXPECT_NEAR(within.ihip.z, kRadius_m - 0.003, 1e-6);
+  EXPECT_NEAR(within.ihip.z, kRadius_m - kBlockBelow_m, 1e-6);
   EXPECT_NEAR(within.force.spring.z, 0.001 * kContact_N_per_m, 1e-3);
 }
 

@@ -14,9 +14,9 @@ namespace {
 using namespace testing;
 
 struct Wall {
-  double lean_rad;             ///< Of its normal, from z towards x.
-  double contact_N_per_m;      ///< k.
-  double tissue_N_per_m = 0;   ///< t; 0: rigid.
+  double lean_rad;            ///< Of its normal, from z towards x.
+  double contact_N_per_m;     ///< k.
+  double tissue_N_per_m = 0;  ///< t; 0: rigid.
 
   [[nodiscard]] Vec3 normal() const { return {std::sin(lean_rad), 0, std::cos(lean_rad)}; }
 };
