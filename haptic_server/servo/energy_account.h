@@ -47,7 +47,7 @@ class EnergyAccount {
   }
   /// What a feature has of it.
   void holdPart(EnergyFeature feature, Vec3 force_N) noexcept {
-    if (force_N == Vec3(0)) return;
+    if (force_N.x == 0 && force_N.y == 0 && force_N.z == 0) return;
     if (anyParts_ == 0) parts_ = {};
     anyParts_ = 1;
     parts_[static_cast<std::size_t>(feature)] = force_N;

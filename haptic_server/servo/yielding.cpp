@@ -177,7 +177,8 @@ double Yielding::room_m() const noexcept {
 
 /// What there is of a dent at a foot on this mesh, which has only its vertices to show it.
 double Yielding::seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept {
-  const TriangleRecord triangle = dented(body_.surface->triangle(foot.triangle), others.all(), tissue_.falloff);
+  TriangleRecord triangle = body_.surface->triangle(foot.triangle);
+  if (others.count > 0) triangle = dented(triangle, others.all(), tissue_.falloff);
   const Vec3 share = barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), foot.point);
   double sum = 0;
   for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(triangle.corner(k) - Vec3(dent.centre));
