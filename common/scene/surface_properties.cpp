@@ -8,7 +8,8 @@ namespace {
 // Each record in the order of its declaration; before what may be there or not, and before alternatives and lists, a
 // number that says which or how many: no two records give the same bytes.
 
-enum class Property : std::uint64_t { kShading = 1, kFriction, kTexture };
+/// In an object's hash motion and deformation have the numbers between.
+enum class Property : std::uint64_t { kShading = 1, kFriction, kTexture, kDynamicFriction = 9 };
 
 template <class T>
 void addNumber(Hasher& h, T value) {
@@ -53,6 +54,8 @@ void add(Hasher& h, const MappedFamily& family) {
   h.add(m.tile_m);
 }
 
+void add(Hasher& h, const LayeredFamily& family);
+
 void add(Hasher&, std::monostate) {}
 void add(Hasher& h, const PerVertexScale& scale) { h.add(scale.values); }
 
@@ -60,6 +63,15 @@ template <class... Alternatives>
 void add(Hasher& h, const std::variant<Alternatives...>& chosen) {
   addNumber(h, chosen.index());
   std::visit([&h](const auto& alternative) { add(h, alternative); }, chosen);
+}
+
+void add(Hasher& h, const LayeredFamily& family) {
+  addNumber(h, family.combination);
+  addNumber(h, family.layers.size());
+  for (const FieldLayer& layer : family.layers) {
+    h.add(layer.weight);
+    add(h, layer.family);
+  }
 }
 
 void add(Hasher& h, const Shading& shading) {
@@ -74,6 +86,10 @@ void add(Hasher& h, const Shading& shading) {
 void add(Hasher& h, const Friction& friction) {
   h.add(friction.mu_static).add(friction.mu_dynamic).add(friction.variation);
   add(h, friction.over);
+  if (std::holds_alternative<std::monostate>(friction.dynamicOver)) return;
+  addNumber(h, Property::kDynamicFriction);
+  h.add(friction.dynamicVariation);
+  add(h, friction.dynamicOver);
 }
 
 void add(Hasher& h, const Texture& texture) {
@@ -94,18 +110,29 @@ void addIfThere(Hasher& h, Property which, const std::optional<T>& property) {
 /// \param look takes the kind and hash of an asset; of a hash that may be changed where the properties may.
 void lookAtField(auto& family, const auto& look) {
   if (auto* mapped = std::get_if<MappedFamily>(&family)) look(AssetKind::kScalarField, mapped->field);
+  if (auto* layered = std::get_if<LayeredFamily>(&family)) {
+    for (auto& layer : layered->layers) lookAtField(layer.family, look);
+  }
+}
+
+void lookAtMap(auto& map, const auto& look) {
+  if (auto* field = std::get_if<FieldFamily>(&map)) lookAtField(*field, look);
+  if (auto* scale = std::get_if<PerVertexScale>(&map)) look(AssetKind::kVertexValues, scale->values);
 }
 
 void lookAtAssets(auto& properties, const auto& look) {
   if (properties.friction) {
-    auto& over = properties.friction->over;
-    if (auto* field = std::get_if<FieldFamily>(&over)) lookAtField(*field, look);
-    if (auto* scale = std::get_if<PerVertexScale>(&over)) look(AssetKind::kVertexValues, scale->values);
+    lookAtMap(properties.friction->over, look);
+    lookAtMap(properties.friction->dynamicOver, look);
   }
   if (properties.texture) lookAtField(properties.texture->family, look);
 }
 
 }  // namespace
+
+std::string layerField(std::size_t layer) { return "layers.layer[" + std::to_string(layer) + "].field."; }
+
+std::string fieldName(const MappedSource& source) { return (source.layer ? layerField(*source.layer) : "") + "mapped"; }
 
 void addTo(Hasher& hasher, const SurfaceProperties& properties) {
   addIfThere(hasher, Property::kShading, properties.shading);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -79,7 +80,28 @@ struct MappedFamily {
   bool operator==(const MappedFamily&) const = default;
 };
 
-using FieldFamily = std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily>;
+struct FieldLayer;
+
+/// Fields together: f = sum of weight * f_layer, or product of weight * f_layer.
+struct LayeredFamily {
+  enum class Combination : std::uint8_t { kSum = 1, kProduct };
+  Combination combination = Combination::kSum;
+  std::vector<FieldLayer> layers;  ///< 2 to 4.
+  inline bool operator==(const LayeredFamily&) const;
+};
+
+using FieldFamily = std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily, LayeredFamily>;
+
+struct FieldLayer {
+  double weight = 1;   ///< Not 0.
+  FieldFamily family;  ///< Not layered.
+  bool operator==(const FieldLayer&) const = default;
+};
+
+inline bool LayeredFamily::operator==(const LayeredFamily&) const = default;
+
+/// Where a layer's field is below ScalarField: "layers.layer[1].field.".
+[[nodiscard]] std::string layerField(std::size_t layer);
 
 // ---- Properties ----
 
@@ -99,11 +121,17 @@ struct PerVertexScale {
   bool operator==(const PerVertexScale&) const = default;
 };
 
+/// How a friction coefficient varies over the surface.
+using FrictionMap = std::variant<std::monostate, FieldFamily, PerVertexScale>;
+
 /// Stick and slide. Over a field f: mu(x) = mu * max(0, 1 + variation * f(x)); per vertex: mu(x) = mu * scale(x).
 struct Friction {
   double mu_static = 0, mu_dynamic = 0;  ///< 0 <= mu_dynamic <= mu_static <= 10.
   double variation = 0;                  ///< Of a field; 0 without one.
-  std::variant<std::monostate, FieldFamily, PerVertexScale> over;
+  FrictionMap over = {};                 ///< Of both coefficients.
+  double dynamicVariation = 0;           ///< Of the field below.
+  /// Where there is one: of mu_dynamic instead of `over`, with mu_dynamic(x) <= mu_static(x) all the same.
+  FrictionMap dynamicOver = {};
   bool operator==(const Friction&) const = default;
 };
 

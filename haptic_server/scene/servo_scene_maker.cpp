@@ -88,6 +88,8 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
 
   DetailFields fields{.texture = assets.textureField, .friction = assets.frictionField, .frictionScale = {}};
   if (assets.frictionScale) fields.frictionScale = {assets.frictionScale, &assets.frictionScale->values};
+  fields.dynamicFriction = assets.dynamicFrictionField;
+  if (const auto& scale = assets.dynamicFrictionScale) fields.dynamicFrictionScale = {scale, &scale->values};
   if (surface != assets.mesh->surface) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
   std::shared_ptr<const ShadingNormals> normals;
   if (sameSurface && known->second.detail && known->second.properties.shading == properties.shading) {

@@ -129,7 +129,10 @@ std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const Object
     std::string literal = literalRemark(*record.material.surface.texture, *assets.textureField);
     if (!literal.empty()) remarks.push_back(std::move(literal));
   }
-  if (record.material.surface.friction) look("friction", assets.frictionField.get());
+  if (record.material.surface.friction) {
+    look("friction", assets.frictionField.get());
+    look("dynamic friction", assets.dynamicFrictionField.get());
+  }
   return remarks;
 }
 

@@ -73,23 +73,17 @@ double TextureDetail::gainFor(double stiffness_N_per_m, double most_N_per_m) con
   return gain_ * lateral > most_N_per_m ? most_N_per_m / lateral : gain_;
 }
 
-FrictionDetail::FrictionDetail(const Friction& friction, std::shared_ptr<const ScalarField> field,
+FrictionFactor::FrictionFactor(double variation, std::shared_ptr<const ScalarField> field,
                                std::shared_ptr<const std::vector<float>> scale)
-    : mean_{friction.mu_static, friction.mu_dynamic},
-      variation_(friction.variation),
-      field_(std::move(field)),
-      scale_(std::move(scale)) {
-  double most = 1;
-  if (scale_) {
-    most = scale_->empty() ? 0 : *std::ranges::max_element(*scale_);
-  } else if (field_) {
-    most = std::max(1 + variation_ * field_->lowest(), 1 + variation_ * field_->highest());
-  }
-  most_ = mean_.stick * std::max(most, 0.0);
+    : variation_(variation), field_(std::move(field)), scale_(std::move(scale)) {}
+
+double FrictionFactor::highest() const noexcept {
+  if (scale_) return scale_->empty() ? 0 : *std::ranges::max_element(*scale_);
+  if (!field_) return 1;
+  return std::max({0.0, 1 + variation_ * field_->lowest(), 1 + variation_ * field_->highest()});
 }
 
-double FrictionDetail::factorAt(const TriangleRecord& triangle, const Vec3& place,
-                                const Vec3& onMaterial) const noexcept {
+double FrictionFactor::at(const TriangleRecord& triangle, const Vec3& place, const Vec3& onMaterial) const noexcept {
   if (field_) return std::max(0.0, 1 + variation_ * field_->at(onMaterial).value);
   if (!scale_) return 1;
   const Vec3 share = glm::max(barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), place), Vec3(0));
@@ -98,10 +92,18 @@ double FrictionDetail::factorAt(const TriangleRecord& triangle, const Vec3& plac
   return sum / (share.x + share.y + share.z);
 }
 
+FrictionDetail::FrictionDetail(const Friction& friction, FrictionFactor both, FrictionFactor own)
+    : mean_{friction.mu_static, friction.mu_dynamic},
+      factor_(std::move(both)),
+      dynamicFactor_(std::move(own)),
+      most_(mean_.stick * factor_.highest()) {}
+
 FrictionCoefficients FrictionDetail::at(const TriangleRecord& triangle, const Vec3& place,
                                         const Vec3& onMaterial) const noexcept {
-  const double factor = factorAt(triangle, place, onMaterial);
-  return {mean_.stick * factor, mean_.slide * factor};
+  const double factor = factor_.at(triangle, place, onMaterial);
+  const double stick = mean_.stick * factor;
+  if (!dynamicFactor_.varies()) return {stick, mean_.slide * factor};
+  return {stick, std::min(stick, mean_.slide * dynamicFactor_.at(triangle, place, onMaterial))};
 }
 
 std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const Surface& surface, const SurfaceProperties& properties,
@@ -113,11 +115,15 @@ std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const Surface& surface, c
     detail.shading = normals ? std::move(normals)
                              : std::make_shared<const ShadingNormals>(surface, shading->crease_rad, shading->creases);
   }
-  if (properties.friction) detail.friction.emplace(*properties.friction, fields.friction, fields.frictionScale);
+  if (const auto& friction = properties.friction) {
+    detail.friction.emplace(
+        *friction, FrictionFactor(friction->variation, fields.friction, fields.frictionScale),
+        FrictionFactor(friction->dynamicVariation, fields.dynamicFriction, fields.dynamicFrictionScale));
+  }
   if (properties.texture) {
     detail.texture.emplace(surface, *properties.texture, fields.texture, fields.material.get());
   }
-  if (fields.texture || fields.friction) detail.material = fields.material;
+  if (fields.texture || fields.friction || fields.dynamicFriction) detail.material = fields.material;
   return std::make_shared<const SurfaceDetail>(std::move(detail));
 }
 

@@ -53,17 +53,36 @@ class TextureDetail {
   double curvature_per_m_ = 0;  // eigenvalue of H(h), the largest
 };
 
+/// The factor of a friction coefficient over a surface; 1 without a map.
+class FrictionFactor {
+ public:
+  /// \param field with which it is max(0, 1 + variation * f), or null.
+  /// \param scale a factor for each vertex, canonical numbering, or null.
+  FrictionFactor(double variation, std::shared_ptr<const ScalarField> field,
+                 std::shared_ptr<const std::vector<float>> scale);
+
+  /// As FrictionDetail::at.
+  [[nodiscard]] double at(const TriangleRecord& triangle, const Vec3& place, const Vec3& onMaterial) const noexcept;
+  [[nodiscard]] bool varies() const noexcept { return field_ != nullptr || scale_ != nullptr; }
+  [[nodiscard]] double highest() const noexcept;
+
+ private:
+  double variation_;
+  std::shared_ptr<const ScalarField> field_;
+  std::shared_ptr<const std::vector<float>> scale_;
+};
+
 /// Friction coefficients over a surface. Object frame.
 class FrictionDetail {
  public:
-  /// `field` and `scale` (a factor for each vertex, canonical numbering) may be null.
-  FrictionDetail(const Friction& friction, std::shared_ptr<const ScalarField> field,
-                 std::shared_ptr<const std::vector<float>> scale);
+  /// `own` is mu_dynamic's instead of `both`, if it varies: mu_dynamic(x) is then cut off at mu_static(x), as StickSlip
+  /// needs it.
+  FrictionDetail(const Friction& friction, FrictionFactor both, FrictionFactor own);
 
   /// At a place on a triangle of the surface, as it is, and where that is on the material.
   [[nodiscard]] FrictionCoefficients at(const TriangleRecord& triangle, const Vec3& place,
                                         const Vec3& onMaterial) const noexcept;
-  [[nodiscard]] bool varies() const noexcept { return field_ != nullptr || scale_ != nullptr; }
+  [[nodiscard]] bool varies() const noexcept { return factor_.varies() || dynamicFactor_.varies(); }
   /// The largest static one.
   [[nodiscard]] double most() const noexcept { return most_; }
   /// c of paper 4.2: friction's spring is nowhere stiffer than the surface, nor than `most_N_per_m`.
@@ -72,14 +91,10 @@ class FrictionDetail {
   }
 
  private:
-  [[nodiscard]] double factorAt(const TriangleRecord& triangle, const Vec3& place,
-                                const Vec3& onMaterial) const noexcept;
-
   FrictionCoefficients mean_;
-  double variation_;
-  std::shared_ptr<const ScalarField> field_;
-  std::shared_ptr<const std::vector<float>> scale_;
-  double most_ = 0;
+  FrictionFactor factor_;         // of both
+  FrictionFactor dynamicFactor_;  // of the dynamic one instead, if it varies
+  double most_;
 };
 
 /// How an object's surface feels beyond its shape (paper 4). Immutable; built off the servo thread.
@@ -103,6 +118,9 @@ struct DetailFields {
   std::shared_ptr<const ScalarField> friction;
   std::shared_ptr<const std::vector<float>> frictionScale;  ///< A factor >= 0 for each vertex, canonical numbering.
   std::shared_ptr<const std::vector<Vec3f>> material = nullptr;  ///< As in SurfaceDetail.
+  /// Of the dynamic coefficient's own map.
+  std::shared_ptr<const ScalarField> dynamicFriction = nullptr;
+  std::shared_ptr<const std::vector<float>> dynamicFrictionScale = nullptr;
 };
 
 /// Of a triangle, or of one of the surface at rest on the material, which may be null.

@@ -74,6 +74,15 @@ TEST(SurfaceRemarks, TellOfAStiffnessThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, device), IsEmpty());
 }
 
+TEST(SurfaceRemarks, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.friction = Friction{.mu_static = 1, .mu_dynamic = 0.5, .dynamicVariation = 0.5};
+  box.assets.dynamicFrictionField = std::move(box.assets.textureField);
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(AllOf(HasSubstr("dynamic friction's finest detail, 3 mm"), HasSubstr("encoder"))));
+}
+
 TEST(SurfaceRemarks, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
   const GratedBox box(1e-4);
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}), ElementsAre(HasSubstr("encoder")));

@@ -152,7 +152,7 @@ struct Original {
     if (i == 9) {
       SurfaceEdit surface;
       surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
-                                    MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
+                                    {MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
       surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
                                       VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
       return edit(SetMaterial{named(name), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}});
