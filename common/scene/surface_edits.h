@@ -49,17 +49,22 @@ struct MappedSource {
 };
 /// Where its family is below ScalarField: "mapped", "layers.layer[1].field.mapped".
 [[nodiscard]] std::string fieldName(const MappedSource& source);
-/// As a map of friction needs it: of each mapped family, or of per-vertex values.
-using FrictionMapSource = std::variant<std::vector<MappedSource>, VertexValuesSource>;
+/// As a map needs it: of each mapped family, or of per-vertex values.
+using FactorMapSource = std::variant<std::vector<MappedSource>, VertexValuesSource>;
 
-/// In the two below, the hash of a mapped field or of per-vertex values is zero until its source has been resolved.
+/// In the three below, the hash of a mapped field or of per-vertex values is zero until its source has been resolved.
 struct FrictionEdit {
   Friction friction;
-  FrictionMapSource source = {}, dynamicSource = {};  ///< Of friction.over and friction.dynamicOver.
+  FactorMapSource source = {}, dynamicSource = {};  ///< Of friction.over and friction.dynamicOver.
 };
 struct TextureEdit {
   Texture texture;
   std::vector<MappedSource> sources;  ///< Of each mapped family.
+};
+
+struct SurfaceMapEdit {
+  SurfaceMap map;
+  FactorMapSource source = {};
 };
 
 /// Each property is kept where nothing is said of it, and taken away where it is given as nothing.
@@ -67,8 +72,11 @@ struct SurfaceEdit {
   std::optional<std::optional<Shading>> shading;
   std::optional<std::optional<FrictionEdit>> friction;
   std::optional<std::optional<TextureEdit>> texture;
+  std::optional<std::optional<SurfaceMapEdit>> stiffnessOver, softnessOver;
 
-  [[nodiscard]] bool empty() const noexcept { return !shading && !friction && !texture; }
+  [[nodiscard]] bool empty() const noexcept {
+    return !shading && !friction && !texture && !stiffnessOver && !softnessOver;
+  }
 };
 
 [[nodiscard]] SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit);

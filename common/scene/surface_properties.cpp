@@ -9,7 +9,14 @@ namespace {
 // number that says which or how many: no two records give the same bytes.
 
 /// In an object's hash motion and deformation have the numbers between.
-enum class Property : std::uint64_t { kShading = 1, kFriction, kTexture, kDynamicFriction = 9 };
+enum class Property : std::uint64_t {
+  kShading = 1,
+  kFriction,
+  kTexture,
+  kDynamicFriction = 9,
+  kStiffnessMap,
+  kSoftnessMap
+};
 
 template <class T>
 void addNumber(Hasher& h, T value) {
@@ -100,6 +107,11 @@ void add(Hasher& h, const Texture& texture) {
   h.add(texture.gain_K);
 }
 
+void add(Hasher& h, const SurfaceMap& map) {
+  h.add(map.variation);
+  add(h, map.over);
+}
+
 template <class T>
 void addIfThere(Hasher& h, Property which, const std::optional<T>& property) {
   if (!property) return;
@@ -126,6 +138,14 @@ void lookAtAssets(auto& properties, const auto& look) {
     lookAtMap(properties.friction->dynamicOver, look);
   }
   if (properties.texture) lookAtField(properties.texture->family, look);
+  if (properties.stiffnessOver) lookAtMap(properties.stiffnessOver->over, look);
+  if (properties.softnessOver) lookAtMap(properties.softnessOver->over, look);
+}
+
+void take(std::optional<SurfaceMap>& map, const std::optional<std::optional<SurfaceMapEdit>>& edit) {
+  if (!edit) return;
+  map.reset();
+  if (*edit) map = (*edit)->map;
 }
 
 }  // namespace
@@ -138,6 +158,8 @@ void addTo(Hasher& hasher, const SurfaceProperties& properties) {
   addIfThere(hasher, Property::kShading, properties.shading);
   addIfThere(hasher, Property::kFriction, properties.friction);
   addIfThere(hasher, Property::kTexture, properties.texture);
+  addIfThere(hasher, Property::kStiffnessMap, properties.stiffnessOver);
+  addIfThere(hasher, Property::kSoftnessMap, properties.softnessOver);
 }
 
 std::vector<AssetName> assetsOf(const SurfaceProperties& properties) {
@@ -161,6 +183,8 @@ SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit) 
     properties.texture.reset();
     if (*edit.texture) properties.texture = (*edit.texture)->texture;
   }
+  take(properties.stiffnessOver, edit.stiffnessOver);
+  take(properties.softnessOver, edit.softnessOver);
   return properties;
 }
 

@@ -42,17 +42,17 @@ Result<Shading> shadingFrom(const v1::Shading& message) {
   return shading;
 }
 
-struct FrictionMapEdit {
-  FrictionMap map;
-  FrictionMapSource source;
+struct FactorMapEdit {
+  FactorMap map;
+  FactorMapSource source;
 };
 
-Result<FrictionMapEdit> perVertexFrom(const v1::PerVertex& message) {
+Result<FactorMapEdit> perVertexFrom(const v1::PerVertex& message) {
   switch (message.source_case()) {
     case v1::PerVertex::kAsset: {
       const auto hash = hashFromWire(message.asset(), "per_vertex.asset");
       if (!hash) return tl::unexpected<Error>(hash.error());
-      return FrictionMapEdit{PerVertexScale{*hash}, VertexValuesSource{AssetSource{*hash}}};
+      return FactorMapEdit{PerVertexScale{*hash}, VertexValuesSource{AssetSource{*hash}}};
     }
     case v1::PerVertex::kValues: {
       const auto& values = message.values().value();
@@ -61,7 +61,7 @@ Result<FrictionMapEdit> perVertexFrom(const v1::PerVertex& message) {
         const std::string field = "per_vertex.values.value[" + std::to_string(i) + "]";
         if (auto bad = checkRange(values[i], kVertexScale, field)) return refuse(bad);
       }
-      return FrictionMapEdit{PerVertexScale{}, VertexValuesSource{GivenValues{{values.begin(), values.end()}}}};
+      return FactorMapEdit{PerVertexScale{}, VertexValuesSource{GivenValues{{values.begin(), values.end()}}}};
     }
     case v1::PerVertex::SOURCE_NOT_SET:
       break;
@@ -69,7 +69,7 @@ Result<FrictionMapEdit> perVertexFrom(const v1::PerVertex& message) {
   return refused("per_vertex.source", "is missing; give values or asset");
 }
 
-/// Of one of friction's maps, as a message has it.
+/// A map as a message has it.
 struct GivenMap {
   const v1::ScalarField* field;  ///< Null without, as per-vertex values.
   const v1::PerVertex* perVertex;
@@ -78,7 +78,7 @@ struct GivenMap {
   bool maybeConstant = false;  ///< Whether a variation of 0 says something.
 };
 
-Result<FrictionMapEdit> mapFrom(const GivenMap& given) {
+Result<FactorMapEdit> mapFrom(const GivenMap& given) {
   const auto& [field, perVertex, variation, prefix, maybeConstant] = given;
   const std::string name = prefix + "variation";
   if (auto bad = checkRange(variation, kVariation, name)) return refuse(bad);
@@ -89,10 +89,10 @@ Result<FrictionMapEdit> mapFrom(const GivenMap& given) {
     if (!values) return errorOf(values, prefix);
     return values;
   }
-  if (!field) return FrictionMapEdit{};
+  if (!field) return FactorMapEdit{};
   auto edit = fieldFrom(*field);
   if (!edit) return errorOf(edit, prefix + "field.");
-  return FrictionMapEdit{std::move(edit->family), std::move(edit->sources)};
+  return FactorMapEdit{std::move(edit->family), std::move(edit->sources)};
 }
 
 Result<FrictionEdit> frictionFrom(const v1::Friction& message) {
@@ -122,6 +122,18 @@ Result<FrictionEdit> frictionFrom(const v1::Friction& message) {
                        .dynamicOver = std::move(dynamic->map)},
                       std::move(both->source),
                       std::move(dynamic->source)};
+}
+
+Result<SurfaceMapEdit> surfaceMapFrom(const v1::SurfaceMap& message) {
+  if (message.over_case() == v1::SurfaceMap::OVER_NOT_SET && message.variation() == 0) {
+    return refused("over", "is missing; give field or per_vertex");
+  }
+  auto edit = mapFrom({.field = message.has_field() ? &message.field() : nullptr,
+                       .perVertex = message.has_per_vertex() ? &message.per_vertex() : nullptr,
+                       .variation = message.variation(),
+                       .prefix = ""});
+  if (!edit) return tl::unexpected<Error>(std::move(edit).error());
+  return SurfaceMapEdit{{message.variation(), std::move(edit->map)}, std::move(edit->source)};
 }
 
 Result<TextureEdit> textureFrom(const v1::Texture& message) {
@@ -165,7 +177,7 @@ Refusal checkAnnounced(const std::vector<MappedSource>& sources, const std::stri
 }
 
 /// \param prefix of the map: "friction.", "friction.dynamic_"
-Refusal checkAnnounced(const FrictionMapSource& source, const std::string& prefix) {
+Refusal checkAnnounced(const FactorMapSource& source, const std::string& prefix) {
   if (const auto* fields = std::get_if<std::vector<MappedSource>>(&source)) {
     return checkAnnounced(*fields, prefix + "field.");
   }
@@ -186,6 +198,14 @@ Result<Texture> announcedTexture(const v1::Texture& message) {
   if (!edit) return errorOf(edit, "texture.");
   if (auto bad = checkAnnounced(edit->sources, "texture.field.")) return refuse(bad);
   return std::move(edit->texture);
+}
+
+/// \param prefix "stiffness_over."
+Result<SurfaceMap> announcedMap(const v1::SurfaceMap& message, const std::string& prefix) {
+  auto edit = surfaceMapFrom(message);
+  if (!edit) return errorOf(edit, prefix);
+  if (auto bad = checkAnnounced(edit->source, prefix)) return refuse(bad);
+  return std::move(edit->map);
 }
 
 void write(const Shading& shading, v1::Shading& message) {
@@ -214,12 +234,34 @@ void write(const Friction& friction, v1::Friction& message) {
   }
 }
 
+void write(const SurfaceMap& map, v1::SurfaceMap& message) {
+  message.set_variation(map.variation);
+  if (const auto* field = std::get_if<FieldFamily>(&map.over)) toWire(*field, *message.mutable_field());
+  if (const auto* scale = std::get_if<PerVertexScale>(&map.over)) {
+    message.mutable_per_vertex()->set_asset(scale->values.asBytes());
+  }
+}
+
 void write(const Texture& texture, v1::Texture& message) {
   message.set_law(static_cast<v1::TextureLaw>(texture.law));
   toWire(texture.family, *message.mutable_field());
   message.set_amplitude_m(texture.amplitude_m);
   message.set_literal(texture.literal);
   message.set_gain_k(texture.gain_K);
+}
+
+/// \param given where the edit says something of the map; empty, it takes it away.
+/// \param prefix "stiffness_over."
+Refusal readMap(bool given, const v1::SurfaceMap& message, const std::string& prefix,
+                std::optional<std::optional<SurfaceMapEdit>>& edit) {
+  if (!given) return std::nullopt;
+  edit.emplace();
+  if (isEmpty(message)) return std::nullopt;
+  auto map = surfaceMapFrom(message);
+  if (!map) return std::move(map.error()).within(prefix);
+  if (auto* field = std::get_if<FieldFamily>(&map->map.over)) normalise(*field);
+  *edit = *std::move(map);
+  return std::nullopt;
 }
 
 }  // namespace
@@ -242,7 +284,7 @@ Result<SurfaceEdit> surfaceFrom(const v1::Material& message) {
     if (!isEmpty(message.friction())) {
       auto friction = frictionFrom(message.friction());
       if (!friction) return errorOf(friction, "friction.");
-      for (FrictionMap* map : {&friction->friction.over, &friction->friction.dynamicOver}) {
+      for (FactorMap* map : {&friction->friction.over, &friction->friction.dynamicOver}) {
         if (auto* field = std::get_if<FieldFamily>(map)) normalise(*field);
       }
       *edit.friction = *std::move(friction);
@@ -257,6 +299,10 @@ Result<SurfaceEdit> surfaceFrom(const v1::Material& message) {
       *edit.texture = *std::move(texture);
     }
   }
+  if (auto bad = readMap(message.has_stiffness_over(), message.stiffness_over(), "stiffness_over.", edit.stiffnessOver))
+    return refuse(bad);
+  if (auto bad = readMap(message.has_softness_over(), message.softness_over(), "softness_over.", edit.softnessOver))
+    return refuse(bad);
   return edit;
 }
 
@@ -277,6 +323,16 @@ Result<SurfaceProperties> surfaceFrom(const v1::ObjectState& message) {
     if (!texture) return errorOf(texture, "");
     properties.texture = *std::move(texture);
   }
+  if (message.has_stiffness_over()) {
+    auto map = announcedMap(message.stiffness_over(), "stiffness_over.");
+    if (!map) return errorOf(map, "");
+    properties.stiffnessOver = *std::move(map);
+  }
+  if (message.has_softness_over()) {
+    auto map = announcedMap(message.softness_over(), "softness_over.");
+    if (!map) return errorOf(map, "");
+    properties.softnessOver = *std::move(map);
+  }
   return properties;
 }
 
@@ -284,9 +340,13 @@ void toWire(const SurfaceProperties& properties, v1::ObjectState& message) {
   message.clear_shading();
   message.clear_friction();
   message.clear_texture();
+  message.clear_stiffness_over();
+  message.clear_softness_over();
   if (properties.shading) write(*properties.shading, *message.mutable_shading());
   if (properties.friction) write(*properties.friction, *message.mutable_friction());
   if (properties.texture) write(*properties.texture, *message.mutable_texture());
+  if (properties.stiffnessOver) write(*properties.stiffnessOver, *message.mutable_stiffness_over());
+  if (properties.softnessOver) write(*properties.softnessOver, *message.mutable_softness_over());
 }
 
 }  // namespace haptics

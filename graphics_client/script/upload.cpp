@@ -46,6 +46,12 @@ std::vector<v1::MappedField*> imagesOf(v1::Operation& operation) {
     if (friction.has_dynamic_field()) addImagesOf(*friction.mutable_dynamic_field(), images);
   }
   if (material->texture().has_field()) addImagesOf(*material->mutable_texture()->mutable_field(), images);
+  if (material->stiffness_over().has_field()) {
+    addImagesOf(*material->mutable_stiffness_over()->mutable_field(), images);
+  }
+  if (material->softness_over().has_field()) {
+    addImagesOf(*material->mutable_softness_over()->mutable_field(), images);
+  }
   return images;
 }
 

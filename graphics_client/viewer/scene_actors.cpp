@@ -37,6 +37,8 @@ std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& 
     friction->dynamicOver = {};  // is not drawn
     friction->dynamicVariation = 0;
   }
+  order.surface.stiffnessOver.reset();  // likewise
+  order.surface.softnessOver.reset();
   for (const auto& [kind, hash] : assetsOf(order.surface)) {
     if (kind == AssetKind::kScalarField) complete &= (order.fields[hash] = find(view.fields, hash)) != nullptr;
     if (kind != AssetKind::kVertexValues) continue;

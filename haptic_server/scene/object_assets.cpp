@@ -58,6 +58,12 @@ class Gatherer {
       }
     }
     if (done && surface.texture) done = make(surface.texture->family, "texture.field.", assets_.textureField);
+    if (const auto& map = surface.stiffnessOver; done && map) {
+      done = gather(map->over, "stiffness_over.", assets_.stiffnessField, assets_.stiffnessScale);
+    }
+    if (const auto& map = surface.softnessOver; done && map) {
+      done = gather(map->over, "softness_over.", assets_.softnessField, assets_.softnessScale);
+    }
     if (done && record_.deformation.residue) done = gatherResidue(*record_.deformation.residue);
     if (!done) return tl::unexpected<Error>(std::move(done).error());
     return std::move(assets_);
@@ -81,7 +87,7 @@ class Gatherer {
     return {};
   }
 
-  Result<void> gather(const FrictionMap& map, const std::string& prefix, std::shared_ptr<const ScalarField>& field,
+  Result<void> gather(const FactorMap& map, const std::string& prefix, std::shared_ptr<const ScalarField>& field,
                       std::shared_ptr<const VertexValuesAsset>& scale) {
     if (const auto* family = std::get_if<FieldFamily>(&map)) return make(*family, prefix + "field.", field);
     const auto* named = std::get_if<PerVertexScale>(&map);

@@ -21,6 +21,9 @@ struct ObjectAssets {
   /// The same of the dynamic coefficient's own map.
   std::shared_ptr<const ScalarField> dynamicFrictionField;
   std::shared_ptr<const VertexValuesAsset> dynamicFrictionScale;
+  /// The same of what stiffness and softness follow.
+  std::shared_ptr<const ScalarField> stiffnessField, softnessField;
+  std::shared_ptr<const VertexValuesAsset> stiffnessScale, softnessScale;
   std::shared_ptr<const MovedVerticesAsset> residue;  ///< Null unless plastic dents have left one.
 
   /// Of an object whose assets these are: its mesh's vertices as lattice and residue have them.

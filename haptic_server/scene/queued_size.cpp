@@ -38,7 +38,7 @@ std::size_t heldBy(const std::vector<MappedSource>& sources) noexcept {
   return bytes;
 }
 
-std::size_t heldBy(const FrictionMap& map, const FrictionMapSource& source) noexcept {
+std::size_t heldBy(const FactorMap& map, const FactorMapSource& source) noexcept {
   std::size_t bytes = 0;
   if (const auto* family = std::get_if<FieldFamily>(&map)) bytes += heldBy(*family);
   if (const auto* fields = std::get_if<std::vector<MappedSource>>(&source)) return bytes + heldBy(*fields);
@@ -54,6 +54,9 @@ std::size_t heldBy(const SurfaceEdit& edit) noexcept {
   std::size_t bytes = 0;
   if (edit.shading && *edit.shading) bytes += heldBy((*edit.shading)->creases);
   if (edit.friction && *edit.friction) bytes += heldBy(**edit.friction);
+  for (const auto& map : {&edit.stiffnessOver, &edit.softnessOver}) {
+    if (*map && **map) bytes += heldBy((**map)->map.over, (**map)->source);
+  }
   if (!edit.texture || !*edit.texture) return bytes;
   const TextureEdit& texture = **edit.texture;
   return bytes + heldBy(texture.texture.family) + heldBy(texture.sources);

@@ -147,10 +147,14 @@ void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const 
   if (edit.shading) surface["shading"] = field;
   if (edit.friction) surface["friction"] = field;
   if (edit.texture) surface["texture"] = field;
+  if (edit.stiffnessOver) surface["stiffness_over"] = field;
+  if (edit.softnessOver) surface["softness_over"] = field;
   // What an earlier operation of the transaction gave is overruled.
   std::erase_if(named_, [&](const Named& named) {
     const bool ofFriction = named.place == Place::kFriction || named.place == Place::kDynamicFriction;
-    const bool overruled = (ofFriction && edit.friction) || (named.place == Place::kTexture && edit.texture);
+    const bool overruled = (ofFriction && edit.friction) || (named.place == Place::kTexture && edit.texture) ||
+                           (named.place == Place::kStiffness && edit.stiffnessOver) ||
+                           (named.place == Place::kSoftness && edit.softnessOver);
     return named.object == record.id && overruled;
   });
   const auto name = [&](const std::string& below, Place place, auto* source) {
@@ -159,7 +163,7 @@ void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const 
   const auto nameFields = [&](const std::string& below, Place place, const std::vector<MappedSource>& sources) {
     for (const MappedSource& source : sources) name(below + fieldName(source) + ".", place, &source);
   };
-  const auto nameMap = [&](const std::string& prefix, Place place, const FrictionMapSource& source) {
+  const auto nameMap = [&](const std::string& prefix, Place place, const FactorMapSource& source) {
     if (const auto* of = std::get_if<std::vector<MappedSource>>(&source)) nameFields(prefix + "field.", place, *of);
     if (const auto* of = std::get_if<VertexValuesSource>(&source)) name(prefix + "per_vertex.", place, of);
   };
@@ -168,11 +172,17 @@ void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const 
     nameMap("friction.dynamic_", Place::kDynamicFriction, (*edit.friction)->dynamicSource);
   }
   if (edit.texture && *edit.texture) nameFields("texture.field.", Place::kTexture, (*edit.texture)->sources);
+  if (edit.stiffnessOver && *edit.stiffnessOver) {
+    nameMap("stiffness_over.", Place::kStiffness, (*edit.stiffnessOver)->source);
+  }
+  if (edit.softnessOver && *edit.softnessOver) {
+    nameMap("softness_over.", Place::kSoftness, (*edit.softnessOver)->source);
+  }
 }
 
 Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
-  constexpr std::array<const char*, 5> kOf{
-      "", "friction: ", "dynamic friction: ", "texture: ", "residue: "};  // as Place counts
+  constexpr std::array<const char*, 7> kOf{"",           "friction: ", "dynamic friction: ", "texture: ", "stiffness: ",
+                                           "softness: ", "residue: "};  // as Place counts
   std::vector<std::string> reports;
   for (const Named& named : named_) {
     auto report = make(named, resolver);
@@ -232,7 +242,7 @@ void SceneDraft::enter(const Named& named, const ContentHash& hash) {
   if (named.place == Place::kMesh) record->mesh = hash;
   if (auto* mapped = mappedFamily(named)) mapped->field = hash;
   if (!std::holds_alternative<const VertexValuesSource*>(named.source)) return;
-  FrictionMap* map = frictionMap(named);
+  FactorMap* map = factorMap(named);
   if (auto* scale = map ? std::get_if<PerVertexScale>(map) : nullptr) scale->values = hash;
 }
 
@@ -274,12 +284,15 @@ Result<void> SceneDraft::checkDetails() const {
 }
 
 /// That the source is of; null for other sources.
-FrictionMap* SceneDraft::frictionMap(const Named& named) {
+FactorMap* SceneDraft::factorMap(const Named& named) {
   ObjectRecord* record = put(named.object);
-  if (!record || !record->material.surface.friction) return nullptr;
-  Friction& friction = *record->material.surface.friction;
-  if (named.place == Place::kFriction) return &friction.over;
-  return named.place == Place::kDynamicFriction ? &friction.dynamicOver : nullptr;
+  if (!record) return nullptr;
+  SurfaceProperties& surface = record->material.surface;
+  if (named.place == Place::kFriction && surface.friction) return &surface.friction->over;
+  if (named.place == Place::kDynamicFriction && surface.friction) return &surface.friction->dynamicOver;
+  if (named.place == Place::kStiffness && surface.stiffnessOver) return &surface.stiffnessOver->over;
+  if (named.place == Place::kSoftness && surface.softnessOver) return &surface.softnessOver->over;
+  return nullptr;
 }
 
 /// Likewise.
@@ -290,7 +303,7 @@ MappedFamily* SceneDraft::mappedFamily(const Named& named) {
   FieldFamily* family = nullptr;
   auto& texture = record->material.surface.texture;
   if (named.place == Place::kTexture && texture) family = &texture->family;
-  if (FrictionMap* map = frictionMap(named)) family = std::get_if<FieldFamily>(map);
+  if (FactorMap* map = factorMap(named)) family = std::get_if<FieldFamily>(map);
   if (family && (*source)->layer) family = &std::get<LayeredFamily>(*family).layers.at(*(*source)->layer).family;
   return family ? std::get_if<MappedFamily>(family) : nullptr;
 }

@@ -27,10 +27,15 @@ std::size_t detailSizeOf(const ObjectRecord& record) {
   if (record.deformation.lattice) bytes += kControlPoint_bytes * record.deformation.lattice->control_m.size();
   if (surface.shading) bytes += kCrease_bytes * surface.shading->creases.size();
   if (surface.texture) bytes += detailSizeOf(surface.texture->family);
-  if (!surface.friction) return bytes;
-  for (const FrictionMap* map : {&surface.friction->over, &surface.friction->dynamicOver}) {
-    if (const auto* field = std::get_if<FieldFamily>(map)) bytes += detailSizeOf(*field);
+  const auto add = [&bytes](const FactorMap& map) {
+    if (const auto* field = std::get_if<FieldFamily>(&map)) bytes += detailSizeOf(*field);
+  };
+  if (surface.friction) {
+    add(surface.friction->over);
+    add(surface.friction->dynamicOver);
   }
+  if (surface.stiffnessOver) add(surface.stiffnessOver->over);
+  if (surface.softnessOver) add(surface.softnessOver->over);
   return bytes;
 }
 

@@ -3,6 +3,7 @@
 #include "haptic_server/servo/felt_pose.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/held_springs.h"
+#include "haptic_server/servo/varying_springs.h"
 
 namespace haptics {
 namespace {
@@ -37,6 +38,9 @@ class Succession {
     }
     contact_ = state.contact;
     broken_ = reseat(contact_, bodies(), {origins_.data(), count_});
+    if (state.anyVaryingStiffness || anyVaryingStiffness_) {
+      for (std::size_t i = 0; i < count_; ++i) takeFactor(i, next.objects[i]);
+    }
   }
 
   /// The contact could not be carried on as it was.
@@ -76,6 +80,7 @@ class Succession {
     state.anyDetail = anyDetail_ || movingCount_ > 0 || anySoft_;
     state.anyBumps = anyBumps_;
     state.anySoft = anySoft_;
+    state.anyVaryingStiffness = anyVaryingStiffness_;
     state.contactBroken = broken_ || otherDetailEdited_;
     state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                       [](const HapticState::ObjectState& o) { return o.beingMoved; });
@@ -168,6 +173,21 @@ class Succession {
     objects_[i].detail = detail;
     anyDetail_ = anyDetail_ || detail != nullptr;
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
+    anyVaryingStiffness_ = anyVaryingStiffness_ || (detail != nullptr && detail->stiffness);
+  }
+
+  /// What holds the IHIP is as stiff as it was, whatever its stiffness follows from here on.
+  void takeFactor(std::size_t i, const ServoObject& object) noexcept {
+    const bool varies = object.detail && object.detail->stiffness;
+    const auto holding = contact_.surfaces();
+    const auto held = std::ranges::find(holding, static_cast<int>(i), &HoldingSurface::body);
+    FeltStiffness& felt = objects_[i].felt;
+    if (held == holding.end()) {
+      if (!varies) felt.vary(1);
+      return;
+    }
+    const double factor = varies ? stiffnessFactorAt(object, bodies_[i], held->triangle, contact_.ihip).value : 1;
+    if (factor > 0 && factor != felt.factor()) felt.varyByEdit(factor);
   }
 
   /// Goes on as it is dented, unless its surface is another one. Dents that the surface holds now end here: the shape stays
@@ -251,6 +271,7 @@ class Succession {
   bool otherDetailEdited_ = false;
   bool anyDetail_ = false;
   bool anyBumps_ = false;
+  bool anyVaryingStiffness_ = false;
   bool broken_ = false;
 };
 

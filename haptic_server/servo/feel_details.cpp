@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "haptic_server/servo/body_dents.h"
 #include "haptic_server/servo/feel_friction.h"
 #include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/material_map.h"
 #include "haptic_server/servo/separation_speed.h"
+#include "haptic_server/servo/varying_springs.h"
 #include "haptic_server/surface/force_shading.h"
 #include "haptic_server/surface/nearest_point.h"
 
@@ -54,6 +56,7 @@ class Feeling {
     if (state_.anyBumps) feelBumps();
     followStiffness();
     for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
+    if (state_.anyVaryingStiffness) pushAlong();
     if (severalBodiesHold(state_)) tick_.force.spring += otherSprings_N(state_, held_m_);
     if (count_ == 0) {
       if (memory_.friction[0].object != 0) memory_.friction = {};
@@ -171,8 +174,35 @@ class Feeling {
       Felt felt{};
       felt.body = i;
       if (!nearBumps(felt)) continue;
+      if (state_.anyVaryingStiffness && !felt.heightOnly) varyBeside(felt);
       feelHeight(felt, state_.bumps[i]);
       if (felt.depth_m > 0) felt_[count_++] = felt;
+    }
+  }
+
+  [[nodiscard]] bool hasVaryingStiffness(std::size_t body) const noexcept {
+    return detail(body) != nullptr && detail(body)->stiffness.has_value();
+  }
+
+  /// Of a bump that reaches the HIP.
+  void varyBeside(const Felt& felt) noexcept {
+    if (!hasVaryingStiffness(felt.body)) return;
+    state_.objects[felt.body].felt.vary(
+        stiffnessFactorAt(object(felt.body), state_.bodies[felt.body], felt.triangle, felt.ihip()).value);
+  }
+
+  /// Stiffnesses that vary (varying_springs.h).
+  [[gnu::noinline]] void pushAlong() noexcept {
+    if (contact_.touching) {
+      tick_.force.spring += contactPushAlong_N(scene_, state_, config_, held_m_, std::max(0.0, felt_[0].depth_m));
+    }
+    for (const Felt& felt : std::span(felt_).first(count_)) {
+      if (felt.heightOnly || isTouched(felt.body) || !hasVaryingStiffness(felt.body)) continue;
+      FactorSample sample = stiffnessFactorAt(object(felt.body), state_.bodies[felt.body], felt.triangle, felt.ihip());
+      sample.gradient -= felt.normal * glm::dot(sample.gradient, felt.normal);
+      tick_.force.spring += haptics::pushAlong_N(*detail(felt.body)->stiffness, sample,
+                                                 state_.objects[felt.body].felt.mean().spring_N_per_m,
+                                                 felt.depth_m * felt.depth_m, config_);
     }
   }
 
@@ -270,7 +300,7 @@ class Feeling {
     for (std::size_t i = 0; i < state_.bodyCount; ++i) {
       const Stiffness own{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
       const Stiffness target = state_.bodies[i].leaving ? Stiffness{} : own;
-      if (state_.objects[i].felt.value() == target && !state_.lettingGo) continue;
+      if (state_.objects[i].felt.mean() == target && !state_.lettingGo) continue;
       followStiffness(i, target);
     }
   }
@@ -316,8 +346,7 @@ class Feeling {
   /// Paper 4.2, on what is touched, or on the bump that reaches the HIP.
   void addFriction(const Felt& felt) noexcept {
     const auto along = springDamper(felt.depth_m, felt.normal, felt.speed_m_per_s, stiffness(felt));
-    const double pressing_N =
-        felt.depth_m > 0 ? std::max(0.0, glm::dot(along.spring + along.damping, felt.normal)) : 0;
+    const double pressing_N = felt.depth_m > 0 ? std::max(0.0, glm::dot(along.spring + along.damping, felt.normal)) : 0;
     const PressedSurface all{felt.body, felt.triangle, felt.normal, pressing_N};
     if (state_.contact.holdingCount > 1 && isTouched(felt.body)) {
       feelFrictionOnEach(all, felt.ihip());
@@ -341,9 +370,8 @@ class Feeling {
     }
     // Parts add up to the penetration, but for normals that are too close together to tell them apart.
     const double first_N_per_m = state_.objects[all.body].felt.value().spring_N_per_m;
-    const double pressing = together_m2 * first_N_per_m > 0
-                                ? all.pressing_N * glm::length(held_m_) / (together_m2 * first_N_per_m)
-                                : 0;
+    const double pressing =
+        together_m2 * first_N_per_m > 0 ? all.pressing_N * glm::length(held_m_) / (together_m2 * first_N_per_m) : 0;
     for (PressedSurface& surface : pressed) surface.pressing_N *= pressing;
     feelFriction(scene_, state_, config_, ihip, std::span(pressed).first(holding.size()), tick_);
   }

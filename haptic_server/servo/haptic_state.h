@@ -58,7 +58,8 @@ struct StepMemory {
   std::uint64_t dentNumber = 0;           ///< Of the newest dent. Written by the step.
   bool anyDetail = false;                 ///< Some object of the scene has surface properties, moves, or is soft;
   bool anySoft = false;                   ///< Some is soft;
-  bool anyBumps = false;                  ///< bumps that are felt outside of its polygons.
+  bool anyBumps = false;                  ///< bumps that are felt outside of its polygons;
+  bool anyVaryingStiffness = false;       ///< a stiffness that varies over its surface.
   bool anyBeingMoved = false;
   bool anyLeaving = false;
   bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.

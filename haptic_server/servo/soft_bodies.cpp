@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <span>
 
 #include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/relaxing_dents.h"
+#include "haptic_server/servo/varying_springs.h"
 #include "haptic_server/servo/yielding.h"
 
 namespace haptics {
@@ -40,29 +42,53 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   contact.triangle = met.crossing.triangle;
 }
 
+/// Of the tissue's stiffness, at a place on the shape at rest; the gradient along the IHIP's ways. 1 where it does not vary.
+[[nodiscard]] FactorSample softnessAt(const ServoScene& scene, const HapticState& state, std::size_t body,
+                                      std::uint32_t triangle, Vec3 place) noexcept {
+  const ServoObject& object = scene.objects[body];
+  if (!object.detail || !object.detail->softness) [[likely]]
+    return {};
+  FactorSample sample = factorAt(*object.detail->softness, object, state.bodies[body], triangle, place,
+                                 std::numeric_limits<double>::infinity());
+  sample.gradient = alongContact(state, sample.gradient);
+  return sample;
+}
+
+/// What the tissue pushes along the surface, where it varies.
+[[nodiscard]] Vec3 tissuePushAlong_N(const ServoObject& object, const FactorSample& softness, double elastic_m2,
+                                     const StepConfig& config) noexcept {
+  if (softness.gradient == Vec3(0)) [[likely]]
+    return Vec3(0);
+  return pushAlong_N(*object.detail->softness, softness, object.tissue->stiffness_N_per_m, elastic_m2, config);
+}
+
 /// The body that the contact belongs to.
-void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                ContactResult& contact) noexcept {
+void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
+  ContactResult& contact = tick.contact;
   const auto index = static_cast<std::size_t>(contact.body);
   const Body& body = state.bodies[index];
   const HoldingSurface& held = state.contact.holding[0];
-  for (BodyDent& dent : std::span(state.dents).first(state.dentCount)) dent.pressed = dent.pressed && dent.body == index;
+  for (BodyDent& dent : std::span(state.dents).first(state.dentCount))
+    dent.pressed = dent.pressed && dent.body == index;
   Foot atRest;
   atRest.triangle = held.triangle;
   atRest.feature = state.contact.feature;
   atRest.index = contact.primitive.localIndex;
   atRest.point = body.frame.toLocal(contact.ihip);
+  const FactorSample softness = softnessAt(scene, state, index, held.triangle, contact.ihip);
   const PressedBody pressed{.body = index,
                             .atRest = atRest,
                             .side = held.side,
                             .h = body.frame.toLocal(state.hip),
                             .below = contact.penetration_m > 0,
                             .contact_N_per_m = state.objects[index].felt.value().spring_N_per_m,
-                            .shaded = true};
+                            .shaded = true,
+                            .softness = softness.value};
   Yielding yielding(scene, state, config, contact.work, pressed);
   if (!yielding.press()) return lose(state, index, contact);
   const Yielding::Nearest at = yielding.nearestTo(pressed.h);
   if (at.outside) return lose(state, index, contact);
+  tick.force.spring += tissuePushAlong_N(scene.objects[index], softness, yielding.elastic_m2(), config);
   contact.alongNormal = false;
   contact.ihip = body.frame.toWorld(at.foot.point);
   contact.normal = body.frame.turn(at.normal);
@@ -76,8 +102,13 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
 /// IHIP is on each surface, displaced by y_i. A rigid body takes nothing.
 class Together {
  public:
-  Together(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact) noexcept
-      : scene_(scene), state_(state), config_(config), contact_(contact), penetration_m_(contact.ihip - state.hip) {}
+  Together(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept
+      : scene_(scene),
+        state_(state),
+        config_(config),
+        tick_(tick),
+        contact_(tick.contact),
+        penetration_m_(tick.contact.ihip - state.hip) {}
 
   /// False where the parts cannot be told apart.
   [[nodiscard]] bool run() noexcept {
@@ -100,6 +131,7 @@ class Together {
     double share_m = 0;
     double yield_m = 0;
     double seen_m = 0;  // of the penetration, by the body alone
+    FactorSample softness = {};
   };
   /// World.
   struct Plane {
@@ -108,7 +140,9 @@ class Together {
   };
 
   [[nodiscard]] std::span<Part> parts() noexcept { return std::span(parts_).first(count_); }
-  [[nodiscard]] static std::size_t bodyOf(const Part& part) noexcept { return static_cast<std::size_t>(part.held.body); }
+  [[nodiscard]] static std::size_t bodyOf(const Part& part) noexcept {
+    return static_cast<std::size_t>(part.held.body);
+  }
   [[nodiscard]] const SoftTissue* tissueOf(const Part& part) const noexcept {
     return scene_.objects[bodyOf(part)].tissue.get();
   }
@@ -130,6 +164,7 @@ class Together {
     for (Part& part : parts()) {
       part.share_m = glm::length(part.normal);
       part.normal = part.share_m > 0 ? part.normal / part.share_m : normalOf(state_, part.held);
+      part.softness = softnessAt(scene_, state_, bodyOf(part), part.held.triangle, contact_.ihip);
     }
   }
 
@@ -149,7 +184,8 @@ class Together {
   void shareOut() noexcept {
     for (const BodyDent& dent : state_.allDents()) {
       if (!dent.pressed) continue;
-      const auto own = std::ranges::find(parts(), static_cast<int>(dent.body), [](const Part& p) { return p.held.body; });
+      const auto own =
+          std::ranges::find(parts(), static_cast<int>(dent.body), [](const Part& p) { return p.held.body; });
       if (own != parts().end()) own->yield_m = depth_m(dent.dent);
     }
     const std::array<Part, ContactState::kMaxHolding> before = parts_;
@@ -164,7 +200,7 @@ class Together {
         }
         part.seen_m = std::max(0.0, left_m / product(i, i));
         part.yield_m = tissue->yield_m(before[i].yield_m, part.seen_m, spring_N_per_m(part) * product(i, i),
-                                       config_.period_s);
+                                       config_.period_s, part.softness.value);
       }
     }
   }
@@ -178,7 +214,11 @@ class Together {
     PressedBody pressed = pressedBody(part);
     pressed.h = body.frame.toLocal(contact_.ihip - part.seen_m * part.normal);
     pressed.contact_N_per_m *= product(i, i);
-    if (Yielding yielding(scene_, state_, config_, contact_.work, pressed); !yielding.press()) {
+    Yielding yielding(scene_, state_, config_, contact_.work, pressed);
+    if (yielding.press()) {
+      tick_.force.spring +=
+          tissuePushAlong_N(scene_.objects[pressed.body], part.softness, yielding.elastic_m2(), config_);
+    } else {
       for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
         if (dent.body == pressed.body) dent.pressed = false;
       }
@@ -190,8 +230,12 @@ class Together {
     Foot atRest;
     atRest.triangle = part.held.triangle;
     atRest.point = state_.bodies[index].frame.toLocal(contact_.ihip);
-    return {.body = index, .atRest = atRest, .side = part.held.side, .below = true,
-            .contact_N_per_m = spring_N_per_m(part)};
+    return {.body = index,
+            .atRest = atRest,
+            .side = part.held.side,
+            .below = true,
+            .contact_N_per_m = spring_N_per_m(part),
+            .softness = part.softness.value};
   }
 
   /// The IHIP: of what is on all of the surfaces, or outside, the nearest to the HIP.
@@ -258,6 +302,7 @@ class Together {
   const ServoScene& scene_;
   HapticState& state_;
   const StepConfig& config_;
+  FeltTick& tick_;
   ContactResult& contact_;
   Vec3 penetration_m_;
   std::array<Part, ContactState::kMaxHolding> parts_;
@@ -266,14 +311,14 @@ class Together {
 };
 
 [[gnu::noinline]] bool yieldTogether(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                     ContactResult& contact) noexcept {
-  return Together(scene, state, config, contact).run();
+                                     FeltTick& tick) noexcept {
+  return Together(scene, state, config, tick).run();
 }
 
 }  // namespace
 
-void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                    ContactResult& contact) noexcept {
+void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
+  const ContactResult& contact = tick.contact;
   for (BodyDent& dent : std::span(state.dents).first(state.dentCount)) {
     dent.pressed = dent.pressed && contact.touching && holdsIhip(state, dent.body);
   }
@@ -281,9 +326,9 @@ void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfi
   const std::size_t countBefore = state.dentCount;
   relaxDents(scene, state, config);
   if (contact.touching) {
-    const bool together = severalBodiesHold(state) && yieldTogether(scene, state, config, contact);
+    const bool together = severalBodiesHold(state) && yieldTogether(scene, state, config, tick);
     if (!together && scene.objects[static_cast<std::size_t>(contact.body)].tissue) {
-      yieldAlone(scene, state, config, contact);
+      yieldAlone(scene, state, config, tick);
     }
   }
   const auto same = [](const BodyDent& a, const BodyDent& b) { return a.body == b.body && a.dent == b.dent; };

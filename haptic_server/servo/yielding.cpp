@@ -123,11 +123,13 @@ bool Yielding::yield() noexcept {
   const Vec3 direction = depth > 0 ? (pressed_.h - at.point) / depth : Vec3(0);
   dent().dent.centre = Vec3f(at.point);
   const double seen = seenOn(others, at, dent().dent);
-  const double yielded =
-      tissue_.yield_m(seen * depth_m(dent().dent), depth, pressed_.contact_N_per_m, config_.period_s);
+  const double yielded = tissue_.yield_m(seen * depth_m(dent().dent), depth, pressed_.contact_N_per_m, config_.period_s,
+                                         pressed_.softness);
   const double stays = std::max(stillThere_m(dent().rest, at.point), stillThere_m(dent().begun, at.point));
   const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
   dent().dent.displacement = Vec3f(direction * std::min(wanted, room_m(at.point, direction * wanted)));
+  const double deepest_m = depth_m(dent().dent);
+  elastic_m2_ = seen * seen * std::max(0.0, deepest_m * deepest_m - stays * stays);
   if (tissue_.plastic > 0) remember(dent());
   return true;
 }
@@ -135,8 +137,7 @@ bool Yielding::yield() noexcept {
 /// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.
 void Yielding::shadeFoot(Foot& foot, const BodyDents& others) const noexcept {
   const double depth = glm::distance(pressed_.h, foot.point) * pressed_.side;
-  const ShadedPoint smooth =
-      shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth);
+  const ShadedPoint smooth = shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth);
   if (!(smooth.weight > 0)) return;
   foot.point = glm::mix(foot.point, pressed_.h + smooth.normal * smooth.depth_m, smooth.weight);
   foot.triangle = smooth.triangle;
@@ -176,8 +177,8 @@ double Yielding::room_m(Vec3 foot, Vec3 wanted_m) const noexcept {
     left -= std::max(0.0, depth_m(other.dent) - depth_m(other.rest));
   }
   if (state_.bodyCount > 1) {
-    const auto there = firstInTheWay(state_, pressed_.body, body_.frame.toWorld(foot),
-                                     body_.frame.toWorld(foot + wanted_m));
+    const auto there =
+        firstInTheWay(state_, pressed_.body, body_.frame.toWorld(foot), body_.frame.toWorld(foot + wanted_m));
     if (there.crossing) left = std::min(left, there.crossing.time * glm::length(wanted_m));
   }
   return std::max(0.0, left);

@@ -10,12 +10,13 @@ namespace haptics {
 /// A soft body that the IHIP is pressed into. Object frame, metres.
 struct PressedBody {
   std::size_t body = 0;
-  Foot atRest;                ///< What holds the IHIP, and the IHIP, on the shape without dents.
-  int side = 1;               ///< As in HoldingSurface.
-  Vec3 h{0};                  ///< The HIP, or where the body sees it.
-  bool below = false;         ///< It is below the shape without dents.
-  double contact_N_per_m = 0; ///< Of the contact's spring.
-  bool shaded = false;        ///< The smooth surface tells the way that the dent goes.
+  Foot atRest;                 ///< What holds the IHIP, and the IHIP, on the shape without dents.
+  int side = 1;                ///< As in HoldingSurface.
+  Vec3 h{0};                   ///< The HIP, or where the body sees it.
+  bool below = false;          ///< It is below the shape without dents.
+  double contact_N_per_m = 0;  ///< Of the contact's spring.
+  bool shaded = false;         ///< The smooth surface tells the way that the dent goes.
+  double softness = 1;         ///< Factor of the tissue's stiffness.
 };
 
 /// One tick of one soft body that yields to the contact.
@@ -35,6 +36,9 @@ class Yielding {
   /// Makes the contact's dent, or goes on in it, and lets the tissue yield. False where the other dents leave the HIP
   /// outside.
   [[nodiscard]] bool press() noexcept;
+
+  /// y^2 of the tissue's energy t y^2 / 2, less what stays of it in a plastic tissue; m^2. Of the last press().
+  [[nodiscard]] double elastic_m2() const noexcept { return elastic_m2_; }
 
   /// On the body with all of its dents, from what holds the IHIP at rest.
   [[nodiscard]] Nearest nearestTo(Vec3 point) noexcept;
@@ -62,6 +66,7 @@ class Yielding {
   const PressedBody& pressed_;
   const Body& body_;
   std::optional<std::size_t> at_;  // the contact's dent
+  double elastic_m2_ = 0;
 };
 
 /// What of other bodies is on a straight way that the IHIP goes in a dent of one; world, m.

@@ -124,6 +124,9 @@ class PythonClient(harness.EndToEnd):
                            "friction { mu_static: 1 variation: 0.3 field { grain { grain_m: 1e-3 seed: 9 } } dynamic_field { "
                            "grain { grain_m: 2e-3 } } }",
                            "friction { mu_static: 1 variation: 0.3 field { grain { grain_m: 1e-3 seed: 9 } } }",
+                           f"stiffness_over {{ variation: 0.3 field {{ {wave} }} }} softness_over {{ variation: 1 field {{ noise "
+                           "{ wavelength_m: 2e-3 } } }",
+                           "softness_over { variation: -0.5 field { grain { grain_m: 1e-3 } } } stiffness_over {}",
                            "shading {} texture {}"):
             with self.subTest(properties=properties):
                 client.apply('operations { set_material { object { name: "ball" } material { %s } } }' % properties)

@@ -57,6 +57,9 @@ def some_object(draw, number):
         if draw.random() < 0.5:
             state.friction.dynamic_field.noise.octaves = 2
     if draw.random() < 0.3:
+        state.stiffness_over.per_vertex.asset = bytes(32)
+        state.softness_over.variation = 0.5
+    if draw.random() < 0.3:
         state.deformation.softness.radius_m = 0.01
     if draw.random() < 0.2:
         state = newer(state)

@@ -128,15 +128,19 @@ def surface_bytes(state):
         texture = state.texture
         data += numbers(3, texture.law) + field_bytes(texture.field) + doubles(texture.amplitude_m)
         data += numbers(texture.literal) + doubles(texture.gain_K)
+    for number, name in ((10, "stiffness_over"), (11, "softness_over")):
+        if state.HasField(name):
+            surface_map = getattr(state, name)
+            data += numbers(number) + doubles(surface_map.variation) + map_bytes(surface_map, "over", "")
     return data
 
 
-def map_bytes(friction, over, prefix):
-    chosen = friction.WhichOneof(over)
+def map_bytes(given, over, prefix):
+    chosen = given.WhichOneof(over)
     data = numbers((None, prefix + "field", prefix + "per_vertex").index(chosen))
     if not chosen:
         return data
-    one = getattr(friction, chosen)
+    one = getattr(given, chosen)
     return data + (field_bytes(one) if chosen == prefix + "field" else one.asset)
 
 

@@ -56,14 +56,22 @@ std::vector<SurfaceProperties> different() {
   all.push_back(rubbed(FieldFamily{GrainFamily{0.001, 1}}));
   all.back().friction->variation = 0.7;
 
-  for (const FrictionMap& over :
-       {FrictionMap{FieldFamily{GrainFamily{0.001, 1}}}, FrictionMap{PerVertexScale{hashOf(1)}}}) {
+  for (const FactorMap& over : {FactorMap{FieldFamily{GrainFamily{0.001, 1}}}, FactorMap{PerVertexScale{hashOf(1)}}}) {
     all.push_back(rubbed(std::monostate{}));
     all.back().friction->dynamicOver = over;
     all.push_back(all.back());
     all.back().friction->dynamicVariation = 0.7;
     all.push_back(rubbed(PerVertexScale{hashOf(1)}));
     all.back().friction->dynamicOver = over;
+  }
+
+  for (const auto map : {&SurfaceProperties::stiffnessOver, &SurfaceProperties::softnessOver}) {
+    for (const SurfaceMap& over :
+         {SurfaceMap{0.5, FieldFamily{GrainFamily{0.001, 1}}}, SurfaceMap{0.6, FieldFamily{GrainFamily{0.001, 1}}},
+          SurfaceMap{0.5, FieldFamily{GrainFamily{0.002, 1}}}, SurfaceMap{0, PerVertexScale{hashOf(1)}},
+          SurfaceMap{0, PerVertexScale{hashOf(2)}}}) {
+      all.emplace_back().*map = over;
+    }
   }
 
   const std::vector<std::function<void(LayeredFamily&)>> otherLayers = {
@@ -205,6 +213,28 @@ TEST(SurfaceProperties, HashFrictionWithoutAMapOfTheDynamicCoefficientAsBeforeTh
   EXPECT_EQ(hashOf(properties), before.finish());
 }
 
+TEST(SurfaceProperties, NameAndRenameTheAssetsOfWhatStiffnessAndSoftnessFollow) {
+  SurfaceProperties properties = rubbed(PerVertexScale{hashOf(1)});
+  properties.stiffnessOver = SurfaceMap{0.5, FieldFamily{MappedFamily{hashOf(2), mapping()}}};
+  properties.softnessOver = SurfaceMap{0, PerVertexScale{hashOf(3)}};
+  EXPECT_THAT(assetsOf(properties),
+              ElementsAre(AssetName{AssetKind::kVertexValues, hashOf(1)}, AssetName{AssetKind::kScalarField, hashOf(2)},
+                          AssetName{AssetKind::kVertexValues, hashOf(3)}));
+  const auto rename = [](const AssetName& name) { return Hasher().add(name.hash).finish(); };
+  EXPECT_EQ(std::get<PerVertexScale>(renamed(properties, rename).softnessOver->over).values,
+            rename({AssetKind::kVertexValues, hashOf(3)}));
+}
+
+TEST(SurfaceProperties, HashAsBeforeStiffnessCouldVaryWhereItDoesNot) {
+  Hasher before;
+  before.add(std::uint64_t{2}).add(0.6).add(0.3).add(0.5).add(std::uint64_t{2}).add(hashOf(1));
+  before.add(std::uint64_t{3}).add(std::uint64_t{1});  // the texture's law, then grain
+  before.add(std::uint64_t{3}).add(0.001).add(std::uint64_t{1}).add(5e-4).add(std::uint64_t{0}).add(1.5);
+  SurfaceProperties properties = rubbed(PerVertexScale{hashOf(1)});
+  properties.texture = textured(GrainFamily{0.001, 1}).texture;
+  EXPECT_EQ(hashOf(properties), before.finish());
+}
+
 TEST(SurfaceEdit, ReplacesWhatItGivesWholeAndKeepsTheRest) {
   SurfaceProperties before = rubbed(std::monostate{});
   before.shading = Shading{0.5, {{1, 2}}};
@@ -216,6 +246,19 @@ TEST(SurfaceEdit, ReplacesWhatItGivesWholeAndKeepsTheRest) {
   EXPECT_EQ(after.shading, (Shading{0.7, {}}));
   EXPECT_EQ(after.friction, before.friction);
   EXPECT_EQ(after.texture->amplitude_m, 1e-4);
+}
+
+TEST(SurfaceEdit, KeepsAMapOfWhichItSaysNothingAndTakesAwayOneThatItGivesAsNothing) {
+  SurfaceProperties before;
+  before.stiffnessOver = before.softnessOver = SurfaceMap{0.5, FieldFamily{GrainFamily{0.001, 1}}};
+  SurfaceEdit edit;
+  EXPECT_TRUE(edit.empty());
+  edit.softnessOver.emplace();
+  EXPECT_FALSE(edit.empty());
+  EXPECT_EQ(edited(before, edit).stiffnessOver, before.stiffnessOver);
+  EXPECT_FALSE(edited(before, edit).softnessOver);
+  edit.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{hashOf(1)}}};
+  EXPECT_EQ(edited(before, edit).softnessOver, (SurfaceMap{0, PerVertexScale{hashOf(1)}}));
 }
 
 TEST(SurfaceEdit, TakesAwayWhatItGivesAsNothing) {

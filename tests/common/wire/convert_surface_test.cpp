@@ -193,6 +193,42 @@ INSTANTIATE_TEST_SUITE_P(
                     BadProperty{"friction { mu_static: 1 dynamic_per_vertex { values { value: [1, nan] } } }",
                                 "friction.dynamic_per_vertex.values.value[1]", "nan"}));
 
+std::string over(const std::string& rest) { return "stiffness_over { " + rest + " }"; }
+
+INSTANTIATE_TEST_SUITE_P(
+    StiffnessAndSoftness, RefusedProperty,
+    testing::Values(
+        BadProperty{over("variation: 0.5"), "stiffness_over.variation", "give field"},
+        BadProperty{over("field { " + kGrain + " }"), "stiffness_over.variation", "change nothing"},
+        BadProperty{over("variation: nan field { " + kGrain + " }"), "stiffness_over.variation", "nan"},
+        BadProperty{over("variation: -11 field { " + kGrain + " }"), "stiffness_over.variation", "-10 to 10"},
+        BadProperty{over("variation: 1 field {}"), "stiffness_over.field.family", "give fourier"},
+        BadProperty{over("variation: 1 field { noise {} }"), "stiffness_over.field.noise.wavelength_m", "is 0"},
+        BadProperty{over("variation: 1 per_vertex { values { value: 1 } }"), "stiffness_over.variation", "give field"},
+        BadProperty{over("per_vertex {}"), "stiffness_over.per_vertex.source", "give values"},
+        BadProperty{over("per_vertex { values {} }"), "stiffness_over.per_vertex.values.value", "is empty"},
+        BadProperty{over("per_vertex { values { value: [1, 11] } }"), "stiffness_over.per_vertex.values.value[1]",
+                    "0 to 10"},
+        BadProperty{"softness_over { per_vertex { values { value: [1, nan] } } }",
+                    "softness_over.per_vertex.values.value[1]", "nan"},
+        BadProperty{"softness_over { variation: inf field { " + kGrain + " } }", "softness_over.variation", "inf"}));
+
+TEST(SurfaceProperty, OfAStiffnessThatVariesIsTakenAwayByAnEmptyMessageAndKeptByNone) {
+  const SurfaceEdit given = edit("stiffness_over {} softness_over { per_vertex { values { value: [1, 0.5] } } }");
+  EXPECT_TRUE(given.stiffnessOver && !*given.stiffnessOver);
+  const auto& source = std::get<VertexValuesSource>((*given.softnessOver)->source);
+  EXPECT_THAT(std::get<GivenValues>(source).values, ElementsAre(1, 0.5));
+  const SurfaceEdit none = edit("texture {}");
+  EXPECT_FALSE(none.stiffnessOver || none.softnessOver);
+}
+
+TEST(SurfaceProperty, OfAStiffnessThatVariesComesWithDirectionsOfUnitLength) {
+  const SurfaceEdit given =
+      edit(over("variation: 1 field { fourier { terms { direction { x: 0.6005 y: 0.8 } wavelength_m: 1 } } }"));
+  const auto& family = std::get<FieldFamily>((*given.stiffnessOver)->map.over);
+  EXPECT_NEAR(glm::length(std::get<FourierFamily>(family).terms[0].direction), 1, 1e-15);
+}
+
 TEST(SurfaceProperty, MayKeepTheDynamicCoefficientConstantWhereTheStaticOneVaries) {
   const SurfaceEdit given =
       edit("friction { mu_static: 1 variation: 1 field { " + kGrain + " } dynamic_field { " + kGrain + " } }");
@@ -347,6 +383,12 @@ TEST(AnnouncedSurface, ComesBackBitForBit) {
     comesBackBitForBit(p);
     p.friction = Friction{0.7, 0.1, 0, PerVertexScale{hash(2)}, 0, PerVertexScale{hash(3)}};
     comesBackBitForBit(p);
+    p.stiffnessOver = SurfaceMap{-1.0 / 3, family};
+    comesBackBitForBit(p);
+    p.softnessOver = SurfaceMap{0, PerVertexScale{hash(4)}};
+    comesBackBitForBit(p);
+    std::swap(p.stiffnessOver, p.softnessOver);
+    comesBackBitForBit(p);
   }
 }
 
@@ -355,6 +397,7 @@ TEST(AnnouncedSurface, IsNoLongerThereWhereAMessageIsUsedAnew) {
   p.shading = Shading{1, {}};
   p.friction = Friction{};
   p.texture = Texture{.family = GrainFamily{1e-3, 1}, .amplitude_m = 1e-3};
+  p.stiffnessOver = p.softnessOver = SurfaceMap{0, PerVertexScale{hash(1)}};
   v1::ObjectState message;
   toWire(p, message);
   toWire(SurfaceProperties{}, message);
@@ -367,6 +410,8 @@ TEST(AnnouncedSurface, IsRefusedWhereItNamesNoAsset) {
     const v1::Material material = parse(text);
     if (material.has_texture()) *message.mutable_texture() = material.texture();
     if (material.has_friction()) *message.mutable_friction() = material.friction();
+    if (material.has_stiffness_over()) *message.mutable_stiffness_over() = material.stiffness_over();
+    if (material.has_softness_over()) *message.mutable_softness_over() = material.softness_over();
     const auto result = surfaceFrom(message);
     return result ? "accepted" : result.error().field;
   };
@@ -387,6 +432,10 @@ TEST(AnnouncedSurface, IsRefusedWhereItNamesNoAsset) {
   EXPECT_EQ(refusal(layers(layer(kGrain) + layer("mapped { " + asset + "centre {} } }"))),
             "texture.field.layers.layer[1].field.mapped.mapping.size_m");
   EXPECT_EQ(refusal("texture { amplitude_m: nan }"), "texture.amplitude_m");
+  EXPECT_EQ(refusal(over("variation: 1 field { mapped { image: 'a' " + kPlane + " } }")),
+            "stiffness_over.field.mapped.source");
+  EXPECT_EQ(refusal("softness_over { per_vertex { values { value: 1 } } }"), "softness_over.per_vertex.source");
+  EXPECT_EQ(refusal("softness_over {}"), "softness_over.over");
   EXPECT_EQ(refusal("friction { mu_static: nan }"), "friction.mu_static");
 }
 

@@ -79,7 +79,8 @@ TEST_F(Shown, AwaitTheFieldsOfAllOfTheirLayers) {
   SurfaceProperties surface;
   surface.texture = Texture{.family = LayeredFamily{LayeredFamily::Combination::kSum, {layer(one), layer(two)}},
                             .amplitude_m = 0.0005};
-  surface.friction = Friction{.mu_static = 1, .dynamicOver = PerVertexScale{ContentHash{{3}}}};  // is not drawn
+  surface.friction = Friction{.mu_static = 1, .dynamicOver = PerVertexScale{ContentHash{{3}}}};    // is not drawn
+  surface.stiffnessOver = surface.softnessOver = SurfaceMap{0, PerVertexScale{ContentHash{{4}}}};  // likewise
   mirror.setSurface(box, surface);
   const auto samples = std::make_shared<const SampledField>(SampledField::make(2, 2, {0, 1, 1, 0}).value());
   mirror.view().fields[one] = samples;

@@ -55,6 +55,16 @@ SurfaceEdit layered() {
   return edit;
 }
 
+/// Stiffness over a computed field, softness by values per vertex.
+SurfaceEdit varying(std::uint32_t seed, std::size_t values = kBoxVertices) {
+  SurfaceEdit edit;
+  edit.stiffnessOver =
+      SurfaceMapEdit{SurfaceMap{0.5, mapped()}, std::vector{MappedSource{SpotNoiseSource{.seed = seed}, true, true}}};
+  edit.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}},
+                                     VertexValuesSource{GivenValues{std::vector<float>(values, 0.25F)}}};
+  return edit;
+}
+
 SurfaceEdit shaded(std::vector<Crease> creases) {
   SurfaceEdit edit;
   edit.shading = Shading{0.5, std::move(creases)};
@@ -202,6 +212,50 @@ TEST_F(SurfaceEdits, MakeTheMapOfTheDynamicCoefficientApartFromThatOfBoth) {
   EXPECT_EQ(assets().dynamicFrictionScale->values[0], 0.25F);
 }
 
+TEST_F(SurfaceEdits, MakeWhatStiffnessAndSoftnessFollow) {
+  EXPECT_THAT(accept(edit(setSurface(varying(5))))->reports,
+              ElementsAre("a: stiffness: computed", "a: softness: taken"));
+  const auto stiffness = *record().material.surface.stiffnessOver;
+  EXPECT_EQ(std::get<MappedFamily>(std::get<FieldFamily>(stiffness.over)).field, hashOf(BoxResolver::smallField(5)));
+  EXPECT_NEAR(std::get<MappedFamily>(std::get<FieldFamily>(stiffness.over)).mapping.size_m.x, 0.1, 1e-7);
+  EXPECT_THAT(assets().others, SizeIs(2));
+  EXPECT_NE(assets().stiffnessField, nullptr);
+  EXPECT_EQ(assets().stiffnessScale, nullptr);
+  EXPECT_EQ(assets().softnessField, nullptr);
+  EXPECT_EQ(assets().softnessScale->values, std::vector<float>(kBoxVertices, 0.25F));
+
+  const auto before = assets().others;
+  accept(edit(setSurface(shaded({})), moveTo("a", {1, 0, 0})));
+  EXPECT_EQ(assets().others, before);
+  accept(edit(setSurface(without(&SurfaceEdit::stiffnessOver))));
+  EXPECT_FALSE(record().material.surface.stiffnessOver);
+  EXPECT_TRUE(record().material.surface.softnessOver);
+  EXPECT_THAT(assets().others, SizeIs(1));
+  EXPECT_EQ(assets().stiffnessField, nullptr);
+}
+
+TEST_F(SurfaceEdits, TakeTheLastMapThatOneTransactionGives) {
+  const int before = resolver.resolved;
+  accept(edit(setSurface(varying(5)), setSurface(varying(6))));
+  EXPECT_EQ(resolver.resolved, before + 2) << "the first two are not made";
+  accept(edit(setSurface(varying(7)), setSurface(without(&SurfaceEdit::softnessOver))));
+  EXPECT_FALSE(record().material.surface.softnessOver);
+  EXPECT_EQ(assets().softnessScale, nullptr);
+}
+
+TEST_F(SurfaceEdits, AreRefusedWhereAMapDoesNotFitTheMesh) {
+  const std::string material = "operations[0].set_material.material.";
+  EXPECT_EQ(reject(edit(setSurface(varying(5, 7)))).field, material + "softness_over.per_vertex");
+  EXPECT_THAT(reject(edit(setSurface(varying(5, 9)))).reason, HasSubstr("has 9 values; the mesh has 8 vertices"));
+  SurfaceEdit image = varying(5);
+  std::get<std::vector<MappedSource>>((*image.stiffnessOver)->source)[0].field = FileSource{"missing.png"};
+  EXPECT_EQ(reject(edit(setSurface(image))).field, material + "stiffness_over.field.mapped.image");
+  accept(edit(setSurface(varying(5))));
+  const Error finer = reject(edit(RemeshObject{named("a"), MeshSource{BoxSource{Vec3(0.1), 2}}}));
+  EXPECT_EQ(finer.field, "operations[0].remesh.mesh");
+  EXPECT_THAT(finer.reason, HasSubstr("softness_over.per_vertex"));
+}
+
 TEST_F(SurfaceEdits, MayComeWithANewObject) {
   AddObject added{"b", box(), {}, {}};
   added.material.surface = textured(3);
@@ -298,7 +352,8 @@ TEST_F(SurfaceEdits, AreRefusedWhereASnapshotOfTheSceneWouldNotFitAConnection) {
 TEST_F(SurfaceEdits, LeadAMirrorToTheSameRoots) {
   SceneVersion mirror = sequencer.history()->version;
   for (const SurfaceEdit& surface :
-       {textured(1), layered(), perVertex(kBoxVertices), shaded({}), without(&SurfaceEdit::texture), textured(2)}) {
+       {textured(1), varying(5), layered(), without(&SurfaceEdit::stiffnessOver), perVertex(kBoxVertices), shaded({}),
+        without(&SurfaceEdit::texture), textured(2)}) {
     const auto accepted = accept(edit(setSurface(surface)));
     mirror = mirror.apply(accepted->commit).value();
     ASSERT_EQ(mirror.root(), accepted->commit.root);

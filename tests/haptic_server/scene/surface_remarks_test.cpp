@@ -74,6 +74,34 @@ TEST(SurfaceRemarks, TellOfAStiffnessThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, device), IsEmpty());
 }
 
+TEST(SurfaceRemarks, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = std::move(box.assets.textureField);
+  const auto remarks = [&](double stiffest_N_per_m, double mostDamping_Ns_per_m) {
+    return surfaceRemarks(
+        box.record, box.assets,
+        {.encoderStep_m = 55e-6, .stiffest_N_per_m = stiffest_N_per_m, .mostDamping_Ns_per_m = mostDamping_Ns_per_m});
+  };
+  EXPECT_THAT(remarks(1200, 0.75), IsEmpty());
+  EXPECT_THAT(remarks(1000, 1),
+              ElementsAre(AllOf(HasSubstr("is felt as 1000 instead of 1200, its most by stiffness_over"))));
+  EXPECT_THAT(remarks(1200, 0.6),
+              ElementsAre(HasSubstr("damping_Ns_per_m is felt as 0.6 instead of 0.75, its most by")));
+}
+
+TEST(SurfaceRemarks, TellOfAMapOfStiffnessOrSoftnessFinerThanTheEncoder) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.assets.stiffnessField = std::move(box.assets.textureField);
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(AllOf(HasSubstr("stiffness_over's finest detail, 3 mm"), HasSubstr("encoder"))));
+  box.assets.softnessField = std::move(box.assets.stiffnessField);
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(HasSubstr("softness_over's finest detail, 3 mm")));
+}
+
 TEST(SurfaceRemarks, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
   GratedBox box(1e-4);
   box.record.material.surface.texture.reset();

@@ -371,6 +371,26 @@ TEST_F(StateFolderTest, KeepsLayersAndTheMapOfTheDynamicCoefficient) {
   EXPECT_EQ(assets.dynamicFrictionScale->values, std::vector<float>(8, 0.5F));
 }
 
+TEST_F(StateFolderTest, KeepsWhatStiffnessAndSoftnessFollow) {
+  SurfaceEdit surface;
+  surface.stiffnessOver = SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
+                                         std::vector{MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
+  surface.softnessOver =
+      SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}}, VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+  const SetMaterial varying{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
+  ContentHash root;
+  {
+    KeptScene first(folder.path());
+    root = first.accept(kAlice, 1, edit(add("a"), varying))->commit.root;
+    EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(3));
+  }
+  KeptScene second(folder.path());
+  EXPECT_EQ(second.version().root(), root);
+  const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
+  EXPECT_NE(assets.stiffnessField, nullptr);
+  EXPECT_EQ(assets.softnessScale->values, std::vector<float>(8, 0.5F));
+}
+
 TEST_F(StateFolderTest, ADamagedMeshCostsItsObjectUntilItIsHereAgain) {
   ContentHash mesh;
   {
