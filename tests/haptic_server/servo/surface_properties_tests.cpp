@@ -127,7 +127,8 @@ TEST(SurfaceProperties, FrictionBreaksAwayAndSlidesByAMapOfEachCoefficient) {
 
 TEST(SurfaceProperties, TheDynamicCoefficientFollowsValuesPerVertexOfItsOwn) {
   auto scale = std::make_shared<std::vector<float>>();
-  for (const Vec3f v : makeBox(Vec3(0.1), 8).value().vertices) scale->push_back(1 + 10 * v.x);  // from 0.5 to 1.5
+  const TriMesh mesh = makeBox(Vec3(0.1), 8).value();
+  for (const Vec3f v : mesh.vertices) scale->push_back(1 + 10 * v.x);  // from 0.5 to 1.5
   VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
   servo.adopt(sceneOf(
       1, {with(slab(), friction(0.4, 0.3),
