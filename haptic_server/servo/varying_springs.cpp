@@ -13,6 +13,16 @@ namespace {
   return object.detail && object.detail->stiffness ? &*object.detail->stiffness : nullptr;
 }
 
+/// Whether a line or vertex of its triangle holds the IHIP, rather than that it is on one in passing: then the way from the
+/// HIP is not along the normal.
+[[nodiscard]] bool isAtAnEdge(const HapticState& state, Vec3 normal) noexcept {
+  constexpr double kLeastSine = 1e-3;  // larger than that of rounding
+  if (state.contact.mode != ContactState::Mode::kOneSurface || state.contact.feature == Feature::kPolygon) return false;
+  const Vec3 penetration_m = state.contact.ihip - state.hip;
+  const Vec3 aside_m = penetration_m - normal * glm::dot(penetration_m, normal);
+  return squaredLength(aside_m) > kLeastSine * kLeastSine * squaredLength(penetration_m);
+}
+
 /// Of the triangle's line that the IHIP is on.
 [[nodiscard]] Vec3 lineOf(const Body& body, std::uint32_t triangle, Vec3 ihip) noexcept {
   const TriangleRecord& t = body.surface->triangle(triangle);
@@ -65,9 +75,8 @@ Vec3 alongContact(const HapticState& state, Vec3 direction) noexcept {
     const Vec3 groove = glm::cross(normal, normalOf(state, holding[1]));
     const double squaredSine = squaredLength(groove);
     if (squaredSine > kLeastSquaredSine) return groove * (glm::dot(direction, groove) / squaredSine);
-  } else if (state.contact.mode == ContactState::Mode::kOneSurface && state.contact.feature == Feature::kVertex) {
-    return Vec3(0);
-  } else if (state.contact.mode == ContactState::Mode::kOneSurface && state.contact.feature == Feature::kLine) {
+  } else if (isAtAnEdge(state, normal)) {
+    if (state.contact.feature == Feature::kVertex) return Vec3(0);
     const Vec3 line = lineOf(state.bodies[static_cast<std::size_t>(first.body)], first.triangle, state.contact.ihip);
     return line * glm::dot(direction, line);
   }

@@ -93,7 +93,8 @@ TEST(VaryingSprings, PushWithTheStiffnessOfThePlaceAndToWhereItIsSofter) {
 
 TEST(VaryingSprings, PushByValuesPerVertexLinearInBetweenAndNoLessThanTheLeast) {
   auto scale = std::make_shared<std::vector<float>>();
-  for (const Vec3f v : makeBox(Vec3(0.1), 60).value().vertices) {
+  const TriMesh mesh = makeBox(Vec3(0.1), 60).value();
+  for (const Vec3f v : mesh.vertices) {
     scale->push_back(std::max(0.0F, 1 + 40 * v.x));  // 0 from x = -25 mm down
   }
   for (const Vec3& place : kPlaces) {
@@ -135,7 +136,9 @@ TEST(VaryingSprings, AreNowhereStifferThanTheDeviceBears) {
     const Vec3 force = servo.run(300).force.spring;
     const double factor = 1 + 0.8 * std::cos(2 * std::numbers::pi * x / 0.04);
     EXPECT_NEAR(force.z, kStiffness * std::min(factor, 1.25) * kDepth_m, 1e-6) << x;
-    if (factor > 1.25) EXPECT_NEAR(force.x, 0, 1e-9) << x;
+    if (factor > 1.25) {
+      EXPECT_NEAR(force.x, 0, 1e-9) << x;
+    }
   }
 }
 
@@ -241,6 +244,28 @@ TEST(VaryingSprings, GiveTheHandNoEnergyOnRandomLoopsOverSmoothMaps) {
       EXPECT_LE(loop_J(servo, path, 2000), kMost_J) << seed << " on " << tissue_N_per_m;
     }
   }
+}
+
+TEST(VaryingSprings, GiveTheHandNoEnergyWhereTheIhipIsHeldByTheBorderOfASheet) {
+  static const auto sheet = surfaceOf(TriMesh{
+      {{-0.05F, -0.05F, 0}, {0.05F, -0.05F, 0}, {0.05F, 0.05F, 0}, {-0.05F, 0.05F, 0}}, {{0, 1, 2}, {0, 2, 3}}});
+  ServoObject object = objectOf(1, sheet, Vec3(0));
+  object.damping_Ns_per_m = 0;
+  SurfaceProperties properties;
+  properties.stiffnessOver = SurfaceMap{0.8, FieldFamily{FourierFamily{}}};
+  DetailFields fields;
+  fields.stiffness.field = smoothField(4);
+  // Down on the sheet, beyond its border, along that, back, up.
+  const Vec3 way[] = {{0.04, 0, 0.001},      {0.04, 0, -0.002},    {0.0514, 0.004, -0.002}, {0.0514, 0.02, -0.002},
+                      {0.042, 0.02, -0.002}, {0.042, 0.02, 0.001}, {0.04, 0, 0.001}};
+  const auto path = [&](std::uint64_t tick) {
+    const std::size_t leg = std::min<std::size_t>(tick / 1000, std::size(way) - 2);
+    return glm::mix(way[leg], way[leg + 1], std::min(1.0, static_cast<double>(tick - 1000 * leg) / 1000));
+  };
+  VirtualServo servo(path, kConfig);
+  servo.adopt(sceneOf(1, {with(object, properties, fields)}));
+  servo.run(1);
+  EXPECT_NEAR(loop_J(servo, path, 6000), 0, kMost_J);
 }
 
 /// Two leaning blocks, each softer in another way along the groove.
