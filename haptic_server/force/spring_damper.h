@@ -64,7 +64,6 @@ class FeltStiffness {
   [[nodiscard]] Stiffness value() const noexcept { return felt_; }
   /// At a factor of 1.
   [[nodiscard]] Stiffness mean() const noexcept { return mean_; }
-  [[nodiscard]] double factor() const noexcept { return factor_; }
 
   /// To a part of itself, 0 to 1.
   void fade(double part) noexcept {

@@ -32,7 +32,7 @@ class Succession {
       }
     }
     for (std::size_t i = 0; i < count_; ++i) {
-      takeDetail(i, next.objects[i].detail.get());
+      takeDetail(i, next.objects[i]);
       takeMotion(i, next.objects[i]);
       takeDents(i, next.objects[i]);
     }
@@ -162,15 +162,19 @@ class Succession {
     return holds && !state_.bodies[before].leaving && pose.follows(state_.bodies[before].current, object.pose);
   }
 
-  void takeDetail(std::size_t i, const SurfaceDetail* detail) noexcept {
+  void takeDetail(std::size_t i, const ServoObject& object) noexcept {
+    const SurfaceDetail* detail = object.detail.get();
     const int before = origins_[i].before;
     bumps_[i] = before >= 0 ? state_.bumps[static_cast<std::size_t>(before)] : BumpWatch{};
-    const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr);
+    const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr) ||
+                        (detail != nullptr && detail->stiffness && objects_[i].highestFactor != object.highestFactor);
+    factorEdited_[i] = edited;
     if (edited) bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
     detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.contactObject);
     const bool leaves = before >= 0 && bodies_[i].leaving && !state_.bodies[static_cast<std::size_t>(before)].leaving;
     otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
     objects_[i].detail = detail;
+    objects_[i].highestFactor = object.highestFactor;
     anyDetail_ = anyDetail_ || detail != nullptr;
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
     anyVaryingStiffness_ = anyVaryingStiffness_ || (detail != nullptr && detail->stiffness);
@@ -178,6 +182,7 @@ class Succession {
 
   /// What holds the IHIP is as stiff as it was, whatever its stiffness follows from here on.
   void takeFactor(std::size_t i, const ServoObject& object) noexcept {
+    if (!factorEdited_[i]) return;
     const bool varies = object.detail && object.detail->stiffness;
     const auto holding = contact_.surfaces();
     const auto held = std::ranges::find(holding, static_cast<int>(i), &HoldingSurface::body);
@@ -187,7 +192,7 @@ class Succession {
       return;
     }
     const double factor = varies ? stiffnessFactorAt(object, bodies_[i], held->triangle, contact_.ihip).value : 1;
-    if (factor > 0 && factor != felt.factor()) felt.varyByEdit(factor);
+    if (factor > 0) felt.varyByEdit(factor);
   }
 
   /// Goes on as it is dented, unless its surface is another one. Dents that the surface holds now end here: the shape stays
@@ -272,6 +277,7 @@ class Succession {
   bool anyDetail_ = false;
   bool anyBumps_ = false;
   bool anyVaryingStiffness_ = false;
+  std::array<bool, kMaxServoObjects> factorEdited_;
   bool broken_ = false;
 };
 

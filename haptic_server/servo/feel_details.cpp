@@ -104,6 +104,7 @@ class Feeling {
     watch.clear_m = 0;
     const Vec3 unshaded_m = felt.geometric_m * felt.normal;
     shadeTouched(felt);
+    if (state_.anyVaryingStiffness && isShadedRigid(felt.body)) varyBeside(felt);
     feelHeight(felt, watch);
     tick_.shadingForce_N =
         stiffness(felt).spring_N_per_m * (std::max(0.0, felt.geometric_m) * felt.normal - unshaded_m);
@@ -184,26 +185,38 @@ class Feeling {
     return detail(body) != nullptr && detail(body)->stiffness.has_value();
   }
 
-  /// Of a bump that reaches the HIP.
+  /// Its stiffness is that of the shaded point.
+  [[nodiscard]] bool isShadedRigid(std::size_t body) const noexcept {
+    return memory_.fade.shaded && object(body).tissue == nullptr;
+  }
+
+  /// To the stiffness at what is felt: a bump that reaches the HIP, or a shaded point.
   void varyBeside(const Felt& felt) noexcept {
     if (!hasVaryingStiffness(felt.body)) return;
     state_.objects[felt.body].felt.vary(
         stiffnessFactorAt(object(felt.body), state_.bodies[felt.body], felt.triangle, felt.ihip()).value);
   }
 
-  /// Stiffnesses that vary (varying_springs.h).
+  /// What stiffnesses that vary push along their surfaces.
   [[gnu::noinline]] void pushAlong() noexcept {
-    if (contact_.touching) {
-      tick_.force.spring += contactPushAlong_N(scene_, state_, config_, held_m_, std::max(0.0, felt_[0].depth_m));
-    }
     for (const Felt& felt : std::span(felt_).first(count_)) {
-      if (felt.heightOnly || isTouched(felt.body) || !hasVaryingStiffness(felt.body)) continue;
+      if (felt.heightOnly || !hasVaryingStiffness(felt.body)) continue;
+      const bool held = isTouched(felt.body);
+      if (held && !isShadedRigid(felt.body)) continue;
       FactorSample sample = stiffnessFactorAt(object(felt.body), state_.bodies[felt.body], felt.triangle, felt.ihip());
       sample.gradient -= felt.normal * glm::dot(sample.gradient, felt.normal);
+      if (held) {
+        sample.gradient = belowShaded(object(felt.body), state_.bodies[felt.body], felt.triangle, felt.depth_m,
+                                      felt.normal, sample.gradient);
+      }
       tick_.force.spring += haptics::pushAlong_N(*detail(felt.body)->stiffness, sample,
                                                  state_.objects[felt.body].felt.mean().spring_N_per_m,
                                                  felt.depth_m * felt.depth_m, config_);
     }
+    const auto holding = state_.contact.surfaces();
+    const bool byCore = contact_.touching && !holding.empty() && holding.front().body == contact_.body;
+    if (!byCore || (!severalBodiesHold(state_) && isShadedRigid(felt_[0].body))) return;
+    tick_.force.spring += contactPushAlong_N(scene_, state_, config_, held_m_, std::max(0.0, felt_[0].depth_m));
   }
 
   /// Looks for the nearest point of a surface that is not touched, or, when it is one of several that are, takes it.

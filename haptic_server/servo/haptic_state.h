@@ -129,6 +129,7 @@ struct HapticState : StepMemory {
     FeltStiffness felt;
     const SurfaceDetail* detail = nullptr;  ///< As in the scene, to tell whether it was edited.
     const SoftTissue* tissue = nullptr;     ///< Likewise.
+    double highestFactor = 0;               ///< Likewise.
     TakenDents taken;                       ///< As in the scene.
   };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/deform/triangle_map.h"
 #include "common/maths/barycentric.h"
 #include "haptic_server/servo/held_springs.h"
 
@@ -81,6 +82,21 @@ Vec3 alongContact(const HapticState& state, Vec3 direction) noexcept {
     return line * glm::dot(direction, line);
   }
   return direction - normal * glm::dot(direction, normal);
+}
+
+Vec3 belowShaded(const ServoObject& object, const Body& body, std::uint32_t triangle, double depth_m, Vec3 normal,
+                 Vec3 gradient) noexcept {
+  const TriangleRecord& t = body.surface->triangle(triangle);
+  const ShadingRecord& normals = (*object.detail->shading)[triangle];
+  const double side = glm::dot(body.frame.turn(t.areaNormal()), normal) < 0 ? -1 : 1;
+  TriangleMap::Corners above, below;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    above[i] = body.frame.turn(t.corner(k));
+    below[i] = above[i] - side * depth_m * body.frame.turn(normals.normal(k));
+  }
+  const Vec3 there = TriangleMap(below, above).gradient(gradient);
+  return there - normal * glm::dot(there, normal);
 }
 
 Vec3 contactPushAlong_N(const ServoScene& scene, const HapticState& state, const StepConfig& config, Vec3 penetration_m,

@@ -15,6 +15,10 @@ namespace haptics {
 // where it is soft and lets go where it is stiff takes k (f_2 - f_1) d^2 / 2 out of nothing. Deviation from the paper, whose
 // surfaces have one constant each.
 //
+// On a rigid body with force shading x is the point that shading projects the HIP to, which moves over the mesh's lines
+// without a jump; at a depth d it moves as on the triangle whose corners are d below the mesh's, along their normals. Without
+// shading the IHIP jumps over convex lines, which takes or gives the part d / R of the term, R the radius of curvature.
+//
 // Of the tissue in series, which yields by y with t(x) = t g(x), it is likewise -(y^2 / 2) t grad g: at rest the two springs
 // are in balance, so that moving along the surface changes their energy only through k and t.
 //
@@ -38,6 +42,10 @@ void varyStiffness(const ServoScene& scene, HapticState& state) noexcept;
 /// @param squared_m2  d^2.
 [[nodiscard]] Vec3 pushAlong_N(const SurfaceFactor& factor, const FactorSample& sample, double spring_N_per_m,
                                double squared_m2, const StepConfig& config) noexcept;
+
+/// Of a gradient on a triangle of a shaded body (both world, 1/m), that by the place of a HIP so far below it (m).
+[[nodiscard]] Vec3 belowShaded(const ServoObject& object, const Body& body, std::uint32_t triangle, double depth_m,
+                               Vec3 normal, Vec3 gradient) noexcept;
 
 /// Of a world direction the part along the ways that the IHIP has where it is held.
 [[nodiscard]] Vec3 alongContact(const HapticState& state, Vec3 direction) noexcept;
