@@ -15,13 +15,33 @@ namespace {
 /// Fewer samples than this a wave show another one (Shannon).
 constexpr double kSamplesPerWave = 2;
 
+SurfaceFactor factorOf(const SurfaceMap& map, const std::shared_ptr<const ScalarField>& field,
+                       const std::shared_ptr<const VertexValuesAsset>& scale) {
+  FactorSource source{field, nullptr};
+  if (scale) source.scale = {scale, &scale->values};
+  return {map.variation, std::move(source), kLeastStiffnessFactor};
+}
+
 /// Of the stiffness over the surface; 1 where it is the same everywhere.
 double highestFactor(const ObjectRecord& record, const ObjectAssets& assets) {
   const auto& map = record.material.surface.stiffnessOver;
-  if (!map) return 1;
-  FactorSource source{assets.stiffnessField, nullptr};
-  if (assets.stiffnessScale) source.scale = {assets.stiffnessScale, &assets.stiffnessScale->values};
-  return SurfaceFactor(map->variation, std::move(source), kLeastStiffnessFactor).highest();
+  return map ? factorOf(*map, assets.stiffnessField, assets.stiffnessScale).highest() : 1;
+}
+
+/// Empty when what a map pushes sideways is felt whole, up to a press of 1 N.
+std::string pushRemark(const std::string& property, const SurfaceFactor& factor, double spring_N_per_m,
+                       const DeviceLimits& device) {
+  constexpr double kPress_N = 1;
+  const double lateral_N_per_m = factor.lateralStiffness_N_per_m(spring_N_per_m, kPress_N / spring_N_per_m);
+  if (lateral_N_per_m <= device.stableLateral_N_per_m) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: under a press of 1 N " << property << " pushes sideways with "
+       << 100 * device.stableLateral_N_per_m / lateral_N_per_m
+       << " % of what keeps a closed loop from giving energy: with all of it, it would be a spring of up to "
+       << lateral_N_per_m << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
+       << " N/m; less variation or a longer wave keeps it";
+  return text.str();
 }
 
 /// Of the stiffest place, as it is felt.
@@ -155,8 +175,21 @@ std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const Object
     look("friction", assets.frictionField.get());
     look("dynamic friction", assets.dynamicFrictionField.get());
   }
-  look("stiffness_over", assets.stiffnessField.get());
-  look("softness_over", assets.softnessField.get());
+  const auto lookAtMap = [&](const char* property, const std::optional<SurfaceMap>& map,
+                             const std::shared_ptr<const ScalarField>& field,
+                             const std::shared_ptr<const VertexValuesAsset>& scale, double spring_N_per_m) {
+    if (!map) return;
+    look(property, field.get());
+    std::string push = pushRemark(property, factorOf(*map, field, scale), spring_N_per_m, device);
+    if (!push.empty()) remarks.push_back(std::move(push));
+  };
+  const SurfaceProperties& surface = record.material.surface;
+  lookAtMap("stiffness_over", surface.stiffnessOver, assets.stiffnessField, assets.stiffnessScale,
+            record.material.stiffness_N_per_m);
+  if (const auto& softness = record.deformation.softness) {
+    lookAtMap("softness_over", surface.softnessOver, assets.softnessField, assets.softnessScale,
+              softness->stiffness_N_per_m);
+  }
   return remarks;
 }
 

@@ -94,12 +94,28 @@ TEST(SurfaceRemarks, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
 TEST(SurfaceRemarks, TellOfAMapOfStiffnessOrSoftnessFinerThanTheEncoder) {
   GratedBox box(1e-4);
   box.record.material.surface.texture.reset();
-  box.assets.stiffnessField = std::move(box.assets.textureField);
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.1, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = box.assets.textureField;
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}),
               ElementsAre(AllOf(HasSubstr("stiffness_over's finest detail, 3 mm"), HasSubstr("encoder"))));
+  std::swap(box.record.material.surface.stiffnessOver, box.record.material.surface.softnessOver);
   box.assets.softnessField = std::move(box.assets.stiffnessField);
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}), IsEmpty()) << "a rigid object has no softness";
+  box.record.deformation.softness = Softness{.stiffness_N_per_m = 500, .radius_m = 0.01};
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}),
               ElementsAre(HasSubstr("softness_over's finest detail, 3 mm")));
+}
+
+TEST(SurfaceRemarks, TellOfAMapThatWouldPushSidewaysMoreThanTheDeviceBears) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = std::move(box.assets.textureField);
+  // 0.5 q^2 / (2 * 800 N/m) + 0.5 q of q = 2 pi / 3 mm: 1371 + 1047 N/m
+  EXPECT_THAT(
+      surfaceRemarks(box.record, box.assets, {55e-6, 1000}),
+      ElementsAre(AllOf(HasSubstr("stiffness_over pushes sideways with 41.3"), HasSubstr("of up to 2418 N/m"))));
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {55e-6, 2500}), IsEmpty());
 }
 
 TEST(SurfaceRemarks, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {

@@ -233,6 +233,25 @@ TEST(VaryingSprings, OfSoftBodiesGiveTheHandNoEnergyEither) {
   }
 }
 
+TEST(VaryingSprings, OfViscousAndPlasticTissueOnlyTakeEnergy) {
+  const auto field = gratingField(0.04);
+  const Vec3 trough(0.02, 0.0123, 0), crest(0, 0.0123, 0);
+  for (const auto& [return_s, plastic] : {std::pair(0.3, 0.0), std::pair(0.0, 0.6), std::pair(0.3, 0.6)}) {
+    for (const bool up : {false, true}) {
+      const auto path = up ? pressDragRelease(trough, crest) : pressDragRelease(crest, trough);
+      ServoObject block = blockWith({.stiffness = {field}, .softness = {field}}, kTissue_N_per_m);
+      block.tissue =
+          std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.03, 2), kTissue_N_per_m, return_s, plastic});
+      VirtualServo servo(path, kConfig);
+      servo.adopt(sceneOf(1, {block}));
+      servo.run(1);
+      for (int loop = 0; loop < 3; ++loop) {
+        EXPECT_LE(loop_J(servo, path, kLoop), kMost_J) << return_s << ' ' << plastic << ' ' << up << ' ' << loop;
+      }
+    }
+  }
+}
+
 TEST(VaryingSprings, GiveTheHandNoEnergyOnRandomLoopsOverSmoothMaps) {
   for (std::uint32_t seed = 1; seed <= 8; ++seed) {
     const Maps maps{.stiffness = {smoothField(seed)}, .softness = {smoothField(seed + 100)}, .variation = 0.6};
