@@ -96,8 +96,9 @@ struct BodyDent {
   Dent begun;                ///< While it is pressed: what is to stay where this stretch of its way began.
   std::uint64_t number = 0;  ///< Counts up from 1. An object's dents are in order of it.
   double still_s = 0;        ///< So long it has been what it comes to.
-  bool pressed = false;      ///< By the contact: one of each body that holds the IHIP, at most.
-  bool stays = false;        ///< It will not change any more; the builder may take it in.
+  double kept_m = 0;     ///< While it is pressed: of its depth, what had stayed before, so that nobody pressed for it.
+  bool pressed = false;  ///< By the contact: one of each body that holds the IHIP, at most.
+  bool stays = false;    ///< It will not change any more; the builder may take it in.
 };
 
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.

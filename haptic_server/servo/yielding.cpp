@@ -91,6 +91,7 @@ bool Yielding::goOnInTheNewest() noexcept {
     newest.dent = scaled(newest.dent, there);  // it goes along with the contact from here on
     newest.still_s = 0;
     newest.begun = newest.rest;
+    newest.kept_m = there * depth_m(newest.rest);
     newest.pressed = true;
     at_ = i;
     return true;
@@ -128,8 +129,9 @@ bool Yielding::yield() noexcept {
   const double stays = std::max(stillThere_m(dent().rest, at.point), stillThere_m(dent().begun, at.point));
   const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
   dent().dent.displacement = Vec3f(direction * std::min(wanted, room_m(at.point, direction * wanted)));
-  const double deepest_m = depth_m(dent().dent);
-  elastic_m2_ = seen * seen * std::max(0.0, deepest_m * deepest_m - stays * stays);
+  if (wanted <= stays) dent().kept_m = stays;
+  const double now_m = depth_m(dent().dent), kept_m = std::min(dent().kept_m, stays);
+  elastic_m2_ = seen * seen * std::max(0.0, now_m * now_m - kept_m * kept_m);
   if (tissue_.plastic > 0) remember(dent());
   return true;
 }
@@ -150,6 +152,7 @@ void Yielding::moveOn(Vec3 foot) noexcept {
   if (isNear || state_.dentCount == kMaxDents) return;  // without a place for it, the mark is left farther on
   const Dent begun = dent().begun;
   dent().begun = dent().rest = {};
+  dent().kept_m = 0;
   if (leavesMark(begun, tissue_) && leaveMark(state_, *at_, begun)) ++*at_;
 }
 

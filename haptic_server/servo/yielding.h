@@ -37,7 +37,7 @@ class Yielding {
   /// outside.
   [[nodiscard]] bool press() noexcept;
 
-  /// y^2 of the tissue's energy t y^2 / 2, less what stays of it in a plastic tissue; m^2. Of the last press().
+  /// y^2 of the tissue's energy t y^2 / 2, less that of what had stayed in a plastic tissue before; m^2. Of the last press().
   [[nodiscard]] double elastic_m2() const noexcept { return elastic_m2_; }
 
   /// On the body with all of its dents, from what holds the IHIP at rest.
