@@ -280,8 +280,8 @@ def main():
     for name in SCENES:
         write("apply", name, pieces([transaction(name).SerializeToString()]))
         write("scene_text", name, SCENES[name].encode())
-    row = ["add", "pose", "material", "per_vertex", "spots", "layers", "dynamic", "stiffness", "remesh", "noise", "take_away", "hinge",
-           "motion", "stop", "softness", "plastic", "residue", "lattice", "rigid", "condition", "remove"]
+    row = ["add", "pose", "material", "per_vertex", "spots", "layers", "dynamic", "stiffness", "remesh", "noise", "take_away",
+           "hinge", "motion", "stop", "softness", "plastic", "residue", "lattice", "rigid", "condition", "remove"]
     named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
     write("apply", "row", pieces(t.SerializeToString() for t in named_a))
     write("scene_text", "comment", b"# a comment\noperations { remove { object { id: 7 } } }\n")
