@@ -37,9 +37,10 @@ struct SoftTissue {
 
   /// How far the tissue has yielded (metres) a time after `yielded_m`, under a penetration of the surface at rest. Exact
   /// for a penetration that stays, whatever the time: no step is too long for it.
-  [[nodiscard]] double yield_m(double yielded_m, double penetration_m, double contact_N_per_m,
-                               double time_s) const noexcept {
-    const double share = contact_N_per_m / (contact_N_per_m + stiffness_N_per_m);
+  /// @param factor  Of k_t, where it varies over the surface.
+  [[nodiscard]] double yield_m(double yielded_m, double penetration_m, double contact_N_per_m, double time_s,
+                               double factor = 1) const noexcept {
+    const double share = contact_N_per_m / (contact_N_per_m + factor * stiffness_N_per_m);
     const double goal = share * penetration_m;
     if (!(returnTime_s > 0)) return goal;
     const double touched_s = returnTime_s * (1 - share);

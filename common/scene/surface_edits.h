@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -42,17 +44,27 @@ using VertexValuesSource = std::variant<AssetSource, GivenValues>;
 /// What of a mapped family an edit leaves to be made.
 struct MappedSource {
   FieldSource field;
-  bool centreOfMesh = false, sizeOfMesh = false;  ///< Of the mesh's box in the mapping's frame.
+  bool centreOfMesh = false, sizeOfMesh = false;    ///< Of the mesh's box in the mapping's frame.
+  std::optional<std::size_t> layer = std::nullopt;  ///< Whose family it is, of a layered one.
 };
+/// Where its family is below ScalarField: "mapped", "layers.layer[1].field.mapped".
+[[nodiscard]] std::string fieldName(const MappedSource& source);
+/// As a map needs it: of each mapped family, or of per-vertex values.
+using FactorMapSource = std::variant<std::vector<MappedSource>, VertexValuesSource>;
 
-/// In the two below, the hash of a mapped field or of per-vertex values is zero until its source has been resolved.
+/// In the three below, the hash of a mapped field or of per-vertex values is zero until its source has been resolved.
 struct FrictionEdit {
   Friction friction;
-  std::variant<std::monostate, MappedSource, VertexValuesSource> source;  ///< As friction.over needs it.
+  FactorMapSource source = {}, dynamicSource = {};  ///< Of friction.over and friction.dynamicOver.
 };
 struct TextureEdit {
   Texture texture;
-  std::optional<MappedSource> source;  ///< Of a mapped family.
+  std::vector<MappedSource> sources;  ///< Of each mapped family.
+};
+
+struct SurfaceMapEdit {
+  SurfaceMap map;
+  FactorMapSource source = {};
 };
 
 /// Each property is kept where nothing is said of it, and taken away where it is given as nothing.
@@ -60,8 +72,11 @@ struct SurfaceEdit {
   std::optional<std::optional<Shading>> shading;
   std::optional<std::optional<FrictionEdit>> friction;
   std::optional<std::optional<TextureEdit>> texture;
+  std::optional<std::optional<SurfaceMapEdit>> stiffnessOver, softnessOver;
 
-  [[nodiscard]] bool empty() const noexcept { return !shading && !friction && !texture; }
+  [[nodiscard]] bool empty() const noexcept {
+    return !shading && !friction && !texture && !stiffnessOver && !softnessOver;
+  }
 };
 
 [[nodiscard]] SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit);

@@ -8,7 +8,15 @@ namespace {
 // Each record in the order of its declaration; before what may be there or not, and before alternatives and lists, a
 // number that says which or how many: no two records give the same bytes.
 
-enum class Property : std::uint64_t { kShading = 1, kFriction, kTexture };
+/// In an object's hash motion and deformation have the numbers between.
+enum class Property : std::uint64_t {
+  kShading = 1,
+  kFriction,
+  kTexture,
+  kDynamicFriction = 9,
+  kStiffnessMap,
+  kSoftnessMap
+};
 
 template <class T>
 void addNumber(Hasher& h, T value) {
@@ -53,6 +61,8 @@ void add(Hasher& h, const MappedFamily& family) {
   h.add(m.tile_m);
 }
 
+void add(Hasher& h, const LayeredFamily& family);
+
 void add(Hasher&, std::monostate) {}
 void add(Hasher& h, const PerVertexScale& scale) { h.add(scale.values); }
 
@@ -60,6 +70,15 @@ template <class... Alternatives>
 void add(Hasher& h, const std::variant<Alternatives...>& chosen) {
   addNumber(h, chosen.index());
   std::visit([&h](const auto& alternative) { add(h, alternative); }, chosen);
+}
+
+void add(Hasher& h, const LayeredFamily& family) {
+  addNumber(h, family.combination);
+  addNumber(h, family.layers.size());
+  for (const FieldLayer& layer : family.layers) {
+    h.add(layer.weight);
+    add(h, layer.family);
+  }
 }
 
 void add(Hasher& h, const Shading& shading) {
@@ -74,6 +93,10 @@ void add(Hasher& h, const Shading& shading) {
 void add(Hasher& h, const Friction& friction) {
   h.add(friction.mu_static).add(friction.mu_dynamic).add(friction.variation);
   add(h, friction.over);
+  if (std::holds_alternative<std::monostate>(friction.dynamicOver)) return;
+  addNumber(h, Property::kDynamicFriction);
+  h.add(friction.dynamicVariation);
+  add(h, friction.dynamicOver);
 }
 
 void add(Hasher& h, const Texture& texture) {
@@ -82,6 +105,11 @@ void add(Hasher& h, const Texture& texture) {
   h.add(texture.amplitude_m);
   addNumber(h, texture.literal);
   h.add(texture.gain_K);
+}
+
+void add(Hasher& h, const SurfaceMap& map) {
+  h.add(map.variation);
+  add(h, map.over);
 }
 
 template <class T>
@@ -94,23 +122,44 @@ void addIfThere(Hasher& h, Property which, const std::optional<T>& property) {
 /// \param look takes the kind and hash of an asset; of a hash that may be changed where the properties may.
 void lookAtField(auto& family, const auto& look) {
   if (auto* mapped = std::get_if<MappedFamily>(&family)) look(AssetKind::kScalarField, mapped->field);
+  if (auto* layered = std::get_if<LayeredFamily>(&family)) {
+    for (auto& layer : layered->layers) lookAtField(layer.family, look);
+  }
+}
+
+void lookAtMap(auto& map, const auto& look) {
+  if (auto* field = std::get_if<FieldFamily>(&map)) lookAtField(*field, look);
+  if (auto* scale = std::get_if<PerVertexScale>(&map)) look(AssetKind::kVertexValues, scale->values);
 }
 
 void lookAtAssets(auto& properties, const auto& look) {
   if (properties.friction) {
-    auto& over = properties.friction->over;
-    if (auto* field = std::get_if<FieldFamily>(&over)) lookAtField(*field, look);
-    if (auto* scale = std::get_if<PerVertexScale>(&over)) look(AssetKind::kVertexValues, scale->values);
+    lookAtMap(properties.friction->over, look);
+    lookAtMap(properties.friction->dynamicOver, look);
   }
   if (properties.texture) lookAtField(properties.texture->family, look);
+  if (properties.stiffnessOver) lookAtMap(properties.stiffnessOver->over, look);
+  if (properties.softnessOver) lookAtMap(properties.softnessOver->over, look);
+}
+
+void take(std::optional<SurfaceMap>& map, const std::optional<std::optional<SurfaceMapEdit>>& edit) {
+  if (!edit) return;
+  map.reset();
+  if (*edit) map = (*edit)->map;
 }
 
 }  // namespace
+
+std::string layerField(std::size_t layer) { return "layers.layer[" + std::to_string(layer) + "].field."; }
+
+std::string fieldName(const MappedSource& source) { return (source.layer ? layerField(*source.layer) : "") + "mapped"; }
 
 void addTo(Hasher& hasher, const SurfaceProperties& properties) {
   addIfThere(hasher, Property::kShading, properties.shading);
   addIfThere(hasher, Property::kFriction, properties.friction);
   addIfThere(hasher, Property::kTexture, properties.texture);
+  addIfThere(hasher, Property::kStiffnessMap, properties.stiffnessOver);
+  addIfThere(hasher, Property::kSoftnessMap, properties.softnessOver);
 }
 
 std::vector<AssetName> assetsOf(const SurfaceProperties& properties) {
@@ -134,6 +183,8 @@ SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit) 
     properties.texture.reset();
     if (*edit.texture) properties.texture = (*edit.texture)->texture;
   }
+  take(properties.stiffnessOver, edit.stiffnessOver);
+  take(properties.softnessOver, edit.softnessOver);
   return properties;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -15,7 +16,7 @@
 // hold, compare and hash. Lengths in metres, angles in radians, points and directions in the object's frame.
 namespace haptics {
 
-// ---- Dimensionless scalar fields over a surface: f of a texture's height and of friction's variation ----
+// ---- Dimensionless scalar fields over a surface: f of a texture's height and of what varies ----
 
 struct FourierTerm {
   double amplitude = 1;  ///< Not 0.
@@ -79,7 +80,28 @@ struct MappedFamily {
   bool operator==(const MappedFamily&) const = default;
 };
 
-using FieldFamily = std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily>;
+struct FieldLayer;
+
+/// Fields together: f = sum of weight * f_layer, or product of weight * f_layer.
+struct LayeredFamily {
+  enum class Combination : std::uint8_t { kSum = 1, kProduct };
+  Combination combination = Combination::kSum;
+  std::vector<FieldLayer> layers;  ///< 2 to 4.
+  inline bool operator==(const LayeredFamily&) const;
+};
+
+using FieldFamily = std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily, LayeredFamily>;
+
+struct FieldLayer {
+  double weight = 1;   ///< Not 0.
+  FieldFamily family;  ///< Not layered.
+  bool operator==(const FieldLayer&) const = default;
+};
+
+inline bool LayeredFamily::operator==(const LayeredFamily&) const = default;
+
+/// Where a layer's field is below ScalarField: "layers.layer[1].field.".
+[[nodiscard]] std::string layerField(std::size_t layer);
 
 // ---- Properties ----
 
@@ -99,11 +121,17 @@ struct PerVertexScale {
   bool operator==(const PerVertexScale&) const = default;
 };
 
+/// What a factor over the surface follows: nothing, a field, or values per vertex.
+using FactorMap = std::variant<std::monostate, FieldFamily, PerVertexScale>;
+
 /// Stick and slide. Over a field f: mu(x) = mu * max(0, 1 + variation * f(x)); per vertex: mu(x) = mu * scale(x).
 struct Friction {
   double mu_static = 0, mu_dynamic = 0;  ///< 0 <= mu_dynamic <= mu_static <= 10.
   double variation = 0;                  ///< Of a field; 0 without one.
-  std::variant<std::monostate, FieldFamily, PerVertexScale> over;
+  FactorMap over = {};                   ///< Of both coefficients.
+  double dynamicVariation = 0;           ///< Of the field below.
+  /// Where there is one: of mu_dynamic instead of `over`, with mu_dynamic(x) <= mu_static(x) all the same.
+  FactorMap dynamicOver = {};
   bool operator==(const Friction&) const = default;
 };
 
@@ -121,10 +149,23 @@ struct Texture {
   bool operator==(const Texture&) const = default;
 };
 
+/// A factor of a stiffness over the surface, nowhere less than kLeastStiffnessFactor: 1 + variation * f(x) over a field f,
+/// scale(x) per vertex.
+struct SurfaceMap {
+  double variation = 0;  ///< Of a field; 0 without one.
+  FactorMap over;        ///< Not nothing.
+  bool operator==(const SurfaceMap&) const = default;
+};
+/// A surface stays one: it does not let the stylus through where a map would have it vanish. Lower is felt as a hole; higher
+/// keeps soft places from being soft.
+inline constexpr double kLeastStiffnessFactor = 0.05;
+
 struct SurfaceProperties {
   std::optional<Shading> shading;
   std::optional<Friction> friction;
   std::optional<Texture> texture;
+  std::optional<SurfaceMap> stiffnessOver;  ///< Of the material's stiffness and damping.
+  std::optional<SurfaceMap> softnessOver;   ///< Of the tissue's stiffness; of a rigid object nothing follows it.
   bool operator==(const SurfaceProperties&) const = default;
 };
 

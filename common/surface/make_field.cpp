@@ -3,6 +3,7 @@
 #include "common/surface/cellular_field.h"
 #include "common/surface/fourier_field.h"
 #include "common/surface/grain_field.h"
+#include "common/surface/layered_field.h"
 #include "common/surface/mapped_field.h"
 #include "common/surface/noise_field.h"
 
@@ -22,6 +23,15 @@ struct Maker {
     auto field = lookup(family.field);
     if (!field) return refused("field", "no scalar field " + family.field.hex() + " is held here");
     return makeMappedField(std::move(field), family.mapping);
+  }
+  Made operator()(const LayeredFamily& family) const {
+    std::vector<LayeredField::Layer> layers;
+    for (const FieldLayer& layer : family.layers) {
+      auto field = makeField(layer.family, lookup);
+      if (!field) return tl::unexpected<Error>(std::move(field.error()).within(layerField(layers.size())));
+      layers.push_back({layer.weight, *std::move(field)});
+    }
+    return std::make_shared<const LayeredField>(family.combination, std::move(layers));
   }
 };
 

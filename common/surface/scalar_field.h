@@ -12,9 +12,10 @@ struct FieldSample {
 
 /// What a field stays within.
 struct FieldBounds {
-  double lowest = 0, highest = 0;  ///< Of the value: never passed anywhere, and come near to within about 1 %.
-  double slope_per_m = 0;          ///< Of |gradient|. Found by sampling, as is the curvature, where a family says so.
-  double curvature_per_m2 = 0;     ///< Of |second derivative| along any direction.
+  double lowest = 0,
+         highest = 0;  ///< Of the value: never passed anywhere, and come near to within about 1 % (LayeredField: less).
+  double slope_per_m = 0;       ///< Of |gradient|. Found by sampling, as is the curvature, where a family says so.
+  double curvature_per_m2 = 0;  ///< Of |second derivative| along any direction.
 };
 
 /// A dimensionless function of the place, C0 and C1 as the paper's section 4.3.3 asks: f of a texture's height and of

@@ -30,6 +30,7 @@ inline constexpr double kMaxTextureAmplitude_m = 0.1;
 inline constexpr double kMaxGainK = 2;               ///< Paper, below Eq. (4b).
 inline constexpr std::size_t kMaxFourierTerms = 64;  ///< Each costs the tick some 20 ns.
 inline constexpr std::size_t kMaxCreases = 1000;
+inline constexpr std::size_t kMaxLayers = 4;  ///< Of a field: each costs the tick what it costs alone.
 
 /// Rotations come out normalised. Fields that this version does not know are refused: an edit that is half understood
 /// must not be answered with "accepted".

@@ -49,7 +49,7 @@ Result<FieldEdit> fourierFrom(const v1::FourierField& message) {
     if (auto bad = checkRange(term.phase_rad, kPhase_rad, field + "phase_rad")) return refuse(bad);
     family.terms.push_back(term);
   }
-  return FieldEdit{std::move(family), std::nullopt};
+  return FieldEdit{std::move(family), {}};
 }
 
 Result<FieldEdit> noiseFrom(const v1::NoiseField& message) {
@@ -61,7 +61,7 @@ Result<FieldEdit> noiseFrom(const v1::NoiseField& message) {
   if (auto bad = checkRange(family.wavelength_m, kWavelength_m, "noise.wavelength_m")) return refuse(bad);
   if (auto bad = checkRange(family.octaves, kOctaves, "noise.octaves")) return refuse(bad);
   if (auto bad = checkRange(family.persistence, kPersistence, "noise.persistence")) return refuse(bad);
-  return FieldEdit{family, std::nullopt};
+  return FieldEdit{family, {}};
 }
 
 Result<FieldEdit> cellularFrom(const v1::CellularField& message) {
@@ -71,7 +71,7 @@ Result<FieldEdit> cellularFrom(const v1::CellularField& message) {
   if (message.has_seed()) family.seed = message.seed();
   if (auto bad = checkRange(family.cell_m, kWavelength_m, "cellular.cell_m")) return refuse(bad);
   if (auto bad = checkRange(family.smoothness, kSmoothness, "cellular.smoothness")) return refuse(bad);
-  return FieldEdit{family, std::nullopt};
+  return FieldEdit{family, {}};
 }
 
 Result<FieldEdit> grainFrom(const v1::GrainField& message) {
@@ -79,7 +79,7 @@ Result<FieldEdit> grainFrom(const v1::GrainField& message) {
   family.grain_m = message.grain_m();
   if (message.has_seed()) family.seed = message.seed();
   if (auto bad = checkRange(family.grain_m, kWavelength_m, "grain.grain_m")) return refuse(bad);
-  return FieldEdit{family, std::nullopt};
+  return FieldEdit{family, {}};
 }
 
 /// 0, which is how an absent number arrives, stands for the default.
@@ -173,7 +173,43 @@ Result<FieldEdit> mappedFrom(const v1::MappedField& message) {
   MappedFamily family{{}, *mapping};
   if (const auto* asset = std::get_if<AssetSource>(&*source)) family.field = asset->hash;
   const v1::Mapping& given = message.mapping();
-  return FieldEdit{family, MappedSource{*std::move(source), !given.has_centre(), !given.has_size_m()}};
+  return FieldEdit{family, {MappedSource{*std::move(source), !given.has_centre(), !given.has_size_m()}}};
+}
+
+Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
+  constexpr int kLeastLayers = 2;
+  if (message.layer_size() < kLeastLayers || message.layer_size() > static_cast<int>(kMaxLayers)) {
+    return refused("layers.layer", "has " + std::to_string(message.layer_size()) + " entries; give " +
+                                       std::to_string(kLeastLayers) + " to " + std::to_string(kMaxLayers));
+  }
+  LayeredFamily family;
+  if (message.combination() != v1::LAYER_COMBINATION_UNSPECIFIED) {
+    if (!v1::LayerCombination_IsValid(message.combination())) {
+      return refused("layers.combination", "is " + std::to_string(message.combination()) +
+                                               "; give LAYER_COMBINATION_SUM or LAYER_COMBINATION_PRODUCT");
+    }
+    family.combination = static_cast<LayeredFamily::Combination>(message.combination());
+  }
+  std::vector<MappedSource> sources;
+  for (const v1::FieldLayer& given : message.layer()) {
+    const std::size_t number = family.layers.size();
+    const std::string weightField = "layers.layer[" + std::to_string(number) + "].weight";
+    const double weight = given.has_weight() ? given.weight() : 1;
+    if (auto bad = checkRange(weight, kAmplitude, weightField)) return refuse(bad);
+    if (weight == 0) return refused(weightField, "is 0; give another, or leave the layer out");
+    if (given.field().has_layers()) {
+      return refused(layerField(number) + "layers",
+                     "is layered within a layer; give a layer a field of another family");
+    }
+    auto layer = fieldFrom(given.field());
+    if (!layer) return tl::unexpected<Error>(std::move(layer.error()).within(layerField(number)));
+    for (MappedSource& source : layer->sources) {
+      source.layer = number;
+      sources.push_back(std::move(source));
+    }
+    family.layers.push_back({weight, std::move(layer->family)});
+  }
+  return FieldEdit{std::move(family), std::move(sources)};
 }
 
 void write(const FourierFamily& family, v1::ScalarField& message) {
@@ -220,6 +256,16 @@ void write(const MappedFamily& family, v1::ScalarField& message) {
   mapping.set_tile_m(family.mapping.tile_m);
 }
 
+void write(const LayeredFamily& family, v1::ScalarField& message) {
+  v1::LayeredField& to = *message.mutable_layers();
+  to.set_combination(static_cast<v1::LayerCombination>(family.combination));
+  for (const FieldLayer& layer : family.layers) {
+    v1::FieldLayer& added = *to.add_layer();
+    added.set_weight(layer.weight);
+    toWire(layer.family, *added.mutable_field());
+  }
+}
+
 }  // namespace
 
 Result<FieldEdit> fieldFrom(const v1::ScalarField& message) {
@@ -234,10 +280,12 @@ Result<FieldEdit> fieldFrom(const v1::ScalarField& message) {
       return grainFrom(message.grain());
     case v1::ScalarField::kMapped:
       return mappedFrom(message.mapped());
+    case v1::ScalarField::kLayers:
+      return layersFrom(message.layers());
     case v1::ScalarField::FAMILY_NOT_SET:
       break;
   }
-  return refused("family", "is missing; give fourier, noise, cellular, grain or mapped");
+  return refused("family", "is missing; give fourier, noise, cellular, grain, mapped or layers");
 }
 
 void normalise(FieldFamily& family) {
@@ -246,6 +294,9 @@ void normalise(FieldFamily& family) {
   }
   if (auto* mapped = std::get_if<MappedFamily>(&family)) {
     mapped->mapping.rotation = glm::normalize(mapped->mapping.rotation);
+  }
+  if (auto* layered = std::get_if<LayeredFamily>(&family)) {
+    for (FieldLayer& layer : layered->layers) normalise(layer.family);
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <vector>
 
 #include "common/error/error.h"
 #include "common/scene/surface_edits.h"
@@ -9,10 +9,10 @@
 // Scalar fields between the wire and the program. Everything is checked, and every number kept bit for bit.
 namespace haptics {
 
-/// A family, and where its field comes from if it is a mapped one (whose hash is in place when that is an asset).
+/// A family, and where the field of each mapped one in it comes from (whose hash is in place when that is an asset).
 struct FieldEdit {
   FieldFamily family;
-  std::optional<MappedSource> source;
+  std::vector<MappedSource> sources;
 };
 
 /// Errors name the field below ScalarField ("noise.wavelength_m").

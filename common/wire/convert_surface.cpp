@@ -42,15 +42,17 @@ Result<Shading> shadingFrom(const v1::Shading& message) {
   return shading;
 }
 
-Result<FrictionEdit> perVertexFrom(const v1::PerVertex& message) {
-  FrictionEdit edit;
+struct FactorMapEdit {
+  FactorMap map;
+  FactorMapSource source;
+};
+
+Result<FactorMapEdit> perVertexFrom(const v1::PerVertex& message) {
   switch (message.source_case()) {
     case v1::PerVertex::kAsset: {
       const auto hash = hashFromWire(message.asset(), "per_vertex.asset");
       if (!hash) return tl::unexpected<Error>(hash.error());
-      edit.friction.over = PerVertexScale{*hash};
-      edit.source = VertexValuesSource{AssetSource{*hash}};
-      return edit;
+      return FactorMapEdit{PerVertexScale{*hash}, VertexValuesSource{AssetSource{*hash}}};
     }
     case v1::PerVertex::kValues: {
       const auto& values = message.values().value();
@@ -59,9 +61,7 @@ Result<FrictionEdit> perVertexFrom(const v1::PerVertex& message) {
         const std::string field = "per_vertex.values.value[" + std::to_string(i) + "]";
         if (auto bad = checkRange(values[i], kVertexScale, field)) return refuse(bad);
       }
-      edit.friction.over = PerVertexScale{};
-      edit.source = VertexValuesSource{GivenValues{{values.begin(), values.end()}}};
-      return edit;
+      return FactorMapEdit{PerVertexScale{}, VertexValuesSource{GivenValues{{values.begin(), values.end()}}}};
     }
     case v1::PerVertex::SOURCE_NOT_SET:
       break;
@@ -69,16 +69,30 @@ Result<FrictionEdit> perVertexFrom(const v1::PerVertex& message) {
   return refused("per_vertex.source", "is missing; give values or asset");
 }
 
-Result<FrictionEdit> overFrom(const v1::Friction& message) {
-  if (message.over_case() == v1::Friction::kPerVertex) return perVertexFrom(message.per_vertex());
-  FrictionEdit edit;
-  if (message.over_case() == v1::Friction::kField) {
-    auto field = fieldFrom(message.field());
-    if (!field) return errorOf(field, "field.");
-    edit.friction.over = std::move(field->family);
-    if (field->source) edit.source = *std::move(field->source);
+/// A map as a message has it.
+struct GivenMap {
+  const v1::ScalarField* field;  ///< Null without, as per-vertex values.
+  const v1::PerVertex* perVertex;
+  double variation;
+  std::string prefix;          ///< Of the fields' names.
+  bool maybeConstant = false;  ///< Whether a variation of 0 says something.
+};
+
+Result<FactorMapEdit> mapFrom(const GivenMap& given) {
+  const auto& [field, perVertex, variation, prefix, maybeConstant] = given;
+  const std::string name = prefix + "variation";
+  if (auto bad = checkRange(variation, kVariation, name)) return refuse(bad);
+  if (field && variation == 0 && !maybeConstant) return refused(name, "is 0; the field would change nothing");
+  if (!field && variation != 0) return refused(name, "is of a field, and there is none; give " + prefix + "field");
+  if (perVertex) {
+    auto values = perVertexFrom(*perVertex);
+    if (!values) return errorOf(values, prefix);
+    return values;
   }
-  return edit;
+  if (!field) return FactorMapEdit{};
+  auto edit = fieldFrom(*field);
+  if (!edit) return errorOf(edit, prefix + "field.");
+  return FactorMapEdit{std::move(edit->family), std::move(edit->sources)};
 }
 
 Result<FrictionEdit> frictionFrom(const v1::Friction& message) {
@@ -89,17 +103,37 @@ Result<FrictionEdit> frictionFrom(const v1::Friction& message) {
                           "give at most mu_static, which is " + numberText(message.mu_static()) +
                               ": whatever slides would be held more than what sticks"));
   }
-  if (auto bad = checkRange(message.variation(), kVariation, "variation")) return refuse(bad);
-  const bool varies = message.over_case() == v1::Friction::kField;
-  if (varies && message.variation() == 0) return refused("variation", "is 0; the field would change nothing");
-  if (!varies && message.variation() != 0) return refused("variation", "is of a field, and there is none; give field");
+  auto both = mapFrom({.field = message.has_field() ? &message.field() : nullptr,
+                       .perVertex = message.has_per_vertex() ? &message.per_vertex() : nullptr,
+                       .variation = message.variation(),
+                       .prefix = ""});
+  if (!both) return tl::unexpected<Error>(std::move(both).error());
+  auto dynamic = mapFrom({.field = message.has_dynamic_field() ? &message.dynamic_field() : nullptr,
+                          .perVertex = message.has_dynamic_per_vertex() ? &message.dynamic_per_vertex() : nullptr,
+                          .variation = message.dynamic_variation(),
+                          .prefix = "dynamic_",
+                          .maybeConstant = message.over_case() != v1::Friction::OVER_NOT_SET});
+  if (!dynamic) return tl::unexpected<Error>(std::move(dynamic).error());
+  return FrictionEdit{{.mu_static = message.mu_static(),
+                       .mu_dynamic = message.mu_dynamic(),
+                       .variation = message.variation(),
+                       .over = std::move(both->map),
+                       .dynamicVariation = message.dynamic_variation(),
+                       .dynamicOver = std::move(dynamic->map)},
+                      std::move(both->source),
+                      std::move(dynamic->source)};
+}
 
-  auto edit = overFrom(message);
-  if (!edit) return edit;
-  edit->friction.mu_static = message.mu_static();
-  edit->friction.mu_dynamic = message.mu_dynamic();
-  edit->friction.variation = message.variation();
-  return edit;
+Result<SurfaceMapEdit> surfaceMapFrom(const v1::SurfaceMap& message) {
+  if (message.over_case() == v1::SurfaceMap::OVER_NOT_SET && message.variation() == 0) {
+    return refused("over", "is missing; give field or per_vertex");
+  }
+  auto edit = mapFrom({.field = message.has_field() ? &message.field() : nullptr,
+                       .perVertex = message.has_per_vertex() ? &message.per_vertex() : nullptr,
+                       .variation = message.variation(),
+                       .prefix = ""});
+  if (!edit) return tl::unexpected<Error>(std::move(edit).error());
+  return SurfaceMapEdit{{message.variation(), std::move(edit->map)}, std::move(edit->source)};
 }
 
 Result<TextureEdit> textureFrom(const v1::Texture& message) {
@@ -119,7 +153,7 @@ Result<TextureEdit> textureFrom(const v1::Texture& message) {
   auto field = fieldFrom(message.field());
   if (!field) return errorOf(field, "field.");
   texture.family = std::move(field->family);
-  edit.source = std::move(field->source);
+  edit.sources = std::move(field->sources);
   return edit;
 }
 
@@ -129,36 +163,49 @@ bool isEmpty(const Message& message) {
   return message.ByteSizeLong() == 0;
 }
 
-Refusal checkAnnounced(const MappedSource& source, const std::string& field) {
-  if (!std::holds_alternative<AssetSource>(source.field)) {
-    return Error{field + ".source", "is yet to be made; a state names an asset"};
+/// \param prefix of the ScalarField: "texture.field."
+Refusal checkAnnounced(const std::vector<MappedSource>& sources, const std::string& prefix) {
+  for (const MappedSource& source : sources) {
+    const std::string field = prefix + fieldName(source);
+    if (!std::holds_alternative<AssetSource>(source.field)) {
+      return Error{field + ".source", "is yet to be made; a state names an asset"};
+    }
+    if (source.centreOfMesh) return Error{field + ".mapping.centre", "is missing"};
+    if (source.sizeOfMesh) return Error{field + ".mapping.size_m", "is missing"};
   }
-  if (source.centreOfMesh) return Error{field + ".mapping.centre", "is missing"};
-  if (source.sizeOfMesh) return Error{field + ".mapping.size_m", "is missing"};
   return std::nullopt;
+}
+
+/// \param prefix of the map: "friction.", "friction.dynamic_"
+Refusal checkAnnounced(const FactorMapSource& source, const std::string& prefix) {
+  if (const auto* fields = std::get_if<std::vector<MappedSource>>(&source)) {
+    return checkAnnounced(*fields, prefix + "field.");
+  }
+  if (std::holds_alternative<AssetSource>(std::get<VertexValuesSource>(source))) return std::nullopt;
+  return Error{prefix + "per_vertex.source", "is a list; a state names an asset"};
 }
 
 Result<Friction> announcedFriction(const v1::Friction& message) {
   auto edit = frictionFrom(message);
   if (!edit) return errorOf(edit, "friction.");
-  if (const auto* source = std::get_if<MappedSource>(&edit->source)) {
-    if (auto bad = checkAnnounced(*source, "friction.field.mapped")) return refuse(bad);
-  }
-  if (const auto* source = std::get_if<VertexValuesSource>(&edit->source)) {
-    if (std::holds_alternative<GivenValues>(*source)) {
-      return refused("friction.per_vertex.source", "is a list; a state names an asset");
-    }
-  }
+  if (auto bad = checkAnnounced(edit->source, "friction.")) return refuse(bad);
+  if (auto bad = checkAnnounced(edit->dynamicSource, "friction.dynamic_")) return refuse(bad);
   return std::move(edit->friction);
 }
 
 Result<Texture> announcedTexture(const v1::Texture& message) {
   auto edit = textureFrom(message);
   if (!edit) return errorOf(edit, "texture.");
-  if (edit->source) {
-    if (auto bad = checkAnnounced(*edit->source, "texture.field.mapped")) return refuse(bad);
-  }
+  if (auto bad = checkAnnounced(edit->sources, "texture.field.")) return refuse(bad);
   return std::move(edit->texture);
+}
+
+/// \param prefix "stiffness_over."
+Result<SurfaceMap> announcedMap(const v1::SurfaceMap& message, const std::string& prefix) {
+  auto edit = surfaceMapFrom(message);
+  if (!edit) return errorOf(edit, prefix);
+  if (auto bad = checkAnnounced(edit->source, prefix)) return refuse(bad);
+  return std::move(edit->map);
 }
 
 void write(const Shading& shading, v1::Shading& message) {
@@ -178,6 +225,21 @@ void write(const Friction& friction, v1::Friction& message) {
   if (const auto* scale = std::get_if<PerVertexScale>(&friction.over)) {
     message.mutable_per_vertex()->set_asset(scale->values.asBytes());
   }
+  message.set_dynamic_variation(friction.dynamicVariation);
+  if (const auto* field = std::get_if<FieldFamily>(&friction.dynamicOver)) {
+    toWire(*field, *message.mutable_dynamic_field());
+  }
+  if (const auto* scale = std::get_if<PerVertexScale>(&friction.dynamicOver)) {
+    message.mutable_dynamic_per_vertex()->set_asset(scale->values.asBytes());
+  }
+}
+
+void write(const SurfaceMap& map, v1::SurfaceMap& message) {
+  message.set_variation(map.variation);
+  if (const auto* field = std::get_if<FieldFamily>(&map.over)) toWire(*field, *message.mutable_field());
+  if (const auto* scale = std::get_if<PerVertexScale>(&map.over)) {
+    message.mutable_per_vertex()->set_asset(scale->values.asBytes());
+  }
 }
 
 void write(const Texture& texture, v1::Texture& message) {
@@ -186,6 +248,20 @@ void write(const Texture& texture, v1::Texture& message) {
   message.set_amplitude_m(texture.amplitude_m);
   message.set_literal(texture.literal);
   message.set_gain_k(texture.gain_K);
+}
+
+/// \param given where the edit says something of the map; empty, it takes it away.
+/// \param prefix "stiffness_over."
+Refusal readMap(bool given, const v1::SurfaceMap& message, const std::string& prefix,
+                std::optional<std::optional<SurfaceMapEdit>>& edit) {
+  if (!given) return std::nullopt;
+  edit.emplace();
+  if (isEmpty(message)) return std::nullopt;
+  auto map = surfaceMapFrom(message);
+  if (!map) return std::move(map.error()).within(prefix);
+  if (auto* field = std::get_if<FieldFamily>(&map->map.over)) normalise(*field);
+  *edit = *std::move(map);
+  return std::nullopt;
 }
 
 }  // namespace
@@ -208,7 +284,9 @@ Result<SurfaceEdit> surfaceFrom(const v1::Material& message) {
     if (!isEmpty(message.friction())) {
       auto friction = frictionFrom(message.friction());
       if (!friction) return errorOf(friction, "friction.");
-      if (auto* field = std::get_if<FieldFamily>(&friction->friction.over)) normalise(*field);
+      for (FactorMap* map : {&friction->friction.over, &friction->friction.dynamicOver}) {
+        if (auto* field = std::get_if<FieldFamily>(map)) normalise(*field);
+      }
       *edit.friction = *std::move(friction);
     }
   }
@@ -221,6 +299,10 @@ Result<SurfaceEdit> surfaceFrom(const v1::Material& message) {
       *edit.texture = *std::move(texture);
     }
   }
+  if (auto bad = readMap(message.has_stiffness_over(), message.stiffness_over(), "stiffness_over.", edit.stiffnessOver))
+    return refuse(bad);
+  if (auto bad = readMap(message.has_softness_over(), message.softness_over(), "softness_over.", edit.softnessOver))
+    return refuse(bad);
   return edit;
 }
 
@@ -241,6 +323,16 @@ Result<SurfaceProperties> surfaceFrom(const v1::ObjectState& message) {
     if (!texture) return errorOf(texture, "");
     properties.texture = *std::move(texture);
   }
+  if (message.has_stiffness_over()) {
+    auto map = announcedMap(message.stiffness_over(), "stiffness_over.");
+    if (!map) return errorOf(map, "");
+    properties.stiffnessOver = *std::move(map);
+  }
+  if (message.has_softness_over()) {
+    auto map = announcedMap(message.softness_over(), "softness_over.");
+    if (!map) return errorOf(map, "");
+    properties.softnessOver = *std::move(map);
+  }
   return properties;
 }
 
@@ -248,9 +340,13 @@ void toWire(const SurfaceProperties& properties, v1::ObjectState& message) {
   message.clear_shading();
   message.clear_friction();
   message.clear_texture();
+  message.clear_stiffness_over();
+  message.clear_softness_over();
   if (properties.shading) write(*properties.shading, *message.mutable_shading());
   if (properties.friction) write(*properties.friction, *message.mutable_friction());
   if (properties.texture) write(*properties.texture, *message.mutable_texture());
+  if (properties.stiffnessOver) write(*properties.stiffnessOver, *message.mutable_stiffness_over());
+  if (properties.softnessOver) write(*properties.softnessOver, *message.mutable_softness_over());
 }
 
 }  // namespace haptics

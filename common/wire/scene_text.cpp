@@ -1,4 +1,5 @@
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
 
@@ -87,6 +88,7 @@ Result<void> parseMessageText(const std::string& text, const std::string& origin
   FirstError error;
   pb::TextFormat::Parser parser;
   parser.RecordErrorsTo(&error);
+  parser.SetRecursionLimit(pb::io::CodedInputStream::GetDefaultRecursionLimit());  // fields may be layers of fields
   if (parser.ParseFromString(text, &message)) return {};
   std::string reason = explain(error.message());
   if (const std::string line = lineOf(text, error.line()); !line.empty()) reason += "; the line reads: " + line;

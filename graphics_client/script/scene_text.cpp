@@ -23,6 +23,8 @@ std::string sceneText(const SceneVersion& scene, const std::string& name) {
     if (state.has_shading()) *add.mutable_material()->mutable_shading() = state.shading();
     if (state.has_friction()) *add.mutable_material()->mutable_friction() = state.friction();
     if (state.has_texture()) *add.mutable_material()->mutable_texture() = state.texture();
+    if (state.has_stiffness_over()) *add.mutable_material()->mutable_stiffness_over() = state.stiffness_over();
+    if (state.has_softness_over()) *add.mutable_material()->mutable_softness_over() = state.softness_over();
     if (state.has_motion()) *add.mutable_motion() = state.motion();
     if (state.has_deformation()) *add.mutable_deformation() = state.deformation();
   }

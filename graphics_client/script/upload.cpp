@@ -25,19 +25,33 @@ v1::MeshSource* meshOf(v1::Operation& operation) {
   return nullptr;
 }
 
+void addImagesOf(v1::ScalarField& field, std::vector<v1::MappedField*>& images) {
+  if (field.has_mapped() && field.mapped().source_case() == v1::MappedField::kImage) {
+    images.push_back(field.mutable_mapped());
+  }
+  if (!field.has_layers()) return;
+  for (v1::FieldLayer& layer : *field.mutable_layers()->mutable_layer()) addImagesOf(*layer.mutable_field(), images);
+}
+
 /// The mapped fields that are to be images.
 std::vector<v1::MappedField*> imagesOf(v1::Operation& operation) {
   v1::Material* material = nullptr;
   if (operation.has_add() && operation.add().has_material()) material = operation.mutable_add()->mutable_material();
   if (operation.has_set_material()) material = operation.mutable_set_material()->mutable_material();
   std::vector<v1::MappedField*> images;
-  const auto look = [&images](v1::ScalarField* field) {
-    if (field->has_mapped() && field->mapped().source_case() == v1::MappedField::kImage) {
-      images.push_back(field->mutable_mapped());
-    }
-  };
-  if (material != nullptr && material->friction().has_field()) look(material->mutable_friction()->mutable_field());
-  if (material != nullptr && material->texture().has_field()) look(material->mutable_texture()->mutable_field());
+  if (material == nullptr) return images;
+  if (material->has_friction()) {
+    v1::Friction& friction = *material->mutable_friction();
+    if (friction.has_field()) addImagesOf(*friction.mutable_field(), images);
+    if (friction.has_dynamic_field()) addImagesOf(*friction.mutable_dynamic_field(), images);
+  }
+  if (material->texture().has_field()) addImagesOf(*material->mutable_texture()->mutable_field(), images);
+  if (material->stiffness_over().has_field()) {
+    addImagesOf(*material->mutable_stiffness_over()->mutable_field(), images);
+  }
+  if (material->softness_over().has_field()) {
+    addImagesOf(*material->mutable_softness_over()->mutable_field(), images);
+  }
   return images;
 }
 

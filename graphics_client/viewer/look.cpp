@@ -31,18 +31,21 @@ std::vector<Vec3> outlineOf(const TriMesh& mesh) {
   return points;
 }
 
-/// Null where the family's sampled field is not here.
-std::shared_ptr<const ScalarField> fieldOf(const FieldFamily& family,
-                                           const std::shared_ptr<const SampledField>& sampled) {
-  return makeField(family, [&](const ContentHash&) { return sampled; }).value_or(nullptr);
-}
-
 SurfaceFields fieldsOf(const LookOrder& order) {
+  /// Null where a sampled field of the family is not here.
+  const auto fieldOf = [&](const FieldFamily& family) -> std::shared_ptr<const ScalarField> {
+    return makeField(family,
+                     [&](const ContentHash& hash) {
+                       const auto at = order.fields.find(hash);
+                       return at == order.fields.end() ? nullptr : at->second;
+                     })
+        .value_or(nullptr);
+  };
   SurfaceFields fields;
-  if (order.surface.texture) fields.texture = fieldOf(order.surface.texture->family, order.textureField);
+  if (order.surface.texture) fields.texture = fieldOf(order.surface.texture->family);
   if (!order.surface.friction) return fields;
   const auto* family = std::get_if<FieldFamily>(&order.surface.friction->over);
-  if (family) fields.friction = fieldOf(*family, order.frictionField);
+  if (family) fields.friction = fieldOf(*family);
   const bool fits = order.frictionScale && order.frictionScale->size() == order.triangles->vertices.size();
   if (fits) fields.frictionScale = order.frictionScale;
   return fields;

@@ -4,6 +4,7 @@
 #include <vtkSmartPointer.h>
 
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -26,9 +27,9 @@ struct LookOrder {
 
   // What the hashes above stand for.
   std::shared_ptr<const TriMesh> triangles = nullptr;
-  std::shared_ptr<const SampledField> textureField = nullptr, frictionField = nullptr;  ///< Null where none is named.
-  std::shared_ptr<const std::vector<float>> frictionScale = nullptr;                    ///< Null where none is named.
-  std::shared_ptr<const MovedVertices> residue = nullptr;                               ///< Null where none is named.
+  std::map<ContentHash, std::shared_ptr<const SampledField>> fields = {};  ///< Of texture and static friction.
+  std::shared_ptr<const std::vector<float>> frictionScale = nullptr;       ///< Null where none is named.
+  std::shared_ptr<const MovedVertices> residue = nullptr;                  ///< Null where none is named.
 
   [[nodiscard]] bool sameAs(const LookOrder& other) const {
     return mesh == other.mesh && mostTriangles == other.mostTriangles && surface == other.surface &&

@@ -33,19 +33,17 @@ std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& 
                   .mostTriangles = hasField(object.material.surface) ? mostTriangles : 0,
                   .triangles = find(view.meshes, object.mesh)};
   bool complete = order.triangles != nullptr;
-  const auto fetch = [&](const FieldFamily& family, std::shared_ptr<const SampledField>& field) {
-    const auto* mapped = std::get_if<MappedFamily>(&family);
-    if (!mapped) return;
-    field = find(view.fields, mapped->field);
-    complete &= field != nullptr;
-  };
-  if (const auto& texture = order.surface.texture) fetch(texture->family, order.textureField);
-  if (const auto& friction = order.surface.friction) {
-    if (const auto* family = std::get_if<FieldFamily>(&friction->over)) fetch(*family, order.frictionField);
-    if (const auto* scale = std::get_if<PerVertexScale>(&friction->over)) {
-      order.frictionScale = find(view.vertexValues, scale->values);
-      complete &= order.frictionScale != nullptr;
-    }
+  if (auto& friction = order.surface.friction) {
+    friction->dynamicOver = {};  // is not drawn
+    friction->dynamicVariation = 0;
+  }
+  order.surface.stiffnessOver.reset();  // likewise
+  order.surface.softnessOver.reset();
+  for (const auto& [kind, hash] : assetsOf(order.surface)) {
+    if (kind == AssetKind::kScalarField) complete &= (order.fields[hash] = find(view.fields, hash)) != nullptr;
+    if (kind != AssetKind::kVertexValues) continue;
+    order.frictionScale = find(view.vertexValues, hash);
+    complete &= order.frictionScale != nullptr;
   }
   if (const auto& residue = order.deformation.residue) {
     order.residue = find(view.movedVertices, *residue);

@@ -53,7 +53,8 @@ struct SpringDamperForce {
 /// Bounds how fast an edit of the material (or the coming or going of an object under the stylus) is felt.
 ///
 /// The felt stiffness moves towards the object's by as much as changes the force by kRate; with no contact it is there
-/// at once. So the contact force itself has no step, before any limit.
+/// at once. So the contact force itself has no step, before any limit. Where the object's stiffness varies over its surface,
+/// that is so of the stiffness at a factor of 1, and what is felt is as much as the factor at the IHIP makes of it.
 class FeltStiffness {
  public:
   /// Newtons per second. Higher makes an edit felt sooner and as more of a kick: 30 N/s is 0.03 N a tick at 1 kHz, and
@@ -61,43 +62,65 @@ class FeltStiffness {
   static constexpr double kRate_N_per_s = 30;
 
   [[nodiscard]] Stiffness value() const noexcept { return felt_; }
+  /// At a factor of 1.
+  [[nodiscard]] Stiffness mean() const noexcept { return mean_; }
 
   /// To a part of itself, 0 to 1.
   void fade(double part) noexcept {
-    felt_.spring_N_per_m *= part;
-    felt_.damping_Ns_per_m *= part;
+    felt_ = times(felt_, part);
+    mean_ = times(mean_, part);
   }
 
+  /// Goes to another place of the surface.
+  void vary(double factor) noexcept {
+    factor_ = factor;
+    felt_ = times(mean_, factor);
+  }
+  /// The factor at the place is another one from here on, by an edit: what is felt is as it was.
+  /// @param factor  More than 0.
+  void varyByEdit(double factor) noexcept {
+    factor_ = factor;
+    mean_ = times(felt_, 1 / factor);
+  }
+
+  /// @param target  At a factor of 1.
   /// @param penetration_m, approach_m_per_s  As in springDamper(); 0 when the object is not in contact.
   /// @param maxForce_N  The device's: what the spring has beyond it is not felt, and goes or comes at once.
   /// @return Joules that the change put into the pressed spring.
   double follow(Stiffness target, double penetration_m, double approach_m_per_s, double maxForce_N,
                 double period_s) noexcept {
-    if (felt_ == target) return 0;
+    if (mean_ == target) return 0;
     const double before_N_per_m = felt_.spring_N_per_m;
     approach(target, penetration_m, approach_m_per_s, maxForce_N, period_s);
+    felt_ = times(mean_, factor_);
     return (felt_.spring_N_per_m - before_N_per_m) / 2 * penetration_m * penetration_m;
   }
 
  private:
   void approach(Stiffness target, double penetration_m, double approach_m_per_s, double maxForce_N,
                 double period_s) noexcept {
-    const Stiffness missing{target.spring_N_per_m - felt_.spring_N_per_m,
-                            target.damping_Ns_per_m - felt_.damping_Ns_per_m};
-    const double change =
-        std::abs(missing.spring_N_per_m * penetration_m) + std::abs(missing.damping_Ns_per_m * approach_m_per_s);
+    const Stiffness missing{target.spring_N_per_m - mean_.spring_N_per_m,
+                            target.damping_Ns_per_m - mean_.damping_Ns_per_m};
+    const double change = factor_ * (std::abs(missing.spring_N_per_m * penetration_m) +
+                                     std::abs(missing.damping_Ns_per_m * approach_m_per_s));
     const double beyond_N = std::max(0.0, felt_.spring_N_per_m * penetration_m - maxForce_N);
     const double allowed = kRate_N_per_s * period_s + beyond_N;
     if (change <= allowed) {
-      felt_ = target;
+      mean_ = target;
       return;
     }
     const double part = allowed / change;
-    felt_.spring_N_per_m += part * missing.spring_N_per_m;
-    felt_.damping_Ns_per_m += part * missing.damping_Ns_per_m;
+    mean_.spring_N_per_m += part * missing.spring_N_per_m;
+    mean_.damping_Ns_per_m += part * missing.damping_Ns_per_m;
+  }
+
+  [[nodiscard]] static Stiffness times(Stiffness k, double factor) noexcept {
+    return {k.spring_N_per_m * factor, k.damping_Ns_per_m * factor};
   }
 
   Stiffness felt_;  // nothing at first: an object that appears around the stylus fades in
+  Stiffness mean_;
+  double factor_ = 1;
 };
 
 }  // namespace haptics

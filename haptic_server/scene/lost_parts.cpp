@@ -24,6 +24,10 @@ void dropPart(ObjectRecord& record, const std::string& field) {
     surface.friction.reset();
   } else if (field.starts_with("texture")) {
     surface.texture.reset();
+  } else if (field.starts_with("stiffness_over")) {
+    surface.stiffnessOver.reset();
+  } else if (field.starts_with("softness_over")) {
+    surface.softnessOver.reset();
   } else if (field.starts_with("deformation")) {
     record.deformation.residue.reset();
   } else if (field.starts_with("shading")) {
@@ -81,6 +85,8 @@ ObjectRecord withLostParts(const ObjectRecord& now, const ObjectRecord& before) 
   if (!surface.shading) surface.shading = itsSurface.shading;
   if (!surface.friction) surface.friction = itsSurface.friction;
   if (!surface.texture) surface.texture = itsSurface.texture;
+  if (!surface.stiffnessOver) surface.stiffnessOver = itsSurface.stiffnessOver;
+  if (!surface.softnessOver) surface.softnessOver = itsSurface.softnessOver;
   if (!whole.motion) whole.motion = before.motion;
   if (whole.deformation.empty()) whole.deformation = before.deformation;
   if (!whole.deformation.residue && whole.deformation.lattice == before.deformation.lattice)
@@ -97,6 +103,8 @@ std::vector<std::string> lostParts(const ObjectRecord& now, const ObjectRecord& 
   if (had.shading != has.shading) parts.emplace_back("shading");
   if (had.friction != has.friction) parts.emplace_back("friction");
   if (had.texture != has.texture) parts.emplace_back("texture");
+  if (had.stiffnessOver != has.stiffnessOver) parts.emplace_back("stiffness_over");
+  if (had.softnessOver != has.softnessOver) parts.emplace_back("softness_over");
   if (whole.motion != now.motion) parts.emplace_back("motion");
   if (whole.deformation != now.deformation) parts.emplace_back("deformation");
   return parts;

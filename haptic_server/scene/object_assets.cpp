@@ -50,8 +50,20 @@ class Gatherer {
     const SurfaceProperties& surface = record_.material.surface;
     Result<void> done;
     if (surface.shading) done = checkCreases(surface.shading->creases, *assets_.mesh->mesh);
-    if (done && surface.friction) done = gather(*surface.friction);
-    if (done && surface.texture) done = make(surface.texture->family, "texture.field", assets_.textureField);
+    if (const auto& friction = surface.friction) {
+      if (done) done = gather(friction->over, "friction.", assets_.frictionField, assets_.frictionScale);
+      if (done) {
+        done = gather(friction->dynamicOver, "friction.dynamic_", assets_.dynamicFrictionField,
+                      assets_.dynamicFrictionScale);
+      }
+    }
+    if (done && surface.texture) done = make(surface.texture->family, "texture.field.", assets_.textureField);
+    if (const auto& map = surface.stiffnessOver; done && map) {
+      done = gather(map->over, "stiffness_over.", assets_.stiffnessField, assets_.stiffnessScale);
+    }
+    if (const auto& map = surface.softnessOver; done && map) {
+      done = gather(map->over, "softness_over.", assets_.softnessField, assets_.softnessScale);
+    }
     if (done && record_.deformation.residue) done = gatherResidue(*record_.deformation.residue);
     if (!done) return tl::unexpected<Error>(std::move(done).error());
     return std::move(assets_);
@@ -75,36 +87,47 @@ class Gatherer {
     return {};
   }
 
-  Result<void> gather(const Friction& friction) {
-    if (const auto* family = std::get_if<FieldFamily>(&friction.over)) {
-      return make(*family, "friction.field", assets_.frictionField);
-    }
-    const auto* scale = std::get_if<PerVertexScale>(&friction.over);
-    if (scale == nullptr) return {};
-    auto values = get<VertexValuesAsset>(scale->values, lookUp_);
-    if (!values) return tl::unexpected<Error>(std::move(values.error()).within("friction.per_vertex"));
+  Result<void> gather(const FactorMap& map, const std::string& prefix, std::shared_ptr<const ScalarField>& field,
+                      std::shared_ptr<const VertexValuesAsset>& scale) {
+    if (const auto* family = std::get_if<FieldFamily>(&map)) return make(*family, prefix + "field.", field);
+    const auto* named = std::get_if<PerVertexScale>(&map);
+    if (named == nullptr) return {};
+    const std::string where = prefix + "per_vertex";
+    auto values = get<VertexValuesAsset>(named->values, lookUp_);
+    if (!values) return tl::unexpected<Error>(std::move(values.error()).within(where));
     const std::size_t vertices = assets_.mesh->mesh->vertices.size();
     if ((*values)->values.size() != vertices) {
-      return refused("friction.per_vertex", "has " + std::to_string((*values)->values.size()) +
-                                                " values; the mesh has " + std::to_string(vertices) +
-                                                " vertices, and each wants one");
+      return refused(where, "has " + std::to_string((*values)->values.size()) + " values; the mesh has " +
+                                std::to_string(vertices) + " vertices, and each wants one");
     }
-    assets_.frictionScale = *std::move(values);
-    assets_.others.push_back(assets_.frictionScale);
+    scale = *std::move(values);
+    assets_.others.push_back(scale);
     return {};
   }
 
   Result<void> make(const FieldFamily& family, const std::string& where, std::shared_ptr<const ScalarField>& to) {
-    std::shared_ptr<const SampledField> samples;
-    if (const auto* mapped = std::get_if<MappedFamily>(&family)) {
-      auto asset = get<FieldAsset>(mapped->field, lookUp_);
-      if (!asset) return tl::unexpected<Error>(std::move(asset.error()).within(where + ".mapped"));
-      samples = (*asset)->field;
-      assets_.others.push_back(*std::move(asset));
-    }
-    auto made = makeField(family, [&samples](const ContentHash&) { return samples; });
-    if (!made) return tl::unexpected<Error>(std::move(made.error()).within(where + "."));
+    if (auto held = hold(family, where); !held) return held;
+    auto made = makeField(family, [this](const ContentHash& hash) {
+      const auto asset = as<FieldAsset>(assets_.find(hash));
+      return asset ? asset->field : nullptr;
+    });
+    if (!made) return tl::unexpected<Error>(std::move(made.error()).within(where));
     to = *std::move(made);
+    return {};
+  }
+
+  /// The sampled fields that a family names.
+  Result<void> hold(const FieldFamily& family, const std::string& where) {
+    if (const auto* layered = std::get_if<LayeredFamily>(&family)) {
+      for (std::size_t i = 0; i < layered->layers.size(); ++i) {
+        if (auto held = hold(layered->layers[i].family, where + layerField(i)); !held) return held;
+      }
+    }
+    const auto* mapped = std::get_if<MappedFamily>(&family);
+    if (mapped == nullptr) return {};
+    auto asset = get<FieldAsset>(mapped->field, lookUp_);
+    if (!asset) return tl::unexpected<Error>(std::move(asset.error()).within(where + "mapped"));
+    assets_.others.push_back(*std::move(asset));
     return {};
   }
 };

@@ -18,7 +18,13 @@ struct ObjectAssets {
   std::shared_ptr<const ScalarField> textureField;         ///< Null without a texture.
   std::shared_ptr<const ScalarField> frictionField;        ///< Null unless friction varies over a field.
   std::shared_ptr<const VertexValuesAsset> frictionScale;  ///< Null unless friction is given per vertex.
-  std::shared_ptr<const MovedVerticesAsset> residue;       ///< Null unless plastic dents have left one.
+  /// The same of the dynamic coefficient's own map.
+  std::shared_ptr<const ScalarField> dynamicFrictionField;
+  std::shared_ptr<const VertexValuesAsset> dynamicFrictionScale;
+  /// The same of what stiffness and softness follow.
+  std::shared_ptr<const ScalarField> stiffnessField, softnessField;
+  std::shared_ptr<const VertexValuesAsset> stiffnessScale, softnessScale;
+  std::shared_ptr<const MovedVerticesAsset> residue;  ///< Null unless plastic dents have left one.
 
   /// Of an object whose assets these are: its mesh's vertices as lattice and residue have them.
   [[nodiscard]] std::vector<Vec3f> shapeAtRest(const DeformationProperties& deformation) const {

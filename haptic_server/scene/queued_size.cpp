@@ -22,32 +22,44 @@ std::size_t heldBy(const ObjectRef& object) noexcept {
 }
 
 std::size_t heldBy(const FieldFamily& family) noexcept {
-  const auto* fourier = std::get_if<FourierFamily>(&family);
-  return fourier ? heldBy(fourier->terms) : 0;
+  if (const auto* fourier = std::get_if<FourierFamily>(&family)) return heldBy(fourier->terms);
+  const auto* layered = std::get_if<LayeredFamily>(&family);
+  if (!layered) return 0;
+  std::size_t bytes = heldBy(layered->layers);
+  for (const FieldLayer& layer : layered->layers) bytes += heldBy(layer.family);
+  return bytes;
 }
 
-std::size_t heldBy(const MappedSource& source) noexcept {
-  const auto* file = std::get_if<FileSource>(&source.field);
-  return file ? heldBy(file->path) : 0;
+std::size_t heldBy(const std::vector<MappedSource>& sources) noexcept {
+  std::size_t bytes = sources.capacity() * sizeof(MappedSource);
+  for (const MappedSource& source : sources) {
+    if (const auto* file = std::get_if<FileSource>(&source.field)) bytes += heldBy(file->path);
+  }
+  return bytes;
+}
+
+std::size_t heldBy(const FactorMap& map, const FactorMapSource& source) noexcept {
+  std::size_t bytes = 0;
+  if (const auto* family = std::get_if<FieldFamily>(&map)) bytes += heldBy(*family);
+  if (const auto* fields = std::get_if<std::vector<MappedSource>>(&source)) return bytes + heldBy(*fields);
+  const auto* given = std::get_if<GivenValues>(&std::get<VertexValuesSource>(source));
+  return given ? bytes + heldBy(given->values) : bytes;
 }
 
 std::size_t heldBy(const FrictionEdit& edit) noexcept {
-  std::size_t bytes = 0;
-  if (const auto* family = std::get_if<FieldFamily>(&edit.friction.over)) bytes += heldBy(*family);
-  if (const auto* mapped = std::get_if<MappedSource>(&edit.source)) bytes += heldBy(*mapped);
-  if (const auto* values = std::get_if<VertexValuesSource>(&edit.source)) {
-    if (const auto* given = std::get_if<GivenValues>(values)) bytes += heldBy(given->values);
-  }
-  return bytes;
+  return heldBy(edit.friction.over, edit.source) + heldBy(edit.friction.dynamicOver, edit.dynamicSource);
 }
 
 std::size_t heldBy(const SurfaceEdit& edit) noexcept {
   std::size_t bytes = 0;
   if (edit.shading && *edit.shading) bytes += heldBy((*edit.shading)->creases);
   if (edit.friction && *edit.friction) bytes += heldBy(**edit.friction);
+  for (const auto& map : {&edit.stiffnessOver, &edit.softnessOver}) {
+    if (*map && **map) bytes += heldBy((**map)->map.over, (**map)->source);
+  }
   if (!edit.texture || !*edit.texture) return bytes;
   const TextureEdit& texture = **edit.texture;
-  return bytes + heldBy(texture.texture.family) + (texture.source ? heldBy(*texture.source) : 0);
+  return bytes + heldBy(texture.texture.family) + heldBy(texture.sources);
 }
 
 std::size_t heldBy(const DeformationEdit& edit) noexcept {

@@ -147,27 +147,42 @@ void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const 
   if (edit.shading) surface["shading"] = field;
   if (edit.friction) surface["friction"] = field;
   if (edit.texture) surface["texture"] = field;
+  if (edit.stiffnessOver) surface["stiffness_over"] = field;
+  if (edit.softnessOver) surface["softness_over"] = field;
   // What an earlier operation of the transaction gave is overruled.
   std::erase_if(named_, [&](const Named& named) {
-    const bool overruled =
-        (named.place == Place::kFriction && edit.friction) || (named.place == Place::kTexture && edit.texture);
+    const bool ofFriction = named.place == Place::kFriction || named.place == Place::kDynamicFriction;
+    const bool overruled = (ofFriction && edit.friction) || (named.place == Place::kTexture && edit.texture) ||
+                           (named.place == Place::kStiffness && edit.stiffnessOver) ||
+                           (named.place == Place::kSoftness && edit.softnessOver);
     return named.object == record.id && overruled;
   });
   const auto name = [&](const std::string& below, Place place, auto* source) {
     named_.push_back({field + below, record.id, record.name, place, source});
   };
+  const auto nameFields = [&](const std::string& below, Place place, const std::vector<MappedSource>& sources) {
+    for (const MappedSource& source : sources) name(below + fieldName(source) + ".", place, &source);
+  };
+  const auto nameMap = [&](const std::string& prefix, Place place, const FactorMapSource& source) {
+    if (const auto* of = std::get_if<std::vector<MappedSource>>(&source)) nameFields(prefix + "field.", place, *of);
+    if (const auto* of = std::get_if<VertexValuesSource>(&source)) name(prefix + "per_vertex.", place, of);
+  };
   if (edit.friction && *edit.friction) {
-    const auto& source = (*edit.friction)->source;
-    if (const auto* of = std::get_if<MappedSource>(&source)) name("friction.field.mapped.", Place::kFriction, of);
-    if (const auto* of = std::get_if<VertexValuesSource>(&source)) name("friction.per_vertex.", Place::kFriction, of);
+    nameMap("friction.", Place::kFriction, (*edit.friction)->source);
+    nameMap("friction.dynamic_", Place::kDynamicFriction, (*edit.friction)->dynamicSource);
   }
-  if (edit.texture && *edit.texture && (*edit.texture)->source) {
-    name("texture.field.mapped.", Place::kTexture, &*(*edit.texture)->source);
+  if (edit.texture && *edit.texture) nameFields("texture.field.", Place::kTexture, (*edit.texture)->sources);
+  if (edit.stiffnessOver && *edit.stiffnessOver) {
+    nameMap("stiffness_over.", Place::kStiffness, (*edit.stiffnessOver)->source);
+  }
+  if (edit.softnessOver && *edit.softnessOver) {
+    nameMap("softness_over.", Place::kSoftness, (*edit.softnessOver)->source);
   }
 }
 
 Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
-  constexpr std::array<const char*, 4> kOf{"", "friction: ", "texture: ", "residue: "};  // as Place counts
+  constexpr std::array<const char*, 7> kOf{"",           "friction: ", "dynamic friction: ", "texture: ", "stiffness: ",
+                                           "softness: ", "residue: "};  // as Place counts
   std::vector<std::string> reports;
   for (const Named& named : named_) {
     auto report = make(named, resolver);
@@ -227,8 +242,8 @@ void SceneDraft::enter(const Named& named, const ContentHash& hash) {
   if (named.place == Place::kMesh) record->mesh = hash;
   if (auto* mapped = mappedFamily(named)) mapped->field = hash;
   if (!std::holds_alternative<const VertexValuesSource*>(named.source)) return;
-  auto& friction = record->material.surface.friction;
-  if (auto* scale = friction ? std::get_if<PerVertexScale>(&friction->over) : nullptr) scale->values = hash;
+  FactorMap* map = factorMap(named);
+  if (auto* scale = map ? std::get_if<PerVertexScale>(map) : nullptr) scale->values = hash;
 }
 
 /// Against the assets of the scene as it was and those made so far: for a while, both are there.
@@ -256,8 +271,9 @@ Result<void> SceneDraft::checkDetails() const {
   }
   for (const ObjectRecord& record : put_) bytes += detailSizeOf(record);
   if (bytes <= limits_.details_bytes) return {};
-  const std::string why = "makes the Fourier terms, creases and lattices of all objects " + std::to_string(bytes) +
-                          " bytes; a scene has at most " + std::to_string(limits_.details_bytes);
+  const std::string why = "makes the Fourier terms, layers, creases and lattices of all objects " +
+                          std::to_string(bytes) + " bytes; a scene has at most " +
+                          std::to_string(limits_.details_bytes);
   for (const auto& [object, given] : given_) {
     if (!given.deformation.empty()) return refused(given.deformation + "lattice", why);
     if (given.surface.empty()) continue;
@@ -268,13 +284,27 @@ Result<void> SceneDraft::checkDetails() const {
 }
 
 /// That the source is of; null for other sources.
+FactorMap* SceneDraft::factorMap(const Named& named) {
+  ObjectRecord* record = put(named.object);
+  if (!record) return nullptr;
+  SurfaceProperties& surface = record->material.surface;
+  if (named.place == Place::kFriction && surface.friction) return &surface.friction->over;
+  if (named.place == Place::kDynamicFriction && surface.friction) return &surface.friction->dynamicOver;
+  if (named.place == Place::kStiffness && surface.stiffnessOver) return &surface.stiffnessOver->over;
+  if (named.place == Place::kSoftness && surface.softnessOver) return &surface.softnessOver->over;
+  return nullptr;
+}
+
+/// Likewise.
 MappedFamily* SceneDraft::mappedFamily(const Named& named) {
   ObjectRecord* record = put(named.object);
-  if (!record || !std::holds_alternative<const MappedSource*>(named.source)) return nullptr;
-  auto& [shading, friction, texture] = record->material.surface;
+  const auto* source = std::get_if<const MappedSource*>(&named.source);
+  if (!record || !source) return nullptr;
   FieldFamily* family = nullptr;
+  auto& texture = record->material.surface.texture;
   if (named.place == Place::kTexture && texture) family = &texture->family;
-  if (named.place == Place::kFriction && friction) family = std::get_if<FieldFamily>(&friction->over);
+  if (FactorMap* map = factorMap(named)) family = std::get_if<FieldFamily>(map);
+  if (family && (*source)->layer) family = &std::get<LayeredFamily>(*family).layers.at(*(*source)->layer).family;
   return family ? std::get_if<MappedFamily>(family) : nullptr;
 }
 

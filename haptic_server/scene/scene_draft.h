@@ -40,7 +40,7 @@ class SceneDraft {
   [[nodiscard]] ObjectId nextId() const noexcept { return nextId_; }
 
  private:
-  enum class Place { kMesh, kFriction, kTexture, kResidue };
+  enum class Place { kMesh, kFriction, kDynamicFriction, kTexture, kStiffness, kSoftness, kResidue };
   /// An asset to be made, and where its name goes.
   struct Named {
     std::string field;
@@ -91,6 +91,7 @@ class SceneDraft {
   void dropResidue(ObjectRecord& record);
   void enter(const Named& named, const ContentHash& hash);
   void fitMapping(const Named& named);
+  FactorMap* factorMap(const Named& named);
   MappedFamily* mappedFamily(const Named& named);
   Result<void> checkMotion(const ObjectRecord& record, const Given& given) const;
   Result<void> checkMovingCount(const std::string& field) const;

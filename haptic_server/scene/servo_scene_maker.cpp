@@ -55,11 +55,11 @@ std::unique_ptr<ServoScene> ServoSceneMaker::make(std::vector<ServoObjectParts> 
     addBody(known, *record, assets);
     addTissue(known, *record);
     addTakenDents(known, record->id);
-    const Material& material = record->material;
-    const double stiffness_N_per_m = std::min(material.stiffness_N_per_m, device_.stiffest_N_per_m);
-    const double damping_Ns_per_m = std::min(material.damping_Ns_per_m, device_.mostDamping_Ns_per_m);
-    const double share =
-        known.body ? bearableShare(known.feltMass_kg, stiffness_N_per_m, damping_Ns_per_m, device_.period_s) : 1;
+    const auto [stiffness, highestFactor] = bearableStiffness(record->material, known.detail.get());
+    const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
+    const double share = known.body ? bearableShare(known.feltMass_kg, highestFactor * stiffness_N_per_m,
+                                                    highestFactor * damping_Ns_per_m, device_.period_s)
+                                    : 1;
     scene->objects.push_back({.id = record->id,
                               .surface = known.surface,
                               .pose = record->pose,
@@ -70,12 +70,27 @@ std::unique_ptr<ServoScene> ServoSceneMaker::make(std::vector<ServoObjectParts> 
                               .motion = known.body,
                               .poseRevision = poseRevision,
                               .tissue = known.tissue,
-                              .taken = known.taken});
+                              .taken = known.taken,
+                              .highestFactor = highestFactor});
   }
   detailed_ = std::move(detailed);
   std::erase_if(told_, [this](const auto& entry) { return !detailed_.contains(entry.first); });
   parts_ = std::move(objects);
   return scene;
+}
+
+/// Where the stiffness varies it is the device's limit at the places that would pass it, and as asked for elsewhere; damping
+/// has the same ratio to it everywhere, and so is less everywhere where it would pass the limit anywhere.
+ServoSceneMaker::BearableStiffness ServoSceneMaker::bearableStiffness(const Material& material,
+                                                                      const SurfaceDetail* detail) const {
+  double stiffness_N_per_m = material.stiffness_N_per_m, highestFactor = 1;
+  if (detail && detail->stiffness) {
+    highestFactor = std::min(detail->stiffness->highest(), device_.stiffest_N_per_m / stiffness_N_per_m);
+  } else {
+    stiffness_N_per_m = std::min(stiffness_N_per_m, device_.stiffest_N_per_m);
+  }
+  return {{stiffness_N_per_m, std::min(material.damping_Ns_per_m, device_.mostDamping_Ns_per_m / highestFactor)},
+          highestFactor};
 }
 
 /// Making a detail takes milliseconds, and normals of a large mesh more: what did not change is kept.
@@ -88,6 +103,15 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
 
   DetailFields fields{.texture = assets.textureField, .friction = assets.frictionField, .frictionScale = {}};
   if (assets.frictionScale) fields.frictionScale = {assets.frictionScale, &assets.frictionScale->values};
+  fields.dynamicFriction = assets.dynamicFrictionField;
+  if (const auto& scale = assets.dynamicFrictionScale) fields.dynamicFrictionScale = {scale, &scale->values};
+  const auto sourceOf = [](const auto& field, const auto& scale) {
+    FactorSource source{field, nullptr};
+    if (scale) source.scale = {scale, &scale->values};
+    return source;
+  };
+  fields.stiffness = sourceOf(assets.stiffnessField, assets.stiffnessScale);
+  fields.softness = sourceOf(assets.softnessField, assets.softnessScale);
   if (surface != assets.mesh->surface) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
   std::shared_ptr<const ShadingNormals> normals;
   if (sameSurface && known->second.detail && known->second.properties.shading == properties.shading) {

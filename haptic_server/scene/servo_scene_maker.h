@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "haptic_server/force/spring_damper.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/scene/surface_remarks.h"
 #include "haptic_server/servo/servo_scene.h"
@@ -95,6 +96,12 @@ class ServoSceneMaker {
   std::map<ObjectId, Pose> bodies_;  // where they rested last
   bool bodiesMoved_ = false;         // since plan_ was made
 
+  /// What the device bears of a material: at a factor of 1, and the highest factor.
+  struct BearableStiffness {
+    Stiffness stiffness;
+    double highestFactor;
+  };
+  [[nodiscard]] BearableStiffness bearableStiffness(const Material& material, const SurfaceDetail* detail) const;
   [[nodiscard]] std::shared_ptr<const ExplorationPlan> planFor(ServoScene scene) const;
   void addLeaving(std::vector<ServoObjectParts>& objects, const SceneVersion& version, std::uint64_t now_ns);
   void addBody(Detailed& detailed, const ObjectRecord& record, const ObjectAssets& assets) const;

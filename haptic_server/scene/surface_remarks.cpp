@@ -15,6 +15,40 @@ namespace {
 /// Fewer samples than this a wave show another one (Shannon).
 constexpr double kSamplesPerWave = 2;
 
+SurfaceFactor factorOf(const SurfaceMap& map, const std::shared_ptr<const ScalarField>& field,
+                       const std::shared_ptr<const VertexValuesAsset>& scale) {
+  FactorSource source{field, nullptr};
+  if (scale) source.scale = {scale, &scale->values};
+  return {map.variation, std::move(source), kLeastStiffnessFactor};
+}
+
+/// Of the stiffness over the surface; 1 where it is the same everywhere.
+double highestFactor(const ObjectRecord& record, const ObjectAssets& assets) {
+  const auto& map = record.material.surface.stiffnessOver;
+  return map ? factorOf(*map, assets.stiffnessField, assets.stiffnessScale).highest() : 1;
+}
+
+/// Empty when what a map pushes sideways is felt whole, up to a press of 1 N.
+std::string pushRemark(const std::string& property, const SurfaceFactor& factor, double spring_N_per_m,
+                       const DeviceLimits& device) {
+  constexpr double kPress_N = 1;
+  const double lateral_N_per_m = factor.lateralStiffness_N_per_m(spring_N_per_m, kPress_N / spring_N_per_m);
+  if (lateral_N_per_m <= device.stableLateral_N_per_m) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: under a press of 1 N " << property << " pushes sideways with "
+       << 100 * device.stableLateral_N_per_m / lateral_N_per_m
+       << " % of what keeps a closed loop from giving energy: with all of it, it would be a spring of up to "
+       << lateral_N_per_m << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
+       << " N/m; less variation or a longer wave keeps it";
+  return text.str();
+}
+
+/// Of the stiffest place, as it is felt.
+double stiffestPlace_N_per_m(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  return std::min(record.material.stiffness_N_per_m * highestFactor(record, assets), device.stiffest_N_per_m);
+}
+
 /// Empty when it is felt as it was asked for, up to a press of 1 N.
 std::string bumpRemark(const TextureDetail& detail, double stiffness_N_per_m, const DeviceLimits& device) {
   constexpr double kPress_N = 1;
@@ -33,7 +67,7 @@ std::string bumpRemark(const TextureDetail& detail, double stiffness_N_per_m, co
 /// Empty when it is felt as it was asked for.
 std::string clampRemark(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
   const Texture& texture = *record.material.surface.texture;
-  const double k = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
+  const double k = stiffestPlace_N_per_m(record, assets, device);
   const TextureDetail detail(*assets.mesh->surface, texture, assets.textureField);
   if (texture.law == Texture::Law::kBump) return bumpRemark(detail, k, device);
   const double gain = detail.gainFor(k, device.stableLateral_N_per_m);
@@ -56,24 +90,30 @@ std::string literalRemark(const Texture& texture, const ScalarField& field) {
 }
 
 /// Empty when it is felt as it was asked for.
-std::string stiffnessRemark(const ObjectRecord& record, const DeviceLimits& device) {
-  const double asked = record.material.stiffness_N_per_m;
+std::string stiffnessRemark(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  const double asked = record.material.stiffness_N_per_m * highestFactor(record, assets);
   if (asked <= device.stiffest_N_per_m) return {};
   std::ostringstream text;
   text.precision(6);
   text << "warning: stiffness_N_per_m is felt as " << std::floor(device.stiffest_N_per_m) << " instead of " << asked
+       << (record.material.surface.stiffnessOver ? ", its most by stiffness_over, and likewise wherever it is beyond"
+                                                 : "")
        << ": the device comes to rest on walls of up to " << std::floor(2 * device.stiffest_N_per_m)
        << " N/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
   return text.str();
 }
 
 /// Empty when it is felt as it was asked for.
-std::string dampingRemark(const ObjectRecord& record, const DeviceLimits& device) {
-  const double asked = record.material.damping_Ns_per_m;
+std::string dampingRemark(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  const double felt_N_per_m = stiffestPlace_N_per_m(record, assets, device);
+  const bool varies = record.material.surface.stiffnessOver.has_value();
+  const double highest = varies ? felt_N_per_m / record.material.stiffness_N_per_m : 1;
+  const double asked = highest * record.material.damping_Ns_per_m;
   if (asked <= device.mostDamping_Ns_per_m) return {};
   std::ostringstream text;
   text.precision(4);
   text << "warning: damping_Ns_per_m is felt as " << device.mostDamping_Ns_per_m << " instead of " << asked
+       << (varies ? ", its most by stiffness_over, and less by the same ratio elsewhere" : "")
        << ": the device comes to rest on walls with up to " << 2 * device.mostDamping_Ns_per_m
        << " Ns/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
   return text.str();
@@ -106,8 +146,10 @@ std::string millimetres(double length_m) {
 std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets,
                                         const DeviceLimits& device) {
   std::vector<std::string> remarks;
-  if (std::string clamped = stiffnessRemark(record, device); !clamped.empty()) remarks.push_back(std::move(clamped));
-  if (std::string clamped = dampingRemark(record, device); !clamped.empty()) remarks.push_back(std::move(clamped));
+  if (std::string clamped = stiffnessRemark(record, assets, device); !clamped.empty())
+    remarks.push_back(std::move(clamped));
+  if (std::string clamped = dampingRemark(record, assets, device); !clamped.empty())
+    remarks.push_back(std::move(clamped));
   const auto look = [&](const char* property, const ScalarField* field) {
     if (!field) return;
     const double finest_m = field->shortestWavelength_m();
@@ -129,7 +171,25 @@ std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const Object
     std::string literal = literalRemark(*record.material.surface.texture, *assets.textureField);
     if (!literal.empty()) remarks.push_back(std::move(literal));
   }
-  if (record.material.surface.friction) look("friction", assets.frictionField.get());
+  if (record.material.surface.friction) {
+    look("friction", assets.frictionField.get());
+    look("dynamic friction", assets.dynamicFrictionField.get());
+  }
+  const auto lookAtMap = [&](const char* property, const std::optional<SurfaceMap>& map,
+                             const std::shared_ptr<const ScalarField>& field,
+                             const std::shared_ptr<const VertexValuesAsset>& scale, double spring_N_per_m) {
+    if (!map) return;
+    look(property, field.get());
+    std::string push = pushRemark(property, factorOf(*map, field, scale), spring_N_per_m, device);
+    if (!push.empty()) remarks.push_back(std::move(push));
+  };
+  const SurfaceProperties& surface = record.material.surface;
+  lookAtMap("stiffness_over", surface.stiffnessOver, assets.stiffnessField, assets.stiffnessScale,
+            record.material.stiffness_N_per_m);
+  if (const auto& softness = record.deformation.softness) {
+    lookAtMap("softness_over", surface.softnessOver, assets.softnessField, assets.softnessScale,
+              softness->stiffness_N_per_m);
+  }
   return remarks;
 }
 

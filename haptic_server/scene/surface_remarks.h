@@ -25,9 +25,9 @@ struct DeviceLimits {
   double mostDamping_Ns_per_m = std::numeric_limits<double>::infinity();
 };
 
-/// Warnings of a texture or friction whose finest detail is finer than two steps of the device's encoder, which feel it
+/// Warnings of a texture, or a map of friction, stiffness or softness, whose finest detail is finer than two steps of the device's encoder, which feel it
 /// as something else, or than two edges of the mesh, which show it so; of pits that Eq. (4a) makes bumps; and of a
-/// stiffness, a damping or a texture's steepness that is clamped for the device to stay stable.
+/// stiffness at its stiffest place, what such a map pushes sideways, a damping or a texture's steepness that is clamped for the device to stay stable.
 [[nodiscard]] std::vector<std::string> surfaceRemarks(const ObjectRecord& record, const ObjectAssets& assets,
                                                       const DeviceLimits& device);
 

@@ -3,6 +3,7 @@
 #include "haptic_server/servo/felt_pose.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/held_springs.h"
+#include "haptic_server/servo/varying_springs.h"
 
 namespace haptics {
 namespace {
@@ -31,12 +32,15 @@ class Succession {
       }
     }
     for (std::size_t i = 0; i < count_; ++i) {
-      takeDetail(i, next.objects[i].detail.get());
+      takeDetail(i, next.objects[i]);
       takeMotion(i, next.objects[i]);
       takeDents(i, next.objects[i]);
     }
     contact_ = state.contact;
     broken_ = reseat(contact_, bodies(), {origins_.data(), count_});
+    if (state.anyVaryingStiffness || anyVaryingStiffness_) {
+      for (std::size_t i = 0; i < count_; ++i) takeFactor(i, next.objects[i]);
+    }
   }
 
   /// The contact could not be carried on as it was.
@@ -76,6 +80,7 @@ class Succession {
     state.anyDetail = anyDetail_ || movingCount_ > 0 || anySoft_;
     state.anyBumps = anyBumps_;
     state.anySoft = anySoft_;
+    state.anyVaryingStiffness = anyVaryingStiffness_;
     state.contactBroken = broken_ || otherDetailEdited_;
     state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                       [](const HapticState::ObjectState& o) { return o.beingMoved; });
@@ -157,17 +162,37 @@ class Succession {
     return holds && !state_.bodies[before].leaving && pose.follows(state_.bodies[before].current, object.pose);
   }
 
-  void takeDetail(std::size_t i, const SurfaceDetail* detail) noexcept {
+  void takeDetail(std::size_t i, const ServoObject& object) noexcept {
+    const SurfaceDetail* detail = object.detail.get();
     const int before = origins_[i].before;
     bumps_[i] = before >= 0 ? state_.bumps[static_cast<std::size_t>(before)] : BumpWatch{};
-    const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr);
+    const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr) ||
+                        (detail != nullptr && detail->stiffness && objects_[i].highestFactor != object.highestFactor);
+    factorEdited_[i] = edited;
     if (edited) bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
     detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.contactObject);
     const bool leaves = before >= 0 && bodies_[i].leaving && !state_.bodies[static_cast<std::size_t>(before)].leaving;
     otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
     objects_[i].detail = detail;
+    objects_[i].highestFactor = object.highestFactor;
     anyDetail_ = anyDetail_ || detail != nullptr;
     anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
+    anyVaryingStiffness_ = anyVaryingStiffness_ || (detail != nullptr && detail->stiffness);
+  }
+
+  /// What holds the IHIP is as stiff as it was, whatever its stiffness follows from here on.
+  void takeFactor(std::size_t i, const ServoObject& object) noexcept {
+    if (!factorEdited_[i]) return;
+    const bool varies = object.detail && object.detail->stiffness;
+    const auto holding = contact_.surfaces();
+    const auto held = std::ranges::find(holding, static_cast<int>(i), &HoldingSurface::body);
+    FeltStiffness& felt = objects_[i].felt;
+    if (held == holding.end()) {
+      if (!varies) felt.vary(1);
+      return;
+    }
+    const double factor = varies ? stiffnessFactorAt(object, bodies_[i], held->triangle, contact_.ihip).value : 1;
+    if (factor > 0) felt.varyByEdit(factor);
   }
 
   /// Goes on as it is dented, unless its surface is another one. Dents that the surface holds now end here: the shape stays
@@ -251,6 +276,8 @@ class Succession {
   bool otherDetailEdited_ = false;
   bool anyDetail_ = false;
   bool anyBumps_ = false;
+  bool anyVaryingStiffness_ = false;
+  std::array<bool, kMaxServoObjects> factorEdited_;
   bool broken_ = false;
 };
 

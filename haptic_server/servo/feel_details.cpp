@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "haptic_server/servo/body_dents.h"
 #include "haptic_server/servo/feel_friction.h"
 #include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/material_map.h"
 #include "haptic_server/servo/separation_speed.h"
+#include "haptic_server/servo/varying_springs.h"
 #include "haptic_server/surface/force_shading.h"
 #include "haptic_server/surface/nearest_point.h"
 
@@ -54,6 +56,7 @@ class Feeling {
     if (state_.anyBumps) feelBumps();
     followStiffness();
     for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
+    if (state_.anyVaryingStiffness) pushAlong();
     if (severalBodiesHold(state_)) tick_.force.spring += otherSprings_N(state_, held_m_);
     if (count_ == 0) {
       forgetFriction();
@@ -101,6 +104,7 @@ class Feeling {
     watch.clear_m = 0;
     const Vec3 unshaded_m = felt.geometric_m * felt.normal;
     shadeTouched(felt);
+    if (state_.anyVaryingStiffness && isShadedRigid(felt.body)) varyBeside(felt);
     feelHeight(felt, watch);
     tick_.shadingForce_N =
         stiffness(felt).spring_N_per_m * (std::max(0.0, felt.geometric_m) * felt.normal - unshaded_m);
@@ -171,9 +175,48 @@ class Feeling {
       Felt felt{};
       felt.body = i;
       if (!nearBumps(felt)) continue;
+      if (state_.anyVaryingStiffness && !felt.heightOnly) varyBeside(felt);
       feelHeight(felt, state_.bumps[i]);
       if (felt.depth_m > 0) felt_[count_++] = felt;
     }
+  }
+
+  [[nodiscard]] bool hasVaryingStiffness(std::size_t body) const noexcept {
+    return detail(body) != nullptr && detail(body)->stiffness.has_value();
+  }
+
+  /// Its stiffness is that of the shaded point.
+  [[nodiscard]] bool isShadedRigid(std::size_t body) const noexcept {
+    return memory_.fade.shaded && object(body).tissue == nullptr;
+  }
+
+  /// To the stiffness at what is felt: a bump that reaches the HIP, or a shaded point.
+  void varyBeside(const Felt& felt) noexcept {
+    if (!hasVaryingStiffness(felt.body)) return;
+    state_.objects[felt.body].felt.vary(
+        stiffnessFactorAt(object(felt.body), state_.bodies[felt.body], felt.triangle, felt.ihip()).value);
+  }
+
+  /// What stiffnesses that vary push along their surfaces.
+  [[gnu::noinline]] void pushAlong() noexcept {
+    for (const Felt& felt : std::span(felt_).first(count_)) {
+      if (felt.heightOnly || !hasVaryingStiffness(felt.body)) continue;
+      const bool held = isTouched(felt.body);
+      if (held && !isShadedRigid(felt.body)) continue;
+      FactorSample sample = stiffnessFactorAt(object(felt.body), state_.bodies[felt.body], felt.triangle, felt.ihip());
+      sample.gradient -= felt.normal * glm::dot(sample.gradient, felt.normal);
+      if (held) {
+        sample.gradient = belowShaded(object(felt.body), state_.bodies[felt.body], felt.triangle, felt.depth_m,
+                                      felt.normal, sample.gradient);
+      }
+      tick_.force.spring += haptics::pushAlong_N(*detail(felt.body)->stiffness, sample,
+                                                 state_.objects[felt.body].felt.mean().spring_N_per_m,
+                                                 felt.depth_m * felt.depth_m, config_);
+    }
+    const auto holding = state_.contact.surfaces();
+    const bool byCore = contact_.touching && !holding.empty() && holding.front().body == contact_.body;
+    if (!byCore || (!severalBodiesHold(state_) && isShadedRigid(felt_[0].body))) return;
+    tick_.force.spring += contactPushAlong_N(scene_, state_, config_, held_m_, std::max(0.0, felt_[0].depth_m));
   }
 
   /// Looks for the nearest point of a surface that is not touched, or, when it is one of several that are, takes it.
@@ -272,7 +315,7 @@ class Feeling {
     for (std::size_t i = 0; i < state_.bodyCount; ++i) {
       const Stiffness own{object(i).stiffness_N_per_m, object(i).damping_Ns_per_m};
       const Stiffness target = state_.bodies[i].leaving ? Stiffness{} : own;
-      if (state_.objects[i].felt.value() == target && !state_.lettingGo) continue;
+      if (state_.objects[i].felt.mean() == target && !state_.lettingGo) continue;
       followStiffness(i, target);
     }
   }

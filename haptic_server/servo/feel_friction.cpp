@@ -86,7 +86,8 @@ class HeldFrictions {
     const Body& body = state_.bodies[pressed.body];
     const ServoObject& object = scene_.objects[pressed.body];
     const FrictionDetail* friction = object.detail && object.detail->friction ? &*object.detail->friction : nullptr;
-    const double spring_N_per_m = state_.objects[pressed.body].felt.value().spring_N_per_m;
+    // Its own spring is the same over the surface: one that varied while it sticks would give energy.
+    const double spring_N_per_m = state_.objects[pressed.body].felt.mean().spring_N_per_m;
     const bool isOther = held.object != 0 && held.object != object.id;
     held.object = object.id;
     held.normal = pressed.normal;

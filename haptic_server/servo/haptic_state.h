@@ -58,7 +58,8 @@ struct StepMemory {
   std::uint64_t dentNumber = 0;           ///< Of the newest dent. Written by the step.
   bool anyDetail = false;                 ///< Some object of the scene has surface properties, moves, or is soft;
   bool anySoft = false;                   ///< Some is soft;
-  bool anyBumps = false;                  ///< bumps that are felt outside of its polygons.
+  bool anyBumps = false;                  ///< bumps that are felt outside of its polygons;
+  bool anyVaryingStiffness = false;       ///< a stiffness that varies over its surface.
   bool anyBeingMoved = false;
   bool anyLeaving = false;
   bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
@@ -95,8 +96,9 @@ struct BodyDent {
   Dent begun;                ///< While it is pressed: what is to stay where this stretch of its way began.
   std::uint64_t number = 0;  ///< Counts up from 1. An object's dents are in order of it.
   double still_s = 0;        ///< So long it has been what it comes to.
-  bool pressed = false;      ///< By the contact: one of each body that holds the IHIP, at most.
-  bool stays = false;        ///< It will not change any more; the builder may take it in.
+  double kept_m = 0;     ///< While it is pressed: of its depth, what had stayed before, so that nobody pressed for it.
+  bool pressed = false;  ///< By the contact: one of each body that holds the IHIP, at most.
+  bool stays = false;    ///< It will not change any more; the builder may take it in.
 };
 
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
@@ -128,6 +130,7 @@ struct HapticState : StepMemory {
     FeltStiffness felt;
     const SurfaceDetail* detail = nullptr;  ///< As in the scene, to tell whether it was edited.
     const SoftTissue* tissue = nullptr;     ///< Likewise.
+    double highestFactor = 0;               ///< Likewise.
     TakenDents taken;                       ///< As in the scene.
   };
 

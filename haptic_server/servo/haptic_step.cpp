@@ -8,6 +8,7 @@
 #include "haptic_server/servo/moving_bodies.h"
 #include "haptic_server/servo/separation_speed.h"
 #include "haptic_server/servo/soft_bodies.h"
+#include "haptic_server/servo/varying_springs.h"
 
 namespace haptics {
 namespace {
@@ -303,8 +304,10 @@ template <bool kDetails>
     if (felt.contact.work.putOut) [[unlikely]]
       notePutOut(scene, state, felt.contact.work);
     if constexpr (kDetails) {
+      if (state.anyVaryingStiffness) [[unlikely]]
+        varyStiffness(scene, state);
       if (state.anySoft) [[unlikely]]
-        yieldToContact(scene, state, config, felt.contact);
+        yieldToContact(scene, state, config, felt);
     }
     if (state.lead.active()) felt.geometricNormal = felt.contact.normal;
     if constexpr (kDetails) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -41,6 +42,8 @@ struct ServoObject {
   /// What it yields like; null for a rigid one. The same pointer likewise.
   std::shared_ptr<const SoftTissue> tissue = nullptr;
   TakenDents taken = {};
+  /// Of the detail's stiffness factor, where it has one: above it the factor is cut off, for the device to bear it.
+  double highestFactor = std::numeric_limits<double>::infinity();
 };
 
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <span>
 
 #include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/relaxing_dents.h"
+#include "haptic_server/servo/varying_springs.h"
 #include "haptic_server/servo/yielding.h"
 
 namespace haptics {
@@ -39,9 +41,29 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   contact.triangle = met.crossing.triangle;
 }
 
+/// Of the tissue's stiffness, at a place on the shape at rest; the gradient along the IHIP's ways. 1 where it does not vary.
+[[nodiscard]] FactorSample softnessAt(const ServoScene& scene, const HapticState& state, std::size_t body,
+                                      std::uint32_t triangle, Vec3 place) noexcept {
+  const ServoObject& object = scene.objects[body];
+  if (!object.detail || !object.detail->softness) [[likely]]
+    return {};
+  FactorSample sample = factorAt(*object.detail->softness, object, state.bodies[body], triangle, place,
+                                 std::numeric_limits<double>::infinity());
+  sample.gradient = alongContact(state, sample.gradient);
+  return sample;
+}
+
+/// What the tissue pushes along the surface, where it varies.
+[[nodiscard]] Vec3 tissuePushAlong_N(const ServoObject& object, const FactorSample& softness, double elastic_m2,
+                                     const StepConfig& config) noexcept {
+  if (softness.gradient == Vec3(0)) [[likely]]
+    return Vec3(0);
+  return pushAlong_N(*object.detail->softness, softness, object.tissue->stiffness_N_per_m, elastic_m2, config);
+}
+
 /// The body that the contact belongs to.
-void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                ContactResult& contact) noexcept {
+void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
+  ContactResult& contact = tick.contact;
   const auto index = static_cast<std::size_t>(contact.body);
   const Body& body = state.bodies[index];
   const HoldingSurface& held = state.contact.holding[0];
@@ -50,17 +72,20 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
   atRest.feature = state.contact.feature;
   atRest.index = contact.primitive.localIndex;
   atRest.point = body.frame.toLocal(contact.ihip);
+  const FactorSample softness = softnessAt(scene, state, index, held.triangle, contact.ihip);
   const PressedBody pressed{.body = index,
                             .atRest = atRest,
                             .side = held.side,
                             .h = body.frame.toLocal(state.hip),
                             .below = contact.penetration_m > 0,
                             .contact_N_per_m = state.objects[index].felt.value().spring_N_per_m,
-                            .shaded = true};
+                            .shaded = true,
+                            .softness = softness.value};
   Yielding yielding(scene, state, config, contact.work, pressed);
   if (!yielding.press()) return lose(state, index, contact);
   const Yielding::Nearest at = yielding.nearestTo(pressed.h);
   if (at.outside) return lose(state, index, contact);
+  tick.force.spring += tissuePushAlong_N(scene.objects[index], softness, yielding.elastic_m2(), config);
   contact.alongNormal = false;
   contact.ihip = body.frame.toWorld(at.foot.point);
   contact.normal = body.frame.turn(at.normal);
@@ -77,9 +102,14 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
 class Together {
  public:
   /// @param inTheWay  Of the one body that holds the IHIP, into another one; or nothing.
-  Together(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact,
+  Together(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick,
            const InTheWay& inTheWay) noexcept
-      : scene_(scene), state_(state), config_(config), contact_(contact), penetration_m_(contact.ihip - state.hip) {
+      : scene_(scene),
+        state_(state),
+        config_(config),
+        tick_(tick),
+        contact_(tick.contact),
+        penetration_m_(tick.contact.ihip - state.hip) {
     gather(inTheWay);
   }
 
@@ -98,8 +128,9 @@ class Together {
     Vec3 normal{0};                      // unit
     Vec3 point{0};                       // on its plane at rest
     const SoftTissue* tissue = nullptr;  // null: rigid
-    double left_m = 0;                   // d
-    double yield_m = 0;                  // y
+    FactorSample softness = {};
+    double left_m = 0;   // d
+    double yield_m = 0;  // y
   };
   struct Plane {
     Vec3 point{0};
@@ -128,6 +159,7 @@ class Together {
     }
     for (Part& part : parts()) {
       part.normal = part.normal != Vec3(0) ? glm::normalize(part.normal) : normalOf(state_, part.held);
+      part.softness = softnessAt(scene_, state_, bodyOf(part), part.held.triangle, contact_.ihip);
     }
     if (!inTheWay.crossing) return;
     const HoldingSurface met{static_cast<int>(inTheWay.body), inTheWay.crossing.side, inTheWay.crossing.triangle};
@@ -155,8 +187,8 @@ class Together {
       depth[row] = glm::dot(part.normal, part.point - state_.hip);
       if (part.tissue == nullptr) continue;
       // y = q (d + y) + e before, exact for a d + y that stays.
-      const double q = part.tissue->yield_m(0, 1, spring_N_per_m(part), config_.period_s);
-      left[i] = part.tissue->yield_m(before_m[i], 0, spring_N_per_m(part), config_.period_s) / (1 - q);
+      const double q = part.tissue->yield_m(0, 1, spring_N_per_m(part), config_.period_s, part.softness.value);
+      left[i] = part.tissue->yield_m(before_m[i], 0, spring_N_per_m(part), config_.period_s, part.softness.value) / (1 - q);
       products[row][row] += q / (1 - q);
       depth[row] -= left[i];
     }
@@ -194,7 +226,11 @@ class Together {
     const Body& body = state_.bodies[bodyOf(part)];
     PressedBody pressed = pressedBody(part);
     pressed.h = body.frame.toLocal(contact_.ihip - (part.left_m + part.yield_m) * part.normal);
-    if (Yielding yielding(scene_, state_, config_, contact_.work, pressed); !yielding.press()) {
+    Yielding yielding(scene_, state_, config_, contact_.work, pressed);
+    if (yielding.press()) {
+      tick_.force.spring +=
+          tissuePushAlong_N(scene_.objects[pressed.body], part.softness, yielding.elastic_m2(), config_);
+    } else {
       for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
         if (dent.body == pressed.body) dent.pressed = false;
       }
@@ -210,7 +246,8 @@ class Together {
             .atRest = atRest,
             .side = part.held.side,
             .below = true,
-            .contact_N_per_m = spring_N_per_m(part)};
+            .contact_N_per_m = spring_N_per_m(part),
+            .softness = part.softness.value};
   }
 
   /// The IHIP: of what is on the surfaces as they are now, or outside, the nearest to the HIP.
@@ -285,6 +322,7 @@ class Together {
   const ServoScene& scene_;
   HapticState& state_;
   const StepConfig& config_;
+  FeltTick& tick_;
   ContactResult& contact_;
   Vec3 penetration_m_;
   std::array<Part, ContactState::kMaxHolding> parts_;
@@ -294,51 +332,52 @@ class Together {
 /// What the dent of the one body that holds the IHIP would come upon.
 [[nodiscard]] InTheWay whatIsBelow(const ServoScene& scene, const HapticState& state, const StepConfig& config,
                                    const ContactResult& contact) noexcept {
+  if (!(contact.penetration_m > 0)) return {};
   const auto index = static_cast<std::size_t>(contact.body);
   double yielded_m = 0;
   for (const BodyDent& dent : state.allDents()) {
     if (dent.pressed && dent.body == index) yielded_m = depth_m(dent.dent);
   }
+  const double softness = softnessAt(scene, state, index, state.contact.holding[0].triangle, contact.ihip).value;
   const double yield_m = scene.objects[index].tissue->yield_m(
-      yielded_m, contact.penetration_m, state.objects[index].felt.value().spring_N_per_m, config.period_s);
-  if (!(contact.penetration_m > 0)) return {};
+      yielded_m, contact.penetration_m, state.objects[index].felt.value().spring_N_per_m, config.period_s, softness);
   return firstInTheWay(state, index, contact.ihip,
                        glm::mix(contact.ihip, state.hip, std::min(1.0, yield_m / contact.penetration_m)));
 }
 
 [[gnu::noinline]] void yieldTogether(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                     ContactResult& contact, const InTheWay& inTheWay) noexcept {
-  Together(scene, state, config, contact, inTheWay).run();
+                                     FeltTick& tick, const InTheWay& inTheWay) noexcept {
+  Together(scene, state, config, tick, inTheWay).run();
 }
 
 /// What of the bodies that hold the IHIP is soft yields.
-void yield(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactResult& contact) noexcept {
+void yield(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
   const auto isSoft = [&](int body) { return scene.objects[static_cast<std::size_t>(body)].tissue != nullptr; };
   if (severalBodiesHold(state)) {
     const auto holding = state.contact.surfaces();
     const bool anySoft = std::ranges::any_of(holding, [&](const HoldingSurface& held) { return isSoft(held.body); });
-    if (anySoft) yieldTogether(scene, state, config, contact, {});
+    if (anySoft) yieldTogether(scene, state, config, tick, {});
     return;
   }
-  if (!isSoft(contact.body)) return;
+  if (!isSoft(tick.contact.body)) return;
   if (state.bodyCount > 1) {
-    const InTheWay below = whatIsBelow(scene, state, config, contact);
-    if (below.crossing) return yieldTogether(scene, state, config, contact, below);
+    const InTheWay below = whatIsBelow(scene, state, config, tick.contact);
+    if (below.crossing) return yieldTogether(scene, state, config, tick, below);
   }
-  yieldAlone(scene, state, config, contact);
+  yieldAlone(scene, state, config, tick);
 }
 
 }  // namespace
 
-void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                    ContactResult& contact) noexcept {
+void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
+  const ContactResult& contact = tick.contact;
   for (BodyDent& dent : std::span(state.dents).first(state.dentCount)) {
     dent.pressed = dent.pressed && contact.touching && holdsIhip(state, dent.body);
   }
   const auto before = state.dents;
   const std::size_t countBefore = state.dentCount;
   relaxDents(scene, state, config);
-  if (contact.touching) yield(scene, state, config, contact);
+  if (contact.touching) yield(scene, state, config, tick);
   const auto same = [](const BodyDent& a, const BodyDent& b) { return a.body == b.body && a.dent == b.dent; };
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), same)) ++state.deformationRevision;
 }

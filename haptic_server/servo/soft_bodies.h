@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptic_server/servo/felt_tick.h"
 #include "haptic_server/servo/haptic_state.h"
 
 namespace haptics {
@@ -17,10 +18,10 @@ namespace haptics {
 ///
 /// Bodies that hold the IHIP together yield together, each in series with its own tissue. A dent ends where its centre
 /// meets another body: the IHIP on a soft body is inside of no other.
-/// @param[in,out] contact  Found with the shapes at rest; then as it is on the dented ones, or none where a dent that is
-/// still going back leaves the HIP outside.
-void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                    ContactResult& contact) noexcept;
+/// @param[in,out] tick  Its contact was found with the shapes at rest; then it is as on the dented ones, or none where a
+/// dent that is still going back leaves the HIP outside. Its spring force gets what tissue that varies over the surface
+/// pushes along it (varying_springs.h).
+void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept;
 
 /// The dents for the tick just made.
 /// @param[in,out] motion  As of an earlier tick.

@@ -91,6 +91,7 @@ bool Yielding::goOnInTheNewest() noexcept {
     newest.dent = scaled(newest.dent, there);  // it goes along with the contact from here on
     newest.still_s = 0;
     newest.begun = newest.rest;
+    newest.kept_m = there * depth_m(newest.rest);
     newest.pressed = true;
     at_ = i;
     return true;
@@ -123,11 +124,14 @@ bool Yielding::yield() noexcept {
   const Vec3 direction = depth > 0 ? (pressed_.h - at.point) / depth : Vec3(0);
   dent().dent.centre = Vec3f(at.point);
   const double seen = seenOn(others, at, dent().dent);
-  const double yielded =
-      tissue_.yield_m(seen * depth_m(dent().dent), depth, pressed_.contact_N_per_m, config_.period_s);
+  const double yielded = tissue_.yield_m(seen * depth_m(dent().dent), depth, pressed_.contact_N_per_m, config_.period_s,
+                                         pressed_.softness);
   const double stays = std::max(stillThere_m(dent().rest, at.point), stillThere_m(dent().begun, at.point));
   const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
   dent().dent.displacement = Vec3f(direction * std::clamp(wanted, 0.0, room_m()));
+  if (wanted <= stays) dent().kept_m = stays;
+  const double now_m = depth_m(dent().dent), kept_m = std::min(dent().kept_m, stays);
+  elastic_m2_ = seen * seen * std::max(0.0, now_m * now_m - kept_m * kept_m);
   if (tissue_.plastic > 0) remember(dent());
   return true;
 }
@@ -148,6 +152,7 @@ void Yielding::moveOn(Vec3 foot) noexcept {
   if (isNear || state_.dentCount == kMaxDents) return;  // without a place for it, the mark is left farther on
   const Dent begun = dent().begun;
   dent().begun = dent().rest = {};
+  dent().kept_m = 0;
   if (leavesMark(begun, tissue_) && leaveMark(state_, *at_, begun)) ++*at_;
 }
 

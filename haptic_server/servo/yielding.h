@@ -16,6 +16,7 @@ struct PressedBody {
   bool below = false;          ///< It is below the shape without dents.
   double contact_N_per_m = 0;  ///< Of the contact's spring.
   bool shaded = false;         ///< The smooth surface tells the way that the dent goes.
+  double softness = 1;         ///< Factor of the tissue's stiffness.
 };
 
 /// One tick of one soft body that yields to the contact.
@@ -35,6 +36,9 @@ class Yielding {
   /// Makes the contact's dent, or goes on in it, and lets the tissue yield. False where the other dents leave the HIP
   /// outside.
   [[nodiscard]] bool press() noexcept;
+
+  /// y^2 of the tissue's energy t y^2 / 2, less that of what had stayed in a plastic tissue before; m^2. Of the last press().
+  [[nodiscard]] double elastic_m2() const noexcept { return elastic_m2_; }
 
   /// On the body with all of its dents, from what holds the IHIP at rest.
   [[nodiscard]] Nearest nearestTo(Vec3 point) noexcept;
@@ -62,6 +66,7 @@ class Yielding {
   const PressedBody& pressed_;
   const Body& body_;
   std::optional<std::size_t> at_;  // the contact's dent
+  double elastic_m2_ = 0;
 };
 
 /// What of other bodies is on a straight way that the IHIP goes in a dent of one; world, m.

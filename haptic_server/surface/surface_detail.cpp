@@ -30,6 +30,25 @@ constexpr std::uint32_t kSamples = 4096;
   return mean + std::hypot((m[0][0] - m[1][1]) / 2, m[0][1]);
 }
 
+/// Of values at the vertices, linear over a triangle, at a place on it.
+[[nodiscard]] double interpolated(const std::vector<float>& values, const TriangleRecord& triangle,
+                                  const Vec3& place) noexcept {
+  const Vec3 share = glm::max(barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), place), Vec3(0));
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) sum += share[k] * static_cast<double>(values[triangle.vertexAt(k)]);
+  return sum / (share.x + share.y + share.z);
+}
+
+[[nodiscard]] Vec3 gradientOf(const std::vector<float>& values, const TriangleRecord& triangle) noexcept {
+  const Vec3 normal = triangle.areaNormal();
+  const double area2 = squaredLength(normal);
+  if (!(area2 > 0)) return Vec3(0);
+  const double first = values[triangle.vertexAt(0)];
+  const double along1 = values[triangle.vertexAt(1)] - first, along2 = values[triangle.vertexAt(2)] - first;
+  const Vec3 edge1 = triangle.corner(1) - triangle.corner(0), edge2 = triangle.corner(2) - triangle.corner(0);
+  return (glm::cross(edge2, normal) * along1 + glm::cross(normal, edge1) * along2) / area2;
+}
+
 }  // namespace
 
 TriangleMap::Corners cornersOf(const TriangleRecord& triangle, const std::vector<Vec3f>* material) noexcept {
@@ -73,35 +92,58 @@ double TextureDetail::gainFor(double stiffness_N_per_m, double most_N_per_m) con
   return gain_ * lateral > most_N_per_m ? most_N_per_m / lateral : gain_;
 }
 
-FrictionDetail::FrictionDetail(const Friction& friction, std::shared_ptr<const ScalarField> field,
-                               std::shared_ptr<const std::vector<float>> scale)
-    : mean_{friction.mu_static, friction.mu_dynamic},
-      variation_(friction.variation),
-      field_(std::move(field)),
-      scale_(std::move(scale)) {
-  double most = 1;
-  if (scale_) {
-    most = scale_->empty() ? 0 : *std::ranges::max_element(*scale_);
-  } else if (field_) {
-    most = std::max(1 + variation_ * field_->lowest(), 1 + variation_ * field_->highest());
-  }
-  most_ = mean_.stick * std::max(most, 0.0);
+SurfaceFactor::SurfaceFactor(double variation, FactorSource source, double least)
+    : variation_(variation), source_(std::move(source)), least_(least) {
+  if (!source_.field) return;
+  slope_per_m_ = std::abs(variation) * source_.field->bounds().slope_per_m;
+  curvature_per_m2_ = std::abs(variation) * source_.field->bounds().curvature_per_m2;
 }
 
-double FrictionDetail::factorAt(const TriangleRecord& triangle, const Vec3& place,
-                                const Vec3& onMaterial) const noexcept {
-  if (field_) return std::max(0.0, 1 + variation_ * field_->at(onMaterial).value);
-  if (!scale_) return 1;
-  const Vec3 share = glm::max(barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), place), Vec3(0));
-  double sum = 0;
-  for (int k = 0; k < 3; ++k) sum += share[k] * static_cast<double>((*scale_)[triangle.vertexAt(k)]);
-  return sum / (share.x + share.y + share.z);
+double SurfaceFactor::highest() const noexcept {
+  const auto& [field, scale] = source_;
+  if (scale) return std::max<double>(least_, scale->empty() ? 0 : *std::ranges::max_element(*scale));
+  if (!field) return 1;
+  return std::max({least_, 1 + variation_ * field->lowest(), 1 + variation_ * field->highest()});
 }
+
+double SurfaceFactor::at(const TriangleRecord& triangle, const Vec3& place, const Vec3& onMaterial) const noexcept {
+  const auto& [field, scale] = source_;
+  if (field) return std::max(least_, 1 + variation_ * field->at(onMaterial).value);
+  return scale ? std::max(least_, interpolated(*scale, triangle, place)) : 1;
+}
+
+FactorSample SurfaceFactor::sample(const TriangleRecord& triangle, const Vec3& place,
+                                   const std::vector<Vec3f>* material, double most) const noexcept {
+  FactorSample sample;
+  if (source_.field) {
+    FieldSample f;
+    if (material == nullptr) {
+      f = source_.field->at(place);
+    } else {
+      const TriangleMap map(cornersOf(triangle), cornersOf(triangle, material));
+      f = source_.field->at(map.place(place));
+      f.gradient = map.gradient(f.gradient);
+    }
+    sample = {1 + variation_ * f.value, variation_ * f.gradient};
+  } else if (source_.scale) {
+    sample = {interpolated(*source_.scale, triangle, place), gradientOf(*source_.scale, triangle)};
+  }
+  if (sample.value > least_ && sample.value < most) return sample;
+  return {std::clamp(sample.value, std::min(least_, most), most), Vec3(0)};
+}
+
+FrictionDetail::FrictionDetail(const Friction& friction, SurfaceFactor both, SurfaceFactor own)
+    : mean_{friction.mu_static, friction.mu_dynamic},
+      factor_(std::move(both)),
+      dynamicFactor_(std::move(own)),
+      most_(mean_.stick * factor_.highest()) {}
 
 FrictionCoefficients FrictionDetail::at(const TriangleRecord& triangle, const Vec3& place,
                                         const Vec3& onMaterial) const noexcept {
-  const double factor = factorAt(triangle, place, onMaterial);
-  return {mean_.stick * factor, mean_.slide * factor};
+  const double factor = factor_.at(triangle, place, onMaterial);
+  const double stick = mean_.stick * factor;
+  if (!dynamicFactor_.varies()) return {stick, mean_.slide * factor};
+  return {stick, std::min(stick, mean_.slide * dynamicFactor_.at(triangle, place, onMaterial))};
 }
 
 std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const Surface& surface, const SurfaceProperties& properties,
@@ -113,11 +155,23 @@ std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const Surface& surface, c
     detail.shading = normals ? std::move(normals)
                              : std::make_shared<const ShadingNormals>(surface, shading->crease_rad, shading->creases);
   }
-  if (properties.friction) detail.friction.emplace(*properties.friction, fields.friction, fields.frictionScale);
+  if (const auto& friction = properties.friction) {
+    detail.friction.emplace(
+        *friction, SurfaceFactor(friction->variation, {fields.friction, fields.frictionScale}),
+        SurfaceFactor(friction->dynamicVariation, {fields.dynamicFriction, fields.dynamicFrictionScale}));
+  }
   if (properties.texture) {
     detail.texture.emplace(surface, *properties.texture, fields.texture, fields.material.get());
   }
-  if (fields.texture || fields.friction) detail.material = fields.material;
+  if (const auto& map = properties.stiffnessOver) {
+    detail.stiffness.emplace(map->variation, fields.stiffness, kLeastStiffnessFactor);
+  }
+  if (const auto& map = properties.softnessOver) {
+    detail.softness.emplace(map->variation, fields.softness, kLeastStiffnessFactor);
+  }
+  const bool anyField =
+      fields.texture || fields.friction || fields.dynamicFriction || fields.stiffness.field || fields.softness.field;
+  if (anyField) detail.material = fields.material;
   return std::make_shared<const SurfaceDetail>(std::move(detail));
 }
 

@@ -53,17 +53,58 @@ class TextureDetail {
   double curvature_per_m_ = 0;  // eigenvalue of H(h), the largest
 };
 
+/// What a factor over a surface is made of: a field, a value >= 0 for each vertex (canonical numbering), or nothing.
+struct FactorSource {
+  std::shared_ptr<const ScalarField> field = nullptr;
+  std::shared_ptr<const std::vector<float>> scale = nullptr;
+};
+
+/// A factor at a place, and how it changes along the surface as it is there (1/m, object frame).
+struct FactorSample {
+  double value = 1;
+  Vec3 gradient{0};
+};
+
+/// A factor over a surface, of friction or of a stiffness; 1 without a map.
+class SurfaceFactor {
+ public:
+  /// \param variation with which it is 1 + variation * f over a field.
+  /// \param least below which it nowhere is.
+  SurfaceFactor(double variation, FactorSource source, double least = 0);
+
+  /// As FrictionDetail::at.
+  [[nodiscard]] double at(const TriangleRecord& triangle, const Vec3& place, const Vec3& onMaterial) const noexcept;
+  /// At a place on a triangle of the surface at rest. The gradient is 0 where the factor is at its least, and at `most`.
+  /// \param material as in SurfaceDetail.
+  /// \param most above which the factor nowhere is.
+  [[nodiscard]] FactorSample sample(const TriangleRecord& triangle, const Vec3& place,
+                                    const std::vector<Vec3f>* material, double most) const noexcept;
+  [[nodiscard]] bool varies() const noexcept { return source_.field != nullptr || source_.scale != nullptr; }
+  [[nodiscard]] double highest() const noexcept;
+  /// Largest stiffness along the surface of a spring of k times the factor that is d long: by E = k f d^2 / 2 the second
+  /// derivatives are k f'' d^2 / 2 along it and k f' d beside it. 0 for values per vertex, which have none.
+  [[nodiscard]] double lateralStiffness_N_per_m(double spring_N_per_m, double length_m) const noexcept {
+    return spring_N_per_m * length_m * (length_m / 2 * curvature_per_m2_ + slope_per_m_);
+  }
+
+ private:
+  double variation_;
+  FactorSource source_;
+  double least_;
+  double slope_per_m_ = 0, curvature_per_m2_ = 0;  // of the factor over a field, the largest
+};
+
 /// Friction coefficients over a surface. Object frame.
 class FrictionDetail {
  public:
-  /// `field` and `scale` (a factor for each vertex, canonical numbering) may be null.
-  FrictionDetail(const Friction& friction, std::shared_ptr<const ScalarField> field,
-                 std::shared_ptr<const std::vector<float>> scale);
+  /// `own` is mu_dynamic's instead of `both`, if it varies: mu_dynamic(x) is then cut off at mu_static(x), as StickSlip
+  /// needs it.
+  FrictionDetail(const Friction& friction, SurfaceFactor both, SurfaceFactor own);
 
   /// At a place on a triangle of the surface, as it is, and where that is on the material.
   [[nodiscard]] FrictionCoefficients at(const TriangleRecord& triangle, const Vec3& place,
                                         const Vec3& onMaterial) const noexcept;
-  [[nodiscard]] bool varies() const noexcept { return field_ != nullptr || scale_ != nullptr; }
+  [[nodiscard]] bool varies() const noexcept { return factor_.varies() || dynamicFactor_.varies(); }
   /// The largest static one.
   [[nodiscard]] double most() const noexcept { return most_; }
   /// c of paper 4.2: friction's spring is nowhere stiffer than the surface, nor than `most_N_per_m`.
@@ -72,14 +113,10 @@ class FrictionDetail {
   }
 
  private:
-  [[nodiscard]] double factorAt(const TriangleRecord& triangle, const Vec3& place,
-                                const Vec3& onMaterial) const noexcept;
-
   FrictionCoefficients mean_;
-  double variation_;
-  std::shared_ptr<const ScalarField> field_;
-  std::shared_ptr<const std::vector<float>> scale_;
-  double most_ = 0;
+  SurfaceFactor factor_;         // of both
+  SurfaceFactor dynamicFactor_;  // of the dynamic one instead, if it varies
+  double most_;
 };
 
 /// How an object's surface feels beyond its shape (paper 4). Immutable; built off the servo thread.
@@ -87,6 +124,8 @@ struct SurfaceDetail {
   std::shared_ptr<const ShadingNormals> shading;  ///< Null: as the polygons are.
   std::optional<FrictionDetail> friction;
   std::optional<TextureDetail> texture;
+  std::optional<SurfaceFactor> stiffness;  ///< Of the contact's spring and damper.
+  std::optional<SurfaceFactor> softness;   ///< Of the tissue's spring.
   /// Where lattice and residue have moved the surface at rest, its vertices on the material, canonical numbering: fields are
   /// given there. Null where nothing moved them, or there is no field.
   std::shared_ptr<const std::vector<Vec3f>> material;
@@ -103,6 +142,10 @@ struct DetailFields {
   std::shared_ptr<const ScalarField> friction;
   std::shared_ptr<const std::vector<float>> frictionScale;  ///< A factor >= 0 for each vertex, canonical numbering.
   std::shared_ptr<const std::vector<Vec3f>> material = nullptr;  ///< As in SurfaceDetail.
+  /// Of the dynamic coefficient's own map.
+  std::shared_ptr<const ScalarField> dynamicFriction = nullptr;
+  std::shared_ptr<const std::vector<float>> dynamicFrictionScale = nullptr;
+  FactorSource stiffness = {}, softness = {};
 };
 
 /// Of a triangle, or of one of the surface at rest on the material, which may be null.

@@ -63,6 +63,18 @@ BAD_SCENES |= {
     "no image": (mapped('image: "no_image.png"'), (MATERIAL + "texture.field.mapped.image", "no_image.png", "PNG or JPEG")),
     "image out of the asset folder": (mapped('image: "../x.png"'), (MATERIAL + "texture.field.mapped.image",)),
     "unknown field asset": (mapped(f'asset: "{"x" * 32}"'), (MATERIAL + "texture.field.mapped.asset",)),
+    "unknown field asset of a layer": (
+        surface('texture { amplitude_m: 1e-3 field { layers { layer { field { grain { grain_m: 1e-3 } } } layer { field { '
+                'mapped { asset: "%s" mapping { shape: MAPPING_SHAPE_CUBE tile_m: 0.01 } } } } } } }' % ("x" * 32)),
+        (MATERIAL + "texture.field.layers.layer[1].field.mapped.asset",)),
+    "stiffness that varies by nothing": (
+        surface("stiffness_over { variation: nan field { grain { grain_m: 1e-3 } } }"), (MATERIAL + "stiffness_over.variation",)),
+    "too few values of softness": (
+        surface("softness_over { per_vertex { values { value: [1, 0.5] } } }"),
+        (MATERIAL + "softness_over.per_vertex", "has 2 values", "each wants one")),
+    "layers within a layer": (
+        surface("texture { amplitude_m: 1e-3 field { layers { layer { field { layers {} } } layer {} } } }"),
+        (MATERIAL + "texture.field.layers.layer[0].field.layers", "layered within a layer")),
     "texture height of 0": (surface("texture { field { grain { grain_m: 1e-3 } } }"), (MATERIAL + "texture.amplitude_m",)),
     "infinite texture height": (surface("texture { amplitude_m: inf field { grain { grain_m: 1e-3 } } }"),
                                 (MATERIAL + "texture.amplitude_m",)),

@@ -96,6 +96,15 @@ class LiveEdits(harness.EndToEnd):
         self.assertEqual(unused.code, 1)
         self.assertIn("other", unused.errors)
 
+    def test_an_image_of_the_clients_machine_is_sent_along_for_a_layer(self):
+        image = 'layer { field { mapped { image: "mine" mapping { shape: MAPPING_SHAPE_CUBE tile_m: 0.02 } } } }'
+        layers = "layers { layer { field { grain { grain_m: 2e-3 } } } %s }" % image
+        picture = harness.Path(__file__).resolve().parents[2] / "deploy/scenes/sprinkles.png"
+        reply = self.apply('operations { set_material { object { name: "box" } material { texture { amplitude_m: 5e-4 '
+                           'field { %s } } friction { mu_static: 1 dynamic_variation: 1 dynamic_field { %s } } } } }'
+                           % (layers, layers), "--upload", f"mine={picture}")
+        self.assertEqual(len(reply["object"][0]["texture"]["field"]["layers"]["layer"]), 2)
+
     def test_a_transaction_is_applied_as_a_whole_or_not_at_all(self):
         refused = self.server.ctl("apply", "-", text=BALL + 'operations { remove { object { name: "nobody" } } }')
         self.assertEqual(refused.code, 1)

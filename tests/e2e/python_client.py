@@ -115,7 +115,18 @@ class PythonClient(harness.EndToEnd):
                            f"texture {{ amplitude_m: 5e-4 gain_K: 1 literal: true field {{ {wave} }} }}",
                            "texture { amplitude_m: 5e-4 field { noise { wavelength_m: 2e-3 octaves: 3 } } }",
                            "texture { amplitude_m: 5e-4 law: TEXTURE_LAW_BUMP field { cellular { cell_m: 2e-3 } } }",
+                           f"texture {{ amplitude_m: 5e-4 field {{ layers {{ layer {{ field {{ {wave} }} }} layer {{ weight: -2 "
+                           "field { mapped { spot_noise { cells: 3 resolution: 32 } mapping { shape: MAPPING_SHAPE_PLANE "
+                           "tile_m: 0.01 } } } } } } }",
+                           "texture { amplitude_m: 5e-4 field { layers { combination: LAYER_COMBINATION_PRODUCT layer { field { "
+                           "grain { grain_m: 1e-3 } } } layer { field { cellular { cell_m: 2e-3 } } } } } }",
+                           "friction { mu_static: 1 dynamic_variation: 0.3 dynamic_field { noise { wavelength_m: 2e-3 } } }",
+                           "friction { mu_static: 1 variation: 0.3 field { grain { grain_m: 1e-3 seed: 9 } } dynamic_field { "
+                           "grain { grain_m: 2e-3 } } }",
                            "friction { mu_static: 1 variation: 0.3 field { grain { grain_m: 1e-3 seed: 9 } } }",
+                           f"stiffness_over {{ variation: 0.3 field {{ {wave} }} }} softness_over {{ variation: 1 field {{ noise "
+                           "{ wavelength_m: 2e-3 } } }",
+                           "softness_over { variation: -0.5 field { grain { grain_m: 1e-3 } } } stiffness_over {}",
                            "shading {} texture {}"):
             with self.subTest(properties=properties):
                 client.apply('operations { set_material { object { name: "ball" } material { %s } } }' % properties)

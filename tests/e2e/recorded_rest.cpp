@@ -97,7 +97,7 @@ class RestJudge {
       for (std::size_t k = 0; k < holding.size(); ++k) {
         const auto body = static_cast<std::size_t>(holding[k].body);
         const double own_N_per_m = scene.objects[body].leaving ? 0 : scene.objects[body].stiffness_N_per_m;
-        const double missing_N_per_m = own_N_per_m - state.objects[body].felt.value().spring_N_per_m;
+        const double missing_N_per_m = own_N_per_m - state.objects[body].felt.mean().spring_N_per_m;
         expected_N +=
             missing_N_per_m * shareOf(state, k, sample.ihip - sample.foreseenHip) * normalOf(state, holding[k]);
       }

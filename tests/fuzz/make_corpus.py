@@ -43,7 +43,17 @@ SCENES = {
     "image": 'operations { set_material { object { id: 1 } material { texture { amplitude_m: 1e-3 field { mapped { image: "a.png" '
              'mapping { shape: MAPPING_SHAPE_CUBE tile_m: 0.01 centre { x: 1 } size_m { x: 1 y: 1 z: 1 } rotation { w: 1 } } } } '
              '} } } }',
-    "take_away": 'operations { set_material { object { name: "a" } material { shading {} friction {} texture {} } } }',
+    "layers": 'operations { set_material { object { id: 1 } material { texture { amplitude_m: 1e-3 field { layers { '
+              'combination: LAYER_COMBINATION_PRODUCT layer { field { grain { grain_m: 1e-3 } } } layer { weight: -2 field { '
+              'mapped { spot_noise { cells: 3 resolution: 32 } mapping { shape: MAPPING_SHAPE_PLANE tile_m: 0.01 } } } } } } '
+              '} } } }',
+    "dynamic": 'operations { set_material { object { name: "a" } material { friction { mu_static: 0.6 mu_dynamic: 0.3 variation: '
+               '0.5 field { grain { grain_m: 1e-3 } } dynamic_variation: -0.5 dynamic_field { layers { layer { weight: 2 field { '
+               'noise { wavelength_m: 2e-3 } } } layer { field { cellular { cell_m: 2e-3 } } } } } } } } }',
+    "stiffness": 'operations { set_material { object { name: "a" } material { stiffness_over { variation: 0.5 field { noise { '
+                 'wavelength_m: 2e-3 } } } softness_over { per_vertex { values { value: [1, 0.5, 1, 2, 1, 1, 0, 1] } } } } } }',
+    "take_away": 'operations { set_material { object { name: "a" } material { shading {} friction {} texture {} stiffness_over {} '
+                 'softness_over {} } } }',
     "motion": 'operations { set_motion { object { id: 1 } motion { mass_kg: 0.3 inertia { centre_m { x: 0.1 } moments { x: 1e-3 '
               'y: 1e-3 z: 1e-3 } products { y: 1e-4 } } gravity_m_per_s2 { z: -1.6 } linear_damping_per_s: 1 spring { '
               'stiffness_N_per_m: 100 damping_Ns_per_m: 1 } planes { normal { z: 1 } offset_m: -1 friction: 0.4 } } } }',
@@ -270,9 +280,8 @@ def main():
     for name in SCENES:
         write("apply", name, pieces([transaction(name).SerializeToString()]))
         write("scene_text", name, SCENES[name].encode())
-    row = ["add", "pose", "material", "per_vertex", "spots", "remesh", "noise", "take_away", "hinge", "motion", "stop",
-           "softness", "plastic", "residue", "lattice", "rigid",
-           "condition", "remove"]
+    row = ["add", "pose", "material", "per_vertex", "spots", "layers", "dynamic", "stiffness", "remesh", "noise", "take_away",
+           "hinge", "motion", "stop", "softness", "plastic", "residue", "lattice", "rigid", "condition", "remove"]
     named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
     write("apply", "row", pieces(t.SerializeToString() for t in named_a))
     write("scene_text", "comment", b"# a comment\noperations { remove { object { id: 7 } } }\n")

@@ -45,13 +45,20 @@ def some_object(draw, number):
     state = an_object(number)
     if draw.random() < 0.4:
         state.texture.law = draw.choice((1, 2, 77))
-        field = draw.choice(("noise", "cellular", "grain", "mapped", "fourier"))
+        field = draw.choice(("noise", "cellular", "grain", "mapped", "fourier", "layers"))
         getattr(state.texture.field, field).SetInParent()
+        if field == "layers":
+            state.texture.field.layers.layer.add(weight=2).field.grain.seed = 7
     if draw.random() < 0.4:
         state.motion.mass_kg = 0.1
     if draw.random() < 0.3:
         state.friction.mu_static = 0.5
         state.friction.per_vertex.asset = bytes(32)
+        if draw.random() < 0.5:
+            state.friction.dynamic_field.noise.octaves = 2
+    if draw.random() < 0.3:
+        state.stiffness_over.per_vertex.asset = bytes(32)
+        state.softness_over.variation = 0.5
     if draw.random() < 0.3:
         state.deformation.softness.radius_m = 0.01
     if draw.random() < 0.2:

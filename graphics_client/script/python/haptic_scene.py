@@ -121,15 +121,27 @@ def surface_bytes(state):
     if state.HasField("friction"):
         friction = state.friction
         data += numbers(2) + doubles(friction.mu_static, friction.mu_dynamic, friction.variation)
-        over = friction.WhichOneof("over")
-        data += numbers((None, "field", "per_vertex").index(over))
-        data += field_bytes(friction.field) if over == "field" else b""
-        data += friction.per_vertex.asset if over == "per_vertex" else b""
+        data += map_bytes(friction, "over", "")
+        if friction.WhichOneof("dynamic_over"):
+            data += numbers(9) + doubles(friction.dynamic_variation) + map_bytes(friction, "dynamic_over", "dynamic_")
     if state.HasField("texture"):
         texture = state.texture
         data += numbers(3, texture.law) + field_bytes(texture.field) + doubles(texture.amplitude_m)
         data += numbers(texture.literal) + doubles(texture.gain_K)
+    for number, name in ((10, "stiffness_over"), (11, "softness_over")):
+        if state.HasField(name):
+            surface_map = getattr(state, name)
+            data += numbers(number) + doubles(surface_map.variation) + map_bytes(surface_map, "over", "")
     return data
+
+
+def map_bytes(given, over, prefix):
+    chosen = given.WhichOneof(over)
+    data = numbers((None, prefix + "field", prefix + "per_vertex").index(chosen))
+    if not chosen:
+        return data
+    one = getattr(given, chosen)
+    return data + (field_bytes(one) if chosen == prefix + "field" else one.asset)
 
 
 def motion_bytes(state):
@@ -177,7 +189,7 @@ def field_bytes(field):
     family = field.WhichOneof("family")
     if not family:
         raise ValueError("a field of no family")
-    data = numbers(("fourier", "noise", "cellular", "grain", "mapped").index(family))
+    data = numbers(("fourier", "noise", "cellular", "grain", "mapped", "layers").index(family))
     one = getattr(field, family)
     if family == "fourier":
         return data + numbers(len(one.terms)) + b"".join(
@@ -188,6 +200,9 @@ def field_bytes(field):
         return data + doubles(one.cell_m, one.smoothness) + numbers(one.seed)
     if family == "grain":
         return data + doubles(one.grain_m) + numbers(one.seed)
+    if family == "layers":
+        return data + numbers(one.combination, len(one.layer)) + b"".join(
+            doubles(layer.weight) + field_bytes(layer.field) for layer in one.layer)
     mapping = one.mapping
     return data + one.asset + numbers(mapping.shape) + doubles(*vector(mapping.centre), *turn(mapping.rotation),
                                                                *vector(mapping.size_m), mapping.tile_m)

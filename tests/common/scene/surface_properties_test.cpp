@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "common/scene/scene.h"
@@ -54,6 +55,40 @@ std::vector<SurfaceProperties> different() {
   all.push_back(rubbed(PerVertexScale{hashOf(2)}));
   all.push_back(rubbed(FieldFamily{GrainFamily{0.001, 1}}));
   all.back().friction->variation = 0.7;
+
+  for (const FactorMap& over : {FactorMap{FieldFamily{GrainFamily{0.001, 1}}}, FactorMap{PerVertexScale{hashOf(1)}}}) {
+    all.push_back(rubbed(std::monostate{}));
+    all.back().friction->dynamicOver = over;
+    all.push_back(all.back());
+    all.back().friction->dynamicVariation = 0.7;
+    all.push_back(rubbed(PerVertexScale{hashOf(1)}));
+    all.back().friction->dynamicOver = over;
+  }
+
+  for (const auto map : {&SurfaceProperties::stiffnessOver, &SurfaceProperties::softnessOver}) {
+    for (const SurfaceMap& over :
+         {SurfaceMap{0.5, FieldFamily{GrainFamily{0.001, 1}}}, SurfaceMap{0.6, FieldFamily{GrainFamily{0.001, 1}}},
+          SurfaceMap{0.5, FieldFamily{GrainFamily{0.002, 1}}}, SurfaceMap{0, PerVertexScale{hashOf(1)}},
+          SurfaceMap{0, PerVertexScale{hashOf(2)}}}) {
+      all.emplace_back().*map = over;
+    }
+  }
+
+  const std::vector<std::function<void(LayeredFamily&)>> otherLayers = {
+      [](LayeredFamily&) {},
+      [](LayeredFamily& f) { f.combination = LayeredFamily::Combination::kProduct; },
+      [](LayeredFamily& f) { f.layers[1].weight = 3; },
+      [](LayeredFamily& f) {
+        f.layers[1].family = GrainFamily{0.003, 1};
+      },
+      [](LayeredFamily& f) { std::swap(f.layers[0], f.layers[1]); },
+      [](LayeredFamily& f) { f.layers.push_back(f.layers[0]); },
+  };
+  for (const auto& change : otherLayers) {
+    LayeredFamily family{LayeredFamily::Combination::kSum, {{1, GrainFamily{0.001, 1}}, {2, GrainFamily{0.002, 1}}}};
+    change(family);
+    all.push_back(textured(family));
+  }
 
   const std::vector<std::function<void(FourierTerm&)>> otherWaves = {
       [](FourierTerm&) {},
@@ -153,6 +188,53 @@ TEST(SurfaceProperties, NameTheAssetsThatTheyRestOn) {
   EXPECT_THAT(assetsOf(textured(GrainFamily{0.001, 1})), IsEmpty());
 }
 
+TEST(SurfaceProperties, NameAndRenameTheAssetsOfLayersAndOfTheDynamicCoefficient) {
+  const auto named = [](std::uint64_t number) { return MappedFamily{hashOf(number), mapping()}; };
+  const LayeredFamily layers{LayeredFamily::Combination::kSum,
+                             {{1, named(1)}, {2, GrainFamily{0.001, 1}}, {3, named(2)}}};
+  SurfaceProperties properties = textured(layers);
+  properties.friction = rubbed(FieldFamily{named(3)}).friction;
+  properties.friction->dynamicOver = PerVertexScale{hashOf(4)};
+  const auto field = [](std::uint64_t number) { return AssetName{AssetKind::kScalarField, hashOf(number)}; };
+  EXPECT_THAT(assetsOf(properties),
+              ElementsAre(field(3), AssetName{AssetKind::kVertexValues, hashOf(4)}, field(1), field(2)));
+  const auto rename = [](const AssetName& name) { return Hasher().add(name.hash).finish(); };
+  const SurfaceProperties anew = renamed(properties, rename);
+  EXPECT_EQ(std::get<MappedFamily>(std::get<LayeredFamily>(anew.texture->family).layers[2].family).field,
+            rename({AssetKind::kScalarField, hashOf(2)}));
+  EXPECT_EQ(std::get<PerVertexScale>(anew.friction->dynamicOver).values, rename({AssetKind::kVertexValues, hashOf(4)}));
+}
+
+TEST(SurfaceProperties, HashFrictionWithoutAMapOfTheDynamicCoefficientAsBeforeThereWasOne) {
+  Hasher before;
+  before.add(std::uint64_t{2}).add(0.6).add(0.3).add(0.0).add(std::uint64_t{0});
+  SurfaceProperties properties;
+  properties.friction = Friction{0.6, 0.3, 0, {}};
+  EXPECT_EQ(hashOf(properties), before.finish());
+}
+
+TEST(SurfaceProperties, NameAndRenameTheAssetsOfWhatStiffnessAndSoftnessFollow) {
+  SurfaceProperties properties = rubbed(PerVertexScale{hashOf(1)});
+  properties.stiffnessOver = SurfaceMap{0.5, FieldFamily{MappedFamily{hashOf(2), mapping()}}};
+  properties.softnessOver = SurfaceMap{0, PerVertexScale{hashOf(3)}};
+  EXPECT_THAT(assetsOf(properties),
+              ElementsAre(AssetName{AssetKind::kVertexValues, hashOf(1)}, AssetName{AssetKind::kScalarField, hashOf(2)},
+                          AssetName{AssetKind::kVertexValues, hashOf(3)}));
+  const auto rename = [](const AssetName& name) { return Hasher().add(name.hash).finish(); };
+  EXPECT_EQ(std::get<PerVertexScale>(renamed(properties, rename).softnessOver->over).values,
+            rename({AssetKind::kVertexValues, hashOf(3)}));
+}
+
+TEST(SurfaceProperties, HashAsBeforeStiffnessCouldVaryWhereItDoesNot) {
+  Hasher before;
+  before.add(std::uint64_t{2}).add(0.6).add(0.3).add(0.5).add(std::uint64_t{2}).add(hashOf(1));
+  before.add(std::uint64_t{3}).add(std::uint64_t{1});  // the texture's law, then grain
+  before.add(std::uint64_t{3}).add(0.001).add(std::uint64_t{1}).add(5e-4).add(std::uint64_t{0}).add(1.5);
+  SurfaceProperties properties = rubbed(PerVertexScale{hashOf(1)});
+  properties.texture = textured(GrainFamily{0.001, 1}).texture;
+  EXPECT_EQ(hashOf(properties), before.finish());
+}
+
 TEST(SurfaceEdit, ReplacesWhatItGivesWholeAndKeepsTheRest) {
   SurfaceProperties before = rubbed(std::monostate{});
   before.shading = Shading{0.5, {{1, 2}}};
@@ -164,6 +246,19 @@ TEST(SurfaceEdit, ReplacesWhatItGivesWholeAndKeepsTheRest) {
   EXPECT_EQ(after.shading, (Shading{0.7, {}}));
   EXPECT_EQ(after.friction, before.friction);
   EXPECT_EQ(after.texture->amplitude_m, 1e-4);
+}
+
+TEST(SurfaceEdit, KeepsAMapOfWhichItSaysNothingAndTakesAwayOneThatItGivesAsNothing) {
+  SurfaceProperties before;
+  before.stiffnessOver = before.softnessOver = SurfaceMap{0.5, FieldFamily{GrainFamily{0.001, 1}}};
+  SurfaceEdit edit;
+  EXPECT_TRUE(edit.empty());
+  edit.softnessOver.emplace();
+  EXPECT_FALSE(edit.empty());
+  EXPECT_EQ(edited(before, edit).stiffnessOver, before.stiffnessOver);
+  EXPECT_FALSE(edited(before, edit).softnessOver);
+  edit.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{hashOf(1)}}};
+  EXPECT_EQ(edited(before, edit).softnessOver, (SurfaceMap{0, PerVertexScale{hashOf(1)}}));
 }
 
 TEST(SurfaceEdit, TakesAwayWhatItGivesAsNothing) {

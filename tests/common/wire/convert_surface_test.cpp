@@ -147,6 +147,118 @@ INSTANTIATE_TEST_SUITE_P(
                     "1 to 8"},
         BadProperty{mapped("spot_noise { cells: 1 }" + kPlane), kField + "mapped.spot_noise.cells", "2 to 32"}));
 
+std::string layers(const std::string& rest) { return texture("layers { " + rest + " }"); }
+std::string layer(const std::string& family, const std::string& rest = "") {
+  return " layer { " + rest + " field { " + family + " } }";
+}
+const std::string kLayers = kField + "layers.layer";
+
+INSTANTIATE_TEST_SUITE_P(
+    Layered, RefusedProperty,
+    testing::Values(
+        BadProperty{layers(""), kLayers, "has 0 entries; give 2 to 4"},
+        BadProperty{layers(layer(kGrain)), kLayers, "has 1 entries; give 2 to 4"},
+        BadProperty{layers(layer(kGrain) + layer(kGrain) + layer(kGrain) + layer(kGrain) + layer(kGrain)), kLayers,
+                    "has 5 entries; give 2 to 4"},
+        BadProperty{layers("combination: 3" + layer(kGrain) + layer(kGrain)), kField + "layers.combination",
+                    "is 3; give LAYER_COMBINATION_SUM"},
+        BadProperty{layers(layer(kGrain) + layer(kGrain, "weight: nan")), kLayers + "[1].weight",
+                    "is nan; give -1000 to 1000"},
+        BadProperty{layers(layer(kGrain, "weight: -inf") + layer(kGrain)), kLayers + "[0].weight", "-1000 to 1000"},
+        BadProperty{layers(layer(kGrain, "weight: 1001") + layer(kGrain)), kLayers + "[0].weight", "-1000 to 1000"},
+        BadProperty{layers(layer(kGrain, "weight: 0") + layer(kGrain)), kLayers + "[0].weight", "leave the layer out"},
+        BadProperty{layers(layer(kGrain) + layer("layers {" + layer(kGrain) + layer(kGrain) + "}")),
+                    kLayers + "[1].field.layers", "is layered within a layer; give a layer a field of another family"},
+        BadProperty{layers(layer(kGrain) + layer("")), kLayers + "[1].field.family", "give fourier"},
+        BadProperty{layers(layer("mapped {" + kPlane + "}") + layer(kGrain)), kLayers + "[0].field.mapped.source",
+                    "give image"},
+        BadProperty{
+            "friction { mu_static: 1 variation: 1 field { layers {" + layer(kGrain) + layer("noise {}") + "} } }",
+            "friction.field.layers.layer[1].field.noise.wavelength_m", "is 0"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    DynamicFriction, RefusedProperty,
+    testing::Values(BadProperty{"friction { mu_static: 1 dynamic_variation: 0.5 }", "friction.dynamic_variation",
+                                "give dynamic_field"},
+                    BadProperty{"friction { mu_static: 1 dynamic_field { " + kGrain + " } }",
+                                "friction.dynamic_variation", "change nothing"},
+                    BadProperty{"friction { mu_static: 1 dynamic_variation: 11 dynamic_field { " + kGrain + " } }",
+                                "friction.dynamic_variation", "-10 to 10"},
+                    BadProperty{"friction { mu_static: 1 dynamic_variation: nan dynamic_field { " + kGrain + " } }",
+                                "friction.dynamic_variation", "nan"},
+                    BadProperty{"friction { mu_static: 1 dynamic_variation: 1 dynamic_field {} }",
+                                "friction.dynamic_field.family", "give fourier"},
+                    BadProperty{"friction { mu_static: 1 dynamic_per_vertex {} }", "friction.dynamic_per_vertex.source",
+                                "give values"},
+                    BadProperty{"friction { mu_static: 1 dynamic_per_vertex { values { value: [1, nan] } } }",
+                                "friction.dynamic_per_vertex.values.value[1]", "nan"}));
+
+std::string over(const std::string& rest) { return "stiffness_over { " + rest + " }"; }
+
+INSTANTIATE_TEST_SUITE_P(
+    StiffnessAndSoftness, RefusedProperty,
+    testing::Values(
+        BadProperty{over("variation: 0.5"), "stiffness_over.variation", "give field"},
+        BadProperty{over("field { " + kGrain + " }"), "stiffness_over.variation", "change nothing"},
+        BadProperty{over("variation: nan field { " + kGrain + " }"), "stiffness_over.variation", "nan"},
+        BadProperty{over("variation: -11 field { " + kGrain + " }"), "stiffness_over.variation", "-10 to 10"},
+        BadProperty{over("variation: 1 field {}"), "stiffness_over.field.family", "give fourier"},
+        BadProperty{over("variation: 1 field { noise {} }"), "stiffness_over.field.noise.wavelength_m", "is 0"},
+        BadProperty{over("variation: 1 per_vertex { values { value: 1 } }"), "stiffness_over.variation", "give field"},
+        BadProperty{over("per_vertex {}"), "stiffness_over.per_vertex.source", "give values"},
+        BadProperty{over("per_vertex { values {} }"), "stiffness_over.per_vertex.values.value", "is empty"},
+        BadProperty{over("per_vertex { values { value: [1, 11] } }"), "stiffness_over.per_vertex.values.value[1]",
+                    "0 to 10"},
+        BadProperty{"softness_over { per_vertex { values { value: [1, nan] } } }",
+                    "softness_over.per_vertex.values.value[1]", "nan"},
+        BadProperty{"softness_over { variation: inf field { " + kGrain + " } }", "softness_over.variation", "inf"}));
+
+TEST(SurfaceProperty, OfAStiffnessThatVariesIsTakenAwayByAnEmptyMessageAndKeptByNone) {
+  const SurfaceEdit given = edit("stiffness_over {} softness_over { per_vertex { values { value: [1, 0.5] } } }");
+  EXPECT_TRUE(given.stiffnessOver && !*given.stiffnessOver);
+  const auto& source = std::get<VertexValuesSource>((*given.softnessOver)->source);
+  EXPECT_THAT(std::get<GivenValues>(source).values, ElementsAre(1, 0.5));
+  const SurfaceEdit none = edit("texture {}");
+  EXPECT_FALSE(none.stiffnessOver || none.softnessOver);
+}
+
+TEST(SurfaceProperty, OfAStiffnessThatVariesComesWithDirectionsOfUnitLength) {
+  const SurfaceEdit given =
+      edit(over("variation: 1 field { fourier { terms { direction { x: 0.6005 y: 0.8 } wavelength_m: 1 } } }"));
+  const auto& family = std::get<FieldFamily>((*given.stiffnessOver)->map.over);
+  EXPECT_NEAR(glm::length(std::get<FourierFamily>(family).terms[0].direction), 1, 1e-15);
+}
+
+TEST(SurfaceProperty, MayKeepTheDynamicCoefficientConstantWhereTheStaticOneVaries) {
+  const SurfaceEdit given =
+      edit("friction { mu_static: 1 variation: 1 field { " + kGrain + " } dynamic_field { " + kGrain + " } }");
+  EXPECT_EQ((*given.friction)->friction.dynamicVariation, 0);
+  EXPECT_TRUE(std::holds_alternative<FieldFamily>((*given.friction)->friction.dynamicOver));
+}
+
+TEST(SurfaceProperty, CarriesWhereTheFieldsOfItsLayersComeFrom) {
+  const SurfaceEdit given = edit(layers(layer("mapped { image: 'a.png'" + kPlane + "}") + layer(kGrain, "weight: -2") +
+                                        layer("mapped { spot_noise { seed: 9 }" + kPlane + "}")));
+  const auto& family = std::get<LayeredFamily>((*given.texture)->texture.family);
+  ASSERT_EQ(family.layers.size(), 3U);
+  EXPECT_EQ(family.combination, LayeredFamily::Combination::kSum);
+  EXPECT_EQ(family.layers[0].weight, 1);
+  EXPECT_EQ(family.layers[1].weight, -2);
+  const auto& sources = (*given.texture)->sources;
+  ASSERT_EQ(sources.size(), 2U);
+  EXPECT_EQ(std::get<FileSource>(sources[0].field).path, "a.png");
+  EXPECT_EQ(sources[0].layer, 0U);
+  EXPECT_EQ(std::get<SpotNoiseSource>(sources[1].field).seed, 9U);
+  EXPECT_EQ(sources[1].layer, 2U);
+}
+
+TEST(SurfaceProperty, ComesWithDirectionsOfUnitLengthInItsLayers) {
+  const SurfaceEdit given =
+      edit(layers(layer(kGrain) + layer("fourier { terms { direction { x: 0.6005 y: 0.8 } wavelength_m: 1 } }")));
+  const auto& family = std::get<LayeredFamily>((*given.texture)->texture.family);
+  EXPECT_NEAR(glm::length(std::get<FourierFamily>(family.layers[1].family).terms[0].direction), 1, 1e-15);
+}
+
 TEST(SurfaceProperty, IsRefusedWithMoreCreasesThanMayBeNamed) {
   v1::Material message = parse("shading { crease_rad: 1 }");
   for (std::uint32_t i = 0; i < kMaxCreases; ++i) message.mutable_shading()->add_creases()->set_first(i + 1);
@@ -191,7 +303,7 @@ TEST(SurfaceProperty, ComesWithItsDefaults) {
   EXPECT_FALSE(t.literal);
   EXPECT_EQ(std::get<NoiseFamily>(t.family), (NoiseFamily{2e-3, 1, 0.5, 1}));
   const SurfaceEdit computed = edit(mapped("reaction_diffusion {}" + kPlane));
-  EXPECT_EQ(std::get<ReactionDiffusionSource>((*computed.texture)->source->field), ReactionDiffusionSource{});
+  EXPECT_EQ(std::get<ReactionDiffusionSource>((*computed.texture)->sources.at(0).field), ReactionDiffusionSource{});
   EXPECT_TRUE(std::get<MappedFamily>((*computed.texture)->texture.family).field.isZero());
 }
 
@@ -204,9 +316,9 @@ TEST(SurfaceProperty, ComesWithDirectionsOfUnitLength) {
 
 TEST(SurfaceProperty, CarriesWhereItsFieldComesFrom) {
   const SurfaceEdit image = edit(mapped("image: 'maps/a.png'" + kPlane));
-  EXPECT_EQ(std::get<FileSource>((*image.texture)->source->field).path, "maps/a.png");
+  EXPECT_EQ(std::get<FileSource>((*image.texture)->sources.at(0).field).path, "maps/a.png");
   const SurfaceEdit spots = edit(mapped("spot_noise { cells: 20 elongation: 3 resolution: 512 seed: 9 }" + kPlane));
-  EXPECT_EQ(std::get<SpotNoiseSource>((*spots.texture)->source->field), (SpotNoiseSource{20, 3, 512, 9}));
+  EXPECT_EQ(std::get<SpotNoiseSource>((*spots.texture)->sources.at(0).field), (SpotNoiseSource{20, 3, 512, 9}));
   const SurfaceEdit values = edit("friction { mu_static: 1 per_vertex { values { value: [1, 0.5, 0] } } }");
   const auto& source = std::get<VertexValuesSource>((*values.friction)->source);
   EXPECT_THAT(std::get<GivenValues>(source).values, ElementsAre(1, 0.5, 0));
@@ -214,7 +326,9 @@ TEST(SurfaceProperty, CarriesWhereItsFieldComesFrom) {
 
 TEST(SurfaceProperty, LeavesTheSizeAndCentreOfItsMappingToTheMesh) {
   const std::string base = "image: 'a' mapping { shape: MAPPING_SHAPE_SPHERE tile_m: 1 ";
-  const auto source = [&](const std::string& rest) { return *(*edit(mapped(base + rest + "}")).texture)->source; };
+  const auto source = [&](const std::string& rest) {
+    return (*edit(mapped(base + rest + "}")).texture)->sources.at(0);
+  };
   EXPECT_TRUE(source("").centreOfMesh && source("").sizeOfMesh);
   EXPECT_TRUE(!source("centre {}").centreOfMesh && source("centre {}").sizeOfMesh);
   const std::string size = "size_m { x: 1 y: 2 z: 3 }";
@@ -230,9 +344,15 @@ std::vector<FieldFamily> families() {
   FourierFamily fourier;
   for (int i = 1; i <= 3; ++i)
     fourier.terms.push_back({third * i, {third, -2 * third, 2 * third}, third * 1e-3, -third});
-  return {
-      fourier, NoiseFamily{third, 3, third, 0}, CellularFamily{third, third, 7}, GrainFamily{third, 0xffffffff},
-      MappedFamily{hash(1), {Mapping::Shape::kSphere, {third, 0, -third}, {0.6, 0, 0.8, 1e-4}, {third, 1, 2}, third}}};
+  const MappedFamily mapped{hash(1),
+                            {Mapping::Shape::kSphere, {third, 0, -third}, {0.6, 0, 0.8, 1e-4}, {third, 1, 2}, third}};
+  return {fourier,
+          NoiseFamily{third, 3, third, 0},
+          CellularFamily{third, third, 7},
+          GrainFamily{third, 0xffffffff},
+          mapped,
+          LayeredFamily{LayeredFamily::Combination::kSum, {{third, mapped}, {-third, GrainFamily{third, 1}}}},
+          LayeredFamily{LayeredFamily::Combination::kProduct, {{1, fourier}, {3, mapped}, {-1, mapped}}}};
 }
 
 void comesBackBitForBit(const SurfaceProperties& properties) {
@@ -257,6 +377,18 @@ TEST(AnnouncedSurface, ComesBackBitForBit) {
     p.friction = Friction{0.7, 1.0 / 3, -1.0 / 3, family};
     p.texture = Texture{Texture::Law::kBump, family, 1e-3 / 3, true, 2.0 / 3};
     comesBackBitForBit(p);
+    p.friction->dynamicOver = family;
+    comesBackBitForBit(p);
+    p.friction->dynamicVariation = 1.0 / 7;
+    comesBackBitForBit(p);
+    p.friction = Friction{0.7, 0.1, 0, PerVertexScale{hash(2)}, 0, PerVertexScale{hash(3)}};
+    comesBackBitForBit(p);
+    p.stiffnessOver = SurfaceMap{-1.0 / 3, family};
+    comesBackBitForBit(p);
+    p.softnessOver = SurfaceMap{0, PerVertexScale{hash(4)}};
+    comesBackBitForBit(p);
+    std::swap(p.stiffnessOver, p.softnessOver);
+    comesBackBitForBit(p);
   }
 }
 
@@ -265,6 +397,7 @@ TEST(AnnouncedSurface, IsNoLongerThereWhereAMessageIsUsedAnew) {
   p.shading = Shading{1, {}};
   p.friction = Friction{};
   p.texture = Texture{.family = GrainFamily{1e-3, 1}, .amplitude_m = 1e-3};
+  p.stiffnessOver = p.softnessOver = SurfaceMap{0, PerVertexScale{hash(1)}};
   v1::ObjectState message;
   toWire(p, message);
   toWire(SurfaceProperties{}, message);
@@ -277,6 +410,8 @@ TEST(AnnouncedSurface, IsRefusedWhereItNamesNoAsset) {
     const v1::Material material = parse(text);
     if (material.has_texture()) *message.mutable_texture() = material.texture();
     if (material.has_friction()) *message.mutable_friction() = material.friction();
+    if (material.has_stiffness_over()) *message.mutable_stiffness_over() = material.stiffness_over();
+    if (material.has_softness_over()) *message.mutable_softness_over() = material.softness_over();
     const auto result = surfaceFrom(message);
     return result ? "accepted" : result.error().field;
   };
@@ -289,7 +424,18 @@ TEST(AnnouncedSurface, IsRefusedWhereItNamesNoAsset) {
   EXPECT_EQ(refusal("friction { mu_static: 1 variation: 1 field { mapped { image: 'a' " + kPlane + " } } }"),
             "friction.field.mapped.source");
   EXPECT_EQ(refusal("friction { mu_static: 1 per_vertex { values { value: 1 } } }"), "friction.per_vertex.source");
+  EXPECT_EQ(refusal("friction { mu_static: 1 dynamic_per_vertex { values { value: 1 } } }"),
+            "friction.dynamic_per_vertex.source");
+  EXPECT_EQ(
+      refusal("friction { mu_static: 1 dynamic_variation: 1 dynamic_field { mapped { image: 'a' " + kPlane + " } } }"),
+      "friction.dynamic_field.mapped.source");
+  EXPECT_EQ(refusal(layers(layer(kGrain) + layer("mapped { " + asset + "centre {} } }"))),
+            "texture.field.layers.layer[1].field.mapped.mapping.size_m");
   EXPECT_EQ(refusal("texture { amplitude_m: nan }"), "texture.amplitude_m");
+  EXPECT_EQ(refusal(over("variation: 1 field { mapped { image: 'a' " + kPlane + " } }")),
+            "stiffness_over.field.mapped.source");
+  EXPECT_EQ(refusal("softness_over { per_vertex { values { value: 1 } } }"), "softness_over.per_vertex.source");
+  EXPECT_EQ(refusal("softness_over {}"), "softness_over.over");
   EXPECT_EQ(refusal("friction { mu_static: nan }"), "friction.mu_static");
 }
 

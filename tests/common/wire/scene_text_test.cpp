@@ -78,6 +78,12 @@ TEST(SceneText, HasALargestSize) {
   EXPECT_THAT(errorOf(std::string(kMaxSceneTextBytes + 1, ' ')).reason, HasSubstr("4 MiB"));
 }
 
+TEST(SceneText, HasADeepestNesting) {
+  std::string text = "operations { set_material { material { texture { field { ";
+  for (int i = 0; i < 100'000; ++i) text += "layers { layer { field { ";
+  EXPECT_THAT(errorOf(text).reason, HasSubstr("too deep"));
+}
+
 class SceneFile : public testing::Test {
  protected:
   const test::TemporaryFolder folder_;

@@ -206,7 +206,7 @@ double EditJudge::missing_N(const EditDrive& drive) const {
       const auto& known = drive.state().objects[static_cast<std::size_t>(held.body)];
       const FuzzObject* object = drive.object(known.id);
       if (object == nullptr || object->leaving) continue;
-      const double missing_N_per_m = std::abs(object->stiffness_N_per_m - known.felt.value().spring_N_per_m);
+      const double missing_N_per_m = std::abs(object->stiffness_N_per_m - known.felt.mean().spring_N_per_m);
       const double farthest_N = most_N_ + object->stiffness_N_per_m * sample.penetration_m;
       if (farthest_N > kSlowest_N_per_s * kLongest_s) return 0;
       if (missing_N_per_m > kSamePart * object->stiffness_N_per_m) return missing_N_per_m * sample.penetration_m;

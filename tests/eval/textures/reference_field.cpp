@@ -6,6 +6,7 @@
 #include <complex>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "common/surface/lattice.h"
@@ -178,6 +179,18 @@ Reference reference(const MappedFamily& family, const SampledField& field) {
   };
 }
 
+Reference reference(const LayeredFamily& family, const std::shared_ptr<const SampledField>& sampled) {
+  std::vector<std::pair<double, Reference>> layers;
+  for (const FieldLayer& layer : family.layers) layers.emplace_back(layer.weight, referenceOf(layer.family, sampled));
+  const bool isSum = family.combination == LayeredFamily::Combination::kSum;
+  return [layers = std::move(layers), isSum](Vec3 point) {
+    double value = isSum ? 0 : 1;
+    for (const auto& [weight, layer] : layers)
+      value = isSum ? value + weight * layer(point) : value * weight * layer(point);
+    return value;
+  };
+}
+
 }  // namespace
 
 Reference referenceOf(const FieldFamily& family, std::shared_ptr<const SampledField> sampled) {
@@ -185,6 +198,8 @@ Reference referenceOf(const FieldFamily& family, std::shared_ptr<const SampledFi
       [&](const auto& of) -> Reference {
         if constexpr (std::is_same_v<std::decay_t<decltype(of)>, MappedFamily>) {
           return reference(of, *sampled);
+        } else if constexpr (std::is_same_v<std::decay_t<decltype(of)>, LayeredFamily>) {
+          return reference(of, sampled);
         } else {
           return reference(of);
         }

@@ -70,6 +70,27 @@ TEST_F(Shown, KeepTheirLookUntilTheNextOneIsMade) {
   EXPECT_GE(inCloseUp(), 6);  // parts for each side of the box
 }
 
+TEST_F(Shown, AwaitTheFieldsOfAllOfTheirLayers) {
+  settle();
+  const ContentHash one{{1}}, two{{2}};
+  const auto layer = [](const ContentHash& field) {
+    return FieldLayer{1, MappedFamily{.field = field, .mapping = {.tile_m = 0.02}}};
+  };
+  SurfaceProperties surface;
+  surface.texture = Texture{.family = LayeredFamily{LayeredFamily::Combination::kSum, {layer(one), layer(two)}},
+                            .amplitude_m = 0.0005};
+  surface.friction = Friction{.mu_static = 1, .dynamicOver = PerVertexScale{ContentHash{{3}}}};    // is not drawn
+  surface.stiffnessOver = surface.softnessOver = SurfaceMap{0, PerVertexScale{ContentHash{{4}}}};  // likewise
+  mirror.setSurface(box, surface);
+  const auto samples = std::make_shared<const SampledField>(SampledField::make(2, 2, {0, 1, 1, 0}).value());
+  mirror.view().fields[one] = samples;
+  settle();
+  EXPECT_EQ(inCloseUp(), 1);
+  mirror.view().fields[two] = samples;
+  settle();
+  EXPECT_GE(inCloseUp(), 6);
+}
+
 TEST_F(Shown, HaveTheFrictionColorsOfAllOfThem) {
   settle();
   EXPECT_FALSE(actors.frictionRange());

@@ -76,6 +76,33 @@ TEST(FeltStiffness, LosesAtOnceWhatTheDeviceCannotShow) {
   EXPECT_NEAR(felt.value().spring_N_per_m * kDepth_m, 8 - FeltStiffness::kRate_N_per_s * kPeriod_s, 1e-9);
 }
 
+TEST(FeltStiffness, FollowsAnEditAtItsRateWhateverItsFactorIs) {
+  constexpr double kDepth_m = 0.005, kFactor = 1.8;
+  FeltStiffness felt;
+  felt.follow({200, 1}, 0, 0, kMost_N, kPeriod_s);
+  felt.vary(kFactor);
+  EXPECT_EQ(felt.value(), (Stiffness{200 * kFactor, kFactor}));
+  EXPECT_EQ(felt.mean(), (Stiffness{200, 1}));
+  double put_J = 0;
+  for (int ticks = 0; felt.mean() != Stiffness{800, 1} && ticks < 2000; ++ticks) {
+    const double before_N = felt.value().spring_N_per_m * kDepth_m;
+    put_J += felt.follow({800, 1}, kDepth_m, 0, kMost_N, kPeriod_s);
+    EXPECT_LE(felt.value().spring_N_per_m * kDepth_m - before_N, FeltStiffness::kRate_N_per_s * kPeriod_s + 1e-12);
+  }
+  EXPECT_NEAR(put_J, 600 * kFactor * kDepth_m * kDepth_m / 2, 1e-12);
+}
+
+TEST(FeltStiffness, IsAsItWasWhereAnEditChangesItsFactor) {
+  FeltStiffness felt;
+  felt.follow({200, 1}, 0, 0, kMost_N, kPeriod_s);
+  felt.vary(2);
+  felt.varyByEdit(0.5);
+  EXPECT_EQ(felt.value(), (Stiffness{400, 2}));
+  EXPECT_EQ(felt.mean(), (Stiffness{800, 4}));
+  felt.vary(1);
+  EXPECT_EQ(felt.value(), (Stiffness{800, 4}));
+}
+
 TEST(EditSlew, LetsAnEditInAtItsRateWhileTheHandRests) {
   EditSlew slew;
   const Stiffness k{1000, 1};

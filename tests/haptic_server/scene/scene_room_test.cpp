@@ -295,6 +295,27 @@ TEST(SceneRoom, AnswersAStiffnessBeyondWhatTheDefaultDeviceBearsWithWhatIsFelt) 
                                     std::to_string(static_cast<int>(felt_N_per_m)) + " instead of 90000")));
 }
 
+TEST(SceneRoom, CutsAStiffnessThatVariesOffWhereTheDeviceBearsNoMore) {
+  SceneCrossing crossing;
+  Servo servo(crossing);
+  const DeviceLimits device{.stiffest_N_per_m = 1000, .mostDamping_Ns_per_m = 0.5};
+  SceneRoom room({.assetFolders = {}, .makePlan = {}, .device = device, .log = {}}, crossing);
+  AddObject added = std::get<AddObject>(add("a"));
+  added.material.stiffness_N_per_m = 800;
+  added.material.damping_Ns_per_m = 0.5;
+  std::vector<float> values(8, 0.5F);
+  values[3] = 2;
+  added.material.surface.stiffnessOver =
+      SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}}, VertexValuesSource{GivenValues{values}}};
+  ASSERT_TRUE(room.loadStartScene(edit(added)));
+  room.start();
+  ASSERT_NE(servo.look(), nullptr);
+  const ServoObject& felt = servo.look()->objects.at(0);
+  EXPECT_EQ(felt.stiffness_N_per_m, 800) << "as asked for, where it is not cut off";
+  EXPECT_EQ(felt.highestFactor, 1.25);
+  EXPECT_EQ(felt.damping_Ns_per_m, 0.4) << "0.5 Ns/m where it is the most";
+}
+
 TEST(SceneRoom, NoEditWaitsForThePlan) {
   std::atomic<int> planned{0};
   std::promise<void> release;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/surface/field_asset.h"
+#include "common/surface/make_field.h"
 #include "haptic_server/scene/sequencer.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
@@ -33,7 +34,7 @@ Operation setSurface(SurfaceEdit surface, std::string name = "a") {
 SurfaceEdit textured(std::uint32_t seed, MappedFamily family = mapped(), bool ofMesh = false) {
   SurfaceEdit edit;
   edit.texture = TextureEdit{Texture{.family = family, .amplitude_m = 1e-3},
-                             MappedSource{SpotNoiseSource{.seed = seed}, ofMesh, ofMesh}};
+                             {MappedSource{SpotNoiseSource{.seed = seed}, ofMesh, ofMesh}}};
   return edit;
 }
 
@@ -41,6 +42,26 @@ SurfaceEdit perVertex(std::size_t values) {
   SurfaceEdit edit;
   edit.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
                                VertexValuesSource{GivenValues{std::vector<float>(values, 0.5F)}}};
+  return edit;
+}
+
+SurfaceEdit layered() {
+  SurfaceEdit edit = perVertex(kBoxVertices);
+  const LayeredFamily layers{LayeredFamily::Combination::kSum, {{1, mapped()}, {2, GrainFamily{0.001, 1}}}};
+  const MappedSource source{SpotNoiseSource{.seed = 6}, true, true, 0};
+  edit.texture = TextureEdit{Texture{.family = layers, .amplitude_m = 1e-3}, {source}};
+  (*edit.friction)->friction.dynamicOver = FieldFamily{layers};
+  (*edit.friction)->dynamicSource = std::vector{source};
+  return edit;
+}
+
+/// Stiffness over a computed field, softness by values per vertex.
+SurfaceEdit varying(std::uint32_t seed, std::size_t values = kBoxVertices) {
+  SurfaceEdit edit;
+  edit.stiffnessOver =
+      SurfaceMapEdit{SurfaceMap{0.5, mapped()}, std::vector{MappedSource{SpotNoiseSource{.seed = seed}, true, true}}};
+  edit.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}},
+                                     VertexValuesSource{GivenValues{std::vector<float>(values, 0.25F)}}};
   return edit;
 }
 
@@ -133,6 +154,108 @@ TEST_F(SurfaceEdits, GiveAMappingTheBoxOfItsMeshWhereTheyLeaveItOut) {
   EXPECT_EQ(textureMap().mapping.size_m, Vec3(4, 5, 6));
 }
 
+TEST_F(SurfaceEdits, MakeTheFieldsOfLayersAndFitThemToTheMesh) {
+  SurfaceEdit surface;
+  const LayeredFamily layers{LayeredFamily::Combination::kProduct,
+                             {{1, mapped()}, {2, GrainFamily{0.001, 1}}, {3, mapped({}, Vec3(7))}}};
+  surface.texture = TextureEdit{Texture{.family = layers, .amplitude_m = 1e-3},
+                                {MappedSource{SpotNoiseSource{.seed = 3}, true, true, 0},
+                                 MappedSource{SpotNoiseSource{.seed = 4}, false, false, 2}}};
+  const auto accepted = accept(edit(setSurface(surface)));
+  EXPECT_THAT(accepted->reports, ElementsAre("a: texture: computed", "a: texture: computed"));
+  const auto texture = *record().material.surface.texture;
+  const auto& made = std::get<LayeredFamily>(texture.family).layers;
+  const auto& first = std::get<MappedFamily>(made[0].family);
+  const auto& last = std::get<MappedFamily>(made[2].family);
+  EXPECT_EQ(first.field, hashOf(BoxResolver::smallField(3)));
+  EXPECT_NEAR(first.mapping.size_m.x, 0.1, 1e-7);
+  EXPECT_EQ(last.field, hashOf(BoxResolver::smallField(4)));
+  EXPECT_EQ(last.mapping.size_m, Vec3(7));
+  EXPECT_THAT(assets().others, SizeIs(2));
+  const auto own = [&](const FieldFamily& family) {
+    return makeField(family,
+                     [&](const ContentHash& hash) { return as<FieldAsset>(resolver.store().find(hash))->field; })
+        .value();
+  };
+  const Vec3 place(0.03, 0.04, 0.05);
+  EXPECT_DOUBLE_EQ(assets().textureField->at(place).value, 6 * own(made[0].family)->at(place).value *
+                                                               own(made[1].family)->at(place).value *
+                                                               own(made[2].family)->at(place).value);
+  (*surface.texture)->sources[1].field = FileSource{"missing.png"};
+  EXPECT_EQ(reject(edit(setSurface(surface))).field,
+            "operations[0].set_material.material.texture.field.layers.layer[2].field.mapped.image");
+}
+
+TEST_F(SurfaceEdits, MakeTheMapOfTheDynamicCoefficientApartFromThatOfBoth) {
+  SurfaceEdit surface = perVertex(kBoxVertices);
+  FrictionEdit& given = **surface.friction;
+  given.friction.dynamicOver = FieldFamily{mapped()};
+  given.friction.dynamicVariation = 0.5;
+  given.dynamicSource = std::vector{MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
+  EXPECT_THAT(accept(edit(setSurface(surface)))->reports,
+              ElementsAre("a: friction: taken", "a: dynamic friction: computed"));
+  EXPECT_EQ(std::get<MappedFamily>(std::get<FieldFamily>(record().material.surface.friction->dynamicOver)).field,
+            hashOf(BoxResolver::smallField(5)));
+  EXPECT_THAT(assets().others, SizeIs(2));
+  EXPECT_NE(assets().frictionScale, nullptr);
+  EXPECT_EQ(assets().frictionField, nullptr);
+  EXPECT_NE(assets().dynamicFrictionField, nullptr);
+  EXPECT_EQ(assets().dynamicFrictionScale, nullptr);
+
+  given.friction.dynamicOver = PerVertexScale{};
+  given.friction.dynamicVariation = 0;
+  given.dynamicSource = VertexValuesSource{GivenValues{std::vector<float>(7, 1)}};
+  EXPECT_EQ(reject(edit(setSurface(surface))).field, "operations[0].set_material.material.friction.dynamic_per_vertex");
+  given.dynamicSource = VertexValuesSource{GivenValues{std::vector<float>(kBoxVertices, 0.25F)}};
+  accept(edit(setSurface(surface)));
+  EXPECT_EQ(assets().frictionScale->values[0], 0.5F);
+  EXPECT_EQ(assets().dynamicFrictionScale->values[0], 0.25F);
+}
+
+TEST_F(SurfaceEdits, MakeWhatStiffnessAndSoftnessFollow) {
+  EXPECT_THAT(accept(edit(setSurface(varying(5))))->reports,
+              ElementsAre("a: stiffness: computed", "a: softness: taken"));
+  const auto stiffness = *record().material.surface.stiffnessOver;
+  EXPECT_EQ(std::get<MappedFamily>(std::get<FieldFamily>(stiffness.over)).field, hashOf(BoxResolver::smallField(5)));
+  EXPECT_NEAR(std::get<MappedFamily>(std::get<FieldFamily>(stiffness.over)).mapping.size_m.x, 0.1, 1e-7);
+  EXPECT_THAT(assets().others, SizeIs(2));
+  EXPECT_NE(assets().stiffnessField, nullptr);
+  EXPECT_EQ(assets().stiffnessScale, nullptr);
+  EXPECT_EQ(assets().softnessField, nullptr);
+  EXPECT_EQ(assets().softnessScale->values, std::vector<float>(kBoxVertices, 0.25F));
+
+  const auto before = assets().others;
+  accept(edit(setSurface(shaded({})), moveTo("a", {1, 0, 0})));
+  EXPECT_EQ(assets().others, before);
+  accept(edit(setSurface(without(&SurfaceEdit::stiffnessOver))));
+  EXPECT_FALSE(record().material.surface.stiffnessOver);
+  EXPECT_TRUE(record().material.surface.softnessOver);
+  EXPECT_THAT(assets().others, SizeIs(1));
+  EXPECT_EQ(assets().stiffnessField, nullptr);
+}
+
+TEST_F(SurfaceEdits, TakeTheLastMapThatOneTransactionGives) {
+  const int before = resolver.resolved;
+  accept(edit(setSurface(varying(5)), setSurface(varying(6))));
+  EXPECT_EQ(resolver.resolved, before + 2) << "the first two are not made";
+  accept(edit(setSurface(varying(7)), setSurface(without(&SurfaceEdit::softnessOver))));
+  EXPECT_FALSE(record().material.surface.softnessOver);
+  EXPECT_EQ(assets().softnessScale, nullptr);
+}
+
+TEST_F(SurfaceEdits, AreRefusedWhereAMapDoesNotFitTheMesh) {
+  const std::string material = "operations[0].set_material.material.";
+  EXPECT_EQ(reject(edit(setSurface(varying(5, 7)))).field, material + "softness_over.per_vertex");
+  EXPECT_THAT(reject(edit(setSurface(varying(5, 9)))).reason, HasSubstr("has 9 values; the mesh has 8 vertices"));
+  SurfaceEdit image = varying(5);
+  std::get<std::vector<MappedSource>>((*image.stiffnessOver)->source)[0].field = FileSource{"missing.png"};
+  EXPECT_EQ(reject(edit(setSurface(image))).field, material + "stiffness_over.field.mapped.image");
+  accept(edit(setSurface(varying(5))));
+  const Error finer = reject(edit(RemeshObject{named("a"), MeshSource{BoxSource{Vec3(0.1), 2}}}));
+  EXPECT_EQ(finer.field, "operations[0].remesh.mesh");
+  EXPECT_THAT(finer.reason, HasSubstr("softness_over.per_vertex"));
+}
+
 TEST_F(SurfaceEdits, MayComeWithANewObject) {
   AddObject added{"b", box(), {}, {}};
   added.material.surface = textured(3);
@@ -146,11 +269,11 @@ TEST_F(SurfaceEdits, MayComeWithANewObject) {
 
 TEST_F(SurfaceEdits, AreRefusedWithTheFieldThatCannotBeHad) {
   SurfaceEdit image = textured(1);
-  (*image.texture)->source->field = FileSource{"missing.png"};
+  (*image.texture)->sources.at(0).field = FileSource{"missing.png"};
   EXPECT_EQ(reject(edit(setSurface(image))).field, "operations[0].set_material.material.texture.field.mapped.image");
   SurfaceEdit friction;
   friction.friction =
-      FrictionEdit{Friction{1, 1, 0.5, FieldFamily{mapped()}}, MappedSource{AssetSource{}, false, false}};
+      FrictionEdit{Friction{1, 1, 0.5, FieldFamily{mapped()}}, std::vector{MappedSource{AssetSource{}, false, false}}};
   EXPECT_EQ(reject(edit(moveTo("a", {}), setSurface(friction))).field,
             "operations[1].set_material.material.friction.field.mapped.asset");
 }
@@ -229,7 +352,8 @@ TEST_F(SurfaceEdits, AreRefusedWhereASnapshotOfTheSceneWouldNotFitAConnection) {
 TEST_F(SurfaceEdits, LeadAMirrorToTheSameRoots) {
   SceneVersion mirror = sequencer.history()->version;
   for (const SurfaceEdit& surface :
-       {textured(1), perVertex(kBoxVertices), shaded({}), without(&SurfaceEdit::texture), textured(2)}) {
+       {textured(1), varying(5), layered(), without(&SurfaceEdit::stiffnessOver), perVertex(kBoxVertices), shaded({}),
+        without(&SurfaceEdit::texture), textured(2)}) {
     const auto accepted = accept(edit(setSurface(surface)));
     mirror = mirror.apply(accepted->commit).value();
     ASSERT_EQ(mirror.root(), accepted->commit.root);

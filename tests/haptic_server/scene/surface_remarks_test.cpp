@@ -74,6 +74,59 @@ TEST(SurfaceRemarks, TellOfAStiffnessThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, device), IsEmpty());
 }
 
+TEST(SurfaceRemarks, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = std::move(box.assets.textureField);
+  const auto remarks = [&](double stiffest_N_per_m, double mostDamping_Ns_per_m) {
+    return surfaceRemarks(
+        box.record, box.assets,
+        {.encoderStep_m = 55e-6, .stiffest_N_per_m = stiffest_N_per_m, .mostDamping_Ns_per_m = mostDamping_Ns_per_m});
+  };
+  EXPECT_THAT(remarks(1200, 0.75), IsEmpty());
+  EXPECT_THAT(remarks(1000, 1),
+              ElementsAre(AllOf(HasSubstr("is felt as 1000 instead of 1200, its most by stiffness_over"))));
+  EXPECT_THAT(remarks(1200, 0.6),
+              ElementsAre(HasSubstr("damping_Ns_per_m is felt as 0.6 instead of 0.75, its most by")));
+}
+
+TEST(SurfaceRemarks, TellOfAMapOfStiffnessOrSoftnessFinerThanTheEncoder) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.1, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = box.assets.textureField;
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(AllOf(HasSubstr("stiffness_over's finest detail, 3 mm"), HasSubstr("encoder"))));
+  std::swap(box.record.material.surface.stiffnessOver, box.record.material.surface.softnessOver);
+  box.assets.softnessField = std::move(box.assets.stiffnessField);
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}), IsEmpty()) << "a rigid object has no softness";
+  box.record.deformation.softness = Softness{.stiffness_N_per_m = 500, .radius_m = 0.01};
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(HasSubstr("softness_over's finest detail, 3 mm")));
+}
+
+TEST(SurfaceRemarks, TellOfAMapThatWouldPushSidewaysMoreThanTheDeviceBears) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = std::move(box.assets.textureField);
+  // 0.5 q^2 / (2 * 800 N/m) + 0.5 q of q = 2 pi / 3 mm: 1371 + 1047 N/m
+  EXPECT_THAT(
+      surfaceRemarks(box.record, box.assets, {55e-6, 1000}),
+      ElementsAre(AllOf(HasSubstr("stiffness_over pushes sideways with 41.3"), HasSubstr("of up to 2418 N/m"))));
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {55e-6, 2500}), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.friction = Friction{.mu_static = 1, .mu_dynamic = 0.5, .dynamicVariation = 0.5};
+  box.assets.dynamicFrictionField = std::move(box.assets.textureField);
+  EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(AllOf(HasSubstr("dynamic friction's finest detail, 3 mm"), HasSubstr("encoder"))));
+}
+
 TEST(SurfaceRemarks, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
   const GratedBox box(1e-4);
   EXPECT_THAT(surfaceRemarks(box.record, box.assets, {2e-3, 1000}), ElementsAre(HasSubstr("encoder")));

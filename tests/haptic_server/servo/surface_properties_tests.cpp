@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/surface/make_field.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "surface_world.h"
 
@@ -85,6 +86,118 @@ TEST(SurfaceProperties, FrictionFollowsAScaleGivenByVertex) {
     const double normal_N = s.force.spring.z + s.force.damping.z;
     EXPECT_NEAR(-s.force.friction.x / normal_N, 0.3 * (1 + 10 * s.ihip.x), 0.0015) << s.ihip.x;
   }
+}
+
+/// mu_static from 0.3 to 0.9 and mu_dynamic from 0.15 to 0.45, waves of 10 mm and 7 mm across x.
+ServoObject withTwoFrictionMaps() {
+  SurfaceProperties properties = friction(0.6, 0.3);
+  properties.friction->variation = properties.friction->dynamicVariation = 0.5;
+  properties.friction->over = properties.friction->dynamicOver = FieldFamily{FourierFamily{}};
+  return with(slab(), properties,
+              {.texture = nullptr,
+               .friction = testing::gratingField(0.01),
+               .frictionScale = nullptr,
+               .dynamicFriction = testing::gratingField(0.007)});
+}
+double wavy(double mean, double x, double wavelength_m) {
+  return mean * (1 + 0.5 * std::cos(2 * std::numbers::pi * x / wavelength_m));
+}
+
+TEST(SurfaceProperties, FrictionBreaksAwayAndSlidesByAMapOfEachCoefficient) {
+  for (double start = -0.04; start < 0.03; start += 0.0013) {
+    VirtualServo servo(
+        [&](std::uint64_t tick) {
+          const double t = static_cast<double>(tick);
+          return Vec3(start + 2e-6 * std::max(0.0, t - 300), 0.0123, 0.003 - 0.005 * std::min(1.0, t / 200));
+        },
+        kConfig);
+    servo.adopt(sceneOf(1, {withTwoFrictionMaps()}));
+    double broke = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const TelemetrySample s = servo.step();
+      const double ratio = glm::length(s.force.friction) / (s.force.spring.z + s.force.damping.z);
+      if (i > 300 && s.frictionState == FrictionState::kSticking) broke = ratio;
+      if (s.frictionState != FrictionState::kSliding) continue;
+      const double slides = std::min(wavy(0.3, s.ihip.x, 0.007), wavy(0.6, s.ihip.x, 0.01));
+      ASSERT_NEAR(ratio, slides, 0.01 * slides) << s.ihip.x;
+    }
+    EXPECT_NEAR(broke, wavy(0.6, start, 0.01), 0.01 * wavy(0.6, start, 0.01)) << start;
+  }
+}
+
+TEST(SurfaceProperties, TheDynamicCoefficientFollowsValuesPerVertexOfItsOwn) {
+  auto scale = std::make_shared<std::vector<float>>();
+  const TriMesh mesh = makeBox(Vec3(0.1), 8).value();
+  for (const Vec3f v : mesh.vertices) scale->push_back(1 + 10 * v.x);  // from 0.5 to 1.5
+  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
+  servo.adopt(sceneOf(
+      1, {with(slab(), friction(0.4, 0.3),
+               {.texture = nullptr, .friction = nullptr, .frictionScale = nullptr, .dynamicFrictionScale = scale})}));
+  servo.run(500);
+  for (int i = 0; i < 1500; ++i) {
+    const TelemetrySample s = servo.step();
+    const double normal_N = s.force.spring.z + s.force.damping.z;
+    EXPECT_NEAR(-s.force.friction.x / normal_N, std::min(0.4, 0.3 * (1 + 10 * s.ihip.x)), 0.0015) << s.ihip.x;
+  }
+}
+
+TEST(SurfaceProperties, FrictionWithTwoMapsStepsNoMoreThanWithOneOfBoth) {
+  // To and fro, each time around another place.
+  const auto path = [](std::uint64_t tick) {
+    const double t = 1e-3 * static_cast<double>(tick);
+    return Vec3(0.03 * std::sin(0.7 * t) + 0.004 * std::sin(9 * t), 0.0123, 0.003 - 0.005 * std::min(1.0, 5 * t));
+  };
+  struct Run {
+    double largest_N = 0;  // step, but of breaking away, which is one
+    int stuckAgain = 0;
+  };
+  const auto run = [&](const ServoObject& object) {
+    VirtualServo servo(path, kConfig);
+    servo.adopt(sceneOf(1, {object}));
+    TelemetrySample last = servo.run(300);
+    Run result;
+    for (int i = 0; i < 20'000; ++i) {
+      const TelemetrySample s = servo.step();
+      const bool wasSliding = last.frictionState == FrictionState::kSliding;
+      const bool slides = s.frictionState == FrictionState::kSliding;
+      result.stuckAgain += wasSliding && !slides ? 1 : 0;
+      const double step_N = glm::length(s.force.friction - last.force.friction);
+      if (wasSliding || !slides) result.largest_N = std::max(result.largest_N, step_N);
+      last = s;
+    }
+    return result;
+  };
+  SurfaceProperties one = friction(0.6, 0.3);
+  one.friction->variation = 0.5;
+  const Run equal = run(with(slab(), one, {nullptr, testing::gratingField(0.01), nullptr}));
+  const Run different = run(withTwoFrictionMaps());
+  EXPECT_GT(equal.stuckAgain, 20);
+  EXPECT_GT(different.stuckAgain, 20);
+  EXPECT_LE(different.largest_N, equal.largest_N);
+}
+
+TEST(SurfaceProperties, ATextureOfLayersHasTheHeightOfTheirSum) {
+  const auto wave = [](double wavelength_m) { return FourierFamily{{{1, Vec3(1, 0, 0), wavelength_m, 0}}}; };
+  const LayeredFamily layers{LayeredFamily::Combination::kSum, {{1, wave(0.011)}, {-0.3, wave(0.002)}}};
+  SurfaceProperties properties;
+  properties.texture = Texture{.family = layers, .amplitude_m = 0.0002};
+  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
+  servo.adopt(
+      sceneOf(1, {with(slab(), properties,
+                       {.texture = makeField(layers, {}).value(), .friction = nullptr, .frictionScale = nullptr})}));
+  servo.run(400);
+  double lowest_m = 1, highest_m = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const TelemetrySample s = servo.step();
+    const double turns = 2 * std::numbers::pi * s.ihip.x;
+    const double height_m = 0.0002 * (1.3 + std::cos(turns / 0.011) - 0.3 * std::cos(turns / 0.002));
+    EXPECT_NEAR(s.height_m, height_m, 1e-9 + 0.01 * height_m) << s.ihip.x;
+    EXPECT_NEAR(s.force.texture.z, kStiffness * height_m, 1e-6 + 0.01 * kStiffness * height_m) << s.ihip.x;
+    lowest_m = std::min(lowest_m, s.height_m);
+    highest_m = std::max(highest_m, s.height_m);
+  }
+  EXPECT_LT(lowest_m, 0.0001);
+  EXPECT_GT(highest_m, 0.0004);
 }
 
 TEST(SurfaceProperties, ATexturedFloorIsFeltWithoutAStepInTheCornerWithAPlainWall) {

@@ -152,9 +152,13 @@ struct Original {
     if (i == 9) {
       SurfaceEdit surface;
       surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
-                                    MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
+                                    {MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
       surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
                                       VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+      surface.stiffnessOver = SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
+                                             std::vector{MappedSource{SpotNoiseSource{.seed = 6}, true, true}}};
+      surface.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}},
+                                            VertexValuesSource{GivenValues{std::vector<float>(8, 0.25F)}}};
       return edit(SetMaterial{named(name), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}});
     }
     if (i % 11 == 0) return edit(RemeshObject{named(name), box(0.01 + 0.001 * static_cast<double>(i))});
@@ -290,9 +294,15 @@ void expectAsItWas(const ObjectRecord& now, const ObjectRecord& was, const Damag
   const auto whole = [&](const auto& assets) {
     return std::ranges::none_of(assets, [&](const AssetName& asset) { return damage.isDamaged(asset.hash); });
   };
-  const auto& [shading, friction, texture] = was.material.surface;
-  EXPECT_EQ(now.material.surface.friction == friction, whole(assetsOf(SurfaceProperties{{}, friction, {}})));
-  EXPECT_EQ(now.material.surface.texture == texture, whole(assetsOf(SurfaceProperties{{}, {}, texture})));
+  const auto keeps = [&](auto property) {
+    SurfaceProperties alone;
+    alone.*property = was.material.surface.*property;
+    EXPECT_EQ(now.material.surface.*property == was.material.surface.*property, whole(assetsOf(alone)));
+  };
+  keeps(&SurfaceProperties::friction);
+  keeps(&SurfaceProperties::texture);
+  keeps(&SurfaceProperties::stiffnessOver);
+  keeps(&SurfaceProperties::softnessOver);
 }
 
 void judge(const Original& original, std::uint64_t seed) {

@@ -331,7 +331,7 @@ TEST_F(StateFolderTest, ACheckpointThatFindsNoRoomLetsTheLogGrow) {
 TEST_F(StateFolderTest, KeepsTheFieldsAndValuesOfSurfaces) {
   SurfaceEdit surface;
   surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
-                                MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
+                                {MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
   surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
                                   VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
   const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
@@ -346,6 +346,49 @@ TEST_F(StateFolderTest, KeepsTheFieldsAndValuesOfSurfaces) {
   const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
   EXPECT_NE(assets.textureField, nullptr);
   EXPECT_EQ(assets.frictionScale->values, std::vector<float>(8, 0.5F));
+}
+
+TEST_F(StateFolderTest, KeepsLayersAndTheMapOfTheDynamicCoefficient) {
+  SurfaceEdit surface;
+  const MappedFamily mapped{{}, {.tile_m = 0.01}};
+  const LayeredFamily layers{LayeredFamily::Combination::kProduct, {{1, mapped}, {-2, mapped}}};
+  surface.texture = TextureEdit{Texture{.family = layers, .amplitude_m = 1e-3},
+                                {MappedSource{SpotNoiseSource{.seed = 5}, true, true, 0},
+                                 MappedSource{SpotNoiseSource{.seed = 6}, true, true, 1}}};
+  surface.friction = FrictionEdit{.friction = {0.6, 0.3, 0, std::monostate{}, 0, PerVertexScale{}},
+                                  .dynamicSource = VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+  const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
+  ContentHash root;
+  {
+    KeptScene first(folder.path());
+    root = first.accept(kAlice, 1, edit(add("a"), textured))->commit.root;
+    EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(4));
+  }
+  KeptScene second(folder.path());
+  EXPECT_EQ(second.version().root(), root);
+  const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
+  EXPECT_NE(assets.textureField, nullptr);
+  EXPECT_EQ(assets.dynamicFrictionScale->values, std::vector<float>(8, 0.5F));
+}
+
+TEST_F(StateFolderTest, KeepsWhatStiffnessAndSoftnessFollow) {
+  SurfaceEdit surface;
+  surface.stiffnessOver = SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
+                                         std::vector{MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
+  surface.softnessOver =
+      SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}}, VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+  const SetMaterial varying{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
+  ContentHash root;
+  {
+    KeptScene first(folder.path());
+    root = first.accept(kAlice, 1, edit(add("a"), varying))->commit.root;
+    EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(3));
+  }
+  KeptScene second(folder.path());
+  EXPECT_EQ(second.version().root(), root);
+  const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
+  EXPECT_NE(assets.stiffnessField, nullptr);
+  EXPECT_EQ(assets.softnessScale->values, std::vector<float>(8, 0.5F));
 }
 
 TEST_F(StateFolderTest, ADamagedMeshCostsItsObjectUntilItIsHereAgain) {
@@ -391,7 +434,7 @@ TEST_F(StateFolderTest, ADamagedMeshCostsItsObjectUntilItIsHereAgain) {
 TEST_F(StateFolderTest, AMissingFieldCostsOnlyTheTexture) {
   SurfaceEdit surface;
   surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
-                                MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
+                                {MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
   surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
                                   VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
   const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};

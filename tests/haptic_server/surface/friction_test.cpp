@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -160,6 +161,36 @@ TEST(Friction, ThatVariesGivesNoEnergyInALoopThatSticks) {
       last_N = force_N;
     }
     EXPECT_NEAR(work_J, 0, 1e-9) << "ten loops from x = " << x;
+  }
+}
+
+/// The static coefficient from 0.06 to 1.14, the dynamic one from 0.15 to 0.45 by other waves, but at most as large.
+FrictionCoefficients twiceWavyMu(double x) {
+  const double stick = 0.6 * (1 + 0.9 * std::sin(2 * std::numbers::pi * x / 5e-3));
+  return {stick, std::min(stick, 0.3 * (1 + 0.5 * std::sin(2 * std::numbers::pi * x / 3e-3)))};
+}
+
+TEST(Friction, ThatVariesInTwoWaysSticksAgainWithoutAStepOfTheForce) {
+  constexpr double kStep_m = 1e-6;
+  const FrictionScale scale{800 / 1.14, 330e-6};
+  for (int place = 0; place < 100; ++place) {
+    StickSlip friction;
+    double x = 1.7e-4 * place;
+    const auto at = [&] {
+      return friction.follow({Vec3(x, 0, 0), kUp, kPressing_N}, twiceWavyMu(x), scale, kPeriod_s).x;
+    };
+    at();
+    for (int i = 0; i < 20'000; ++i, x += kStep_m) at();
+    ASSERT_EQ(friction.state(), FrictionState::kSliding);
+    double last = at();
+    for (int i = 0; i < 2000 && friction.state() == FrictionState::kSliding; ++i) {
+      x -= kStep_m;
+      const double now = at();
+      // The spring's share, and that of the waves' slope: 0.9 * 0.6 * 2 pi / 5 mm.
+      EXPECT_LE(std::abs(now - last), kStep_m * (800 + 679 * kPressing_N)) << x;
+      last = now;
+    }
+    EXPECT_EQ(friction.state(), FrictionState::kSticking);
   }
 }
 
