@@ -8,6 +8,7 @@
 #include "tests/eval/accuracy.h"
 #include "tests/eval/advise/advise.h"
 #include "tests/eval/chart.h"
+#include "tests/eval/combinations/combinations.h"
 #include "tests/eval/failures.h"
 #include "tests/eval/fuzz/fuzz.h"
 #include "tests/eval/replay/replay_verb.h"
@@ -29,6 +30,7 @@ struct Arguments {
   std::filesystem::path out = ".";
   FailuresOptions failures;
   AccuracyOptions accuracy;
+  CombinationsOptions combinations;
   ChartOptions chart;
   Table1Options table1;
   bool asInPaper = false;
@@ -59,6 +61,12 @@ CLI::Validator moreThanZero() {
     return text + ": give a number more than 0";
   };
   return CLI::Validator(check, "");
+}
+
+std::string namesOf(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
 }
 
 struct Verb {
@@ -128,6 +136,35 @@ void addAccuracy(CLI::App& app, Arguments& arguments) {
     options.seed = arguments.seed;
     options.out = arguments.out;
     arguments.good = runAccuracy(options);
+  });
+}
+
+void addCombinations(CLI::App& app, Arguments& arguments) {
+  CLI::App* verb = addVerb(
+      app,
+      {"combinations", "Surface features, two at a time: is what is felt that of both?", "--seeds 20 --out results",
+       "The features are texture, shading, friction, softness, plastic, lattice, motion and several (surfaces that "
+       "hold\n"
+       "the IHIP together); a pair is called such as texture-softness. Each seed draws place, direction, speed, depth "
+       "and\n"
+       "parameters. With --ablate only the pairs run that it is about, and each has to fail.\n"
+       "  haptic_eval combinations --pair shading-softness --seeds 5\n"
+       "  haptic_eval combinations --ablate facets"},
+      arguments);
+  CombinationsOptions& options = arguments.combinations;
+  addSeed(verb, arguments);
+  verb->add_option("--seeds", options.seeds, "How many seeds, from --seed on")
+      ->check(wholeNumber(1))
+      ->type_name("N")
+      ->capture_default_str();
+  verb->add_option("--pair", options.pair, "Only this one, such as texture-softness")->type_name("NAME");
+  verb->add_option("--ablate", options.ablate, "Switch one thing off: " + namesOf(ablationNames()))
+      ->check(CLI::IsMember(ablationNames()))
+      ->type_name("NAME");
+  verb->callback([&arguments, &options] {
+    options.seed = arguments.seed;
+    options.out = arguments.out;
+    arguments.good = runCombinations(options);
   });
 }
 
@@ -365,8 +402,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
-  for (const auto add : {addFailures, addAccuracy, addChart, addTextures, addTable1, addWalk, addAdvise, addStability,
-                         addReplay, addFuzz})
+  for (const auto add : {addFailures, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
+                         addAdvise, addStability, addReplay, addFuzz})
     add(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);

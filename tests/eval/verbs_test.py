@@ -43,6 +43,36 @@ class Verb(unittest.TestCase):
         self.assertIn("</svg>", (self.out / f"{verb}.svg").read_text()[-20:])
 
 
+class Combinations(Verb):
+    def test_measures_the_pair_that_was_asked_for(self):
+        said = self.run_well("combinations", "--pair", "texture-softness", "--seeds", "2")
+        self.assertIn("1 pairs, 1 within", said)
+        records = self.records("combinations")
+        self.assertEqual([(r["scene"], r["seed"]) for r in records], [("texture-softness", 1), ("texture-softness", 2)])
+        rows = list(csv.DictReader((self.out / "combinations.csv").open()))
+        height = next(row for row in rows if row["measure"] == "height_ratio")
+        self.assertEqual(float(height["worst"]), float(f"{max(r['height_ratio'] for r in records):.6g}"))
+        self.assertEqual(height["verdict"], "within")
+        self.assertEqual((self.out / "combinations.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+
+    def test_the_same_seed_gives_the_same(self):
+        def records():
+            self.run_well("combinations", "--pair", "friction-motion", "--seed", "7")
+            return self.records("combinations")
+
+        self.assertEqual(records(), records())
+
+    def test_an_ablation_fails_its_pairs_and_is_about_no_other(self):
+        said = self.run_well("combinations", "--ablate", "facets", "--pair", "shading-softness")
+        self.assertIn("1 pairs, 1 fail by it", said)
+        for arguments, says in ((("--ablate", "facets", "--pair", "texture-motion"), "there are shading-softness"),
+                                (("--pair", "softness-texture"), "there is no pair softness-texture"),
+                                (("--ablate", "everything"), "facets")):
+            done = run("combinations", *arguments, "--out", str(self.out))
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn(says, done.stderr)
+
+
 class Fuzz(Verb):
     def check_flat(self, records):
         for record in records:

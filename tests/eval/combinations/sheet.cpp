@@ -1,0 +1,66 @@
+#include "tests/eval/combinations/sheet.h"
+
+#include <cstdio>
+
+#include "tests/eval/combinations/limits.h"
+#include "tests/eval/figure/matrix.h"
+#include "tests/eval/figure/virtual_display.h"
+#include "tests/eval/or_throw.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, kFeatures> kTitles{{
+    {"Texture", "waves, Eq. (4), K = 1.5"},
+    {"Force shading", "sphere, 1,728 triangles"},
+    {"Friction map", "stick, slide, 4 waves"},
+    {"Softness", "springs in series"},
+    {"Plastic", "a dent that stays"},
+    {"Lattice", "free-form deformation"},
+    {"Motion", "slides against a spring"},
+    {"Several surfaces", "groove of two bodies"},
+}};
+
+/// Short: beside a bar.
+std::string numberText(double value) {
+  constexpr double kLeast = 0.01, kFew = 1, kWhole = 10;
+  if (value > 0 && value < kLeast) return "<0.01";
+  char text[32];
+  std::snprintf(text, sizeof text, value < kFew ? "%.2f" : value < kWhole ? "%.1f" : "%.0f", value);
+  return text;
+}
+
+}  // namespace
+
+void drawCombinations(const std::vector<SheetPair>& pairs, int seeds, const std::filesystem::path& png) {
+  Matrix matrix;
+  matrix.title = "Surface features, two at a time";
+  matrix.caption = {
+      "Ho, Basdogan & Srinivasan (1999), sections 4 and 5, by the production step, against exact references that share "
+      "no "
+      "code with it.",
+      "Above the diagonal: felt and right along a stroke, of the seed that came nearest to a limit. Below: the worst "
+      "of " +
+          std::to_string(seeds) + (seeds == 1 ? " seed" : " seeds") + "; a bar ends at its limit."};
+  for (const auto& [title, note] : kTitles) matrix.entries.push_back({std::string(title), std::string(note)});
+  for (const SheetPair& pair : pairs) {
+    MatrixCell cell;
+    cell.row = static_cast<std::size_t>(pair.row);
+    cell.column = static_cast<std::size_t>(pair.column);
+    cell.title = std::string(nameOf(pair.row)) + " + " + std::string(nameOf(pair.column));
+    cell.plotTitle = pair.plotted;
+    cell.measured = pair.felt;
+    cell.expected = pair.right;
+    for (const auto& [measure, value] : pair.worst) {
+      const Limit& limit = limitOf(measure);
+      if (measure == Measure::kBadTicks && value == 0) continue;
+      const double share = limit.most > 0 ? value / limit.most : value > 0 ? 2 : 0;
+      cell.bars.push_back({std::string(limit.shown), share, numberText(value / limit.unit)});
+    }
+    matrix.cells.push_back(std::move(cell));
+  }
+  const auto display = orThrow(VirtualDisplay::ensure());
+  orThrow(drawMatrix(matrix, png));
+}
+
+}  // namespace haptics::eval
