@@ -35,6 +35,7 @@ struct Felt {
   Vec3 gradient;
   double depth_m;  ///< d: below the textured surface.
   double speed_m_per_s;
+  bool shaded;      ///< N_s is a shading normal.
   bool heightOnly;  ///< One of several bodies that hold the IHIP: what is without the height is felt with the first.
 
   [[nodiscard]] Vec3 ihip() const noexcept { return from + geometric_m * normal; }
@@ -177,7 +178,10 @@ class Feeling {
       if (!nearBumps(felt)) continue;
       if (state_.anyVaryingStiffness && !felt.heightOnly) varyBeside(felt);
       feelHeight(felt, state_.bumps[i]);
-      if (felt.depth_m > 0) felt_[count_++] = felt;
+      if (!(felt.depth_m > 0)) continue;
+      // Where the polygons are touched next, shading goes on.
+      if (count_ == 0) memory_.fade = {.shaded = felt.shaded};
+      felt_[count_++] = felt;
     }
   }
 
@@ -264,7 +268,7 @@ class Feeling {
     felt.geometric_m = -distance_m;
     felt.normal =
         body.frame.turn(tellsDirection(distance_m, felt.body) ? (h - foot.point) / distance_m : normal * double(side));
-    if (hasShading(felt.body)) static_cast<void>(shadeAt(felt, foot, side));
+    felt.shaded = hasShading(felt.body) && shadeAt(felt, foot, side);
     return true;
   }
 

@@ -31,9 +31,9 @@ LayeredFamily three(Combination combination) {
            {2, CellularFamily{.cell_m = kWavelength_m}}}};
 }
 
-class Layers : public testing::TestWithParam<Combination> {};
+class Layers : public ::testing::TestWithParam<Combination> {};
 
-INSTANTIATE_TEST_SUITE_P(LayeredField, Layers, testing::Values(Combination::kSum, Combination::kProduct));
+INSTANTIATE_TEST_SUITE_P(LayeredField, Layers, ::testing::Values(Combination::kSum, Combination::kProduct));
 
 TEST_P(Layers, HaveTheSumOrTheProductOfTheirValues) {
   const LayeredFamily family = three(GetParam());
