@@ -66,7 +66,7 @@ class Gatherer {
     auto residue = get<MovedVerticesAsset>(hash, lookUp_);
     if (!residue) return tl::unexpected<Error>(std::move(residue.error()).within("deformation.residue"));
     const std::size_t vertices = assets_.mesh->mesh->vertices.size();
-    if (const std::uint32_t last = (*residue)->moved.vertex.back(); last >= vertices) {
+    if (const std::uint32_t last = (*residue)->moved->vertex.back(); last >= vertices) {
       return refused("deformation.residue", "moves vertex " + std::to_string(last) + "; the mesh has " +
                                                 std::to_string(vertices) + ", numbered from 0");
     }
@@ -84,8 +84,8 @@ class Gatherer {
     auto values = get<VertexValuesAsset>(scale->values, lookUp_);
     if (!values) return tl::unexpected<Error>(std::move(values.error()).within("friction.per_vertex"));
     const std::size_t vertices = assets_.mesh->mesh->vertices.size();
-    if ((*values)->values.size() != vertices) {
-      return refused("friction.per_vertex", "has " + std::to_string((*values)->values.size()) +
+    if ((*values)->values->size() != vertices) {
+      return refused("friction.per_vertex", "has " + std::to_string((*values)->values->size()) +
                                                 " values; the mesh has " + std::to_string(vertices) +
                                                 " vertices, and each wants one");
     }

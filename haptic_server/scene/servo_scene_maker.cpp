@@ -87,7 +87,7 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
   if (sameSurface && known->second.properties == properties) return known->second;
 
   DetailFields fields{.texture = assets.textureField, .friction = assets.frictionField, .frictionScale = {}};
-  if (assets.frictionScale) fields.frictionScale = {assets.frictionScale, &assets.frictionScale->values};
+  if (assets.frictionScale) fields.frictionScale = assets.frictionScale->values;
   if (surface != assets.mesh->surface) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
   std::shared_ptr<const ShadingNormals> normals;
   if (sameSurface && known->second.detail && known->second.properties.shading == properties.shading) {

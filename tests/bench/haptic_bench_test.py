@@ -69,6 +69,16 @@ class HapticBench(unittest.TestCase):
             self.assertGreater(figure["real_time"], 0)
         self.assertGreater(figures["protocol/encode_10k_vertices"]["bytes"], 120_000)
 
+    def test_compares_one_process_with_two(self):
+        figures = self.figures("structures/.*triangles:63948")
+        one, two = (figures[f"structures/figure_1{letter}_process{plural}/triangles:63948/iterations:1/manual_time"]
+                    for letter, plural in (("a_one", ""), ("b_two", "es")))
+        for figure in (one, two):
+            self.assertNotIn("error_message", figure)
+            self.assertGreater(figure["ticks"], 4000)
+            self.assertGreater(figure["bytes_per_triangle"], 64)
+        self.assertLess(one["rss_MB"], two["rss_MB"])
+
 
 if __name__ == "__main__":
     unittest.main()
