@@ -115,8 +115,10 @@ class Structure {
 
  private:
   [[nodiscard]] std::unique_ptr<ServerLink> link(double telemetry_Hz, bool assets) {
-    ServerLink::Options options{
-        .server = {}, .clientName = "bench", .telemetryRate_Hz = telemetry_Hz, .fetchAssets = assets};
+    ServerLink::Options options;
+    options.clientName = "bench";
+    options.telemetryRate_Hz = telemetry_Hz;
+    options.fetchAssets = assets;
     if (inside_) {
       options.connect = inside_->connect();
       options.sharedAssets = inside_->sharedAssets();

@@ -46,8 +46,11 @@ class EmbeddedServerTest : public testing::Test {
   }
 
   [[nodiscard]] static std::unique_ptr<ServerLink> link(EmbeddedServer& server) {
-    return std::make_unique<ServerLink>(ServerLink::Options{
-        .server = {}, .clientName = "test", .connect = server.connect(), .sharedAssets = server.sharedAssets()});
+    ServerLink::Options options;
+    options.clientName = "test";
+    options.connect = server.connect();
+    options.sharedAssets = server.sharedAssets();
+    return std::make_unique<ServerLink>(std::move(options));
   }
 
   [[nodiscard]] static std::shared_ptr<const MirrorView> inStep(const ServerLink& link, std::uint64_t revision) {
