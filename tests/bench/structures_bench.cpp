@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -168,11 +169,11 @@ class Structure {
 
 /// In a process of its own, whose memory is that of the structure alone.
 void compareStructure(benchmark::State& state, const char* structure, std::uint32_t segments) {
-  const std::string command =
-      "'" + ownProgram().string() + "' " + kStructure + ' ' + structure + ' ' + std::to_string(segments);
+  std::ostringstream command;
+  command << ownProgram() << ' ' << kStructure << ' ' << structure << ' ' << segments;
   std::map<std::string, double> figures;
   for ([[maybe_unused]] auto _ : state) {
-    FILE* const output = popen(command.c_str(), "r");
+    FILE* const output = popen(command.str().c_str(), "r");
     char name[64];
     double value = 0;
     while (output != nullptr && std::fscanf(output, "%63s %lf", name, &value) == 2) figures[name] = value;
