@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,9 +16,9 @@
 #include "common/text/printable.h"
 #include "common/text/printable_log.h"
 #include "common/wire/endpoint.h"
+#include "graphics_client/embedded_server.h"
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/viewer/viewer.h"
-#include "haptic_server/server_app.h"
 
 namespace {
 
@@ -96,27 +95,23 @@ class HeldScene {
   bool equal_ = false;
 };
 
-/// The way to a server in this process: memory, between the two threads that would be two processes.
-haptics::ServerLink::Connect within(haptics::ServerApp& server) {
-  return [&server](haptics::EventLoop& loop, const haptics::ServerLink::Connected& done) {
-    loop.post([&server, &loop, done] { done(server.connect(loop)); });
-    return std::shared_ptr<void>();
-  };
-}
-
-/// Nothing listens; mesh files lie beside the scene file, as for haptic_server.
-haptics::ServerOptions embeddedOptions(haptics::ServerOptions options) {
-  options.listen.clear();
-  if (!options.scene.empty()) {
-    const auto folder = std::filesystem::absolute(options.scene).parent_path();
-    options.assets.insert(options.assets.begin(), folder);
-  }
-  return options;
-}
-
 int fail(const Error& error, ExitCode code) {
   std::fprintf(stderr, "graphics_client: %s\n", haptics::printable(error.text()).c_str());
   return code;
+}
+
+/// What comes of a run that has ended.
+int report(const Arguments& arguments, const Result<haptics::RunSummary>& summary, const std::string& linkText) {
+  if (!summary) return fail(summary.error(), kFailed);
+  if (!arguments.summary.empty()) {
+    const Result<void> written = haptics::writeFile(arguments.summary, summary->json());
+    if (!written) return fail(written.error(), kFailed);
+  }
+  if (arguments.seconds && !summary->wasConnected()) {
+    const std::string server = arguments.embeddedServer ? "the server in this process" : arguments.connect;
+    return fail({"--connect", "there never was a connection to " + server + "; " + linkText}, kNeverConnected);
+  }
+  return kDone;
 }
 
 int run(const Arguments& arguments) {
@@ -134,12 +129,8 @@ int run(const Arguments& arguments) {
   if (arguments.offscreen) setenv("LP_NUM_THREADS", "1", 0);
   if (const Result<void> display = haptics::checkDisplay(); !display) return fail(display.error(), kFailed);
 
-  std::unique_ptr<haptics::ServerApp> embedded;  // outlives the link
-  if (arguments.embeddedServer) {
-    auto started = haptics::ServerApp::start(embeddedOptions(arguments.serverOptions));
-    if (!started) return fail(started.error(), kFailed);
-    embedded = *std::move(started);
-  }
+  std::optional<haptics::EmbeddedServer> embedded;  // outlives the link
+  if (arguments.embeddedServer) embedded.emplace(arguments.serverOptions, [] { stopRequested = true; });
   auto link = std::make_unique<haptics::ServerLink>(
       haptics::ServerLink::Options{.server = *server,
                                    .clientName = "graphics_client",
@@ -147,7 +138,8 @@ int run(const Arguments& arguments) {
                                    .telemetryRate_Hz = kWindowFrames_Hz,
                                    .fetchAssets = true,
                                    .datagrams = arguments.udp,
-                                   .connect = embedded ? within(*embedded) : haptics::ServerLink::Connect{}});
+                                   .connect = embedded ? embedded->connect() : haptics::ServerLink::Connect{},
+                                   .sharedAssets = embedded ? embedded->sharedAssets() : haptics::SharedAssets{}});
   HeldScene held;
   const auto newest = [&] {
     auto view = link->latest();
@@ -155,20 +147,12 @@ int run(const Arguments& arguments) {
     return view;
   };
   const Result<haptics::RunSummary> summary = haptics::runViewer(*options, newest, stopRequested);
-  if (!summary) return fail(summary.error(), kFailed);
-  if (!arguments.summary.empty()) {
-    const Result<void> written = haptics::writeFile(arguments.summary, summary->json());
-    if (!written) return fail(written.error(), kFailed);
-  }
-  if (arguments.seconds && !summary->wasConnected()) {
-    return fail({"--connect", "there never was a connection to " + arguments.connect + "; " + link->latest()->linkText},
-                kNeverConnected);
-  }
+  const std::string linkText = link->latest()->linkText;
   link.reset();
-  if (embedded) {
-    if (const Result<void> stopped = embedded->stop(); !stopped) return fail(stopped.error(), kFailed);
-  }
-  return kDone;
+  const Result<void> stopped = embedded ? embedded->stop() : Result<void>{};
+  const int code = stopped ? report(arguments, summary, linkText) : fail(stopped.error(), kFailed);
+  if (embedded && embedded->isStillBuilding()) std::_Exit(code);
+  return code;
 }
 
 }  // namespace

@@ -150,6 +150,11 @@ class ServerApp::Impl {
     return options_.listen.substr(0, options_.listen.rfind(':')) + ':' + std::to_string(server_->port());
   }
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop) { return server_->connect(clientLoop); }
+  [[nodiscard]] std::optional<AssetContent> findAsset(const AssetName& name) const {
+    const auto asset = room_.findAsset(name.hash);
+    if (!asset || asset->name != name) return std::nullopt;
+    return asset->content();
+  }
   void refreshTokens() { server_->refreshTokens(); }
 
   [[nodiscard]] bool isStillBuilding() const noexcept { return isStillBuilding_; }
@@ -390,6 +395,7 @@ Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options
 void ServerApp::refreshTokens() { impl_->refreshTokens(); }
 std::string ServerApp::address() const { return impl_->address(); }
 std::unique_ptr<Transport> ServerApp::connect(EventLoop& clientLoop) { return impl_->connect(clientLoop); }
+std::optional<AssetContent> ServerApp::findAsset(const AssetName& name) const { return impl_->findAsset(name); }
 Result<void> ServerApp::stop() { return impl_->stop(); }
 bool ServerApp::isStillBuilding() const { return impl_->isStillBuilding(); }
 

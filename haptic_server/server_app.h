@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "common/assets/asset_content.h"
 #include "common/error/error.h"
 #include "common/wire/event_loop.h"
 #include "common/wire/transport.h"
@@ -28,6 +30,9 @@ class ServerApp {
   [[nodiscard]] std::string address() const;
   /// A connection for a client in this process, on whose loop it is used. Any thread. The client leaves first.
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop);
+  /// Any thread. An asset for a client in this process, which shares it with the scene; nothing where the scene has none of
+  /// this name.
+  [[nodiscard]] std::optional<AssetContent> findAsset(const AssetName& name) const;
   /// Reads the list of tokens again and cuts whoever has a withdrawn one. Any thread.
   void refreshTokens();
   /// Stops the device, then the clients; writes summary and recording. Refused: a file that could not be written, a

@@ -1,38 +1,20 @@
 #include "common/mesh/mesh_asset.h"
 
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstring>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 namespace haptics {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "canonical bytes are little-endian");
 static_assert(sizeof(Vec3f) == 12 && sizeof(TriangleIndices) == 12, "vertices and triangles are copied as they lie");
 static_assert(std::is_trivially_copyable_v<Vec3f> && std::is_trivially_copyable_v<TriangleIndices>);
 
 constexpr std::string_view kMagic = "HMSH";
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeaderSize = kMagic.size() + sizeof kVersion + 2 * sizeof(std::uint64_t);
-
-std::array<std::byte, kHeaderSize> headerOf(const TriMesh& mesh) {
-  const std::uint64_t vertices = mesh.vertices.size();
-  const std::uint64_t triangles = mesh.triangles.size();
-  std::array<std::byte, kHeaderSize> header;
-  std::byte* at = header.data();
-  const auto put = [&at](const void* value, std::size_t size) {
-    std::memcpy(at, value, size);
-    at += size;
-  };
-  put(kMagic.data(), kMagic.size());
-  put(&kVersion, sizeof kVersion);
-  put(&vertices, sizeof vertices);
-  put(&triangles, sizeof triangles);
-  return header;
-}
 
 template <class T>
 T valueAt(std::string_view bytes, std::size_t offset) {
@@ -41,22 +23,17 @@ T valueAt(std::string_view bytes, std::size_t offset) {
   return value;
 }
 
-template <class T>
-void append(std::string& bytes, const T& values) {
-  const auto raw = std::as_bytes(std::span(values));
-  bytes.append(reinterpret_cast<const char*>(raw.data()), raw.size());
-}
-
 }  // namespace
 
-std::string encodeMesh(const TriMesh& mesh) {
-  std::string bytes;
-  bytes.reserve(kHeaderSize + sizeof(Vec3f) * mesh.vertices.size() + sizeof(TriangleIndices) * mesh.triangles.size());
-  append(bytes, headerOf(mesh));
-  append(bytes, mesh.vertices);
-  append(bytes, mesh.triangles);
-  return bytes;
+CanonicalBytes canonicalBytes(const TriMesh& mesh) {
+  std::string header(kMagic);
+  append(header, kVersion);
+  append(header, std::uint64_t{mesh.vertices.size()});
+  append(header, std::uint64_t{mesh.triangles.size()});
+  return {std::move(header), {std::as_bytes(std::span(mesh.vertices)), std::as_bytes(std::span(mesh.triangles))}};
 }
+
+std::string encodeMesh(const TriMesh& mesh) { return canonicalBytes(mesh).copy(); }
 
 Result<TriMesh> decodeMesh(std::string_view bytes) {
   if (bytes.size() < kHeaderSize) {
@@ -96,12 +73,6 @@ Result<TriMesh> decodeMesh(std::string_view bytes) {
   return mesh;
 }
 
-ContentHash hashOf(const TriMesh& mesh) {
-  return Hasher()
-      .add(headerOf(mesh))
-      .add(std::as_bytes(std::span(mesh.vertices)))
-      .add(std::as_bytes(std::span(mesh.triangles)))
-      .finish();
-}
+ContentHash hashOf(const TriMesh& mesh) { return canonicalBytes(mesh).hash(); }
 
 }  // namespace haptics

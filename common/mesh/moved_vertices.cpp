@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstring>
 
-#include "common/mesh/canonical_bytes.h"
 #include "common/mesh/tri_mesh.h"
 
 namespace haptics {
@@ -62,14 +61,12 @@ MovedVertices movedBetween(std::span<const Vec3f> before, std::span<const Vec3f>
   return moved;
 }
 
-std::string encodeMovedVertices(const MovedVertices& moved) {
-  std::string bytes;
-  bytes.reserve(kListHeaderSize + kVertexSize * moved.vertex.size());
-  appendListHeader(bytes, kMagic, moved.vertex.size());
-  for (const std::uint32_t vertex : moved.vertex) append(bytes, vertex);
-  for (const Vec3f place : moved.place) append(bytes, place + Vec3f(0));
-  return bytes;
+CanonicalBytes canonicalBytes(const MovedVertices& moved) {
+  return {listHeader(kMagic, moved.vertex.size()),
+          {std::as_bytes(std::span(moved.vertex)), std::as_bytes(std::span(moved.place))}};
 }
+
+std::string encodeMovedVertices(const MovedVertices& moved) { return canonicalBytes(moved).copy(); }
 
 Result<MovedVertices> decodeMovedVertices(std::string_view bytes) {
   const auto counted = listCount(bytes, kMagic, "moved vertices", kVertexSize, kMaxVertices);
@@ -83,9 +80,6 @@ Result<MovedVertices> decodeMovedVertices(std::string_view bytes) {
   return moved;
 }
 
-ContentHash hashOf(const MovedVertices& moved) {
-  const std::string bytes = encodeMovedVertices(moved);
-  return Hasher().add(std::as_bytes(std::span(bytes))).finish();
-}
+ContentHash hashOf(const MovedVertices& moved) { return canonicalBytes(moved).hash(); }
 
 }  // namespace haptics

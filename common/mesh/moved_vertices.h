@@ -10,6 +10,7 @@
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
 #include "common/maths/vec.h"
+#include "common/mesh/canonical_bytes.h"
 
 namespace haptics {
 
@@ -37,6 +38,7 @@ struct MovedVertices {
 
 /// Canonical bytes, which are what is hashed and sent: "HMOV", u32 version 1, u64 count, then a u32 for each vertex, then
 /// three float32 for each, all little-endian.
+[[nodiscard]] CanonicalBytes canonicalBytes(const MovedVertices& moved);
 [[nodiscard]] std::string encodeMovedVertices(const MovedVertices& moved);
 
 /// Refused: wrong magic or version, a size that does not match the count (checked before anything is allocated), and every

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "common/mesh/canonical_bytes.h"
 #include "common/mesh/tri_mesh.h"
 
 namespace haptics {
@@ -14,9 +13,8 @@ constexpr std::string_view kMagic = "HVTX";
 }  // namespace
 
 std::string encodeVertexValues(std::span<const float> values) {
-  std::string bytes;
+  std::string bytes = listHeader(kMagic, values.size());
   bytes.reserve(kListHeaderSize + values.size_bytes());
-  appendListHeader(bytes, kMagic, values.size());
   for (const float value : values) append(bytes, value + 0.0F);  // -0 + 0 is +0
   return bytes;
 }
@@ -35,9 +33,10 @@ Result<std::vector<float>> decodeVertexValues(std::string_view bytes) {
   return values;
 }
 
-ContentHash hashOf(const std::vector<float>& vertexValues) {
-  const std::string bytes = encodeVertexValues(vertexValues);
-  return Hasher().add(std::as_bytes(std::span(bytes))).finish();
+CanonicalBytes canonicalBytes(const std::vector<float>& vertexValues) {
+  return {listHeader(kMagic, vertexValues.size()), {std::as_bytes(std::span(vertexValues))}};
 }
+
+ContentHash hashOf(const std::vector<float>& vertexValues) { return canonicalBytes(vertexValues).hash(); }
 
 }  // namespace haptics

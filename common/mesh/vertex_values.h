@@ -7,6 +7,7 @@
 
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
+#include "common/mesh/canonical_bytes.h"
 
 namespace haptics {
 
@@ -18,7 +19,8 @@ namespace haptics {
 /// of 0 or above kMaxVertices, a number that is not finite or below 0.
 [[nodiscard]] Result<std::vector<float>> decodeVertexValues(std::string_view bytes);
 
-/// SHA-256 of encodeVertexValues(values).
+/// The same bytes where the values lie, none of which is -0; with their SHA-256.
+[[nodiscard]] CanonicalBytes canonicalBytes(const std::vector<float>& vertexValues);
 [[nodiscard]] ContentHash hashOf(const std::vector<float>& vertexValues);
 
 }  // namespace haptics

@@ -1,14 +1,12 @@
 #include "common/surface/field_asset.h"
 
 #include <array>
-#include <bit>
 #include <cstring>
 #include <span>
+#include <utility>
 
 namespace haptics {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "canonical bytes are little-endian");
 
 constexpr std::uint32_t kVersion = 1;
 
@@ -19,22 +17,18 @@ struct Header {
 };
 static_assert(sizeof(Header) == 16, "the header is copied as it lies");
 
-Header headerOf(const SampledField& field) {
+}  // namespace
+
+CanonicalBytes canonicalBytes(const SampledField& field) {
   Header header;
   header.width = field.width();
   header.height = field.height();
-  return header;
+  std::string bytes;
+  append(bytes, header);
+  return {std::move(bytes), {std::as_bytes(field.samples())}};
 }
 
-}  // namespace
-
-std::string encodeField(const SampledField& field) {
-  const Header header = headerOf(field);
-  const auto samples = std::as_bytes(field.samples());
-  std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
-  bytes.append(reinterpret_cast<const char*>(samples.data()), samples.size());
-  return bytes;
-}
+std::string encodeField(const SampledField& field) { return canonicalBytes(field).copy(); }
 
 Result<SampledField> decodeField(std::string_view bytes) {
   Header header;
@@ -60,9 +54,6 @@ Result<SampledField> decodeField(std::string_view bytes) {
   return SampledField::make(header.width, header.height, std::move(samples));
 }
 
-ContentHash hashOf(const SampledField& field) {
-  const Header header = headerOf(field);
-  return Hasher().add(std::as_bytes(std::span(&header, 1))).add(std::as_bytes(field.samples())).finish();
-}
+ContentHash hashOf(const SampledField& field) { return canonicalBytes(field).hash(); }
 
 }  // namespace haptics

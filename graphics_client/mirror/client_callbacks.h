@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 
+#include "common/assets/asset_content.h"
 #include "haptics/v1/envelope.pb.h"
 
 namespace haptics {
@@ -19,6 +21,9 @@ struct UploadCallbacks {
   std::function<void(std::uint64_t sent_bytes, std::uint64_t total_bytes)> progress;  ///< Starts anew on reconnect.
   std::function<void(const v1::AssetUploadReply&)> finished;                          ///< Once.
 };
+
+/// An asset as the server in this process holds it, to be held with it; nothing where it holds none of this name.
+using SharedAssets = std::function<std::optional<AssetContent>(const AssetName&)>;
 
 using StatusCallback = std::function<void(const v1::Status&)>;
 using DumpCallback = std::function<void(const v1::DumpReply&)>;

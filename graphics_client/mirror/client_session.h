@@ -51,8 +51,9 @@ class ClientSession {
     std::string token;
     double telemetryRate_Hz = 60;  ///< 0: none.
     bool fetchAssets = true;
-    bool datagrams = false;   ///< Telemetry by UDP where the server offers it and the network lets it through.
-    FrameLimits frames = {};  ///< Others than the protocol's are for tests.
+    bool datagrams = false;          ///< Telemetry by UDP where the server offers it and the network lets it through.
+    SharedAssets sharedAssets = {};  ///< Asked before an asset is fetched. Empty: the server is in another process.
+    FrameLimits frames = {};         ///< Others than the protocol's are for tests.
   };
 
   explicit ClientSession(Options options);
@@ -153,6 +154,7 @@ class ClientSession {
   void followDatagramPath();
   [[nodiscard]] std::string liveText() const;
   [[nodiscard]] std::string withTrouble(std::string text) const;
+  [[nodiscard]] Result<void> shareAssets();
   void requestAssets();
   void pumpEdits();
   void pumpUploads();

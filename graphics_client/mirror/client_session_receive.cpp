@@ -215,7 +215,10 @@ void ClientSession::handle(const v1::DumpReply& reply) {
 void ClientSession::sceneChanged() {
   ++changes_;
   behindAtHeartbeat_ = false;
-  if (options_.fetchAssets) assets_.want(mirror_.lackingAssets());
+  if (options_.fetchAssets) {
+    if (const auto shared = shareAssets(); !shared) return resync(shared.error());
+    assets_.want(mirror_.lackingAssets());
+  }
   if (phase_ == Phase::kSyncing && mirror_.scene().revision() >= welcome_.revision()) becomeLive();
   requestAssets();
 }

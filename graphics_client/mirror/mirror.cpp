@@ -60,6 +60,19 @@ std::optional<HeldAsset> heldAsset(const MirrorView& view, const AssetName& name
   return std::nullopt;
 }
 
+/// Puts an asset's content where a view holds its kind.
+struct Keep {
+  MirrorView& view;
+  const ContentHash& hash;
+
+  void operator()(std::shared_ptr<const TriMesh> mesh) const { view.meshes[hash] = std::move(mesh); }
+  void operator()(std::shared_ptr<const SampledField> field) const { view.fields[hash] = std::move(field); }
+  void operator()(std::shared_ptr<const std::vector<float>> values) const {
+    view.vertexValues[hash] = std::move(values);
+  }
+  void operator()(std::shared_ptr<const MovedVertices> moved) const { view.movedVertices[hash] = std::move(moved); }
+};
+
 }  // namespace
 
 void Mirror::announce(std::uint64_t revision, const ContentHash& root) {
@@ -96,28 +109,21 @@ Result<void> Mirror::apply(const Commit& commit) {
 }
 
 Result<void> Mirror::addAsset(const AssetName& name, std::string_view bytes) {
-  const auto keep = [&](auto decoded, auto& held) -> Result<void> {
-    if (!decoded) return tl::unexpected<Error>(std::move(decoded.error()).within("asset " + name.hash.hex() + " "));
-    if (const ContentHash own = hashOf(*decoded); own != name.hash) {
-      return refused("asset " + name.hash.hex(), "its content hashes to " + own.hex());
-    }
-    if (!assetsOf(scene()).contains(name)) return {};
-    held[name.hash] = std::make_shared<const typename decltype(decoded)::value_type>(*std::move(decoded));
-    countAssets();
-    compare();
-    return {};
-  };
-  switch (name.kind) {
-    case AssetKind::kMesh:
-      return keep(decodeMesh(bytes), view_.meshes);
-    case AssetKind::kScalarField:
-      return keep(decodeField(bytes), view_.fields);
-    case AssetKind::kVertexValues:
-      return keep(decodeVertexValues(bytes), view_.vertexValues);
-    case AssetKind::kMovedVertices:
-      return keep(decodeMovedVertices(bytes), view_.movedVertices);
+  auto content = decodeAsset(name.kind, bytes);
+  if (!content) return tl::unexpected<Error>(std::move(content.error()).within("asset " + name.hash.hex() + " "));
+  return addAsset(name, *std::move(content));
+}
+
+Result<void> Mirror::addAsset(const AssetName& name, AssetContent content) {
+  if (kindOf(content) != name.kind) return refused("asset " + name.hash.hex(), "is of another kind than its name says");
+  if (const ContentHash own = canonicalBytes(content).hash(); own != name.hash) {
+    return refused("asset " + name.hash.hex(), "its content hashes to " + own.hex());
   }
-  return refused("asset " + name.hash.hex(), "is of a kind that this client does not know");
+  if (!assetsOf(scene()).contains(name)) return {};
+  std::visit(Keep{view_, name.hash}, std::move(content));
+  countAssets();
+  compare();
+  return {};
 }
 
 Result<void> Mirror::audit(std::size_t assetBytes) {

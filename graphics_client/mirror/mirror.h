@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/assets/asset_content.h"
 #include "common/error/error.h"
 #include "graphics_client/mirror/mirror_view.h"
 
@@ -25,6 +26,8 @@ class Mirror {
   [[nodiscard]] Result<void> apply(const Commit& commit);
   /// Decodes, hashes what was decoded, and keeps it if the scene still uses it.
   [[nodiscard]] Result<void> addAsset(const AssetName& name, std::string_view bytes);
+  /// The same with what is decoded already, which is shared from now on.
+  [[nodiscard]] Result<void> addAsset(const AssetName& name, AssetContent content);
   /// Hashes every record anew, and assets, in turn, until so many bytes of them are done (at least one asset): finds
   /// memory that changed behind the mirror's back. Refused: something is not what it was; such an asset is dropped.
   [[nodiscard]] Result<void> audit(std::size_t assetBytes);

@@ -32,8 +32,9 @@ class ServerLink {
     std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
     double telemetryRate_Hz = 60;                    ///< 0: none.
     bool fetchAssets = true;                         ///< false: records only; hashesEqual then stays false.
-    bool datagrams = false;  ///< Telemetry by UDP where the server offers it and the network lets it through.
-    Connect connect{};       ///< Another way than TCP to `server`: a server in this process. Empty: TCP.
+    bool datagrams = false;       ///< Telemetry by UDP where the server offers it and the network lets it through.
+    Connect connect{};            ///< Another way than TCP to `server`: a server in this process. Empty: TCP.
+    SharedAssets sharedAssets{};  ///< Of a server in this process; called on the link's thread. Empty: all are fetched.
   };
 
   explicit ServerLink(Options options);

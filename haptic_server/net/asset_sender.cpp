@@ -1,6 +1,5 @@
 #include "haptic_server/net/asset_sender.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace haptics {
@@ -14,14 +13,13 @@ bool AssetSender::add(std::shared_ptr<const Asset> asset, std::uint64_t offset) 
 
 void AssetSender::next(v1::AssetChunk& chunk) {
   Transfer& transfer = waiting_.front();
-  const std::string& bytes = *transfer.asset->encoded;
-  const std::size_t size = std::min<std::size_t>(chunk_bytes_, bytes.size() - transfer.offset);
+  const CanonicalBytes bytes = transfer.asset->bytes();
   chunk.set_hash(transfer.asset->name.hash.asBytes());
   chunk.set_kind(static_cast<v1::AssetKind>(transfer.asset->name.kind));
   chunk.set_total_size(bytes.size());
   chunk.set_offset(transfer.offset);
-  chunk.set_data(bytes.data() + transfer.offset, size);
-  transfer.offset += size;
+  chunk.set_data(bytes.copy(transfer.offset, chunk_bytes_));
+  transfer.offset += chunk.data().size();
   if (transfer.offset == bytes.size()) waiting_.pop_front();
 }
 

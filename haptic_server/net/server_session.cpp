@@ -253,7 +253,7 @@ void ServerSession::handle(const v1::AssetRequest& request) {
     envelope.mutable_asset_unavailable()->set_hash(request.hash());
     return send(envelope);
   }
-  const std::size_t size = asset->encoded->size();
+  const std::size_t size = asset->bytes().size();
   if (request.offset() > size)
     return refuse("asset_request.offset", "is beyond the asset's " + std::to_string(size) + " bytes");
   if (!assets_.add(std::move(asset), request.offset())) return refuse("asset_request", "too many are waiting");

@@ -50,8 +50,8 @@ void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjec
   {
     const std::lock_guard lock(mutex_);
     scenes_.push_back({kept, now_ns});
-    while (scenes_.size() > 1 && scenes_[1].given_ns + kHoldScenes_ns < now_ns) scenes_.pop_front();
   }
+  letGoOfScenes();
   if (options_.keepScenes) keep(kept.get());
 }
 
@@ -75,6 +75,16 @@ Result<void> FlightRecorder::keepAnew() {
   journalBegan_ = journal_->size();
   options_.keepScenes(journal_->descriptor());
   return {};
+}
+
+void FlightRecorder::letGoOfScenes() {
+  const std::uint64_t now_ns = monotonicNow_ns();
+  std::vector<Held> old;  // freed without the lock
+  const std::lock_guard lock(mutex_);
+  while (scenes_.size() > 1 && scenes_[1].given_ns + kHoldScenes_ns < now_ns) {
+    old.push_back(std::move(scenes_.front()));
+    scenes_.pop_front();
+  }
 }
 
 void FlightRecorder::start() {
@@ -135,6 +145,7 @@ void FlightRecorder::look(bool last) {
     if (auto flushed = writer_->flush(); !flushed) giveUp(flushed.error().reason);
   }
   writeDue(end, last);
+  letGoOfScenes();
 }
 
 void FlightRecorder::take(const RecordedTick& tick) {

@@ -79,6 +79,7 @@ class FlightRecorder {
   [[nodiscard]] Result<std::filesystem::path> write(const Request& request);
   [[nodiscard]] std::vector<std::shared_ptr<const GivenScene>> scenesFrom(std::uint64_t number) const;
   void giveUp(const std::string& why);
+  void letGoOfScenes();
   void keep(const GivenScene* scene);
   [[nodiscard]] Result<void> keepAnew();
 

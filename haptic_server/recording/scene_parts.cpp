@@ -45,7 +45,7 @@ void SceneParts::addAssets(const ServoObjectParts& object, const Put& put) {
     v1::RecordedAsset& message = *part.mutable_asset();
     message.set_kind(static_cast<v1::AssetKind>(name.kind));
     message.set_hash(name.hash.asBytes());
-    message.set_data(*asset->encoded);
+    message.set_data(asset->bytes().copy());
     put(part);
   }
 }

@@ -12,27 +12,27 @@ namespace {
 
 ContentHash hashOfBytes(const std::string& bytes) { return Hasher().add(std::as_bytes(std::span(bytes))).finish(); }
 
-std::shared_ptr<MeshAsset> build(TriMesh mesh) {
+std::shared_ptr<MeshAsset> build(std::shared_ptr<const TriMesh> mesh) {
   static_assert(kMaxTriangles <= TriangleRecord::kMostTriangles);
   auto asset = std::make_shared<MeshAsset>();
-  asset->surface = buildSurface(mesh.vertices, mesh.triangles);
-  asset->mesh = std::make_shared<const TriMesh>(std::move(mesh));
+  asset->surface = buildSurface(mesh->vertices, mesh->triangles);
+  asset->mesh = std::move(mesh);
   return asset;
 }
 
-std::shared_ptr<FieldAsset> build(SampledField field) {
+std::shared_ptr<FieldAsset> build(std::shared_ptr<const SampledField> field) {
   auto asset = std::make_shared<FieldAsset>();
-  asset->field = std::make_shared<const SampledField>(std::move(field));
+  asset->field = std::move(field);
   return asset;
 }
 
-std::shared_ptr<VertexValuesAsset> build(std::vector<float> values) {
+std::shared_ptr<VertexValuesAsset> build(std::shared_ptr<const std::vector<float>> values) {
   auto asset = std::make_shared<VertexValuesAsset>();
   asset->values = std::move(values);
   return asset;
 }
 
-std::shared_ptr<MovedVerticesAsset> build(MovedVertices moved) {
+std::shared_ptr<MovedVerticesAsset> build(std::shared_ptr<const MovedVertices> moved) {
   auto asset = std::make_shared<MovedVerticesAsset>();
   asset->moved = std::move(moved);
   return asset;
@@ -40,32 +40,26 @@ std::shared_ptr<MovedVerticesAsset> build(MovedVertices moved) {
 
 }  // namespace
 
-std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh) {
-  const ContentHash hash = hashOf(mesh);
-  if (auto known = as<MeshAsset>(find(hash))) return known;
-  std::string encoded = encodeMesh(mesh);
-  return keep(build(std::move(mesh)), std::move(encoded), hash);
-}
+std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh) { return internContent<MeshAsset>(std::move(mesh)); }
 
 std::shared_ptr<const FieldAsset> AssetStore::intern(SampledField field) {
-  const ContentHash hash = hashOf(field);
-  if (auto known = as<FieldAsset>(find(hash))) return known;
-  std::string encoded = encodeField(field);
-  return keep(build(std::move(field)), std::move(encoded), hash);
+  return internContent<FieldAsset>(std::move(field));
 }
 
 std::shared_ptr<const VertexValuesAsset> AssetStore::intern(std::vector<float> vertexValues) {
-  const ContentHash hash = hashOf(vertexValues);
-  if (auto known = as<VertexValuesAsset>(find(hash))) return known;
-  std::string encoded = encodeVertexValues(vertexValues);
-  return keep(build(std::move(vertexValues)), std::move(encoded), hash);
+  for (float& value : vertexValues) value += 0.0F;  // -0 + 0 is +0
+  return internContent<VertexValuesAsset>(std::move(vertexValues));
 }
 
 std::shared_ptr<const MovedVerticesAsset> AssetStore::intern(MovedVertices moved) {
-  const ContentHash hash = hashOf(moved);
-  if (auto known = as<MovedVerticesAsset>(find(hash))) return known;
-  std::string encoded = encodeMovedVertices(moved);
-  return keep(build(std::move(moved)), std::move(encoded), hash);
+  return internContent<MovedVerticesAsset>(std::move(moved));
+}
+
+template <class Kind, class Content>
+std::shared_ptr<const Kind> AssetStore::internContent(Content content) {
+  const ContentHash hash = canonicalBytes(content).hash();
+  if (auto known = as<Kind>(find(hash))) return known;
+  return keep(build(std::make_shared<const Content>(std::move(content))), hash);
 }
 
 Result<std::shared_ptr<const Asset>> AssetStore::internEncoded(const AssetName& name, std::string bytes) {
@@ -84,28 +78,17 @@ Result<std::shared_ptr<const Asset>> AssetStore::internEncoded(AssetKind kind, s
 }
 
 Result<std::shared_ptr<const Asset>> AssetStore::keepDecoded(const AssetName& name, std::string bytes) {
-  const auto keepContent = [&](auto content) -> Result<std::shared_ptr<const Asset>> {
-    if (!content) return refused("data", content.error().text());
-    return keep(build(*std::move(content)), std::move(bytes), name.hash);
-  };
-  switch (name.kind) {
-    case AssetKind::kMesh:
-      return keepContent(decodeMesh(bytes));
-    case AssetKind::kScalarField:
-      return keepContent(decodeField(bytes));
-    case AssetKind::kVertexValues:
-      return keepContent(decodeVertexValues(bytes));
-    case AssetKind::kMovedVertices:
-      return keepContent(decodeMovedVertices(bytes));
-  }
-  return refused("kind", "is none that this server knows");
+  auto content = decodeAsset(name.kind, bytes);
+  if (!content) return refused("data", content.error().text());
+  bytes = {};  // before more is made of it
+  return std::visit(
+      [&](auto decoded) -> std::shared_ptr<const Asset> { return keep(build(std::move(decoded)), name.hash); },
+      *std::move(content));
 }
 
 template <class Kind>
-std::shared_ptr<const Kind> AssetStore::keep(std::shared_ptr<Kind> asset, std::string encoded,
-                                             const ContentHash& hash) {
+std::shared_ptr<const Kind> AssetStore::keep(std::shared_ptr<Kind> asset, const ContentHash& hash) {
   asset->name = {Kind::kKind, hash};
-  asset->encoded = std::make_shared<const std::string>(std::move(encoded));
 
   const std::lock_guard lock(mutex_);
   std::erase_if(assets_, [](const auto& entry) { return entry.second.expired(); });

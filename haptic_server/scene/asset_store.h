@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/assets/asset_content.h"
 #include "common/error/error.h"
 #include "common/hash/content_hash.h"
 #include "common/mesh/moved_vertices.h"
@@ -20,10 +21,13 @@ namespace haptics {
 
 /// What is named by its content, as clients get it. Immutable, shared between threads.
 struct Asset {
-  AssetName name;                              ///< Its hash is that of `encoded`.
-  std::shared_ptr<const std::string> encoded;  ///< Canonical bytes.
+  AssetName name;  ///< Its hash is that of bytes().
 
   virtual ~Asset() = default;
+  /// May be held on its own: what the server makes of it goes with the asset.
+  [[nodiscard]] virtual AssetContent content() const = 0;
+  /// Canonical bytes, a view of this asset.
+  [[nodiscard]] CanonicalBytes bytes() const { return canonicalBytes(content()); }
 };
 
 /// A mesh in the forms that the server needs besides.
@@ -31,21 +35,25 @@ struct MeshAsset final : Asset {
   static constexpr AssetKind kKind = AssetKind::kMesh;
   std::shared_ptr<const TriMesh> mesh;
   std::shared_ptr<const Surface> surface;
+  [[nodiscard]] AssetContent content() const override { return mesh; }
 };
 
 struct FieldAsset final : Asset {
   static constexpr AssetKind kKind = AssetKind::kScalarField;
   std::shared_ptr<const SampledField> field;
+  [[nodiscard]] AssetContent content() const override { return field; }
 };
 
 struct VertexValuesAsset final : Asset {
   static constexpr AssetKind kKind = AssetKind::kVertexValues;
-  std::vector<float> values;
+  std::shared_ptr<const std::vector<float>> values;
+  [[nodiscard]] AssetContent content() const override { return values; }
 };
 
 struct MovedVerticesAsset final : Asset {
   static constexpr AssetKind kKind = AssetKind::kMovedVertices;
-  MovedVertices moved;
+  std::shared_ptr<const MovedVertices> moved;
+  [[nodiscard]] AssetContent content() const override { return moved; }
 };
 
 /// Null when the asset is of another kind.
@@ -79,8 +87,10 @@ class AssetStore {
   std::unordered_map<ContentHash, std::weak_ptr<const Asset>> assets_;
 
   [[nodiscard]] Result<std::shared_ptr<const Asset>> keepDecoded(const AssetName& name, std::string bytes);
+  template <class Kind, class Content>
+  std::shared_ptr<const Kind> internContent(Content content);
   template <class Kind>
-  std::shared_ptr<const Kind> keep(std::shared_ptr<Kind> asset, std::string encoded, const ContentHash& hash);
+  std::shared_ptr<const Kind> keep(std::shared_ptr<Kind> asset, const ContentHash& hash);
 };
 
 }  // namespace haptics

@@ -78,7 +78,7 @@ class Gatherer {
     auto residue = get<MovedVerticesAsset>(hash, lookUp_);
     if (!residue) return tl::unexpected<Error>(std::move(residue.error()).within("deformation.residue"));
     const std::size_t vertices = assets_.mesh->mesh->vertices.size();
-    if (const std::uint32_t last = (*residue)->moved.vertex.back(); last >= vertices) {
+    if (const std::uint32_t last = (*residue)->moved->vertex.back(); last >= vertices) {
       return refused("deformation.residue", "moves vertex " + std::to_string(last) + "; the mesh has " +
                                                 std::to_string(vertices) + ", numbered from 0");
     }
@@ -96,8 +96,8 @@ class Gatherer {
     auto values = get<VertexValuesAsset>(named->values, lookUp_);
     if (!values) return tl::unexpected<Error>(std::move(values.error()).within(where));
     const std::size_t vertices = assets_.mesh->mesh->vertices.size();
-    if ((*values)->values.size() != vertices) {
-      return refused(where, "has " + std::to_string((*values)->values.size()) + " values; the mesh has " +
+    if ((*values)->values->size() != vertices) {
+      return refused(where, "has " + std::to_string((*values)->values->size()) + " values; the mesh has " +
                                 std::to_string(vertices) + " vertices, and each wants one");
     }
     scale = *std::move(values);

@@ -28,7 +28,7 @@ struct ObjectAssets {
 
   /// Of an object whose assets these are: its mesh's vertices as lattice and residue have them.
   [[nodiscard]] std::vector<Vec3f> shapeAtRest(const DeformationProperties& deformation) const {
-    return haptics::shapeAtRest(deformation, mesh->mesh->vertices, residue ? &residue->moved : nullptr);
+    return haptics::shapeAtRest(deformation, mesh->mesh->vertices, residue ? residue->moved.get() : nullptr);
   }
   [[nodiscard]] std::shared_ptr<const Asset> find(const ContentHash& hash) const;
 };

@@ -248,8 +248,8 @@ void SceneDraft::enter(const Named& named, const ContentHash& hash) {
 
 /// Against the assets of the scene as it was and those made so far: for a while, both are there.
 Result<void> SceneDraft::checkRoom(const Asset& more) const {
-  std::map<ContentHash, std::size_t> sizes{{more.name.hash, more.encoded->size()}};
-  const auto add = [&](const auto& asset) { sizes[asset->name.hash] = asset->encoded->size(); };
+  std::map<ContentHash, std::size_t> sizes{{more.name.hash, more.bytes().size()}};
+  const auto add = [&](const auto& asset) { sizes[asset->name.hash] = asset->bytes().size(); };
   for (const auto& [hash, asset] : made_) add(asset);
   for (const auto& [object, its] : baseAssets_) {
     add(its.mesh);
@@ -258,7 +258,7 @@ Result<void> SceneDraft::checkRoom(const Asset& more) const {
   std::size_t bytes = 0;
   for (const auto& [hash, size] : sizes) bytes += size;
   if (bytes <= limits_.assets_bytes) return {};
-  return refused("source", "takes " + std::to_string(more.encoded->size()) + " bytes, which makes " +
+  return refused("source", "takes " + std::to_string(more.bytes().size()) + " bytes, which makes " +
                                std::to_string(bytes) + " with the scene's other assets; it holds at most " +
                                std::to_string(limits_.assets_bytes) + ": give less detail, or remove objects first");
 }

@@ -364,7 +364,7 @@ std::optional<ContentHash> SceneRoom::deformedHash(const SceneVersion& scene, st
                         },
                         .residue = [&](const ContentHash& residue) -> const MovedVertices* {
                           const auto* asset = find(residue, static_cast<const MovedVerticesAsset*>(nullptr));
-                          return asset == nullptr ? nullptr : &asset->moved;
+                          return asset == nullptr ? nullptr : asset->moved.get();
                         }};
   return haptics::deformedHash(scene, held, dents);
 }

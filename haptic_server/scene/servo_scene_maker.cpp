@@ -102,16 +102,12 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
   if (sameSurface && known->second.properties == properties) return known->second;
 
   DetailFields fields{.texture = assets.textureField, .friction = assets.frictionField, .frictionScale = {}};
-  if (assets.frictionScale) fields.frictionScale = {assets.frictionScale, &assets.frictionScale->values};
+  const auto scaleOf = [](const auto& asset) { return asset ? asset->values : nullptr; };
+  fields.frictionScale = scaleOf(assets.frictionScale);
   fields.dynamicFriction = assets.dynamicFrictionField;
-  if (const auto& scale = assets.dynamicFrictionScale) fields.dynamicFrictionScale = {scale, &scale->values};
-  const auto sourceOf = [](const auto& field, const auto& scale) {
-    FactorSource source{field, nullptr};
-    if (scale) source.scale = {scale, &scale->values};
-    return source;
-  };
-  fields.stiffness = sourceOf(assets.stiffnessField, assets.stiffnessScale);
-  fields.softness = sourceOf(assets.softnessField, assets.softnessScale);
+  fields.dynamicFrictionScale = scaleOf(assets.dynamicFrictionScale);
+  fields.stiffness = {assets.stiffnessField, scaleOf(assets.stiffnessScale)};
+  fields.softness = {assets.softnessField, scaleOf(assets.softnessScale)};
   if (surface != assets.mesh->surface) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
   std::shared_ptr<const ShadingNormals> normals;
   if (sameSurface && known->second.detail && known->second.properties.shading == properties.shading) {

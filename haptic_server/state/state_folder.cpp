@@ -336,11 +336,11 @@ Result<void> StateFolder::storeAsset(const Asset& asset) {
   if (stored_.contains(asset.name.hash)) return {};
   const fs::path path = folder_ / kAssetFolder / asset.name.hash.hex();
   const fs::path unfinished = path.string() + ".new";
-  if (auto made = createDurably(files_, unfinished, *asset.encoded); !made)
-    return tl::unexpected(std::move(made).error());
+  const std::string bytes = asset.bytes().copy();
+  if (auto made = createDurably(files_, unfinished, bytes); !made) return tl::unexpected(std::move(made).error());
   if (auto renamed = renameDurably(files_, unfinished, path); !renamed) return renamed;
   stored_.insert(asset.name.hash);
-  written_ += asset.encoded->size();
+  written_ += bytes.size();
   return {};
 }
 

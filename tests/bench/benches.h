@@ -20,4 +20,12 @@ void registerBuild(std::span<const std::uint32_t> sizes);
 /// Encoding, and the latency of a state and of an edit between threads of one process and over TCP.
 void registerProtocol();
 
+/// The paper's two structures (section 2, Figure 1) with the same scene: memory, missed ticks, and the time from a commit
+/// until the viewer's database holds its mesh, from where both draw alike.
+void registerStructures(std::span<const std::uint32_t> sizes);
+/// The option by which a benchmark of one structure runs it in a process of its own; its arguments are those of
+/// runStructure(), which returns the exit code.
+inline constexpr const char* kStructure = "--structure";
+[[nodiscard]] int runStructure(const char* structure, const char* segments);
+
 }  // namespace haptics::bench

@@ -69,6 +69,17 @@ class HapticBench(unittest.TestCase):
             self.assertGreater(figure["real_time"], 0)
         self.assertGreater(figures["protocol/encode_10k_vertices"]["bytes"], 120_000)
 
+    def test_compares_one_process_with_two(self):
+        figures = self.figures("structures/.*triangles:1002252")
+        one, two = (figures[f"structures/figure_1{letter}_process{plural}/triangles:1002252/iterations:1/manual_time"]
+                    for letter, plural in (("a_one", ""), ("b_two", "es")))
+        for figure in (one, two):
+            self.assertNotIn("error_message", figure)
+            self.assertGreater(figure["ticks"], 4000)
+            self.assertGreater(figure["bytes_per_triangle"], 64)
+        # A triangle and its half of a vertex are 18 bytes.
+        self.assertLess(one["bytes_per_triangle"] + 10, two["bytes_per_triangle"])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -28,6 +28,10 @@ bool take(int& argc, char** argv, const char* option) {
 
 int main(int argc, char** argv) {
   namespace bench = haptics::bench;
+  constexpr int kWithStructure = 4;
+  if (argc == kWithStructure && std::strcmp(argv[1], bench::kStructure) == 0) {
+    return bench::runStructure(argv[2], argv[3]);
+  }
   const bool largest = take(argc, argv, kLargest);
   benchmark::Initialize(&argc, argv, [] { std::cout << "haptic_bench [" << kLargest << "]\n"; });
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
@@ -40,6 +44,7 @@ int main(int argc, char** argv) {
   bench::registerServo(sizes);
   bench::registerBuild(sizes);
   bench::registerProtocol();
+  bench::registerStructures(sizes);
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
 }

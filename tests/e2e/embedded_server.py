@@ -1,8 +1,12 @@
 """Server and viewer in one process: the same scene, the same hashes, no socket."""
 import json
+import time
 import unittest
 
 import harness
+
+NEVER_CONNECTED = 3  # exit code
+ENDS_WITHIN_S = 15  # of a run of 3 s; the scene takes longer
 
 
 class EmbeddedServer(harness.EndToEnd):
@@ -24,6 +28,21 @@ class EmbeddedServer(harness.EndToEnd):
         self.assertGreater(server["ticks"], 1000)
         self.assertGreater(viewer["viewer_frames"], 10)
         self.assertEqual(server["allocations_in_servo"], 0)
+
+    def test_the_viewer_draws_and_ends_in_time_while_the_server_inside_loads(self):
+        scene, viewer = self.folder / "large.scene", self.folder / "viewer.json"
+        scene.write_text('operations { add { name: "fine" mesh { sphere { radius_m: 0.05 segments: 900 } } } }')
+        display = self.start_display()
+        began_s = time.monotonic()
+        process = harness.Process(
+            [harness.BIN / "graphics_client", "--embedded-server", "--scene", scene, "--offscreen", "--size", "320x256",
+             "--seconds", "3", "--summary", viewer],
+            env={"DISPLAY": display.name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE})
+        self.addCleanup(process.kill)
+        self.assertEqual(process.wait(), NEVER_CONNECTED, process.text())
+        self.assertLess(time.monotonic() - began_s, ENDS_WITHIN_S)
+        self.assertIn("the server in this process is still loading its scene", process.text())
+        self.assertGreater(json.loads(viewer.read_text())["viewer_frames"], 10)
 
     def test_a_scene_that_cannot_be_loaded_is_named(self):
         process = harness.Process([harness.BIN / "graphics_client", "--embedded-server", "--scene", "nowhere.scene",

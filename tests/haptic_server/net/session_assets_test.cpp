@@ -59,7 +59,7 @@ class SessionAssets : public ::testing::Test, public SessionWorld {
 
 TEST_F(SessionAssets, SendsAnAssetInChunksFromTheOffsetAskedFor) {
   const ContentHash large = addLarge();
-  const std::string whole = *findAsset(large)->encoded;
+  const std::string whole = findAsset(large)->bytes().copy();
   ASSERT_GT(whole.size(), 4 * kMaxChunkBytes);
   client.requestAsset(large);
   link.settle();
@@ -89,14 +89,14 @@ TEST_F(SessionAssets, HeartbeatsEditsAndTelemetryGoBetweenTheChunks) {
     link.pump();
     ASSERT_LT(tick, 50U);
   }
-  EXPECT_LT(fetched(large).size(), findAsset(large)->encoded->size()) << "still under way";
+  EXPECT_LT(fetched(large).size(), findAsset(large)->bytes().size()) << "still under way";
   EXPECT_GE(client.count(Kind::kHeartbeat), 1U);
   EXPECT_GE(client.count(Kind::kEditReply), 1U);
 }
 
 TEST_F(SessionAssets, AnAssetUnderWayOutlivesItsObject) {
   const ContentHash large = addLarge();
-  const std::string whole = *findAsset(large)->encoded;
+  const std::string whole = findAsset(large)->bytes().copy();
   client.requestAsset(large);
   link.pump();
   edit(test::edit(remove("large")));
@@ -154,7 +154,7 @@ TEST_F(SessionAssets, AFieldIsUploadedAndSentLikeAMesh) {
 
 TEST_F(SessionAssets, AnUploadThatTheServerHoldsIsAcceptedAtOnce) {
   const ContentHash large = addLarge();
-  const std::string whole = *findAsset(large)->encoded;
+  const std::string whole = findAsset(large)->bytes().copy();
   uploadAll(large, whole);
   EXPECT_EQ(client.count(Kind::kAssetUploadReply), 1U);
   EXPECT_TRUE(lastReply().accepted());

@@ -171,7 +171,7 @@ TEST_F(FieldLibraryTest, RefusesWhatIsNoImageAndDoesNotTellWhereItLies) {
 TEST_F(FieldLibraryTest, HoldsVertexValuesThatAreGiven) {
   const auto given = fields.resolve(VertexValuesSource{GivenValues{{1, 0.5F, 0}}});
   ASSERT_TRUE(given);
-  EXPECT_EQ(given->asset->values, (std::vector<float>{1, 0.5F, 0}));
+  EXPECT_EQ(*given->asset->values, (std::vector<float>{1, 0.5F, 0}));
   const ContentHash hash = given->asset->name.hash;
   EXPECT_EQ(fields.resolve(VertexValuesSource{AssetSource{hash}})->asset, given->asset);
   EXPECT_EQ(fields.resolve(FieldSource{AssetSource{hash}}).error().field, "asset") << "they are no field";
@@ -195,7 +195,7 @@ TEST(AssetStore, BuildsEqualMeshesOnce) {
   EXPECT_EQ(store.intern(makeBox(Vec3(1), 2).value()), first);
   EXPECT_NE(store.intern(makeBox(Vec3(1), 3).value()), first);
   EXPECT_EQ(first->name.hash, hashOf(*first->mesh));
-  EXPECT_EQ(*first->encoded, encodeMesh(*first->mesh));
+  EXPECT_EQ(first->bytes().copy(), encodeMesh(*first->mesh));
   EXPECT_NE(first->surface, nullptr);
 }
 

@@ -345,7 +345,7 @@ TEST_F(StateFolderTest, KeepsTheFieldsAndValuesOfSurfaces) {
   EXPECT_EQ(second.version().root(), root);
   const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
   EXPECT_NE(assets.textureField, nullptr);
-  EXPECT_EQ(assets.frictionScale->values, std::vector<float>(8, 0.5F));
+  EXPECT_EQ(*assets.frictionScale->values, std::vector<float>(8, 0.5F));
 }
 
 TEST_F(StateFolderTest, KeepsLayersAndTheMapOfTheDynamicCoefficient) {

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "common/error/error.h"
+#include "common/mesh/canonical_bytes.h"
+#include "common/mesh/moved_vertices.h"
+#include "common/mesh/tri_mesh.h"
+#include "common/scene/asset_source.h"
+#include "common/surface/sampled_field.h"
+
+namespace haptics {
+
+/// What an asset's name stands for, decoded. Immutable and never null: threads share it, and so do a server and a client
+/// in one process.
+using AssetContent = std::variant<std::shared_ptr<const TriMesh>, std::shared_ptr<const SampledField>,
+                                  std::shared_ptr<const std::vector<float>>, std::shared_ptr<const MovedVertices>>;
+
+[[nodiscard]] AssetKind kindOf(const AssetContent& content) noexcept;
+
+/// What is hashed and sent, where the content has it.
+[[nodiscard]] CanonicalBytes canonicalBytes(const AssetContent& content);
+
+/// Refused: what the kind's decoder refuses (decodeMesh, decodeField, decodeVertexValues, decodeMovedVertices).
+[[nodiscard]] Result<AssetContent> decodeAsset(AssetKind kind, std::string_view bytes);
+
+}  // namespace haptics
