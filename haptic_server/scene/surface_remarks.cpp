@@ -18,7 +18,7 @@ constexpr double kSamplesPerWave = 2;
 SurfaceFactor factorOf(const SurfaceMap& map, const std::shared_ptr<const ScalarField>& field,
                        const std::shared_ptr<const VertexValuesAsset>& scale) {
   FactorSource source{field, nullptr};
-  if (scale) source.scale = {scale, &scale->values};
+  if (scale) source.scale = scale->values;
   return {map.variation, std::move(source), kLeastStiffnessFactor};
 }
 
