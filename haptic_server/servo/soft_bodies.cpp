@@ -188,7 +188,8 @@ class Together {
       if (part.tissue == nullptr) continue;
       // y = q (d + y) + e before, exact for a d + y that stays.
       const double q = part.tissue->yield_m(0, 1, spring_N_per_m(part), config_.period_s, part.softness.value);
-      left[i] = part.tissue->yield_m(before_m[i], 0, spring_N_per_m(part), config_.period_s, part.softness.value) / (1 - q);
+      left[i] =
+          part.tissue->yield_m(before_m[i], 0, spring_N_per_m(part), config_.period_s, part.softness.value) / (1 - q);
       products[row][row] += q / (1 - q);
       depth[row] -= left[i];
     }

@@ -65,9 +65,20 @@ class Groove {
   [[nodiscard]] bool yields() const { return has(Feature::kSoftness) || has(Feature::kPlastic); }
   [[nodiscard]] bool isRound() const { return has(Feature::kShading); }
 
-  /// Springs in series, where the body yields.
-  [[nodiscard]] double stiffness_N_per_m(const Side& side) const {
-    return yields() ? 1 / (1 / side.contact_N_per_m + 1 / side.tissue_N_per_m) : side.contact_N_per_m;
+  /// What the tissue leaves of the depths for the contact's springs: the least of the energy k |x - h|^2 / 2 + sum t y^2 / 2
+  /// with the IHIP x on each side, which has yielded by y along its normal. So k d_i = t_i y_i and, with the depth p_i below
+  /// the side at rest, d_i + n_i . n_j d_j + y_i = p_i.
+  [[nodiscard]] std::array<double, 2> left_m(const Parts& parts) const {
+    if (!yields()) return parts.depth_m;
+    const double cosine = glm::dot(parts.normal[0], parts.normal[1]);
+    std::array<double, 2> below_m{}, own{};
+    for (std::size_t i = 0; i < 2; ++i) {
+      below_m[i] = parts.depth_m[i] + cosine * parts.depth_m[1 - i];
+      own[i] = 1 + sides_[i].contact_N_per_m / sides_[i].tissue_N_per_m;
+    }
+    const double determinant = own[0] * own[1] - cosine * cosine;
+    return {(own[1] * below_m[0] - cosine * below_m[1]) / determinant,
+            (own[0] * below_m[1] - cosine * below_m[0]) / determinant};
   }
 
   void placePads(Random& random) {
@@ -168,12 +179,13 @@ class Groove {
   };
   [[nodiscard]] Answer answer(const std::array<Pose, 2>& poses, const Parts& parts) const {
     Answer answer;
+    const std::array<double, 2> left_m = this->left_m(parts);
     for (std::size_t i = 0; i < 2; ++i) {
       const Side& side = sides_[i];
-      const double k = stiffness_N_per_m(side);
+      const double k = side.contact_N_per_m;
       const Vec3 n = parts.normal[i];
       const Vec3 material = toLocal(poses[i], parts.ihip);
-      double pressing_N = k * std::max(0.0, parts.depth_m[i]);
+      double pressing_N = k * std::max(0.0, left_m[i]);
       Vec3 force_N = pressing_N * n;
       if (side.skin.textureHeight_m > 0) {
         const double height_m = side.skin.height_m(material);

@@ -42,24 +42,13 @@ struct Finding {
   std::string_view what;
 };
 
-inline constexpr std::string_view kStepOfBulge =
-    "contact begins on the smooth surface; where the HIP enters the polygons, ShadingFade takes shading for switched "
-    "on, "
-    "and the force falls by stiffness times bulge";
 inline constexpr std::string_view kPressedPolygons =
     "a soft body yields by the depth below its polygons, not below the smooth surface";
 inline constexpr std::string_view kFacetsInGroove = "no shading where several surfaces hold the IHIP";
 inline constexpr std::string_view kCurlOfGroove =
     "bodies of two stiffnesses in a groove that is not square: each one's spring for its part of the penetration";
-inline constexpr std::string_view kOnlyFirstYields = "of several soft bodies that hold the IHIP only the first yields";
-inline constexpr std::string_view kOnlyFirstRubs = "in a groove friction is that of the first body";
 
 inline constexpr std::array kFindings{
-    Finding{Feature::kTexture, Feature::kShading, Measure::kStep_N, kStepOfBulge},
-    Finding{Feature::kShading, Feature::kFriction, Measure::kStep_N, kStepOfBulge},
-    Finding{Feature::kShading, Feature::kSoftness, Measure::kStep_N, kStepOfBulge},
-    Finding{Feature::kShading, Feature::kLattice, Measure::kStep_N, kStepOfBulge},
-    Finding{Feature::kShading, Feature::kMotion, Measure::kStep_N, kStepOfBulge},
     Finding{Feature::kShading, Feature::kSoftness, Measure::kForce, kPressedPolygons},
     Finding{Feature::kShading, Feature::kSoftness, Measure::kLoop_J, kPressedPolygons},
     Finding{Feature::kShading, Feature::kSeveral, Measure::kStep_N, kFacetsInGroove},
@@ -68,16 +57,7 @@ inline constexpr std::array kFindings{
     Finding{Feature::kShading, Feature::kSeveral, Measure::kDirection_deg, kFacetsInGroove},
     Finding{Feature::kShading, Feature::kSeveral, Measure::kLoop_J, kFacetsInGroove},
     Finding{Feature::kLattice, Feature::kSeveral, Measure::kLoop_J, kCurlOfGroove},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kLoop_J, kCurlOfGroove},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kStep_N, kOnlyFirstYields},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kFalseForce_N, kOnlyFirstYields},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kForce, kOnlyFirstYields},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kDirection_deg, kOnlyFirstYields},
-    Finding{Feature::kPlastic, Feature::kSeveral, Measure::kStep_N, kOnlyFirstYields},
-    Finding{Feature::kPlastic, Feature::kSeveral, Measure::kForce, kOnlyFirstYields},
-    Finding{Feature::kPlastic, Feature::kSeveral, Measure::kDirection_deg, kOnlyFirstYields},
-    Finding{Feature::kFriction, Feature::kSeveral, Measure::kStep_N, kOnlyFirstRubs},
-    Finding{Feature::kFriction, Feature::kSeveral, Measure::kFriction, kOnlyFirstRubs}};
+    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kLoop_J, kCurlOfGroove}};
 
 /// What must fail where something is switched off, and in one of which measures.
 struct AblationCase {
