@@ -208,8 +208,8 @@ TEST_F(SurfaceEdits, MakeTheMapOfTheDynamicCoefficientApartFromThatOfBoth) {
   EXPECT_EQ(reject(edit(setSurface(surface))).field, "operations[0].set_material.material.friction.dynamic_per_vertex");
   given.dynamicSource = VertexValuesSource{GivenValues{std::vector<float>(kBoxVertices, 0.25F)}};
   accept(edit(setSurface(surface)));
-  EXPECT_EQ(assets().frictionScale->values[0], 0.5F);
-  EXPECT_EQ(assets().dynamicFrictionScale->values[0], 0.25F);
+  EXPECT_EQ((*assets().frictionScale->values)[0], 0.5F);
+  EXPECT_EQ((*assets().dynamicFrictionScale->values)[0], 0.25F);
 }
 
 TEST_F(SurfaceEdits, MakeWhatStiffnessAndSoftnessFollow) {
@@ -222,7 +222,7 @@ TEST_F(SurfaceEdits, MakeWhatStiffnessAndSoftnessFollow) {
   EXPECT_NE(assets().stiffnessField, nullptr);
   EXPECT_EQ(assets().stiffnessScale, nullptr);
   EXPECT_EQ(assets().softnessField, nullptr);
-  EXPECT_EQ(assets().softnessScale->values, std::vector<float>(kBoxVertices, 0.25F));
+  EXPECT_EQ(*assets().softnessScale->values, std::vector<float>(kBoxVertices, 0.25F));
 
   const auto before = assets().others;
   accept(edit(setSurface(shaded({})), moveTo("a", {1, 0, 0})));

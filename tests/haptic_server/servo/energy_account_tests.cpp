@@ -186,11 +186,12 @@ TEST(EnergyAccount, NamesTheContactThatIsHeldFromTickToTick) {
 }
 
 TEST(EnergyAccount, NamesShadingThatTurnsTheForceAlongTheWay) {
-  // From the middle of a facet towards its edge the shaded normal leans the way that the hand goes.
+  // From the middle of a facet towards its edge the shaded normal leans the way that the hand goes. Shading comes when the
+  // hand is there already: what it took on the way in is what it gives on the way to the edge.
   constexpr double kRadius_m = 0.05;
   constexpr int kFacets = 12;
   const auto prism = surfaceOf(makeCylinder(kRadius_m, 0.1, kFacets).value());
-  ServoObject object = with(objectOf(8, prism, Vec3(0), kStiffness), shading(1.2));
+  ServoObject object = objectOf(8, prism, Vec3(0), kStiffness);
   object.damping_Ns_per_m = 0;
   const double angle = std::numbers::pi / kFacets;
   const Vec3 out(std::cos(angle), std::sin(angle), 0);
@@ -200,7 +201,9 @@ TEST(EnergyAccount, NamesShadingThatTurnsTheForceAlongTheWay) {
   };
   VirtualServo servo(way, kConfig);
   servo.adopt(sceneOf(1, {object}));
-  servo.run(800);
+  servo.run(250);
+  servo.adopt(sceneOf(2, {with(object, shading(1.2))}));
+  servo.run(550);
   EXPECT_GT(of(servo, EnergyFeature::kShading), 1e-4);
   EXPECT_EQ(culprit(servo).feature, EnergyFeature::kShading);
   EXPECT_EQ(culprit(servo).object, 8U);

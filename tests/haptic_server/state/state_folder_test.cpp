@@ -368,7 +368,7 @@ TEST_F(StateFolderTest, KeepsLayersAndTheMapOfTheDynamicCoefficient) {
   EXPECT_EQ(second.version().root(), root);
   const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
   EXPECT_NE(assets.textureField, nullptr);
-  EXPECT_EQ(assets.dynamicFrictionScale->values, std::vector<float>(8, 0.5F));
+  EXPECT_EQ(*assets.dynamicFrictionScale->values, std::vector<float>(8, 0.5F));
 }
 
 TEST_F(StateFolderTest, KeepsWhatStiffnessAndSoftnessFollow) {
@@ -388,7 +388,7 @@ TEST_F(StateFolderTest, KeepsWhatStiffnessAndSoftnessFollow) {
   EXPECT_EQ(second.version().root(), root);
   const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
   EXPECT_NE(assets.stiffnessField, nullptr);
-  EXPECT_EQ(assets.softnessScale->values, std::vector<float>(8, 0.5F));
+  EXPECT_EQ(*assets.softnessScale->values, std::vector<float>(8, 0.5F));
 }
 
 TEST_F(StateFolderTest, ADamagedMeshCostsItsObjectUntilItIsHereAgain) {
