@@ -79,7 +79,7 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
                             .h = body.frame.toLocal(state.hip),
                             .below = contact.penetration_m > 0,
                             .contact_N_per_m = state.objects[index].felt.value().spring_N_per_m,
-                            .shaded = true,
+                            .alone = true,
                             .softness = softness.value};
   Yielding yielding(scene, state, config, contact.work, pressed);
   if (!yielding.press()) return lose(state, index, contact);
@@ -226,7 +226,9 @@ class Together {
   void press(const Part& part) noexcept {
     const Body& body = state_.bodies[bodyOf(part)];
     PressedBody pressed = pressedBody(part);
-    pressed.h = body.frame.toLocal(contact_.ihip - (part.left_m + part.yield_m) * part.normal);
+    Vec3 ihip = state_.hip;
+    for (const Part& each : parts()) ihip += each.left_m * each.normal;
+    pressed.h = body.frame.toLocal(ihip - part.left_m * part.normal);
     Yielding yielding(scene_, state_, config_, contact_.work, pressed);
     if (yielding.press()) {
       tick_.force.spring +=

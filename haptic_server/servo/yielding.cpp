@@ -23,8 +23,8 @@ constexpr double kSamePlace = 0.97;
 Yielding::Yielding(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactWork& work,
                    const PressedBody& pressed) noexcept
     : tissue_(*scene.objects[pressed.body].tissue),
-      shading_(pressed.shaded && scene.objects[pressed.body].detail ? scene.objects[pressed.body].detail->shading.get()
-                                                                    : nullptr),
+      shading_(pressed.alone && scene.objects[pressed.body].detail ? scene.objects[pressed.body].detail->shading.get()
+                                                                   : nullptr),
       state_(state),
       config_(config),
       work_(work),
@@ -113,7 +113,7 @@ void Yielding::hurryTheWeakest() noexcept {
 bool Yielding::yield() noexcept {
   const BodyDents others = dentsOf(state_, pressed_.body, *at_);
   Foot at = pressed_.atRest;
-  if (others.count > 0) {
+  if (others.count > 0 || !pressed_.alone) {
     const Nearest found = nearest(others, pressed_.h);
     if (found.outside) return false;
     at = found.foot;

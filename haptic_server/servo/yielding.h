@@ -15,7 +15,7 @@ struct PressedBody {
   Vec3 h{0};                   ///< The HIP, or where the body sees it.
   bool below = false;          ///< It is below the shape without dents.
   double contact_N_per_m = 0;  ///< Of the contact's spring.
-  bool shaded = false;         ///< The smooth surface tells the way that the dent goes.
+  bool alone = false;          ///< No other body holds the IHIP: force shading tells the way that the dent goes.
   double softness = 1;         ///< Factor of the tissue's stiffness.
 };
 
