@@ -96,9 +96,7 @@ class HeldFrictions {
       return Vec3(0);
     }
     const Vec3 place = body.frame.toLocal(ihip_);
-    const FrictionCoefficients mu = friction->varies() && isDeformed(scene_, state_, pressed.body)
-                                        ? onMaterial(*friction, pressed, place)
-                                        : friction->at(body.surface->triangle(pressed.triangle), place, place);
+    const FrictionCoefficients mu = friction->varies() ? varying(*friction, pressed, place) : friction->mean();
     if (isOther) held.law.carry(body.frame.toLocal(held.stickingPoint));
     if (isOther || state_.detailEdited) held.law.edit(mu);
     const PressedPoint at{place, toLocalDirection(body.frame, pressed.normal), pressed.pressing_N};
@@ -110,6 +108,11 @@ class HeldFrictions {
   }
 
   /// @param place  Object frame.
+  [[nodiscard]] FrictionCoefficients varying(const FrictionDetail& friction, const PressedSurface& pressed,
+                                             const Vec3& place) const noexcept {
+    if (isDeformed(scene_, state_, pressed.body)) return onMaterial(friction, pressed, place);
+    return friction.at(state_.bodies[pressed.body].surface->triangle(pressed.triangle), place, place);
+  }
   [[nodiscard, gnu::noinline]] FrictionCoefficients onMaterial(const FrictionDetail& friction,
                                                                const PressedSurface& pressed,
                                                                const Vec3& place) const noexcept {

@@ -136,7 +136,8 @@ FrictionDetail::FrictionDetail(const Friction& friction, SurfaceFactor both, Sur
     : mean_{friction.mu_static, friction.mu_dynamic},
       factor_(std::move(both)),
       dynamicFactor_(std::move(own)),
-      most_(mean_.stick * factor_.highest()) {}
+      most_(mean_.stick * factor_.highest()),
+      varies_(factor_.varies() || dynamicFactor_.varies()) {}
 
 FrictionCoefficients FrictionDetail::at(const TriangleRecord& triangle, const Vec3& place,
                                         const Vec3& onMaterial) const noexcept {

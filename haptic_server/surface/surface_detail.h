@@ -104,7 +104,9 @@ class FrictionDetail {
   /// At a place on a triangle of the surface, as it is, and where that is on the material.
   [[nodiscard]] FrictionCoefficients at(const TriangleRecord& triangle, const Vec3& place,
                                         const Vec3& onMaterial) const noexcept;
-  [[nodiscard]] bool varies() const noexcept { return factor_.varies() || dynamicFactor_.varies(); }
+  [[nodiscard]] bool varies() const noexcept { return varies_; }
+  /// Without the maps.
+  [[nodiscard]] FrictionCoefficients mean() const noexcept { return mean_; }
   /// The largest static one.
   [[nodiscard]] double most() const noexcept { return most_; }
   /// c of paper 4.2: friction's spring is nowhere stiffer than the surface, nor than `most_N_per_m`.
@@ -117,6 +119,7 @@ class FrictionDetail {
   SurfaceFactor factor_;         // of both
   SurfaceFactor dynamicFactor_;  // of the dynamic one instead, if it varies
   double most_;
+  bool varies_;
 };
 
 /// How an object's surface feels beyond its shape (paper 4). Immutable; built off the servo thread.
