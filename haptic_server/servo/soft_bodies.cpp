@@ -353,6 +353,16 @@ class Together {
   Together(scene, state, config, tick, inTheWay).run();
 }
 
+/// Whether a body has come in the way of a dent that is deeper than there: by an edit or a motion, not by the hand.
+[[nodiscard]] bool hasComeBetween(const HapticState& state, const ContactResult& contact,
+                                  const InTheWay& below) noexcept {
+  constexpr double kByHand_m = 1e-4;
+  return std::ranges::any_of(state.allDents(), [&](const BodyDent& dent) {
+    return dent.pressed && dent.body == static_cast<std::size_t>(contact.body) &&
+           depth_m(dent.dent) > glm::distance(contact.ihip, below.point) + kByHand_m;
+  });
+}
+
 /// What of the bodies that hold the IHIP is soft yields.
 void yield(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
   const auto isSoft = [&](int body) { return scene.objects[static_cast<std::size_t>(body)].tissue != nullptr; };
@@ -365,7 +375,13 @@ void yield(const ServoScene& scene, HapticState& state, const StepConfig& config
   if (!isSoft(tick.contact.body)) return;
   if (state.bodyCount > 1) {
     const InTheWay below = whatIsBelow(scene, state, config, tick.contact);
-    if (below.crossing) return yieldTogether(scene, state, config, tick, below);
+    if (below.crossing) {
+      if (hasComeBetween(state, tick.contact, below)) {
+        state.contactBroken = true;
+        state.slew.begin();
+      }
+      return yieldTogether(scene, state, config, tick, below);
+    }
   }
   yieldAlone(scene, state, config, tick);
 }

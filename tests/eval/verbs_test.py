@@ -161,7 +161,7 @@ class Failures(Verb):
 class Arguments(Verb):
     def test_each_that_is_wrong_is_named_with_what_would_be_right(self):
         for arguments, says in (
-                ("hearsay", ("hearsay", "failures, accuracy, chart")),
+                ("hearsay", ("hearsay", "failures, accuracy, combinations, chart")),
                 ("failures --seeds 0", ("--seeds", "at least 1")),
                 ("failures --seed -1", ("--seed", "at least 0")),
                 ("failures --method hearsay", ("--method", "hearsay", "god_object", "ours_without_guard")),
