@@ -255,6 +255,7 @@ class Together {
 
   /// The IHIP: of what is on the surfaces as they are now, or outside, the nearest to the HIP.
   void settle() noexcept {
+    if (state_.contact.holdingCount == 1 && isClear()) return;
     Vec3 ihip = contact_.ihip, planeParts;
     for (int round = 0; round < kRounds; ++round) {
       std::array<Plane, ContactState::kMaxHolding> planes;
@@ -267,6 +268,23 @@ class Together {
     contact_.ihip = ihip;
     contact_.normal = (ihip - state_.hip) / contact_.penetration_m;
     if (state_.contact.holdingCount == 1 && !(planeParts[0] > 0)) meet(parts_[1].held);
+  }
+
+  /// The dent is not as deep as what is in the way, and holds the IHIP alone.
+  [[nodiscard]] bool isClear() noexcept {
+    const Body& body = state_.bodies[bodyOf(parts_[0])];
+    const PressedBody pressed = pressedBody(parts_[0]);
+    Yielding yielding(scene_, state_, config_, contact_.work, pressed);
+    const Yielding::Nearest at = yielding.nearestTo(body.frame.toLocal(state_.hip));
+    const Vec3 ihip = body.frame.toWorld(at.foot.point);
+    if (at.outside || glm::dot(parts_[1].normal, ihip - parts_[1].point) < 0) return false;
+    contact_.alongNormal = false;
+    contact_.ihip = ihip;
+    contact_.normal = body.frame.turn(at.normal);
+    contact_.penetration_m = glm::distance(ihip, state_.hip);
+    contact_.primitive = primitiveOf(*body.surface, at.foot);
+    contact_.triangle = at.foot.triangle;
+    return true;
   }
 
   /// The dents leave the HIP outside of the body that holds the IHIP, but not of the one in the way.
