@@ -35,12 +35,17 @@ struct SoftTissue {
     return return_s > 0 ? std::exp(-time_s / return_s) : 0;
   }
 
+  /// Of a penetration that stays, what the tissue takes, 0 to 1.
+  /// @param factor  Of k_t, where it varies over the surface.
+  [[nodiscard]] double share(double contact_N_per_m, double factor = 1) const noexcept {
+    return contact_N_per_m / (contact_N_per_m + factor * stiffness_N_per_m);
+  }
+
   /// How far the tissue has yielded (metres) a time after `yielded_m`, under a penetration of the surface at rest. Exact
   /// for a penetration that stays, whatever the time: no step is too long for it.
-  /// @param factor  Of k_t, where it varies over the surface.
   [[nodiscard]] double yield_m(double yielded_m, double penetration_m, double contact_N_per_m, double time_s,
                                double factor = 1) const noexcept {
-    const double share = contact_N_per_m / (contact_N_per_m + factor * stiffness_N_per_m);
+    const double share = this->share(contact_N_per_m, factor);
     const double goal = share * penetration_m;
     if (!(returnTime_s > 0)) return goal;
     const double touched_s = returnTime_s * (1 - share);

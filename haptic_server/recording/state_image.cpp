@@ -40,8 +40,9 @@ requires std::is_trivially_copyable_v<T>
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
   if (!isFlags({&state.adoptedNow, &state.contactBroken, &state.detailEdited, &state.anyDetail, &state.anyBumps,
                 &state.anyBeingMoved, &state.lettingGo, &state.attached, &state.anySoft, &state.anyVaryingStiffness,
-                &state.surface.fade.shaded}))
+                &state.groove.shaded}))
     return false;
+  if (state.surface.fade.how > ShadingFade::How::kTogether) return false;
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
     if (!isFlags({&state.bodies[i].leaving, &state.bodies[i].moving, &state.objects[i].beingMoved})) return false;
   }

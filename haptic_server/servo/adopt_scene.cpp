@@ -284,6 +284,7 @@ class Succession {
 }  // namespace
 
 bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
+  state.groove.shaded = false;
   const Vec3 now_N = heldSpring_N(state, state.contact.ihip - state.contact.hip);
   const bool mayWait = glm::length(now_N) > kMostStep_N && state.letGo_s < kLongestFade_s;
   if (state.lettingGo && mayWait) return false;

@@ -26,4 +26,12 @@ struct BodyDents {
   return dents;
 }
 
+/// How deep the contact's dent in a body is, m; 0 without one.
+[[nodiscard]] inline double pressedDepth_m(const HapticState& state, std::size_t body) noexcept {
+  for (const BodyDent& dent : state.allDents()) {
+    if (dent.pressed && dent.body == body) return glm::length(Vec3(dent.dent.displacement));
+  }
+  return 0;
+}
+
 }  // namespace haptics

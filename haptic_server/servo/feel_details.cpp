@@ -7,9 +7,11 @@
 
 #include "haptic_server/servo/body_dents.h"
 #include "haptic_server/servo/feel_friction.h"
+#include "haptic_server/servo/groove_shading.h"
 #include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/material_map.h"
 #include "haptic_server/servo/separation_speed.h"
+#include "haptic_server/servo/soft_contact.h"
 #include "haptic_server/servo/varying_springs.h"
 #include "haptic_server/surface/force_shading.h"
 #include "haptic_server/surface/nearest_point.h"
@@ -64,6 +66,7 @@ class Feeling {
       memory_.object = 0;
       return;
     }
+    if (state_.bodyCount > 1) fadeSwitch();
     const Felt& first = felt_[0];
     addFriction(first);
     describe(first);
@@ -121,18 +124,29 @@ class Feeling {
     ShadingFade& fade = memory_.fade;
     const Vec3 unshaded = felt.normal;
     const double unshaded_m = felt.geometric_m;
-    const bool shaded =
-        hasShading(felt.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
-        shadeAt(felt, {felt.triangle, feature(), contact_.primitive.localIndex}, state_.contact.holding[0].side);
+    ShadingFade::How how = ShadingFade::How::kNot;
+    if (severalBodiesHold(state_)) {
+      if (shadeTogether(felt)) how = ShadingFade::How::kTogether;
+    } else if (state_.anySoft && state_.yielded.between) {
+      how = ShadingFade::How::kBetween;
+    } else if (hasShading(felt.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
+               shadeAt(felt, {felt.triangle, feature(), contact_.primitive.localIndex},
+                       state_.contact.holding[0].side)) {
+      how = ShadingFade::How::kAlone;
+    }
     const Vec3 turn = felt.normal - unshaded;
     const double deepening_m = felt.geometric_m + felt.bulge_m - unshaded_m;
     if (memory_.object == 0) {
       fade = {};
-    } else if (shaded != fade.shaded || state_.detailEdited) {
+    } else if (how != fade.how && std::max(how, fade.how) >= ShadingFade::How::kBetween) {
+      fade.turnLeft = Vec3(0);
+      fade.deepeningLeft_m = 0;
+      switched_ = true;
+    } else if (how != fade.how || state_.detailEdited) {
       fade.turnLeft += fade.turn - turn;
       fade.deepeningLeft_m += fade.deepening_m - deepening_m;
     }
-    fade.shaded = shaded;
+    fade.how = how;
     fade.turn = turn;
     fade.deepening_m = deepening_m;
     if (fade.turnLeft == Vec3(0) && fade.deepeningLeft_m == 0) return;
@@ -143,6 +157,29 @@ class Feeling {
     fade.deepeningLeft_m *= left;
   }
 
+  /// Between one body and several, whose bulges are felt one by one before they hold the IHIP together, the whole of the
+  /// springs' force fades.
+  void fadeSwitch() noexcept {
+    ShadingFade& fade = memory_.fade;
+    if (memory_.object == 0) fade.left_N = Vec3(0);
+    const Vec3 now_N = tick_.force.spring;
+    if (switched_) fade.left_N = fade.springs_N + fade.change_N - now_N;  // had it gone on
+    tick_.force.spring += fade.left_N;
+    fade.left_N *= 1 - std::min(1.0, config_.period_s / ShadingFade::kTime_s);
+    fade.change_N = memory_.object == 0 ? Vec3(0) : tick_.force.spring - fade.springs_N;
+    fade.springs_N = tick_.force.spring;
+  }
+
+  /// Of several bodies that hold the IHIP.
+  [[nodiscard, gnu::noinline]] bool shadeTogether(Felt& felt) noexcept {
+    Vec3 ihip = contact_.ihip;
+    if (!shadeGroove(scene_, state_, ihip)) return false;
+    held_m_ = ihip - state_.hip;
+    felt.geometric_m = glm::length(held_m_);
+    if (felt.geometric_m > 0) felt.normal = held_m_ / felt.geometric_m;
+    return true;
+  }
+
   /// Paper 4.1. Returns whether there is a shading normal.
   [[nodiscard]] bool shadeAt(Felt& felt, const Foot& foot, int side) const noexcept {
     const Body& body = state_.bodies[felt.body];
@@ -150,14 +187,17 @@ class Feeling {
     const Vec3 h = body.frame.toLocal(felt.from);
     const SoftTissue* tissue = object(felt.body).tissue.get();
     const ShadedPoint point = tissue == nullptr ? shade(*body.surface, normals, foot, h, felt.geometric_m * side)
-                                                : shadeDented(felt, *tissue, foot, h, felt.geometric_m * side);
+                              : isTouched(felt.body) && state_.yielded.shaded.weight > 0
+                                  ? state_.yielded.shaded
+                                  : shadeDented(felt, *tissue, foot, h, felt.geometric_m * side);
     if (!(point.weight > 0)) return false;
     felt.triangle = point.triangle;
     felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
     felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
     felt.bulge_m = point.bulge_m * side * point.weight;
-    // In a dent the smooth surface lies below the triangles, which are what is drawn.
-    if (tissue != nullptr) felt.bulge_m = std::max(0.0, felt.bulge_m);
+    if (tissue != nullptr) {
+      felt.bulge_m = yieldedBulge_m(scene_, state_, felt.body, felt.triangle, felt.ihip(), felt.bulge_m);
+    }
     return true;
   }
 
@@ -180,7 +220,7 @@ class Feeling {
       feelHeight(felt, state_.bumps[i]);
       if (!(felt.depth_m > 0)) continue;
       // Where the polygons are touched next, shading goes on.
-      if (count_ == 0) memory_.fade = {.shaded = felt.shaded};
+      if (count_ == 0) memory_.fade = {.how = felt.shaded ? ShadingFade::How::kAlone : ShadingFade::How::kNot};
       felt_[count_++] = felt;
     }
   }
@@ -191,7 +231,7 @@ class Feeling {
 
   /// Its stiffness is that of the shaded point.
   [[nodiscard]] bool isShadedRigid(std::size_t body) const noexcept {
-    return memory_.fade.shaded && object(body).tissue == nullptr;
+    return memory_.fade.how == ShadingFade::How::kAlone && object(body).tissue == nullptr;
   }
 
   /// To the stiffness at what is felt: a bump that reaches the HIP, or a shaded point.
@@ -239,9 +279,9 @@ class Feeling {
       watch.triangle = felt.triangle = holding[held].triangle;
       watch.clear_m = 0;
       felt.heightOnly = true;
-      felt.normal = normalOf(state_, holding[held]);
-      felt.geometric_m = shareOf(state_, held, contact_.ihip - state_.hip);
-      felt.from = contact_.ihip - felt.geometric_m * felt.normal;
+      felt.normal = heldNormal(state_, held);
+      felt.geometric_m = partOf(state_, held, held_m_);
+      felt.from = state_.hip + held_m_ - felt.geometric_m * felt.normal;
       return hasTexture(felt.body);
     }
     felt.from = contact_.touching ? contact_.ihip : state_.hip;
@@ -389,18 +429,17 @@ class Feeling {
   [[gnu::noinline]] void feelFrictionOnEach(const PressedSurface& all, const Vec3& ihip) noexcept {
     const auto holding = state_.contact.surfaces();
     std::array<PressedSurface, ContactState::kMaxHolding> pressed;
-    double together_m2 = 0;
+    const Vec3 springs_N = springsThatHold(state_).force_N(held_m_);
+    double together_N2 = 0;
     for (std::size_t k = 0; k < holding.size(); ++k) {
       const auto body = static_cast<std::size_t>(holding[k].body);
-      const double share_m = shareOf(state_, k, held_m_);
-      pressed[k] = {body, holding[k].triangle, normalOf(state_, holding[k]),
-                    share_m * state_.objects[body].felt.value().spring_N_per_m};
-      together_m2 += share_m * glm::dot(pressed[k].normal, held_m_);
+      pressed[k] = {body, holding[k].triangle, heldNormal(state_, k), std::max(0.0, partOf(state_, k, springs_N))};
+      together_N2 += pressed[k].pressing_N * glm::dot(pressed[k].normal, springs_N);
     }
-    // Parts add up to the penetration, but for normals that are too close together to tell them apart.
-    const double first_N_per_m = state_.objects[all.body].felt.value().spring_N_per_m;
+    // Parts add up to the springs' force, but for normals that are too close together to tell them apart.
+    const double first_N = state_.objects[all.body].felt.value().spring_N_per_m * glm::length(held_m_);
     const double pressing =
-        together_m2 * first_N_per_m > 0 ? all.pressing_N * glm::length(held_m_) / (together_m2 * first_N_per_m) : 0;
+        together_N2 * first_N > 0 ? all.pressing_N / first_N * squaredLength(springs_N) / together_N2 : 0;
     for (PressedSurface& surface : pressed) surface.pressing_N *= pressing;
     feelFriction(scene_, state_, config_, ihip, std::span(pressed).first(holding.size()), tick_);
   }
@@ -429,6 +468,7 @@ class Feeling {
   std::size_t count_ = 0;
   TriangleRecord now_;  // as dents have it: the last that was asked for
   std::size_t nowBody_ = 0;
+  bool switched_ = false;  // from one body's shading to that of several together, or back
   std::uint32_t nowTriangle_ = kNoTriangle;
 };
 

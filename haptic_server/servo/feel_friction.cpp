@@ -31,34 +31,34 @@ class HeldFrictions {
     if (pressed.size() == 1 && held[1].object == 0) [[likely]] {
       const Vec3 force_N = follow(held[0], pressed[0]);
       describe(held[0], tick);
-      return feel(force_N, tick);
+      return apply(force_N, tick);
     }
     runSeveral(pressed, tick);
   }
 
  private:
   [[gnu::noinline]] void runSeveral(std::span<const PressedSurface> pressed, FeltTick& tick) noexcept {
-    knowAgain(pressed);
+    recognise(pressed);
     auto& held = state_.surface.friction;
     Vec3 force_N(0);
     for (std::size_t k = 0; k < pressed.size(); ++k) {
       force_N += follow(held[k], pressed[k]);
       if (tick.friction == FrictionState::kNone) describe(held[k], tick);
     }
-    feel(force_N, tick);
+    apply(force_N, tick);
   }
 
   static void describe(const HeldFriction& held, FeltTick& tick) noexcept {
     tick.friction = held.law.state();
     tick.stickingPoint = held.stickingPoint;
   }
-  void feel(Vec3 force_N, FeltTick& tick) const noexcept {
+  void apply(Vec3 force_N, FeltTick& tick) const noexcept {
     if (const double length_N = glm::length(force_N); length_N > 0) tick.force.friction = force_N * presence(length_N);
   }
 
   /// Puts what is remembered in the order of what is pressed now. The contact's only surface goes on in the one that is
   /// most like it, however it turned: the IHIP slides over edges.
-  void knowAgain(std::span<const PressedSurface> pressed) noexcept {
+  void recognise(std::span<const PressedSurface> pressed) noexcept {
     auto& held = state_.surface.friction;
     std::array<HeldFriction, ContactState::kMaxHolding> next{};
     for (double least = -2;; least = kSameSurface) {

@@ -19,6 +19,7 @@
 #include "haptic_server/servo/energy_account.h"
 #include "haptic_server/servo/servo_scene.h"
 #include "haptic_server/servo/surface_memory.h"
+#include "haptic_server/surface/force_shading.h"
 
 namespace haptics {
 
@@ -49,9 +50,10 @@ struct StepMemory {
   std::uint64_t sceneRevision = 0;
   std::uint64_t adoptionTick = 0;
   std::size_t bodyCount = 0;
-  bool adoptedNow = false;     ///< Until the end of the tick of an adoption.
-  bool contactBroken = false;  ///< The adoption could not carry the contact on as it was.
-  bool detailEdited = false;   ///< The adoption changed what the felt surface feels like, or where it is.
+  bool adoptedNow = false;  ///< Until the end of the tick of an adoption.
+  /// The adoption could not carry the contact on as it was, or a body has come in between in a dent.
+  bool contactBroken = false;
+  bool detailEdited = false;  ///< The adoption changed what the felt surface feels like, or where it is.
   std::size_t movingCount = 0;
   std::size_t dentCount = 0;              ///< Written by the step, as are the next two.
   std::uint64_t deformationRevision = 0;  ///< Counts the ticks in which some dent changed. Written by the step.
@@ -68,6 +70,11 @@ struct StepMemory {
   bool attached = false;
   VelocityEstimator velocity;
   ContactState contact;
+  /// The surfaces that hold the IHIP, as force shading has them, where several bodies do. Of the tick.
+  struct Groove {
+    bool shaded = false;
+    std::array<Vec3, ContactState::kMaxHolding> normal{Vec3(0), Vec3(0), Vec3(0)};  ///< Outward, unit, world.
+  } groove;
   std::uint64_t contactObject = 0;  ///< Id, 0 when free.
   std::uint64_t putOut = 0;         ///< Times that the IHIP was put out of a body;
   std::uint64_t putOutOf = 0;       ///< id of the last one.
@@ -134,6 +141,11 @@ struct HapticState : StepMemory {
     TakenDents taken;                       ///< As in the scene.
   };
 
+  /// Of a soft body that holds the IHIP alone, in this tick. Written by yieldToContact(), where some body is soft.
+  struct Yielded {
+    ShadedPoint shaded;    ///< Yielding::smooth().
+    bool between = false;  ///< Another body holds the dent up.
+  } yielded;
   LeadObserver lead;  ///< Where it is active, `velocity` is its.
   // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
   std::array<Body, kMaxServoObjects> bodies;

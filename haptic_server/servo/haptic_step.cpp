@@ -304,6 +304,7 @@ template <bool kDetails>
     if (felt.contact.work.putOut) [[unlikely]]
       notePutOut(scene, state, felt.contact.work);
     if constexpr (kDetails) {
+      state.groove.shaded = false;
       if (state.anyVaryingStiffness) [[unlikely]]
         varyStiffness(scene, state);
       if (state.anySoft) [[unlikely]]

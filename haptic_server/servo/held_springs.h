@@ -3,25 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_server/servo/groove_springs.h"
 #include "haptic_server/servo/haptic_state.h"
 
 namespace haptics {
 
-/// Of the vector from the HIP to an IHIP that two or three surfaces hold, the part that the first one pushes: the vector
-/// is the sum of their unit normals times these parts. `third` is zero when there are two. Not negative.
-[[nodiscard]] inline double heldShare(Vec3 penetration_m, Vec3 first, Vec3 second, Vec3 third) noexcept {
+/// Of a vector that two or three surfaces make, from the HIP to the IHIP that they hold or the force of their springs, the part
+/// of the first one: the vector is the sum of their unit normals times these parts. `third` is zero when there are two.
+[[nodiscard]] inline double heldPart(Vec3 vector, Vec3 first, Vec3 second, Vec3 third) noexcept {
   // Normals closer together than this do not tell their parts apart; all is then the first one's.
   constexpr double kLeastSquaredSine = 1e-4;
-  double share = glm::dot(penetration_m, first);
+  double share = glm::dot(vector, first);
   if (third != Vec3(0)) {
     const Vec3 others = glm::cross(second, third);
     const double volume = glm::dot(first, others);
-    if (volume * volume > kLeastSquaredSine) return std::max(0.0, glm::dot(penetration_m, others) / volume);
+    if (volume * volume > kLeastSquaredSine) return glm::dot(vector, others) / volume;
   }
   const double cosine = glm::dot(first, second);
   const double squaredSine = 1 - cosine * cosine;
-  if (squaredSine > kLeastSquaredSine) share = (share - cosine * glm::dot(penetration_m, second)) / squaredSine;
-  return std::max(0.0, share);
+  if (squaredSine > kLeastSquaredSine) share = (share - cosine * glm::dot(vector, second)) / squaredSine;
+  return share;
 }
 
 /// Of a surface that holds the IHIP: outward, unit, world.
@@ -30,11 +31,16 @@ namespace haptics {
   return body.frame.turn(body.surface->faceNormal(held.triangle) * double(held.side));
 }
 
-/// heldShare() of the surface number k of those that hold the IHIP.
-[[nodiscard]] inline double shareOf(const HapticState& state, std::size_t k, Vec3 penetration_m) noexcept {
-  const auto holding = state.contact.surfaces();
-  const auto normal = [&](std::size_t i) { return normalOf(state, holding[(k + i) % holding.size()]); };
-  return heldShare(penetration_m, normal(0), normal(1), holding.size() > 2 ? normal(2) : Vec3(0));
+/// Of the surface number k of those that hold the IHIP, with force shading where it is felt.
+[[nodiscard]] inline Vec3 heldNormal(const HapticState& state, std::size_t k) noexcept {
+  return state.groove.shaded ? state.groove.normal[k] : normalOf(state, state.contact.holding[k]);
+}
+
+/// heldPart() of the surface number k of those that hold the IHIP.
+[[nodiscard]] inline double partOf(const HapticState& state, std::size_t k, Vec3 vector) noexcept {
+  const std::size_t count = state.contact.surfaces().size();
+  const auto normal = [&](std::size_t i) { return heldNormal(state, (k + i) % count); };
+  return heldPart(vector, normal(0), normal(1), count > 2 ? normal(2) : Vec3(0));
 }
 
 /// Do surfaces of more than one body hold the IHIP?
@@ -45,37 +51,34 @@ namespace haptics {
   return std::ranges::any_of(holding, [&](const HoldingSurface& held) { return held.body != holding.front().body; });
 }
 
-/// Calls visit(surface, share of the penetration in m) for those that hold the IHIP beside the body of the first one.
-template <class Visit>
-void visitOthers(const HapticState& state, Vec3 penetration_m, Visit visit) noexcept {
-  const auto holding = state.contact.surfaces();
-  for (std::size_t k = 1; k < holding.size(); ++k) {
-    if (holding[k].body != holding.front().body) visit(holding[k], shareOf(state, k, penetration_m));
+/// Of the surfaces that hold the IHIP.
+[[nodiscard]] inline GrooveSprings springsThatHold(const HapticState& state) noexcept {
+  GrooveSprings springs;
+  for (std::size_t k = 0; k < state.contact.surfaces().size(); ++k) {
+    const auto body = static_cast<std::size_t>(state.contact.holding[k].body);
+    springs.add(heldNormal(state, k), state.objects[body].felt.value().spring_N_per_m);
   }
+  return springs;
 }
 
-/// Each body that holds the IHIP has a spring of its own for its part of the penetration: what that makes of the force (N)
-/// where the first one's spring was taken for all of it. So the force has no step where another one becomes the first.
+/// What bodies that hold the IHIP together make of the force (N) where the first one's spring was taken for all of the
+/// penetration.
 [[nodiscard]] inline Vec3 otherSprings_N(const HapticState& state, Vec3 penetration_m) noexcept {
-  Vec3 sum_N(0);
-  visitOthers(state, penetration_m, [&](const HoldingSurface& held, double share_m) noexcept {
-    const auto stiffness = [&](int body) { return state.objects[static_cast<std::size_t>(body)].felt.value(); };
-    const double more_N_per_m =
-        stiffness(held.body).spring_N_per_m - stiffness(state.contact.holding[0].body).spring_N_per_m;
-    sum_N += more_N_per_m * share_m * normalOf(state, held);
-  });
-  return sum_N;
+  if (!severalBodiesHold(state)) return Vec3(0);
+  const auto first = static_cast<std::size_t>(state.contact.holding[0].body);
+  return springsThatHold(state).force_N(penetration_m) -
+         state.objects[first].felt.value().spring_N_per_m * penetration_m;
 }
 
-/// Part of the penetration (m) that a body has which holds the IHIP with others; 0 for those that do not.
+/// How deep (m) a body's spring is pressed that holds the IHIP with others; 0 of those that do not.
 [[nodiscard]] inline double heldDepth_m(const HapticState& state, std::size_t body, Vec3 penetration_m) noexcept {
   const auto holding = state.contact.surfaces();
-  Vec3 part_m(0);
+  const auto weight = springsThatHold(state).weights(penetration_m);
+  double own = 0;
   for (std::size_t k = 0; k < holding.size(); ++k) {
-    if (static_cast<std::size_t>(holding[k].body) != body) continue;
-    part_m += shareOf(state, k, penetration_m) * normalOf(state, holding[k]);
+    if (static_cast<std::size_t>(holding[k].body) == body) own += weight[k];
   }
-  return glm::length(part_m);
+  return std::sqrt(own) * glm::length(penetration_m);
 }
 
 /// Of all that hold the IHIP, N, world.

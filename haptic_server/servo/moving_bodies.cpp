@@ -19,7 +19,7 @@ class Reaction {
     Vec3 others(0);
     for (std::size_t k = 1; k < holding.size(); ++k) {
       if (holding[k].body == contact_.body) continue;
-      const Vec3 part = along(holding, k);
+      const Vec3 part = partOf(state_, k, force_N_) * heldNormal(state_, k);
       others += part;
       if (static_cast<std::size_t>(holding[k].body) == body) own += part;
     }
@@ -27,10 +27,6 @@ class Reaction {
   }
 
  private:
-  [[nodiscard]] Vec3 along(std::span<const HoldingSurface> holding, std::size_t k) const noexcept {
-    return shareOf(state_, k, force_N_) * normalOf(state_, holding[k]);
-  }
-
   const HapticState& state_;
   const ContactResult& contact_;
   Vec3 force_N_;

@@ -11,17 +11,22 @@
 
 namespace haptics {
 
-/// Takes the step out of a switch of force shading: on sharp lines, and where several surfaces hold the IHIP, there is
-/// no N_s. What the switch would change at once fades instead.
+/// Takes the step out of a switch of force shading: on sharp lines, and where several surfaces of a body hold the IHIP, there
+/// is no N_s; where several bodies do, there is one of each. What the switch would change at once fades instead.
 struct ShadingFade {
+  enum class How : std::uint8_t { kNot, kAlone, kBetween, kTogether };
+
   /// Seconds in which what is left falls to 1/e. Shorter is more of a step; longer leaves a wrong direction standing.
   static constexpr double kTime_s = 0.02;
 
-  bool shaded = false;     ///< In the last tick.
+  How how = How::kNot;     ///< What was shaded in the last tick: one body, none as another holds its dent up, several.
   Vec3 turn{0};            ///< What shading added to the unshaded direction in the last tick; world.
   double deepening_m = 0;  ///< The same for the depth.
   Vec3 turnLeft{0};        ///< Of a switch, still to fade.
   double deepeningLeft_m = 0;
+  Vec3 springs_N{0};  ///< Of the last tick, in a scene of several bodies; world.
+  Vec3 change_N{0};   ///< Of that to the tick before.
+  Vec3 left_N{0};     ///< Of a switch to several bodies' shading or back, still to fade.
 };
 
 /// Friction on one of the surfaces that hold the IHIP.

@@ -103,6 +103,7 @@ Vec3 contactPushAlong_N(const ServoScene& scene, const HapticState& state, const
                         double depth_m) noexcept {
   const auto holding = state.contact.surfaces();
   const bool several = severalBodiesHold(state);
+  const auto weight = springsThatHold(state).weights(penetration_m);
   Vec3 sum_N(0);
   for (std::size_t k = 0; k < holding.size(); ++k) {
     const auto i = static_cast<std::size_t>(holding[k].body);
@@ -110,10 +111,7 @@ Vec3 contactPushAlong_N(const ServoScene& scene, const HapticState& state, const
     if (factor == nullptr) continue;
     FactorSample sample = stiffnessFactorAt(scene.objects[i], state.bodies[i], holding[k].triangle, state.contact.ihip);
     sample.gradient = alongContact(state, sample.gradient);
-    // Of E = sum k_i s_i (n_i . p) / 2, which is k p^2 / 2 where one body has all of the penetration p = sum s_i n_i.
-    const double squared_m2 =
-        several ? shareOf(state, k, penetration_m) * glm::dot(normalOf(state, holding[k]), penetration_m)
-                : depth_m * depth_m;
+    const double squared_m2 = several ? weight[k] * squaredLength(penetration_m) : depth_m * depth_m;  // of E / k
     sum_N +=
         pushAlong_N(*factor, sample, state.objects[i].felt.mean().spring_N_per_m, std::max(0.0, squared_m2), config);
     if (!several) break;

@@ -131,18 +131,19 @@ bool Yielding::yield() noexcept {
   dent().dent.displacement = Vec3f(direction * std::clamp(wanted, 0.0, room_m()));
   if (wanted <= stays) dent().kept_m = stays;
   const double now_m = depth_m(dent().dent), kept_m = std::min(dent().kept_m, stays);
+  smooth_.depth_m -= seen * now_m * pressed_.side;
   elastic_m2_ = seen * seen * std::max(0.0, now_m * now_m - kept_m * kept_m);
   if (tissue_.plastic > 0) remember(dent());
   return true;
 }
 
 /// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.
-void Yielding::shadeFoot(Foot& foot, const BodyDents& others) const noexcept {
+void Yielding::shadeFoot(Foot& foot, const BodyDents& others) noexcept {
   const double depth = glm::distance(pressed_.h, foot.point) * pressed_.side;
-  const ShadedPoint smooth = shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth);
-  if (!(smooth.weight > 0)) return;
-  foot.point = glm::mix(foot.point, pressed_.h + smooth.normal * smooth.depth_m, smooth.weight);
-  foot.triangle = smooth.triangle;
+  smooth_ = shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth);
+  if (!(smooth_.weight > 0)) return;
+  foot.point = glm::mix(foot.point, pressed_.h + smooth_.normal * smooth_.depth_m, smooth_.weight);
+  foot.triangle = smooth_.triangle;
 }
 
 /// Leaves a mark where the contact has been, each a dent's width from the last.
@@ -188,17 +189,6 @@ double Yielding::seenOn(const BodyDents& others, const Foot& foot, const Dent& d
   double sum = 0;
   for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(triangle.corner(k) - Vec3(dent.centre));
   return sum;
-}
-
-InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to) noexcept {
-  InTheWay first;
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
-    const Body& other = state.bodies[i];
-    if (i == body || other.leaving || dentsOf(state, i).count > 0) continue;
-    const Crossing met = other.surface->firstCrossing(other.frame.toLocal(from), other.frame.toLocal(to));
-    if (met && (!first.crossing || met.time < first.crossing.time)) first = {i, met, glm::mix(from, to, met.time)};
-  }
-  return first;
 }
 
 }  // namespace haptics

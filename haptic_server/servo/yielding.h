@@ -4,6 +4,7 @@
 
 #include "haptic_server/geometry/dented_surface.h"
 #include "haptic_server/servo/body_dents.h"
+#include "haptic_server/surface/force_shading.h"
 
 namespace haptics {
 
@@ -40,6 +41,11 @@ class Yielding {
   /// y^2 of the tissue's energy t y^2 / 2, less that of what had stayed in a plastic tissue before; m^2. Of the last press().
   [[nodiscard]] double elastic_m2() const noexcept { return elastic_m2_; }
 
+  /// The dented surface as force shading sees it from the HIP, of weight 0 without shading or dent. Of the last press(). In
+  /// the middle of the contact's dent, where the falloff is level, it has the normal of before, and lies as much lower as
+  /// the tissue yields; but its bulge is that of before.
+  [[nodiscard]] const ShadedPoint& smooth() const noexcept { return smooth_; }
+
   /// On the body with all of its dents, from what holds the IHIP at rest.
   [[nodiscard]] Nearest nearestTo(Vec3 point) noexcept;
 
@@ -50,7 +56,7 @@ class Yielding {
   [[nodiscard]] bool goOnInTheNewest() noexcept;
   void hurryTheWeakest() noexcept;
   [[nodiscard]] bool yield() noexcept;
-  void shadeFoot(Foot& foot, const BodyDents& others) const noexcept;
+  void shadeFoot(Foot& foot, const BodyDents& others) noexcept;
   void moveOn(Vec3 foot) noexcept;
   void remember(BodyDent& pressed) const noexcept;
   [[nodiscard]] double stillThere_m(const Dent& rest, Vec3 foot) const noexcept;
@@ -67,14 +73,7 @@ class Yielding {
   const Body& body_;
   std::optional<std::size_t> at_;  // the contact's dent
   double elastic_m2_ = 0;
+  ShadedPoint smooth_;
 };
-
-/// What of other bodies is on a straight way that the IHIP goes in a dent of one; world, m.
-struct InTheWay {
-  std::size_t body = 0;
-  Crossing crossing;
-  Vec3 point{0};
-};
-[[nodiscard]] InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to) noexcept;
 
 }  // namespace haptics

@@ -34,24 +34,19 @@ constexpr double kGoodCosine = 0.3;
 /// A polygon with its corners' normals: x(u, v) on it, n(u, v) there, u and v the parts of corners 1 and 2.
 class ShadedPolygon {
  public:
-  /// @param start  About where the projection arrives.
-  ShadedPolygon(const TriangleRecord& triangle, const ShadingRecord& shading, Vec3 start) noexcept
+  ShadedPolygon(const TriangleRecord& triangle, const ShadingRecord& shading) noexcept
       : shading_(shading),
         corner_(triangle.corner(0)),
         edge1_(triangle.corner(1) - corner_),
         edge2_(triangle.corner(2) - corner_),
         normal_(shading.normal(0)),
         turn1_(shading.normal(1) - normal_),
-        turn2_(shading.normal(2) - normal_),
-        areaNormal_(glm::cross(edge1_, edge2_)),
-        squaredArea_(squaredLength(areaNormal_)) {
-    const Vec3 to = start - corner_;
-    u_ = glm::dot(glm::cross(to, edge2_), areaNormal_) / squaredArea_;
-    v_ = glm::dot(glm::cross(edge1_, to), areaNormal_) / squaredArea_;
-  }
+        turn2_(shading.normal(2) - normal_) {}
 
-  /// Solves h = x(u, v) - s n(u, v) from there and from about the right s. False where there is no solution to be found.
+  /// Solves h = x(u, v) - s n(u, v) from the middle of the polygon and from about the right s. False where there is no
+  /// solution to be found.
   [[nodiscard]] bool project(Vec3 h, double& s) noexcept {
+    u_ = v_ = 1.0 / 3;
     for (int i = 0; i < kMostSteps; ++i) {
       const Vec3 n = normal_ + turn1_ * u_ + turn2_ * v_;
       const Vec3 a = edge1_ - turn1_ * s;
@@ -89,7 +84,8 @@ class ShadedPolygon {
     const Vec3 parts = this->parts();
     const Vec3 n = interpolatedNormal(shading_, parts);
     const double length = glm::length(n);
-    const double cosine = glm::dot(areaNormal_, n) / (std::sqrt(squaredArea_) * length);
+    const Vec3 areaNormal = glm::cross(edge1_, edge2_);
+    const double cosine = glm::dot(areaNormal, n) / (glm::length(areaNormal) * length);
     ShadedPoint shaded{.triangle = t, .normal = n / length, .depth_m = s * length};
     const double bend = std::abs(shaded.depth_m) * curvature(parts, shaded.depth_m > 0);
     shaded.weight = (1 - smoothStep(kFadesFrom, kFadesTo, bend)) * smoothStep(kLeastCosine, kGoodCosine, cosine);
@@ -120,9 +116,7 @@ class ShadedPolygon {
   const ShadingRecord& shading_;
   Vec3 corner_, edge1_, edge2_;
   Vec3 normal_, turn1_, turn2_;
-  Vec3 areaNormal_;  // as long as twice the area
-  double squaredArea_;
-  double u_, v_;
+  double u_ = 0, v_ = 0;
 };
 
 [[nodiscard]] bool isSharp(const ShadingRecord& r, const Foot& foot) noexcept {
@@ -175,7 +169,7 @@ template <class Shape>
   for (int i = 0; i < kMostPolygons; ++i) {
     if (!shape.shading[t].hasNormals()) return {};
     const auto& [triangle, shading] = shape.polygon(t);
-    ShadedPolygon polygon(triangle, shading, foot.point);
+    ShadedPolygon polygon(triangle, shading);
     if (!polygon.project(h, s)) return {};
     const int edge = polygon.beyond();
     if (edge < 0 || shading.sharpLine(edge)) return polygon.at(t, s);

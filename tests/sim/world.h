@@ -46,8 +46,8 @@ class World {
   const Troubles troubles_;
   const std::uint64_t calmFrom_ns_;
   ServerPace pace_;
+  std::vector<std::unique_ptr<Seat>> seats_;  // their weather outlives the server's ends of the lines
   SimServer server_;
-  std::vector<std::unique_ptr<Seat>> seats_;
 
   void sit(Seat& seat);
   void makeWeather(Seat& seat);

@@ -20,7 +20,7 @@ struct CombinationsOptions {
 
 /// Every pair of surface features against its reference: prints a table, writes DIR/combinations.json and .csv and,
 /// without an ablation, .png. Throws std::invalid_argument when there is no such pair or the ablation is not about it.
-/// @return Whether every pair is within its limits with each seed, open findings aside; with an ablation, whether each
+/// @return Whether every pair is within its limits with each seed; with an ablation, whether each
 /// that it is about is beyond the limit of what it spoils.
 [[nodiscard]] bool runCombinations(const CombinationsOptions& options);
 

@@ -35,38 +35,6 @@ inline constexpr std::array<Limit, kMeasureNames.size()> kLimits{
 
 [[nodiscard]] constexpr const Limit& limitOf(Measure measure) { return kLimits[static_cast<std::size_t>(measure)]; }
 
-/// Of the product, not yet mended: beyond its limit without failing the run. The limit is the same as everyone's.
-struct Finding {
-  Feature a, b;
-  Measure measure;
-  std::string_view what;
-};
-
-inline constexpr std::string_view kPressedPolygons =
-    "a soft body yields by the depth below its polygons, not below the smooth surface";
-inline constexpr std::string_view kFacetsInGroove = "no shading where several surfaces hold the IHIP";
-inline constexpr std::string_view kCurlOfGroove =
-    "bodies of two stiffnesses in a groove that is not square: each one's spring for its part of the penetration";
-
-inline constexpr std::string_view kDentsInGroove =
-    "two dents that meet in a groove, each on a mesh of its own; the cause is not found";
-
-inline constexpr std::array kFindings{
-    Finding{Feature::kShading, Feature::kSoftness, Measure::kForce, kPressedPolygons},
-    Finding{Feature::kShading, Feature::kSoftness, Measure::kLoop_J, kPressedPolygons},
-    Finding{Feature::kShading, Feature::kSeveral, Measure::kStep_N, kFacetsInGroove},
-    Finding{Feature::kShading, Feature::kSeveral, Measure::kFalseForce_N, kFacetsInGroove},
-    Finding{Feature::kShading, Feature::kSeveral, Measure::kForce, kFacetsInGroove},
-    Finding{Feature::kShading, Feature::kSeveral, Measure::kDirection_deg, kFacetsInGroove},
-    Finding{Feature::kShading, Feature::kSeveral, Measure::kLoop_J, kFacetsInGroove},
-    Finding{Feature::kLattice, Feature::kSeveral, Measure::kLoop_J, kCurlOfGroove},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kLoop_J, kCurlOfGroove},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kStep_N, kDentsInGroove},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kForce, kDentsInGroove},
-    Finding{Feature::kSoftness, Feature::kSeveral, Measure::kDirection_deg, kDentsInGroove},
-    Finding{Feature::kPlastic, Feature::kSeveral, Measure::kForce, kDentsInGroove},
-    Finding{Feature::kPlastic, Feature::kSeveral, Measure::kDirection_deg, kDentsInGroove}};
-
 /// What must fail where something is switched off, and in one of which measures.
 struct AblationCase {
   Ablation ablation;

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
+#include <vtkPointData.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
+#include "common/maths/barycentric.h"
 #include "graphics_client/viewer/dented_points.h"
 #include "graphics_client/viewer/displayed_surface.h"
 #include "graphics_client/viewer/poly_data.h"
@@ -18,13 +21,6 @@ using namespace testing;
 
 constexpr double kFarthest_m = 5e-5;
 constexpr double kSide_m = 0.1;
-constexpr double kHeight_m = 0.001;
-/// Of the texture across z; as high all over the upper side.
-Texture acrossDepth() { return {.family = FourierFamily{}, .amplitude_m = kHeight_m / 2}; }
-std::shared_ptr<const ScalarField> depthField() {
-  return std::make_shared<FourierField>(FourierFamily{{{1, Vec3(0, 0, 1), kSide_m / 20, 0}}});
-}
-
 /// The upper side about the plane z = kSide_m / 2.
 Vec3 rub(std::uint64_t tick) {
   const double t = 1e-3 * static_cast<double>(tick);
@@ -75,6 +71,61 @@ double farthest_m(const TriMesh& shape, const std::vector<Vec3f>& material) {
     farthest = std::max(farthest, foot.triangle == kNoTriangle ? 1.0 : std::sqrt(foot.squaredDistance));
   }
   return farthest;
+}
+
+/// Unit, as the renderer interpolates them in a triangle.
+Vec3 drawnNormal(vtkPolyData* data, const TriangleIndices& triangle, Vec3 place) {
+  std::array<Vec3, 3> corner, normal;
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::array<double, 3> at;
+    data->GetPoint(triangle[k], at.data());
+    corner[k] = Vec3(at[0], at[1], at[2]);
+    data->GetPointData()->GetNormals()->GetTuple(triangle[k], at.data());
+    normal[k] = Vec3(at[0], at[1], at[2]);
+  }
+  const Vec3 share = barycentric(corner[0], corner[1], corner[2], place);
+  return glm::normalize(share[0] * normal[0] + share[1] * normal[1] + share[2] * normal[2]);
+}
+
+TEST(DrawnAsFelt, NormalsOfASoftSphere) {
+  const TriMesh mesh = makeSphere(0.05, 12).value();
+  SurfaceProperties properties;
+  properties.shading = Shading{.crease_rad = 1, .creases = {}};
+  ServoObject ball = objectOf(1, surfaceOf(mesh), Vec3(0), 1000);
+  ball.damping_Ns_per_m = 0;
+  ball.tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.02, 2), 400, 0});
+  ball.detail = makeSurfaceDetail(*ball.surface, properties, {});
+  const DisplayedSurface drawn = displaySurface(mesh, properties, {}, 400'000);
+  const auto data = trianglesOf(drawn.points, drawn.triangles, drawn.normals);
+  DentedPoints points(data);
+  points.drawIn(data);
+
+  VirtualServo servo(aboutSphere, kConfig);
+  servo.adopt(sceneOf(1, {ball}));
+  double squares = 0;
+  int count = 0;
+  while (servo.tick() < 2000) {
+    const TelemetrySample sample = servo.step();
+    if (servo.tick() < 400 || servo.tick() % 20 != 0) continue;
+    ASSERT_EQ(sample.object, 1U);
+    std::vector<Dent> dents;
+    for (const BodyDent& dent : servo.state().allDents()) dents.push_back(dent.dent);
+    points.follow(dents, ball.tissue->falloff);
+    TriMesh seen{{}, drawn.triangles};
+    for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i) {
+      std::array<double, 3> at;
+      data->GetPoint(i, at.data());
+      seen.vertices.emplace_back(at[0], at[1], at[2]);
+    }
+    const Foot foot = nearestPoint(*surfaceOf(seen), sample.ihip, 0.01, kNoTriangle);
+    ASSERT_NE(foot.triangle, kNoTriangle);
+    // The dent is symmetrical about the way to the middle of the sphere.
+    const Vec3 out = glm::normalize(aboutSphere(servo.tick() - 1));
+    const Vec3 normal = drawnNormal(data, drawn.triangles[foot.triangle], foot.point);
+    squares += std::pow(std::acos(std::min(1.0, glm::dot(normal, out))), 2);
+    ++count;
+  }
+  EXPECT_LE(std::sqrt(squares / count) * 180 / std::numbers::pi, 0.25);
 }
 
 TEST(DrawnAsFelt, SoftPadWithATexture) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/eval/combinations/groove_reference.h"
 #include "tests/haptic_server/servo/surface_world.h"
 
 // Friction where two surfaces hold the IHIP.
@@ -34,10 +35,9 @@ ServoObject blockOf(std::uint64_t id, const Wall& wall) {
 
 /// Of a hand below the line, the normal forces N_1 and N_2.
 std::pair<double, double> pressing_N(const Wall& a, const Wall& b, Vec3 hip) {
-  const double volume = a.normal().x * b.normal().z - a.normal().z * b.normal().x;
-  const Vec3 way = -hip;
-  return {a.stiffness_N_per_m * (way.x * b.normal().z - way.z * b.normal().x) / volume,
-          b.stiffness_N_per_m * (a.normal().x * way.z - a.normal().z * way.x) / volume};
+  const eval::GrooveReference groove({a.normal(), a.stiffness_N_per_m}, {b.normal(), b.stiffness_N_per_m});
+  const auto [first, second] = groove.pressing_N({-glm::dot(a.normal(), hip), -glm::dot(b.normal(), hip)});
+  return {first, second};
 }
 
 constexpr double kDeep_m = 0.002;

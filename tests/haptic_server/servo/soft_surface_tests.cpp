@@ -37,13 +37,6 @@ ServoObject soft(ServoObject object, double stiffness_N_per_m = 400) {
   return object;
 }
 
-/// Of height 0 to 1 mm across z: 1 mm all over the upper side.
-constexpr double kHeight_m = 0.001;
-Texture acrossDepth() { return {.family = FourierFamily{}, .amplitude_m = kHeight_m / 2}; }
-std::shared_ptr<const ScalarField> depthField() {
-  return std::make_shared<FourierField>(FourierFamily{{{1, Vec3(0, 0, 1), kTop_m / 10, 0}}});
-}
-
 /// Presses to a depth that goes up and down while the hand moves over the pad.
 Vec3 rub(std::uint64_t tick) {
   const double t = 1e-3 * static_cast<double>(tick);
@@ -127,19 +120,12 @@ TEST(SoftSurface, ThatIsSmoothIsRubbedWithoutItsMesh) {
 }
 
 TEST(SoftSurface, IsShadedBySphereAndDentTogether) {
-  constexpr double kRadius_m = 0.05;
-  const TriMesh mesh = makeSphere(kRadius_m, 12).value();
+  const TriMesh mesh = makeSphere(0.05, 12).value();
   ASSERT_NEAR(static_cast<double>(mesh.triangles.size()), 1700, 100);
   ServoObject ball = objectOf(1, surfaceOf(mesh), Vec3(0), kPad_N_per_m);
   ball.damping_Ns_per_m = 0;
   ball.detail = makeSurfaceDetail(*ball.surface, shading(1), {});
-  const auto stroke = [](std::uint64_t tick) {
-    const double down = std::min(1.0, static_cast<double>(tick) / 300);
-    const double angle = tick > 400 ? 5e-4 * static_cast<double>(tick - 400) : 0;
-    return (kRadius_m + 0.001 - 0.004 * down) *
-           glm::normalize(Vec3(std::sin(0.2 + angle), 0.2 + 0.1 * angle, std::cos(0.2 + angle)));
-  };
-  VirtualServo servo(stroke, kConfig);
+  VirtualServo servo(aboutSphere, kConfig);
   servo.adopt(sceneOf(1, {soft(ball)}));
   double squares = 0;
   int count = 0;
@@ -148,7 +134,7 @@ TEST(SoftSurface, IsShadedBySphereAndDentTogether) {
     if (servo.tick() < 400) continue;
     ASSERT_EQ(sample.object, 1U);
     // The dent is symmetrical about the way to the middle of the sphere.
-    const double cosine = glm::dot(glm::normalize(sample.force.contact), glm::normalize(stroke(servo.tick() - 1)));
+    const double cosine = glm::dot(glm::normalize(sample.force.contact), glm::normalize(aboutSphere(servo.tick() - 1)));
     squares += std::pow(std::acos(std::min(1.0, cosine)), 2);
     ++count;
   }

@@ -52,6 +52,13 @@ inline ServoObject withGrating(ServoObject object, double wavelength_m, double a
   return with(std::move(object), properties, {gratingField(wavelength_m), nullptr, nullptr});
 }
 
+/// Of height 0 to 1 mm across z: as high all over the upper side of a box of 0.1 m, about the middle of which z is 0 or 0.05 m.
+inline constexpr double kHeight_m = 0.001;
+inline Texture acrossDepth() { return {.family = FourierFamily{}, .amplitude_m = kHeight_m / 2}; }
+inline std::shared_ptr<const ScalarField> depthField() {
+  return std::make_shared<FourierField>(FourierFamily{{{1, Vec3(0, 0, 1), 0.005, 0}}});
+}
+
 constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 1e9};
 
 /// Down to `depth_m` on the slab at x = -40 mm within 200 ticks, then along x.
@@ -73,6 +80,13 @@ inline Vec3 overSphere(std::uint64_t tick) {
   const double down = std::min(1.0, static_cast<double>(tick) / 200);
   const double angle = tick > 300 ? 1e-4 * static_cast<double>(tick - 300) / 0.05 : 0;
   return (0.052 - 0.004 * down) * glm::normalize(Vec3(std::sin(angle), 0.2, std::cos(angle)));
+}
+
+/// Down to 3 mm deep in a sphere of 50 mm, and about its middle from tick 400 on.
+inline Vec3 aboutSphere(std::uint64_t tick) {
+  const double down = std::min(1.0, static_cast<double>(tick) / 300);
+  const double angle = tick > 400 ? 5e-4 * static_cast<double>(tick - 400) : 0;
+  return (0.051 - 0.004 * down) * glm::normalize(Vec3(std::sin(0.2 + angle), 0.2 + 0.1 * angle, std::cos(0.2 + angle)));
 }
 
 }  // namespace haptics::testing

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "haptic_server/servo/soft_bodies.h"
+#include "tests/eval/combinations/groove_reference.h"
 #include "tests/haptic_server/servo/surface_world.h"
 
 // Soft bodies that hold the IHIP together with others.
@@ -39,17 +40,11 @@ ServoObject blockOf(std::uint64_t id, const Wall& wall) {
   return block;
 }
 
-/// Of two springs in series on each wall, by Gauss's elimination: u is the way of the IHIP from the line, in x and z, and
-/// wall i takes y_i = -n_i . u. Force balance: sum t_i y_i n_i = sum k_i d_i n_i, with sum d_i n_i = u - hip.
+/// Of two springs in series on each wall.
 Vec3 force_N(const Wall& a, const Wall& b, Vec3 hip) {
-  // On each wall t y = k d, and d along the wall's normal: n_i . (sum_j d_j n_j) = n_i . (u - hip).
-  const double c = glm::dot(a.normal(), b.normal());
-  const auto soft = [](const Wall& w) { return w.tissue_N_per_m > 0 ? w.contact_N_per_m / w.tissue_N_per_m : 0.0; };
-  // y_i = r_i d_i; n_i . u = -y_i; so d_i + c d_j + r_i d_i = -n_i . hip.
-  const double p = -glm::dot(a.normal(), hip), q = -glm::dot(b.normal(), hip);
-  const double m11 = 1 + soft(a), m22 = 1 + soft(b), det = m11 * m22 - c * c;
-  const double da = (p * m22 - c * q) / det, db = (m11 * q - c * p) / det;
-  return a.contact_N_per_m * da * a.normal() + b.contact_N_per_m * db * b.normal();
+  const eval::GrooveReference groove({a.normal(), a.contact_N_per_m, a.tissue_N_per_m},
+                                     {b.normal(), b.contact_N_per_m, b.tissue_N_per_m});
+  return groove.force_N({-glm::dot(a.normal(), hip), -glm::dot(b.normal(), hip)});
 }
 
 VirtualServo::Trajectory down(double depth_m, double aside_m = 0) {

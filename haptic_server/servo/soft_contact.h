@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "haptic_server/servo/felt_tick.h"
+#include "haptic_server/servo/yielding.h"
+
+namespace haptics {
+
+// What a contact with soft bodies is made of, whether one of them holds the IHIP or several.
+
+/// What of other bodies is on a straight way that the IHIP goes in a dent of one; world, m. Dented bodies are left out: where
+/// they are is not what their hierarchies say.
+struct InTheWay {
+  std::size_t body = 0;
+  Crossing crossing;
+  Vec3 point{0};
+};
+[[nodiscard]] InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to) noexcept;
+
+/// The IHIP is where a body with its dents is nearest to the HIP.
+void settleOn(const HapticState& state, std::size_t body, const Yielding::Nearest& at, ContactResult& contact) noexcept;
+
+/// The dents leave the HIP outside of a body. What reaches into the dent is met there, on the way from the surface at rest.
+void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept;
+
+/// Of the tissue's stiffness, at a place (world) on the shape at rest; the gradient (1/m, world) along the IHIP's ways. 1
+/// where it does not vary.
+[[nodiscard]] FactorSample softnessAt(const ServoScene& scene, const HapticState& state, std::size_t body,
+                                      std::uint32_t triangle, Vec3 place) noexcept;
+
+/// What is left at a place (world) of how far a soft body's smooth surface is before its polygons, m: it yields as what lies
+/// below it does.
+[[nodiscard]] double yieldedBulge_m(const ServoScene& scene, const HapticState& state, std::size_t body,
+                                    std::uint32_t triangle, Vec3 place, double bulge_m) noexcept;
+
+/// What the tissue pushes along the surface, where it varies; N, world.
+/// @param elastic_m2  Yielding::elastic_m2().
+[[nodiscard]] Vec3 tissuePushAlong_N(const ServoObject& object, const FactorSample& softness, double elastic_m2,
+                                     const StepConfig& config) noexcept;
+
+}  // namespace haptics
