@@ -92,16 +92,15 @@ class RestJudge {
     if (touched == scene.objects.end() || state.anyBumps) return sample.force.contact;
     ++verdict_.exact;
     if (severalBodiesHold(state)) {
-      Vec3 expected_N = sample.force.contact;
+      GrooveSprings own, felt;
       const auto holding = state.contact.surfaces();
       for (std::size_t k = 0; k < holding.size(); ++k) {
         const auto body = static_cast<std::size_t>(holding[k].body);
-        const double own_N_per_m = scene.objects[body].leaving ? 0 : scene.objects[body].stiffness_N_per_m;
-        const double missing_N_per_m = own_N_per_m - state.objects[body].felt.mean().spring_N_per_m;
-        expected_N +=
-            missing_N_per_m * shareOf(state, k, sample.ihip - sample.foreseenHip) * normalOf(state, holding[k]);
+        own.add(heldNormal(state, k), scene.objects[body].leaving ? 0 : scene.objects[body].stiffness_N_per_m);
+        felt.add(heldNormal(state, k), state.objects[body].felt.mean().spring_N_per_m);
       }
-      return expected_N;
+      const Vec3 penetration_m = sample.ihip - sample.foreseenHip;
+      return sample.force.contact + own.force_N(penetration_m) - felt.force_N(penetration_m);
     }
     const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
     return sample.force.contact + stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;

@@ -117,11 +117,12 @@ TEST(DrawnAsFelt, NormalsOfASoftSphere) {
       data->GetPoint(i, at.data());
       seen.vertices.emplace_back(at[0], at[1], at[2]);
     }
-    const Foot foot = nearestPoint(*surfaceOf(seen), sample.ihip, 0.01, kNoTriangle);
+    const auto surface = surfaceOf(seen);
+    const Foot foot = nearestPoint(*surface, sample.ihip, 0.01, kNoTriangle);
     ASSERT_NE(foot.triangle, kNoTriangle);
     // The dent is symmetrical about the way to the middle of the sphere.
     const Vec3 out = glm::normalize(aboutSphere(servo.tick() - 1));
-    const Vec3 normal = drawnNormal(data, drawn.triangles[foot.triangle], foot.point);
+    const Vec3 normal = drawnNormal(data, drawn.triangles[surface->canonical(foot.triangle)], foot.point);
     squares += std::pow(std::acos(std::min(1.0, glm::dot(normal, out))), 2);
     ++count;
   }
