@@ -338,11 +338,14 @@ class Feeling {
 
   /// Of the texture at the IHIP; place and relief in the object's frame.
   [[nodiscard, gnu::noinline]] Relief reliefOnMaterial(const Felt& felt, const Vec3& place) noexcept {
+    const TextureDetail& texture = *detail(felt.body)->texture;
+    if (isTouched(felt.body) && state_.anySoft && state_.yielded.isLevel && !detail(felt.body)->material)
+      return texture.at(state_.yielded.foot);
     now_ = feltTriangle(scene_, state_, felt.body, felt.triangle);
     nowBody_ = felt.body;
     nowTriangle_ = felt.triangle;
     const TriangleMap map = mapToMaterial(scene_, state_, felt.body, felt.triangle, now_);
-    const Relief relief = detail(felt.body)->texture->at(map.place(place));
+    const Relief relief = texture.at(map.place(place));
     return {relief.height_m, map.gradient(relief.gradient)};
   }
 

@@ -38,8 +38,9 @@ struct GrooveSprings::Between {
 };
 
 bool GrooveSprings::isFlat() const noexcept {
+  if (count_ < 2) return true;
   const double cosine = glm::dot(normal_[0], normal_[1]);
-  return count_ < 2 || 1 - cosine * cosine < kLeastSquaredSine;
+  return 1 - cosine * cosine < kLeastSquaredSine;
 }
 
 Vec3 GrooveSprings::force_N(Vec3 p) const noexcept {

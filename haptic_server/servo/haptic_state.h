@@ -143,7 +143,9 @@ struct HapticState : StepMemory {
 
   /// Of a soft body that holds the IHIP alone, in this tick. Written by yieldToContact(), where some body is soft.
   struct Yielded {
-    ShadedPoint shaded;    ///< Yielding::smooth().
+    ShadedPoint shaded;    ///< Yielding::smooth();
+    Vec3 foot{0};          ///< Yielding::foot().
+    bool isLevel = false;  ///< No other dents are there: from the foot to the IHIP the surface has not turned.
     bool between = false;  ///< Another body holds the dent up.
   } yielded;
   LeadObserver lead;  ///< Where it is active, `velocity` is its.

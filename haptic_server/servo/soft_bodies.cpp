@@ -36,6 +36,10 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
   if (at.outside) return lose(state, index, contact);
   tick.force.spring += tissuePushAlong_N(scene.objects[index], softness, yielding.elastic_m2(), config);
   state.yielded.shaded = yielding.smooth();
+  if (state.yielded.shaded.weight > 0) {
+    state.yielded.foot = yielding.foot();
+    state.yielded.isLevel = state.dentCount == 1;
+  }
   settleOn(state, index, at, contact);
 }
 

@@ -45,6 +45,8 @@ class Yielding {
   /// the middle of the contact's dent, where the falloff is level, it has the normal of before, and lies as much lower as
   /// the tissue yields; but its bulge is that of before.
   [[nodiscard]] const ShadedPoint& smooth() const noexcept { return smooth_; }
+  /// Where that is without the contact's dent; object frame, m.
+  [[nodiscard]] Vec3 foot() const noexcept { return Vec3(dent().dent.centre); }
 
   /// On the body with all of its dents, from what holds the IHIP at rest.
   [[nodiscard]] Nearest nearestTo(Vec3 point) noexcept;
