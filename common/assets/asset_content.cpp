@@ -6,12 +6,14 @@
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
+#include "common/surface/point_field_asset.h"
 
 namespace haptics {
 
 AssetKind kindOf(const AssetContent& content) noexcept {
   constexpr std::array<AssetKind, std::variant_size_v<AssetContent>> kKinds{
-      AssetKind::kMesh, AssetKind::kScalarField, AssetKind::kVertexValues, AssetKind::kMovedVertices};
+      AssetKind::kMesh, AssetKind::kScalarField, AssetKind::kVertexValues, AssetKind::kMovedVertices,
+      AssetKind::kPointField};
   return kKinds[content.index()];
 }
 
@@ -33,6 +35,8 @@ Result<AssetContent> decodeAsset(AssetKind kind, std::string_view bytes) {
       return shared(decodeVertexValues(bytes));
     case AssetKind::kMovedVertices:
       return shared(decodeMovedVertices(bytes));
+    case AssetKind::kPointField:
+      return shared(decodePointField(bytes));
   }
   return refused("kind", "is none that this program knows");
 }

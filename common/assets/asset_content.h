@@ -10,6 +10,7 @@
 #include "common/mesh/moved_vertices.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/asset_source.h"
+#include "common/surface/point_field.h"
 #include "common/surface/sampled_field.h"
 
 namespace haptics {
@@ -17,14 +18,16 @@ namespace haptics {
 /// What an asset's name stands for, decoded. Immutable and never null: threads share it, and so do a server and a client
 /// in one process.
 using AssetContent = std::variant<std::shared_ptr<const TriMesh>, std::shared_ptr<const SampledField>,
-                                  std::shared_ptr<const std::vector<float>>, std::shared_ptr<const MovedVertices>>;
+                                  std::shared_ptr<const std::vector<float>>, std::shared_ptr<const MovedVertices>,
+                                  std::shared_ptr<const PointField>>;
 
 [[nodiscard]] AssetKind kindOf(const AssetContent& content) noexcept;
 
 /// What is hashed and sent, where the content has it.
 [[nodiscard]] CanonicalBytes canonicalBytes(const AssetContent& content);
 
-/// Refused: what the kind's decoder refuses (decodeMesh, decodeField, decodeVertexValues, decodeMovedVertices).
+/// Refused: what the kind's decoder refuses (decodeMesh, decodeField, decodeVertexValues, decodeMovedVertices,
+/// decodePointField).
 [[nodiscard]] Result<AssetContent> decodeAsset(AssetKind kind, std::string_view bytes);
 
 }  // namespace haptics

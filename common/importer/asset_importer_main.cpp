@@ -16,8 +16,10 @@
 #include "common/mesh/mesh_asset.h"
 #include "common/process/passed_descriptor.h"
 #include "common/surface/field_asset.h"
+#include "common/surface/makers/grown_reaction_diffusion.h"
 #include "common/surface/makers/image_field.h"
 #include "common/surface/makers/reaction_diffusion.h"
+#include "common/surface/point_field_asset.h"
 
 // Started by importer.cpp only, which is at the other end of standard input.
 namespace haptics {
@@ -88,6 +90,12 @@ struct Carrier {
   }
   Result<Answer> operator()(const ReactionDiffusionSource& s) const {
     return Answer{encodeField(reactionDiffusion(s))};
+  }
+  Result<Answer> operator()(const GrownRequest& request) const {
+    return readFile(file)
+        .and_then([](const std::string& bytes) { return decodeMesh(bytes); })
+        .and_then([&](const TriMesh& mesh) { return grownReactionDiffusion(mesh, request.recipe); })
+        .map([](const PointField& field) { return Answer{encodePointField(field)}; });
   }
 };
 

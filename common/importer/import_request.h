@@ -18,9 +18,13 @@ struct MeshFileRequest {
   ImportOptions options;
 };
 struct ImageRequest {};
+/// The descriptor is of a mesh's canonical bytes.
+struct GrownRequest {
+  GrownReactionDiffusionSource recipe;
+};
 
 /// Goes first. With the file's descriptor, where it is of a file.
-using ImportRequest = std::variant<MeshFileRequest, ImageRequest, MeshRecipe, ReactionDiffusionSource>;
+using ImportRequest = std::variant<MeshFileRequest, ImageRequest, MeshRecipe, ReactionDiffusionSource, GrownRequest>;
 static_assert(std::is_trivially_copyable_v<ImportRequest>);
 
 /// What comes back: any number of names of files that the file includes, each answered with an IncludeReply, then an

@@ -1,8 +1,12 @@
 #include "common/importer/importer.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstddef>
+#include <cstring>
 #include <new>
 #include <optional>
 #include <system_error>
@@ -11,6 +15,7 @@
 #include "common/importer/child_process.h"
 #include "common/importer/import_request.h"
 #include "common/mesh/file_bytes.h"
+#include "common/mesh/mesh_asset.h"
 
 namespace haptics {
 namespace fs = std::filesystem;
@@ -131,8 +136,20 @@ Result<EncodedMesh> importFile(const fs::path& file, const ImportRequest& reques
       .map_error([&](Error error) { return naming(std::move(error), file); });
 }
 
-Result<std::string> made(const ImportRequest& request, const std::stop_token& stop) {
-  return Import(request, stop).run(nullptr, nullptr).map([](EncodedMesh mesh) { return std::move(mesh.bytes); });
+Result<std::string> made(const ImportRequest& request, const std::stop_token& stop, const FileHandle* of = nullptr) {
+  return Import(request, stop).run(of, nullptr).map([](EncodedMesh mesh) { return std::move(mesh.bytes); });
+}
+
+/// A file in memory, without a name.
+Result<FileHandle> fileOf(const std::string& bytes) {
+  FileHandle file(memfd_create("import", MFD_CLOEXEC));
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t written = write(file.descriptor(), bytes.data() + at, bytes.size() - at);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return refused("", std::string("cannot be handed to its importer: ") + std::strerror(errno));
+    at += static_cast<std::size_t>(written);
+  }
+  return file;
 }
 
 }  // namespace
@@ -159,6 +176,13 @@ Result<std::string> makeElsewhere(const MeshRecipe& recipe, const std::stop_toke
 
 Result<std::string> makeElsewhere(const ReactionDiffusionSource& recipe, const std::stop_token& stop) {
   return made(recipe, stop);
+}
+
+Result<std::string> makeElsewhere(const GrownReactionDiffusionSource& recipe, const TriMesh& mesh,
+                                  const std::stop_token& stop) {
+  return fileOf(encodeMesh(mesh)).and_then([&](const FileHandle& file) {
+    return made(GrownRequest{recipe}, stop, &file);
+  });
 }
 
 }  // namespace haptics

@@ -32,9 +32,11 @@ struct EncodedMesh {
 /// fieldFromImage() of a file; canonical bytes of a field, not checked.
 [[nodiscard]] Result<std::string> importImage(const std::filesystem::path& file, const std::stop_token& stop = {});
 
-/// Canonical bytes of what generate() and reactionDiffusion() make, not checked.
+/// Canonical bytes of what generate(), reactionDiffusion() and grownReactionDiffusion() make, not checked.
 [[nodiscard]] Result<std::string> makeElsewhere(const MeshRecipe& recipe, const std::stop_token& stop = {});
 [[nodiscard]] Result<std::string> makeElsewhere(const ReactionDiffusionSource& recipe,
+                                                const std::stop_token& stop = {});
+[[nodiscard]] Result<std::string> makeElsewhere(const GrownReactionDiffusionSource& recipe, const TriMesh& mesh,
                                                 const std::stop_token& stop = {});
 
 }  // namespace haptics

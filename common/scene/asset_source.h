@@ -8,7 +8,13 @@
 namespace haptics {
 
 /// What is named by its content and travels apart from the records. Numbered as on the wire.
-enum class AssetKind : std::uint8_t { kMesh = 1, kScalarField = 3, kVertexValues = 4, kMovedVertices = 5 };
+enum class AssetKind : std::uint8_t {
+  kMesh = 1,
+  kScalarField = 3,
+  kVertexValues = 4,
+  kMovedVertices = 5,
+  kPointField = 6
+};
 
 struct AssetName {
   AssetKind kind = AssetKind::kMesh;

@@ -33,8 +33,18 @@ struct SpotNoiseSource {
   auto operator<=>(const SpotNoiseSource&) const = default;
 };
 
+/// A pattern that grows on the object's mesh.
+struct GrownReactionDiffusionSource {
+  ReactionDiffusionSource::Pattern pattern = ReactionDiffusionSource::Pattern::kSpots;
+  double wavelength_m = 0;  ///< From spot to spot or stripe to stripe along the surface.
+  std::uint32_t seed = 1;
+  auto operator<=>(const GrownReactionDiffusionSource&) const = default;
+};
+
 /// Of a mapped family's field. A file is an image.
 using FieldSource = std::variant<FileSource, AssetSource, ReactionDiffusionSource, SpotNoiseSource>;
+/// Of a grown family's field.
+using PointFieldSource = std::variant<AssetSource, GrownReactionDiffusionSource>;
 
 struct GivenValues {
   std::vector<float> values;
@@ -47,19 +57,26 @@ struct MappedSource {
   bool centreOfMesh = false, sizeOfMesh = false;    ///< Of the mesh's box in the mapping's frame.
   std::optional<std::size_t> layer = std::nullopt;  ///< Whose family it is, of a layered one.
 };
-/// Where its family is below ScalarField: "mapped", "layers.layer[1].field.mapped".
-[[nodiscard]] std::string fieldName(const MappedSource& source);
-/// As a map needs it: of each mapped family, or of per-vertex values.
-using FactorMapSource = std::variant<std::vector<MappedSource>, VertexValuesSource>;
+/// The same of a grown family.
+struct GrownSource {
+  PointFieldSource points;
+  std::optional<std::size_t> layer = std::nullopt;
+};
+using FamilySource = std::variant<MappedSource, GrownSource>;
+/// Where its family is below ScalarField: "mapped", "layers.layer[1].field.grown".
+[[nodiscard]] std::string fieldName(const FamilySource& source);
+[[nodiscard]] std::optional<std::size_t> layerOf(const FamilySource& source);
+/// As a map needs it: of each mapped or grown family, or of per-vertex values.
+using FactorMapSource = std::variant<std::vector<FamilySource>, VertexValuesSource>;
 
-/// In the three below, the hash of a mapped field or of per-vertex values is zero until its source has been resolved.
+/// In the three below, the hash of a field or of per-vertex values is zero until its source has been resolved.
 struct FrictionEdit {
   Friction friction;
   FactorMapSource source = {}, dynamicSource = {};  ///< Of friction.over and friction.dynamicOver.
 };
 struct TextureEdit {
   Texture texture;
-  std::vector<MappedSource> sources;  ///< Of each mapped family.
+  std::vector<FamilySource> sources;  ///< Of each mapped or grown family.
 };
 
 struct SurfaceMapEdit {

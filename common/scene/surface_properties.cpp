@@ -61,6 +61,8 @@ void add(Hasher& h, const MappedFamily& family) {
   h.add(m.tile_m);
 }
 
+void add(Hasher& h, const GrownFamily& family) { h.add(family.points); }
+
 void add(Hasher& h, const LayeredFamily& family);
 
 void add(Hasher&, std::monostate) {}
@@ -122,6 +124,7 @@ void addIfThere(Hasher& h, Property which, const std::optional<T>& property) {
 /// \param look takes the kind and hash of an asset; of a hash that may be changed where the properties may.
 void lookAtField(auto& family, const auto& look) {
   if (auto* mapped = std::get_if<MappedFamily>(&family)) look(AssetKind::kScalarField, mapped->field);
+  if (auto* grown = std::get_if<GrownFamily>(&family)) look(AssetKind::kPointField, grown->points);
   if (auto* layered = std::get_if<LayeredFamily>(&family)) {
     for (auto& layer : layered->layers) lookAtField(layer.family, look);
   }
@@ -152,7 +155,15 @@ void take(std::optional<SurfaceMap>& map, const std::optional<std::optional<Surf
 
 std::string layerField(std::size_t layer) { return "layers.layer[" + std::to_string(layer) + "].field."; }
 
-std::string fieldName(const MappedSource& source) { return (source.layer ? layerField(*source.layer) : "") + "mapped"; }
+std::string fieldName(const FamilySource& source) {
+  const char* family = std::holds_alternative<MappedSource>(source) ? "mapped" : "grown";
+  const auto layer = layerOf(source);
+  return (layer ? layerField(*layer) : "") + family;
+}
+
+std::optional<std::size_t> layerOf(const FamilySource& source) {
+  return std::visit([](const auto& chosen) { return chosen.layer; }, source);
+}
 
 void addTo(Hasher& hasher, const SurfaceProperties& properties) {
   addIfThere(hasher, Property::kShading, properties.shading);

@@ -80,6 +80,12 @@ struct MappedFamily {
   bool operator==(const MappedFamily&) const = default;
 };
 
+/// A pattern grown on the mesh itself (Turk 1991), which is an asset of its own.
+struct GrownFamily {
+  ContentHash points;  ///< Of a point field.
+  bool operator==(const GrownFamily&) const = default;
+};
+
 struct FieldLayer;
 
 /// Fields together: f = sum of weight * f_layer, or product of weight * f_layer.
@@ -90,7 +96,8 @@ struct LayeredFamily {
   inline bool operator==(const LayeredFamily&) const;
 };
 
-using FieldFamily = std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily, LayeredFamily>;
+using FieldFamily =
+    std::variant<FourierFamily, NoiseFamily, CellularFamily, GrainFamily, MappedFamily, LayeredFamily, GrownFamily>;
 
 struct FieldLayer {
   double weight = 1;   ///< Not 0.

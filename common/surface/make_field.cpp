@@ -3,6 +3,7 @@
 #include "common/surface/cellular_field.h"
 #include "common/surface/fourier_field.h"
 #include "common/surface/grain_field.h"
+#include "common/surface/grown_field.h"
 #include "common/surface/layered_field.h"
 #include "common/surface/mapped_field.h"
 #include "common/surface/noise_field.h"
@@ -14,6 +15,7 @@ using Made = Result<std::shared_ptr<const ScalarField>>;
 
 struct Maker {
   const FieldLookup& lookup;
+  const PointFieldLookup& pointLookup;
 
   Made operator()(const FourierFamily& family) const { return std::make_shared<const FourierField>(family); }
   Made operator()(const NoiseFamily& family) const { return std::make_shared<const NoiseField>(family); }
@@ -24,10 +26,15 @@ struct Maker {
     if (!field) return refused("field", "no scalar field " + family.field.hex() + " is held here");
     return makeMappedField(std::move(field), family.mapping);
   }
+  Made operator()(const GrownFamily& family) const {
+    auto points = pointLookup ? pointLookup(family.points) : nullptr;
+    if (!points) return refused("grown", "no point field " + family.points.hex() + " is held here");
+    return std::make_shared<const GrownField>(std::move(points));
+  }
   Made operator()(const LayeredFamily& family) const {
     std::vector<LayeredField::Layer> layers;
     for (const FieldLayer& layer : family.layers) {
-      auto field = makeField(layer.family, lookup);
+      auto field = makeField(layer.family, lookup, pointLookup);
       if (!field) return tl::unexpected<Error>(std::move(field.error()).within(layerField(layers.size())));
       layers.push_back({layer.weight, *std::move(field)});
     }
@@ -37,8 +44,9 @@ struct Maker {
 
 }  // namespace
 
-Result<std::shared_ptr<const ScalarField>> makeField(const FieldFamily& family, const FieldLookup& lookup) {
-  return std::visit(Maker{lookup}, family);
+Result<std::shared_ptr<const ScalarField>> makeField(const FieldFamily& family, const FieldLookup& lookup,
+                                                     const PointFieldLookup& pointLookup) {
+  return std::visit(Maker{lookup, pointLookup}, family);
 }
 
 }  // namespace haptics

@@ -94,15 +94,19 @@ Refusal readGrid(std::uint32_t cells, std::uint32_t resolution, const std::strin
                                          " cells need " + std::to_string(kLeastPerCell * toCells) + " or more"};
 }
 
+Refusal readPattern(v1::ReactionDiffusionPattern given, ReactionDiffusionSource::Pattern& to) {
+  if (given == v1::REACTION_DIFFUSION_PATTERN_UNSPECIFIED) return std::nullopt;
+  if (!v1::ReactionDiffusionPattern_IsValid(given)) {
+    return Error{"reaction_diffusion.pattern",
+                 "is " + std::to_string(given) + "; give REACTION_DIFFUSION_PATTERN_SPOTS or _STRIPES"};
+  }
+  to = static_cast<ReactionDiffusionSource::Pattern>(given);
+  return std::nullopt;
+}
+
 Result<FieldSource> reactionDiffusionFrom(const v1::ReactionDiffusion& message) {
   ReactionDiffusionSource source;
-  if (message.pattern() != v1::REACTION_DIFFUSION_PATTERN_UNSPECIFIED) {
-    if (!v1::ReactionDiffusionPattern_IsValid(message.pattern())) {
-      return refused("reaction_diffusion.pattern",
-                     "is " + std::to_string(message.pattern()) + "; give REACTION_DIFFUSION_PATTERN_SPOTS or _STRIPES");
-    }
-    source.pattern = static_cast<ReactionDiffusionSource::Pattern>(message.pattern());
-  }
+  if (auto bad = readPattern(message.pattern(), source.pattern)) return refuse(bad);
   if (message.has_seed()) source.seed = message.seed();
   if (auto bad =
           readGrid(message.cells(), message.resolution(), "reaction_diffusion.", source.cells, source.resolution))
@@ -176,6 +180,37 @@ Result<FieldEdit> mappedFrom(const v1::MappedField& message) {
   return FieldEdit{family, {MappedSource{*std::move(source), !given.has_centre(), !given.has_size_m()}}};
 }
 
+Result<PointFieldSource> sourceFrom(const v1::GrownField& message) {
+  switch (message.source_case()) {
+    case v1::GrownField::kAsset: {
+      const auto hash = hashFromWire(message.asset(), "asset");
+      if (!hash) return tl::unexpected<Error>(hash.error());
+      return PointFieldSource{AssetSource{*hash}};
+    }
+    case v1::GrownField::kReactionDiffusion: {
+      const v1::GrownReactionDiffusion& given = message.reaction_diffusion();
+      GrownReactionDiffusionSource source;
+      if (auto bad = readPattern(given.pattern(), source.pattern)) return refuse(bad);
+      source.wavelength_m = given.wavelength_m();
+      if (given.has_seed()) source.seed = given.seed();
+      if (auto bad = checkRange(source.wavelength_m, kWavelength_m, "reaction_diffusion.wavelength_m"))
+        return refuse(bad);
+      return PointFieldSource{source};
+    }
+    case v1::GrownField::SOURCE_NOT_SET:
+      break;
+  }
+  return refused("source", "is missing; give asset or reaction_diffusion");
+}
+
+Result<FieldEdit> grownFrom(const v1::GrownField& message) {
+  auto source = sourceFrom(message);
+  if (!source) return tl::unexpected<Error>(std::move(source.error()).within("grown."));
+  GrownFamily family;
+  if (const auto* asset = std::get_if<AssetSource>(&*source)) family.points = asset->hash;
+  return FieldEdit{family, {GrownSource{*source}}};
+}
+
 Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
   constexpr int kLeastLayers = 2;
   if (message.layer_size() < kLeastLayers || message.layer_size() > static_cast<int>(kMaxLayers)) {
@@ -190,7 +225,7 @@ Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
     }
     family.combination = static_cast<LayeredFamily::Combination>(message.combination());
   }
-  std::vector<MappedSource> sources;
+  std::vector<FamilySource> sources;
   for (const v1::FieldLayer& given : message.layer()) {
     const std::size_t number = family.layers.size();
     const std::string weightField = "layers.layer[" + std::to_string(number) + "].weight";
@@ -203,8 +238,8 @@ Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
     }
     auto layer = fieldFrom(given.field());
     if (!layer) return tl::unexpected<Error>(std::move(layer.error()).within(layerField(number)));
-    for (MappedSource& source : layer->sources) {
-      source.layer = number;
+    for (FamilySource& source : layer->sources) {
+      std::visit([number](auto& chosen) { chosen.layer = number; }, source);
       sources.push_back(std::move(source));
     }
     family.layers.push_back({weight, std::move(layer->family)});
@@ -256,6 +291,10 @@ void write(const MappedFamily& family, v1::ScalarField& message) {
   mapping.set_tile_m(family.mapping.tile_m);
 }
 
+void write(const GrownFamily& family, v1::ScalarField& message) {
+  message.mutable_grown()->set_asset(family.points.asBytes());
+}
+
 void write(const LayeredFamily& family, v1::ScalarField& message) {
   v1::LayeredField& to = *message.mutable_layers();
   to.set_combination(static_cast<v1::LayerCombination>(family.combination));
@@ -282,10 +321,12 @@ Result<FieldEdit> fieldFrom(const v1::ScalarField& message) {
       return mappedFrom(message.mapped());
     case v1::ScalarField::kLayers:
       return layersFrom(message.layers());
+    case v1::ScalarField::kGrown:
+      return grownFrom(message.grown());
     case v1::ScalarField::FAMILY_NOT_SET:
       break;
   }
-  return refused("family", "is missing; give fourier, noise, cellular, grain, mapped or layers");
+  return refused("family", "is missing; give fourier, noise, cellular, grain, mapped, layers or grown");
 }
 
 void normalise(FieldFamily& family) {

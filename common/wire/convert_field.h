@@ -9,10 +9,11 @@
 // Scalar fields between the wire and the program. Everything is checked, and every number kept bit for bit.
 namespace haptics {
 
-/// A family, and where the field of each mapped one in it comes from (whose hash is in place when that is an asset).
+/// A family, and where the field of each mapped or grown one in it comes from (whose hash is in place when that is an
+/// asset).
 struct FieldEdit {
   FieldFamily family;
-  std::vector<MappedSource> sources;
+  std::vector<FamilySource> sources;
 };
 
 /// Errors name the field below ScalarField ("noise.wavelength_m").

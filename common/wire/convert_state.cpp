@@ -74,11 +74,12 @@ Result<AssetKind> assetKindFromWire(v1::AssetKind kind, const std::string& field
     case v1::ASSET_KIND_SCALAR_FIELD:
     case v1::ASSET_KIND_VERTEX_VALUES:
     case v1::ASSET_KIND_MOVED_VERTICES:
+    case v1::ASSET_KIND_POINT_FIELD:
       return static_cast<AssetKind>(kind);
     default:
       return refused(field, "is " + std::to_string(kind) +
-                                "; give ASSET_KIND_MESH, ASSET_KIND_SCALAR_FIELD, ASSET_KIND_VERTEX_VALUES or "
-                                "ASSET_KIND_MOVED_VERTICES");
+                                "; give ASSET_KIND_MESH, ASSET_KIND_SCALAR_FIELD, ASSET_KIND_VERTEX_VALUES, "
+                                "ASSET_KIND_MOVED_VERTICES or ASSET_KIND_POINT_FIELD");
   }
 }
 

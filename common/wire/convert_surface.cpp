@@ -164,21 +164,22 @@ bool isEmpty(const Message& message) {
 }
 
 /// \param prefix of the ScalarField: "texture.field."
-Refusal checkAnnounced(const std::vector<MappedSource>& sources, const std::string& prefix) {
-  for (const MappedSource& source : sources) {
+Refusal checkAnnounced(const std::vector<FamilySource>& sources, const std::string& prefix) {
+  for (const FamilySource& source : sources) {
     const std::string field = prefix + fieldName(source);
-    if (!std::holds_alternative<AssetSource>(source.field)) {
-      return Error{field + ".source", "is yet to be made; a state names an asset"};
-    }
-    if (source.centreOfMesh) return Error{field + ".mapping.centre", "is missing"};
-    if (source.sizeOfMesh) return Error{field + ".mapping.size_m", "is missing"};
+    const auto* mapped = std::get_if<MappedSource>(&source);
+    const bool isMade = mapped ? std::holds_alternative<AssetSource>(mapped->field)
+                               : std::holds_alternative<AssetSource>(std::get<GrownSource>(source).points);
+    if (!isMade) return Error{field + ".source", "is yet to be made; a state names an asset"};
+    if (mapped && mapped->centreOfMesh) return Error{field + ".mapping.centre", "is missing"};
+    if (mapped && mapped->sizeOfMesh) return Error{field + ".mapping.size_m", "is missing"};
   }
   return std::nullopt;
 }
 
 /// \param prefix of the map: "friction.", "friction.dynamic_"
 Refusal checkAnnounced(const FactorMapSource& source, const std::string& prefix) {
-  if (const auto* fields = std::get_if<std::vector<MappedSource>>(&source)) {
+  if (const auto* fields = std::get_if<std::vector<FamilySource>>(&source)) {
     return checkAnnounced(*fields, prefix + "field.");
   }
   if (std::holds_alternative<AssetSource>(std::get<VertexValuesSource>(source))) return std::nullopt;

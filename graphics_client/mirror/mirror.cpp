@@ -8,6 +8,7 @@
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
+#include "common/surface/point_field_asset.h"
 #include "graphics_client/mirror/client_limits.h"
 
 namespace haptics {
@@ -41,6 +42,8 @@ std::size_t sizeOf(const std::vector<float>& values) { return sizeof(float) * va
 
 std::size_t sizeOf(const MovedVertices& moved) { return (sizeof(std::uint32_t) + sizeof(Vec3f)) * moved.vertex.size(); }
 
+std::size_t sizeOf(const PointField& field) { return field.samples().size_bytes(); }
+
 std::optional<HeldAsset> heldAsset(const MirrorView& view, const AssetName& name) {
   const auto in = [&](const auto& held) -> std::optional<HeldAsset> {
     const auto at = held.find(name.hash);
@@ -56,6 +59,8 @@ std::optional<HeldAsset> heldAsset(const MirrorView& view, const AssetName& name
       return in(view.vertexValues);
     case AssetKind::kMovedVertices:
       return in(view.movedVertices);
+    case AssetKind::kPointField:
+      return in(view.pointFields);
   }
   return std::nullopt;
 }
@@ -71,6 +76,7 @@ struct Keep {
     view.vertexValues[hash] = std::move(values);
   }
   void operator()(std::shared_ptr<const MovedVertices> moved) const { view.movedVertices[hash] = std::move(moved); }
+  void operator()(std::shared_ptr<const PointField> field) const { view.pointFields[hash] = std::move(field); }
 };
 
 }  // namespace
@@ -180,6 +186,7 @@ void Mirror::setScene(SceneVersion scene) {
   letGo(view_.fields, AssetKind::kScalarField);
   letGo(view_.vertexValues, AssetKind::kVertexValues);
   letGo(view_.movedVertices, AssetKind::kMovedVertices);
+  letGo(view_.pointFields, AssetKind::kPointField);
   std::erase_if(view_.bodies, [&](const auto& entry) {
     const auto object = scene.find(entry.first);
     return !object || !object->motion;
@@ -194,6 +201,7 @@ void Mirror::drop(const AssetName& asset) {
   if (asset.kind == AssetKind::kScalarField) view_.fields.erase(asset.hash);
   if (asset.kind == AssetKind::kVertexValues) view_.vertexValues.erase(asset.hash);
   if (asset.kind == AssetKind::kMovedVertices) view_.movedVertices.erase(asset.hash);
+  if (asset.kind == AssetKind::kPointField) view_.pointFields.erase(asset.hash);
   countAssets();
 }
 
@@ -206,6 +214,7 @@ void Mirror::countAssets() {
   count(view_.fields);
   count(view_.vertexValues);
   count(view_.movedVertices);
+  count(view_.pointFields);
 }
 
 void Mirror::compare() {
@@ -223,6 +232,8 @@ bool MirrorView::holds(const AssetName& asset) const {
       return vertexValues.contains(asset.hash);
     case AssetKind::kMovedVertices:
       return movedVertices.contains(asset.hash);
+    case AssetKind::kPointField:
+      return pointFields.contains(asset.hash);
   }
   return false;
 }

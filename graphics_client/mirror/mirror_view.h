@@ -13,6 +13,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/deformed_hash.h"
 #include "common/scene/scene.h"
+#include "common/surface/point_field.h"
 #include "common/surface/sampled_field.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
@@ -33,6 +34,7 @@ struct MirrorView {
   std::map<ContentHash, std::shared_ptr<const SampledField>> fields;
   std::map<ContentHash, std::shared_ptr<const std::vector<float>>> vertexValues;
   std::map<ContentHash, std::shared_ptr<const MovedVertices>> movedVertices;
+  std::map<ContentHash, std::shared_ptr<const PointField>> pointFields;
   std::size_t assetBytes = 0;  ///< Of these assets, canonical but for their heads.
   ContentHash serverRoot;      ///< As last announced by the server, with its revision.
   std::uint64_t serverRevision = 0;

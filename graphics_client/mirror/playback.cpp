@@ -178,6 +178,7 @@ Playback::View Playback::inStep(View shown) const {
   before->meshes = (*felt)->meshes;
   before->fields = (*felt)->fields;
   before->vertexValues = (*felt)->vertexValues;
+  before->pointFields = (*felt)->pointFields;
   before->movedVertices = (*felt)->movedVertices;
   return before;
 }

@@ -25,7 +25,8 @@ bool isWhole(const MirrorView& view) {
 }
 
 std::size_t held(const MirrorView& view) {
-  return view.meshes.size() + view.fields.size() + view.vertexValues.size() + view.movedVertices.size();
+  return view.meshes.size() + view.fields.size() + view.vertexValues.size() + view.movedVertices.size() +
+         view.pointFields.size();
 }
 
 /// Goes on as long as assets keep arriving.

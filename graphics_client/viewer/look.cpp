@@ -32,14 +32,15 @@ std::vector<Vec3> outlineOf(const TriMesh& mesh) {
 }
 
 SurfaceFields fieldsOf(const LookOrder& order) {
-  /// Null where a sampled field of the family is not here.
+  const auto in = [](const auto& held) {
+    return [&held](const ContentHash& hash) {
+      const auto at = held.find(hash);
+      return at == held.end() ? nullptr : at->second;
+    };
+  };
+  /// Null where a sampled or point field of the family is not here.
   const auto fieldOf = [&](const FieldFamily& family) -> std::shared_ptr<const ScalarField> {
-    return makeField(family,
-                     [&](const ContentHash& hash) {
-                       const auto at = order.fields.find(hash);
-                       return at == order.fields.end() ? nullptr : at->second;
-                     })
-        .value_or(nullptr);
+    return makeField(family, in(order.fields), in(order.pointFields)).value_or(nullptr);
   };
   SurfaceFields fields;
   if (order.surface.texture) fields.texture = fieldOf(order.surface.texture->family);

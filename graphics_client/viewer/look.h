@@ -13,6 +13,7 @@
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/deformation_properties.h"
 #include "common/scene/surface_properties.h"
+#include "common/surface/point_field.h"
 #include "common/surface/sampled_field.h"
 #include "graphics_client/viewer/patches.h"
 
@@ -27,9 +28,10 @@ struct LookOrder {
 
   // What the hashes above stand for.
   std::shared_ptr<const TriMesh> triangles = nullptr;
-  std::map<ContentHash, std::shared_ptr<const SampledField>> fields = {};  ///< Of texture and static friction.
-  std::shared_ptr<const std::vector<float>> frictionScale = nullptr;       ///< Null where none is named.
-  std::shared_ptr<const MovedVertices> residue = nullptr;                  ///< Null where none is named.
+  std::map<ContentHash, std::shared_ptr<const SampledField>> fields = {};     ///< Of texture and static friction.
+  std::map<ContentHash, std::shared_ptr<const PointField>> pointFields = {};  ///< Likewise.
+  std::shared_ptr<const std::vector<float>> frictionScale = nullptr;          ///< Null where none is named.
+  std::shared_ptr<const MovedVertices> residue = nullptr;                     ///< Null where none is named.
 
   [[nodiscard]] bool sameAs(const LookOrder& other) const {
     return mesh == other.mesh && mostTriangles == other.mostTriangles && surface == other.surface &&

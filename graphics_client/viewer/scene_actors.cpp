@@ -41,6 +41,9 @@ std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& 
   order.surface.softnessOver.reset();
   for (const auto& [kind, hash] : assetsOf(order.surface)) {
     if (kind == AssetKind::kScalarField) complete &= (order.fields[hash] = find(view.fields, hash)) != nullptr;
+    if (kind == AssetKind::kPointField) {
+      complete &= (order.pointFields[hash] = find(view.pointFields, hash)) != nullptr;
+    }
     if (kind != AssetKind::kVertexValues) continue;
     order.frictionScale = find(view.vertexValues, hash);
     complete &= order.frictionScale != nullptr;

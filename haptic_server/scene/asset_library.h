@@ -32,6 +32,10 @@ class AssetLibrary final : public AssetResolver {
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override {
     return fields_.resolve(source);
   }
+  [[nodiscard]] Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source,
+                                                          const MeshAsset& mesh) override {
+    return fields_.resolve(source, mesh);
+  }
   [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override {
     return fields_.resolve(source);
   }

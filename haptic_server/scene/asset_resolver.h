@@ -29,6 +29,9 @@ class AssetResolver {
   [[nodiscard]] virtual Result<Resolved<MeshAsset>> resolve(const MeshSource& source) = 0;
   /// below MappedField ("image"),
   [[nodiscard]] virtual Result<Resolved<FieldAsset>> resolve(const FieldSource& source) = 0;
+  /// below GrownField ("reaction_diffusion.wavelength_m"),
+  [[nodiscard]] virtual Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source,
+                                                                  const MeshAsset& mesh) = 0;
   /// and below PerVertex ("asset").
   [[nodiscard]] virtual Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) = 0;
   /// Moved vertices by their hash; errors are of the field "asset" below Residue.

@@ -6,6 +6,7 @@
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
+#include "common/surface/point_field_asset.h"
 
 namespace haptics {
 namespace {
@@ -38,6 +39,12 @@ std::shared_ptr<MovedVerticesAsset> build(std::shared_ptr<const MovedVertices> m
   return asset;
 }
 
+std::shared_ptr<PointFieldAsset> build(std::shared_ptr<const PointField> field) {
+  auto asset = std::make_shared<PointFieldAsset>();
+  asset->field = std::move(field);
+  return asset;
+}
+
 }  // namespace
 
 std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh) { return internContent<MeshAsset>(std::move(mesh)); }
@@ -53,6 +60,10 @@ std::shared_ptr<const VertexValuesAsset> AssetStore::intern(std::vector<float> v
 
 std::shared_ptr<const MovedVerticesAsset> AssetStore::intern(MovedVertices moved) {
   return internContent<MovedVerticesAsset>(std::move(moved));
+}
+
+std::shared_ptr<const PointFieldAsset> AssetStore::intern(PointField field) {
+  return internContent<PointFieldAsset>(std::move(field));
 }
 
 template <class Kind, class Content>

@@ -14,6 +14,7 @@
 #include "common/mesh/moved_vertices.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/asset_source.h"
+#include "common/surface/point_field.h"
 #include "common/surface/sampled_field.h"
 #include "haptic_server/geometry/surface.h"
 
@@ -56,6 +57,12 @@ struct MovedVerticesAsset final : Asset {
   [[nodiscard]] AssetContent content() const override { return moved; }
 };
 
+struct PointFieldAsset final : Asset {
+  static constexpr AssetKind kKind = AssetKind::kPointField;
+  std::shared_ptr<const PointField> field;
+  [[nodiscard]] AssetContent content() const override { return field; }
+};
+
 /// Null when the asset is of another kind.
 template <class Kind>
 [[nodiscard]] std::shared_ptr<const Kind> as(std::shared_ptr<const Asset> asset) {
@@ -73,6 +80,7 @@ class AssetStore {
   [[nodiscard]] std::shared_ptr<const FieldAsset> intern(SampledField field);
   [[nodiscard]] std::shared_ptr<const VertexValuesAsset> intern(std::vector<float> vertexValues);
   [[nodiscard]] std::shared_ptr<const MovedVerticesAsset> intern(MovedVertices moved);
+  [[nodiscard]] std::shared_ptr<const PointFieldAsset> intern(PointField field);
   /// The same for canonical bytes from elsewhere. Refused: bytes that do not have this hash, or are not of this kind.
   [[nodiscard]] Result<std::shared_ptr<const Asset>> internEncoded(const AssetName& name, std::string bytes);
   /// Bytes of which no one has said the hash.

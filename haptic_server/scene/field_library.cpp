@@ -33,23 +33,40 @@ Result<Resolved<VertexValuesAsset>> FieldLibrary::resolve(const VertexValuesSour
   return Resolved<VertexValuesAsset>{std::move(asset), "vertex values that the server held"};
 }
 
-template <class Make>
-Result<std::shared_ptr<const FieldAsset>> FieldLibrary::once(const Key& key, Make make) {
-  if (const auto at = made_.find(key); at != made_.end()) {
+Result<Resolved<PointFieldAsset>> FieldLibrary::resolve(const PointFieldSource& source, const MeshAsset& mesh) {
+  if (const auto* held = std::get_if<AssetSource>(&source)) {
+    auto asset = as<PointFieldAsset>(store_.find(held->hash));
+    if (!asset)
+      return refused("asset", "no point field " + held->hash.hex() + " is here; upload it in this session first");
+    return Resolved<PointFieldAsset>{std::move(asset), "a point field that the server held"};
+  }
+  const auto& recipe = std::get<GrownReactionDiffusionSource>(source);
+  auto asset = once(grown_, GrownKey(recipe, mesh.name.hash), [&] {
+    return fromElsewhere<PointFieldAsset>(makeElsewhere(recipe, *mesh.mesh, Interruptible::token()));
+  });
+  if (!asset) return tl::unexpected<Error>(std::move(asset).error());
+  return Resolved<PointFieldAsset>{*asset, "grown on the mesh by reaction and diffusion, " +
+                                               std::to_string((*asset)->field->samples().size()) + " samples"};
+}
+
+template <class K, class Kind, class Make>
+Result<std::shared_ptr<const Kind>> FieldLibrary::once(Made<K, Kind>& made, const K& key, Make make) {
+  if (const auto at = made.find(key); at != made.end()) {
     if (auto asset = at->second.lock()) return asset;
   }
-  Result<std::shared_ptr<const FieldAsset>> asset = make();
+  Result<std::shared_ptr<const Kind>> asset = make();
   if (!asset) return asset;
-  std::erase_if(made_, [](const auto& entry) { return entry.second.expired(); });
-  made_.insert_or_assign(key, *asset);
+  std::erase_if(made, [](const auto& entry) { return entry.second.expired(); });
+  made.insert_or_assign(key, *asset);
   return asset;
 }
 
-Result<std::shared_ptr<const FieldAsset>> FieldLibrary::fromElsewhere(Result<std::string> bytes) {
+template <class Kind>
+Result<std::shared_ptr<const Kind>> FieldLibrary::fromElsewhere(Result<std::string> bytes) {
   if (!bytes) return tl::unexpected<Error>(std::move(bytes).error());
-  auto asset = store_.internEncoded(AssetKind::kScalarField, *std::move(bytes));
+  auto asset = store_.internEncoded(Kind::kKind, *std::move(bytes));
   if (!asset) return tl::unexpected<Error>(std::move(asset).error());
-  return as<FieldAsset>(*std::move(asset));
+  return as<Kind>(*std::move(asset));
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const FileSource& file) {
@@ -58,7 +75,8 @@ Result<Resolved<FieldAsset>> FieldLibrary::from(const FileSource& file) {
   std::error_code error;
   const fs::path& path = located->file;
   const ImageKey key{path.string(), fs::last_write_time(path, error), fs::file_size(path, error)};
-  auto asset = once(key, [&] { return fromElsewhere(importImage(path, Interruptible::token())); });
+  auto asset =
+      once(made_, Key(key), [&] { return fromElsewhere<FieldAsset>(importImage(path, Interruptible::token())); });
   if (!asset) return refused("image", seenFromOutside(asset.error().text(), path, file.path));
   return Resolved<FieldAsset>{*asset, file.path + ": " + sizeOf(**asset)};
 }
@@ -70,14 +88,15 @@ Result<Resolved<FieldAsset>> FieldLibrary::from(const AssetSource& source) const
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const ReactionDiffusionSource& recipe) {
-  auto asset = once(recipe, [&] { return fromElsewhere(makeElsewhere(recipe, Interruptible::token())); });
+  auto asset = once(made_, Key(recipe),
+                    [&] { return fromElsewhere<FieldAsset>(makeElsewhere(recipe, Interruptible::token())); });
   if (!asset) return tl::unexpected<Error>(std::move(asset).error());
   return Resolved<FieldAsset>{*asset, "computed by reaction and diffusion, " + sizeOf(**asset)};
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const SpotNoiseSource& recipe) {
-  auto asset =
-      once(recipe, [&] { return Result<std::shared_ptr<const FieldAsset>>(store_.intern(spotNoise(recipe))); });
+  auto asset = once(made_, Key(recipe),
+                    [&] { return Result<std::shared_ptr<const FieldAsset>>(store_.intern(spotNoise(recipe))); });
   if (!asset) return tl::unexpected<Error>(std::move(asset).error());
   return Resolved<FieldAsset>{*asset, "computed as spot noise, " + sizeOf(**asset)};
 }

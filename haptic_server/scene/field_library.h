@@ -13,7 +13,8 @@
 
 namespace haptics {
 
-/// Sampled fields from images below the asset folders, from recipes and from the store; vertex values. One thread.
+/// Sampled fields from images below the asset folders, from recipes and from the store; point fields; vertex values. One
+/// thread.
 class FieldLibrary {
  public:
   /// Both outlive the library.
@@ -23,6 +24,8 @@ class FieldLibrary {
   /// a process of its own, and ends when this thread's work is interrupted.
   /// Refused: a file that is not below an asset folder or no image, a hash that is not here.
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source);
+  /// What grows on the mesh. Refused: what cannot grow on it, a hash that is not here.
+  [[nodiscard]] Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source, const MeshAsset& mesh);
   /// Refused: a hash that is not here.
   [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source);
 
@@ -33,16 +36,22 @@ class FieldLibrary {
 
   const AssetFolders& folders_;
   AssetStore& store_;
-  std::map<Key, std::weak_ptr<const FieldAsset>> made_;
+  /// A recipe, and the mesh that it is of.
+  using GrownKey = std::pair<GrownReactionDiffusionSource, ContentHash>;
+  template <class K, class Kind>
+  using Made = std::map<K, std::weak_ptr<const Kind>>;
+  Made<Key, FieldAsset> made_;
+  Made<GrownKey, PointFieldAsset> grown_;
 
   Result<Resolved<FieldAsset>> from(const FileSource& file);
   Result<Resolved<FieldAsset>> from(const AssetSource& source) const;
   Result<Resolved<FieldAsset>> from(const ReactionDiffusionSource& recipe);
   Result<Resolved<FieldAsset>> from(const SpotNoiseSource& recipe);
   /// Canonical bytes from a process that may have been taken over by what it read.
-  Result<std::shared_ptr<const FieldAsset>> fromElsewhere(Result<std::string> bytes);
-  template <class Make>
-  Result<std::shared_ptr<const FieldAsset>> once(const Key& key, Make make);
+  template <class Kind>
+  Result<std::shared_ptr<const Kind>> fromElsewhere(Result<std::string> bytes);
+  template <class K, class Kind, class Make>
+  static Result<std::shared_ptr<const Kind>> once(Made<K, Kind>& made, const K& key, Make make);
 };
 
 }  // namespace haptics

@@ -107,26 +107,38 @@ class Gatherer {
 
   Result<void> make(const FieldFamily& family, const std::string& where, std::shared_ptr<const ScalarField>& to) {
     if (auto held = hold(family, where); !held) return held;
-    auto made = makeField(family, [this](const ContentHash& hash) {
+    const auto sampled = [this](const ContentHash& hash) {
       const auto asset = as<FieldAsset>(assets_.find(hash));
       return asset ? asset->field : nullptr;
-    });
+    };
+    const auto points = [this](const ContentHash& hash) {
+      const auto asset = as<PointFieldAsset>(assets_.find(hash));
+      return asset ? asset->field : nullptr;
+    };
+    auto made = makeField(family, sampled, points);
     if (!made) return tl::unexpected<Error>(std::move(made.error()).within(where));
     to = *std::move(made);
     return {};
   }
 
-  /// The sampled fields that a family names.
+  /// The sampled and point fields that a family names.
   Result<void> hold(const FieldFamily& family, const std::string& where) {
     if (const auto* layered = std::get_if<LayeredFamily>(&family)) {
       for (std::size_t i = 0; i < layered->layers.size(); ++i) {
         if (auto held = hold(layered->layers[i].family, where + layerField(i)); !held) return held;
       }
     }
-    const auto* mapped = std::get_if<MappedFamily>(&family);
-    if (mapped == nullptr) return {};
-    auto asset = get<FieldAsset>(mapped->field, lookUp_);
-    if (!asset) return tl::unexpected<Error>(std::move(asset.error()).within(where + "mapped"));
+    if (const auto* mapped = std::get_if<MappedFamily>(&family))
+      return hold<FieldAsset>(mapped->field, where + "mapped");
+    if (const auto* grown = std::get_if<GrownFamily>(&family))
+      return hold<PointFieldAsset>(grown->points, where + "grown");
+    return {};
+  }
+
+  template <class Kind>
+  Result<void> hold(const ContentHash& hash, const std::string& where) {
+    auto asset = get<Kind>(hash, lookUp_);
+    if (!asset) return tl::unexpected<Error>(std::move(asset.error()).within(where));
     assets_.others.push_back(*std::move(asset));
     return {};
   }

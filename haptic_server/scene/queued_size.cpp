@@ -30,10 +30,12 @@ std::size_t heldBy(const FieldFamily& family) noexcept {
   return bytes;
 }
 
-std::size_t heldBy(const std::vector<MappedSource>& sources) noexcept {
-  std::size_t bytes = sources.capacity() * sizeof(MappedSource);
-  for (const MappedSource& source : sources) {
-    if (const auto* file = std::get_if<FileSource>(&source.field)) bytes += heldBy(file->path);
+std::size_t heldBy(const std::vector<FamilySource>& sources) noexcept {
+  std::size_t bytes = sources.capacity() * sizeof(FamilySource);
+  for (const FamilySource& source : sources) {
+    const auto* mapped = std::get_if<MappedSource>(&source);
+    const auto* file = mapped ? std::get_if<FileSource>(&mapped->field) : nullptr;
+    if (file) bytes += heldBy(file->path);
   }
   return bytes;
 }
@@ -41,7 +43,7 @@ std::size_t heldBy(const std::vector<MappedSource>& sources) noexcept {
 std::size_t heldBy(const FactorMap& map, const FactorMapSource& source) noexcept {
   std::size_t bytes = 0;
   if (const auto* family = std::get_if<FieldFamily>(&map)) bytes += heldBy(*family);
-  if (const auto* fields = std::get_if<std::vector<MappedSource>>(&source)) return bytes + heldBy(*fields);
+  if (const auto* fields = std::get_if<std::vector<FamilySource>>(&source)) return bytes + heldBy(*fields);
   const auto* given = std::get_if<GivenValues>(&std::get<VertexValuesSource>(source));
   return given ? bytes + heldBy(given->values) : bytes;
 }

@@ -160,11 +160,13 @@ void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const 
   const auto name = [&](const std::string& below, Place place, auto* source) {
     named_.push_back({field + below, record.id, record.name, place, source});
   };
-  const auto nameFields = [&](const std::string& below, Place place, const std::vector<MappedSource>& sources) {
-    for (const MappedSource& source : sources) name(below + fieldName(source) + ".", place, &source);
+  const auto nameFields = [&](const std::string& below, Place place, const std::vector<FamilySource>& sources) {
+    for (const FamilySource& source : sources) {
+      std::visit([&](const auto& chosen) { name(below + fieldName(source) + ".", place, &chosen); }, source);
+    }
   };
   const auto nameMap = [&](const std::string& prefix, Place place, const FactorMapSource& source) {
-    if (const auto* of = std::get_if<std::vector<MappedSource>>(&source)) nameFields(prefix + "field.", place, *of);
+    if (const auto* of = std::get_if<std::vector<FamilySource>>(&source)) nameFields(prefix + "field.", place, *of);
     if (const auto* of = std::get_if<VertexValuesSource>(&source)) name(prefix + "per_vertex.", place, of);
   };
   if (edit.friction && *edit.friction) {
@@ -184,6 +186,9 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   constexpr std::array<const char*, 7> kOf{"",           "friction: ", "dynamic friction: ", "texture: ", "stiffness: ",
                                            "softness: ", "residue: "};  // as Place counts
   std::vector<std::string> reports;
+  // What grows on a mesh comes after all meshes.
+  std::ranges::stable_partition(
+      named_, [](const Named& named) { return !std::holds_alternative<const GrownSource*>(named.source); });
   for (const Named& named : named_) {
     auto report = make(named, resolver);
     if (!report) return tl::unexpected(std::move(report).error().within(named.field));
@@ -210,22 +215,21 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
 }
 
 Result<std::string> SceneDraft::make(const Named& named, AssetResolver& resolver) {
-  const auto sourceIn = [](const auto& source) -> const auto& {
-    if constexpr (requires { source.field; }) {
-      return source.field;
-    } else {
-      return source;
-    }
+  const auto mesh = meshOf(named);
+  if (!mesh && std::holds_alternative<const GrownSource*>(named.source))
+    return {};  // its object has been removed since
+  struct Resolve {
+    AssetResolver& resolver;
+    const MeshAsset* mesh;
+    auto operator()(const MeshSource* source) const { return resolver.resolve(*source); }
+    auto operator()(const MappedSource* source) const { return resolver.resolve(source->field); }
+    auto operator()(const GrownSource* source) const { return resolver.resolve(source->points, *mesh); }
+    auto operator()(const VertexValuesSource* source) const { return resolver.resolve(*source); }
+    auto operator()(const ResidueSource& source) const { return resolver.resolve(source); }
   };
   return std::visit(
       [&](const auto& source) -> Result<std::string> {
-        auto resolved = [&] {
-          if constexpr (std::is_pointer_v<std::remove_cvref_t<decltype(source)>>) {
-            return resolver.resolve(sourceIn(*source));
-          } else {
-            return resolver.resolve(source);
-          }
-        }();
+        auto resolved = Resolve{resolver, mesh.get()}(source);
         if (!resolved) return tl::unexpected(std::move(resolved).error());
         if (auto room = checkRoom(*resolved->asset); !room) return tl::unexpected(std::move(room).error());
         const ContentHash& hash = resolved->asset->name.hash;
@@ -240,7 +244,10 @@ void SceneDraft::enter(const Named& named, const ContentHash& hash) {
   ObjectRecord* record = put(named.object);
   if (!record) return;
   if (named.place == Place::kMesh) record->mesh = hash;
-  if (auto* mapped = mappedFamily(named)) mapped->field = hash;
+  if (FieldFamily* family = fieldFamily(named)) {
+    if (auto* mapped = std::get_if<MappedFamily>(family)) mapped->field = hash;
+    if (auto* grown = std::get_if<GrownFamily>(family)) grown->points = hash;
+  }
   if (!std::holds_alternative<const VertexValuesSource*>(named.source)) return;
   FactorMap* map = factorMap(named);
   if (auto* scale = map ? std::get_if<PerVertexScale>(map) : nullptr) scale->values = hash;
@@ -295,24 +302,38 @@ FactorMap* SceneDraft::factorMap(const Named& named) {
   return nullptr;
 }
 
-/// Likewise.
-MappedFamily* SceneDraft::mappedFamily(const Named& named) {
+/// Likewise: mapped or grown.
+FieldFamily* SceneDraft::fieldFamily(const Named& named) {
   ObjectRecord* record = put(named.object);
-  const auto* source = std::get_if<const MappedSource*>(&named.source);
-  if (!record || !source) return nullptr;
+  std::optional<std::size_t> layer;
+  if (const auto* mapped = std::get_if<const MappedSource*>(&named.source)) {
+    layer = (*mapped)->layer;
+  } else if (const auto* grown = std::get_if<const GrownSource*>(&named.source)) {
+    layer = (*grown)->layer;
+  } else {
+    return nullptr;
+  }
+  if (!record) return nullptr;
   FieldFamily* family = nullptr;
   auto& texture = record->material.surface.texture;
   if (named.place == Place::kTexture && texture) family = &texture->family;
   if (FactorMap* map = factorMap(named)) family = std::get_if<FieldFamily>(map);
-  if (family && (*source)->layer) family = &std::get<LayeredFamily>(*family).layers.at(*(*source)->layer).family;
-  return family ? std::get_if<MappedFamily>(family) : nullptr;
+  if (family && layer) family = &std::get<LayeredFamily>(*family).layers.at(*layer).family;
+  return family;
 }
 
 void SceneDraft::fitMapping(const Named& named) {
-  auto* mapped = mappedFamily(named);
+  FieldFamily* family = fieldFamily(named);
+  auto* mapped = family ? std::get_if<MappedFamily>(family) : nullptr;
   if (!mapped) return;
-  const auto mesh = as<MeshAsset>(findAsset(named.object, put(named.object)->mesh));
-  if (mesh) fitToMesh(*std::get<const MappedSource*>(named.source), *mesh->mesh, mapped->mapping);
+  if (const auto mesh = meshOf(named))
+    fitToMesh(*std::get<const MappedSource*>(named.source), *mesh->mesh, mapped->mapping);
+}
+
+/// As it is made so far; null where the object is no more.
+std::shared_ptr<const MeshAsset> SceneDraft::meshOf(const Named& named) {
+  const ObjectRecord* record = put(named.object);
+  return record ? as<MeshAsset>(findAsset(named.object, record->mesh)) : nullptr;
 }
 
 std::shared_ptr<const Asset> SceneDraft::findAsset(ObjectId object, const ContentHash& hash) const {

@@ -47,7 +47,8 @@ class SceneDraft {
     ObjectId object;
     std::string name;
     Place place;
-    std::variant<const MeshSource*, const MappedSource*, const VertexValuesSource*, ResidueSource> source;
+    std::variant<const MeshSource*, const MappedSource*, const GrownSource*, const VertexValuesSource*, ResidueSource>
+        source;
   };
   /// The fields, if any, by which the operations last gave what an object is made of.
   struct Given {
@@ -86,13 +87,14 @@ class SceneDraft {
   void apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record);
   void apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record);
   Result<std::string> make(const Named& named, AssetResolver& resolver);
+  std::shared_ptr<const MeshAsset> meshOf(const Named& named);
   Result<void> checkRoom(const Asset& more) const;
   Result<void> checkDetails() const;
   void dropResidue(ObjectRecord& record);
   void enter(const Named& named, const ContentHash& hash);
   void fitMapping(const Named& named);
   FactorMap* factorMap(const Named& named);
-  MappedFamily* mappedFamily(const Named& named);
+  FieldFamily* fieldFamily(const Named& named);
   Result<void> checkMotion(const ObjectRecord& record, const Given& given) const;
   Result<void> checkMovingCount(const std::string& field) const;
   Result<void> fitDeformation(ObjectRecord& record, const Given& given) const;

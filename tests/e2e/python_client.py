@@ -120,6 +120,7 @@ class PythonClient(harness.EndToEnd):
                            "tile_m: 0.01 } } } } } } }",
                            "texture { amplitude_m: 5e-4 field { layers { combination: LAYER_COMBINATION_PRODUCT layer { field { "
                            "grain { grain_m: 1e-3 } } } layer { field { cellular { cell_m: 2e-3 } } } } } }",
+                           "texture { amplitude_m: 5e-4 field { grown { reaction_diffusion { wavelength_m: 4e-3 } } } }",
                            "friction { mu_static: 1 dynamic_variation: 0.3 dynamic_field { noise { wavelength_m: 2e-3 } } }",
                            "friction { mu_static: 1 variation: 0.3 field { grain { grain_m: 1e-3 seed: 9 } } dynamic_field { "
                            "grain { grain_m: 2e-3 } } }",
@@ -209,8 +210,12 @@ class PythonClient(harness.EndToEnd):
         change.material.texture.amplitude_m = 1e-3
         change.material.friction.mu_static = change.material.friction.mu_dynamic = 0.5
         change.material.friction.per_vertex.asset = scale
+        points = client.upload(haptic_assets.POINT_FIELD,
+                               haptic_assets.point_field([(0.05, 0, -0.0, 1), (0.05, 0.01, 0, -1)], 0.02))
+        change.material.stiffness_over.field.grown.asset, change.material.stiffness_over.variation = points, 0.5
         client.apply(transaction)
         self.assert_in_step(client)
+        self.assertEqual(client.objects()["ball"].stiffness_over.field.grown.asset, points)
         self.assertAlmostEqual(client.objects()["ball"].texture.field.mapped.mapping.size_m.x, 0.1, 6)
         self.server.ctl("verify").json()
         with self.assertRaises(haptic_assets.UploadRefused) as refused:

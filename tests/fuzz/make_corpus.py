@@ -47,6 +47,10 @@ SCENES = {
               'combination: LAYER_COMBINATION_PRODUCT layer { field { grain { grain_m: 1e-3 } } } layer { weight: -2 field { '
               'mapped { spot_noise { cells: 3 resolution: 32 } mapping { shape: MAPPING_SHAPE_PLANE tile_m: 0.01 } } } } } } '
               '} } } }',
+    "grown": 'operations { set_material { object { name: "a" } material { texture { amplitude_m: 1e-3 field { grown { '
+             'reaction_diffusion { pattern: REACTION_DIFFUSION_PATTERN_STRIPES wavelength_m: 0.2 seed: 2 } } } } } } }',
+    "grown_asset": 'operations { set_material { object { id: 1 } material { texture { amplitude_m: 1e-3 field { grown { asset: '
+                   '"%s" } } } } } }' % ("7" * 32),
     "dynamic": 'operations { set_material { object { name: "a" } material { friction { mu_static: 0.6 mu_dynamic: 0.3 variation: '
                '0.5 field { grain { grain_m: 1e-3 } } dynamic_variation: -0.5 dynamic_field { layers { layer { weight: 2 field { '
                'noise { wavelength_m: 2e-3 } } } layer { field { cellular { cell_m: 2e-3 } } } } } } } } }',
@@ -326,6 +330,9 @@ def main():
     write("field_bytes", "ramp", b"HSFD" + struct.pack("<III6f", 1, 2, 3, 0, 0.25, 0.5, -1, 2, 3.5))
     write("field_bytes", "square", b"HSFD" + struct.pack("<III16f", 1, 4, 4, *(i * i % 7 / 7 for i in range(16))))
     write("field_bytes", "claims_much", b"HSFD" + struct.pack("<III", 1, 4096, 4096))
+
+    write("field_bytes", "points", b"HPTF" + struct.pack("<IIf12f", 1, 3, 0.5, 0, 0, 0, 1, 0.25, 0, 0, -1, 0, 0.5, 0, 0.5))
+    write("field_bytes", "claims_much_points", b"HPTF" + struct.pack("<IIf", 1, 60000, 1))
 
     write("image_bytes", "gray_png", png(4, 0, 8, b"\x80"))
     write("image_bytes", "deep_png", png(4, 0, 16, b"\x80\x01"))

@@ -6,27 +6,14 @@
 
 #include "common/surface/lattice.h"
 #include "common/surface/makers/computed_field.h"
+#include "common/surface/makers/reaction.h"
 
 namespace haptics {
 namespace {
 
-// du/dt = D delta lap(u) + alpha u (1 - r1 v^2) + v (1 - r2 u)
-// dv/dt = delta lap(v) + beta v (1 + alpha r1 / beta u v) + gamma u + r2 u v   (Barrio et al. 1999, Eq. (3))
-constexpr float kAlpha = 0.899F, kBeta = -0.91F, kGamma = -0.899F, kD = 0.516F;
-/// delta times the square of the wave number that grows fastest: where the larger eigenvalue of
-/// [alpha - D x, 1; gamma, beta - x] is the largest.
-constexpr double kFastest = 0.39676;
 constexpr std::uint32_t kPerCell = 8;  ///< Points of the computation along a cell.
 constexpr float kStep = 0.3F;          ///< Of time: a quarter of what the diffusion's stability allows.
 constexpr int kSteps = 4000;           ///< Growth takes some hundreds; the rest straightens the pattern.
-constexpr double kStart = 0.1;         ///< Width of the random start around 0, which is the even state.
-
-struct Reaction {
-  float r1, r2;  ///< Third order, which makes stripes; second order, which makes spots.
-};
-Reaction reactionFor(ReactionDiffusionSource::Pattern pattern) {
-  return pattern == ReactionDiffusionSource::Pattern::kStripes ? Reaction{3.5F, 0} : Reaction{0.5F, 0.3F};
-}
 
 /// One substance, with a column more at either end of a row, so that neighbours need no wrapping there.
 class Substance {
@@ -34,7 +21,7 @@ class Substance {
   Substance(std::uint32_t side, Random& random) : side_(side), values_(stride() * side), next_(values_.size()) {
     for (std::size_t y = 0; y < side; ++y) {
       for (std::size_t x = 1; x <= side; ++x) {
-        values_[y * stride() + x] = static_cast<float>(kStart * (random.uniform() - 0.5));
+        values_[y * stride() + x] = startNear0(random);
       }
       wrap(values_, y);
     }
@@ -71,8 +58,7 @@ class Substance {
 /// The first substance once the pattern stands, side * side.
 std::vector<float> grown(std::uint32_t side, Reaction reaction, std::uint32_t seed) {
   constexpr double kWaveNumber = 2 * std::numbers::pi / kPerCell;
-  const auto delta = static_cast<float>(kFastest / (kWaveNumber * kWaveNumber));
-  const auto [r1, r2] = reaction;
+  const auto delta = deltaFor(kWaveNumber);
   Random random(seed);
   Substance u(side, random), v(side, random);
   std::vector<float> spreadU(side), spreadV(side);
@@ -83,10 +69,10 @@ std::vector<float> grown(std::uint32_t side, Reaction reaction, std::uint32_t se
       const float *rowU = u.row(y), *rowV = v.row(y);
       float *nextU = u.nextRow(y), *nextV = v.nextRow(y);
       for (std::size_t x = 0; x < side; ++x) {
-        const float a = rowU[x], b = rowV[x];
-        const float cubic = kAlpha * r1 * a * b * b, quadratic = r2 * a * b;
-        nextU[x] = a + kStep * (kD * delta * spreadU[x] + kAlpha * a - cubic + b - quadratic);
-        nextV[x] = b + kStep * (delta * spreadV[x] + kBeta * b + cubic + kGamma * a + quadratic);
+        const Substances next = reacted({rowU[x], rowV[x]}, {spreadU[x], spreadV[x]},
+                                        {.reaction = reaction, .delta = delta, .step = kStep});
+        nextU[x] = next.u;
+        nextV[x] = next.v;
       }
       u.endRow(y);
       v.endRow(y);

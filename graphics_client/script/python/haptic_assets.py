@@ -1,4 +1,4 @@
-"""Assets of one's own: computed height maps and values per vertex, sent to the server, to be named by an edit."""
+"""Assets of one's own: computed height maps, values per vertex and at points, sent to the server, to be named by an edit."""
 import concurrent.futures
 import hashlib
 import struct
@@ -9,7 +9,7 @@ from haptic_text import printable
 from haptics.v1 import envelope_pb2, scene_pb2
 
 FIELD, VERTEX_VALUES = scene_pb2.ASSET_KIND_SCALAR_FIELD, scene_pb2.ASSET_KIND_VERTEX_VALUES
-MOVED_VERTICES = scene_pb2.ASSET_KIND_MOVED_VERTICES
+MOVED_VERTICES, POINT_FIELD = scene_pb2.ASSET_KIND_MOVED_VERTICES, scene_pb2.ASSET_KIND_POINT_FIELD
 CHUNK_BYTES = 32_000
 
 
@@ -31,6 +31,13 @@ def moved_vertices(places):
     vertices = sorted(places)
     return (struct.pack("<4sIQ", b"HMOV", 1, len(vertices)) + struct.pack(f"<{len(vertices)}I", *vertices) +
             b"".join(struct.pack("<3f", *(x + 0.0 for x in places[vertex])) for vertex in vertices))
+
+
+def point_field(samples, reach_m):
+    """Canonical bytes of a field given at points of a surface: (x, y, z, value) each, object frame, m, at most 60,000.
+    Each counts for as far as reach_m: twice the distance between neighbours."""
+    return (struct.pack("<4sIIf", b"HPTF", 1, len(samples), reach_m) +
+            b"".join(struct.pack("<4f", *(number + 0.0 for number in sample)) for sample in samples))
 
 
 class UploadRefused(Exception):

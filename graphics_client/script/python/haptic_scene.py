@@ -189,7 +189,7 @@ def field_bytes(field):
     family = field.WhichOneof("family")
     if not family:
         raise ValueError("a field of no family")
-    data = numbers(("fourier", "noise", "cellular", "grain", "mapped", "layers").index(family))
+    data = numbers(("fourier", "noise", "cellular", "grain", "mapped", "layers", "grown").index(family))
     one = getattr(field, family)
     if family == "fourier":
         return data + numbers(len(one.terms)) + b"".join(
@@ -200,6 +200,8 @@ def field_bytes(field):
         return data + doubles(one.cell_m, one.smoothness) + numbers(one.seed)
     if family == "grain":
         return data + doubles(one.grain_m) + numbers(one.seed)
+    if family == "grown":
+        return data + one.asset
     if family == "layers":
         return data + numbers(one.combination, len(one.layer)) + b"".join(
             doubles(layer.weight) + field_bytes(layer.field) for layer in one.layer)

@@ -6,6 +6,7 @@
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
+#include "common/surface/point_field_asset.h"
 
 namespace haptics {
 namespace {
@@ -21,10 +22,12 @@ std::vector<std::pair<AssetContent, std::string>> oneOfEach() {
   const SampledField field = SampledField::make(2, 3, {0, 1, 2, 3, 4, 5}).value();
   const std::vector<float> values{0, 0.5F, 1};
   const MovedVertices moved{{2, 5}, {{1, 2, 3}, {0, 0, -1}}};
+  const PointField points = PointField::make(0.5F, {{{0, 0, 0}, 1}, {{0.25F, 0, 0}, -1}}).value();
   return {{shared(mesh), encodeMesh(mesh)},
           {shared(field), encodeField(field)},
           {shared(values), encodeVertexValues(values)},
-          {shared(moved), encodeMovedVertices(moved)}};
+          {shared(moved), encodeMovedVertices(moved)},
+          {shared(points), encodePointField(points)}};
 }
 
 TEST(AssetContent, ComesBackFromItsBytesWhateverItsKind) {

@@ -6,7 +6,9 @@
 #include <thread>
 
 #include "common/surface/field_asset.h"
+#include "common/surface/makers/grown_reaction_diffusion.h"
 #include "common/surface/makers/reaction_diffusion.h"
+#include "common/surface/point_field_asset.h"
 #include "file_imports.h"
 
 namespace haptics {
@@ -76,6 +78,12 @@ TEST_F(ImportFiles, MakeTheSameElsewhereAsHere) {
   EXPECT_EQ(makeElsewhere(MeshRecipe(TorusSource{0.1, 0.2})).error().field, "torus.minor_radius_m");
   const ReactionDiffusionSource spots{.cells = 2, .resolution = 32};
   EXPECT_EQ(makeElsewhere(spots), encodeField(reactionDiffusion(spots)));
+  const TriMesh ball = generate(sphere).value();
+  const GrownReactionDiffusionSource grown{.wavelength_m = 0.08, .seed = 3};
+  EXPECT_EQ(makeElsewhere(grown, ball), encodePointField(grownReactionDiffusion(ball, grown).value()));
+  const Error fine = makeElsewhere(GrownReactionDiffusionSource{.wavelength_m = 1e-4}, ball).error();
+  EXPECT_EQ(fine.field, "reaction_diffusion.wavelength_m");
+  EXPECT_THAT(fine.reason, HasSubstr("give 0.01"));
 }
 
 TEST_F(ImportFiles, EndAtOnceWhenToldTo) {

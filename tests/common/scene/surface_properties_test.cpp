@@ -135,6 +135,7 @@ std::vector<SurfaceProperties> different() {
     change(mapped);
     all.push_back(textured(mapped));
   }
+  for (const std::uint64_t points : {1, 2}) all.push_back(textured(GrownFamily{hashOf(points)}));
   const std::vector<std::function<void(Texture&)>> otherTextures = {
       [](Texture& t) { t.law = Texture::Law::kBump; },
       [](Texture& t) { t.amplitude_m = 1e-3; },
@@ -203,6 +204,18 @@ TEST(SurfaceProperties, NameAndRenameTheAssetsOfLayersAndOfTheDynamicCoefficient
   EXPECT_EQ(std::get<MappedFamily>(std::get<LayeredFamily>(anew.texture->family).layers[2].family).field,
             rename({AssetKind::kScalarField, hashOf(2)}));
   EXPECT_EQ(std::get<PerVertexScale>(anew.friction->dynamicOver).values, rename({AssetKind::kVertexValues, hashOf(4)}));
+}
+
+TEST(SurfaceProperties, NameAndRenameWhatIsGrownAlsoInALayer) {
+  SurfaceProperties properties = textured(
+      LayeredFamily{LayeredFamily::Combination::kSum, {{1, GrownFamily{hashOf(1)}}, {2, GrainFamily{0.001, 1}}}});
+  properties.friction = rubbed(FieldFamily{GrownFamily{hashOf(2)}}).friction;
+  const auto grown = [](std::uint64_t number) { return AssetName{AssetKind::kPointField, hashOf(number)}; };
+  EXPECT_THAT(assetsOf(properties), ElementsAre(grown(2), grown(1)));
+  const auto rename = [](const AssetName& name) { return Hasher().add(name.hash).finish(); };
+  const SurfaceProperties anew = renamed(properties, rename);
+  EXPECT_EQ(std::get<GrownFamily>(std::get<LayeredFamily>(anew.texture->family).layers[0].family).points,
+            rename(grown(1)));
 }
 
 TEST(SurfaceProperties, HashFrictionWithoutAMapOfTheDynamicCoefficientAsBeforeThereWasOne) {

@@ -147,6 +147,23 @@ INSTANTIATE_TEST_SUITE_P(
                     "1 to 8"},
         BadProperty{mapped("spot_noise { cells: 1 }" + kPlane), kField + "mapped.spot_noise.cells", "2 to 32"}));
 
+const MappedSource& mappedIn(const FamilySource& source) { return std::get<MappedSource>(source); }
+
+std::string grown(const std::string& rest) { return texture("grown { " + rest + " }"); }
+
+INSTANTIATE_TEST_SUITE_P(Grown, RefusedProperty,
+                         testing::Values(BadProperty{grown(""), kField + "grown.source",
+                                                     "give asset or reaction_diffusion"},
+                                         BadProperty{grown("asset: 'short'"), kField + "grown.asset", "has 5 bytes"},
+                                         BadProperty{grown("reaction_diffusion {}"),
+                                                     kField + "grown.reaction_diffusion.wavelength_m", "is 0"},
+                                         BadProperty{grown("reaction_diffusion { wavelength_m: nan }"),
+                                                     kField + "grown.reaction_diffusion.wavelength_m", "nan"},
+                                         BadProperty{grown("reaction_diffusion { wavelength_m: -1e-3 }"),
+                                                     kField + "grown.reaction_diffusion.wavelength_m", "1e-05 to"},
+                                         BadProperty{grown("reaction_diffusion { wavelength_m: 1e-3 pattern: 5 }"),
+                                                     kField + "grown.reaction_diffusion.pattern", "is 5"}));
+
 std::string layers(const std::string& rest) { return texture("layers { " + rest + " }"); }
 std::string layer(const std::string& family, const std::string& rest = "") {
   return " layer { " + rest + " field { " + family + " } }";
@@ -246,10 +263,30 @@ TEST(SurfaceProperty, CarriesWhereTheFieldsOfItsLayersComeFrom) {
   EXPECT_EQ(family.layers[1].weight, -2);
   const auto& sources = (*given.texture)->sources;
   ASSERT_EQ(sources.size(), 2U);
-  EXPECT_EQ(std::get<FileSource>(sources[0].field).path, "a.png");
-  EXPECT_EQ(sources[0].layer, 0U);
-  EXPECT_EQ(std::get<SpotNoiseSource>(sources[1].field).seed, 9U);
-  EXPECT_EQ(sources[1].layer, 2U);
+  EXPECT_EQ(std::get<FileSource>(mappedIn(sources[0]).field).path, "a.png");
+  EXPECT_EQ(layerOf(sources[0]), 0U);
+  EXPECT_EQ(std::get<SpotNoiseSource>(mappedIn(sources[1]).field).seed, 9U);
+  EXPECT_EQ(layerOf(sources[1]), 2U);
+}
+
+TEST(SurfaceProperty, CarriesWhatIsToGrowAlsoInALayer) {
+  const std::string spots = "grown { reaction_diffusion { wavelength_m: 2e-3 } }";
+  const std::string stripes =
+      "grown { reaction_diffusion { pattern: REACTION_DIFFUSION_PATTERN_STRIPES wavelength_m: 3e-3 seed: 9 } }";
+  const SurfaceEdit alone = edit(texture(spots));
+  using Pattern = ReactionDiffusionSource::Pattern;
+  const auto recipeIn = [](const FamilySource& source) {
+    return std::get<GrownReactionDiffusionSource>(std::get<GrownSource>(source).points);
+  };
+  EXPECT_EQ(recipeIn((*alone.texture)->sources.at(0)), (GrownReactionDiffusionSource{Pattern::kSpots, 2e-3, 1}));
+  EXPECT_TRUE(std::get<GrownFamily>((*alone.texture)->texture.family).points.isZero());
+  EXPECT_EQ(fieldName((*alone.texture)->sources.at(0)), "grown");
+  const SurfaceEdit layered = edit(layers(layer(kGrain) + layer(stripes)));
+  EXPECT_EQ(recipeIn((*layered.texture)->sources.at(0)), (GrownReactionDiffusionSource{Pattern::kStripes, 3e-3, 9}));
+  EXPECT_EQ(fieldName((*layered.texture)->sources.at(0)), "layers.layer[1].field.grown");
+  const SurfaceEdit held = edit(texture("grown { asset: '0123456789abcdef0123456789abcdef' }"));
+  EXPECT_EQ(std::get<GrownFamily>((*held.texture)->texture.family).points.asBytes(),
+            "0123456789abcdef0123456789abcdef");
 }
 
 TEST(SurfaceProperty, ComesWithDirectionsOfUnitLengthInItsLayers) {
@@ -303,7 +340,8 @@ TEST(SurfaceProperty, ComesWithItsDefaults) {
   EXPECT_FALSE(t.literal);
   EXPECT_EQ(std::get<NoiseFamily>(t.family), (NoiseFamily{2e-3, 1, 0.5, 1}));
   const SurfaceEdit computed = edit(mapped("reaction_diffusion {}" + kPlane));
-  EXPECT_EQ(std::get<ReactionDiffusionSource>((*computed.texture)->sources.at(0).field), ReactionDiffusionSource{});
+  EXPECT_EQ(std::get<ReactionDiffusionSource>(mappedIn((*computed.texture)->sources.at(0)).field),
+            ReactionDiffusionSource{});
   EXPECT_TRUE(std::get<MappedFamily>((*computed.texture)->texture.family).field.isZero());
 }
 
@@ -316,9 +354,10 @@ TEST(SurfaceProperty, ComesWithDirectionsOfUnitLength) {
 
 TEST(SurfaceProperty, CarriesWhereItsFieldComesFrom) {
   const SurfaceEdit image = edit(mapped("image: 'maps/a.png'" + kPlane));
-  EXPECT_EQ(std::get<FileSource>((*image.texture)->sources.at(0).field).path, "maps/a.png");
+  EXPECT_EQ(std::get<FileSource>(mappedIn((*image.texture)->sources.at(0)).field).path, "maps/a.png");
   const SurfaceEdit spots = edit(mapped("spot_noise { cells: 20 elongation: 3 resolution: 512 seed: 9 }" + kPlane));
-  EXPECT_EQ(std::get<SpotNoiseSource>((*spots.texture)->sources.at(0).field), (SpotNoiseSource{20, 3, 512, 9}));
+  EXPECT_EQ(std::get<SpotNoiseSource>(mappedIn((*spots.texture)->sources.at(0)).field),
+            (SpotNoiseSource{20, 3, 512, 9}));
   const SurfaceEdit values = edit("friction { mu_static: 1 per_vertex { values { value: [1, 0.5, 0] } } }");
   const auto& source = std::get<VertexValuesSource>((*values.friction)->source);
   EXPECT_THAT(std::get<GivenValues>(source).values, ElementsAre(1, 0.5, 0));
@@ -327,7 +366,7 @@ TEST(SurfaceProperty, CarriesWhereItsFieldComesFrom) {
 TEST(SurfaceProperty, LeavesTheSizeAndCentreOfItsMappingToTheMesh) {
   const std::string base = "image: 'a' mapping { shape: MAPPING_SHAPE_SPHERE tile_m: 1 ";
   const auto source = [&](const std::string& rest) {
-    return (*edit(mapped(base + rest + "}")).texture)->sources.at(0);
+    return mappedIn((*edit(mapped(base + rest + "}")).texture)->sources.at(0));
   };
   EXPECT_TRUE(source("").centreOfMesh && source("").sizeOfMesh);
   EXPECT_TRUE(!source("centre {}").centreOfMesh && source("centre {}").sizeOfMesh);
@@ -352,7 +391,9 @@ std::vector<FieldFamily> families() {
           GrainFamily{third, 0xffffffff},
           mapped,
           LayeredFamily{LayeredFamily::Combination::kSum, {{third, mapped}, {-third, GrainFamily{third, 1}}}},
-          LayeredFamily{LayeredFamily::Combination::kProduct, {{1, fourier}, {3, mapped}, {-1, mapped}}}};
+          LayeredFamily{LayeredFamily::Combination::kProduct, {{1, fourier}, {3, mapped}, {-1, mapped}}},
+          GrownFamily{hash(5)},
+          LayeredFamily{LayeredFamily::Combination::kSum, {{1, GrownFamily{hash(6)}}, {third, mapped}}}};
 }
 
 void comesBackBitForBit(const SurfaceProperties& properties) {
@@ -431,6 +472,8 @@ TEST(AnnouncedSurface, IsRefusedWhereItNamesNoAsset) {
       "friction.dynamic_field.mapped.source");
   EXPECT_EQ(refusal(layers(layer(kGrain) + layer("mapped { " + asset + "centre {} } }"))),
             "texture.field.layers.layer[1].field.mapped.mapping.size_m");
+  EXPECT_EQ(refusal(grown("reaction_diffusion { wavelength_m: 1e-3 }")), "texture.field.grown.source");
+  EXPECT_EQ(refusal(grown("asset: '0123456789abcdef0123456789abcdef'")), "accepted");
   EXPECT_EQ(refusal("texture { amplitude_m: nan }"), "texture.amplitude_m");
   EXPECT_EQ(refusal(over("variation: 1 field { mapped { image: 'a' " + kPlane + " } }")),
             "stiffness_over.field.mapped.source");

@@ -200,6 +200,8 @@ Reference referenceOf(const FieldFamily& family, std::shared_ptr<const SampledFi
           return reference(of, *sampled);
         } else if constexpr (std::is_same_v<std::decay_t<decltype(of)>, LayeredFamily>) {
           return reference(of, sampled);
+        } else if constexpr (std::is_same_v<std::decay_t<decltype(of)>, GrownFamily>) {
+          throw std::invalid_argument("there is no reference for what is grown on a mesh");
         } else {
           return reference(of);
         }

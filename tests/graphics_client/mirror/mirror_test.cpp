@@ -5,6 +5,7 @@
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
+#include "common/surface/point_field_asset.h"
 #include "common/wire/convert.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
@@ -186,6 +187,36 @@ TEST_F(MirrorOfSurfaces, LetGoOfAssetsThatTheSceneNoLongerNames) {
   ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
   EXPECT_TRUE(mirror_.contents().fields.empty());
   EXPECT_EQ(mirror_.contents().vertexValues.size(), 1U);
+}
+
+TEST_F(MirrorOfTwo, HoldsWhatIsGrownByItsHash) {
+  const PointField points = PointField::make(1, {{{0, 0, 0}, 1}, {{0.5F, 0, 0}, -1}}).value();
+  const AssetName name{AssetKind::kPointField, hashOf(points)};
+  ObjectRecord record = *server_.scene.find(1);
+  record.material.surface.texture = Texture{.family = GrownFamily{name.hash}, .amplitude_m = 1e-3};
+  ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
+  mirror_.announce(server_.scene.revision(), server_.scene.root());
+  EXPECT_EQ(mirror_.lackingAssets(), std::vector{name});
+  EXPECT_FALSE(mirror_.contents().hashesEqual);
+  EXPECT_FALSE(recomputedRoot(mirror_.contents()));
+  const PointField other = PointField::make(1, {{{0, 0, 0}, 2}}).value();
+  EXPECT_FALSE(mirror_.addAsset(name, encodePointField(other)));
+  const std::size_t before = mirror_.contents().assetBytes;
+  ASSERT_TRUE(mirror_.addAsset(name, encodePointField(points)));
+  EXPECT_EQ(mirror_.contents().assetBytes, before + 2 * sizeof(PointSample));
+  EXPECT_TRUE(mirror_.contents().hashesEqual);
+  EXPECT_EQ(recomputedRoot(mirror_.contents()).value(), server_.scene.root());
+  const_cast<PointSample&>(mirror_.contents().pointFields.at(name.hash)->samples()[1]).value = 0.5F;
+  EXPECT_NE(recomputedRoot(mirror_.contents()).value(), server_.scene.root());
+  bool found = false;
+  for (int i = 0; i < 5; ++i) found = found || !mirror_.audit(1);
+  EXPECT_TRUE(found) << "memory that changed";
+  EXPECT_EQ(mirror_.lackingAssets(), std::vector{name});
+  record = *server_.scene.find(1);
+  record.material.surface.texture.reset();
+  ASSERT_TRUE(mirror_.addAsset(name, encodePointField(points)));
+  ASSERT_TRUE(mirror_.apply(decoded(server_.change(record))));
+  EXPECT_TRUE(mirror_.contents().pointFields.empty());
 }
 
 TEST_F(MirrorOfTwo, CountsAStateResetWhenTheEpochChanges) {

@@ -91,6 +91,20 @@ TEST_F(Shown, AwaitTheFieldsOfAllOfTheirLayers) {
   EXPECT_GE(inCloseUp(), 6);
 }
 
+TEST_F(Shown, AwaitWhatIsGrownOnThem) {
+  settle();
+  const ContentHash points{{5}};
+  SurfaceProperties surface;
+  surface.texture = Texture{.family = GrownFamily{points}, .amplitude_m = 0.01};
+  mirror.setSurface(box, surface);
+  settle();
+  EXPECT_EQ(inCloseUp(), 1);
+  mirror.view().pointFields[points] =
+      std::make_shared<const PointField>(PointField::make(0.05F, {{{0.05F, 0, 0}, 1}}).value());
+  settle();
+  EXPECT_GE(inCloseUp(), 6);
+}
+
 TEST_F(Shown, HaveTheFrictionColorsOfAllOfThem) {
   settle();
   EXPECT_FALSE(actors.frictionRange());

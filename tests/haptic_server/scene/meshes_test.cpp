@@ -9,6 +9,8 @@
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
+#include "common/surface/makers/grown_reaction_diffusion.h"
+#include "common/surface/point_field_asset.h"
 #include "haptic_server/scene/field_library.h"
 #include "haptic_server/scene/mesh_library.h"
 #include "tests/haptic_server/scene/scene_edits.h"
@@ -159,6 +161,23 @@ TEST_F(FieldLibraryTest, ComputesARecipeOnceWhileItsFieldIsInUse) {
   EXPECT_EQ(fields.resolve(FieldSource{AssetSource{first->asset->name.hash}})->asset, first->asset);
 }
 
+TEST_F(FieldLibraryTest, GrowsAPatternOnceForEachMeshWhileItIsInUse) {
+  const auto ball = store.intern(makeSphere(0.02, 8).value()), other = store.intern(makeSphere(0.021, 8).value());
+  const GrownReactionDiffusionSource recipe{.wavelength_m = 0.01};
+  const auto first = fields.resolve(PointFieldSource{recipe}, *ball);
+  ASSERT_TRUE(first) << first.error().text();
+  EXPECT_EQ(first->asset->name,
+            (AssetName{AssetKind::kPointField, hashOf(grownReactionDiffusion(*ball->mesh, recipe).value())}));
+  EXPECT_THAT(first->report, HasSubstr(std::to_string(first->asset->field->samples().size()) + " samples"));
+  EXPECT_EQ(fields.resolve(PointFieldSource{recipe}, *ball)->asset, first->asset);
+  EXPECT_NE(fields.resolve(PointFieldSource{recipe}, *other)->asset->name, first->asset->name);
+  EXPECT_EQ(fields.resolve(PointFieldSource{AssetSource{first->asset->name.hash}}, *other)->asset, first->asset);
+  EXPECT_EQ(fields.resolve(PointFieldSource{AssetSource{ball->name.hash}}, *ball).error().field, "asset");
+  const Error fine =
+      fields.resolve(PointFieldSource{GrownReactionDiffusionSource{.wavelength_m = 1e-4}}, *ball).error();
+  EXPECT_EQ(fine.field, "reaction_diffusion.wavelength_m");
+}
+
 TEST_F(FieldLibraryTest, RefusesWhatIsNoImageAndDoesNotTellWhereItLies) {
   const auto refusal = [&](const std::string& path) { return fields.resolve(FieldSource{FileSource{path}}).error(); };
   for (const auto& path : {"tetrahedron.obj", "missing.png", "../secret.obj"}) {
@@ -187,6 +206,11 @@ TEST(AssetStore, TakesEveryKindUnderItsOwnHashOnly) {
   const std::vector<float> values{1, 2};
   EXPECT_TRUE(store.internEncoded({AssetKind::kVertexValues, hashOf(values)}, encodeVertexValues(values)));
   EXPECT_EQ(store.internEncoded({AssetKind::kMesh, hashOf(values)}, encodeVertexValues(values)).error().field, "data");
+  const PointField points = BoxResolver::grownOn(makeBox(Vec3(1), 1).value(), 1).value();
+  const auto held = store.internEncoded({AssetKind::kPointField, hashOf(points)}, encodePointField(points));
+  ASSERT_TRUE(held);
+  EXPECT_EQ(as<PointFieldAsset>(*held)->field->samples().size(), 8U);
+  EXPECT_EQ(store.intern(points), *held);
 }
 
 TEST(AssetStore, BuildsEqualMeshesOnce) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "common/mesh/generators.h"
 #include "haptic_server/scene/asset_resolver.h"
@@ -30,7 +31,7 @@ Transaction edit(Operations... operations) {
 
 using Accepted = std::shared_ptr<const AcceptedEdit>;
 
-/// Boxes of the asked size, small fields by their seed, and what the store holds; a file is refused, as by a server
+/// Boxes of the asked size, small fields by their seed, what grows on a mesh at its vertices, and what the store holds; a file is refused, as by a server
 /// without any.
 class BoxResolver final : public AssetResolver {
  public:
@@ -49,6 +50,15 @@ class BoxResolver final : public AssetResolver {
     if (!asset) return refused("image", "is not here");
     return found<FieldAsset>(asset->hash);
   }
+  Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source, const MeshAsset& mesh) override {
+    ++resolved;
+    if (const auto* asset = std::get_if<AssetSource>(&source)) return found<PointFieldAsset>(asset->hash);
+    const auto& recipe = std::get<GrownReactionDiffusionSource>(source);
+    if (recipe.wavelength_m < 1e-3) return refused("reaction_diffusion.wavelength_m", "is too short");
+    auto points = grownOn(*mesh.mesh, recipe.seed);
+    if (!points) return refused("reaction_diffusion", points.error().text());
+    return Resolved<PointFieldAsset>{store_.intern(*std::move(points)), "grown"};
+  }
   Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override {
     ++resolved;
     const auto* given = std::get_if<GivenValues>(&source);
@@ -61,6 +71,11 @@ class BoxResolver final : public AssetResolver {
   }
   [[nodiscard]] static SampledField smallField(float value) {
     return SampledField::make(2, 2, {0, value / 2, value, value / 4}).value();
+  }
+  [[nodiscard]] static Result<PointField> grownOn(const TriMesh& mesh, std::uint32_t seed) {
+    std::vector<PointSample> samples;
+    for (const Vec3f vertex : mesh.vertices) samples.push_back({vertex, static_cast<float>(seed)});
+    return PointField::make(0.5F, std::move(samples));
   }
   [[nodiscard]] const AssetStore& store() const { return store_; }
   [[nodiscard]] AssetStore& store() { return store_; }

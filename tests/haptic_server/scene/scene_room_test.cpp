@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <future>
 #include <thread>
 
@@ -258,6 +259,38 @@ TEST_F(SceneRoomTest, PublishesAnEditToServoAndListenerBeforeItReplies) {
   EXPECT_EQ(servo.look()->revision, 1U);
   EXPECT_TRUE(std::holds_alternative<Error>(submit(2, edit(add("a")))));
   EXPECT_EQ(heard, 1U);
+}
+
+TEST_F(SceneRoomTest, GrowsAPatternOnAMeshAndNamesItByItsHash) {
+  room.start();
+  AddObject ball{"ball", {SphereSource{0.02, 8}}, {}, {}};
+  ball.material.surface.texture = TextureEdit{Texture{.family = GrownFamily{}, .amplitude_m = 1e-3},
+                                              {GrownSource{GrownReactionDiffusionSource{.wavelength_m = 0.01}}}};
+  const auto outcome = submit(1, edit(ball));
+  ASSERT_TRUE(std::holds_alternative<Accepted>(outcome)) << std::get<Error>(outcome).text();
+  const ObjectRecord record = std::get<Accepted>(outcome)->commit.put.at(0);
+  const AssetName name{AssetKind::kPointField, std::get<GrownFamily>(record.material.surface.texture->family).points};
+  const auto asset = room.findAsset(name.hash);
+  ASSERT_NE(asset, nullptr);
+  const auto atClient = decodeAsset(name.kind, asset->bytes().copy());
+  ASSERT_TRUE(atClient) << atClient.error().text();
+  EXPECT_EQ(canonicalBytes(*atClient).hash(), name.hash);
+  const auto own = std::get<std::shared_ptr<const PointField>>(*atClient);
+  const auto servers = as<PointFieldAsset>(asset)->field;
+  EXPECT_NE(own, servers);
+  for (double x = -0.02; x < 0.02; x += 0.001) {
+    const Vec3 point(x, std::sqrt(0.0004 - x * x), 0);
+    EXPECT_EQ(own->at(point).value, servers->at(point).value);
+    EXPECT_EQ(own->at(point).gradient, servers->at(point).gradient);
+  }
+  EXPECT_EQ(own->bounds().lowest, servers->bounds().lowest);
+  ball.name = "fine";
+  std::get<GrownSource>((*ball.material.surface.texture)->sources[0]).points =
+      GrownReactionDiffusionSource{.wavelength_m = 1e-4};
+  const auto refused = submit(2, edit(ball));
+  ASSERT_TRUE(std::holds_alternative<Error>(refused));
+  EXPECT_EQ(std::get<Error>(refused).field,
+            "operations[0].add.material.texture.field.grown.reaction_diffusion.wavelength_m");
 }
 
 TEST_F(SceneRoomTest, ARemovedObjectLeavesLater) {

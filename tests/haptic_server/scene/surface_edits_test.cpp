@@ -6,6 +6,7 @@
 
 #include "common/surface/field_asset.h"
 #include "common/surface/make_field.h"
+#include "common/surface/point_field_asset.h"
 #include "haptic_server/scene/sequencer.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
@@ -38,6 +39,15 @@ SurfaceEdit textured(std::uint32_t seed, MappedFamily family = mapped(), bool of
   return edit;
 }
 
+MappedSource& mappedIn(FamilySource& source) { return std::get<MappedSource>(source); }
+
+SurfaceEdit grown(std::uint32_t seed, double wavelength_m = 0.01) {
+  SurfaceEdit edit;
+  edit.texture = TextureEdit{Texture{.family = GrownFamily{}, .amplitude_m = 1e-3},
+                             {GrownSource{GrownReactionDiffusionSource{.wavelength_m = wavelength_m, .seed = seed}}}};
+  return edit;
+}
+
 SurfaceEdit perVertex(std::size_t values) {
   SurfaceEdit edit;
   edit.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
@@ -51,15 +61,15 @@ SurfaceEdit layered() {
   const MappedSource source{SpotNoiseSource{.seed = 6}, true, true, 0};
   edit.texture = TextureEdit{Texture{.family = layers, .amplitude_m = 1e-3}, {source}};
   (*edit.friction)->friction.dynamicOver = FieldFamily{layers};
-  (*edit.friction)->dynamicSource = std::vector{source};
+  (*edit.friction)->dynamicSource = std::vector<FamilySource>{source};
   return edit;
 }
 
 /// Stiffness over a computed field, softness by values per vertex.
 SurfaceEdit varying(std::uint32_t seed, std::size_t values = kBoxVertices) {
   SurfaceEdit edit;
-  edit.stiffnessOver =
-      SurfaceMapEdit{SurfaceMap{0.5, mapped()}, std::vector{MappedSource{SpotNoiseSource{.seed = seed}, true, true}}};
+  edit.stiffnessOver = SurfaceMapEdit{
+      SurfaceMap{0.5, mapped()}, std::vector<FamilySource>{MappedSource{SpotNoiseSource{.seed = seed}, true, true}}};
   edit.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}},
                                      VertexValuesSource{GivenValues{std::vector<float>(values, 0.25F)}}};
   return edit;
@@ -181,9 +191,55 @@ TEST_F(SurfaceEdits, MakeTheFieldsOfLayersAndFitThemToTheMesh) {
   EXPECT_DOUBLE_EQ(assets().textureField->at(place).value, 6 * own(made[0].family)->at(place).value *
                                                                own(made[1].family)->at(place).value *
                                                                own(made[2].family)->at(place).value);
-  (*surface.texture)->sources[1].field = FileSource{"missing.png"};
+  mappedIn((*surface.texture)->sources[1]).field = FileSource{"missing.png"};
   EXPECT_EQ(reject(edit(setSurface(surface))).field,
             "operations[0].set_material.material.texture.field.layers.layer[2].field.mapped.image");
+}
+
+TEST_F(SurfaceEdits, GrowAPatternOnTheMeshThatTheObjectHasAfterThem) {
+  const auto accepted = accept(edit(setSurface(grown(7)), RemeshObject{named("a"), box(0.2)}));
+  EXPECT_THAT(accepted->reports, ElementsAre("a: made", "a: texture: grown"));
+  const PointField expected = BoxResolver::grownOn(makeBox(Vec3(0.2), 1).value(), 7).value();
+  const AssetName name{AssetKind::kPointField, hashOf(expected)};
+  EXPECT_EQ(record().assets()[1], name);
+  ASSERT_THAT(assets().others, SizeIs(1));
+  EXPECT_EQ(assets().others[0]->name, name);
+  EXPECT_EQ(assets().textureField->at(Vec3(0.1)).value, 7);
+  accept(edit(RemeshObject{named("a"), box(0.3)}));
+  EXPECT_EQ(record().assets()[1], name) << "it stays as it was grown";
+
+  SurfaceEdit held = grown(1);
+  std::get<GrownSource>((*held.texture)->sources[0]).points = AssetSource{name.hash};
+  accept(edit(add("b"), setSurface(held, "b")));
+  EXPECT_EQ(record("b").assets()[1], name);
+}
+
+TEST_F(SurfaceEdits, GrowInLayersAndOfFriction) {
+  SurfaceEdit surface;
+  const LayeredFamily layers{LayeredFamily::Combination::kSum, {{1, mapped()}, {10, GrownFamily{}}}};
+  const GrownReactionDiffusionSource recipe{.wavelength_m = 0.01, .seed = 5};
+  surface.texture = TextureEdit{Texture{.family = layers, .amplitude_m = 1e-3},
+                                {MappedSource{SpotNoiseSource{.seed = 3}, true, true, 0}, GrownSource{recipe, 1}}};
+  surface.friction =
+      FrictionEdit{Friction{1, 1, 0.1, FieldFamily{GrownFamily{}}}, std::vector<FamilySource>{GrownSource{recipe}}};
+  EXPECT_THAT(accept(edit(setSurface(surface)))->reports,
+              ElementsAre("a: texture: computed", "a: friction: grown", "a: texture: grown"));
+  const ContentHash points = hashOf(BoxResolver::grownOn(makeBox(Vec3(0.1), 1).value(), 5).value());
+  const auto made = record().material.surface;
+  EXPECT_EQ(std::get<GrownFamily>(std::get<LayeredFamily>(made.texture->family).layers[1].family).points, points);
+  EXPECT_EQ(std::get<GrownFamily>(std::get<FieldFamily>(made.friction->over)).points, points);
+  EXPECT_EQ(assets().frictionField->at(Vec3(0.05)).value, 5);
+
+  std::get<GrownSource>((*surface.texture)->sources[1]).points = GrownReactionDiffusionSource{.wavelength_m = 1e-4};
+  EXPECT_EQ(reject(edit(setSurface(surface))).field,
+            "operations[0].set_material.material.texture.field.layers.layer[1].field.grown.reaction_diffusion."
+            "wavelength_m");
+}
+
+TEST_F(SurfaceEdits, GrowNothingOnAnObjectThatTheyRemove) {
+  const int before = resolver.resolved;
+  EXPECT_THAT(accept(edit(setSurface(grown(7)), remove("a")))->reports, IsEmpty());
+  EXPECT_EQ(resolver.resolved, before);
 }
 
 TEST_F(SurfaceEdits, MakeTheMapOfTheDynamicCoefficientApartFromThatOfBoth) {
@@ -191,7 +247,7 @@ TEST_F(SurfaceEdits, MakeTheMapOfTheDynamicCoefficientApartFromThatOfBoth) {
   FrictionEdit& given = **surface.friction;
   given.friction.dynamicOver = FieldFamily{mapped()};
   given.friction.dynamicVariation = 0.5;
-  given.dynamicSource = std::vector{MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
+  given.dynamicSource = std::vector<FamilySource>{MappedSource{SpotNoiseSource{.seed = 5}, true, true}};
   EXPECT_THAT(accept(edit(setSurface(surface)))->reports,
               ElementsAre("a: friction: taken", "a: dynamic friction: computed"));
   EXPECT_EQ(std::get<MappedFamily>(std::get<FieldFamily>(record().material.surface.friction->dynamicOver)).field,
@@ -248,7 +304,7 @@ TEST_F(SurfaceEdits, AreRefusedWhereAMapDoesNotFitTheMesh) {
   EXPECT_EQ(reject(edit(setSurface(varying(5, 7)))).field, material + "softness_over.per_vertex");
   EXPECT_THAT(reject(edit(setSurface(varying(5, 9)))).reason, HasSubstr("has 9 values; the mesh has 8 vertices"));
   SurfaceEdit image = varying(5);
-  std::get<std::vector<MappedSource>>((*image.stiffnessOver)->source)[0].field = FileSource{"missing.png"};
+  mappedIn(std::get<std::vector<FamilySource>>((*image.stiffnessOver)->source)[0]).field = FileSource{"missing.png"};
   EXPECT_EQ(reject(edit(setSurface(image))).field, material + "stiffness_over.field.mapped.image");
   accept(edit(setSurface(varying(5))));
   const Error finer = reject(edit(RemeshObject{named("a"), MeshSource{BoxSource{Vec3(0.1), 2}}}));
@@ -269,11 +325,11 @@ TEST_F(SurfaceEdits, MayComeWithANewObject) {
 
 TEST_F(SurfaceEdits, AreRefusedWithTheFieldThatCannotBeHad) {
   SurfaceEdit image = textured(1);
-  (*image.texture)->sources.at(0).field = FileSource{"missing.png"};
+  mappedIn((*image.texture)->sources.at(0)).field = FileSource{"missing.png"};
   EXPECT_EQ(reject(edit(setSurface(image))).field, "operations[0].set_material.material.texture.field.mapped.image");
   SurfaceEdit friction;
-  friction.friction =
-      FrictionEdit{Friction{1, 1, 0.5, FieldFamily{mapped()}}, std::vector{MappedSource{AssetSource{}, false, false}}};
+  friction.friction = FrictionEdit{Friction{1, 1, 0.5, FieldFamily{mapped()}},
+                                   std::vector<FamilySource>{MappedSource{AssetSource{}, false, false}}};
   EXPECT_EQ(reject(edit(moveTo("a", {}), setSurface(friction))).field,
             "operations[1].set_material.material.friction.field.mapped.asset");
 }
@@ -352,8 +408,8 @@ TEST_F(SurfaceEdits, AreRefusedWhereASnapshotOfTheSceneWouldNotFitAConnection) {
 TEST_F(SurfaceEdits, LeadAMirrorToTheSameRoots) {
   SceneVersion mirror = sequencer.history()->version;
   for (const SurfaceEdit& surface :
-       {textured(1), varying(5), layered(), without(&SurfaceEdit::stiffnessOver), perVertex(kBoxVertices), shaded({}),
-        without(&SurfaceEdit::texture), textured(2)}) {
+       {textured(1), varying(5), layered(), without(&SurfaceEdit::stiffnessOver), grown(4), perVertex(kBoxVertices),
+        shaded({}), without(&SurfaceEdit::texture), textured(2)}) {
     const auto accepted = accept(edit(setSurface(surface)));
     mirror = mirror.apply(accepted->commit).value();
     ASSERT_EQ(mirror.root(), accepted->commit.root);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/surface/grown_field.h"
 #include "common/surface/make_field.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "surface_world.h"
@@ -199,6 +200,40 @@ TEST(SurfaceProperties, ATextureOfLayersHasTheHeightOfTheirSum) {
   }
   EXPECT_LT(lowest_m, 0.0001);
   EXPECT_GT(highest_m, 0.0004);
+}
+
+TEST(SurfaceProperties, AGrownTextureIsFeltAtItsHeightWithoutAllocating) {
+  std::vector<PointSample> samples;
+  for (int y = 6; y < 18; ++y) {
+    for (int x = -60; x <= 60; ++x) {
+      const auto value = static_cast<float>(std::cos(2 * std::numbers::pi * x / 8));
+      samples.push_back({1e-3F * Vec3f(x, y, 0), value + 0.0F});
+    }
+  }
+  const auto field =
+      std::make_shared<const GrownField>(std::make_shared<const PointField>(PointField::make(0.002F, samples).value()));
+  SurfaceProperties properties;
+  properties.texture = Texture{.family = GrownFamily{}, .amplitude_m = 0.0002};
+  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
+  servo.adopt(
+      sceneOf(1, {with(slab(), properties, {.texture = field, .friction = nullptr, .frictionScale = nullptr})}));
+  servo.run(400);
+  double lowest_m = 1, highest_m = 0, worst_m = 0;
+  const std::uint64_t before = AllocationTripwire::count();
+  {
+    const AllocationTripwire armed;
+    for (int i = 0; i < 2000; ++i) {
+      const TelemetrySample s = servo.step();
+      const double height_m = 0.0002 * (field->at(s.ihip).value - field->lowest());
+      worst_m = std::max(worst_m, std::abs(s.height_m - height_m));
+      lowest_m = std::min(lowest_m, s.height_m);
+      highest_m = std::max(highest_m, s.height_m);
+    }
+  }
+  EXPECT_EQ(AllocationTripwire::count(), before);
+  EXPECT_LT(worst_m, 2e-6);
+  EXPECT_LT(lowest_m, 0.00008);
+  EXPECT_GT(highest_m, 0.0003);
 }
 
 TEST(SurfaceProperties, ATexturedFloorIsFeltWithoutAStepInTheCornerWithAPlainWall) {

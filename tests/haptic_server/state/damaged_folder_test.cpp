@@ -155,8 +155,9 @@ struct Original {
                                     {MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
       surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
                                       VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
-      surface.stiffnessOver = SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
-                                             std::vector{MappedSource{SpotNoiseSource{.seed = 6}, true, true}}};
+      surface.stiffnessOver =
+          SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
+                         std::vector<FamilySource>{MappedSource{SpotNoiseSource{.seed = 6}, true, true}}};
       surface.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}},
                                             VertexValuesSource{GivenValues{std::vector<float>(8, 0.25F)}}};
       return edit(SetMaterial{named(name), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}});

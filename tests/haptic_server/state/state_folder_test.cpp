@@ -371,10 +371,33 @@ TEST_F(StateFolderTest, KeepsLayersAndTheMapOfTheDynamicCoefficient) {
   EXPECT_EQ(*assets.dynamicFrictionScale->values, std::vector<float>(8, 0.5F));
 }
 
+TEST_F(StateFolderTest, KeepsWhatIsGrownOrGivesUpTheTextureWithIt) {
+  SurfaceEdit surface;
+  surface.texture = TextureEdit{Texture{.family = GrownFamily{}, .amplitude_m = 1e-3},
+                                {GrownSource{GrownReactionDiffusionSource{.wavelength_m = 0.01, .seed = 5}}}};
+  const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
+  Commit commit;
+  {
+    KeptScene first(folder.path());
+    commit = first.accept(kAlice, 1, edit(add("a"), textured))->commit;
+    EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(2));
+  }
+  {
+    KeptScene second(folder.path());
+    EXPECT_EQ(second.version().root(), commit.root);
+    EXPECT_EQ(second.sequencer.assetsOf(1).textureField->at(Vec3(0.05)).value, 5);
+  }
+  fs::remove(folder / "assets" / commit.put[0].assets()[1].hash.hex());
+  KeptScene third(folder.path());
+  EXPECT_FALSE(third.version().find("a")->material.surface.texture);
+  EXPECT_EQ(third.version().find("a")->mesh, commit.put[0].mesh);
+}
+
 TEST_F(StateFolderTest, KeepsWhatStiffnessAndSoftnessFollow) {
   SurfaceEdit surface;
-  surface.stiffnessOver = SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
-                                         std::vector{MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
+  surface.stiffnessOver =
+      SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
+                     std::vector<FamilySource>{MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
   surface.softnessOver =
       SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}}, VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
   const SetMaterial varying{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
