@@ -100,7 +100,7 @@ TEST_F(Shown, AwaitWhatIsGrownOnThem) {
   settle();
   EXPECT_EQ(inCloseUp(), 1);
   mirror.view().pointFields[points] =
-      std::make_shared<const PointField>(PointField::make(0.05F, {{{0.05F, 0, 0}, 1}}).value());
+      std::make_shared<const PointField>(PointField::make(0.005F, {{{0.05F, 0, 0}, 1}}).value());
   settle();
   EXPECT_GE(inCloseUp(), 6);
 }

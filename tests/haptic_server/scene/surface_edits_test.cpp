@@ -204,7 +204,7 @@ TEST_F(SurfaceEdits, GrowAPatternOnTheMeshThatTheObjectHasAfterThem) {
   EXPECT_EQ(record().assets()[1], name);
   ASSERT_THAT(assets().others, SizeIs(1));
   EXPECT_EQ(assets().others[0]->name, name);
-  EXPECT_EQ(assets().textureField->at(Vec3(0.1)).value, 7);
+  EXPECT_DOUBLE_EQ(assets().textureField->at(Vec3(0.1)).value, 7);
   accept(edit(RemeshObject{named("a"), box(0.3)}));
   EXPECT_EQ(record().assets()[1], name) << "it stays as it was grown";
 
@@ -228,7 +228,7 @@ TEST_F(SurfaceEdits, GrowInLayersAndOfFriction) {
   const auto made = record().material.surface;
   EXPECT_EQ(std::get<GrownFamily>(std::get<LayeredFamily>(made.texture->family).layers[1].family).points, points);
   EXPECT_EQ(std::get<GrownFamily>(std::get<FieldFamily>(made.friction->over)).points, points);
-  EXPECT_EQ(assets().frictionField->at(Vec3(0.05)).value, 5);
+  EXPECT_DOUBLE_EQ(assets().frictionField->at(Vec3(0.05)).value, 5);
 
   std::get<GrownSource>((*surface.texture)->sources[1]).points = GrownReactionDiffusionSource{.wavelength_m = 1e-4};
   EXPECT_EQ(reject(edit(setSurface(surface))).field,

@@ -207,7 +207,7 @@ TEST(SurfaceProperties, AGrownTextureIsFeltAtItsHeightWithoutAllocating) {
   for (int y = 6; y < 18; ++y) {
     for (int x = -60; x <= 60; ++x) {
       const auto value = static_cast<float>(std::cos(2 * std::numbers::pi * x / 8));
-      samples.push_back({1e-3F * Vec3f(x, y, 0), value + 0.0F});
+      samples.push_back({Vec3f(1e-3F * static_cast<float>(x), 1e-3F * static_cast<float>(y), 0.05F), value + 0.0F});
     }
   }
   const auto field =
@@ -224,7 +224,7 @@ TEST(SurfaceProperties, AGrownTextureIsFeltAtItsHeightWithoutAllocating) {
     const AllocationTripwire armed;
     for (int i = 0; i < 2000; ++i) {
       const TelemetrySample s = servo.step();
-      const double height_m = 0.0002 * (field->at(s.ihip).value - field->lowest());
+      const double height_m = 0.0002 * (field->at(s.ihip + Vec3(0, 0, 0.05)).value - field->lowest());
       worst_m = std::max(worst_m, std::abs(s.height_m - height_m));
       lowest_m = std::min(lowest_m, s.height_m);
       highest_m = std::max(highest_m, s.height_m);
