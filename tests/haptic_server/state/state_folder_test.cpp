@@ -385,7 +385,7 @@ TEST_F(StateFolderTest, KeepsWhatIsGrownOrGivesUpTheTextureWithIt) {
   {
     KeptScene second(folder.path());
     EXPECT_EQ(second.version().root(), commit.root);
-    EXPECT_EQ(second.sequencer.assetsOf(1).textureField->at(Vec3(0.05)).value, 5);
+    EXPECT_DOUBLE_EQ(second.sequencer.assetsOf(1).textureField->at(Vec3(0.05)).value, 5);
   }
   fs::remove(folder / "assets" / commit.put[0].assets()[1].hash.hex());
   KeptScene third(folder.path());
