@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "haptic_server/force/output_chain.h"
 #include "haptic_server/servo/body_dents.h"
 #include "haptic_server/servo/feel_friction.h"
 #include "haptic_server/servo/groove_shading.h"
@@ -163,11 +164,22 @@ class Feeling {
     ShadingFade& fade = memory_.fade;
     if (memory_.object == 0) fade.left_N = Vec3(0);
     const Vec3 now_N = tick_.force.spring;
-    if (switched_) fade.left_N = fade.springs_N + fade.change_N - now_N;  // had it gone on
+    if (switched_)
+      fade.left_N = limitMagnitude(fade.springs_N + fade.change_N - now_N, mostSwitched_N());  // had it gone on
     tick_.force.spring += fade.left_N;
     fade.left_N *= 1 - std::min(1.0, config_.period_s / ShadingFade::kTime_s);
     fade.change_N = memory_.object == 0 ? Vec3(0) : tick_.force.spring - fade.springs_N;
     fade.springs_N = tick_.force.spring;
+  }
+
+  /// What a switch can change: rigid bodies without a bulge are the same alone and together.
+  [[nodiscard]] double mostSwitched_N() const noexcept {
+    if (state_.anySoft) return config_.maxForce_N;
+    double most_N = 0;
+    for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+      if (hasShading(i)) most_N += state_.objects[i].felt.value().spring_N_per_m * detail(i)->highest_m();
+    }
+    return most_N;
   }
 
   /// Of several bodies that hold the IHIP.
