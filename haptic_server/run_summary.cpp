@@ -33,6 +33,8 @@ void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtim
   status.set_missed_ticks(servo.missedTicks.load());
   status.set_put_out(servo.putOut.load());
   status.set_put_out_of(servo.putOutOf.load());
+  status.set_behind(servo.behind.load());
+  status.set_wait_s(servo.wait_s.load());
   status.set_contact_ticks(servo.contactTicks.load());
   status.set_max_force_n(servo.maxForce_N.load());
   status.set_adopted_revision(servo.adoptedRevision.load());
@@ -61,6 +63,7 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"wake_latency_ns", toJson(status.wake_latency_ns())},
       {"contact_ticks", status.contact_ticks()},
       {"put_out", status.put_out()},
+      {"behind", status.behind()},
       {"max_force_N", status.max_force_n()},
       {"force_limit_N", maxForceLimit_N},
       {"allocations_in_servo", status.allocations_in_servo()},

@@ -340,8 +340,8 @@ class ServerApp::Impl {
     if (sample.fault == Fault::kNone) {
       spdlog::info("tick {}: forces again", sample.tick);
     } else {
-      spdlog::error("tick {}: the force is taken away: {}", sample.tick,
-                    faultInWords(sample.fault, sample.device.fault));
+      spdlog::error("tick {}: the force is taken away: {}{}", sample.tick,
+                    faultInWords(sample.fault, sample.device.fault), waitInWords(sample.wait_s));
     }
   }
 

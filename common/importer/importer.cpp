@@ -100,8 +100,9 @@ class Import {
 
   /// Whether it may be looked at: nothing that comes from there is trusted.
   static bool holds(const ImporterMessage& message) {
-    const unsigned char searched = *reinterpret_cast<const unsigned char*>(&message.report.mended.searched);
-    return message.size <= mostOf(message.kind) && searched <= 1;
+    const auto isFlag = [](const bool& flag) { return *reinterpret_cast<const unsigned char*>(&flag) <= 1; };
+    return message.size <= mostOf(message.kind) && isFlag(message.report.mended.searched) &&
+           isFlag(message.report.tJunctionsSearched);
   }
 
   static std::size_t mostOf(ImporterMessage::Kind kind) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/mesh/morton.h"
+
 namespace haptics {
 namespace {
 
@@ -16,38 +18,10 @@ constexpr std::int64_t kMostTestsEach = 2048;
 /// What a test of two triangles costs in comparisons of boxes.
 constexpr std::int64_t kTestsPerCrossing = 16;
 
-constexpr int kBits = 21;  // of a coordinate in a Morton code
-
-std::uint64_t spread(std::uint64_t x) {
-  x = (x | x << 32) & 0x1F00000000FFFF;
-  x = (x | x << 16) & 0x1F0000FF0000FF;
-  x = (x | x << 8) & 0x100F00F00F00F00F;
-  x = (x | x << 4) & 0x10C30C30C30C30C3;
-  return (x | x << 2) & 0x1249249249249249;
-}
-
-/// The triangles, neighbours in space near each other.
-std::vector<std::uint32_t> mortonOrder(const TriMesh& mesh) {
-  Vec3 low(std::numeric_limits<double>::infinity());
-  Vec3 high = -low;
-  for (const Vec3f v : mesh.vertices) {
-    low = glm::min(low, Vec3(v));
-    high = glm::max(high, Vec3(v));
-  }
-  const Vec3 size = high - low;
-  const double perMetre = ((1 << kBits) - 1) / std::max({size.x, size.y, size.z});
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(mesh.triangles.size());
-  for (std::uint32_t t = 0; t < keys.size(); ++t) {
-    Vec3 centre(0);
-    for (const std::uint32_t v : mesh.triangles[t]) centre += Vec3(mesh.vertices[v]) / 3.0;
-    std::uint64_t key = 0;
-    for (int d = 0; d < 3; ++d) key |= spread(static_cast<std::uint64_t>((centre[d] - low[d]) * perMetre)) << d;
-    keys[t] = {key, t};
-  }
-  std::sort(keys.begin(), keys.end());
-  std::vector<std::uint32_t> order(keys.size());
-  std::transform(keys.begin(), keys.end(), order.begin(), [](const auto& key) { return key.second; });
-  return order;
+Vec3 centreOf(const TriMesh& mesh, std::uint32_t triangle) {
+  Vec3 centre(0);
+  for (const std::uint32_t v : mesh.triangles[triangle]) centre += Vec3(mesh.vertices[v]) / 3.0;
+  return centre;
 }
 
 }  // namespace
@@ -101,7 +75,8 @@ class CrossingSearch::PairWalk {
 
 CrossingSearch::CrossingSearch(const TriMesh& mesh)
     : mesh_(mesh),
-      order_(mortonOrder(mesh)),
+      order_(mortonOrder(static_cast<std::uint32_t>(mesh.triangles.size()),
+                         [&](std::uint32_t t) { return centreOf(mesh, t); })),
       place_(order_.size()),
       leaves_(std::bit_ceil((order_.size() + kLeaf - 1) / kLeaf)),
       nodes_(2 * leaves_) {

@@ -83,6 +83,8 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   report.droppedOutOfRange += soup.outOfRange;
   report.polygonsTriangulated = soup.polygonsTriangulated;
   report.shapesSkipped = soup.shapesSkipped;
+  report.headerLinesSkipped = soup.headerLinesSkipped;
+  report.bytesAtEnd = soup.bytesAtEnd;
   const Vec3 size_m = report.boxMax_m - report.boxMin_m;
   const double farthest_m = options.keepCrossings ? 0 : kFarthestMend * std::max({size_m.x, size_m.y, size_m.z});
   report.mended = mend(imported->mesh, report.closed(), farthest_m);

@@ -25,9 +25,11 @@ struct MeshReport {
   std::uint64_t droppedOutOfRange = 0;     ///< Naming a vertex that is not there.
   std::uint64_t duplicateFaces = 0;        ///< Same three vertices; kept.
   std::uint64_t verticesInFile = 0;
-  std::uint64_t verticesWelded = 0;     ///< Merged into another at the same place.
-  std::uint64_t verticesUnused = 0;     ///< Left out: no kept triangle names them.
-  std::uint64_t shapesSkipped = 0;      ///< NURBS of an Inventor file, which are not triangulated.
+  std::uint64_t verticesWelded = 0;      ///< Merged into another at the same place.
+  std::uint64_t verticesUnused = 0;      ///< Left out: no kept triangle names them.
+  std::uint64_t shapesSkipped = 0;       ///< NURBS of an Inventor file, which are not triangulated.
+  std::uint64_t headerLinesSkipped = 0;  ///< As in PlainFile, like the next.
+  std::uint64_t bytesAtEnd = 0;
   std::uint64_t boundaryEdges = 0;      ///< One face.
   std::uint64_t tJunctions = 0;         ///< Boundary edges with a vertex of other boundary edges on them.
   std::uint64_t nonManifoldEdges = 0;   ///< More than two faces.
@@ -36,6 +38,7 @@ struct MeshReport {
   std::uint64_t crowdedVertices = 0;    ///< More than kCrowdedValence triangles around them.
   std::uint32_t maxValence = 0;         ///< Most triangles around one vertex.
   Mended mended;                        ///< What was done where the mesh passed through itself.
+  bool tJunctionsSearched = true;       ///< False: that would have taken too long; none are counted.
   double meanEdge_m = 0;
   Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.
   double scale_m = 1;             ///< Metres per file unit that was applied.

@@ -150,6 +150,8 @@ Result<PolygonSoup> readWithOpenMesh(PlainFile plain, const std::string& format)
   soup.verticesInFile = plain.vertices;
   soup.degenerate += plain.degenerate;
   soup.outOfRange += plain.outOfRange;
+  soup.headerLinesSkipped = plain.headerLinesSkipped;
+  soup.bytesAtEnd = plain.bytesAtEnd;
   return std::move(soup);
 }
 

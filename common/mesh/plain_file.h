@@ -18,11 +18,13 @@ namespace haptics {
 struct PlainFile {
   std::string bytes;
   bool binary = false;
-  std::uint64_t vertices = 0;          ///< In the original file.
-  std::uint64_t polygons = 0;          ///< In `bytes`.
-  std::uint64_t triangles = 0;         ///< Of those polygons once they are cut; not known of OM files.
-  std::uint64_t degenerate = 0;        ///< Faces of fewer than three corners, left out of `bytes`.
-  std::uint64_t outOfRange = 0;        ///< Triangles left out because their polygon names a vertex that is not there.
+  std::uint64_t vertices = 0;            ///< In the original file.
+  std::uint64_t polygons = 0;            ///< In `bytes`.
+  std::uint64_t triangles = 0;           ///< Of those polygons once they are cut; not known of OM files.
+  std::uint64_t degenerate = 0;          ///< Faces of fewer than three corners, left out of `bytes`.
+  std::uint64_t outOfRange = 0;          ///< Triangles left out because their polygon names a vertex that is not there.
+  std::uint64_t headerLinesSkipped = 0;  ///< Of a PLY file: they begin with no keyword of PLY.
+  std::uint64_t bytesAtEnd = 0;          ///< Of a binary STL file, after its last triangle; left out.
   bool readerDropsDegenerate = false;  ///< OpenMesh's reader leaves out faces with fewer than three different corners.
 };
 

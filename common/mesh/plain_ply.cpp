@@ -34,6 +34,7 @@ struct Element {
 struct Header {
   Format format = Format::kText;
   std::vector<Element> elements;
+  std::uint64_t linesSkipped = 0;
 };
 
 std::optional<Scalar> scalarNamed(std::string_view name) {
@@ -95,7 +96,7 @@ Result<void> readHeaderLine(std::string_view keyword, std::string_view line, Hea
     if (!property) return tl::unexpected(std::move(property).error());
     header.elements.back().properties.push_back(*std::move(property));
   } else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
-    return refused("", "its header has a line that begins with " + inQuotes(keyword));
+    ++header.linesSkipped;
   }
   return {};
 }
@@ -168,7 +169,9 @@ void append(std::string& bytes, T value) {
 /// Rewrites the body, element by element: vertices as three floats, faces as an int count and int corners.
 class Body {
  public:
-  Body(std::string_view body, Format format) : values_(body, format) {}
+  Body(std::string_view body, const Header& header) : values_(body, header.format) {
+    plain_.headerLinesSkipped = header.linesSkipped;
+  }
 
   Result<void> take(const Element& element) {
     for (std::uint64_t i = 0; i < element.count; ++i) {
@@ -295,7 +298,7 @@ Result<PlainFile> plainPly(std::string_view file) {
   const auto header = readHeader(file);
   if (!header) return tl::unexpected(header.error());
   if (auto ok = checkElements(*header, file.size()); !ok) return tl::unexpected(std::move(ok).error());
-  Body body(file, header->format);
+  Body body(file, *header);
   for (const Element& element : header->elements) {
     if (auto ok = body.take(element); !ok) return tl::unexpected(std::move(ok).error());
   }

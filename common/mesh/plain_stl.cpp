@@ -29,8 +29,10 @@ Result<PlainFile> plainBinary(std::string_view file) {
       if (auto ok = coordinate(static_cast<double>(x), corner); !ok) return tl::unexpected(std::move(ok).error());
     }
   }
+  const std::size_t size = kHeader + triangles * kRecord;
   PlainFile plain;
-  plain.bytes = file;
+  plain.bytes = file.substr(0, size);
+  plain.bytesAtEnd = file.size() - size;
   plain.binary = true;
   plain.vertices = 3 * triangles;
   plain.triangles = triangles;
@@ -84,10 +86,12 @@ Result<PlainFile> plainText(std::string_view file) {
 
 }  // namespace
 
-// A binary file may begin with "solid" too, so its length decides; text holds no byte 0.
+// A binary file may begin with "solid" too, so its length decides; text holds no byte 0. Other programs leave notes of
+// their own after the last triangle.
 Result<PlainFile> plainStl(std::string_view file) {
   Result<PlainFile> plain;
-  if (file.size() >= kHeader && file.size() == kHeader + kRecord * claimedTriangles(file)) {
+  const bool isWhole = file.size() >= kHeader && file.size() >= kHeader + kRecord * claimedTriangles(file);
+  if (isWhole && (claimedTriangles(file) > 0 || file.size() == kHeader)) {
     plain = plainBinary(file);
   } else if (std::string_view rest = file; nextWord(rest) == "solid" && file.find('\0') == file.npos) {
     plain = plainText(file);

@@ -19,6 +19,8 @@ struct PolygonSoup {
   std::uint64_t degenerate = 0;  ///< Triangles that were not even taken over: fewer than three different corners.
   std::uint64_t outOfRange = 0;  ///< Triangles of polygons that name a vertex that is not there.
   std::uint64_t shapesSkipped = 0;
+  std::uint64_t headerLinesSkipped = 0;
+  std::uint64_t bytesAtEnd = 0;
 
   /// Cuts the polygon into triangles and appends them, each with the polygon's winding. A polygon that names a vertex
   /// that is not (yet) in `vertices` is counted instead.

@@ -45,7 +45,9 @@ void describeEdges(const TriMesh& mesh, MeshReport& report) {
   }
   report.meanEdge_m = length / static_cast<double>(edges);
   report.boundaryEdges = boundary.size();
-  report.tJunctions = countTJunctions(mesh.vertices, boundary);
+  const auto tJunctions = countTJunctions(mesh.vertices, boundary);
+  report.tJunctions = tJunctions.value_or(0);
+  report.tJunctionsSearched = tJunctions.has_value();
 }
 
 /// A sliver's longest side is this many times as long as it is high.
@@ -96,6 +98,8 @@ std::string MeshReport::text() const {
   };
   mention(polygonsTriangulated, "polygons cut into triangles");
   mention(shapesSkipped, "parts skipped (NURBS, or included files that are not beside it)");
+  mention(headerLinesSkipped, "header lines skipped that begin with no keyword");
+  mention(bytesAtEnd, "bytes after the last triangle left out");
   mention(droppedDegenerate, "degenerate triangles dropped");
   mention(droppedOutOfRange, "triangles dropped for naming a vertex that is not there");
   mention(duplicateFaces, "duplicate faces kept");
@@ -103,6 +107,7 @@ std::string MeshReport::text() const {
   mention(verticesUnused, "unused vertices left out");
   mention(boundaryEdges, "boundary edges");
   mention(tJunctions, "of them T-junctions");
+  if (!tJunctionsSearched) line += ", not searched for T-junctions: too many long edges";
   mention(nonManifoldEdges, "non-manifold edges");
   mention(inconsistentEdges, "edges with one face flipped");
   mention(mended.crossings, "pairs of triangles that pass through each other");

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+
 #include "common/telemetry/telemetry_sample.h"
 
 namespace haptics {
@@ -21,6 +25,12 @@ namespace haptics {
       return device == DeviceFault::kNone ? "the device is not ready" : inWords(device);
   }
   return "unknown";
+}
+
+/// What TelemetrySample::wait_s adds to that; empty when there is nothing to wait for.
+[[nodiscard]] inline std::string waitInWords(double wait_s) {
+  if (!(wait_s > 0)) return {};
+  return ", again and again: back in " + std::to_string(static_cast<int>(std::ceil(std::min(wait_s, 1e6)))) + " s";
 }
 
 }  // namespace haptics

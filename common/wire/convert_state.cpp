@@ -214,6 +214,8 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
                    static_cast<std::uint8_t>(message.device_buttons()), message.device_age_us()};
   sample.putOut = message.put_out();
   sample.putOutOf = message.put_out_of();
+  sample.behind = message.behind();
+  sample.wait_s = message.wait_s();
   sample.missedTicks = message.missed_ticks();
   sample.droppedSamples = message.dropped_samples();
   sample.servoRate_Hz = message.servo_rate_hz();
@@ -262,6 +264,8 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_device_not_homed(!sample.device.homed);
   message.set_put_out(sample.putOut);
   message.set_put_out_of(sample.putOutOf);
+  message.set_behind(sample.behind);
+  message.set_wait_s(sample.wait_s);
   message.set_missed_ticks(sample.missedTicks);
   message.set_dropped_samples(sample.droppedSamples);
   message.set_servo_rate_hz(sample.servoRate_Hz);

@@ -68,12 +68,16 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   printLatency("wake-up", status.wake_latency_ns());
   std::printf("real time  fifo %s, memory locked %s, pinned %s, %llu allocations\n", yesNo(status.fifo()),
               yesNo(status.memory_locked()), yesNo(status.pinned()), count(status.allocations_in_servo()));
-  std::printf("fault      %s, %llu since start\n",
+  std::printf("fault      %s%s, %llu since start\n",
               faultInWords(static_cast<Fault>(status.fault()), static_cast<DeviceFault>(status.device_fault())),
-              count(status.faults()));
+              waitInWords(status.wait_s()).c_str(), count(status.faults()));
   if (status.put_out() > 0) {
     std::printf("put out    %llu times that the IHIP was inside a body, the last time of %s\n", count(status.put_out()),
                 objectInWords(status.put_out_of(), scene).c_str());
+  }
+  if (status.behind() > 0) {
+    std::printf("behind     %llu ticks that left a part of the hand's way to the next: the scene is dense there\n",
+                count(status.behind()));
   }
   std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());
   std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));

@@ -64,7 +64,9 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
     std::printf("  %s's %s gave %.3g mJ", object->name.c_str(), nameOf(sample.gaveMost.feature),
                 sample.gaveMost.given_J * kMillijoulesPerJoule);
   }
-  if (sample.fault != Fault::kNone) std::printf("  FAULT: %s", faultInWords(sample.fault, sample.device.fault));
+  if (sample.fault != Fault::kNone) {
+    std::printf("  FAULT: %s%s", faultInWords(sample.fault, sample.device.fault), waitInWords(sample.wait_s).c_str());
+  }
   std::printf("\n");
   std::fflush(stdout);
 }

@@ -124,6 +124,7 @@ void ObjectActors::paint(const Paint& paint) {
     } else {
       world->SetRepresentationToSurface();
     }
+    world->SetLighting(!paint.wireframe);  // lines have no side that looks away
     lightVertices(part.world, fine && paint.vertexLighting && !paint.wireframe && !world->GetEdgeVisibility());
     const bool edged = part.closeUp->GetProperty()->GetEdgeVisibility();
     lightVertices(part.closeUp, fine && paint.vertexLighting && !edged);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "common/telemetry/fault_words.h"
 #include "common/text/printable.h"
 
 namespace haptics {
@@ -56,7 +57,7 @@ OverlayLine faultOrRate(const TelemetrySample& sample) {
     case Fault::kNonFiniteForce:
       return {"Servo", "FAULT: force not finite", Tone::kBad};
     case Fault::kDeadlinesMissed:
-      return {"Servo", "FAULT: deadlines missed", Tone::kBad};
+      return {"Servo", "FAULT: deadlines missed" + waitInWords(sample.wait_s), Tone::kBad};
     case Fault::kDeviceStale:
       return {"Servo", "FAULT: device stale", Tone::kBad};
     case Fault::kDeviceLost:
@@ -189,6 +190,10 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
                      formatted("%llu times, last of ", static_cast<unsigned long long>(sample.putOut)) +
                          objectName(view, sample.putOutOf),
                      Tone::kWarning});
+  }
+  if (sample.behind > 0) {
+    lines.push_back(
+        {"IHIP behind", formatted("in %llu ticks", static_cast<unsigned long long>(sample.behind)), Tone::kWarning});
   }
   return lines;
 }

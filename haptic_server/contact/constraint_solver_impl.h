@@ -3,6 +3,7 @@
 // Several surfaces: the IHIP held by up to three, as the god-object is (Zilles and Salisbury 1995).
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "haptic_server/contact/contact_tick.h"
@@ -126,7 +127,7 @@ void ContactTick<Corrections>::resolve(Vec3 hip) noexcept {
   const TriangleRecord& record = s.triangle(t);
   const Vec3 middle = (record.corner(0) + record.corner(1) + record.corner(2)) * (1 / 3.0);
   Vec3 inner = state_.local;
-  for (double pull = kPull; pull > kLeastPull; pull /= 8) {
+  for (double pull = kPull; pull > kLeastPull && !work_.allowance.isSpent(); pull /= 8) {
     inner = glm::mix(state_.local, middle, pull);
     if (!meetsAnother(own, own.frame.toWorld(inner))) break;
   }
@@ -151,14 +152,18 @@ void ContactTick<Corrections>::stay() noexcept {
 /// A pocket that moving bodies close entirely has no place for the IHIP: it is then let through one of them.
 template <class Corrections>
 void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
+  constexpr int kFewRounds = 4;  // of a tick that takes a part of its way only
+  const bool whole = stride_ == 1;
+  const int mostRounds = whole ? kMaxSolverRounds : kFewRounds;
+  const double longest_m = whole ? std::numeric_limits<double>::infinity() : stride_ * glm::distance(state_.ihip, hip);
   Move last;
-  if (state_.mode == Mode::kSeveralSurfaces && state_.holdingCount > 0) last = followHeld(hip);
+  if (whole && state_.mode == Mode::kSeveralSurfaces && state_.holdingCount > 0) last = followHeld(hip);
   state_.mode = Mode::kSeveralSurfaces;
   bool settled = last.done && restsOn(last) && !(isOneSurface(last) && last.count > 1);
-  for (int round = 0, notNearer = 0; round < kMaxSolverRounds && !settled; ++round) {
+  for (int round = 0, notNearer = 0; round < mostRounds && !settled && !work_.allowance.isSpent(); ++round) {
     ++work_.solverRounds;
     const Vec3 from = state_.ihip;
-    Move move = moveTowards(hip);
+    Move move = moveTowards(hip, longest_m);
     if (!move.done) break;
     const double way = glm::distance(state_.ihip, from);
     settled = move.whole && (move.count == 0 || restsOn(move) || way <= kSettled * glm::distance(move.to, hip));
@@ -169,7 +174,7 @@ void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
     notNearer += nearer ? 0 : 1;
     settled = settled || notNearer > kMostNotNearer;
     last = move;
-    if (settled || move.count < 2 || isOneSurface(move)) continue;
+    if (settled || !whole || move.count < 2 || isOneSurface(move)) continue;
     std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
     state_.holdingCount = move.count;
     const Move followed = followHeld(hip);
@@ -182,12 +187,13 @@ void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
 }
 
 /// One straight move: to the optimum of the planes of all that is in touch and in the way, as far as it is carried, or
-/// to what is met on the way.
+/// to what is met on the way, and no farther than `longest_m`.
 template <class Corrections>
-typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Vec3 hip) noexcept {
+typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Vec3 hip, double longest_m) noexcept {
   Constraints constraints(hip, skin_);
   const bool behind = isBehind();
   while (true) {
+    work_.allowance.spend(Allowance::kPlanes);
     Move move = constraints.move();
     const auto pushing = move.allPushing();
     const Carried carried = carriedBy(pushing, constraints);
@@ -204,6 +210,11 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Ve
       }
       move.whole = false;
       if (!behind) move.to = glm::mix(state_.ihip, move.to, std::min(std::max(carried.time, skin_ / way), 1.0));
+    }
+    if (const double way = glm::distance(state_.ihip, move.to); way > longest_m && !behind) {
+      move.whole = false;
+      move.to = glm::mix(state_.ihip, move.to, longest_m / way);
+      next.reset();
     }
     const Hit hit = go(move.to);
     if (!hit) {

@@ -11,9 +11,12 @@ void place(ContactState& state, Vec3 hip) noexcept {
 }
 
 void unseat(ContactState& state) noexcept {
-  const Vec3 hip = state.hip;
-  place(state, state.ihip);
-  state.hip = hip;
+  const ContactState before = state;
+  place(state, before.ihip);
+  state.hip = before.hip;
+  state.reached = before.reached;
+  state.stride = before.stride;
+  state.unchecked = before.unchecked;
   state.reseated = true;
 }
 
@@ -24,7 +27,7 @@ ContactResult followContact(std::span<const Body> bodies, ContactState& state, V
 }
 
 void followGuarded(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
-  result = followContact<AllCorrections>(bodies, state, hip);
+  result = followContact<AllCorrections>(bodies, state, hip, result.work.allowance);
 }
 
 }  // namespace haptics

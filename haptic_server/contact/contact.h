@@ -20,6 +20,14 @@ struct HoldingSurface {
   std::uint32_t triangle = 0;  ///< Of the body's Surface.
 };
 
+/// A ball in which a free HIP meets nothing.
+struct Clearance {
+  Vec3 centre{0};               ///< World.
+  double radius_m = 0;          ///< 0: not known.
+  std::uint16_t pause = 0;      ///< Ticks until it may be looked for again;
+  std::uint16_t lastPause = 0;  ///< as many as after the last time in vain.
+};
+
 /// Everything the contact core remembers from tick to tick. Written by place(), followContact() and reseat() only.
 struct ContactState {
   enum class Mode : std::uint8_t { kFree, kOneSurface, kSeveralSurfaces };
@@ -37,6 +45,13 @@ struct ContactState {
       Feature::kPolygon;  ///< kOneSurface: what of the triangle holds the IHIP, itself, one of its lines or vertices.
   Vec3 local{0};          ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
   HeldPolygon polygon;    ///< Of the last tick that ended on one, unless that was known.
+  /// Of the HIP's way and of the bodies' motions in the last tick, what it took: less than 1 when it spent its allowance.
+  /// `hip` and `ihip` are of that time, and so have the bodies' previous poses to be in the next tick.
+  double reached = 1;
+  /// The part of its way that a tick sets out to take: less than 1 after one that could not take a step of it.
+  double stride = 1;
+  Clearance clear;         ///< Free.
+  bool unchecked = false;  ///< Whether the IHIP is inside of a body: the last tick had no allowance left to see.
 
   /// The surfaces that the contact involves: none when free, else at least the first.
   [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept {
@@ -55,8 +70,10 @@ struct ContactWork {
   int crowdedOut = 0;        ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
   bool interrupted = false;  ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
   bool unsettled = false;    ///< The solver ran out of rounds or planes; it goes on in the next tick.
+  bool behind = false;       ///< The allowance was spent: the rest of the HIP's way comes with the next tick.
   bool putOut = false;       ///< The IHIP was found inside a body and put outside of all: the force may jump.
   int insideOf = -1;         ///< Index into bodies of that body, or of the sheet that it was behind.
+  Allowance allowance;       ///< What is left of it.
 };
 
 /// What the contact core found: the rest of the step reads only this.
@@ -97,8 +114,12 @@ void unseat(ContactState& state) noexcept;
 /// One tick (paper 3.2): the path of the HIP from its last place to `hip` (world), the IHIP on the surfaces that it
 /// meets. Neither allocates nor locks. A HIP that is not finite, or beyond the range of the float vertices, counts as
 /// one that did not move.
+///
+/// Bounded by result.work.allowance. A tick that spends it ends with the last step that was made before: the IHIP is where
+/// every way that led there was tested, and ContactState::reached tells how much of the HIP's way that is. So dense places
+/// are gone through more slowly than the HIP goes, and nothing is ever gone through untested.
 [[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
-/// The same into a `result` as constructed: a copy of it would wait for the stores that made it.
+/// The same into a `result` as constructed, but for its allowance: a copy of it would wait for the stores that made it.
 /// What is `known` is there the sooner; null: nothing.
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
                    const KnownPolygons* known = nullptr) noexcept;
@@ -119,8 +140,9 @@ inline constexpr int kReseatRounds = 8;
 /// Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it
 /// finds itself in, and the next followContact() finds what holds it. Returns true when the contact could not be
 /// carried as it was, that is when the force may jump: the caller lets that in. Bounded work: no more than kReseatRounds
-/// closest point queries per body.
-[[nodiscard]] bool reseat(ContactState& state, std::span<const Body> bodies,
-                          std::span<const BodyOrigin> origins) noexcept;
+/// closest point queries per body, nor than the allowance; where that ends it, the next tick looks whether the IHIP is
+/// inside of a body.
+[[nodiscard]] bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const BodyOrigin> origins,
+                          Allowance allowance = {}) noexcept;
 
 }  // namespace haptics

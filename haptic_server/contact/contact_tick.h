@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -72,13 +73,19 @@ inline constexpr double kSettled = 0x1p-14;
   return isUsable(hip) ? hip : state.hip;
 }
 
+/// Triangles that a search may have looked at in this tick when it ends: it takes half of the allowance at most.
+[[nodiscard]] inline int searchBudget(const ContactWork& work) noexcept {
+  const std::int64_t affordable = work.triangles + work.allowance.left() / (2 * Allowance::kNearTriangle);
+  return static_cast<int>(std::clamp<std::int64_t>(affordable, 1, kSearchBudget));
+}
+
 /// One tick at work on the state: the neighborhood watch proposes a path, a guard tests it against everything else that
 /// is near, and a constraint solver takes over only where it is blocked, at boundaries, and while several surfaces
 /// hold.
 template <class Corrections>
 class ContactTick {
  public:
-  ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
+  ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip, const Allowance& allowance) noexcept;
   [[nodiscard, gnu::always_inline]] inline ContactResult run() noexcept;
 
  private:
@@ -88,12 +95,19 @@ class ContactTick {
   using Mode = ContactState::Mode;
   using SegmentTest = typename Corrections::SegmentTest;
 
+  /// What a step changes of the state.
+  struct Taken;
+
   // contact_tick_impl.h: the tick in steps, motion in free space
   void start() noexcept;
+  void makeSteps() noexcept;
+  [[nodiscard]] Taken taken() const noexcept;
+  void goBackTo(const Taken& before) noexcept;
   [[nodiscard]] double shortStepEnd(double now) const noexcept;
   [[nodiscard]] double advance(double now, bool last) noexcept;
   [[nodiscard]] Vec3 hipAt(double time) const noexcept { return time < 1 ? glm::mix(state_.hip, hip_, time) : hip_; }
-  void setTime(double time) noexcept { near_.setTime(bodies_, Corrections::kObjectFrameSegments ? time : 1); }
+  /// Of the way that the tick sets out to take.
+  void setTime(double time) noexcept { near_.setTime(bodies_, Corrections::kObjectFrameSegments ? time * stride_ : 1); }
   [[nodiscard]] double advanceFree(double now, double end, Vec3 hip) noexcept;
   /// Bodies that are leaving the scene cannot be touched anew.
   template <class Skip>
@@ -110,6 +124,7 @@ class ContactTick {
   [[nodiscard]] ContactResult result() noexcept;
 
   // surface_following_impl.h: one surface
+  [[nodiscard]] SearchResult search(const HoldingSurface& from, Vec3 h, SearchPath* path) noexcept;
   [[nodiscard]] HipMotion motionOver(const Body& body) const noexcept;
   [[nodiscard]] double advanceOnSurface(double now, bool last) noexcept;
   void followSurface(Vec3 hip) noexcept;
@@ -134,7 +149,7 @@ class ContactTick {
   void resolve(Vec3 hip) noexcept;
   void stay() noexcept;
   void solve(Vec3 hip) noexcept;
-  [[nodiscard]] Move moveTowards(Vec3 hip) noexcept;
+  [[nodiscard]] Move moveTowards(Vec3 hip, double longest_m) noexcept;
   /// Do two triangles share a vertex?
   [[nodiscard]] bool meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept;
   /// Does another part of its mesh pass through the triangle?
@@ -184,7 +199,8 @@ class ContactTick {
 
   std::span<const Body> bodies_;
   ContactState& state_;
-  Vec3 hip_;  // at the end of the tick, world
+  double stride_;  // of the HIP's way and the bodies' motions, the part that this tick sets out to take
+  Vec3 hip_;       // at the end of it, world
   NearBodies near_;
   Foot foot_;             // kOneSurface: of the IHIP
   bool settled_ = false;  // It is the nearest to the HIP.

@@ -19,31 +19,101 @@ namespace haptics {
 
 /// followContact() under another policy, always by the long way.
 template <class Corrections>
-[[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept {
-  return ContactTick<Corrections>(bodies, state, usableHip(state, hip)).run();
+[[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip,
+                                          const Allowance& allowance = {}) noexcept {
+  return ContactTick<Corrections>(bodies, state, usableHip(state, hip), allowance).run();
 }
 
 template <class Corrections>
 
-ContactTick<Corrections>::ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept
-    : bodies_(bodies), state_(state), hip_(hip) {}
+ContactTick<Corrections>::ContactTick(std::span<const Body> bodies, ContactState& state, Vec3 hip,
+                                      const Allowance& allowance) noexcept
+    : bodies_(bodies),
+      state_(state),
+      stride_(state.stride),
+      hip_(state.stride < 1 ? glm::mix(state.hip, hip, state.stride) : hip) {
+  work_.allowance = allowance;
+}
 
 template <class Corrections>
 ContactResult ContactTick<Corrections>::run() noexcept {
+  // What is kept of the allowance for finding out whether the IHIP is inside of a body, and for putting it out.
+  const std::int64_t aside = work_.allowance.left() / 4;
+  work_.allowance.spend(aside);
   start();
+  makeSteps();
+  work_.allowance.spend(-aside);
+  if (work_.behind) {
+    state_.unchecked = state_.unchecked || mayBeInside();
+    return result();
+  }
+  if (state_.unchecked || mayBeInside()) {
+    work_.insideOf = enclosingBody();
+    if (work_.insideOf >= 0) putOut();
+    state_.unchecked = work_.allowance.isSpent();
+  }
+  state_.reseated = false;
+  return result();
+}
+
+template <class Corrections>
+struct ContactTick<Corrections>::Taken {
+  Mode mode;
+  int holdingCount;
+  std::array<HoldingSurface, ContactState::kMaxHolding> holding;
+  Feature feature;
+  Vec3 local;
+  Vec3 ihip;
+  Foot foot;
+  bool settled;
+};
+
+template <class Corrections>
+typename ContactTick<Corrections>::Taken ContactTick<Corrections>::taken() const noexcept {
+  return {state_.mode, state_.holdingCount, state_.holding, state_.feature, state_.local, state_.ihip, foot_, settled_};
+}
+
+template <class Corrections>
+void ContactTick<Corrections>::goBackTo(const Taken& before) noexcept {
+  state_.mode = before.mode;
+  state_.holdingCount = before.holdingCount;
+  state_.holding = before.holding;
+  state_.feature = before.feature;
+  state_.local = before.local;
+  state_.ihip = before.ihip;
+  foot_ = before.foot;
+  settled_ = before.settled;
+}
+
+/// To the end of the HIP's way, or as far as the allowance lasts: in what a step did after that no answer can be trusted,
+/// so that it counts as not made. A tick that makes none tries an eighth of its way in the next, where segments are shorter
+/// and meet less.
+template <class Corrections>
+void ContactTick<Corrections>::makeSteps() noexcept {
+  constexpr double kShorter = 0x1p-3;
+  constexpr double kLeastStride = 0x1p-30;
   double now = 0;
   // Contacts and releases within a step may divide it again; a bound on all of them together bounds the tick.
   while (now < 1 && work_.steps < 2 * kMaxSteps) {
     const bool last = ++work_.steps >= kMaxSteps || work_.interrupted;
-    now = advance(now, last);
+    const Taken before = taken();
+    const double end = advance(now, last);
+    if (work_.allowance.isSpent()) {
+      goBackTo(before);
+      if (now == 0) state_.stride = std::max(kLeastStride, state_.stride * kShorter);
+      work_.behind = true;
+      break;
+    }
+    now = end;
   }
-  if (mayBeInside()) {
-    work_.insideOf = enclosingBody();
-    if (work_.insideOf >= 0) putOut();
+  if (!work_.behind) {
+    state_.stride = std::min(1.0, 2 * state_.stride);
+    now = 1;
   }
-  state_.reseated = false;
-  state_.hip = hip_;
-  return result();
+  state_.reached = now * stride_;
+  work_.behind = state_.reached < 1;
+  state_.hip = hipAt(now);
+  if (work_.behind) setTime(now);
 }
 
 template <class Corrections>
@@ -117,7 +187,7 @@ double ContactTick<Corrections>::advanceFree(double now, double end, Vec3 hip) n
   }
   const double reached = now + (end - now) * hit.crossing.time;
   if (reached < 1) return reached;
-  near_.setTime(bodies_, 1);
+  setTime(1);
   state_.mode == Mode::kOneSurface ? followSurface(hip_) : solve(hip_);
   return 1;
 }
@@ -158,12 +228,13 @@ bool ContactTick<Corrections>::mayBeInside() const noexcept {
   return false;
 }
 
-/// The closed body that the IHIP is inside of at the end of the tick, or the sheet that it is behind; -1 when there is none.
+/// The closed body that the IHIP is inside of at the end of the tick, or the sheet that it is behind; -1 when there is none,
+/// or when the allowance is spent.
 template <class Corrections>
 int ContactTick<Corrections>::enclosingBody() noexcept {
   near_.setTime(bodies_, 1);
   const int onSurface = state_.mode == Mode::kOneSurface ? held().body : -1;
-  for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
+  for (int b = 0; b < static_cast<int>(bodies_.size()) && !work_.allowance.isSpent(); ++b) {
     const Body& body = bodies_[static_cast<std::size_t>(b)];
     if (body.leaving || !body.surface->closed() || !withinSphere(body, state_.ihip)) continue;
     Vec3 at = body.frame.toLocal(state_.ihip);
@@ -172,17 +243,18 @@ int ContactTick<Corrections>::enclosingBody() noexcept {
       at = state_.local + body.surface->normal(foot_) * lift_;
     }
     ++work_.segments;
-    if (windingNumber(*body.surface, at) <= 0) continue;
-    const Foot foot = nearestFoot(*body.surface, at);
+    if (windingNumber(*body.surface, at, work_.allowance) <= 0) continue;
+    const Foot foot = nearestFoot(*body.surface, at, work_.allowance);
+    if (work_.allowance.isSpent()) return -1;
     if (foot.squaredDistance > kDeep * kDeep * skin_ * skin_) return b;
   }
-  for (int i = 0; i < near_.count(); ++i) {
+  for (int i = 0; i < near_.count() && !work_.allowance.isSpent(); ++i) {
     const Near& near = near_[i];
     if (near.surface->closed() || near.leaving || near.body == onSurface) continue;
     const Vec3 to = near.frame.toLocal(state_.ihip);
     if (near.from == to) continue;
     ++work_.segments;
-    if (near.surface->firstCrossing<SegmentTest>(near.from, to)) return near.body;
+    if (near.surface->firstCrossing<SegmentTest>(near.from, to, work_.allowance)) return near.body;
   }
   return -1;
 }
@@ -193,18 +265,19 @@ template <class Corrections>
 void ContactTick<Corrections>::putOut() noexcept {
   const Vec3 way = state_.ihip - hip_;
   const double depth = glm::length(way);
+  const auto out = wayOut(bodies_, near_, state_.ihip, depth > 0 ? way / depth : Vec3(0), skin_, work_);
+  if (!out) return;
   work_.putOut = true;
-  const Vec3 out = wayOut(bodies_, near_, state_.ihip, depth > 0 ? way / depth : Vec3(0), skin_, work_);
-  setFree(out);
-  state_.hip = hip_;
+  setFree(*out);
   near_.gather(bodies_, state_, hip_, work_);  // what is near there
   near_.setTime(bodies_, 1);
-  near_.moveAll(near_.inEachFrame(out), 1);
+  near_.moveAll(near_.inEachFrame(*out), 1);
   (void)advanceFree(1, 1, hip_);
-  if (state_.mode == Mode::kFree || enclosingBody() < 0) return;
+  const bool known = !work_.allowance.isSpent();
+  if (known && (state_.mode == Mode::kFree || enclosingBody() < 0)) return;
   state_.mode = Mode::kSeveralSurfaces;  // where it is outside, to be settled by the next tick
   state_.holdingCount = 0;
-  state_.ihip = out;
+  state_.ihip = *out;
 }
 
 template <class Corrections>

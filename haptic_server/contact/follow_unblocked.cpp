@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "haptic_server/contact/clearance.h"
 #include "haptic_server/contact/contact_tick.h"
 #include "haptic_server/contact/hip_following.h"
 #include "haptic_server/contact/over_polygon.h"
@@ -34,7 +35,7 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
 
 /// ContactTick::pathIsClear() of a held body at rest that crosses itself nowhere. `normal` is that of the held triangle.
 [[gnu::noinline]] bool pathIsClear(const Body& body, const Others& others, const ContactState& state, Vec3 normal,
-                                   const SearchPath& path) noexcept {
+                                   const SearchPath& path, Allowance& allowance) noexcept {
   if (!path.complete()) return false;
   double extent = body.extent_m;
   for (const Body* other : others.all()) extent = std::max(extent, other->extent_m);
@@ -48,8 +49,9 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
     }
     const Vec3 to = body.frame.toWorld(point.place + lift);
     for (const Body* other : others.all()) {
-      if (other->surface->firstCrossing(other->frame.toLocal(from), other->frame.toLocal(to))) return false;
+      if (other->surface->firstCrossing(other->frame.toLocal(from), other->frame.toLocal(to), allowance)) return false;
     }
+    if (allowance.isSpent()) return false;
     from = to;
   }
   return true;
@@ -98,7 +100,7 @@ struct Minimum {
   SearchPath path;
   path.add(foot, triangle);
   work.segments = static_cast<int>(2 * others.count);
-  return pathIsClear(body, others, state, body.surface->faceNormal(triangle), path);
+  return pathIsClear(body, others, state, body.surface->faceNormal(triangle), path, work.allowance);
 }
 
 /// A tick that ends over the polygon, at this place in its frame, and inside of the surface.
@@ -123,8 +125,10 @@ struct Minimum {
   const FourVec3 from = all(body.frame.toLocal(state.hip));
   Prism::Place end = beyond;
   int looked = 1;
+  const int most = searchBudget(result.work) - 1;
   const HeldPolygon* const found =
-      hopOverPolygons(*body.surface, polygon, state.polygon, from, all(h), side, kSearchBudget - 1, end, looked, known);
+      hopOverPolygons(*body.surface, polygon, state.polygon, from, all(h), side, most, end, looked, known);
+  result.work.allowance.spend(Allowance::kNearTriangle * looked);
   if (found == nullptr || end.isOutside(side)) return false;
   stay(body, state, *found, hip, h, end, looked, result);
   return true;
@@ -156,19 +160,25 @@ struct Minimum {
   const int side = state.holding[0].side;
   const HipMotion motion{body.frame.toLocal(state.hip), body.frame.toLocal(hip)};
   const bool guarded = others.count > 0;
+  const int budget = searchBudget(result.work);
   SearchPath path;
   int looked = 0;
   int steps = 0;
   Foot foot = heldFoot(surface, state, motion.from);
+  const auto spend = [&] { result.work.allowance.spend(Allowance::kNearTriangle * looked); };
   for (double now = 0; now < 1;) {
-    if (++steps == kMaxSteps) return false;
-    const HipStep step = followHip(surface, motion, side, foot, now, steps, guarded ? &path : nullptr, looked);
+    if (++steps == kMaxSteps) return spend(), false;
+    const HipStep step = followHip(surface, motion, side, foot, now, steps, guarded ? &path : nullptr, looked, budget);
     now = step.end;
     foot = step.found.foot;
-    if (!step.found.converged || surface.onBoundary(foot)) return false;
-    if (surface.isOutside(foot, motion.at(now), side)) return false;
+    if (!step.found.converged || surface.onBoundary(foot)) return spend(), false;
+    if (surface.isOutside(foot, motion.at(now), side)) return spend(), false;
   }
-  if (guarded && !pathIsClear(body, others, state, surface.faceNormal(state.holding[0].triangle), path)) return false;
+  spend();
+  if (guarded &&
+      !pathIsClear(body, others, state, surface.faceNormal(state.holding[0].triangle), path, result.work.allowance)) {
+    return false;
+  }
   result.work.triangles = looked;
   result.work.steps = steps;
   result.work.segments =
@@ -212,6 +222,7 @@ struct Minimum {
   const Body& body = bodies[static_cast<std::size_t>(state.holding[0].body)];
   const Surface& surface = *body.surface;
   if (body.moving || surface.anyCrossed() || surface.triangle(state.holding[0].triangle).zeroArea()) return false;
+  if (state.stride < 1) return false;  // the whole way takes more than the allowance
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
   if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) return true;
@@ -221,6 +232,21 @@ struct Minimum {
 [[gnu::noinline]] void followOtherwise(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                                        ContactResult& result) noexcept {
   if (!isUsable(hip) || !followBeside(bodies, state, hip, result)) followGuarded(bodies, state, hip, result);
+}
+
+/// Free, or held by several surfaces.
+void followOff(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
+  if (state.clear.radius_m > 0 && staysClear(bodies, state, hip)) {
+    state.hip = state.ihip = result.ihip = hip;
+    return;
+  }
+  const Vec3 before = state.hip;
+  const bool wasFree = state.mode == ContactState::Mode::kFree;
+  followGuarded(bodies, state, hip, result);
+  const bool settled = !result.work.behind && !result.work.putOut && !state.unchecked;
+  if (wasFree && settled && state.mode == ContactState::Mode::kFree) {
+    lookForClearance(bodies, state, glm::distance(before, state.hip), result.work.allowance);
+  }
 }
 
 }  // namespace
@@ -233,7 +259,7 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Ve
 
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
                    const KnownPolygons* known) noexcept {
-  if (state.mode != ContactState::Mode::kOneSurface) return followGuarded(bodies, state, hip, result);
+  if (state.mode != ContactState::Mode::kOneSurface) return followOff(bodies, state, hip, result);
   if (!isUsable(hip) || !rub(bodies, state, hip, result, known)) [[unlikely]]
     followOtherwise(bodies, state, hip, result);
 }

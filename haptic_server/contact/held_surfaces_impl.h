@@ -19,7 +19,8 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec
   constexpr int kMostHops = 16;  // what is left is met as usual
   Holding held = oneOfEachBody();
   Holding before;
-  for (int i = 0; i < kMostHops; ++i) {
+  for (int i = 0; i < kMostHops && !work_.allowance.isSpent(); ++i) {
+    work_.allowance.spend(Allowance::kPlanes);
     Constraints constraints(hip, skin_);
     for (const HoldingSurface& s : held.surfaces()) {
       if (!constraints.add(planeOf(s))) return {};
@@ -237,12 +238,12 @@ bool ContactTick<Corrections>::watchOn(Vec3 hip, Move& move) noexcept {
   HoldingSurface held = *start;
   const Near& near = near_[near_.indexOf(held.body)];
   SearchPath path;
-  const SearchResult found =
-      neighborhoodWatch<Corrections>(*near.surface, held.triangle, near.frame.toLocal(hip), &path, work_.triangles);
+  const SearchResult found = search(held, near.frame.toLocal(hip), &path);
   if (near.surface->onBoundary(found.foot)) return false;  // where the watch means nothing
   const bool whole = path.complete() && found.converged;
   if (!path.complete()) path.keepFirst(SearchPath::kCapacity);
   for (const SearchPath::Point& point : path) {
+    if (work_.allowance.isSpent()) return false;
     held.triangle = point.triangle;
     if (go(near.frame.toWorld(lifted(point.place, held, skin_)))) return false;
     move.pushing[0] = held;

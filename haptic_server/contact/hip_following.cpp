@@ -30,7 +30,7 @@ namespace {
 }  // namespace
 
 bool followOverPolygons(const Surface& surface, const HipMotion& motion, int side, Foot& foot, double& now,
-                        SearchPath* path, int& spent) noexcept {
+                        SearchPath* path, int& spent, int budget) noexcept {
   const FourVec3 from = all(motion.from);
   const FourVec3 to = all(motion.to);
   Prism prism(surface.triangle(foot.triangle));
@@ -48,7 +48,7 @@ bool followOverPolygons(const Surface& surface, const HipMotion& motion, int sid
     hop.leave(prism.place(from), end, now);
     now = hop.leaves;
     hop.across = sameLineAcross(surface, foot.triangle, hop.edge);
-    if (hop.across < 0 || spent >= kSearchBudget) return false;
+    if (hop.across < 0 || spent >= budget) return false;
     ++spent;
     const TriangleRecord& record = surface.triangle(foot.triangle);
     const Prism next(surface.triangle(record.neighbour(hop.edge)));

@@ -39,7 +39,7 @@ struct HipStep {
 /// From polygon to polygon, as long as the HIP goes from one's prism into the next one's, straight or by the wedge over
 /// the line between: `foot` and `now` are taken along. Returns whether that leads to the end of the motion.
 [[nodiscard]] bool followOverPolygons(const Surface& surface, const HipMotion& motion, int side, Foot& foot,
-                                      double& now, SearchPath* path, int& spent) noexcept;
+                                      double& now, SearchPath* path, int& spent, int budget) noexcept;
 
 /// The time, not before `now`, at which the HIP leaves the region for which the line or vertex of the foot is a local
 /// minimum of the distance: over a line the wedge between the prisms beside it, over a vertex the cone between the
@@ -50,17 +50,17 @@ struct HipStep {
 /// One step of the IHIP after the HIP over a surface, from `foot` at time `now`. As long as the HIP stays in the region
 /// of a primitive nothing can change but the place on it, so that steps go from region to region, and none, however
 /// long, takes the IHIP along another path than a slow hand's. `number` of the step in its tick, from 1; `side` as in
-/// HoldingSurface; `path` may be null; `spent` as in neighborhoodWatch().
+/// HoldingSurface; `path` may be null; `spent` and `budget` as in neighborhoodWatch().
 template <class Corrections = AllCorrections>
 [[nodiscard]] HipStep followHip(const Surface& surface, const HipMotion& motion, int side, Foot foot, double now,
-                                int number, SearchPath* path, int& spent) noexcept {
+                                int number, SearchPath* path, int& spent, int budget) noexcept {
   if (foot.feature == Feature::kPolygon) {
-    if (followOverPolygons(surface, motion, side, foot, now, path, spent)) return {1, {foot, true}};
+    if (followOverPolygons(surface, motion, side, foot, now, path, spent, budget)) return {1, {foot, true}};
   } else {
     now = timeInRegion(surface, foot, motion, now);
   }
   const double end = std::min(1.0, now + (number <= kMaxSteps / 2 ? kLeastStep : kLongStep));
-  return {end, neighborhoodWatch<Corrections>(surface, foot.triangle, motion.at(end), path, spent)};
+  return {end, neighborhoodWatch<Corrections>(surface, foot.triangle, motion.at(end), path, spent, budget)};
 }
 
 }  // namespace haptics

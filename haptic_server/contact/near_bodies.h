@@ -9,8 +9,10 @@
 namespace haptics {
 
 /// Bodies that a tick can look at. More in reach at once are counted and the farthest left out. Costs 150 bytes of
-/// stack each.
+/// stack each, touched only by those that are there.
 inline constexpr int kMaxNear = 16;
+/// Units of an allowance for taking a place into a body's frame.
+inline constexpr std::int64_t kPlaceUnits = 16;
 
 /// How far from the HIP (world, metres) the IHIP can come in this tick: it never gets farther from the HIP than it is
 /// now, so the ball about the HIP through the IHIP, widened by the HIP's own step, holds all. Moving bodies can push it
@@ -57,16 +59,18 @@ class NearBodies {
   /// Advances every `from` by the fraction `time` of the way.
   void moveAll(const Points& to, double time) noexcept;
 
-  /// The earliest crossing on from -> to over all near bodies; `skip(near index, triangle)` leaves out.
+  /// The earliest crossing on from -> to over all near bodies; `skip(near index, triangle)` leaves out. Means nothing once
+  /// the allowance is spent.
   template <class SegmentTest, class Skip>
   [[nodiscard]] Hit firstHit(const Points& to, Skip skip, ContactWork& work) const noexcept {
     Hit hit;
-    for (int i = 0; i < count_; ++i) {
+    work.allowance.spend(kPlaceUnits * count_);  // for their places in each frame
+    for (int i = 0; i < count_ && !work.allowance.isSpent(); ++i) {
       const Near& near = (*this)[i];
       ++work.segments;
-      const Crossing crossing =
-          near.surface->firstCrossing<SegmentTest>(near.from, to[static_cast<std::size_t>(i)], !near.surface->closed(),
-                                                   [&](std::uint32_t t) noexcept { return skip(i, t); });
+      const Crossing crossing = near.surface->firstCrossing<SegmentTest>(
+          near.from, to[static_cast<std::size_t>(i)], !near.surface->closed(), work.allowance,
+          [&](std::uint32_t t) noexcept { return skip(i, t); });
       if (crossing && (!hit || crossing.time < hit.crossing.time)) hit = {i, crossing};
     }
     return hit;

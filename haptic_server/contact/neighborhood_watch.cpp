@@ -48,14 +48,15 @@ struct Walk {
 
 }  // namespace
 
-template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*, int&) noexcept;
+template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*, int&,
+                                                        int) noexcept;
 
 /// As the general search does, to the bit.
 template <>
 SearchResult neighborhoodWatch<AllCorrections>(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
-                                               int& spent) noexcept {
+                                               int& spent, int budget) noexcept {
   std::uint32_t goOn = start;
-  if (spent + kMostCrossed < kSearchBudget) {
+  if (spent + kMostCrossed < budget) {
     const std::size_t known = path != nullptr ? path->size() : 0;
     Walk walk{start};
     const Walk::End end = walk.go(surface, h, path);
@@ -71,7 +72,7 @@ SearchResult neighborhoodWatch<AllCorrections>(const Surface& surface, std::uint
     }
   }
   ++spent;
-  return neighborhoodWatch(surface, closestOn(surface.triangle(goOn), goOn, h), h, path, spent);
+  return neighborhoodWatch(surface, closestOn(surface.triangle(goOn), goOn, h), h, path, spent, budget);
 }
 
 }  // namespace haptics

@@ -8,7 +8,7 @@
 
 namespace haptics {
 
-/// Triangles that the searches of one tick may look at. It bounds the tick; a fan of more is looked at over several ticks.
+/// Triangles that the searches of one tick may look at, unless its allowance is for less. It bounds the tick; a fan of more is looked at over several ticks.
 /// Until it is found the IHIP is behind: where a minimum ends in the middle of a scan of 870,000 triangles, the slide to
 /// the next one, of up to 110 mm, took up to 2,165, in a quarter of a millisecond, in 36 million ticks of a random walk.
 /// Smaller leaves such slides to the next tick, larger makes the longest tick longer.
@@ -48,23 +48,23 @@ struct SearchResult {
 };
 
 /// Descends from `start`, the closest point to h (body frame, metres) of some triangle, to a local minimum of the
-/// distance. Adds the further triangles looked at to `spent`; `path` may be null.
+/// distance. Adds the further triangles looked at to `spent`, and ends when that is `budget`; `path` may be null.
 template <class Corrections = AllCorrections>
 [[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path,
-                                             int& spent) noexcept;
-extern template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*,
-                                                               int&) noexcept;
+                                             int& spent, int budget = kSearchBudget) noexcept;
+extern template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*, int&,
+                                                               int) noexcept;
 
 /// The same from triangle `start`, which counts as looked at.
 template <class Corrections = AllCorrections>
 [[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
-                                             int& spent) noexcept {
+                                             int& spent, int budget = kSearchBudget) noexcept {
   ++spent;
   const Foot foot = Corrections::closestPoint(surface.triangle(start), start, h);
-  return neighborhoodWatch<Corrections>(surface, foot, h, path, spent);
+  return neighborhoodWatch<Corrections>(surface, foot, h, path, spent, budget);
 }
 template <>
 [[nodiscard]] SearchResult neighborhoodWatch<AllCorrections>(const Surface& surface, std::uint32_t start, Vec3 h,
-                                                             SearchPath* path, int& spent) noexcept;
+                                                             SearchPath* path, int& spent, int budget) noexcept;
 
 }  // namespace haptics

@@ -48,8 +48,8 @@ class Candidates {
 };
 
 template <class Corrections>
-constexpr bool withinBudget(int spent) noexcept {
-  return !Corrections::kBoundedSearch || spent < kSearchBudget;
+constexpr bool withinBudget(int spent, int budget) noexcept {
+  return !Corrections::kBoundedSearch || spent < budget;
 }
 
 template <class Corrections>
@@ -60,12 +60,12 @@ SearchResult searchAcrossLine(const Surface& surface, const Foot& from, Vec3 h, 
 }
 
 template <class Corrections>
-SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& spent) noexcept {
+SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& spent, int budget) noexcept {
   Candidates<Corrections> candidates(surface, h, from, spent);
   SearchResult result{from, true};
   visitFan(surface, from.triangle, from.index, [&](std::uint32_t t, int corner) noexcept {
     candidates.consider(t);
-    result.converged = withinBudget<Corrections>(spent);
+    result.converged = withinBudget<Corrections>(spent, budget);
     result.foot.triangle = t;  // where the next tick goes on, should nothing be closer
     result.foot.index = static_cast<std::uint8_t>(corner);
     return result.converged;
@@ -85,16 +85,16 @@ SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& sp
 ///    surface and ends.
 ///  - The search has a budget. Distance never grows, so that it may stop at any hop and go on in the next tick.
 template <class Corrections>
-SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path,
-                               int& spent) noexcept {
+SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path, int& spent,
+                               int budget) noexcept {
   Foot foot = start;
   while (true) {
     if (path != nullptr) path->add(foot.point, foot.triangle);
     if (!Corrections::kFeatureCodes || foot.feature == Feature::kPolygon) return {foot, true};
-    if (!detail::withinBudget<Corrections>(spent)) return {foot, false};
+    if (!detail::withinBudget<Corrections>(spent, budget)) return {foot, false};
     const SearchResult next = foot.feature == Feature::kLine
                                   ? detail::searchAcrossLine<Corrections>(surface, foot, h, spent)
-                                  : detail::searchFan<Corrections>(surface, foot, h, spent);
+                                  : detail::searchFan<Corrections>(surface, foot, h, spent, budget);
     if (!(next.foot.squaredDistance < foot.squaredDistance)) return next;
     foot = next.foot;
   }

@@ -12,7 +12,8 @@ namespace {
 /// The IHIP between an adoption and the next tick, looking for a place outside of everything.
 class Proxy {
  public:
-  Proxy(Vec3 place, Vec3 outward) noexcept : place_(place), outward_(outward) {}
+  Proxy(Vec3 place, Vec3 outward, Allowance& allowance) noexcept
+      : place_(place), outward_(outward), allowance_(allowance) {}
 
   [[nodiscard]] Vec3 place() const noexcept { return place_; }
 
@@ -26,13 +27,14 @@ class Proxy {
     place_ += outward_ * (kSkin * extent);
   }
 
-  /// Out of the body when it is inside. Returns whether it was.
+  /// Out of the body when it is inside. Returns whether it was; false when the allowance is spent.
   bool pushOutOf(const Body& body) noexcept {
     const Surface& s = *body.surface;
     if (body.leaving || !s.closed() || !withinSphere(body)) return false;
     const Vec3 local = toLocal(body.previous, place_);
-    if (windingNumber(s, local) <= 0) return false;
-    const Foot foot = nearestFoot(s, local);
+    if (windingNumber(s, local, allowance_) <= 0) return false;
+    const Foot foot = nearestFoot(s, local, allowance_);
+    if (allowance_.isSpent()) return false;
     const Vec3 normal = s.normal(foot);
     const Vec3 outward = glm::conjugate(body.previous.rotation) * outward_;
     const double lift = kLift * (s.extent_m() + glm::length(body.previous.position));
@@ -61,11 +63,11 @@ class Proxy {
   }
 
   /// Out on the side from which the surface was touched, though the other side of it is nearer (a thin shell).
-  static Vec3 backOut(const Surface& s, Vec3 local, Vec3 outward, double depth, double lift) noexcept {
+  [[nodiscard]] Vec3 backOut(const Surface& s, Vec3 local, Vec3 outward, double depth, double lift) noexcept {
     for (double way = 2 * depth + lift; way < 2 * s.radius_m(); way *= 2) {
       const Vec3 beyond = local + outward * way;
-      if (windingNumber(s, beyond) > 0) continue;
-      const Crossing crossing = s.firstCrossing(beyond, local);
+      if (windingNumber(s, beyond, allowance_) > 0) continue;
+      const Crossing crossing = s.firstCrossing(beyond, local, allowance_);
       return crossing ? glm::mix(beyond, local, crossing.time) + outward * lift : beyond;
     }
     return local + outward * (2 * s.radius_m());
@@ -73,6 +75,7 @@ class Proxy {
 
   Vec3 place_;    // world, metres
   Vec3 outward_;  // unit: the way out of what held it; zero when nothing did
+  Allowance& allowance_;
 };
 
 /// Can the contact go on with this body?
@@ -108,13 +111,15 @@ void followDented(ContactState& state, const Body& body) noexcept {
 
 }  // namespace
 
-bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const BodyOrigin> origins) noexcept {
+bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const BodyOrigin> origins,
+            Allowance allowance) noexcept {
   const Vec3 way = state.ihip - state.hip;
   const double depth = glm::length(way);
   const bool held = state.mode != ContactState::Mode::kFree;
   const bool carried = renumber(state, origins);
   state.polygon.forget();  // where its surface was another may be now
-  Proxy proxy(state.ihip, held && depth > 0 ? way / depth : Vec3(0));
+  state.clear = {};
+  Proxy proxy(state.ihip, held && depth > 0 ? way / depth : Vec3(0), allowance);
   if (!carried) proxy.lift(bodies);
   const auto surfaces = state.surfaces();
   const int onDented = carried && !surfaces.empty() && origins[static_cast<std::size_t>(surfaces.front().body)].dented
@@ -132,7 +137,11 @@ bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const B
       }
     }
   }
-  if (!settled) proxy.flee(bodies);
+  if (allowance.isSpent()) {
+    state.unchecked = true;
+  } else if (!settled) {
+    proxy.flee(bodies);
+  }
   if (carried && !pushed) {
     if (onDented >= 0) followDented(state, bodies[static_cast<std::size_t>(onDented)]);
     return false;

@@ -9,6 +9,10 @@
 
 namespace haptics {
 
+/// Of heldUntil(), at most: 12 halvings of the tick for each of its two questions.
+inline constexpr int kHalvings = 24;
+static_assert(kLeastStep >= 0x1p-12);
+
 /// To time `end`. Where the IHIP leapt, a minimum ended on the way, and where the slide from there leads depends on where
 /// the HIP was then: the step is taken back, and goes only to that time. Where a surface let go, one of those that held
 /// may have ended before. Returns the time reached.
@@ -18,7 +22,7 @@ double ContactTick<Corrections>::advanceOnSeveral(double now, double end) noexce
   const Points from = near_.from();
   const ContactWork work = work_;
   const bool divisible =
-      Corrections::kSubsteps && before.holdingCount > 0 && work_.steps < kMaxSteps / 2 && !isBehind();
+      Corrections::kSubsteps && before.holdingCount > 0 && work_.steps < kMaxSteps / 2 && stride_ == 1 && !isBehind();
   solveAt(end);
   if (!divisible) return end;
   const double step = glm::distance(hipAt(now), hipAt(end));
@@ -30,6 +34,7 @@ double ContactTick<Corrections>::advanceOnSeveral(double now, double end) noexce
   const Points to = near_.from();
   near_.moveAll(from, 1);
   const double until = heldUntil(now, end);
+  work_.allowance.spend(kHalvings * Allowance::kPlanes);
   if (until >= end) {
     state_ = after;
     near_.moveAll(to, 1);

@@ -8,8 +8,20 @@ namespace haptics {
 
 template <class Corrections>
 HipMotion ContactTick<Corrections>::motionOver(const Body& body) const noexcept {
-  const Vec3 from = body.moving ? toLocal(body.previous, state_.hip) : body.frame.toLocal(state_.hip);
-  return {from, body.frame.toLocal(hip_)};
+  if (!body.moving) return {body.frame.toLocal(state_.hip), body.frame.toLocal(hip_)};
+  const Vec3 from = toLocal(body.previous, state_.hip);
+  if (stride_ == 1) return {from, body.frame.toLocal(hip_)};
+  return {from, toLocal(interpolate(body.previous, body.current, stride_), hip_)};
+}
+
+/// The neighborhood watch for h (body frame, metres).
+template <class Corrections>
+SearchResult ContactTick<Corrections>::search(const HoldingSurface& from, Vec3 h, SearchPath* path) noexcept {
+  const int before = work_.triangles;
+  const SearchResult found =
+      neighborhoodWatch<Corrections>(surface(from.body), from.triangle, h, path, work_.triangles, searchBudget(work_));
+  work_.allowance.spend(Allowance::kNearTriangle * (work_.triangles - before));
+  return found;
 }
 
 /// Paper 3.2, the search and the test whether the HIP is still inside. Deviations:
@@ -30,11 +42,12 @@ double ContactTick<Corrections>::advanceOnSurface(double now, bool last) noexcep
   constexpr bool kFollows = Corrections::kSubsteps && Corrections::kFeatureCodes && Corrections::kRegionSteps;
   if (last || !kFollows) {
     step.end = last ? 1 : shortStepEnd(now);
-    step.found =
-        neighborhoodWatch<Corrections>(*body.surface, holding.triangle, motion.at(step.end), guarded, work_.triangles);
+    step.found = search(holding, motion.at(step.end), guarded);
   } else {
-    step =
-        followHip<Corrections>(*body.surface, motion, holding.side, foot_, now, work_.steps, guarded, work_.triangles);
+    const int before = work_.triangles;
+    step = followHip<Corrections>(*body.surface, motion, holding.side, foot_, now, work_.steps, guarded,
+                                  work_.triangles, searchBudget(work_));
+    work_.allowance.spend(Allowance::kNearTriangle * (work_.triangles - before));
   }
   setTime(step.end);
   const Vec3 hip = hipAt(step.end);
@@ -51,10 +64,7 @@ void ContactTick<Corrections>::followSurface(Vec3 hip) noexcept {
     const Vec3 h = near.frame.toLocal(hip);
     SearchPath path;
     SearchPath* const guarded = isGuarded(*near.surface) ? &path : nullptr;
-    if (!settle(neighborhoodWatch<Corrections>(*near.surface, held().triangle, h, guarded, work_.triangles), path, h,
-                hip)) {
-      return;
-    }
+    if (!settle(search(held(), h, guarded), path, h, hip)) return;
   }
 }
 
@@ -96,7 +106,7 @@ bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& 
   if (!path.complete()) return false;
   if (!pieceIsClear(held().triangle, state_.local, frame)) return false;
   for (const SearchPath::Point& point : path) {
-    if (!pieceIsClear(point.triangle, point.place, frame)) return false;
+    if (work_.allowance.isSpent() || !pieceIsClear(point.triangle, point.place, frame)) return false;
     state_.local = point.place;
     held().triangle = point.triangle;
   }
@@ -106,14 +116,17 @@ bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& 
 template <class Corrections>
 bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept {
   const Points to = near_.inEachFrame(frame.toWorld(lifted(b, {held().body, held().side, within}, pathLift_)));
-  for (int i = 0; i < near_.count(); ++i) {
+  work_.allowance.spend(kPlaceUnits * near_.count());
+  for (int i = 0; i < near_.count() && !work_.allowance.isSpent(); ++i) {
     const Near& near = near_[i];
     if (near.body == held().body) {
       if (near.surface->triangle(within).crossed()) return false;
       continue;
     }
     ++work_.segments;
-    if (near.surface->firstCrossing<SegmentTest>(near.from, to[static_cast<std::size_t>(i)])) return false;
+    if (near.surface->firstCrossing<SegmentTest>(near.from, to[static_cast<std::size_t>(i)], work_.allowance)) {
+      return false;
+    }
   }
   for (int i = 0; i < near_.count(); ++i) {
     if (near_[i].body != held().body) near_[i].from = to[static_cast<std::size_t>(i)];

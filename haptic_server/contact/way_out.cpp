@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "haptic_server/contact/neighborhood_watch.h"
+#include "haptic_server/contact/contact_tick.h"
 #include "haptic_server/contact/plane_set.h"
 #include "haptic_server/geometry/enclosure.h"
 
@@ -27,8 +27,10 @@ class Bodies {
       : bodies_(bodies), near_(near), work_(work) {}
 
   /// Half of the segments are kept for the ways out.
-  [[nodiscard]] bool mayLook() const noexcept { return triangles_ > 0 && segments_ > kMostWayOutSegments / 2; }
-  [[nodiscard]] bool mayCross() const noexcept { return segments_ > 0; }
+  [[nodiscard]] bool mayLook() const noexcept {
+    return triangles_ > 0 && segments_ > kMostWayOutSegments / 2 && !work_.allowance.isSpent();
+  }
+  [[nodiscard]] bool mayCross() const noexcept { return segments_ > 0 && !work_.allowance.isSpent(); }
 
   /// In the body that it is the deepest in, else behind the sheet that is first on the way to it; depth 0 when there is
   /// none.
@@ -51,7 +53,8 @@ class Bodies {
       const int around = winding(body, at);
       if (around <= 0) continue;
       count();
-      time = std::max(time, leavesAt(*body.surface, around, body.frame.toLocal(at), body.frame.toLocal(to)));
+      time = std::max(time,
+                      leavesAt(*body.surface, around, body.frame.toLocal(at), body.frame.toLocal(to), work_.allowance));
     }
     return time;
   }
@@ -65,7 +68,8 @@ class Bodies {
     for (const Body& body : bodies_) {
       if (body.leaving) continue;
       count();
-      const Crossing crossing = body.surface->firstCrossing(body.frame.toLocal(from), body.frame.toLocal(to));
+      const Crossing crossing =
+          body.surface->firstCrossing(body.frame.toLocal(from), body.frame.toLocal(to), work_.allowance);
       if (crossing) time = std::min(time, crossing.time);
     }
     return time;
@@ -90,7 +94,7 @@ class Bodies {
 
   int winding(const Body& body, Vec3 at) noexcept {
     count();
-    return windingNumber(*body.surface, body.frame.toLocal(at));
+    return windingNumber(*body.surface, body.frame.toLocal(at), work_.allowance);
   }
 
   Depth behindSheet(Vec3 at) noexcept {
@@ -102,7 +106,7 @@ class Bodies {
       const Vec3 to = near.frame.toLocal(at);
       if (near.from == to) continue;
       count();
-      const Crossing crossing = near.surface->firstCrossing(near.from, to);
+      const Crossing crossing = near.surface->firstCrossing(near.from, to, work_.allowance);
       if (!crossing || (crossing.time >= time && first.depth_m > 0)) continue;
       time = crossing.time;
       const Vec3 normal = near.surface->faceNormal(crossing.triangle) * static_cast<double>(crossing.side);
@@ -118,11 +122,16 @@ class Bodies {
     const Surface& s = *body.surface;
     const Vec3 local = body.frame.toLocal(at);
     int looked = 0;
-    const Foot best = s.closestFoot(local, triangles_, looked);
+    Allowance part(work_.allowance.left() / 4);
+    const std::int64_t before = part.left();
+    Foot foot = s.closestFoot(local, triangles_, looked, part);
+    work_.allowance.spend(before - part.left());
+    if (foot.triangle == kNoTriangle) return {};
     int hopped = 0;
-    const Foot foot = neighborhoodWatch(s, best.triangle, local, nullptr, hopped).foot;
+    foot = neighborhoodWatch(s, foot.triangle, local, nullptr, hopped, searchBudget(work_)).foot;
     triangles_ -= looked + hopped;
     work_.triangles += looked + hopped;
+    work_.allowance.spend(Allowance::kNearTriangle * hopped);
     return {std::sqrt(foot.squaredDistance), body.frame.toWorld(foot.point), body.frame.turn(s.normal(foot))};
   }
 
@@ -189,12 +198,14 @@ Vec3 throughBodies(Bodies& bodies, Vec3 from, Vec3 outward, double skin) noexcep
 
 }  // namespace
 
-Vec3 wayOut(std::span<const Body> bodies, const NearBodies& near, Vec3 from, Vec3 outward, double skin,
-            ContactWork& work) noexcept {
+std::optional<Vec3> wayOut(std::span<const Body> bodies, const NearBodies& near, Vec3 from, Vec3 outward, double skin,
+                           ContactWork& work) noexcept {
   Bodies all(bodies, near, work);
   const auto open = abovePlanes(all, from, skin);
   const bool isOpen = open && glm::distance(*open, from) <= all.reachFrom(from) + skin;  // nearly parallel planes
-  return isOpen ? *open : throughBodies(all, from, outward, skin);
+  if (isOpen) return open;
+  const Vec3 out = throughBodies(all, from, outward, skin);
+  return work.allowance.isSpent() ? std::nullopt : std::optional(out);
 }
 
 }  // namespace haptics

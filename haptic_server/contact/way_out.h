@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "haptic_server/contact/near_bodies.h"
@@ -20,8 +21,8 @@ inline constexpr int kMostWayOutSegments = 96;
 /// `skin` (metres) clear of the surfaces where these leave room for it. A mesh that passes through itself is left where its
 /// winding number becomes 0. Bounded to some 200 us: looks at kMostWayOutTriangles and tests kMostWayOutSegments, and a
 /// few more, then takes the best that it has, at worst the first place outside of all on
-/// the way from far out. Adds both to `work`.
-[[nodiscard]] Vec3 wayOut(std::span<const Body> bodies, const NearBodies& near, Vec3 from, Vec3 outward, double skin,
-                          ContactWork& work) noexcept;
+/// the way from far out. Adds both to `work`. None when the allowance is spent before it is known.
+[[nodiscard]] std::optional<Vec3> wayOut(std::span<const Body> bodies, const NearBodies& near, Vec3 from, Vec3 outward,
+                                         double skin, ContactWork& work) noexcept;
 
 }  // namespace haptics

@@ -129,9 +129,15 @@ class FaultRamp {
   double rise_s_ = 0;
 };
 
-/// Counts ticks that never came.
+/// Counts ticks that never came, and says for how long the force stays away once they were too many. A force that is taken
+/// away and comes back again and again shakes the hand: from the second time within kFlaps_s of its return on it stays away
+/// for kFirstWait_s, then twice as long each time, up to kLongestWait_s.
 class DeadlineWatch {
  public:
+  static constexpr double kFlaps_s = 2;
+  static constexpr double kFirstWait_s = 2;
+  static constexpr double kLongestWait_s = 30;
+
   /// Seconds of missed ticks, with none on time between them, after which the force that stood meanwhile is taken away.
   /// Shorter faults a server without real-time priority on a busy machine; in longer ones a light device gets far.
   static constexpr double kMost_s = 0.05;
@@ -140,8 +146,19 @@ class DeadlineWatch {
   [[nodiscard]] std::uint64_t missed(std::uint64_t tick) noexcept {
     const std::uint64_t missed = tick > last_ + 1 && last_ != kNone ? tick - last_ - 1 : 0;
     inARow_ = missed > 0 ? inARow_ + missed : 0;
+    if (tick < last_) returns_ = 0;
     last_ = tick;
     return missed;
+  }
+  /// They were too many.
+  void giveUp(std::uint64_t tick, double period_s) noexcept {
+    const bool flaps = returns_ != 0 && static_cast<double>(tick - returns_) * period_s < kFlaps_s;
+    wait_s_ = flaps ? std::clamp(2 * wait_s_, kFirstWait_s, kLongestWait_s) : 0;
+    returns_ = tick + static_cast<std::uint64_t>(wait_s_ / period_s);
+  }
+  /// Until the force may come back; 0 when it may.
+  [[nodiscard]] double wait_s(std::uint64_t tick, double period_s) const noexcept {
+    return tick < returns_ ? static_cast<double>(returns_ - tick) * period_s : 0;
   }
   [[nodiscard]] bool tooMany(double period_s) const noexcept {
     return static_cast<double>(inARow_) * period_s >= kMost_s;
@@ -151,6 +168,8 @@ class DeadlineWatch {
   static constexpr std::uint64_t kNone = ~std::uint64_t{0};
   std::uint64_t last_ = kNone;
   std::uint64_t inARow_ = 0;
+  std::uint64_t returns_ = 0;  // the tick from which the force may come back; 0: it never was away
+  double wait_s_ = 0;          // the last time
 };
 
 }  // namespace haptics

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <thread>
 
 #include "common/interruption/interruption.h"
@@ -41,7 +42,6 @@ struct Range {
   Box box;
 
   [[nodiscard]] std::uint32_t size() const noexcept { return end - begin; }
-  [[nodiscard]] bool isLeaf() const noexcept { return size() <= BoundingHierarchy::kLeafTriangles; }
 };
 
 /// The cheapest plane between two bins, by the surface area heuristic.
@@ -81,17 +81,15 @@ class Builder {
   using Node = BoundingHierarchy::Node;
   using Nodes = std::vector<Node>;
 
-  Builder(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles) {
-    references_.resize(triangles.size());
-    whole_.end = static_cast<std::uint32_t>(triangles.size());
-    for (std::uint32_t t = 0; t < whole_.end; ++t) {
-      Reference& r = references_[t];
-      r.triangle = t;
-      for (const std::uint32_t v : triangles[t]) {
-        const __m128 p = _mm_setr_ps(vertices[v].x, vertices[v].y, vertices[v].z, 0);
-        r.box.grow(p, p);
-      }
-      whole_.box.grow(r.box);
+  /// Over `count` things: boxOf(i) is a Box. Leaves hold no more of them than `leaf`; ranges are divided among the free
+  /// places of a node down to `divided`.
+  template <class BoxOf>
+  Builder(std::uint32_t count, std::uint32_t leaf, std::uint32_t divided, BoxOf boxOf)
+      : leaf_(leaf), divided_(divided), references_(count) {
+    whole_.end = count;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      references_[i] = {boxOf(i), i};
+      whole_.box.grow(references_[i].box);
     }
   }
 
@@ -163,7 +161,7 @@ class Builder {
       std::size_t widest = part.size();
       float most = -1;
       for (std::size_t i = 0; i < count; ++i) {
-        if (part[i].size() < BoundingHierarchy::kDivided) continue;
+        if (part[i].size() < divided_) continue;
         const float size = halve ? static_cast<float>(part[i].size()) : part[i].box.halfArea();
         if (size > most) {
           most = size;
@@ -179,7 +177,7 @@ class Builder {
     for (std::size_t i = 0; i < part.size(); ++i) {
       const bool empty = i >= count;
       setPlace(nodes[index], i, empty ? Box{} : part[i].box);
-      const bool leaf = !empty && part[i].isLeaf();
+      const bool leaf = !empty && part[i].size() <= leaf_;
       nodes[index].child[i] = leaf ? Child::leaf(part[i].begin, part[i].size()) : Child();
       if (!empty && !leaf) tasks.push_back({index, static_cast<int>(i), part[i]});
     }
@@ -263,9 +261,23 @@ class Builder {
     return static_cast<float>(count);
   }
 
+  std::uint32_t leaf_;
+  std::uint32_t divided_;
   std::vector<Reference> references_;
   Range whole_;
 };
+
+[[nodiscard]] __m128 wide(Vec3f v) noexcept { return _mm_setr_ps(v.x, v.y, v.z, 0); }
+
+[[nodiscard]] Box boxOf(const BoundingHierarchy::Node& node) {
+  Box box;
+  for (std::size_t i = 0; i < BoundingHierarchy::kWidth; ++i) {
+    if (node.bounds[0][0][i] > node.bounds[1][0][i]) continue;
+    box.grow(_mm_setr_ps(node.bounds[0][0][i], node.bounds[0][1][i], node.bounds[0][2][i], 0),
+             _mm_setr_ps(node.bounds[1][0][i], node.bounds[1][1][i], node.bounds[1][2][i], 0));
+  }
+  return box;
+}
 
 void pad(BoundingHierarchy::Node& node, float by) {
   for (int i = 0; i < BoundingHierarchy::kWidth; ++i) {
@@ -282,25 +294,96 @@ void pad(BoundingHierarchy::Node& node, float by) {
 LargePageVector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> vertices,
                                                         std::span<const std::array<std::uint32_t, 3>> triangles,
                                                         double extent_m, int threads) {
-  Builder builder(vertices, triangles);
-  const std::vector<Node> nodes = builder.build(threads);
-  nodes_.assign(nodes.begin(), nodes.end());
+  const auto count = static_cast<std::uint32_t>(triangles.size());
+  const auto cornersOf = [&](std::uint32_t t) {
+    const auto& [a, b, c] = triangles[t];
+    return Corners{Vec3(vertices[a]), Vec3(vertices[b]), Vec3(vertices[c])};
+  };
+  const std::vector<std::uint32_t> inCells = longTriangles(vertices, triangles);
+  std::vector<std::uint32_t> others;
+  if (!inCells.empty()) {
+    std::vector<bool> isLong(count);
+    for (const std::uint32_t t : inCells) isLong[t] = true;
+    for (std::uint32_t t = 0; t < count; ++t) {
+      if (!isLong[t]) others.push_back(t);
+    }
+  }
+  const auto other = [&](std::uint32_t i) { return inCells.empty() ? i : others[i]; };
+  firstInCells_ = inCells.empty() ? count : static_cast<std::uint32_t>(others.size());
+  nodes_.clear();
+  LargePageVector<std::uint32_t> order;
+  if (firstInCells_ > 0) {
+    Builder builder(firstInCells_, kLeafTriangles, kDivided, [&](std::uint32_t i) {
+      Box box;
+      for (const std::uint32_t v : triangles[other(i)]) box.grow(wide(vertices[v]), wide(vertices[v]));
+      return box;
+    });
+    const std::vector<Node> nodes = builder.build(threads);
+    nodes_.assign(nodes.begin(), nodes.end());
+    order = builder.order();
+    if (!inCells.empty()) std::ranges::transform(order, order.begin(), other);
+  }
+  if (!inCells.empty()) {
+    order.insert(order.end(), inCells.begin(), inCells.end());
+    appendCells(firstInCells_, count - firstInCells_, [&](std::uint32_t i) { return cornersOf(order[i]); });
+  }
   measure(extent_m);
-  return builder.order();
+  return order;
+}
+
+/// Puts triangles [first, first + count) of the hierarchy's order, whose corners are asked for, into cells, under a root
+/// that has the present nodes, if there are any, below it too.
+void BoundingHierarchy::appendCells(std::uint32_t first, std::uint32_t count,
+                                    const std::function<Corners(std::uint32_t)>& corners) {
+  std::vector<std::uint32_t> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), first);
+  TriangleCells cells = cellsOf(numbers, corners);
+  Builder builder(static_cast<std::uint32_t>(cells.cells.size()), 1, 2, [&](std::uint32_t i) {
+    Box box;
+    box.grow(wide(cells.cells[i].low), wide(cells.cells[i].high));
+    return box;
+  });
+  const std::vector<Node> below = builder.build(1);
+  listed_.clear();
+  listEnds_.clear();
+  listed_.reserve(cells.listed.size());
+  for (const std::uint32_t i : builder.order()) {
+    const auto& cell = cells.cells[i];
+    listed_.insert(listed_.end(), cells.listed.begin() + cell.begin, cells.listed.begin() + cell.end);
+    listEnds_.push_back(static_cast<std::uint32_t>(listed_.size()));
+  }
+  LargePageVector<Node> present;
+  present.swap(nodes_);
+  nodes_.resize(1);
+  for (std::size_t i = 0; i < kWidth; ++i) setPlace(nodes_.front(), i, Box{});
+  firstCellNode_ = static_cast<std::uint32_t>(1 + present.size());
+  if (!present.empty()) {
+    setPlace(nodes_.front(), 0, boxOf(present.front()));
+    nodes_.front().child[0] = Child::node(1);
+  }
+  setPlace(nodes_.front(), 1, boxOf(below.front()));
+  nodes_.front().child[1] = Child::node(firstCellNode_);
+  const auto shift = [](Node node, std::uint32_t by) {
+    for (Child& child : node.child) {
+      if (!child.isLeaf()) child = Child::node(child.index() + by);
+    }
+    return node;
+  };
+  for (const Node& node : present) nodes_.push_back(shift(node, 1));
+  for (Node node : below) {
+    for (Child& child : node.child) {
+      if (child.isLeaf()) child = Child::list(child.begin());
+    }
+    nodes_.push_back(shift(node, firstCellNode_));
+  }
 }
 
 void BoundingHierarchy::refit(std::span<const TriangleRecord> triangles, double extent_m) {
-  const auto boxOf = [&](const Child& child) {
+  const bool withCells = hasCells();
+  if (withCells) dropCells();
+  const auto boxOfChild = [&](const Child& child) {
+    if (!child.isLeaf()) return boxOf(nodes_[child.index()]);  // comes after this node, so that it has been made
     Box box;
-    if (!child.isLeaf()) {
-      const Node& below = nodes_[child.index()];  // comes after this node, so that it has been made
-      for (std::size_t i = 0; i < kWidth; ++i) {
-        if (below.bounds[0][0][i] > below.bounds[1][0][i]) continue;
-        box.grow({_mm_setr_ps(below.bounds[0][0][i], below.bounds[0][1][i], below.bounds[0][2][i], 0),
-                  _mm_setr_ps(below.bounds[1][0][i], below.bounds[1][1][i], below.bounds[1][2][i], 0)});
-      }
-      return box;
-    }
     for (std::uint32_t t = child.begin(); t < child.end(); ++t) {
       const auto& rows = triangles[t].rows;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -312,10 +395,28 @@ void BoundingHierarchy::refit(std::span<const TriangleRecord> triangles, double 
   };
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
     for (std::size_t i = 0; i < kWidth; ++i) {
-      if (node->bounds[0][0][i] <= node->bounds[1][0][i]) setPlace(*node, i, boxOf(node->child[i]));
+      if (node->bounds[0][0][i] <= node->bounds[1][0][i]) setPlace(*node, i, boxOfChild(node->child[i]));
     }
   }
+  if (withCells) {
+    const auto count = static_cast<std::uint32_t>(triangles.size());
+    appendCells(firstInCells_, count - firstInCells_, [&](std::uint32_t t) {
+      return Corners{triangles[t].corner(0), triangles[t].corner(1), triangles[t].corner(2)};
+    });
+  }
   measure(extent_m);
+}
+
+/// Only what is about the other triangles is left.
+void BoundingHierarchy::dropCells() {
+  LargePageVector<Node> left;
+  for (std::uint32_t i = 1; i < firstCellNode_; ++i) {
+    left.push_back(nodes_[i]);
+    for (Child& child : left.back().child) {
+      if (!child.isLeaf()) child = Child::node(child.index() - 1);
+    }
+  }
+  nodes_.swap(left);
 }
 
 /// Pads every box, and measures the root's.

@@ -7,19 +7,24 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
 
 #include "common/maths/vec.h"
+#include "haptic_server/geometry/allowance.h"
 #include "haptic_server/geometry/large_pages.h"
+#include "haptic_server/geometry/long_triangles.h"
 #include "haptic_server/geometry/triangle_record.h"
 
 namespace haptics {
 
 /// Axis-aligned boxes eight to a node (paper 3.2: "hierarchical bounding boxes", Gottschalk et al. 1996; here boxes of
 /// one orientation, which are four times cheaper to test and as tight on small triangles). Leaves are runs of triangles
-/// in the hierarchy's own order. Immutable after build(); the queries neither allocate nor lock.
+/// in the hierarchy's own order; where long triangles overlap, cells of a grid that list what passes through them
+/// (long_triangles.h): a query may meet such a triangle more than once. Immutable after build(); the queries neither
+/// allocate nor lock.
 class BoundingHierarchy {
  public:
   static constexpr int kWidth = 8;
@@ -31,7 +36,7 @@ class BoundingHierarchy {
   /// Levels that the surface area heuristic may use; below, ranges are halved, so that the depth stays below kMaxDepth
   /// for any input.
   static constexpr int kHeuristicDepth = 12;
-  static constexpr int kMaxDepth = 21;
+  static constexpr int kMaxDepth = 22;
   static constexpr int kStackSize = (kWidth - 1) * kMaxDepth + kWidth;
   /// Boxes are tested in float and are widened by this fraction of the mesh's extent, 16 times the rounding of a float
   /// coordinate. Smaller loses crossings; larger costs time.
@@ -49,15 +54,18 @@ class BoundingHierarchy {
     Child() = default;
     static Child node(std::uint32_t index) { return Child(index); }
     static Child leaf(std::uint32_t first, std::uint32_t count) { return Child(first | count << kIndexBits); }
+    static Child list(std::uint32_t index) { return Child(index | kList << kIndexBits); }
 
     [[nodiscard]] bool isLeaf() const noexcept { return bits_ >> kIndexBits != 0; }
+    [[nodiscard]] bool isList() const noexcept { return bits_ >> kIndexBits == kList; }              ///< And a leaf.
     [[nodiscard]] std::uint32_t index() const noexcept { return bits_; }                             ///< Of a node.
     [[nodiscard]] std::uint32_t begin() const noexcept { return bits_ & ((1U << kIndexBits) - 1); }  ///< Of a leaf.
     [[nodiscard]] std::uint32_t end() const noexcept { return begin() + (bits_ >> kIndexBits); }
 
    private:
     static constexpr int kIndexBits = 28;
-    static_assert(kLeafTriangles < 1U << (32 - kIndexBits));
+    static constexpr std::uint32_t kList = 15;
+    static_assert(kLeafTriangles < kList);
     explicit Child(std::uint32_t bits) : bits_(bits) {}
     std::uint32_t bits_ = 0;
   };
@@ -80,15 +88,16 @@ class BoundingHierarchy {
 
   /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment
   /// is still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a
-  /// start far away does not cost the float test its precision. A segment that is not finite meets nothing.
+  /// start far away does not cost the float test its precision. A segment that is not finite meets nothing. Ends once
+  /// the allowance is spent, as the next two do; what the leaves cost is for `visit` to spend.
   template <class Visit>
-  void visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
+  void visitAlong(Vec3 from, Vec3 to, Allowance& allowance, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
 
   /// Calls visit(begin, end) for the leaves that overlap the box. Tests eight boxes at once where the processor has AVX,
   /// else four; visits the same leaves in the same order.
   template <class Visit>
-  void visitBox(Vec3f low, Vec3f high, Visit visit) const noexcept(noexcept(visit(0U, 0U))) {
-    return wide_ ? visitBoxByEight(low, high, visit) : visitBoxByFour(low, high, visit);
+  void visitBox(Vec3f low, Vec3f high, Allowance& allowance, Visit visit) const noexcept(noexcept(visit(0U, 0U))) {
+    return wide_ ? visitBoxByEight(low, high, allowance, visit) : visitBoxByFour(low, high, allowance, visit);
   }
   /// Whether visitBox() may use AVX; false is for tests.
   void setWide(bool wide) noexcept { wide_ = wide && __builtin_cpu_supports("avx") != 0; }
@@ -96,13 +105,41 @@ class BoundingHierarchy {
   /// Calls visit(begin, end) for the leaves nearer to h than the bound, near ones first; visit returns the squared
   /// distance (m^2) beyond which nothing is of interest, negative to stop. `bound` is the one to begin with.
   template <class Visit>
-  void visitNear(Vec3 h, Visit visit, double bound = std::numeric_limits<double>::infinity()) const noexcept;
+  void visitNear(Vec3 h, Allowance& allowance, Visit visit,
+                 double bound = std::numeric_limits<double>::infinity()) const noexcept;
 
   [[nodiscard]] std::span<const Node> nodes() const noexcept { return nodes_; }
-  [[nodiscard]] std::size_t memory_bytes() const noexcept { return nodes_.capacity() * sizeof(Node); }
+  [[nodiscard]] bool hasCells() const noexcept { return !listEnds_.empty(); }
+  [[nodiscard]] std::size_t cellCount() const noexcept { return listEnds_.size(); }
+  /// Triangles that pass through a cell.
+  [[nodiscard]] std::span<const std::uint32_t> cell(std::size_t i) const noexcept {
+    const std::uint32_t begin = i == 0 ? 0 : listEnds_[i - 1];
+    return std::span(listed_).subspan(begin, listEnds_[i] - begin);
+  }
+  /// From this one on, in the hierarchy's order, triangles are in cells; their number where none are.
+  [[nodiscard]] std::uint32_t firstInCells() const noexcept { return firstInCells_; }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return nodes_.capacity() * sizeof(Node) + (listed_.capacity() + listEnds_.capacity()) * sizeof(std::uint32_t);
+  }
 
  private:
   void measure(double extent_m);
+  void dropCells();
+  void appendCells(std::uint32_t first, std::uint32_t count, const std::function<Corners(std::uint32_t)>& corners);
+  /// Calls visit for a leaf; returns what the last call did.
+  template <class Visit>
+  auto enterLeaf(Child leaf, Visit& visit) const noexcept(noexcept(visit(0U, 0U))) {
+    if (!leaf.isList()) [[likely]]
+      return visit(leaf.begin(), leaf.end());
+    return enterList(leaf.begin(), visit);
+  }
+  template <class Visit>
+  [[gnu::noinline]] auto enterList(std::uint32_t list, Visit& visit) const noexcept(noexcept(visit(0U, 0U))) {
+    std::uint32_t at = list == 0 ? 0 : listEnds_[list - 1];
+    const std::uint32_t last = listEnds_[list] - 1;  // none is empty
+    for (; at < last; ++at) visit(listed_[at], listed_[at] + 1);
+    return visit(listed_[at], listed_[at] + 1);
+  }
 
   struct Window;
   struct WideWindow;
@@ -112,17 +149,18 @@ class BoundingHierarchy {
     Child child;
   };
   template <class Visit>
-  void visitBoxByFour(Vec3f low, Vec3f high, Visit& visit) const noexcept(noexcept(visit(0U, 0U)));
+  void visitBoxByFour(Vec3f low, Vec3f high, Allowance& allowance, Visit& visit) const
+      noexcept(noexcept(visit(0U, 0U)));
   template <class Visit>
-  [[gnu::target("avx")]] void visitBoxByEight(Vec3f low, Vec3f high, Visit& visit) const
+  [[gnu::target("avx")]] void visitBoxByEight(Vec3f low, Vec3f high, Allowance& allowance, Visit& visit) const
       noexcept(noexcept(visit(0U, 0U)));
   /// Calls visit for the leaves among the node's `hits`, and puts the nodes among them on the stack.
   template <class Visit>
-  static void enter(const Node& node, int hits, Stack& stack, std::size_t& top, Visit& visit) {
+  void enter(const Node& node, int hits, Stack& stack, std::size_t& top, Visit& visit) const {
     for (auto rest = static_cast<unsigned>(hits); rest != 0; rest &= rest - 1) {
       const Child child = node.child[std::countr_zero(rest)];
       if (child.isLeaf()) {
-        visit(child.begin(), child.end());
+        enterLeaf(child, visit);
       } else {
         stack[top++] = child.index();
       }
@@ -132,6 +170,10 @@ class BoundingHierarchy {
   [[nodiscard]] static __m128 squaredDistances(const Node& node, Vec3f h, int half) noexcept;
 
   LargePageVector<Node> nodes_;
+  std::vector<std::uint32_t> listed_;
+  std::vector<std::uint32_t> listEnds_;  // of each cell
+  std::uint32_t firstInCells_ = 0;       // triangle in the hierarchy's order
+  std::uint32_t firstCellNode_ = 0;
   Vec3 low_{0};  // of the root, padded
   Vec3 high_{0};
   double short_ = 0;  // m
@@ -193,11 +235,12 @@ struct BoundingHierarchy::Window {
 };
 
 template <class Visit>
-void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexcept(noexcept(visit(0U, 0U))) {
+void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Allowance& allowance, Visit visit) const
+    noexcept(noexcept(visit(0U, 0U))) {
   // A box that is rounded to float far outside stays far outside.
   const Vec3 size = glm::abs(to - from);
   if (size.x < short_ && size.y < short_ && size.z < short_) {
-    return visitBox(Vec3f(glm::min(from, to)), Vec3f(glm::max(from, to)), visit);
+    return visitBox(Vec3f(glm::min(from, to)), Vec3f(glm::max(from, to)), allowance, visit);
   }
   double enter = 0;
   double leave = 1;
@@ -209,7 +252,8 @@ void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexce
   Stack stack;
   std::size_t top = 0;
   stack[top++] = 0;
-  while (top > 0) {
+  while (top > 0 && !allowance.isSpent()) {
+    allowance.spend(Allowance::kNode);
     const Node& node = nodes_[stack[--top]];
     const int hits = slabs.meet(node, 0, limit) | slabs.meet(node, 1, limit) << 4;
     for (auto rest = static_cast<unsigned>(hits); rest != 0; rest &= rest - 1) {
@@ -219,7 +263,7 @@ void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Visit visit) const noexce
         stack[top++] = child.index();
         continue;
       }
-      const double time = visit(child.begin(), child.end());
+      const double time = enterLeaf(child, visit);
       if (time < leave) limit = _mm_set1_ps(static_cast<float>((time - enter) * scale) + kTimeSlack);
     }
   }
@@ -249,44 +293,49 @@ struct BoundingHierarchy::WideWindow {
 };
 
 template <class Visit>
-void BoundingHierarchy::visitBoxByFour(Vec3f low, Vec3f high, Visit& visit) const noexcept(noexcept(visit(0U, 0U))) {
+void BoundingHierarchy::visitBoxByFour(Vec3f low, Vec3f high, Allowance& allowance, Visit& visit) const
+    noexcept(noexcept(visit(0U, 0U))) {
   const Window window(low, high);
   Stack stack;
   std::size_t top = 0;
   stack[top++] = 0;
-  while (top > 0) {
+  while (top > 0 && !allowance.isSpent()) {
+    allowance.spend(Allowance::kNode);
     const Node& node = nodes_[stack[--top]];
     enter(node, window.meet(node, 0) | window.meet(node, 1) << 4, stack, top, visit);
   }
 }
 
 template <class Visit>
-void BoundingHierarchy::visitBoxByEight(Vec3f low, Vec3f high, Visit& visit) const noexcept(noexcept(visit(0U, 0U))) {
+void BoundingHierarchy::visitBoxByEight(Vec3f low, Vec3f high, Allowance& allowance, Visit& visit) const
+    noexcept(noexcept(visit(0U, 0U))) {
   const WideWindow window(low, high);
   Stack stack;
   std::size_t top = 0;
   stack[top++] = 0;
-  while (top > 0) {
+  while (top > 0 && !allowance.isSpent()) {
+    allowance.spend(Allowance::kNode);
     const Node& node = nodes_[stack[--top]];
     enter(node, window.meet(node), stack, top, visit);
   }
 }
 
 template <class Visit>
-void BoundingHierarchy::visitNear(Vec3 h, Visit visit, double bound) const noexcept {
+void BoundingHierarchy::visitNear(Vec3 h, Allowance& allowance, Visit visit, double bound) const noexcept {
   constexpr float kSlack = 1 - 0x1p-20F;  // distances are rounded to float: never leaves out a box for that
   const Vec3f at(h);
   std::array<Ranked, kStackSize> stack;
   std::size_t top = 0;
   stack[top++] = {0, Child::node(0)};
-  while (top > 0) {
+  while (top > 0 && !allowance.isSpent()) {
     const Ranked here = stack[--top];
     if (here.squaredDistance * kSlack >= bound) continue;
     if (here.child.isLeaf()) {
-      bound = visit(here.child.begin(), here.child.end());
+      bound = enterLeaf(here.child, visit);
       if (bound < 0) return;
       continue;
     }
+    allowance.spend(3 * Allowance::kNode);  // ranked by distance
     const Node& node = nodes_[here.child.index()];
     alignas(16) std::array<float, kWidth> distance;
     _mm_store_ps(distance.data(), squaredDistances(node, at, 0));

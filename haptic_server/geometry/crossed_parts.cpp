@@ -108,7 +108,8 @@ class CrossedSearch {
       }
     }
     if (own_.count() == 0) return 0;
-    surface_.hierarchy().visitBox(low, high, [&](std::uint32_t first, std::uint32_t last) {
+    Allowance endless;
+    surface_.hierarchy().visitBox(low, high, endless, [&](std::uint32_t first, std::uint32_t last) {
       for (std::uint32_t t = first; t < last; ++t) {
         if (near_.full()) followAll();
         near_.add(surface_, t);
@@ -118,7 +119,32 @@ class CrossedSearch {
     return spent_;
   }
 
+  /// Looks at the triangles in a cell, each against all others there; one that no other shares a vertex with only until it
+  /// is known to cross something. Returns the cost in box tests.
+  /// @param uses  Triangles at each vertex.
+  std::int64_t runCell(std::span<const std::uint32_t> cell, std::span<const std::uint8_t> uses) {
+    spent_ = 0;
+    for (std::size_t i = 0; i < cell.size(); ++i) {
+      const std::uint32_t t = cell[i];
+      const bool alone =
+          std::ranges::all_of(surface_.triangle(t).vertex, [&](std::uint32_t v) { return uses[v] == 1; });
+      own_.clear();
+      own_.add(surface_, t);
+      for (std::size_t j = alone ? 0 : i + 1; j < cell.size() && !(alone && marks_[t]); j += kFew) {
+        for (const std::uint32_t other : cell.subspan(j, std::min(kFew, cell.size() - j))) {
+          if (other != t) near_.add(surface_, other);
+        }
+        followLines(t, near_);
+        for (std::size_t k = 0; k < near_.count(); ++k) followLines(near_[k], own_);
+        spent_ += static_cast<std::int64_t>(near_.count());
+        near_.clear();
+      }
+    }
+    return spent_;
+  }
+
  private:
+  static constexpr std::size_t kFew = 8;  // looked at together
   static_assert(BoundingHierarchy::kLeafTriangles <= Candidates::kCapacity);
 
   [[nodiscard]] bool hasChanged(std::uint32_t t) const { return changed_[t] != 0; }
@@ -126,7 +152,8 @@ class CrossedSearch {
   void followAll() {
     for (std::size_t i = 0; i < own_.count(); ++i) followLines(own_[i], near_);
     for (std::size_t i = 0; i < near_.count(); ++i) {
-      if (!hasChanged(near_[i])) followLines(near_[i], own_);
+      const bool looksAtThese = hasChanged(near_[i]) && near_[i] < surface_.hierarchy().firstInCells();
+      if (!looksAtThese) followLines(near_[i], own_);
     }
     spent_ += static_cast<std::int64_t>(near_.count());
     near_.clear();
@@ -181,6 +208,15 @@ class CrossedSearch {
   std::int64_t spent_ = 0;  // box tests
 };
 
+/// Triangles at each vertex; 255 for more.
+std::vector<std::uint8_t> usesOfVertices(const Surface& surface, std::size_t vertices) {
+  std::vector<std::uint8_t> uses(vertices, 0);
+  for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
+    for (const std::uint32_t v : surface.triangle(t).vertex) uses[v] += uses[v] < 255 ? 1 : 0;
+  }
+  return uses;
+}
+
 }  // namespace
 
 void Surface::markCrossed(std::span<const std::uint8_t> changed, int threads) {
@@ -188,6 +224,9 @@ void Surface::markCrossed(std::span<const std::uint8_t> changed, int threads) {
   const std::span<const BoundingHierarchy::Node> nodes = hierarchy_.nodes();
   Marks marks(triangleCount());
   std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> nextCell{0};
+  const std::vector<std::uint8_t> uses =
+      hierarchy_.hasCells() ? usesOfVertices(*this, vertexNormals_.size()) : std::vector<std::uint8_t>();
   std::atomic<std::int64_t> left{(kMostTests + kMostTestsEach * triangleCount()) * kBoxTestsPerTest};
   const auto work = [&] {
     CrossedSearch search(*this, changed, marks);
@@ -195,9 +234,13 @@ void Surface::markCrossed(std::span<const std::uint8_t> changed, int threads) {
       interruptionPoint();
       for (const auto& node : nodes.subspan(begin, std::min(kPiece, nodes.size() - begin))) {
         for (const auto child : node.child) {
-          if (child.isLeaf() && left > 0) left -= search.run(child.begin(), child.end());
+          if (child.isLeaf() && !child.isList() && left > 0) left -= search.run(child.begin(), child.end());
         }
       }
+    }
+    for (std::size_t i = nextCell++; i < hierarchy_.cellCount() && left > 0; i = nextCell++) {
+      interruptionPoint();
+      left -= search.runCell(hierarchy_.cell(i), uses);
     }
   };
   {

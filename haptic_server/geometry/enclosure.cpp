@@ -6,14 +6,38 @@
 namespace haptics {
 namespace {
 
+/// Triangles that a line has passed already, where some are in several cells.
+class Passed {
+ public:
+  explicit Passed(const Surface& surface) noexcept : canRepeat_(surface.hierarchy().hasCells()) {}
+
+  /// False for one that was there before. Beyond kMost of them all are new.
+  [[nodiscard]] bool add(std::uint32_t t) noexcept {
+    if (!canRepeat_) return true;
+    const auto end = known_.begin() + static_cast<std::ptrdiff_t>(count_);
+    if (std::find(known_.begin(), end, t) != end) return false;
+    if (count_ < kMost) known_[count_++] = t;
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 256;
+  bool canRepeat_;
+  std::size_t count_ = 0;
+  std::array<std::uint32_t, kMost> known_;
+};
+
 /// Calls visit(crossing) for every triangle that the segment passes, in no order.
 template <class Visit>
-void visitCrossings(const Surface& surface, Vec3 from, Vec3 to, Visit visit) noexcept {
+void visitCrossings(const Surface& surface, Vec3 from, Vec3 to, Allowance& allowance, Visit visit) noexcept {
   const Segment segment(from, to);
-  surface.hierarchy().visitAlong(from, to, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+  Passed passed(surface);
+  allowance.spend(Allowance::kQuery);
+  surface.hierarchy().visitAlong(from, to, allowance, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+    allowance.spend(Allowance::kTriangle * (end - begin));
     for (std::uint32_t t = begin; t < end; ++t) {
       Crossing crossing{t};
-      if (segment.enters(surface.triangle(t), true, crossing)) visit(crossing);
+      if (segment.enters(surface.triangle(t), true, crossing) && passed.add(t)) visit(crossing);
     }
     return 1.0;
   });
@@ -46,21 +70,21 @@ void visitCrossings(const Surface& surface, Vec3 from, Vec3 to, Visit visit) noe
 
 }  // namespace
 
-int windingNumber(const Surface& surface, Vec3 at) noexcept {
+int windingNumber(const Surface& surface, Vec3 at, Allowance& allowance) noexcept {
   if (glm::any(glm::lessThan(at, surface.low())) || glm::any(glm::greaterThan(at, surface.high()))) return 0;
   int winding = 0;
-  visitCrossings(surface, at, outOfBox(surface, at),
+  visitCrossings(surface, at, outOfBox(surface, at), allowance,
                  [&](const Crossing& crossing) noexcept { winding -= crossing.side; });
   return winding;
 }
 
-double leavesAt(const Surface& surface, int winding, Vec3 from, Vec3 to) noexcept {
+double leavesAt(const Surface& surface, int winding, Vec3 from, Vec3 to, Allowance& allowance) noexcept {
   constexpr std::size_t kMostCrossings = 64;  // beyond them the last one counts
   constexpr double kSame = 0x1p-40;           // of the way: two triangles met on the edge between them
   std::array<Crossing, kMostCrossings> crossings;
   std::size_t count = 0;
   double last = 0;
-  visitCrossings(surface, from, to, [&](const Crossing& crossing) noexcept {
+  visitCrossings(surface, from, to, allowance, [&](const Crossing& crossing) noexcept {
     last = std::max(last, crossing.time);
     if (count < kMostCrossings) crossings[count] = crossing;
     ++count;

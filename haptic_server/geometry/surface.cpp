@@ -171,10 +171,12 @@ bool Surface::onBoundary(const Foot& foot) const noexcept {
   return foot.feature == Feature::kLine ? r.neighbour(foot.index) == kNoTriangle : r.openAt(foot.index);
 }
 
-Foot Surface::closestFoot(Vec3 h, int budget, int& spent) const noexcept {
+Foot Surface::closestFoot(Vec3 h, int budget, int& spent, Allowance& allowance) const noexcept {
   Foot best;
   int left = budget;
-  hierarchy_.visitNear(h, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+  allowance.spend(Allowance::kQuery);
+  hierarchy_.visitNear(h, allowance, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+    allowance.spend(Allowance::kNearTriangle * (end - begin));
     for (std::uint32_t t = begin; t < end && left > 0; ++t, --left) {
       const Foot foot = closestOn(records_[t], t, h);
       if (foot.squaredDistance < best.squaredDistance) best = foot;

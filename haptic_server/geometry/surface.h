@@ -70,17 +70,28 @@ class Surface {
 
   /// First entering crossing on from -> to (paper 3.2, first contact). `skip(triangle)` leaves out those that contain
   /// the start by construction. Watertight. Sheets, that is surfaces that are not closed, are entered from both sides.
-  /// `Test` is made of from and to, and meets each triangle with enters().
+  /// `Test` is made of from and to, and meets each triangle with enters(). The answer of a query that has spent the
+  /// allowance means nothing, here and below.
   template <class Test = Segment, class Skip>
-  [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, bool twoSided, Skip skip) const noexcept;
+  [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, bool twoSided, Allowance& allowance,
+                                       Skip skip) const noexcept;
   template <class Test = Segment>
+  [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, Allowance& allowance) const noexcept {
+    return firstCrossing<Test>(from, to, !closed_, allowance, [](std::uint32_t) { return false; });
+  }
+  /// Whatever it costs.
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to) const noexcept {
-    return firstCrossing<Test>(from, to, !closed_, [](std::uint32_t) { return false; });
+    Allowance endless;
+    return firstCrossing(from, to, endless);
   }
 
   /// Closest point of the whole mesh to h. Looks at no more than `budget` triangles and returns the best of them: near
   /// boxes come first, so what is left out seldom matters. Adds the triangles looked at to `spent`.
-  [[nodiscard]] Foot closestFoot(Vec3 h, int budget, int& spent) const noexcept;
+  [[nodiscard]] Foot closestFoot(Vec3 h, int budget, int& spent, Allowance& allowance) const noexcept;
+  [[nodiscard]] Foot closestFoot(Vec3 h, int budget, int& spent) const noexcept {
+    Allowance endless;
+    return closestFoot(h, budget, spent, endless);
+  }
 
   /// What the database holds, tree and normals included.
   [[nodiscard]] std::size_t memory_bytes() const noexcept;
@@ -126,11 +137,13 @@ class Surface {
 [[nodiscard]] std::shared_ptr<const Surface> refitSurface(const Surface& from, std::span<const Vec3f> vertices);
 
 template <class Test, class Skip>
-Crossing Surface::firstCrossing(Vec3 from, Vec3 to, bool twoSided, Skip skip) const noexcept {
+Crossing Surface::firstCrossing(Vec3 from, Vec3 to, bool twoSided, Allowance& allowance, Skip skip) const noexcept {
   Crossing first;
   if (from == to) return first;  // a point enters nothing
   const Test segment(from, to);
-  hierarchy_.visitAlong(from, to, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+  allowance.spend(Allowance::kQuery);
+  hierarchy_.visitAlong(from, to, allowance, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+    allowance.spend(Allowance::kTriangle * (end - begin));
     for (std::uint32_t t = begin; t < end; ++t) {
       Crossing crossing{t};
       if (segment.enters(records_[t], twoSided, crossing) && (!first || crossing.time < first.time) && !skip(t)) {

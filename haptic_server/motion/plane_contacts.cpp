@@ -11,6 +11,8 @@ namespace {
 /// Most rounds over all points in a tick. Fewer leave a body that has just touched sinking for some ticks, and being lifted
 /// for that, by enough to keep a faceted round body rocking.
 constexpr int kRounds = 40;
+/// However many bodies there are. One would let a body at rest creep.
+constexpr int kLeastRounds = 2;
 /// The rounds end when they change the impulses by less than this part. At rest the first guess is right: two do.
 constexpr double kSettled = 1e-7;
 /// Depth that is left alone, of the body's radius. 0 would lift bodies for ever, as rounding lets them sink.
@@ -236,7 +238,7 @@ using Touches = std::array<Touch, kMaxPlanes * kPointsOnPlane>;
 
 }  // namespace
 
-void meetPlanes(const RigidBody& body, RigidState& state, double period_s) noexcept {
+void meetPlanes(const RigidBody& body, RigidState& state, double period_s, Allowance& allowance) noexcept {
   if (body.planeCount == 0) return;
   Impulses impulses(body, state);
   Touches touches;
@@ -248,6 +250,8 @@ void meetPlanes(const RigidBody& body, RigidState& state, double period_s) noexc
     impulses.applyTurning(rolling);
   }
   for (int round = 0; round < kRounds && count > 0; ++round) {
+    if (round >= kLeastRounds && allowance.isSpent()) break;
+    allowance.spend(Allowance::kTouch * static_cast<std::int64_t>(count));
     double change = 0;
     double pressing = 0;
     for (std::size_t i = 0; i < count; ++i) {

@@ -77,14 +77,15 @@ void sleepWhenStill(const RigidBody& body, RigidState& state, const Push& push, 
 
 }  // namespace
 
-void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept {
+void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s,
+                   Allowance& allowance) noexcept {
   if (state.condition == BodyCondition::kAsleep && push.any()) state.condition = BodyCondition::kAwake;
   if (state.condition != BodyCondition::kAwake) return;
 
   const RigidState before = state;
   if (body.freedom == Freedom::kFree) {
     drive(body, state, push, period_s);
-    meetPlanes(body, state, period_s);
+    meetPlanes(body, state, period_s, allowance);
     turnAndMove(body, state, period_s);
     leavePlanes(body, state);
   } else {

@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "haptic_server/recording/state_image.h"
 #include "haptic_server/recording/step_sources.h"
@@ -13,7 +14,7 @@ namespace {
 constexpr double kMaxRate_Hz = 1e6;
 
 static_assert(sizeof(StepInput) == 56, "what is new in it goes into appendTick() and tickFrom()");
-static_assert(sizeof(StepConfig) == 112, "what is new in it goes into toMessage() and factsFrom()");
+static_assert(sizeof(StepConfig) == 120, "what is new in it goes into toMessage() and factsFrom()");
 
 void putWord(std::string& bytes, std::uint64_t word) {
   for (int i = 0; i < 8; ++i) bytes += static_cast<char>(word >> (8 * i));
@@ -57,6 +58,7 @@ v1::RecordingHead toMessage(const RecordingFacts& facts) {
   head.set_position_step_m(facts.config.positionStep_m);
   head.set_stable_lateral_n_per_m(facts.config.stableLateral_N_per_m);
   head.set_rise_s(facts.config.rise_s);
+  head.set_work_per_s(facts.config.work_per_s);
   if (const auto& lead = facts.config.lead) {
     v1::RecordedLead& message = *head.mutable_lead();
     message.set_mass_kg(lead->mass_kg);
@@ -80,6 +82,8 @@ Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
   if (!(head.max_force_n() >= 0)) return refused("head.max_force_N", "is not at least 0");
   if (!(head.position_step_m() >= 0)) return refused("head.position_step_m", "is not at least 0");
   if (!(head.stable_lateral_n_per_m() >= 0)) return refused("head.stable_lateral_N_per_m", "is not at least 0");
+  const double work_per_s = head.has_work_per_s() ? head.work_per_s() : std::numeric_limits<double>::infinity();
+  if (!(work_per_s > 0)) return refused("head.work_per_s", "is not above 0");
   if (!isAtLeastZero(head.rise_s())) return refused("head.rise_s", "is not finite and at least 0");
   RecordingFacts facts{.server = head.server(),
                        .stepSources = head.step_sources(),
@@ -93,6 +97,7 @@ Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
   facts.config.positionStep_m = head.position_step_m();
   facts.config.stableLateral_N_per_m = head.stable_lateral_n_per_m();
   facts.config.rise_s = head.rise_s();
+  facts.config.work_per_s = work_per_s;
   if (head.has_lead()) {
     const v1::RecordedLead& lead = head.lead();
     for (const double value : {lead.mass_kg(), lead.viscous_friction_ns_per_m(), lead.delay_s(), lead.contact_lead_s(),

@@ -63,6 +63,10 @@ requires std::is_trivially_copyable_v<T>
 [[nodiscard]] bool isContactOn(const ContactState& contact, const ServoScene& scene) {
   if (contact.mode > ContactState::Mode::kSeveralSurfaces || contact.feature > Feature::kVertex) return false;
   if (contact.holdingCount < 0 || contact.holdingCount > ContactState::kMaxHolding) return false;
+  if (!isFlags({&contact.reseated, &contact.unchecked})) return false;
+  if (!(contact.reached >= 0 && contact.reached <= 1 && contact.stride > 0 && contact.stride <= 1)) return false;
+  if (!isPlace(contact.clear.centre) || !(contact.clear.radius_m >= 0 && contact.clear.radius_m <= kFarthest_m))
+    return false;
   if (!isPlace(contact.hip) || !isPlace(contact.ihip) || !isPlace(contact.local)) return false;
   for (const HoldingSurface& held : contact.surfaces()) {
     const auto body = static_cast<std::size_t>(held.body);

@@ -37,7 +37,7 @@ class Succession {
       takeDents(i, next.objects[i]);
     }
     contact_ = state.contact;
-    broken_ = reseat(contact_, bodies(), {origins_.data(), count_});
+    broken_ = reseat(contact_, bodies(), {origins_.data(), count_}, allowance());
     if (state.anyVaryingStiffness || anyVaryingStiffness_) {
       for (std::size_t i = 0; i < count_; ++i) takeFactor(i, next.objects[i]);
     }
@@ -50,7 +50,9 @@ class Succession {
   /// the body, -1 when free.
   [[nodiscard]] Vec3 springForce_N(int& touched) const noexcept {
     ContactState trial = contact_;
-    const ContactResult result = followContact(bodies(), trial, trial.hip);
+    ContactResult result;
+    result.work.allowance = allowance();
+    followContact(bodies(), trial, trial.hip, result);
     touched = result.body;
     if (!result.touching) return Vec3(0);
     const Stiffness felt = objects_[static_cast<std::size_t>(touched)].felt.value();
@@ -89,6 +91,8 @@ class Succession {
 
  private:
   [[nodiscard]] std::span<const Body> bodies() const noexcept { return {bodies_.data(), count_}; }
+  /// For either of the adoption's two questions.
+  [[nodiscard]] Allowance allowance() const noexcept { return Allowance(state_.allowance.left() / 6); }
 
   void begin(std::size_t i, const ServoObject& object) noexcept {
     objects_[i].id = object.id;
@@ -109,12 +113,12 @@ class Succession {
     if (samePose) {
       bodies_[i].surface = object.surface.get();
       bodies_[i].leaving = object.leaving;
-      bodies_[i].previous = bodies_[i].current;
+      bodies_[i].previous = lastMet(state_, state_.bodies[before]);
       bodies_[i].update();
     } else if (sameSurface && isCarried(object, before)) {
       objects_[i].scenePose = object.pose;
       objects_[i].beingMoved = true;
-      bodies_[i].previous = bodies_[i].current;
+      bodies_[i].previous = lastMet(state_, state_.bodies[before]);
       bodies_[i].update();
     } else {
       put(i, object);

@@ -301,7 +301,7 @@ class Feeling {
     if (squaredLength(h - watch.seenFrom) < watch.clear_m * watch.clear_m) return false;
     const double highest_m = detail(felt.body)->highest_m();
     const double reach_m = highest_m + kLookAhead * surface.radius_m();
-    const Foot foot = nearestPoint(surface, h, reach_m, watch.triangle);
+    const Foot foot = nearestPoint(surface, h, reach_m, watch.triangle, contact_.work.allowance);
     const double distance_m = foot.triangle == kNoTriangle ? reach_m : std::sqrt(foot.squaredDistance);
     watch.triangle = foot.triangle;
     watch.seenFrom = h;

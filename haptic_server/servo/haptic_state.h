@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -31,6 +32,10 @@ inline constexpr double kFarthest_m = 1e4;
   return squaredLength(v) <= kFarthest_m * kFarthest_m;  // not for NaN
 }
 
+/// A quarter of the time that a tick has on a processor of 2020 with one core for it. Less would make dense scenes
+/// slower to go through; more would leave less time to everything else.
+inline constexpr double kWork_per_s = 300e6;
+
 /// Fixed for a session.
 struct StepConfig {
   double period_s = 1e-3;     ///< Nominal tick, used by every integration: never the measured one.
@@ -40,8 +45,17 @@ struct StepConfig {
   double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
   /// Contact and force are computed where the observer sees the HIP coming; at the measured HIP where there is none.
   std::optional<LeadSettings> lead = std::nullopt;
+  /// What the queries of a tick may cost (Allowance), by time: infinite for as much as they take. Besides, an adoption may
+  /// take a third of it, and a rehearsal of the tick and the bodies' planes a quarter each.
+  double work_per_s = kWork_per_s;
   /// Seconds in which the force comes after the device was attached or homed, or a fault is over; 0: at once.
   double rise_s = 0;
+
+  [[nodiscard]] Allowance allowance() const noexcept {
+    constexpr double kEndless = 1e18;
+    const double units = work_per_s * period_s;
+    return units < kEndless ? Allowance(static_cast<std::int64_t>(units)) : Allowance();
+  }
 };
 
 /// What the servo remembers from tick to tick, but for the bodies. Written by the step, stage by stage, unless noted.
@@ -67,6 +81,7 @@ struct StepMemory {
   bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
   double letGo_s = 0;      ///< For so long. Written by the step.
 
+  Allowance allowance;  ///< Of each tick; of the config.
   bool attached = false;
   VelocityEstimator velocity;
   ContactState contact;
@@ -76,6 +91,7 @@ struct StepMemory {
     std::array<Vec3, ContactState::kMaxHolding> normal{Vec3(0), Vec3(0), Vec3(0)};  ///< Outward, unit, world.
   } groove;
   std::uint64_t contactObject = 0;  ///< Id, 0 when free.
+  std::uint64_t behind = 0;         ///< Ticks that spent their allowance.
   std::uint64_t putOut = 0;         ///< Times that the IHIP was put out of a body;
   std::uint64_t putOutOf = 0;       ///< id of the last one.
   EditSlew slew;
@@ -111,6 +127,7 @@ struct BodyDent {
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
 struct HapticState : StepMemory {
   explicit HapticState(const StepConfig& config) noexcept {
+    allowance = config.allowance();
     velocity = VelocityEstimator(config.period_s);
     if (config.lead) lead = LeadObserver(*config.lead, config.period_s);
   }
@@ -165,6 +182,13 @@ struct HapticState : StepMemory {
   SurfaceMemory surface;
   EnergyAccount energy;
 };
+
+/// Where a body was when the contact core met it last: at the last tick, or within its motion then, where that tick spent
+/// its allowance on the way (ContactState::reached).
+[[nodiscard]] inline Pose lastMet(const HapticState& state, const Body& body) noexcept {
+  const double reached = state.contact.reached;
+  return reached < 1 ? interpolate(body.previous, body.current, reached) : body.current;
+}
 
 static_assert(std::is_trivially_copyable_v<HapticState>, "copied to replay and to compare runs");
 

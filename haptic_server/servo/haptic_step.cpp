@@ -48,13 +48,15 @@ void attach(HapticState& state, Vec3 position) noexcept {
   if (missed > 0 && state.attached) [[unlikely]] {
     if (state.deadlines.tooMany(config.period_s)) {
       if (fault == Fault::kNone) fault = Fault::kDeadlinesMissed;
+      if (state.fault == Fault::kNone) state.deadlines.giveUp(input.tick, config.period_s);
     } else if (state.lead.active()) {
       state.lead.skip(missed);
     }
   }
   if (fault != Fault::kNone) {
     state.fault = fault;
-  } else if (!state.attached || (state.fault != Fault::kNone && state.faultRamp.atZero())) {
+  } else if (!state.attached || (state.fault != Fault::kNone && state.faultRamp.atZero() &&
+                                 state.deadlines.wait_s(input.tick, config.period_s) == 0)) {
     state.fault = Fault::kNone;
     attach(state, input.device.position);
     state.faultRamp.begin(config.rise_s);
@@ -91,7 +93,7 @@ void moveEdited(const ServoScene& scene, HapticState& state, const StepConfig& c
     state.anyBeingMoved = state.anyBeingMoved || object.beingMoved;
     const Stiffness k = stiffer(object.felt.value(), ownStiffness(scene.objects[i]));
     const FeltPose felt(state.contact.hip, state.contact.ihip, k);
-    body.previous = body.current;
+    body.previous = lastMet(state, body);
     body.current = felt.next(body.current, object.scenePose, config.period_s);
     body.update();
     if (object.id != state.contactObject) continue;
@@ -168,9 +170,12 @@ void letGoOfFaded(HapticState& state) noexcept {
   }
 }
 
-void notePutOut(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
-  ++state.putOut;
-  state.putOutOf = scene.objects[static_cast<std::size_t>(work.insideOf)].id;
+void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
+  if (work.behind) ++state.behind;
+  if (work.putOut) {
+    ++state.putOut;
+    state.putOutOf = scene.objects[static_cast<std::size_t>(work.insideOf)].id;
+  }
   state.slew.begin();  // the jump of the force is let in as an edit's is
 }
 
@@ -194,7 +199,7 @@ void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& 
   if (!isFinite(force)) [[unlikely]]
     state.fault = Fault::kNonFiniteForce;
   if (state.fault == Fault::kNone) [[likely]] {
-    const bool jumps = state.contactBroken || felt.contact.work.putOut ||
+    const bool jumps = state.contactBroken || felt.contact.work.putOut || felt.contact.work.behind ||
                        (state.adoptedNow && (state.detailEdited || felt.object != state.contactObject));
     if (jumps) state.slew.begin();
     if (state.slew.active()) {
@@ -232,7 +237,7 @@ void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& 
 }
 
 [[nodiscard, gnu::always_inline]] inline TelemetrySample describe(const HapticState& state, const StepInput& input,
-                                                                  const FeltTick& felt) noexcept {
+                                                                  const FeltTick& felt, double period_s) noexcept {
   const ContactResult& contact = felt.contact;
   return {.tick = input.tick,
           .time_ns = input.time_ns,
@@ -249,10 +254,12 @@ void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& 
           .energyGiven_J = state.energy.all_J(),
           .gaveMost = {},
           .fault = state.fault,
+          .wait_s = state.fault == Fault::kNone ? 0 : state.deadlines.wait_s(input.tick, period_s),
           .deviceState = input.device.state,
           .device = input.device.status,
           .putOut = state.putOut,
-          .putOutOf = state.putOutOf};
+          .putOutOf = state.putOutOf,
+          .behind = state.behind};
 }
 
 /// What the last force gave the hand on the way to here, and what may give it some from now on.
@@ -300,9 +307,10 @@ template <bool kDetails>
     followHip(state, input.device.position);
     if (state.anyBeingMoved | state.anyLeaving) [[unlikely]]
       followEdits(scene, state, config);
+    felt.contact.work.allowance = state.allowance;
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
-    if (felt.contact.work.putOut) [[unlikely]]
-      notePutOut(scene, state, felt.contact.work);
+    if (felt.contact.work.putOut | felt.contact.work.behind) [[unlikely]]
+      noteLimits(scene, state, felt.contact.work);
     if constexpr (kDetails) {
       state.groove.shaded = false;
       if (state.anyVaryingStiffness) [[unlikely]]
@@ -344,7 +352,7 @@ template <bool kDetails>
                     surfaceSpeed(state, contact.body, contact.ihip, felt.geometricNormal, config));
   }
   state.adoptedNow = state.contactBroken = state.detailEdited = false;
-  TelemetrySample sample = describe(state, input, felt);
+  TelemetrySample sample = describe(state, input, felt, config.period_s);
   if constexpr (kDetails) describeDetails(state, felt, sample);
   return sample;
 }

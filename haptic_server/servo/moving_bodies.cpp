@@ -47,7 +47,7 @@ void takeMovedPoses(HapticState& state) noexcept {
     if (state.objects[moving.body].beingMoved) continue;
     Body& body = state.bodies[moving.body];
     if (!moving.moved && !body.moving) continue;
-    body.previous = body.current;
+    body.previous = lastMet(state, body);
     if (moving.moved) body.current = poseOf(*moving.what, moving.state);
     body.update();
   }
@@ -56,13 +56,14 @@ void takeMovedPoses(HapticState& state) noexcept {
 void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,
                 const ForceComponents& force) noexcept {
   const Reaction reaction(state, contact, force.contact);
+  Allowance allowance(state.allowance.left() / 4);
   for (std::size_t i = 0; i < state.movingCount; ++i) {
     MovingBody& moving = state.moving[i];
     moving.moved = false;
     if (state.objects[moving.body].beingMoved) continue;
     const Push push{reaction.on(moving.body), contact.ihip};
     if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
-    moveRigidBody(*moving.what, moving.state, push, config.period_s);
+    moveRigidBody(*moving.what, moving.state, push, config.period_s, allowance);
     moving.moved = true;
     if (push.any()) nameWork(state, moving, push, partWritten(force.written, force.contact));
     if (isStopped(moving.state.condition)) state.bodies[moving.body].leaving = true;

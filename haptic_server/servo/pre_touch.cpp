@@ -18,6 +18,10 @@ void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noe
 
 /// At the polygons two rings around the contact. Those of the first are worked out, and searched from back to the IHIP, as
 /// by a tick that crosses a line.
+/// Triangles from each of the neighbours: what a tick needs that hops over one or two. Around a vertex of thousands nobody
+/// is to wait for all of them.
+constexpr int kMostLookedAt = 32;
+
 void PreTouch::lookAround(const ContactState& contact) noexcept {
   for (const HoldingSurface& held : contact.surfaces()) {
     const Body& body = rehearsal_.bodies[static_cast<std::size_t>(held.body)];
@@ -37,13 +41,14 @@ void PreTouch::lookAround(const ContactState& contact) noexcept {
         if (next.neighbour(j) != kNoTriangle) surface.prefetch(next.neighbour(j));
       }
       int spent = 0;
-      static_cast<void>(neighborhoodWatch(surface, across, ihip, nullptr, spent));
+      static_cast<void>(neighborhoodWatch(surface, across, ihip, nullptr, spent, kMostLookedAt));
     }
   }
 }
 
 void PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexcept {
   rehearsal_.copyInUse(state);
+  rehearsal_.allowance = Allowance(state.allowance.left() / 8);  // of two
   const Vec3 next = state.measuredHip + state.velocity.velocity() * config_.period_s;
   FeltTick felt;
   feelForce(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}, felt, &known_);

@@ -168,9 +168,13 @@ void ServoLoop::account(TelemetrySample& sample) noexcept {
     statistics_.fault.store(sample.fault, std::memory_order_relaxed);
     statistics_.deviceFault.store(sample.device.fault, std::memory_order_relaxed);
   }
+  statistics_.wait_s.store(sample.wait_s, std::memory_order_relaxed);
   if (sample.putOut != statistics_.putOut.load(std::memory_order_relaxed)) {
     statistics_.putOut.store(sample.putOut, std::memory_order_relaxed);
     statistics_.putOutOf.store(sample.putOutOf, std::memory_order_relaxed);
+  }
+  if (sample.behind != statistics_.behind.load(std::memory_order_relaxed)) {
+    statistics_.behind.store(sample.behind, std::memory_order_relaxed);
   }
   sample.missedTicks = statistics_.missedTicks.load(std::memory_order_relaxed);
   sample.droppedSamples = statistics_.droppedSamples.load(std::memory_order_relaxed);

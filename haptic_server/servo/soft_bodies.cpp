@@ -1,7 +1,9 @@
 #include "haptic_server/servo/soft_bodies.h"
 
 #include <algorithm>
+#include <array>
 #include <span>
+#include <utility>
 
 #include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/joint_yield.h"
@@ -45,7 +47,7 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
 
 /// What the dent of the one body that holds the IHIP would come upon.
 [[nodiscard]] InTheWay whatIsBelow(const ServoScene& scene, const HapticState& state, const StepConfig& config,
-                                   const ContactResult& contact) noexcept {
+                                   ContactResult& contact) noexcept {
   if (!(contact.penetration_m > 0)) return {};
   const auto index = static_cast<std::size_t>(contact.body);
   const double softness = softnessAt(scene, state, index, state.contact.holding[0].triangle, contact.ihip).value;
@@ -53,7 +55,8 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
       scene.objects[index].tissue->yield_m(pressedDepth_m(state, index), contact.penetration_m,
                                            state.objects[index].felt.value().spring_N_per_m, config.period_s, softness);
   return firstInTheWay(state, index, contact.ihip,
-                       glm::mix(contact.ihip, state.hip, std::min(1.0, yield_m / contact.penetration_m)));
+                       glm::mix(contact.ihip, state.hip, std::min(1.0, yield_m / contact.penetration_m)),
+                       contact.work.allowance);
 }
 
 /// Whether a body has come in the way of a dent that is deeper than there: by an edit or a motion, not by the hand.
@@ -88,6 +91,10 @@ void yield(const ServoScene& scene, HapticState& state, const StepConfig& config
   yieldAlone(scene, state, config, tick);
 }
 
+using Where = std::pair<std::size_t, Dent>;
+
+[[nodiscard]] Where whereIs(const BodyDent& dent) noexcept { return {dent.body, dent.dent}; }
+
 }  // namespace
 
 void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
@@ -95,13 +102,15 @@ void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfi
   for (BodyDent& dent : std::span(state.dents).first(state.dentCount)) {
     dent.pressed = dent.pressed && contact.touching && holdsIhip(state, dent.body);
   }
-  const auto before = state.dents;
+  std::array<Where, kMaxDents> before;
   const std::size_t countBefore = state.dentCount;
+  std::ranges::transform(state.allDents(), before.begin(), &whereIs);
   relaxDents(scene, state, config);
   state.yielded = {};
   if (contact.touching) yield(scene, state, config, tick);
-  const auto same = [](const BodyDent& a, const BodyDent& b) { return a.body == b.body && a.dent == b.dent; };
-  if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), same)) ++state.deformationRevision;
+  if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), {}, {}, &whereIs)) {
+    ++state.deformationRevision;
+  }
 }
 
 bool describeDents(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {

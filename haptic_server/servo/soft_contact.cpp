@@ -6,7 +6,7 @@
 
 namespace haptics {
 
-InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to) noexcept {
+InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to, Allowance& allowance) noexcept {
   InTheWay first;
   const double way_m = glm::distance(from, to);
   for (std::size_t i = 0; i < state.bodyCount; ++i) {
@@ -14,10 +14,10 @@ InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Ve
     const double reach_m = other.surface->radius_m() + way_m;
     if (i == body || other.leaving || squaredLength(from - other.centre) > reach_m * reach_m) continue;
     if (dentsOf(state, i).count > 0) continue;
-    const Crossing met = other.surface->firstCrossing(other.frame.toLocal(from), other.frame.toLocal(to));
+    const Crossing met = other.surface->firstCrossing(other.frame.toLocal(from), other.frame.toLocal(to), allowance);
     if (met && (!first.crossing || met.time < first.crossing.time)) first = {i, met, glm::mix(from, to, met.time)};
   }
-  return first;
+  return allowance.isSpent() ? InTheWay{} : first;
 }
 
 void settleOn(const HapticState& state, std::size_t index, const Yielding::Nearest& at,
@@ -41,7 +41,7 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   contact.penetration_m = 0;
   contact.primitive = {};
   contact.triangle = kNoTriangle;
-  const InTheWay met = firstInTheWay(state, body, rest, state.hip);
+  const InTheWay met = firstInTheWay(state, body, rest, state.hip, contact.work.allowance);
   if (!met.crossing) return;
   const Body& other = state.bodies[met.body];
   contact.touching = true;

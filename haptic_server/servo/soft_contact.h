@@ -11,13 +11,14 @@ namespace haptics {
 // What a contact with soft bodies is made of, whether one of them holds the IHIP or several.
 
 /// What of other bodies is on a straight way that the IHIP goes in a dent of one; world, m. Dented bodies are left out: where
-/// they are is not what their hierarchies say.
+/// they are is not what their hierarchies say. Nothing, where the allowance does not last.
 struct InTheWay {
   std::size_t body = 0;
   Crossing crossing;
   Vec3 point{0};
 };
-[[nodiscard]] InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to) noexcept;
+[[nodiscard]] InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to,
+                                     Allowance& allowance) noexcept;
 
 /// The IHIP is where a body with its dents is nearest to the HIP.
 void settleOn(const HapticState& state, std::size_t body, const Yielding::Nearest& at, ContactResult& contact) noexcept;

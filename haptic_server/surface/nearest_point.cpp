@@ -2,7 +2,7 @@
 
 namespace haptics {
 
-Foot nearestPoint(const Surface& surface, Vec3 h, double reach_m, std::uint32_t hint) noexcept {
+Foot nearestPoint(const Surface& surface, Vec3 h, double reach_m, std::uint32_t hint, Allowance& allowance) noexcept {
   Foot best;
   best.squaredDistance = reach_m * reach_m;
   int left = kNearestBudget;
@@ -10,10 +10,11 @@ Foot nearestPoint(const Surface& surface, Vec3 h, double reach_m, std::uint32_t 
     const Foot foot = closestOn(surface.triangle(t), t, h);
     if (foot.squaredDistance < best.squaredDistance) best = foot;
     --left;
+    allowance.spend(Allowance::kNearTriangle);
   };
   if (hint != kNoTriangle) look(hint);
   surface.hierarchy().visitNear(
-      h,
+      h, allowance,
       [&](std::uint32_t begin, std::uint32_t end) noexcept {
         for (std::uint32_t t = begin; t < end && left > 0; ++t) look(t);
         return left > 0 ? best.squaredDistance : -1.0;

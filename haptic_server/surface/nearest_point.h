@@ -10,7 +10,8 @@ inline constexpr int kNearestBudget = 4096;
 
 /// The point of the whole mesh closest to h (object frame, metres), where it is within `reach_m`; else its triangle is
 /// kNoTriangle. A triangle that is likely near, `hint`, makes the query quick; kNoTriangle when none is known. Bounded
-/// work, no allocation.
-[[nodiscard]] Foot nearestPoint(const Surface& surface, Vec3 h, double reach_m, std::uint32_t hint) noexcept;
+/// work, no allocation: of a query that spends the allowance, the best of what it looked at.
+[[nodiscard]] Foot nearestPoint(const Surface& surface, Vec3 h, double reach_m, std::uint32_t hint,
+                                Allowance& allowance) noexcept;
 
 }  // namespace haptics

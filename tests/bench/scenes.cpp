@@ -104,7 +104,7 @@ void Search::searchFurther(const HipMotion& motion) noexcept {
   double now = 0;
   for (int number = 1; now < 1; ++number) {
     const Surface& surface = *replay_.scene().bodies.front().surface;
-    const HipStep step = followHip(surface, motion, 1, foot_, now, number, nullptr, spent);
+    const HipStep step = followHip(surface, motion, 1, foot_, now, number, nullptr, spent, kSearchBudget);
     now = step.end;
     foot_ = step.found.foot;
   }

@@ -17,6 +17,7 @@
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/textures/textures.h"
 #include "tests/eval/walk/walk.h"
+#include "tests/eval/worst/worst.h"
 
 // Each verb in a function of its own; parsing the command line runs it.
 namespace haptics::eval {
@@ -40,6 +41,7 @@ struct Arguments {
   StabilityOptions stability;
   ReplayOptions replay;
   FuzzOptions fuzz;
+  WorstOptions worst;
   std::filesystem::path fuzzRecording;
 
   bool good = true;  ///< What the verb came to.
@@ -107,8 +109,8 @@ void addFailures(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(
       app,
       {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
-       "The scenes are S1 to S20, S31 and S32; S13 to S15 are for methods that have surface properties, S16 for those\n"
-       "whose bodies yield, S18 to S20 for ours, which moves bodies. Ten seeds wander a million ticks in S20."},
+       "The scenes are S1 to S21, S31 and S32; S13 to S15 are for methods that have surface properties, S16 for those\n"
+       "whose bodies yield, S18 to S20 for ours. Ten seeds wander a million ticks in S20."},
       arguments);
   FailuresOptions& options = arguments.failures;
   addSeed(verb, arguments);
@@ -387,6 +389,35 @@ void addFuzz(CLI::App& app, Arguments& arguments) {
   for (const auto add : {addFuzzContact, addFuzzEdits, addFuzzReplay}) add(*verb, arguments);
 }
 
+void addWorst(CLI::App& app, Arguments& arguments) {
+  CLI::App* verb = addVerb(
+      app,
+      {"worst", "Hunts for the slowest tick: scenes and motions changed towards more work",
+       "--seconds 300 --out results",
+       "Exit status 1: a tick took more than the instructions of 250 us at 1 kHz, in proportion at other rates.\n"
+       "  haptic_eval worst --family soup --without-allowance\n"
+       "  haptic_eval worst --kept results/worst.json --rate 4000"},
+      arguments);
+  addSeed(verb, arguments);
+  WorstOptions& options = arguments.worst;
+  verb->add_option("--seconds", options.seconds, "Of the hunt; counting and drawing come after it")
+      ->check(moreThanZero())
+      ->capture_default_str();
+  verb->add_option("--rate", options.rate_Hz, "Of the servo, Hz")
+      ->check(CLI::Range(100.0, 16000.0))
+      ->capture_default_str();
+  verb->add_option("--family", options.family, "Only scenes of this one, such as soup")->type_name("NAME");
+  verb->add_flag("--without-allowance", options.withoutAllowance, "Ticks that take as long as they take");
+  verb->add_option("--kept", options.kept, "The worst ones of an earlier hunt again: its worst.json")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+  verb->callback([&arguments, &options] {
+    options.seed = arguments.seed;
+    options.out = arguments.out;
+    arguments.good = runWorst(options);
+  });
+}
+
 void mustBeVerb(const CLI::App& app, const std::string& name) {
   std::string known;
   for (const CLI::App* verb : app.get_subcommands({})) {
@@ -403,7 +434,7 @@ int run(int argc, char** argv) {
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
   for (const auto add : {addFailures, addAccuracy, addCombinations, addChart, addTextures, addTable1, addWalk,
-                         addAdvise, addStability, addReplay, addFuzz})
+                         addAdvise, addStability, addReplay, addFuzz, addWorst})
     add(app, arguments);
   if (argc > 1 && argv[1][0] != '-') mustBeVerb(app, argv[1]);
   CLI11_PARSE(app, argc, argv);

@@ -106,7 +106,7 @@ Felt Ours::tick(std::span<const Pose> poses, Vec3 hip) {
     Body& body = state_.bodies[i];
     const bool moves = id != ids_.end() && !(poses[given] == poses_[given]);
     if (!moves && !body.moving) continue;
-    body.previous = body.current;
+    body.previous = lastMet(state_, body);
     if (moves) body.current = poses[given];
     body.update();
   }
@@ -122,7 +122,8 @@ Felt Ours::step(Vec3 hip) {
   const ContactWork work = followContact(bodies, copy, hip).work;
   const TelemetrySample sample = hapticStep(*scene_, state_, config_, {tick_++, 0, {hip, DeviceState::kReady}});
   // Shading turns the force; where the contact is it leaves as it is. A tissue that yields does not.
-  const Vec3 ihip = shading_ && !tissue_ ? state_.contact.ihip : sample.ihip;
+  const bool isOfContact = (shading_ && !tissue_) || sample.object == 0;
+  const Vec3 ihip = isOfContact ? state_.contact.ihip : sample.ihip;
   return {
       sample.object != 0,  ihip, sample.force.contact, work.triangles, sample.frictionState == FrictionState::kSliding,
       sample.force.written};

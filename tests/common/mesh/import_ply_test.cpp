@@ -135,13 +135,22 @@ TEST_F(ImportPly, CountsFacesThatItCannotUse) {
   EXPECT_EQ(import("t.ply", ply)->report.droppedOutOfRange, 3U);
 }
 
+TEST_F(ImportPly, SkipsHeaderLinesThatBeginWithNoKeyword) {
+  std::string ply = textPly();
+  ply.insert(ply.find("element face"), "author somebody\nscanned 1999\n");
+  const auto imported = import("t.ply", ply);
+  EXPECT_EQ(imported->mesh, import("t.ply", textPly())->mesh);
+  EXPECT_EQ(imported->report.headerLinesSkipped, 2U);
+  EXPECT_THAT(imported->report.text(), HasSubstr("2 header lines skipped"));
+}
+
 TEST_F(ImportPly, RefusesHeadersThatMakeNoMesh) {
   const auto without = [](const std::string& line) {
     std::string ply = textPly();
     return ply.erase(ply.find(line), line.size());
   };
   EXPECT_THAT(refusal("t.ply", without("ply\n")), HasSubstr("does not begin with \"ply\""));
-  EXPECT_THAT(refusal("t.ply", without("end_header\n")), HasSubstr("begins with \"0\""));
+  EXPECT_THAT(refusal("t.ply", without("end_header\n")), HasSubstr("no \"end_header\""));
   EXPECT_THAT(refusal("t.ply", without("property float y\n")), HasSubstr("no property \"y\""));
   EXPECT_THAT(refusal("t.ply", without("element face 4\nproperty list uchar int vertex_indices\n")),
               HasSubstr("point cloud"));

@@ -66,12 +66,21 @@ TEST_F(ImportStl, ReadsSeveralSolidsInOneFile) {
 
 TEST_F(ImportStl, RefusesACountThatTheLengthDoesNotBear) {
   const std::string good = binaryStl(tetrahedron());
-  for (const std::uint32_t count : {0U, 3U, 5U, 300'000'000U, std::numeric_limits<std::uint32_t>::max()}) {
+  for (const std::uint32_t count : {0U, 5U, 300'000'000U, std::numeric_limits<std::uint32_t>::max()}) {
     std::string bad = good;
     bad.replace(80, 4, raw(count));
     EXPECT_THAT(refusal("t.stl", bad), HasSubstr("claims " + std::to_string(count) + " triangles")) << count;
   }
   EXPECT_THAT(refusal("t.stl", binaryStl({}).substr(0, 84)), HasSubstr("no face"));
+}
+
+TEST_F(ImportStl, LeavesOutWhatFollowsTheLastTriangle) {
+  for (const std::size_t size : {1U, 49U, 50U, 1000U}) {
+    const auto imported = import("t.stl", binaryStl(tetrahedron()) + std::string(size, 'x'));
+    EXPECT_EQ(imported->mesh, tetrahedron());
+    EXPECT_EQ(imported->report.bytesAtEnd, size);
+    EXPECT_THAT(imported->report.text(), HasSubstr(std::to_string(size) + " bytes after the last triangle"));
+  }
 }
 
 TEST_F(ImportStl, RefusesAFileThatIsCutOffAnywhere) {

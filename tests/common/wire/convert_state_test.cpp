@@ -154,6 +154,8 @@ TelemetrySample sample() {
   s.device = {DeviceFault::kJumped, false, 5, 10, 4'321};
   s.putOut = 12;
   s.putOutOf = 13;
+  s.behind = 14;
+  s.wait_s = 1.5;
   s.missedTicks = 10;
   s.droppedSamples = 11;
   s.servoRate_Hz = 999.5;
@@ -189,6 +191,8 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.device, b.device);
   EXPECT_EQ(a.putOut, b.putOut);
   EXPECT_EQ(a.putOutOf, b.putOutOf);
+  EXPECT_EQ(a.behind, b.behind);
+  EXPECT_EQ(a.wait_s, b.wait_s);
   EXPECT_EQ(a.missedTicks, b.missedTicks);
   EXPECT_EQ(a.droppedSamples, b.droppedSamples);
   EXPECT_EQ(a.servoRate_Hz, b.servoRate_Hz);

@@ -30,7 +30,8 @@ BodySet::Hit BodySet::firstCrossing(Vec3 from, Vec3 to) const {
 Crossing BodySet::firstByRay(const Surface& surface, Vec3 from, Vec3 to) {
   Crossing first;
   const MoellerTrumbore ray(from, to);
-  surface.hierarchy().visitAlong(from, to, [&](std::uint32_t begin, std::uint32_t end) noexcept {
+  Allowance endless;
+  surface.hierarchy().visitAlong(from, to, endless, [&](std::uint32_t begin, std::uint32_t end) noexcept {
     for (std::uint32_t t = begin; t < end; ++t) {
       Crossing crossing{t};
       if (ray.enters(surface.triangle(t), false, crossing) && (!first || crossing.time < first.time)) first = crossing;

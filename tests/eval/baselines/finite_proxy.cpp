@@ -60,7 +60,8 @@ Felt FiniteProxy::tick(std::span<const Pose> poses, Vec3 hip) {
 
 template <class Visit>
 void FiniteProxy::forNear(int body, Vec3 centre, double radius, Visit visit) const {
-  bodies_.surface(body).hierarchy().visitNear(toLocal(bodies_.pose(body), centre),
+  Allowance endless;
+  bodies_.surface(body).hierarchy().visitNear(toLocal(bodies_.pose(body), centre), endless,
                                               [&](std::uint32_t begin, std::uint32_t end) {
                                                 for (std::uint32_t t = begin; t < end; ++t) visit(t);
                                                 return radius * radius;

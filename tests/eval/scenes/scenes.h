@@ -52,6 +52,7 @@ struct FailureScene {
 [[nodiscard]] SceneResult meetMovingBodies(Renderer& method, Random& random);            ///< S18
 [[nodiscard]] SceneResult editMovingBodies(Renderer& method, Random& random);            ///< S19
 [[nodiscard]] SceneResult wanderAmongMovingBodies(Renderer& method, Random& random);     ///< S20
+[[nodiscard]] SceneResult exploreSoups(Renderer& method, Random& random);                ///< S21
 [[nodiscard]] SceneResult crushBetweenBoxes(Renderer& method, Random& random);           ///< S31
 [[nodiscard]] SceneResult strokeFoldedMeshes(Renderer& method, Random& random);          ///< S32
 
@@ -81,6 +82,7 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S19", "S17 on a body that the hand moves", editMovingBodies, Concern::kMotion},
     FailureScene{"S20", "a hand wanders among bodies that move and are edited", wanderAmongMovingBodies,
                  Concern::kMotion},
+    FailureScene{"S21", "1,000 long triangles and walls, pressed, stroked and crossed at 0.1 to 5 m/s", exploreSoups},
     FailureScene{"S31", "boxes close on the IHIP from all sides", crushBetweenBoxes},
     FailureScene{"S32", "closed meshes that pass through themselves, fixed, moving and dented", strokeFoldedMeshes},
 };

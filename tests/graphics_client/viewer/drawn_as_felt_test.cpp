@@ -65,9 +65,10 @@ double farthest_m(const TriMesh& shape, const std::vector<Vec3f>& material) {
       data->GetPoint(i, at.data());
       seen.vertices.emplace_back(at[0], at[1], at[2]);
     }
+    Allowance endless;
     const Vec3 way = sample.ihip - rub(servo.tick() - 1);
     const Vec3 felt = sample.ihip + glm::normalize(way) * sample.height_m;
-    const Foot foot = nearestPoint(*surfaceOf(seen), felt, 0.01, kNoTriangle);
+    const Foot foot = nearestPoint(*surfaceOf(seen), felt, 0.01, kNoTriangle, endless);
     farthest = std::max(farthest, foot.triangle == kNoTriangle ? 1.0 : std::sqrt(foot.squaredDistance));
   }
   return farthest;
@@ -118,7 +119,8 @@ TEST(DrawnAsFelt, NormalsOfASoftSphere) {
       seen.vertices.emplace_back(at[0], at[1], at[2]);
     }
     const auto surface = surfaceOf(seen);
-    const Foot foot = nearestPoint(*surface, sample.ihip, 0.01, kNoTriangle);
+    Allowance endless;
+    const Foot foot = nearestPoint(*surface, sample.ihip, 0.01, kNoTriangle, endless);
     ASSERT_NE(foot.triangle, kNoTriangle);
     // The dent is symmetrical about the way to the middle of the sphere.
     const Vec3 out = glm::normalize(aboutSphere(servo.tick() - 1));

@@ -144,6 +144,7 @@ TEST_P(FollowUnblocked, GivesTheBitsOfTheLongWay) {
     hip += speed;
     GetParam().animate(world, i);
 
+    world.state().clear = {};  // a free tick of the long way has queries to count
     const ContactState before = world.state();
     const std::vector<Body> bodiesBefore = world.bodies();
     const ContactResult result = world.tick(hip);

@@ -233,7 +233,7 @@ TEST(SeveralBodies, OfOneMeshBentIntoItselfAreGuardedToo) {
 TEST(SeveralBodies, BeyondTheCapacityAreCountedAndTheFarthestLeftOut) {
   World world;
   const auto ball = shapes::sphere(0.01, 4).build();
-  for (int i = 0; i < kMaxNear + 5; ++i) world.add(ball, {{1, 0, 0, 0}, {0.0001 * i, 0, 0}});
+  for (int i = 0; i < kMaxNear + 5; ++i) world.add(ball, {{1, 0, 0, 0}, {0.000001 * i, 0, 0}});
   world.place({0, 0, 0.011});
   const ContactResult r = world.tick({0, 0, 0.0099});
   EXPECT_TRUE(r.touching);

@@ -17,7 +17,7 @@ constexpr double kSkin_m = 1e-7;
 Vec3 wayOutOf(World& world, Vec3 from, Vec3 outward) {
   for (Body& body : world.bodies()) body.update();
   ContactWork work;
-  const Vec3 out = wayOut(world.bodies(), NearBodies(), from, outward, kSkin_m, work);
+  const Vec3 out = wayOut(world.bodies(), NearBodies(), from, outward, kSkin_m, work).value();
   EXPECT_LT(work.triangles, kMostWayOutTriangles + kSearchBudget);
   EXPECT_LT(work.segments, kMostWayOutSegments + 3 * static_cast<int>(world.bodies().size()));
   return out;

@@ -212,5 +212,22 @@ TEST(DeadlineWatch, CountsTicksInARowThatNeverCameAndForgetsThemAfterOneOnTime) 
   EXPECT_EQ(watch.missed(0), 0U) << "a new count";
 }
 
+TEST(DeadlineWatch, KeepsTheForceAwayForLongerEachTimeThatItIsTakenAwaySoonAfterItsReturn) {
+  DeadlineWatch watch;
+  std::uint64_t tick = 1000;
+  const auto giveUp = [&] {
+    watch.giveUp(tick, kPeriod_s);
+    const double wait_s = watch.wait_s(tick, kPeriod_s);
+    tick += static_cast<std::uint64_t>(wait_s / kPeriod_s);
+    EXPECT_EQ(watch.wait_s(tick, kPeriod_s), 0);
+    tick += 70;
+    return wait_s;
+  };
+  EXPECT_EQ(giveUp(), 0);
+  for (const double wait_s : {2, 4, 8, 16, 30, 30}) EXPECT_NEAR(giveUp(), wait_s, kPeriod_s);
+  tick += 2000;
+  EXPECT_EQ(giveUp(), 0) << "it held for 2 s";
+}
+
 }  // namespace
 }  // namespace haptics

@@ -37,7 +37,10 @@ struct Moving {
   RigidState state;
 
   Moving(RigidBody b, const Pose& pose) : body(std::move(b)), state(restingAt(body, pose)) {}
-  void tick(const Push& push = {}) { moveRigidBody(body, state, push, kPeriod_s); }
+  void tick(const Push& push = {}) {
+    Allowance endless;
+    moveRigidBody(body, state, push, kPeriod_s, endless);
+  }
   void run(double seconds, const Push& push = {}) {
     for (int i = 0; i < std::lround(seconds / kPeriod_s); ++i) tick(push);
   }

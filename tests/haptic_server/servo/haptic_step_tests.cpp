@@ -112,6 +112,26 @@ TEST(HapticStep, TakesTheForceAwayAfterTooManyMissedTicksInARowAndComesBack) {
   EXPECT_EQ(servo.run(2).fault, Fault::kNone);
 }
 
+TEST(HapticStep, KeepsTheForceAwayWhereMissedTicksTakeItAwayAgainAndAgain) {
+  VirtualServo servo(pressDown, kConfig);
+  servo.adopt(sceneOf(1, {slab()}));
+  servo.run(500);
+  const auto takeAway = [&] {
+    servo.skip(60);
+    return servo.step();
+  };
+  EXPECT_EQ(takeAway().wait_s, 0);
+  EXPECT_EQ(servo.run(40).fault, Fault::kNone);
+  const TelemetrySample second = takeAway();
+  EXPECT_EQ(second.fault, Fault::kDeadlinesMissed);
+  EXPECT_NEAR(second.wait_s, 2, 0.002);
+  for (int i = 0; i < 5; ++i) EXPECT_LE(takeAway().wait_s, 2) << "the same fault goes on";
+  const TelemetrySample late = servo.run(1600);
+  EXPECT_EQ(late.fault, Fault::kDeadlinesMissed);
+  EXPECT_NEAR(late.force.written.z, 0, 1e-12);
+  EXPECT_EQ(servo.run(500).fault, Fault::kNone);
+}
+
 TEST(HapticStep, LetsTheForceComeSlowlyAfterAttach) {
   StepConfig config = kConfig;
   config.rise_s = 0.4;

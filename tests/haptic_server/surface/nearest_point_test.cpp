@@ -30,16 +30,18 @@ TEST(NearestPoint, IsThatOfTheWholeMeshWhateverTheHint) {
     const Vec3 h(place(random), place(random), place(random));
     const std::uint32_t hint =
         i % 2 == 0 ? kNoTriangle : static_cast<std::uint32_t>(random() % surface->triangleCount());
-    const Foot foot = nearestPoint(*surface, h, 1, hint);
+    Allowance endless;
+    const Foot foot = nearestPoint(*surface, h, 1, hint, endless);
     EXPECT_NEAR(std::sqrt(foot.squaredDistance), bruteForce_m(*surface, h), 1e-12);
   }
 }
 
 TEST(NearestPoint, IsNoneBeyondItsReach) {
   const auto surface = torus();
+  Allowance endless;
   const Vec3 above(0.04, 0, 0.025);  // 10 mm over the top of the tube
-  EXPECT_EQ(nearestPoint(*surface, above, 0.009, kNoTriangle).triangle, kNoTriangle);
-  EXPECT_NE(nearestPoint(*surface, above, 0.0101, kNoTriangle).triangle, kNoTriangle);
+  EXPECT_EQ(nearestPoint(*surface, above, 0.009, kNoTriangle, endless).triangle, kNoTriangle);
+  EXPECT_NE(nearestPoint(*surface, above, 0.0101, kNoTriangle, endless).triangle, kNoTriangle);
 }
 
 }  // namespace

@@ -1,0 +1,241 @@
+#include "tests/eval/worst/worst.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "tests/eval/random.h"
+#include "tests/eval/report.h"
+#include "tests/eval/statistics.h"
+#include "tests/eval/table1/interruption.h"
+#include "tests/eval/worst/play.h"
+#include "tests/eval/worst/tail_picture.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr int kTicks = 500;  ///< Of a play.
+/// What a processor of 2020 executes of such work in a microsecond, with nothing in its way: counted and timed on the
+/// machine of tests/bench/results.
+constexpr double kInstructionsPer_us = 6000;
+
+/// The worst tick of a genome.
+struct Found {
+  Genome genome;
+  int tick = 0;
+  double ns = 0;  ///< Of the shortest of some runs.
+};
+
+/// One family's hunt.
+class Hunt {
+ public:
+  Hunt(const Family& family, std::uint64_t seed, const Play::Settings& settings)
+      : family_(family),
+        random_(seed * 1000 + static_cast<std::uint64_t>(&family - families().data())),
+        settings_(settings) {}
+
+  [[nodiscard]] double spent_s() const { return spent_s_; }
+  [[nodiscard]] const Found& worst() const { return worst_; }
+
+  /// One more genome.
+  void goOn() {
+    const auto begin = std::chrono::steady_clock::now();
+    Found found{plays_ == 0 || random_.below(4) == 0 ? someGenome() : changed(worst_.genome)};
+    measure(found);
+    if (found.ns > worst_.ns) worst_ = found;
+    ++plays_;
+    spent_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  [[nodiscard]] std::shared_ptr<const ServoScene> sceneOf(const Genome& genome) {
+    for (const auto& [genes, scene] : scenes_) {
+      if (genes == genome.scene) return scene;
+    }
+    constexpr std::size_t kKept = 4;
+    if (scenes_.size() == kKept) scenes_.pop_front();
+    scenes_.emplace_back(genome.scene, family_.make(genome.scene));
+    return scenes_.back().second;
+  }
+
+  [[nodiscard]] Record record() {
+    const Play::Cost cost = costOf(worst_);
+    const double allowed = kWorstTick_us * kInstructionsPer_us * 1000 / settings_.rate_Hz;
+    return {{"family", family_.name},
+            {"rate_Hz", settings_.rate_Hz},
+            {"bounded", settings_.bounded},
+            {"plays", plays_},
+            {"p50_us", durations_ns_.quantile(0.5) / 1e3},
+            {"p999_us", durations_ns_.quantile(0.999) / 1e3},
+            {"worst_us", cost.ns / 1e3},
+            {"instructions", cost.instructions},
+            {"instructions_per_us", cost.ns > 0 ? cost.instructions / cost.ns * 1e3 : 0},
+            {"units", units_},
+            {"behind_ticks", behind_},
+            {"allowed_instructions", allowed},
+            {"pass", cost.instructions <= allowed},
+            {"tick", worst_.tick},
+            {"scene_genes", worst_.genome.scene},
+            {"motion_genes", worst_.genome.motion}};
+  }
+  [[nodiscard]] Statistics& durations_ns() { return durations_ns_; }
+
+  void take(const Found& kept) {
+    worst_ = kept;
+    measure(worst_);
+  }
+
+ private:
+  [[nodiscard]] Genome someGenome() {
+    Genome genome;
+    for (double& gene : genome.scene) gene = random_.between(0, 1);
+    for (double& gene : genome.motion) gene = random_.between(0, 1);
+    return genome;
+  }
+
+  [[nodiscard]] Genome changed(Genome genome) {
+    const auto change = [&](double& gene) {
+      const double to = random_.below(3) == 0 ? random_.between(0, 1) : gene + random_.between(-0.1, 0.1);
+      gene = to - std::floor(to);
+    };
+    if (random_.below(4) == 0) change(genome.scene[static_cast<std::size_t>(random_.below(Family::kGenes))]);
+    for (int i = random_.below(4); i >= 0; --i) {
+      change(genome.motion[static_cast<std::size_t>(random_.below(Genome::kMotionGenes))]);
+    }
+    return genome;
+  }
+
+  /// Once for the tick that takes the most; again to time it without what the machine does besides.
+  void measure(Found& found) {
+    const auto scene = sceneOf(found.genome);
+    Play first(scene, found.genome, settings_);
+    double longest_ns = 0;
+    std::int64_t most = -1;
+    int byTime = 0, byUnits = 0;
+    for (int i = 0; i < kTicks; ++i) {
+      const Play::Tick tick = first.tick();
+      durations_ns_.add(tick.ns);
+      behind_ += tick.behind ? 1 : 0;
+      units_ = std::max(units_, tick.units);
+      if (tick.ns > longest_ns) byTime = i;
+      if (tick.units > most) byUnits = i;
+      longest_ns = std::max(longest_ns, tick.ns);
+      most = std::max(most, tick.units);
+    }
+    Play again(scene, found.genome, settings_);
+    found.ns = 0;
+    for (int i = 0; i <= std::max(byTime, byUnits); ++i) {
+      if (i == byTime || i == byUnits) {
+        const double ns = again.timeOfNext_ns();
+        if (ns > found.ns) found.tick = i;
+        found.ns = std::max(found.ns, ns);
+      }
+      (void)again.tick();
+    }
+  }
+
+  [[nodiscard]] Play::Cost costOf(const Found& found) {
+    Play play(sceneOf(found.genome), found.genome, settings_);
+    for (int i = 0; i < found.tick; ++i) (void)play.tick();
+    return play.costOfNext();
+  }
+
+  const Family& family_;
+  Random random_;
+  Play::Settings settings_;
+  Found worst_;
+  int plays_ = 0;
+  double spent_s_ = 0;
+  Statistics durations_ns_;
+  std::int64_t behind_ = 0;
+  std::int64_t units_ = 0;
+  std::deque<std::pair<std::array<double, Family::kGenes>, std::shared_ptr<const ServoScene>>> scenes_;
+};
+
+std::vector<const Family*> familiesOf(const WorstOptions& options) {
+  std::vector<const Family*> chosen;
+  if (!options.family.empty()) return {&findFamily(options.family)};
+  for (const Family& family : families()) chosen.push_back(&family);
+  return chosen;
+}
+
+void print(const Record& record) {
+  std::printf("%-11s %8.1f us worst, %9.0f instructions of %.0f, p50 %.1f, p99.9 %.1f us, %lld ticks behind  %s\n",
+              record["family"].get<std::string>().c_str(), record["worst_us"].get<double>(),
+              record["instructions"].get<double>(), record["allowed_instructions"].get<double>(),
+              record["p50_us"].get<double>(), record["p999_us"].get<double>(),
+              static_cast<long long>(record["behind_ticks"].get<std::int64_t>()),
+              record["pass"].get<bool>() ? "within" : "BEYOND");
+  std::fflush(stdout);
+}
+
+bool finish(const WorstOptions& options, std::span<const std::unique_ptr<Hunt>> hunts) {
+  std::vector<Record> records;
+  bool good = true;
+  for (const auto& hunt : hunts) {
+    records.push_back(hunt->record());
+    print(records.back());
+    good = good && records.back()["pass"].get<bool>();
+  }
+  writeRecords(options.out, "worst", records);
+  return good;
+}
+
+bool runKept(const WorstOptions& options, const Play::Settings& settings) {
+  std::vector<std::unique_ptr<Hunt>> hunts;
+  for (const Record& record : readRecords(options.kept)) {
+    auto& hunt = hunts.emplace_back(
+        std::make_unique<Hunt>(findFamily(record.at("family").get<std::string>()), options.seed, settings));
+    Found found;
+    found.genome.scene = record.at("scene_genes").get<decltype(found.genome.scene)>();
+    found.genome.motion = record.at("motion_genes").get<decltype(found.genome.motion)>();
+    hunt->take(found);
+  }
+  return finish(options, hunts);
+}
+
+}  // namespace
+
+bool runWorst(const WorstOptions& options) {
+  const Play::Settings settings{options.rate_Hz, !options.withoutAllowance};
+  if (!options.kept.empty()) return runKept(options, settings);
+  const Interruption interruption;
+  std::vector<std::unique_ptr<Hunt>> hunts;
+  const std::vector<const Family*> chosen = familiesOf(options);
+  for (const Family* family : chosen) hunts.push_back(std::make_unique<Hunt>(*family, options.seed, settings));
+  const auto begin = std::chrono::steady_clock::now();
+  double told_s = 0;
+  while (!interruption.came()) {
+    const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (now_s >= options.seconds) break;
+    if (now_s - told_s >= 10) {
+      told_s = now_s;
+      double worst_ns = 0;
+      for (const auto& hunt : hunts) worst_ns = std::max(worst_ns, hunt->worst().ns);
+      std::fprintf(stderr, "%.0f of %.0f s: the slowest tick so far takes %.1f us\n", now_s, options.seconds,
+                   worst_ns / 1e3);
+    }
+    (*std::ranges::min_element(hunts, {}, [](const auto& hunt) { return hunt->spent_s(); }))->goOn();
+  }
+  const bool good = finish(options, hunts);
+  std::vector<Tail> tails;
+  for (std::size_t i = 0; i < hunts.size(); ++i) {
+    tails.push_back({std::string(chosen[i]->name), "ours", hunts[i]->durations_ns()});
+  }
+  const std::vector<std::pair<const Family*, Genome>> bare = [&] {
+    std::vector<std::pair<const Family*, Genome>> found;
+    for (std::size_t i = 0; i < hunts.size(); ++i) {
+      if (chosen[i]->bareShapes) found.emplace_back(chosen[i], hunts[i]->worst().genome);
+    }
+    return found;
+  }();
+  for (Tail& tail : baselineTails(bare, kTicks)) tails.push_back(std::move(tail));
+  drawTails(tails, kWorstTick_us * 1000 / options.rate_Hz, options.out);
+  return good;
+}
+
+}  // namespace haptics::eval

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace haptics::eval {
+
+/// Instructions that a tick may take are those of this time at 1 kHz on the machine that counts them; in proportion at other
+/// rates.
+inline constexpr double kWorstTick_us = 250;
+
+struct WorstOptions {
+  std::uint64_t seed = 1;
+  double seconds = 60;  ///< Of the hunt; what comes after it takes some more.
+  double rate_Hz = 1000;
+  std::string family;  ///< Only this one; empty: all.
+  bool withoutAllowance = false;
+  std::filesystem::path kept;  ///< A worst.json of an earlier hunt: its ticks again, no hunt.
+  std::filesystem::path out = ".";
+};
+
+/// Hunts for the slowest tick: scenes and motions of every family, changed towards more work, the worst of each counted in
+/// instructions and timed. Writes DIR/worst.json with the genes of the worst ones and, without `kept`, worst.png and
+/// worst.svg: how many ticks take longer than how long, ours and the baselines.
+/// @return Whether no tick took more than kWorstTick_us allows.
+/// Throws std::runtime_error naming what cannot be read, written or drawn; std::invalid_argument where there is no such
+/// family.
+[[nodiscard]] bool runWorst(const WorstOptions& options);
+
+}  // namespace haptics::eval
