@@ -96,13 +96,13 @@ class ContactTick {
   using SegmentTest = typename Corrections::SegmentTest;
 
   /// What a step changes of the state.
-  struct Taken;
+  struct Checkpoint;
 
   // contact_tick_impl.h: the tick in steps, motion in free space
   void start() noexcept;
   void makeSteps() noexcept;
-  [[nodiscard]] Taken taken() const noexcept;
-  void goBackTo(const Taken& before) noexcept;
+  [[nodiscard]] Checkpoint checkpoint() const noexcept;
+  void restore(const Checkpoint& before) noexcept;
   [[nodiscard]] double shortStepEnd(double now) const noexcept;
   [[nodiscard]] double advance(double now, bool last) noexcept;
   [[nodiscard]] Vec3 hipAt(double time) const noexcept { return time < 1 ? glm::mix(state_.hip, hip_, time) : hip_; }

@@ -57,7 +57,7 @@ ContactResult ContactTick<Corrections>::run() noexcept {
 }
 
 template <class Corrections>
-struct ContactTick<Corrections>::Taken {
+struct ContactTick<Corrections>::Checkpoint {
   Mode mode;
   int holdingCount;
   std::array<HoldingSurface, ContactState::kMaxHolding> holding;
@@ -69,12 +69,12 @@ struct ContactTick<Corrections>::Taken {
 };
 
 template <class Corrections>
-typename ContactTick<Corrections>::Taken ContactTick<Corrections>::taken() const noexcept {
+typename ContactTick<Corrections>::Checkpoint ContactTick<Corrections>::checkpoint() const noexcept {
   return {state_.mode, state_.holdingCount, state_.holding, state_.feature, state_.local, state_.ihip, foot_, settled_};
 }
 
 template <class Corrections>
-void ContactTick<Corrections>::goBackTo(const Taken& before) noexcept {
+void ContactTick<Corrections>::restore(const Checkpoint& before) noexcept {
   state_.mode = before.mode;
   state_.holdingCount = before.holdingCount;
   state_.holding = before.holding;
@@ -96,10 +96,10 @@ void ContactTick<Corrections>::makeSteps() noexcept {
   // Contacts and releases within a step may divide it again; a bound on all of them together bounds the tick.
   while (now < 1 && work_.steps < 2 * kMaxSteps) {
     const bool last = ++work_.steps >= kMaxSteps || work_.interrupted;
-    const Taken before = taken();
+    const Checkpoint before = checkpoint();
     const double end = advance(now, last);
     if (work_.allowance.isSpent()) {
-      goBackTo(before);
+      restore(before);
       if (now == 0) state_.stride = std::max(kLeastStride, state_.stride * kShorter);
       work_.behind = true;
       break;
@@ -273,8 +273,8 @@ void ContactTick<Corrections>::putOut() noexcept {
   near_.setTime(bodies_, 1);
   near_.moveAll(near_.inEachFrame(*out), 1);
   (void)advanceFree(1, 1, hip_);
-  const bool known = !work_.allowance.isSpent();
-  if (known && (state_.mode == Mode::kFree || enclosingBody() < 0)) return;
+  if (work_.allowance.isSpent()) return setFree(*out);  // what is near there is not known
+  if (state_.mode == Mode::kFree || (enclosingBody() < 0 && !work_.allowance.isSpent())) return;
   state_.mode = Mode::kSeveralSurfaces;  // where it is outside, to be settled by the next tick
   state_.holdingCount = 0;
   state_.ihip = *out;

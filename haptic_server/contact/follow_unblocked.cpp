@@ -235,7 +235,8 @@ struct Minimum {
 }
 
 /// Free, or held by several surfaces.
-void followOff(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
+void followFreeOrSeveral(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+                         ContactResult& result) noexcept {
   if (state.clear.radius_m > 0 && staysClear(bodies, state, hip)) {
     state.hip = state.ihip = result.ihip = hip;
     return;
@@ -259,7 +260,7 @@ bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Ve
 
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
                    const KnownPolygons* known) noexcept {
-  if (state.mode != ContactState::Mode::kOneSurface) return followOff(bodies, state, hip, result);
+  if (state.mode != ContactState::Mode::kOneSurface) return followFreeOrSeveral(bodies, state, hip, result);
   if (!isUsable(hip) || !rub(bodies, state, hip, result, known)) [[unlikely]]
     followOtherwise(bodies, state, hip, result);
 }

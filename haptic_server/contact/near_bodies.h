@@ -9,10 +9,8 @@
 namespace haptics {
 
 /// Bodies that a tick can look at. More in reach at once are counted and the farthest left out. Costs 150 bytes of
-/// stack each, touched only by those that are there.
+/// stack each.
 inline constexpr int kMaxNear = 16;
-/// Units of an allowance for taking a place into a body's frame.
-inline constexpr std::int64_t kPlaceUnits = 16;
 
 /// How far from the HIP (world, metres) the IHIP can come in this tick: it never gets farther from the HIP than it is
 /// now, so the ball about the HIP through the IHIP, widened by the HIP's own step, holds all. Moving bodies can push it
@@ -64,7 +62,7 @@ class NearBodies {
   template <class SegmentTest, class Skip>
   [[nodiscard]] Hit firstHit(const Points& to, Skip skip, ContactWork& work) const noexcept {
     Hit hit;
-    work.allowance.spend(kPlaceUnits * count_);  // for their places in each frame
+    work.allowance.spend(Allowance::kPlace * count_);  // for their places in each frame
     for (int i = 0; i < count_ && !work.allowance.isSpent(); ++i) {
       const Near& near = (*this)[i];
       ++work.segments;

@@ -8,7 +8,8 @@
 
 namespace haptics {
 
-/// Triangles that the searches of one tick may look at, unless its allowance is for less. It bounds the tick; a fan of more is looked at over several ticks.
+/// Triangles that the searches of one tick may look at, unless its allowance is for less. It bounds the tick; a fan of
+/// more is looked at over several ticks.
 /// Until it is found the IHIP is behind: where a minimum ends in the middle of a scan of 870,000 triangles, the slide to
 /// the next one, of up to 110 mm, took up to 2,165, in a quarter of a millisecond, in 36 million ticks of a random walk.
 /// Smaller leaves such slides to the next tick, larger makes the longest tick longer.

@@ -116,7 +116,7 @@ bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& 
 template <class Corrections>
 bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept {
   const Points to = near_.inEachFrame(frame.toWorld(lifted(b, {held().body, held().side, within}, pathLift_)));
-  work_.allowance.spend(kPlaceUnits * near_.count());
+  work_.allowance.spend(Allowance::kPlace * near_.count());
   for (int i = 0; i < near_.count() && !work_.allowance.isSpent(); ++i) {
     const Near& near = near_[i];
     if (near.body == held().body) {

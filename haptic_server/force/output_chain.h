@@ -153,7 +153,7 @@ class DeadlineWatch {
   /// They were too many.
   void giveUp(std::uint64_t tick, double period_s) noexcept {
     const bool flaps = returns_ != 0 && static_cast<double>(tick - returns_) * period_s < kFlaps_s;
-    wait_s_ = flaps ? std::clamp(2 * wait_s_, kFirstWait_s, kLongestWait_s) : 0;
+    wait_s_ = flaps ? std::min(kLongestWait_s, std::max(kFirstWait_s, 2 * wait_s_)) : 0;  // also of NaN
     returns_ = tick + static_cast<std::uint64_t>(wait_s_ / period_s);
   }
   /// Until the force may come back; 0 when it may.

@@ -5,13 +5,14 @@
 
 namespace haptics {
 
-/// What the queries of a tick may still cost together, in units of work: some four instructions (x86-64) each, by
-/// what was counted. A query that runs out of it ends at once, and its answer means nothing: whoever asks looks at
+/// What the queries of a tick may still cost together, in units of work: two to five instructions (x86-64) each, as
+/// haptic_eval worst counts them. A query that runs out of it ends at once, and its answer means nothing: whoever asks looks at
 /// isSpent() before the answer is acted upon.
 class Allowance {
  public:
   // Units.
   static constexpr std::int64_t kQuery = 192;        ///< To begin a query of a hierarchy.
+  static constexpr std::int64_t kPlace = 16;         ///< To take a place into a body's frame.
   static constexpr std::int64_t kNode = 80;          ///< A node's eight boxes.
   static constexpr std::int64_t kTriangle = 64;      ///< A triangle against a segment.
   static constexpr std::int64_t kNearTriangle = 96;  ///< The closest point of a triangle.

@@ -128,7 +128,9 @@ requires std::is_trivially_copyable_v<T>
 [[nodiscard]] bool takeParts(std::string_view image, HapticState& state, std::size_t objects) {
   StepMemory memory;  // its last bytes are not its own where it is part of a state
   if (!take(image, memory)) return false;
+  const Allowance allowance = state.allowance;  // of the config, which the head has
   static_cast<StepMemory&>(state) = memory;
+  state.allowance = allowance;
   if (state.bodyCount != objects || state.bodyCount > state.bodies.size()) return false;
   if (state.movingCount > state.moving.size() || state.dentCount > state.dents.size()) return false;
   bool whole = true;

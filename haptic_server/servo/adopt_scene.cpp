@@ -113,12 +113,12 @@ class Succession {
     if (samePose) {
       bodies_[i].surface = object.surface.get();
       bodies_[i].leaving = object.leaving;
-      bodies_[i].previous = lastMet(state_, state_.bodies[before]);
+      bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
       bodies_[i].update();
     } else if (sameSurface && isCarried(object, before)) {
       objects_[i].scenePose = object.pose;
       objects_[i].beingMoved = true;
-      bodies_[i].previous = lastMet(state_, state_.bodies[before]);
+      bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
       bodies_[i].update();
     } else {
       put(i, object);

@@ -93,7 +93,7 @@ void moveEdited(const ServoScene& scene, HapticState& state, const StepConfig& c
     state.anyBeingMoved = state.anyBeingMoved || object.beingMoved;
     const Stiffness k = stiffer(object.felt.value(), ownStiffness(scene.objects[i]));
     const FeltPose felt(state.contact.hip, state.contact.ihip, k);
-    body.previous = lastMet(state, body);
+    body.previous = lastTestedPose(state, body);
     body.current = felt.next(body.current, object.scenePose, config.period_s);
     body.update();
     if (object.id != state.contactObject) continue;

@@ -47,7 +47,7 @@ void takeMovedPoses(HapticState& state) noexcept {
     if (state.objects[moving.body].beingMoved) continue;
     Body& body = state.bodies[moving.body];
     if (!moving.moved && !body.moving) continue;
-    body.previous = lastMet(state, body);
+    body.previous = lastTestedPose(state, body);
     if (moving.moved) body.current = poseOf(*moving.what, moving.state);
     body.update();
   }

@@ -106,7 +106,7 @@ Felt Ours::tick(std::span<const Pose> poses, Vec3 hip) {
     Body& body = state_.bodies[i];
     const bool moves = id != ids_.end() && !(poses[given] == poses_[given]);
     if (!moves && !body.moving) continue;
-    body.previous = lastMet(state_, body);
+    body.previous = lastTestedPose(state_, body);
     if (moves) body.current = poses[given];
     body.update();
   }

@@ -20,8 +20,8 @@ namespace haptics::eval {
 namespace {
 
 constexpr int kTicks = 500;  ///< Of a play.
-/// What a processor of 2020 executes of such work in a microsecond, with nothing in its way: counted and timed on the
-/// machine of tests/bench/results.
+/// Of such ticks 5,700 to 11,700 were executed in a microsecond on the machine of tests/bench/results: counted, and the
+/// shortest of five runs timed.
 constexpr double kInstructionsPer_us = 6000;
 
 /// The worst tick of a genome.

@@ -126,6 +126,33 @@ TEST(Allowance, ThatIsSpentHoldsMovingBodiesBackToo) {
       }
       ASSERT_LT(depth, 1e-6) << units << " units, tick " << i;
     }
+    if (units == 1'000) {
+      EXPECT_GT(bounded.behind(), 0);
+    }
+  }
+}
+
+TEST(Allowance, ThatIsSpentOnTheWayOutOfBodiesThatCloseInLeavesAWholeState) {
+  for (std::int64_t units = 500; units < 200'000; units *= 2) {
+    World world;
+    for (int i = 0; i < 6; ++i) world.add(shapes::box(Vec3(0.04), 4));
+    world.place(Vec3(0));
+    Bounded bounded(world, units);
+    const auto closeIn = [&](double gap_m) {
+      for (int i = 0; i < 6; ++i) {
+        Vec3 at(0.0001);
+        at[i / 2] = (i % 2 == 0 ? 1 : -1) * (0.02 + gap_m);
+        world.move(i, {{1, 0, 0, 0}, at});
+      }
+    };
+    closeIn(0.01);
+    for (Body& body : world.bodies()) body.previous = body.current;
+    for (int i = 0; i < 200; ++i) {
+      closeIn(0.01 - 0.0001 * i);
+      const ContactResult result = bounded.tick(Vec3(0));
+      ASSERT_TRUE(isFinite(result.ihip)) << units;
+      for (const HoldingSurface& held : world.state().surfaces()) ASSERT_GE(held.body, 0) << units;
+    }
   }
 }
 
