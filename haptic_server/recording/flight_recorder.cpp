@@ -151,12 +151,29 @@ void FlightRecorder::look(bool last) {
 void FlightRecorder::take(const RecordedTick& tick) {
   if (writer_) writer_->add(tick);
   const bool good = tick.fault == Fault::kNone;
-  if (wasGood_ && !good && faults_ < kMostFaults) {
+  if (wasGood_ && !good && mayBeRecorded(tick.fault)) {
     ++faults_;
     const auto after = static_cast<std::uint64_t>(std::ceil(kAfterFault_s * options_.facts.rate_Hz));
     due_.push_back({nameOf(tick.fault), {}, seen_ + after});
   }
   wasGood_ = good;
+}
+
+bool FlightRecorder::mayBeRecorded(Fault fault) {
+  if (faults_ >= kMostFaults) return false;
+  const std::uint64_t now_ns = monotonicNow_ns();
+  if (now_ns >= nextFault_ns_) return true;
+  options_.info("no recording of this fault (" + nameOf(fault) +
+                "): the last one was so large that the next can be made in " +
+                std::to_string((nextFault_ns_ - now_ns) / 1'000'000'000 + 1) + " s");
+  return false;
+}
+
+void FlightRecorder::restAfter(const std::filesystem::path& recording) {
+  std::error_code unknown;
+  const std::uintmax_t bytes = std::filesystem::file_size(recording, unknown);
+  if (unknown) return;
+  nextFault_ns_ = monotonicNow_ns() + static_cast<std::uint64_t>(1e9 * static_cast<double>(bytes) / kFaultBytes_per_s);
 }
 
 void FlightRecorder::writeDue(std::uint64_t end, bool last) {
@@ -174,6 +191,7 @@ void FlightRecorder::writeDue(std::uint64_t end, bool last) {
     const auto written = write(request);
     if (request.answer) request.answer(written);
     if (written) {
+      if (!request.answer) restAfter(*written);
       options_.info("the last " + std::to_string(static_cast<int>(FlightRing::kSeconds)) + " s are in " +
                     written->string() + " (" + request.why + ')');
     } else {

@@ -42,6 +42,9 @@ class FlightRecorder {
   static constexpr double kAfterFault_s = 0.5;
   /// Recordings of faults by one server: a device that comes and goes must not fill the disk.
   static constexpr int kMostFaults = 20;
+  /// What they may keep the disk busy with: after one of a large scene the next fault is recorded only when this rate is
+  /// kept, 30 s after 235 MB (12.6 million triangles).
+  static constexpr double kFaultBytes_per_s = 8e6;
   /// Between two requests that are granted.
   static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;
 
@@ -76,6 +79,8 @@ class FlightRecorder {
   void take(const RecordedTick& tick);
   void writeDue(std::uint64_t end, bool last);
   [[nodiscard]] bool mayBeGranted(const Request& request);
+  [[nodiscard]] bool mayBeRecorded(Fault fault);
+  void restAfter(const std::filesystem::path& recording);
   [[nodiscard]] Result<std::filesystem::path> write(const Request& request);
   [[nodiscard]] std::vector<std::shared_ptr<const GivenScene>> scenesFrom(std::uint64_t number) const;
   void giveUp(const std::string& why);
@@ -105,6 +110,7 @@ class FlightRecorder {
   std::uint64_t written_ = 0;     // scenes, by number
   bool wasGood_ = false;
   int faults_ = 0;
+  std::uint64_t nextFault_ns_ = 0;  // not recorded before
   std::uint64_t requested_ns_ = 0;  // when the last request was granted
   std::vector<Request> due_;
 };

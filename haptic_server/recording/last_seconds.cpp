@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <optional>
+#include <memory>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "common/clock/unix_time.h"
 #include "haptic_server/recording/scene_journal.h"
@@ -27,30 +28,40 @@ namespace {
   return name;
 }
 
-/// Where the last seconds begin, held from then on.
-[[nodiscard]] Result<std::uint64_t> addBeginning(RecordingWriter& writer, FlightRing& ring, std::uint64_t from,
-                                                 const AddScenes& addScenes) {
-  const FlightRing::HeldKeyframes held(ring);
-  const Keyframe* keyframe = held.atOrBefore(from);
-  if (keyframe == nullptr) return refused("", "the servo has not run yet");
-  addScenes(writer, std::max<std::uint64_t>(keyframe->scene, 1));
-  writer.add(*keyframe);
-  return keyframe->position;
+/// A keyframe and the ticks that follow it.
+struct LastTicks {
+  std::unique_ptr<Keyframe> beginning;
+  std::vector<RecordedTick> ticks;
+};
+
+/// Before anything else is done: a large scene takes longer to write than the ring keeps what is older than kSeconds.
+/// Refused: there are no ticks yet, or the servo overtook the reading.
+[[nodiscard]] Result<LastTicks> takeLastTicks(FlightRing& ring, double rate_Hz) {
+  const std::uint64_t end = ring.end();
+  const auto wanted = static_cast<std::uint64_t>(std::ceil(FlightRing::kSeconds * rate_Hz));
+  LastTicks last;
+  {
+    const FlightRing::HeldKeyframes held(ring);
+    const Keyframe* keyframe = held.atOrBefore(end > wanted ? end - wanted : 0);
+    if (keyframe == nullptr) return refused("", "the servo has not run yet");
+    last.beginning = std::make_unique<Keyframe>(*keyframe);
+  }
+  last.ticks.resize(end - last.beginning->position);
+  for (std::size_t i = 0; i < last.ticks.size(); ++i) {
+    if (!ring.read(last.beginning->position + i, last.ticks[i])) return refused("", "the servo overtook the recorder");
+  }
+  return last;
 }
 
 [[nodiscard]] Result<void> writeTo(const std::filesystem::path& file, const RecordingFacts& facts, FlightRing& ring,
                                    const AddScenes& addScenes) {
-  const std::uint64_t end = ring.end();
-  const auto wanted = static_cast<std::uint64_t>(std::ceil(FlightRing::kSeconds * facts.rate_Hz));
+  const auto last = takeLastTicks(ring, facts.rate_Hz);
+  if (!last) return tl::unexpected(last.error());
   auto writer = RecordingWriter::create(file, facts);
   if (!writer) return tl::unexpected(std::move(writer.error()));
-  const auto begun = addBeginning(*writer, ring, end > wanted ? end - wanted : 0, addScenes);
-  if (!begun) return tl::unexpected(begun.error());
-  RecordedTick tick;
-  for (std::uint64_t position = *begun; position < end; ++position) {
-    if (!ring.read(position, tick)) return refused(file.string(), "the servo overtook the recorder");
-    writer->add(tick);
-  }
+  addScenes(*writer, std::max<std::uint64_t>(last->beginning->scene, 1));
+  writer->add(*last->beginning);
+  for (const RecordedTick& tick : last->ticks) writer->add(tick);
   return writer->flush();
 }
 

@@ -13,6 +13,7 @@ namespace haptics {
 namespace {
 
 constexpr int kPermissions = 0666;  // less the umask
+constexpr std::size_t kMostPending_bytes = 4U << 20;
 
 [[nodiscard]] tl::unexpected<Error> failed(const std::filesystem::path& file) {
   return refused(file.string(), "the recording cannot be written: " + std::generic_category().message(errno));
@@ -49,20 +50,30 @@ Result<void> RecordingWriter::flush() {
     part.mutable_ticks()->set_ticks(std::exchange(ticks_, {}));
     append(part);
   }
+  writePending();
+  if (failure_) return tl::unexpected(*failure_);
+  return {};
+}
+
+void RecordingWriter::addPart(std::string_view part) {
+  chain_.append(pending_, part);
+  if (pending_.size() > kMostPending_bytes) writePending();
+}
+
+void RecordingWriter::writePending() {
   std::string_view left = pending_;
-  while (!left.empty()) {
+  while (!left.empty() && !failure_) {
     const ssize_t written = ::write(handle_.descriptor(), left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) {
-      auto error = failed(file_);
+      failure_ = failed(file_).value();
       (void)::ftruncate(handle_.descriptor(), static_cast<off_t>(size_));
-      return error;
+      return;
     }
     left.remove_prefix(static_cast<std::size_t>(written));
   }
-  size_ += pending_.size();
+  if (!failure_) size_ += pending_.size();
   pending_.clear();
-  return {};
 }
 
 }  // namespace haptics

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -13,8 +14,8 @@
 
 namespace haptics {
 
-/// Writes a recording, part by part. What flush() has written survives the process; the system writes it to the disk in its
-/// own time. One thread, not the servo's.
+/// Writes a recording, part by part; what waits for flush() is written before it takes much memory. What is written survives
+/// the process; the system writes it to the disk in its own time. One thread, not the servo's.
 class RecordingWriter {
  public:
   /// Refused: a file that cannot be written.
@@ -27,13 +28,14 @@ class RecordingWriter {
   void add(const Keyframe& keyframe);
   void add(const RecordedTick& tick) { appendTick(tick, ticks_); }
   /// A part of it as another process has encoded it.
-  void addPart(std::string_view part) { chain_.append(pending_, part); }
-  /// Refused: the disk is full, or gone. The file then ends with the last flush.
+  void addPart(std::string_view part);
+  /// Refused: the disk is full, or gone. The file then ends with the last part that was written in full.
   [[nodiscard]] Result<void> flush();
 
  private:
   RecordingWriter(std::filesystem::path file, FileHandle handle) : file_(std::move(file)), handle_(std::move(handle)) {}
   void append(const v1::RecordingPart& part);
+  void writePending();
 
   std::filesystem::path file_;
   FileHandle handle_;
@@ -42,6 +44,7 @@ class RecordingWriter {
   std::string ticks_;    // not in a record yet
   SceneParts scenes_;
   std::uint64_t size_ = 0;
+  std::optional<Error> failure_;  // of a write
 };
 
 }  // namespace haptics

@@ -3,6 +3,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <filesystem>
+#include <iterator>
+#include <thread>
+
 #include "haptic_server/recording/last_seconds.h"
 #include "haptic_server/recording/replay.h"
 #include "haptic_server/recording/scene_journal.h"
@@ -74,6 +79,43 @@ TEST(CrashRecording, OfAJournalThatWasBeingWrittenHasWhatWasWhole) {
   const auto none = recordCrash(servo.folder() / "crash", ring, servo.journal());
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().text(), "scene journal: does not begin with a head");
+}
+
+TEST(LastSeconds, AreKeptAlsoWhereTheirScenesTakeLongerToWriteThanTheRingKeepsTicks) {
+  RecordedServo servo;
+  servo.run(15'000);
+  auto ring = FlightRing::attach(FileHandle(dup(servo.ring().descriptor()))).value();
+  const auto scenes = SceneJournalReader::open(servo.journal()).value();
+  const auto addSlowly = [&](RecordingWriter& writer, std::uint64_t) {
+    scenes.forEach([&](std::string_view part) { writer.addPart(part); });
+    servo.run(15'000);
+  };
+  const auto file = recordLastSeconds({servo.folder() / "slow"}, "slow", scenes.facts(), ring, addSlowly);
+  ASSERT_TRUE(file) << file.error().text();
+  const auto outcome = replayed(*file);
+  EXPECT_EQ(outcome.differing, 0U);
+  EXPECT_GE(outcome.ticks, 10'000U);
+  EXPECT_LE(outcome.ticks, 11'000U);
+}
+
+TEST(FlightRecorder, RecordsNoFaultSoonAfterOneOfALargeScene) {
+  RecordedServo servo(R"(operations { add { name: "ball" mesh { sphere { radius_m: 0.02 segments: 200 } } } })");
+  servo.recorder().start();
+  const auto recordings = [&] {
+    const auto folder = servo.folder() / "last";
+    if (!std::filesystem::exists(folder)) return std::ptrdiff_t(0);
+    return std::distance(std::filesystem::directory_iterator(folder), {});
+  };
+  const auto fault = [&] {
+    servo.tick({{}, DeviceState::kLost, {}});
+    servo.run(600);
+  };
+  fault();
+  for (int i = 0; i < 500 && recordings() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(recordings(), 1);
+  fault();
+  ASSERT_TRUE(servo.recorder().stop());
+  EXPECT_EQ(recordings(), 1);
 }
 
 }  // namespace
