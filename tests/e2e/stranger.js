@@ -18,11 +18,11 @@ const hex = (bytes) => Buffer.from(bytes).toString('hex');
 const big = (integer) => BigInt(integer.toString());  // 64 bits come as Long
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
-// ---- Hashes: each part is a function from a message to bytes ----
+// ---- Hashes: each part is a function from a message to bytes, on a little-endian machine ----
 
 const whole = (value) => Buffer.from(BigUint64Array.of(big(typeof value === 'boolean' ? +value : value)).buffer);
-const double = (value) => Buffer.from(Float64Array.of((value || 0) + 0).buffer);  // of a little-endian machine
-const float = (value) => Buffer.from(Float32Array.of((value || 0) + 0).buffer);
+const double = (value) => Buffer.from(Float64Array.of(value || 0).buffer);  // absent and -0 as +0
+const float = (value) => Buffer.from(Float32Array.of(value || 0).buffer);
 const text = (value) => Buffer.concat([whole(Buffer.byteLength(value)), Buffer.from(value)]);
 const all = (...parts) => (message) => Buffer.concat(parts.map((part) => part(message || {})));
 const each = (bytesOf) => (...names) => (message) => Buffer.concat(names.map((name) => bytesOf(message[name])));
