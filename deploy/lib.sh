@@ -14,12 +14,17 @@ missing_packages() {
     <(dpkg-query -W -f '${db:Status-Abbrev}${Package}\n' | sed -n 's/^ii *//p' | sort -u)
 }
 
-# Touches the network only when a package is missing, and the package lists only when they do not know it.
+# Touches the network only when a package is missing.
 install_missing() {
   command -v dpkg-query >/dev/null || fail "this script installs Debian 12 packages; install those of deploy/packages by hand and build with CMake"
-  local missing as_root=()
+  local missing
   mapfile -t missing < <(missing_packages)
-  [ ${#missing[@]} -gt 0 ] || return 0
+  [ ${#missing[@]} -eq 0 ] || install_packages "${missing[@]}"
+}
+
+# install_packages PACKAGE...: fetches the package lists only when they do not know one.
+install_packages() {
+  local missing=("$@") as_root=()
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || fail "as root, run: apt-get install --no-install-recommends ${missing[*]}"
     as_root=(sudo)
@@ -31,6 +36,19 @@ install_missing() {
   "${as_root[@]}" "${install[@]}" "${missing[@]}" >/dev/null ||
     { "${as_root[@]}" apt-get update -qq && "${as_root[@]}" "${install[@]}" "${missing[@]}" >/dev/null; } ||
     fail "could not install ${missing[*]}; see the messages above"
+}
+
+# protobufjs, which Debian 12 does not have, into build/node, in the versions and with the hashes of
+# tests/e2e/package-lock.json. Without it EndToEnd.Stranger is skipped.
+install_protobufjs() {
+  local folder=$top/build/node
+  cmp -s "$top/tests/e2e/package-lock.json" "$folder/node_modules/fetched-by" && return
+  say "Fetching protobufjs"
+  { command -v npm >/dev/null || (install_packages npm); } && mkdir -p "$folder" &&
+    cp "$top"/tests/e2e/package{,-lock}.json "$folder" &&
+    npm ci --prefix "$folder" --silent --ignore-scripts --no-audit --no-fund &&
+    cp "$folder/package-lock.json" "$folder/node_modules/fetched-by" ||
+    echo "deploy/$(basename "$0"): protobufjs could not be fetched; EndToEnd.Stranger will be skipped" >&2
 }
 
 # build_preset PRESET [TARGET...]: configures and builds below build/PRESET.
