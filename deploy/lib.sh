@@ -46,7 +46,7 @@ install_protobufjs() {
   say "Fetching protobufjs"
   { command -v npm >/dev/null || (install_packages npm); } && mkdir -p "$folder" &&
     cp "$top"/tests/e2e/package{,-lock}.json "$folder" &&
-    npm ci --prefix "$folder" --silent --ignore-scripts --no-audit --no-fund &&
+    timeout 120 npm ci --prefix "$folder" --silent --ignore-scripts --no-audit --no-fund &&
     cp "$folder/package-lock.json" "$folder/node_modules/fetched-by" ||
     echo "deploy/$(basename "$0"): protobufjs could not be fetched; EndToEnd.Stranger will be skipped" >&2
 }

@@ -108,13 +108,18 @@ class Line : public std::enable_shared_from_this<Line> {
 
   void onReceived(std::span<const char> bytes) {
     if (phase_ == Phase::kOver || bytes.empty()) return;
-    if (!std::exchange(heard_, true) && bytes[0] != kHandshakeRecord &&
-        (context_->isServer || bytes[0] != kAlertRecord)) {
-      return peerIsPlain();
-    }
+    if (!std::exchange(heard_, true) && !beginsARecord(bytes)) return peerIsPlain();
     BIO_write(in_, bytes.data(), static_cast<int>(bytes.size()));
     if (phase_ == Phase::kHandshake) shakeHands();
     if (phase_ == Phase::kOpen) decrypt();
+  }
+
+  /// Type and version (RFC 8446, 5.1), as far as they are there. A plain frame whose length looks like a type has 0 for the
+  /// minor version, unless it is of 64 KiB or more.
+  [[nodiscard]] bool beginsARecord(std::span<const char> bytes) const noexcept {
+    constexpr char kMajorVersion = 3;
+    const bool type = bytes[0] == kHandshakeRecord || (!context_->isServer && bytes[0] == kAlertRecord);
+    return type && (bytes.size() < 3 || (bytes[1] == kMajorVersion && bytes[2] != 0));
   }
 
   void onDrained() {

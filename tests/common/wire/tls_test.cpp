@@ -158,15 +158,19 @@ TEST(Tls, IsNoCertificateWithoutItsKey) {
 }
 
 TEST(Tls, AnswersAClientThatSpeaksPlainlyInItsOwnWay) {
-  MemoryLink link;
-  End server(serverOf(one()).secure(link.takeServer()));
-  End client(link.takeClient());
-  client.transport->send("hello");
-  link.settle();
-  EXPECT_EQ(client.heard, "TLS only");
-  EXPECT_EQ(client.closed, 1);
-  EXPECT_EQ(server.heard, "");
-  EXPECT_EQ(server.reason, "TLS: the client does not speak TLS");
+  using namespace std::string_literals;
+  const auto frameOfLength22 = "\x16\0\0\0what of 22 bytes begins"s;
+  for (const std::string& plain : {"hello"s, frameOfLength22}) {
+    MemoryLink link;
+    End server(serverOf(one()).secure(link.takeServer()));
+    End client(link.takeClient());
+    client.transport->send(plain);
+    link.settle();
+    EXPECT_EQ(client.heard, "TLS only");
+    EXPECT_EQ(client.closed, 1);
+    EXPECT_EQ(server.heard, "");
+    EXPECT_EQ(server.reason, "TLS: the client does not speak TLS");
+  }
 }
 
 TEST(Tls, SaysThatTheServerSpeaksPlainly) {
