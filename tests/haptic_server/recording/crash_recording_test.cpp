@@ -99,7 +99,8 @@ TEST(LastSeconds, AreKeptAlsoWhereTheirScenesTakeLongerToWriteThanTheRingKeepsTi
 }
 
 TEST(FlightRecorder, RecordsNoFaultSoonAfterOneOfALargeScene) {
-  RecordedServo servo(R"(operations { add { name: "ball" mesh { sphere { radius_m: 0.02 segments: 200 } } } })");
+  RecordedServo servo(R"(operations { add { name: "ball" mesh { sphere { radius_m: 0.02 segments: 300 } } } })");
+  servo.run(600);
   servo.recorder().start();
   const auto recordings = [&] {
     const auto folder = servo.folder() / "last";
@@ -107,7 +108,7 @@ TEST(FlightRecorder, RecordsNoFaultSoonAfterOneOfALargeScene) {
     return std::distance(std::filesystem::directory_iterator(folder), {});
   };
   const auto fault = [&] {
-    servo.tick({{}, DeviceState::kLost, {}});
+    servo.tick({{}, DeviceState::kAbsent, {}});
     servo.run(600);
   };
   fault();
