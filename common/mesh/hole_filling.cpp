@@ -79,9 +79,11 @@ class Filling {
 }  // namespace
 
 std::optional<std::vector<TriangleIndices>> fillHole(const std::vector<Vec3f>& vertices, const Rim& rim,
-                                                     const std::function<bool(std::uint32_t, std::uint32_t)>& isTaken) {
+                                                     const std::function<bool(std::uint32_t, std::uint32_t)>& isTaken,
+                                                     Work& work) {
+  constexpr std::size_t kEach = 32;  // units for a triangle that is considered
   const std::size_t count = rim.corners.size();
-  if (count < 3 || count > kMostCorners) return std::nullopt;
+  if (count < 3 || count > kMostCorners || !work.spend(kEach * count * count * count / 6)) return std::nullopt;
   Filling filling(vertices, rim);
   if (!filling.find(isTaken)) return std::nullopt;
   std::vector<TriangleIndices> triangles;

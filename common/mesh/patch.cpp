@@ -68,17 +68,21 @@ Fans::Fans(const TriMesh& mesh) : begin_(mesh.vertices.size() + 1, 0), triangles
   }
 }
 
-Numbers Fans::around(const Numbers& vertices) const {
+std::optional<Numbers> Fans::around(const Numbers& vertices, std::size_t most, Work& work) const {
+  std::size_t sides = 0;  // a triangle has three vertices
+  for (const std::uint32_t v : vertices) sides += of(v).size();
+  if (sides > 3 * most || !work.spend(32 * sides)) return std::nullopt;
   Numbers triangles;
   for (const std::uint32_t v : vertices) {
     const auto fan = of(v);
     triangles.insert(triangles.end(), fan.begin(), fan.end());
   }
   makeUnique(triangles);
-  return triangles;
+  return triangles.size() > most ? std::nullopt : std::optional(std::move(triangles));
 }
 
-std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut) {
+std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut, Work& work) {
+  if (!work.spend(256 * cut.size())) return std::nullopt;
   std::vector<Side> sides;
   for (const std::uint32_t t : cut) {
     const auto [a, b, c] = mesh.triangles[t];
@@ -94,6 +98,7 @@ std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, co
   while (!next.empty()) {
     Rim rim;
     for (auto at = next.begin(); at != next.end(); at = next.find(rim.corners.back())) {
+      if (!work.spend(4 * fans.of(at->first).size())) return std::nullopt;
       const auto beside = normalBeside(mesh, fans, cut, *at);
       if (!beside) return std::nullopt;
       rim.beside.push_back(*beside);
@@ -108,14 +113,15 @@ std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, co
   return rims.empty() ? std::nullopt : std::optional(std::move(rims));
 }
 
-std::vector<Numbers> islandsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut, std::span<const Rim> rims) {
+std::vector<Numbers> islandsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut, std::span<const Rim> rims,
+                               Work& work) {
   constexpr std::size_t kLarge = 8192;  // vertices that are none
   std::vector<Numbers> islands;
   for (const Rim& rim : rims) {
     std::set<std::uint32_t> seen{rim.corners.front()};
     Numbers stack{rim.corners.front()};
     Numbers triangles;
-    while (!stack.empty() && seen.size() < kLarge) {
+    while (!stack.empty() && seen.size() < kLarge && work.spend(128 * fans.of(stack.back()).size())) {
       const std::uint32_t at = stack.back();
       stack.pop_back();
       for (const std::uint32_t t : fans.of(at)) {
@@ -134,8 +140,10 @@ std::vector<Numbers> islandsOf(const TriMesh& mesh, const Fans& fans, const Numb
   return islands;
 }
 
-bool joinsOutside(const Fans& fans, const TriMesh& mesh, const Numbers& cut, std::uint32_t a, std::uint32_t b) {
+bool joinsOutside(const Fans& fans, const TriMesh& mesh, const Numbers& cut, std::uint32_t a, std::uint32_t b,
+                  Work& work) {
   const auto fan = fans.of(a);
+  work.spend(2 * fan.size());
   return std::any_of(fan.begin(), fan.end(),
                      [&](std::uint32_t t) { return names(mesh.triangles[t], b) && !holds(cut, t); });
 }
@@ -158,7 +166,9 @@ double volumeUnder(const Patch& patch) {
   return volume;
 }
 
-double farthestFrom(const Patch& patch, const Patch& other) {
+std::optional<double> farthestFrom(const Patch& patch, const Patch& other, Work& work) {
+  constexpr std::size_t kEach = 48;
+  if (!work.spend(kEach * patch.size() * other.size())) return std::nullopt;
   double farthest2 = 0;
   for (const auto& t : patch) {
     for (const Vec3 place : {t[0], t[1], t[2], (t[0] + t[1] + t[2]) / 3.0}) {

@@ -40,7 +40,8 @@ TriMesh slottedBlock(double wide, double over) {
 }
 
 std::size_t crossingsOf(const TriMesh& mesh) {
-  const auto pairs = CrossingSearch(mesh).all();
+  Work work = CrossingSearch::allowance(mesh);
+  const auto pairs = CrossingSearch(mesh).all(work);
   return pairs ? pairs->size() : 0;
 }
 

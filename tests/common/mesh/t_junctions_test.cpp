@@ -70,7 +70,8 @@ TEST(TJunctions, AreThoseOfBruteForce) {
     add(on, on + Vec3(at(random), at(random), at(random)) * 0.01);
     ++expected;
   }
-  EXPECT_EQ(countTJunctions(vertices, boundary), expected);
+  Work work = tJunctionAllowance(boundary.size());
+  EXPECT_EQ(countTJunctions(vertices, boundary, work), expected);
 }
 
 }  // namespace
