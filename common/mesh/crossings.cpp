@@ -7,7 +7,11 @@ namespace haptics {
 namespace {
 
 /// Units of work that a test of two triangles is.
-constexpr std::size_t kCrossing = 16;
+constexpr std::size_t kCrossing = 8;
+
+bool areOneSide(const std::array<double, 3>& heights) {
+  return (heights[0] > 0 && heights[1] > 0 && heights[2] > 0) || (heights[0] < 0 && heights[1] < 0 && heights[2] < 0);
+}
 
 }  // namespace
 
@@ -38,15 +42,18 @@ class CrossingSearch::PairWalk {
     const auto ofA = tree_.leaf(a);
     const auto ofB = tree_.leaf(b);
     std::array<Box, BoxTree::kMostInLeaf> boxes;
+    std::array<Face, BoxTree::kMostInLeaf> faces;
     std::ranges::transform(ofB, boxes.begin(), [&](std::uint32_t t) { return search_.boxOf(t); });
+    std::ranges::transform(ofB, faces.begin(), [&](std::uint32_t t) { return search_.faceOf(t); });
     work_.spend(ofA.size() * ofB.size());
     for (std::size_t i = 0; i < ofA.size(); ++i) {
       const Box box = search_.boxOf(ofA[i]);
       if (!box.meets(tree_.box(b))) continue;
+      const Face face = search_.faceOf(ofA[i]);
       for (std::size_t j = a == b ? i + 1 : 0; j < ofB.size(); ++j) {
         if (!box.meets(boxes[j])) continue;
         work_.spend(kCrossing);
-        if (search_.cross(ofA[i], ofB[j])) pairs_.push_back({ofA[i], ofB[j]});
+        if (cross(face, faces[j])) pairs_.push_back({ofA[i], ofB[j]});
       }
     }
   }
@@ -71,19 +78,21 @@ bool CrossingSearch::any(std::span<const std::uint32_t> triangles, Work& work) c
   std::vector<std::size_t> stack;
   for (const std::uint32_t t : triangles) {
     const Box box = boxOf(t);
+    const Face face = faceOf(t);
     stack.assign(1, BoxTree::kRoot);
     while (!stack.empty()) {
       const std::size_t node = stack.back();
       stack.pop_back();
-      if (!work.spend(1)) return true;
+      if (!work.spend(2)) return true;
       if (!tree_.box(node).meets(box)) continue;
       if (!tree_.isLeaf(node)) {
         stack.insert(stack.end(), {2 * node, 2 * node + 1});
         continue;
       }
-      const auto others = tree_.leaf(node);
-      work.spend(kCrossing * others.size());
-      if (std::ranges::any_of(others, [&](std::uint32_t other) { return other != t && cross(t, other); })) return true;
+      for (const std::uint32_t other : tree_.leaf(node)) {
+        work.spend(kCrossing);
+        if (other != t && boxOf(other).meets(box) && cross(face, faceOf(other))) return true;
+      }
     }
   }
   return false;
@@ -95,29 +104,33 @@ Box CrossingSearch::boxOf(std::uint32_t triangle) const {
   return {glm::min(glm::min(p, q), r), glm::max(glm::max(p, q), r)};
 }
 
-bool CrossingSearch::cross(std::uint32_t a, std::uint32_t b) const { return pierces(a, b) || pierces(b, a); }
+CrossingSearch::Face CrossingSearch::faceOf(std::uint32_t triangle) const {
+  Face face{.corners = mesh_.triangles[triangle], .at = {}, .normal = {}};
+  for (std::size_t k = 0; k < 3; ++k) face.at[k] = Vec3(mesh_.vertices[face.corners[k]]);
+  face.normal = glm::cross(face.at[1] - face.at[0], face.at[2] - face.at[0]);
+  return face;
+}
 
-/// Does a side of triangle a pierce triangle b?
-bool CrossingSearch::pierces(std::uint32_t a, std::uint32_t b) const {
-  const TriangleIndices& sides = mesh_.triangles[a];
-  const TriangleIndices& through = mesh_.triangles[b];
-  std::array<Vec3, 3> corner;
-  std::array<double, 3> height;
+bool CrossingSearch::cross(const Face& a, const Face& b) {
+  std::array<double, 3> ofA, ofB;
+  for (std::size_t k = 0; k < 3; ++k) ofA[k] = glm::dot(b.normal, a.at[k] - b.at[0]);
+  if (areOneSide(ofA)) return false;
+  for (std::size_t k = 0; k < 3; ++k) ofB[k] = glm::dot(a.normal, b.at[k] - a.at[0]);
+  return !areOneSide(ofB) && (pierces(a, ofA, b) || pierces(b, ofB, a));
+}
+
+/// Does a side of triangle a, whose corners are so high over the plane of b, pierce b?
+bool CrossingSearch::pierces(const Face& a, const std::array<double, 3>& heights, const Face& b) {
   std::array<bool, 3> shared;
-  for (std::size_t k = 0; k < 3; ++k) corner[k] = Vec3(mesh_.vertices[through[k]]);
-  const Vec3 normal = glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
-  for (std::size_t k = 0; k < 3; ++k) {
-    height[k] = glm::dot(normal, Vec3(mesh_.vertices[sides[k]]) - corner[0]);
-    shared[k] = std::find(through.begin(), through.end(), sides[k]) != through.end();
-  }
+  for (std::size_t k = 0; k < 3; ++k) shared[k] = std::ranges::find(b.corners, a.corners[k]) != b.corners.end();
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
-    if (shared[k] || shared[next] || (height[k] < 0) == (height[next] < 0)) continue;
-    const Vec3 from(mesh_.vertices[sides[k]]);
-    const Vec3 way = Vec3(mesh_.vertices[sides[next]]) - from;
+    if (shared[k] || shared[next] || (heights[k] < 0) == (heights[next] < 0)) continue;
+    const Vec3 from = a.at[k];
+    const Vec3 way = a.at[next] - from;
     int left = 0, right = 0;  // of the triangle's own sides, seen along the way
     for (std::size_t e = 0; e < 3; ++e) {
-      const double volume = glm::dot(way, glm::cross(corner[e] - from, corner[(e + 1) % 3] - from));
+      const double volume = glm::dot(way, glm::cross(b.at[e] - from, b.at[(e + 1) % 3] - from));
       left += volume >= 0 ? 1 : 0;
       right += volume <= 0 ? 1 : 0;
     }

@@ -36,10 +36,16 @@ class CrossingSearch {
 
  private:
   class PairWalk;
+  struct Face {
+    TriangleIndices corners;
+    std::array<Vec3, 3> at;
+    Vec3 normal;
+  };
 
   [[nodiscard]] Box boxOf(std::uint32_t triangle) const;
-  [[nodiscard]] bool cross(std::uint32_t a, std::uint32_t b) const;
-  [[nodiscard]] bool pierces(std::uint32_t a, std::uint32_t b) const;
+  [[nodiscard]] Face faceOf(std::uint32_t triangle) const;
+  [[nodiscard]] static bool cross(const Face& a, const Face& b);
+  [[nodiscard]] static bool pierces(const Face& a, const std::array<double, 3>& heights, const Face& b);
 
   const TriMesh& mesh_;
   BoxTree tree_;

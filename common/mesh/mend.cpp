@@ -32,7 +32,7 @@ class Sets {
 };
 
 /// Units for each triangle of the mesh. Larger mends more of a mesh that is torn everywhere, and takes as much longer.
-constexpr std::int64_t kMendingEach = 2048;
+constexpr std::int64_t kMendingEach = 4096;
 
 /// The vertices of the triangles that cross, one list for each place where they do, in the order of their first vertices.
 std::vector<Numbers> knotsOf(const TriMesh& mesh, std::span<const CrossingSearch::Pair> pairs) {
@@ -112,7 +112,6 @@ class Mender {
   bool replace(const Numbers& cut, Mended& result) {
     const auto rims = rimsOf(mesh_, fans_, cut, work_);
     if (!rims) return false;
-    const std::vector<Numbers> islands = islandsOf(mesh_, fans_, cut, *rims, work_);
     const Patch before = patchOf(mesh_.vertices, trianglesOf(cut));
     Patch after;
     Numbers out = cut;
@@ -123,12 +122,13 @@ class Mender {
       };
       const auto filling = fillHole(mesh_.vertices, (*rims)[i], isTaken, work_);
       if (!filling) return false;
+      const Numbers island = islandIn(mesh_, fans_, cut, *rims, i, work_);
       const Patch lid = patchOf(mesh_.vertices, *filling);
       after.insert(after.end(), lid.begin(), lid.end());
-      if (islands[i].empty()) {
+      if (island.empty()) {
         in.insert(in.end(), filling->begin(), filling->end());
-      } else if (isClosedOff(islands[i], lid, before)) {
-        out.insert(out.end(), islands[i].begin(), islands[i].end());
+      } else if (isClosedOff(island, lid, before)) {
+        out.insert(out.end(), island.begin(), island.end());
       } else {
         return false;
       }

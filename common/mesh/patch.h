@@ -32,13 +32,13 @@ class Fans {
 };
 
 /// The rims of the hole that cutting these triangles out of a closed mesh leaves. None when there is none, when rims
-/// touch, or when the work does not suffice.
+/// touch, when one has more than kMostCorners, or when the work does not suffice.
 [[nodiscard]] std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut,
                                                      Work& work);
-/// For each rim the triangles inside of it, when cutting leaves a small part of the surface there that hangs on to nothing
-/// else; else none. To no purpose when the work does not suffice.
-[[nodiscard]] std::vector<Numbers> islandsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut,
-                                             std::span<const Rim> rims, Work& work);
+/// The triangles inside of a rim, when cutting leaves a small part of the surface there that hangs on to nothing else; else
+/// none. Or none, because the work does not suffice.
+[[nodiscard]] Numbers islandIn(const TriMesh& mesh, const Fans& fans, const Numbers& cut, std::span<const Rim> rims,
+                               std::size_t rim, Work& work);
 /// Does a triangle that is not cut have a line from a to b?
 [[nodiscard]] bool joinsOutside(const Fans& fans, const TriMesh& mesh, const Numbers& cut, std::uint32_t a,
                                 std::uint32_t b, Work& work);
