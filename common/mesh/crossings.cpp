@@ -7,7 +7,7 @@ namespace haptics {
 namespace {
 
 /// Units of work that a test of two triangles is.
-constexpr std::size_t kCrossing = 8;
+constexpr std::size_t kCrossing = 16;
 
 bool areOneSide(const std::array<double, 3>& heights) {
   return (heights[0] > 0 && heights[1] > 0 && heights[2] > 0) || (heights[0] < 0 && heights[1] < 0 && heights[2] < 0);

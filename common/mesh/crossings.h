@@ -31,8 +31,8 @@ class CrossingSearch {
   /// Is one of these triangles in such a pair? True as well when the work does not suffice.
   [[nodiscard]] bool any(std::span<const std::uint32_t> triangles, Work& work) const;
 
-  /// What all() may take. A sane mesh needs some 100 units a triangle.
-  [[nodiscard]] static Work allowance(const TriMesh& mesh) { return {mesh.triangles.size(), 2048}; }
+  /// What all() may take. A sane mesh needs some 150 units a triangle, with many fans 500.
+  [[nodiscard]] static Work allowance(const TriMesh& mesh) { return {mesh.triangles.size(), 768}; }
 
  private:
   class PairWalk;

@@ -5,7 +5,7 @@
 
 namespace haptics {
 
-/// Work that a part of an import may do, in units of some 2 ns. Counted, not timed: the report on a file is the same on
+/// Work that a part of an import may do, in units of some 3 ns. Counted, not timed: the report on a file is the same on
 /// every machine.
 class Work {
  public:
@@ -24,7 +24,7 @@ class Work {
 
  private:
   /// Some 10 ms. Larger searches more of small meshes whose triangles all meet, and takes as much longer.
-  static constexpr std::int64_t kForAnyMesh = std::int64_t{1} << 22;
+  static constexpr std::int64_t kForAnyMesh = std::int64_t{1} << 21;
 
   std::int64_t left_;
 };

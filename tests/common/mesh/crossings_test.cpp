@@ -66,7 +66,8 @@ TEST(Crossings, AreFoundAsByTryingAllPairs) {
         if (crossingsOf(fromTriangles({triangles[a], triangles[b]})) > 0) expected.insert({a, b});
       }
       const std::array one{a};
-      EXPECT_EQ(search.any(one, work), std::ranges::any_of(found, [a](const auto& p) { return p[0] == a || p[1] == a; }));
+      EXPECT_EQ(search.any(one, work),
+                std::ranges::any_of(found, [a](const auto& p) { return p[0] == a || p[1] == a; }));
     }
     EXPECT_EQ(found, expected);
     EXPECT_EQ(found.empty(), count < 63);
@@ -96,6 +97,18 @@ TEST(Crossings, AreNotSearchedForever) {
   const TriMesh mesh = fromTriangles(slivers);
   Work work = CrossingSearch::allowance(mesh);
   EXPECT_FALSE(CrossingSearch(mesh).all(work).has_value());
+  EXPECT_GT(work.left(), -10'000) << "ends when the work is over";
+  EXPECT_TRUE(CrossingSearch(mesh).any(std::array{0U}, work)) << "not known";
+}
+
+TEST(Crossings, TakeWorkInProportionToTheTriangles) {
+  for (const int n : {10, 20, 40, 80}) {
+    const TriMesh mesh = makeSphere(0.05, n).value();
+    Work work = CrossingSearch::allowance(mesh);
+    const std::int64_t before = work.left();
+    EXPECT_TRUE(CrossingSearch(mesh).all(work));
+    EXPECT_LT(before - work.left(), 200 * static_cast<std::int64_t>(mesh.triangles.size())) << n;
+  }
 }
 
 }  // namespace
