@@ -102,7 +102,7 @@ class Import {
   static bool holds(const ImporterMessage& message) {
     const auto isFlag = [](const bool& flag) { return *reinterpret_cast<const unsigned char*>(&flag) <= 1; };
     return message.size <= mostOf(message.kind) && isFlag(message.report.mended.searched) &&
-           isFlag(message.report.tJunctionsSearched);
+           isFlag(message.report.mended.finished) && isFlag(message.report.tJunctionsSearched);
   }
 
   static std::size_t mostOf(ImporterMessage::Kind kind) {

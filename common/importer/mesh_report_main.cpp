@@ -53,6 +53,7 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"crossings", r.mended.crossings},
               {"crossings_left", r.mended.crossingsLeft},
               {"crossings_searched", r.mended.searched},
+              {"mending_finished", r.mended.finished},
               {"triangles_cut", r.mended.trianglesCut},
               {"triangles_filled", r.mended.trianglesFilled},
               {"farthest_mend_m", r.mended.farthest_m},

@@ -6,7 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "common/mesh/box_tree.h"
 #include "common/mesh/tri_mesh.h"
+#include "common/mesh/work.h"
 
 namespace haptics {
 
@@ -18,38 +20,35 @@ class CrossingSearch {
 
   /// Keeps the mesh by reference.
   explicit CrossingSearch(const TriMesh& mesh);
+  CrossingSearch(const CrossingSearch&) = delete;
+  CrossingSearch& operator=(const CrossingSearch&) = delete;
 
   /// To be called when vertices of these triangles were moved.
-  void refit(std::span<const std::uint32_t> triangles);
-  /// All pairs, each once, in no particular order. None when slivers across the whole mesh would make the search take
-  /// more than a few seconds.
-  [[nodiscard]] std::optional<std::vector<Pair>> all() const;
-  /// Is one of these triangles in such a pair?
-  [[nodiscard]] bool any(std::span<const std::uint32_t> triangles) const;
+  void refit(std::span<const std::uint32_t> triangles) { tree_.refit(triangles); }
+  /// All pairs, each once, in no particular order. None when the work does not suffice: long triangles and fans meet too
+  /// many others.
+  [[nodiscard]] std::optional<std::vector<Pair>> all(Work& work) const;
+  /// Is one of these triangles in such a pair? True as well when the work does not suffice.
+  [[nodiscard]] bool any(std::span<const std::uint32_t> triangles, Work& work) const;
+
+  /// What all() may take. A sane mesh needs some 150 units a triangle, with many fans 500.
+  [[nodiscard]] static Work allowance(const TriMesh& mesh) { return {mesh.triangles.size(), 768}; }
 
  private:
-  struct Box {
-    Vec3f low;
-    Vec3f high;
-
-    [[nodiscard]] bool meets(const Box& other) const noexcept {
-      return low.x <= other.high.x && low.y <= other.high.y && low.z <= other.high.z && other.low.x <= high.x &&
-             other.low.y <= high.y && other.low.z <= high.z;
-    }
-  };
   class PairWalk;
+  struct Face {
+    TriangleIndices corners;
+    std::array<Vec3, 3> at;
+    Vec3 normal;
+  };
 
-  void fit(std::size_t node);
   [[nodiscard]] Box boxOf(std::uint32_t triangle) const;
-  [[nodiscard]] bool cross(std::uint32_t a, std::uint32_t b) const;
-  [[nodiscard]] bool pierces(std::uint32_t a, std::uint32_t b) const;
-  [[nodiscard]] std::span<const std::uint32_t> leaf(std::size_t node) const;
+  [[nodiscard]] Face faceOf(std::uint32_t triangle) const;
+  [[nodiscard]] static bool cross(const Face& a, const Face& b);
+  [[nodiscard]] static bool pierces(const Face& a, const std::array<double, 3>& heights, const Face& b);
 
   const TriMesh& mesh_;
-  std::vector<std::uint32_t> order_;  // triangles along a Morton curve, kLeaf to a leaf
-  std::vector<std::uint32_t> place_;  // of each triangle in that order
-  std::size_t leaves_;                // a power of two
-  std::vector<Box> nodes_;            // a complete binary tree: the children of i are 2 i and 2 i + 1
+  BoxTree tree_;
 };
 
 }  // namespace haptics

@@ -31,7 +31,10 @@ class Sets {
   std::vector<std::uint32_t> parent_;
 };
 
-/// The vertices of the triangles that cross, one list for each place where they do.
+/// Units for each triangle of the mesh. Larger mends more of a mesh that is torn everywhere, and takes as much longer.
+constexpr std::int64_t kMendingEach = 3072;
+
+/// The vertices of the triangles that cross, one list for each place where they do, in the order of their first vertices.
 std::vector<Numbers> knotsOf(const TriMesh& mesh, std::span<const CrossingSearch::Pair> pairs) {
   Sets pieces(mesh.vertices.size());
   for (const auto [a, b, c] : mesh.triangles) {
@@ -50,19 +53,29 @@ std::vector<Numbers> knotsOf(const TriMesh& mesh, std::span<const CrossingSearch
     }
   }
   makeUnique(all);
-  std::map<std::uint32_t, Numbers> byPlace;
-  for (const std::uint32_t v : all) byPlace[places.find(v)].push_back(v);
   std::vector<Numbers> knots;
-  knots.reserve(byPlace.size());
-  for (auto& [place, vertices] : byPlace) knots.push_back(std::move(vertices));
+  std::map<std::uint32_t, std::size_t> knotOf;
+  for (const std::uint32_t v : all) {
+    const auto [at, isNew] = knotOf.emplace(places.find(v), knots.size());
+    if (isNew) knots.emplace_back();
+    knots[at->second].push_back(v);
+  }
   return knots;
 }
 
-/// Cuts and fills. A triangle that was cut and not replaced names one vertex three times until the end.
+/// Is it one that was cut and not replaced? It names one vertex three times until the end.
+bool isCut(const TriangleIndices& triangle) { return triangle[0] == triangle[1]; }
+
+/// Cuts and fills.
 class Mender {
  public:
-  Mender(TriMesh& mesh, CrossingSearch& search, double farthest_m)
-      : mesh_(mesh), search_(search), farthest_m_(farthest_m), fans_(mesh), changed_(mesh.triangles.size(), false) {}
+  Mender(TriMesh& mesh, CrossingSearch& search, double farthest_m, Work& work)
+      : mesh_(mesh),
+        search_(search),
+        farthest_m_(farthest_m),
+        work_(work),
+        fans_(mesh),
+        changed_(mesh.triangles.size(), false) {}
 
   /// Returns whether the place was mended.
   bool mend(const Numbers& knot, Mended& result) {
@@ -70,10 +83,11 @@ class Mender {
     constexpr std::size_t kMostTriangles = 4096;
     Numbers vertices = knot;
     for (int rings = 0; rings <= kMostRings; ++rings) {
-      const Numbers cut = fans_.around(vertices);
-      if (cut.size() > kMostTriangles) return false;
-      if (replace(cut, result)) return true;
-      for (const std::uint32_t t : cut) {
+      const auto cut = fans_.around(vertices, kMostTriangles, work_);
+      if (!cut) return false;
+      if (replace(*cut, result)) return true;
+      if (work_.isOver()) return false;
+      for (const std::uint32_t t : *cut) {
         vertices.insert(vertices.end(), mesh_.triangles[t].begin(), mesh_.triangles[t].end());
       }
       makeUnique(vertices);
@@ -81,38 +95,54 @@ class Mender {
     return false;
   }
 
+  /// Of the pairs those that are left, as the triangles are numbered when the mesh is without those that were cut.
+  [[nodiscard]] std::vector<CrossingSearch::Pair> left(std::vector<CrossingSearch::Pair> pairs) const {
+    std::erase_if(pairs, [&](const auto& pair) { return changed_[pair[0]] || changed_[pair[1]]; });
+    std::vector<std::uint32_t> number(mesh_.triangles.size());
+    std::uint32_t next = 0;
+    for (std::size_t t = 0; t < number.size(); ++t) number[t] = isCut(mesh_.triangles[t]) ? next : next++;
+    for (auto& [a, b] : pairs) {
+      a = number[a];
+      b = number[b];
+    }
+    return pairs;
+  }
+
  private:
   bool replace(const Numbers& cut, Mended& result) {
-    const auto rims = rimsOf(mesh_, fans_, cut);
+    const auto rims = rimsOf(mesh_, fans_, cut, work_);
     if (!rims) return false;
-    const std::vector<Numbers> islands = islandsOf(mesh_, fans_, cut, *rims);
     const Patch before = patchOf(mesh_.vertices, trianglesOf(cut));
     Patch after;
     Numbers out = cut;
     std::vector<TriangleIndices> in;
     for (std::size_t i = 0; i < rims->size(); ++i) {
-      const auto isTaken = [&](std::uint32_t a, std::uint32_t b) { return joinsOutside(fans_, mesh_, cut, a, b); };
-      const auto filling = fillHole(mesh_.vertices, (*rims)[i], isTaken);
+      const auto isTaken = [&](std::uint32_t a, std::uint32_t b) {
+        return joinsOutside(fans_, mesh_, cut, a, b, work_);
+      };
+      const auto filling = fillHole(mesh_.vertices, (*rims)[i], isTaken, work_);
       if (!filling) return false;
+      const Numbers island = islandIn(mesh_, fans_, cut, *rims, i, work_);
       const Patch lid = patchOf(mesh_.vertices, *filling);
       after.insert(after.end(), lid.begin(), lid.end());
-      if (islands[i].empty()) {
+      if (island.empty()) {
         in.insert(in.end(), filling->begin(), filling->end());
-      } else if (isClosedOff(islands[i], lid, before)) {
-        out.insert(out.end(), islands[i].begin(), islands[i].end());
+      } else if (isClosedOff(island, lid, before)) {
+        out.insert(out.end(), island.begin(), island.end());
       } else {
         return false;
       }
     }
     makeUnique(out);
-    const double farthest_m = farthestFrom(before, after);
+    const auto farthest_m = farthestFrom(before, after, work_);
+    if (!farthest_m) return false;
     const double void_m3 = volumeUnder(after) - volumeUnder(before);
-    const bool isFar = farthest_m > farthest_m_;
+    const bool isFar = *farthest_m > farthest_m_;
     const bool isThinCrack = void_m3 >= 0 && void_m3 <= kThin * farthest_m_ * areaOf(before) / 2;
     if ((isFar && !isThinCrack) || !exchange(out, in)) return false;
     result.trianglesCut += out.size();
     result.trianglesFilled += in.size();
-    if (!isFar) result.farthest_m = std::max(result.farthest_m, farthest_m);
+    if (!isFar) result.farthest_m = std::max(result.farthest_m, *farthest_m);
     return true;
   }
 
@@ -123,9 +153,11 @@ class Mender {
   }
 
   /// Is an island the wall of a hollow in the body whose mouth was where the mesh crossed? Nothing can feel it then.
-  [[nodiscard]] bool isClosedOff(const Numbers& island, const Patch& lid, const Patch& cut) const {
+  [[nodiscard]] bool isClosedOff(const Numbers& island, const Patch& lid, const Patch& cut) {
     const Patch wall = patchOf(mesh_.vertices, trianglesOf(island));
-    return volumeUnder(wall) + volumeUnder(lid) < 0 && farthestFrom(lid, cut) <= farthest_m_;
+    if (volumeUnder(wall) + volumeUnder(lid) >= 0) return false;
+    const auto farthest_m = farthestFrom(lid, cut, work_);
+    return farthest_m && *farthest_m <= farthest_m_;
   }
 
   /// Puts triangles in the place of others, unless they cross something.
@@ -138,7 +170,7 @@ class Mender {
       mesh_.triangles[out[i]] = i < in.size() ? in[i] : TriangleIndices{v, v, v};
     }
     search_.refit(out);
-    if (search_.any(out)) {
+    if (search_.any(out, work_)) {
       for (std::size_t i = 0; i < out.size(); ++i) mesh_.triangles[out[i]] = before[i];
       search_.refit(out);
       return false;
@@ -150,13 +182,14 @@ class Mender {
   TriMesh& mesh_;
   CrossingSearch& search_;
   double farthest_m_;
+  Work& work_;
   Fans fans_;
   std::vector<bool> changed_;
 };
 
 /// Back to canonical order: without what was cut, vertices in the order of first use.
 void dropCut(TriMesh& mesh) {
-  std::erase_if(mesh.triangles, [](const TriangleIndices& t) { return t[0] == t[1]; });
+  std::erase_if(mesh.triangles, isCut);
   constexpr std::uint32_t kNone = 0xFFFFFFFF;
   std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
   std::vector<Vec3f> vertices;
@@ -177,19 +210,29 @@ void dropCut(TriMesh& mesh) {
 Mended mend(TriMesh& mesh, bool closed, double farthest_m) {
   constexpr int kMostPasses = 4;  // places that touch each other are mended in turn
   Mended result;
-  for (int pass = 0;; ++pass) {
+  Work work(mesh.triangles.size(), kMendingEach);
+  std::vector<CrossingSearch::Pair> pairs;
+  for (int pass = 0; pass < kMostPasses && !work.isOver(); ++pass) {
     CrossingSearch search(mesh);
-    const auto pairs = search.all();
-    result.searched = pairs.has_value();
-    result.crossingsLeft = pairs ? pairs->size() : result.crossings;
-    if (pass == 0) result.crossings = result.crossingsLeft;
-    if (!pairs || pairs->empty() || !closed || !(farthest_m > 0) || pass == kMostPasses) break;
-    Mender mender(mesh, search, farthest_m);
+    if (pass == 0) {
+      Work searching = CrossingSearch::allowance(mesh);
+      auto all = search.all(searching);
+      result.searched = all.has_value();
+      pairs = std::move(all).value_or(std::vector<CrossingSearch::Pair>());
+      result.crossings = result.crossingsLeft = pairs.size();
+    }
+    if (pairs.empty() || !closed || !(farthest_m > 0)) break;
+    Mender mender(mesh, search, farthest_m, work);
     bool any = false;
-    for (const Numbers& knot : knotsOf(mesh, *pairs)) any = mender.mend(knot, result) || any;
+    for (const Numbers& knot : knotsOf(mesh, pairs)) {
+      any = (!work.isOver() && mender.mend(knot, result)) || any;
+    }
     if (!any) break;
+    pairs = mender.left(std::move(pairs));  // what is new crosses nothing
+    result.crossingsLeft = pairs.size();
     dropCut(mesh);
   }
+  result.finished = !work.isOver();
   return result;
 }
 

@@ -15,6 +15,7 @@ struct Mended {
   /// Of what was cut out from what is in its place, but for cracks: thin ones are filled however deep they are.
   double farthest_m = 0;
   bool searched = true;  ///< False: finding the crossings would have taken too long; nothing was done.
+  bool finished = true;  ///< False: mending all of them would have taken too long; some were not tried.
 };
 
 /// Of the longest side of the mesh's box: how far mending may change the surface.

@@ -4,7 +4,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
-#include <set>
+#include <unordered_set>
 #include <utility>
 
 namespace haptics {
@@ -68,17 +68,21 @@ Fans::Fans(const TriMesh& mesh) : begin_(mesh.vertices.size() + 1, 0), triangles
   }
 }
 
-Numbers Fans::around(const Numbers& vertices) const {
+std::optional<Numbers> Fans::around(const Numbers& vertices, std::size_t most, Work& work) const {
+  std::size_t sides = 0;  // a triangle has three vertices
+  for (const std::uint32_t v : vertices) sides += of(v).size();
+  if (sides > 3 * most || !work.spend(12 * sides)) return std::nullopt;
   Numbers triangles;
   for (const std::uint32_t v : vertices) {
     const auto fan = of(v);
     triangles.insert(triangles.end(), fan.begin(), fan.end());
   }
   makeUnique(triangles);
-  return triangles;
+  return triangles.size() > most ? std::nullopt : std::optional(std::move(triangles));
 }
 
-std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut) {
+std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut, Work& work) {
+  if (!work.spend(96 * cut.size())) return std::nullopt;
   std::vector<Side> sides;
   for (const std::uint32_t t : cut) {
     const auto [a, b, c] = mesh.triangles[t];
@@ -94,6 +98,8 @@ std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, co
   while (!next.empty()) {
     Rim rim;
     for (auto at = next.begin(); at != next.end(); at = next.find(rim.corners.back())) {
+      const bool isLong = rim.beside.size() == kMostCorners;
+      if (isLong || !work.spend(32 + 4 * fans.of(at->first).size())) return std::nullopt;
       const auto beside = normalBeside(mesh, fans, cut, *at);
       if (!beside) return std::nullopt;
       rim.beside.push_back(*beside);
@@ -108,34 +114,39 @@ std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, co
   return rims.empty() ? std::nullopt : std::optional(std::move(rims));
 }
 
-std::vector<Numbers> islandsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut, std::span<const Rim> rims) {
+Numbers islandIn(const TriMesh& mesh, const Fans& fans, const Numbers& cut, std::span<const Rim> rims, std::size_t rim,
+                 Work& work) {
   constexpr std::size_t kLarge = 8192;  // vertices that are none
-  std::vector<Numbers> islands;
-  for (const Rim& rim : rims) {
-    std::set<std::uint32_t> seen{rim.corners.front()};
-    Numbers stack{rim.corners.front()};
-    Numbers triangles;
-    while (!stack.empty() && seen.size() < kLarge) {
-      const std::uint32_t at = stack.back();
-      stack.pop_back();
-      for (const std::uint32_t t : fans.of(at)) {
-        if (holds(cut, t)) continue;
-        triangles.push_back(t);
-        for (const std::uint32_t v : mesh.triangles[t]) {
-          if (seen.insert(v).second) stack.push_back(v);
-        }
-      }
+  Numbers others;                       // a vertex of each rim that was not come to
+  for (const Rim& other : rims) others.push_back(other.corners.front());
+  makeUnique(others);
+  std::unordered_set<std::uint32_t> seen;
+  Numbers queue;
+  Numbers triangles;
+  const auto come = [&](std::uint32_t v) {
+    if (!seen.insert(v).second) return;
+    queue.push_back(v);
+    if (holds(others, v)) std::erase(others, v);
+  };
+  come(rims[rim].corners.front());
+  for (std::size_t next = 0; next < queue.size(); ++next) {
+    const auto fan = fans.of(queue[next]);
+    if (others.empty() || seen.size() >= kLarge || !work.spend(16 * fan.size())) return {};
+    for (const std::uint32_t t : fan) {
+      if (holds(cut, t)) continue;
+      triangles.push_back(t);
+      for (const std::uint32_t v : mesh.triangles[t]) come(v);
     }
-    const auto isSeen = [&](const Rim& other) { return seen.contains(other.corners.front()); };
-    if (!stack.empty() || std::all_of(rims.begin(), rims.end(), isSeen)) triangles.clear();
-    makeUnique(triangles);
-    islands.push_back(std::move(triangles));
   }
-  return islands;
+  if (others.empty()) return {};
+  makeUnique(triangles);
+  return triangles;
 }
 
-bool joinsOutside(const Fans& fans, const TriMesh& mesh, const Numbers& cut, std::uint32_t a, std::uint32_t b) {
+bool joinsOutside(const Fans& fans, const TriMesh& mesh, const Numbers& cut, std::uint32_t a, std::uint32_t b,
+                  Work& work) {
   const auto fan = fans.of(a);
+  work.spend(2 * fan.size());
   return std::any_of(fan.begin(), fan.end(),
                      [&](std::uint32_t t) { return names(mesh.triangles[t], b) && !holds(cut, t); });
 }
@@ -158,13 +169,24 @@ double volumeUnder(const Patch& patch) {
   return volume;
 }
 
-double farthestFrom(const Patch& patch, const Patch& other) {
+std::optional<double> farthestFrom(const Patch& patch, const Patch& other, Work& work) {
+  constexpr std::size_t kEach = 12;  // units for a distance
   double farthest2 = 0;
+  std::size_t first = 0;  // the one that was near the last place is near the next one
   for (const auto& t : patch) {
     for (const Vec3 place : {t[0], t[1], t[2], (t[0] + t[1] + t[2]) / 3.0}) {
       double nearest2 = std::numeric_limits<double>::infinity();
-      for (const auto& o : other) nearest2 = std::min(nearest2, squaredDistance(place, o));
+      std::size_t nearest = first;
+      std::size_t seen = 0;
+      for (; seen < other.size() && nearest2 > farthest2; ++seen) {
+        const std::size_t i = (first + seen) % other.size();
+        const double distance2 = squaredDistance(place, other[i]);
+        if (distance2 < nearest2) nearest = i;
+        nearest2 = std::min(nearest2, distance2);
+      }
+      if (!work.spend(kEach * seen)) return std::nullopt;
       farthest2 = std::max(farthest2, nearest2);
+      first = nearest;
     }
   }
   return std::sqrt(farthest2);

@@ -1,16 +1,18 @@
 #include "common/mesh/polygon_soup.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <glm/vec2.hpp>
+#include <optional>
+#include <utility>
 
 namespace haptics {
 namespace {
 
 using Point = glm::dvec2;
 
-/// Largest number of corners of a non-convex polygon that is cut by ears, which takes time up to its cube (1,000: about
-/// a second at worst). Larger ones are cut as a fan, which is right only when all corners are seen from the first.
+/// Largest number of corners of a non-convex polygon that is cut by ears, which takes time up to its square. Larger ones are cut as a fan, which is right only when all corners are seen from the first.
 constexpr std::size_t kMostEarCorners = 1000;
 
 /// Twice the area of the triangle; > 0 when it turns left.
@@ -41,33 +43,62 @@ bool isConvex(const std::vector<Point>& flat) {
   return true;
 }
 
-/// An ear is a left turn whose triangle holds no other corner.
-bool isEar(const std::vector<Point>& flat, const std::vector<std::size_t>& left, std::size_t i) {
-  const std::size_t n = left.size();
-  const std::size_t before = left[(i + n - 1) % n], here = left[i], after = left[(i + 1) % n];
-  const Point a = flat[before], b = flat[here], c = flat[after];
-  if (turn(a, b, c) <= 0) return false;
-  return std::none_of(left.begin(), left.end(), [&](std::size_t k) {
-    const Point p = flat[k];
-    if (p == a || p == b || p == c) return false;
-    return turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0;
-  });
-}
-
-/// Moves triangles from the outline `left` to `triangles` until it is a triangle or has no ear.
-void clipEars(const std::vector<Point>& flat, std::span<const std::uint32_t> corners, std::vector<std::size_t>& left,
-              std::vector<TriangleIndices>& triangles) {
-  for (std::size_t i = 0; left.size() > 3 && i < left.size();) {
-    if (!isEar(flat, left, i)) {
-      ++i;
-      continue;
+/// A polygon's corners of which ears are cut off: left turns whose triangle holds no other corner. A corner that was found
+/// in a triangle is remembered, so that a polygon of n corners takes O(n^2).
+class Outline {
+ public:
+  explicit Outline(const std::vector<Point>& flat) : flat_(flat), corners_(flat.size()) {
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      corners_[i].before = (i + corners_.size() - 1) % corners_.size();
+      corners_[i].after = (i + 1) % corners_.size();
     }
-    const std::size_t n = left.size();
-    triangles.push_back({corners[left[(i + n - 1) % n]], corners[left[i]], corners[left[(i + 1) % n]]});
-    left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
-    i = 0;
   }
-}
+
+  /// The first ear, as the corners before, at and after it, is cut off. None: there is none.
+  std::optional<std::array<std::size_t, 3>> cutEar() {
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      if (corners_[i].isCut || !isEar(i)) continue;
+      const auto [before, after, inside, isCut] = corners_[i];
+      corners_[i].isCut = true;
+      corners_[before].after = after;
+      corners_[after].before = before;
+      corners_[before].inside = corners_[after].inside = 0;
+      return std::array{before, i, after};
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::vector<std::size_t> left() const {
+    std::vector<std::size_t> left;
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      if (!corners_[i].isCut) left.push_back(i);
+    }
+    return left;
+  }
+
+ private:
+  struct Corner {
+    std::size_t before, after;
+    std::size_t inside = 0;  ///< None of those before this one is in the triangle.
+    bool isCut = false;
+  };
+
+  [[nodiscard]] bool isEar(std::size_t i) {
+    Corner& corner = corners_[i];
+    const Point a = flat_[corner.before], b = flat_[i], c = flat_[corner.after];
+    if (turn(a, b, c) <= 0) return false;
+    const auto isIn = [&](std::size_t k) {
+      const Point p = flat_[k];
+      return !corners_[k].isCut && turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0 && p != a && p != b &&
+             p != c;
+    };
+    while (corner.inside < corners_.size() && !isIn(corner.inside)) ++corner.inside;
+    return corner.inside == corners_.size();
+  }
+
+  const std::vector<Point>& flat_;
+  std::vector<Corner> corners_;
+};
 
 }  // namespace
 
@@ -88,7 +119,15 @@ void PolygonSoup::addPolygon(std::span<const std::uint32_t> corners) {
   for (std::size_t i = 0; i < n; ++i) left[i] = i;
   if (n > 3 && n <= kMostEarCorners) {
     const std::vector<Point> flat = flattened(corners, vertices);
-    if (!isConvex(flat)) clipEars(flat, corners, left, triangles);
+    if (!isConvex(flat)) {
+      Outline outline(flat);
+      for (std::size_t cut = 0; cut + 3 < n; ++cut) {
+        const auto ear = outline.cutEar();
+        if (!ear) break;
+        triangles.push_back({corners[(*ear)[0]], corners[(*ear)[1]], corners[(*ear)[2]]});
+      }
+      left = outline.left();
+    }
   }
   for (std::size_t i = 1; i + 1 < left.size(); ++i) {
     triangles.push_back({corners[left[0]], corners[left[i]], corners[left[i + 1]]});

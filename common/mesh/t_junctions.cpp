@@ -1,13 +1,10 @@
 #include "common/mesh/t_junctions.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
-#include <limits>
-#include <span>
-#include <utility>
 
-#include "common/mesh/morton.h"
+#include "common/mesh/box_tree.h"
 
 namespace haptics {
 namespace {
@@ -15,129 +12,88 @@ namespace {
 /// Of the extent: 16 times the rounding of a float coordinate. Larger takes near misses for junctions.
 constexpr double kOn = 0x1p-20;
 
-/// Boxes that are looked into, for all edges and for each. An edge of a soup that crosses it all needs some hundred.
-constexpr std::int64_t kMostBoxes = std::int64_t{1} << 24;
-constexpr std::int64_t kMostBoxesEach = 512;
-
-/// Points in boxes under a complete binary tree, along a Morton curve.
-class PointTree {
+/// An edge, and the inverses of its length along each axis and of its squared length.
+class Edge {
  public:
-  PointTree(const std::vector<Vec3f>& vertices, std::vector<std::uint32_t> points)
-      : vertices_(vertices), leaves_(std::bit_ceil((points.size() + kLeaf - 1) / kLeaf)), boxes_(2 * leaves_) {
-    for (const std::uint32_t i : mortonOrder(static_cast<std::uint32_t>(points.size()),
-                                             [&](std::uint32_t j) { return Vec3(vertices[points[j]]); })) {
-      points_.push_back(points[i]);
-    }
-    for (std::size_t node = boxes_.size() - 1; node > 0; --node) fit(node);
-  }
+  Edge(Vec3 from, Vec3 to, double near_m)
+      : from_(from), to_(to), perWay_(1.0 / (to - from)), perLength2_(1 / squaredLength(to - from)), near_m_(near_m) {}
 
-  /// Calls any(vertex) for those whose boxes come as near to the line from a to b as that, until it returns true, and
-  /// then returns true. Adds the boxes looked into to `spent`.
-  template <class Any>
-  [[nodiscard]] bool anyNear(Vec3 a, Vec3 b, double near_m, std::int64_t& spent, Any any) const {
-    std::array<std::size_t, 64> stack;
-    std::size_t top = 0;
-    stack[top++] = 1;
-    while (top > 0) {
-      const std::size_t node = stack[--top];
-      ++spent;
-      if (!boxes_[node].isMet(a, b, near_m)) continue;
-      if (node < leaves_) {
-        stack[top++] = 2 * node;
-        stack[top++] = 2 * node + 1;
+  [[nodiscard]] bool comesNear(const Box& box) const {
+    double enter = 0;
+    double leave = 1;
+    for (int d = 0; d < 3; ++d) {
+      const double before = box.low[d] - near_m_ - from_[d], beyond = box.high[d] + near_m_ - from_[d];
+      if (std::isinf(perWay_[d])) {
+        if (before > 0 || beyond < 0) return false;
         continue;
       }
-      const auto leaf = this->leaf(node);
-      if (std::any_of(leaf.begin(), leaf.end(), any)) return true;
+      const double a = before * perWay_[d], b = beyond * perWay_[d];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
     }
-    return false;
+    return enter <= leave;
+  }
+
+  [[nodiscard]] bool holds(Vec3 place) const {
+    const Vec3 along = to_ - from_;
+    const double time = glm::dot(place - from_, along) * perLength2_;
+    if (!(time > 0 && time < 1)) return false;
+    const double near2 = near_m_ * near_m_;
+    return squaredLength(from_ + along * time - place) <= near2 && squaredLength(place - from_) > near2 &&
+           squaredLength(place - to_) > near2;
   }
 
  private:
-  static constexpr std::size_t kLeaf = 8;
-
-  struct Box {
-    Vec3f low{std::numeric_limits<float>::infinity()};
-    Vec3f high{-std::numeric_limits<float>::infinity()};
-
-    [[nodiscard]] bool isMet(Vec3 a, Vec3 b, double near_m) const {
-      double enter = 0;
-      double leave = 1;
-      for (int d = 0; d < 3; ++d) {
-        const double before = low[d] - near_m - a[d], beyond = high[d] + near_m - a[d], way = b[d] - a[d];
-        if (way == 0) {
-          if (before > 0 || beyond < 0) return false;
-          continue;
-        }
-        enter = std::max(enter, std::min(before / way, beyond / way));
-        leave = std::min(leave, std::max(before / way, beyond / way));
-      }
-      return enter <= leave;
-    }
-  };
-
-  [[nodiscard]] std::span<const std::uint32_t> leaf(std::size_t node) const {
-    const std::size_t begin = std::min((node - leaves_) * kLeaf, points_.size());
-    return std::span(points_).subspan(begin, std::min(kLeaf, points_.size() - begin));
-  }
-
-  void fit(std::size_t node) {
-    Box& box = boxes_[node];
-    if (node < leaves_) {
-      box.low = glm::min(boxes_[2 * node].low, boxes_[2 * node + 1].low);
-      box.high = glm::max(boxes_[2 * node].high, boxes_[2 * node + 1].high);
-      return;
-    }
-    for (const std::uint32_t v : leaf(node)) {
-      box.low = glm::min(box.low, vertices_[v]);
-      box.high = glm::max(box.high, vertices_[v]);
-    }
-  }
-
-  const std::vector<Vec3f>& vertices_;
-  std::vector<std::uint32_t> points_;
-  std::size_t leaves_;      // a power of two
-  std::vector<Box> boxes_;  // the children of i are 2 i and 2 i + 1
+  Vec3 from_, to_;
+  Vec3 perWay_;
+  double perLength2_;
+  double near_m_;
 };
 
-bool liesOn(Vec3 place, Vec3 a, Vec3 b, double tolerance_m) {
-  const Vec3 along = b - a;
-  const double time = glm::dot(place - a, along) / squaredLength(along);
-  if (!(time > 0 && time < 1)) return false;
-  const double near2 = tolerance_m * tolerance_m;
-  return squaredLength(a + along * time - place) <= near2 && squaredLength(place - a) > near2 &&
-         squaredLength(place - b) > near2;
+/// Is any(item) for one of the items in leaves to which the edge comes near?
+template <class Any>
+bool anyNear(const BoxTree& tree, const Edge& edge, Work& work, Any any) {
+  std::array<std::size_t, 64> stack;
+  std::size_t top = 0;
+  stack[top++] = BoxTree::kRoot;
+  while (top > 0 && work.spend(2)) {
+    const std::size_t node = stack[--top];
+    if (!edge.comesNear(tree.box(node))) continue;
+    if (!tree.isLeaf(node)) {
+      stack[top++] = 2 * node;
+      stack[top++] = 2 * node + 1;
+      continue;
+    }
+    work.spend(3 * BoxTree::kMostInLeaf);
+    if (std::ranges::any_of(tree.leaf(node), any)) return true;
+  }
+  return false;
 }
 
 }  // namespace
 
 std::optional<std::uint64_t> countTJunctions(const std::vector<Vec3f>& vertices,
-                                             const std::vector<EdgeIndices>& boundary) {
-  if (boundary.empty()) return 0;
+                                             const std::vector<EdgeIndices>& boundary, Work& work) {
   std::vector<std::uint32_t> ends;
-  Vec3 low(vertices[boundary.front()[0]]), high(low);
-  for (const EdgeIndices& edge : boundary) {
-    for (const std::uint32_t v : edge) {
-      ends.push_back(v);
-      low = glm::min(low, Vec3(vertices[v]));
-      high = glm::max(high, Vec3(vertices[v]));
-    }
-  }
+  for (const EdgeIndices& edge : boundary) ends.insert(ends.end(), edge.begin(), edge.end());
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  const double tolerance_m = kOn * std::max(glm::length(low), glm::length(high));
-  const PointTree tree(vertices, std::move(ends));
+  const BoxTree tree(static_cast<std::uint32_t>(ends.size()), [&](std::uint32_t end) {
+    const Vec3f at = vertices[ends[end]];
+    return Box{at, at};
+  });
+  const Box& all = tree.box(BoxTree::kRoot);
+  const double near_m = kOn * std::max(glm::length(Vec3(all.low)), glm::length(Vec3(all.high)));
 
-  const std::int64_t most = kMostBoxes + kMostBoxesEach * static_cast<std::int64_t>(boundary.size());
-  std::int64_t spent = 0;
   std::uint64_t count = 0;
-  for (const EdgeIndices& edge : boundary) {
-    const Vec3 a(vertices[edge[0]]), b(vertices[edge[1]]);
-    const auto isOn = [&](std::uint32_t v) {
-      return v != edge[0] && v != edge[1] && liesOn(Vec3(vertices[v]), a, b, tolerance_m);
+  for (const auto& [a, b] : boundary) {
+    const Edge edge{Vec3(vertices[a]), Vec3(vertices[b]), near_m};
+    const auto isOn = [&, a = a, b = b](std::uint32_t end) {
+      const std::uint32_t v = ends[end];
+      return v != a && v != b && edge.holds(Vec3(vertices[v]));
     };
-    if (tree.anyNear(a, b, tolerance_m, spent, isOn)) ++count;
-    if (spent > most) return std::nullopt;
+    if (anyNear(tree, edge, work, isOn)) ++count;
+    if (work.isOver()) return std::nullopt;
   }
   return count;
 }

@@ -45,7 +45,8 @@ void describeEdges(const TriMesh& mesh, MeshReport& report) {
   }
   report.meanEdge_m = length / static_cast<double>(edges);
   report.boundaryEdges = boundary.size();
-  const auto tJunctions = countTJunctions(mesh.vertices, boundary);
+  Work work = tJunctionAllowance(boundary.size());
+  const auto tJunctions = countTJunctions(mesh.vertices, boundary, work);
   report.tJunctions = tJunctions.value_or(0);
   report.tJunctionsSearched = tJunctions.has_value();
 }
@@ -107,7 +108,7 @@ std::string MeshReport::text() const {
   mention(verticesUnused, "unused vertices left out");
   mention(boundaryEdges, "boundary edges");
   mention(tJunctions, "of them T-junctions");
-  if (!tJunctionsSearched) line += ", not searched for T-junctions: too many long edges";
+  if (!tJunctionsSearched) line += ", not searched for T-junctions, because too many edges pass each other";
   mention(nonManifoldEdges, "non-manifold edges");
   mention(inconsistentEdges, "edges with one face flipped");
   mention(mended.crossings, "pairs of triangles that pass through each other");
@@ -119,7 +120,10 @@ std::string MeshReport::text() const {
                   static_cast<unsigned long long>(mended.trianglesFilled), mended.farthest_m * 1e3);
     line += cut;
   }
-  if (!mended.searched) line += ", not searched for triangles that pass through each other: too many long ones";
+  if (!mended.searched) {
+    line += ", not searched for triangles that pass through each other, because too many are in one place";
+  }
+  if (!mended.finished) line += ", not mended everywhere, because there are too many such places";
   mention(slivers, "slivers");
   mention(crowdedVertices, "vertices with so many faces that a search around them takes several ticks");
   if (closed()) line += ", closed";

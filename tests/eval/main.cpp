@@ -17,6 +17,7 @@
 #include "tests/eval/table1/table1.h"
 #include "tests/eval/textures/textures.h"
 #include "tests/eval/walk/walk.h"
+#include "tests/eval/worst/import_hunt.h"
 #include "tests/eval/worst/worst.h"
 
 // Each verb in a function of its own; parsing the command line runs it.
@@ -42,6 +43,7 @@ struct Arguments {
   ReplayOptions replay;
   FuzzOptions fuzz;
   WorstOptions worst;
+  bool worstImport = false;
   std::filesystem::path fuzzRecording;
 
   bool good = true;  ///< What the verb came to.
@@ -396,25 +398,38 @@ void addWorst(CLI::App& app, Arguments& arguments) {
        "--seconds 300 --out results",
        "Exit status 1: a tick took more than the instructions of 250 us at 1 kHz, in proportion at other rates.\n"
        "  haptic_eval worst --family soup --without-allowance\n"
-       "  haptic_eval worst --kept results/worst.json --rate 4000"},
+       "  haptic_eval worst --kept results/worst.json --rate 4000\n"
+       "  haptic_eval worst --import --seconds 300 --out results\n"
+       "With --import: the slowest import of a mesh, which may take 2 s for 100,000 triangles and grow with the power "
+       "1.2\n"
+       "of their number."},
       arguments);
   addSeed(verb, arguments);
   WorstOptions& options = arguments.worst;
   verb->add_option("--seconds", options.seconds, "Of the hunt; counting and drawing come after it")
       ->check(moreThanZero())
       ->capture_default_str();
-  verb->add_option("--rate", options.rate_Hz, "Of the servo, Hz")
-      ->check(CLI::Range(100.0, 16000.0))
-      ->capture_default_str();
+  CLI::Option* rate = verb->add_option("--rate", options.rate_Hz, "Of the servo, Hz")
+                          ->check(CLI::Range(100.0, 16000.0))
+                          ->capture_default_str();
   verb->add_option("--family", options.family, "Only scenes of this one, such as soup")->type_name("NAME");
-  verb->add_flag("--without-allowance", options.withoutAllowance, "Ticks that take as long as they take");
+  CLI::Option* without =
+      verb->add_flag("--without-allowance", options.withoutAllowance, "Ticks that take as long as they take");
+  verb->add_flag("--import", arguments.worstImport, "Imports of meshes in place of ticks")
+      ->excludes(rate)
+      ->excludes(without);
   verb->add_option("--kept", options.kept, "The worst ones of an earlier hunt again: its worst.json")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
   verb->callback([&arguments, &options] {
     options.seed = arguments.seed;
     options.out = arguments.out;
-    arguments.good = runWorst(options);
+    arguments.good = arguments.worstImport ? runWorstImport({.seed = options.seed,
+                                                             .seconds = options.seconds,
+                                                             .family = options.family,
+                                                             .kept = options.kept,
+                                                             .out = options.out})
+                                           : runWorst(options);
   });
 }
 

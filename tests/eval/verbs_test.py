@@ -57,6 +57,20 @@ class Worst(Verb):
         kept, = json.loads((self.out / "again" / "worst.json").read_text())
         self.assertEqual(kept["motion_genes"], record["motion_genes"])
 
+    def test_finds_imports_that_end(self):
+        said = self.run_well("worst", "--import", "--seconds", "2", "--family", "slivers")
+        self.assertIn("within", said)
+        record, = self.records("worst_import")
+        self.assertEqual(record["family"], "slivers")
+        self.assertGreater(record["files"], 3)
+        self.assertEqual(len(record["triangles"]), 4)
+        self.assertLess(record["exponent"], 1.2)
+        self.check_pictures("worst_import")
+        again = run("worst", "--import", "--kept", str(self.out / "worst_import.json"), "--out", str(self.out / "again"))
+        self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
+        kept, = json.loads((self.out / "again" / "worst_import.json").read_text())
+        self.assertEqual((kept["genes"], kept["report"]), (record["genes"], record["report"]))
+
     def test_names_a_family_that_is_not_there(self):
         done = run("worst", "--family", "lawn", "--out", str(self.out))
         self.assertNotEqual(done.returncode, 0)

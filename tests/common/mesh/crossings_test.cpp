@@ -21,7 +21,10 @@ TriMesh fromTriangles(const std::vector<std::array<Vec3f, 3>>& triangles) {
   return mesh;
 }
 
-std::size_t crossingsOf(const TriMesh& mesh) { return CrossingSearch(mesh).all().value().size(); }
+std::size_t crossingsOf(const TriMesh& mesh) {
+  Work work = CrossingSearch::allowance(mesh);
+  return CrossingSearch(mesh).all(work).value().size();
+}
 
 const std::array<Vec3f, 3> kFloor{Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0)};
 
@@ -55,14 +58,16 @@ TEST(Crossings, AreFoundAsByTryingAllPairs) {
     const CrossingSearch search(mesh);
     std::set<std::array<std::uint32_t, 2>> expected;
     std::set<std::array<std::uint32_t, 2>> found;
-    const auto pairs = search.all().value();
+    Work work = CrossingSearch::allowance(mesh);
+    const auto pairs = search.all(work).value();
     for (auto [a, b] : pairs) EXPECT_TRUE(found.insert({std::min(a, b), std::max(a, b)}).second);
     for (std::uint32_t a = 0; a < triangles.size(); ++a) {
       for (std::uint32_t b = a + 1; b < triangles.size(); ++b) {
         if (crossingsOf(fromTriangles({triangles[a], triangles[b]})) > 0) expected.insert({a, b});
       }
       const std::array one{a};
-      EXPECT_EQ(search.any(one), std::ranges::any_of(found, [a](const auto& p) { return p[0] == a || p[1] == a; }));
+      EXPECT_EQ(search.any(one, work),
+                std::ranges::any_of(found, [a](const auto& p) { return p[0] == a || p[1] == a; }));
     }
     EXPECT_EQ(found, expected);
     EXPECT_EQ(found.empty(), count < 63);
@@ -72,12 +77,13 @@ TEST(Crossings, AreFoundAsByTryingAllPairs) {
 TEST(Crossings, FollowVerticesThatMove) {
   TriMesh mesh = fromTriangles({kFloor, {Vec3f(0.2F, 0.2F, 1), Vec3f(0.2F, 0.2F, 2), Vec3f(3, 3, 2)}});
   CrossingSearch search(mesh);
-  EXPECT_TRUE(search.all()->empty());
+  Work work = CrossingSearch::allowance(mesh);
+  EXPECT_TRUE(search.all(work)->empty());
   mesh.vertices[3].z = -1;
   search.refit(std::array{1U});
-  EXPECT_EQ(search.all()->size(), 1U);
+  EXPECT_EQ(search.all(work)->size(), 1U);
   const std::array floor{0U};
-  EXPECT_TRUE(search.any(floor));
+  EXPECT_TRUE(search.any(floor, work));
 }
 
 TEST(Crossings, AreNotSearchedForever) {
@@ -89,7 +95,20 @@ TEST(Crossings, AreNotSearchedForever) {
     corners = {at, at + Vec3f(1e-6F, 0, 0), Vec3f(place(random), place(random), 1)};
   }
   const TriMesh mesh = fromTriangles(slivers);
-  EXPECT_FALSE(CrossingSearch(mesh).all().has_value());
+  Work work = CrossingSearch::allowance(mesh);
+  EXPECT_FALSE(CrossingSearch(mesh).all(work).has_value());
+  EXPECT_GT(work.left(), -10'000) << "ends when the work is over";
+  EXPECT_TRUE(CrossingSearch(mesh).any(std::array{0U}, work)) << "not known";
+}
+
+TEST(Crossings, TakeWorkInProportionToTheTriangles) {
+  for (const int n : {10, 20, 40, 80}) {
+    const TriMesh mesh = makeSphere(0.05, n).value();
+    Work work = CrossingSearch::allowance(mesh);
+    const std::int64_t before = work.left();
+    EXPECT_TRUE(CrossingSearch(mesh).all(work));
+    EXPECT_LT(before - work.left(), 200 * static_cast<std::int64_t>(mesh.triangles.size())) << n;
+  }
 }
 
 }  // namespace

@@ -13,6 +13,12 @@ namespace {
 
 const auto kNothingTaken = [](std::uint32_t, std::uint32_t) { return false; };
 
+std::optional<std::vector<TriangleIndices>> fill(const std::vector<Vec3f>& vertices, const Rim& rim,
+                                                 const std::function<bool(std::uint32_t, std::uint32_t)>& isTaken) {
+  Work work(1'000'000'000);
+  return fillHole(vertices, rim, isTaken, work);
+}
+
 Vec3 areaNormal(const std::vector<Vec3f>& vertices, const TriangleIndices& t) {
   const Vec3 a(vertices[t[0]]);
   return glm::cross(Vec3(vertices[t[1]]) - a, Vec3(vertices[t[2]]) - a);
@@ -36,7 +42,7 @@ TEST(HoleFilling, ClosesAFlatHoleFlatlyWhateverItsShape) {
     }
     double expected = 0;  // twice the area
     for (std::uint32_t i = 0; i < count; ++i) expected += glm::cross(Vec3(star[i]), Vec3(star[(i + 1) % count])).z;
-    const auto triangles = fillHole(star, flatRim(count), kNothingTaken);
+    const auto triangles = fill(star, flatRim(count), kNothingTaken);
     ASSERT_TRUE(triangles) << count;
     EXPECT_EQ(triangles->size(), count - 2);
     double area = 0;
@@ -89,7 +95,7 @@ TEST(HoleFilling, FoldsMoreBluntlyThanMostFillings) {
     Rim rim = flatRim(7);
     for (Vec3& normal : rim.beside) normal = Vec3(place(random), place(random), place(random));
     const auto fillings = allFillings(0, 6);
-    const auto filled = fillHole(vertices, rim, kNothingTaken);
+    const auto filled = fill(vertices, rim, kNothingTaken);
     ASSERT_TRUE(filled);
     const double own = sharpestFold(vertices, rim, *filled);
     EXPECT_GT(std::ranges::count_if(fillings, [&](const auto& f) { return sharpestFold(vertices, rim, f) <= own; }),
@@ -100,7 +106,7 @@ TEST(HoleFilling, FoldsMoreBluntlyThanMostFillings) {
 TEST(HoleFilling, UsesNoLineThatIsThereAlready) {
   const std::vector<Vec3f> square{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   for (const std::uint32_t taken : {0U, 1U}) {
-    const auto triangles = fillHole(square, flatRim(4), [taken](std::uint32_t a, std::uint32_t) { return a == taken; });
+    const auto triangles = fill(square, flatRim(4), [taken](std::uint32_t a, std::uint32_t) { return a == taken; });
     ASSERT_TRUE(triangles);
     for (const auto& t : *triangles) {
       const bool namesBoth = (t[0] == taken || t[1] == taken || t[2] == taken) &&
@@ -108,18 +114,30 @@ TEST(HoleFilling, UsesNoLineThatIsThereAlready) {
       EXPECT_FALSE(namesBoth);
     }
   }
-  EXPECT_FALSE(fillHole(square, flatRim(4), [](std::uint32_t, std::uint32_t) { return true; }));
+  EXPECT_FALSE(fill(square, flatRim(4), [](std::uint32_t, std::uint32_t) { return true; }));
 }
 
 TEST(HoleFilling, GivesUpWhereNoTriangleHasAreaAndOnRimsThatAreTooLong) {
-  EXPECT_FALSE(fillHole({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, flatRim(4), kNothingTaken));
-  EXPECT_FALSE(fillHole({{0, 0, 0}, {1, 0, 0}}, flatRim(2), kNothingTaken));
+  EXPECT_FALSE(fill({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, flatRim(4), kNothingTaken));
+  EXPECT_FALSE(fill({{0, 0, 0}, {1, 0, 0}}, flatRim(2), kNothingTaken));
   std::vector<Vec3f> round;
   for (std::size_t i = 0; i <= kMostCorners; ++i) {
     const double angle = 2 * std::numbers::pi * static_cast<double>(i) / (kMostCorners + 1);
     round.emplace_back(std::cos(angle), std::sin(angle), 0);
   }
-  EXPECT_FALSE(fillHole(round, flatRim(kMostCorners + 1), kNothingTaken));
+  EXPECT_FALSE(fill(round, flatRim(kMostCorners + 1), kNothingTaken));
+}
+
+TEST(HoleFilling, GivesUpWhenTheWorkDoesNotSuffice) {
+  std::vector<Vec3f> round;
+  for (std::size_t i = 0; i < kMostCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / kMostCorners;
+    round.emplace_back(std::cos(angle), std::sin(angle), 0);
+  }
+  Work little(10'000);
+  EXPECT_FALSE(fillHole(round, flatRim(kMostCorners), kNothingTaken, little));
+  EXPECT_GT(little.left(), -10'000) << "at once";
+  EXPECT_TRUE(fill(round, flatRim(kMostCorners), kNothingTaken));
 }
 
 }  // namespace

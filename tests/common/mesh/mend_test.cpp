@@ -1,6 +1,7 @@
 #include "common/mesh/mend.h"
 
 #include <algorithm>
+#include <random>
 
 #include "common/mesh/crossings.h"
 #include "common/mesh/generators.h"
@@ -40,7 +41,8 @@ TriMesh slottedBlock(double wide, double over) {
 }
 
 std::size_t crossingsOf(const TriMesh& mesh) {
-  const auto pairs = CrossingSearch(mesh).all();
+  Work work = CrossingSearch::allowance(mesh);
+  const auto pairs = CrossingSearch(mesh).all(work);
   return pairs ? pairs->size() : 0;
 }
 
@@ -120,6 +122,37 @@ TEST(Mend, LeavesPiecesThatOverlapAndSheetsAndSoundMeshesAsTheyAre) {
   mesh = sound;
   EXPECT_EQ(mend(mesh, true, kFarthest_m).crossings, 0U);
   EXPECT_EQ(mesh, sound);
+}
+
+TEST(Mend, KnowsWhatIsLeftWithoutAnotherSearch) {
+  TriMesh mesh = dentedPlate(1.2 * kThick_m);
+  for (Vec3f& v : mesh.vertices) {  // and one that is too deep, in a corner
+    const double away = std::hypot(v.x - 0.03, v.y - 0.03) / 0.008;
+    if (v.z > 0) v.z -= static_cast<float>(10 * kThick_m * std::exp(-away * away));
+  }
+  const std::size_t crossings = crossingsOf(mesh);
+  const Mended done = mend(mesh, true, kFarthest_m);
+  EXPECT_EQ(done.crossings, crossings);
+  EXPECT_GT(done.trianglesCut, 0U);
+  EXPECT_GT(done.crossingsLeft, 0U);
+  EXPECT_EQ(done.crossingsLeft, crossingsOf(mesh));
+  EXPECT_TRUE(done.finished);
+}
+
+TEST(Mend, EndsWhereAMeshIsTornAllOverAndSaysSo) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<float> off(-0.0035F, 0.0035F);
+  TriMesh mesh = makeSphere(0.05, 40).value();
+  for (Vec3f& v : mesh.vertices) v += Vec3f(off(random), off(random), off(random));
+  const std::size_t crossings = crossingsOf(mesh);
+  const Mended done = mend(mesh, true, 1e-5);
+  EXPECT_EQ(done.crossings, crossings);
+  EXPECT_GT(done.crossings, 500U);
+  EXPECT_FALSE(done.finished);
+  EXPECT_EQ(done.crossingsLeft, crossingsOf(mesh));
+  MeshReport report;
+  report.mended = done;
+  EXPECT_THAT(report.text(), ::testing::HasSubstr("not mended everywhere, because"));
 }
 
 class Mending : public testing::MeshFiles {

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <random>
 
 namespace haptics {
 namespace {
@@ -84,6 +86,46 @@ TEST(Polygon, ThatCrossesItselfOrHasNoAreaStillGivesAllItsTriangles) {
   EXPECT_EQ(cut({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}}).triangles.size(), 2U);
   EXPECT_EQ(cut({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}}).triangles.size(), 3U);
   EXPECT_EQ(cut(std::vector<Vec3>(6, Vec3(1))).triangles.size(), 4U);
+}
+
+/// By trying every corner again for each ear. Counter-clockwise about z.
+std::vector<TriangleIndices> cutSlowly(const std::vector<Vec3>& at) {
+  const auto turn = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    return glm::cross(at[b] - at[a], at[c] - at[a]).z;
+  };
+  std::vector<std::uint32_t> left(at.size());
+  std::iota(left.begin(), left.end(), 0U);
+  std::vector<TriangleIndices> triangles;
+  for (std::size_t i = 0; left.size() > 3 && i < left.size();) {
+    const std::uint32_t a = left[(i + left.size() - 1) % left.size()], b = left[i], c = left[(i + 1) % left.size()];
+    const bool isFree = std::ranges::none_of(left, [&](std::uint32_t p) {
+      return p != a && p != b && p != c && turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0;
+    });
+    if (turn(a, b, c) <= 0 || !isFree) {
+      ++i;
+      continue;
+    }
+    triangles.push_back({a, b, c});
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
+    i = 0;
+  }
+  for (std::size_t i = 1; i + 1 < left.size(); ++i) triangles.push_back({left[0], left[i], left[i + 1]});
+  return triangles;
+}
+
+TEST(Polygon, IsCutAsByTryingAllCornersAgain) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> radius(0.1, 1);
+  for (const int corners : {5, 12, 60, 200}) {
+    for (const int turns : {1, 2}) {  // the second crosses itself
+      std::vector<Vec3> outline;
+      for (int i = 0; i < corners; ++i) {
+        const double angle = 2 * std::numbers::pi * turns * i / corners, r = radius(random);
+        outline.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+      }
+      EXPECT_EQ(cut(outline).triangles, cutSlowly(outline)) << corners << ' ' << turns;
+    }
+  }
 }
 
 TEST(Polygon, OfManyCornersIsCutInReasonableTime) {

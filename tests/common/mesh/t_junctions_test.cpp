@@ -70,7 +70,23 @@ TEST(TJunctions, AreThoseOfBruteForce) {
     add(on, on + Vec3(at(random), at(random), at(random)) * 0.01);
     ++expected;
   }
-  EXPECT_EQ(countTJunctions(vertices, boundary), expected);
+  Work work = tJunctionAllowance(boundary.size());
+  EXPECT_EQ(countTJunctions(vertices, boundary, work), expected);
+}
+
+/// From one small place to another: each edge passes all ends, and meets none.
+TEST(TJunctions, AreNotSearchedForever) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<float> small(0, 1e-4F);
+  std::vector<Vec3f> vertices;
+  std::vector<EdgeIndices> boundary;
+  for (std::uint32_t i = 0; i < 60'000; i += 3) {
+    for (const float x : {0.0F, 0.5F, 1.0F}) vertices.emplace_back(x, small(random), small(random));
+    boundary.insert(boundary.end(), {{i, i + 1}, {i, i + 2}});
+  }
+  Work work = tJunctionAllowance(boundary.size());
+  EXPECT_FALSE(countTJunctions(vertices, boundary, work));
+  EXPECT_GT(work.left(), -1000) << "ends when the work is over";
 }
 
 }  // namespace

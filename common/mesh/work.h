@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace haptics {
+
+/// Work that a part of an import may do, in units of some 3 ns. Counted, not timed: the report on a file is the same on
+/// every machine.
+class Work {
+ public:
+  explicit constexpr Work(std::int64_t units) noexcept : left_(units) {}
+  /// What a mesh of so many triangles or edges may take, each of them `each` units.
+  constexpr Work(std::size_t count, std::int64_t each) noexcept
+      : left_(kForAnyMesh + each * static_cast<std::int64_t>(count)) {}
+
+  /// Returns whether there was as much left.
+  constexpr bool spend(std::size_t units) noexcept {
+    left_ -= static_cast<std::int64_t>(units);
+    return left_ >= 0;
+  }
+  [[nodiscard]] constexpr bool isOver() const noexcept { return left_ < 0; }
+  [[nodiscard]] constexpr std::int64_t left() const noexcept { return left_; }
+
+ private:
+  /// Some 10 ms. Larger searches more of small meshes whose triangles all meet, and takes as much longer.
+  static constexpr std::int64_t kForAnyMesh = std::int64_t{1} << 21;
+
+  std::int64_t left_;
+};
+
+}  // namespace haptics

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace haptics::eval {
+
+/// Time that imports of one kind take.
+struct Growth {
+  struct Point {
+    double triangles = 0;
+    double s = 0;
+  };
+  std::string name;
+  std::vector<Point> points;
+
+  /// The slope of a line through the points, both logarithmic.
+  [[nodiscard]] double exponent() const;
+  /// The most for 100,000 triangles.
+  [[nodiscard]] double most_s() const;
+};
+
+/// Draws FOLDER/worst_import.png and worst_import.svg beside the limit of so many seconds for 100,000 triangles. Throws
+/// std::runtime_error.
+void drawGrowth(const std::vector<Growth>& all, double limit_s, const std::filesystem::path& folder);
+
+}  // namespace haptics::eval

@@ -1,0 +1,176 @@
+#include "tests/eval/worst/import_hunt.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <vector>
+
+#include "common/mesh/import.h"
+#include "tests/eval/random.h"
+#include "tests/eval/report.h"
+#include "tests/eval/table1/interruption.h"
+#include "tests/eval/worst/growth_picture.h"
+#include "tests/eval/worst/import_families.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr int kHunted = 8192;  ///< Triangles: of files that are hunted.
+/// Of those of which growth is measured. Smaller ones take what any file may, however small it is (work.h).
+constexpr std::array kSizes{8192, 16'384, 32'768, 65'536};
+
+using ImportGenes = std::array<double, ImportFamily::kGenes>;
+
+double processorTime_s() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+struct Import {
+  double triangles = 0;
+  double s = 0;
+  std::string report;  ///< Or why it was refused.
+};
+
+/// The shortest of some runs.
+Import import(const ImportFamily& family, const ImportGenes& genes, int triangles, int runs) {
+  const MeshFile file = family.make(genes, triangles);
+  Import shortest;
+  for (int run = 0; run < runs; ++run) {
+    const double begin_s = processorTime_s();
+    const auto imported = importMesh(file.bytes, file.format, {});
+    const double s = processorTime_s() - begin_s;
+    if (run > 0 && s >= shortest.s) continue;
+    shortest.s = s;
+    shortest.triangles = imported ? static_cast<double>(imported->report.trianglesInFile) : triangles;
+    shortest.report = imported ? imported->report.text() : imported.error().reason;
+  }
+  return shortest;
+}
+
+/// One family's hunt.
+class ImportHunt {
+ public:
+  ImportHunt(const ImportFamily& family, std::uint64_t seed)
+      : family_(family), random_(seed * 1000 + static_cast<std::uint64_t>(&family - importFamilies().data())) {}
+
+  [[nodiscard]] double spent_s() const { return spent_s_; }
+  [[nodiscard]] double worst_s() const { return worst_s_; }
+
+  void goOn() {
+    const double begin_s = processorTime_s();
+    const ImportGenes genes = files_ == 0 || random_.below(4) == 0 ? some() : changed(worst_);
+    const Import imported = import(family_, genes, kHunted, 1);
+    const double s = imported.s / imported.triangles * 1e5;
+    if (s > worst_s_ || files_ == 0) {
+      worst_s_ = s;
+      worst_ = genes;
+    }
+    ++files_;
+    spent_s_ += processorTime_s() - begin_s;
+  }
+  void take(const ImportGenes& kept) { worst_ = kept; }
+
+  [[nodiscard]] Record record(Growth& growth) const {
+    growth.name = family_.name;
+    std::vector<double> triangles, times_s;
+    std::string report;
+    for (const int size : kSizes) {
+      const Import imported = import(family_, worst_, size, 2);
+      growth.points.push_back({imported.triangles, imported.s});
+      triangles.push_back(imported.triangles);
+      times_s.push_back(imported.s);
+      report = imported.report;
+    }
+    return {{"family", family_.name},
+            {"files", files_},
+            {"triangles", triangles},
+            {"import_s", times_s},
+            {"most_s_per_100k", growth.most_s()},
+            {"exponent", growth.exponent()},
+            {"pass", growth.most_s() <= kWorstImport_s && growth.exponent() <= kWorstGrowth},
+            {"report", report},
+            {"genes", worst_}};
+  }
+
+ private:
+  [[nodiscard]] ImportGenes some() {
+    ImportGenes genes;
+    for (double& gene : genes) gene = random_.between(0, 1);
+    return genes;
+  }
+  [[nodiscard]] ImportGenes changed(ImportGenes genes) {
+    double& gene = genes[static_cast<std::size_t>(random_.below(ImportFamily::kGenes))];
+    const double to = random_.below(3) == 0 ? random_.between(0, 1) : gene + random_.between(-0.1, 0.1);
+    gene = to - std::floor(to);
+    return genes;
+  }
+
+  const ImportFamily& family_;
+  Random random_;
+  ImportGenes worst_{};
+  double worst_s_ = 0;  ///< For 100,000 triangles.
+  int files_ = 0;
+  double spent_s_ = 0;
+};
+
+std::vector<ImportHunt> huntsOf(const WorstImportOptions& options) {
+  std::vector<ImportHunt> hunts;
+  if (!options.kept.empty()) {
+    for (const Record& record : readRecords(options.kept)) {
+      hunts.emplace_back(findImportFamily(record.at("family").get<std::string>()), options.seed);
+      hunts.back().take(record.at("genes").get<ImportGenes>());
+    }
+  } else if (!options.family.empty()) {
+    hunts.emplace_back(findImportFamily(options.family), options.seed);
+  } else {
+    for (const ImportFamily& family : importFamilies()) hunts.emplace_back(family, options.seed);
+  }
+  return hunts;
+}
+
+void hunt(std::vector<ImportHunt>& hunts, double seconds) {
+  const Interruption interruption;
+  const auto begin = std::chrono::steady_clock::now();
+  double told_s = 0;
+  while (!interruption.came()) {
+    const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (now_s >= seconds) break;
+    if (now_s - told_s >= 10) {
+      told_s = now_s;
+      const double worst_s = std::ranges::max_element(hunts, {}, &ImportHunt::worst_s)->worst_s();
+      std::fprintf(stderr, "%.0f of %.0f s: the slowest import so far takes %.2f s for 100,000 triangles\n", now_s,
+                   seconds, worst_s);
+    }
+    std::ranges::min_element(hunts, {}, &ImportHunt::spent_s)->goOn();
+  }
+}
+
+void print(const Record& record) {
+  std::printf("%-11s %6.2f s for 100,000 triangles, grows with %.2f  %s\n", record["family"].get<std::string>().c_str(),
+              record["most_s_per_100k"].get<double>(), record["exponent"].get<double>(),
+              record["pass"].get<bool>() ? "within" : "BEYOND");
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+bool runWorstImport(const WorstImportOptions& options) {
+  std::vector<ImportHunt> hunts = huntsOf(options);
+  if (options.kept.empty()) hunt(hunts, options.seconds);
+  std::vector<Record> records;
+  std::vector<Growth> growths;
+  for (const ImportHunt& one : hunts) {
+    records.push_back(one.record(growths.emplace_back()));
+    print(records.back());
+  }
+  writeRecords(options.out, "worst_import", records);
+  if (options.kept.empty()) drawGrowth(growths, kWorstImport_s, options.out);
+  return std::ranges::all_of(records, [](const Record& record) { return record["pass"].get<bool>(); });
+}
+
+}  // namespace haptics::eval
