@@ -32,7 +32,7 @@ class CrossingSearch {
   [[nodiscard]] bool any(std::span<const std::uint32_t> triangles, Work& work) const;
 
   /// What all() may take. A sane mesh needs some 150 units a triangle, with many fans 500.
-  [[nodiscard]] static Work allowance(const TriMesh& mesh) { return {mesh.triangles.size(), 768}; }
+  [[nodiscard]] static Work allowance(const TriMesh& mesh) { return {mesh.triangles.size(), 512}; }
 
  private:
   class PairWalk;

@@ -32,7 +32,7 @@ class Sets {
 };
 
 /// Units for each triangle of the mesh. Larger mends more of a mesh that is torn everywhere, and takes as much longer.
-constexpr std::int64_t kMendingEach = 3072;
+constexpr std::int64_t kMendingEach = 2048;
 
 /// The vertices of the triangles that cross, one list for each place where they do, in the order of their first vertices.
 std::vector<Numbers> knotsOf(const TriMesh& mesh, std::span<const CrossingSearch::Pair> pairs) {

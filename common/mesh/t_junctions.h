@@ -18,6 +18,6 @@ using EdgeIndices = std::array<std::uint32_t, 2>;
 [[nodiscard]] std::optional<std::uint64_t> countTJunctions(const std::vector<Vec3f>& vertices,
                                                            const std::vector<EdgeIndices>& boundary, Work& work);
 /// What it may take. A sane mesh needs up to 80 units an edge.
-[[nodiscard]] inline Work tJunctionAllowance(std::size_t boundaryEdges) { return {boundaryEdges, 256}; }
+[[nodiscard]] inline Work tJunctionAllowance(std::size_t boundaryEdges) { return {boundaryEdges, 160}; }
 
 }  // namespace haptics

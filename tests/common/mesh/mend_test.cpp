@@ -1,7 +1,7 @@
 #include "common/mesh/mend.h"
 
 #include <algorithm>
-#include <random>
+#include <cmath>
 
 #include "common/mesh/crossings.h"
 #include "common/mesh/generators.h"
@@ -136,16 +136,17 @@ TEST(Mend, KnowsWhatIsLeftWithoutAnotherSearch) {
   EXPECT_GT(done.trianglesCut, 0U);
   EXPECT_GT(done.crossingsLeft, 0U);
   EXPECT_EQ(done.crossingsLeft, crossingsOf(mesh));
-  EXPECT_TRUE(done.finished);
 }
 
 TEST(Mend, EndsWhereAMeshIsTornAllOverAndSaysSo) {
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<float> off(-0.0035F, 0.0035F);
-  TriMesh mesh = makeSphere(0.05, 40).value();
-  for (Vec3f& v : mesh.vertices) v += Vec3f(off(random), off(random), off(random));
+  TriMesh mesh = makeBox({kSide_m, kSide_m, kThick_m}, 80).value();
+  for (Vec3f& v : mesh.vertices) {  // 25 dents that are too deep
+    const auto off = [](float x) { return x - 0.02F * std::round(x / 0.02F); };
+    const double away = std::hypot(off(v.x), off(v.y)) / 0.005;
+    if (v.z > 0) v.z -= static_cast<float>(4 * kThick_m * std::exp(-away * away));
+  }
   const std::size_t crossings = crossingsOf(mesh);
-  const Mended done = mend(mesh, true, 1e-5);
+  const Mended done = mend(mesh, true, kThick_m);
   EXPECT_EQ(done.crossings, crossings);
   EXPECT_GT(done.crossings, 500U);
   EXPECT_FALSE(done.finished);

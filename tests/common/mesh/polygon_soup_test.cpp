@@ -96,7 +96,12 @@ std::vector<TriangleIndices> cutSlowly(const std::vector<Vec3>& at) {
   std::vector<std::uint32_t> left(at.size());
   std::iota(left.begin(), left.end(), 0U);
   std::vector<TriangleIndices> triangles;
-  for (std::size_t i = 0; left.size() > 3 && i < left.size();) {
+  bool isConvex = true;  // then a fan does
+  for (std::uint32_t i = 0; i < at.size(); ++i) {
+    const auto n = static_cast<std::uint32_t>(at.size());
+    isConvex = isConvex && turn(i, (i + 1) % n, (i + 2) % n) >= 0;
+  }
+  for (std::size_t i = 0; !isConvex && left.size() > 3 && i < left.size();) {
     const std::uint32_t a = left[(i + left.size() - 1) % left.size()], b = left[i], c = left[(i + 1) % left.size()];
     const bool isFree = std::ranges::none_of(left, [&](std::uint32_t p) {
       return p != a && p != b && p != c && turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0;
