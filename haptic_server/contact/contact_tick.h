@@ -104,7 +104,7 @@ class ContactTick {
   [[nodiscard]] Checkpoint checkpoint() const noexcept;
   void restore(const Checkpoint& before) noexcept;
   [[nodiscard]] double shortStepEnd(double now) const noexcept;
-  [[nodiscard]] double advance(double now, bool last) noexcept;
+  [[nodiscard]] double advance(double now, bool last, const Checkpoint& before) noexcept;
   [[nodiscard]] Vec3 hipAt(double time) const noexcept { return time < 1 ? glm::mix(state_.hip, hip_, time) : hip_; }
   /// Of the way that the tick sets out to take.
   void setTime(double time) noexcept { near_.setTime(bodies_, Corrections::kObjectFrameSegments ? time * stride_ : 1); }
@@ -181,7 +181,7 @@ class ContactTick {
   [[nodiscard]] bool isOneSurface(const Move& move) const noexcept;
 
   // several_surfaces_impl.h: steps while several surfaces hold
-  [[nodiscard]] double advanceOnSeveral(double now, double end) noexcept;
+  [[nodiscard]] double advanceOnSeveral(double now, double end, const Checkpoint& before) noexcept;
   [[nodiscard]] bool isFast(double step, const HoldingSurface& over) const noexcept;
   void solveAt(double time) noexcept;
   [[nodiscard]] double heldUntil(double now, double end) const noexcept;

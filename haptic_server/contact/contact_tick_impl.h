@@ -97,7 +97,7 @@ void ContactTick<Corrections>::makeSteps() noexcept {
   while (now < 1 && work_.steps < 2 * kMaxSteps) {
     const bool last = ++work_.steps >= kMaxSteps || work_.interrupted;
     const Checkpoint before = checkpoint();
-    const double end = advance(now, last);
+    const double end = advance(now, last, before);
     if (work_.allowance.isSpent()) {
       restore(before);
       if (now == 0) state_.stride = std::max(kLeastStride, state_.stride * kShorter);
@@ -151,12 +151,12 @@ double ContactTick<Corrections>::shortStepEnd(double now) const noexcept {
 
 /// Returns the time reached; the end of the tick when this is its last step, unless something is touched on the way.
 template <class Corrections>
-double ContactTick<Corrections>::advance(double now, bool last) noexcept {
+double ContactTick<Corrections>::advance(double now, bool last, const Checkpoint& before) noexcept {
   if (state_.mode == Mode::kOneSurface) return advanceOnSurface(now, last);
   const double end = state_.mode == Mode::kFree || last ? 1 : shortStepEnd(now);
   setTime(end);
   if (state_.mode == Mode::kFree) return advanceFree(now, end, hipAt(end));
-  return advanceOnSeveral(now, end);
+  return advanceOnSeveral(now, end, before);
 }
 
 /// Paper 3.2, first contact: the segment between two places of the HIP against the bounding hierarchies. Deviations:
@@ -233,6 +233,7 @@ bool ContactTick<Corrections>::mayBeInside() const noexcept {
 template <class Corrections>
 int ContactTick<Corrections>::enclosingBody() noexcept {
   near_.setTime(bodies_, 1);
+  work_.allowance.spend(Allowance::kSphere * static_cast<std::int64_t>(bodies_.size()));
   const int onSurface = state_.mode == Mode::kOneSurface ? held().body : -1;
   for (int b = 0; b < static_cast<int>(bodies_.size()) && !work_.allowance.isSpent(); ++b) {
     const Body& body = bodies_[static_cast<std::size_t>(b)];

@@ -21,7 +21,9 @@ struct Others {
 };
 
 /// False when a body moves, or when there are more than a tick looks at.
-bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hip, Others& others) noexcept {
+bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hip, Others& others,
+                Allowance& allowance) noexcept {
+  allowance.spend(Allowance::kPlace * static_cast<std::int64_t>(bodies.size()));
   const double reach = reachOf(state, hip);
   const Body* held = &bodies[static_cast<std::size_t>(state.holding[0].body)];
   for (const Body& body : bodies) {
@@ -224,7 +226,7 @@ struct Minimum {
   if (body.moving || surface.anyCrossed() || surface.triangle(state.holding[0].triangle).zeroArea()) return false;
   if (state.stride < 1) return false;  // the whole way takes more than the allowance
   Others others;
-  if (bodies.size() > 1 && !findOthers(bodies, state, hip, others)) return false;
+  if (bodies.size() > 1 && !findOthers(bodies, state, hip, others, result.work.allowance)) return false;
   if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) return true;
   return searchBeside(body, others, state, hip, result);
 }

@@ -36,6 +36,7 @@ std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexc
 }
 
 void NearBodies::gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept {
+  work.allowance.spend(Allowance::kPlace * static_cast<std::int64_t>(bodies.size()));
   double reach = reachOf(state, hip);
   for (const Body& body : bodies) {
     if (body.moving) reach += push(body, state, hip, reach);
@@ -72,13 +73,6 @@ void NearBodies::admit(const Body& body, int index, double gap, ContactWork& wor
   near.from = Vec3(0);
   near.frame = body.moving ? Frame(body.previous) : body.frame;
   gap_[static_cast<std::size_t>(place)] = gap;
-}
-
-int NearBodies::indexOf(int body) const noexcept {
-  for (int i = 0; i < count_; ++i) {
-    if ((*this)[i].body == body) return i;
-  }
-  return -1;
 }
 
 void NearBodies::setTime(std::span<const Body> bodies, double time) noexcept {

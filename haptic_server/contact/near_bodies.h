@@ -8,9 +8,9 @@
 
 namespace haptics {
 
-/// Bodies that a tick can look at. More in reach at once are counted and the farthest left out. Costs 150 bytes of
-/// stack each.
-inline constexpr int kMaxNear = 16;
+/// Bodies that a tick can look at: all that a scene may have. More in reach at once are counted and the farthest left out.
+/// Costs 150 bytes of stack each, of which only those are touched that are in reach.
+inline constexpr int kMaxNear = 256;
 
 /// How far from the HIP (world, metres) the IHIP can come in this tick: it never gets farther from the HIP than it is
 /// now, so the ball about the HIP through the IHIP, widened by the HIP's own step, holds all. Moving bodies can push it
@@ -32,13 +32,15 @@ class NearBodies {
     Vec3 from;  // body frame, metres
     Frame frame;
   };
-  using Points = std::array<Vec3, kMaxNear>;  ///< One for each near body, in its frame.
+  using Points = std::array<Vec3, kMaxNear>;  ///< One for each near body, in its frame; the rest is not written.
   struct Hit {
     int near = -1;
     Crossing crossing;
 
     explicit operator bool() const noexcept { return near >= 0; }
   };
+
+  NearBodies() noexcept {}  // NOLINT(modernize-use-equals-default): nothing of the list is written
 
   /// Bodies that anything that the IHIP can do in this tick may meet: those within reachOf(), widened by what moving
   /// bodies can push.
@@ -48,7 +50,12 @@ class NearBodies {
   [[nodiscard]] double extent_m() const noexcept { return extent_; }  ///< Largest coordinate in reach.
   [[nodiscard]] Near& operator[](int i) noexcept { return near_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Near& operator[](int i) const noexcept { return near_[static_cast<std::size_t>(i)]; }
-  [[nodiscard]] int indexOf(int body) const noexcept;
+  [[nodiscard]] int indexOf(int body) const noexcept {
+    for (int i = 0; i < count_; ++i) {
+      if ((*this)[i].body == body) return i;
+    }
+    return -1;
+  }
 
   /// Frames at fraction `time` of the tick.
   void setTime(std::span<const Body> bodies, double time) noexcept;
@@ -77,7 +84,9 @@ class NearBodies {
  private:
   void admit(const Body& body, int index, double gap, ContactWork& work) noexcept;
 
-  std::array<Near, kMaxNear> near_;
+  union {  // whose members are not made before they are used
+    std::array<Near, kMaxNear> near_;
+  };
   std::array<double, kMaxNear> gap_;  // m^2 from the HIP to the box; -1 for a body that holds the IHIP
   int count_ = 0;
   double extent_ = 0;

@@ -2,8 +2,6 @@
 
 // Steps along the HIP's way while several surfaces hold the IHIP.
 
-#include <utility>
-
 #include "haptic_server/contact/constraint_solver_impl.h"
 #include "haptic_server/contact/held_surfaces_impl.h"
 
@@ -17,10 +15,9 @@ static_assert(kLeastStep >= 0x1p-12);
 /// the HIP was then: the step is taken back, and goes only to that time. Where a surface let go, one of those that held
 /// may have ended before. Returns the time reached.
 template <class Corrections>
-double ContactTick<Corrections>::advanceOnSeveral(double now, double end) noexcept {
-  const ContactState before = state_;
+double ContactTick<Corrections>::advanceOnSeveral(double now, double end, const Checkpoint& before) noexcept {
   const Points from = near_.from();
-  const ContactWork work = work_;
+  const bool interrupted = work_.interrupted, unsettled = work_.unsettled;
   const bool divisible =
       Corrections::kSubsteps && before.holdingCount > 0 && work_.steps < kMaxSteps / 2 && stride_ == 1 && !isBehind();
   solveAt(end);
@@ -30,18 +27,19 @@ double ContactTick<Corrections>::advanceOnSeveral(double now, double end) noexce
   const bool leapt = far > kLeap * step || (far > kLeapOfFast * step && isFast(step, before.holding[0]));
   const bool letGo = state_.mode != Mode::kSeveralSurfaces || state_.holdingCount < before.holdingCount;
   if (!leapt && !letGo) return end;
-  const ContactState after = std::exchange(state_, before);
+  const Checkpoint after = checkpoint();
+  restore(before);
   const Points to = near_.from();
   near_.moveAll(from, 1);
   const double until = heldUntil(now, end);
   work_.allowance.spend(kHalvings * Allowance::kPlanes);
   if (until >= end) {
-    state_ = after;
+    restore(after);
     near_.moveAll(to, 1);
     return end;
   }
-  work_.interrupted = work.interrupted;
-  work_.unsettled = work.unsettled;
+  work_.interrupted = interrupted;
+  work_.unsettled = unsettled;
   solveAt(until);
   return until;
 }

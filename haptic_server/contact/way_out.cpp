@@ -36,6 +36,7 @@ class Bodies {
   /// none.
   [[nodiscard]] Depth deepest(Vec3 at) noexcept {
     Depth deepest;
+    lookAtAll();
     for (const Body& body : bodies_) {
       if (!isClosed(body) || !withinSphere(body, at) || !mayLook() || winding(body, at) <= 0) continue;
       const Depth depth = depthIn(body, at);
@@ -48,6 +49,7 @@ class Bodies {
   /// none does.
   [[nodiscard]] double lettingOut(Vec3 at, Vec3 to) noexcept {
     double time = 0;
+    lookAtAll();
     for (const Body& body : bodies_) {
       if (!isClosed(body) || !withinSphere(body, at)) continue;
       const int around = winding(body, at);
@@ -87,6 +89,7 @@ class Bodies {
  private:
   static bool isClosed(const Body& body) noexcept { return !body.leaving && body.surface->closed(); }
 
+  void lookAtAll() noexcept { work_.allowance.spend(Allowance::kSphere * static_cast<std::int64_t>(bodies_.size())); }
   void count() noexcept {
     --segments_;
     ++work_.segments;

@@ -12,6 +12,7 @@ class Allowance {
  public:
   // Units.
   static constexpr std::int64_t kQuery = 192;        ///< To begin a query of a hierarchy.
+  static constexpr std::int64_t kSphere = 6;         ///< To see whether a place is in the sphere about a body.
   static constexpr std::int64_t kPlace = 16;         ///< To take a place into a body's frame.
   static constexpr std::int64_t kNode = 80;          ///< A node's eight boxes.
   static constexpr std::int64_t kTriangle = 64;      ///< A triangle against a segment.

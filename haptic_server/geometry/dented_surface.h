@@ -1,6 +1,9 @@
 #pragma once
 
+#include <smmintrin.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -8,17 +11,43 @@
 
 #include "common/deform/dent.h"
 #include "haptic_server/geometry/closest_point.h"
+#include "haptic_server/geometry/lanes.h"
 #include "haptic_server/geometry/neighbours.h"
 #include "haptic_server/geometry/surface.h"
 
 namespace haptics {
 
-/// A triangle with its corners where the dents have them.
-[[nodiscard]] inline TriangleRecord dented(TriangleRecord r, std::span<const Dent> dents,
+/// Falloff::at() for the three corners of a triangle, to the bit.
+[[nodiscard]] inline Four partsOf(const Dent& dent, const FourVec3& corners, const Falloff& falloff) noexcept {
+  const double inverse2 = 1 / (falloff.radius_m() * falloff.radius_m());
+  const Four inside = all(1) - squaredLength(corners - all(Vec3(dent.centre))) * all(inverse2);
+  Four power = inside;
+  for (unsigned i = 1; i < falloff.degree(); ++i) power = power * inside;
+  return select(inside > all(0), power, all(0));
+}
+
+/// The corners; last, the first one again.
+[[nodiscard]] inline FourVec3 cornersAtOnce(const TriangleRecord& r) noexcept {
+  return {threeAndFirst(r.rows[0]), threeAndFirst(r.rows[1]), threeAndFirst(r.rows[2])};
+}
+
+/// The first three, rounded to floats; the fourth float stays as it is.
+inline void putFirstThree(std::array<float, 4>& floats, Four v) noexcept {
+  constexpr int kFourth = 8;
+  const __m128 rounded = _mm_movelh_ps(_mm_cvtpd_ps(v.low), _mm_cvtpd_ps(v.high));
+  _mm_store_ps(floats.data(), _mm_blend_ps(rounded, _mm_load_ps(floats.data()), kFourth));
+}
+
+/// A triangle with its corners where the dents have them: dented() of each, all at once.
+[[nodiscard]] inline TriangleRecord dented(const TriangleRecord& rest, std::span<const Dent> dents,
                                            const Falloff& falloff) noexcept {
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3f at = dented(Vec3f(r.rows[0][k], r.rows[1][k], r.rows[2][k]), dents, falloff);
-    for (std::size_t d = 0; d < 3; ++d) r.rows[d][k] = at[static_cast<int>(d)];
+  TriangleRecord r = rest;
+  for (const Dent& dent : dents) {
+    const FourVec3 before = cornersAtOnce(r);
+    const FourVec3 now = before + all(Vec3(dent.displacement)) * partsOf(dent, before, falloff);
+    putFirstThree(r.rows[0], now.x);
+    putFirstThree(r.rows[1], now.y);
+    putFirstThree(r.rows[2], now.z);
   }
   return r;
 }
@@ -48,18 +77,18 @@ class DentedSurface {
   /// closer to h than. Adds the triangles looked at to `spent`.
   [[nodiscard]] Foot closestFrom(std::uint32_t start, Vec3 h, int& spent) noexcept {
     Foot best = footOn(start, h, spent);
-    for (Foot last; spent < kBudget && last.triangle != best.triangle;) {
-      last = best;
-      const auto consider = [&](std::uint32_t t, int) noexcept {
-        const Foot foot = footOn(t, h, spent);
+    for (std::uint32_t t = kNoTriangle; spent < kBudget && t != best.triangle;) {
+      t = best.triangle;
+      const int index = best.index;
+      const auto consider = [&](std::uint32_t other, int) noexcept {
+        const Foot foot = footOn(other, h, spent);
         if (foot.squaredDistance < best.squaredDistance) best = foot;
         return spent < kBudget;
       };
-      const std::uint32_t t = last.triangle;
-      if (last.feature == Feature::kLine && rest_.triangle(t).neighbour(last.index) != kNoTriangle) {
-        consider(rest_.triangle(t).neighbour(last.index), 0);
-      } else if (last.feature == Feature::kVertex) {
-        visitFan(rest_, t, last.index, consider);
+      if (best.feature == Feature::kLine && rest_.triangle(t).neighbour(index) != kNoTriangle) {
+        consider(rest_.triangle(t).neighbour(index), 0);
+      } else if (best.feature == Feature::kVertex) {
+        visitFan(rest_, t, index, consider);
       }
     }
     return best;

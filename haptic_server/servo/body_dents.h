@@ -10,8 +10,12 @@ namespace haptics {
 
 /// The dents of one body, in the order in which they are applied.
 struct BodyDents {
-  std::array<Dent, kMaxDents> dent;
+  union {  // of which no more is written than is used
+    std::array<Dent, kMaxDents> dent;
+  };
   std::size_t count = 0;
+
+  BodyDents() noexcept {}  // NOLINT(modernize-use-equals-default)
 
   [[nodiscard]] std::span<const Dent> all() const noexcept { return std::span(dent).first(count); }
 };

@@ -1,5 +1,6 @@
 #include "haptic_server/servo/energy_account.h"
 
+#include <bit>
 #include <cstring>
 
 namespace haptics {
@@ -24,7 +25,7 @@ void EnergyAccount::copyInUse(const EnergyAccount& other) noexcept {
 }
 
 bool EnergyAccount::isWhole() const noexcept {
-  return count_ <= rows_.size() && row_ < std::max<std::uint32_t>(1, count_);
+  return count_ <= rows_.size() && row_ < std::max<std::uint32_t>(1, count_) && heldParts_ >> parts_.size() == 0;
 }
 
 void EnergyAccount::turnTo(std::uint64_t object) noexcept {
@@ -52,7 +53,8 @@ ObjectEnergy& EnergyAccount::rowOf(std::uint64_t object) noexcept {
 
 void EnergyAccount::giveParts(Vec3 way) noexcept {
   ObjectEnergy& row = rows_[row_];
-  for (std::size_t i = 1; i < parts_.size(); ++i) {
+  for (std::uint64_t rest = heldParts_; rest != 0; rest &= rest - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     const double given_J = glm::dot(parts_[i], way);
     row.given_J[i] += given_J;
     row.given_J[0] -= given_J;

@@ -24,7 +24,7 @@ class EnergyAccount {
   void begin(Vec3 hip) noexcept {
     hip_ = hip;
     written_ = Vec3(0);
-    anyParts_ = 0;
+    heldParts_ = 0;
   }
 
   /// The forces held since the last tick were felt on the way to here.
@@ -34,7 +34,7 @@ class EnergyAccount {
     const double given_J = glm::dot(written_, way);
     all_[0] += given_J;
     rows_[row_].given_J[0] += given_J;
-    if (anyParts_ != 0) [[unlikely]]
+    if (heldParts_ != 0) [[unlikely]]
       giveParts(way);
   }
 
@@ -43,13 +43,12 @@ class EnergyAccount {
     if (object != rows_[row_].object && object != 0) [[unlikely]]
       turnTo(object);
     written_ = written_N;
-    anyParts_ = 0;
+    heldParts_ = 0;
   }
   /// What a feature has of it.
   void holdPart(EnergyFeature feature, Vec3 force_N) noexcept {
     if (force_N.x == 0 && force_N.y == 0 && force_N.z == 0) return;
-    if (anyParts_ == 0) parts_ = {};
-    anyParts_ = 1;
+    heldParts_ |= std::uint64_t{1} << static_cast<unsigned>(feature);
     parts_[static_cast<std::size_t>(feature)] = force_N;
   }
 
@@ -77,7 +76,7 @@ class EnergyAccount {
   EnergyByFeature all_{};
   std::uint32_t row_ = 0;  // of the object that the held force is of
   std::uint32_t count_ = 0;
-  std::uint64_t anyParts_ = 0;
+  std::uint64_t heldParts_ = 0;                          // a bit for each feature that has a part of the held force
   std::array<Vec3, kEnergyFeatures> parts_{};            // the contact's is not used
   std::array<ObjectEnergy, EnergyState::kMost> rows_{};  // last: see copyInUse()
 };

@@ -109,6 +109,19 @@ struct MovingBody {
   const RigidBody* what = nullptr;  ///< of the scene.
   RigidState state;
   bool moved = false;  ///< In the last tick: it has a new pose.
+
+  /// Of another: where it is, and how much there is to its motion.
+  void copyPlace(const MovingBody& other) noexcept {
+    body = other.body;
+    what = other.what;
+    moved = other.moved;
+    state.rest = other.state.rest;
+    state.centre_m = other.state.centre_m;
+    state.axes = other.state.axes;
+    state.coordinate = other.state.coordinate;
+    state.touchingCount = other.state.touchingCount;
+    state.condition = other.state.condition;
+  }
 };
 
 /// A dent in a soft body.
@@ -143,6 +156,20 @@ struct HapticState : StepMemory {
     energy.copyInUse(other.energy);
     std::copy_n(other.dents.begin(), dentCount, dents.begin());
     if (anyBumps) std::copy_n(other.bumps.begin(), bodyCount, bumps.begin());
+  }
+
+  /// Of a state that this one is a copy of, and that has gone on since without an adoption or an edit under the stylus: as
+  /// much of it as a rehearsal of its next tick needs. What objects at rest feel like is left as this one has it.
+  void copyForRehearsal(const HapticState& other) noexcept {
+    static_cast<StepMemory&>(*this) = other;
+    if (anyDetail) surface = other.surface;
+    for (std::size_t i = 0; i < movingCount; ++i) {
+      moving[i].copyPlace(other.moving[i]);
+      bodies[moving[i].body] = other.bodies[moving[i].body];
+    }
+    if (other.lead.active()) lead.copyInUse(other.lead);
+    energy.copyInUse(other.energy);
+    std::copy_n(other.dents.begin(), dentCount, dents.begin());
   }
 
   /// One object's lasting state, carried over adoptions by id.

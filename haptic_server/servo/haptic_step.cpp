@@ -308,6 +308,10 @@ template <bool kDetails>
     if (state.anyBeingMoved | state.anyLeaving) [[unlikely]]
       followEdits(scene, state, config);
     felt.contact.work.allowance = state.allowance;
+    if constexpr (kDetails) {
+      if (state.movingCount > 0) [[unlikely]]
+        felt.contact.work.allowance = besideMotion(state);
+    }
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
     if (felt.contact.work.putOut | felt.contact.work.behind) [[unlikely]]
       noteLimits(scene, state, felt.contact.work);
@@ -338,7 +342,11 @@ template <bool kDetails>
                                                                 const FeltTick& felt) noexcept {
   if (felt.followed) [[likely]] {
     state.measuredHip = input.device.position;
-    if constexpr (!kDetails) followUntouched(scene, state, config, felt.contact);
+    if constexpr (!kDetails) {
+      const bool anyUntouched = !felt.contact.touching || state.bodyCount > 1;
+      if (anyUntouched) [[unlikely]]
+        followUntouched(scene, state, config, felt.contact);
+    }
   }
   if constexpr (kDetails) {
     if (state.movingCount > 0) [[unlikely]]

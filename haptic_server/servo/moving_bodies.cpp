@@ -1,5 +1,7 @@
 #include "haptic_server/servo/moving_bodies.h"
 
+#include <algorithm>
+
 #include "haptic_server/motion/rigid_motion.h"
 #include "haptic_server/servo/held_springs.h"
 
@@ -51,6 +53,20 @@ void takeMovedPoses(HapticState& state) noexcept {
     if (moving.moved) body.current = poseOf(*moving.what, moving.state);
     body.update();
   }
+}
+
+Allowance besideMotion(const HapticState& state) noexcept {
+  constexpr std::int64_t kMotion = 1'200;   // of a body, planes apart
+  constexpr std::int64_t kLeastRounds = 2;  // as meetPlanes() makes them
+  constexpr std::int64_t kLeastPart = 8;
+  std::int64_t units = state.allowance.left();
+  const std::int64_t least = units / kLeastPart;
+  for (std::size_t i = 0; i < state.movingCount; ++i) {
+    const RigidState& body = state.moving[i].state;
+    if (body.condition != BodyCondition::kAwake) continue;
+    units -= kMotion + kLeastRounds * Allowance::kTouch * static_cast<std::int64_t>(body.touchingCount);
+  }
+  return Allowance(std::max(units, least));
 }
 
 void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,

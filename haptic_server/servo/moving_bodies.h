@@ -7,6 +7,10 @@ namespace haptics {
 /// Bodies take the poses to which the last tick moved them. Before the contact, which is then solved in their frames.
 void takeMovedPoses(HapticState& state) noexcept;
 
+/// What of the tick's allowance is left beside what moving bodies take in any case, moveBodies() of this tick; an eighth at
+/// least.
+[[nodiscard]] Allowance besideMotion(const HapticState& state) noexcept;
+
 /// Moves every awake body by a tick, those that hold the IHIP pushed by what the hand feels of them, friction and texture
 /// included (paper 5c). After the contact: the two are coupled once in a tick.
 /// @param force  On the hand, world, written already; each surface that holds the IHIP is given what it has of the

@@ -8,12 +8,13 @@ void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noe
   if (&scene != scene_) {  // which still was there while this one was made
     known_.forget();
     scene_ = &scene;
+    isCopy_ = false;
   }
   if (!state.attached) return;
-  rehearse(scene, state);
+  const bool whole = rehearse(scene, state);
   lookAround(state.contact);
   lookAround(rehearsal_.contact);
-  rehearse(scene, state);
+  if (whole) static_cast<void>(rehearse(scene, state));
 }
 
 /// At the polygons two rings around the contact. Those of the first are worked out, and searched from back to the IHIP, as
@@ -46,12 +47,18 @@ void PreTouch::lookAround(const ContactState& contact) noexcept {
   }
 }
 
-void PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexcept {
-  rehearsal_.copyInUse(state);
+bool PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexcept {
+  if (isCopy_) {
+    rehearsal_.copyForRehearsal(state);
+  } else {
+    rehearsal_.copyInUse(state);
+  }
+  isCopy_ = !state.anyBeingMoved;
   rehearsal_.allowance = Allowance(state.allowance.left() / 8);  // of two
   const Vec3 next = state.measuredHip + state.velocity.velocity() * config_.period_s;
   FeltTick felt;
   feelForce(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}, felt, &known_);
+  return !felt.contact.work.behind;
 }
 
 }  // namespace haptics

@@ -12,8 +12,8 @@ class PreTouch {
   explicit PreTouch(const StepConfig& config) noexcept : config_(config), rehearsal_(config) {}
 
   /// Runs feelForce() on a copy of the state, with the HIP where its velocity takes it; then works out the polygons around
-  /// the contact, before and after, which the tick may come over; then runs the step once more, which teaches the
-  /// processor what branches to expect. Costs what a tick with cold caches costs, between two ticks, and changes nothing
+  /// the contact, before and after, which the tick may come over; then, unless that took too long, runs the step once
+  /// more, which teaches the processor what branches to expect. Costs what a tick with cold caches costs, between two ticks, and changes nothing
   /// that the tick can tell.
   void operator()(const ServoScene& scene, const HapticState& state) noexcept;
 
@@ -22,12 +22,14 @@ class PreTouch {
 
  private:
   void lookAround(const ContactState& contact) noexcept;
-  void rehearse(const ServoScene& scene, const HapticState& state) noexcept;
+  /// False when its allowance did not last.
+  bool rehearse(const ServoScene& scene, const HapticState& state) noexcept;
 
   StepConfig config_;
   HapticState rehearsal_;
   KnownPolygons known_;
   const ServoScene* scene_ = nullptr;  // whose polygons are known
+  bool isCopy_ = false;                // the rehearsal, of a state that has that scene
 };
 
 }  // namespace haptics

@@ -68,7 +68,7 @@ void relaxDents(const ServoScene& scene, HapticState& state, const StepConfig& c
   }
   std::size_t kept = 0;
   for (std::size_t i = 0; i < state.dentCount; ++i) {
-    BodyDent dent = state.dents[i];
+    BodyDent& dent = state.dents[i];
     const SoftTissue& tissue = *scene.objects[dent.body].tissue;
     if (!dent.pressed && !dent.stays) {
       comeToRest(dent, tissue.leftAfter(config.period_s));
@@ -81,7 +81,8 @@ void relaxDents(const ServoScene& scene, HapticState& state, const StepConfig& c
         dent.stays = dent.still_s >= kStill_s || state.dentCount + kSparePlaces >= kMaxDents;
       }
     }
-    state.dents[kept++] = dent;
+    if (kept != i) state.dents[kept] = dent;
+    ++kept;
   }
   state.dentCount = kept;
 }

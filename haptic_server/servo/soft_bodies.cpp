@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <span>
-#include <utility>
 
 #include "haptic_server/servo/held_springs.h"
 #include "haptic_server/servo/joint_yield.h"
@@ -22,7 +21,8 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
   atRest.triangle = held.triangle;
   atRest.feature = state.contact.feature;
   atRest.index = contact.primitive.localIndex;
-  atRest.point = body.frame.toLocal(contact.ihip);
+  atRest.point =
+      state.contact.mode == ContactState::Mode::kOneSurface ? state.contact.local : body.frame.toLocal(contact.ihip);
   const FactorSample softness = softnessAt(scene, state, index, held.triangle, contact.ihip);
   const PressedBody pressed{.body = index,
                             .atRest = atRest,
@@ -91,9 +91,17 @@ void yield(const ServoScene& scene, HapticState& state, const StepConfig& config
   yieldAlone(scene, state, config, tick);
 }
 
-using Where = std::pair<std::size_t, Dent>;
+/// Without initialisers: not all of a list is used.
+struct Where {
+  std::size_t body;
+  Vec3f centre, displacement;
 
-[[nodiscard]] Where whereIs(const BodyDent& dent) noexcept { return {dent.body, dent.dent}; }
+  bool operator==(const Where&) const = default;
+};
+
+[[nodiscard]] Where whereIs(const BodyDent& dent) noexcept {
+  return {dent.body, dent.dent.centre, dent.dent.displacement};
+}
 
 }  // namespace
 

@@ -2,8 +2,6 @@
 
 #include <limits>
 
-#include "haptic_server/servo/varying_springs.h"
-
 namespace haptics {
 
 InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to, Allowance& allowance) noexcept {
@@ -53,11 +51,8 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   contact.triangle = met.crossing.triangle;
 }
 
-FactorSample softnessAt(const ServoScene& scene, const HapticState& state, std::size_t body, std::uint32_t triangle,
-                        Vec3 place) noexcept {
-  const ServoObject& object = scene.objects[body];
-  if (!object.detail || !object.detail->softness) [[likely]]
-    return {};
+FactorSample varyingSoftnessAt(const ServoObject& object, const HapticState& state, std::size_t body,
+                               std::uint32_t triangle, const Vec3& place) noexcept {
   FactorSample sample = factorAt(*object.detail->softness, object, state.bodies[body], triangle, place,
                                  std::numeric_limits<double>::infinity());
   sample.gradient = alongContact(state, sample.gradient);
@@ -69,13 +64,6 @@ double yieldedBulge_m(const ServoScene& scene, const HapticState& state, std::si
   if (!(bulge_m > 0)) return 0;
   const double softness = softnessAt(scene, state, body, triangle, place).value;
   return bulge_m * (1 - scene.objects[body].tissue->share(state.objects[body].felt.value().spring_N_per_m, softness));
-}
-
-Vec3 tissuePushAlong_N(const ServoObject& object, const FactorSample& softness, double elastic_m2,
-                       const StepConfig& config) noexcept {
-  if (softness.gradient == Vec3(0)) [[likely]]
-    return Vec3(0);
-  return pushAlong_N(*object.detail->softness, softness, object.tissue->stiffness_N_per_m, elastic_m2, config);
 }
 
 }  // namespace haptics

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "haptic_server/servo/felt_tick.h"
+#include "haptic_server/servo/varying_springs.h"
 #include "haptic_server/servo/yielding.h"
 
 namespace haptics {
@@ -26,10 +27,19 @@ void settleOn(const HapticState& state, std::size_t body, const Yielding::Neares
 /// The dents leave the HIP outside of a body. What reaches into the dent is met there, on the way from the surface at rest.
 void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept;
 
+/// softnessAt() where it varies.
+[[nodiscard]] FactorSample varyingSoftnessAt(const ServoObject& object, const HapticState& state, std::size_t body,
+                                             std::uint32_t triangle, const Vec3& place) noexcept;
+
 /// Of the tissue's stiffness, at a place (world) on the shape at rest; the gradient (1/m, world) along the IHIP's ways. 1
 /// where it does not vary.
-[[nodiscard]] FactorSample softnessAt(const ServoScene& scene, const HapticState& state, std::size_t body,
-                                      std::uint32_t triangle, Vec3 place) noexcept;
+[[nodiscard]] inline FactorSample softnessAt(const ServoScene& scene, const HapticState& state, std::size_t body,
+                                             std::uint32_t triangle, const Vec3& place) noexcept {
+  const ServoObject& object = scene.objects[body];
+  if (!object.detail || !object.detail->softness) [[likely]]
+    return {};
+  return varyingSoftnessAt(object, state, body, triangle, place);
+}
 
 /// What is left at a place (world) of how far a soft body's smooth surface is before its polygons, m: it yields as what lies
 /// below it does.
@@ -38,7 +48,11 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
 
 /// What the tissue pushes along the surface, where it varies; N, world.
 /// @param elastic_m2  Yielding::elastic_m2().
-[[nodiscard]] Vec3 tissuePushAlong_N(const ServoObject& object, const FactorSample& softness, double elastic_m2,
-                                     const StepConfig& config) noexcept;
+[[nodiscard]] inline Vec3 tissuePushAlong_N(const ServoObject& object, const FactorSample& softness, double elastic_m2,
+                                            const StepConfig& config) noexcept {
+  if (softness.gradient == Vec3(0)) [[likely]]
+    return Vec3(0);
+  return pushAlong_N(*object.detail->softness, softness, object.tissue->stiffness_N_per_m, elastic_m2, config);
+}
 
 }  // namespace haptics

@@ -44,9 +44,11 @@ bool Yielding::press() noexcept {
   return !at_ || yield();
 }
 
-Yielding::Nearest Yielding::nearestTo(Vec3 point) noexcept { return nearest(dentsOf(state_, pressed_.body), point); }
+Yielding::Nearest Yielding::nearestTo(const Vec3& point) noexcept {
+  return nearest(dentsOf(state_, pressed_.body), point);
+}
 
-Yielding::Nearest Yielding::nearest(const BodyDents& dents, Vec3 point) noexcept {
+Yielding::Nearest Yielding::nearest(const BodyDents& dents, const Vec3& point) noexcept {
   DentedSurface deformed(*body_.surface, dents.all(), tissue_.falloff);
   Nearest found;
   int spent = 0;
@@ -118,12 +120,15 @@ bool Yielding::yield() noexcept {
     if (found.outside) return false;
     at = found.foot;
   }
-  if (shading_ != nullptr) shadeFoot(at, others);
+  Vec3 parts(0);  // of the smooth foot
+  if (shading_ != nullptr) shadeFoot(at, others, parts);
   if (tissue_.plastic > 0) moveOn(at.point);
   const double depth = glm::distance(pressed_.h, at.point);
   const Vec3 direction = depth > 0 ? (pressed_.h - at.point) / depth : Vec3(0);
   dent().dent.centre = Vec3f(at.point);
-  const double seen = seenOn(others, at, dent().dent);
+  const bool isSmooth = smooth_.weight == 1 && others.count == 0;
+  const double seen =
+      isSmooth ? seenOn(body_.surface->triangle(at.triangle), parts, dent().dent) : seenOn(others, at, dent().dent);
   const double yielded = tissue_.yield_m(seen * depth_m(dent().dent), depth, pressed_.contact_N_per_m, config_.period_s,
                                          pressed_.softness);
   const double stays = std::max(stillThere_m(dent().rest, at.point), stillThere_m(dent().begun, at.point));
@@ -138,9 +143,9 @@ bool Yielding::yield() noexcept {
 }
 
 /// Where the HIP is below the smooth surface, along its normal: the dent goes that way, and not the polygon's.
-void Yielding::shadeFoot(Foot& foot, const BodyDents& others) noexcept {
+void Yielding::shadeFoot(Foot& foot, const BodyDents& others, Vec3& parts) noexcept {
   const double depth = glm::distance(pressed_.h, foot.point) * pressed_.side;
-  smooth_ = shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth);
+  smooth_ = shade(*body_.surface, *shading_, others.all(), tissue_.falloff, foot, pressed_.h, depth, &parts);
   if (!(smooth_.weight > 0)) return;
   foot.point = glm::mix(foot.point, pressed_.h + smooth_.normal * smooth_.depth_m, smooth_.weight);
   foot.triangle = smooth_.triangle;
@@ -183,12 +188,16 @@ double Yielding::room_m() const noexcept {
 
 /// What there is of a dent at a foot on this mesh, which has only its vertices to show it.
 double Yielding::seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept {
-  TriangleRecord triangle = body_.surface->triangle(foot.triangle);
-  if (others.count > 0) triangle = dented(triangle, others.all(), tissue_.falloff);
-  const Vec3 share = barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), foot.point);
-  double sum = 0;
-  for (int k = 0; k < 3; ++k) sum += share[k] * tissue_.falloff.at(triangle.corner(k) - Vec3(dent.centre));
-  return sum;
+  const auto on = [&](const TriangleRecord& t) noexcept {
+    return seenOn(t, barycentric(t.corner(0), t.corner(1), t.corner(2), foot.point), dent);
+  };
+  const TriangleRecord& atRest = body_.surface->triangle(foot.triangle);
+  return others.count > 0 ? on(dented(atRest, others.all(), tissue_.falloff)) : on(atRest);
+}
+
+double Yielding::seenOn(const TriangleRecord& triangle, const Vec3& parts, const Dent& dent) const noexcept {
+  const Four there = partsOf(dent, cornersAtOnce(triangle), tissue_.falloff);
+  return parts[0] * there[0] + parts[1] * there[1] + parts[2] * there[2];
 }
 
 }  // namespace haptics

@@ -49,21 +49,22 @@ class Yielding {
   [[nodiscard]] Vec3 foot() const noexcept { return Vec3(dent().dent.centre); }
 
   /// On the body with all of its dents, from what holds the IHIP at rest.
-  [[nodiscard]] Nearest nearestTo(Vec3 point) noexcept;
+  [[nodiscard]] Nearest nearestTo(const Vec3& point) noexcept;
 
  private:
-  [[nodiscard]] Nearest nearest(const BodyDents& dents, Vec3 point) noexcept;
+  [[nodiscard]] Nearest nearest(const BodyDents& dents, const Vec3& point) noexcept;
   [[nodiscard]] bool isElsewhere(const Dent& dent) const noexcept;
   [[nodiscard]] bool begin() noexcept;
   [[nodiscard]] bool goOnInTheNewest() noexcept;
   void hurryTheWeakest() noexcept;
   [[nodiscard]] bool yield() noexcept;
-  void shadeFoot(Foot& foot, const BodyDents& others) noexcept;
+  void shadeFoot(Foot& foot, const BodyDents& others, Vec3& parts) noexcept;
   void moveOn(Vec3 foot) noexcept;
   void remember(BodyDent& pressed) const noexcept;
   [[nodiscard]] double stillThere_m(const Dent& rest, Vec3 foot) const noexcept;
   [[nodiscard]] double room_m() const noexcept;
   [[nodiscard]] double seenOn(const BodyDents& others, const Foot& foot, const Dent& dent) const noexcept;
+  [[nodiscard]] double seenOn(const TriangleRecord& triangle, const Vec3& parts, const Dent& dent) const noexcept;
   [[nodiscard]] BodyDent& dent() const noexcept { return state_.dents[*at_]; }
 
   const SoftTissue& tissue_;

@@ -27,6 +27,8 @@ constexpr double kLeastCosine = 0.1;
 constexpr double kGoodCosine = 0.3;
 /// 0 up to `from`, 1 from `to` on, C1 between.
 [[nodiscard]] double smoothStep(double from, double to, double x) noexcept {
+  if (x <= from) return 0;
+  if (x >= to) return 1;
   const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
   return s * s * (3 - 2 * s);
 }
@@ -41,11 +43,20 @@ class ShadedPolygon {
         edge2_(triangle.corner(2) - corner_),
         normal_(shading.normal(0)),
         turn1_(shading.normal(1) - normal_),
-        turn2_(shading.normal(2) - normal_) {}
+        turn2_(shading.normal(2) - normal_),
+        areaNormal_(glm::cross(edge1_, edge2_)),
+        twiceArea_(glm::length(areaNormal_)) {}
+
+  /// About the right s for what is so far from the polygon's plane: exact where the normals rise from it all alike, as on a
+  /// sphere.
+  [[nodiscard]] double alongNormals(double distance_m) const noexcept {
+    const double cosine = glm::dot(normal_ + (turn1_ + turn2_) * (1.0 / 3), areaNormal_) / twiceArea_;
+    return cosine > kLeastCosine ? distance_m / cosine : distance_m;
+  }
 
   /// Solves h = x(u, v) - s n(u, v) from the middle of the polygon and from about the right s. False where there is no
   /// solution to be found.
-  [[nodiscard]] bool project(Vec3 h, double& s) noexcept {
+  [[nodiscard]] bool project(const Vec3& h, double& s) noexcept {
     u_ = v_ = 1.0 / 3;
     for (int i = 0; i < kMostSteps; ++i) {
       const Vec3 n = normal_ + turn1_ * u_ + turn2_ * v_;
@@ -79,13 +90,15 @@ class ShadedPolygon {
     return parts[least] < -kBeyondLine ? nextCorner(least) : -1;
   }
 
+  /// What each corner has of where the projection has arrived.
+  [[nodiscard]] Vec3 parts() const noexcept { return {1 - u_ - v_, u_, v_}; }
+
   /// @param s  In lengths of the normal, which is a little less than 1.
   [[nodiscard]] ShadedPoint at(std::uint32_t t, double s) const noexcept {
     const Vec3 parts = this->parts();
     const Vec3 n = interpolatedNormal(shading_, parts);
     const double length = glm::length(n);
-    const Vec3 areaNormal = glm::cross(edge1_, edge2_);
-    const double cosine = glm::dot(areaNormal, n) / (glm::length(areaNormal) * length);
+    const double cosine = glm::dot(areaNormal_, n) / (twiceArea_ * length);
     ShadedPoint shaded{.triangle = t, .normal = n / length, .depth_m = s * length};
     const double bend = std::abs(shaded.depth_m) * curvature(parts, shaded.depth_m > 0);
     shaded.weight = (1 - smoothStep(kFadesFrom, kFadesTo, bend)) * smoothStep(kLeastCosine, kGoodCosine, cosine);
@@ -94,8 +107,6 @@ class ShadedPolygon {
   }
 
  private:
-  [[nodiscard]] Vec3 parts() const noexcept { return {1 - u_ - v_, u_, v_}; }
-
   /// Of the surface that the normals describe: on the side on which h is, what makes lines along them meet.
   [[nodiscard]] double curvature(Vec3 parts, bool within) const noexcept {
     double sum = 0;
@@ -116,6 +127,8 @@ class ShadedPolygon {
   const ShadingRecord& shading_;
   Vec3 corner_, edge1_, edge2_;
   Vec3 normal_, turn1_, turn2_;
+  Vec3 areaNormal_;
+  double twiceArea_;
   double u_ = 0, v_ = 0;
 };
 
@@ -162,17 +175,22 @@ struct Dented {
 };
 
 template <class Shape>
-[[nodiscard]] ShadedPoint shadeOn(const Shape& shape, const Foot& foot, Vec3 h, double depth_m) noexcept {
+[[nodiscard]] ShadedPoint shadeOn(const Shape& shape, const Foot& foot, const Vec3& h, double depth_m,
+                                  Vec3* parts = nullptr) noexcept {
   std::uint32_t t = foot.triangle;
   if (isSharp(shape.shading[t], foot)) return {};
-  double s = depth_m;
+  double s = 0;
   for (int i = 0; i < kMostPolygons; ++i) {
     if (!shape.shading[t].hasNormals()) return {};
     const auto& [triangle, shading] = shape.polygon(t);
     ShadedPolygon polygon(triangle, shading);
+    if (i == 0) s = polygon.alongNormals(depth_m);
     if (!polygon.project(h, s)) return {};
     const int edge = polygon.beyond();
-    if (edge < 0 || shading.sharpLine(edge)) return polygon.at(t, s);
+    if (edge < 0 || shading.sharpLine(edge)) {
+      if (parts != nullptr) *parts = polygon.parts();
+      return polygon.at(t, s);
+    }
     t = shape.surface.triangle(t).neighbour(edge);
   }
   return {};
@@ -186,9 +204,9 @@ ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const F
 }
 
 ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, std::span<const Dent> dents,
-                  const Falloff& falloff, const Foot& foot, Vec3 h, double depth_m) noexcept {
-  if (dents.empty()) return shade(surface, normals, foot, h, depth_m);
-  return shadeOn(Dented{surface, normals, dents, falloff}, foot, h, depth_m);
+                  const Falloff& falloff, const Foot& foot, const Vec3& h, double depth_m, Vec3* parts) noexcept {
+  if (dents.empty()) return shadeOn(AtRest{surface, normals}, foot, h, depth_m, parts);
+  return shadeOn(Dented{surface, normals, dents, falloff}, foot, h, depth_m, parts);
 }
 
 }  // namespace haptics

@@ -46,7 +46,9 @@ struct ShadedPoint {
                                 double depth_m) noexcept;
 
 /// The same for a body with these dents: its triangles and normals are the dented ones; the foot is on them.
+/// @param parts  May be null; else, where the weight is not 0, becomes what each corner of the triangle has of the point.
 [[nodiscard]] ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, std::span<const Dent> dents,
-                                const Falloff& falloff, const Foot& foot, Vec3 h, double depth_m) noexcept;
+                                const Falloff& falloff, const Foot& foot, const Vec3& h, double depth_m,
+                                Vec3* parts = nullptr) noexcept;
 
 }  // namespace haptics

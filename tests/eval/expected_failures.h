@@ -33,6 +33,7 @@ struct Expectation {
 ///   there (S3, S4), holds what has gone past a knife's edge (S12), and steps when it is put anew (S10).
 /// Among long triangles that cross (S21) the published pseudocode, the methods without memory and those without a path that
 /// is tested go through walls; a ray test that loses segments, and a first contact without force, now and then.
+/// Among 256 boxes that overlap (S22) only ours is judged.
 /// All of these know nothing of edits: they begin anew, with the HIP wherever it is (S17); nor of bodies that move (S31),
 ///   nor of a mesh that passes through itself: its faces within have no outside (S32).
 /// surface_as_printed: rings on a grating that Eq. (4) alone leaves too stiff for a device (S13); its shading turns the
@@ -57,31 +58,31 @@ struct Expectation {
 inline constexpr std::array kExpectedFailures{
     Expectation{"ours", "", ""},
     Expectation{"ours_shaded", "", ""},
-    Expectation{"ours_float", "", "S2 S12 S32 "},
-    Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 ", ""},
-    Expectation{"ours_without_pseudonormals", "S12 ", ""},
-    Expectation{"ours_without_same_tick_search", "S3 S4 S5 S7 S9 S11 S12 ", "S21 S31 S32 "},
-    Expectation{"ours_without_exit_retest", "S3 ", ""},
-    Expectation{"ours_without_object_frames", "S4 S31 S32 ", ""},
-    Expectation{"ours_without_containment", "S31 ", ""},
-    Expectation{"ours_without_guard", "S2 S21 ", "S32 "},
-    Expectation{"ours_without_several_surfaces", "S2 S11 ", ""},
-    Expectation{"ours_without_budget", "S6 ", ""},
-    Expectation{"ours_without_scale_free_tolerances", "S12 ", ""},
-    Expectation{"ours_without_substeps", "S7 ", ""},
-    Expectation{"ours_without_watertight_test", "S5 ", ""},
+    Expectation{"ours_float", "", "S2 S12 S22 S32 "},
+    Expectation{"ours_without_feature_codes", "S1 S2 S6 S7 S10 S11 S12 ", "S22 "},
+    Expectation{"ours_without_pseudonormals", "S12 ", "S22 "},
+    Expectation{"ours_without_same_tick_search", "S3 S4 S5 S7 S9 S11 S12 ", "S21 S22 S31 S32 "},
+    Expectation{"ours_without_exit_retest", "S3 ", "S22 "},
+    Expectation{"ours_without_object_frames", "S4 S31 S32 ", "S22 "},
+    Expectation{"ours_without_containment", "S31 ", "S22 "},
+    Expectation{"ours_without_guard", "S2 S21 ", "S22 S32 "},
+    Expectation{"ours_without_several_surfaces", "S2 S11 ", "S22 "},
+    Expectation{"ours_without_budget", "S6 ", "S22 "},
+    Expectation{"ours_without_scale_free_tolerances", "S12 ", "S22 "},
+    Expectation{"ours_without_substeps", "S7 ", "S22 "},
+    Expectation{"ours_without_watertight_test", "S5 ", "S22 "},
     Expectation{"ours_without_gain_clamp", "S13 ", ""},
     Expectation{"surface_as_printed", "S13 S14 S15 ", ""},
     Expectation{"bump_mapping", "S13 S14 S15 ", ""},
     Expectation{"surface_after_contact", "S16 ", ""},
-    Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 ", ""},
-    Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 ", "S1 S8 "},
-    Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 S21 S31 S32 ", ""},
-    Expectation{"god_object", "S4 S7 S17 S31 S32 ", ""},
-    Expectation{"god_object_by_rays", "S1 S4 S5 S7 S11 S17 S31 S32 ", "S12 S21 "},
-    Expectation{"finite_proxy_1mm", "S4 S7 S12 S17 S31 S32 ", ""},
-    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S21 S31 S32 ", ""},
-    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S21 S31 S32 ", ""},
+    Expectation{"pseudocode_closed", "S1 S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 ", "S22 "},
+    Expectation{"pseudocode_open", "S2 S3 S4 S6 S7 S10 S11 S12 S17 S21 S31 S32 ", "S1 S8 S22 "},
+    Expectation{"global_closest", "S2 S4 S6 S7 S8 S9 S11 S17 S21 S31 S32 ", "S22 "},
+    Expectation{"god_object", "S4 S7 S17 S31 S32 ", "S22 "},
+    Expectation{"god_object_by_rays", "S1 S4 S5 S7 S11 S17 S31 S32 ", "S12 S21 S22 "},
+    Expectation{"finite_proxy_1mm", "S4 S7 S12 S17 S31 S32 ", "S22 "},
+    Expectation{"intermediate_plane_30Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S21 S31 S32 ", "S22 "},
+    Expectation{"intermediate_plane_100Hz", "S1 S2 S3 S4 S6 S7 S8 S9 S10 S11 S12 S17 S21 S31 S32 ", "S22 "},
 };
 
 }  // namespace haptics::eval

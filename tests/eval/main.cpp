@@ -111,7 +111,7 @@ void addFailures(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(
       app,
       {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
-       "The scenes are S1 to S21, S31 and S32; S13 to S15 are for methods that have surface properties, S16 for those\n"
+       "The scenes are S1 to S22, S31 and S32; S13 to S15 are for methods that have surface properties, S16 for those\n"
        "whose bodies yield, S18 to S20 for ours. Ten seeds wander a million ticks in S20."},
       arguments);
   FailuresOptions& options = arguments.failures;

@@ -1,10 +1,13 @@
-// A scene that is dense, of long triangles without number: S21.
+// Scenes that are dense: long triangles without number (S21), objects without number in one place (S22).
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
+#include "common/surface/make_field.h"
+#include "tests/eval/or_throw.h"
 #include "tests/eval/scenes/scenes.h"
 #include "tests/eval/stage.h"
 
@@ -97,34 +100,57 @@ shapes::Shape soupWithWalls(Random& random) {
 struct DenseCounts {
   int crossed = 0;
   int otherRoom = 0;
+  int inside = 0;
   int notFinite = 0;
   int touching = 0;
 };
 
-/// At one speed for half a second: presses, strokes and crosses, and comes back where it is too far from the IHIP.
+/// A hand that makes for one place of the room after another at one speed, and comes back where it is too far from the IHIP.
+class DenseHand {
+ public:
+  DenseHand(Vec3 hip, double speed_m_per_s, Random& random)
+      : random_(random), hip_(hip), step_m_(speed_m_per_s * kPeriod_s) {}
+
+  [[nodiscard]] Vec3 hip() const { return hip_; }
+
+  Vec3 next(Vec3 ihip) {
+    constexpr double kDeepest_m = 0.004;
+    if (left_-- == 0) {
+      target_ = 0.9 * kRoom_m * Vec3(random_.between(-1, 1), random_.between(-1, 1), random_.between(-1, 1));
+      left_ = 19 + random_.below(100);
+    }
+    const Vec3 way = target_ - hip_;
+    const double far_m = glm::length(way);
+    const double step_m = std::min(step_m_, far_m);
+    if (far_m > 0) hip_ += way * (step_m / far_m);
+    if (glm::distance(hip_, ihip) > kDeepest_m + step_m) hip_ += 0.2 * (ihip - hip_);
+    return hip_;
+  }
+
+ private:
+  Random& random_;
+  Vec3 hip_;
+  double step_m_;
+  Vec3 target_{0};
+  int left_ = 0;
+};
+
+/// At one speed for half a second: presses, strokes and crosses.
 void exploreSoup(Renderer& method, const shapes::Shape& soup, const std::shared_ptr<const Surface>& surface,
                  double speed_m_per_s, Random& random, DenseCounts& counts) {
   constexpr int kTicks = 500;
-  constexpr double kDeepest_m = 0.004;
   Stage stage(method, {});
   stage.add(surface);
   CrossingWatch watch(soup);
-  Vec3 hip = kRoom_m * Vec3(1.3, 1.2, 1.4);
-  const Vec3 sides = hip;
-  stage.begin(hip);
-  watch.follow(hip, 0);
-  Vec3 ihip = hip;
-  Vec3 target(0);
-  for (int i = 0, left = 0; i < kTicks; ++i, --left) {
-    if (left == 0) {
-      target = 0.9 * kRoom_m * Vec3(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
-      left = 20 + random.below(100);
-    }
-    const Vec3 way = target - hip;
-    const double far_m = glm::length(way);
-    const double step_m = std::min(speed_m_per_s * kPeriod_s, far_m);
-    Vec3 next = far_m > 0 ? hip + way * (step_m / far_m) : hip;
-    if (glm::distance(next, ihip) > kDeepest_m + step_m) next += 0.2 * (ihip - next);
+  const Vec3 start = kRoom_m * Vec3(1.3, 1.2, 1.4);
+  const Vec3 sides = start;
+  stage.begin(start);
+  watch.follow(start, 0);
+  Vec3 ihip = start;
+  DenseHand hand(start, speed_m_per_s, random);
+  for (int i = 0; i < kTicks; ++i) {
+    const Vec3 hip = hand.hip();
+    const Vec3 next = hand.next(ihip);
     const Felt felt = stage.tick(next);
     const bool finite = isFinite(felt.ihip) && isFinite(felt.force_N);
     counts.notFinite += finite ? 0 : 1;
@@ -137,7 +163,115 @@ void exploreSoup(Renderer& method, const shapes::Shape& soup, const std::shared_
       counts.otherRoom += place[axis] * (sides[axis] > 0 ? 1 : -1) < -kOnWall_m ? 1 : 0;
     }
     ihip = place;
-    hip = next;
+  }
+}
+
+/// Boxes that overlap, without number. What is inside of them is told by their sides alone.
+class BoxHeap {
+ public:
+  explicit BoxHeap(Random& random) {
+    constexpr int kBoxes = 256;
+    const auto somewhere = [&](double far) {
+      return far * Vec3(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
+    };
+    for (int i = 0; i < kBoxes; ++i) {
+      const Vec3 size(random.between(0.004, 0.03), random.between(0.004, 0.03), random.between(0.004, 0.03));
+      const Pose pose{random.rotation(), somewhere(0.8 * kRoom_m)};
+      const shapes::Shape box = shapes::box(size);
+      boxes_.push_back({0.5 * size, pose, box.build()});
+      for (std::size_t t = 0; t < box.triangles.size(); ++t) {
+        const auto first = static_cast<std::uint32_t>(faces_.vertices.size());
+        for (std::size_t k = 0; k < 3; ++k) faces_.vertices.emplace_back(toWorld(pose, box.corner(t, k)));
+        faces_.triangles.push_back({first, first + 1, first + 2});
+      }
+    }
+  }
+
+  void addTo(Stage& stage) const {
+    for (const Box& box : boxes_) stage.add(box.surface, box.pose);
+  }
+  [[nodiscard]] const shapes::Shape& faces() const { return faces_; }
+
+  /// @return How deep a place is in the box in which it is the deepest, m; 0 outside of all.
+  [[nodiscard]] double depthOf(Vec3 place) const {
+    double depth = 0;
+    for (const Box& box : boxes_) {
+      const Vec3 within = box.half - glm::abs(toLocal(box.pose, place));
+      depth = std::max(depth, std::min({within.x, within.y, within.z}));
+    }
+    return depth;
+  }
+
+ private:
+  struct Box {
+    Vec3 half;
+    Pose pose;
+    std::shared_ptr<const Surface> surface;
+  };
+  std::vector<Box> boxes_;
+  shapes::Shape faces_;
+};
+
+/// Of every box. The bumps can be felt so far from it.
+constexpr double kBumps_m = 1e-4;
+
+FeltSurface everyFeature(Random& random) {
+  FourierFamily waves;
+  for (int i = 0; i < 8; ++i) {
+    waves.terms.push_back({1.0 / 8, random.direction(), random.between(0.002, 0.02), random.between(0, 6)});
+  }
+  FeltSurface surface;
+  surface.device.maxForce_N = 1e9;
+  surface.properties.shading = Shading{.crease_rad = std::numbers::pi / 3, .creases = {}};
+  surface.properties.texture = Texture{.family = waves, .amplitude_m = kBumps_m / 2};
+  surface.properties.friction = Friction{.mu_static = 0.5, .mu_dynamic = 0.3};
+  surface.texture = orThrow(makeField(surface.properties.texture->family, [](const ContentHash&) { return nullptr; }));
+  return surface;
+}
+
+/// Rigid boxes.
+void exploreHeap(Renderer& method, const BoxHeap& heap, double speed_m_per_s, Random& random, DenseCounts& counts) {
+  constexpr int kTicks = 300;
+  Stage stage(method, {});
+  heap.addTo(stage);
+  CrossingWatch watch(heap.faces());
+  const Vec3 start = kRoom_m * Vec3(1.7, 1.6, 1.8);
+  stage.begin(start);
+  watch.follow(start, 0);
+  Vec3 ihip = start;
+  double reach_m = 0;
+  DenseHand hand(start, speed_m_per_s, random);
+  for (int i = 0; i < kTicks; ++i) {
+    const Vec3 hip = hand.hip();
+    const Vec3 next = hand.next(ihip);
+    const Felt felt = stage.tick(next);
+    counts.notFinite += isFinite(felt.ihip) && isFinite(felt.force_N) ? 0 : 1;
+    counts.touching += felt.touching ? 1 : 0;
+    reach_m += glm::distance(ihip, hip) + 2 * glm::distance(hip, next) + glm::distance(felt.ihip, next);
+    ihip = felt.ihip;
+    // A bump alone may be what is felt of a box that is not touched: then this is the nearest place of that box.
+    if (glm::distance(ihip, next) <= 1.1 * kBumps_m && heap.depthOf(next) == 0) continue;
+    counts.inside += heap.depthOf(ihip) > kInside_m ? 1 : 0;
+    counts.crossed += watch.follow(ihip, reach_m);
+    reach_m = 0;
+  }
+}
+
+/// Boxes that yield: the IHIP is in their dents.
+void exploreSoftHeap(Renderer& method, const BoxHeap& heap, Random& random, DenseCounts& counts) {
+  constexpr int kTicks = 300;
+  constexpr double kSpeed_m_per_s = 0.2;
+  Stage stage(method, {});
+  heap.addTo(stage);
+  const Vec3 start = kRoom_m * Vec3(1.7, 1.6, 1.8);
+  stage.begin(start);
+  Vec3 ihip = start;
+  DenseHand hand(start, kSpeed_m_per_s, random);
+  for (int i = 0; i < kTicks; ++i) {
+    const Felt felt = stage.tick(hand.next(ihip));
+    counts.notFinite += isFinite(felt.ihip) && isFinite(felt.force_N) ? 0 : 1;
+    counts.touching += felt.touching ? 1 : 0;
+    ihip = felt.ihip;
   }
 }
 
@@ -156,6 +290,24 @@ SceneResult exploreSoups(Renderer& method, Random& random) {
                      {"non_finite_ticks", counts.notFinite},
                      {"contact_ticks", counts.touching}};
   result.pass = counts.crossed == 0 && counts.otherRoom == 0 && counts.notFinite == 0 && counts.touching > 500;
+  return result;
+}
+
+SceneResult exploreHeaps(Renderer& method, Random& random) {
+  DenseCounts counts;
+  const BoxHeap heap(random);
+  FeltSurface surface = everyFeature(random);
+  method.dress(surface);
+  for (const double speed_m_per_s : {0.1, 0.4, 1.0}) exploreHeap(method, heap, speed_m_per_s, random, counts);
+  surface.tissue = SoftTissue{Falloff(0.01, 3), 300, 0.1, 0.3};
+  method.dress(surface);
+  exploreSoftHeap(method, heap, random, counts);
+  SceneResult result;
+  result.measures = {{"crossed", counts.crossed},
+                     {"inside_ticks", counts.inside},
+                     {"non_finite_ticks", counts.notFinite},
+                     {"contact_ticks", counts.touching}};
+  result.pass = counts.crossed == 0 && counts.inside == 0 && counts.notFinite == 0 && counts.touching > 300;
   return result;
 }
 

@@ -53,6 +53,7 @@ struct FailureScene {
 [[nodiscard]] SceneResult editMovingBodies(Renderer& method, Random& random);            ///< S19
 [[nodiscard]] SceneResult wanderAmongMovingBodies(Renderer& method, Random& random);     ///< S20
 [[nodiscard]] SceneResult exploreSoups(Renderer& method, Random& random);                ///< S21
+[[nodiscard]] SceneResult exploreHeaps(Renderer& method, Random& random);                ///< S22
 [[nodiscard]] SceneResult crushBetweenBoxes(Renderer& method, Random& random);           ///< S31
 [[nodiscard]] SceneResult strokeFoldedMeshes(Renderer& method, Random& random);          ///< S32
 
@@ -83,6 +84,7 @@ inline constexpr std::array kFailureScenes{
     FailureScene{"S20", "a hand wanders among bodies that move and are edited", wanderAmongMovingBodies,
                  Concern::kMotion},
     FailureScene{"S21", "1,000 long triangles and walls, pressed, stroked and crossed at 0.1 to 5 m/s", exploreSoups},
+    FailureScene{"S22", "256 boxes with every feature in one place", exploreHeaps},
     FailureScene{"S31", "boxes close on the IHIP from all sides", crushBetweenBoxes},
     FailureScene{"S32", "closed meshes that pass through themselves, fixed, moving and dented", strokeFoldedMeshes},
 };

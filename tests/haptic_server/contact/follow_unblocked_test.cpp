@@ -95,7 +95,8 @@ std::vector<Scene> scenes() {
       {"MoreThanATickLooksAt", 0,
        [](World& w) {
          w.add(shapes::sphere(0.04, 12));
-         for (int i = 0; i < 2 * kMaxNear; ++i) w.add(shapes::sphere(0.006, 2), Vec3(0, 0.002 * i - 0.03, 0.045));
+         for (int i = 0; i < 2 * kMaxNear; ++i)
+           w.add(shapes::sphere(0.006, 2), Vec3(0, 0.002 * (i % 32) - 0.03, 0.045));
        }},
       {"OneThatLeavesAcrossIt", 30,
        [](World& w) {

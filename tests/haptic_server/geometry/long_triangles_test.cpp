@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "common/deform/dent.h"
 #include "haptic_server/geometry/enclosure.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
@@ -123,6 +124,25 @@ TEST(LongTriangles, AreRefittedToWhereTheyHaveMoved) {
   expectQueriesOfBruteForce(*refitted);
   const auto again = refitSurface(*refitted, shape.vertices);
   EXPECT_EQ(again->hierarchy().nodes().size(), refitted->hierarchy().nodes().size());
+}
+
+/// Without any other triangle there is no hierarchy but that of the cells.
+TEST(LongTriangles, AreDentedWhereThereIsNothingElse) {
+  const Falloff falloff(0.03, 2);
+  const Dent dent{.centre = {0.01F, 0, 0.02F}, .displacement = {0.001F, 0.002F, -0.008F}};
+  for (const shapes::Shape& shape : {soupOf(500), tetrahedra(100)}) {
+    const auto before = shape.build();
+    ASSERT_TRUE(before->hierarchy().hasCells());
+    ASSERT_EQ(before->hierarchy().firstInCells(), 0U);
+    const shapes::Shape pressed = shape.mapped([&](Vec3 v) { return v + displacementBy(dent, falloff, v); });
+    const auto dented = refitSurface(*before, pressed.vertices);
+    ASSERT_TRUE(dented->hierarchy().hasCells());
+    ASSERT_EQ(dented->hierarchy().firstInCells(), 0U);
+    expectQueriesOfBruteForce(*dented);
+    const auto back = refitSurface(*dented, shape.vertices);
+    EXPECT_EQ(back->hierarchy().cellCount(), before->hierarchy().cellCount());
+    expectQueriesOfBruteForce(*back);
+  }
 }
 
 TEST(LongTriangles, AreCountedOnceByTheWindingNumber) {
