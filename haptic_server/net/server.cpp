@@ -152,7 +152,7 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] EnergySource gaveMost() const override { return server.servo_.gaveMost(); }
     [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
       return server.room_.submitEdit(
-          server.admission_.editSession({id, session.role(), token}), clientSeq, std::move(transaction),
+          editSession(id), clientSeq, std::move(transaction),
           [here = here(), clientSeq](const EditOutcome& outcome) {
             here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
           },
@@ -161,11 +161,12 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
       const std::size_t size = bytes.size();
       return server.room_.submitAsset(
-          name, std::move(bytes),
+          editSession(session.id()), name, std::move(bytes),
           [weak = server.weak_from_this(), n = number, hash = name.hash, size](const auto& asset) {
             const auto self = weak.lock();
             if (self) self->post([=](Impl& impl) { impl.assetDecided(n, hash, size, asset); });
-          });
+          },
+          left.get_token());
     }
     [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
       std::size_t ofToken = 0;
@@ -214,6 +215,9 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       server.post([n = number](Impl& impl) { impl.remove(n); });
     }
     [[nodiscard]] Admission::Client client() const { return {session.id(), session.role(), token}; }
+    [[nodiscard]] SessionId editSession(SessionId id) const {
+      return server.admission_.editSession({id, session.role(), token});
+    }
     [[nodiscard]] std::string described() const {
       return session.name().empty() ? transport->peer() : session.name() + " (" + transport->peer() + ")";
     }

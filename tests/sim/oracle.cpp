@@ -125,6 +125,14 @@ void Oracle::committed(SessionId editSession, std::uint64_t clientSeq, const Acc
   judgeEffect(known, name, before, edit.commit);
 }
 
+void Oracle::turnedDown(SessionId editSession, std::uint64_t clientSeq, bool passedOver) {
+  if (editSession == kServerSession) return;
+  const SessionId session = clientOf_.at(editSession);
+  Edit& edit = edits_[{session, clientSeq}];
+  if (passedOver && !edit.turnedDown) fail(nameOf(session, clientSeq) + " was passed over by a later one");
+  edit.turnedDown = true;
+}
+
 void Oracle::judgeEffect(const Edit& edit, const std::string& name, const SceneVersion& before, const Commit& commit) {
   if (edit.intent.kind == Intent::Kind::kDoomed) fail(name + " holds an impossible operation and was applied");
   const auto isPut = [&](const std::string& object) {
