@@ -140,7 +140,6 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
   void postTo(std::uint64_t connection, std::function<void(ServerSession&)> task);
   void decide(std::span<Edit* const> batch, AssetResolver* resolver = nullptr);
   std::vector<EditOutcome> apply(std::span<Edit* const> batch, AssetResolver* resolver = nullptr);
-  [[nodiscard]] bool preconditionsHold(const Transaction& transaction) const;
   void answer(std::uint64_t connection, std::uint64_t clientSeq, const EditOutcome& outcome);
   void adoptLater();
   void dentLater();
@@ -175,7 +174,7 @@ struct SimServer::Connection final : SessionHost {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  [[nodiscard]] bool submitEdit(SessionId, std::uint64_t clientSeq, Transaction transaction) override {
+  [[nodiscard]] bool submitEdit(SessionId, std::uint64_t clientSeq, Transaction transaction, bool) override {
     return process.submit(number, {process.admission.editSession(client()), clientSeq, std::move(transaction)},
                           left.get_token());
   }
@@ -384,6 +383,8 @@ bool SimServer::Process::carryOut(Job& job) {
     return true;
   } catch (const NotPrepared&) {
     edit->scene = sequencer.scene();
+    // Until here they held.
+    if (stage.mutant == Mutant::kPreconditionsJudgedEarly) edit->submission.transaction.preconditions.clear();
     return false;
   }
 }
@@ -416,20 +417,8 @@ void SimServer::Process::prepared(Job job) {
     if (stage.mutant != Mutant::kSuccessorLost) lanes.finished(job);
     return;
   }
-  Transaction& transaction = edit.submission.transaction;
-  edit.preparation->prepare(*edit.scene, transaction);
-  if (stage.mutant == Mutant::kPreconditionsJudgedEarly && preconditionsHold(transaction)) {
-    transaction.preconditions.clear();
-  }
+  edit.preparation->prepare(*edit.scene, edit.submission.transaction);
   lanes.prepared(std::move(job));
-}
-
-bool SimServer::Process::preconditionsHold(const Transaction& transaction) const {
-  const SceneVersion& version = sequencer.history()->version;
-  return std::ranges::all_of(transaction.preconditions, [&](const Precondition& precondition) {
-    const auto object = std::visit([&](const auto& named) { return version.find(named); }, precondition.object.value);
-    return object && object->revision == precondition.expectedRevision;
-  });
 }
 
 void SimServer::Process::post(std::function<void()> task) {
