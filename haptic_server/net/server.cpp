@@ -150,13 +150,20 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     }
     [[nodiscard]] const MotionState& motion() const override { return server.servo_.motion(); }
     [[nodiscard]] EnergySource gaveMost() const override { return server.servo_.gaveMost(); }
-    [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
+    [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction,
+                                  bool wantsProgress) override {
+      SceneRoom::EditProgress progress;
+      if (wantsProgress) {
+        progress = [here = here(), clientSeq](WorkStage stage, double share) {
+          here([clientSeq, stage, share](ServerSession& s) { s.editProgress(clientSeq, stage, share); });
+        };
+      }
       return server.room_.submitEdit(
           editSession(id), clientSeq, std::move(transaction),
           [here = here(), clientSeq](const EditOutcome& outcome) {
             here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
           },
-          left.get_token());
+          left.get_token(), std::move(progress));
     }
     [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
       const std::size_t size = bytes.size();
