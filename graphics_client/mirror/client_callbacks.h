@@ -15,6 +15,8 @@ struct EditCallbacks {
   std::function<void(const v1::EditReply&)> replied;  ///< Once, however often the edit had to be resent.
   std::function<void(const v1::EditLive&)> live;
   std::function<void()> stateLost = nullptr;
+  /// Any number of times before `replied`, of an edit that takes the server long; the share is within 0 and 1.
+  std::function<void(const v1::EditProgress&)> progress = nullptr;
 };
 
 struct UploadCallbacks {

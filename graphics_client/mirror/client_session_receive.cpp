@@ -31,6 +31,8 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
     case v1::Envelope::kEditReply:
       edits_.replied(envelope.edit_reply(), now_ns);
       return pumpEdits();
+    case v1::Envelope::kEditProgress:
+      return edits_.progress(envelope.edit_progress());
     case v1::Envelope::kEditLive:
       return edits_.live(envelope.edit_live());
     case v1::Envelope::kClockReply:

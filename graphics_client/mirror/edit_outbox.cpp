@@ -35,6 +35,7 @@ void EditOutbox::submit(v1::Transaction transaction, EditCallbacks callbacks, st
   edit.request.set_client_seq(++lastSeq_);
   edit.request.set_epoch(epoch);
   *edit.request.mutable_transaction() = std::move(transaction);
+  edit.request.set_progress(callbacks.progress != nullptr);
   edit.callbacks = std::move(callbacks);
   edits_.push_back(std::move(edit));
 }
@@ -72,6 +73,14 @@ void EditOutbox::live(const v1::EditLive& live) {
   const auto callback = std::move(edit->callbacks.live);
   edits_.erase(edit);
   callback(live);
+}
+
+void EditOutbox::progress(const v1::EditProgress& progress) {
+  const auto edit = find(progress.client_seq());
+  if (edit == edits_.end() || !edit->callbacks.progress || edit->acceptedRevision != 0) return;
+  v1::EditProgress sound = progress;
+  sound.set_share(progress.share() > 0 ? std::min(progress.share(), 1.0) : 0);
+  edit->callbacks.progress(sound);
 }
 
 void EditOutbox::adopted(std::uint64_t revision, std::uint64_t tick) {

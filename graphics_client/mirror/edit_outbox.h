@@ -30,6 +30,8 @@ class EditOutbox {
   /// Unknown numbers and second answers are ignored.
   void replied(const v1::EditReply& reply, std::uint64_t now_ns);
   void live(const v1::EditLive& live);
+  /// As a server says it: of an edit that is answered or unknown it is ignored.
+  void progress(const v1::EditProgress& progress);
   /// The servo feels this revision: what was accepted up to it is live, though nobody has said so of each edit.
   void adopted(std::uint64_t revision, std::uint64_t tick);
   /// Call every few milliseconds: what came too early may go again after a while.

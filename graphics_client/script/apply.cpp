@@ -2,21 +2,26 @@
 #include <future>
 #include <iostream>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 
+#include "common/clock/monotonic.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
 #include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/message_json.h"
+#include "graphics_client/script/progress_bar.h"
 #include "graphics_client/script/upload.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {
 namespace {
 
-/// The two answers to one edit. Shared with the link's thread.
+/// What is heard of one edit. Shared with the link's thread.
 struct Answers {
+  std::mutex mutex;
+  std::optional<v1::EditProgress> progress;  // the newest; guarded by the mutex
   std::promise<v1::EditReply> reply;
   std::promise<std::optional<v1::EditLive>> live;  // nothing: the server lost its state
 };
@@ -41,6 +46,42 @@ void print(const v1::Accepted& accepted, const v1::EditLive& live, bool json) {
               << object.damping_ns_per_m() << " N s/m\n";
   }
   for (const auto& line : accepted.report()) std::cout << printable(line) << '\n';
+}
+
+/// Shows on a terminal how far an edit is that takes long.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::shared_ptr<Answers> answers) : answers_(std::move(answers)) {}
+  ~ProgressLine() {
+    if (shown_) endProgress();
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void look() {
+    const std::lock_guard lock(answers_->mutex);
+    if (!answers_->progress) return;
+    const bool builds = answers_->progress->stage() == v1::EditProgress::STAGE_BUILDING;
+    const double seconds = 1e-9 * static_cast<double>(monotonicNow_ns() - began_ns_);
+    char since[32];
+    std::snprintf(since, sizeof since, "after %.0f s", seconds);
+    showProgress(builds ? "building" : "making", builds ? std::optional(answers_->progress->share()) : std::nullopt,
+                 since);
+    shown_ = true;
+  }
+
+ private:
+  const std::shared_ptr<Answers> answers_;
+  const std::uint64_t began_ns_ = monotonicNow_ns();
+  bool shown_ = false;
+};
+
+/// The server's answer. Nothing: Ctrl-C was pressed before.
+Result<std::optional<v1::EditReply>> awaitReply(Connection& connection, const std::shared_ptr<Answers>& answers) {
+  const Interrupt interrupt;
+  ProgressLine line(answers);
+  return connection.await(
+      answers->reply.get_future(), [&] { line.look(); }, Interrupt::interrupted);
 }
 
 int refuse(const v1::EditReply& reply) {
@@ -68,9 +109,17 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
   connection.link().submit(std::move(*transaction),
                            {[answers](const v1::EditReply& reply) { answers->reply.set_value(reply); },
                             [answers](const v1::EditLive& live) { answers->live.set_value(live); },
-                            [answers] { answers->live.set_value(std::nullopt); }});
-  const auto reply = connection.await(answers->reply.get_future());
-  if (!reply) return fail(kNoConnection, reply.error());
+                            [answers] { answers->live.set_value(std::nullopt); },
+                            [answers](const v1::EditProgress& progress) {
+                              const std::lock_guard lock(answers->mutex);
+                              answers->progress = progress;
+                            }});
+  const auto heard = awaitReply(connection, answers);
+  if (!heard) return fail(kNoConnection, heard.error());
+  const auto& reply = *heard;
+  if (!reply) {
+    return fail(kInterrupted, {"", "interrupted: the server gives the edit up, unless it has just accepted it"});
+  }
   if (!reply->has_accepted()) return refuse(*reply);
 
   auto live = answers->live.get_future();

@@ -49,14 +49,22 @@ class Connection {
   /// The same; `look` is called now and then meanwhile.
   template <class T, class Look>
   [[nodiscard]] Result<T> await(std::future<T> answer, Look look) {
+    auto awaited = await(std::move(answer), std::move(look), [] { return false; });
+    if (!awaited) return tl::unexpected(std::move(awaited).error());
+    return **std::move(awaited);
+  }
+  /// The same; nothing once `givesUp` says so.
+  template <class T, class Look, class GivesUp>
+  [[nodiscard]] Result<std::optional<T>> await(std::future<T> answer, Look look, GivesUp givesUp) {
     std::uint64_t lastLive_ns = monotonicNow_ns();
     while (answer.wait_for(kLook) != std::future_status::ready) {
+      if (givesUp()) return std::optional<T>();
       look();
       const auto view = link_.latest();
       if (view->link == LinkState::kLive) lastLive_ns = monotonicNow_ns();
       if (1e-9 * static_cast<double>(monotonicNow_ns() - lastLive_ns) > options_.timeout_s) return noConnection(*view);
     }
-    return answer.get();
+    return std::optional<T>(answer.get());
   }
 
   [[nodiscard]] tl::unexpected<Error> noConnection(const MirrorView& view) const;

@@ -1,7 +1,5 @@
 #include "graphics_client/script/upload.h"
 
-#include <unistd.h>
-
 #include <cstddef>
 #include <cstdio>
 #include <future>
@@ -15,6 +13,7 @@
 #include "common/surface/field_asset.h"
 #include "common/text/printable.h"
 #include "graphics_client/script/interrupt.h"
+#include "graphics_client/script/progress_bar.h"
 
 namespace haptics {
 namespace {
@@ -57,18 +56,10 @@ std::vector<v1::MappedField*> imagesOf(v1::Operation& operation) {
 
 constexpr double kMegabyte = 1e6;
 
-/// A line on the terminal that is drawn over and over, if there is a terminal.
-void showProgress(const std::string& name, std::uint64_t sent_bytes, std::uint64_t total_bytes) {
-  constexpr int kBar = 30;  // characters
-  if (isatty(STDERR_FILENO) == 0) return;
-  const double share = static_cast<double>(sent_bytes) / static_cast<double>(total_bytes);
-  const std::string bar(static_cast<std::size_t>(kBar * share), '#');
-  std::fprintf(stderr, "\ruploading %s [%-*s] %3d %% of %.1f MB ", name.c_str(), kBar, bar.c_str(),
-               static_cast<int>(100 * share), static_cast<double>(total_bytes) / kMegabyte);
-}
-
-void endProgress() {
-  if (isatty(STDERR_FILENO) != 0) std::fputc('\n', stderr);
+void showUpload(const std::string& name, std::uint64_t sent_bytes, std::uint64_t total_bytes) {
+  char total[32];
+  std::snprintf(total, sizeof total, "of %.1f MB ", static_cast<double>(total_bytes) / kMegabyte);
+  showProgress("uploading " + name, static_cast<double>(sent_bytes) / static_cast<double>(total_bytes), total);
 }
 
 /// Canonical bytes of what a local file holds.
@@ -105,7 +96,7 @@ Result<ContentHash> uploadOne(Connection& connection, const std::string& name, c
   const auto finished = std::make_shared<std::promise<v1::AssetUploadReply>>();
   connection.link().upload(asset.kind, std::move(asset.bytes),
                            {[shown = printable(name)](std::uint64_t sent_bytes, std::uint64_t total_bytes) {
-                              showProgress(shown, sent_bytes, total_bytes);
+                              showUpload(shown, sent_bytes, total_bytes);
                             },
                             [finished](const v1::AssetUploadReply& reply) { finished->set_value(reply); }});
   const auto reply = connection.await(finished->get_future(), [&] {

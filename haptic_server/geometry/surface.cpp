@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/interruption/interruption.h"
+#include "common/interruption/progress.h"
 #include "haptic_server/geometry/connectivity.h"
 
 namespace haptics {
@@ -32,11 +33,18 @@ int longestEdge(const TriangleRecord& r) noexcept {
 
 Surface::Surface(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                  int threads) {
+  // Parts of the time that a large closed mesh takes.
+  constexpr double kHierarchyDone = 0.45, kRecordsDone = 0.75, kNormalsDone = 0.85;
   measure(vertices);
-  fillRecords(vertices, triangles, hierarchy_.build(vertices, triangles, extent_, threads));
+  reportProgress(WorkStage::kBuilding, 0);
+  const auto order = hierarchy_.build(vertices, triangles, extent_, threads);
+  reportProgress(WorkStage::kBuilding, kHierarchyDone);
+  fillRecords(vertices, triangles, order);
   interruptionPoint();
+  reportProgress(WorkStage::kBuilding, kRecordsDone);
   const std::vector<std::uint8_t> all(records_.size(), 1);
   sumVertexNormals(all, vertices.size());
+  reportProgress(WorkStage::kBuilding, kNormalsDone);
   markCrossed(all, threads);
 }
 

@@ -27,7 +27,10 @@ struct Side {
     }
   }
   interruptionPoint();
-  std::ranges::sort(sides, {}, &Side::ends);
+  std::ranges::sort(sides, [](const Side& a, const Side& b) {
+    interruptionPoint();
+    return a.ends < b.ends;
+  });
   interruptionPoint();
   std::uint64_t open = 0;
   for (auto first = sides.begin(); first != sides.end();) {
@@ -59,9 +62,9 @@ struct Moments {
 
 }  // namespace
 
-Solid solidOf(std::span<const Vec3f> vertices, Triangles triangles) {
+Solid solidOf(std::span<const Vec3f> vertices, Triangles triangles, bool sidesCancel) {
   Solid solid;
-  solid.openSides = countOpenSides(triangles);
+  solid.openSides = sidesCancel ? 0 : countOpenSides(triangles);
   if (solid.openSides > 0) solid.defect = SolidDefect::kOpen;
   if (solid.openSides > 0 || vertices.empty()) return solid;
 
@@ -75,6 +78,7 @@ Solid solidOf(std::span<const Vec3f> vertices, Triangles triangles) {
   const Vec3 corner = (lowest + highest) / 2.0;
   Moments moments;
   for (const auto& t : triangles) {
+    interruptionPoint();
     moments.add(Vec3(vertices[t[0]]) - corner, Vec3(vertices[t[1]]) - corner, Vec3(vertices[t[2]]) - corner);
   }
   const double extent = glm::length(highest - lowest);

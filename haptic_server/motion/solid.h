@@ -28,6 +28,8 @@ struct Solid {
 /// depend on that corner exactly when the triangles' directed sides cancel, which is what is tested: meshes of several
 /// parts and lines of four triangles are closed too. Where parts overlap, what is inside counts once for each.
 /// Off the servo's thread: sorts and allocates.
-[[nodiscard]] Solid solidOf(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles);
+/// \param sidesCancel  That is known, and not looked for.
+[[nodiscard]] Solid solidOf(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                            bool sidesCancel = false);
 
 }  // namespace haptics

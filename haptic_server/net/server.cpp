@@ -150,22 +150,30 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
     }
     [[nodiscard]] const MotionState& motion() const override { return server.servo_.motion(); }
     [[nodiscard]] EnergySource gaveMost() const override { return server.servo_.gaveMost(); }
-    [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
+    [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction,
+                                  bool wantsProgress) override {
+      SceneRoom::EditProgress progress;
+      if (wantsProgress) {
+        progress = [here = here(), clientSeq](WorkStage stage, double share) {
+          here([clientSeq, stage, share](ServerSession& s) { s.editProgress(clientSeq, stage, share); });
+        };
+      }
       return server.room_.submitEdit(
-          server.admission_.editSession({id, session.role(), token}), clientSeq, std::move(transaction),
+          editSession(id), clientSeq, std::move(transaction),
           [here = here(), clientSeq](const EditOutcome& outcome) {
             here([clientSeq, outcome](ServerSession& s) { s.editDecided(clientSeq, outcome); });
           },
-          left.get_token());
+          left.get_token(), std::move(progress));
     }
     [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
       const std::size_t size = bytes.size();
       return server.room_.submitAsset(
-          name, std::move(bytes),
+          editSession(session.id()), name, std::move(bytes),
           [weak = server.weak_from_this(), n = number, hash = name.hash, size](const auto& asset) {
             const auto self = weak.lock();
             if (self) self->post([=](Impl& impl) { impl.assetDecided(n, hash, size, asset); });
-          });
+          },
+          left.get_token());
     }
     [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
       std::size_t ofToken = 0;
@@ -214,6 +222,9 @@ class Server::Impl : public std::enable_shared_from_this<Server::Impl> {
       server.post([n = number](Impl& impl) { impl.remove(n); });
     }
     [[nodiscard]] Admission::Client client() const { return {session.id(), session.role(), token}; }
+    [[nodiscard]] SessionId editSession(SessionId id) const {
+      return server.admission_.editSession({id, session.role(), token});
+    }
     [[nodiscard]] std::string described() const {
       return session.name().empty() ? transport->peer() : session.name() + " (" + transport->peer() + ")";
     }

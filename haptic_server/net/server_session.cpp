@@ -102,6 +102,16 @@ void ServerSession::editDecided(std::uint64_t clientSeq, const EditOutcome& outc
   sendLive();
 }
 
+void ServerSession::editProgress(std::uint64_t clientSeq, WorkStage stage, double share) {
+  if (phase_ != Phase::kLive) return;
+  v1::Envelope envelope;
+  v1::EditProgress& progress = *envelope.mutable_edit_progress();
+  progress.set_client_seq(clientSeq);
+  progress.set_stage(static_cast<v1::EditProgress::Stage>(stage));
+  progress.set_share(share);
+  send(envelope);
+}
+
 void ServerSession::assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome) {
   const auto reply = uploads_.decided(hash, std::move(outcome));
   if (reply && phase_ == Phase::kLive) send(*reply);
@@ -270,7 +280,7 @@ void ServerSession::handle(const v1::EditRequest& request) {
   if (request.epoch() != 0 && request.epoch() != host_.history()->epoch && restsOnState(*transaction)) {
     return editDecided(clientSeq, EditConflict{{}, "it was made from a state that the server has lost"});
   }
-  if (host_.submitEdit(id_, clientSeq, *std::move(transaction))) return;
+  if (host_.submitEdit(id_, clientSeq, *std::move(transaction), request.progress())) return;
   editGate_.putOff(clientSeq);
   putOff(clientSeq, {"busy", "the server has too many edits waiting; send it again later"});
 }

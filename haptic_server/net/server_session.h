@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "common/interruption/progress.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "common/wire/framing.h"
 #include "common/wire/transport.h"
@@ -74,6 +75,8 @@ class ServerSession {
   /// The servo feels `revision` since `tick`. Revisions in ascending order.
   void adopted(std::uint64_t revision, std::uint64_t tick);
   void editDecided(std::uint64_t clientSeq, const EditOutcome& outcome);
+  /// Of an edit that is not decided, to a client that wants to know.
+  void editProgress(std::uint64_t clientSeq, WorkStage stage, double share);
   void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
   /// The file with the last seconds, or why there is none.
   void dumped(const Result<std::string>& file);

@@ -35,7 +35,9 @@ class SessionHost {
   [[nodiscard]] virtual EnergySource gaveMost() const { return {}; }
 
   /// Answered with ServerSession::editDecided, now or later. False: no room for it now, no answer follows.
-  [[nodiscard]] virtual bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction) = 0;
+  /// \param wantsProgress  With ServerSession::editProgress before, where it takes long.
+  [[nodiscard]] virtual bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
+                                        bool wantsProgress) = 0;
   /// Answered with ServerSession::assetDecided, now or later. False: no room for it now, no answer follows.
   /// When the session is destroyed before, the host releases what it had reserved for these bytes.
   [[nodiscard]] virtual bool submitAsset(const AssetName& name, std::string bytes) = 0;

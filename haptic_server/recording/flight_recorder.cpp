@@ -26,6 +26,17 @@ constexpr std::uint64_t kJournalSlack_bytes = 4U << 20;
   return name;
 }
 
+/// Canonical.
+[[nodiscard]] std::size_t assetBytes(const GivenScene& scene) {
+  std::size_t bytes = 0;
+  for (const GivenObject& object : scene.objects) {
+    const ObjectAssets& assets = object.parts.assets;
+    if (assets.mesh) bytes += assets.mesh->bytes().size();
+    for (const auto& other : assets.others) bytes += other->bytes().size();
+  }
+  return bytes;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<FlightRecorder>> FlightRecorder::open(Options options, FlightRing& ring) {
@@ -47,28 +58,45 @@ FlightRecorder::~FlightRecorder() { (void)stop(); }
 void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjectParts>& objects) {
   const std::uint64_t now_ns = monotonicNow_ns();
   const auto kept = std::make_shared<const GivenScene>(givenScene(scene, objects));
+  bool later = false, running = false;
   {
     const std::lock_guard lock(mutex_);
     scenes_.push_back({kept, now_ns});
+    running = running_;
+    later = running && (!toKeep_.empty() || assetBytes(*kept) > kKeptAtOnce_bytes);
+    if (later && options_.keepScenes) toKeep_.push_back(kept);
   }
-  letGoOfScenes();
-  if (options_.keepScenes) keep(kept.get());
+  if (!running) letGoOfScenes();  // else the recorder's thread does, which may take its time
+  if (!later && options_.keepScenes) keep(kept.get());
+}
+
+/// What given() left to this thread.
+void FlightRecorder::keepDue() {
+  std::unique_lock lock(mutex_);
+  while (!toKeep_.empty()) {
+    const auto scene = toKeep_.front();
+    lock.unlock();
+    keep(scene.get());
+    lock.lock();
+    toKeep_.pop_front();
+  }
 }
 
 /// Into the journal; a new one where most of it is of scenes that are not held any more, or there is none yet.
 void FlightRecorder::keep(const GivenScene* scene) {
   if (!keepsScenes_) return;
   const bool full = !journal_ || journal_->size() > 2 * journalBegan_ + kJournalSlack_bytes;
-  if (const auto kept = full ? keepAnew() : journal_->add(*scene); !kept) {
+  if (const auto kept = full ? keepAnew(scene != nullptr ? scene->number : 0) : journal_->add(*scene); !kept) {
     keepsScenes_ = false;
     options_.warning("from here on the last seconds before a crash cannot be kept: " + kept.error().text());
   }
 }
 
-Result<void> FlightRecorder::keepAnew() {
+Result<void> FlightRecorder::keepAnew(std::uint64_t upTo) {
   auto journal = SceneJournal::make(options_.facts);
   if (!journal) return tl::unexpected(std::move(journal.error()));
   for (const auto& scene : scenesFrom(0)) {
+    if (scene->number > upTo) break;
     if (auto added = journal->add(*scene); !added) return added;
   }
   journal_ = *std::move(journal);
@@ -88,6 +116,10 @@ void FlightRecorder::letGoOfScenes() {
 }
 
 void FlightRecorder::start() {
+  {
+    const std::lock_guard lock(mutex_);
+    running_ = true;
+  }
   thread_ = std::thread([this] { run(); });
 }
 
@@ -145,6 +177,7 @@ void FlightRecorder::look(bool last) {
     if (auto flushed = writer_->flush(); !flushed) giveUp(flushed.error().reason);
   }
   writeDue(end, last);
+  keepDue();
   letGoOfScenes();
 }
 

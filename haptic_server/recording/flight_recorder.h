@@ -28,7 +28,8 @@ class FlightRecorder {
     std::filesystem::path folder;  ///< For the others.
     RecordingQuota quota = {};     ///< Of the folder.
     /// Memory of the scenes that a recording after a crash needs (SceneJournal), another one from time to time: its
-    /// descriptor, which is the recorder's. On the thread of given(), before the servo gets a scene that is only there.
+    /// descriptor, which is the recorder's. On the thread of given(), before the servo gets a scene that is only there; of
+    /// scenes of more than kKeptAtOnce_bytes on the recorder's, soon after.
     std::function<void(int descriptor)> keepScenes = {};
     std::function<void(const std::string&)> info, warning;
   };
@@ -47,6 +48,9 @@ class FlightRecorder {
   static constexpr double kFaultBytes_per_s = 8e6;
   /// Between two requests that are granted.
   static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;
+
+  /// Assets of a scene that given() itself keeps for after a crash; to keep more takes tens of milliseconds.
+  static constexpr std::size_t kKeptAtOnce_bytes = 4U << 20;
 
   /// The ring outlives the recorder. Refused: a file that cannot be written.
   [[nodiscard]] static Result<std::unique_ptr<FlightRecorder>> open(Options options, FlightRing& ring);
@@ -86,19 +90,23 @@ class FlightRecorder {
   void giveUp(const std::string& why);
   void letGoOfScenes();
   void keep(const GivenScene* scene);
-  [[nodiscard]] Result<void> keepAnew();
+  void keepDue();
+  [[nodiscard]] Result<void> keepAnew(std::uint64_t upTo);
 
   Options options_;
   FlightRing& ring_;
   std::thread thread_;
 
-  mutable std::mutex mutex_;  // guards the four below
+  mutable std::mutex mutex_;  // guards the six below
   std::condition_variable changed_;
   std::deque<Held> scenes_;
   std::deque<Request> asked_;
+  bool running_ = false;
   bool stopping_ = false;
+  std::deque<std::shared_ptr<const GivenScene>>
+      toKeep_;  // in the journal; not empty while the recorder's thread is at it
 
-  // The thread of given() only.
+  // The thread of given(), unless there are scenes to keep: then the recorder's.
   std::optional<SceneJournal> journal_;
   std::uint64_t journalBegan_ = 0;  // its size with the scenes that it began with
   bool keepsScenes_ = true;         // no: there was no memory

@@ -13,7 +13,7 @@
 
 namespace haptics {
 
-/// Everything that an edit may name, from files, makers and the store. One thread.
+/// Everything that an edit may name, from files, makers and the store. Any number of threads.
 class AssetLibrary final : public AssetResolver {
  public:
   /// The store outlives the library. \param device for warnings.
@@ -51,7 +51,7 @@ class AssetLibrary final : public AssetResolver {
                                                  const ObjectAssets& assets) const override {
     auto remarks = surfaceRemarks(record, assets, device_);
     for (std::string& remark : motionRemarks(record, assets, device_)) remarks.push_back(std::move(remark));
-    for (std::string& remark : deformationRemarks(record.deformation, *assets.mesh->mesh)) {
+    for (std::string& remark : deformationRemarks(record.deformation, *assets.mesh->mesh, assets.derived.flattened)) {
       remarks.push_back(std::move(remark));
     }
     return remarks;

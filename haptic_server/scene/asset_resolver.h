@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,10 +23,27 @@ struct ResidueSource {
   ContentHash hash;
 };
 
+/// Thrown where an edit needs what takes long, by a resolver that is not to take long.
+struct NotPrepared : std::exception {
+  [[nodiscard]] const char* what() const noexcept override { return "it takes long"; }
+};
+
+/// An object that an edit was going to make, with all that was made of it.
+struct PreparedObject {
+  ObjectRecord record;
+  ObjectAssets assets;
+};
+
 /// Makes the assets that an edit names. The sequencer sees only this, so that a simulation needs no files.
 class AssetResolver {
  public:
   virtual ~AssetResolver() = default;
+  /// Called before work on so many triangles of a mesh; may throw NotPrepared, as may all that makes assets.
+  virtual void beforeWork([[maybe_unused]] std::size_t triangles) const {}
+  /// The object of this name, where the edit was tried before; null: it was not, or holds no such object.
+  [[nodiscard]] virtual const PreparedObject* prepared([[maybe_unused]] const std::string& name) const {
+    return nullptr;
+  }
   /// Errors name the field below the MeshSource ("file", "torus.minor_radius_m"),
   [[nodiscard]] virtual Result<Resolved<MeshAsset>> resolve(const MeshSource& source) = 0;
   /// below MappedField ("image"),

@@ -1,8 +1,10 @@
 #include "haptic_server/scene/asset_store.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 
+#include "common/interruption/interruption.h"
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
 #include "common/surface/field_asset.h"
@@ -11,7 +13,17 @@
 namespace haptics {
 namespace {
 
-ContentHash hashOfBytes(const std::string& bytes) { return Hasher().add(std::as_bytes(std::span(bytes))).finish(); }
+ContentHash hashOfBytes(const std::string& bytes) {
+  constexpr std::size_t kPiece_bytes = 1U << 20;
+  Hasher hasher;
+  for (auto left = std::as_bytes(std::span(bytes)); !left.empty();) {
+    interruptionPoint();
+    const auto piece = left.first(std::min(kPiece_bytes, left.size()));
+    hasher.add(piece);
+    left = left.subspan(piece.size());
+  }
+  return hasher.finish();
+}
 
 std::shared_ptr<MeshAsset> build(std::shared_ptr<const TriMesh> mesh) {
   static_assert(kMaxTriangles <= TriangleRecord::kMostTriangles);
@@ -102,6 +114,9 @@ std::shared_ptr<const Kind> AssetStore::keep(std::shared_ptr<Kind> asset, const 
   asset->name = {Kind::kKind, hash};
 
   const std::lock_guard lock(mutex_);
+  if (const auto at = assets_.find(hash); at != assets_.end()) {
+    if (auto known = as<Kind>(at->second.lock())) return known;  // another thread was faster
+  }
   std::erase_if(assets_, [](const auto& entry) { return entry.second.expired(); });
   assets_[hash] = asset;
   return asset;

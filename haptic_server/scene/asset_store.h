@@ -74,7 +74,7 @@ template <class Kind>
 /// version, an upload or a client's transfer holds it.
 class AssetStore {
  public:
-  /// The asset with this content; what is built beside it only when no one holds it yet. Builder thread: a mesh takes
+  /// The asset with this content; what is built beside it only when no one holds it yet. Any thread: a mesh takes
   /// O(n log n) time in the triangles, in which the thread may be interrupted.
   [[nodiscard]] std::shared_ptr<const MeshAsset> intern(TriMesh mesh);
   [[nodiscard]] std::shared_ptr<const FieldAsset> intern(SampledField field);

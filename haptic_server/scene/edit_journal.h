@@ -30,6 +30,9 @@ class EditJournal {
   /// those of the objects that they changed, some of which may be known. Does not throw.
   /// @return Nothing when all of them are kept. Else none of them counts, and the error is the answer to each.
   [[nodiscard]] virtual Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) = 0;
+  /// Any thread. An edit may soon name this asset: what keeping it takes may be done now, where that takes long. Does not
+  /// throw.
+  virtual void prepare([[maybe_unused]] const std::shared_ptr<const Asset>& asset) {}
   /// The scene is this state from now on, to which no edit led that was kept. What cannot be kept now is kept before
   /// the next edit is. Does not throw.
   virtual void resetTo(const SequencerState& state, const Assets& assets) = 0;

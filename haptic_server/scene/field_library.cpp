@@ -5,6 +5,7 @@
 
 #include "common/importer/importer.h"
 #include "common/interruption/interruption.h"
+#include "common/interruption/progress.h"
 #include "common/surface/makers/spot_noise.h"
 
 namespace haptics {
@@ -51,11 +52,16 @@ Result<Resolved<PointFieldAsset>> FieldLibrary::resolve(const PointFieldSource& 
 
 template <class K, class Kind, class Make>
 Result<std::shared_ptr<const Kind>> FieldLibrary::once(Made<K, Kind>& made, const K& key, Make make) {
-  if (const auto at = made.find(key); at != made.end()) {
-    if (auto asset = at->second.lock()) return asset;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto at = made.find(key); at != made.end()) {
+      if (auto asset = at->second.lock()) return asset;
+    }
   }
+  reportProgress(WorkStage::kMaking, 0);
   Result<std::shared_ptr<const Kind>> asset = make();
   if (!asset) return asset;
+  const std::lock_guard lock(mutex_);
   std::erase_if(made, [](const auto& entry) { return entry.second.expired(); });
   made.insert_or_assign(key, *asset);
   return asset;

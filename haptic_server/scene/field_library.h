@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <tuple>
 #include <variant>
@@ -13,8 +14,8 @@
 
 namespace haptics {
 
-/// Sampled fields from images below the asset folders, from recipes and from the store; point fields; vertex values. One
-/// thread.
+/// Sampled fields from images below the asset folders, from recipes and from the store; point fields; vertex values. Any
+/// number of threads.
 class FieldLibrary {
  public:
   /// Both outlive the library.
@@ -40,6 +41,7 @@ class FieldLibrary {
   using GrownKey = std::pair<GrownReactionDiffusionSource, ContentHash>;
   template <class K, class Kind>
   using Made = std::map<K, std::weak_ptr<const Kind>>;
+  std::mutex mutex_;  // guards the two below
   Made<Key, FieldAsset> made_;
   Made<GrownKey, PointFieldAsset> grown_;
 
@@ -51,7 +53,7 @@ class FieldLibrary {
   template <class Kind>
   Result<std::shared_ptr<const Kind>> fromElsewhere(Result<std::string> bytes);
   template <class K, class Kind, class Make>
-  static Result<std::shared_ptr<const Kind>> once(Made<K, Kind>& made, const K& key, Make make);
+  Result<std::shared_ptr<const Kind>> once(Made<K, Kind>& made, const K& key, Make make);
 };
 
 }  // namespace haptics

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/interruption/interruption.h"
 #include "haptic_server/scene/surface_remarks.h"
 
 namespace haptics {
@@ -33,6 +34,7 @@ Vec3 areaNormal(const std::array<Vec3, 3>& t) { return glm::cross(t[1] - t[0], t
 }  // namespace
 
 std::optional<Error> fitToMesh(DeformationProperties& properties, const TriMesh& mesh, bool latticeOfMesh) {
+  if (!properties.softness && !properties.lattice) return std::nullopt;
   const auto [low, high] = boundsOf(mesh);
   const Vec3 size = high - low;
   if (properties.softness) {
@@ -61,7 +63,16 @@ std::optional<Error> fitToMesh(DeformationProperties& properties, const TriMesh&
   return std::nullopt;
 }
 
-std::vector<std::string> deformationRemarks(const DeformationProperties& properties, const TriMesh& mesh) {
+std::size_t flattenedBy(const Lattice& lattice, const TriMesh& mesh) {
+  const std::vector<Vec3f> shaped = shapedBy(lattice, mesh.vertices);
+  interruptionPoint();
+  return static_cast<std::size_t>(std::ranges::count_if(mesh.triangles, [&](const TriangleIndices& t) {
+    return areaNormal(corners(shaped, t)) == Vec3(0) && areaNormal(corners(mesh.vertices, t)) != Vec3(0);
+  }));
+}
+
+std::vector<std::string> deformationRemarks(const DeformationProperties& properties, const TriMesh& mesh,
+                                            std::optional<std::size_t> flattened) {
   std::vector<std::string> remarks;
   if (properties.softness) {
     const double edge_m = meanEdge_m(mesh);
@@ -72,10 +83,7 @@ std::vector<std::string> deformationRemarks(const DeformationProperties& propert
     }
   }
   if (properties.lattice) {
-    const std::vector<Vec3f> shaped = shapedBy(*properties.lattice, mesh.vertices);
-    const auto flat = std::ranges::count_if(mesh.triangles, [&](const TriangleIndices& t) {
-      return areaNormal(corners(shaped, t)) == Vec3(0) && areaNormal(corners(mesh.vertices, t)) != Vec3(0);
-    });
+    const std::size_t flat = flattened ? *flattened : flattenedBy(*properties.lattice, mesh);
     if (flat > 0) remarks.push_back("the lattice leaves " + std::to_string(flat) + " triangles without an area");
   }
   return remarks;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,7 +16,12 @@ namespace haptics {
 [[nodiscard]] std::optional<Error> fitToMesh(DeformationProperties& properties, const TriMesh& mesh,
                                              bool latticeOfMesh);
 
-/// Warnings of a mesh too coarse to show its dents, and of triangles that the lattice leaves without an area.
-[[nodiscard]] std::vector<std::string> deformationRemarks(const DeformationProperties& properties, const TriMesh& mesh);
+/// Triangles that the lattice leaves without an area.
+[[nodiscard]] std::size_t flattenedBy(const Lattice& lattice, const TriMesh& mesh);
+
+/// Warnings of a mesh too coarse to show its dents, and of triangles that the lattice leaves without an area, which are
+/// counted unless they are known.
+[[nodiscard]] std::vector<std::string> deformationRemarks(const DeformationProperties& properties, const TriMesh& mesh,
+                                                          std::optional<std::size_t> flattened = std::nullopt);
 
 }  // namespace haptics

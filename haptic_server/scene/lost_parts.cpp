@@ -46,8 +46,8 @@ Result<ObjectAssets> gatherReady(const ObjectRecord& record, const AssetLookup& 
   auto assets = gatherAssets(record, lookUp);
   if (!assets || !record.motion) return assets;
   // The mesh is whole; an edit of the object as it was without may have given it a motion that does not fit.
-  if (const auto body = rigidBodyFrom(*record.motion, *assets->mesh->mesh); !body)
-    return tl::unexpected(Error(body.error()).within("motion."));
+  derive(record, *assets, {}, false, [](std::size_t) {});
+  if (const auto& body = *assets->derived.body; !body) return tl::unexpected(Error(body.error()).within("motion."));
   return assets;
 }
 

@@ -8,8 +8,8 @@
 namespace haptics {
 namespace {
 
-Result<MassProperties> evenlyFilled(double mass_kg, const TriMesh& mesh) {
-  const Solid solid = solidOf(mesh.vertices, mesh.triangles);
+Result<MassProperties> evenlyFilled(double mass_kg, const TriMesh& mesh, bool closed) {
+  const Solid solid = solidOf(mesh.vertices, mesh.triangles, closed);
   switch (solid.defect) {
     case SolidDefect::kOpen:
       return refused("inertia", "is missing, and the mesh is open: " + std::to_string(solid.openSides) +
@@ -43,9 +43,9 @@ Result<MassProperties> asGiven(double mass_kg, const GivenInertia& given) {
 
 }  // namespace
 
-Result<RigidBody> rigidBodyFrom(const MotionProperties& properties, const TriMesh& mesh) {
-  auto mass =
-      properties.inertia ? asGiven(properties.mass_kg, *properties.inertia) : evenlyFilled(properties.mass_kg, mesh);
+Result<RigidBody> rigidBodyFrom(const MotionProperties& properties, const TriMesh& mesh, bool closed) {
+  auto mass = properties.inertia ? asGiven(properties.mass_kg, *properties.inertia)
+                                 : evenlyFilled(properties.mass_kg, mesh, closed);
   if (!mass) return tl::unexpected<Error>(std::move(mass.error()));
   RigidBody body;
   body.mass = *mass;

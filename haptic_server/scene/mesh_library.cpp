@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <system_error>
 #include <type_traits>
@@ -10,6 +11,7 @@
 
 #include "common/importer/importer.h"
 #include "common/interruption/interruption.h"
+#include "common/interruption/progress.h"
 #include "haptic_server/scene/scene_limits.h"
 
 namespace haptics {
@@ -31,6 +33,25 @@ MeshRecipe recipeOf(const MeshSource& source) {
 
 }  // namespace
 
+double trianglesMadeFor(const MeshSource& source) {
+  if (std::holds_alternative<FileSource>(source.source)) return std::numeric_limits<double>::infinity();
+  return std::holds_alternative<AssetSource>(source.source) ? 0 : trianglesOf(recipeOf(source));
+}
+
+std::optional<ResolvedMesh> MeshLibrary::known(const FileKey& key) {
+  const std::lock_guard lock(mutex_);
+  const auto at = imported_.find(key);
+  auto asset = at == imported_.end() ? nullptr : at->second.asset.lock();
+  if (!asset) return std::nullopt;
+  return ResolvedMesh{std::move(asset), at->second.report};
+}
+
+void MeshLibrary::keep(const FileKey& key, const ResolvedMesh& mesh) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(imported_, [](const auto& entry) { return entry.second.asset.expired(); });
+  imported_.insert_or_assign(key, Imported{mesh.asset, mesh.report});
+}
+
 Result<ResolvedMesh> MeshLibrary::resolve(const MeshSource& source) {
   if (const auto* file = std::get_if<FileSource>(&source.source)) return fromFile(source, *file);
   if (source.largestExtent_m) return refused("largest_extent_m", "only a mesh from a file is scaled; leave it out");
@@ -49,9 +70,8 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
                     source.unit_m,
                     source.largestExtent_m,
                     source.keepCrossings};
-  if (const auto at = imported_.find(key); at != imported_.end()) {
-    if (auto asset = at->second.asset.lock()) return ResolvedMesh{std::move(asset), at->second.report};
-  }
+  if (auto mesh = known(key)) return *std::move(mesh);
+  reportProgress(WorkStage::kMaking, 0);
   auto imported = importMeshFile(
       located->file, located->folder,
       {.unit_m = source.unit_m, .largestExtent_m = source.largestExtent_m, .keepCrossings = source.keepCrossings},
@@ -61,8 +81,7 @@ Result<ResolvedMesh> MeshLibrary::fromFile(const MeshSource& source, const FileS
   if (!mesh) return refused("file", file.path + ": " + mesh.error().text());
 
   ResolvedMesh resolved{*std::move(mesh), file.path + ": " + imported->report.text()};
-  std::erase_if(imported_, [](const auto& entry) { return entry.second.asset.expired(); });
-  imported_.insert_or_assign(key, Imported{resolved.asset, resolved.report});
+  keep(key, resolved);
   return resolved;
 }
 
@@ -76,6 +95,7 @@ Result<ResolvedMesh> MeshLibrary::generated(const MeshSource& source) {
   const MeshRecipe recipe = recipeOf(source);
   Result<std::shared_ptr<const MeshAsset>> mesh;
   if (trianglesOf(recipe) > kMostMadeHere) {
+    reportProgress(WorkStage::kMaking, 0);
     mesh = makeElsewhere(recipe, Interruptible::token()).and_then([this](std::string bytes) {
       return fromElsewhere(std::move(bytes));
     });

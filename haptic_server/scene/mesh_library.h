@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -15,7 +16,10 @@ namespace haptics {
 
 using ResolvedMesh = Resolved<MeshAsset>;
 
-/// Meshes from files below the asset folders, from generators and from the store. One thread.
+/// Triangles that are made for such a source; infinite for a file, of which that is not known.
+[[nodiscard]] double trianglesMadeFor(const MeshSource& source);
+
+/// Meshes from files below the asset folders, from generators and from the store. Any number of threads.
 class MeshLibrary {
  public:
   /// Both outlive the library.
@@ -37,7 +41,11 @@ class MeshLibrary {
 
   const AssetFolders& folders_;
   AssetStore& store_;
+  std::mutex mutex_;  // guards the next
   std::map<FileKey, Imported> imported_;
+
+  std::optional<ResolvedMesh> known(const FileKey& key);
+  void keep(const FileKey& key, const ResolvedMesh& mesh);
 
   Result<ResolvedMesh> fromFile(const MeshSource& source, const FileSource& file);
   Result<ResolvedMesh> fromStore(const AssetSource& asset) const;

@@ -4,16 +4,15 @@
 #include <sstream>
 
 #include "haptic_server/motion/coupling.h"
-#include "haptic_server/scene/make_rigid_body.h"
+#include "haptic_server/scene/derived_parts.h"
 
 namespace haptics {
 
 std::vector<std::string> motionRemarks(const ObjectRecord& record, const ObjectAssets& assets,
                                        const DeviceLimits& device) {
-  if (!record.motion) return {};
-  const auto body = rigidBodyFrom(*record.motion, *assets.mesh->mesh);
-  if (!body) return {};
-  const double mass_kg = leastFeltMass_kg(*body, assets.mesh->mesh->vertices);
+  const auto body = feltBodyOf(record, assets);
+  if (!body || !*body) return {};
+  const double mass_kg = (*body)->feltMass_kg;
   const double stiffness = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
   const double damping = std::min(record.material.damping_Ns_per_m, device.mostDamping_Ns_per_m);
   const double share = bearableShare(mass_kg, stiffness, damping, device.period_s);

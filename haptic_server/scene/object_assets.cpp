@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/interruption/interruption.h"
 #include "common/surface/make_field.h"
 
 namespace haptics {
@@ -24,6 +25,7 @@ Result<void> checkCreases(const std::vector<Crease>& creases, const TriMesh& mes
   if (creases.empty()) return {};
   std::vector<bool> found(creases.size());
   for (const TriangleIndices& t : mesh.triangles) {
+    interruptionPoint();
     for (std::size_t k = 0; k < t.size(); ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % t.size()];
       const auto at = std::ranges::lower_bound(creases, Crease{std::min(a, b), std::max(a, b)});
@@ -41,7 +43,8 @@ Result<void> checkCreases(const std::vector<Crease>& creases, const TriMesh& mes
 
 class Gatherer {
  public:
-  Gatherer(const ObjectRecord& record, const AssetLookup& lookUp) : record_(record), lookUp_(lookUp) {}
+  Gatherer(const ObjectRecord& record, const AssetLookup& lookUp, bool creasesFit)
+      : record_(record), lookUp_(lookUp), creasesFit_(creasesFit) {}
 
   Result<ObjectAssets> gather() {
     auto mesh = get<MeshAsset>(record_.mesh, lookUp_);
@@ -49,7 +52,7 @@ class Gatherer {
     assets_.mesh = *std::move(mesh);
     const SurfaceProperties& surface = record_.material.surface;
     Result<void> done;
-    if (surface.shading) done = checkCreases(surface.shading->creases, *assets_.mesh->mesh);
+    if (surface.shading && !creasesFit_) done = checkCreases(surface.shading->creases, *assets_.mesh->mesh);
     if (const auto& friction = surface.friction) {
       if (done) done = gather(friction->over, "friction.", assets_.frictionField, assets_.frictionScale);
       if (done) {
@@ -72,6 +75,7 @@ class Gatherer {
  private:
   const ObjectRecord& record_;
   const AssetLookup& lookUp_;
+  const bool creasesFit_;
   ObjectAssets assets_;
 
   Result<void> gatherResidue(const ContentHash& hash) {
@@ -152,8 +156,8 @@ std::shared_ptr<const Asset> ObjectAssets::find(const ContentHash& hash) const {
   return at == others.end() ? nullptr : *at;
 }
 
-Result<ObjectAssets> gatherAssets(const ObjectRecord& record, const AssetLookup& lookUp) {
-  return Gatherer(record, lookUp).gather();
+Result<ObjectAssets> gatherAssets(const ObjectRecord& record, const AssetLookup& lookUp, bool creasesFit) {
+  return Gatherer(record, lookUp, creasesFit).gather();
 }
 
 }  // namespace haptics

@@ -8,6 +8,7 @@
 #include "common/scene/scene.h"
 #include "common/surface/scalar_field.h"
 #include "haptic_server/scene/asset_store.h"
+#include "haptic_server/scene/derived_parts.h"
 
 namespace haptics {
 
@@ -25,6 +26,7 @@ struct ObjectAssets {
   std::shared_ptr<const ScalarField> stiffnessField, softnessField;
   std::shared_ptr<const VertexValuesAsset> stiffnessScale, softnessScale;
   std::shared_ptr<const MovedVerticesAsset> residue;  ///< Null unless plastic dents have left one.
+  DerivedParts derived;
 
   /// Of an object whose assets these are: its mesh's vertices as lattice and residue have them.
   [[nodiscard]] std::vector<Vec3f> shapeAtRest(const DeformationProperties& deformation) const {
@@ -37,6 +39,8 @@ using AssetLookup = std::function<Result<std::shared_ptr<const Asset>>(const Ass
 
 /// Everything that the record names. Refused: what the lookup refuses, an asset of another kind than its place asks for,
 /// values or creases that do not fit the mesh; errors name the field below ObjectState ("friction.per_vertex").
-[[nodiscard]] Result<ObjectAssets> gatherAssets(const ObjectRecord& record, const AssetLookup& lookUp);
+/// \param creasesFit  That is known.
+[[nodiscard]] Result<ObjectAssets> gatherAssets(const ObjectRecord& record, const AssetLookup& lookUp,
+                                                bool creasesFit = false);
 
 }  // namespace haptics

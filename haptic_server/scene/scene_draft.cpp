@@ -9,7 +9,6 @@
 
 #include "haptic_server/scene/fit_deformation.h"
 #include "haptic_server/scene/fit_mapping.h"
-#include "haptic_server/scene/make_rigid_body.h"
 #include "haptic_server/servo/servo_scene.h"
 
 namespace haptics {
@@ -201,9 +200,11 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
   };
   for (const auto& [object, given] : given_) {
     ObjectRecord& record = *put(object);
-    if (auto gathered = gather(record, given); !gathered) return tl::unexpected(std::move(gathered).error());
-    if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
+    if (auto gathered = gather(record, given, resolver); !gathered) return tl::unexpected(std::move(gathered).error());
     if (auto fits = fitDeformation(record, given); !fits) return tl::unexpected(std::move(fits).error());
+    derive(record, assets_.at(object), known(record, resolver), !(given.mesh.empty() && given.deformation.empty()),
+           [&resolver](std::size_t triangles) { resolver.beforeWork(triangles); });
+    if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
     if (given.onlyResidue()) continue;  // the server's own, time and again
     stiffened_.erase(object);
     addRemarks(record, assets_.at(object));
@@ -342,12 +343,28 @@ std::shared_ptr<const Asset> SceneDraft::findAsset(ObjectId object, const Conten
   return known == baseAssets_.end() ? nullptr : known->second.find(hash);
 }
 
-Result<void> SceneDraft::gather(const ObjectRecord& record, const Given& given) {
-  auto gathered = gatherAssets(record, [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
+/// As it was prepared, and as it was.
+std::vector<KnownObject> SceneDraft::known(const ObjectRecord& record, const AssetResolver& resolver) const {
+  std::vector<KnownObject> known;
+  if (const auto* prepared = resolver.prepared(record.name)) known.push_back({&prepared->record, &prepared->assets});
+  if (const auto original = base_.find(record.id)) known.push_back({original.get(), &baseAssets_.at(record.id), true});
+  return known;
+}
+
+Result<void> SceneDraft::gather(const ObjectRecord& record, const Given& given, const AssetResolver& resolver) {
+  const auto& shading = record.material.surface.shading;
+  const bool creasesFit = std::ranges::any_of(known(record, resolver), [&](const KnownObject& its) {
+    return its.record->mesh == record.mesh && its.record->material.surface.shading == shading;
+  });
+  if (const auto mesh = as<MeshAsset>(findAsset(record.id, record.mesh)); mesh && shading && !creasesFit) {
+    if (!shading->creases.empty()) resolver.beforeWork(mesh->mesh->triangles.size());
+  }
+  const auto find = [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
     auto asset = findAsset(record.id, name.hash);
     if (!asset) return refused("", "is not here");
     return asset;
-  });
+  };
+  auto gathered = gatherAssets(record, find, creasesFit);
   if (gathered) {
     assets_[record.id] = *std::move(gathered);
     return {};
@@ -368,9 +385,9 @@ Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const Given& gi
   if (byMotion) {
     if (auto fits = checkMovingCount(given.motion); !fits) return fits;
   }
-  const auto body = rigidBodyFrom(*record.motion, *assets_.at(record.id).mesh->mesh);
-  if (body) return {};
-  const auto& [field, reason] = body.error();
+  const auto body = feltBodyOf(record, assets_.at(record.id));
+  if (*body) return {};
+  const auto& [field, reason] = body->error();
   if (byMotion) return refused(given.motion + field, reason);
   return refused(given.mesh, "does not fit the object's motion." + field + ", which " + reason);
 }

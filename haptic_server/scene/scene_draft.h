@@ -33,6 +33,8 @@ class SceneDraft {
   [[nodiscard]] Result<std::vector<std::string>> resolve(AssetResolver& resolver);
 
   [[nodiscard]] Commit commit() const;  ///< Without its root.
+  /// Of which the operations have changed something.
+  [[nodiscard]] const std::vector<ObjectRecord>& objects() const noexcept { return put_; }
   /// Of objects that the operations gave a mesh or surface properties.
   [[nodiscard]] const Assets& assets() const noexcept { return assets_; }
   /// Objects whose pose the operations set, also to what it was.
@@ -96,9 +98,10 @@ class SceneDraft {
   FactorMap* factorMap(const Named& named);
   FieldFamily* fieldFamily(const Named& named);
   Result<void> checkMotion(const ObjectRecord& record, const Given& given) const;
+  std::vector<KnownObject> known(const ObjectRecord& record, const AssetResolver& resolver) const;
   Result<void> checkMovingCount(const std::string& field) const;
   Result<void> fitDeformation(ObjectRecord& record, const Given& given) const;
-  Result<void> gather(const ObjectRecord& record, const Given& given);
+  Result<void> gather(const ObjectRecord& record, const Given& given, const AssetResolver& resolver);
   std::shared_ptr<const Asset> findAsset(ObjectId object, const ContentHash& hash) const;
   const ObjectRecord* find(const ObjectRef& ref) const;
   Result<ObjectRecord*> edit(const ObjectRef& ref, const std::string& field);

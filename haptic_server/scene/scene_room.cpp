@@ -9,13 +9,9 @@
 #include "common/interruption/interruption.h"
 #include "common/scene/deformed_hash.h"
 #include "haptic_server/scene/lost_parts.h"
-#include "haptic_server/scene/queued_size.h"
 
 namespace haptics {
 namespace {
-
-/// How often the builder frees scenes that the servo has left behind while nothing is edited.
-constexpr std::chrono::milliseconds kReclaimEvery{100};
 
 /// Between two takings-in of dents, nanoseconds: each is a commit with all of an object's moved vertices. Shorter costs
 /// lines more; longer lets a long stroke run out of places for its marks.
@@ -23,15 +19,6 @@ constexpr std::uint64_t kTakeInEvery_ns = 200'000'000;
 
 /// Between two attempts to make a scene for the servo that there was no memory for.
 constexpr std::uint64_t kCatchUpEvery_ns = 1'000'000'000;
-
-/// Making an asset may take seconds, which only its own edit waits for.
-bool makesAsset(const Transaction& transaction) {
-  return std::ranges::any_of(transaction.operations, [](const Operation& operation) {
-    const auto* material = std::get_if<SetMaterial>(&operation);
-    return std::holds_alternative<AddObject>(operation) || std::holds_alternative<RemeshObject>(operation) ||
-           (material && !material->material.surface.empty());
-  });
-}
 
 }  // namespace
 
@@ -57,6 +44,7 @@ Result<std::vector<std::string>> SceneRoom::loadStartScene(const Transaction& sc
 
 std::vector<std::string> SceneRoom::resume(SequencerState state, AssetReader readAsset, EditJournal& journal) {
   readAsset_ = std::move(readAsset);
+  journal_ = &journal;
   std::map<ContentHash, Result<std::shared_ptr<const Asset>>> read;  // each once
   const auto lookUp = [&](const AssetName& name) {
     const auto at = read.find(name.hash);
@@ -72,10 +60,10 @@ std::vector<std::string> SceneRoom::resume(SequencerState state, AssetReader rea
 }
 
 bool SceneRoom::checkpoint(std::function<void()> before) {
-  return enqueue({sizeof(Job), [this, before = std::move(before)] {
-                    before();
-                    sequencer_.checkpoint();
-                  }});
+  return enqueue(kServerSession, sizeof(Job), std::function<void()>([this, before = std::move(before)] {
+                   before();
+                   sequencer_.checkpoint();
+                 }));
 }
 
 Result<std::shared_ptr<const Asset>> SceneRoom::findOrRead(const AssetName& name) {
@@ -130,52 +118,9 @@ bool SceneRoom::show(SceneVersion version, Sequencer::Assets assets) {
     sequencer_.show(version, assets);
     publishHistory();
   };
-  if (builder_.joinable()) return enqueue({sizeof(Job), std::move(task)});
+  if (builder_.joinable()) return enqueue(kServerSession, sizeof(Job), std::function<void()>(std::move(task)));
   task();
   return true;
-}
-
-void SceneRoom::start() {
-  builder_ = std::thread([this] { run(); });
-}
-
-void SceneRoom::askToStop() {
-  {
-    const std::lock_guard lock(queueMutex_);
-    stopping_ = true;
-  }
-  stop_.request_stop();
-  queueChanged_.notify_all();
-}
-
-void SceneRoom::stop() {
-  askToStop();
-  if (builder_.joinable()) builder_.join();
-}
-
-bool SceneRoom::stopWithin(std::chrono::milliseconds patience) {
-  askToStop();
-  std::unique_lock lock(queueMutex_);
-  return !builder_.joinable() || queueChanged_.wait_for(lock, patience, [this] { return ended_; });
-}
-
-bool SceneRoom::submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction, const EditReply& reply,
-                           std::stop_token unwanted) {
-  const std::size_t size_bytes = sizeof(Job) + memoryOf_bytes(transaction);
-  return enqueue({size_bytes, Edit{{session, clientSeq, std::move(transaction)}, reply, std::move(unwanted)}});
-}
-
-bool SceneRoom::submitAsset(const AssetName& name, std::string bytes, const UploadReply& reply) {
-  auto job = [this, name, bytes = std::move(bytes), reply]() mutable {
-    try {
-      auto asset = store_.internEncoded(name, std::move(bytes));
-      if (asset && !lostAtStart_.empty()) restoreLostParts(name.hash);
-      reply(std::move(asset));
-    } catch (const std::exception& failure) {
-      reply(refused("data", std::string("the server could not build the asset: ") + failure.what()));
-    }
-  };
-  return enqueue({sizeof(Job), std::move(job)});
 }
 
 std::shared_ptr<const SceneHistory> SceneRoom::history() const {
@@ -189,45 +134,6 @@ void SceneRoom::setListener(HistoryListener listener) {
   if (listener_) listener_(published_);
 }
 
-bool SceneRoom::enqueue(Job job) {
-  {
-    const std::lock_guard lock(queueMutex_);
-    if (stopping_ || queued_bytes_ + job.size_bytes > kMaxQueued_bytes) return false;
-    queued_bytes_ += job.size_bytes;
-    queue_.push_back(std::move(job));
-  }
-  queueChanged_.notify_one();
-  return true;
-}
-
-void SceneRoom::run() {
-  const Interruptible work(stop_.get_token());
-  std::unique_lock lock(queueMutex_);
-  while (!stopping_) {
-    if (queue_.empty() && !servoScenes_.planIsOld()) queueChanged_.wait_for(lock, kReclaimEvery);
-    std::vector<Job> jobs = takeJobs();
-    lock.unlock();
-    try {
-      followServo();
-      carryOut(jobs);
-      takeInDents();
-      const auto departure = servoScenes_.nextDeparture_ns();
-      const bool idle = jobs.empty();
-      const bool due = (departure && *departure <= monotonicNow_ns()) || isBehind_;
-      if ((idle && servoScenes_.planIsOld()) || due) {
-        publishToServo(idle ? ServoSceneMaker::Plan::kOfThisOne : ServoSceneMaker::Plan::kOfTheLastScene);
-      }
-    } catch (const std::exception& failure) {
-      log(std::string("the scene's builder goes on without what it was at: ") + failure.what());
-    }
-    crossing_.reclaim();
-    jobs.clear();  // what they hold is freed without the lock
-    lock.lock();
-  }
-  ended_ = true;
-  queueChanged_.notify_all();
-}
-
 /// Where what moves has come to, and which dents stay.
 void SceneRoom::followServo() {
   const MotionState* motion = options_.takeMotion ? options_.takeMotion() : nullptr;
@@ -237,47 +143,11 @@ void SceneRoom::followServo() {
   stayingAt_ = motion->sceneRevision;
 }
 
-/// The next job, or several edits that make no assets. Edits that nobody waits for are dropped.
-std::vector<SceneRoom::Job> SceneRoom::takeJobs() {
-  const auto isUnwanted = [](const Job& job) {
-    const auto* edit = std::get_if<Edit>(&job.task);
-    return edit && edit->unwanted.stop_requested();
-  };
-  const auto mayShare = [](const Job& job) {
-    const auto* edit = std::get_if<Edit>(&job.task);
-    return edit && !makesAsset(edit->submission.transaction);
-  };
-  std::vector<Job> jobs;
-  while (!stopping_ && !queue_.empty() && jobs.size() < kMaxBatch) {
-    const bool unwanted = isUnwanted(queue_.front());
-    if (!unwanted && !jobs.empty() && !(mayShare(jobs.back()) && mayShare(queue_.front()))) break;
-    queued_bytes_ -= queue_.front().size_bytes;
-    if (!unwanted) jobs.push_back(std::move(queue_.front()));
-    queue_.pop_front();
-  }
-  return jobs;
-}
-
-void SceneRoom::carryOut(std::span<Job> jobs) {
-  std::vector<Submission> submissions;
-  std::stop_token unwanted;
-  for (Job& job : jobs) {
-    if (auto* edit = std::get_if<Edit>(&job.task)) {
-      submissions.push_back(std::move(edit->submission));
-      unwanted = edit->unwanted;
-    } else {
-      std::get<std::function<void()>>(job.task)();
-    }
-  }
-  // Several are done at once, and not interrupted for the sake of one.
-  const auto outcomes = apply(submissions, submissions.size() == 1 ? unwanted : std::stop_token{});
-  for (std::size_t i = 0; i < outcomes.size(); ++i) std::get<Edit>(jobs[i].task).reply(outcomes[i]);
-}
-
-std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submissions, const std::stop_token& unwanted) {
+std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submissions, AssetResolver* resolver,
+                                          const std::stop_token& unwanted) {
   if (!options_.whyFixed.empty()) return std::vector<EditOutcome>(submissions.size(), Error{"", options_.whyFixed});
   const auto before = sequencer_.history();
-  auto outcomes = decide(submissions, unwanted);
+  auto outcomes = decide(submissions, resolver, unwanted);
   if (sequencer_.history() != before) publish(before);
   return outcomes;
 }
@@ -292,14 +162,17 @@ void SceneRoom::publish(const std::shared_ptr<const SceneHistory>& before) {
 }
 
 /// Until then an edit may be given up, by the server or by whoever asked for it.
-std::vector<EditOutcome> SceneRoom::decide(std::span<const Submission> submissions, const std::stop_token& unwanted) {
+std::vector<EditOutcome> SceneRoom::decide(std::span<const Submission> submissions, AssetResolver* resolver,
+                                           const std::stop_token& unwanted) {
   std::stop_source either;
   const auto stop = [&either] { either.request_stop(); };
   const std::stop_callback onStop(Interruptible::token(), stop);
   const std::stop_callback onUnwanted(unwanted, stop);
   const Interruptible work(either.get_token());
   try {
-    return sequencer_.submit(submissions);
+    return sequencer_.submit(submissions, resolver);
+  } catch (const NotPrepared&) {
+    throw;
   } catch (const std::exception& failure) {
     const Error error{"", std::string("the server could not carry out the edit: ") + failure.what()};
     return std::vector<EditOutcome>(submissions.size(), error);

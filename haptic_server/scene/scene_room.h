@@ -5,7 +5,6 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -19,17 +18,22 @@
 #include <variant>
 #include <vector>
 
+#include "common/interruption/progress.h"
 #include "haptic_server/scene/asset_library.h"
 #include "haptic_server/scene/asset_store.h"
+#include "haptic_server/scene/preparation.h"
 #include "haptic_server/scene/residue.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/scene/servo_scene_maker.h"
+#include "haptic_server/scene/session_lanes.h"
 #include "haptic_server/servo/scene_crossing.h"
 
 namespace haptics {
 
 /// The server's own copy of the scene and the builder thread that changes it: edits and uploads in, servo scenes and
-/// histories out. Assets are read, computed, checked, hashed and built on this thread only.
+/// histories out. What takes long of an edit, that is assets that are read, computed, checked, hashed and built, and what
+/// is derived from large meshes, is prepared by workers first; the builder then decides the edit by the scene as it is by
+/// then. Each session's edits and uploads take effect in their order; nobody waits for another session's.
 class SceneRoom {
  public:
   struct Options {
@@ -45,6 +49,9 @@ class SceneRoom {
     std::function<void(const ServoScene&, const std::vector<ServoObjectParts>&)> onServoScene = {};
   };
   using EditReply = std::function<void(const EditOutcome&)>;
+  /// How far the preparation of an edit is, on a worker's thread, at most every kProgressEvery.
+  using EditProgress = std::function<void(WorkStage stage, double share)>;
+  static constexpr std::chrono::milliseconds kProgressEvery{200};
   using UploadReply = std::function<void(Result<std::shared_ptr<const Asset>>)>;
   using AssetReader = std::function<Result<std::string>(const ContentHash&)>;  ///< Canonical bytes, unverified.
   using HistoryListener = std::function<void(std::shared_ptr<const SceneHistory>)>;
@@ -52,9 +59,13 @@ class SceneRoom {
   /// Memory of the edits that wait for the builder, as decoded; the bytes of uploads, which their clients have
   /// reserved, come on top.
   static constexpr std::size_t kMaxQueued_bytes = 64U << 20;
+  /// Of one session's edits: the others find room.
+  static constexpr std::size_t kMaxQueuedOfOne_bytes = kMaxQueued_bytes / 2;
   /// Edits that are decided together when so many wait: the journal then waits for the disk once. More of them delay
   /// the first one's reply.
   static constexpr std::size_t kMaxBatch = 64;
+  /// Threads that prepare. Each may hold what building the largest mesh takes, some GB.
+  static constexpr unsigned kLeastWorkers = 2, kMostWorkers = 4;
 
   SceneRoom(Options options, SceneCrossing& crossing);
   ~SceneRoom();
@@ -81,9 +92,9 @@ class SceneRoom {
   [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
   [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
   void start();
-  /// Interrupts the job in hand and drops the rest; their replies never come. Also done on destruction.
+  /// Interrupts what is in hand and drops the rest; their replies never come. Also done on destruction.
   void stop();
-  /// The same, but without waiting any longer. False: the builder is at something that is not interrupted, which stop()
+  /// The same, but without waiting any longer. False: a thread is at something that is not interrupted, which stop()
   /// waits for; all else may be asked of the room meanwhile.
   [[nodiscard]] bool stopWithin(std::chrono::milliseconds patience);
 
@@ -91,11 +102,13 @@ class SceneRoom {
   /// there is no room for more work now.
   /// \param unwanted  Asks for a stop when nobody waits for the edit any more: it is dropped, or interrupted unless it has
   ///                  been accepted, and the reply never comes or never matters.
+  /// \param progress  May be empty; not called any more once the reply has come.
   [[nodiscard]] bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
-                                const EditReply& reply, std::stop_token unwanted = {});
-  /// Any thread. Checks the bytes against the hash and builds the asset; who asked holds it until an edit names it.
-  /// False as above.
-  [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes, const UploadReply& reply);
+                                const EditReply& reply, std::stop_token unwanted = {}, EditProgress progress = {});
+  /// Any thread. Checks the bytes against the hash and builds the asset, in order with the session's edits; who asked
+  /// holds it until an edit names it. False as above. The reply always comes while the room runs.
+  [[nodiscard]] bool submitAsset(SessionId session, const AssetName& name, std::string bytes, const UploadReply& reply,
+                                 std::stop_token unwanted = {});
   /// Any thread. Null when it is neither in the scene nor held by someone.
   [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const { return store_.find(hash); }
   /// Any thread. deformedHash() of a version of the scene whose assets are here.
@@ -112,11 +125,21 @@ class SceneRoom {
     Submission submission;
     EditReply reply;
     std::stop_token unwanted;
+    EditProgress progress;
+    std::unique_ptr<Preparation> preparation = nullptr;
+    std::optional<Sequencer::Scene> scene = std::nullopt;  // from which it is or was prepared last
+    int timesPrepared = 0;
+    std::optional<Error> failure = std::nullopt;  // of the preparation
   };
-  struct Job {
-    std::size_t size_bytes;  // as in kMaxQueued_bytes
-    std::variant<Edit, std::function<void()>> task;
+  struct Upload {
+    AssetName name;
+    std::string bytes;
+    UploadReply reply;
+    std::stop_token unwanted;
+    std::optional<Result<std::shared_ptr<const Asset>>> built = std::nullopt;
   };
+  using Lanes = SessionLanes<std::variant<Edit, Upload, std::function<void()>>>;
+  using Job = Lanes::Job;
 
   Options options_;
   SceneCrossing& crossing_;
@@ -134,27 +157,42 @@ class SceneRoom {
   bool isBehind_ = false;                                 // the servo has an older scene; likewise
   std::uint64_t catchUpAfter_ns_ = 0;                     // likewise
 
-  std::mutex queueMutex_;
-  std::condition_variable queueChanged_;
-  std::deque<Job> queue_;
-  std::size_t queued_bytes_ = 0;
+  EditJournal* journal_ = nullptr;  // does not change once it runs
+
+  std::mutex queueMutex_;  // guards the four below
+  std::condition_variable queueChanged_, workAdded_;
+  Lanes lanes_{kMaxQueued_bytes, kMaxQueuedOfOne_bytes};
   bool stopping_ = false;
-  bool ended_ = false;     // the builder
-  std::stop_source stop_;  // of whatever the builder does
+  std::size_t running_ = 0;  // builder and workers
+  std::stop_source stop_;    // of whatever they do
   std::thread builder_;
+  std::vector<std::thread> workers_;
 
   mutable std::mutex historyMutex_;  // guards the two below
   std::shared_ptr<const SceneHistory> published_;
   HistoryListener listener_;
 
-  bool enqueue(Job job);
+  bool enqueue(SessionId session, std::size_t size_bytes, Lanes::Task task);
   void askToStop();
   void run();
+  void work();
+  void ended();
   std::vector<Job> takeJobs();
-  void carryOut(std::span<Job> jobs);
+  void carryOut(std::vector<Job>& jobs);
+  [[nodiscard]] bool carryOutTogether(std::span<Job> jobs);
+  [[nodiscard]] bool carryOut(Job& job);
+  [[nodiscard]] bool carryOut(Edit& edit);
+  [[nodiscard]] bool carryOut(Upload& upload);
+  [[nodiscard]] bool prepare(Job& job);
+  void prepare(Edit& edit);
+  void build(Upload& upload);
+  void drop(Job& job);
+  void finish(std::span<const Job> jobs);
   void followServo();
-  std::vector<EditOutcome> apply(std::span<const Submission> submissions, const std::stop_token& unwanted = {});
-  std::vector<EditOutcome> decide(std::span<const Submission> submissions, const std::stop_token& unwanted);
+  std::vector<EditOutcome> apply(std::span<const Submission> submissions, AssetResolver* resolver = nullptr,
+                                 const std::stop_token& unwanted = {});
+  std::vector<EditOutcome> decide(std::span<const Submission> submissions, AssetResolver* resolver,
+                                  const std::stop_token& unwanted);
   void publish(const std::shared_ptr<const SceneHistory>& before);
   [[nodiscard]] Result<std::shared_ptr<const Asset>> findOrRead(const AssetName& name);
   void restoreLostParts(const ContentHash& asset);

@@ -105,7 +105,7 @@ EditOutcome Sequencer::submit(SessionId session, std::uint64_t clientSeq, const 
   return submit(std::span(&submission, 1)).front();
 }
 
-std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissions) {
+std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissions, AssetResolver* resolver) {
   Batch batch{*state_.history, assets_, state_.nextId, limits_.remembered_edits, {}, {}, {}};
   std::vector<EditOutcome> outcomes;
   std::vector<std::size_t> unkept;  // outcomes that rest on edits of the batch
@@ -115,7 +115,9 @@ std::vector<EditOutcome> Sequencer::submit(std::span<const Submission> submissio
       continue;
     }
     try {
-      outcomes.push_back(decide(submission, batch));
+      outcomes.push_back(decide(submission, batch, resolver ? *resolver : resolver_));
+    } catch (const NotPrepared&) {
+      throw;
     } catch (const std::exception& failure) {
       outcomes.emplace_back(Error{"", std::string("the server could not carry out the edit: ") + failure.what()});
     }
@@ -185,7 +187,7 @@ std::optional<EditOutcome> Sequencer::answeredBefore(const Submission& submissio
   return edit;
 }
 
-EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const {
+EditOutcome Sequencer::decide(const Submission& submission, Batch& batch, AssetResolver& resolver) const {
   const auto& [session, clientSeq, transaction] = submission;
   const SceneVersion& base = batch.history.version;
   for (const auto& edit : batch.edits) {
@@ -201,7 +203,7 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch) const 
     const auto done = draft.apply(transaction.operations[i], "operations[" + std::to_string(i) + "].");
     if (!done) return done.error();
   }
-  auto reports = draft.resolve(resolver_);
+  auto reports = draft.resolve(resolver);
   if (!reports) return std::move(reports).error();
 
   auto edit = std::make_shared<AcceptedEdit>(

@@ -54,7 +54,8 @@ class Sequencer {
   /// history still holds them). Conflicts and rejections are not remembered,
   /// but one that a later edit of its session has passed over is never applied: a session's edits keep their order.
   /// @return The outcomes, in the same order.
-  std::vector<EditOutcome> submit(std::span<const Submission> submissions);
+  /// \param resolver  Instead of the sequencer's own; may throw NotPrepared, which goes through and leaves all as it was.
+  std::vector<EditOutcome> submit(std::span<const Submission> submissions, AssetResolver* resolver = nullptr);
   EditOutcome submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
   /// Applies an edit of the server's own that counts even if it cannot be kept now: it is kept before the next one is.
   EditOutcome submitOwn(const Submission& submission);
@@ -66,6 +67,14 @@ class Sequencer {
 
   [[nodiscard]] const std::shared_ptr<const SceneHistory>& history() const noexcept { return state_.history; }
   [[nodiscard]] const SequencerState& state() const noexcept { return state_; }
+  /// What edits are decided by at present.
+  struct Scene {
+    std::shared_ptr<const SceneHistory> history;
+    Assets assets;
+    ObjectId nextId;
+    SceneLimits limits;
+  };
+  [[nodiscard]] Scene scene() const { return {state_.history, assets_, state_.nextId, limits_}; }
   /// Of an object of the current version.
   [[nodiscard]] const ObjectAssets& assetsOf(ObjectId id) const { return assets_.at(id); }
   /// The revision that last set the object's pose, 0 when that was before this sequencer.
@@ -94,7 +103,7 @@ class Sequencer {
 
   Result<void> checkAnswer(const AcceptedEdit& edit) const;
   std::optional<EditOutcome> answeredBefore(const Submission& submission) const;
-  EditOutcome decide(const Submission& submission, Batch& batch) const;
+  EditOutcome decide(const Submission& submission, Batch& batch, AssetResolver& resolver) const;
   void adopt(Batch&& batch) noexcept;
 };
 

@@ -4,8 +4,6 @@
 #include <utility>
 
 #include "haptic_server/motion/coupling.h"
-#include "haptic_server/motion/support_points.h"
-#include "haptic_server/scene/make_rigid_body.h"
 
 namespace haptics {
 
@@ -112,6 +110,8 @@ ServoSceneMaker::Detailed ServoSceneMaker::detailOf(const ObjectRecord& record, 
   std::shared_ptr<const ShadingNormals> normals;
   if (sameSurface && known->second.detail && known->second.properties.shading == properties.shading) {
     normals = known->second.detail->shading;
+  } else {
+    normals = assets.derived.normals;
   }
   Detailed made{surface, properties, makeSurfaceDetail(*surface, properties, fields, std::move(normals))};
   made.atRest = assets.mesh->surface;
@@ -127,6 +127,7 @@ std::shared_ptr<const Surface> ServoSceneMaker::shapeOf(const ObjectRecord& reco
   if (sameMesh && known->second.deformation.lattice == lattice && known->second.deformation.residue == residue) {
     return known->second.surface;
   }
+  if (assets.derived.shape) return assets.derived.shape;
   // Of the last shape most is left where it was by a dent, and by another one.
   const Surface& from = sameMesh ? *known->second.surface : *assets.mesh->surface;
   return refitSurface(from, assets.shapeAtRest(record.deformation));
@@ -179,18 +180,22 @@ void ServoSceneMaker::addBody(Detailed& detailed, const ObjectRecord& record, co
   detailed.motion = record.motion;
   detailed.body = nullptr;
   if (!record.motion) return;
+  if (const auto& made = assets.derived.body) {
+    if (!*made) return;  // the sequencer refuses what makes no body
+    detailed.body = (*made)->body;
+    detailed.feltMass_kg = (*made)->feltMass_kg;
+    return;
+  }
   const auto known = detailed_.find(record.id);
   if (known != detailed_.end() && known->second.surface == detailed.surface && known->second.motion == record.motion) {
     detailed.body = known->second.body;
     detailed.feltMass_kg = known->second.feltMass_kg;
     return;
   }
-  const TriMesh& mesh = *assets.mesh->mesh;
-  auto body = rigidBodyFrom(*record.motion, mesh);
-  if (!body) return;  // the sequencer refuses what makes no body
-  if (body->planeCount > 0) body->standOn(supportPoints(mesh.vertices));
-  detailed.feltMass_kg = leastFeltMass_kg(*body, mesh.vertices);
-  detailed.body = std::make_shared<const RigidBody>(*std::move(body));
+  const auto made = feltBodyOf(record, assets);
+  if (!*made) return;
+  detailed.body = (*made)->body;
+  detailed.feltMass_kg = (*made)->feltMass_kg;
 }
 
 bool ServoSceneMaker::planIsOld() const noexcept { return makePlan_ && (planRevision_ != revision_ || bodiesMoved_); }

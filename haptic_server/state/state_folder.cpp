@@ -192,6 +192,7 @@ Result<std::string> StateFolder::readAsset(const ContentHash& hash) {
   auto bytes = files_.read(path);
   if (!bytes) return refused(path.string(), bytes.error().reason);
   if (Hasher().add(std::as_bytes(std::span(*bytes))).finish() == hash) {
+    const std::lock_guard lock(assetsMutex_);
     stored_.insert(hash);
     return bytes;
   }
@@ -237,6 +238,10 @@ void StateFolder::note(const Result<void>& kept) {
 
 Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& edits, const Assets& assets) {
   if (auto stored = storeUnsavedAssets(); !stored) return stored;
+  {
+    const std::lock_guard lock(assetsMutex_);
+    written_ += std::exchange(writtenAhead_, 0);
+  }
   if (!log_ || written_ >= nextCheckpoint_) {
     auto made = checkpoint(before);
     if (!made && !log_) return made;
@@ -333,15 +338,50 @@ void StateFolder::planCheckpoint(std::size_t lastSize) {
 }
 
 Result<void> StateFolder::storeAsset(const Asset& asset) {
-  if (stored_.contains(asset.name.hash)) return {};
+  if (isStored(asset.name.hash)) return {};
+  if (auto written = writeAsset(asset, ".new"); !written) return written;
+  written_ += asset.bytes().size();
+  return {};
+}
+
+bool StateFolder::isStored(const ContentHash& asset) {
+  const std::lock_guard lock(assetsMutex_);
+  return stored_.contains(asset);
+}
+
+Result<void> StateFolder::writeAsset(const Asset& asset, const char* unfinishedMark) {
   const fs::path path = folder_ / kAssetFolder / asset.name.hash.hex();
-  const fs::path unfinished = path.string() + ".new";
+  const fs::path unfinished = path.string() + unfinishedMark;
   const std::string bytes = asset.bytes().copy();
   if (auto made = createDurably(files_, unfinished, bytes); !made) return tl::unexpected(std::move(made).error());
   if (auto renamed = renameDurably(files_, unfinished, path); !renamed) return renamed;
+  const std::lock_guard lock(assetsMutex_);
   stored_.insert(asset.name.hash);
-  written_ += bytes.size();
   return {};
+}
+
+/// One that cannot be written now is tried again, and said, by the edit that names it.
+void StateFolder::prepare(const std::shared_ptr<const Asset>& asset) {
+  try {
+    {
+      const std::lock_guard lock(assetsMutex_);
+      std::erase_if(prepared_, [](const auto& entry) { return entry.second.expired(); });
+      if (!prepared_.emplace(asset->name.hash, asset).second || stored_.contains(asset->name.hash)) return;
+    }
+    if (!writeAsset(*asset, ".ahead.new")) return;
+    const std::lock_guard lock(assetsMutex_);
+    writtenAhead_ += asset->bytes().size();
+  } catch (const std::exception&) {  // for want of memory
+  }
+}
+
+std::unordered_set<std::string> StateFolder::preparedNames() {
+  const std::lock_guard lock(assetsMutex_);
+  std::unordered_set<std::string> names;
+  for (const auto& [hash, asset] : prepared_) {
+    if (!asset.expired()) names.insert(hash.hex());
+  }
+  return names;
 }
 
 void StateFolder::reserve() {
@@ -362,15 +402,21 @@ bool StateFolder::giveBackReserve() {
 
 /// Removes the assets that the state does not name, unless something that was given up since may name them.
 void StateFolder::collect(const SequencerState& state) {
-  const auto named = assetNames(state);
-  std::erase_if(stored_, [&](const ContentHash& hash) { return !named.contains(hash.hex()); });
+  auto named = assetNames(state);
+  named.merge(preparedNames());
+  {
+    const std::lock_guard lock(assetsMutex_);
+    std::erase_if(stored_, [&](const ContentHash& hash) { return !named.contains(hash.hex()); });
+  }
   const std::int64_t keepUpTo_s = collectAside();
   auto assets = files_.list(folder_ / kAssetFolder);
   if (!assets) return;
   std::ranges::sort(*assets, std::ranges::greater(), &FileSystem::Entry::changed_s);
   std::size_t unnamed_bytes = 0;
   for (const auto& asset : *assets) {
-    if (named.contains(asset.name) || asideSince(asset.name)) continue;
+    const std::string hash = asset.name.substr(0, asset.name.find('.'));
+    const bool isAhead = asset.name.ends_with(".ahead.new") && named.contains(hash);
+    if (named.contains(asset.name) || isAhead || asideSince(asset.name)) continue;
     const bool mayBeNamed = asset.changed_s <= keepUpTo_s && !asset.name.ends_with(".new");
     if (mayBeNamed) unnamed_bytes += asset.size;
     if (mayBeNamed && unnamed_bytes <= kMostUnnamedAssets_bytes) continue;

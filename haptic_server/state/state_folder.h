@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -68,12 +70,17 @@ class StateFolder final : public EditJournal {
                                            Options options);
 
   [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) override;
+  /// Writes the asset's file, which stays as long as the asset is held.
+  void prepare(const std::shared_ptr<const Asset>& asset) override;
   void resetTo(const SequencerState& state, const Assets& assets) override;
   /// With this hash. Refused: missing, unreadable, or damaged, in which case the file is kept aside.
   [[nodiscard]] Result<std::string> readAsset(const ContentHash& hash);
 
   /// The asset's file was found damaged: resetTo() writes it again.
-  void distrust(const ContentHash& asset) { stored_.erase(asset); }
+  void distrust(const ContentHash& asset) {
+    const std::lock_guard lock(assetsMutex_);
+    stored_.erase(asset);
+  }
 
  private:
   struct Found;
@@ -92,11 +99,14 @@ class StateFolder final : public EditJournal {
   FileSystem::OpenFile log_;  // none: it is not known what is in the file, and only a new one is known
   std::size_t size_ = 0;      // of the log, good records only
   RecordWriter writer_;
+  std::mutex assetsMutex_;                  // guards the three below
   std::unordered_set<ContentHash> stored_;  // assets that are durable, as this process knows
-  Assets unsavedAssets_;                    // of the state, to be stored before the next edit
-  std::size_t written_ = 0;                 // log and assets, since the last checkpoint
-  std::size_t nextCheckpoint_ = 0;          // when written_ has come so far
-  std::vector<SetAside> toSetAside_;        // to be left aside by the next checkpoint
+  std::unordered_map<ContentHash, std::weak_ptr<const Asset>> prepared_;  // by prepare(), perhaps being written
+  std::size_t writtenAhead_ = 0;      // bytes, by prepare(), that written_ does not count yet
+  Assets unsavedAssets_;              // of the state, to be stored before the next edit
+  std::size_t written_ = 0;           // log and assets, since the last checkpoint
+  std::size_t nextCheckpoint_ = 0;    // when written_ has come so far
+  std::vector<SetAside> toSetAside_;  // to be left aside by the next checkpoint
   bool failing_ = false;
   bool reserved_ = false;
   bool startsFresh_ = false;  // there is neither log nor checkpoint that can be read
@@ -117,6 +127,9 @@ class StateFolder final : public EditJournal {
   Result<void> storeUnsavedAssets();
   Result<void> append(const std::string& records);
   Result<void> storeAsset(const Asset& asset);
+  [[nodiscard]] bool isStored(const ContentHash& asset);
+  Result<void> writeAsset(const Asset& asset, const char* unfinishedMark);
+  [[nodiscard]] std::unordered_set<std::string> preparedNames();
   void planCheckpoint(std::size_t lastSize);
   void reserve();
   bool giveBackReserve();

@@ -232,6 +232,7 @@ def main():
         "accepted": envelope("edit_reply", 'client_seq: 1 accepted { revision: 2 report: "r" ' + objects + " }"),
         "conflict": envelope("edit_reply", 'client_seq: 1 conflict { reason: "r" current { id: 1 name: "a" } }'),
         "rejected": envelope("edit_reply", 'client_seq: 1 rejected { field: "f" reason: "r" }'),
+        "edit_progress": envelope("edit_progress", "client_seq: 1 stage: STAGE_BUILDING share: 0.5"),
         "edit_live": envelope("edit_live", "client_seq: 1 revision: 2 tick: 9"),
         "commit": envelope("commit", 'revision: 2 removed: 1 put { id: 2 name: "b" revision: 2 }', prev_root=bytes(32),
                            root=bytes(32)),

@@ -23,6 +23,14 @@ void refer(Random& random, const ObjectRecord& record, v1::ObjectRef& ref) {
   }
 }
 
+/// Of a box.
+void setSides(Random& random, v1::Vector3& size_m) {
+  const double side_m = 0.01 * static_cast<double>(1 + random.below(3));
+  size_m.set_x(side_m);
+  size_m.set_y(side_m);
+  size_m.set_z(side_m);
+}
+
 }  // namespace
 
 Editor::Editor(Stage& stage, SimClient& client, const Habits& habits)
@@ -80,6 +88,10 @@ void Editor::increment() {
     set.mutable_pose()->mutable_position()->set_y(object->pose.position.y);
     set.mutable_pose()->mutable_position()->set_z(object->pose.position.z);
     intent.counters.push_back(object->name);
+    if (!stage_.random.chance(0.2)) continue;
+    v1::RemeshObject& remesh = *transaction.add_operations()->mutable_remesh();  // which may have to be prepared
+    refer(stage_.random, *object, *remesh.mutable_object());
+    setSides(stage_.random, *remesh.mutable_mesh()->mutable_box()->mutable_size_m());
   }
   client_.submit(std::move(transaction), std::move(intent));
 }
@@ -118,10 +130,7 @@ void Editor::addBox() {
   v1::Transaction transaction;
   v1::AddObject& add = *transaction.add_operations()->mutable_add();
   add.set_name(freshName());
-  const double side_m = 0.01 * static_cast<double>(1 + stage_.random.below(3));
-  add.mutable_mesh()->mutable_box()->mutable_size_m()->set_x(side_m);
-  add.mutable_mesh()->mutable_box()->mutable_size_m()->set_y(side_m);
-  add.mutable_mesh()->mutable_box()->mutable_size_m()->set_z(side_m);
+  setSides(stage_.random, *add.mutable_mesh()->mutable_box()->mutable_size_m());
   client_.submit(std::move(transaction), {Intent::Kind::kBlind, {}, {}});
 }
 

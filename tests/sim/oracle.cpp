@@ -57,6 +57,13 @@ void Oracle::serverStarted(const SceneHistory& history, Kept kept) {
     const auto edit = history.find(next);
     if (!edit) return fail("the restarted server does not remember its revision " + std::to_string(next));
     committed(edit->session, edit->clientSeq, *edit);
+    if (edit->session == kServerSession) continue;
+    const SessionId session = clientOf_.at(edit->session);
+    // What it decided together with this one nobody has heard either.
+    const auto end = edits_.lower_bound({session, edit->clientSeq});
+    for (auto earlier = edits_.lower_bound({session, 0}); earlier != end; ++earlier) {
+      earlier->second.turnedDown = earlier->second.turnedDown || earlier->second.committedEpoch != epoch_;
+    }
   }
   if (revision < acknowledgedRevision_) {
     fail("the restarted server stands at revision " + std::to_string(revision) + ", acknowledged was " +
@@ -123,6 +130,14 @@ void Oracle::committed(SessionId editSession, std::uint64_t clientSeq, const Acc
   last = std::max(last, clientSeq);
   if (known.withdrawn && withdrawn_.contains(tokens_[session])) fail(name + " was applied without a token");
   judgeEffect(known, name, before, edit.commit);
+}
+
+void Oracle::turnedDown(SessionId editSession, std::uint64_t clientSeq, bool passedOver) {
+  if (editSession == kServerSession) return;
+  const SessionId session = clientOf_.at(editSession);
+  Edit& edit = edits_[{session, clientSeq}];
+  if (passedOver && !edit.turnedDown) fail(nameOf(session, clientSeq) + " was passed over by a later one");
+  edit.turnedDown = true;
 }
 
 void Oracle::judgeEffect(const Edit& edit, const std::string& name, const SceneVersion& before, const Commit& commit) {

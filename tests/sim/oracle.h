@@ -23,7 +23,8 @@
 //     that was acknowledged makes none in a later epoch.
 //  3. No increment is lost: each read-modify-write adds exactly one to what the object held before it.
 //  4. A transaction is atomic: one with an impossible operation in it changes nothing.
-//  5. One session's edits take effect in the order in which they were submitted.
+//  5. One session's edits take effect in the order in which they were submitted: none is passed over that was not
+//     refused before. Those of different sessions may overtake each other, whatever rests on what they find.
 //  6. Each edit is answered exactly once. A refusal is for what the edit says, never for when it came.
 //  7. Each accepted edit is called live exactly once, not before the servo adopted its revision or a later one.
 //  8. Whatever revision a client shows, it has the root that the server gave this revision; within an epoch a client
@@ -58,6 +59,8 @@ class Oracle {
   enum class Kept { kNothing, kState, kStateAfterPowerLoss };
   void serverStarted(const SceneHistory& history, Kept kept);
   void committed(SessionId editSession, std::uint64_t clientSeq, const AcceptedEdit& edit);
+  /// \param passedOver  It was said to come after later edits of its session.
+  void turnedDown(SessionId editSession, std::uint64_t clientSeq, bool passedOver);
   /// The edits of this client count for this session.
   void admitted(SessionId session, SessionId editSession);
   void adopted(std::uint64_t revision, std::uint64_t tick);
@@ -103,7 +106,8 @@ class Oracle {
   };
   struct Edit {
     Intent intent;
-    bool withdrawn = false;  // the client's token, ever since it was submitted
+    bool withdrawn = false;   // the client's token, ever since it was submitted
+    bool turnedDown = false;  // by a server, whether or not the client heard it
     int replies = 0;
     int lives = 0;
     bool stateLost = false;

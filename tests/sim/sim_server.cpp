@@ -1,10 +1,13 @@
 #include "tests/sim/sim_server.h"
 
-#include <deque>
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
+#include <span>
+#include <stop_token>
 #include <utility>
 #include <variant>
 
@@ -12,8 +15,10 @@
 #include "haptic_server/net/admission.h"
 #include "haptic_server/net/server_session.h"
 #include "haptic_server/scene/asset_library.h"
+#include "haptic_server/scene/preparation.h"
 #include "haptic_server/scene/residue.h"
 #include "haptic_server/scene/scene_room.h"
+#include "haptic_server/scene/session_lanes.h"
 
 namespace haptics::sim {
 namespace {
@@ -64,11 +69,18 @@ SceneLimits limitsOf(const Stage& stage) {
 struct SimServer::Process : std::enable_shared_from_this<Process> {
   Process(Stage& stage, const ServerPace& pace, AssetStore& store, const std::optional<ServerCredentials>& credentials);
 
-  struct EditJob {
-    std::uint64_t connection;
-    Submission submission;
+  struct Edit {
+    std::uint64_t connection = 0;
+    Submission submission;  // as a mutant has it
+    SessionId session = kServerSession;
+    std::uint64_t clientSeq = 0;
+    std::stop_token unwanted = {};
+    std::unique_ptr<Preparation> preparation = nullptr;
+    std::optional<Sequencer::Scene> scene = std::nullopt;  // from which it was prepared last
   };
-  using Job = std::variant<EditJob, std::function<void()>>;
+  using Lanes = SessionLanes<std::variant<Edit, std::function<void()>>>;
+  using Job = Lanes::Job;
+  static constexpr int kWorkers = 2;
 
   Stage& stage;
   const ServerPace& pace;
@@ -89,8 +101,10 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
   AssetLibrary library{{}, store};
   std::unique_ptr<StateFolder> folder;
   Sequencer sequencer{1, library, limitsOf(stage)};
-  std::deque<Job> jobs;
+  Lanes lanes{std::numeric_limits<std::size_t>::max(), std::numeric_limits<std::size_t>::max()};  // in jobs
   bool building = false;
+  int preparing = 0;
+  SessionId lastLane = 0;  // where sessions are reordered
   bool adopting = false;
   std::map<SessionId, std::uint64_t> freshSeq;  // without dedupe
   struct Decision {
@@ -113,13 +127,19 @@ struct SimServer::Process : std::enable_shared_from_this<Process> {
   void begin(Disk& disk, bool keepsState);
   void makeStartScene();
   void onTimer();
-  bool enqueue(Job job);
+  bool enqueue(SessionId session, Lanes::Task task);
+  bool submit(std::uint64_t connection, Submission submission, std::stop_token unwanted);
   void buildNext();
   void carryOut();
+  [[nodiscard]] std::vector<Job> takeJobs();
+  [[nodiscard]] bool carryOut(Job& job);
+  void prepareNext();
+  void prepare(const std::shared_ptr<Job>& job, std::uint64_t left_ns);
+  void prepared(Job job);
   void post(std::function<void()> task);
   void postTo(std::uint64_t connection, std::function<void(ServerSession&)> task);
-  void decide(const std::vector<EditJob>& batch);
-  std::vector<EditOutcome> apply(const std::vector<EditJob>& batch);
+  void decide(std::span<Edit* const> batch, AssetResolver* resolver = nullptr);
+  std::vector<EditOutcome> apply(std::span<Edit* const> batch, AssetResolver* resolver = nullptr);
   void answer(std::uint64_t connection, std::uint64_t clientSeq, const EditOutcome& outcome);
   void adoptLater();
   void dentLater();
@@ -150,16 +170,20 @@ struct SimServer::Connection final : SessionHost {
     if (role) process.stage.oracle.admitted(id, process.admission.editSession({id, *role, token}));
     return role;
   }
-  [[nodiscard]] bool submitEdit(SessionId, std::uint64_t clientSeq, Transaction transaction) override {
-    return process.enqueue(
-        Process::EditJob{number, {process.admission.editSession(client()), clientSeq, std::move(transaction)}});
+  ~Connection() override { left.request_stop(); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  [[nodiscard]] bool submitEdit(SessionId, std::uint64_t clientSeq, Transaction transaction, bool) override {
+    return process.submit(number, {process.admission.editSession(client()), clientSeq, std::move(transaction)},
+                          left.get_token());
   }
   [[nodiscard]] bool submitAsset(const AssetName& name, std::string bytes) override {
     const auto job = [&p = process, n = number, name, bytes = std::move(bytes)] {
       const auto asset = p.store.internEncoded(name, bytes);
       p.postTo(n, [name, asset](ServerSession& s) { s.assetDecided(name.hash, asset); });
     };
-    return process.enqueue(std::function<void()>(job));
+    return process.enqueue(process.admission.editSession(client()), std::function<void()>(job));
   }
   [[nodiscard]] bool reserveUpload(std::size_t bytes) override {
     if (bytes > process.stage.limits.uploadBudget_bytes - process.uploadBytes) return false;
@@ -188,6 +212,7 @@ struct SimServer::Connection final : SessionHost {
   std::uint64_t number;
   std::unique_ptr<Transport> transport;
   ContentHash token{};  // its hash
+  std::stop_source left;
   ServerSession session;
 };
 
@@ -217,9 +242,11 @@ void SimServer::Process::begin(Disk& disk, bool keepsState) {
 }
 
 void SimServer::Process::makeStartScene() {
-  (void)apply({{0, {kServerSession, 1, startScene()}}});
+  Edit counters{.submission = {kServerSession, 1, startScene()}};
+  (void)apply(std::vector{&counters});
   if (stage.limits.startObjects == 0) return;
-  const auto made = apply({{0, {kServerSession, 2, moreObjects(stage.limits, stage.random)}}});
+  Edit others{.submission = {kServerSession, 2, moreObjects(stage.limits, stage.random)}};
+  const auto made = apply(std::vector{&others});
   if (const auto* error = std::get_if<Error>(&made.front())) stage.oracle.fail("no start scene: " + error->text());
 }
 
@@ -245,7 +272,8 @@ void SimServer::Process::dent() {
     const auto asset = store.intern(taken.residue);
     SetDeformation set{ObjectRef{object->id}, {}};
     set.deformation.residue = asset->name.hash;
-    return decide({{0, {kServerSession, version.revision() + 1, {{}, {std::move(set)}}}}});
+    Edit own{.submission = {kServerSession, version.revision() + 1, {{}, {std::move(set)}}}};
+    return decide(std::vector{&own});
   }
 }
 
@@ -263,15 +291,28 @@ void SimServer::Process::onTimer() {
   after(kTimer_ns, [this] { onTimer(); });
 }
 
-bool SimServer::Process::enqueue(Job job) {
-  if (jobs.size() >= pace.builderQueue) return false;
-  jobs.push_back(std::move(job));
+bool SimServer::Process::enqueue(SessionId session, Lanes::Task task) {
+  if (lanes.bytes() >= pace.builderQueue) return false;
+  const SessionId lane = stage.mutant == Mutant::kSessionReordered ? ++lastLane : session;
+  (void)lanes.add(lane, 1, std::move(task));
   buildNext();
   return true;
 }
 
+bool SimServer::Process::submit(std::uint64_t connection, Submission submission, std::stop_token unwanted) {
+  Edit edit{connection, std::move(submission), 0, 0, std::move(unwanted)};
+  edit.session = edit.submission.session;
+  edit.clientSeq = edit.submission.clientSeq;
+  Transaction& transaction = edit.submission.transaction;
+  if (stage.mutant == Mutant::kNoCompareAndSet) transaction.preconditions.clear();
+  if (stage.mutant == Mutant::kHalfTransactions && transaction.operations.size() == 2) {
+    transaction.operations.pop_back();
+  }
+  return enqueue(edit.session, std::move(edit));
+}
+
 void SimServer::Process::buildNext() {
-  if (building || jobs.empty()) return;
+  if (building || lanes.next() == nullptr) return;
   building = true;
   after(stage.random.milliseconds(0, pace.build_ms), [this] {
     carryOut();
@@ -280,21 +321,104 @@ void SimServer::Process::buildNext() {
   });
 }
 
-/// An upload, or the edits that wait before the next one.
-void SimServer::Process::carryOut() {
-  std::vector<EditJob> batch;
+/// An upload, an edit that was prepared, or the edits that wait before the next of these; as SceneRoom.
+std::vector<SimServer::Process::Job> SimServer::Process::takeJobs() {
+  const auto isAlone = [](const Job& job) {
+    const auto* edit = std::get_if<Edit>(&job.task);
+    return edit == nullptr || edit->preparation;
+  };
+  std::vector<Job> jobs;
   const std::size_t most = 1 + stage.random.below(SceneRoom::kMaxBatch);
-  while (!jobs.empty() && batch.size() < most) {
-    if (const auto* upload = std::get_if<std::function<void()>>(&jobs.front())) {
-      if (!batch.empty()) break;
-      (*upload)();
-      jobs.pop_front();
-      return;
-    }
-    batch.push_back(std::get<EditJob>(std::move(jobs.front())));
-    jobs.pop_front();
+  while (lanes.next() != nullptr && jobs.size() < most) {
+    if (!jobs.empty() && (isAlone(jobs.back()) || isAlone(*lanes.next()))) break;
+    jobs.push_back(lanes.take());
   }
-  decide(batch);
+  return jobs;
+}
+
+void SimServer::Process::carryOut() {
+  std::vector<Job> jobs = takeJobs();
+  std::vector<Edit*> wanted;
+  for (Job& job : jobs) {
+    auto* edit = std::get_if<Edit>(&job.task);
+    if (edit != nullptr && !edit->unwanted.stop_requested()) wanted.push_back(edit);
+  }
+  if (wanted.size() > 1) {
+    try {
+      Preparation nothing(library, stage.limits.mostTriangles);
+      decide(wanted, &nothing);
+      for (const Job& job : jobs) lanes.finished(job);
+      return;
+    } catch (const NotPrepared&) {
+    }
+  }
+  std::set<SessionId> waiting;
+  std::vector<Job> early;
+  for (Job& job : jobs) {
+    if (waiting.contains(job.session)) {
+      early.push_back(std::move(job));
+    } else if (carryOut(job)) {
+      lanes.finished(job);
+    } else {
+      waiting.insert(job.session);
+      lanes.setAside(std::move(job));
+    }
+  }
+  for (; !early.empty(); early.pop_back()) lanes.putBack(std::move(early.back()));
+  prepareNext();
+}
+
+/// False: it is to be prepared.
+bool SimServer::Process::carryOut(Job& job) {
+  auto* edit = std::get_if<Edit>(&job.task);
+  if (edit == nullptr) {
+    std::get<std::function<void()>>(job.task)();
+    return true;
+  }
+  if (edit->unwanted.stop_requested()) return true;
+  if (!edit->preparation) edit->preparation = std::make_unique<Preparation>(library, stage.limits.mostTriangles);
+  if (edit->scene && edit->scene->history == sequencer.history()) edit->preparation->takeYourTime();
+  try {
+    decide(std::vector{edit}, edit->preparation.get());
+    return true;
+  } catch (const NotPrepared&) {
+    edit->scene = sequencer.scene();
+    // Until here they held.
+    if (stage.mutant == Mutant::kPreconditionsJudgedEarly) edit->submission.transaction.preconditions.clear();
+    return false;
+  }
+}
+
+void SimServer::Process::prepareNext() {
+  while (preparing < kWorkers && lanes.anyAside()) {
+    ++preparing;
+    prepare(std::make_shared<Job>(*lanes.takeAside()), stage.random.milliseconds(0, pace.prepare_ms));
+  }
+}
+
+/// It looks now and then whether it is still wanted.
+void SimServer::Process::prepare(const std::shared_ptr<Job>& job, std::uint64_t left_ns) {
+  constexpr std::uint64_t kLookEvery_ns = 100 * kMillisecond_ns;
+  const std::uint64_t step_ns = std::min(left_ns, kLookEvery_ns);
+  after(step_ns, [this, job, left_ns, step_ns] {
+    const bool unwanted = std::get<Edit>(job->task).unwanted.stop_requested();
+    if (left_ns > step_ns && !unwanted) return prepare(job, left_ns - step_ns);
+    --preparing;
+    prepared(std::move(*job));
+    prepareNext();
+    buildNext();
+  });
+}
+
+void SimServer::Process::prepared(Job job) {
+  Edit& edit = std::get<Edit>(job.task);
+  if (edit.unwanted.stop_requested()) {
+    stage.log.add([] { return "server: gives up an edit that nobody waits for"; });
+    if (stage.mutant != Mutant::kSuccessorLost) lanes.finished(job);
+    return;
+  }
+  edit.preparation->prepare(*edit.scene, edit.submission.transaction);
+  lanes.prepared(std::move(job));
 }
 
 void SimServer::Process::post(std::function<void()> task) {
@@ -308,40 +432,50 @@ void SimServer::Process::postTo(std::uint64_t connection, std::function<void(Ser
   });
 }
 
-void SimServer::Process::decide(const std::vector<EditJob>& batch) {
+void SimServer::Process::decide(std::span<Edit* const> batch, AssetResolver* resolver) {
   const auto before = sequencer.history();
-  const auto outcomes = apply(batch);
+  const auto outcomes = apply(batch, resolver);
   if (sequencer.history() != before) {
     post([this, history = sequencer.history()] {
       published = history;
       for (auto& [n, other] : connections) other->session.sceneChanged();
     });
   }
-  for (std::size_t i = 0; i < batch.size(); ++i) {
-    answer(batch[i].connection, batch[i].submission.clientSeq, outcomes[i]);
-  }
+  for (std::size_t i = 0; i < batch.size(); ++i) answer(batch[i]->connection, batch[i]->clientSeq, outcomes[i]);
 }
 
-std::vector<EditOutcome> SimServer::Process::apply(const std::vector<EditJob>& batch) {
-  std::uint64_t revision = sequencer.history()->version.revision();
+std::vector<EditOutcome> SimServer::Process::apply(std::span<Edit* const> batch, AssetResolver* resolver) {
+  const std::uint64_t before = sequencer.history()->version.revision();
   std::vector<Submission> submissions;
-  for (const EditJob& job : batch) {
-    submissions.push_back(job.submission);
-    if (stage.mutant == Mutant::kNoDedupe) submissions.back().clientSeq = ++freshSeq[job.submission.session];
-    if (stage.mutant == Mutant::kNoCompareAndSet) submissions.back().transaction.preconditions.clear();
-    auto& operations = submissions.back().transaction.operations;
-    if (stage.mutant == Mutant::kHalfTransactions && operations.size() == 2) operations.pop_back();
+  for (Edit* edit : batch) {
+    if (stage.mutant == Mutant::kNoDedupe) edit->submission.clientSeq = ++freshSeq[edit->submission.session];
+    submissions.push_back(std::move(edit->submission));
   }
-  const auto outcomes = sequencer.submit(submissions);
-  if (sequencer.history()->version.revision() == revision) return outcomes;
+  const auto giveBack = [&] {
+    for (std::size_t i = 0; i < batch.size(); ++i) batch[i]->submission = std::move(submissions[i]);
+  };
+  std::vector<EditOutcome> outcomes;
+  try {
+    outcomes = sequencer.submit(submissions, resolver);
+  } catch (const NotPrepared&) {
+    giveBack();
+    throw;
+  }
+  giveBack();
+  std::uint64_t revision = before;
   for (std::size_t i = 0; i < batch.size(); ++i) {
-    const auto* edit = std::get_if<std::shared_ptr<const AcceptedEdit>>(&outcomes[i]);
-    if (edit == nullptr || (*edit)->commit.revision != revision + 1) continue;
-    ++revision;
-    const Submission& original = batch[i].submission;
-    stage.oracle.committed(original.session, original.clientSeq, **edit);
+    const Edit& edit = *batch[i];
+    const auto* accepted = std::get_if<std::shared_ptr<const AcceptedEdit>>(&outcomes[i]);
+    if (accepted == nullptr) {
+      const auto* error = std::get_if<Error>(&outcomes[i]);
+      const bool passedOver = error != nullptr && error->reason.starts_with("was refused before");
+      stage.oracle.turnedDown(edit.session, edit.clientSeq, passedOver);
+    } else if ((*accepted)->commit.revision == revision + 1) {
+      ++revision;
+      stage.oracle.committed(edit.session, edit.clientSeq, **accepted);
+    }
   }
-  adoptLater();
+  if (revision != before) adoptLater();
   return outcomes;
 }
 

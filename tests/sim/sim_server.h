@@ -19,6 +19,7 @@ namespace haptics::sim {
 /// How the server is doing at the moment.
 struct ServerPace {
   double build_ms = 2;                ///< Longest time that the builder takes for one edit.
+  double prepare_ms = 20;             ///< Longest time that a worker takes for one.
   double adopt_ms = 10;               ///< Longest time until the servo adopts a scene.
   std::size_t builderQueue = 10'000;  ///< Jobs; above, the server is busy.
   bool handDents = false;             ///< A hand leaves dents in what is plastic.

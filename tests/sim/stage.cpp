@@ -13,6 +13,7 @@ Limits Limits::draw(Random& random) {
     return static_cast<std::size_t>(std::exp2(random.uniform(least, most)));
   };
   if (random.chance(0.6)) limits.startObjects = powerOf2(3, 7);
+  if (random.chance(0.7)) limits.mostTriangles = 0;
   if (random.chance(0.4)) return limits;
   constexpr std::size_t kPerObject_bytes = 1U << 10;  // without its details
   constexpr std::size_t kMostObjects = 256;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "haptic_server/net/server_session.h"
+#include "haptic_server/scene/preparation.h"
 #include "haptic_server/scene/scene_limits.h"
 #include "tests/sim/event_log.h"
 #include "tests/sim/mutant.h"
@@ -18,7 +19,8 @@ struct Limits {
   SessionLimits session;
   SceneLimits scene;
   std::size_t uploadBudget_bytes = 512U << 20;
-  std::size_t startObjects = 0;  ///< Beside the counters.
+  std::size_t startObjects = 0;                             ///< Beside the counters.
+  std::size_t mostTriangles = Preparation::kMostTriangles;  ///< 0: every edit that makes something is prepared.
 
   /// Those of the protocol, or any that leave room for an object.
   [[nodiscard]] static Limits draw(Random& random);

@@ -24,6 +24,7 @@ Troubles draw(Random& random) {
   t.deaths = maybe(0.2), t.stops = maybe(0.3), t.corruption = maybe(0.5), t.oldConnections = maybe(0.3),
   t.flood = maybe(0.01);
   t.badDisk = maybe(0.15), t.tokens = maybe(0.15);
+  t.slowWorkers = maybe(0.5);
   return t;
 }
 
@@ -36,6 +37,7 @@ World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
       server_(stage_, pace_) {
   if (troubles_.busyBuilder) pace_ = {.build_ms = 60, .adopt_ms = 10, .builderQueue = 3};
   if (troubles_.slowServo) pace_.adopt_ms = 1500;
+  if (troubles_.slowWorkers) pace_.prepare_ms = 1500;
   pace_.handDents = true;
   stage_.log.add([&limits = stage_.limits] {
     return std::to_string(limits.startObjects) + " objects, frames of " +

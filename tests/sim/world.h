@@ -18,8 +18,8 @@ namespace haptics::sim {
 /// What goes wrong in one world. Drawn from its seed, so that each world has a few troubles of its own rather than all
 /// of them a little.
 struct Troubles {
-  bool cuts, silences, stalls, slowLines, crumbs;  // the network
-  bool restarts, resets, busyBuilder, slowServo;   // the server
+  bool cuts, silences, stalls, slowLines, crumbs;              // the network
+  bool restarts, resets, busyBuilder, slowServo, slowWorkers;  // the server
   bool badDisk, tokens;
   bool deaths, stops, corruption, oldConnections, flood;  // the clients
 };

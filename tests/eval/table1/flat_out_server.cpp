@@ -62,7 +62,7 @@ void FlatOutServer::stop() {
 std::shared_ptr<const Asset> FlatOutServer::upload(const TriMesh& mesh) {
   std::promise<Result<std::shared_ptr<const Asset>>> built;
   const AssetName name{AssetKind::kMesh, hashOf(mesh)};
-  if (!room_->submitAsset(name, encodeMesh(mesh), [&](auto asset) { built.set_value(std::move(asset)); })) {
+  if (!room_->submitAsset(kSession, name, encodeMesh(mesh), [&](auto asset) { built.set_value(std::move(asset)); })) {
     throw std::runtime_error("the builder is busy");
   }
   return orThrow(built.get_future().get());

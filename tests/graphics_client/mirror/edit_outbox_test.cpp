@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "common/wire/framing.h"
 #include "tests/graphics_client/mirror/fake_server.h"
 
@@ -69,6 +71,35 @@ std::vector<std::string> sendAll(EditOutbox& outbox) {
 }
 
 using Lines = std::vector<std::string>;
+
+v1::EditProgress progress(std::uint64_t seq, double share) {
+  v1::EditProgress message;
+  message.set_client_seq(seq);
+  message.set_stage(v1::EditProgress::STAGE_BUILDING);
+  message.set_share(share);
+  return message;
+}
+
+TEST(EditOutbox, AsksForProgressWhereSomebodyListensAndPassesItOnUntilTheReply) {
+  EditOutbox outbox;
+  std::vector<double> shares;
+  Log log;
+  EditCallbacks callbacks = log.callbacks();
+  callbacks.progress = [&](const v1::EditProgress& message) { shares.push_back(message.share()); };
+  outbox.submit({}, callbacks, kEpoch);
+  outbox.submit({}, log.callbacks(), kEpoch);
+  EXPECT_TRUE(outbox.next()->progress());
+  EXPECT_FALSE(outbox.next()->progress());
+  for (const double share : {0.5, std::numeric_limits<double>::quiet_NaN(), -1.0, 1e300}) {
+    outbox.progress(progress(1, share));
+  }
+  outbox.progress(progress(2, 0.5));
+  outbox.progress(progress(3, 0.5));
+  EXPECT_EQ(shares, (std::vector<double>{0.5, 0, 0, 1})) << "whatever a server says";
+  outbox.replied(accepted(1, 5), kNow_ns);
+  outbox.progress(progress(1, 0.75));
+  EXPECT_EQ(shares.size(), 4U);
+}
 
 TEST(EditOutbox, NumbersEditsFromOneInTheirOrder) {
   EditOutbox outbox;

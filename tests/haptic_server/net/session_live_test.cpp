@@ -136,6 +136,18 @@ TEST_F(SessionLive, AnswersAnEditThenSaysFromWhichTickItIsFelt) {
   EXPECT_EQ(client.got.back().edit_live().tick(), 150U);
 }
 
+TEST_F(SessionLive, SaysHowFarAnEditIsToWhoAskedForIt) {
+  client.moveObject(1, "a", 0.5);
+  client.moveObject(2, "a", 0.5, true);
+  link.settle();
+  const auto told = client.all(Kind::kEditProgress);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].edit_progress().client_seq(), 2U);
+  EXPECT_EQ(told[0].edit_progress().stage(), v1::EditProgress::STAGE_BUILDING);
+  EXPECT_EQ(told[0].edit_progress().share(), 0.5);
+  EXPECT_EQ(client.count(Kind::kEditReply), 2U);
+}
+
 TEST_F(SessionLive, RejectionsNameTheField) {
   client.moveObject(1, "b", 0);
   client.moveObject(2, "a", std::numeric_limits<double>::infinity());

@@ -59,8 +59,9 @@ class RawClient {
     envelope.mutable_heartbeat();
     send(envelope);
   }
-  void moveObject(std::uint64_t seq, const std::string& name, double x) {
+  void moveObject(std::uint64_t seq, const std::string& name, double x, bool progress = false) {
     v1::Envelope envelope;
+    envelope.mutable_edit_request()->set_progress(progress);
     envelope.mutable_edit_request()->set_client_seq(seq);
     auto& set = *envelope.mutable_edit_request()->mutable_transaction()->add_operations()->mutable_set_pose();
     set.mutable_object()->set_name(name);
@@ -136,8 +137,10 @@ class SessionWorld : public SessionHost {
     if (auto asset = resolver.store().find(hash)) return asset;
     return uploads.find(hash);
   }
-  [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction) override {
+  [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction,
+                                bool wantsProgress) override {
     if (builderIsFull) return false;
+    if (wantsProgress) session.editProgress(clientSeq, WorkStage::kBuilding, 0.5);
     session.editDecided(clientSeq, sequencer.submit(id, clientSeq, transaction));
     session.sceneChanged();
     return true;

@@ -105,7 +105,7 @@ TEST_F(SceneRoomJournal, AnUploadGivesAnObjectItsMeshBack) {
   room.start();
   std::promise<bool> replied;
   const std::string bytes = boxBytes({}).value();
-  ASSERT_TRUE(room.submitAsset({AssetKind::kMesh, before.mesh}, bytes, [&](const auto& asset) {
+  ASSERT_TRUE(room.submitAsset(7, {AssetKind::kMesh, before.mesh}, bytes, [&](const auto& asset) {
     replied.set_value(asset.has_value() && room.history()->version.find("a")->mesh == before.mesh);
   }));
   EXPECT_TRUE(replied.get_future().get());

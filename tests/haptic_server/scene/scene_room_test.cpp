@@ -8,6 +8,7 @@
 #include <cmath>
 #include <future>
 #include <thread>
+#include <utility>
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
@@ -23,7 +24,7 @@ using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr SessionId kAlice = 11;
+constexpr SessionId kAlice = 11, kBob = 21;
 constexpr auto kPatience = 20s;  // of a test for another thread; never reached unless something is broken
 
 std::vector<ObjectId> idsOf(const ServoScene& scene, bool leaving) {
@@ -378,7 +379,7 @@ TEST_F(SceneRoomTest, AnEditMayNameAnUploadThatSomeoneHolds) {
   room.start();
   const TriMesh mesh = makeBox(Vec3(0.5), 3).value();
   std::promise<Result<std::shared_ptr<const Asset>>> built;
-  ASSERT_TRUE(room.submitAsset({AssetKind::kMesh, hashOf(mesh)}, encodeMesh(mesh),
+  ASSERT_TRUE(room.submitAsset(kAlice, {AssetKind::kMesh, hashOf(mesh)}, encodeMesh(mesh),
                                [&](auto outcome) { built.set_value(std::move(outcome)); }));
   auto asset = built.get_future().get();
   ASSERT_TRUE(asset);
@@ -406,7 +407,9 @@ TEST_F(SceneRoomTest, AFullQueueTakesNoMoreAndNeverAnswersWhatItDidNotTake) {
   std::size_t taken_bytes = 0;
   int taken = 0;
   const auto fill = [&](const Transaction& transaction, std::size_t each_bytes) {
-    while (taken < 10'000 && room.submitEdit(kAlice, 2, transaction, [&answered](const EditOutcome&) { ++answered; })) {
+    const auto session = [&] { return kAlice + static_cast<SessionId>(taken % 4); };
+    while (taken < 10'000 &&
+           room.submitEdit(session(), 2, transaction, [&answered](const EditOutcome&) { ++answered; })) {
       ++taken;
       taken_bytes += transaction.operations.size() * each_bytes;
     }
@@ -442,17 +445,108 @@ const SphereSource kHugeSphere{0.1, 1500};
 TEST_F(SceneRoomTest, EndsWhatItBuildsWhenNobodyWaitsForItAnyMore) {
   room.start();
   std::stop_source left;
-  std::promise<EditOutcome> given;
-  ASSERT_TRUE(room.submitEdit(
-      kAlice, 1, edit(add("huge", {kHugeSphere})), [&](const EditOutcome& o) { given.set_value(o); },
-      left.get_token()));
+  const auto never = [](const EditOutcome&) { ADD_FAILURE() << "nobody waits for it"; };
+  ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(add("huge", {kHugeSphere})), never, left.get_token()));
   std::this_thread::sleep_for(300ms);
   left.request_stop();
   const auto began = std::chrono::steady_clock::now();
   submit(2, edit(add("b")));
   EXPECT_LT(std::chrono::steady_clock::now() - began, 5s);
-  EXPECT_TRUE(std::holds_alternative<Error>(given.get_future().get()));
   EXPECT_EQ(room.history()->version.objects().size(), 1U);
+}
+
+TEST_F(SceneRoomTest, EditsPassOneThatTakesLong) {
+  room.start();
+  std::atomic<bool> isThere = false;
+  ASSERT_TRUE(room.submitEdit(kBob, 1, edit(add("huge", {kHugeSphere})), [&](const EditOutcome&) { isThere = true; }));
+  for (std::uint64_t seq = 1; seq <= 20; ++seq) {
+    ASSERT_TRUE(std::holds_alternative<Accepted>(submit(seq, edit(add(numbered("o", seq))))));
+  }
+  EXPECT_FALSE(isThere);
+  EXPECT_EQ(room.history()->version.revision(), 20U);
+}
+
+TEST_F(SceneRoomTest, ASessionsEditsKeepTheirOrderWhateverTheyTake) {
+  room.start();
+  std::vector<std::uint64_t> order;
+  std::promise<void> last;
+  for (std::uint64_t seq = 1; seq <= 6; ++seq) {
+    const Transaction transaction = seq % 2 == 1
+                                        ? edit(add(numbered("o", seq), {SphereSource{0.1, 100}}))  // 120,000 triangles
+                                        : edit(moveTo(numbered("o", seq - 1), {1, 0, 0}));
+    ASSERT_TRUE(room.submitEdit(kAlice, seq, transaction, [&, seq](const EditOutcome& outcome) {
+      EXPECT_TRUE(std::holds_alternative<Accepted>(outcome));
+      order.push_back(seq);
+      if (seq == 6) last.set_value();
+    }));
+  }
+  ASSERT_EQ(last.get_future().wait_for(kPatience), std::future_status::ready);
+  EXPECT_THAT(order, ElementsAre(1, 2, 3, 4, 5, 6));
+}
+
+TEST_F(SceneRoomTest, PreconditionsHoldWhenAnEditTakesEffectNotWhenItIsPrepared) {
+  room.start();
+  ASSERT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a")))));
+  Transaction remesh = edit(RemeshObject{named("a"), {SphereSource{0.1, 400}}});  // 1.9 million triangles
+  remesh.preconditions.push_back({named("a"), 1, std::nullopt});
+  std::promise<EditOutcome> decided;
+  ASSERT_TRUE(room.submitEdit(kBob, 1, remesh, [&](const EditOutcome& o) { decided.set_value(o); }));
+  ASSERT_TRUE(std::holds_alternative<Accepted>(submit(2, edit(moveTo("a", {1, 0, 0})))));
+  const EditOutcome outcome = decided.get_future().get();
+  ASSERT_TRUE(std::holds_alternative<EditConflict>(outcome));
+  EXPECT_EQ(std::get<EditConflict>(outcome).current.at(0)->revision, 2U);
+  EXPECT_EQ(room.history()->version.revision(), 2U);
+}
+
+TEST_F(SceneRoomTest, WhatIsPreparedStaysGoodWhileOthersEditTheSameObject) {
+  room.start();
+  ASSERT_TRUE(std::holds_alternative<Accepted>(submit(1, edit(add("a")))));
+  std::atomic<bool> isDecided = false;
+  AddObject ball{"ball", {SphereSource{0.1, 100}}, {}, {}, MotionProperties{.mass_kg = 1}};
+  ASSERT_TRUE(std::holds_alternative<Accepted>(submit(2, edit(ball))));
+  SetMaterial shade{named("ball"), {}};
+  shade.material.surface.shading = Shading{0.5, {}};
+  ASSERT_TRUE(room.submitEdit(kBob, 1, edit(shade), [&](const EditOutcome& o) {
+    EXPECT_TRUE(std::holds_alternative<Accepted>(o));
+    isDecided = true;
+  }));
+  std::uint64_t seq = 2;
+  while (!isDecided && seq < 10'000) {
+    ++seq;
+    ASSERT_TRUE(std::holds_alternative<Accepted>(submit(
+        seq,
+        edit(SetMaterial{named("ball"),
+                         {.stiffness_N_per_m = 500.0 + double(seq % 2), .damping_Ns_per_m = {}, .surface = {}}}))));
+  }
+  EXPECT_TRUE(isDecided);
+  EXPECT_NE(servo.look()->objects.at(1).detail, nullptr);
+}
+
+TEST_F(SceneRoomTest, WhatFollowsACancelledEditIsCarriedOut) {
+  room.start();
+  std::stop_source left;
+  const auto never = [](const EditOutcome&) { ADD_FAILURE() << "nobody waits for it"; };
+  ASSERT_TRUE(room.submitEdit(kAlice, 1, edit(add("huge", {kHugeSphere})), never, left.get_token()));
+  std::promise<void> replied;
+  ASSERT_TRUE(room.submitEdit(kAlice, 2, edit(add("b")), [&](const EditOutcome&) { replied.set_value(); }));
+  auto reply = replied.get_future();
+  EXPECT_EQ(reply.wait_for(300ms), std::future_status::timeout) << "in its session's order";
+  left.request_stop();
+  EXPECT_EQ(reply.wait_for(5s), std::future_status::ready);
+}
+
+TEST_F(SceneRoomTest, SaysHowFarAnEditIs) {
+  room.start();
+  std::vector<std::pair<WorkStage, double>> told;
+  std::promise<void> replied;
+  ASSERT_TRUE(room.submitEdit(
+      kAlice, 1, edit(add("ball", {SphereSource{0.1, 150}})), [&](const EditOutcome&) { replied.set_value(); }, {},
+      [&](WorkStage stage, double share) { told.emplace_back(stage, share); }));
+  ASSERT_EQ(replied.get_future().wait_for(kPatience), std::future_status::ready);
+  ASSERT_GE(told.size(), 2U);
+  EXPECT_EQ(told.front(), (std::pair{WorkStage::kMaking, 0.0}));
+  EXPECT_EQ(told.back().first, WorkStage::kBuilding);
+  EXPECT_LE(told.back().second, 1);
 }
 
 TEST_F(SceneRoomTest, StopsWhileItBuilds) {
@@ -467,7 +561,7 @@ TEST_F(SceneRoomTest, StopsWhileItBuilds) {
 TEST_F(SceneRoomTest, StopsWhileItBuildsWhatWasUploaded) {
   const TriMesh mesh = makeSphere(0.1, 500).value();
   room.start();
-  ASSERT_TRUE(room.submitAsset({AssetKind::kMesh, hashOf(mesh)}, encodeMesh(mesh), [](auto) {}));
+  ASSERT_TRUE(room.submitAsset(kAlice, {AssetKind::kMesh, hashOf(mesh)}, encodeMesh(mesh), [](auto) {}));
   std::this_thread::sleep_for(300ms);
   const auto began = std::chrono::steady_clock::now();
   room.stop();

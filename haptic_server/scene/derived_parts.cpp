@@ -1,0 +1,110 @@
+#include "haptic_server/scene/derived_parts.h"
+
+#include <utility>
+
+#include "haptic_server/motion/coupling.h"
+#include "haptic_server/motion/support_points.h"
+#include "haptic_server/scene/fit_deformation.h"
+#include "haptic_server/scene/make_rigid_body.h"
+#include "haptic_server/scene/object_assets.h"
+#include "haptic_server/surface/shading_normals.h"
+
+namespace haptics {
+namespace {
+
+std::shared_ptr<const Result<FeltBody>> makeBody(const MotionProperties& motion, const MeshAsset& asset) {
+  const TriMesh& mesh = *asset.mesh;
+  auto body = rigidBodyFrom(motion, mesh, asset.surface && asset.surface->closed());
+  if (!body) return std::make_shared<const Result<FeltBody>>(tl::unexpected<Error>(std::move(body.error())));
+  if (body->planeCount > 0) body->standOn(supportPoints(mesh.vertices));
+  const double feltMass_kg = leastFeltMass_kg(*body, mesh.vertices);
+  return std::make_shared<const Result<FeltBody>>(
+      FeltBody{std::make_shared<const RigidBody>(*std::move(body)), feltMass_kg});
+}
+
+/// On which shading normals stand; null: it has not been made.
+const Surface* surfaceOf(const ObjectRecord& record, const ObjectAssets& assets) {
+  if (assets.derived.shape) return assets.derived.shape.get();
+  const bool asMesh = !record.deformation.lattice && !record.deformation.residue;
+  return asMesh ? assets.mesh->surface.get() : nullptr;
+}
+
+class Deriver {
+ public:
+  Deriver(const ObjectRecord& record, ObjectAssets& assets, std::span<const KnownObject> known,
+          const BeforeWork& beforeWork)
+      : record_(record), assets_(assets), known_(known), beforeWork_(beforeWork) {}
+
+  void addBody() {
+    if (!record_.motion) return;
+    const bool taken = takeOver(&DerivedParts::body, [this](const KnownObject& known) {
+      return known.assets->mesh == assets_.mesh && known.record->motion == record_.motion;
+    });
+    if (taken) return;
+    work();
+    assets_.derived.body = makeBody(*record_.motion, *assets_.mesh);
+  }
+
+  void addShape(bool isNew) {
+    const auto& [softness, lattice, residue] = record_.deformation;
+    if (!lattice && !residue) return;
+    const auto same = [&](const KnownObject& known) {
+      const DeformationProperties& its = known.record->deformation;
+      return known.assets->mesh == assets_.mesh && its.lattice == lattice && its.residue == residue;
+    };
+    const bool taken = takeOver(&DerivedParts::shape, same);
+    const bool counted = takeOver(&DerivedParts::flattened, same);
+    if (taken || !isNew) return;
+    work();
+    assets_.derived.shape = refitSurface(*assets_.mesh->surface, assets_.shapeAtRest(record_.deformation));
+    if (lattice && !counted) assets_.derived.flattened = flattenedBy(*lattice, *assets_.mesh->mesh);
+  }
+
+  void addNormals() {
+    const auto& shading = record_.material.surface.shading;
+    const Surface* surface = surfaceOf(record_, assets_);
+    if (!shading || surface == nullptr) return;
+    const bool taken = takeOver(&DerivedParts::normals, [&](const KnownObject& known) {
+      return surfaceOf(*known.record, *known.assets) == surface && known.record->material.surface.shading == shading;
+    });
+    if (taken) return;
+    work();
+    assets_.derived.normals = std::make_shared<const ShadingNormals>(*surface, shading->crease_rad, shading->creases);
+  }
+
+ private:
+  const ObjectRecord& record_;
+  ObjectAssets& assets_;
+  const std::span<const KnownObject> known_;
+  const BeforeWork& beforeWork_;
+
+  void work() const { beforeWork_(assets_.mesh->mesh->triangles.size()); }
+
+  /// Whether there is nothing to be made.
+  template <class Part, class Same>
+  bool takeOver(Part DerivedParts::*part, const Same& same) {
+    for (const KnownObject& known : known_) {
+      if (!same(known)) continue;
+      assets_.derived.*part = known.assets->derived.*part;
+      if (assets_.derived.*part || known.isLast) return true;
+    }
+    return false;
+  }
+};
+
+}  // namespace
+
+void derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const KnownObject> known, bool shapeIsNew,
+            const BeforeWork& beforeWork) {
+  Deriver deriver(record, assets, known, beforeWork);
+  deriver.addBody();
+  deriver.addShape(shapeIsNew);
+  deriver.addNormals();
+}
+
+std::shared_ptr<const Result<FeltBody>> feltBodyOf(const ObjectRecord& record, const ObjectAssets& assets) {
+  if (!record.motion) return nullptr;
+  return assets.derived.body ? assets.derived.body : makeBody(*record.motion, *assets.mesh);
+}
+
+}  // namespace haptics

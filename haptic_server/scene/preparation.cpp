@@ -1,0 +1,76 @@
+#include "haptic_server/scene/preparation.h"
+
+#include <algorithm>
+#include <string>
+#include <variant>
+
+#include "haptic_server/scene/mesh_library.h"
+#include "haptic_server/scene/scene_draft.h"
+
+namespace haptics {
+
+void Preparation::prepare(const Sequencer::Scene& scene, const Transaction& transaction) {
+  takesItsTime_ = true;
+  objects_.clear();
+  SceneDraft draft(scene.history->version, scene.assets, scene.nextId, scene.limits);
+  bool applies = true;
+  for (const Operation& operation : transaction.operations) applies = applies && draft.apply(operation, "").has_value();
+  if (applies) (void)draft.resolve(*this);  // what is wrong with it is said when it is decided
+  for (const ObjectRecord& record : draft.objects()) {
+    const auto assets = draft.assets().find(record.id);
+    if (assets != draft.assets().end()) objects_.push_back({record, assets->second});
+  }
+  takesItsTime_ = false;
+}
+
+template <class Kind, class Make>
+Result<Resolved<Kind>> Preparation::once(Kept<Kind>& kept, Place place, Make make) {
+  if (const auto at = kept.find(place); at != kept.end()) return at->second;
+  if (!takesItsTime_) throw NotPrepared();
+  return kept.emplace(place, make()).first->second;
+}
+
+Result<Resolved<MeshAsset>> Preparation::resolve(const MeshSource& source) {
+  const bool isHere = std::holds_alternative<AssetSource>(source.source);
+  const double made = trianglesMadeFor(source);
+  if (isHere || made <= static_cast<double>(mostTriangles_)) return library_.resolve(source);
+  return once(meshes_, {&source, {}}, [&] { return library_.resolve(source); });
+}
+
+Result<Resolved<FieldAsset>> Preparation::resolve(const FieldSource& source) {
+  if (std::holds_alternative<AssetSource>(source)) return library_.resolve(source);
+  return once(fields_, {&source, {}}, [&] { return library_.resolve(source); });
+}
+
+Result<Resolved<PointFieldAsset>> Preparation::resolve(const PointFieldSource& source, const MeshAsset& mesh) {
+  if (std::holds_alternative<AssetSource>(source)) return library_.resolve(source, mesh);
+  return once(points_, {&source, mesh.name.hash}, [&] { return library_.resolve(source, mesh); });
+}
+
+Result<Resolved<VertexValuesAsset>> Preparation::resolve(const VertexValuesSource& source) {
+  return library_.resolve(source);
+}
+
+Result<Resolved<MovedVerticesAsset>> Preparation::resolve(const ResidueSource& source) {
+  return library_.resolve(source);
+}
+
+void Preparation::beforeWork(std::size_t triangles) const {
+  if (!takesItsTime_ && triangles > mostTriangles_) throw NotPrepared();
+}
+
+const PreparedObject* Preparation::prepared(const std::string& name) const {
+  const auto at = std::ranges::find(objects_, name, [](const PreparedObject& object) { return object.record.name; });
+  return at == objects_.end() ? nullptr : &*at;
+}
+
+std::vector<std::shared_ptr<const Asset>> Preparation::made() const {
+  std::vector<std::shared_ptr<const Asset>> made;
+  for (const PreparedObject& object : objects_) {
+    made.push_back(object.assets.mesh);
+    made.insert(made.end(), object.assets.others.begin(), object.assets.others.end());
+  }
+  return made;
+}
+
+}  // namespace haptics

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "haptic_server/scene/asset_resolver.h"
+#include "haptic_server/scene/sequencer.h"
+
+namespace haptics {
+
+/// What takes long of one edit, made on a worker's thread from the scene as it was then, and kept for the commit on the
+/// sequencer's thread, which judges the edit by the scene as it is by then. A resolver that makes nothing itself but what
+/// takes milliseconds: all else is there, or NotPrepared is thrown and the edit is to be prepared (again).
+class Preparation final : public AssetResolver {
+ public:
+  /// Triangles of a mesh that may be gone through while others wait; to build a mesh of so many takes 10 ms.
+  static constexpr std::size_t kMostTriangles = 20'000;
+
+  /// The library, which is asked by several threads, outlives the preparation.
+  explicit Preparation(AssetResolver& library, std::size_t mostTriangles = kMostTriangles)
+      : library_(library), mostTriangles_(mostTriangles) {}
+
+  /// Tries the edit on this scene and keeps what was made for it, and what could not be made. Any one thread; may be
+  /// interrupted. The transaction stays where it is until it is decided.
+  void prepare(const Sequencer::Scene& scene, const Transaction& transaction);
+  /// From now on everything is made where it is asked for.
+  void takeYourTime() noexcept { takesItsTime_ = true; }
+
+  [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source) override;
+  [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override;
+  [[nodiscard]] Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source,
+                                                          const MeshAsset& mesh) override;
+  [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override;
+  [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override;
+  [[nodiscard]] std::vector<std::string> remarks(const ObjectRecord& record,
+                                                 const ObjectAssets& assets) const override {
+    return library_.remarks(record, assets);
+  }
+  void beforeWork(std::size_t triangles) const override;
+  [[nodiscard]] const PreparedObject* prepared(const std::string& name) const override;
+
+  /// All that was made, held until the edit is decided.
+  [[nodiscard]] std::vector<std::shared_ptr<const Asset>> made() const;
+
+ private:
+  /// By where the transaction names it, and the mesh that it is of.
+  using Place = std::pair<const void*, ContentHash>;
+  template <class Kind>
+  using Kept = std::map<Place, Result<Resolved<Kind>>>;
+
+  AssetResolver& library_;
+  const std::size_t mostTriangles_;
+  bool takesItsTime_ = false;
+  Kept<MeshAsset> meshes_;
+  Kept<FieldAsset> fields_;
+  Kept<PointFieldAsset> points_;
+  std::vector<PreparedObject> objects_;
+
+  template <class Kind, class Make>
+  Result<Resolved<Kind>> once(Kept<Kind>& kept, Place place, Make make);
+};
+
+}  // namespace haptics

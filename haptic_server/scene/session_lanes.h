@@ -1,0 +1,131 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "haptic_server/scene/scene_history.h"
+
+namespace haptics {
+
+/// In which order what the sessions ask for is carried out: each session's in its own order, all by their arrival, and
+/// nobody waits for what another session has prepared. One who carries out, any number who prepare; not thread-safe.
+///
+/// A job is taken and finished, or it takes long: then it is set aside, prepared by another thread, and taken again. The
+/// later jobs of its session wait meanwhile.
+template <class TaskType>
+class SessionLanes {
+ public:
+  using Task = TaskType;
+  struct Job {
+    SessionId session = kServerSession;
+    std::uint64_t number = 0;  ///< Of its arrival.
+    std::size_t size_bytes = 0;
+    Task task;
+  };
+
+  /// \param most_bytes       Of all jobs that are not finished.
+  /// \param mostOfOne_bytes  Of one session's, but for a single one: who floods the server fills half of it.
+  explicit SessionLanes(std::size_t most_bytes, std::size_t mostOfOne_bytes)
+      : most_bytes_(most_bytes), mostOfOne_bytes_(mostOfOne_bytes) {}
+
+  /// False: there is no room for it now.
+  [[nodiscard]] bool add(SessionId session, std::size_t size_bytes, Task task) {
+    const auto known = lanes_.find(session);
+    const std::size_t ofSession = known == lanes_.end() ? 0 : known->second.bytes;
+    if (size_bytes > most_bytes_ - bytes_) return false;
+    if (ofSession > 0 && ofSession + size_bytes > mostOfOne_bytes_) return false;
+    Lane& lane = lanes_[session];
+    bytes_ += size_bytes;
+    lane.bytes += size_bytes;
+    lane.waiting.push_back({session, ++lastNumber_, size_bytes, std::move(task)});
+    if (lane.waiting.size() == 1) offer(lane);
+    return true;
+  }
+
+  /// The next to be carried out, null where there is none: the oldest whose session has none that is being prepared.
+  [[nodiscard]] const Job* next() const {
+    return ready_.empty() ? nullptr : &lanes_.at(ready_.begin()->second).waiting.front();
+  }
+  /// It.
+  [[nodiscard]] Job take() {
+    Lane& lane = lanes_.at(ready_.begin()->second);
+    ready_.erase(ready_.begin());
+    Job job = std::move(lane.waiting.front());
+    lane.waiting.pop_front();
+    offer(lane);
+    return job;
+  }
+  /// Taken too early: behind one of its session that takes long. The last of several first.
+  void putBack(Job job) {
+    Lane& lane = lanes_.at(job.session);
+    withdraw(lane);
+    lane.waiting.push_front(std::move(job));
+    offer(lane);
+  }
+
+  /// The taken job takes long: its session waits for it.
+  void setAside(Job job) {
+    Lane& lane = lanes_.at(job.session);
+    withdraw(lane);
+    lane.prepares = job.number;
+    aside_.push_back(std::move(job));
+  }
+  [[nodiscard]] bool anyAside() const noexcept { return !aside_.empty(); }
+  /// The next to be prepared.
+  [[nodiscard]] std::optional<Job> takeAside() {
+    if (aside_.empty()) return std::nullopt;
+    std::optional<Job> job(std::move(aside_.front()));
+    aside_.pop_front();
+    return job;
+  }
+  /// It may be carried out.
+  void prepared(Job job) {
+    Lane& lane = lanes_.at(job.session);
+    lane.prepares = 0;
+    lane.waiting.push_front(std::move(job));
+    offer(lane);
+  }
+
+  /// The job is carried out, or dropped, wherever it was.
+  void finished(const Job& job) {
+    const auto at = lanes_.find(job.session);
+    Lane& lane = at->second;
+    bytes_ -= job.size_bytes;
+    lane.bytes -= job.size_bytes;
+    if (lane.prepares == job.number) {
+      lane.prepares = 0;
+      offer(lane);
+    }
+    if (lane.bytes == 0 && lane.waiting.empty() && lane.prepares == 0) lanes_.erase(at);
+  }
+
+  [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
+
+ private:
+  struct Lane {
+    std::deque<Job> waiting;
+    std::uint64_t prepares = 0;  // number of the job that the session waits for; 0: none
+    std::size_t bytes = 0;       // of jobs that are not finished
+  };
+
+  void offer(Lane& lane) {
+    if (lane.prepares == 0 && !lane.waiting.empty())
+      ready_.emplace(lane.waiting.front().number, lane.waiting.front().session);
+  }
+  void withdraw(Lane& lane) {
+    if (!lane.waiting.empty()) ready_.erase(lane.waiting.front().number);
+  }
+
+  const std::size_t most_bytes_, mostOfOne_bytes_;
+  std::map<SessionId, Lane> lanes_;
+  std::map<std::uint64_t, SessionId> ready_;  // sessions whose first job may be taken, by its number
+  std::deque<Job> aside_;
+  std::size_t bytes_ = 0;
+  std::uint64_t lastNumber_ = 0;
+};
+
+}  // namespace haptics
