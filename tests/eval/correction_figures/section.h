@@ -1,0 +1,45 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "tests/eval/correction_figures/side_by_side.h"
+#include "tests/eval/figure/panel_pair.h"
+
+namespace haptics::eval {
+
+/// The plane of a section, in the frame of the scene's first body.
+enum class Cut {
+  kUpright,      ///< Along z and along the HIP's motion.
+  kAcross,       ///< Along z and x.
+  kFromAbove,    ///< Across z.
+  kRadial,       ///< Along the way from the body's origin to the IHIP, and along the HIP's motion.
+  kThroughBoth,  ///< Through the HIP and the IHIP of either method.
+};
+
+/// The moment that a figure shows.
+struct Moment {
+  Trace trace;  ///< The ticks to draw.
+  std::size_t event = 0;
+  std::vector<Vec3> slow;  ///< The IHIP of a slow hand on the same way; body frame, metres. May be empty.
+};
+
+/// Section through the bodies at the moment, with HIP and IHIP of the ticks about it. @param offset_m  Of the plane, from
+/// the IHIP of ours, along its normal.
+[[nodiscard]] PanelPair drawSection(const Moment& moment, Cut cut, double offset_m);
+
+struct CurveOf {
+  std::string meaning;  ///< Of the values.
+  std::string unit;     ///< May be empty.
+  std::vector<double> without, with;
+};
+/// The values of each tick.
+[[nodiscard]] PanelPair drawCurves(const CurveOf& curves);
+
+/// The faces of a mesh that look along -z, and places on them.
+[[nodiscard]] PanelPair drawPlaces(const Surface& surface, std::span<const Vec3> without, std::span<const Vec3> with);
+
+/// How deep a place is inside of the bodies of a tick, m; 0 outside.
+[[nodiscard]] double depthInside(const Trace& trace, const TracedTick& tick, Vec3 world);
+
+}  // namespace haptics::eval
