@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "common/interruption/interruption.h"
+
 namespace haptics {
 namespace {
 
@@ -13,6 +15,7 @@ bool isNegativeZero(float x) { return std::bit_cast<std::uint32_t>(x) == std::bi
 
 Result<void> checkVertices(const TriMesh& mesh) {
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    interruptionPoint();
     for (int axis = 0; axis < 3; ++axis) {
       const float x = mesh.vertices[i][axis];
       if (!std::isfinite(x)) return refused(item("vertices", i), "is not finite; every coordinate must be a number");
@@ -37,6 +40,7 @@ Result<void> checkMesh(const TriMesh& mesh) {
 
   std::vector<bool> used(count, false);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    interruptionPoint();
     const auto [a, b, c] = mesh.triangles[t];
     for (const std::uint32_t v : {a, b, c}) {
       if (v >= count) {

@@ -44,12 +44,16 @@ void pairUp(std::span<HalfEdge> bucket, std::vector<std::uint32_t>& neighbours) 
 std::vector<std::uint32_t> findNeighbours(std::size_t vertexCount, Triangles triangles) {
   const std::size_t edges = 3 * triangles.size();
   std::vector<std::uint32_t> offset(vertexCount + 1, 0);
-  for (std::size_t e = 0; e < edges; ++e) ++offset[std::min(start(triangles, e), end(triangles, e)) + 1];
+  for (std::size_t e = 0; e < edges; ++e) {
+    interruptionPoint();
+    ++offset[std::min(start(triangles, e), end(triangles, e)) + 1];
+  }
   for (std::size_t v = 0; v < vertexCount; ++v) offset[v + 1] += offset[v];
   interruptionPoint();
   std::vector<HalfEdge> filed(edges);
   std::vector<std::uint32_t> next(offset.begin(), offset.end() - 1);
   for (std::size_t e = 0; e < edges; ++e) {
+    interruptionPoint();
     const std::uint32_t a = start(triangles, e);
     const std::uint32_t b = end(triangles, e);
     filed[next[std::min(a, b)]++] = {std::max(a, b), static_cast<std::uint32_t>(2 * e + (a > b ? 1 : 0))};
@@ -68,6 +72,7 @@ std::vector<std::uint8_t> findOpenVertices(std::size_t vertexCount, Triangles tr
   std::vector<std::uint32_t> valence(vertexCount, 0);
   std::vector<std::uint32_t> any(vertexCount, kNoTriangle);
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    interruptionPoint();
     for (const std::uint32_t v : triangles[t]) {
       ++valence[v];
       any[v] = t;
