@@ -81,8 +81,7 @@ struct SectionSpec {
 
 struct Illustration {
   std::string_view method;
-  FailureScene scene;
-  std::string_view caption;
+  FailureScene scene;  // about: what the picture shows of it
   PanelPair (*draw)(const FailureScene& scene, std::uint64_t seed, std::string_view method);
 };
 
@@ -229,54 +228,41 @@ PanelPair loseSegments(const FailureScene& scene, std::uint64_t seed, std::strin
 
 constexpr std::array kIllustrations{
     Illustration{"ours_without_feature_codes",
-                 {"S1", "", slideOffCube},
-                 "The HIP slides 2 mm below the top of a cube, and off it.",
+                 {"S1", "The HIP slides 2 mm below the top of a cube, and off it.", slideOffCube},
                  leaveCube},
     Illustration{"ours_without_pseudonormals",
-                 {"S12", "", strokeSharpAndScaledShapes},
-                 "The HIP goes about below the bottom of a narrow gash.",
+                 {"S12", "The HIP goes about below the bottom of a narrow gash.", strokeSharpAndScaledShapes},
                  leaveGash},
     Illustration{"ours_without_same_tick_search",
-                 {"S3", "", crossComb},
-                 "The HIP crosses the teeth of a comb, 1 mm a tick.",
+                 {"S3", "The HIP crosses the teeth of a comb, 1 mm a tick.", crossComb},
                  enterComb},
-    Illustration{"ours_without_exit_retest",
-                 {"S3", "", crossComb},
-                 "The HIP crosses the teeth of a comb, 1 mm a tick.",
-                 crossGap},
+    Illustration{
+        "ours_without_exit_retest", {"S3", "The HIP crosses the teeth of a comb, 1 mm a tick.", crossComb}, crossGap},
     Illustration{"ours_without_object_frames",
-                 {"S4", "", moveThroughStillHip},
-                 "A box rises at 1 m/s over a HIP at rest; drawn in the frame of the box.",
+                 {"S4", "A box rises at 1 m/s over a HIP at rest; drawn in the frame of the box.", moveThroughStillHip},
                  riseThroughHip},
     Illustration{"ours_without_watertight_test",
-                 {"S5", "", aimAtVerticesAndEdges},
-                 "10,000 segments are aimed at vertices and edges of this sphere.",
+                 {"S5", "10,000 segments are aimed at vertices and edges of this sphere.", aimAtVerticesAndEdges},
                  loseSegments},
     Illustration{"ours_without_guard",
-                 {"S2", "", slideIntoBox},
-                 "The HIP slides 3 mm below a floor, towards a box that stands on it.",
+                 {"S2", "The HIP slides 3 mm below a floor, towards a box that stands on it.", slideIntoBox},
                  enterBox},
-    Illustration{"ours_without_several_surfaces",
-                 {"S2", "", slideIntoBox},
-                 "The HIP slides below a floor and inside of a box that stands on it; seen from above.",
-                 slideAlongBox},
+    Illustration{
+        "ours_without_several_surfaces",
+        {"S2", "The HIP slides below a floor and inside of a box that stands on it; seen from above.", slideIntoBox},
+        slideAlongBox},
     Illustration{"ours_without_substeps",
-                 {"S7", "", runDeepAndFast},
-                 "The HIP is led below hills at 5 m/s, 5 mm a tick.",
+                 {"S7", "The HIP is led below hills at 5 m/s, 5 mm a tick.", runDeepAndFast},
                  strokeHills},
-    Illustration{"ours_without_budget",
-                 {"S6", "", strokeFans},
-                 "The HIP passes below a vertex of 4,096 triangles.",
-                 countTriangles},
+    Illustration{
+        "ours_without_budget", {"S6", "The HIP passes below a vertex of 4,096 triangles.", strokeFans}, countTriangles},
     Illustration{"ours_without_scale_free_tolerances",
-                 {"S12", "", strokeSharpAndScaledShapes},
-                 "The same walk about two bodies, at full size and with all lengths divided by 1,024.",
+                 {"S12", "The same walk about two bodies, at full size and with all lengths divided by 1,024.",
+                  strokeSharpAndScaledShapes},
                  compareScales},
-    Illustration{"ours_without_containment",
-                 {"S31", "", crushBetweenBoxes},
-                 "Boxes have closed on the IHIP from all sides.",
-                 crush},
-    Illustration{"ours_float", {"S2", "", slideIntoBox}, "The HIP slides 3 mm below a floor.", forceAlongFloor},
+    Illustration{
+        "ours_without_containment", {"S31", "Boxes have closed on the IHIP from all sides.", crushBetweenBoxes}, crush},
+    Illustration{"ours_float", {"S2", "The HIP slides 3 mm below a floor.", slideIntoBox}, forceAlongFloor},
 };
 
 }  // namespace
@@ -290,7 +276,7 @@ void drawCorrections(std::uint64_t seed, std::string_view method, const std::fil
     known += (known.empty() ? "" : ", ") + std::string(illustration.method);
     if (!method.empty() && illustration.method != method) continue;
     PanelPair pair = illustration.draw(illustration.scene, seed, illustration.method);
-    pair.title = std::string(illustration.scene.name) + ": " + std::string(illustration.caption);
+    pair.title = std::string(illustration.scene.name) + ": " + std::string(illustration.scene.about);
     pair.panels[0].heading = illustration.method;
     pair.panels[1].heading = "ours";
     std::string_view name = illustration.method;

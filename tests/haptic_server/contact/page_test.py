@@ -70,6 +70,8 @@ class Page(unittest.TestCase):
         ablations = {name for name, policy in entries if policy}
         self.assertEqual({policy for _, policy in entries if policy}, policies)
         self.assertEqual({ablation for _, _, ablation, _ in rows().values()}, ablations)
+        drawn = re.findall(r'Illustration\{\s*"(\w+)"', text("tests/eval/correction_figures/correction_figures.cpp"))
+        self.assertEqual(set(drawn), ablations)
         named = set(re.findall(r"\b(ours_\w*[a-z])\b", PAGE)) - NOT_OF_CONTACT
         self.assertEqual(named, ablations)
 
