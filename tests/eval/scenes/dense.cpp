@@ -235,7 +235,7 @@ void exploreHeap(Renderer& method, const BoxHeap& heap, double speed_m_per_s, Ra
   Stage stage(method, {});
   heap.addTo(stage);
   CrossingWatch watch(heap.faces());
-  const Vec3 start = kRoom_m * Vec3(1.7, 1.6, 1.8);
+  const Vec3 start = kRoom_m * Vec3(0.2, 0.1, 1.4);
   stage.begin(start);
   watch.follow(start, 0);
   Vec3 ihip = start;
@@ -263,7 +263,7 @@ void exploreSoftHeap(Renderer& method, const BoxHeap& heap, Random& random, Dens
   constexpr double kSpeed_m_per_s = 0.2;
   Stage stage(method, {});
   heap.addTo(stage);
-  const Vec3 start = kRoom_m * Vec3(1.7, 1.6, 1.8);
+  const Vec3 start = kRoom_m * Vec3(0.2, 0.1, 1.4);
   stage.begin(start);
   Vec3 ihip = start;
   DenseHand hand(start, kSpeed_m_per_s, random);
