@@ -85,10 +85,14 @@ struct Illustration {
   PanelPair (*draw)(const FailureScene& scene, std::uint64_t seed, std::string_view method);
 };
 
+void mustFail(bool fails, std::string_view method) {
+  if (!fails) throw std::runtime_error(std::string(method) + " does not fail with this seed");
+}
+
 PanelPair drawMoment(const FailureScene& scene, std::uint64_t seed, std::string_view method, const SectionSpec& spec) {
   Best best(spec.score, spec.before, spec.after);
   play(scene, seed, method, [&](const Trace& now, const Trace& before) { best.look(now, before); });
-  if (!best.moment()) throw std::runtime_error(std::string(method) + " does not fail with this seed");
+  mustFail(best.moment().has_value(), method);
   Moment moment = *best.moment();
   if (!spec.slow) moment.slow.clear();
   return drawSection(moment, spec.cut, spec.offset_m);
@@ -167,6 +171,7 @@ PanelPair countTriangles(const FailureScene& scene, std::uint64_t seed, std::str
     curves.without.push_back(tick.without.triangles);
     curves.with.push_back(tick.with.triangles);
   }
+  mustFail(curves.without != curves.with, method);
   return drawCurves(curves);
 }
 
@@ -186,6 +191,7 @@ PanelPair compareScales(const FailureScene& scene, std::uint64_t seed, std::stri
     curves.without.push_back(apart_um(once.without, small.without));
     curves.with.push_back(apart_um(once.with, small.with));
   }
+  mustFail(curves.without != curves.with, method);
   return drawCurves(curves);
 }
 
@@ -205,6 +211,7 @@ PanelPair forceAlongFloor(const FailureScene& scene, std::uint64_t seed, std::st
     curves.without.push_back(along_uN(tick, tick.without));
     curves.with.push_back(along_uN(tick, tick.with));
   });
+  mustFail(curves.without != curves.with, method);
   return drawCurves(curves);
 }
 
@@ -223,6 +230,7 @@ PanelPair loseSegments(const FailureScene& scene, std::uint64_t seed, std::strin
     if (!tick.without.touching) without.push_back(place);
     if (!tick.with.touching) with.push_back(place);
   });
+  mustFail(!without.empty(), method);
   return drawPlaces(*mesh, without, with);
 }
 
