@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "tests/eval/accuracy_run.h"
+#include "tests/eval/closed_loop_rest.h"
 
 namespace haptics::eval {
 namespace {
@@ -14,11 +15,20 @@ constexpr double kPrintedDepth_m = 0.002;
 void print(const Record& r) {
   std::printf(
       "%-25s %-12s %8d triangles  IHIP %.4f rms %.4f max mm  dF %.4f max N  angle %.3f max deg  epsilon %.3f  "
-      "%.0f ns%s\n",
+      "%.0f ns  cycle %.1f um  K_crit %.0f N/m%s\n",
       r["method"].get<std::string>().c_str(), r["scene"].get<std::string>().c_str(), r["triangles"].get<int>(),
       r["ihip_error_rms_mm"].get<double>(), r["ihip_error_max_mm"].get<double>(), r["force_error_max_N"].get<double>(),
       r.value("direction_error_max_deg", 0.0), r["epsilon_p99_ratio"].get<double>(), r["tick_p50_ns"].get<double>(),
-      r["pass"].get<bool>() ? "" : "  FAIL");
+      r["limit_cycle_um"].get<double>(), r["K_crit_N_per_m"].get<double>(), r["pass"].get<bool>() ? "" : "  FAIL");
+}
+
+/// What does not depend on the depth.
+Record steadinessOf(const Method& method, const Sample& sample) {
+  const ClosedLoopRest rest = restOnMesh(method, sample);
+  return {{"limit_cycle_um", rest.limitCycle_um},
+          {"limit_cycle_allowed_um", rest.allowed_um},
+          {"K_crit_N_per_m", criticalOnMesh_N_per_m(method, sample)},
+          {"steady", rest.steady()}};
 }
 
 }  // namespace
@@ -34,11 +44,14 @@ bool runAccuracy(const AccuracyOptions& options) {
       if (triangles > options.finest) break;
       const Sample sample = makeSample(shape, triangles);
       for (const Method& method : chosen) {
+        const Record steadiness = steadinessOf(method, sample);
         for (const double depth : kDepths_m) {
           const bool compare = method.name == kOurs && triangles <= kFinestMesh;
           records.push_back(measureAccuracy(method, sample, depth, options.seed, compare));
+          records.back().update(steadiness);
           if (depth == kPrintedDepth_m) print(records.back());
-          if (method.name == kOurs) good = good && records.back()["pass"].get<bool>();
+          if (method.name == kOurs)
+            good = good && records.back()["pass"].get<bool>() && steadiness["steady"].get<bool>();
         }
       }
     }

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "tests/eval/accuracy_run.h"
+
+namespace haptics::eval {
+
+/// A method in the servo's loop, at 1 kHz and without delay, between the default device in nobody's hand and a mesh: where
+/// the stabiliser that the server runs has the HIP, what the method answers is the spring's force. So it is what contact
+/// costs that differs, for every method has the same stabiliser.
+struct ClosedLoopRest {
+  double limitCycle_um = 0;  ///< HIP, peak to peak along the worst axis, in the last 0.3 s of 2 s; of the worst place.
+  double allowed_um = 0;     ///< Of the device: max(2 encoder steps, 20 um).
+
+  [[nodiscard]] bool steady() const { return limitCycle_um <= allowed_um * (1 + 1e-6); }
+};
+
+/// Under a push of 1 N onto a mesh's triangle at several places of the shape's path, with kSpring_N_per_m.
+[[nodiscard]] ClosedLoopRest restOnMesh(const Method& method, const Sample& sample);
+
+/// Largest stiffness (N/m) up to which every one that was tried comes to rest at the first of these places in every way of
+/// pressing (stability/critical.h); 0 when the least does not. Takes some tenths of a second.
+[[nodiscard]] double criticalOnMesh_N_per_m(const Method& method, const Sample& sample);
+
+}  // namespace haptics::eval
