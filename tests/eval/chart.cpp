@@ -149,9 +149,12 @@ Figure figureOf(const ChartData& data) {
                              outcome.failed.empty() ? Marker::kDisc : Marker::kCross, look.method == kOurs});
   }
   figure.legendNotes = {"Disc: passes every scripted failure scene.",
-                        "Diamond: so it does, but rings on a mesh.",
+                        "Diamond: so it does, but rings: under 1 N",
+                        "the HIP moves by more than 2 encoder steps.",
                         "Cross: fails some; the scenes are those of",
                         "haptic_eval failures.",
+                        "Upright: this runtime's worst tick of what",
+                        "hunts found, at " + std::to_string(std::lround(kInstructionsPer_us)) + " instructions a us.",
                         "No substeps, search in float: one over the",
                         "other, by the guarded path in every tick.",
                         "Dashed: what a hand with vision notices,",

@@ -1,7 +1,10 @@
 #include "tests/eval/closed_loop_rest.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -36,8 +39,12 @@ Quat turnOnto(Vec3 from, Vec3 to) {
   return glm::angleAxis(std::atan2(sine, cosine), axis / sine);
 }
 
-/// The mesh with the place of it that the path passes in the origin, and the triangle there facing +z.
-Ground groundAt(const Sample& sample, double way_m) {
+struct Spot {
+  Vec3 point;   ///< On the mesh.
+  Vec3 normal;  ///< Of the triangle there.
+};
+
+Spot spotAt(const Sample& sample, double way_m) {
   constexpr double kBelow_m = 1e-4;  // for the direction
   constexpr double kClear_m = 5e-3, kDeepest_m = 0.05;
   const Truth truth = sample.shape.at(way_m, kBelow_m);
@@ -47,11 +54,15 @@ Ground groundAt(const Sample& sample, double way_m) {
   const Crossing crossing = sample.surface->firstCrossing(from, to);
   if (!crossing) throw std::logic_error("no mesh below the path of " + std::string(sample.shape.name));
   const TriangleRecord& triangle = sample.surface->triangle(crossing.triangle);
-  const Vec3 normal =
-      glm::normalize(glm::cross(triangle.corner(1) - triangle.corner(0), triangle.corner(2) - triangle.corner(0)));
-  const Quat turn = turnOnto(normal, {0, 0, 1});
+  return {glm::mix(from, to, crossing.time),
+          glm::normalize(glm::cross(triangle.corner(1) - triangle.corner(0), triangle.corner(2) - triangle.corner(0)))};
+}
+
+/// The mesh with this point of it in the origin, and this direction of its frame along +z.
+Ground groundFacing(const Sample& sample, Vec3 point, Vec3 up) {
+  const Quat turn = turnOnto(up, {0, 0, 1});
   const std::string name(sample.shape.name);
-  return {name, name, {sample.surface}, {{turn, -(turn * glm::mix(from, to, crossing.time))}}};
+  return {name, name, {sample.surface}, {{turn, -(turn * point)}}};
 }
 
 /// A method behind the stabiliser.
@@ -95,17 +106,33 @@ class StabilisedMethod final : public StabilityMethod {
   bool begun_ = false;
 };
 
+const Vec3 kRest_m(0, 0, -kPush_N / kSpring_N_per_m);
+
+Feeler feelerOf(StabilisedMethod& method) {
+  return {[&](Vec3 hip) { return method.tick(hip); }, [&](Vec3 hip) { method.begin(hip); }};
+}
+
+/// The mesh turned so that the device is pressed against what the method answers there: a shaded force leans from the
+/// triangle's normal, and pressed along that the device would slide away.
+Ground groundFor(const Method& method, const Sample& sample, double way_m) {
+  const Spot spot = spotAt(sample, way_m);
+  Ground ground = groundFacing(sample, spot.point, spot.normal);
+  StabilisedMethod loop(method, {&ground, device(), kPeriod_s, 0, kSpring_N_per_m});
+  const Vec3 force_N = forceAt(feelerOf(loop), kRest_m);
+  if (force_N == Vec3(0)) return ground;
+  return groundFacing(sample, spot.point, glm::conjugate(ground.poses[0].rotation) * glm::normalize(force_N));
+}
+
 }  // namespace
 
 ClosedLoopRest restOnMesh(const Method& method, const Sample& sample) {
   ClosedLoopRest worst{0, allowedCycle_um(device())};
   for (const double way_m : kPlaces_m) {
-    const Ground ground = groundAt(sample, way_m);
+    const Ground ground = groundFor(method, sample, way_m);
     StabilisedMethod loop(method, {&ground, device(), kPeriod_s, 0, kSpring_N_per_m});
-    const Feeler feeler{[&](Vec3 hip) { return loop.tick(hip); }, [&](Vec3 hip) { loop.begin(hip); }};
-    const Vec3 rest(0, 0, -kPush_N / kSpring_N_per_m);
-    (void)forceAt(feeler, rest);
-    const Rest found = restOn(feeler, rest, {0, 0, -kPush_N}, {&device(), &nobody(), 1 / kPeriod_s});
+    const Feeler feeler = feelerOf(loop);
+    (void)forceAt(feeler, kRest_m);
+    const Rest found = restOn(feeler, kRest_m, {0, 0, -kPush_N}, {&device(), &nobody(), 1 / kPeriod_s});
     worst.limitCycle_um = std::max(worst.limitCycle_um, found.cycle_um);
   }
   return worst;
@@ -116,8 +143,11 @@ double criticalOnMesh_N_per_m(const Method& method, const Sample& sample) {
                           [&](const Rendering& of) -> std::unique_ptr<StabilityMethod> {
                             return std::make_unique<StabilisedMethod>(method, of);
                           }};
-  const Ground ground = groundAt(sample, kPlaces_m.front());
-  return criticalStiffness_N_per_m({&entry, &ground, device(), nobody(), 1 / kPeriod_s});
+  const Ground ground = groundFor(method, sample, kPlaces_m.front());
+  StabilitySearch search = kStiffnessSearch;
+  search.least = kSpring_N_per_m;
+  search.climb = 1.1;
+  return criticalStiffness_N_per_m({&entry, &ground, device(), nobody(), 1 / kPeriod_s}, search);
 }
 
 }  // namespace haptics::eval

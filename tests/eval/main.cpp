@@ -131,9 +131,10 @@ void addAccuracy(CLI::App& app, Arguments& arguments) {
       addVerb(app,
               {"accuracy", "Error against exact shapes, by method, mesh resolution and depth", "--finest 12288",
                "Beside the errors: peak to peak of the HIP that 1 N holds at rest on the mesh (limit_cycle_um), and\n"
-               "the largest stiffness up to which a press or a tap comes to rest (K_crit_N_per_m), both of the\n"
-               "default device in nobody's hand behind the server's stabiliser; ticks of the stroke that took the\n"
-               "thread more than a period of 1 ms of processor time (deadline_misses)."},
+               "the largest stiffness up to which a press or a tap comes to rest (K_crit_N_per_m; for all shapes\n"
+               "that of the sphere of as many triangles), both of the default device in nobody's hand behind the\n"
+               "server's stabiliser; ticks of the stroke that took the thread more than a period, 1 ms, of processor\n"
+               "time (deadline_misses)."},
               arguments);
   AccuracyOptions& options = arguments.accuracy;
   addSeed(verb, arguments);
