@@ -143,11 +143,16 @@ double criticalOnMesh_N_per_m(const Method& method, const Sample& sample) {
                           [&](const Rendering& of) -> std::unique_ptr<StabilityMethod> {
                             return std::make_unique<StabilisedMethod>(method, of);
                           }};
-  const Ground ground = groundFor(method, sample, kPlaces_m.front());
-  StabilitySearch search = kStiffnessSearch;
-  search.least = kSpring_N_per_m;
-  search.climb = 1.1;
-  return criticalStiffness_N_per_m({&entry, &ground, device(), nobody(), 1 / kPeriod_s}, search);
+  Ground ground = groundFor(method, sample, kPlaces_m.front());
+  StabilitySearch search{.least = kSpring_N_per_m, .most = kStiffnessSearch.most, .climb = 1.1};
+  constexpr int kHeights = 3;
+  for (int i = 0; i < kHeights && search.most > 0; ++i) {
+    search.most = criticalStiffness_N_per_m({&entry, &ground, device(), nobody(), 1 / kPeriod_s}, search);
+    const Vec3 higher(0, 0, device().resolution_m / kHeights);
+    ground.poses[0].position += higher;
+    ground.place += higher;
+  }
+  return search.most;
 }
 
 }  // namespace haptics::eval

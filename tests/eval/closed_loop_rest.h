@@ -21,8 +21,9 @@ struct ClosedLoopRest {
 
 /// Largest stiffness (N/m), from kSpring_N_per_m to 200 kN/m, up to which every one that was tried comes to rest at the
 /// first of these places in every way of pressing (stability/critical.h); 0 when the least does not. Softer ones are left
-/// out: the HIP is so deep under them that what it meets is another side of the body. In steps of a tenth: where an encoder
-/// step is worth a newton, stiffnesses that rest lie between others that do not. Takes some tenths of a second.
+/// out: the HIP is so deep under them that what it meets is another side of the body. In steps of a tenth, and the least of
+/// several heights between two encoder steps: where one is worth a newton, rest is a matter of chance. Takes some tenths of
+/// a second.
 [[nodiscard]] double criticalOnMesh_N_per_m(const Method& method, const Sample& sample);
 
 }  // namespace haptics::eval
