@@ -19,8 +19,9 @@ struct AccuracyOptions {
 /// DIR/accuracy.json. Fed the inverse way (Ruffaldi et al., Standardized evaluation of haptic rendering systems, 2006):
 /// for a point s of the true surface and a traction F the HIP is s - F/k, and the ideal answer is s and F. A run passes
 /// when contact holds where it should and nowhere else, on the right side, nearer to the truth than the larger of depth
-/// and mean edge. Throws std::invalid_argument when there is no such method.
-/// @return Whether ours passed throughout and was where a brute-force proxy on the same mesh is.
+/// and mean edge. Beside that, by method and mesh: limit cycle and critical stiffness in the servo's loop
+/// (closed_loop_rest.h). Throws std::invalid_argument when there is no such method.
+/// @return Whether ours passed throughout, came to rest and was where a brute-force proxy on the same mesh is.
 [[nodiscard]] bool runAccuracy(const AccuracyOptions& options);
 
 }  // namespace haptics::eval

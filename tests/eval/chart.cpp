@@ -13,6 +13,7 @@
 #include "tests/eval/figure/virtual_display.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/scenes/scenes.h"
+#include "tests/eval/worst/worst.h"
 
 namespace haptics::eval {
 namespace {
@@ -38,6 +39,10 @@ constexpr std::array kLooks{
     Look{"pseudocode_closed", "paper as printed, closed", {0.0, 0.0, 0.0}},
 };
 
+Marker markerOf(const Outcome& outcome, const ClosedLoopRest& rest) {
+  return !outcome.failed.empty() ? Marker::kCross : rest.steady() ? Marker::kDisc : Marker::kDiamond;
+}
+
 std::string sizeText(int triangles) {
   if (triangles < 1000) return std::to_string(triangles);
   const bool millions = triangles >= 1'000'000;
@@ -58,6 +63,21 @@ std::string outcomeText(const Outcome& outcome) {
   return text.str();
 }
 
+/// "worst tick, 210 us".
+std::string timeText(double ns) { return "worst tick, " + std::to_string(std::lround(ns / 1e3)) + " us"; }
+/// "worst tick, 1.26 M".
+std::string countText(double instructions) {
+  char text[40];
+  std::snprintf(text, sizeof text, "worst tick, %.2f M", instructions / 1e6);
+  return text;
+}
+
+/// Of ours; none where nobody looked for it.
+std::optional<UprightMark> markAt(double x, const std::string& label) {
+  if (x == 0) return std::nullopt;
+  return UprightMark{x, 0, label};
+}
+
 using Value = std::function<double(const ChartPoint&)>;
 
 struct Axis {
@@ -74,15 +94,15 @@ Axis axis(const char* label, Value value, const std::vector<ChartPoint>& points,
   return {label, std::move(value), {std::max(all.low, most.low), std::min(all.high, most.high)}};
 }
 
-Panel panelOf(const std::string& title, const Axis& x, const Axis& y, const std::vector<ChartPoint>& points,
-              bool labelled) {
+Panel panelOf(const std::string& title, const Axis& x, const Axis& y, const ChartData& data, bool labelled) {
   Panel panel{title, x.label, y.label, x.decades, y.decades, {}, {}};
   for (std::size_t i = 0; i < kLooks.size(); ++i) {
     Curve curve{i, {}};
-    for (const ChartPoint& p : points) {
+    for (const ChartPoint& p : data.points) {
       if (p.method != kLooks[i].method || !(x.value(p) > 0)) continue;
       const bool named = labelled && i == 0;
-      curve.points.push_back({x.value(p), y.value(p), named ? sizeText(p.triangles) : ""});
+      curve.points.push_back(
+          {x.value(p), y.value(p), named ? sizeText(p.triangles) : "", markerOf(data.outcomes.at(p.method), p.rest)});
     }
     panel.curves.push_back(std::move(curve));
   }
@@ -98,14 +118,16 @@ Figure figureOf(const ChartData& data) {
       "k = 1000 N/m. One point for each mesh resolution, numbers: triangles."};
   figure.columns = 3;
   constexpr double kNoticeable = 1;
-  constexpr Decades kTimes{0, 6};
+  constexpr Decades kTimes{0, 7};
+  const double worst = data.worstTick_instructions;
+  const double worst_ns = worst / kInstructionsPer_us * 1e3;
+  const std::array<std::optional<UprightMark>, 3> marks{markAt(worst_ns, timeText(worst_ns)), std::nullopt,
+                                                        markAt(worst, countText(worst))};
   const std::array xs{
-      axis(
-          "contact tick, ns (median)", [](const ChartPoint& p) { return p.price.hot_ns; }, points, kTimes),
+      axis("contact tick, ns (median)", [](const ChartPoint& p) { return p.price.hot_ns; }, points, kTimes, {worst_ns}),
       axis(
           "contact tick, ns (median)", [](const ChartPoint& p) { return p.price.cold_ns; }, points, kTimes),
-      axis(
-          "instructions per tick", [](const ChartPoint& p) { return p.price.instructions; }, points, kTimes)};
+      axis("instructions per tick", [](const ChartPoint& p) { return p.price.instructions; }, points, kTimes, {worst})};
   const std::array ys{
       axis("force error, 1: just noticeable", [](const ChartPoint& p) { return p.epsilon; }, points, {-2, 3},
            {kNoticeable / 2}),
@@ -113,7 +135,8 @@ Figure figureOf(const ChartData& data) {
   const std::array titles{"Caches hot", "Caches cold", "Instructions"};
   for (const Axis& y : ys) {
     for (std::size_t i = 0; i < xs.size(); ++i) {
-      figure.panels.push_back(panelOf(titles[i], xs[i], y, points, i == 0 && &y == &ys.front()));
+      figure.panels.push_back(panelOf(titles[i], xs[i], y, data, i == 0 && &y == &ys.front()));
+      figure.panels.back().mark = marks[i];
       if (&y == &ys.front()) figure.panels.back().threshold = {kNoticeable, "too small to notice"};
     }
   }
@@ -126,8 +149,12 @@ Figure figureOf(const ChartData& data) {
                              outcome.failed.empty() ? Marker::kDisc : Marker::kCross, look.method == kOurs});
   }
   figure.legendNotes = {"Disc: passes every scripted failure scene.",
+                        "Diamond: so it does, but rings: under 1 N",
+                        "the HIP moves by more than 2 encoder steps.",
                         "Cross: fails some; the scenes are those of",
                         "haptic_eval failures.",
+                        "Upright: this runtime's worst tick of what",
+                        "hunts found, at " + std::to_string(std::lround(kInstructionsPer_us)) + " instructions a us.",
                         "No substeps, search in float: one over the",
                         "other, by the guarded path in every tick.",
                         "Dashed: what a hand with vision notices,",
@@ -141,6 +168,7 @@ Figure figureOf(const ChartData& data) {
 void runChart(const ChartOptions& options) {
   ChartData data;
   if (options.from.empty()) {
+    if (!options.kept.empty()) data.worstTick_instructions = worstKeptInstructions(options.kept);
     data.points = measureChartPoints(options.seed, options.finest);
     for (const Method& method : chartMethods()) data.outcomes[method.name] = outcomeOf(method, options.seed);
   } else {

@@ -40,6 +40,8 @@ class Measured {
     const Record record = measureAccuracy(method_, sample, kDepth_m, seed, false);
     epsilon_ = std::max(epsilon_, record["epsilon_p99_ratio"].get<double>());
     above100Hz_rms_N_ = std::max(above100Hz_rms_N_, record["force_above_100Hz_rms_N"].get<double>());
+    const ClosedLoopRest rest = restOnMesh(method_, sample);
+    if (rest.limitCycle_um >= rest_.limitCycle_um) rest_ = rest;
     const Way way = wayOn(sample.shape);
     const bool first = hot_.empty();
     const Price price =
@@ -50,23 +52,25 @@ class Measured {
   }
 
   [[nodiscard]] ChartPoint pointAt(int triangles) {
-    return {
-        method_.name, triangles, epsilon_, above100Hz_rms_N_, {hot_.quantile(0.5), cold_.quantile(0.5), instructions_}};
+    return {method_.name,      triangles, epsilon_,
+            above100Hz_rms_N_, rest_,     {hot_.quantile(0.5), cold_.quantile(0.5), instructions_}};
   }
 
  private:
   const Method& method_;
   double epsilon_ = 0;
   double above100Hz_rms_N_ = 0;
+  ClosedLoopRest rest_;
   double instructions_ = 0;
   Statistics hot_;
   Statistics cold_;
 };
 
 void print(const ChartPoint& p) {
-  std::printf("%8d triangles  %-25s hot %8.1f ns  cold %8.0f ns  %8.0f instructions  epsilon %8.3f  %.4f N\n",
-              p.triangles, p.method.data(), p.price.hot_ns, p.price.cold_ns, p.price.instructions, p.epsilon,
-              p.above100Hz_rms_N);
+  std::printf(
+      "%8d triangles  %-25s hot %8.1f ns  cold %8.0f ns  %8.0f instructions  epsilon %8.3f  %.4f N  cycle %.1f um\n",
+      p.triangles, p.method.data(), p.price.hot_ns, p.price.cold_ns, p.price.instructions, p.epsilon,
+      p.above100Hz_rms_N, p.rest.limitCycle_um);
 }
 
 }  // namespace

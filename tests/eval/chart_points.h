@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/eval/closed_loop_rest.h"
 #include "tests/eval/methods.h"
 #include "tests/eval/price.h"
 
@@ -15,6 +16,7 @@ struct ChartPoint {
   int triangles;            ///< Asked for.
   double epsilon;           ///< Not exceeded in 99 % of a shape's ticks; of the worst shape.
   double above100Hz_rms_N;  ///< Force that the surface does not have; of the worst shape.
+  ClosedLoopRest rest;      ///< Of the worst shape.
   Price price;              ///< Medians over the shapes; instructions on the sphere.
 };
 

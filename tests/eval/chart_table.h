@@ -13,6 +13,7 @@ using Outcomes = std::map<std::string_view, Outcome>;  ///< By method.
 struct ChartData {
   std::vector<ChartPoint> points;
   Outcomes outcomes;
+  double worstTick_instructions = 0;  ///< Of ours, in scenes found for it; 0 where none were given.
 };
 
 /// CSV, a line for each point. Throws std::runtime_error naming the file when it cannot be written.

@@ -130,7 +130,13 @@ void addFailures(CLI::App& app, Arguments& arguments) {
 
 void addAccuracy(CLI::App& app, Arguments& arguments) {
   CLI::App* verb =
-      addVerb(app, {"accuracy", "Error against exact shapes, by method, mesh resolution and depth", "--finest 12288"},
+      addVerb(app,
+              {"accuracy", "Error against exact shapes, by method, mesh resolution and depth", "--finest 12288",
+               "Beside the errors: peak to peak of the HIP that 1 N holds at rest on the mesh (limit_cycle_um), and\n"
+               "the largest stiffness up to which a press or a tap comes to rest (K_crit_N_per_m; for all shapes\n"
+               "that of the sphere of as many triangles), both of the default device in nobody's hand behind the\n"
+               "server's stabiliser; ticks of the stroke that took the thread more than a period, 1 ms, of processor\n"
+               "time (deadline_misses)."},
               arguments);
   AccuracyOptions& options = arguments.accuracy;
   addSeed(verb, arguments);
@@ -184,14 +190,22 @@ void addTextures(CLI::App& app, Arguments& arguments) {
 void addChart(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(
       app,
-      {"chart", "Speed against accuracy of every method, as a picture and a table", "--finest 12288 --out results"},
+      {"chart", "Speed against accuracy of every method, as a picture and a table",
+       "--kept tests/eval/worst/kept.json --out results",
+       "A disc passes every failure scene; a diamond does so too, but rings on a mesh (limit_cycle_um of accuracy); a\n"
+       "cross fails a scene."},
       arguments);
   addSeed(verb, arguments);
   ChartOptions& options = arguments.chart;
   addFinest(verb, options.finest);
+  CLI::Option* kept = verb->add_option("--kept", options.kept,
+                                       "Mark ours' worst tick: that of these scenes, worst.json of haptic_eval worst")
+                          ->type_name("FILE")
+                          ->check(CLI::ExistingFile);
   verb->add_option("--from", options.from, "Draw this chart.csv of an earlier run again, and measure nothing")
       ->type_name("FILE")
-      ->check(CLI::ExistingFile);
+      ->check(CLI::ExistingFile)
+      ->excludes(kept);
   verb->callback([&arguments, &options] {
     options.seed = arguments.seed;
     options.out = arguments.out;

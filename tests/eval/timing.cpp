@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 
 namespace haptics::eval {
 
@@ -12,6 +13,12 @@ Stopwatch::Stopwatch() {
   for (int i = 0; i < kRounds; ++i) time([] { asm volatile("" ::: "memory"); });
   clock_ns_ = durations_ns_.quantile(0.5);
   durations_ns_ = {};
+}
+
+double threadTime_s() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
 }
 
 void sweepCaches() {

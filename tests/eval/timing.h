@@ -26,6 +26,9 @@ class Stopwatch {
   Statistics durations_ns_;
 };
 
+/// That this thread has had of the processor, whatever else the machine did.
+[[nodiscard]] double threadTime_s();
+
 /// Reads and writes twice the last level cache, so that nothing else is left in any cache.
 void sweepCaches();
 

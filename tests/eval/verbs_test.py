@@ -229,9 +229,28 @@ class Walk(Verb):
         self.assertEqual([r["scene"] for r in self.records("walk")], ["sphere", "all"])
 
 
+class Accuracy(Verb):
+    def test_has_limit_cycle_critical_stiffness_and_deadline_misses_beside_the_errors(self):
+        self.run_well("accuracy", "--finest", "192", "--method", "ours")
+        records = self.records("accuracy")
+        self.assertEqual(len(records), 6 * 2 * 4)
+        for record in records:
+            self.assertEqual(record["limit_cycle_allowed_um"], 110)  # two steps of the default device's encoder
+            self.assertLessEqual(record["limit_cycle_um"], record["limit_cycle_allowed_um"])
+            self.assertGreaterEqual(record["K_crit_N_per_m"], 10_000)  # what haptic_eval stability requires of a wall
+            self.assertEqual(record["deadline_misses"], 0)
+
+    def test_tells_what_does_not_come_to_rest(self):
+        self.run_well("accuracy", "--finest", "12", "--method", "global_closest")
+        self.assertEqual({r["scene"] for r in self.records("accuracy") if not r["steady"]}, {"torus"})
+
+
 class Chart(Verb):
     def test_has_every_method_priced_and_judged(self):
-        self.run_well("chart", "--finest", "12")
+        kept = json.loads((HERE / "worst" / "kept.json").read_text())
+        self.out.mkdir()
+        (self.out / "worst.json").write_text(json.dumps([r for r in kept if r["family"] == "comb"]))
+        self.run_well("chart", "--finest", "12", "--kept", str(self.out / "worst.json"))
         rows = list(csv.DictReader((self.out / "chart.csv").read_text().splitlines()))
         methods = {row["method"]: row for row in rows}
         self.assertIn("ours", methods)
@@ -239,9 +258,14 @@ class Chart(Verb):
         for row in rows:
             self.assertGreater(float(row["hot_tick_p50_ns"]), 0)
             self.assertGreater(float(row["cold_tick_p50_ns"]), float(row["hot_tick_p50_ns"]))
+            self.assertEqual(float(row["limit_cycle_allowed_um"]), 110)
+            self.assertEqual(float(row["worst_tick_instructions"]) > 0, row["method"] == "ours")
             scenes = row["passed_scenes"].split() + row["failed_scenes"].split()
             self.assertEqual(len(scenes), len(set(scenes)))
             self.assertLessEqual({"S1", "S12"}, set(scenes))
+        self.assertLessEqual(float(methods["ours"]["limit_cycle_um"]), 110)
+        self.assertGreater(float(methods["ours"]["worst_tick_instructions"]),
+                           10 * float(methods["ours"]["instructions_per_tick"]))
         self.assertEqual(len(methods["ours"]["passed_scenes"].split() + methods["ours"]["failed_scenes"].split()), 23)
         self.assertLessEqual(set(methods["ours"]["failed_scenes"].split()), {"S20"})
         self.assertIn("S14", methods["ours_shaded"]["passed_scenes"].split())
@@ -265,13 +289,15 @@ class Chart(Verb):
     def test_says_which_line_of_a_table_is_wrong(self):
         self.out.mkdir()
         head = ("method,triangles,hot_tick_p50_ns,cold_tick_p50_ns,instructions_per_tick,epsilon_p99_ratio,"
-                "force_above_100Hz_rms_N,passed_scenes,failed_scenes\n")
-        for table, says in (("", "is not a chart.csv"), (head + "hearsay,12,1,1,1,1,1,S1,\n", ":2: "),
-                            (head.replace("passed_scenes,", "") + "ours,12,1,1,1,1,1,\n", "passed_scenes"),
-                            (head + "ours,12,1,1,x\n", ":2: "), (head + "ours,12,1,1,1,1,1,,S99\n", "S99"),
-                            (head + "ours,12,1,1,1,1,1,S99,\n", "S99"),
-                            (head + "ours,12,1,1,1,1,1,,\n", "names no scene that was run"),
-                            (head + "ours,12,1,1,1,1,1,S1,\n", "the table has no")):
+                "force_above_100Hz_rms_N,limit_cycle_um,limit_cycle_allowed_um,worst_tick_instructions,"
+                "passed_scenes,failed_scenes\n")
+        row = "ours,12,1,1,1,1,1,0,110,0,"
+        for table, says in (("", "is not a chart.csv"), (head + row.replace("ours", "hearsay") + "S1,\n", ":2: "),
+                            (head.replace("passed_scenes,", "") + row + "\n", "it has no passed_scenes"),
+                            (head.replace("limit_cycle_um,", "") + row + "S1,\n", "it has no limit_cycle_um"),
+                            (head + "ours,12,1,1,x\n", ":2: "), (head + row + ",S99\n", "S99"),
+                            (head + row + "S99,\n", "S99"), (head + row + ",\n", "names no scene that was run"),
+                            (head + row + "S1,\n", "the table has no")):
             (self.out / "wrong.csv").write_text(table)
             done = run("chart", "--from", str(self.out / "wrong.csv"), "--out", str(self.out))
             self.assertEqual(done.returncode, 1, table)

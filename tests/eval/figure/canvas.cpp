@@ -98,6 +98,13 @@ void Canvas::disc(Point centre, double radius, Colour colour) {
   context_.DrawEllipse(narrow(centre.x), narrow(centre.y), narrow(radius), narrow(radius));
 }
 
+void Canvas::diamond(Point centre, double radius, Colour colour) {
+  fill(colour);
+  const float x = narrow(centre.x), y = narrow(centre.y), r = narrow(radius);
+  std::array<float, 8> corners{x - r, y, x, y - r, x + r, y, x, y + r};
+  context_.DrawPolygon(corners.data(), 4);
+}
+
 void Canvas::raster(const Raster& picture, Point below, double width, double height) {
   vtkNew<vtkImageData> image;
   image->SetDimensions(picture.width, picture.height, 1);

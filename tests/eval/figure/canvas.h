@@ -38,6 +38,7 @@ class Canvas {
   void polyline(std::span<const Point> points, Colour colour, double width);
   void box(Point below, double width, double height, Colour fill);
   void disc(Point centre, double radius, Colour fill);
+  void diamond(Point centre, double radius, Colour fill);
   void raster(const Raster& picture, Point below, double width, double height);
 
  private:

@@ -14,7 +14,7 @@ struct Colour {
   double red, green, blue;
 };
 
-enum class Marker { kDisc, kCross, kNone };  ///< Without one a curve is dashed: of a formula, not measured.
+enum class Marker { kDisc, kDiamond, kCross, kNone };  ///< Without one a curve is dashed: of a formula, not measured.
 
 /// How a curve looks in every panel, and what the legend says of it.
 struct Style {
@@ -27,7 +27,8 @@ struct Style {
 
 struct CurvePoint {
   double x, y;
-  std::string label;  ///< Beside the marker, where no curve passes; may be empty.
+  std::string label;                            ///< Beside the marker, where no curve passes; may be empty.
+  std::optional<Marker> marker = std::nullopt;  ///< None: the style's.
 };
 
 struct Curve {
@@ -46,6 +47,13 @@ struct Threshold {
   std::string label;  ///< Below its right end; left out where a curve passes there.
 };
 
+/// A value of x, dashed.
+struct UprightMark {
+  double x;
+  std::size_t style;  ///< Whose colour it has.
+  std::string label;  ///< Along its upper end, on a side where no curve passes.
+};
+
 /// Logarithmic in both. Points beyond the decades are drawn on the rim.
 struct Panel {
   std::string title;
@@ -54,6 +62,7 @@ struct Panel {
   Decades x, y;
   std::vector<Curve> curves;
   std::optional<Threshold> threshold = std::nullopt;
+  std::optional<UprightMark> mark = std::nullopt;
 };
 
 /// Panels in rows, a legend beside them.

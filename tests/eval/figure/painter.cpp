@@ -82,14 +82,20 @@ bool FigurePainter::Paint(vtkContext2D* painter) {
   return true;
 }
 
-void FigurePainter::marker(double x, double y, const Style& style) {
-  if (style.marker == Marker::kNone) return;
+void FigurePainter::marker(double x, double y, const Style& style, Marker marker) {
+  constexpr double kDiamond = 1.5;  // of a disc's radius: about as large
   const double r = radiusOf(style);
-  if (style.marker == Marker::kCross) {
-    for (const double s : {-1.0, 1.0}) canvas_->line({x - r, y - s * r}, {x + r, y + s * r}, style.colour, 3.5);
-    return;
+  switch (marker) {
+    case Marker::kDisc:
+      return canvas_->disc({x, y}, r, style.colour);
+    case Marker::kDiamond:
+      return canvas_->diamond({x, y}, kDiamond * r, style.colour);
+    case Marker::kCross:
+      for (const double s : {-1.0, 1.0}) canvas_->line({x - r, y - s * r}, {x + r, y + s * r}, style.colour, 3.5);
+      return;
+    case Marker::kNone:
+      return;
   }
-  canvas_->disc({x, y}, r, style.colour);
 }
 
 void FigurePainter::paintPanel(const Panel& panel, Box box) {
@@ -100,6 +106,7 @@ void FigurePainter::paintPanel(const Panel& panel, Box box) {
       if (figure_->styles[curve.style].strong == strong) paintCurve(panel, curve, box);
     }
   }
+  if (panel.mark) paintMark(panel, box);
   if (panel.threshold) paintThreshold(panel, box);
   for (const Curve& curve : panel.curves) paintLabels(panel, curve, box);
 }
@@ -114,6 +121,21 @@ void FigurePainter::paintThreshold(const Panel& panel, Box box) {
   canvas_->text(right - kMargin, y - kUnder - kToBaseline, panel.threshold->label, kSmallFont, kLimit, Align::kRight);
 }
 
+void FigurePainter::paintMark(const Panel& panel, Box box) {
+  constexpr double kAside = 15;
+  const double x = box.left + kPanelWidth * shareOf(panel.mark->x, panel.x);
+  const Colour colour = figure_->styles[panel.mark->style].colour;
+  canvas_->line({x, box.below}, {x, box.below + kPanelHeight}, colour, 2.5, true);
+  const double half = canvas_->textWidth(panel.mark->label, kSmallFont, false) / 2;
+  const double middle = box.below + kPanelHeight - kAside - half;
+  for (const double at : {x + kAside, x - kAside}) {
+    const Area area{at - kToBaseline, middle - half, at + kToBaseline, middle + half};
+    if (area.right > box.left + kPanelWidth || isCrossed(panel, box, area)) continue;
+    canvas_->upright(at, middle, panel.mark->label, kSmallFont, colour);
+    return;
+  }
+}
+
 FigurePainter::Area FigurePainter::areaOf(const std::string& words, double x, double y, Align align, bool bold) {
   const double width = canvas_->textWidth(words, kSmallFont, bold);
   const double left = align == Align::kLeft ? x : align == Align::kRight ? x - width : x - width / 2;
@@ -124,6 +146,10 @@ bool FigurePainter::isCrossed(const Panel& panel, Box box, const Area& area) con
   constexpr double kStep = 3;
   constexpr double kClear = 3;  // to a line's middle
   const auto touches = [&](double x, double y, double r) { return area.overlaps({x - r, y - r, x + r, y + r}); };
+  if (panel.mark) {
+    const double x = box.left + kPanelWidth * shareOf(panel.mark->x, panel.x);
+    if (area.left < x + kClear && x - kClear < area.right) return true;
+  }
   for (const Curve& curve : panel.curves) {
     for (std::size_t i = 0; i < curve.points.size(); ++i) {
       const Place to = placeOf(curve.points[i], panel, box.left, box.below);
@@ -179,7 +205,9 @@ void FigurePainter::paintCurve(const Panel& panel, const Curve& curve, Box box) 
     const Place to = place(curve.points[i]);
     canvas_->line({from.x, from.y}, {to.x, to.y}, style.colour, style.strong ? 5 : 2.5, style.marker == Marker::kNone);
   }
-  for (const CurvePoint& point : curve.points) marker(place(point).x, place(point).y, style);
+  for (const CurvePoint& point : curve.points) {
+    marker(place(point).x, place(point).y, style, point.marker.value_or(style.marker));
+  }
 }
 
 /// Left of the marker or right of it; a label that would cover a curve or another label is left out.
@@ -208,7 +236,7 @@ void FigurePainter::paintLegend(double left, double top) {
   for (const Style& style : figure_->styles) {
     canvas_->line({left, y + 8}, {left + 52, y + 8}, style.colour, style.strong ? 5 : 2.5,
                   style.marker == Marker::kNone);
-    marker(left + 26, y + 8, style);
+    marker(left + 26, y + 8, style, style.marker);
     canvas_->text(left + 66, y - 4, style.name, kTextFont, kInk, Align::kLeft, style.strong);
     canvas_->text(left + 66, y - 32, style.note, kSmallFont, kSoft);
     y -= kEntry;

@@ -34,10 +34,11 @@ class FigurePainter final : public vtkContextItem {
       return left < other.right && other.left < right && below < other.above && other.below < above;
     }
   };
-  void marker(double x, double y, const Style& style);
+  void marker(double x, double y, const Style& style, Marker marker);
   void paintPanel(const Panel& panel, Box box);
   void paintGrid(const Panel& panel, Box box);
   void paintThreshold(const Panel& panel, Box box);
+  void paintMark(const Panel& panel, Box box);
   void paintCurve(const Panel& panel, const Curve& curve, Box box);
   void paintLabels(const Panel& panel, const Curve& curve, Box box);
   /// What words in kSmallFont would cover, centred about y.

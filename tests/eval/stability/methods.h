@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -27,7 +28,7 @@ struct MethodEntry {
   std::string_view name;   ///< As in the records.
   std::string_view title;  ///< For people,
   std::string_view note;   ///< and what it is.
-  std::unique_ptr<StabilityMethod> (*make)(const Rendering&);
+  std::function<std::unique_ptr<StabilityMethod>(const Rendering&)> make;
 };
 
 inline constexpr std::string_view kOursMethod = "ours";

@@ -76,7 +76,8 @@ SteepPlace steepestOf(const Exhibit& exhibit, const Texture& texture, double dep
   return best;
 }
 
-/// The force at a place inside, once the way down from free space has been felt.
+}  // namespace
+
 Vec3 forceAt(const Feeler& feeler, Vec3 rest) {
   constexpr double kClear_m = 3e-3;
   constexpr int kSettle = 400;  // ticks, for the estimate of velocity
@@ -88,17 +89,10 @@ Vec3 forceAt(const Feeler& feeler, Vec3 rest) {
   return force_N;
 }
 
-}  // namespace
-
-Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {
+Rest restOn(const Feeler& feeler, Vec3 rest, Vec3 push_N, const RestCase& of) {
   constexpr double kTime_s = 2;
   constexpr double kJudged_s = 0.3;
-  constexpr double kLeast_m = 20e-6;
   constexpr double kRounding = 1 + 1e-6;
-  const double depth_m = kPress_N / kRestStiffness_N_per_m;
-  const SteepPlace steep = texture ? steepestOf(exhibit, *texture, depth_m) : SteepPlace{};
-  const Vec3 rest = steep.place - Vec3(0, 0, depth_m - steep.height_m);
-  const Vec3 push_N = -forceAt(feeler, rest);
   RestingHand resting(rest, push_N, of);
   SimulatedDevice simulated({*of.device, *of.hand, 1 / of.rate_Hz, 0}, resting);
   const auto ticks = static_cast<std::uint64_t>(kTime_s * of.rate_Hz);
@@ -107,11 +101,23 @@ Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Te
     simulated.write(feeler.tick(simulated.read(tick).position));
     if (static_cast<double>(ticks - tick) <= kJudged_s * of.rate_Hz) extent.add(simulated.plant().position());
   }
-  const double away_m = glm::distance(simulated.plant().position(), rest);
+  Rest result;
+  result.cycle_um = extent.longest() * 1e6;
+  result.allowed_um = allowedCycle_um(*of.device);
+  result.steady = result.cycle_um <= kRounding * result.allowed_um;
+  result.away_mm = glm::distance(simulated.plant().position(), rest) * 1e3;
+  return result;
+}
+
+Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {
+  const double depth_m = kPress_N / kRestStiffness_N_per_m;
+  const SteepPlace steep = texture ? steepestOf(exhibit, *texture, depth_m) : SteepPlace{};
+  const Vec3 rest = steep.place - Vec3(0, 0, depth_m - steep.height_m);
+  const Vec3 push_N = -forceAt(feeler, rest);
+  Rest result = restOn(feeler, rest, push_N, of);
   const double gain = texture && texture->law == Texture::Law::kHo1999 ? texture->gain_K : 1;
-  const double allowed_m = std::max(2 * of.device->resolution_m, kLeast_m);
-  return {kRestStiffness_N_per_m * gain * steep.steepness, extent.longest() * 1e6, allowed_m * 1e6,
-          extent.longest() <= kRounding * allowed_m, away_m * 1e3};
+  result.stiffness_N_per_m = kRestStiffness_N_per_m * gain * steep.steepness;
+  return result;
 }
 
 Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {

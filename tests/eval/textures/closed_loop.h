@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 
 #include "haptic_server/device/presets.h"
@@ -7,8 +8,8 @@
 
 namespace haptics::eval {
 
-/// A device, held by a hand or not, that presses 1 N on the texture's steepest place and is pushed sideways by just what
-/// the texture gives there, so that it could rest.
+/// A device, held by a hand or not, that is pushed by just what a surface gives at some place, so that it could rest there.
+/// On a texture it presses 1 N on the steepest place.
 struct RestCase {
   const DevicePreset* device = nullptr;
   const HandPreset* hand = nullptr;
@@ -26,6 +27,11 @@ struct Rest {
   double away_mm = 0;  ///< From where it could have rested, in the end.
 };
 
+/// A limit cycle, peak to peak, that counts as rest.
+[[nodiscard]] inline double allowedCycle_um(const DevicePreset& device) noexcept {
+  return std::max(2e6 * device.resolution_m, 20.0);
+}
+
 /// Stiffness of the surface in these cases: one at which every preset rests steadily on it without texture.
 inline constexpr double kRestStiffness_N_per_m = 400;
 
@@ -34,6 +40,11 @@ struct Feeler {
   std::function<Vec3(Vec3)> tick;
   std::function<void(Vec3)> place;
 };
+/// What it feels (N) at a place (m) below z = 0, where free space ends, once it was led down to it.
+[[nodiscard]] Vec3 forceAt(const Feeler& feeler, Vec3 rest);
+
+/// From there on: under a push (N) with which it could rest at that place.
+[[nodiscard]] Rest restOn(const Feeler& feeler, Vec3 rest, Vec3 push_N, const RestCase& of);
 [[nodiscard]] Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Texture>& texture,
                           const RestCase& of);
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 
 #include "tests/eval/random.h"
 #include "tests/eval/report.h"
@@ -20,9 +21,6 @@ namespace haptics::eval {
 namespace {
 
 constexpr int kTicks = 500;  ///< Of a play.
-/// Of such ticks 5,700 to 11,700 were executed in a microsecond on the machine of tests/bench/results: counted, and the
-/// shortest of five runs timed.
-constexpr double kInstructionsPer_us = 6000;
 
 /// The worst tick of a genome.
 struct Found {
@@ -185,24 +183,32 @@ bool finish(const WorstOptions& options, std::span<const std::unique_ptr<Hunt>> 
   return good;
 }
 
-bool runKept(const WorstOptions& options, const Play::Settings& settings) {
+/// The worst ticks of an earlier one, once more.
+std::vector<std::unique_ptr<Hunt>> keptHunts(const std::filesystem::path& kept, const Play::Settings& settings) {
   std::vector<std::unique_ptr<Hunt>> hunts;
-  for (const Record& record : readRecords(options.kept)) {
+  for (const Record& record : readRecords(kept)) {
     auto& hunt = hunts.emplace_back(
-        std::make_unique<Hunt>(findFamily(record.at("family").get<std::string>()), options.seed, settings));
+        std::make_unique<Hunt>(findFamily(record.at("family").get<std::string>()), WorstOptions{}.seed, settings));
     Found found;
     found.genome.scene = record.at("scene_genes").get<decltype(found.genome.scene)>();
     found.genome.motion = record.at("motion_genes").get<decltype(found.genome.motion)>();
     hunt->take(found);
   }
-  return finish(options, hunts);
+  return hunts;
 }
 
 }  // namespace
 
+double worstKeptInstructions(const std::filesystem::path& kept) {
+  double most = 0;
+  for (const auto& hunt : keptHunts(kept, {})) most = std::max(most, hunt->record()["instructions"].get<double>());
+  if (most == 0) throw std::runtime_error(kept.string() + ": holds no ticks");
+  return most;
+}
+
 bool runWorst(const WorstOptions& options) {
   const Play::Settings settings{options.rate_Hz, !options.withoutAllowance};
-  if (!options.kept.empty()) return runKept(options, settings);
+  if (!options.kept.empty()) return finish(options, keptHunts(options.kept, settings));
   const Interruption interruption;
   std::vector<std::unique_ptr<Hunt>> hunts;
   const std::vector<const Family*> chosen = familiesOf(options);

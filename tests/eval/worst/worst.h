@@ -9,6 +9,9 @@ namespace haptics::eval {
 /// Instructions that a tick may take are those of this time at 1 kHz on the machine that counts them; in proportion at other
 /// rates.
 inline constexpr double kWorstTick_us = 250;
+/// Of such ticks 5,700 to 11,700 were executed in a microsecond on the machine of tests/bench/results: counted, and the
+/// shortest of five runs timed.
+inline constexpr double kInstructionsPer_us = 6000;
 
 struct WorstOptions {
   std::uint64_t seed = 1;
@@ -27,5 +30,9 @@ struct WorstOptions {
 /// Throws std::runtime_error naming what cannot be read, written or drawn; std::invalid_argument where there is no such
 /// family.
 [[nodiscard]] bool runWorst(const WorstOptions& options);
+
+/// Instructions of the worst tick of all that an earlier hunt kept, at 1 kHz: made and counted again.
+/// Throws std::runtime_error naming the file, where it holds none.
+[[nodiscard]] double worstKeptInstructions(const std::filesystem::path& kept);
 
 }  // namespace haptics::eval
