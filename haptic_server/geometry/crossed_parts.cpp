@@ -212,7 +212,9 @@ class CrossedSearch {
 std::vector<std::uint8_t> usesOfVertices(const Surface& surface, std::size_t vertices) {
   std::vector<std::uint8_t> uses(vertices, 0);
   for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
-    for (const std::uint32_t v : surface.triangle(t).vertex) uses[v] += uses[v] < 255 ? 1 : 0;
+    for (const std::uint32_t v : surface.triangle(t).vertex) {
+      if (uses[v] < 255) ++uses[v];
+    }
   }
   return uses;
 }
