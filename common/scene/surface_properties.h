@@ -93,7 +93,7 @@ struct LayeredFamily {
   enum class Combination : std::uint8_t { kSum = 1, kProduct };
   Combination combination = Combination::kSum;
   std::vector<FieldLayer> layers;  ///< 2 to 4.
-  inline bool operator==(const LayeredFamily&) const;
+  bool operator==(const LayeredFamily&) const;
 };
 
 using FieldFamily =
@@ -102,10 +102,8 @@ using FieldFamily =
 struct FieldLayer {
   double weight = 1;   ///< Not 0.
   FieldFamily family;  ///< Not layered.
-  bool operator==(const FieldLayer&) const = default;
+  bool operator==(const FieldLayer&) const;
 };
-
-inline bool LayeredFamily::operator==(const LayeredFamily&) const = default;
 
 /// Where a layer's field is below ScalarField: "layers.layer[1].field.".
 [[nodiscard]] std::string layerField(std::size_t layer);
