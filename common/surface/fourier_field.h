@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "common/scene/surface_properties.h"
@@ -16,7 +17,14 @@ class FourierField final : public ScalarField {
   [[nodiscard]] FieldSample at(Vec3 point) const noexcept override;
 
  private:
-  std::vector<PlaneWave> waves_;
+  /// One for each lane.
+  struct TwoWaves {
+    alignas(16) std::array<double, 2> amplitude{};
+    alignas(16) std::array<std::array<double, 2>, 3> k{};
+    alignas(16) std::array<double, 2> phase_rad{};
+  };
+
+  std::vector<TwoWaves> waves_;  ///< The last lane of an odd number has amplitude 0.
 
   explicit FourierField(std::vector<PlaneWave> waves);
 };
