@@ -300,6 +300,7 @@ class ServerApp::Impl {
       if (!stop_ && onEnd_) onEnd_();
     });
     servoReady_.wait(false);
+    if (realtime_.memoryLocked) lockMemoryAsItIsWritten();
     for (const std::string& warning : realtime_.warnings) spdlog::warn("{}", warning);
   }
 

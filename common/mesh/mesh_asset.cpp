@@ -6,6 +6,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/interruption/grow.h"
+
 namespace haptics {
 namespace {
 
@@ -63,8 +65,8 @@ Result<TriMesh> decodeMesh(std::string_view bytes) {
   }
 
   TriMesh mesh;
-  mesh.vertices.resize(vertices);
-  mesh.triangles.resize(triangles);
+  growTo(mesh.vertices, vertices);
+  growTo(mesh.triangles, triangles);
   const std::string_view body = bytes.substr(kHeaderSize);
   const std::size_t split = sizeof(Vec3f) * mesh.vertices.size();
   body.copy(reinterpret_cast<char*>(mesh.vertices.data()), split);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <numeric>
-#include <thread>
 
-#include "common/interruption/interruption.h"
+#include "common/interruption/grow.h"
+#include "common/interruption/threads.h"
 
 namespace haptics {
 namespace {
@@ -85,9 +85,12 @@ class Builder {
   /// places of a node down to `divided`.
   template <class BoxOf>
   Builder(std::uint32_t count, std::uint32_t leaf, std::uint32_t divided, BoxOf boxOf)
-      : leaf_(leaf), divided_(divided), references_(count) {
+      : leaf_(leaf), divided_(divided) {
     whole_.end = count;
+    growTo(references_, count);
+    constexpr std::uint32_t kPiece = 1 << 16;
     for (std::uint32_t i = 0; i < count; ++i) {
+      if (i % kPiece == 0) interruptionPoint();
       references_[i] = {boxOf(i), i};
       whole_.box.grow(references_[i].box);
     }
@@ -104,11 +107,8 @@ class Builder {
         buildBelow(subtrees[i], 0, tasks[i].range, 1);
       }
     };
-    std::vector<std::jthread> helpers;
-    constexpr std::uint32_t kWorthAThread = 20'000;  // triangles
-    for (int i = 1; i < threads && whole_.size() > kWorthAThread; ++i) helpers.emplace_back(work);
-    work();
-    helpers.clear();
+    constexpr std::uint32_t kWorthThreads = 20'000;  // triangles
+    runInThreads(whole_.size() > kWorthThreads ? threads : 1, work);
     for (std::size_t i = 0; i < tasks.size(); ++i) append(nodes, tasks[i], subtrees[i]);
     return nodes;
   }
@@ -197,6 +197,7 @@ class Builder {
     fillBins(bins, range);
     const Cut cut = cheapestCut(bins);
     if (cut.axis < 0) return halves(range);
+    interruptionPoint();
     const auto begin = references_.begin();
     const auto middle = std::partition(begin + range.begin, begin + range.end, [&](const Reference& r) {
       alignas(16) std::array<int, 4> bin;
@@ -213,6 +214,7 @@ class Builder {
       const __m128 c = references_[i].twiceCentre();
       centres.grow(c, c);
     }
+    interruptionPoint();
     constexpr float kBelowLast = kBins * 0.9999F;  // keeps the largest centre in the last bin
     const __m128 width = _mm_sub_ps(centres.high, centres.low);
     bins.origin = centres.low;
@@ -263,7 +265,7 @@ class Builder {
 
   std::uint32_t leaf_;
   std::uint32_t divided_;
-  std::vector<Reference> references_;
+  LargePageVector<Reference> references_;
   Range whole_;
 };
 
@@ -319,7 +321,8 @@ LargePageVector<std::uint32_t> BoundingHierarchy::build(std::span<const Vec3f> v
       return box;
     });
     const std::vector<Node> nodes = builder.build(threads);
-    nodes_.assign(nodes.begin(), nodes.end());
+    growTo(nodes_, nodes.size());
+    std::ranges::copy(nodes, nodes_.begin());
     order = builder.order();
     if (!inCells.empty()) std::ranges::transform(order, order.begin(), other);
   }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/interruption/interruption.h"
+#include "common/interruption/grow.h"
 #include "haptic_server/geometry/triangle_record.h"
 
 namespace haptics {
@@ -50,7 +50,8 @@ std::vector<std::uint32_t> findNeighbours(std::size_t vertexCount, Triangles tri
   }
   for (std::size_t v = 0; v < vertexCount; ++v) offset[v + 1] += offset[v];
   interruptionPoint();
-  std::vector<HalfEdge> filed(edges);
+  std::vector<HalfEdge> filed;
+  growTo(filed, edges);
   std::vector<std::uint32_t> next(offset.begin(), offset.end() - 1);
   for (std::size_t e = 0; e < edges; ++e) {
     interruptionPoint();
@@ -59,7 +60,8 @@ std::vector<std::uint32_t> findNeighbours(std::size_t vertexCount, Triangles tri
     filed[next[std::min(a, b)]++] = {std::max(a, b), static_cast<std::uint32_t>(2 * e + (a > b ? 1 : 0))};
   }
   interruptionPoint();
-  std::vector<std::uint32_t> neighbours(edges, kNoTriangle);
+  std::vector<std::uint32_t> neighbours;
+  growTo(neighbours, edges, kNoTriangle);
   for (std::size_t v = 0; v < vertexCount; ++v) {
     interruptionPoint();
     pairUp(std::span(filed).subspan(offset[v], offset[v + 1] - offset[v]), neighbours);

@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <atomic>
-#include <thread>
 
-#include "common/interruption/interruption.h"
+#include "common/interruption/threads.h"
 #include "haptic_server/geometry/neighbours.h"
 #include "haptic_server/geometry/surface.h"
 
@@ -245,11 +244,7 @@ void Surface::markCrossed(std::span<const std::uint8_t> changed, int threads) {
       left -= search.runCell(hierarchy_.cell(i), uses);
     }
   };
-  {
-    std::vector<std::jthread> helpers;
-    for (int i = 1; i < threads && nodes.size() > kPiece; ++i) helpers.emplace_back(work);
-    work();
-  }
+  runInThreads(nodes.size() > kPiece ? threads : 1, work);
   const bool all = left <= 0;  // the sum of all costs, whatever the threads
   for (std::uint32_t t = 0; t < triangleCount(); ++t) {
     if (!all && !marks[t]) continue;

@@ -198,15 +198,20 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
   const auto count = static_cast<std::uint32_t>(triangles.size());
   if (count < kFew) return {};
   std::vector<float> lengths(count);
-  for (std::uint32_t t = 0; t < count; ++t) lengths[t] = static_cast<float>(boundsOf(cornersOf(t)).longest());
+  for (std::uint32_t t = 0; t < count; ++t) {
+    interruptionPoint();
+    lengths[t] = static_cast<float>(boundsOf(cornersOf(t)).longest());
+  }
   std::vector<float> sorted = lengths;
   const auto nearlyAll = sorted.begin() + static_cast<std::ptrdiff_t>(count - 1 - count / kFew);
   std::nth_element(sorted.begin(), nearlyAll, sorted.end());
+  interruptionPoint();
   const float giant = kGiant * *nearlyAll;
   Bounds all;
   for (std::uint32_t t = 0; t < count; ++t) {
     if (lengths[t] <= giant) all.grow(cornersOf(t));
   }
+  interruptionPoint();
   std::vector<std::uint32_t> found;
   for (std::uint32_t t = 0; t < count; ++t) {
     if (lengths[t] > kLong * all.longest() && lengths[t] <= giant) found.push_back(t);

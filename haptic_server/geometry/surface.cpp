@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/interruption/interruption.h"
+#include "common/interruption/grow.h"
 #include "common/interruption/progress.h"
 #include "haptic_server/geometry/connectivity.h"
 
@@ -87,12 +87,13 @@ void Surface::measure(std::span<const Vec3f> vertices) {
 
 void Surface::fillRecords(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                           std::span<const std::uint32_t> order) {
-  std::vector<std::array<std::uint32_t, 3>> ordered(triangles.size());
+  std::vector<std::array<std::uint32_t, 3>> ordered;
+  growTo(ordered, triangles.size());
   for (std::size_t t = 0; t < ordered.size(); ++t) ordered[t] = triangles[order[t]];
   const std::vector<std::uint32_t> neighbours = findNeighbours(vertices.size(), ordered);
   interruptionPoint();
   const std::vector<std::uint8_t> open = findOpenVertices(vertices.size(), ordered, neighbours);
-  records_.resize(ordered.size());
+  growTo(records_, ordered.size());
   for (std::size_t t = 0; t < ordered.size(); ++t) {
     interruptionPoint();
     TriangleRecord& r = records_[t];
@@ -116,7 +117,8 @@ void Surface::sumVertexNormals(std::span<const std::uint8_t> changed, std::size_
     for (const std::uint32_t v : records_[t].vertex) anew[v] = 1;
   }
   interruptionPoint();
-  std::vector<Vec3> sum(vertexCount, Vec3(0));
+  std::vector<Vec3> sum;
+  growTo(sum, vertexCount, Vec3(0));
   for (std::uint32_t t = 0; t < records_.size(); ++t) {
     interruptionPoint();
     const auto& vertex = records_[t].vertex;

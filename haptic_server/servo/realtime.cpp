@@ -37,6 +37,8 @@ void lockMemory(RealtimeStatus& status) {
                             ": a page fault may delay a tick; run as root or raise the memlock limit (ulimit -l)");
 }
 
+void lockMemoryAsItIsWritten() { (void)mlockall(MCL_FUTURE | MCL_ONFAULT); }
+
 WakefulProcessors::WakefulProcessors(RealtimeStatus& status)
     : request_(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
   const std::int32_t latency_us = 0;

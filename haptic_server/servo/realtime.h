@@ -17,6 +17,11 @@ struct RealtimeStatus {
 /// Locks the process's memory, now and to come, so that the servo takes no page fault. Once, before threads start.
 void lockMemory(RealtimeStatus& status);
 
+/// After lockMemory(), once all that the servo alone writes is there: memory that comes later is locked page by page, as
+/// whoever makes a scene writes it. All at once, a system call clears an array of a gigabyte for more than a second, which
+/// cannot be cancelled, and in pages of 4 kB.
+void lockMemoryAsItIsWritten();
+
 /// While it lives the processors take no sleep from which they are slow to wake. Measured on a virtual machine: half the
 /// wake-up latency (27 to 15 us p50 at 1 kHz), at the cost of idle processors that spin.
 class WakefulProcessors {

@@ -16,6 +16,8 @@ SPHERE = ('operations { add { name: "sphere" mesh { sphere { radius_m: 0.05 segm
           'pose { position { z: -0.5 } } motion { mass_kg: 1 } } }')  # 12.6 million triangles
 P99_S = 0.050
 CANCELLED_S = 0.100
+FREED_S = 0.200  # and its memory given back, and that seen
+STOPPED_S = 2
 # How long edits are made beside one import, and beside its end.
 BESIDE_S = float(os.environ.get("HAPTICS_SECONDS", "8"))
 EXIT_INTERRUPTED = 130
@@ -25,6 +27,22 @@ BUSY = "HAPTICS_INSTRUMENTED" in os.environ
 
 def stiffness(value):
     return (f'operations {{ set_material {{ object {{ name: "box" }} material {{ stiffness_N_per_m: {value} }} }} }}')
+
+
+def work_of(pid):
+    """Ticks of the clock, usually 10 ms each, that each thread of a process has worked."""
+    def of(task):
+        fields = (task / "stat").read_text().rpartition(")")[2].split()
+        return int(fields[11]) + int(fields[12])
+    return {task.name: of(task) for task in Path(f"/proc/{pid}/task").iterdir()}
+
+
+def is_at_work(pid, seconds=0.02):
+    """Whether some thread works for at least half of this time."""
+    before = work_of(pid)
+    time.sleep(seconds)
+    least = 0.5 * seconds * os.sysconf("SC_CLK_TCK")
+    return any(ticks - before.get(thread, 0) >= least for thread, ticks in work_of(pid).items())
 
 
 def read_all(screen):
@@ -106,6 +124,36 @@ class EditsPassImports(harness.EndToEnd):
             print(f"its sender {ends}: the importer is gone after {1e3 * took_s:.0f} ms")
             if not BUSY:
                 self.assertLessEqual(took_s, CANCELLED_S)
+
+    def test_the_server_ends_its_part_with_the_sender(self):
+        for wait_s in (0.2, 1, 2, 3):
+            sender = self.begin(SPHERE)
+            sender.read_until("building [")
+            time.sleep(wait_s)
+            self.assertTrue(is_at_work(self.server.process.pid), "nothing is built")
+            sender.process.kill()
+            began = time.monotonic()
+            while is_at_work(self.server.process.pid):
+                self.assertLess(time.monotonic() - began, 30, "it goes on")
+            took_s = time.monotonic() - began
+            print(f"its sender leaves {wait_s} s after the building began: the server is idle after {1e3 * took_s:.0f} ms")
+            if not BUSY:
+                self.assertLessEqual(took_s, FREED_S)
+
+    def test_the_server_stops_whatever_is_made(self):
+        for text, where in ((ADD_SOUP, "making ["), (SPHERE, "making ["), (SPHERE, "building [")):
+            sender = self.begin(text)
+            sender.read_until(where)
+            time.sleep(0.5)
+            began = time.monotonic()
+            self.server.process.send_signal(signal.SIGTERM)
+            self.assertEqual(self.server.process.wait(30), 0)
+            took_s = time.monotonic() - began
+            print(f"told to stop while it is {where[:-2]}: the server has ended after {1e3 * took_s:.0f} ms")
+            if not BUSY:
+                self.assertLessEqual(took_s, STOPPED_S)
+            self.server = harness.Server(self.folder, options=["--assets", self.assets])
+            self.addCleanup(self.server.kill)
 
     def test_its_successor_is_carried_out(self):
         sender = self.begin(ADD_SOUP)

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <exception>
+#include <thread>
+#include <vector>
+
+#include "common/interruption/interruption.h"
+
+namespace haptics {
+
+/// Calls `work` in so many threads at once, of which the calling one is the first, and returns when all have. The others'
+/// work is interruptible as the calling thread's is.
+/// Throws what one of them throws, when all have ended.
+template <class Work>
+void runInThreads(int threads, const Work& work) {
+  std::vector<std::exception_ptr> thrown(threads > 1 ? static_cast<std::size_t>(threads - 1) : 0);
+  {
+    std::vector<std::jthread> others;
+    for (std::exception_ptr& mine : thrown) {
+      others.emplace_back([&work, &mine, token = Interruptible::token()] {
+        const Interruptible as(token);
+        try {
+          work();
+        } catch (...) {
+          mine = std::current_exception();
+        }
+      });
+    }
+    work();
+  }
+  for (const std::exception_ptr& one : thrown) {
+    if (one) std::rethrow_exception(one);
+  }
+}
+
+}  // namespace haptics
