@@ -1,5 +1,7 @@
 #include "haptic_server/motion/plane_contacts.h"
 
+#include <smmintrin.h>
+
 #include <algorithm>
 #include <span>
 
@@ -102,9 +104,22 @@ class Footprint {
   Footprint(const RigidBody& body, const Above& now, const Above& next, double reach) noexcept
       : support_(body.support), normal_(now.normal), next_(next) {
     const auto count = static_cast<std::uint16_t>(std::min<std::size_t>(support_.size(), near_.size()));
-    for (std::uint16_t i = 0; i < count; ++i) {
-      if (now(support_[i]) <= reach) near_[count_++] = i;
+    std::uint16_t i = 0;
+    // Two at once: of bodies with many points this is most of the work.
+    const Vec3 n = now.normal;
+    const __m128d xy = _mm_setr_pd(n.x, n.y), zx = _mm_setr_pd(n.z, n.x), yz = _mm_setr_pd(n.y, n.z);
+    const __m128d most = _mm_set1_pd(reach - now.height);
+    for (; i + 1 < count; i = static_cast<std::uint16_t>(i + 2)) {
+      const double* const both = &support_[i].x;
+      const __m128d height =
+          _mm_loadu_pd(both + 2) * zx + _mm_hadd_pd(_mm_loadu_pd(both) * xy, _mm_loadu_pd(both + 4) * yz);
+      const int near = _mm_movemask_pd(_mm_cmple_pd(height, most));
+      if (near == 0) [[likely]]
+        continue;
+      if ((near & 1) != 0) near_[count_++] = i;
+      if ((near & 2) != 0) near_[count_++] = static_cast<std::uint16_t>(i + 1);
     }
+    if (i < count && now(support_[i]) <= reach) near_[count_++] = i;
   }
 
   /// Calls `take` with the point that would go deepest; the one farthest from it; the ones farthest to both sides of these two.

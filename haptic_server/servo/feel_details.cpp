@@ -22,6 +22,8 @@ namespace {
 
 /// Objects felt at once, beside the touched one those whose bumps reach the HIP. More are left out.
 constexpr std::size_t kMostFelt = 8;
+/// Units (Allowance) of a texture's field: a sum of 64 waves.
+constexpr std::int64_t kField = 600;
 /// Of a surface's size, how much farther than its highest bump reaches its nearest point is looked for. Larger looks
 /// less often and farther each time.
 constexpr double kLookAhead = 0.02;
@@ -204,7 +206,8 @@ class Feeling {
                                   : shadeDented(felt, *tissue, foot, h, felt.geometric_m * side);
     if (!(point.weight > 0)) return false;
     felt.triangle = point.triangle;
-    felt.normal = glm::normalize(glm::mix(felt.normal, body.frame.turn(point.normal) * double(side), point.weight));
+    const Vec3 smooth = body.frame.turn(point.normal) * double(side);
+    felt.normal = point.weight < 1 ? glm::normalize(glm::mix(felt.normal, smooth, point.weight)) : smooth;
     felt.geometric_m = glm::mix(felt.geometric_m, point.depth_m * side, point.weight);
     felt.bulge_m = point.bulge_m * side * point.weight;
     if (tissue != nullptr) {
@@ -225,6 +228,7 @@ class Feeling {
     for (std::size_t i = 0; i < state_.bodyCount && count_ < kMostFelt; ++i) {
       if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || state_.bodies[i].leaving) continue;
       if (isTouched(i) && !severalBodiesHold(state_)) continue;
+      if (contact_.work.allowance.isSpent()) return leaveBumpsOut();
       Felt felt{};
       felt.body = i;
       if (!nearBumps(felt)) continue;
@@ -235,6 +239,13 @@ class Feeling {
       if (count_ == 0) memory_.fade = {.how = felt.shaded ? ShadingFade::How::kAlone : ShadingFade::How::kNot};
       felt_[count_++] = felt;
     }
+  }
+
+  /// The allowance does not last for those of all bodies.
+  [[gnu::cold]] void leaveBumpsOut() noexcept {
+    if (!contact_.work.behind) ++state_.behind;
+    contact_.work.behind = true;
+    state_.slew.begin();
   }
 
   [[nodiscard]] bool hasVaryingStiffness(std::size_t body) const noexcept {
@@ -302,6 +313,7 @@ class Feeling {
     const double highest_m = detail(felt.body)->highest_m();
     const double reach_m = highest_m + kLookAhead * surface.radius_m();
     const Foot foot = nearestPoint(surface, h, reach_m, watch.triangle, contact_.work.allowance);
+    if (contact_.work.allowance.isSpent()) return false;
     const double distance_m = foot.triangle == kNoTriangle ? reach_m : std::sqrt(foot.squaredDistance);
     watch.triangle = foot.triangle;
     watch.seenFrom = h;
@@ -331,6 +343,7 @@ class Feeling {
     felt.geometric_m += felt.bulge_m * watch.presence;
     double full_m = 0;
     if (hasTexture(felt.body) && (felt.heightOnly || !isTouched(felt.body) || !severalBodiesHold(state_))) {
+      contact_.work.allowance.spend(kField);
       const Vec3 place = body.frame.toLocal(felt.ihip());
       const Relief local =
           isDeformed(scene_, state_, felt.body) ? reliefOnMaterial(felt, place) : detail(felt.body)->texture->at(place);

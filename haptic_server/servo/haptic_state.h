@@ -69,6 +69,7 @@ struct StepMemory {
   bool contactBroken = false;
   bool detailEdited = false;  ///< The adoption changed what the felt surface feels like, or where it is.
   std::size_t movingCount = 0;
+  std::size_t nextToMove = 0;             ///< Of the moving bodies, where they move in turn. Written by the step.
   std::size_t dentCount = 0;              ///< Written by the step, as are the next two.
   std::uint64_t deformationRevision = 0;  ///< Counts the ticks in which some dent changed. Written by the step.
   std::uint64_t dentNumber = 0;           ///< Of the newest dent. Written by the step.
@@ -108,13 +109,15 @@ struct MovingBody {
   std::size_t body = 0;             ///< Index into bodies. Written by adoptScene(), as is the next;
   const RigidBody* what = nullptr;  ///< of the scene.
   RigidState state;
-  bool moved = false;  ///< In the last tick: it has a new pose.
+  bool moved = false;        ///< In the last tick: it has a new pose.
+  std::uint16_t waited = 0;  ///< Ticks since, where bodies move in turn.
 
   /// Of another: where it is, and how much there is to its motion.
   void copyPlace(const MovingBody& other) noexcept {
     body = other.body;
     what = other.what;
     moved = other.moved;
+    waited = other.waited;
     state.rest = other.state.rest;
     state.centre_m = other.state.centre_m;
     state.axes = other.state.axes;

@@ -8,6 +8,24 @@
 namespace haptics {
 namespace {
 
+/// Of the tick's allowance, what the bodies' motions may take in any case; beyond it they move in turn.
+[[nodiscard]] std::int64_t motionUnits(const HapticState& state) noexcept { return state.allowance.left() / 2; }
+
+/// Units that a body's motion takes in any case.
+[[nodiscard]] std::int64_t leastUnits(const MovingBody& moving) noexcept {
+  constexpr std::int64_t kMotion = 1'200;    // planes apart
+  constexpr std::int64_t kPointByPlane = 2;  // to see whether a point may reach a plane
+  constexpr std::int64_t kTouch = 240;       // a point that does, in the least rounds
+  const RigidBody& body = *moving.what;
+  std::int64_t planes = 0;
+  for (std::size_t p = 0; p < body.planeCount; ++p) {
+    const Plane& plane = body.planes[p];
+    planes += glm::dot(plane.normal, moving.state.centre_m) - plane.offset_m < body.radius_m ? 1 : 0;
+  }
+  return kMotion + planes * kPointByPlane * static_cast<std::int64_t>(body.support.size()) +
+         kTouch * static_cast<std::int64_t>(moving.state.touchingCount);
+}
+
 /// What one body is given of a force (N, world) on the hand.
 class Reaction {
  public:
@@ -56,34 +74,42 @@ void takeMovedPoses(HapticState& state) noexcept {
 }
 
 Allowance besideMotion(const HapticState& state) noexcept {
-  constexpr std::int64_t kMotion = 1'200;   // of a body, planes apart
-  constexpr std::int64_t kLeastRounds = 2;  // as meetPlanes() makes them
-  constexpr std::int64_t kLeastPart = 8;
-  std::int64_t units = state.allowance.left();
-  const std::int64_t least = units / kLeastPart;
+  std::int64_t units = 0;
   for (std::size_t i = 0; i < state.movingCount; ++i) {
-    const RigidState& body = state.moving[i].state;
-    if (body.condition != BodyCondition::kAwake) continue;
-    units -= kMotion + kLeastRounds * Allowance::kTouch * static_cast<std::int64_t>(body.touchingCount);
+    const MovingBody& moving = state.moving[i];
+    if (moving.state.condition == BodyCondition::kAwake) units += leastUnits(moving);
   }
-  return Allowance(std::max(units, least));
+  return Allowance(state.allowance.left() - std::min(units, motionUnits(state)));
 }
 
 void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,
                 const ForceComponents& force) noexcept {
   const Reaction reaction(state, contact, force.contact);
-  Allowance allowance(state.allowance.left() / 4);
-  for (std::size_t i = 0; i < state.movingCount; ++i) {
+  Allowance rounds(state.allowance.left() / 4);
+  std::int64_t units = motionUnits(state);
+  std::size_t next = 0;
+  bool inTurn = false;
+  for (std::size_t k = 0; k < state.movingCount; ++k) {
+    const std::size_t i = (state.nextToMove + k) % state.movingCount;
     MovingBody& moving = state.moving[i];
     moving.moved = false;
     if (state.objects[moving.body].beingMoved) continue;
     const Push push{reaction.on(moving.body), contact.ihip};
     if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
-    moveRigidBody(*moving.what, moving.state, push, config.period_s, allowance);
+    if (units < 0 && !push.any()) {
+      if (!inTurn) next = i;
+      inTurn = true;
+      ++moving.waited;
+      continue;
+    }
+    units -= leastUnits(moving);
+    moveRigidBody(*moving.what, moving.state, push, config.period_s * (1 + moving.waited), rounds);
+    moving.waited = 0;
     moving.moved = true;
     if (push.any()) nameWork(state, moving, push, partWritten(force.written, force.contact));
     if (isStopped(moving.state.condition)) state.bodies[moving.body].leaving = true;
   }
+  state.nextToMove = next;
 }
 
 bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {

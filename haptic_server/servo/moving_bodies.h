@@ -7,14 +7,16 @@ namespace haptics {
 /// Bodies take the poses to which the last tick moved them. Before the contact, which is then solved in their frames.
 void takeMovedPoses(HapticState& state) noexcept;
 
-/// What of the tick's allowance is left beside what moving bodies take in any case, moveBodies() of this tick; an eighth at
+/// What of the tick's allowance is left beside what moving bodies take in any case, moveBodies() of this tick; a half at
 /// least.
 [[nodiscard]] Allowance besideMotion(const HapticState& state) noexcept;
 
 /// Moves every awake body by a tick, those that hold the IHIP pushed by what the hand feels of them, friction and texture
-/// included (paper 5c). After the contact: the two are coupled once in a tick.
+/// included (paper 5c). After the contact: the two are coupled once in a tick. Where that takes more than half of the
+/// tick's allowance, bodies that the hand does not push move in turn, each by all the ticks for which it waited.
 /// @param force  On the hand, world, written already; each surface that holds the IHIP is given what it has of the
-/// contact's, before the limits, along its normal, the first one the rest. A body that is stopped for good fades from under the hand as one that leaves the scene does.
+/// contact's, before the limits, along its normal, the first one the rest. A body that is stopped for good fades from under
+/// the hand as one that leaves the scene does.
 void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,
                 const ForceComponents& force) noexcept;
 

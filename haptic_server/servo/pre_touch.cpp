@@ -12,18 +12,19 @@ void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noe
   }
   if (!state.attached) return;
   const bool whole = rehearse(scene, state);
-  lookAround(state.contact);
-  lookAround(rehearsal_.contact);
+  Allowance looks(state.allowance.left() / 16);
+  lookAround(state.contact, looks);
+  lookAround(rehearsal_.contact, looks);
   if (whole) static_cast<void>(rehearse(scene, state));
 }
 
-/// At the polygons two rings around the contact. Those of the first are worked out, and searched from back to the IHIP, as
-/// by a tick that crosses a line.
 /// Triangles from each of the neighbours: what a tick needs that hops over one or two. Around a vertex of thousands nobody
 /// is to wait for all of them.
 constexpr int kMostLookedAt = 32;
 
-void PreTouch::lookAround(const ContactState& contact) noexcept {
+/// At the polygons two rings around the contact. Those of the first are worked out, and searched from back to the IHIP, as
+/// by a tick that crosses a line.
+void PreTouch::lookAround(const ContactState& contact, Allowance& looks) noexcept {
   for (const HoldingSurface& held : contact.surfaces()) {
     const Body& body = rehearsal_.bodies[static_cast<std::size_t>(held.body)];
     const Surface& surface = *body.surface;
@@ -43,6 +44,8 @@ void PreTouch::lookAround(const ContactState& contact) noexcept {
       }
       int spent = 0;
       static_cast<void>(neighborhoodWatch(surface, across, ihip, nullptr, spent, kMostLookedAt));
+      looks.spend(Allowance::kNearTriangle * spent);
+      if (looks.isSpent()) return;
     }
   }
 }

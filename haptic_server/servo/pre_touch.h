@@ -21,7 +21,7 @@ class PreTouch {
   [[nodiscard]] const KnownPolygons& known() const noexcept { return known_; }
 
  private:
-  void lookAround(const ContactState& contact) noexcept;
+  void lookAround(const ContactState& contact, Allowance& looks) noexcept;
   /// False when its allowance did not last.
   bool rehearse(const ServoScene& scene, const HapticState& state) noexcept;
 

@@ -207,6 +207,35 @@ TEST(MovingBody, ThatLeavesTheWorldIsStoppedNamedAndFadesFromUnderTheHand) {
   EXPECT_FALSE(servo.state().bodies[0].leaving);
 }
 
+TEST(MovingBody, MovesInTurnWithOthersWhereTheAllowanceIsShort) {
+  constexpr std::size_t kBodies = 8;
+  constexpr double kTwoBodies = 2 * 2 * 1200;  // units of which half moves two of them
+  constexpr int kTicks = 200;
+  StepConfig config = kConfig;
+  config.work_per_s = kTwoBodies / config.period_s;
+  VirtualServo servo(way({0, 0, 1}, {0, 0, 1}, 1), config);
+  std::vector<ServoObject> objects;
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    ServoObject box = floatingBox({0.1 * static_cast<double>(i), 0, 0}, i + 1);
+    RigidBody falling = *box.motion;
+    falling.gravity_m_per_s2 = {0, 0, -9.81};
+    box.motion = std::make_shared<RigidBody>(falling);
+    objects.push_back(box);
+  }
+  servo.adopt(sceneOf(1, objects));
+  for (int tick = 0; tick < kTicks; ++tick) {
+    servo.step();
+    std::size_t moved = 0;
+    for (std::size_t i = 0; i < kBodies; ++i) moved += servo.state().moving[i].moved ? 1 : 0;
+    ASSERT_GE(moved, 1U);
+    ASSERT_LE(moved, 3U);
+  }
+  const double fallen_m = 9.81 * 0.2 * 0.2 / 2;
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    EXPECT_NEAR(bodyState(servo, i).centre_m.z, -fallen_m, 9.81 * 0.2 * 0.01) << "body " << i;
+  }
+}
+
 TEST(MovingBody, IsDescribedWhereTheContactWasSolvedAndOnlyWhenItChanges) {
   VirtualServo servo(way({0, 0, 0.05}, {0, 0, 0.02}, 0.3), kConfig);
   servo.adopt(sceneOf(1, {slab(1, {0.5, 0, 0}), floatingBox(Vec3(0), 2)}));
