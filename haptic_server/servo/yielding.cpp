@@ -124,7 +124,7 @@ bool Yielding::yield() noexcept {
   if (shading_ != nullptr) shadeFoot(at, others, parts);
   if (tissue_.plastic > 0) moveOn(at.point);
   const double depth = glm::distance(pressed_.h, at.point);
-  const Vec3 direction = depth > 0 ? (pressed_.h - at.point) / depth : Vec3(0);
+  const Vec3 direction = depth > 0 ? (pressed_.h - at.point) * (1 / depth) : Vec3(0);
   dent().dent.centre = Vec3f(at.point);
   const bool isSmooth = smooth_.weight == 1 && others.count == 0;
   const double seen =
@@ -133,9 +133,10 @@ bool Yielding::yield() noexcept {
                                          pressed_.softness);
   const double stays = std::max(stillThere_m(dent().rest, at.point), stillThere_m(dent().begun, at.point));
   const double wanted = seen > 0 ? std::max(yielded / seen, stays) : stays;
-  dent().dent.displacement = Vec3f(direction * std::clamp(wanted, 0.0, room_m()));
+  const double now_m = std::clamp(wanted, 0.0, room_m());
+  dent().dent.displacement = Vec3f(direction * now_m);
   if (wanted <= stays) dent().kept_m = stays;
-  const double now_m = depth_m(dent().dent), kept_m = std::min(dent().kept_m, stays);
+  const double kept_m = std::min(dent().kept_m, stays);
   smooth_.depth_m -= seen * now_m * pressed_.side;
   elastic_m2_ = seen * seen * std::max(0.0, now_m * now_m - kept_m * kept_m);
   if (tissue_.plastic > 0) remember(dent());
@@ -172,6 +173,7 @@ void Yielding::remember(BodyDent& pressed) const noexcept {
 }
 
 double Yielding::stillThere_m(const Dent& rest, Vec3 foot) const noexcept {
+  if (rest.displacement == Vec3f(0)) return 0;
   return depth_m(rest) * tissue_.falloff.at(foot - Vec3(rest.centre));
 }
 

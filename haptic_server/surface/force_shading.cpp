@@ -50,8 +50,8 @@ class ShadedPolygon {
   /// About the right s for what is so far from the polygon's plane: exact where the normals rise from it all alike, as on a
   /// sphere.
   [[nodiscard]] double alongNormals(double distance_m) const noexcept {
-    const double cosine = glm::dot(normal_ + (turn1_ + turn2_) * (1.0 / 3), areaNormal_) / twiceArea_;
-    return cosine > kLeastCosine ? distance_m / cosine : distance_m;
+    const double along = glm::dot(normal_ + (turn1_ + turn2_) * (1.0 / 3), areaNormal_);
+    return along > kLeastCosine * twiceArea_ ? distance_m * twiceArea_ / along : distance_m;
   }
 
   /// Solves h = x(u, v) - s n(u, v) from the middle of the polygon and from about the right s. False where there is no
@@ -99,7 +99,7 @@ class ShadedPolygon {
     const Vec3 n = interpolatedNormal(shading_, parts);
     const double length = glm::length(n);
     const double cosine = glm::dot(areaNormal_, n) / (twiceArea_ * length);
-    ShadedPoint shaded{.triangle = t, .normal = n / length, .depth_m = s * length};
+    ShadedPoint shaded{.triangle = t, .normal = n * (1 / length), .depth_m = s * length};
     const double bend = std::abs(shaded.depth_m) * curvature(parts, shaded.depth_m > 0);
     shaded.weight = (1 - smoothStep(kFadesFrom, kFadesTo, bend)) * smoothStep(kLeastCosine, kGoodCosine, cosine);
     shaded.bulge_m = bulge(parts);
