@@ -49,7 +49,7 @@ std::vector<std::uint64_t> NearSamples::cubesNear(std::span<const PointSample> s
   for (const PointSample& sample : samples) own.push_back(numberOf(placeOf(sample.point)));
   const auto unite = [](std::vector<std::uint64_t>& numbers) {
     std::ranges::sort(numbers);
-    numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   };
   unite(own);
   for (const std::uint64_t number : own) {

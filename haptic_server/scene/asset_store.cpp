@@ -59,6 +59,19 @@ std::shared_ptr<PointFieldAsset> build(std::shared_ptr<const PointField> field) 
 
 }  // namespace
 
+template <class Kind>
+std::shared_ptr<const Kind> AssetStore::keep(std::shared_ptr<Kind> asset, const ContentHash& hash) {
+  asset->name = {Kind::kKind, hash};
+
+  const std::lock_guard lock(mutex_);
+  if (const auto at = assets_.find(hash); at != assets_.end()) {
+    if (auto known = as<Kind>(at->second.lock())) return known;  // another thread was faster
+  }
+  std::erase_if(assets_, [](const auto& entry) { return entry.second.expired(); });
+  assets_[hash] = asset;
+  return asset;
+}
+
 std::shared_ptr<const MeshAsset> AssetStore::intern(TriMesh mesh) { return internContent<MeshAsset>(std::move(mesh)); }
 
 std::shared_ptr<const FieldAsset> AssetStore::intern(SampledField field) {
@@ -107,19 +120,6 @@ Result<std::shared_ptr<const Asset>> AssetStore::keepDecoded(const AssetName& na
   return std::visit(
       [&](auto decoded) -> std::shared_ptr<const Asset> { return keep(build(std::move(decoded)), name.hash); },
       *std::move(content));
-}
-
-template <class Kind>
-std::shared_ptr<const Kind> AssetStore::keep(std::shared_ptr<Kind> asset, const ContentHash& hash) {
-  asset->name = {Kind::kKind, hash};
-
-  const std::lock_guard lock(mutex_);
-  if (const auto at = assets_.find(hash); at != assets_.end()) {
-    if (auto known = as<Kind>(at->second.lock())) return known;  // another thread was faster
-  }
-  std::erase_if(assets_, [](const auto& entry) { return entry.second.expired(); });
-  assets_[hash] = asset;
-  return asset;
 }
 
 std::shared_ptr<const Asset> AssetStore::find(const ContentHash& hash) const {

@@ -46,18 +46,18 @@ class Deriver {
   }
 
   void addShape(bool isNew) {
-    const auto& [softness, lattice, residue] = record_.deformation;
-    if (!lattice && !residue) return;
+    const DeformationProperties& own = record_.deformation;
+    if (!own.lattice && !own.residue) return;
     const auto same = [&](const KnownObject& known) {
       const DeformationProperties& its = known.record->deformation;
-      return known.assets->mesh == assets_.mesh && its.lattice == lattice && its.residue == residue;
+      return known.assets->mesh == assets_.mesh && its.lattice == own.lattice && its.residue == own.residue;
     };
     const bool taken = takeOver(&DerivedParts::shape, same);
     const bool counted = takeOver(&DerivedParts::flattened, same);
     if (taken || !isNew) return;
     work();
     assets_.derived.shape = refitSurface(*assets_.mesh->surface, assets_.shapeAtRest(record_.deformation));
-    if (lattice && !counted) assets_.derived.flattened = flattenedBy(*lattice, *assets_.mesh->mesh);
+    if (own.lattice && !counted) assets_.derived.flattened = flattenedBy(*own.lattice, *assets_.mesh->mesh);
   }
 
   void addNormals() {

@@ -186,8 +186,8 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
                                            "softness: ", "residue: "};  // as Place counts
   std::vector<std::string> reports;
   // What grows on a mesh comes after all meshes.
-  std::ranges::stable_partition(
-      named_, [](const Named& named) { return !std::holds_alternative<const GrownSource*>(named.source); });
+  std::stable_partition(named_.begin(), named_.end(),
+                        [](const Named& named) { return !std::holds_alternative<const GrownSource*>(named.source); });
   for (const Named& named : named_) {
     auto report = make(named, resolver);
     if (!report) return tl::unexpected(std::move(report).error().within(named.field));
