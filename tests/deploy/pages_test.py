@@ -116,6 +116,15 @@ class Pages(unittest.TestCase):
             with self.subTest(page):
                 self.assertEqual(sorted(set(re.findall(r"(?<![\w<-])--[a-z][\w-]*\b(?!-)", text)) - known - OTHERS_OPTIONS), [])
 
+    def test_names_of_the_glossary_are_in_the_code(self):
+        glossary = (PROJECT / "haptic_server/README.md").read_text().split("\n## Glossary\n", 1)[1].split("\n## ", 1)[0]
+        spans = re.findall(r"`([^`]+)`", "".join(row.rstrip("| ").rpartition("|")[2] for row in glossary.splitlines()))
+        named = {word for span in spans for word in re.findall(r"\w+", span)}
+        self.assertGreater(len(named), 40)
+        paths = listed("*.h", "*.cpp", "*.proto")
+        known = set(re.findall(r"\w+", "\n".join([*paths, *((PROJECT / path).read_text() for path in paths)])))
+        self.assertEqual(sorted(named - known), [])
+
     def test_every_page_is_reached_from_the_front_page(self):
         pages = self.pages()
         reached, waiting = set(), ["README.md"]
