@@ -3,6 +3,7 @@ a page names.
 
 usage: pages_test.py [-v]
 """
+import json
 import re
 import subprocess
 import unittest
@@ -115,6 +116,13 @@ class Pages(unittest.TestCase):
         for page, text in self.pages().items():
             with self.subTest(page):
                 self.assertEqual(sorted(set(re.findall(r"(?<![\w<-])--[a-z][\w-]*\b(?!-)", text)) - known - OTHERS_OPTIONS), [])
+
+    def test_instructions_are_those_of_the_gate(self):
+        figures = json.loads((PROJECT / "tests/bench/instructions_per_tick.json").read_text())
+        table = [row for text in self.pages().values() for row in re.findall(r"^\| `(\w+)`: .* \| ([\d,]+) \|$", text, re.MULTILINE)]
+        self.assertGreater(len(table), 8)
+        for trajectory, number in table:
+            self.assertAlmostEqual(float(number.replace(",", "")) / figures[trajectory], 1, delta=0.05, msg=trajectory)
 
     def test_names_of_the_glossary_are_in_the_code(self):
         glossary = (PROJECT / "haptic_server/README.md").read_text().split("\n## Glossary\n", 1)[1].split("\n## ", 1)[0]
