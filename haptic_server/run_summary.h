@@ -14,7 +14,8 @@ namespace haptics {
 /// The servo's part of a Status message.
 void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status);
 
-/// Writes what a run came to, and the deformedHash() at its end, as JSON; the keys are a contract with scripts (README, "Summary of a run").
+/// Writes what a run came to, and the deformedHash() at its end, as JSON; the keys are a contract with scripts
+/// (deploy/README.md, "Summary of a run").
 [[nodiscard]] Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N,
                                         const MotionState& motion, const ContentHash& deformed);
 

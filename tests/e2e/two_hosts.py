@@ -1,7 +1,7 @@
 """Server and viewer on two hosts: two network namespaces, joined by a cable, made and removed here. Needs root.
 
-The commands are those of the README's section, word for word: the namespaces have its addresses, each host has a folder
-that looks like a clone. Only scp is played: there is one file system.
+The commands are those of a section of deploy/README.md, word for word: the namespaces have its addresses, each host has a
+folder that looks like a clone. Only scp is played: there is one file system.
 """
 import os
 import re
@@ -9,12 +9,11 @@ import shlex
 import subprocess
 import time
 import unittest
-from pathlib import Path
 
 import harness
 
-PROJECT = Path(__file__).resolve().parents[2]
-SECTION = "## Run it on two machines"
+PAGE = harness.PROJECT / "deploy/README.md"
+SECTION = "Run it on two machines"
 SERVER_SIDE, CLIENT_SIDE = "beside the device", "elsewhere"
 FELT = "operations { set_material { object { name: \"torus\" } material { stiffness_N_per_m: 1500 } } }"
 
@@ -25,10 +24,9 @@ def ip(*arguments):
         raise AssertionError(f"ip {' '.join(arguments)}: {done.stderr.strip()}")
 
 
-def commands_of_the_readme():
+def commands_of_the_page():
     """[(host, command)], from lines such as "elsewhere$  command \\" with what continues them."""
-    section = (PROJECT / "README.md").read_text().split(SECTION + "\n", 1)[1].split("\n## ", 1)[0]
-    block = re.search(r"^```\n(.*?)^```$", section, re.MULTILINE | re.DOTALL)[1].replace("\\\n", " ")
+    block = harness.blocks(harness.section(PAGE.read_text(), SECTION))[0].replace("\\\n", " ")
     return [(host, command.strip()) for host, command in re.findall(r"^([^$\n]+)\$(.*)$", block, re.MULTILINE)]
 
 
@@ -37,7 +35,7 @@ class TwoHosts(harness.EndToEnd):
         super().setUp()
         if os.geteuid() != 0:
             self.fail("network namespaces need root: run the tests as root, or leave this one out with ctest -LE root")
-        self.commands = commands_of_the_readme()
+        self.commands = commands_of_the_page()
         self.server_host = re.search(r"--listen (\S+):", " ".join(command for _, command in self.commands))[1]
         network, last = self.server_host.rsplit(".", 1)
         client_host = f"{network}.{int(last) + 1}"
@@ -53,13 +51,7 @@ class TwoHosts(harness.EndToEnd):
             ip("-n", self.space[side], "address", "add", f"{host}/24", "dev", end)
             ip("-n", self.space[side], "link", "set", end, "up")
             ip("-n", self.space[side], "link", "set", "lo", "up")
-            self.lay_out(self.folder / side)
-
-    def lay_out(self, clone):
-        """A folder that looks like a clone that was built."""
-        (clone / "build" / "release").mkdir(parents=True)
-        (clone / "build" / "release" / "bin").symlink_to(harness.BIN)
-        (clone / "deploy").symlink_to(PROJECT / "deploy")
+            harness.lay_out_clone(self.folder / side)
 
     def on(self, side):
         return ["ip", "netns", "exec", self.space[side]]
@@ -77,7 +69,7 @@ class TwoHosts(harness.EndToEnd):
         self.addCleanup(process.kill)
         return process
 
-    def test_the_readmes_commands_work_as_they_stand(self):
+    def test_the_pages_commands_work_as_they_stand(self):
         viewer_env = {"DISPLAY": self.start_display().name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE}
         running = {}
         for side, command in self.commands:

@@ -1,0 +1,72 @@
+"""What the pages tell a reader to type is typed here, word for word and in order, in a folder that looks like a built clone,
+while a server has the demo scene as deploy/run starts it. Commands are the lines that begin with "$ "; where a page shows
+what one prints, that is compared ("..." stands for what varies).
+
+usage: page_commands.py [-v]
+"""
+import unittest
+
+import harness
+
+USUAL = "127.0.0.1:7654"
+COMMAND_TIMEOUT_S = 300
+
+
+class PageCommands(harness.EndToEnd):
+    def follow(self, path):
+        page = (harness.PROJECT / path).read_text()
+        commands = [found for block in harness.blocks(page) if block.startswith("$ ") for found in harness.commands_in(block)]
+        self.assertTrue(commands, f"{path} has no commands")
+        clone = self.folder / "clone"
+        harness.lay_out_clone(clone)
+        scene = (harness.PROJECT / "deploy/scenes/demo.scene").read_text()
+        self.start_server(scene=scene, listen=USUAL,
+                          options=["--assets", "/usr/share/inventor/data", "--recordings", clone])
+        shell = harness.Shell(clone, {"DISPLAY": self.start_display().name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE})
+        self.addCleanup(shell.close)
+        for command, shown in commands:
+            with self.subTest(command):
+                status, output = shell.run(command, COMMAND_TIMEOUT_S)
+                self.assertEqual(status, 0, output)
+                if shown:
+                    self.assertTrue(harness.is_as_shown(output, shown), "\n".join(["shown:", *shown, "printed:", output]))
+
+    def test_the_front_pages_tour(self):
+        self.follow("README.md")
+
+    def test_clients(self):
+        self.follow("graphics_client/README.md")
+
+    def test_server(self):
+        self.follow("haptic_server/README.md")
+
+    def test_surfaces(self):
+        self.follow("haptic_server/surface/README.md")
+
+    def test_motion(self):
+        self.follow("haptic_server/motion/README.md")
+
+    def test_step(self):
+        self.follow("haptic_server/servo/README.md")
+
+
+class Shown(unittest.TestCase):
+    """The judgement itself."""
+
+    def test_commands_are_taken_whole_with_what_they_print(self):
+        self.assertEqual(harness.commands_in("$ a \\\n  b\n$ c <<'END'\n$ d\nEND\nout\n$ e\n"),
+                         [("a \\\n  b", []), ("c <<'END'\n$ d\nEND", ["out"]), ("e", [])])
+
+    def test_dots_stand_for_what_varies(self):
+        for output, shown, same in [
+                ("tick 5 of 7\n", ["tick ... of 7"], True), ("tick 5 of 8\n", ["tick ... of 7"], False),
+                ("a\nb\nc\n", ["a", "...", "c"], True), ("a\nb\nx\nc\n", ["a", "...", "c"], True),
+                ("a\nb\nd\n", ["a", "...", "c"], False), ("a\nb\n", ["a"], False), ("a\nb\n", ["a..."], False),
+                ("x\ny\nc\n", ["...", "c"], True), ("a 1\nb 2\n", ["a ...", "..."], True)]:
+            with self.subTest(output=output, shown=shown):
+                self.assertEqual(harness.is_as_shown(output, shown), same)
+
+
+if __name__ == "__main__":
+    harness.enter_own_network()
+    unittest.main()
