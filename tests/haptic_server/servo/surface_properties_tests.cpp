@@ -322,6 +322,40 @@ TEST(SurfaceProperties, TextureIsFeltOnBumpsOutsideOfTheSurfaceAndNotInPits) {
   }
 }
 
+TEST(SurfaceProperties, BumpsForWhichTheAllowanceIsShortAreLeftOutWithoutAStep) {
+  constexpr std::uint64_t kBodies = 6;
+  std::vector<ServoObject> slabs;
+  SurfaceProperties properties;
+  properties.texture = testing::acrossDepth();
+  for (std::uint64_t id = 1; id <= kBodies; ++id) {
+    slabs.push_back(with(slab(id), properties, {testing::depthField(), nullptr, nullptr}));
+  }
+  const auto down = [](std::uint64_t tick) {  // to 0.4 mm above the polygons, over which there are bumps of 1 mm
+    return Vec3(0.011, 0.0123, 0.0004 + 0.002 * std::max(0.0, 1 - static_cast<double>(tick) / 1000));
+  };
+  const auto run = [&](double units) {
+    StepConfig config = kConfig;
+    config.work_per_s = units / config.period_s;
+    VirtualServo servo(down, config);
+    servo.adopt(sceneOf(1, slabs));
+    double before_N = 0, step_N = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double force_N = servo.step().force.written.z;
+      step_N = std::max(step_N, std::abs(force_N - before_N));
+      before_N = force_N;
+    }
+    EXPECT_LE(step_N, 0.031) << units << " units";  // 30 N/s
+    return std::pair(before_N, servo.state().behind);
+  };
+  const auto [all_N, noneBehind] = run(1e9);
+  const auto [some_N, behind] = run(3000);
+  EXPECT_NEAR(all_N, kBodies * kStiffness * 0.0006, 0.02 * all_N);
+  EXPECT_EQ(noneBehind, 0U);
+  EXPECT_GT(behind, 100U);
+  EXPECT_GT(some_N, 0);
+  EXPECT_LT(some_N, 0.7 * all_N);
+}
+
 TEST(SurfaceProperties, TextureIsContinuousThroughTheSurface) {
   VirtualServo servo([](std::uint64_t tick) { return Vec3(0.0005, 0.0123, 0.001 - 1e-6 * static_cast<double>(tick)); },
                      kConfig);
