@@ -102,8 +102,8 @@ void moveBodies(HapticState& state, const StepConfig& config, const ContactResul
       ++moving.waited;
       continue;
     }
-    units -= leastUnits(moving);
     moveRigidBody(*moving.what, moving.state, push, config.period_s * (1 + moving.waited), rounds);
+    units -= leastUnits(moving);
     moving.waited = 0;
     moving.moved = true;
     if (push.any()) nameWork(state, moving, push, partWritten(force.written, force.contact));

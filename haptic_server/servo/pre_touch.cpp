@@ -61,7 +61,7 @@ bool PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexc
   const Vec3 next = state.measuredHip + state.velocity.velocity() * config_.period_s;
   FeltTick felt;
   feelForce(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}, felt, &known_);
-  return !felt.contact.work.behind;
+  return !felt.contact.work.allowance.isSpent();
 }
 
 }  // namespace haptics

@@ -54,6 +54,7 @@ Yielding::Nearest Yielding::nearest(const BodyDents& dents, const Vec3& point) n
   int spent = 0;
   found.foot = deformed.closestFrom(pressed_.atRest.triangle, point, spent);
   work_.triangles += spent;
+  work_.allowance.spend(Allowance::kNearTriangle * spent);
   found.normal = unitOrZero(deformed.normal(found.foot)) * double(pressed_.side);
   found.outside = glm::dot(point - found.foot.point, found.normal) >= 0 && pressed_.below;
   return found;
