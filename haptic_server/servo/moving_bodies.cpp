@@ -13,17 +13,22 @@ namespace {
 
 /// Units that a body's motion takes in any case.
 [[nodiscard]] std::int64_t leastUnits(const MovingBody& moving) noexcept {
-  constexpr std::int64_t kMotion = 1'200;    // planes apart
-  constexpr std::int64_t kPointByPlane = 2;  // to see whether a point may reach a plane
-  constexpr std::int64_t kTouch = 240;       // a point that does, in the least rounds
+  constexpr double kMotion = 1'200;  // planes apart
+  constexpr double kPoint = 2;       // to see whether a point is by a plane
+  constexpr double kPointByPlane = 10;
+  constexpr double kTouch = 240;  // a point that bears the body, in the least rounds
   const RigidBody& body = *moving.what;
-  std::int64_t planes = 0;
+  double parts = 0, partsByPlanes = 0;  // of the body's points
   for (std::size_t p = 0; p < body.planeCount; ++p) {
     const Plane& plane = body.planes[p];
-    planes += glm::dot(plane.normal, moving.state.centre_m) - plane.offset_m < body.radius_m ? 1 : 0;
+    const double below_m = body.radius_m - (glm::dot(plane.normal, moving.state.centre_m) - plane.offset_m);
+    if (!(below_m > 0)) continue;
+    parts += 1;
+    partsByPlanes += std::min(1.0, below_m / (2 * body.radius_m));
   }
-  return kMotion + planes * kPointByPlane * static_cast<std::int64_t>(body.support.size()) +
-         kTouch * static_cast<std::int64_t>(moving.state.touchingCount);
+  return static_cast<std::int64_t>(
+      kMotion + static_cast<double>(body.support.size()) * (kPoint * parts + kPointByPlane * partsByPlanes) +
+      kTouch * static_cast<double>(moving.state.touchingCount));
 }
 
 /// What one body is given of a force (N, world) on the hand.
