@@ -8,8 +8,8 @@
 
 namespace haptics {
 
-/// Calls `work` in so many threads at once, of which the calling one is the first, and returns when all have. The others'
-/// work is interruptible as the calling thread's is.
+/// Calls `work` in `threads` threads at once, the calling one among them, and returns when all have. In the others it is
+/// interruptible as in the calling one.
 /// Throws what one of them throws, when all have ended.
 template <class Work>
 void runInThreads(int threads, const Work& work) {

@@ -18,10 +18,10 @@ class FourierField final : public ScalarField {
 
  private:
   /// One for each lane.
-  struct TwoWaves {
-    alignas(16) std::array<double, 2> amplitude{};
-    alignas(16) std::array<std::array<double, 2>, 3> k{};
-    alignas(16) std::array<double, 2> phase_rad{};
+  struct alignas(16) TwoWaves {
+    std::array<double, 2> amplitude{};
+    std::array<std::array<double, 2>, 3> k{};  ///< rad/m: x of both, y, z.
+    std::array<double, 2> phase_rad{};
   };
 
   std::vector<TwoWaves> waves_;  ///< The last lane of an odd number has amplitude 0.

@@ -155,7 +155,7 @@ class Pages(unittest.TestCase):
 
 
 class Judgement(unittest.TestCase):
-    def test_a_link_that_leads_nowhere_is_told(self):
+    def test_a_link_that_leads_nowhere_is_named(self):
         text = "# A page\n[a](LICENSE) [b](gone.md) ![c](deploy/run) [d](#a-page) [e](#gone) [f](../README.md)\n```\n[g](h)\n```\n"
         self.assertEqual(broken_links("README.md", text), ["gone.md", "#gone", "../README.md"])
 

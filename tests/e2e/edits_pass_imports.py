@@ -149,7 +149,7 @@ class EditsPassImports(harness.EndToEnd):
             self.server.process.send_signal(signal.SIGTERM)
             self.assertEqual(self.server.process.wait(30), 0)
             took_s = time.monotonic() - began
-            print(f"told to stop while it is {where[:-2]}: the server has ended after {1e3 * took_s:.0f} ms")
+            print(f"asked to stop while it is {where[:-2]}: the server has ended after {1e3 * took_s:.0f} ms")
             if not BUSY:
                 self.assertLessEqual(took_s, STOPPED_S)
             self.server = harness.Server(self.folder, options=["--assets", self.assets])

@@ -7,6 +7,7 @@ usage: page_commands.py [-v]
 import unittest
 
 import harness
+import pages
 
 USUAL = "127.0.0.1:7654"
 COMMAND_TIMEOUT_S = 300
@@ -15,21 +16,21 @@ COMMAND_TIMEOUT_S = 300
 class PageCommands(harness.EndToEnd):
     def follow(self, path):
         page = (harness.PROJECT / path).read_text()
-        commands = [found for block in harness.blocks(page) if block.startswith("$ ") for found in harness.commands_in(block)]
+        commands = [found for block in pages.blocks(page) if block.startswith("$ ") for found in pages.commands_in(block)]
         self.assertTrue(commands, f"{path} has no commands")
         clone = self.folder / "clone"
-        harness.lay_out_clone(clone)
+        pages.lay_out_clone(clone)
         scene = (harness.PROJECT / "deploy/scenes/demo.scene").read_text()
         self.start_server(scene=scene, listen=USUAL,
                           options=["--assets", "/usr/share/inventor/data", "--recordings", clone])
-        shell = harness.Shell(clone, {"DISPLAY": self.start_display().name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE})
+        shell = pages.Shell(clone, {"DISPLAY": self.start_display().name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE})
         self.addCleanup(shell.close)
         for command, shown in commands:
             with self.subTest(command):
                 status, output = shell.run(command, COMMAND_TIMEOUT_S)
                 self.assertEqual(status, 0, output)
                 if shown:
-                    self.assertTrue(harness.is_as_shown(output, shown), "\n".join(["shown:", *shown, "printed:", output]))
+                    self.assertTrue(pages.is_as_shown(output, shown), "\n".join(["shown:", *shown, "printed:", output]))
 
     def test_the_front_pages_tour(self):
         self.follow("README.md")
@@ -54,7 +55,7 @@ class Shown(unittest.TestCase):
     """The judgement itself."""
 
     def test_commands_are_taken_whole_with_what_they_print(self):
-        self.assertEqual(harness.commands_in("$ a \\\n  b\n$ c <<'END'\n$ d\nEND\nout\n$ e\n"),
+        self.assertEqual(pages.commands_in("$ a \\\n  b\n$ c <<'END'\n$ d\nEND\nout\n$ e\n"),
                          [("a \\\n  b", []), ("c <<'END'\n$ d\nEND", ["out"]), ("e", [])])
 
     def test_dots_stand_for_what_varies(self):
@@ -64,9 +65,9 @@ class Shown(unittest.TestCase):
                 ("a\nb\nd\n", ["a", "...", "c"], False), ("a\nb\n", ["a"], False), ("a\nb\n", ["a..."], False),
                 ("x\ny\nc\n", ["...", "c"], True), ("a 1\nb 2\n", ["a ...", "..."], True)]:
             with self.subTest(output=output, shown=shown):
-                self.assertEqual(harness.is_as_shown(output, shown), same)
+                self.assertEqual(pages.is_as_shown(output, shown), same)
 
 
 if __name__ == "__main__":
-    harness.enter_own_network()
+    pages.enter_own_network()
     unittest.main()

@@ -11,6 +11,7 @@ import time
 import unittest
 
 import harness
+import pages
 
 PAGE = harness.PROJECT / "deploy/README.md"
 SECTION = "Run it on two machines"
@@ -26,7 +27,7 @@ def ip(*arguments):
 
 def commands_of_the_page():
     """[(host, command)], from lines such as "elsewhere$  command \\" with what continues them."""
-    block = harness.blocks(harness.section(PAGE.read_text(), SECTION))[0].replace("\\\n", " ")
+    block = pages.blocks(pages.section(PAGE.read_text(), SECTION))[0].replace("\\\n", " ")
     return [(host, command.strip()) for host, command in re.findall(r"^([^$\n]+)\$(.*)$", block, re.MULTILINE)]
 
 
@@ -51,7 +52,7 @@ class TwoHosts(harness.EndToEnd):
             ip("-n", self.space[side], "address", "add", f"{host}/24", "dev", end)
             ip("-n", self.space[side], "link", "set", end, "up")
             ip("-n", self.space[side], "link", "set", "lo", "up")
-            harness.lay_out_clone(self.folder / side)
+            pages.lay_out_clone(self.folder / side)
 
     def on(self, side):
         return ["ip", "netns", "exec", self.space[side]]
