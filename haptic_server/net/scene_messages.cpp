@@ -1,6 +1,5 @@
 #include "haptic_server/net/scene_messages.h"
 
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -93,9 +92,11 @@ void toWire(const EditOutcome& outcome, std::size_t frame_bytes, v1::EditReply& 
 }
 
 bool fitFrames(const SceneHistory& history, std::uint64_t revision, std::size_t frame_bytes) {
-  return std::ranges::all_of(history.edits, [&](const auto& edit) {
-    return edit->commit.revision <= revision || answerSizeOf(edit->commit, {}) + kAroundObjects_bytes <= frame_bytes;
-  });
+  const RecentEdits& edits = history.edits;
+  for (std::size_t i = edits.size(); i-- > 0 && edits[i]->commit.revision > revision;) {
+    if (answerSizeOf(edits[i]->commit, {}) + kAroundObjects_bytes > frame_bytes) return false;
+  }
+  return true;
 }
 
 }  // namespace haptics

@@ -2,28 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "common/scene/scene.h"
+#include "haptic_server/scene/recent_edits.h"
 
 namespace haptics {
-
-using SessionId = std::uint64_t;                ///< Chosen at random by a client and kept over its reconnects.
-inline constexpr SessionId kServerSession = 0;  ///< The server's own edits: the start scene.
-
-/// An edit that became a revision, and who asked for it: what a resent edit is recognised by is in the same record as
-/// what it did.
-struct AcceptedEdit {
-  SessionId session = kServerSession;
-  std::uint64_t clientSeq = 0;
-  Commit commit;  ///< `put` holds each object once, in the order in which the operations first name them.
-  std::vector<std::string> reports;  ///< What making each mesh kept and dropped.
-  ObjectId nextId = 1;               ///< First id that no object has had after it.
-};
 
 /// Edits kept for clients that reconnect. A client farther behind gets a snapshot.
 inline constexpr std::size_t kRememberedEdits = 1024;
@@ -32,7 +17,7 @@ inline constexpr std::size_t kRememberedEdits = 1024;
 struct SceneHistory {
   std::uint64_t epoch = 0;  ///< Random; another one means that the server lost its state.
   SceneVersion version;
-  std::deque<std::shared_ptr<const AcceptedEdit>> edits;  ///< The last of them, oldest first, up to `version`.
+  RecentEdits edits;  ///< The last of them, oldest first, up to `version`.
 
   /// Takes over an edit and the version it made; lets edits go that are older than the last `remembered`.
   void append(std::shared_ptr<const AcceptedEdit> edit, SceneVersion made, std::size_t remembered = kRememberedEdits);

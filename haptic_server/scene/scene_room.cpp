@@ -154,11 +154,11 @@ std::vector<EditOutcome> SceneRoom::apply(std::span<const Submission> submission
 
 void SceneRoom::publish(const std::shared_ptr<const SceneHistory>& before) {
   const auto& now = sequencer_.history();
+  publishHistory();  // first: what the network sends, it sends while the servo's scene is made
   publishToServo(ServoSceneMaker::Plan::kOfTheLastScene);
   for (std::uint64_t revision = before->version.revision() + 1; revision <= now->version.revision(); ++revision) {
     for (const std::string& report : now->find(revision)->reports) log(report);
   }
-  publishHistory();
 }
 
 /// Until then an edit may be given up, by the server or by whoever asked for it.

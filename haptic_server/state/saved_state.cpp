@@ -55,9 +55,9 @@ Result<EditMemory::SessionResults> resultsFrom(const v1::SessionResults& message
 void addResumable(const SceneHistory& history, v1::Checkpoint& checkpoint) {
   std::vector<v1::KeptEdit> newestFirst;
   std::size_t bytes = 0;
-  for (auto edit = history.edits.rbegin(); edit != history.edits.rend(); ++edit) {
+  for (std::size_t i = history.edits.size(); i-- > 0;) {
     v1::KeptEdit message;
-    write(**edit, message);
+    write(*history.edits[i], message);
     bytes += message.ByteSizeLong();
     if (bytes > kMaxResumeBytes) break;
     newestFirst.push_back(std::move(message));

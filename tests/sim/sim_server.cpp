@@ -231,7 +231,8 @@ void SimServer::Process::begin(Disk& disk, bool keepsState) {
   if (keepsState && found->powerWasLost) kept = Oracle::Kept::kStateAfterPowerLoss;
   folder = std::move(found->folder);
   auto& [state, assets, remarks, changed] = found->restored;
-  for (const auto& edit : state.history->edits) freshSeq[edit->session] = edit->clientSeq;
+  const RecentEdits& edits = state.history->edits;
+  for (std::size_t i = 0; i < edits.size(); ++i) freshSeq[edits[i]->session] = edits[i]->clientSeq;
   sequencer.resume(std::move(state), std::move(assets), *folder);
   stage.oracle.serverStarted(*sequencer.history(), kept);
   if (kept == Oracle::Kept::kNothing) makeStartScene();
