@@ -36,7 +36,7 @@ std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexc
 }
 
 void NearBodies::gather(std::span<const Body> bodies, const ContactState& state, Vec3 hip, ContactWork& work) noexcept {
-  work.allowance.spend(Allowance::kPlace * static_cast<std::int64_t>(bodies.size()));
+  work.allowance.spend((Allowance::kPlace + Allowance::kSphere) * static_cast<std::int64_t>(bodies.size()));
   double reach = reachOf(state, hip);
   for (const Body& body : bodies) {
     if (body.moving) reach += push(body, state, hip, reach);

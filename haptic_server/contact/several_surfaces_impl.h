@@ -27,12 +27,13 @@ double ContactTick<Corrections>::advanceOnSeveral(double now, double end, const 
   const bool leapt = far > kLeap * step || (far > kLeapOfFast * step && isFast(step, before.holding[0]));
   const bool letGo = state_.mode != Mode::kSeveralSurfaces || state_.holdingCount < before.holdingCount;
   if (!leapt && !letGo) return end;
+  work_.allowance.spend(kHalvings * Allowance::kHeld);
+  if (work_.allowance.isSpent()) return end;  // a step that is not made
   const Checkpoint after = checkpoint();
   restore(before);
   const Points to = near_.from();
   near_.moveAll(from, 1);
   const double until = heldUntil(now, end);
-  work_.allowance.spend(kHalvings * Allowance::kPlanes);
   if (until >= end) {
     restore(after);
     near_.moveAll(to, 1);

@@ -128,16 +128,18 @@ class BoundingHierarchy {
   void appendCells(std::uint32_t first, std::uint32_t count, const std::function<Corners(std::uint32_t)>& corners);
   /// Calls visit for a leaf; returns what the last call did.
   template <class Visit>
-  auto enterLeaf(Child leaf, Visit& visit) const noexcept(noexcept(visit(0U, 0U))) {
+  auto enterLeaf(Child leaf, const Allowance& allowance, Visit& visit) const noexcept(noexcept(visit(0U, 0U))) {
     if (!leaf.isList()) [[likely]]
       return visit(leaf.begin(), leaf.end());
-    return enterList(leaf.begin(), visit);
+    return enterList(leaf.begin(), allowance, visit);
   }
+  /// Lists may be long: each of its triangles looks at the allowance.
   template <class Visit>
-  [[gnu::noinline]] auto enterList(std::uint32_t list, Visit& visit) const noexcept(noexcept(visit(0U, 0U))) {
+  [[gnu::noinline]] auto enterList(std::uint32_t list, const Allowance& allowance, Visit& visit) const
+      noexcept(noexcept(visit(0U, 0U))) {
     std::uint32_t at = list == 0 ? 0 : listEnds_[list - 1];
     const std::uint32_t last = listEnds_[list] - 1;  // none is empty
-    for (; at < last; ++at) visit(listed_[at], listed_[at] + 1);
+    for (; at < last && !allowance.isSpent(); ++at) visit(listed_[at], listed_[at] + 1);
     return visit(listed_[at], listed_[at] + 1);
   }
 
@@ -156,11 +158,12 @@ class BoundingHierarchy {
       noexcept(noexcept(visit(0U, 0U)));
   /// Calls visit for the leaves among the node's `hits`, and puts the nodes among them on the stack.
   template <class Visit>
-  void enter(const Node& node, int hits, Stack& stack, std::size_t& top, Visit& visit) const {
+  void enter(const Node& node, int hits, Stack& stack, std::size_t& top, const Allowance& allowance,
+             Visit& visit) const {
     for (auto rest = static_cast<unsigned>(hits); rest != 0; rest &= rest - 1) {
       const Child child = node.child[std::countr_zero(rest)];
       if (child.isLeaf()) {
-        enterLeaf(child, visit);
+        enterLeaf(child, allowance, visit);
       } else {
         stack[top++] = child.index();
       }
@@ -263,7 +266,7 @@ void BoundingHierarchy::visitAlong(Vec3 from, Vec3 to, Allowance& allowance, Vis
         stack[top++] = child.index();
         continue;
       }
-      const double time = enterLeaf(child, visit);
+      const double time = enterLeaf(child, allowance, visit);
       if (time < leave) limit = _mm_set1_ps(static_cast<float>((time - enter) * scale) + kTimeSlack);
     }
   }
@@ -302,7 +305,7 @@ void BoundingHierarchy::visitBoxByFour(Vec3f low, Vec3f high, Allowance& allowan
   while (top > 0 && !allowance.isSpent()) {
     allowance.spend(Allowance::kNode);
     const Node& node = nodes_[stack[--top]];
-    enter(node, window.meet(node, 0) | window.meet(node, 1) << 4, stack, top, visit);
+    enter(node, window.meet(node, 0) | window.meet(node, 1) << 4, stack, top, allowance, visit);
   }
 }
 
@@ -316,7 +319,7 @@ void BoundingHierarchy::visitBoxByEight(Vec3f low, Vec3f high, Allowance& allowa
   while (top > 0 && !allowance.isSpent()) {
     allowance.spend(Allowance::kNode);
     const Node& node = nodes_[stack[--top]];
-    enter(node, window.meet(node), stack, top, visit);
+    enter(node, window.meet(node), stack, top, allowance, visit);
   }
 }
 
@@ -331,7 +334,7 @@ void BoundingHierarchy::visitNear(Vec3 h, Allowance& allowance, Visit visit, dou
     const Ranked here = stack[--top];
     if (here.squaredDistance * kSlack >= bound) continue;
     if (here.child.isLeaf()) {
-      bound = enterLeaf(here.child, visit);
+      bound = enterLeaf(here.child, allowance, visit);
       if (bound < 0) return;
       continue;
     }

@@ -74,16 +74,16 @@ class DentedSurface {
   }
 
   /// The neighborhood watch of paper 3.2 on the dented triangles: from a triangle down to a point that no triangle around is
-  /// closer to h than. Adds the triangles looked at to `spent`.
-  [[nodiscard]] Foot closestFrom(std::uint32_t start, Vec3 h, int& spent) noexcept {
+  /// closer to h than, or to the best of the `most` that it may look at. Adds those looked at to `spent`.
+  [[nodiscard]] Foot closestFrom(std::uint32_t start, Vec3 h, int& spent, int most = kBudget) noexcept {
     Foot best = footOn(start, h, spent);
-    for (std::uint32_t t = kNoTriangle; spent < kBudget && t != best.triangle;) {
+    for (std::uint32_t t = kNoTriangle; spent < most && t != best.triangle;) {
       t = best.triangle;
       const int index = best.index;
       const auto consider = [&](std::uint32_t other, int) noexcept {
         const Foot foot = footOn(other, h, spent);
         if (foot.squaredDistance < best.squaredDistance) best = foot;
-        return spent < kBudget;
+        return spent < most;
       };
       if (best.feature == Feature::kLine && rest_.triangle(t).neighbour(index) != kNoTriangle) {
         consider(rest_.triangle(t).neighbour(index), 0);

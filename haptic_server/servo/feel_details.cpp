@@ -187,7 +187,7 @@ class Feeling {
   /// Of several bodies that hold the IHIP.
   [[nodiscard, gnu::noinline]] bool shadeTogether(Felt& felt) noexcept {
     Vec3 ihip = contact_.ihip;
-    if (!shadeGroove(scene_, state_, ihip)) return false;
+    if (!shadeGroove(scene_, state_, ihip, contact_.work)) return false;
     held_m_ = ihip - state_.hip;
     felt.geometric_m = glm::length(held_m_);
     if (felt.geometric_m > 0) felt.normal = held_m_ / felt.geometric_m;
@@ -228,7 +228,7 @@ class Feeling {
     for (std::size_t i = 0; i < state_.bodyCount && count_ < kMostFelt; ++i) {
       if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || state_.bodies[i].leaving) continue;
       if (isTouched(i) && !severalBodiesHold(state_)) continue;
-      if (contact_.work.allowance.isSpent()) return leaveBumpsOut();
+      if (contact_.work.allowance.isSpent()) return state_.fallBehind(contact_.work);
       Felt felt{};
       felt.body = i;
       if (!nearBumps(felt)) continue;
@@ -239,13 +239,6 @@ class Feeling {
       if (count_ == 0) memory_.fade = {.how = felt.shaded ? ShadingFade::How::kAlone : ShadingFade::How::kNot};
       felt_[count_++] = felt;
     }
-  }
-
-  /// The allowance does not last for those of all bodies.
-  [[gnu::cold]] void leaveBumpsOut() noexcept {
-    if (!contact_.work.behind) ++state_.behind;
-    contact_.work.behind = true;
-    state_.slew.begin();
   }
 
   [[nodiscard]] bool hasVaryingStiffness(std::size_t body) const noexcept {

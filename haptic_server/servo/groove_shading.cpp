@@ -10,14 +10,22 @@ namespace haptics {
 namespace {
 
 constexpr int kRounds = 2;
+/// Units (Allowance) of shading at one surface, over some polygons.
+constexpr std::int64_t kShade = 1'000;
 
 class ShadedGroove {
  public:
-  ShadedGroove(const ServoScene& scene, HapticState& state) noexcept : scene_(scene), state_(state) {}
+  ShadedGroove(const ServoScene& scene, HapticState& state, ContactWork& work) noexcept
+      : scene_(scene), state_(state), work_(work) {}
 
   [[nodiscard]] bool run(Vec3& ihip) noexcept {
     if (!hasShading()) return false;
     for (int round = 0; round < kRounds; ++round) {
+      work_.allowance.spend(kShade * state_.contact.holdingCount);
+      if (work_.allowance.isSpent()) {
+        state_.fallBehind(work_);
+        break;
+      }
       const HeldPlanes planes = planesAt(ihip);
       Vec3 parts;
       ihip = planes.nearestOutside(state_.hip, parts);
@@ -81,13 +89,14 @@ class ShadedGroove {
 
   const ServoScene& scene_;
   HapticState& state_;
+  ContactWork& work_;
   bool anyShaded_ = false;
 };
 
 }  // namespace
 
-bool shadeGroove(const ServoScene& scene, HapticState& state, Vec3& ihip) noexcept {
-  return ShadedGroove(scene, state).run(ihip);
+bool shadeGroove(const ServoScene& scene, HapticState& state, Vec3& ihip, ContactWork& work) noexcept {
+  return ShadedGroove(scene, state, work).run(ihip);
 }
 
 }  // namespace haptics

@@ -34,7 +34,7 @@ inline constexpr double kFarthest_m = 1e4;
 
 /// With it the slowest tick that haptic_eval worst found at 1 kHz took 226 us (AMD EPYC, 2.4 GHz). Less makes dense scenes
 /// slower to go through; more leaves less time to everything else.
-inline constexpr double kWork_per_s = 300e6;
+inline constexpr double kWork_per_s = 270e6;
 
 /// Fixed for a session.
 struct StepConfig {
@@ -46,7 +46,7 @@ struct StepConfig {
   /// Contact and force are computed where the observer sees the HIP coming; at the measured HIP where there is none.
   std::optional<LeadSettings> lead = std::nullopt;
   /// What the queries of a tick may cost (Allowance), by time: infinite for as much as they take. Besides, an adoption may
-  /// take a third of it, and a rehearsal of the tick and the bodies' planes a quarter each.
+  /// take a third of it, whose tick has a half, and rehearsals of the tick and the bodies' planes a quarter each.
   double work_per_s = kWork_per_s;
   /// Seconds in which the force comes after the device was attached or homed, or a fault is over; 0: at once.
   double rise_s = 0;
@@ -146,6 +146,13 @@ struct HapticState : StepMemory {
     allowance = config.allowance();
     velocity = VelocityEstimator(config.period_s);
     if (config.lead) lead = LeadObserver(*config.lead, config.period_s);
+  }
+
+  /// The allowance did not last for all that is felt: the tick is counted, and the step of the force slewed.
+  [[gnu::cold]] void fallBehind(ContactWork& work) noexcept {
+    if (!work.behind) ++behind;
+    work.behind = true;
+    slew.begin();
   }
 
   /// Becomes a copy of another, which goes on exactly like it, without copying the places beyond its bodyCount.

@@ -312,6 +312,8 @@ template <bool kDetails>
       if (state.movingCount > 0) [[unlikely]]
         felt.contact.work.allowance = besideMotion(state);
     }
+    if (state.adoptedNow) [[unlikely]]
+      felt.contact.work.allowance = Allowance(felt.contact.work.allowance.left() / 2);  // the adoption had its part
     followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
     if (felt.contact.work.putOut | felt.contact.work.behind) [[unlikely]]
       noteLimits(scene, state, felt.contact.work);

@@ -10,7 +10,8 @@ void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noe
     scene_ = &scene;
     isCopy_ = false;
   }
-  if (!state.attached) return;
+  const bool affordable = left_.left() >= state.allowance.left() / 4 * 3;
+  if (!state.attached || !affordable) return;
   const bool whole = rehearse(scene, state);
   Allowance looks(state.allowance.left() / 16);
   lookAround(state.contact, looks);

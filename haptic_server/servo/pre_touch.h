@@ -13,9 +13,13 @@ class PreTouch {
 
   /// Runs feelForce() on a copy of the state, with the HIP where its velocity takes it; then works out the polygons around
   /// the contact, before and after, which the tick may come over; then, unless that took too long, runs the step once
-  /// more, which teaches the processor what branches to expect. Costs what a tick with cold caches costs, between two ticks, and changes nothing
-  /// that the tick can tell.
+  /// more, which teaches the processor what branches to expect. Costs what a tick with cold caches costs, between two
+  /// ticks, and changes nothing that the tick can tell. Does nothing after a tick that took much of its allowance, for the
+  /// next may take all.
   void operator()(const ServoScene& scene, const HapticState& state) noexcept;
+
+  /// What a tick has left of its allowance.
+  void note(const Allowance& left) noexcept { left_ = left; }
 
   /// For the tick that comes next, until a scene is adopted.
   [[nodiscard]] const KnownPolygons& known() const noexcept { return known_; }
@@ -28,6 +32,7 @@ class PreTouch {
   StepConfig config_;
   HapticState rehearsal_;
   KnownPolygons known_;
+  Allowance left_;                     // of the last tick's
   const ServoScene* scene_ = nullptr;  // whose polygons are known
   bool isCopy_ = false;                // the rehearsal, of a state that has that scene
 };

@@ -123,6 +123,7 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene
   const StepInput input{index, now_ns, device_.read(index)};
   feelForce(*scene_, state_, config_, input, felt, preTouch_ ? &preTouch_->known() : nullptr);
   device_.write(felt.force.written);
+  if (preTouch_) preTouch_->note(felt.contact.work.allowance);
   finish(input, felt, newest != nullptr ? newest->number : 0);
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
 }

@@ -18,6 +18,14 @@ constexpr double kHurried_s = 0.01;
 /// makes new ones of a hand that bounces.
 constexpr double kSamePlace = 0.97;
 
+/// Triangles that a search may look at: a quarter of what is left of the allowance, for there are several of them in a tick,
+/// and a few where nothing is.
+[[nodiscard]] int affordable(const Allowance& allowance) noexcept {
+  constexpr std::int64_t kLeast = 4;
+  return static_cast<int>(
+      std::clamp<std::int64_t>(allowance.left() / (4 * Allowance::kNearTriangle), kLeast, DentedSurface::kBudget));
+}
+
 }  // namespace
 
 Yielding::Yielding(const ServoScene& scene, HapticState& state, const StepConfig& config, ContactWork& work,
@@ -52,7 +60,9 @@ Yielding::Nearest Yielding::nearest(const BodyDents& dents, const Vec3& point) n
   DentedSurface deformed(*body_.surface, dents.all(), tissue_.falloff);
   Nearest found;
   int spent = 0;
-  found.foot = deformed.closestFrom(pressed_.atRest.triangle, point, spent);
+  const int most = affordable(work_.allowance);
+  found.foot = deformed.closestFrom(pressed_.atRest.triangle, point, spent, most);
+  if (spent == most && most < DentedSurface::kBudget) state_.fallBehind(work_);
   work_.triangles += spent;
   work_.allowance.spend(Allowance::kNearTriangle * spent);
   found.normal = unitOrZero(deformed.normal(found.foot)) * double(pressed_.side);

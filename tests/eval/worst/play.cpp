@@ -63,6 +63,7 @@ std::int64_t Play::run(Servo& servo, Vec3 hip) const {
   FeltTick felt;
   const StepInput input{tick_, 0, {hip, DeviceState::kReady}};
   feelForce(*servo.scene, servo.state, config_, input, felt, &servo.preTouch.known());
+  servo.preTouch.note(felt.contact.work.allowance);
   (void)finishStep(*servo.scene, servo.state, config_, input, felt);
   return servo.state.allowance.left() - felt.contact.work.allowance.left();
 }
