@@ -44,7 +44,9 @@ Result<Disk::Found> Disk::open(AssetStore& store) {
   if (mutant_ == Mutant::kIdsReused) {
     for (const auto& object : state.history->version.objects()) state.nextId = object->id + 1;
   }
-  return Found{std::move(opened->folder), std::move(restored), std::exchange(powerWasLost_, false)};
+  const bool isAnother = std::exchange(foundEpoch_, state.history->epoch) != state.history->epoch;
+  const bool powerWasLost = std::exchange(powerWasLost_, powerWasLost_ && isAnother);
+  return Found{std::move(opened->folder), std::move(restored), powerWasLost};
 }
 
 void Disk::dieInNextWrite() { files_->powerFailsAfter(static_cast<std::int64_t>(random_.below(kMostCallsToDeath))); }

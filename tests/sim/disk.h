@@ -22,7 +22,9 @@ class Disk {
   struct Found {
     std::unique_ptr<StateFolder> folder;
     RestoredState restored;
-    bool powerWasLost = false;  ///< Since the last process: the log's end may be anything.
+    /// Since a process that found the same epoch, or that the one before had begun: the log's end may be anything, and of
+    /// what is found there each process begins an epoch anew, until there is space to keep one.
+    bool powerWasLost = false;
   };
   /// What a new process finds.
   [[nodiscard]] Result<Found> open(AssetStore& store);
@@ -43,6 +45,7 @@ class Disk {
   std::shared_ptr<test::SimulatedFiles> files_;
   bool isNew_ = true;
   bool powerWasLost_ = false;
+  std::uint64_t foundEpoch_ = 0;  ///< By the last process.
 };
 
 }  // namespace haptics::sim
