@@ -16,6 +16,9 @@ constexpr int kRounds = 2;
 /// Rounds, at most, in which what different springs push is looked for, and of it what a round may still change.
 constexpr int kSpringRounds = 40;
 constexpr double kSpringChange = 1e-5;
+/// Units (Allowance) of such a round for three bodies.
+constexpr std::int64_t kSpringRound = 1'700;
+
 /// Bodies that hold the IHIP together, each of them in series with its own tissue. With p_i the depth of the HIP below
 /// surface i at rest, d_i what is left of it for the contact's spring and y_i what the tissue takes,
 ///   sum_j n_i . n_j d_j + y_i = p_i,  d_i >= 0,
@@ -37,9 +40,17 @@ class JointYield {
   }
 
   void run() noexcept {
+    Allowance& allowance = contact_.work.allowance;
+    const std::int64_t aside = allowance.left() / 4 * 3;
     for (int round = 0; round < kSpringRounds; ++round) {
       shareOut();
-      if (!springsDiffer() || !followSprings()) break;
+      if (!springsDiffer()) break;
+      allowance.spend(kSpringRound);
+      if (allowance.left() < aside) {
+        state_.fallBehind(contact_.work);
+        break;
+      }
+      if (!followSprings()) break;
     }
     for (Part& part : parts()) {
       if (part.tissue != nullptr) press(part);
