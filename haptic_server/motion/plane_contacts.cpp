@@ -15,6 +15,8 @@ namespace {
 constexpr int kRounds = 40;
 /// However many bodies there are. One would let a body at rest creep.
 constexpr int kLeastRounds = 2;
+/// Units (Allowance) of a point in a round.
+constexpr std::int64_t kPointInRound = 64;
 /// The rounds end when they change the impulses by less than this part. At rest the first guess is right: two do.
 constexpr double kSettled = 1e-7;
 /// Depth that is left alone, of the body's radius. 0 would lift bodies for ever, as rounding lets them sink.
@@ -266,7 +268,7 @@ void meetPlanes(const RigidBody& body, RigidState& state, double period_s, Allow
   }
   for (int round = 0; round < kRounds && count > 0; ++round) {
     if (round >= kLeastRounds && allowance.isSpent()) break;
-    allowance.spend(Allowance::kTouch * static_cast<std::int64_t>(count));
+    allowance.spend(kPointInRound * static_cast<std::int64_t>(count));
     double change = 0;
     double pressing = 0;
     for (std::size_t i = 0; i < count; ++i) {
