@@ -1,13 +1,12 @@
-// The guarded neighborhood watch (surface_following_impl.h) for the case that it has nothing to guard against.
-
-#include "haptic_server/contact/follow_unblocked.h"
+// The guarded neighborhood watch (surface_following.cpp) for the case that it has nothing to guard against.
 
 #include <algorithm>
 
-#include "haptic_server/contact/clearance.h"
 #include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/fast_path/clearance.h"
+#include "haptic_server/contact/fast_path/fast_path.h"
+#include "haptic_server/contact/fast_path/over_polygon.h"
 #include "haptic_server/contact/hip_following.h"
-#include "haptic_server/contact/over_polygon.h"
 
 namespace haptics {
 namespace {
@@ -127,7 +126,7 @@ struct Minimum {
   const FourVec3 from = all(body.frame.toLocal(state.hip));
   Prism::Place end = beyond;
   int looked = 1;
-  const int most = searchBudget(result.work) - 1;
+  const int most = searchBudget(result.work.allowance) - 1;
   const HeldPolygon* const found =
       hopOverPolygons(*body.surface, polygon, state.polygon, from, all(h), side, most, end, looked, known);
   result.work.allowance.spend(Allowance::kNearTriangle * looked);
@@ -162,7 +161,7 @@ struct Minimum {
   const int side = state.holding[0].side;
   const HipMotion motion{body.frame.toLocal(state.hip), body.frame.toLocal(hip)};
   const bool guarded = others.count > 0;
-  const int budget = searchBudget(result.work);
+  const int budget = searchBudget(result.work.allowance);
   SearchPath path;
   int looked = 0;
   int steps = 0;
@@ -231,17 +230,19 @@ struct Minimum {
   return searchBeside(body, others, state, hip, result);
 }
 
-[[gnu::noinline]] void followOtherwise(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+[[gnu::noinline]] bool followOtherwise(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                                        ContactResult& result) noexcept {
-  if (!isUsable(hip) || !followBeside(bodies, state, hip, result)) followGuarded(bodies, state, hip, result);
+  if (isUsable(hip) && followBeside(bodies, state, hip, result)) return true;
+  followGuarded(bodies, state, hip, result);
+  return false;
 }
 
 /// Free, or held by several surfaces.
-void followFreeOrSeveral(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+bool followFreeOrSeveral(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                          ContactResult& result) noexcept {
   if (state.clear.radius_m > 0 && staysClear(bodies, state, hip)) {
     state.hip = state.ihip = result.ihip = hip;
-    return;
+    return true;
   }
   const Vec3 before = state.hip;
   const bool wasFree = state.mode == ContactState::Mode::kFree;
@@ -250,21 +251,17 @@ void followFreeOrSeveral(std::span<const Body> bodies, ContactState& state, cons
   if (wasFree && settled && state.mode == ContactState::Mode::kFree) {
     lookForClearance(bodies, state, glm::distance(before, state.hip), result.work.allowance);
   }
+  return false;
 }
 
 }  // namespace
 
-bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
-                     ContactResult& result) noexcept {
-  if (state.mode != ContactState::Mode::kOneSurface || !isUsable(hip)) return false;
-  return rub(bodies, state, hip, result, nullptr) || followBeside(bodies, state, hip, result);
-}
-
-void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
-                   const KnownPolygons* known) noexcept {
+bool followFast(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
+                const KnownPolygons* known) noexcept {
   if (state.mode != ContactState::Mode::kOneSurface) return followFreeOrSeveral(bodies, state, hip, result);
-  if (!isUsable(hip) || !rub(bodies, state, hip, result, known)) [[unlikely]]
-    followOtherwise(bodies, state, hip, result);
+  if (isUsable(hip) && rub(bodies, state, hip, result, known)) [[likely]]
+    return true;
+  return followOtherwise(bodies, state, hip, result);
 }
 
 }  // namespace haptics
