@@ -27,8 +27,7 @@ ContactResult followContact(std::span<const Body> bodies, ContactState& state, V
 
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
                    const KnownPolygons* known) noexcept {
-  (void)followFast(bodies, state, hip, result,
-                   known);  // or followGuarded(bodies, state, hip, result), which costs more
+  (void)followFast(bodies, state, hip, result, known);
 }
 
 }  // namespace haptics

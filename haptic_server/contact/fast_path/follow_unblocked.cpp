@@ -135,19 +135,24 @@ struct Minimum {
   return true;
 }
 
-/// With nothing else in reach from polygon to polygon, beside others on the polygon only. False when there is more to it.
-[[nodiscard]] bool goStraight(const Body& body, const Others& others, ContactState& state, const Vec3& hip,
-                              ContactResult& result) noexcept {
-  const HoldingSurface& holding = state.holding[0];
-  HeldPolygon& polygon = state.polygon;
-  if (!polygon.is(*body.surface, holding.triangle)) polygon.become(*body.surface, holding.triangle);
+/// From a polygon to where the HIP is above it, or above others: beside `others`, when there are any, above it only. False
+/// when there is more to it.
+[[nodiscard, gnu::always_inline]] inline bool goStraight(const Body& body, ContactState& state,
+                                                         const HeldPolygon& polygon, const Vec3& hip,
+                                                         ContactResult& result, const KnownPolygons* known,
+                                                         const Others* others) noexcept {
   const Vec3 h = body.frame.toLocal(hip);
   const Prism::Place end = polygon.prism.place(all(h));
-  if (end.beyond() != 0) return others.count == 0 && hop(body, state, polygon, hip, h, end, result, nullptr);
-  if (end.isOutside(holding.side)) return false;
-  if (others.count > 0) {
+  if (end.beyond() != 0) [[unlikely]] {
+    const Vec3 place = h;  // copies, so that the others stay in registers
+    const Prism::Place beyond = end;
+    return others == nullptr && hop(body, state, polygon, hip, place, beyond, result, known);
+  }
+  if (end.isOutside(state.holding[0].side)) [[unlikely]]
+    return false;
+  if (others != nullptr) {
     const Vec3 foot = vec3(polygon.foot(four(h), end.height()));
-    if (!stayIsClear(body, others, state, foot, result.work)) return false;
+    if (!stayIsClear(body, *others, state, foot, result.work)) return false;
   }
   stay(body, state, polygon, hip, h, end, 1, result);
   return true;
@@ -204,17 +209,7 @@ struct Minimum {
     polygon = known != nullptr ? known->find(*body.surface, holding.triangle) : nullptr;
     if (polygon == nullptr) return false;
   }
-  const Vec3 h = body.frame.toLocal(hip);
-  const Prism::Place end = polygon->prism.place(all(h));
-  if (end.beyond() != 0) [[unlikely]] {
-    const Vec3 place = h;  // copies, so that the others stay in registers
-    const Prism::Place beyond = end;
-    return hop(body, state, *polygon, hip, place, beyond, result, known);
-  }
-  if (end.isOutside(holding.side)) [[unlikely]]
-    return false;
-  stay(body, state, *polygon, hip, h, end, 1, result);
-  return true;
+  return goStraight(body, state, *polygon, hip, result, known, nullptr);
 }
 
 /// All that there can be to it otherwise, while one surface holds. Of a HIP that is usable.
@@ -226,7 +221,12 @@ struct Minimum {
   if (state.stride < 1) return false;  // the whole way takes more than the allowance
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others, result.work.allowance)) return false;
-  if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) return true;
+  if (state.feature == Feature::kPolygon) {
+    const std::uint32_t triangle = state.holding[0].triangle;
+    if (!state.polygon.is(surface, triangle)) state.polygon.become(surface, triangle);
+    const Others* const beside = others.count > 0 ? &others : nullptr;
+    if (goStraight(body, state, state.polygon, hip, result, nullptr, beside)) return true;
+  }
   return searchBeside(body, others, state, hip, result);
 }
 
