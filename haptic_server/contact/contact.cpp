@@ -1,7 +1,6 @@
 #include "haptic_server/contact/contact.h"
 
-#include "haptic_server/contact/contact_tick_impl.h"
-#include "haptic_server/contact/follow_unblocked.h"
+#include "haptic_server/contact/fast_path/fast_path.h"
 
 namespace haptics {
 
@@ -26,8 +25,9 @@ ContactResult followContact(std::span<const Body> bodies, ContactState& state, V
   return result;
 }
 
-void followGuarded(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result) noexcept {
-  result = followContact<AllCorrections>(bodies, state, hip, result.work.allowance);
+void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
+                   const KnownPolygons* known) noexcept {
+  (void)followFast(bodies, state, hip, result, known);
 }
 
 }  // namespace haptics

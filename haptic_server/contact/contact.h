@@ -8,10 +8,11 @@
 #include "common/maths/vec.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/contact/body.h"
-#include "haptic_server/contact/held_polygon.h"
-#include "haptic_server/contact/known_polygons.h"
+#include "haptic_server/contact/fast_path/held_polygon.h"
 
 namespace haptics {
+
+class KnownPolygons;
 
 /// A surface that holds the IHIP.
 struct HoldingSurface {

@@ -1,6 +1,6 @@
 #include "haptic_server/contact/hip_following.h"
 
-#include "haptic_server/contact/over_polygon.h"
+#include "haptic_server/contact/hop.h"
 #include "haptic_server/geometry/neighbours.h"
 
 namespace haptics {
@@ -103,6 +103,17 @@ double timeInRegion(const Surface& surface, const Foot& foot, const HipMotion& m
   visitFan(surface, foot.triangle, foot.index,
            [&](std::uint32_t t, int corner) noexcept { return staysBehindLines(surface.triangle(t), corner); });
   return polygons < kMostPolygons ? std::max(now, time) : now;
+}
+
+HipStep followHip(const Surface& surface, const HipMotion& motion, int side, Foot foot, double now, int number,
+                  SearchPath* path, int& spent, int budget, const Corrections& corrections) noexcept {
+  if (foot.feature == Feature::kPolygon) {
+    if (followOverPolygons(surface, motion, side, foot, now, path, spent, budget)) return {1, {foot, true}};
+  } else {
+    now = timeInRegion(surface, foot, motion, now);
+  }
+  const double end = std::min(1.0, now + (number <= kMaxSteps / 2 ? kLeastStep : kLongStep));
+  return {end, neighborhoodWatch(surface, foot.triangle, motion.at(end), path, spent, budget, corrections)};
 }
 
 }  // namespace haptics

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-
 #include "haptic_server/contact/contact.h"
 #include "haptic_server/contact/neighborhood_watch.h"
 
@@ -51,16 +49,8 @@ struct HipStep {
 /// of a primitive nothing can change but the place on it, so that steps go from region to region, and none, however
 /// long, takes the IHIP along another path than a slow hand's. `number` of the step in its tick, from 1; `side` as in
 /// HoldingSurface; `path` may be null; `spent` and `budget` as in neighborhoodWatch().
-template <class Corrections = AllCorrections>
 [[nodiscard]] HipStep followHip(const Surface& surface, const HipMotion& motion, int side, Foot foot, double now,
-                                int number, SearchPath* path, int& spent, int budget) noexcept {
-  if (foot.feature == Feature::kPolygon) {
-    if (followOverPolygons(surface, motion, side, foot, now, path, spent, budget)) return {1, {foot, true}};
-  } else {
-    now = timeInRegion(surface, foot, motion, now);
-  }
-  const double end = std::min(1.0, now + (number <= kMaxSteps / 2 ? kLeastStep : kLongStep));
-  return {end, neighborhoodWatch<Corrections>(surface, foot.triangle, motion.at(end), path, spent, budget)};
-}
+                                int number, SearchPath* path, int& spent, int budget,
+                                const Corrections& corrections = kAllCorrections) noexcept;
 
 }  // namespace haptics

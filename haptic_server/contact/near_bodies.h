@@ -5,6 +5,7 @@
 #include <span>
 
 #include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/corrections.h"
 
 namespace haptics {
 
@@ -40,7 +41,8 @@ class NearBodies {
     explicit operator bool() const noexcept { return near >= 0; }
   };
 
-  NearBodies() noexcept {}  // NOLINT(modernize-use-equals-default): nothing of the list is written
+  /// Nothing of the list is written.
+  explicit NearBodies(Corrections::SegmentTest test = nullptr) noexcept : test_(test) {}
 
   /// Bodies that anything that the IHIP can do in this tick may meet: those within reachOf(), widened by what moving
   /// bodies can push.
@@ -64,24 +66,44 @@ class NearBodies {
   /// Advances every `from` by the fraction `time` of the way.
   void moveAll(const Points& to, double time) noexcept;
 
+  /// Where the way of the IHIP, to a place in the body's frame, enters it; `skip(triangle)` leaves out.
+  template <class Skip>
+  [[nodiscard]] Crossing crossing(const Near& near, Vec3 to, ContactWork& work, Skip skip) const noexcept {
+    ++work.segments;
+    const Surface& surface = *near.surface;
+    if (test_ != nullptr) [[unlikely]]
+      return surface.firstCrossing<OtherSegment>(near.from, to, !surface.closed(), work.allowance, skip, test_);
+    return surface.firstCrossing(near.from, to, !surface.closed(), work.allowance, skip);
+  }
+  [[nodiscard]] Crossing crossing(const Near& near, Vec3 to, ContactWork& work) const noexcept {
+    return crossing(near, to, work, [](std::uint32_t) noexcept { return false; });
+  }
   /// The earliest crossing on from -> to over all near bodies; `skip(near index, triangle)` leaves out. Means nothing once
   /// the allowance is spent.
-  template <class SegmentTest, class Skip>
+  template <class Skip>
   [[nodiscard]] Hit firstHit(const Points& to, Skip skip, ContactWork& work) const noexcept {
     Hit hit;
     work.allowance.spend(Allowance::kPlace * count_);  // for their places in each frame
     for (int i = 0; i < count_ && !work.allowance.isSpent(); ++i) {
-      const Near& near = (*this)[i];
-      ++work.segments;
-      const Crossing crossing = near.surface->firstCrossing<SegmentTest>(
-          near.from, to[static_cast<std::size_t>(i)], !near.surface->closed(), work.allowance,
-          [&](std::uint32_t t) noexcept { return skip(i, t); });
+      const Crossing crossing = this->crossing((*this)[i], to[static_cast<std::size_t>(i)], work,
+                                               [&](std::uint32_t t) noexcept { return skip(i, t); });
       if (crossing && (!hit || crossing.time < hit.crossing.time)) hit = {i, crossing};
     }
     return hit;
   }
 
  private:
+  /// In the place of Segment.
+  struct OtherSegment {
+    Vec3 from;
+    Vec3 to;
+    Corrections::SegmentTest test;
+
+    [[nodiscard]] bool enters(const TriangleRecord& record, bool twoSided, Crossing& crossing) const noexcept {
+      return test(from, to, record, twoSided, crossing);
+    }
+  };
+
   void admit(const Body& body, int index, double gap, ContactWork& work) noexcept;
 
   union {  // whose members are not made before they are used
@@ -90,6 +112,7 @@ class NearBodies {
   std::array<double, kMaxNear> gap_;  // m^2 from the HIP to the box; -1 for a body that holds the IHIP
   int count_ = 0;
   double extent_ = 0;
+  Corrections::SegmentTest test_;
 };
 
 }  // namespace haptics

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-
 #include "haptic_server/contact/neighborhood_watch.h"
 
 namespace haptics {
@@ -20,9 +18,8 @@ namespace haptics {
     allowance.spend(allowance.left() + 1);
     return best;
   }
-  const auto most = std::clamp<std::int64_t>(allowance.left() / (2 * Allowance::kNearTriangle), 1, kSearchBudget);
   spent = 0;
-  const Foot foot = neighborhoodWatch(surface, best.triangle, local, nullptr, spent, static_cast<int>(most)).foot;
+  const Foot foot = neighborhoodWatch(surface, best.triangle, local, nullptr, spent, searchBudget(allowance)).foot;
   allowance.spend(Allowance::kNearTriangle * spent);
   return foot;
 }

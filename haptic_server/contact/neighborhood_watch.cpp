@@ -1,78 +1,121 @@
-#include <limits>
+#include "haptic_server/contact/neighborhood_watch.h"
 
-#include "haptic_server/contact/neighborhood_watch_impl.h"
+#include <algorithm>
+
+#include "haptic_server/contact/fast_path/fast_path.h"
+#include "haptic_server/geometry/neighbours.h"
 
 namespace haptics {
 namespace {
 
-/// Triangles that a walk looks at before the general search takes over.
-constexpr int kMostCrossed = 16;
+Foot closestPoint(const Corrections& corrections, const TriangleRecord& record, std::uint32_t t, Vec3 h) noexcept {
+  if (corrections.closestPoint != nullptr) [[unlikely]]
+    return corrections.closestPoint(record, t, h);
+  return closestOn(record, t, h);
+}
 
-/// From triangle to triangle, across the lines that are closest to h: the general search in its common case, to the bit.
-struct Walk {
-  enum class End {
-    kHeld,      ///< The prism over the triangle holds h.
-    kAtVertex,  ///< A vertex of the triangle is the closest so far: the search goes on around it.
-    kUnclear,   ///< At a boundary, at a triangle without area, or where nothing is closer than a line.
-  };
-
-  std::uint32_t triangle;
-  int looked = 1;  // triangles
-  Vec3 foot{0};    // kHeld: of h
-
-  [[gnu::always_inline]] End go(const Surface& surface, Vec3 h, SearchPath* path) noexcept {
-    const FourVec3 each = all(h);
-    double nearest = std::numeric_limits<double>::infinity();  // squared distance, m^2
-    while (true) {
-      const TriangleRecord& record = surface.triangle(triangle);
-      if (record.zeroArea() || looked > kMostCrossed) return End::kUnclear;
-      const Prism prism(record);
-      const Prism::Place place = prism.place(each);
-      const unsigned beyond = place.beyond();
-      if (beyond == 0) {
-        foot = vec3(prism.foot(four(h), place.height()));
-        if (path != nullptr) path->add(foot, triangle);
-        return squaredLength(h - foot) < nearest ? End::kHeld : End::kUnclear;
-      }
-      const Prism::OnEdges on = prism.onEdges(each);
-      const int k = on.nearest(beyond);
-      if (!(on.squaredDistance[k] < nearest) || record.neighbour(k) == kNoTriangle) return End::kUnclear;
-      if (on.atCorner(k)) return End::kAtVertex;
-      nearest = on.squaredDistance[k];
-      if (path != nullptr) path->add(on.point[k], triangle);
-      triangle = record.neighbour(k);
-      ++looked;
-    }
+/// Looks at triangles for one that is closer than the foot so far. A triangle without area is as good as a line: what
+/// is across its edges is next to the foot too, and is looked at as well.
+class Candidates {
+ public:
+  Candidates(const Surface& surface, Vec3 h, const Foot& from, int& spent, const Corrections& corrections) noexcept
+      : surface_(surface),
+        h_(h),
+        best_(from),
+        asNear_(from.squaredDistance * kSame),
+        spent_(spent),
+        corrections_(corrections) {
+    if (surface_.triangle(from.triangle).zeroArea()) pass(from.triangle);
   }
+
+  void consider(std::uint32_t t) noexcept {
+    if (t == kNoTriangle) return;
+    ++spent_;
+    const Foot foot = closestPoint(corrections_, surface_.triangle(t), t, h_);
+    if (foot.squaredDistance < best_.squaredDistance) best_ = foot;
+    if (surface_.triangle(t).zeroArea() && foot.squaredDistance <= asNear_) pass(t);
+  }
+  [[nodiscard]] const Foot& best() const noexcept { return best_; }
+
+ private:
+  static constexpr double kSame = 1 + 0x1p-40;  // squared distances of one point seen from two triangles
+  static constexpr std::size_t kMostPassed = 16;
+
+  void pass(std::uint32_t t) noexcept {
+    const auto end = passed_.begin() + static_cast<std::ptrdiff_t>(passedCount_);
+    if (passedCount_ == kMostPassed || std::find(passed_.begin(), end, t) != end) return;
+    passed_[passedCount_++] = t;
+    for (int k = 0; k < 3; ++k) consider(surface_.triangle(t).neighbour(k));
+  }
+
+  const Surface& surface_;
+  Vec3 h_;
+  Foot best_;
+  double asNear_;  // m^2
+  int& spent_;
+  const Corrections& corrections_;
+  std::array<std::uint32_t, kMostPassed> passed_;
+  std::size_t passedCount_ = 0;
 };
+
+bool withinBudget(int spent, int budget, const Corrections& corrections) noexcept {
+  return !corrections.boundedSearch || spent < budget;
+}
+
+SearchResult searchAcrossLine(const Surface& surface, const Foot& from, Vec3 h, int& spent,
+                              const Corrections& corrections) noexcept {
+  Candidates candidates(surface, h, from, spent, corrections);
+  candidates.consider(surface.triangle(from.triangle).neighbour(from.index));
+  return {candidates.best(), true};
+}
+
+SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& spent, int budget,
+                       const Corrections& corrections) noexcept {
+  Candidates candidates(surface, h, from, spent, corrections);
+  SearchResult result{from, true};
+  visitFan(surface, from.triangle, from.index, [&](std::uint32_t t, int corner) noexcept {
+    candidates.consider(t);
+    result.converged = withinBudget(spent, budget, corrections);
+    result.foot.triangle = t;  // where the next tick goes on, should nothing be closer
+    result.foot.index = static_cast<std::uint8_t>(corner);
+    return result.converged;
+  });
+  const bool closer = candidates.best().squaredDistance < from.squaredDistance;
+  if (closer) return {candidates.best(), result.converged};
+  return result.converged ? SearchResult{from, true} : result;
+}
 
 }  // namespace
 
-template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*, int&,
-                                                        int) noexcept;
-
-/// As the general search does, to the bit.
-template <>
-SearchResult neighborhoodWatch<AllCorrections>(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
-                                               int& spent, int budget) noexcept {
-  std::uint32_t goOn = start;
-  if (spent + kMostCrossed < budget) {
-    const std::size_t known = path != nullptr ? path->size() : 0;
-    Walk walk{start};
-    const Walk::End end = walk.go(surface, h, path);
-    if (end == Walk::End::kHeld) {
-      spent += walk.looked;
-      return {{walk.triangle, Feature::kPolygon, 0, walk.foot, squaredLength(h - walk.foot)}, true};
-    }
-    if (end == Walk::End::kAtVertex) {
-      goOn = walk.triangle;
-      spent += walk.looked - 1;
-    } else if (path != nullptr) {
-      path->keepFirst(known);
-    }
+/// Paper 3.2, the loop of the pseudocode, with these deviations, without which it does not work:
+///  - A polygon's lines and vertices are part of it, so no neighbour of a polygon is strictly closer and the printed
+///    loop never leaves its first polygon. The primitive that holds the closest point is therefore taken from the
+///    closest point computation itself, ties going to the lower dimension, and only strictly closer neighbours are
+///    hopped to. Each hop goes to a triangle that shares that primitive, so that the path is continuous, stays on the
+///    surface and ends.
+///  - The search has a budget. Distance never grows, so that it may stop at any hop and go on in the next tick.
+SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path, int& spent,
+                               int budget, const Corrections& corrections) noexcept {
+  Foot foot = start;
+  while (true) {
+    if (path != nullptr) path->add(foot.point, foot.triangle);
+    if (!corrections.featureCodes || foot.feature == Feature::kPolygon) return {foot, true};
+    if (!withinBudget(spent, budget, corrections)) return {foot, false};
+    const SearchResult next = foot.feature == Feature::kLine ? searchAcrossLine(surface, foot, h, spent, corrections)
+                                                             : searchFan(surface, foot, h, spent, budget, corrections);
+    if (!(next.foot.squaredDistance < foot.squaredDistance)) return next;
+    foot = next.foot;
   }
+}
+
+SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path, int& spent,
+                               int budget, const Corrections& corrections) noexcept {
+  const bool mayWalk = corrections.featureCodes && corrections.boundedSearch && corrections.closestPoint == nullptr;
+  SearchResult found;
+  if (mayWalk && walkAcrossLines(surface, start, h, path, spent, budget, found)) return found;
   ++spent;
-  return neighborhoodWatch(surface, closestOn(surface.triangle(goOn), goOn, h), h, path, spent, budget);
+  const Foot foot = closestPoint(corrections, surface.triangle(start), start, h);
+  return neighborhoodWatch(surface, foot, h, path, spent, budget, corrections);
 }
 
 }  // namespace haptics

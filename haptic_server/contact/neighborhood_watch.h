@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -14,6 +15,13 @@ namespace haptics {
 /// the next one, of up to 110 mm, took up to 2,165, in a quarter of a millisecond, in 36 million ticks of a random walk.
 /// Smaller leaves such slides to the next tick, larger makes the longest tick longer.
 inline constexpr int kSearchBudget = 3200;
+
+/// Triangles that a search may have looked at in a tick when it ends, after so many: it takes half of the allowance at
+/// most.
+[[nodiscard]] inline int searchBudget(const Allowance& allowance, int looked = 0) noexcept {
+  const std::int64_t affordable = looked + allowance.left() / (2 * Allowance::kNearTriangle);
+  return static_cast<int>(std::clamp<std::int64_t>(affordable, 1, kSearchBudget));
+}
 
 /// The continuous polyline on the surface along which a search moved: point i lies in triangle i, and so does the way
 /// to it.
@@ -50,22 +58,13 @@ struct SearchResult {
 
 /// Descends from `start`, the closest point to h (body frame, metres) of some triangle, to a local minimum of the
 /// distance. Adds the further triangles looked at to `spent`, and ends when that is `budget`; `path` may be null.
-template <class Corrections = AllCorrections>
 [[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path,
-                                             int& spent, int budget = kSearchBudget) noexcept;
-extern template SearchResult neighborhoodWatch<AllCorrections>(const Surface&, const Foot&, Vec3, SearchPath*, int&,
-                                                               int) noexcept;
+                                             int& spent, int budget = kSearchBudget,
+                                             const Corrections& corrections = kAllCorrections) noexcept;
 
 /// The same from triangle `start`, which counts as looked at.
-template <class Corrections = AllCorrections>
 [[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
-                                             int& spent, int budget = kSearchBudget) noexcept {
-  ++spent;
-  const Foot foot = Corrections::closestPoint(surface.triangle(start), start, h);
-  return neighborhoodWatch<Corrections>(surface, foot, h, path, spent, budget);
-}
-template <>
-[[nodiscard]] SearchResult neighborhoodWatch<AllCorrections>(const Surface& surface, std::uint32_t start, Vec3 h,
-                                                             SearchPath* path, int& spent, int budget) noexcept;
+                                             int& spent, int budget = kSearchBudget,
+                                             const Corrections& corrections = kAllCorrections) noexcept;
 
 }  // namespace haptics

@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "haptic_server/contact/contact.h"
-#include "haptic_server/contact/contact_tick.h"
 #include "haptic_server/contact/nearest_foot.h"
+#include "haptic_server/contact/tolerances.h"
 #include "haptic_server/geometry/enclosure.h"
 
 namespace haptics {

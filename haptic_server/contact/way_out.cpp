@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/contact/plane_set.h"
 #include "haptic_server/geometry/enclosure.h"
 
@@ -131,7 +131,8 @@ class Bodies {
     work_.allowance.spend(before - part.left());
     if (foot.triangle == kNoTriangle) return {};
     int hopped = 0;
-    foot = neighborhoodWatch(s, foot.triangle, local, nullptr, hopped, searchBudget(work_)).foot;
+    foot = neighborhoodWatch(s, foot.triangle, local, nullptr, hopped, searchBudget(work_.allowance, work_.triangles))
+               .foot;
     triangles_ -= looked + hopped;
     work_.triangles += looked + hopped;
     work_.allowance.spend(Allowance::kNearTriangle * hopped);

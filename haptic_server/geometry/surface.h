@@ -70,14 +70,13 @@ class Surface {
 
   /// First entering crossing on from -> to (paper 3.2, first contact). `skip(triangle)` leaves out those that contain
   /// the start by construction. Watertight. Sheets, that is surfaces that are not closed, are entered from both sides.
-  /// `Test` is made of from and to, and meets each triangle with enters(). The answer of a query that has spent the
-  /// allowance means nothing, here and below.
-  template <class Test = Segment, class Skip>
-  [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, bool twoSided, Allowance& allowance,
-                                       Skip skip) const noexcept;
-  template <class Test = Segment>
+  /// `Test` is made of from, to and `more`, and meets each triangle with enters(). The answer of a query that has spent
+  /// the allowance means nothing, here and below.
+  template <class Test = Segment, class Skip, class... More>
+  [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, bool twoSided, Allowance& allowance, Skip skip,
+                                       More... more) const noexcept;
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, Allowance& allowance) const noexcept {
-    return firstCrossing<Test>(from, to, !closed_, allowance, [](std::uint32_t) { return false; });
+    return firstCrossing(from, to, !closed_, allowance, [](std::uint32_t) { return false; });
   }
   /// Whatever it costs.
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to) const noexcept {
@@ -136,11 +135,12 @@ class Surface {
 /// Surface(from, vertices), where vertices are the mesh's, moved. The less they differ from those of `from` the sooner.
 [[nodiscard]] std::shared_ptr<const Surface> refitSurface(const Surface& from, std::span<const Vec3f> vertices);
 
-template <class Test, class Skip>
-Crossing Surface::firstCrossing(Vec3 from, Vec3 to, bool twoSided, Allowance& allowance, Skip skip) const noexcept {
+template <class Test, class Skip, class... More>
+Crossing Surface::firstCrossing(Vec3 from, Vec3 to, bool twoSided, Allowance& allowance, Skip skip,
+                                More... more) const noexcept {
   Crossing first;
   if (from == to) return first;  // a point enters nothing
-  const Test segment(from, to);
+  const Test segment{from, to, more...};
   allowance.spend(Allowance::kQuery);
   hierarchy_.visitAlong(from, to, allowance, [&](std::uint32_t begin, std::uint32_t end) noexcept {
     allowance.spend(Allowance::kTriangle * (end - begin));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptic_server/contact/fast_path/known_polygons.h"
 #include "haptic_server/servo/haptic_step.h"
 
 namespace haptics {

@@ -7,8 +7,8 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/contact/contact.h"
+#include "haptic_server/contact/fast_path/over_polygon.h"
 #include "haptic_server/contact/hip_following.h"
-#include "haptic_server/contact/over_polygon.h"
 
 /// Spheres of 50 mm radius and closed paths of the HIP at 0.1 m/s and 1 kHz, 2 mm deep.
 namespace haptics::bench {

@@ -85,7 +85,7 @@ TEST(InFloat, FindsTheClosestPointToWithinTheRoundingOfFloats) {
     const double area = glm::length(record.areaNormal());
     if (area < 0.1) continue;  // rounding over a sliver moves the foot along it
     const Vec3 h = anywhere(random);
-    const Foot inFloat = InFloat::closestPoint(record, 7, h);
+    const Foot inFloat = closestInFloat(record, 7, h);
     const Foot inDouble = closestOn(record, 7, h);
     ASSERT_LT(glm::distance(inFloat.point, inDouble.point), 1e-3);
     ASSERT_NEAR(inFloat.squaredDistance, inDouble.squaredDistance, 1e-5);

@@ -1,5 +1,7 @@
 #include "tests/eval/corrections_off.h"
 
+#include "tests/eval/baselines/moeller_trumbore.h"
+
 namespace haptics::eval {
 namespace {
 
@@ -7,8 +9,11 @@ Vec3f corner(const TriangleRecord& record, int k) { return Vec3f(record.corner(k
 
 }  // namespace
 
-/// closestOn() with every operation in float, in the body's frame.
-Foot InFloat::closestPoint(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
+bool entersByRay(Vec3 from, Vec3 to, const TriangleRecord& record, bool twoSided, Crossing& crossing) noexcept {
+  return MoellerTrumbore(from, to).enters(record, twoSided, crossing);
+}
+
+Foot closestInFloat(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
   const Vec3f at(h);
   const Vec3f normal = glm::cross(corner(record, 1) - corner(record, 0), corner(record, 2) - corner(record, 0));
   Foot foot;

@@ -1,57 +1,37 @@
 #pragma once
 
-#include "haptic_server/contact/contact_tick_impl.h"
-#include "tests/eval/baselines/moeller_trumbore.h"
+#include "haptic_server/contact/contact_tick.h"
 #include "tests/eval/renderer.h"
 
-/// Ours with one correction switched off at a time, and with the search in float: policies of the contact core.
+/// Ours with one correction switched off at a time, and with the search in float.
 namespace haptics::eval {
 
-struct WithoutFeatureCodes : AllCorrections {
-  static constexpr bool kFeatureCodes = false;
-};
-struct WithoutPseudonormals : AllCorrections {
-  static constexpr bool kPseudonormals = false;
-};
-struct WithoutSameTickSearch : AllCorrections {
-  static constexpr bool kSameTickSearch = false;
-};
-struct WithoutExitRetest : AllCorrections {
-  static constexpr bool kExitRetest = false;
-};
-struct WithoutObjectFrames : AllCorrections {
-  static constexpr bool kObjectFrameSegments = false;
-};
-struct WithoutContainment : AllCorrections {
-  static constexpr bool kContainment = false;
-};
-struct WithoutGuard : AllCorrections {
-  static constexpr bool kGuard = false;
-};
-struct WithoutSeveralSurfaces : AllCorrections {
-  static constexpr bool kSeveralSurfaces = false;
-};
-struct WithoutBudget : AllCorrections {
-  static constexpr bool kBoundedSearch = false;
-};
-struct WithoutScaleFreeTolerances : AllCorrections {
-  static constexpr bool kScaleFreeTolerances = false;
-};
-struct WithoutSubsteps : AllCorrections {
-  static constexpr bool kSubsteps = false;
-};
-struct WithoutWatertightTest : AllCorrections {
-  using SegmentTest = MoellerTrumbore;
-};
-struct InFloat : AllCorrections {
-  static constexpr bool kRegionSteps = false;
-  [[nodiscard]] static Foot closestPoint(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept;
-};
+/// MoellerTrumbore::enters().
+[[nodiscard]] bool entersByRay(Vec3 from, Vec3 to, const TriangleRecord& record, bool twoSided,
+                               Crossing& crossing) noexcept;
+/// closestOn() with every operation in float, in the body's frame.
+[[nodiscard]] Foot closestInFloat(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept;
 
-/// The contact core under a policy, with the spring. The rest of the step is left out: an edit may make the force step.
-template <class Corrections>
+inline constexpr Corrections kWithoutFeatureCodes{.featureCodes = false};
+inline constexpr Corrections kWithoutPseudonormals{.pseudonormals = false};
+inline constexpr Corrections kWithoutSameTickSearch{.sameTickSearch = false};
+inline constexpr Corrections kWithoutExitRetest{.exitRetest = false};
+inline constexpr Corrections kWithoutObjectFrames{.objectFrameSegments = false};
+inline constexpr Corrections kWithoutContainment{.containment = false};
+inline constexpr Corrections kWithoutGuard{.guard = false};
+inline constexpr Corrections kWithoutSeveralSurfaces{.severalSurfaces = false};
+inline constexpr Corrections kWithoutBudget{.boundedSearch = false};
+inline constexpr Corrections kWithoutScaleFreeTolerances{.scaleFreeTolerances = false};
+inline constexpr Corrections kWithoutSubsteps{.substeps = false};
+inline constexpr Corrections kWithoutWatertightTest{.segmentTest = entersByRay};
+inline constexpr Corrections kInFloat{.regionSteps = false, .closestPoint = closestInFloat};
+
+/// The contact core with these corrections, and the spring. The rest of the step is left out: an edit may make the force
+/// step.
 class OursUnder final : public Renderer {
  public:
+  explicit OursUnder(const Corrections& corrections) : corrections_(corrections) {}
+
   void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override {
     surfaces_.assign(bodies.begin(), bodies.end());
     bodies_.clear();
@@ -82,14 +62,21 @@ class OursUnder final : public Renderer {
       bodies_[i].current = poses[i];
       bodies_[i].update();
     }
-    const ContactResult contact = followContact<Corrections>(bodies_, contact_, hip);
+    ContactResult contact;
+    followGuarded(bodies_, contact_, hip, contact, corrections_);
     return {contact.touching, contact.ihip, spring_N_per_m() * (contact.ihip - hip), contact.work.triangles};
   }
 
  private:
+  Corrections corrections_;
   std::vector<std::shared_ptr<const Surface>> surfaces_;
   std::vector<Body> bodies_;
   ContactState contact_;
 };
+
+template <const Corrections& kCorrections>
+[[nodiscard]] std::unique_ptr<Renderer> oursUnder() {
+  return std::make_unique<OursUnder>(kCorrections);
+}
 
 }  // namespace haptics::eval

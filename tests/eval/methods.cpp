@@ -26,7 +26,7 @@ std::unique_ptr<Renderer> make() {
 constexpr std::array kMethods{
     Method{kOurs, "the production step", make<Ours>, true, true, true, true, true},
     Method{"ours_shaded", "the same with force shading on every body", make<OursShaded>, true, true, true},
-    Method{"ours_float", "its contact core with the search in float", make<OursUnder<InFloat>>, true, false},
+    Method{"ours_float", "its contact core with the search in float", oursUnder<kInFloat>, true, false},
     Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
            make<Pseudocode<Primitives::kClosed>>},
     Method{"pseudocode_open", "as printed; a polygon is its interior only", make<Pseudocode<Primitives::kOpen>>},
@@ -39,22 +39,20 @@ constexpr std::array kMethods{
 };
 
 constexpr std::array kOursWithout{
-    Method{"ours_without_feature_codes", "the printed loop", make<OursUnder<WithoutFeatureCodes>>, true, false},
-    Method{"ours_without_pseudonormals", "sign by the polygon's normal", make<OursUnder<WithoutPseudonormals>>, true,
+    Method{"ours_without_feature_codes", "the printed loop", oursUnder<kWithoutFeatureCodes>, true, false},
+    Method{"ours_without_pseudonormals", "sign by the polygon's normal", oursUnder<kWithoutPseudonormals>, true, false},
+    Method{"ours_without_same_tick_search", "first force a tick late", oursUnder<kWithoutSameTickSearch>, true, false},
+    Method{"ours_without_exit_retest", "free at once when it leaves", oursUnder<kWithoutExitRetest>, true, false},
+    Method{"ours_without_object_frames", "segments in the world", oursUnder<kWithoutObjectFrames>, true, false},
+    Method{"ours_without_containment", "an IHIP that is inside a body is not noticed", oursUnder<kWithoutContainment>,
+           true, false},
+    Method{"ours_without_guard", "the path is tested against nothing", oursUnder<kWithoutGuard>, true, false},
+    Method{"ours_without_several_surfaces", "one at a time", oursUnder<kWithoutSeveralSurfaces>, true, false},
+    Method{"ours_without_budget", "searches to the end", oursUnder<kWithoutBudget>, true, false},
+    Method{"ours_without_scale_free_tolerances", "lengths in metres", oursUnder<kWithoutScaleFreeTolerances>, true,
            false},
-    Method{"ours_without_same_tick_search", "first force a tick late", make<OursUnder<WithoutSameTickSearch>>, true,
-           false},
-    Method{"ours_without_exit_retest", "free at once when it leaves", make<OursUnder<WithoutExitRetest>>, true, false},
-    Method{"ours_without_object_frames", "segments in the world", make<OursUnder<WithoutObjectFrames>>, true, false},
-    Method{"ours_without_containment", "an IHIP that is inside a body is not noticed",
-           make<OursUnder<WithoutContainment>>, true, false},
-    Method{"ours_without_guard", "the path is tested against nothing", make<OursUnder<WithoutGuard>>, true, false},
-    Method{"ours_without_several_surfaces", "one at a time", make<OursUnder<WithoutSeveralSurfaces>>, true, false},
-    Method{"ours_without_budget", "searches to the end", make<OursUnder<WithoutBudget>>, true, false},
-    Method{"ours_without_scale_free_tolerances", "lengths in metres", make<OursUnder<WithoutScaleFreeTolerances>>, true,
-           false},
-    Method{"ours_without_substeps", "a tick is a step", make<OursUnder<WithoutSubsteps>>, true, false},
-    Method{"ours_without_watertight_test", "the usual ray test", make<OursUnder<WithoutWatertightTest>>, true, false},
+    Method{"ours_without_substeps", "a tick is a step", oursUnder<kWithoutSubsteps>, true, false},
+    Method{"ours_without_watertight_test", "the usual ray test", oursUnder<kWithoutWatertightTest>, true, false},
 };
 
 constexpr std::array kSurfaceMethods{

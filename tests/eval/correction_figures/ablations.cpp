@@ -10,36 +10,31 @@ namespace {
 
 struct Ablation {
   std::string_view name;
-  std::unique_ptr<Renderer> (*make)();
+  const Corrections& corrections;
 };
 
-template <class Corrections>
-std::unique_ptr<Renderer> make() {
-  return std::make_unique<OursUnder<Corrections>>();
-}
-
 constexpr std::array kAblations{
-    Ablation{"ours", make<AllCorrections>},
-    Ablation{"ours_float", make<InFloat>},
-    Ablation{"ours_without_feature_codes", make<WithoutFeatureCodes>},
-    Ablation{"ours_without_pseudonormals", make<WithoutPseudonormals>},
-    Ablation{"ours_without_same_tick_search", make<WithoutSameTickSearch>},
-    Ablation{"ours_without_exit_retest", make<WithoutExitRetest>},
-    Ablation{"ours_without_object_frames", make<WithoutObjectFrames>},
-    Ablation{"ours_without_containment", make<WithoutContainment>},
-    Ablation{"ours_without_guard", make<WithoutGuard>},
-    Ablation{"ours_without_several_surfaces", make<WithoutSeveralSurfaces>},
-    Ablation{"ours_without_budget", make<WithoutBudget>},
-    Ablation{"ours_without_scale_free_tolerances", make<WithoutScaleFreeTolerances>},
-    Ablation{"ours_without_substeps", make<WithoutSubsteps>},
-    Ablation{"ours_without_watertight_test", make<WithoutWatertightTest>},
+    Ablation{"ours", kAllCorrections},
+    Ablation{"ours_float", kInFloat},
+    Ablation{"ours_without_feature_codes", kWithoutFeatureCodes},
+    Ablation{"ours_without_pseudonormals", kWithoutPseudonormals},
+    Ablation{"ours_without_same_tick_search", kWithoutSameTickSearch},
+    Ablation{"ours_without_exit_retest", kWithoutExitRetest},
+    Ablation{"ours_without_object_frames", kWithoutObjectFrames},
+    Ablation{"ours_without_containment", kWithoutContainment},
+    Ablation{"ours_without_guard", kWithoutGuard},
+    Ablation{"ours_without_several_surfaces", kWithoutSeveralSurfaces},
+    Ablation{"ours_without_budget", kWithoutBudget},
+    Ablation{"ours_without_scale_free_tolerances", kWithoutScaleFreeTolerances},
+    Ablation{"ours_without_substeps", kWithoutSubsteps},
+    Ablation{"ours_without_watertight_test", kWithoutWatertightTest},
 };
 
 }  // namespace
 
 std::unique_ptr<Renderer> makeAblation(std::string_view name) {
   const auto found = std::ranges::find(kAblations, name, &Ablation::name);
-  return found == kAblations.end() ? nullptr : found->make();
+  return found == kAblations.end() ? nullptr : std::make_unique<OursUnder>(found->corrections);
 }
 
 }  // namespace haptics::eval

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "common/mesh/import.h"
-#include "haptic_server/contact/neighborhood_watch_impl.h"
 #include "tests/haptic_server/geometry/shapes.h"
 
 namespace haptics {
@@ -55,8 +54,10 @@ TEST_F(NeighborhoodWatch, LeavesTheFirstPolygon) {
   }
 }
 
-/// A policy of its own takes the general search all the way.
-struct Generally : AllCorrections {};
+/// Another closest point computation takes the general search all the way.
+constexpr Corrections kGenerally{.closestPoint = [](const TriangleRecord& record, std::uint32_t t, Vec3 h) noexcept {
+  return closestOn(record, t, h);
+}};
 TEST_F(NeighborhoodWatch, GoesAcrossLinesAsTheGeneralSearchDoesToTheBit) {
   for (const Shape& shape : {shapes::sphere(0.05, 20), shapes::bumpy(0.05, 16), shapes::box({0.1, 0.06, 0.03}, 5),
                              shapes::sheet(0.1, 10), shapes::cone(0.05, 0.06, 40)}) {
@@ -70,7 +71,8 @@ TEST_F(NeighborhoodWatch, GoesAcrossLinesAsTheGeneralSearchDoesToTheBit) {
       int spent = i % 7 * 80;
       int expectedSpent = spent;
       const SearchResult found = neighborhoodWatch(*s, start, h, &path, spent);
-      const SearchResult expected = neighborhoodWatch<Generally>(*s, start, h, &expectedPath, expectedSpent);
+      const SearchResult expected =
+          neighborhoodWatch(*s, start, h, &expectedPath, expectedSpent, kSearchBudget, kGenerally);
       ASSERT_EQ(found.foot.triangle, expected.foot.triangle) << i;
       ASSERT_EQ(found.foot.feature, expected.foot.feature) << i;
       ASSERT_EQ(found.foot.index, expected.foot.index) << i;

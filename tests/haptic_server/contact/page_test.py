@@ -40,7 +40,7 @@ def sections():
 
 def constants():
     """name -> text of the value, of all constants of the contact core."""
-    code = "".join(path.read_text() for path in sorted(FOLDER.glob("*.h")))
+    code = "".join(path.read_text() for path in sorted(FOLDER.rglob("*.h")))
     return dict(re.findall(r"constexpr (?:int|double|std::size_t) (k\w+) = ([^;]+);", code))
 
 
@@ -56,18 +56,18 @@ class Page(unittest.TestCase):
                 self.assertTrue((FOLDER / link).is_file(), link)
 
     def test_every_switch_is_on_the_page_and_every_one_there_is_a_switch(self):
-        header = text("haptic_server/contact/corrections.h").split("struct AllCorrections", 1)[1]
-        switches = set(re.findall(r"static constexpr bool (k\w+) = true", header))
-        switches |= set(re.findall(r"using (\w+) =", header)) | set(re.findall(r"static Foot (\w+)\(", header))
+        header = text("haptic_server/contact/corrections.h").split("struct Corrections", 1)[1]
+        switches = set(re.findall(r"^  bool (\w+) = true;|^  \w+ (\w+) = nullptr;", header, re.M))
+        switches = {on or instead for on, instead in switches}
         self.assertGreater(len(switches), 10)
         named = [switch for _, on_row, _, _ in rows().values() for switch in on_row]
         self.assertEqual(sorted(named), sorted(switches))
 
     def test_every_ablation_is_on_the_page_and_every_one_there_is_an_ablation(self):
-        policies = set(re.findall(r"^struct (\w+) : AllCorrections", text("tests/eval/corrections_off.h"), re.M))
-        entries = re.findall(r'Method\{"(\w+)",\s*"[^"]*",\s*make<(?:OursUnder<(\w+)>)?', text("tests/eval/methods.cpp"))
-        ablations = {name for name, policy in entries if policy}
-        self.assertEqual({policy for _, policy in entries if policy}, policies)
+        off = set(re.findall(r"^inline constexpr Corrections (k\w+)\{", text("tests/eval/corrections_off.h"), re.M))
+        entries = re.findall(r'Method\{"(\w+)",\s*"[^"]*",\s*oursUnder<(\w+)>', text("tests/eval/methods.cpp"))
+        ablations = {name for name, _ in entries}
+        self.assertEqual({corrections for _, corrections in entries}, off)
         self.assertEqual({ablation for _, _, ablation, _ in rows().values()}, ablations)
         drawn = re.findall(r'Illustration\{\s*"(\w+)"', text("tests/eval/correction_figures/correction_figures.cpp"))
         self.assertEqual(set(drawn), ablations)
@@ -108,7 +108,7 @@ class Page(unittest.TestCase):
 
     def test_names_of_the_code_are_in_the_code(self):
         code = "".join(path.read_text() for folder in ("contact", "geometry")
-                       for path in sorted((PROJECT / "haptic_server" / folder).iterdir()) if path.suffix in (".h", ".cpp"))
+                       for path in sorted((PROJECT / "haptic_server" / folder).rglob("*")) if path.suffix in (".h", ".cpp"))
         known = set(re.findall(r"\w+", code)) | {"kHz"}
         named = re.findall(r"\bk[A-Z]\w+", PAGE) + re.findall(r"`(?:\w+::)?(\w+)\(\)", PAGE)
         self.assertEqual([name for name in named if name not in known], [])

@@ -1,25 +1,34 @@
-#pragma once
-
 // Steps along the HIP's way while several surfaces hold the IHIP.
 
-#include "haptic_server/contact/constraint_solver_impl.h"
-#include "haptic_server/contact/held_surfaces_impl.h"
+#include "haptic_server/contact/contact_tick.h"
 
 namespace haptics {
+namespace {
 
 /// Of heldUntil(), at most: 12 halvings of the tick for each of its two questions.
-inline constexpr int kHalvings = 24;
+constexpr int kHalvings = 24;
 static_assert(kLeastStep >= 0x1p-12);
+
+/// What keeps a time for as long as it is true, to a hair.
+template <class Holds>
+[[nodiscard]] double lastTime(double now, double end, Holds holds) noexcept {
+  while (end - now > kLeastStep) {
+    const double middle = 0.5 * (now + end);
+    (holds(middle) ? now : end) = middle;
+  }
+  return end;
+}
+
+}  // namespace
 
 /// To time `end`. Where the IHIP leapt, a minimum ended on the way, and where the slide from there leads depends on where
 /// the HIP was then: the step is taken back, and goes only to that time. Where a surface let go, one of those that held
 /// may have ended before. Returns the time reached.
-template <class Corrections>
-double ContactTick<Corrections>::advanceOnSeveral(double now, double end, const Checkpoint& before) noexcept {
+double ContactTick::advanceOnSeveral(double now, double end, const Checkpoint& before) noexcept {
   const Points from = near_.from();
   const bool interrupted = work_.interrupted, unsettled = work_.unsettled;
   const bool divisible =
-      Corrections::kSubsteps && before.holdingCount > 0 && work_.steps < kMaxSteps / 2 && stride_ == 1 && !isBehind();
+      corrections_.substeps && before.holdingCount > 0 && work_.steps < kMaxSteps / 2 && stride_ == 1 && !isBehind();
   solveAt(end);
   if (!divisible) return end;
   const double step = glm::distance(hipAt(now), hipAt(end));
@@ -46,31 +55,17 @@ double ContactTick<Corrections>::advanceOnSeveral(double now, double end, const 
 }
 
 /// Is a step of the HIP (m) half of the longest that there are over a triangle, or more?
-template <class Corrections>
-bool ContactTick<Corrections>::isFast(double step, const HoldingSurface& over) const noexcept {
+bool ContactTick::isFast(double step, const HoldingSurface& over) const noexcept {
   return !inOneStep(4 * step * step, squaredLength(surface(over.body).triangle(over.triangle).areaNormal()));
 }
 
-template <class Corrections>
-void ContactTick<Corrections>::solveAt(double time) noexcept {
+void ContactTick::solveAt(double time) noexcept {
   solve(hipAt(time));
   if (state_.mode == Mode::kOneSurface) followSurface(hipAt(time));
 }
 
-/// What keeps a time for as long as it is true, to a hair.
-template <class Corrections>
-template <class Holds>
-double ContactTick<Corrections>::lastTime(double now, double end, Holds holds) const noexcept {
-  while (end - now > kLeastStep) {
-    const double middle = 0.5 * (now + end);
-    (holds(middle) ? now : end) = middle;
-  }
-  return end;
-}
-
 /// A hair after the time at which a triangle that holds ends under the IHIP, `end` when none does.
-template <class Corrections>
-double ContactTick<Corrections>::heldUntil(double now, double end) const noexcept {
+double ContactTick::heldUntil(double now, double end) const noexcept {
   const Holding held = oneOfEachBody();
   const auto allPush = [&](double time) noexcept {
     const auto constraints = heldAt(held, time);
@@ -87,9 +82,7 @@ double ContactTick<Corrections>::heldUntil(double now, double end) const noexcep
 }
 
 /// What the triangles that hold let the IHIP come to. None when their planes leave no place.
-template <class Corrections>
-std::optional<typename ContactTick<Corrections>::Constraints> ContactTick<Corrections>::heldAt(
-    const Holding& held, double time) const noexcept {
+std::optional<Constraints> ContactTick::heldAt(const Holding& held, double time) const noexcept {
   Constraints constraints(hipAt(time), skin_);
   for (const HoldingSurface& s : held.surfaces()) {
     if (!constraints.add(planeOf(s))) return std::nullopt;
@@ -99,8 +92,7 @@ std::optional<typename ContactTick<Corrections>::Constraints> ContactTick<Correc
 
 /// Are the triangles that hold those that do at another time? So they are where they keep the IHIP on an edge between
 /// two that both rise from it.
-template <class Corrections>
-bool ContactTick<Corrections>::staysOn(const Holding& held, double time) const noexcept {
+bool ContactTick::staysOn(const Holding& held, double time) const noexcept {
   const auto here = heldAt(held, time);
   if (!here) return false;
   const Carried carried = carriedBy(held.surfaces(), *here);

@@ -1,4 +1,4 @@
-#include "haptic_server/contact/clearance.h"
+#include "haptic_server/contact/fast_path/clearance.h"
 
 #include <algorithm>
 #include <cmath>

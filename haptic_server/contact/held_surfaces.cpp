@@ -1,12 +1,10 @@
-#pragma once
-
 // How surfaces that hold carry the IHIP on, triangle by triangle.
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "haptic_server/contact/constraint_solver_impl.h"
+#include "haptic_server/contact/contact_tick.h"
 
 namespace haptics {
 
@@ -14,8 +12,7 @@ namespace haptics {
 /// the way to it one of them ends first: there the IHIP goes over to its neighbour, or, where that one rises, to where
 /// both let it. Fine surfaces that hold the IHIP together are thus followed triangle by triangle, where meeting every
 /// plane takes a test of the whole bodies each. All ways are tested like any other.
-template <class Corrections>
-typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec3 hip) noexcept {
+Move ContactTick::followHeld(Vec3 hip) noexcept {
   constexpr int kMostHops = 16;  // what is left is met as usual
   Holding held = oneOfEachBody();
   Holding before;
@@ -69,8 +66,7 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::followHeld(Vec
 }
 
 /// Is a moving body on its way yet? Its motion is part of the IHIP's first way, which cannot be divided in the world.
-template <class Corrections>
-bool ContactTick<Corrections>::isBehind() const noexcept {
+bool ContactTick::isBehind() const noexcept {
   for (int i = 0; i < near_.count(); ++i) {
     const Near& near = near_[i];
     if (!bodies_[static_cast<std::size_t>(near.body)].moving) continue;
@@ -80,9 +76,7 @@ bool ContactTick<Corrections>::isBehind() const noexcept {
 }
 
 /// Does the triangle across edge k leave room for the optimum, in a plane of its own?
-template <class Corrections>
-bool ContactTick<Corrections>::fallsAway(const HoldingSurface& s, int k,
-                                         const Constraints& constraints) const noexcept {
+bool ContactTick::fallsAway(const HoldingSurface& s, int k, const Constraints& constraints) const noexcept {
   constexpr double kSamePlane = 1e-12;  // squared sine
   const auto next = across(s, k);
   if (!next) return false;
@@ -93,9 +87,8 @@ bool ContactTick<Corrections>::fallsAway(const HoldingSurface& s, int k,
 /// Held in a point by three: at an edge that juts out between two others it is enough to be above either of its
 /// triangles. The skin parts the points in which these hold the IHIP with the two others, which are the same place of the
 /// surfaces: where it would leave the other point, it is not held. Returns what holds there then.
-template <class Corrections>
-std::optional<typename ContactTick<Corrections>::Holding> ContactTick<Corrections>::roundTheEdge(
-    Vec3 hip, const Holding& held, const Constraints& constraints) const noexcept {
+std::optional<Holding> ContactTick::roundTheEdge(Vec3 hip, const Holding& held,
+                                                 const Constraints& constraints) const noexcept {
   const double nearer = glm::distance(constraints.optimum.point, hip) - kHair * skin_;
   for (std::size_t i = 0; i < held.count; ++i) {
     for (int k = 0; k < 3; ++k) {
@@ -112,8 +105,7 @@ std::optional<typename ContactTick<Corrections>::Holding> ContactTick<Correction
 }
 
 /// Does the triangle across edge k go down from it?
-template <class Corrections>
-bool ContactTick<Corrections>::jutsOut(const HoldingSurface& s, int k) const noexcept {
+bool ContactTick::jutsOut(const HoldingSurface& s, int k) const noexcept {
   const TriangleRecord& record = surface(s.body).triangle(s.triangle);
   const TriangleRecord& other = surface(s.body).triangle(record.neighbour(k));
   const int corner = other.cornerOf(record.vertexAt(nextCorner(k)));
@@ -122,8 +114,7 @@ bool ContactTick<Corrections>::jutsOut(const HoldingSurface& s, int k) const noe
 }
 
 /// What continues the side of a surface over edge k of its triangle.
-template <class Corrections>
-std::optional<HoldingSurface> ContactTick<Corrections>::across(const HoldingSurface& s, int k) const noexcept {
+std::optional<HoldingSurface> ContactTick::across(const HoldingSurface& s, int k) const noexcept {
   const std::uint32_t neighbour = surface(s.body).triangle(s.triangle).neighbour(k);
   if (neighbour == kNoTriangle) return std::nullopt;
   return HoldingSurface{s.body, s.side, neighbour};
@@ -132,9 +123,8 @@ std::optional<HoldingSurface> ContactTick<Corrections>::across(const HoldingSurf
 /// How far on the straight way to the optimum the triangles under the IHIP stay under it, and which one ends first: of
 /// where both would be without the skin, which lifts them over edges. As far beyond its edge counts as over a triangle
 /// as makes clear that it is left.
-template <class Corrections>
-typename ContactTick<Corrections>::Carried ContactTick<Corrections>::carriedBy(
-    std::span<const HoldingSurface> surfaces, const Constraints& constraints) const noexcept {
+Carried ContactTick::carriedBy(std::span<const HoldingSurface> surfaces,
+                               const Constraints& constraints) const noexcept {
   Carried carried;
   const Vec3 optimum = constraints.optimum.point;
   const Vec3 lowered = optimum - constraints.lift();
@@ -165,8 +155,7 @@ typename ContactTick<Corrections>::Carried ContactTick<Corrections>::carriedBy(
 }
 
 /// Of two triangles of one body that held, across an edge, one is enough: the search finds the other.
-template <class Corrections>
-typename ContactTick<Corrections>::Holding ContactTick<Corrections>::oneOfEachBody() const noexcept {
+Holding ContactTick::oneOfEachBody() const noexcept {
   Holding holding;
   for (const HoldingSurface& s : state_.surfaces()) {
     const auto known = std::as_const(holding).surfaces();
@@ -179,8 +168,7 @@ typename ContactTick<Corrections>::Holding ContactTick<Corrections>::oneOfEachBo
 
 /// On an edge between triangles that both rise, or nearly so: which of the two pushes there is within the planes' slack.
 /// The one that is under the IHIP holds it.
-template <class Corrections>
-void ContactTick<Corrections>::restBetween(const Holding& a, const Holding& b, Move& move) const noexcept {
+void ContactTick::restBetween(const Holding& a, const Holding& b, Move& move) const noexcept {
   for (HoldingSurface& s : std::span(move.pushing).first(static_cast<std::size_t>(move.count))) {
     if (isWithin(kUnder, s)) continue;
     std::size_t i = 0;
@@ -195,9 +183,7 @@ void ContactTick<Corrections>::restBetween(const Holding& a, const Holding& b, M
 }
 
 /// Gone over to the triangles that hold now, from another one.
-template <class Corrections>
-typename ContactTick<Corrections>::Move ContactTick<Corrections>::onEdge(const Holding& held,
-                                                                         const HoldingSurface& left) const noexcept {
+Move ContactTick::onEdge(const Holding& held, const HoldingSurface& left) const noexcept {
   Move move{true, false, false, state_.ihip, static_cast<int>(held.count), 1, {}};
   *std::ranges::copy(held.surfaces(), move.pushing.begin()).out = left;
   return move;
@@ -205,8 +191,7 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::onEdge(const H
 
 /// Of the points nearest to the HIP of all triangles that the IHIP touches, the nearest. None when what pushes is in the
 /// way there, or when, held by several surfaces, the IHIP is as near.
-template <class Corrections>
-std::optional<HoldingSurface> ContactTick<Corrections>::nearestTouched(Vec3 hip, const Move& move) const noexcept {
+std::optional<HoldingSurface> ContactTick::nearestTouched(Vec3 hip, const Move& move) const noexcept {
   std::optional<HoldingSurface> nearest;
   Foot foot;
   for (const HoldingSurface& s : move.touched()) {
@@ -231,8 +216,7 @@ std::optional<HoldingSurface> ContactTick<Corrections>::nearestTouched(Vec3 hip,
 /// The paper's rule goes before the planes' also where several surfaces hold: the neighborhood watch from where the IHIP
 /// touches a triangle, each hop tested like any other way. Returns whether it came to its end; `move` then tells what
 /// pushes there.
-template <class Corrections>
-bool ContactTick<Corrections>::watchOn(Vec3 hip, Move& move) noexcept {
+bool ContactTick::watchOn(Vec3 hip, Move& move) noexcept {
   const auto start = nearestTouched(hip, move);
   if (!start) return false;
   HoldingSurface held = *start;
@@ -254,8 +238,7 @@ bool ContactTick<Corrections>::watchOn(Vec3 hip, Move& move) noexcept {
 }
 
 /// Do all that push belong to one surface? So do the triangles around one vertex.
-template <class Corrections>
-bool ContactTick<Corrections>::isOneSurface(const Move& move) const noexcept {
+bool ContactTick::isOneSurface(const Move& move) const noexcept {
   const HoldingSurface& strongest = move.pushing[0];
   return move.count > 0 &&
          std::ranges::all_of(move.allPushing(), [&](const HoldingSurface& s) { return meet(s, strongest); });

@@ -1,5 +1,3 @@
-#pragma once
-
 // Several surfaces: the IHIP held by up to three, as the god-object is (Zilles and Salisbury 1995).
 
 #include <algorithm>
@@ -10,114 +8,10 @@
 
 namespace haptics {
 
-/// Where the solver came to.
-template <class Corrections>
-struct ContactTick<Corrections>::Move {
-  bool done = false;   ///< The way was clear.
-  bool whole = false;  ///< It led to the optimum, over what carries the IHIP there.
-  bool rests = false;  ///< All that push there are known to be under the IHIP.
-  Vec3 to{0};          ///< World.
-  int count = 0;       ///< Surfaces that push there, the strongest first.
-  int others = 0;      ///< Surfaces that the IHIP touches besides.
-  std::array<HoldingSurface, ContactState::kMaxHolding + 1> pushing;  ///< The others after those that push.
-
-  /// From one of those that push to its neighbour.
-  void goOver(std::size_t from, const HoldingSurface& next) noexcept {
-    pushing[static_cast<std::size_t>(count)] = std::exchange(pushing[from], next);
-    others = 1;
-  }
-  [[nodiscard]] std::span<const HoldingSurface> allPushing() const noexcept {
-    return std::span(pushing).first(static_cast<std::size_t>(count));
-  }
-  [[nodiscard]] std::span<const HoldingSurface> touched() const noexcept {
-    return std::span(pushing).first(static_cast<std::size_t>(count) + static_cast<std::size_t>(others));
-  }
-};
-
-/// A triangle of each body that holds.
-template <class Corrections>
-struct ContactTick<Corrections>::Holding {
-  std::array<HoldingSurface, ContactState::kMaxHolding> at;
-  std::size_t count = 0;
-
-  [[nodiscard]] std::span<HoldingSurface> surfaces() noexcept { return std::span(at).first(count); }
-  [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept { return std::span(at).first(count); }
-  [[nodiscard]] Holding with(std::size_t i, std::uint32_t triangle) const noexcept {
-    Holding other = *this;
-    other.at[i].triangle = triangle;
-    return other;
-  }
-  friend bool operator==(const Holding& a, const Holding& b) noexcept {
-    return std::ranges::equal(a.surfaces(), b.surfaces(), {}, &HoldingSurface::triangle, &HoldingSurface::triangle);
-  }
-};
-
-/// What carries the IHIP on a way.
-template <class Corrections>
-struct ContactTick<Corrections>::Carried {
-  bool ends = false;        ///< A triangle does, before the way does.
-  bool over = true;         ///< The optimum is well within all of them.
-  double time = 1;          ///< Fraction of the way to clear of the first one that does.
-  std::size_t surface = 0;  ///< Which one.
-  int edge = 0;             ///< Over which of its edges.
-};
-
-/// The planes met so far, and where they let the IHIP come.
-template <class Corrections>
-struct ContactTick<Corrections>::Constraints {
-  PlaneSet planes;
-  PlaneSet::Nearest optimum;
-
-  Constraints(Vec3 hip, double skin) noexcept : hip_(hip), skin_(skin), slack_(kSlack * skin) { optimum.point = hip; }
-  /// False when there is no place above all planes.
-  [[nodiscard]] bool add(const ConstraintPlane& plane) noexcept {
-    if (planes.full()) return false;
-    planes.add(plane);
-    if (glm::dot(plane.normal, optimum.point) >= plane.offset) return true;
-    const std::optional<PlaneSet::Nearest> nearest = planes.nearest(hip_, slack_);
-    if (nearest) optimum = *nearest;
-    return nearest.has_value();
-  }
-
-  /// Does the plane that was added as number `plane`, from 0, push at the optimum?
-  [[nodiscard]] bool pushes(std::size_t plane) const noexcept {
-    return std::find(optimum.tight.begin(), optimum.tight.begin() + optimum.tightCount, static_cast<int>(plane)) !=
-           optimum.tight.begin() + optimum.tightCount;
-  }
-  [[nodiscard]] bool cutOffBy(const ConstraintPlane& plane) const noexcept {
-    return glm::dot(plane.normal, optimum.point) < plane.offset - slack_;
-  }
-  /// How far planes that are lifted by a skin have moved the optimum.
-  [[nodiscard]] Vec3 lift() const noexcept {
-    if (optimum.tightCount == 0) return Vec3(0);
-    const Vec3 a = planes[optimum.tight[0]].normal;
-    if (optimum.tightCount == 1) return a * skin_;
-    const Vec3 b = planes[optimum.tight[1]].normal;
-    if (optimum.tightCount == 2) return (a + b) * (skin_ / (1 + glm::dot(a, b)));
-    const Vec3 c = planes[optimum.tight[2]].normal;
-    return (glm::cross(a, b) + glm::cross(b, c) + glm::cross(c, a)) * (skin_ / glm::dot(a, glm::cross(b, c)));
-  }
-
-  /// To the optimum.
-  [[nodiscard]] Move move(bool over = false) const noexcept {
-    Move move{true, true, over, optimum.point, optimum.tightCount, 0, {}};
-    for (std::size_t i = 0; i < static_cast<std::size_t>(move.count); ++i) {
-      move.pushing[i] = planes[optimum.tight[i]].surface;
-    }
-    return move;
-  }
-
- private:
-  Vec3 hip_;      // world
-  double skin_;   // m
-  double slack_;  // m
-};
-
 /// From one surface to the solver. The start in the contacted body's frame: off its triangle by a lift, and a little of
 /// the way to the triangle's middle, which puts it above the neighbours across a valley too. Other bodies' frames keep
 /// theirs.
-template <class Corrections>
-void ContactTick<Corrections>::resolve(Vec3 hip) noexcept {
+void ContactTick::resolve(Vec3 hip) noexcept {
   // From the largest pull that meets no other body, in steps of 8.
   constexpr double kPull = 0x1p-10;
   constexpr double kLeastPull = 0x1p-20;
@@ -137,8 +31,7 @@ void ContactTick<Corrections>::resolve(Vec3 hip) noexcept {
 }
 
 /// One surface only (kSeveralSurfaces off).
-template <class Corrections>
-void ContactTick<Corrections>::stay() noexcept {
+void ContactTick::stay() noexcept {
   Foot foot;
   foot.triangle = held().triangle;
   foot.point = state_.local;
@@ -150,8 +43,7 @@ void ContactTick<Corrections>::stay() noexcept {
 /// keeps to the surfaces as a slow hand's would. Then the planes are forgotten and met anew from there, which is what
 /// releases them. Wherever surfaces hold that are known, they are followed without meeting them.
 /// A pocket that moving bodies close entirely has no place for the IHIP: it is then let through one of them.
-template <class Corrections>
-void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
+void ContactTick::solve(Vec3 hip) noexcept {
   constexpr int kFewRounds = 4;  // of a tick that takes a part of its way only
   const bool whole = stride_ == 1;
   const int mostRounds = whole ? kMaxSolverRounds : kFewRounds;
@@ -188,8 +80,7 @@ void ContactTick<Corrections>::solve(Vec3 hip) noexcept {
 
 /// One straight move: to the optimum of the planes of all that is in touch and in the way, as far as it is carried, or
 /// to what is met on the way, and no farther than `longest_m`.
-template <class Corrections>
-typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Vec3 hip, double longest_m) noexcept {
+Move ContactTick::moveTowards(Vec3 hip, double longest_m) noexcept {
   Constraints constraints(hip, skin_);
   const bool behind = isBehind();
   while (true) {
@@ -232,8 +123,7 @@ typename ContactTick<Corrections>::Move ContactTick<Corrections>::moveTowards(Ve
   }
 }
 
-template <class Corrections>
-bool ContactTick<Corrections>::meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept {
+bool ContactTick::meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept {
   if (a.body != b.body) return false;
   const TriangleRecord& one = surface(a.body).triangle(a.triangle);
   const TriangleRecord& other = surface(a.body).triangle(b.triangle);
@@ -242,17 +132,15 @@ bool ContactTick<Corrections>::meet(const HoldingSurface& a, const HoldingSurfac
 }
 
 /// Is a body other than this one in the way to a place in the world?
-template <class Corrections>
-bool ContactTick<Corrections>::meetsAnother(const Near& own, Vec3 world) noexcept {
+bool ContactTick::meetsAnother(const Near& own, Vec3 world) noexcept {
   const auto isOwn = [&](int i, std::uint32_t) noexcept { return &near_[i] == &own; };
-  return static_cast<bool>(near_.template firstHit<SegmentTest>(near_.inEachFrame(world), isOwn, work_));
+  return static_cast<bool>(near_.firstHit(near_.inEachFrame(world), isOwn, work_));
 }
 
 /// Straight to a place in the world, unless something is in the way.
-template <class Corrections>
-typename ContactTick<Corrections>::Hit ContactTick<Corrections>::go(Vec3 world) noexcept {
+ContactTick::Hit ContactTick::go(Vec3 world) noexcept {
   const Points to = near_.inEachFrame(world);
-  const Hit hit = near_.template firstHit<SegmentTest>(
+  const Hit hit = near_.firstHit(
       to, [](int, std::uint32_t) noexcept { return false; }, work_);
   if (hit) return hit;
   near_.moveAll(to, 1);
@@ -261,21 +149,18 @@ typename ContactTick<Corrections>::Hit ContactTick<Corrections>::go(Vec3 world) 
 }
 
 /// The pushing triangles are really under the IHIP, not only their planes: the planes' optimum is a local optimum.
-template <class Corrections>
-bool ContactTick<Corrections>::restsOn(const Move& move) const noexcept {
+bool ContactTick::restsOn(const Move& move) const noexcept {
   return move.rests ||
          std::ranges::all_of(move.allPushing(), [&](const HoldingSurface& s) { return isWithin(kUnder, s); });
 }
 
 /// Is the IHIP no farther than so many skins from a triangle?
-template <class Corrections>
-bool ContactTick<Corrections>::isWithin(double skins, const HoldingSurface& s) const noexcept {
+bool ContactTick::isWithin(double skins, const HoldingSurface& s) const noexcept {
   const Foot foot = closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from);
   return foot.squaredDistance <= skins * skins * skin_ * skin_;
 }
 
-template <class Corrections>
-ConstraintPlane ContactTick<Corrections>::planeOf(const HoldingSurface& holding) const noexcept {
+ConstraintPlane ContactTick::planeOf(const HoldingSurface& holding) const noexcept {
   const Near& near = near_[near_.indexOf(holding.body)];
   const Vec3 normal = near.frame.turn(near.surface->faceNormal(holding.triangle) * static_cast<double>(holding.side));
   const Vec3 corner = near.frame.toWorld(near.surface->triangle(holding.triangle).corner(0));
@@ -287,8 +172,7 @@ ConstraintPlane ContactTick<Corrections>::planeOf(const HoldingSurface& holding)
 /// them the IHIP would stay at a saddle's vertex, where it could come nearer to the HIP above some. The watch goes on from
 /// the place on the triangle that is the closest to the HIP: not where that is another place than the IHIP's, nor where
 /// the skin that the solver keeps is filled by another surface.
-template <class Corrections>
-void ContactTick<Corrections>::classify(Vec3 hip, const Move& move, bool settled) noexcept {
+void ContactTick::classify(Vec3 hip, const Move& move, bool settled) noexcept {
   if (!move.done) {
     state_.holdingCount = 0;  // holding[0] stays: whom the contact belongs to
     return;

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "haptic_server/contact/held_polygon.h"
+#include "haptic_server/contact/fast_path/held_polygon.h"
 
 namespace haptics {
 

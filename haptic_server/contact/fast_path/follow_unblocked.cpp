@@ -1,13 +1,12 @@
-// The guarded neighborhood watch (surface_following_impl.h) for the case that it has nothing to guard against.
-
-#include "haptic_server/contact/follow_unblocked.h"
+// The guarded neighborhood watch (surface_following.cpp) for the case that it has nothing to guard against.
 
 #include <algorithm>
 
-#include "haptic_server/contact/clearance.h"
 #include "haptic_server/contact/contact_tick.h"
+#include "haptic_server/contact/fast_path/clearance.h"
+#include "haptic_server/contact/fast_path/fast_path.h"
+#include "haptic_server/contact/fast_path/over_polygon.h"
 #include "haptic_server/contact/hip_following.h"
-#include "haptic_server/contact/over_polygon.h"
 
 namespace haptics {
 namespace {
@@ -127,7 +126,7 @@ struct Minimum {
   const FourVec3 from = all(body.frame.toLocal(state.hip));
   Prism::Place end = beyond;
   int looked = 1;
-  const int most = searchBudget(result.work) - 1;
+  const int most = searchBudget(result.work.allowance) - 1;
   const HeldPolygon* const found =
       hopOverPolygons(*body.surface, polygon, state.polygon, from, all(h), side, most, end, looked, known);
   result.work.allowance.spend(Allowance::kNearTriangle * looked);
@@ -136,19 +135,24 @@ struct Minimum {
   return true;
 }
 
-/// With nothing else in reach from polygon to polygon, beside others on the polygon only. False when there is more to it.
-[[nodiscard]] bool goStraight(const Body& body, const Others& others, ContactState& state, const Vec3& hip,
-                              ContactResult& result) noexcept {
-  const HoldingSurface& holding = state.holding[0];
-  HeldPolygon& polygon = state.polygon;
-  if (!polygon.is(*body.surface, holding.triangle)) polygon.become(*body.surface, holding.triangle);
+/// From a polygon to where the HIP is above it, or above others: beside `others`, when there are any, above it only. False
+/// when there is more to it.
+[[nodiscard, gnu::always_inline]] inline bool goStraight(const Body& body, ContactState& state,
+                                                         const HeldPolygon& polygon, const Vec3& hip,
+                                                         ContactResult& result, const KnownPolygons* known,
+                                                         const Others* others) noexcept {
   const Vec3 h = body.frame.toLocal(hip);
   const Prism::Place end = polygon.prism.place(all(h));
-  if (end.beyond() != 0) return others.count == 0 && hop(body, state, polygon, hip, h, end, result, nullptr);
-  if (end.isOutside(holding.side)) return false;
-  if (others.count > 0) {
+  if (end.beyond() != 0) [[unlikely]] {
+    const Vec3 place = h;  // copies, so that the others stay in registers
+    const Prism::Place beyond = end;
+    return others == nullptr && hop(body, state, polygon, hip, place, beyond, result, known);
+  }
+  if (end.isOutside(state.holding[0].side)) [[unlikely]]
+    return false;
+  if (others != nullptr) {
     const Vec3 foot = vec3(polygon.foot(four(h), end.height()));
-    if (!stayIsClear(body, others, state, foot, result.work)) return false;
+    if (!stayIsClear(body, *others, state, foot, result.work)) return false;
   }
   stay(body, state, polygon, hip, h, end, 1, result);
   return true;
@@ -162,7 +166,7 @@ struct Minimum {
   const int side = state.holding[0].side;
   const HipMotion motion{body.frame.toLocal(state.hip), body.frame.toLocal(hip)};
   const bool guarded = others.count > 0;
-  const int budget = searchBudget(result.work);
+  const int budget = searchBudget(result.work.allowance);
   SearchPath path;
   int looked = 0;
   int steps = 0;
@@ -205,17 +209,7 @@ struct Minimum {
     polygon = known != nullptr ? known->find(*body.surface, holding.triangle) : nullptr;
     if (polygon == nullptr) return false;
   }
-  const Vec3 h = body.frame.toLocal(hip);
-  const Prism::Place end = polygon->prism.place(all(h));
-  if (end.beyond() != 0) [[unlikely]] {
-    const Vec3 place = h;  // copies, so that the others stay in registers
-    const Prism::Place beyond = end;
-    return hop(body, state, *polygon, hip, place, beyond, result, known);
-  }
-  if (end.isOutside(holding.side)) [[unlikely]]
-    return false;
-  stay(body, state, *polygon, hip, h, end, 1, result);
-  return true;
+  return goStraight(body, state, *polygon, hip, result, known, nullptr);
 }
 
 /// All that there can be to it otherwise, while one surface holds. Of a HIP that is usable.
@@ -227,21 +221,28 @@ struct Minimum {
   if (state.stride < 1) return false;  // the whole way takes more than the allowance
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others, result.work.allowance)) return false;
-  if (state.feature == Feature::kPolygon && goStraight(body, others, state, hip, result)) return true;
+  if (state.feature == Feature::kPolygon) {
+    const std::uint32_t triangle = state.holding[0].triangle;
+    if (!state.polygon.is(surface, triangle)) state.polygon.become(surface, triangle);
+    const Others* const beside = others.count > 0 ? &others : nullptr;
+    if (goStraight(body, state, state.polygon, hip, result, nullptr, beside)) return true;
+  }
   return searchBeside(body, others, state, hip, result);
 }
 
-[[gnu::noinline]] void followOtherwise(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+[[gnu::noinline]] bool followOtherwise(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                                        ContactResult& result) noexcept {
-  if (!isUsable(hip) || !followBeside(bodies, state, hip, result)) followGuarded(bodies, state, hip, result);
+  if (isUsable(hip) && followBeside(bodies, state, hip, result)) return true;
+  followGuarded(bodies, state, hip, result);
+  return false;
 }
 
 /// Free, or held by several surfaces.
-void followFreeOrSeveral(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
+bool followFreeOrSeveral(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
                          ContactResult& result) noexcept {
   if (state.clear.radius_m > 0 && staysClear(bodies, state, hip)) {
     state.hip = state.ihip = result.ihip = hip;
-    return;
+    return true;
   }
   const Vec3 before = state.hip;
   const bool wasFree = state.mode == ContactState::Mode::kFree;
@@ -250,21 +251,17 @@ void followFreeOrSeveral(std::span<const Body> bodies, ContactState& state, cons
   if (wasFree && settled && state.mode == ContactState::Mode::kFree) {
     lookForClearance(bodies, state, glm::distance(before, state.hip), result.work.allowance);
   }
+  return false;
 }
 
 }  // namespace
 
-bool followUnblocked(std::span<const Body> bodies, ContactState& state, const Vec3& hip,
-                     ContactResult& result) noexcept {
-  if (state.mode != ContactState::Mode::kOneSurface || !isUsable(hip)) return false;
-  return rub(bodies, state, hip, result, nullptr) || followBeside(bodies, state, hip, result);
-}
-
-void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
-                   const KnownPolygons* known) noexcept {
+bool followFast(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
+                const KnownPolygons* known) noexcept {
   if (state.mode != ContactState::Mode::kOneSurface) return followFreeOrSeveral(bodies, state, hip, result);
-  if (!isUsable(hip) || !rub(bodies, state, hip, result, known)) [[unlikely]]
-    followOtherwise(bodies, state, hip, result);
+  if (isUsable(hip) && rub(bodies, state, hip, result, known)) [[likely]]
+    return true;
+  return followOtherwise(bodies, state, hip, result);
 }
 
 }  // namespace haptics

@@ -1,13 +1,10 @@
-#pragma once
-
 // One surface: the neighborhood watch, guarded.
 
 #include "haptic_server/contact/contact_tick.h"
 
 namespace haptics {
 
-template <class Corrections>
-HipMotion ContactTick<Corrections>::motionOver(const Body& body) const noexcept {
+HipMotion ContactTick::motionOver(const Body& body) const noexcept {
   if (!body.moving) return {body.frame.toLocal(state_.hip), body.frame.toLocal(hip_)};
   const Vec3 from = toLocal(body.previous, state_.hip);
   if (stride_ == 1) return {from, body.frame.toLocal(hip_)};
@@ -15,11 +12,11 @@ HipMotion ContactTick<Corrections>::motionOver(const Body& body) const noexcept 
 }
 
 /// The neighborhood watch for h (body frame, metres).
-template <class Corrections>
-SearchResult ContactTick<Corrections>::search(const HoldingSurface& from, Vec3 h, SearchPath* path) noexcept {
+SearchResult ContactTick::search(const HoldingSurface& from, Vec3 h, SearchPath* path) noexcept {
   const int before = work_.triangles;
+  const int budget = searchBudget(work_.allowance, work_.triangles);
   const SearchResult found =
-      neighborhoodWatch<Corrections>(surface(from.body), from.triangle, h, path, work_.triangles, searchBudget(work_));
+      neighborhoodWatch(surface(from.body), from.triangle, h, path, work_.triangles, budget, corrections_);
   work_.allowance.spend(Allowance::kNearTriangle * (work_.triangles - before));
   return found;
 }
@@ -31,22 +28,21 @@ SearchResult ContactTick<Corrections>::search(const HoldingSurface& from, Vec3 h
 ///    hop is tested. What crosses itself has no path that a search could follow: there the constraint solver takes over.
 ///  - The way out is tested in the same tick: it may lead into another tooth of a comb, or another body.
 ///  - At a boundary neither search nor sign mean anything: the constraint solver takes over.
-template <class Corrections>
-double ContactTick<Corrections>::advanceOnSurface(double now, bool last) noexcept {
+double ContactTick::advanceOnSurface(double now, bool last) noexcept {
   const HoldingSurface holding = held();
   const Body& body = bodies_[static_cast<std::size_t>(holding.body)];
   const HipMotion motion = motionOver(body);
   SearchPath path;
   SearchPath* const guarded = isGuarded(*body.surface) ? &path : nullptr;
   HipStep step{1, {}};
-  constexpr bool kFollows = Corrections::kSubsteps && Corrections::kFeatureCodes && Corrections::kRegionSteps;
-  if (last || !kFollows) {
+  const bool follows = corrections_.substeps && corrections_.featureCodes && corrections_.regionSteps;
+  if (last || !follows) {
     step.end = last ? 1 : shortStepEnd(now);
     step.found = search(holding, motion.at(step.end), guarded);
   } else {
     const int before = work_.triangles;
-    step = followHip<Corrections>(*body.surface, motion, holding.side, foot_, now, work_.steps, guarded,
-                                  work_.triangles, searchBudget(work_));
+    step = followHip(*body.surface, motion, holding.side, foot_, now, work_.steps, guarded, work_.triangles,
+                     searchBudget(work_.allowance, before), corrections_);
     work_.allowance.spend(Allowance::kNearTriangle * (work_.triangles - before));
   }
   setTime(step.end);
@@ -56,8 +52,7 @@ double ContactTick<Corrections>::advanceOnSurface(double now, bool last) noexcep
 }
 
 /// The search from a triangle that was touched just now.
-template <class Corrections>
-void ContactTick<Corrections>::followSurface(Vec3 hip) noexcept {
+void ContactTick::followSurface(Vec3 hip) noexcept {
   constexpr int kMostTeeth = 4;  // left and entered again within a step; the next step goes on
   for (int i = 0; i < kMostTeeth; ++i) {
     const Near& near = heldNear();
@@ -70,19 +65,18 @@ void ContactTick<Corrections>::followSurface(Vec3 hip) noexcept {
 
 /// The IHIP to where the search for h, the HIP in the body's frame, has led, unless something blocks the path, and off
 /// the surface when h is outside. Returns whether another surface was touched then.
-template <class Corrections>
-bool ContactTick<Corrections>::settle(const SearchResult& found, const SearchPath& path, Vec3 h, Vec3 hip) noexcept {
+bool ContactTick::settle(const SearchResult& found, const SearchPath& path, Vec3 h, Vec3 hip) noexcept {
   const HoldingSurface holding = held();
   const Near& near = heldNear();
   const Surface& s = *near.surface;
   const Frame& frame = near.frame;
   if (isGuarded(s) && !pathIsClear(path, frame)) {
-    Corrections::kSeveralSurfaces ? resolve(hip) : stay();
+    corrections_.severalSurfaces ? resolve(hip) : stay();
     return false;
   }
   hold({holding.body, holding.side, found.foot.triangle}, found.foot, frame.toWorld(found.foot.point));
   settled_ = found.converged;
-  if (Corrections::kSeveralSurfaces && s.onBoundary(found.foot)) {
+  if (corrections_.severalSurfaces && s.onBoundary(found.foot)) {
     resolve(hip);
     return false;
   }
@@ -92,17 +86,15 @@ bool ContactTick<Corrections>::settle(const SearchResult& found, const SearchPat
   return state_.mode == Mode::kOneSurface;
 }
 
-template <class Corrections>
-bool ContactTick<Corrections>::isOutside(const Surface& s, const Foot& foot, Vec3 h) const noexcept {
+bool ContactTick::isOutside(const Surface& s, const Foot& foot, Vec3 h) const noexcept {
   Foot judged = foot;
-  if (!Corrections::kPseudonormals) judged.feature = Feature::kPolygon;
+  if (!corrections_.pseudonormals) judged.feature = Feature::kPolygon;
   return s.isOutside(judged, h, held().side);
 }
 
 /// Carries the IHIP with the contacted body, then along the path of the search, testing all others. Leaves triangle and
 /// place at the last clear point when blocked.
-template <class Corrections>
-bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& frame) noexcept {
+bool ContactTick::pathIsClear(const SearchPath& path, const Frame& frame) noexcept {
   if (!path.complete()) return false;
   if (!pieceIsClear(held().triangle, state_.local, frame)) return false;
   for (const SearchPath::Point& point : path) {
@@ -113,8 +105,7 @@ bool ContactTick<Corrections>::pathIsClear(const SearchPath& path, const Frame& 
   return true;
 }
 
-template <class Corrections>
-bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept {
+bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept {
   const Points to = near_.inEachFrame(frame.toWorld(lifted(b, {held().body, held().side, within}, pathLift_)));
   work_.allowance.spend(Allowance::kPlace * near_.count());
   for (int i = 0; i < near_.count() && !work_.allowance.isSpent(); ++i) {
@@ -123,10 +114,7 @@ bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const 
       if (near.surface->triangle(within).crossed()) return false;
       continue;
     }
-    ++work_.segments;
-    if (near.surface->firstCrossing<SegmentTest>(near.from, to[static_cast<std::size_t>(i)], work_.allowance)) {
-      return false;
-    }
+    if (near_.crossing(near, to[static_cast<std::size_t>(i)], work_)) return false;
   }
   for (int i = 0; i < near_.count(); ++i) {
     if (near_[i].body != held().body) near_[i].from = to[static_cast<std::size_t>(i)];
@@ -136,8 +124,7 @@ bool ContactTick<Corrections>::pieceIsClear(std::uint32_t within, Vec3 b, const 
 
 /// Off the surface from its foot to h, the HIP in the body's frame, unless something is entered on the way. The frame of a
 /// turning body within the tick is not quite where h was found to be outside: the way leads to h.
-template <class Corrections>
-void ContactTick<Corrections>::leave(const Foot& foot, Vec3 h, Vec3 hip) noexcept {
+void ContactTick::leave(const Foot& foot, Vec3 h, Vec3 hip) noexcept {
   const int own = near_.indexOf(held().body);
   const Surface& s = *near_[own].surface;
   const TriangleRecord& r = s.triangle(foot.triangle);
@@ -155,7 +142,7 @@ void ContactTick<Corrections>::leave(const Foot& foot, Vec3 h, Vec3 hip) noexcep
   if (!s.closed()) near_[own].from += s.normal(foot) * (held().side * lift_);
   Points to = near_.inEachFrame(hip);
   to[static_cast<std::size_t>(own)] = h;
-  const Hit hit = Corrections::kExitRetest ? firstNewContact(to, holdsFoot) : Hit{};
+  const Hit hit = corrections_.exitRetest ? firstNewContact(to, holdsFoot) : Hit{};
   if (hit) {
     touch(hit, to);
     if (state_.mode == Mode::kSeveralSurfaces) solve(hip);
