@@ -25,8 +25,8 @@ namespace haptics {
 ///
 ///   log                  a checkpoint and the edits accepted since (record_chain.h, state.proto)
 ///   checkpoint           a copy of the log's beginning, without which all that follows would mean nothing
-///   assets/<hash>        the meshes, fields, vertex values and moved vertices that the log names, canonical bytes
-///   *.damaged-<n>        what had to be given up, as it was found at time n (Unix, seconds), for whoever wants to look
+///   assets/HASH          the meshes, fields, vertex values and moved vertices that the log names, canonical bytes
+///   *.damaged-N          what had to be given up, as it was found at time N (Unix, seconds), for whoever wants to look
 ///                        into it; the assets of that time stay with it. Both for kKeepAside_s and up to a size
 ///   reserve              space for when the disk is full of something else
 ///   lock                 held by the server that uses the folder
