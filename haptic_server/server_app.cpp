@@ -6,23 +6,21 @@
 #include <chrono>
 #include <functional>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "common/clock/monotonic.h"
 #include "common/telemetry/fault_words.h"
-#include "common/wire/convert.h"
+#include "haptic_server/app_log.h"
 #include "haptic_server/attached_device.h"
 #include "haptic_server/device/exploration_planner.h"
+#include "haptic_server/device_settings.h"
 #include "haptic_server/net/server.h"
 #include "haptic_server/recording/flight_recorder.h"
 #include "haptic_server/run_summary.h"
 #include "haptic_server/scene/scene_room.h"
-#include "haptic_server/servo/realtime.h"
 #include "haptic_server/servo/servo_loop.h"
-#include "haptic_server/state/state_folder.h"
-#include "haptic_server/state/state_scrubber.h"
-#include "haptic_server/surface_limits_cache.h"
+#include "haptic_server/servo_thread.h"
+#include "haptic_server/start_scene.h"
 #include "haptic_server/watchdog/watchdog.h"
 
 namespace haptics {
@@ -30,9 +28,6 @@ namespace {
 
 /// What takes longer than the time between two looks whether it is to end is not waited for.
 constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
-
-void logInfo(const std::string& line) { spdlog::info("{}", line); }
-void logWarning(const std::string& line) { spdlog::warn("{}", line); }
 
 /// What a person would explore in one scene after another.
 [[nodiscard]] ServoSceneMaker::MakePlan explorationPlans() {
@@ -47,46 +42,6 @@ void logWarning(const std::string& line) { spdlog::warn("{}", line); }
   };
 }
 
-[[nodiscard]] Result<void> loadScene(SceneRoom& room, const std::string& file) {
-  if (file.empty()) return {};
-  auto message = readSceneFile(file);
-  if (!message) return tl::unexpected(message.error());
-  auto transaction = fromWire(*message);
-  if (!transaction) return tl::unexpected(std::move(transaction.error()).within(file + ": "));
-  auto reports = room.loadStartScene(*transaction);
-  if (!reports) return tl::unexpected(std::move(reports.error()).within(file + ": "));
-  return {};
-}
-
-/// Goes on from the folder's state where there is one, else from the scene file, and keeps all edits there.
-[[nodiscard]] Result<std::unique_ptr<StateFolder>> resumeState(SceneRoom& room, const ServerOptions& options) {
-  auto opened = StateFolder::open(options.state, newEpoch(), {.info = logInfo, .warning = logWarning});
-  if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
-  auto& folder = *opened->folder;
-  const auto readAsset = [&folder](const ContentHash& hash) { return folder.readAsset(hash); };
-  for (const std::string& remark : room.resume(std::move(opened->state), readAsset, folder)) {
-    spdlog::warn("--state {}: {}", options.state, remark);
-  }
-  if (const auto revision = room.history()->version.revision(); revision > 0) {
-    spdlog::info("going on at revision {} of {}{}", revision, options.state,
-                 options.scene.empty() ? "" : "; " + options.scene + " is not loaded");
-  }
-  return std::move(opened->folder);
-}
-
-/// The delay as the command line has it where that says more than the driver.
-[[nodiscard]] DeviceInfo deviceInfoOf(const ServerOptions& options, DeviceInfo device) {
-  constexpr double kMillisecond_s = 1e-3;
-  if (options.deviceDelay_ms) device.delay_s = *options.deviceDelay_ms * kMillisecond_s;
-  return device;
-}
-
-[[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
-  StepConfig config = serverStepConfig(deviceInfoOf(options, device), rate_Hz);
-  if (!options.stabiliser) config.lead.reset();
-  return config;
-}
-
 /// What those who watch a played recording see.
 [[nodiscard]] Sequencer::Assets assetsOf(const RemadeScene& scene) {
   Sequencer::Assets assets;
@@ -96,31 +51,10 @@ void logWarning(const std::string& line) { spdlog::warn("{}", line); }
   return assets;
 }
 
-[[nodiscard]] SurfaceLimits surfaceLimitsOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
-  const std::uint64_t began_ns = monotonicNow_ns();
-  const auto [limits, searched] =
-      SurfaceLimitsCache(SurfaceLimitsCache::userFolder()).find(device, rate_Hz, options.stabiliser);
-  spdlog::info("surfaces are felt with at most {:.5g} N/m and {:.3g} Ns/m: {} in {:.0f} ms", limits.stiffness_N_per_m,
-               limits.damping_Ns_per_m, searched ? "found" : "read",
-               static_cast<double>(monotonicNow_ns() - began_ns) * 1e-6);
-  if (limits.stiffness_N_per_m == 0) {
-    spdlog::warn(
-        "no surface is felt: by simulation this device comes to rest on no wall at this rate and delay; less delay, a "
-        "higher rate or the stabiliser may help");
-  }
-  return limits;
-}
-
-[[nodiscard]] DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& info, const StepConfig& step,
-                                    double rate_Hz) {
-  const SurfaceLimits limits = surfaceLimitsOf(options, deviceInfoOf(options, info), rate_Hz);
-  return {step.positionStep_m, step.stableLateral_N_per_m, step.period_s, limits.stiffness_N_per_m,
-          limits.damping_Ns_per_m};
-}
-
 }  // namespace
 
-class ServerApp::Impl {
+/// Device, servo, scene, network: made in the order in which they stand below, so that each outlives what uses it.
+class ServerApp::Impl final : private ServerHost {
  public:
   Impl(const ServerOptions& options, std::unique_ptr<AttachedDevice> device, std::function<void()> onEnd)
       : options_(options),
@@ -130,18 +64,21 @@ class ServerApp::Impl {
         player_(attached_->player()),
         rate_Hz_(player_ != nullptr ? player_->facts().rate_Hz : options.rate_Hz.value_or(kDefaultRate_Hz)),
         step_(player_ != nullptr ? player_->facts().config : stepConfigOf(options, device_.info(), rate_Hz_)),
-        room_(roomOptions(), crossing_) {}
-  ~Impl() { halt(); }  // the room waits for its builder
+        servo_(device_, crossing_, step_) {}
+  ~Impl() override { halt(); }  // the room waits for its builder
 
   [[nodiscard]] Result<void> start() {
-    servo_ = std::make_unique<ServoLoop>(device_, crossing_, step_);
+    if (player_ == nullptr) {
+      if (auto recording = startRecording(); !recording) return recording;
+    }
+    room_.emplace(player_ != nullptr ? playersRoom() : deviceRoom(), crossing_);
     if (auto prepared = player_ != nullptr ? preparePlayer() : prepareScene(); !prepared) return prepared;
-    room_.start();
+    room_->start();
     if (auto listening = listen(); !listening) return listening;
     startServo();
     if (recorder_) recorder_->start();
     server_->start();
-    startScrubber();
+    if (state_) scrubber_ = scrubState(*room_, *state_, options_.state);
     return {};
   }
 
@@ -151,7 +88,7 @@ class ServerApp::Impl {
   }
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop) { return server_->connect(clientLoop); }
   [[nodiscard]] std::optional<AssetContent> findAsset(const AssetName& name) const {
-    const auto asset = room_.findAsset(name.hash);
+    const auto asset = room_->findAsset(name.hash);
     if (!asset || asset->name != name) return std::nullopt;
     return asset->content();
   }
@@ -178,25 +115,26 @@ class ServerApp::Impl {
     return {};
   }
 
-  [[nodiscard]] SceneRoom::Options roomOptions() {
-    if (player_ != nullptr)
-      return {.assetFolders = {},
-              .makePlan = {},
-              .whyFixed = "the scene is that of a recording that is played",
-              .log = logInfo};
+  [[nodiscard]] static SceneRoom::Options playersRoom() {
+    return {.assetFolders = {},
+            .makePlan = {},
+            .whyFixed = "the scene is that of a recording that is played",
+            .log = logInfo};
+  }
+  [[nodiscard]] SceneRoom::Options deviceRoom() {
     return {.assetFolders = options_.assets,
             .makePlan = explorationPlans(),
-            .takeMotion = [this] { return servo_->takeMotionForBuilder(); },
+            .takeMotion = [this] { return servo_.takeMotionForBuilder(); },
             .device = limitsOf(options_, device_.info(), step_, rate_Hz_),
             .log = logInfo,
             .onServoScene = [this](const ServoScene& scene,
                                    const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }};
   }
 
-  /// Of a device that is felt: flight recorder and watchdog, and the scene from the state's folder or a file.
-  [[nodiscard]] Result<void> prepareScene() {
+  /// Of a device that is felt: flight ring, watchdog and recorder.
+  [[nodiscard]] Result<void> startRecording() {
     flight_.emplace(rate_Hz_, step_);
-    servo_->recordInto(*flight_);
+    servo_.recordInto(*flight_);
     watchdog_.emplace(
         Watchdog::Options{
             .recordings = options_.recordings, .period_s = step_.period_s, .info = logInfo, .warning = logWarning},
@@ -205,23 +143,28 @@ class ServerApp::Impl {
     auto recorder = FlightRecorder::open(recorderOptions(), *flight_);
     if (!recorder) return tl::unexpected(std::move(recorder.error()).within("--record "));
     recorder_ = *std::move(recorder);
+    return {};
+  }
+
+  /// From the state's folder where it has one, else from a file.
+  [[nodiscard]] Result<void> prepareScene() {
     for (const auto& folder : options_.assets)
       spdlog::info("mesh and image files are looked for in {}", folder.string());
     if (!options_.state.empty()) {
-      auto resumed = resumeState(room_, options_);
+      auto resumed = resumeState(*room_, options_);
       if (!resumed) return tl::unexpected(resumed.error());
       state_ = *std::move(resumed);
     }
-    if (room_.history()->version.revision() == 0) return loadScene(room_, options_.scene);
+    if (room_->history()->version.revision() == 0) return loadScene(*room_, options_.scene);
     return {};
   }
 
   [[nodiscard]] Result<void> preparePlayer() {
-    const auto show = [this](const RemadeScene& scene) { return room_.show(scene.version, assetsOf(scene)); };
-    if (auto prepared = player_->prepare(room_.assetStore(), show); !prepared) return prepared;
+    const auto show = [this](const RemadeScene& scene) { return room_->show(scene.version, assetsOf(scene)); };
+    if (auto prepared = player_->prepare(room_->assetStore(), show); !prepared) return prepared;
     if (!player_->sameStep()) spdlog::warn("it was recorded by another version of the step: its forces may differ");
     const RecordedBeginning& begun = player_->beginning();
-    if (begun.state) servo_->goOnFrom(*begun.state, begun.scene, begun.pending);
+    if (begun.state) servo_.goOnFrom(*begun.state, begun.scene, begun.pending);
     return {};
   }
 
@@ -229,37 +172,26 @@ class ServerApp::Impl {
     if (options_.summary.empty()) return {};
     v1::Status status;
     fillStatus(status);
-    const auto history = room_.history();
+    const auto history = room_->history();
     status.set_revision(history->version.revision());
     status.set_root(history->version.root().asBytes());
     status.set_refused_connections(server_->counters().refusedConnections);
-    const MotionState& motion = servo_->lastMotion();
+    const MotionState& motion = servo_.lastMotion();
     return haptics::writeSummary(options_.summary, status, device_.info().maxForce_N, motion,
-                                 room_.deformedHash(history->version, motion.dents()).value_or(ContentHash{}));
+                                 room_->deformedHash(history->version, motion.dents()).value_or(ContentHash{}));
   }
 
   [[nodiscard]] Result<void> listen() {
     Server::Options serving{.listen = options_.listen,
                             .credentials = {},
                             .allowInsecureLan = options_.allowInsecureLan,
-                            .identity = {"haptic_server", device_.info().name, rate_Hz_, device_.info().maxForce_N},
-                            .popTelemetry =
-                                [this](TelemetrySample& sample) {
-                                  if (!servo_->pop(sample)) return false;
-                                  logFault(sample);
-                                  return true;
-                                },
-                            .takeMotion = [this] { return servo_->takeMotion(); },
-                            .takeEnergy = [this] { return servo_->takeEnergy(); },
-                            .dump = [this](auto answer) { dump(std::move(answer)); },
-                            .fillStatus = [this](v1::Status& status) { fillStatus(status); },
-                            .log = logInfo};
+                            .identity = {"haptic_server", device_.info().name, rate_Hz_, device_.info().maxForce_N}};
     if (!options_.credentials.empty()) {
       auto credentials = readServerCredentials(options_.credentials);
       if (!credentials) return tl::unexpected(std::move(credentials.error()).within("--credentials "));
       serving.credentials = *std::move(credentials);
     }
-    auto server = Server::listen(std::move(serving), room_);
+    auto server = Server::listen(std::move(serving), *room_, *this);
     if (!server) return tl::unexpected(server.error());
     server_ = *std::move(server);
     return {};
@@ -280,61 +212,55 @@ class ServerApp::Impl {
             .warning = logWarning};
   }
 
-  void dump(std::function<void(const Result<std::string>&)> answer) {
-    if (!recorder_) return answer(refused("", "a recording is being played: it holds all that there is"));
-    recorder_->request("on request", [answer = std::move(answer)](const Result<std::filesystem::path>& file) {
-      answer(file.map([](const std::filesystem::path& path) { return std::filesystem::absolute(path).string(); }));
-    });
-  }
-
   void startServo() {
-    if (player_ == nullptr) lockMemory(realtime_);  // a long recording would be read whole
-    wakeful_.emplace(realtime_);
+    servoThread_.prepare(player_ == nullptr);  // a long recording would be read whole
     attached_->start();
-    servoThread_ = std::thread([this] {
-      becomeServoThread(options_.cpu, realtime_);
-      servoReady_.store(true);
-      servoReady_.notify_one();
-      if (player_ == nullptr) return servo_->run(stop_);
-      servo_->run(*player_, stop_);
-      if (!stop_ && onEnd_) onEnd_();
+    servoThread_.start(options_.cpu, [this](const std::atomic<bool>& stop) {
+      if (player_ == nullptr) return servo_.run(stop);
+      servo_.run(*player_, stop);
+      if (!stop && onEnd_) onEnd_();
     });
-    servoReady_.wait(false);
-    if (realtime_.memoryLocked) lockMemoryAsItIsWritten();
-    for (const std::string& warning : realtime_.warnings) spdlog::warn("{}", warning);
   }
 
   void halt() {
     if (watchdog_) watchdog_->ending();
-    stop_ = true;
-    if (servoThread_.joinable()) servoThread_.join();
+    servoThread_.stop();
     if (player_ != nullptr) player_->finish();
     if (server_) server_->stop();
     scrubber_.reset();
-    isStillBuilding_ = !room_.stopWithin(kBuilderEndsWithin);
+    isStillBuilding_ = room_ && !room_->stopWithin(kBuilderEndsWithin);
   }
 
-  /// Of a scene that is kept: its files are re-read now and then, and written anew from memory where they are damaged.
-  void startScrubber() {
-    if (!state_) return;
-    const auto named = [this] {
-      std::vector<ContentHash> assets;
-      const auto history = room_.history();
-      for (const auto& object : history->version.objects()) {
-        for (const AssetName& asset : object->assets()) assets.push_back(asset.hash);
-      }
-      return assets;
-    };
-    const auto repair = [this](const std::filesystem::path& file, const std::optional<ContentHash>& asset) {
-      spdlog::warn("{} is damaged or missing; it is written anew from memory", file.string());
-      return room_.checkpoint([this, asset] {
-        if (asset) state_->distrust(*asset);
-      });
-    };
-    scrubber_ = std::make_unique<StateScrubber>(StateScrubber::Options{options_.state, named, repair});
-  }
+  // For the server, on the network thread.
 
-  /// Network thread.
+  [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override {
+    if (!servo_.pop(sample)) return false;
+    logFault(sample);
+    return true;
+  }
+  [[nodiscard]] const MotionState* takeMotion() override { return servo_.takeMotion(); }
+  [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.takeEnergy(); }
+  [[nodiscard]] bool requestDump(DumpAnswer answer) override {
+    if (!recorder_) {
+      answer(refused("", "a recording is being played: it holds all that there is"));
+      return true;
+    }
+    recorder_->request("on request", [answer = std::move(answer)](const Result<std::filesystem::path>& file) {
+      answer(file.map([](const std::filesystem::path& path) { return std::filesystem::absolute(path).string(); }));
+    });
+    return true;
+  }
+  void fillStatus(v1::Status& status) override {
+    fillServoStatus(servo_.statistics(), servoThread_.realtime(), status);
+    status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns_) * 1e-9);
+    status.set_device(device_.info().name);
+    attached_->fillStatus(status);
+    status.set_durable(state_ != nullptr);
+    for (const std::string& object : room_->lostParts()) status.add_lost(object);
+    if (watchdog_) watchdog_->fillStatus(status);
+  }
+  void log(const std::string& line) override { logInfo(line); }
+
   void logFault(const TelemetrySample& sample) {
     if (sample.fault == loggedFault_) return;
     loggedFault_ = sample.fault;
@@ -346,40 +272,27 @@ class ServerApp::Impl {
     }
   }
 
-  void fillStatus(v1::Status& status) const {
-    fillServoStatus(servo_->statistics(), realtime_, status);
-    status.set_uptime_s(static_cast<double>(monotonicNow_ns() - began_ns_) * 1e-9);
-    status.set_device(device_.info().name);
-    attached_->fillStatus(status);
-    status.set_durable(state_ != nullptr);
-    for (const std::string& object : room_.lostParts()) status.add_lost(object);
-    if (watchdog_) watchdog_->fillStatus(status);
-  }
-
   const ServerOptions options_;
   const std::function<void()> onEnd_;
   const std::uint64_t began_ns_ = monotonicNow_ns();
-  RealtimeStatus realtime_;
-  std::optional<WakefulProcessors> wakeful_;
-  std::optional<Watchdog> watchdog_;  // outlives the device, whose force it takes away
+  Fault loggedFault_ = Fault::kNone;
+  bool isStillBuilding_ = false;
+
+  std::optional<FlightRing> flight_;  // none while a recording is played, like the watchdog and the recorder
+  std::optional<Watchdog> watchdog_;  // takes the force of the device away
   std::unique_ptr<AttachedDevice> attached_;
   Device& device_;
   RecordingPlayer* const player_;  // null unless the device is one
   const double rate_Hz_;
-  StepConfig step_;
+  const StepConfig step_;
   SceneCrossing crossing_;
-  std::unique_ptr<StateFolder> state_;  // outlives the room
-  std::unique_ptr<ServoLoop> servo_;
-  std::optional<FlightRing> flight_;
-  std::unique_ptr<FlightRecorder> recorder_;  // outlives the room, which tells it of its scenes
-  SceneRoom room_;
+  ServoLoop servo_;
+  std::unique_ptr<FlightRecorder> recorder_;  // is told by the room of its scenes
+  std::unique_ptr<StateFolder> state_;        // keeps what the room decides
+  std::optional<SceneRoom> room_;
+  ServoThread servoThread_;
   std::unique_ptr<Server> server_;
   std::unique_ptr<StateScrubber> scrubber_;
-  Fault loggedFault_ = Fault::kNone;
-  std::atomic<bool> servoReady_{false};
-  std::atomic<bool> stop_{false};
-  bool isStillBuilding_ = false;
-  std::thread servoThread_;
 };
 
 ServerApp::ServerApp(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -27,7 +27,7 @@ class NewestValue {
     }
     return places_[reading_];
   }
-  /// The same thread, likewise: null when nothing was put since the last call.
+  /// The same thread. Wait-free: null when nothing was put since the last call.
   [[nodiscard]] const Value* takeNew() noexcept {
     return between_.load(std::memory_order_relaxed) & kFresh ? &newest() : nullptr;
   }

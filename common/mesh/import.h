@@ -28,17 +28,17 @@ struct MeshReport {
   std::uint64_t verticesWelded = 0;      ///< Merged into another at the same place.
   std::uint64_t verticesUnused = 0;      ///< Left out: no kept triangle names them.
   std::uint64_t shapesSkipped = 0;       ///< NURBS of an Inventor file, which are not triangulated.
-  std::uint64_t headerLinesSkipped = 0;  ///< As in PlainFile, like the next.
-  std::uint64_t bytesAtEnd = 0;
-  std::uint64_t boundaryEdges = 0;      ///< One face.
-  std::uint64_t tJunctions = 0;         ///< Boundary edges with a vertex of other boundary edges on them.
-  std::uint64_t nonManifoldEdges = 0;   ///< More than two faces.
-  std::uint64_t inconsistentEdges = 0;  ///< Two faces that run along it the same way: one is flipped.
-  std::uint64_t slivers = 0;            ///< More than 1,000 times as long as high; kept.
-  std::uint64_t crowdedVertices = 0;    ///< More than kCrowdedValence triangles around them.
-  std::uint32_t maxValence = 0;         ///< Most triangles around one vertex.
-  Mended mended;                        ///< What was done where the mesh passed through itself.
-  bool tJunctionsSearched = true;       ///< False: that would have taken too long; none are counted.
+  std::uint64_t headerLinesSkipped = 0;  ///< PlainFile::headerLinesSkipped.
+  std::uint64_t bytesAtEnd = 0;          ///< PlainFile::bytesAtEnd.
+  std::uint64_t boundaryEdges = 0;       ///< One face.
+  std::uint64_t tJunctions = 0;          ///< Boundary edges with a vertex of other boundary edges on them.
+  std::uint64_t nonManifoldEdges = 0;    ///< More than two faces.
+  std::uint64_t inconsistentEdges = 0;   ///< Two faces that run along it the same way: one is flipped.
+  std::uint64_t slivers = 0;             ///< More than 1,000 times as long as high; kept.
+  std::uint64_t crowdedVertices = 0;     ///< More than kCrowdedValence triangles around them.
+  std::uint32_t maxValence = 0;          ///< Most triangles around one vertex.
+  Mended mended;                         ///< What was done where the mesh passed through itself.
+  bool tJunctionsSearched = true;        ///< False: that would have taken too long; none are counted.
   double meanEdge_m = 0;
   Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.
   double scale_m = 1;             ///< Metres per file unit that was applied.

@@ -19,7 +19,7 @@ namespace haptics {
 struct Softness {
   double stiffness_N_per_m = 0;  ///< Of the tissue, in series with the material's. > 0.
   double radius_m = 0;           ///< Of a dent's falloff. > 0.
-  std::uint32_t degree = 2;      ///< Likewise.
+  std::uint32_t degree = 2;      ///< Of a dent's falloff.
   double return_s = 0;           ///< Time constant with which dents go back; 0: elastic.
   double plastic = 0;            ///< The part of a dent that stays, 0 to 1.
   bool operator==(const Softness&) const = default;
@@ -27,8 +27,8 @@ struct Softness {
 
 /// A free-form deformation (common/deform/free_form.h): where the control points of a lattice around the mesh are.
 struct Lattice {
-  Vec3 low_m{0};                          ///< Corner of the box that the lattice fills at rest, and
-  Vec3 size_m{0};                         ///< its sides, each > 0. The mesh lies within it.
+  Vec3 low_m{0};                          ///< Corner of the box that the lattice fills at rest.
+  Vec3 size_m{0};                         ///< Sides of the box, each > 0. The mesh lies within it.
   std::array<std::uint32_t, 3> points{};  ///< Along x, y and z; each 2 to 8.
   std::vector<Vec3f> control_m;           ///< One for each, x fastest; finite.
   bool operator==(const Lattice&) const = default;

@@ -13,7 +13,7 @@ namespace haptics {
 
 /// The sampled field of that content, or null.
 using FieldLookup = std::function<std::shared_ptr<const SampledField>(const ContentHash&)>;
-/// Likewise of point fields.
+/// The same for point fields.
 using PointFieldLookup = std::function<std::shared_ptr<const PointField>(const ContentHash&)>;
 
 /// The field that a record describes, as server and viewer evaluate it. The record's numbers have been checked

@@ -27,7 +27,7 @@ struct SplineGrid {
 struct SplineBounds {
   double lowest = 0, highest = 0;  ///< Never passed; reached within 0.5 % of the samples' range.
   double slope = 0;                ///< Largest |gradient| at corners and middles of up to 512 * 512 cells, per sample.
-  double curvature = 0;            ///< Likewise of the second derivatives along any direction.
+  double curvature = 0;            ///< Largest second derivative along any direction, at the same places.
 };
 
 [[nodiscard]] SplineBounds boundsOf(const SplineGrid& grid, std::span<const float> samples);

@@ -66,8 +66,8 @@ struct TelemetrySample {
   double wait_s = 0;  ///< Until the force may come back, where missed ticks took it away again and again.
   DeviceState deviceState = DeviceState::kAbsent;
   DeviceStatus device;
-  std::uint64_t putOut = 0;          ///< Times that the IHIP was found inside a body and put outside, since start;
-  std::uint64_t putOutOf = 0;        ///< the object that it was inside of the last time.
+  std::uint64_t putOut = 0;          ///< Times that the IHIP was found inside a body and put outside, since start.
+  std::uint64_t putOutOf = 0;        ///< Id of the object that the IHIP was inside of the last time.
   std::uint64_t behind = 0;          ///< Ticks that left a part of the HIP's way to the next one, since start.
   std::uint64_t missedTicks = 0;     ///< Since start.
   std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.

@@ -49,13 +49,13 @@ void toWire(const Commit& commit, v1::Commit& message);
 void toWire(const TelemetrySample& sample,
             v1::Telemetry& message);  ///< No bodies, no dents. Reuses the message's memory.
 
-/// The bodies that a sample tells of; those whose pose is no pose, and more than kMaxMovingBodies, are left out.
 void toWire(const EnergySource& source, v1::FeatureEnergy& message);
 /// Nothing for a feature that this build does not know.
 [[nodiscard]] std::optional<EnergySource> fromWire(const v1::FeatureEnergy& message);
+/// The bodies that a sample tells of; those whose pose is no pose, and more than kMaxMovingBodies, are left out.
 [[nodiscard]] std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message);
 void toWire(const BodyState& body, v1::BodyPose& message);
-/// The dents likewise: what is no dent, and more than kMaxDents, are left out.
+/// The dents that a sample tells of; what is no dent, and more than kMaxDents, are left out.
 [[nodiscard]] std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message);
 void toWire(const ObjectDent& dent, v1::Dent& message);
 

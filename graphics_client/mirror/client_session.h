@@ -83,7 +83,7 @@ class ClientSession {
   /// Asked again after a reconnect until it is answered.
   /// @param deformed  With the hash of what gives. Requests before the answer share it, as the last of them asked.
   void requestStatus(StatusCallback callback, bool deformed = false);
-  /// Likewise.
+  /// Asked again after a reconnect until it is answered.
   void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
 

@@ -29,7 +29,7 @@ struct LookOrder {
   // What the hashes above stand for.
   std::shared_ptr<const TriMesh> triangles = nullptr;
   std::map<ContentHash, std::shared_ptr<const SampledField>> fields = {};     ///< Of texture and static friction.
-  std::map<ContentHash, std::shared_ptr<const PointField>> pointFields = {};  ///< Likewise.
+  std::map<ContentHash, std::shared_ptr<const PointField>> pointFields = {};  ///< Of texture and static friction.
   std::shared_ptr<const std::vector<float>> frictionScale = nullptr;          ///< Null where none is named.
   std::shared_ptr<const MovedVertices> residue = nullptr;                     ///< Null where none is named.
 

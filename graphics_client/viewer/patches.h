@@ -15,8 +15,8 @@ struct Patch {
   std::vector<TriangleIndices> triangles;  ///< Naming `points`.
   Vec3 axis{0, 0, 1};                      ///< Unit.
   double spread_rad = 0;                   ///< Between axis and the geometric normals, at most.
-  Vec3 centre{0};                          ///< Of a ball around the points,
-  double radius_m = 0;                     ///< and its radius.
+  Vec3 centre{0};                          ///< Centre of a ball around the points.
+  double radius_m = 0;                     ///< Radius of that ball.
 };
 
 /// Cuts a surface into patches of at most `most` triangles (> 0); a surface that has no more is one.

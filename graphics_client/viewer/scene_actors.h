@@ -65,7 +65,7 @@ class SceneActors {
  private:
   struct Shown {
     SceneVersion::Object record;           ///< As last seen.
-    Pose pose;                             ///< Likewise: where the servo has it.
+    Pose pose;                             ///< Where the servo has it, as last seen.
     SceneVersion::Object ordered;          ///< The record that the last order was for ...
     std::size_t share = 0;                 ///< ... with so many triangles at most.
     LookOrder order;                       ///< The last.

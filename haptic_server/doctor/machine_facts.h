@@ -13,8 +13,8 @@ struct MachineFacts {
   // Of this process.
   std::uint64_t maxPriority = 0;           ///< rtprio limit.
   std::uint64_t lockableMemory_bytes = 0;  ///< memlock limit.
-  bool mayRaisePriority = false;           ///< CAP_SYS_NICE: the limit above does not bind.
-  bool mayLockMemory = false;              ///< CAP_IPC_LOCK: likewise.
+  bool mayRaisePriority = false;           ///< CAP_SYS_NICE: maxPriority does not bind.
+  bool mayLockMemory = false;              ///< CAP_IPC_LOCK: lockableMemory_bytes does not bind.
   bool mayRequestLatency = false;          ///< /dev/cpu_dma_latency can be written.
 
   // Of the machine.

@@ -88,8 +88,8 @@ class BoundingHierarchy {
 
   /// Calls visit(begin, end) for the leaves that the segment may meet; visit returns the time up to which the segment
   /// is still of interest (fraction of from -> to). The segment is first clipped to the root's box in double, so that a
-  /// start far away does not cost the float test its precision. A segment that is not finite meets nothing. Ends once
-  /// the allowance is spent, as the next two do; what the leaves cost is for `visit` to spend.
+  /// start far away does not cost the float test its precision. A segment that is not finite meets nothing. Every
+  /// visit ends once the allowance is spent; what the leaves cost is for the visitor to spend.
   template <class Visit>
   void visitAlong(Vec3 from, Vec3 to, Allowance& allowance, Visit visit) const noexcept(noexcept(visit(0U, 0U)));
 

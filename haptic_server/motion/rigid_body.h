@@ -96,8 +96,8 @@ struct RigidState {
   double coordinate = 0;
   double rate_per_s = 0;
 
-  Pose still;          ///< From this pose of the object
-  double still_s = 0;  ///< it has hardly moved for so long.
+  Pose still;          ///< The pose of the object near which it has been for still_s.
+  double still_s = 0;  ///< Seconds in which it has hardly moved.
   BodyCondition condition = BodyCondition::kAwake;
 };
 static_assert(std::is_trivially_copyable_v<RigidState>, "copied to replay and to compare runs");

@@ -2,21 +2,23 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "common/credentials/credentials.h"
 #include "common/error/error.h"
-#include "common/telemetry/motion_state.h"
-#include "common/telemetry/telemetry_sample.h"
 #include "common/wire/event_loop.h"
 #include "common/wire/transport.h"
+#include "haptic_server/net/server_host.h"
 #include "haptic_server/net/server_session.h"
 #include "haptic_server/scene/scene_room.h"
 
 namespace haptics {
+
+class Connections;
+class TcpListener;
 
 /// The network thread: accepts clients, runs their sessions, carries the servo's samples to them. The servo never
 /// wakes it: it looks into the servo's queue on its own timer.
@@ -29,17 +31,6 @@ class Server {
     std::optional<ServerCredentials> credentials;
     bool allowInsecureLan = false;  ///< Without it, and without credentials, only loopback addresses are accepted.
     ServerIdentity identity;
-    /// The servo's queue: takes its oldest sample, false when empty. Called on the network thread only.
-    std::function<bool(TelemetrySample&)> popTelemetry;
-    /// Where the objects that move are, null when nothing has changed since the last call; may be empty. Likewise.
-    std::function<const MotionState*()> takeMotion = nullptr;
-    /// What the objects gave the hand, likewise.
-    std::function<const EnergyState*()> takeEnergy = nullptr;
-    /// Records the last seconds and calls back, from any thread, with the file or why there is none; may be empty.
-    std::function<void(std::function<void(const Result<std::string>&)>)> dump = {};
-    /// What a Status says of servo, device and uptime; may be empty. Network thread.
-    std::function<void(v1::Status&)> fillStatus;
-    std::function<void(const std::string&)> log;  ///< One line; may be empty. Network thread.
   };
   struct Counters {
     std::uint32_t clients = 0;             ///< Welcomed and connected.
@@ -47,13 +38,10 @@ class Server {
   };
 
   static constexpr std::chrono::milliseconds kTokensEvery{250};
-  /// Connections that have not been welcomed yet. Beyond, the oldest gives way to the newest: those who open connections
-  /// and say nothing keep nobody out who speaks at once.
-  static constexpr std::size_t kMaxHalfOpen = 64;
 
-  /// Binds the address. Errors: malformed or not allowed address, port in use, a key that is not the
-  /// certificate's.
-  [[nodiscard]] static Result<std::unique_ptr<Server>> listen(Options options, SceneRoom& room);
+  /// Binds the address. Room and host outlive the server. Errors: malformed or not allowed address, port in use, a key
+  /// that is not the certificate's.
+  [[nodiscard]] static Result<std::unique_ptr<Server>> listen(Options options, SceneRoom& room, ServerHost& host);
   ~Server();  ///< Stops.
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
@@ -66,13 +54,26 @@ class Server {
   void refreshTokens();
   /// A connection from this process: the client's end, used on the client's loop. Any thread, between start() and stop().
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop);
-  [[nodiscard]] std::uint16_t port() const noexcept;  ///< 0 where it listens nowhere.
-  [[nodiscard]] Counters counters() const noexcept;   ///< Any thread.
+  [[nodiscard]] std::uint16_t port() const noexcept { return port_; }  ///< 0 where it listens nowhere.
+  [[nodiscard]] Counters counters() const noexcept;                    ///< Any thread.
 
  private:
-  class Impl;
-  explicit Server(std::shared_ptr<Impl> impl);
-  std::shared_ptr<Impl> impl_;
+  Server(Options options, SceneRoom& room, ServerHost& host);
+  [[nodiscard]] Result<void> open();
+  void run();
+  void serveEvery(std::chrono::microseconds period);
+  void serve();
+
+  const Options options_;
+  SceneRoom& room_;
+  /// With the loop on which all that follows lives. Shared with tasks of other threads, which may end later than the
+  /// server, and then do nothing.
+  const std::shared_ptr<Connections> connections_;
+  std::unique_ptr<TcpListener> listener_;
+  std::uint16_t port_ = 0;
+  Timer timer_, tokensTimer_, stopTimer_;
+  std::chrono::microseconds servedEvery_{0};
+  std::thread thread_;
 };
 
 }  // namespace haptics

@@ -46,7 +46,7 @@ ServerSession::ServerSession(Transport& transport, SessionHost& host, const Serv
       limits_(limits),
       assets_(limits.frames.chunk_bytes),
       editGate_(limits.editsPerSecond, limits.editBurst),
-      uploads_(host, limits.frames.chunk_bytes) {}
+      uploads_(host, host, limits.frames.chunk_bytes) {}
 
 ServerSession::~ServerSession() = default;
 
@@ -65,7 +65,7 @@ void ServerSession::poll() {
     return;
   }
   if (now_ns - lastByte_ns_ >= kSilence_ns) return refuse("heartbeat", "not a byte came for 3 s");
-  if (const auto stalled = uploads_.poll()) send(*stalled);
+  if (const auto stalled = uploads_.poll(now_ns)) send(*stalled);
   if (now_ns >= nextHeartbeat_ns_) {
     sendHeartbeat();
     nextHeartbeat_ns_ = now_ns + kHeartbeat_ns;
@@ -301,8 +301,8 @@ void ServerSession::handle(const v1::AssetUpload& upload) {
     if (!hash) return refuse(hash.error().field, hash.error().reason);
     return uploads_.cancel(*hash);
   }
-  const auto reply =
-      role_ == Role::kEdit ? uploads_.take(upload.chunk()) : uploads_.turnAway(upload.chunk(), notAnEditor());
+  const auto reply = role_ == Role::kEdit ? uploads_.take(upload.chunk(), host_.now_ns())
+                                          : uploads_.turnAway(upload.chunk(), notAnEditor());
   if (reply) send(*reply);
 }
 

@@ -1,24 +1,17 @@
 #pragma once
 
-#include <functional>
 #include <optional>
-#include <utility>
 
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
+#include "haptic_server/net/server_host.h"
 
 namespace haptics {
 
 /// What the servo tells the network thread: samples through a queue, and where what moves is through a mailbox.
 class ServoFeed {
  public:
-  using PopSample = std::function<bool(TelemetrySample&)>;
-  using TakeMotion = std::function<const MotionState*()>;
-  using TakeEnergy = std::function<const EnergyState*()>;
-
-  /// Each may be empty.
-  ServoFeed(PopSample pop, TakeMotion takeMotion, TakeEnergy takeEnergy = nullptr)
-      : pop_(std::move(pop)), takeMotion_(std::move(takeMotion)), takeEnergy_(std::move(takeEnergy)) {}
+  explicit ServoFeed(ServerHost& host) noexcept : host_(host) {}
 
   /// Empties the queue; calls onAdopted(sample) for the first sample of each scene revision.
   /// @return Whether there was a sample. The newest is then in last(), and where everything was at its tick in motion():
@@ -40,13 +33,13 @@ class ServoFeed {
 
  private:
   bool takeMotion() {
-    const MotionState* newest = takeMotion_ ? takeMotion_() : nullptr;
+    const MotionState* newest = host_.takeMotion();
     if (newest != nullptr) motion_ = *newest;
     return newest != nullptr;
   }
 
   void takeEnergy() {
-    const EnergyState* newest = takeEnergy_ ? takeEnergy_() : nullptr;
+    const EnergyState* newest = host_.takeEnergy();
     if (newest == nullptr) return;
     energy_ = *newest;
     gaveMost_ = largestSource(energy_).value_or(EnergySource{});
@@ -56,7 +49,7 @@ class ServoFeed {
   bool drainSamples(OnAdopted& onAdopted) {
     TelemetrySample sample;
     bool any = false;
-    while (pop_ && pop_(sample)) {
+    while (host_.popTelemetry(sample)) {
       any = true;
       if (!last_ || sample.sceneRevision != last_->sceneRevision) onAdopted(sample);
       last_ = sample;
@@ -64,9 +57,7 @@ class ServoFeed {
     return any;
   }
 
-  PopSample pop_;
-  TakeMotion takeMotion_;
-  TakeEnergy takeEnergy_;
+  ServerHost& host_;
   std::optional<TelemetrySample> last_;
   MotionState motion_;
   EnergyState energy_;

@@ -15,42 +15,44 @@
 
 namespace haptics {
 
-/// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
-/// the session's thread only.
-class SessionHost {
+/// The scene, as a session reads and edits it.
+class SceneHost {
  public:
-  virtual ~SessionHost() = default;
-  /// Nanoseconds on the server's monotonic clock.
-  [[nodiscard]] virtual std::uint64_t now_ns() const = 0;
+  virtual ~SceneHost() = default;
   [[nodiscard]] virtual std::shared_ptr<const SceneHistory> history() const = 0;
   [[nodiscard]] virtual std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const = 0;
-
-  /// Of the newest sample that was offered. As it stands here: of a scene in which nothing moves.
-  [[nodiscard]] virtual const MotionState& motion() const {
-    static const MotionState kNone;
-    return kNone;
-  }
-
-  /// Of one object what gave the hand most energy; object 0: none gave any, or nobody looks.
-  [[nodiscard]] virtual EnergySource gaveMost() const { return {}; }
-
   /// Answered with ServerSession::editDecided, now or later. False: no room for it now, no answer follows.
   /// \param wantsProgress  With ServerSession::editProgress before, where it takes long.
   [[nodiscard]] virtual bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                                         bool wantsProgress) = 0;
+  /// Of the newest version and the newest sample's dents; nothing where that cannot be told.
+  [[nodiscard]] virtual std::optional<ContentHash> deformedHash() { return std::nullopt; }
+};
+
+/// Where a session's uploads are kept and built.
+class UploadHost {
+ public:
+  virtual ~UploadHost() = default;
   /// Answered with ServerSession::assetDecided, now or later. False: no room for it now, no answer follows.
   /// When the session is destroyed before, the host releases what it had reserved for these bytes.
   [[nodiscard]] virtual bool submitAsset(const AssetName& name, std::string bytes) = 0;
   /// Memory of the server for uploads, shared by all clients. False: there is not so much left.
   [[nodiscard]] virtual bool reserveUpload(std::size_t bytes) = 0;
   virtual void releaseUpload(std::size_t bytes) = 0;
+};
 
-  /// What a client may do that says Hello as `session` with this token; or why it is turned away. As it stands here:
-  /// a server that only this machine can reach, where everybody may edit.
-  [[nodiscard]] virtual Result<Role> admit([[maybe_unused]] SessionId session,
-                                           [[maybe_unused]] const std::string& token) {
-    return Role::kEdit;
+/// What the servo tells beside the samples that a session is offered, and their way by datagram.
+class TelemetryHost {
+ public:
+  virtual ~TelemetryHost() = default;
+  /// Of the newest sample that was offered. By default, of a scene in which nothing moves.
+  [[nodiscard]] virtual const MotionState& motion() const {
+    static const MotionState kNone;
+    return kNone;
   }
+  /// Of one object what gave the hand most energy; object 0: none gave any, or nobody looks.
+  [[nodiscard]] virtual EnergySource gaveMost() const { return {}; }
+
   struct DatagramOffer {
     std::uint16_t port;
     std::string cookie;
@@ -59,15 +61,26 @@ class SessionHost {
   [[nodiscard]] virtual std::optional<DatagramOffer> offerDatagrams() { return std::nullopt; }
   /// False: there is no open path for datagrams now.
   [[nodiscard]] virtual bool sendDatagram([[maybe_unused]] const v1::Telemetry& telemetry) { return false; }
+};
 
+/// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
+/// the session's thread only.
+class SessionHost : public SceneHost, public UploadHost, public TelemetryHost {
+ public:
+  /// Nanoseconds on the server's monotonic clock.
+  [[nodiscard]] virtual std::uint64_t now_ns() const = 0;
+  /// What a client may do that says Hello as `session` with this token; or why it is turned away. By default, as on a
+  /// server that only this machine can reach: everybody may edit.
+  [[nodiscard]] virtual Result<Role> admit([[maybe_unused]] SessionId session,
+                                           [[maybe_unused]] const std::string& token) {
+    return Role::kEdit;
+  }
   /// The client said who it is: an older connection of the same session is to be closed.
   virtual void sessionClaimed(SessionId session) = 0;
   /// Records the last seconds. Answered with ServerSession::dumped, later. False: this server keeps none, no answer follows.
   [[nodiscard]] virtual bool requestDump() { return false; }
   /// All but what the session knows itself: epoch, revision and root.
   virtual void fillStatus(v1::Status& status) = 0;
-  /// Of the newest version and the newest sample's dents; nothing where that cannot be told.
-  [[nodiscard]] virtual std::optional<ContentHash> deformedHash() { return std::nullopt; }
   /// The client was refused, for the log. The connection ends (ended() follows).
   virtual void refused(const std::string& why) = 0;
   /// The connection is closed; nothing follows. The session may be destroyed once this call has returned.

@@ -29,10 +29,11 @@ constexpr std::uint32_t kRetryAfter_ms = 1000;
 
 }  // namespace
 
-SessionUploads::SessionUploads(SessionHost& host, std::size_t chunk_bytes) : host_(host), assembly_(chunk_bytes) {}
+SessionUploads::SessionUploads(const SceneHost& scene, UploadHost& host, std::size_t chunk_bytes)
+    : scene_(scene), host_(host), assembly_(chunk_bytes) {}
 SessionUploads::~SessionUploads() { clear(); }
 
-std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& chunk) {
+std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& chunk, std::uint64_t now_ns) {
   const auto hash = hashFromWire(chunk.hash(), "chunk.hash");
   if (!hash) return refusedReply({}, hash.error());
   if (assembly_.ignores(chunk, *hash)) return std::nullopt;
@@ -47,7 +48,7 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
       assembly_.abandon(*hash);
       return std::nullopt;
     }
-    if (auto known = host_.findAsset(*hash); known && known->name == name) {
+    if (auto known = scene_.findAsset(*hash); known && known->name == name) {
       assembly_.abandon(*hash);
       hold(std::move(known), 0);
       return acceptedReply(*hash);
@@ -56,7 +57,7 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
   if (!reserveFor(chunk)) {
     return putOff(*hash, {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
   }
-  lastChunk_ns_ = host_.now_ns();
+  lastChunk_ns_ = now_ns;
   assembly_.add(chunk, name);
   if (!assembly_.complete()) return std::nullopt;
   building_[*hash] = {std::exchange(assemblyReserved_, 0)};
@@ -67,9 +68,9 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
   return std::nullopt;
 }
 
-std::optional<v1::AssetUploadReply> SessionUploads::poll() {
+std::optional<v1::AssetUploadReply> SessionUploads::poll(std::uint64_t now_ns) {
   const auto hash = assembly_.assembled();
-  if (!hash || host_.now_ns() - lastChunk_ns_ < kStalled_ns) return std::nullopt;
+  if (!hash || now_ns - lastChunk_ns_ < kStalled_ns) return std::nullopt;
   return refuse(*hash, {"chunk", "none came for 10 s; begin the upload again"});
 }
 

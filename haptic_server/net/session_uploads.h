@@ -26,21 +26,21 @@ class SessionUploads {
   /// keeps nobody from the budget.
   static constexpr std::size_t kLeastReserve_bytes = 1U << 20;
 
-  /// The host outlives this. Chunks have at most chunk_bytes.
-  SessionUploads(SessionHost& host, std::size_t chunk_bytes);
+  /// Both hosts outlive this. Chunks have at most chunk_bytes.
+  SessionUploads(const SceneHost& scene, UploadHost& host, std::size_t chunk_bytes);
   ~SessionUploads();
   SessionUploads(const SessionUploads&) = delete;
   SessionUploads& operator=(const SessionUploads&) = delete;
 
   /// Takes a chunk; hands a complete upload to the host. Not every chunk is answered.
-  [[nodiscard]] std::optional<v1::AssetUploadReply> take(const v1::AssetChunk& chunk);
+  [[nodiscard]] std::optional<v1::AssetUploadReply> take(const v1::AssetChunk& chunk, std::uint64_t now_ns);
   /// Answers in place of take() a client that may not upload: once an upload.
   [[nodiscard]] std::optional<v1::AssetUploadReply> turnAway(const v1::AssetChunk& chunk, const Error& why);
   /// The host has built the upload, or not.
   [[nodiscard]] std::optional<v1::AssetUploadReply> decided(const ContentHash& hash,
                                                             Result<std::shared_ptr<const Asset>> outcome);
   /// Ends an upload that has stalled. To be called again and again; not every call has a reply.
-  [[nodiscard]] std::optional<v1::AssetUploadReply> poll();
+  [[nodiscard]] std::optional<v1::AssetUploadReply> poll(std::uint64_t now_ns);
   /// The client gives an upload up. One that is being built is dropped when it is decided.
   void cancel(const ContentHash& hash);
   /// The scene holds this asset from now on.
@@ -57,7 +57,8 @@ class SessionUploads {
     std::shared_ptr<const Asset> asset;
     std::size_t reserved;
   };
-  SessionHost& host_;
+  const SceneHost& scene_;
+  UploadHost& host_;
   UploadAssembly assembly_;
   std::size_t assemblyReserved_ = 0;  // bytes
   std::uint64_t lastChunk_ns_ = 0;

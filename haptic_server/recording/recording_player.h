@@ -21,8 +21,8 @@ namespace haptics {
 /// How far a recording was played. The servo counts, any thread reads.
 struct PlayedSoFar {
   std::atomic<std::uint64_t> ticks{0};
-  std::atomic<std::uint64_t> differing{0};  ///< Ticks whose force differs from the recorded one in any bit;
-  std::atomic<std::uint64_t> firstTick{0};  ///< the first of them, as the recorded servo counted.
+  std::atomic<std::uint64_t> differing{0};  ///< Ticks whose force differs from the recorded one in any bit.
+  std::atomic<std::uint64_t> firstTick{0};  ///< The first differing tick, as the recorded servo counted.
   std::atomic<bool> toItsEnd{false};
 };
 
@@ -44,7 +44,7 @@ class RecordingPlayer final : public Device, public TickScript {
   /// Reads up to the first tick and shows the scene that it had. The store keeps what scenes are made of and outlives the
   /// player. `show` is called on the player's thread from start() on. Refused: there is no tick that could be played.
   [[nodiscard]] Result<void> prepare(AssetStore& store, Show show);
-  /// Once it is prepared, as are the next two.
+  /// After prepare(): whether this program has the step that made the recording.
   [[nodiscard]] bool sameStep() const noexcept { return run_->sameStep(); }
   [[nodiscard]] const RecordedBeginning& beginning() const noexcept { return run_->beginning(); }
   void start();

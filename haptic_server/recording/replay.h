@@ -21,8 +21,8 @@ struct ForceDifference {
 struct ReplayOutcome {
   RecordingFacts facts;
   bool sameStep = false;     ///< The step's sources are those that made the recording.
-  std::uint64_t ticks = 0;   ///< Replayed,
-  std::uint64_t missed = 0;  ///< and those between them that the servo slept through.
+  std::uint64_t ticks = 0;   ///< Ticks replayed.
+  std::uint64_t missed = 0;  ///< Ticks between them that the servo slept through.
   std::uint64_t contactTicks = 0;
   std::uint64_t scenes = 0;     ///< That the servo was given.
   std::uint64_t differing = 0;  ///< Ticks whose force differs in any bit.

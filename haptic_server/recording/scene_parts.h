@@ -15,7 +15,7 @@ struct GivenObject {
   ServoObjectParts parts;
   double stiffness_N_per_m = 0;  ///< ServoObject's.
   double damping_Ns_per_m = 0;
-  TakenDents taken = {};  ///< Likewise.
+  TakenDents taken = {};  ///< ServoObject's.
 
   [[nodiscard]] ObjectId id() const noexcept { return parts.record->id; }
 };

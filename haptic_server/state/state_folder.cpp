@@ -1,9 +1,7 @@
 #include "haptic_server/state/state_folder.h"
 
 #include <algorithm>
-#include <charconv>
 #include <exception>
-#include <span>
 #include <utility>
 
 #include "haptic_server/scene/lost_parts.h"
@@ -14,24 +12,12 @@ namespace {
 
 constexpr const char* kLogName = "log";
 constexpr const char* kCheckpointName = "checkpoint";
-constexpr const char* kAssetFolder = "assets";
 constexpr const char* kReserveName = "reserve";
-constexpr std::string_view kAsideMark = ".damaged-";
 /// A reserve is only taken of a disk that has several times as much.
 constexpr std::size_t kReserveOfFree = 4;
 
-/// The time in a name such as "log.damaged-1790000000"; nothing for other names.
-std::optional<std::int64_t> asideSince(std::string_view name) {
-  const auto at = name.find(kAsideMark);
-  if (at == std::string_view::npos) return std::nullopt;
-  const std::string_view digits = name.substr(at + kAsideMark.size());
-  std::int64_t time_s = 0;
-  std::from_chars(digits.data(), digits.data() + digits.size(), time_s);
-  return time_s;
-}
-
-std::unordered_set<std::string> assetNames(const SequencerState& state) {
-  std::unordered_set<std::string> names;
+AssetFiles::Names assetNames(const SequencerState& state) {
+  AssetFiles::Names names;
   const auto add = [&](const ObjectRecord& object) {
     for (const AssetName& asset : object.assets()) names.insert(asset.hash.hex());
   };
@@ -59,7 +45,7 @@ Result<StateFolder::Opened> StateFolder::open(const fs::path& folder, std::uint6
   if (!lock) return tl::unexpected(std::move(lock).error());
   if (!*lock) return refused((path / "lock").string(), "another server uses this folder");
   opened->lock_ = *std::move(lock);
-  (void)makeFolderDurably(opened->files_, path / kAssetFolder);  // checkpoint() says why there can be none
+  (void)opened->assets_.makeFolder();  // checkpoint() says why there can be none
   SequencerState state = opened->load(freshEpoch);
   return Opened{std::move(opened), std::move(state)};
 }
@@ -125,7 +111,7 @@ Result<void> StateFolder::continueLog(const SavedState& saved, std::string_view 
   if (auto named = files_.syncFolder(folder_); !named) return named;
   log_ = *std::move(log);
   writer_ = saved.writer;
-  const AssetBytes assets = assetBytes(saved.state);
+  const AssetFiles::Bytes assets = assets_.bytes(assetNames(saved.state));
   written_ = size_ - beginning + assets.others;
   planCheckpoint(beginning + assets.named);
   reserve();
@@ -134,7 +120,7 @@ Result<void> StateFolder::continueLog(const SavedState& saved, std::string_view 
 
 /// Nothing of a log can be read.
 SequencerState StateFolder::startFresh(std::uint64_t freshEpoch, const Found& log, const Found& copy) {
-  const auto assets = files_.list(folder_ / kAssetFolder);
+  const auto assets = files_.list(assets_.folder());
   std::string found;
   if (log.there) found += std::string(kLogName) + " " + log.why + " (kept as " + setAside(kLogName) + "); ";
   if (copy.there)
@@ -187,20 +173,6 @@ void StateFolder::warnOf(const LogDamage& damage, bool logIsThere, std::uint64_t
   options_.warning(text);
 }
 
-Result<std::string> StateFolder::readAsset(const ContentHash& hash) {
-  const fs::path path = folder_ / kAssetFolder / hash.hex();
-  auto bytes = files_.read(path);
-  if (!bytes) return refused(path.string(), bytes.error().reason);
-  if (Hasher().add(std::as_bytes(std::span(*bytes))).finish() == hash) {
-    const std::lock_guard lock(assetsMutex_);
-    stored_.insert(hash);
-    return bytes;
-  }
-  const std::string aside = hash.hex() + std::string(kAsideMark) + std::to_string(files_.now_s());
-  const auto kept = renameDurably(files_, path, folder_ / kAssetFolder / aside);
-  return refused(path.string(), "is damaged" + (kept ? "; it is kept as " + aside : std::string()));
-}
-
 Result<void> StateFolder::keep(const SequencerState& before, const Edits& edits, const Assets& assets) {
   Result<void> kept;
   try {
@@ -238,10 +210,7 @@ void StateFolder::note(const Result<void>& kept) {
 
 Result<void> StateFolder::tryToKeep(const SequencerState& before, const Edits& edits, const Assets& assets) {
   if (auto stored = storeUnsavedAssets(); !stored) return stored;
-  {
-    const std::lock_guard lock(assetsMutex_);
-    written_ += std::exchange(writtenAhead_, 0);
-  }
+  written_ += assets_.takePrepared_bytes();
   if (!log_ || written_ >= nextCheckpoint_) {
     auto made = checkpoint(before);
     if (!made && !log_) return made;
@@ -284,7 +253,7 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
   std::string bytes(kLogHead);
   RecordWriter writer;
   writer.append(bytes, checkpointRecord(state));
-  if (auto made = makeFolderDurably(files_, folder_ / kAssetFolder); !made) return made;
+  if (auto made = assets_.makeFolder(); !made) return made;
   const auto placeCopy = [&]() -> Result<void> {
     const fs::path name = folder_ / "checkpoint.new";
     if (const auto copy = createDurably(files_, name, bytes); !copy) return tl::unexpected(copy.error());
@@ -313,9 +282,10 @@ Result<void> StateFolder::checkpoint(const SequencerState& state) {
   startsFresh_ = false;
   writer_ = writer;
   size_ = bytes.size();
-  collect(state);
+  const auto named = assetNames(state);
+  assets_.collect(named, collectAside());
   written_ = 0;
-  planCheckpoint(size_ + assetBytes(state).named);
+  planCheckpoint(size_ + assets_.bytes(named).named);
   reserve();
   return {};
 }
@@ -338,50 +308,10 @@ void StateFolder::planCheckpoint(std::size_t lastSize) {
 }
 
 Result<void> StateFolder::storeAsset(const Asset& asset) {
-  if (isStored(asset.name.hash)) return {};
-  if (auto written = writeAsset(asset, ".new"); !written) return written;
-  written_ += asset.bytes().size();
+  const auto written_bytes = assets_.store(asset);
+  if (!written_bytes) return tl::unexpected(written_bytes.error());
+  written_ += *written_bytes;
   return {};
-}
-
-bool StateFolder::isStored(const ContentHash& asset) {
-  const std::lock_guard lock(assetsMutex_);
-  return stored_.contains(asset);
-}
-
-Result<void> StateFolder::writeAsset(const Asset& asset, const char* unfinishedMark) {
-  const fs::path path = folder_ / kAssetFolder / asset.name.hash.hex();
-  const fs::path unfinished = path.string() + unfinishedMark;
-  const std::string bytes = asset.bytes().copy();
-  if (auto made = createDurably(files_, unfinished, bytes); !made) return tl::unexpected(std::move(made).error());
-  if (auto renamed = renameDurably(files_, unfinished, path); !renamed) return renamed;
-  const std::lock_guard lock(assetsMutex_);
-  stored_.insert(asset.name.hash);
-  return {};
-}
-
-/// One that cannot be written now is tried again, and said, by the edit that names it.
-void StateFolder::prepare(const std::shared_ptr<const Asset>& asset) {
-  try {
-    {
-      const std::lock_guard lock(assetsMutex_);
-      std::erase_if(prepared_, [](const auto& entry) { return entry.second.expired(); });
-      if (!prepared_.emplace(asset->name.hash, asset).second || stored_.contains(asset->name.hash)) return;
-    }
-    if (!writeAsset(*asset, ".ahead.new")) return;
-    const std::lock_guard lock(assetsMutex_);
-    writtenAhead_ += asset->bytes().size();
-  } catch (const std::exception&) {  // for want of memory
-  }
-}
-
-std::unordered_set<std::string> StateFolder::preparedNames() {
-  const std::lock_guard lock(assetsMutex_);
-  std::unordered_set<std::string> names;
-  for (const auto& [hash, asset] : prepared_) {
-    if (!asset.expired()) names.insert(hash.hex());
-  }
-  return names;
 }
 
 void StateFolder::reserve() {
@@ -400,30 +330,6 @@ bool StateFolder::giveBackReserve() {
   return true;
 }
 
-/// Removes the assets that the state does not name, unless something that was given up since may name them.
-void StateFolder::collect(const SequencerState& state) {
-  auto named = assetNames(state);
-  named.merge(preparedNames());
-  {
-    const std::lock_guard lock(assetsMutex_);
-    std::erase_if(stored_, [&](const ContentHash& hash) { return !named.contains(hash.hex()); });
-  }
-  const std::int64_t keepUpTo_s = collectAside();
-  auto assets = files_.list(folder_ / kAssetFolder);
-  if (!assets) return;
-  std::ranges::sort(*assets, std::ranges::greater(), &FileSystem::Entry::changed_s);
-  std::size_t unnamed_bytes = 0;
-  for (const auto& asset : *assets) {
-    const std::string hash = asset.name.substr(0, asset.name.find('.'));
-    const bool isAhead = asset.name.ends_with(".ahead.new") && named.contains(hash);
-    if (named.contains(asset.name) || isAhead || asideSince(asset.name)) continue;
-    const bool mayBeNamed = asset.changed_s <= keepUpTo_s && !asset.name.ends_with(".new");
-    if (mayBeNamed) unnamed_bytes += asset.size;
-    if (mayBeNamed && unnamed_bytes <= kMostUnnamedAssets_bytes) continue;
-    files_.remove(folder_ / kAssetFolder / asset.name);  // a file that cannot be removed costs its space
-  }
-}
-
 /// @return Since when the newest log is aside; 0: there is none.
 std::int64_t StateFolder::collectAside() {
   struct Aside {
@@ -434,7 +340,7 @@ std::int64_t StateFolder::collectAside() {
   };
   std::vector<Aside> aside;
   for (const bool isAsset : {false, true}) {
-    const fs::path folder = isAsset ? folder_ / kAssetFolder : folder_;
+    const fs::path folder = isAsset ? assets_.folder() : folder_;
     for (const auto& entry : files_.list(folder).value_or(std::vector<FileSystem::Entry>{})) {
       if (const auto since_s = asideSince(entry.name))
         aside.push_back({folder / entry.name, *since_s, entry.size, isAsset});
@@ -454,15 +360,6 @@ std::int64_t StateFolder::collectAside() {
     if (!isAsset) newest_s = std::max(newest_s, since_s);
   }
   return newest_s;
-}
-
-StateFolder::AssetBytes StateFolder::assetBytes(const SequencerState& state) {
-  const auto named = assetNames(state);
-  AssetBytes bytes;
-  for (const auto& entry : files_.list(folder_ / kAssetFolder).value_or(std::vector<FileSystem::Entry>{})) {
-    (named.contains(entry.name) ? bytes.named : bytes.others) += entry.size;
-  }
-  return bytes;
 }
 
 }  // namespace haptics

@@ -5,17 +5,15 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "common/error/error.h"
 #include "haptic_server/scene/edit_journal.h"
+#include "haptic_server/state/asset_files.h"
 #include "haptic_server/state/durable_file.h"
 #include "haptic_server/state/saved_state.h"
 
@@ -25,8 +23,8 @@ namespace haptics {
 ///
 ///   log                  a checkpoint and the edits accepted since (record_chain.h, state.proto)
 ///   checkpoint           a copy of the log's beginning, without which all that follows would mean nothing
-///   assets/<hash>        the meshes, fields, vertex values and moved vertices that the log names, canonical bytes
-///   *.damaged-<n>        what had to be given up, as it was found at time n (Unix, seconds), for whoever wants to look
+///   assets/HASH          the meshes, fields, vertex values and moved vertices that the log names, canonical bytes
+///   *.damaged-N          what had to be given up, as it was found at time N (Unix, seconds), for whoever wants to look
 ///                        into it; the assets of that time stay with it. Both for kKeepAside_s and up to a size
 ///   reserve              space for when the disk is full of something else
 ///   lock                 held by the server that uses the folder
@@ -51,8 +49,6 @@ class StateFolder final : public EditJournal {
   static constexpr std::int64_t kKeepAside_s = 30 * 24 * 3600;
   static constexpr std::size_t kMostAside = 16;  ///< Files; the newest stay.
   static constexpr std::size_t kMostAside_bytes = 1U << 30;
-  /// Of assets that no state names, but one that was given up may.
-  static constexpr std::size_t kMostUnnamedAssets_bytes = 1U << 30;
 
   /// Makes the folder when there is none. Whatever the folder holds, the state is the newest that can be proven: of the
   /// log, up to where it is damaged, or of the checkpoint's copy; an empty one when nothing can be read. What is given up
@@ -70,17 +66,14 @@ class StateFolder final : public EditJournal {
                                            Options options);
 
   [[nodiscard]] Result<void> keep(const SequencerState& before, const Edits& edits, const Assets& assets) override;
-  /// Writes the asset's file, which stays as long as the asset is held.
-  void prepare(const std::shared_ptr<const Asset>& asset) override;
+  /// AssetFiles::prepare().
+  void prepare(const std::shared_ptr<const Asset>& asset) override { assets_.prepare(asset); }
   void resetTo(const SequencerState& state, const Assets& assets) override;
-  /// With this hash. Refused: missing, unreadable, or damaged, in which case the file is kept aside.
-  [[nodiscard]] Result<std::string> readAsset(const ContentHash& hash);
+  /// AssetFiles::read().
+  [[nodiscard]] Result<std::string> readAsset(const ContentHash& hash) { return assets_.read(hash); }
 
   /// The asset's file was found damaged: resetTo() writes it again.
-  void distrust(const ContentHash& asset) {
-    const std::lock_guard lock(assetsMutex_);
-    stored_.erase(asset);
-  }
+  void distrust(const ContentHash& asset) { assets_.distrust(asset); }
 
  private:
   struct Found;
@@ -88,21 +81,14 @@ class StateFolder final : public EditJournal {
     std::string name;   // empty: there is none, and only its time is noted
     std::string aside;  // the name that it gets
   };
-  struct AssetBytes {
-    std::size_t named = 0;   // by the state
-    std::size_t others = 0;  // in the folder
-  };
   std::filesystem::path folder_;
   Options options_;
   FileSystem& files_;
+  AssetFiles assets_;
   FileSystem::OpenFile lock_;
   FileSystem::OpenFile log_;  // none: it is not known what is in the file, and only a new one is known
   std::size_t size_ = 0;      // of the log, good records only
   RecordWriter writer_;
-  std::mutex assetsMutex_;                  // guards the three below
-  std::unordered_set<ContentHash> stored_;  // assets that are durable, as this process knows
-  std::unordered_map<ContentHash, std::weak_ptr<const Asset>> prepared_;  // by prepare(), perhaps being written
-  std::size_t writtenAhead_ = 0;      // bytes, by prepare(), that written_ does not count yet
   Assets unsavedAssets_;              // of the state, to be stored before the next edit
   std::size_t written_ = 0;           // log and assets, since the last checkpoint
   std::size_t nextCheckpoint_ = 0;    // when written_ has come so far
@@ -112,7 +98,10 @@ class StateFolder final : public EditJournal {
   bool startsFresh_ = false;  // there is neither log nor checkpoint that can be read
 
   StateFolder(std::filesystem::path folder, Options options)
-      : folder_(std::move(folder)), options_(std::move(options)), files_(*options_.files) {}
+      : folder_(std::move(folder)),
+        options_(std::move(options)),
+        files_(*options_.files),
+        assets_(folder_ / "assets", files_) {}
 
   SequencerState load(std::uint64_t freshEpoch);
   [[nodiscard]] Found look(const std::string& name, const std::vector<FileSystem::Entry>& entries);
@@ -127,15 +116,10 @@ class StateFolder final : public EditJournal {
   Result<void> storeUnsavedAssets();
   Result<void> append(const std::string& records);
   Result<void> storeAsset(const Asset& asset);
-  [[nodiscard]] bool isStored(const ContentHash& asset);
-  Result<void> writeAsset(const Asset& asset, const char* unfinishedMark);
-  [[nodiscard]] std::unordered_set<std::string> preparedNames();
   void planCheckpoint(std::size_t lastSize);
   void reserve();
   bool giveBackReserve();
-  void collect(const SequencerState& state);
   [[nodiscard]] std::int64_t collectAside();
-  [[nodiscard]] AssetBytes assetBytes(const SequencerState& state);
 };
 
 struct StateFolder::Opened {

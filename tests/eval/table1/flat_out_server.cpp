@@ -28,8 +28,7 @@ FlatOutServer::FlatOutServer(const TriMesh& mesh)
   apply(AddObject{kObject, {AssetSource{asset->name.hash}}, {}, {kStiffness_N_per_m, {}, {}}});
   Server::Options options;
   options.identity = {"haptic_eval", hand_.info().name, kNominalRate_Hz, hand_.info().maxForce_N};
-  options.popTelemetry = [this](TelemetrySample& sample) { return servo_->pop(sample); };
-  server_ = orThrow(Server::listen(std::move(options), *room_));
+  server_ = orThrow(Server::listen(std::move(options), *room_, *this));
   server_->start();
   thread_ = std::thread([this] { servo_->runFlatOut(stop_); });
 }

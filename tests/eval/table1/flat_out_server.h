@@ -12,11 +12,11 @@
 namespace haptics::eval {
 
 /// The rooms of the real server around one object: scene room, network thread, and the servo loop, flat out.
-class FlatOutServer {
+class FlatOutServer final : private ServerHost {
  public:
   /// Starts with the mesh. Throws std::runtime_error when something refuses.
   explicit FlatOutServer(const TriMesh& mesh);
-  ~FlatOutServer() { stop(); }
+  ~FlatOutServer() override { stop(); }
 
   /// Gives the object another mesh, as a client would; returns the revision when the servo feels it. The hand is away meanwhile.
   std::uint64_t show(const TriMesh& mesh);
@@ -30,6 +30,7 @@ class FlatOutServer {
   [[nodiscard]] const RecordedHand& hand() const noexcept { return hand_; }
 
  private:
+  [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override { return servo_->pop(sample); }
   void apply(Operation operation);
   std::shared_ptr<const Asset> upload(const TriMesh& mesh);
 

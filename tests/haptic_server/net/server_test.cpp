@@ -14,6 +14,7 @@
 #include "common/wire/tcp.h"
 #include "common/wire/tls.h"
 #include "haptic_server/net/admission.h"
+#include "haptic_server/net/connections.h"
 #include "tests/common/temporary_folder.h"
 #include "tests/haptic_server/net/session_world.h"
 
@@ -26,8 +27,8 @@ using Kind = v1::Envelope;
 
 constexpr auto kPatience = 20s;  // never reached unless something is broken
 
-/// The queue between servo and network thread, filled by the test.
-class Samples {
+/// A program around the server, whose servo's queue the test fills.
+class FakeHost final : public ServerHost {
  public:
   void push(std::uint64_t tick, std::uint64_t revision, std::uint64_t adoptionTick) {
     const std::lock_guard lock(mutex_);
@@ -37,13 +38,17 @@ class Samples {
     sample.adoptionTick = adoptionTick;
     samples_.push_back(sample);
   }
-  bool pop(TelemetrySample& sample) {
+  [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override {
     const std::lock_guard lock(mutex_);
     if (samples_.empty()) return false;
     sample = samples_.front();
     samples_.pop_front();
+    taken.push_back(sample.tick);
     return true;
   }
+  void fillStatus(v1::Status& status) override { status.set_ticks(42); }
+
+  std::vector<std::uint64_t> taken;
 
  private:
   std::mutex mutex_;
@@ -55,7 +60,7 @@ class ServerTest : public ::testing::Test {
   ServerTest() {
     EXPECT_TRUE(room.loadStartScene(edit(add("a"))));
     room.start();
-    server = Server::listen(options(), room).value();
+    server = Server::listen(options(), room, host).value();
     server->start();
   }
 
@@ -63,15 +68,7 @@ class ServerTest : public ::testing::Test {
     return {.listen = std::move(listen),
             .credentials = credentials,
             .allowInsecureLan = false,
-            .identity = {"test", "simulated", 1000, 3.3},
-            .popTelemetry =
-                [this](TelemetrySample& sample) {
-                  const bool any = samples.pop(sample);
-                  if (any) taken.push_back(sample.tick);
-                  return any;
-                },
-            .fillStatus = [](v1::Status& status) { status.set_ticks(42); },
-            .log = {}};
+            .identity = {"test", "simulated", 1000, 3.3}};
   }
 
   /// A client over TCP that beats once it has said Hello. All share one loop, which runs while the test waits.
@@ -136,7 +133,7 @@ class ServerTest : public ::testing::Test {
     editor = readClientCredentials(folder / kEditorFile).value();
     tls = TlsContext::client(viewer.serverCertificatePem).value();
     server->stop();
-    server = Server::listen(options(), room).value();
+    server = Server::listen(options(), room, host).value();
     server->start();
   }
 
@@ -145,8 +142,7 @@ class ServerTest : public ::testing::Test {
   ClientCredentials viewer, editor;
   std::optional<TlsContext> tls;
   EventLoop loop;
-  Samples samples;
-  std::vector<std::uint64_t> taken;
+  FakeHost host;
   SceneCrossing crossing;
   SceneRoom room{{}, crossing};
   std::unique_ptr<Server> server;
@@ -158,7 +154,7 @@ TEST_F(ServerTest, ServesAClientOverTcpFromWelcomeToEditLive) {
   EXPECT_EQ(server->counters().clients, 1U);
 
   client.raw->subscribe(1000);
-  samples.push(1, 1, 0);
+  host.push(1, 1, 0);
   ASSERT_TRUE(client.waitFor(Kind::kTelemetry));
 
   client.raw->moveObject(1, "a", 0.25);
@@ -166,7 +162,7 @@ TEST_F(ServerTest, ServesAClientOverTcpFromWelcomeToEditLive) {
   EXPECT_EQ(client.raw->all(Kind::kEditReply)[0].edit_reply().accepted().revision(), 2U);
   ASSERT_TRUE(client.waitFor(Kind::kCommit));
   EXPECT_EQ(client.raw->all(Kind::kCommit)[0].commit().root(), room.history()->version.root().asBytes());
-  for (std::uint64_t tick = 2; tick < 1000; ++tick) samples.push(tick, tick < 500 ? 1 : 2, tick < 500 ? 0 : 500);
+  for (std::uint64_t tick = 2; tick < 1000; ++tick) host.push(tick, tick < 500 ? 1 : 2, tick < 500 ? 0 : 500);
   ASSERT_TRUE(client.waitFor(Kind::kEditLive));
   EXPECT_EQ(client.raw->all(Kind::kEditLive)[0].edit_live().tick(), 500U);
   ASSERT_TRUE(waitFor([&] { return client.raw->all(Kind::kTelemetry).back().telemetry().tick() == 999; }));
@@ -179,16 +175,16 @@ TEST_F(ServerTest, ServesAClientOverTcpFromWelcomeToEditLive) {
   EXPECT_EQ(client.raw->all(Kind::kStatus)[0].status().ticks(), 42U);
 
   server->stop();
-  ASSERT_EQ(taken.size(), 999U);
-  for (std::size_t i = 0; i < taken.size(); ++i) ASSERT_EQ(taken[i], i + 1);
+  ASSERT_EQ(host.taken.size(), 999U);
+  for (std::size_t i = 0; i < host.taken.size(); ++i) ASSERT_EQ(host.taken[i], i + 1);
 }
 
 TEST_F(ServerTest, StoppingClosesTheClientsAndRecordsWhatIsLeft) {
   Client client(*this, server->port());
   client.join();
-  for (std::uint64_t tick = 1; tick <= 50; ++tick) samples.push(tick, 1, 0);
+  for (std::uint64_t tick = 1; tick <= 50; ++tick) host.push(tick, 1, 0);
   server->stop();
-  EXPECT_EQ(taken.size(), 50U);
+  EXPECT_EQ(host.taken.size(), 50U);
   EXPECT_TRUE(waitFor([&] { return client.raw->closed.has_value(); }));
 }
 
@@ -231,9 +227,9 @@ TEST_F(ServerTest, ServesWhoSpeaksWhileHundredsSayNothing) {
   // At once and without a word; those that stay are told after 3 s that they should have said Hello.
   const auto dropped = [](const auto& one) { return one->raw->closed && one->raw->got.empty(); };
   EXPECT_TRUE(waitFor([&] {
-    return std::count_if(silent.begin(), silent.end(), dropped) >= 300 - static_cast<int>(Server::kMaxHalfOpen);
+    return std::count_if(silent.begin(), silent.end(), dropped) >= 300 - static_cast<int>(Connections::kMaxHalfOpen);
   }));
-  EXPECT_GE(server->counters().refusedConnections, 300 - Server::kMaxHalfOpen);
+  EXPECT_GE(server->counters().refusedConnections, 300 - Connections::kMaxHalfOpen);
   EXPECT_EQ(server->counters().clients, 1U);
   EXPECT_FALSE(client.raw->closed) << "who is welcome is not dropped";
 }
@@ -336,14 +332,14 @@ TEST_F(ServerTest, CountsRandomBytesAsRefused) {
 }
 
 TEST_F(ServerTest, NamesTheAddressThatItCannotListenOn) {
-  const auto second = Server::listen(options("127.0.0.1:" + std::to_string(server->port())), room);
+  const auto second = Server::listen(options("127.0.0.1:" + std::to_string(server->port())), room, host);
   ASSERT_FALSE(second);
   EXPECT_THAT(second.error().text(), ::testing::HasSubstr(std::to_string(server->port())));
-  const auto open = Server::listen(options("0.0.0.0:0"), room);
+  const auto open = Server::listen(options("0.0.0.0:0"), room, host);
   ASSERT_FALSE(open);
   EXPECT_THAT(open.error().text(), ::testing::HasSubstr("--allow-insecure-lan"));
   EXPECT_THAT(open.error().text(), ::testing::HasSubstr("--credentials"));
-  const auto malformed = Server::listen(options("nonsense"), room);
+  const auto malformed = Server::listen(options("nonsense"), room, host);
   ASSERT_FALSE(malformed);
   EXPECT_THAT(malformed.error().text(), ::testing::StartsWith("--listen"));
 }

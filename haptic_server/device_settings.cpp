@@ -1,0 +1,50 @@
+#include "haptic_server/device_settings.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdint>
+
+#include "common/clock/monotonic.h"
+#include "haptic_server/servo/server_step_config.h"
+#include "haptic_server/surface_limits_cache.h"
+
+namespace haptics {
+namespace {
+
+/// The delay as the command line has it where that says more than the driver.
+[[nodiscard]] DeviceInfo deviceInfoOf(const ServerOptions& options, DeviceInfo device) {
+  constexpr double kMillisecond_s = 1e-3;
+  if (options.deviceDelay_ms) device.delay_s = *options.deviceDelay_ms * kMillisecond_s;
+  return device;
+}
+
+[[nodiscard]] SurfaceLimits surfaceLimitsOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
+  const std::uint64_t began_ns = monotonicNow_ns();
+  const auto [limits, searched] =
+      SurfaceLimitsCache(SurfaceLimitsCache::userFolder()).find(device, rate_Hz, options.stabiliser);
+  spdlog::info("surfaces are felt with at most {:.5g} N/m and {:.3g} Ns/m: {} in {:.0f} ms", limits.stiffness_N_per_m,
+               limits.damping_Ns_per_m, searched ? "found" : "read",
+               static_cast<double>(monotonicNow_ns() - began_ns) * 1e-6);
+  if (limits.stiffness_N_per_m == 0) {
+    spdlog::warn(
+        "no surface is felt: by simulation this device comes to rest on no wall at this rate and delay; less delay, a "
+        "higher rate or the stabiliser may help");
+  }
+  return limits;
+}
+
+}  // namespace
+
+StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
+  StepConfig config = serverStepConfig(deviceInfoOf(options, device), rate_Hz);
+  if (!options.stabiliser) config.lead.reset();
+  return config;
+}
+
+DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, const StepConfig& step, double rate_Hz) {
+  const SurfaceLimits limits = surfaceLimitsOf(options, deviceInfoOf(options, device), rate_Hz);
+  return {step.positionStep_m, step.stableLateral_N_per_m, step.period_s, limits.stiffness_N_per_m,
+          limits.damping_Ns_per_m};
+}
+
+}  // namespace haptics

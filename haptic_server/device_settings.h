@@ -1,0 +1,18 @@
+#pragma once
+
+#include "haptic_server/device/device.h"
+#include "haptic_server/scene/surface_remarks.h"
+#include "haptic_server/server_options.h"
+#include "haptic_server/servo/haptic_state.h"
+
+namespace haptics {
+
+/// What the step is to know of the device, as the command line changes it.
+[[nodiscard]] StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz);
+
+/// What the device bears, for clamps of the scene's materials. May search for seconds where it was never asked for such a
+/// device; the log says what came of it.
+[[nodiscard]] DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, const StepConfig& step,
+                                    double rate_Hz);
+
+}  // namespace haptics

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/error/error.h"
+#include "common/telemetry/energy_state.h"
+#include "common/telemetry/motion_state.h"
+#include "common/telemetry/telemetry_sample.h"
+#include "haptics/v1/envelope.pb.h"
+
+namespace haptics {
+
+/// What a server needs of the program around it: the servo's mailboxes, a recorder, a log. Called on the network thread
+/// only, or by Server::stop() once that has ended.
+class ServerHost {
+ public:
+  virtual ~ServerHost() = default;
+  /// Takes the oldest sample of the servo's queue. False: it is empty.
+  [[nodiscard]] virtual bool popTelemetry(TelemetrySample& sample) = 0;
+  /// Where the objects that move are; null when nothing has changed since the last call. By default nothing moves.
+  [[nodiscard]] virtual const MotionState* takeMotion() { return nullptr; }
+  /// What the objects gave the hand; null when nothing has changed since the last call. By default nobody looks.
+  [[nodiscard]] virtual const EnergyState* takeEnergy() { return nullptr; }
+
+  /// With the file, or why there is none. Called once, on any thread.
+  using DumpAnswer = std::function<void(const Result<std::string>& file)>;
+  /// Records the last seconds. False, as by default: this program keeps none, and no answer follows.
+  [[nodiscard]] virtual bool requestDump([[maybe_unused]] DumpAnswer answer) { return false; }
+
+  /// Adds what a Status says of servo, device and uptime.
+  virtual void fillStatus([[maybe_unused]] v1::Status& status) {}
+  virtual void log([[maybe_unused]] const std::string& line) {}
+};
+
+}  // namespace haptics

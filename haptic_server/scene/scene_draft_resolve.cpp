@@ -1,0 +1,246 @@
+// What a draft's operations name is made, and looked at whether it fits together.
+#include <algorithm>
+#include <array>
+#include <utility>
+#include <variant>
+
+#include "common/telemetry/motion_state.h"
+#include "haptic_server/scene/fit_deformation.h"
+#include "haptic_server/scene/fit_mapping.h"
+#include "haptic_server/scene/scene_draft.h"
+
+namespace haptics {
+
+Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
+  constexpr std::array<const char*, 7> kOf{"",           "friction: ", "dynamic friction: ", "texture: ", "stiffness: ",
+                                           "softness: ", "residue: "};  // as Place counts
+  std::vector<std::string> reports;
+  // What grows on a mesh comes after all meshes.
+  std::stable_partition(named_.begin(), named_.end(),
+                        [](const Named& named) { return !std::holds_alternative<const GrownSource*>(named.source); });
+  for (const Named& named : named_) {
+    auto report = make(named, resolver);
+    if (!report) return tl::unexpected(std::move(report).error().within(named.field));
+    if (!report->empty()) reports.push_back(named.name + ": " + kOf[static_cast<std::size_t>(named.place)] + *report);
+  }
+  if (auto fits = checkDetails(); !fits) return tl::unexpected(std::move(fits).error());
+  for (const Named& named : named_) fitMapping(named);
+  const auto addRemarks = [&](const ObjectRecord& record, const ObjectAssets& assets) {
+    for (const std::string& remark : resolver.remarks(record, assets)) reports.push_back(record.name + ": " + remark);
+  };
+  for (const auto& [object, given] : given_) {
+    ObjectRecord& record = *put(object);
+    if (auto gathered = gather(record, given, resolver); !gathered) return tl::unexpected(std::move(gathered).error());
+    if (auto fits = fitDeformation(record, given); !fits) return tl::unexpected(std::move(fits).error());
+    derive(record, assets_.at(object), known(record, resolver), !(given.mesh.empty() && given.deformation.empty()),
+           [&resolver](std::size_t triangles) { resolver.beforeWork(triangles); });
+    if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
+    if (given.onlyResidue()) continue;  // the server's own, time and again
+    stiffened_.erase(object);
+    addRemarks(record, assets_.at(object));
+  }
+  for (const ObjectId object : stiffened_) {
+    if (const ObjectRecord* record = put(object)) addRemarks(*record, baseAssets_.at(object));
+  }
+  return reports;
+}
+
+Result<std::string> SceneDraft::make(const Named& named, AssetResolver& resolver) {
+  const auto mesh = meshOf(named);
+  if (!mesh && std::holds_alternative<const GrownSource*>(named.source))
+    return {};  // its object has been removed since
+  struct Resolve {
+    AssetResolver& resolver;
+    const MeshAsset* mesh;
+    auto operator()(const MeshSource* source) const { return resolver.resolve(*source); }
+    auto operator()(const MappedSource* source) const { return resolver.resolve(source->field); }
+    auto operator()(const GrownSource* source) const { return resolver.resolve(source->points, *mesh); }
+    auto operator()(const VertexValuesSource* source) const { return resolver.resolve(*source); }
+    auto operator()(const ResidueSource& source) const { return resolver.resolve(source); }
+  };
+  return std::visit(
+      [&](const auto& source) -> Result<std::string> {
+        auto resolved = Resolve{resolver, mesh.get()}(source);
+        if (!resolved) return tl::unexpected(std::move(resolved).error());
+        if (auto room = checkRoom(*resolved->asset); !room) return tl::unexpected(std::move(room).error());
+        const ContentHash& hash = resolved->asset->name.hash;
+        made_[hash] = resolved->asset;
+        enter(named, hash);
+        return std::move(resolved->report);
+      },
+      named.source);
+}
+
+void SceneDraft::enter(const Named& named, const ContentHash& hash) {
+  ObjectRecord* record = put(named.object);
+  if (!record) return;
+  if (named.place == Place::kMesh) record->mesh = hash;
+  if (FieldFamily* family = fieldFamily(named)) {
+    if (auto* mapped = std::get_if<MappedFamily>(family)) mapped->field = hash;
+    if (auto* grown = std::get_if<GrownFamily>(family)) grown->points = hash;
+  }
+  if (!std::holds_alternative<const VertexValuesSource*>(named.source)) return;
+  FactorMap* map = factorMap(named);
+  if (auto* scale = map ? std::get_if<PerVertexScale>(map) : nullptr) scale->values = hash;
+}
+
+/// Against the assets of the scene as it was and those made so far: for a while, both are there.
+Result<void> SceneDraft::checkRoom(const Asset& more) const {
+  std::map<ContentHash, std::size_t> sizes{{more.name.hash, more.bytes().size()}};
+  const auto add = [&](const auto& asset) { sizes[asset->name.hash] = asset->bytes().size(); };
+  for (const auto& [hash, asset] : made_) add(asset);
+  for (const auto& [object, its] : baseAssets_) {
+    add(its.mesh);
+    std::ranges::for_each(its.others, add);
+  }
+  std::size_t bytes = 0;
+  for (const auto& [hash, size] : sizes) bytes += size;
+  if (bytes <= limits_.assets_bytes) return {};
+  return refused("source", "takes " + std::to_string(more.bytes().size()) + " bytes, which makes " +
+                               std::to_string(bytes) + " with the scene's other assets; it holds at most " +
+                               std::to_string(limits_.assets_bytes) + ": give less detail, or remove objects first");
+}
+
+Result<void> SceneDraft::checkDetails() const {
+  std::size_t bytes = 0;
+  for (const auto& object : base_.objects()) {
+    const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);
+    if (stays) bytes += detailSizeOf(*object);
+  }
+  for (const ObjectRecord& record : put_) bytes += detailSizeOf(record);
+  if (bytes <= limits_.details_bytes) return {};
+  const std::string why = "makes the Fourier terms, layers, creases and lattices of all objects " +
+                          std::to_string(bytes) + " bytes; a scene has at most " +
+                          std::to_string(limits_.details_bytes);
+  for (const auto& [object, given] : given_) {
+    if (!given.deformation.empty()) return refused(given.deformation + "lattice", why);
+    if (given.surface.empty()) continue;
+    const auto& [property, field] = *given.surface.begin();
+    return refused(field + property, why);
+  }
+  return {};
+}
+
+/// That the source is of; null for other sources.
+FactorMap* SceneDraft::factorMap(const Named& named) {
+  ObjectRecord* record = put(named.object);
+  if (!record) return nullptr;
+  SurfaceProperties& surface = record->material.surface;
+  if (named.place == Place::kFriction && surface.friction) return &surface.friction->over;
+  if (named.place == Place::kDynamicFriction && surface.friction) return &surface.friction->dynamicOver;
+  if (named.place == Place::kStiffness && surface.stiffnessOver) return &surface.stiffnessOver->over;
+  if (named.place == Place::kSoftness && surface.softnessOver) return &surface.softnessOver->over;
+  return nullptr;
+}
+
+/// Likewise: mapped or grown.
+FieldFamily* SceneDraft::fieldFamily(const Named& named) {
+  ObjectRecord* record = put(named.object);
+  std::optional<std::size_t> layer;
+  if (const auto* mapped = std::get_if<const MappedSource*>(&named.source)) {
+    layer = (*mapped)->layer;
+  } else if (const auto* grown = std::get_if<const GrownSource*>(&named.source)) {
+    layer = (*grown)->layer;
+  } else {
+    return nullptr;
+  }
+  if (!record) return nullptr;
+  FieldFamily* family = nullptr;
+  auto& texture = record->material.surface.texture;
+  if (named.place == Place::kTexture && texture) family = &texture->family;
+  if (FactorMap* map = factorMap(named)) family = std::get_if<FieldFamily>(map);
+  if (family && layer) family = &std::get<LayeredFamily>(*family).layers.at(*layer).family;
+  return family;
+}
+
+void SceneDraft::fitMapping(const Named& named) {
+  FieldFamily* family = fieldFamily(named);
+  auto* mapped = family ? std::get_if<MappedFamily>(family) : nullptr;
+  if (!mapped) return;
+  if (const auto mesh = meshOf(named))
+    fitToMesh(*std::get<const MappedSource*>(named.source), *mesh->mesh, mapped->mapping);
+}
+
+/// As it is made so far; null where the object is no more.
+std::shared_ptr<const MeshAsset> SceneDraft::meshOf(const Named& named) {
+  const ObjectRecord* record = put(named.object);
+  return record ? as<MeshAsset>(findAsset(named.object, record->mesh)) : nullptr;
+}
+
+std::shared_ptr<const Asset> SceneDraft::findAsset(ObjectId object, const ContentHash& hash) const {
+  if (const auto at = made_.find(hash); at != made_.end()) return at->second;
+  const auto known = baseAssets_.find(object);
+  return known == baseAssets_.end() ? nullptr : known->second.find(hash);
+}
+
+/// As it was prepared, and as it was.
+std::vector<KnownObject> SceneDraft::known(const ObjectRecord& record, const AssetResolver& resolver) const {
+  std::vector<KnownObject> known;
+  if (const auto* prepared = resolver.prepared(record.name)) known.push_back({&prepared->record, &prepared->assets});
+  if (const auto original = base_.find(record.id)) known.push_back({original.get(), &baseAssets_.at(record.id), true});
+  return known;
+}
+
+Result<void> SceneDraft::gather(const ObjectRecord& record, const Given& given, const AssetResolver& resolver) {
+  const auto& shading = record.material.surface.shading;
+  const bool creasesFit = std::ranges::any_of(known(record, resolver), [&](const KnownObject& its) {
+    return its.record->mesh == record.mesh && its.record->material.surface.shading == shading;
+  });
+  if (const auto mesh = as<MeshAsset>(findAsset(record.id, record.mesh)); mesh && shading && !creasesFit) {
+    if (!shading->creases.empty()) resolver.beforeWork(mesh->mesh->triangles.size());
+  }
+  const auto find = [&](const AssetName& name) -> Result<std::shared_ptr<const Asset>> {
+    auto asset = findAsset(record.id, name.hash);
+    if (!asset) return refused("", "is not here");
+    return asset;
+  };
+  auto gathered = gatherAssets(record, find, creasesFit);
+  if (gathered) {
+    assets_[record.id] = *std::move(gathered);
+    return {};
+  }
+  const auto& [field, reason] = gathered.error();
+  if (const auto at = given.surface.find(field.substr(0, field.find('.'))); at != given.surface.end()) {
+    return refused(at->second + field, reason);
+  }
+  if (field == "deformation.residue") return refused(given.residue, reason);
+  return refused(given.mesh, "does not fit the object's " + field + ", which " + reason +
+                                 "; edit that property in the same transaction, or take it away");
+}
+
+/// Of the mesh that the object has after the transaction.
+Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const Given& given) const {
+  if (!record.motion) return {};
+  const bool byMotion = !given.motion.empty();
+  if (byMotion) {
+    if (auto fits = checkMovingCount(given.motion); !fits) return fits;
+  }
+  const auto body = feltBodyOf(record, assets_.at(record.id));
+  if (*body) return {};
+  const auto& [field, reason] = body->error();
+  if (byMotion) return refused(given.motion + field, reason);
+  return refused(given.mesh, "does not fit the object's motion." + field + ", which " + reason);
+}
+
+Result<void> SceneDraft::checkMovingCount(const std::string& field) const {
+  std::size_t count = 0;
+  for (const auto& object : base_.objects()) {
+    const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);
+    if (stays && object->motion) ++count;
+  }
+  for (const ObjectRecord& record : put_) count += record.motion ? 1 : 0;
+  if (count <= kMaxMovingBodies) return {};
+  return refused(field.substr(0, field.size() - 1), "makes " + std::to_string(count) + " objects move; at most " +
+                                                        std::to_string(kMaxMovingBodies) + " of a scene may");
+}
+
+/// To the mesh that the object has after the transaction.
+Result<void> SceneDraft::fitDeformation(ObjectRecord& record, const Given& given) const {
+  auto unfit = fitToMesh(record.deformation, *assets_.at(record.id).mesh->mesh, given.latticeOfMesh);
+  if (!unfit) return {};
+  const auto& [field, reason] = *unfit;
+  if (!given.deformation.empty()) return refused(given.deformation + field, reason);
+  return refused(given.mesh, "does not fit the object's deformation." + field + ", which " + reason);
+}
+
+}  // namespace haptics

@@ -1,0 +1,38 @@
+#include "haptic_server/net/upload_budget.h"
+
+#include <gtest/gtest.h>
+
+namespace haptics {
+namespace {
+
+constexpr std::size_t kMost_bytes = 100, kMostOfToken_bytes = 70;
+const ContentHash kOne{{1}}, kOther{{2}};
+
+TEST(UploadBudget, LeavesTheOthersAShareThatNobodyWithOneTokenTakes) {
+  UploadBudget budget(kMost_bytes, kMostOfToken_bytes);
+  EXPECT_TRUE(budget.reserve(kOne, 40));
+  EXPECT_FALSE(budget.reserve(kOne, 31));
+  EXPECT_TRUE(budget.reserve(kOne, 30));
+  EXPECT_TRUE(budget.reserve(kOther, 30));
+}
+
+TEST(UploadBudget, HasNoMoreThanThereIsForAll) {
+  UploadBudget budget(kMost_bytes, kMostOfToken_bytes);
+  EXPECT_TRUE(budget.reserve(kOne, 60));
+  EXPECT_FALSE(budget.reserve(kOther, 41));
+  EXPECT_TRUE(budget.reserve(kOther, 40));
+}
+
+TEST(UploadBudget, GivesAgainWhatWasReleased) {
+  UploadBudget budget(kMost_bytes, kMostOfToken_bytes);
+  EXPECT_TRUE(budget.reserve(kOne, 70));
+  budget.release(kOne, 50);
+  EXPECT_FALSE(budget.reserve(kOne, 51));
+  EXPECT_TRUE(budget.reserve(kOne, 50));
+  budget.release(kOne, 70);
+  EXPECT_TRUE(budget.reserve(kOther, 70));
+  EXPECT_TRUE(budget.reserve(kOne, 30));
+}
+
+}  // namespace
+}  // namespace haptics
