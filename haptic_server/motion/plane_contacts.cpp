@@ -15,8 +15,12 @@ namespace {
 constexpr int kRounds = 40;
 /// However many bodies there are. One would let a body at rest creep.
 constexpr int kLeastRounds = 2;
-/// Units (Allowance) of a point in a round.
-constexpr std::int64_t kPointInRound = 64;
+/// Units (Allowance) of a point that bears the body: in a round, and in all else; and of a support point: to see whether it
+/// is by a plane, and beside it where it is.
+constexpr std::int64_t kRound = 64;
+constexpr std::int64_t kBearing = 112;
+constexpr std::int64_t kPoint = 3;
+constexpr std::int64_t kPointByPlane = 12;
 /// The rounds end when they change the impulses by less than this part. At rest the first guess is right: two do.
 constexpr double kSettled = 1e-7;
 /// Depth that is left alone, of the body's radius. 0 would lift bodies for ever, as rounding lets them sink.
@@ -122,6 +126,11 @@ class Footprint {
       if ((near & 2) != 0) near_[count_++] = static_cast<std::uint16_t>(i + 1);
     }
     if (i < count && now(support_[i]) <= reach) near_[count_++] = i;
+  }
+
+  /// Units (Allowance) of looking for them.
+  [[nodiscard]] std::int64_t units() const noexcept {
+    return kPoint * static_cast<std::int64_t>(support_.size()) + kPointByPlane * static_cast<std::int64_t>(count_);
   }
 
   /// Calls `take` with the point that would go deepest; the one farthest from it; the ones farthest to both sides of these two.
@@ -230,7 +239,7 @@ using Touches = std::array<Touch, kMaxPlanes * kPointsOnPlane>;
 
 /// @return How many there are.
 [[nodiscard]] std::size_t findTouches(const RigidBody& body, const RigidState& state, const Impulses& impulses,
-                                      double period_s, Touches& touches) noexcept {
+                                      double period_s, Touches& touches, Allowance& allowance) noexcept {
   std::size_t count = 0;
   const double reach = impulses.reach(body.radius_m, period_s) + kNear * body.radius_m;
   for (std::size_t p = 0; p < body.planeCount; ++p) {
@@ -242,6 +251,7 @@ using Touches = std::array<Touch, kMaxPlanes * kPointsOnPlane>;
     const Above next{height + period_s * glm::dot(plane.normal, impulses.linear()),
                      now.normal + period_s * (toOwn * glm::cross(plane.normal, impulses.angular()))};
     const Footprint footprint(body, now, next, reach);
+    allowance.spend(footprint.units());
     footprint.choose([&](std::uint16_t point) {
       const double closing = std::max(now(body.support[point]), 0.0) / period_s;
       Touch& touch = touches[count++];
@@ -250,16 +260,17 @@ using Touches = std::array<Touch, kMaxPlanes * kPointsOnPlane>;
       touch.point = point;
     });
   }
+  allowance.spend((kBearing + kLeastRounds * kRound) * static_cast<std::int64_t>(count));
   return count;
 }
 
 }  // namespace
 
-void meetPlanes(const RigidBody& body, RigidState& state, double period_s, Allowance& allowance) noexcept {
+void meetPlanes(const RigidBody& body, RigidState& state, double period_s, MotionAllowance& allowance) noexcept {
   if (body.planeCount == 0) return;
   Impulses impulses(body, state);
   Touches touches;
-  const std::size_t count = findTouches(body, state, impulses, period_s, touches);
+  const std::size_t count = findTouches(body, state, impulses, period_s, touches, allowance.least);
   for (std::size_t i = 0; i < count; ++i) impulses.apply(touches[i].arm, touches[i].impulse());
   Vec3 rolling(0);
   if (count > 0) {
@@ -267,8 +278,10 @@ void meetPlanes(const RigidBody& body, RigidState& state, double period_s, Allow
     impulses.applyTurning(rolling);
   }
   for (int round = 0; round < kRounds && count > 0; ++round) {
-    if (round >= kLeastRounds && allowance.isSpent()) break;
-    allowance.spend(kPointInRound * static_cast<std::int64_t>(count));
+    if (round >= kLeastRounds) {
+      if (allowance.rounds.isSpent()) break;
+      allowance.rounds.spend(kRound * static_cast<std::int64_t>(count));
+    }
     double change = 0;
     double pressing = 0;
     for (std::size_t i = 0; i < count; ++i) {

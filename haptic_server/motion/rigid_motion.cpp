@@ -75,10 +75,14 @@ void sleepWhenStill(const RigidBody& body, RigidState& state, const Push& push, 
   if (state.still_s >= kStill_s) stop(state, BodyCondition::kAsleep);
 }
 
+/// Units of a motion, planes apart.
+constexpr std::int64_t kMotion = 1'200;
+
 }  // namespace
 
 void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s,
-                   Allowance& allowance) noexcept {
+                   MotionAllowance& allowance) noexcept {
+  allowance.least.spend(kMotion);
   if (state.condition == BodyCondition::kAsleep && push.any()) state.condition = BodyCondition::kAwake;
   if (state.condition != BodyCondition::kAwake) return;
 

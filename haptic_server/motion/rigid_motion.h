@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptic_server/geometry/allowance.h"
+#include "haptic_server/motion/plane_contacts.h"
 #include "haptic_server/motion/rigid_body.h"
 
 namespace haptics {
@@ -16,9 +16,8 @@ namespace haptics {
 ///    as well as its angular momentum.
 ///  - Damping is implicit, and springs no stiffer than the tick can hold: no parameter makes a body unstable.
 ///  - A body at rest sleeps: it costs a comparison until it is pushed. A push keeps it awake.
-/// @param allowance  As in meetPlanes().
 void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s,
-                   Allowance& allowance) noexcept;
+                   MotionAllowance& allowance) noexcept;
 
 /// A body of which no point has moved farther than this in so long falls asleep, also one that drifts with no friction.
 /// Where it has moved, not how fast it moves: a pendulum stands still at its turning points, and a body on a plane may

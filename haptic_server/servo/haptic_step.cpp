@@ -310,7 +310,7 @@ template <bool kDetails>
     felt.contact.work.allowance = state.allowance;
     if constexpr (kDetails) {
       if (state.movingCount > 0) [[unlikely]]
-        felt.contact.work.allowance = besideMotion(state, config);
+        felt.contact.work.allowance = besideMotion(state);
     }
     if (state.adoptedNow) [[unlikely]]
       felt.contact.work.allowance = Allowance(felt.contact.work.allowance.left() / 2);  // the adoption had its part

@@ -11,29 +11,24 @@ namespace {
 /// Of the tick's allowance, what the bodies' motions may take in any case; beyond it they move in turn.
 [[nodiscard]] std::int64_t motionUnits(const HapticState& state) noexcept { return state.allowance.left() / 2; }
 
-/// Units of a point that bears a body, in the least rounds.
-constexpr std::int64_t kBearing = 240;
-
-/// Units that a body's motion takes in any case, if the points that bear it are as many as before.
-[[nodiscard]] std::int64_t leastUnits(const MovingBody& moving, double period_s) noexcept {
+/// About the units that a body's motion takes in any case.
+[[nodiscard]] std::int64_t leastUnits(const MovingBody& moving) noexcept {
   constexpr double kMotion = 1'200;  // planes apart
-  constexpr double kPoint = 2;       // to see whether a point is by a plane
-  constexpr double kPointByPlane = 13;
+  constexpr double kPoint = 3;       // to see whether a point is by a plane
+  constexpr double kPointByPlane = 12;
+  constexpr double kTouch = 240;  // a point that bears the body, in the least rounds
   const RigidBody& body = *moving.what;
-  const Vec3 moments = body.mass.moments;
-  const double turning = glm::length(moving.state.angularMomentum_Nms) / std::min({moments.x, moments.y, moments.z});
-  const double speed_m_per_s = glm::length(moving.state.momentum_Ns) / body.mass.mass_kg + turning * body.radius_m;
-  const double reach_m = body.radius_m + speed_m_per_s * period_s * (1 + moving.waited);
   double parts = 0, partsByPlanes = 0;  // of the body's points
   for (std::size_t p = 0; p < body.planeCount; ++p) {
     const Plane& plane = body.planes[p];
-    const double below_m = reach_m - (glm::dot(plane.normal, moving.state.centre_m) - plane.offset_m);
+    const double below_m = body.radius_m - (glm::dot(plane.normal, moving.state.centre_m) - plane.offset_m);
     if (!(below_m > 0)) continue;
     parts += 1;
     partsByPlanes += std::min(1.0, below_m / (2 * body.radius_m));
   }
-  const double points = static_cast<double>(body.support.size()) * (kPoint * parts + kPointByPlane * partsByPlanes);
-  return static_cast<std::int64_t>(kMotion + points) + kBearing * static_cast<std::int64_t>(moving.state.touchingCount);
+  return static_cast<std::int64_t>(
+      kMotion + static_cast<double>(body.support.size()) * (kPoint * parts + kPointByPlane * partsByPlanes) +
+      kTouch * static_cast<double>(moving.state.touchingCount));
 }
 
 /// What one body is given of a force (N, world) on the hand.
@@ -83,11 +78,11 @@ void takeMovedPoses(HapticState& state) noexcept {
   }
 }
 
-Allowance besideMotion(const HapticState& state, const StepConfig& config) noexcept {
+Allowance besideMotion(const HapticState& state) noexcept {
   std::int64_t units = 0;
   for (std::size_t i = 0; i < state.movingCount; ++i) {
     const MovingBody& moving = state.moving[i];
-    if (moving.state.condition == BodyCondition::kAwake) units += leastUnits(moving, config.period_s);
+    if (moving.state.condition == BodyCondition::kAwake) units += leastUnits(moving);
   }
   return Allowance(state.allowance.left() - std::min(units, motionUnits(state)));
 }
@@ -95,9 +90,9 @@ Allowance besideMotion(const HapticState& state, const StepConfig& config) noexc
 void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,
                 const ForceComponents& force) noexcept {
   const Reaction reaction(state, contact, force.contact);
-  Allowance rounds(state.allowance.left() / 8);
-  const std::int64_t kept = state.allowance.left() - besideMotion(state, config).left();
-  std::int64_t units = std::min(motionUnits(state), kept + std::max<std::int64_t>(0, contact.work.allowance.left()));
+  const std::int64_t kept = state.allowance.left() - besideMotion(state).left();
+  const std::int64_t left = kept + std::max<std::int64_t>(0, contact.work.allowance.left());
+  MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
   std::size_t next = 0;
   bool inTurn = false;
   for (std::size_t k = 0; k < state.movingCount; ++k) {
@@ -107,16 +102,13 @@ void moveBodies(HapticState& state, const StepConfig& config, const ContactResul
     if (state.objects[moving.body].beingMoved) continue;
     const Push push{reaction.on(moving.body), contact.ihip};
     if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
-    if (units < 0 && !push.any()) {
+    if (allowance.least.isSpent() && !push.any()) {
       if (!inTurn) next = i;
       inTurn = true;
       ++moving.waited;
       continue;
     }
-    const std::int64_t before = kBearing * static_cast<std::int64_t>(moving.state.touchingCount);
-    units -= leastUnits(moving, config.period_s);
-    moveRigidBody(*moving.what, moving.state, push, config.period_s * (1 + moving.waited), rounds);
-    units -= std::max<std::int64_t>(0, kBearing * static_cast<std::int64_t>(moving.state.touchingCount) - before);
+    moveRigidBody(*moving.what, moving.state, push, config.period_s * (1 + moving.waited), allowance);
     moving.waited = 0;
     moving.moved = true;
     if (push.any()) nameWork(state, moving, push, partWritten(force.written, force.contact));

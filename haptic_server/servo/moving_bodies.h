@@ -9,7 +9,7 @@ void takeMovedPoses(HapticState& state) noexcept;
 
 /// What of the tick's allowance is left beside what moving bodies take in any case, moveBodies() of this tick; a half at
 /// least.
-[[nodiscard]] Allowance besideMotion(const HapticState& state, const StepConfig& config) noexcept;
+[[nodiscard]] Allowance besideMotion(const HapticState& state) noexcept;
 
 /// Moves every awake body by a tick, those that hold the IHIP pushed by what the hand feels of them, friction and texture
 /// included (paper 5c). After the contact: the two are coupled once in a tick. Where that takes more than half of the

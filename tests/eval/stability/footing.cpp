@@ -95,7 +95,7 @@ class Body {
       : body_(bodyOf(footing, {1, 0, 0})), state_(restingAt(body_, {})), period_(period_s) {}
   double operator()(double x, double stiffness) {
     const double pressed_m = x - state_.coordinate;
-    Allowance endless;
+    MotionAllowance endless;
     moveRigidBody(body_, state_, {Vec3(stiffness * pressed_m, 0, 0), Vec3(0)}, period_, endless);
     return pressed_m;
   }

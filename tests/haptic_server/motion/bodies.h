@@ -38,7 +38,7 @@ struct Moving {
 
   Moving(RigidBody b, const Pose& pose) : body(std::move(b)), state(restingAt(body, pose)) {}
   void tick(const Push& push = {}) {
-    Allowance endless;
+    MotionAllowance endless;
     moveRigidBody(body, state, push, kPeriod_s, endless);
   }
   void run(double seconds, const Push& push = {}) {
