@@ -17,7 +17,14 @@ class Feeling {
  public:
   /// @param[in,out] tick  Its contact as it is held; after describe() as it is felt: IHIP, N_s and depth with shading and
   /// texture, touching also where only a bump reaches the HIP. Forces, height and friction are added.
-  Feeling(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept;
+  Feeling(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept
+      : scene_(scene),
+        state_(state),
+        memory_(state.surface),
+        config_(config),
+        contact_(tick.contact),
+        tick_(tick),
+        held_m_(tick.contact.ihip - state.hip) {}
 
   /// What the contact core holds, or is met within its dent, along the shading normal where there is one (paper 4.1).
   void addShading() noexcept;
@@ -79,7 +86,6 @@ class Feeling {
   }
 
   // feel_shading.cpp
-  [[nodiscard]] Feature feature() const noexcept;
   void shadeTouched(Felt& felt) noexcept;
   [[nodiscard]] bool shadeTogether(Felt& felt) noexcept;
   /// Returns whether there is a shading normal.
@@ -90,21 +96,16 @@ class Feeling {
   [[nodiscard]] double mostSwitched_N() const noexcept;
 
   // feel_texture.cpp
-  void feelTouched(Felt& felt) noexcept;
   void feelBumps() noexcept;
   [[nodiscard]] bool nearBumps(Felt& felt) noexcept;
   void feelHeight(Felt& felt, BumpWatch& watch) noexcept;
   [[nodiscard]] Relief reliefOnMaterial(const Felt& felt, const Vec3& place) noexcept;
 
-  // feel_springs.cpp
+  // feel_details.cpp
   void varyBeside(const Felt& felt) noexcept;
   void followStiffness() noexcept;
-  void followStiffness(std::size_t i) noexcept;
   void addForce(const Felt& felt) noexcept;
   void pushAlong() noexcept;
-
-  // feel_details.cpp
-  void forgetFriction() noexcept;
   void feelFrictionOnEach(const PressedSurface& all, const Vec3& ihip) noexcept;
 
   const ServoScene& scene_;

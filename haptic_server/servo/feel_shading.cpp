@@ -24,14 +24,10 @@ void Feeling::addShading() noexcept {
   if (state_.anyVaryingStiffness && isShadedRigid(felt.body)) varyBeside(felt);
 }
 
-/// What of its triangle holds the IHIP.
-Feature Feeling::feature() const noexcept {
-  return contact_.triangle == kNoTriangle ? state_.contact.feature : featureOf(contact_.primitive);
-}
-
 /// With force shading where there is a shading normal, and without a step where that begins or ends.
 void Feeling::shadeTouched(Felt& felt) noexcept {
   ShadingFade& fade = memory_.fade;
+  const Feature feature = contact_.triangle == kNoTriangle ? state_.contact.feature : featureOf(contact_.primitive);
   const Vec3 unshaded = felt.normal;
   const double unshaded_m = felt.geometric_m;
   ShadingFade::How how = ShadingFade::How::kNot;
@@ -40,7 +36,7 @@ void Feeling::shadeTouched(Felt& felt) noexcept {
   } else if (state_.anySoft && state_.yielded.between) {
     how = ShadingFade::How::kBetween;
   } else if (hasShading(felt.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
-             shadeAt(felt, {felt.triangle, feature(), contact_.primitive.localIndex}, state_.contact.holding[0].side)) {
+             shadeAt(felt, {felt.triangle, feature, contact_.primitive.localIndex}, state_.contact.holding[0].side)) {
     how = ShadingFade::How::kAlone;
   }
   const Vec3 turn = felt.normal - unshaded;

@@ -25,16 +25,16 @@ void goOnFrom(BumpWatch& watch, double height_m) noexcept {
 }  // namespace
 
 void Feeling::addTexture() noexcept {
-  if (contact_.touching) feelTouched(felt_[0]);
+  if (contact_.touching) {
+    Felt& felt = felt_[0];
+    BumpWatch& watch = state_.bumps[felt.body];
+    watch.triangle = felt.triangle;
+    watch.clear_m = 0;
+    feelHeight(felt, watch);
+    const Vec3 shaded_m = std::max(0.0, felt.geometric_m) * felt.normal;
+    tick_.shadingForce_N = stiffness(felt).spring_N_per_m * (shaded_m - unshaded_m_);
+  }
   if (state_.anyBumps) feelBumps();
-}
-
-void Feeling::feelTouched(Felt& felt) noexcept {
-  BumpWatch& watch = state_.bumps[felt.body];
-  watch.triangle = felt.triangle;
-  watch.clear_m = 0;
-  feelHeight(felt, watch);
-  tick_.shadingForce_N = stiffness(felt).spring_N_per_m * (std::max(0.0, felt.geometric_m) * felt.normal - unshaded_m_);
 }
 
 void Feeling::feelBumps() noexcept {

@@ -162,8 +162,8 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   if (state.anySoft) yieldToContact(scene, state, config, felt);
 }
 
-/// On rigid and smooth bodies at rest: along the penetration vector. What Feeling makes of them too, in a tenth of the
-/// time.
+/// On rigid and smooth bodies at rest: along the penetration vector. What Feeling makes of them too, without its list of
+/// what is felt.
 [[gnu::always_inline]] inline void addSpringDamper(const ServoScene& scene, HapticState& state,
                                                    const StepConfig& config, FeltTick& felt) noexcept {
   const ContactResult& contact = felt.contact;
@@ -237,6 +237,7 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 
 }  // namespace
 
+// The paper's section stands beside each stage.
 void feelForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
                FeltTick& felt, const KnownPolygons* known) noexcept {
   supervise(state, config, input);
