@@ -138,7 +138,12 @@ Felt Ours::feelContact(std::span<const Body> bodies, Vec3 hip) {
   FeltTick felt;
   state_.hip = hip;
   followContact(bodies, state_.contact, hip, felt.contact);
-  feelDetails(*scene_, state_, config_, felt);
+  Feeling feeling(*scene_, state_, config_, felt);
+  feeling.addShading();
+  feeling.addTexture();
+  feeling.addSpringDamper();
+  feeling.addFriction();
+  feeling.describe();
   return {felt.contact.touching, state_.contact.ihip, felt.force.spring, 0};
 }
 

@@ -1,0 +1,77 @@
+#include "haptic_server/servo/edited_objects.h"
+
+#include <algorithm>
+
+#include "haptic_server/servo/felt_pose.h"
+#include "haptic_server/servo/held_springs.h"
+
+namespace haptics {
+namespace {
+
+void moveEdited(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
+  state.anyBeingMoved = false;
+  state.slew.begin();
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    HapticState::ObjectState& object = state.objects[i];
+    if (!object.beingMoved) continue;
+    Body& body = state.bodies[i];
+    object.beingMoved = !(body.current == object.scenePose);  // there: one more tick, at rest
+    state.anyBeingMoved = state.anyBeingMoved || object.beingMoved;
+    const Stiffness k = stiffer(object.felt.value(), ownStiffness(scene, state, i));
+    const FeltPose felt(state.contact.hip, state.contact.ihip, k);
+    body.previous = lastTestedPose(state, body);
+    body.current = felt.next(body.current, object.scenePose, config.period_s);
+    body.update();
+    if (object.id != state.contactObject) continue;
+    const Vec3 shift = toWorld(body.current, toLocal(body.previous, state.contact.ihip)) - state.contact.ihip;
+    state.energy.name(object.id, EnergyFeature::kEdit, glm::dot(state.energy.written_N(), shift));
+  }
+}
+
+void letGoOfFaded(HapticState& state) noexcept {
+  const auto hasFaded = [&](const HoldingSurface& held) {
+    const auto body = static_cast<std::size_t>(held.body);
+    return state.bodies[body].leaving && state.objects[body].felt.value() == Stiffness{};
+  };
+  if (!std::ranges::any_of(state.contact.surfaces(), hasFaded)) return;
+  unseat(state.contact);
+  state.contactBroken = true;
+  state.slew.begin();
+}
+
+}  // namespace
+
+void followStiffness(const ServoScene& scene, HapticState& state, const StepConfig& config, std::size_t body,
+                     double depth_m, double speed_m_per_s) noexcept {
+  const double put_J = state.objects[body].felt.follow(ownStiffness(scene, state, body), depth_m, speed_m_per_s,
+                                                       config.maxForce_N, config.period_s);
+  if (put_J == 0) return;
+  state.energy.name(scene.objects[body].id, EnergyFeature::kEdit, put_J);
+  state.slew.begin();
+}
+
+void followTouched(const ServoScene& scene, HapticState& state, const StepConfig& config, const ContactResult& contact,
+                   double speed_m_per_s) noexcept {
+  const Vec3 penetration_m = contact.ihip - state.hip;
+  if (state.lettingGo) return fadeHeld(state, config, penetration_m);
+  const auto touched = static_cast<std::size_t>(contact.body);
+  const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, touched, penetration_m) : contact.penetration_m;
+  followStiffness(scene, state, config, touched, depth_m, speed_m_per_s);
+}
+
+void followUntouched(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                     const ContactResult& contact) noexcept {
+  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+    if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
+    if (state.objects[i].felt.value() == ownStiffness(scene, state, i)) continue;
+    const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, i, contact.ihip - state.hip) : 0;
+    if (!state.lettingGo || !(depth_m > 0)) followStiffness(scene, state, config, i, depth_m, 0);
+  }
+}
+
+void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
+  if (state.anyBeingMoved) moveEdited(scene, state, config);
+  if (state.anyLeaving) letGoOfFaded(state);
+}
+
+}  // namespace haptics
