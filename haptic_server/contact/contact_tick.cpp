@@ -31,8 +31,8 @@ ContactResult ContactTick::run() noexcept {
   }
   if (state_.unchecked || mayBeInside()) {
     work_.insideOf = enclosingBody();
-    if (work_.insideOf >= 0) putOut();
-    state_.unchecked = work_.allowance.isSpent();
+    const bool isOut = work_.insideOf < 0 || putOut();
+    state_.unchecked = !isOut || work_.allowance.isSpent();
   }
   state_.reseated = false;
   return result();

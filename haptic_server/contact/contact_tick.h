@@ -75,7 +75,7 @@ class ContactTick {
   // containment.cpp: an IHIP that is inside of a body
   [[nodiscard]] bool mayBeInside() const noexcept;
   [[nodiscard, gnu::noinline]] int enclosingBody() noexcept;
-  [[gnu::noinline]] void putOut() noexcept;
+  [[nodiscard, gnu::noinline]] bool putOut() noexcept;
 
   // surface_following.cpp: one surface
   [[nodiscard]] SearchResult search(const HoldingSurface& from, Vec3 h, SearchPath* path) noexcept;

@@ -51,23 +51,28 @@ int ContactTick::enclosingBody() noexcept {
 }
 
 /// Bodies that pass through each other can close a pocket on the IHIP. It is put where it is outside of all of them, and
-/// the path of the HIP taken from there.
-void ContactTick::putOut() noexcept {
+/// the path of the HIP taken from there. False where it is not known to be out: there may be more of the allowance in the
+/// next tick.
+bool ContactTick::putOut() noexcept {
   const Vec3 way = state_.ihip - hip_;
   const double depth = glm::length(way);
   const auto out = wayOut(bodies_, near_, state_.ihip, depth > 0 ? way / depth : Vec3(0), skin_, work_);
-  if (!out) return;
+  if (!out) return false;
   work_.putOut = true;
   setFree(*out);
   near_.gather(bodies_, state_, hip_, work_);  // what is near there
   near_.setTime(bodies_, 1);
   near_.moveAll(near_.inEachFrame(*out), 1);
   (void)advanceFree(1, 1, hip_);
-  if (work_.allowance.isSpent()) return setFree(*out);  // what is near there is not known
-  if (state_.mode == Mode::kFree || (enclosingBody() < 0 && !work_.allowance.isSpent())) return;
+  if (work_.allowance.isSpent()) {  // what is near there is not known
+    setFree(*out);
+    return false;
+  }
+  if (state_.mode == Mode::kFree || (enclosingBody() < 0 && !work_.allowance.isSpent())) return true;
   state_.mode = Mode::kSeveralSurfaces;  // where it is outside, to be settled by the next tick
   state_.holdingCount = 0;
   state_.ihip = *out;
+  return false;
 }
 
 }  // namespace haptics

@@ -121,22 +121,4 @@ void Feeling::feelFrictionOnEach(const PressedSurface& all, const Vec3& ihip) no
   feelFriction(scene_, state_, config_, ihip, std::span(pressed).first(holding.size()), tick_);
 }
 
-void Feeling::describe() noexcept {
-  ForceComponents& force = tick_.force;
-  force.contact = force.spring + force.damping + (force.friction + force.texture);
-  memory_.frictionForce_N = force.friction;
-  if (count_ == 0) return;
-  const Felt& felt = felt_[0];
-  const Body& body = state_.bodies[felt.body];
-  contact_.ihip = felt.ihip();
-  contact_.normal = felt.normal;
-  contact_.penetration_m = felt.depth_m;
-  if (!contact_.touching) {
-    contact_.touching = true;
-    contact_.body = static_cast<int>(felt.body);
-    contact_.primitive = {PrimitiveKind::kPolygon, 0, body.surface->canonical(felt.triangle)};
-  }
-  tick_.height_m = felt.height_m;
-}
-
 }  // namespace haptics

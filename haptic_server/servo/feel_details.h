@@ -114,8 +114,8 @@ class Feeling {
   const StepConfig& config_;
   ContactResult& contact_;
   FeltTick& tick_;
-  Vec3 held_m_;         // from the HIP to the IHIP of the contact core
-  Vec3 unshaded_m_{0};  // of the touched one, without shading
+  Vec3 held_m_;      // from the HIP to the IHIP of the contact core
+  Vec3 unshaded_m_;  // of the touched one, without shading
   std::array<Felt, kMostFelt> felt_;
   std::size_t count_ = 0;
   TriangleRecord now_;  // as dents have it: the last that was asked for
@@ -123,5 +123,23 @@ class Feeling {
   bool switched_ = false;  // from one body's shading to that of several together, or back
   std::uint32_t nowTriangle_ = kNoTriangle;
 };
+
+inline void Feeling::describe() noexcept {
+  ForceComponents& force = tick_.force;
+  force.contact = force.spring + force.damping + (force.friction + force.texture);
+  memory_.frictionForce_N = force.friction;
+  if (count_ == 0) return;
+  const Felt& felt = felt_[0];
+  const Body& body = state_.bodies[felt.body];
+  contact_.ihip = felt.ihip();
+  contact_.normal = felt.normal;
+  contact_.penetration_m = felt.depth_m;
+  if (!contact_.touching) {
+    contact_.touching = true;
+    contact_.body = static_cast<int>(felt.body);
+    contact_.primitive = {PrimitiveKind::kPolygon, 0, body.surface->canonical(felt.triangle)};
+  }
+  tick_.height_m = felt.height_m;
+}
 
 }  // namespace haptics

@@ -183,6 +183,17 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   felt.force.contact = felt.force.spring + felt.force.damping;
 }
 
+/// On what has surface properties, moves or is soft.
+[[gnu::noinline]] void addSurfaceForces(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                        FeltTick& felt) noexcept {
+  Feeling feeling(scene, state, config, felt);
+  feeling.addShading();       // 4.1
+  feeling.addTexture();       // 4.3.1
+  feeling.addSpringDamper();  // 3, 4.3.2
+  feeling.addFriction();      // 4.2
+  feeling.describe();
+}
+
 /// What an edit and the surface's features have of the force that is now held.
 [[gnu::noinline]] void holdParts(HapticState& state, const StepConfig& config, const FeltTick& felt) noexcept {
   const double part = partWritten(felt.force.written, state.unlimited_N);
@@ -255,12 +266,7 @@ void feelForce(const ServoScene& scene, HapticState& state, const StepConfig& co
     if (!state.anyDetail) [[likely]] {
       addSpringDamper(scene, state, config, felt);  // 3
     } else {
-      Feeling feeling(scene, state, config, felt);
-      feeling.addShading();       // 4.1
-      feeling.addTexture();       // 4.3.1
-      feeling.addSpringDamper();  // 3, 4.3.2
-      feeling.addFriction();      // 4.2
-      feeling.describe();
+      addSurfaceForces(scene, state, config, felt);  // 4
     }
   }
   if (felt.contact.touching) felt.object = scene.objects[static_cast<std::size_t>(felt.contact.body)].id;

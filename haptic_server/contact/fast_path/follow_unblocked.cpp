@@ -218,7 +218,8 @@ struct Minimum {
   const Body& body = bodies[static_cast<std::size_t>(state.holding[0].body)];
   const Surface& surface = *body.surface;
   if (body.moving || surface.anyCrossed() || surface.triangle(state.holding[0].triangle).zeroArea()) return false;
-  if (state.stride < 1) return false;  // the whole way takes more than the allowance
+  // Where the whole way takes more than the allowance, or it is to be seen whether the IHIP is inside of another body.
+  if (state.stride < 1 || state.unchecked) return false;
   Others others;
   if (bodies.size() > 1 && !findOthers(bodies, state, hip, others, result.work.allowance)) return false;
   if (state.feature == Feature::kPolygon) {

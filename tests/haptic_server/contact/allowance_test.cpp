@@ -64,6 +64,20 @@ TEST(Allowance, IsNotNeededWhereThereIsNothing) {
   EXPECT_EQ(bounded.behind(), 0);
 }
 
+TEST(Allowance, ThatWasSpentBeforeItWasSeenWhetherTheIhipIsInsideLeavesThatToTheNextTick) {
+  World world;
+  world.add(shapes::sphere(0.05, 20));
+  world.place({0, 0, 0.06});
+  world.tick({0, 0, 0.049});
+  ASSERT_EQ(world.state().mode, ContactState::Mode::kOneSurface);
+  world.add(shapes::sphere(0.03, 20), Vec3(0, 0, 0.05));  // an adoption puts bodies anywhere
+  world.state().unchecked = true;
+  ASSERT_GT(world.depthInside(world.state().ihip), 0.02);
+  world.tick({0, 0, 0.049});
+  EXPECT_FALSE(world.state().unchecked);
+  EXPECT_LT(world.depthInside(world.state().ihip), 1e-6);
+}
+
 TEST(Allowance, ThatIsSpentKeepsTheIhipOnItsSide) {
   for (const std::int64_t units : {3'000, 10'000, 30'000, 100'000}) {
     World world;
