@@ -240,12 +240,12 @@ class ServerApp::Impl final : private ServerHost {
   }
   [[nodiscard]] const MotionState* takeMotion() override { return servo_.takeMotion(); }
   [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.takeEnergy(); }
-  [[nodiscard]] bool requestDump(DumpAnswer answer) override {
+  [[nodiscard]] bool requestDump(const DumpAnswer& answer) override {
     if (!recorder_) {
       answer(refused("", "a recording is being played: it holds all that there is"));
       return true;
     }
-    recorder_->request("on request", [answer = std::move(answer)](const Result<std::filesystem::path>& file) {
+    recorder_->request("on request", [answer](const Result<std::filesystem::path>& file) {
       answer(file.map([](const std::filesystem::path& path) { return std::filesystem::absolute(path).string(); }));
     });
     return true;

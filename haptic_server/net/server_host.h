@@ -26,7 +26,7 @@ class ServerHost {
   /// With the file, or why there is none. Called once, on any thread.
   using DumpAnswer = std::function<void(const Result<std::string>& file)>;
   /// Records the last seconds. False, as by default: this program keeps none, and no answer follows.
-  [[nodiscard]] virtual bool requestDump([[maybe_unused]] DumpAnswer answer) { return false; }
+  [[nodiscard]] virtual bool requestDump([[maybe_unused]] const DumpAnswer& answer) { return false; }
 
   /// Adds what a Status says of servo, device and uptime.
   virtual void fillStatus([[maybe_unused]] v1::Status& status) {}
