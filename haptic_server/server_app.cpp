@@ -287,7 +287,7 @@ class ServerApp::Impl final : private ServerHost {
   const StepConfig step_;
   SceneCrossing crossing_;
   ServoLoop servo_;
-  std::unique_ptr<FlightRecorder> recorder_;  // is told by the room of its scenes
+  std::unique_ptr<FlightRecorder> recorder_;  // is given the scenes that the room makes
   std::unique_ptr<StateFolder> state_;        // keeps what the room decides
   std::optional<SceneRoom> room_;
   ServoThread servoThread_;

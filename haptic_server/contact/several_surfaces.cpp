@@ -7,6 +7,8 @@ namespace {
 
 /// Of heldUntil(), at most: 12 halvings of the tick for each of its two questions.
 constexpr int kHalvings = 24;
+/// Units (Allowance) of one of them.
+constexpr std::int64_t kHalving = 600;
 static_assert(kLeastStep >= 0x1p-12);
 
 /// What keeps a time for as long as it is true, to a hair.
@@ -36,7 +38,7 @@ double ContactTick::advanceOnSeveral(double now, double end, const Checkpoint& b
   const bool leapt = far > kLeap * step || (far > kLeapOfFast * step && isFast(step, before.holding[0]));
   const bool letGo = state_.mode != Mode::kSeveralSurfaces || state_.holdingCount < before.holdingCount;
   if (!leapt && !letGo) return end;
-  work_.allowance.spend(kHalvings * Allowance::kHeld);
+  work_.allowance.spend(kHalvings * kHalving);
   if (work_.allowance.isSpent()) return end;  // a step that is not made
   const Checkpoint after = checkpoint();
   restore(before);

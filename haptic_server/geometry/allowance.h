@@ -17,9 +17,7 @@ class Allowance {
   static constexpr std::int64_t kNode = 80;          ///< A node's eight boxes.
   static constexpr std::int64_t kTriangle = 64;      ///< A triangle against a segment.
   static constexpr std::int64_t kNearTriangle = 96;  ///< The closest point of a triangle.
-  static constexpr std::int64_t kTouch = 192;        ///< A point of a moving body by a plane, in a round.
   static constexpr std::int64_t kPlanes = 1'500;     ///< A round of the constraint solver, queries apart.
-  static constexpr std::int64_t kHeld = 600;         ///< To see whether what holds the IHIP does so at another time.
 
   /// Endless.
   Allowance() = default;

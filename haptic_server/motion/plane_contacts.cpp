@@ -15,12 +15,11 @@ namespace {
 constexpr int kRounds = 40;
 /// However many bodies there are. One would let a body at rest creep.
 constexpr int kLeastRounds = 2;
-/// Units (Allowance) of a point that bears the body: in a round, and in all else; and of a support point: to see whether it
-/// is by a plane, and beside it where it is.
-constexpr std::int64_t kRound = 64;
-constexpr std::int64_t kBearing = 112;
-constexpr std::int64_t kPoint = 3;
-constexpr std::int64_t kPointByPlane = 12;
+// Units (Allowance).
+constexpr std::int64_t kPoint = 3;                              ///< To see whether a support point is by a plane;
+constexpr std::int64_t kPointByPlane = 12;                      ///< what one that is costs besides.
+constexpr std::int64_t kRound = 64;                             ///< A round, of a point that bears the body;
+constexpr std::int64_t kBearing = 112 + kLeastRounds * kRound;  ///< all that such a point costs with the least rounds.
 /// The rounds end when they change the impulses by less than this part. At rest the first guess is right: two do.
 constexpr double kSettled = 1e-7;
 /// Depth that is left alone, of the body's radius. 0 would lift bodies for ever, as rounding lets them sink.
@@ -260,11 +259,25 @@ using Touches = std::array<Touch, kMaxPlanes * kPointsOnPlane>;
       touch.point = point;
     });
   }
-  allowance.spend((kBearing + kLeastRounds * kRound) * static_cast<std::int64_t>(count));
+  allowance.spend(kBearing * static_cast<std::int64_t>(count));
   return count;
 }
 
 }  // namespace
+
+std::int64_t leastPlaneUnits(const RigidBody& body, const RigidState& state) noexcept {
+  double parts = 0, partsByPlanes = 0;  // of the body's points
+  for (std::size_t p = 0; p < body.planeCount; ++p) {
+    const Plane& plane = body.planes[p];
+    const double below_m = body.radius_m - (glm::dot(plane.normal, state.centre_m) - plane.offset_m);
+    if (!(below_m > 0)) continue;
+    parts += 1;
+    partsByPlanes += std::min(1.0, below_m / (2 * body.radius_m));
+  }
+  const auto points = static_cast<double>(body.support.size());
+  return static_cast<std::int64_t>(points * (kPoint * parts + kPointByPlane * partsByPlanes)) +
+         kBearing * static_cast<std::int64_t>(state.touchingCount);
+}
 
 void meetPlanes(const RigidBody& body, RigidState& state, double period_s, MotionAllowance& allowance) noexcept {
   if (body.planeCount == 0) return;

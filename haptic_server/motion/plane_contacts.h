@@ -19,6 +19,9 @@ struct MotionAllowance {
 /// @param state  Momenta after this tick's other forces; written: momenta and `touching`.
 void meetPlanes(const RigidBody& body, RigidState& state, double period_s, MotionAllowance& allowance) noexcept;
 
+/// About what meetPlanes() will spend of MotionAllowance::least, units.
+[[nodiscard]] std::int64_t leastPlaneUnits(const RigidBody& body, const RigidState& state) noexcept;
+
 /// Lifts a body that has sunk into a plane, by rounding or because it was put there, by a part of its depth.
 void leavePlanes(const RigidBody& body, RigidState& state) noexcept;
 

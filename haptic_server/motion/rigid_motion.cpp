@@ -75,10 +75,14 @@ void sleepWhenStill(const RigidBody& body, RigidState& state, const Push& push, 
   if (state.still_s >= kStill_s) stop(state, BodyCondition::kAsleep);
 }
 
-/// Units of a motion, planes apart.
+/// Units (Allowance) of a motion, planes apart.
 constexpr std::int64_t kMotion = 1'200;
 
 }  // namespace
+
+std::int64_t leastMotionUnits(const RigidBody& body, const RigidState& state) noexcept {
+  return kMotion + (body.freedom == Freedom::kFree ? leastPlaneUnits(body, state) : 0);
+}
 
 void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s,
                    MotionAllowance& allowance) noexcept {

@@ -16,8 +16,14 @@ namespace haptics {
 ///    as well as its angular momentum.
 ///  - Damping is implicit, and springs no stiffer than the tick can hold: no parameter makes a body unstable.
 ///  - A body at rest sleeps: it costs a comparison until it is pushed. A push keeps it awake.
+/// @param push  Of the hand, N, at a place in the world, m.
+/// @param period_s  Of the tick; of several where the body has waited for its turn.
+/// @param allowance  Of the tick: what the motion takes is spent of it.
 void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s,
                    MotionAllowance& allowance) noexcept;
+
+/// About what moveRigidBody() will spend of MotionAllowance::least, units.
+[[nodiscard]] std::int64_t leastMotionUnits(const RigidBody& body, const RigidState& state) noexcept;
 
 /// A body of which no point has moved farther than this in so long falls asleep, also one that drifts with no friction.
 /// Where it has moved, not how fast it moves: a pendulum stands still at its turning points, and a body on a plane may

@@ -52,7 +52,7 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   void refreshTokens(bool anyway);
   /// Empties the servo's queue. @return Whether there was a sample.
   bool drainTelemetry();
-  /// Hands what the servo told to the sessions and lets them do what has come due.
+  /// Hands the servo's samples to the sessions and lets them do what has come due.
   /// @return The highest rate of telemetry that one of them wants.
   double serve_Hz();
   /// Closes all, accepts no more, and stops the loop once the last one is gone.

@@ -91,7 +91,7 @@ class SceneDraft {
   Result<std::string> make(const Named& named, AssetResolver& resolver);
   std::shared_ptr<const MeshAsset> meshOf(const Named& named);
   Result<void> checkRoom(const Asset& more) const;
-  Result<void> checkSizesOfDetail() const;
+  Result<void> checkDetailSizes() const;
   void dropResidue(ObjectRecord& record);
   void enter(const Named& named, const ContentHash& hash);
   void fitMapping(const Named& named);

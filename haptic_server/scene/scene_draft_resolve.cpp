@@ -23,7 +23,7 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
     if (!report) return tl::unexpected(std::move(report).error().within(named.field));
     if (!report->empty()) reports.push_back(named.name + ": " + kOf[static_cast<std::size_t>(named.place)] + *report);
   }
-  if (auto fits = checkSizesOfDetail(); !fits) return tl::unexpected(std::move(fits).error());
+  if (auto fits = checkDetailSizes(); !fits) return tl::unexpected(std::move(fits).error());
   for (const Named& named : named_) fitMapping(named);
   const auto addRemarks = [&](const ObjectRecord& record, const ObjectAssets& assets) {
     for (const std::string& remark : resolver.remarks(record, assets)) reports.push_back(record.name + ": " + remark);
@@ -101,7 +101,7 @@ Result<void> SceneDraft::checkRoom(const Asset& more) const {
                                std::to_string(limits_.assets_bytes) + ": give less detail, or remove objects first");
 }
 
-Result<void> SceneDraft::checkSizesOfDetail() const {
+Result<void> SceneDraft::checkDetailSizes() const {
   std::size_t bytes = 0;
   for (const auto& object : base_.objects()) {
     const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);

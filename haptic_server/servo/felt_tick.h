@@ -19,6 +19,7 @@ struct FeltTick {
   double height_m = 0;     ///< Of the texture.
   Vec3 shadingForce_N{0};  ///< What shading changed of the force.
   ForceComponents force;
+  std::int64_t keptForMotion = 0;  ///< Of the tick's allowance, units (Allowance).
 };
 
 }  // namespace haptics

@@ -138,18 +138,21 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
   }
 }
 
-[[nodiscard, gnu::always_inline]] inline Allowance contactAllowance(const HapticState& state) noexcept {
+/// What motions will take is kept, and after an adoption, which had its part, half of the rest.
+[[nodiscard, gnu::always_inline]] inline Allowance contactAllowance(const HapticState& state, FeltTick& felt) noexcept {
   Allowance allowance = state.allowance;
-  if (state.movingCount > 0) [[unlikely]]
-    allowance = besideMotion(state);
+  if (state.movingCount > 0) [[unlikely]] {
+    felt.keptForMotion = unitsOfMotion(state);
+    allowance.spend(felt.keptForMotion);
+  }
   if (state.adoptedNow) [[unlikely]]
-    allowance = Allowance(allowance.left() / 2);  // the adoption had its part
+    allowance = Allowance(allowance.left() / 2);
   return allowance;
 }
 
 [[gnu::always_inline]] inline void findContact(const ServoScene& scene, HapticState& state, FeltTick& felt,
                                                const KnownPolygons* known) noexcept {
-  felt.contact.work.allowance = contactAllowance(state);
+  felt.contact.work.allowance = contactAllowance(state, felt);
   followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
   if (felt.contact.work.putOut | felt.contact.work.behind) [[unlikely]]
     noteLimits(scene, state, felt.contact.work);
@@ -282,7 +285,7 @@ TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const St
       followUntouched(scene, state, config, contact);
   }
   if (state.movingCount > 0) [[unlikely]]
-    moveBodies(state, config, contact, felt.force);  // 5 (c)
+    moveBodies(state, config, felt);  // 5 (c)
   state.contactObject = felt.object;
   accountEnergy(state, config, felt);
   if (state.lead.active()) {

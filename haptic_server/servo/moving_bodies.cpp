@@ -11,26 +11,6 @@ namespace {
 /// Of the tick's allowance, what the bodies' motions may take in any case; beyond it they move in turn.
 [[nodiscard]] std::int64_t motionUnits(const HapticState& state) noexcept { return state.allowance.left() / 2; }
 
-/// About the units that a body's motion takes in any case.
-[[nodiscard]] std::int64_t leastUnits(const MovingBody& moving) noexcept {
-  constexpr double kMotion = 1'200;  // planes apart
-  constexpr double kPoint = 3;       // to see whether a point is by a plane
-  constexpr double kPointByPlane = 12;
-  constexpr double kTouch = 240;  // a point that bears the body, in the least rounds
-  const RigidBody& body = *moving.what;
-  double parts = 0, partsByPlanes = 0;  // of the body's points
-  for (std::size_t p = 0; p < body.planeCount; ++p) {
-    const Plane& plane = body.planes[p];
-    const double below_m = body.radius_m - (glm::dot(plane.normal, moving.state.centre_m) - plane.offset_m);
-    if (!(below_m > 0)) continue;
-    parts += 1;
-    partsByPlanes += std::min(1.0, below_m / (2 * body.radius_m));
-  }
-  return static_cast<std::int64_t>(
-      kMotion + static_cast<double>(body.support.size()) * (kPoint * parts + kPointByPlane * partsByPlanes) +
-      kTouch * static_cast<double>(moving.state.touchingCount));
-}
-
 /// What one body is given of a force (N, world) on the hand.
 class Reaction {
  public:
@@ -78,20 +58,20 @@ void takeMovedPoses(HapticState& state) noexcept {
   }
 }
 
-Allowance besideMotion(const HapticState& state) noexcept {
+std::int64_t unitsOfMotion(const HapticState& state) noexcept {
   std::int64_t units = 0;
   for (std::size_t i = 0; i < state.movingCount; ++i) {
     const MovingBody& moving = state.moving[i];
-    if (moving.state.condition == BodyCondition::kAwake) units += leastUnits(moving);
+    if (moving.state.condition == BodyCondition::kAwake) units += leastMotionUnits(*moving.what, moving.state);
   }
-  return Allowance(state.allowance.left() - std::min(units, motionUnits(state)));
+  return std::min(units, motionUnits(state));
 }
 
-void moveBodies(HapticState& state, const StepConfig& config, const ContactResult& contact,
-                const ForceComponents& force) noexcept {
+void moveBodies(HapticState& state, const StepConfig& config, const FeltTick& felt) noexcept {
+  const ContactResult& contact = felt.contact;
+  const ForceComponents& force = felt.force;
   const Reaction reaction(state, contact, force.contact);
-  const std::int64_t kept = state.allowance.left() - besideMotion(state).left();
-  const std::int64_t left = kept + std::max<std::int64_t>(0, contact.work.allowance.left());
+  const std::int64_t left = felt.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
   std::size_t next = 0;
   bool inTurn = false;

@@ -11,7 +11,10 @@ void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noe
     isCopy_ = false;
   }
   const bool affordable = left_.left() >= state.allowance.left() / 4 * 3;
-  if (!state.attached || !affordable) return;
+  if (!state.attached || !affordable) {
+    isCopy_ = false;  // of what the state goes on to
+    return;
+  }
   const bool whole = rehearse(scene, state);
   Allowance looks(state.allowance.left() / 16);
   lookAround(state.contact, looks);
