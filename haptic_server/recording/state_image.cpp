@@ -1,10 +1,12 @@
 #include "haptic_server/recording/state_image.h"
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <memory>
 #include <span>
+#include <tuple>
 #include <type_traits>
 
 namespace haptics {
@@ -38,15 +40,17 @@ requires std::is_trivially_copyable_v<T>
 }
 
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
-  if (!isFlags({&state.adoptedNow, &state.contactBroken, &state.detailEdited, &state.anyDetail, &state.anyBumps,
-                &state.anyBeingMoved, &state.lettingGo, &state.attached, &state.anySoft, &state.anyVaryingStiffness,
-                &state.groove.shaded}))
+  const Adoption& adoption = state.adoption;
+  const SceneFeatures& features = state.features;
+  if (!isFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.lettingGo, &features.detail,
+                &features.soft, &features.bumps, &features.varyingStiffness, &features.beingMoved, &features.leaving,
+                &state.supervision.attached, &state.groove.shaded}))
     return false;
   if (state.surface.fade.how > ShadingFade::How::kTogether) return false;
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     if (!isFlags({&state.bodies[i].leaving, &state.bodies[i].moving, &state.objects[i].beingMoved})) return false;
   }
-  for (std::size_t i = 0; i < state.movingCount; ++i) {
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
     if (!isFlag(state.moving[i].moved)) return false;
   }
   for (const BodyDent& dent : state.allDents()) {
@@ -87,7 +91,7 @@ requires std::is_trivially_copyable_v<T>
 
 /// Gives the pointers back, and what follows from the rest. False: what they belong to is not in the scene.
 [[nodiscard]] bool connect(HapticState& state, const ServoScene& scene) {
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     const ServoObject& object = scene.objects[i];
     Body& body = state.bodies[i];
     if (state.objects[i].id != object.id || !isPose(state.objects[i].scenePose)) return false;
@@ -96,18 +100,18 @@ requires std::is_trivially_copyable_v<T>
     body.update();
     state.objects[i].detail = object.detail.get();
     state.objects[i].tissue = object.tissue.get();
-    if (state.anyBumps && state.bumps[i].triangle != kNoTriangle &&
+    if (state.features.bumps && state.bumps[i].triangle != kNoTriangle &&
         state.bumps[i].triangle >= object.surface->triangleCount())
       return false;
   }
-  for (std::size_t i = 0; i < state.movingCount; ++i) {
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
     MovingBody& moving = state.moving[i];
-    if (moving.body >= state.bodyCount) return false;
+    if (moving.body >= state.adoption.bodyCount) return false;
     moving.what = scene.objects[moving.body].motion.get();
     if (moving.what == nullptr || !isMotionOf(moving.state, *moving.what)) return false;
   }
   for (const BodyDent& dent : state.allDents()) {
-    if (dent.body >= state.bodyCount || !scene.objects[dent.body].tissue) return false;
+    if (dent.body >= state.adoption.bodyCount || !scene.objects[dent.body].tissue) return false;
     for (const Dent& place : {dent.dent, dent.rest, dent.begun}) {
       if (!isPlace(Vec3(place.centre)) || !isPlace(Vec3(place.displacement))) return false;
     }
@@ -126,19 +130,16 @@ requires std::is_trivially_copyable_v<T>
 }
 
 [[nodiscard]] bool takeParts(std::string_view image, HapticState& state, std::size_t objects) {
-  StepMemory memory;  // its last bytes are not its own where it is part of a state
-  if (!take(image, memory)) return false;
-  const Allowance allowance = state.allowance;  // of the config, which the head has
-  static_cast<StepMemory&>(state) = memory;
-  state.allowance = allowance;
-  if (state.bodyCount != objects || state.bodyCount > state.bodies.size()) return false;
-  if (state.movingCount > state.moving.size() || state.dentCount > state.dents.size()) return false;
+  const auto takeAll = [&](auto&... part) { return (take(image, part) && ...); };
+  if (!std::apply(takeAll, HapticState::partsOf(state)) || !take(image, state.contact)) return false;
+  if (state.adoption.bodyCount != objects || state.adoption.bodyCount > state.bodies.size()) return false;
+  if (state.motion.count > state.moving.size() || state.denting.count > state.dents.size()) return false;
   bool whole = true;
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     whole = whole && take(image, state.bodies[i]) && take(image, state.objects[i]) && take(image, state.bumps[i]);
   }
-  for (std::size_t i = 0; i < state.movingCount; ++i) whole = whole && take(image, state.moving[i]);
-  for (std::size_t i = 0; i < state.dentCount; ++i) whole = whole && take(image, state.dents[i]);
+  for (std::size_t i = 0; i < state.motion.count; ++i) whole = whole && take(image, state.moving[i]);
+  for (std::size_t i = 0; i < state.denting.count; ++i) whole = whole && take(image, state.dents[i]);
   if (!whole || !take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
   return (state.lead.active() ? takeLead(image, state.lead) : true) && image.empty();
 }
@@ -146,29 +147,26 @@ requires std::is_trivially_copyable_v<T>
 }  // namespace
 
 std::uint64_t stateLayout() noexcept {
-  constexpr std::size_t kSizes[] = {sizeof(StepMemory),
-                                    offsetof(StepMemory, contact),
-                                    offsetof(StepMemory, fault),
-                                    sizeof(Body),
-                                    sizeof(HapticState::ObjectState),
-                                    sizeof(BumpWatch),
-                                    sizeof(MovingBody),
-                                    sizeof(BodyDent),
-                                    sizeof(SurfaceMemory),
-                                    sizeof(ContactState),
-                                    sizeof(EnergyAccount),
-                                    sizeof(LeadObserver)};
+  using Parts = decltype(HapticState::partsOf(std::declval<const HapticState&>()));
+  constexpr auto kParts = []<class... Part>(std::type_identity<std::tuple<Part...>>) {
+    return std::array{sizeof(Part)...};
+  }(std::type_identity<Parts>());
+  constexpr std::size_t kSizes[] = {sizeof(ContactState),  sizeof(Body),          sizeof(HapticState::ObjectState),
+                                    sizeof(BumpWatch),     sizeof(MovingBody),    sizeof(BodyDent),
+                                    sizeof(SurfaceMemory), sizeof(EnergyAccount), sizeof(LeadObserver)};
   std::uint64_t layout = 0;
+  for (const std::size_t size : kParts) layout = layout * 1'000'003 + size;
   for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;
   return layout;
 }
 
 std::string stateImage(const HapticState& state) {
   std::string image;
-  StepMemory memory = state;
-  memory.contact.polygon = {};  // follows from the scene
-  put(image, memory);
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  std::apply([&](const auto&... part) { (put(image, part), ...); }, HapticState::partsOf(state));
+  ContactState contact = state.contact;
+  contact.polygon = {};  // follows from the scene
+  put(image, contact);
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     Body body = state.bodies[i];
     body.surface = nullptr;
     HapticState::ObjectState object = state.objects[i];
@@ -176,15 +174,15 @@ std::string stateImage(const HapticState& state) {
     object.tissue = nullptr;
     put(image, body);
     put(image, object);
-    put(image, state.anyBumps ? state.bumps[i] : BumpWatch{});
+    put(image, state.features.bumps ? state.bumps[i] : BumpWatch{});
   }
-  for (std::size_t i = 0; i < state.movingCount; ++i) {
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
     MovingBody moving = state.moving[i];
     moving.what = nullptr;
     put(image, moving);
   }
   for (const BodyDent& dent : state.allDents()) put(image, dent);
-  put(image, state.anyDetail ? state.surface : SurfaceMemory{});
+  put(image, state.features.detail ? state.surface : SurfaceMemory{});
   put(image, state.energy);
   if (state.lead.active()) put(image, state.lead);
   return image;

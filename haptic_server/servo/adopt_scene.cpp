@@ -23,8 +23,8 @@ class Succession {
     std::size_t before = 0;  // both lists are in order of id
     for (std::size_t i = 0; i < count_; ++i) {
       const ServoObject& object = next.objects[i];
-      while (before < state.bodyCount && state.objects[before].id < object.id) ++before;
-      const bool known = before < state.bodyCount && state.objects[before].id == object.id;
+      while (before < state.adoption.bodyCount && state.objects[before].id < object.id) ++before;
+      const bool known = before < state.adoption.bodyCount && state.objects[before].id == object.id;
       if (known) {
         follow(i, object, before);
       } else {
@@ -38,7 +38,7 @@ class Succession {
     }
     contact_ = state.contact;
     broken_ = reseat(contact_, bodies(), {origins_.data(), count_}, allowance());
-    if (state.anyVaryingStiffness || anyVaryingStiffness_) {
+    if (state.features.varyingStiffness || anyVaryingStiffness_) {
       for (std::size_t i = 0; i < count_; ++i) takeFactor(i, next.objects[i]);
     }
   }
@@ -69,24 +69,24 @@ class Succession {
   void apply(HapticState& state) const noexcept {
     std::copy_n(bodies_.begin(), count_, state.bodies.begin());
     std::copy_n(objects_.begin(), count_, state.objects.begin());
-    state.bodyCount = count_;
+    state.adoption.bodyCount = count_;
     std::copy_n(bumps_.begin(), count_, state.bumps.begin());
     state.contact = contact_;
-    state.detailEdited = detailEdited_;
-    if (!state.anyDetail) state.surface = {};  // it was not kept
-    if (detailEdited_) state.surface.object = state.contactObject;
+    state.adoption.detailEdited = detailEdited_;
+    if (!state.features.detail) state.surface = {};  // it was not kept
+    if (detailEdited_) state.surface.object = state.report.object;
     std::copy_n(moving_.begin(), movingCount_, state.moving.begin());
-    state.movingCount = movingCount_;
+    state.motion.count = movingCount_;
     std::copy_n(dents_.begin(), dentCount_, state.dents.begin());
-    state.dentCount = dentCount_;
-    state.anyDetail = anyDetail_ || movingCount_ > 0 || anySoft_;
-    state.anyBumps = anyBumps_;
-    state.anySoft = anySoft_;
-    state.anyVaryingStiffness = anyVaryingStiffness_;
-    state.contactBroken = broken_ || otherDetailEdited_;
-    state.anyBeingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
-                                      [](const HapticState::ObjectState& o) { return o.beingMoved; });
-    state.anyLeaving = std::ranges::any_of(bodies(), &Body::leaving);
+    state.denting.count = dentCount_;
+    state.features.detail = anyDetail_ || movingCount_ > 0 || anySoft_;
+    state.features.bumps = anyBumps_;
+    state.features.soft = anySoft_;
+    state.features.varyingStiffness = anyVaryingStiffness_;
+    state.adoption.contactBroken = broken_ || otherDetailEdited_;
+    state.features.beingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
+                                            [](const HapticState::ObjectState& o) { return o.beingMoved; });
+    state.features.leaving = std::ranges::any_of(bodies(), &Body::leaving);
   }
 
  private:
@@ -174,7 +174,7 @@ class Succession {
                         (detail != nullptr && detail->stiffness && objects_[i].highestFactor != object.highestFactor);
     factorEdited_[i] = edited;
     if (edited) bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
-    detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.contactObject);
+    detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.report.object);
     const bool leaves = before >= 0 && bodies_[i].leaving && !state_.bodies[static_cast<std::size_t>(before)].leaving;
     otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
     objects_[i].detail = detail;
@@ -209,10 +209,10 @@ class Succession {
     if (before < 0) return;
     const auto was = static_cast<std::size_t>(before);
     const bool edited = state_.objects[was].tissue != object.tissue.get();
-    detailEdited_ = detailEdited_ || (edited && object.id == state_.contactObject);
+    detailEdited_ = detailEdited_ || (edited && object.id == state_.report.object);
     otherDetailEdited_ = otherDetailEdited_ || (edited && isFeltBeside(before));
     if (!object.tissue || (state_.bodies[was].surface != object.surface.get() && !hasTakenDents(object, was))) return;
-    for (std::size_t d = 0; d < state_.dentCount; ++d) {
+    for (std::size_t d = 0; d < state_.denting.count; ++d) {
       BodyDent dent = state_.dents[d];
       if (dent.body != was || dent.number <= object.taken.upTo) continue;
       if (dent.number <= object.taken.loosenedUpTo && dent.stays) {
@@ -225,7 +225,7 @@ class Succession {
   }
 
   [[nodiscard]] const MovingBody* movingBefore(int before) const noexcept {
-    const auto end = state_.moving.begin() + static_cast<std::ptrdiff_t>(state_.movingCount);
+    const auto end = state_.moving.begin() + static_cast<std::ptrdiff_t>(state_.motion.count);
     const auto at = std::find_if(state_.moving.begin(), end,
                                  [&](const MovingBody& m) { return static_cast<int>(m.body) == before; });
     return at == end ? nullptr : &*at;
@@ -290,26 +290,26 @@ class Succession {
 bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
   state.groove.shaded = false;
   const Vec3 now_N = heldSpring_N(state, state.contact.ihip - state.contact.hip);
-  const bool mayWait = glm::length(now_N) > kMostStep_N && state.letGo_s < kLongestFade_s;
-  if (state.lettingGo && mayWait) return false;
+  const bool mayWait = glm::length(now_N) > kMostStep_N && state.adoption.letGo_s < kLongestFade_s;
+  if (state.adoption.lettingGo && mayWait) return false;
   Succession succession(next, state);
   if (succession.broken()) {
     int touched = -1;
     const Vec3 then_N = succession.springForce_N(touched);
     if (glm::distance(now_N, then_N) > kMostStep_N) {
-      state.lettingGo = mayWait;
+      state.adoption.lettingGo = mayWait;
       if (mayWait) return false;
       succession.fadeIn(touched);
       const Vec3 penetration_m = state.contact.ihip - state.contact.hip;
-      state.energy.name(state.contactObject, EnergyFeature::kEdit, -glm::dot(now_N, penetration_m) / 2);
+      state.energy.name(state.report.object, EnergyFeature::kEdit, -glm::dot(now_N, penetration_m) / 2);
     }
   }
   succession.apply(state);
-  if (next.revision != state.sceneRevision) state.adoptionTick = tick;  // not when a removed object has left
-  state.sceneRevision = next.revision;
-  state.adoptedNow = true;
-  state.lettingGo = false;
-  state.letGo_s = 0;
+  if (next.revision != state.adoption.revision) state.adoption.tick = tick;  // not when a removed object has left
+  state.adoption.revision = next.revision;
+  state.adoption.now = true;
+  state.adoption.lettingGo = false;
+  state.adoption.letGo_s = 0;
   return true;
 }
 

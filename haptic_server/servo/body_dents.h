@@ -24,7 +24,7 @@ struct BodyDents {
 [[nodiscard]] inline BodyDents dentsOf(const HapticState& state, std::size_t body,
                                        std::size_t without = kMaxDents) noexcept {
   BodyDents dents;
-  for (std::size_t i = 0; i < state.dentCount; ++i) {
+  for (std::size_t i = 0; i < state.denting.count; ++i) {
     if (state.dents[i].body == body && i != without) dents.dent[dents.count++] = state.dents[i].dent;
   }
   return dents;

@@ -9,20 +9,20 @@ namespace haptics {
 namespace {
 
 void moveEdited(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
-  state.anyBeingMoved = false;
-  state.slew.begin();
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  state.features.beingMoved = false;
+  state.limits.slew.begin();
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     HapticState::ObjectState& object = state.objects[i];
     if (!object.beingMoved) continue;
     Body& body = state.bodies[i];
     object.beingMoved = !(body.current == object.scenePose);  // there: one more tick, at rest
-    state.anyBeingMoved = state.anyBeingMoved || object.beingMoved;
+    state.features.beingMoved = state.features.beingMoved || object.beingMoved;
     const Stiffness k = stiffer(object.felt.value(), ownStiffness(scene, state, i));
     const FeltPose felt(state.contact.hip, state.contact.ihip, k);
     body.previous = lastTestedPose(state, body);
     body.current = felt.next(body.current, object.scenePose, config.period_s);
     body.update();
-    if (object.id != state.contactObject) continue;
+    if (object.id != state.report.object) continue;
     const Vec3 shift = toWorld(body.current, toLocal(body.previous, state.contact.ihip)) - state.contact.ihip;
     state.energy.name(object.id, EnergyFeature::kEdit, glm::dot(state.energy.written_N(), shift));
   }
@@ -35,8 +35,8 @@ void letGoOfFaded(HapticState& state) noexcept {
   };
   if (!std::ranges::any_of(state.contact.surfaces(), hasFaded)) return;
   unseat(state.contact);
-  state.contactBroken = true;
-  state.slew.begin();
+  state.adoption.contactBroken = true;
+  state.limits.slew.begin();
 }
 
 }  // namespace
@@ -47,13 +47,13 @@ void followStiffness(const ServoScene& scene, HapticState& state, const StepConf
                                                        config.maxForce_N, config.period_s);
   if (put_J == 0) return;
   state.energy.name(scene.objects[body].id, EnergyFeature::kEdit, put_J);
-  state.slew.begin();
+  state.limits.slew.begin();
 }
 
 void followTouched(const ServoScene& scene, HapticState& state, const StepConfig& config, const ContactResult& contact,
                    double speed_m_per_s) noexcept {
-  const Vec3 penetration_m = contact.ihip - state.hip;
-  if (state.lettingGo) return fadeHeld(state, config, penetration_m);
+  const Vec3 penetration_m = contact.ihip - state.estimate.hip;
+  if (state.adoption.lettingGo) return fadeHeld(state, config, penetration_m);
   const auto touched = static_cast<std::size_t>(contact.body);
   const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, touched, penetration_m) : contact.penetration_m;
   followStiffness(scene, state, config, touched, depth_m, speed_m_per_s);
@@ -61,17 +61,17 @@ void followTouched(const ServoScene& scene, HapticState& state, const StepConfig
 
 void followUntouched(const ServoScene& scene, HapticState& state, const StepConfig& config,
                      const ContactResult& contact) noexcept {
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     if (contact.touching && static_cast<std::size_t>(contact.body) == i) continue;
     if (state.objects[i].felt.value() == ownStiffness(scene, state, i)) continue;
-    const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, i, contact.ihip - state.hip) : 0;
-    if (!state.lettingGo || !(depth_m > 0)) followStiffness(scene, state, config, i, depth_m, 0);
+    const double depth_m = severalBodiesHold(state) ? heldDepth_m(state, i, contact.ihip - state.estimate.hip) : 0;
+    if (!state.adoption.lettingGo || !(depth_m > 0)) followStiffness(scene, state, config, i, depth_m, 0);
   }
 }
 
 void followEdits(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
-  if (state.anyBeingMoved) moveEdited(scene, state, config);
-  if (state.anyLeaving) letGoOfFaded(state);
+  if (state.features.beingMoved) moveEdited(scene, state, config);
+  if (state.features.leaving) letGoOfFaded(state);
 }
 
 }  // namespace haptics

@@ -12,9 +12,9 @@ namespace haptics {
 void Feeling::addSpringDamper() noexcept {
   followStiffness();
   for (std::size_t i = 0; i < count_; ++i) addForce(felt_[i]);
-  if (state_.anyVaryingStiffness) pushAlong();
+  if (state_.features.varyingStiffness) pushAlong();
   if (severalBodiesHold(state_)) tick_.force.spring += otherSprings_N(state_, held_m_);
-  if (count_ > 0 && state_.bodyCount > 1) fadeSwitch();
+  if (count_ > 0 && state_.adoption.bodyCount > 1) fadeSwitch();
 }
 
 /// To the stiffness at what is felt: a bump that reaches the HIP, or a shaded point.
@@ -26,10 +26,10 @@ void Feeling::varyBeside(const Felt& felt) noexcept {
 
 /// Moves every object's felt stiffness towards its own.
 void Feeling::followStiffness() noexcept {
-  if (state_.lettingGo) fadeHeld(state_, config_, held_m_);
-  for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+  if (state_.adoption.lettingGo) fadeHeld(state_, config_, held_m_);
+  for (std::size_t i = 0; i < state_.adoption.bodyCount; ++i) {
     const bool isOwn = state_.objects[i].felt.mean() == ownStiffness(scene_, state_, i);
-    if (isOwn || (state_.lettingGo && holdsIhip(state_, i))) continue;
+    if (isOwn || (state_.adoption.lettingGo && holdsIhip(state_, i))) continue;
     const auto end = felt_.begin() + static_cast<std::ptrdiff_t>(count_);
     const auto felt = std::find_if(felt_.begin(), end, [i](const Felt& f) { return f.body == i; });
     const bool shares = holdsIhip(state_, i) && severalBodiesHold(state_) && !hasTexture(i);

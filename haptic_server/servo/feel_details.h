@@ -24,7 +24,7 @@ class Feeling {
         config_(config),
         contact_(tick.contact),
         tick_(tick),
-        held_m_(tick.contact.ihip - state.hip) {}
+        held_m_(tick.contact.ihip - state.estimate.hip) {}
 
   /// What the contact core holds, or is met within its dent, along the shading normal where there is one (paper 4.1).
   void addShading() noexcept;

@@ -98,7 +98,7 @@ class HeldFrictions {
     const Vec3 place = body.frame.toLocal(ihip_);
     const FrictionCoefficients mu = friction->varies() ? varying(*friction, pressed, place) : friction->mean();
     if (isOther) held.law.carry(body.frame.toLocal(held.stickingPoint));
-    if (isOther || state_.detailEdited) held.law.edit(mu);
+    if (isOther || state_.adoption.detailEdited) held.law.edit(mu);
     const PressedPoint at{place, toLocalDirection(body.frame, pressed.normal), pressed.pressing_N};
     const FrictionScale scale{friction->stiffnessFor(spring_N_per_m, config_.stableLateral_N_per_m),
                               std::max(kHysteresisSteps * config_.positionStep_m, kLeastHysteresis_m)};
@@ -124,7 +124,7 @@ class HeldFrictions {
   /// After an edit friction goes on from the force that it was.
   [[nodiscard]] double presence(double force_N) const noexcept {
     double& presence = state_.surface.frictionPresence;
-    if (state_.detailEdited && force_N > 0) {
+    if (state_.adoption.detailEdited && force_N > 0) {
       presence = std::min(glm::length(state_.surface.frictionForce_N) / force_N, SurfaceMemory::kMostPresence);
     }
     const double most = config_.period_s / BumpWatch::kFadeIn_s;

@@ -15,13 +15,13 @@ void Feeling::addShading() noexcept {
   felt = {};
   felt.body = static_cast<std::size_t>(contact_.body);
   felt.triangle = contact_.triangle == kNoTriangle ? state_.contact.holding[0].triangle : contact_.triangle;
-  felt.from = state_.hip;
+  felt.from = state_.estimate.hip;
   felt.geometric_m = contact_.penetration_m;
   const bool alongWay = !contact_.alongNormal && tellsDirection(felt.geometric_m, felt.body);
-  felt.normal = alongWay ? (contact_.ihip - state_.hip) / felt.geometric_m : contact_.normal;
+  felt.normal = alongWay ? (contact_.ihip - state_.estimate.hip) / felt.geometric_m : contact_.normal;
   unshaded_m_ = felt.geometric_m * felt.normal;
   shadeTouched(felt);
-  if (state_.anyVaryingStiffness && isShadedRigid(felt.body)) varyBeside(felt);
+  if (state_.features.varyingStiffness && isShadedRigid(felt.body)) varyBeside(felt);
 }
 
 /// With force shading where there is a shading normal, and without a step where that begins or ends.
@@ -33,7 +33,7 @@ void Feeling::shadeTouched(Felt& felt) noexcept {
   ShadingFade::How how = ShadingFade::How::kNot;
   if (severalBodiesHold(state_)) {
     if (shadeTogether(felt)) how = ShadingFade::How::kTogether;
-  } else if (state_.anySoft && state_.yielded.between) {
+  } else if (state_.features.soft && state_.yielded.between) {
     how = ShadingFade::How::kBetween;
   } else if (hasShading(felt.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
              shadeAt(felt, {felt.triangle, feature, contact_.primitive.localIndex}, state_.contact.holding[0].side)) {
@@ -47,7 +47,7 @@ void Feeling::shadeTouched(Felt& felt) noexcept {
     fade.turnLeft = Vec3(0);
     fade.deepeningLeft_m = 0;
     switched_ = true;
-  } else if (how != fade.how || state_.detailEdited) {
+  } else if (how != fade.how || state_.adoption.detailEdited) {
     fade.turnLeft += fade.turn - turn;
     fade.deepeningLeft_m += fade.deepening_m - deepening_m;
   }
@@ -66,7 +66,7 @@ void Feeling::shadeTouched(Felt& felt) noexcept {
 bool Feeling::shadeTogether(Felt& felt) noexcept {
   Vec3 ihip = contact_.ihip;
   if (!shadeGroove(scene_, state_, ihip, contact_.work)) return false;
-  held_m_ = ihip - state_.hip;
+  held_m_ = ihip - state_.estimate.hip;
   felt.geometric_m = glm::length(held_m_);
   if (felt.geometric_m > 0) felt.normal = held_m_ / felt.geometric_m;
   return true;
@@ -115,9 +115,9 @@ void Feeling::fadeSwitch() noexcept {
 
 /// What a switch can change: rigid bodies without a bulge are the same alone and together.
 double Feeling::mostSwitched_N() const noexcept {
-  if (state_.anySoft) return config_.maxForce_N;
+  if (state_.features.soft) return config_.maxForce_N;
   double most_N = 0;
-  for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state_.adoption.bodyCount; ++i) {
     if (hasShading(i)) most_N += state_.objects[i].felt.value().spring_N_per_m * detail(i)->highest_m();
   }
   return most_N;

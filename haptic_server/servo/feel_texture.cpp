@@ -34,18 +34,18 @@ void Feeling::addTexture() noexcept {
     const Vec3 shaded_m = std::max(0.0, felt.geometric_m) * felt.normal;
     tick_.shadingForce_N = stiffness(felt).spring_N_per_m * (shaded_m - unshaded_m_);
   }
-  if (state_.anyBumps) feelBumps();
+  if (state_.features.bumps) feelBumps();
 }
 
 void Feeling::feelBumps() noexcept {
-  for (std::size_t i = 0; i < state_.bodyCount && count_ < kMostFelt; ++i) {
+  for (std::size_t i = 0; i < state_.adoption.bodyCount && count_ < kMostFelt; ++i) {
     if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || state_.bodies[i].leaving) continue;
     if (isTouched(i) && !severalBodiesHold(state_)) continue;
     if (contact_.work.allowance.isSpent()) return state_.fallBehind(contact_.work);
     Felt felt{};
     felt.body = i;
     if (!nearBumps(felt)) continue;
-    if (state_.anyVaryingStiffness && !felt.heightOnly) varyBeside(felt);
+    if (state_.features.varyingStiffness && !felt.heightOnly) varyBeside(felt);
     feelHeight(felt, state_.bumps[i]);
     if (!(felt.depth_m > 0)) continue;
     // Where the polygons are touched next, shading goes on.
@@ -72,10 +72,10 @@ bool Feeling::nearBumps(Felt& felt) noexcept {
     felt.heightOnly = true;
     felt.normal = heldNormal(state_, held);
     felt.geometric_m = partOf(state_, held, held_m_);
-    felt.from = state_.hip + held_m_ - felt.geometric_m * felt.normal;
+    felt.from = state_.estimate.hip + held_m_ - felt.geometric_m * felt.normal;
     return hasTexture(felt.body);
   }
-  felt.from = contact_.touching ? contact_.ihip : state_.hip;
+  felt.from = contact_.touching ? contact_.ihip : state_.estimate.hip;
   const Vec3 h = body.frame.toLocal(felt.from);
   if (squaredLength(h - watch.seenFrom) < watch.clear_m * watch.clear_m) return false;
   const double highest_m = detail(felt.body)->highest_m();
@@ -116,7 +116,7 @@ void Feeling::feelHeight(Felt& felt, BumpWatch& watch) noexcept {
     const Relief local =
         isDeformed(scene_, state_, felt.body) ? reliefOnMaterial(felt, place) : detail(felt.body)->texture->at(place);
     full_m = local.height_m;
-    if (state_.detailEdited && object(felt.body).id == state_.contactObject) goOnFrom(watch, full_m);
+    if (state_.adoption.detailEdited && object(felt.body).id == state_.report.object) goOnFrom(watch, full_m);
     felt.height_m = local.height_m * watch.presence;
     felt.gradient = body.frame.turn(local.gradient) * watch.presence;
   }
@@ -131,7 +131,7 @@ void Feeling::feelHeight(Felt& felt, BumpWatch& watch) noexcept {
 /// Of the texture at the IHIP; place and relief in the object's frame.
 Relief Feeling::reliefOnMaterial(const Felt& felt, const Vec3& place) noexcept {
   const TextureDetail& texture = *detail(felt.body)->texture;
-  if (isTouched(felt.body) && state_.anySoft && state_.yielded.isLevel && !detail(felt.body)->material)
+  if (isTouched(felt.body) && state_.features.soft && state_.yielded.isLevel && !detail(felt.body)->material)
     return texture.at(state_.yielded.foot);
   now_ = feltTriangle(scene_, state_, felt.body, felt.triangle);
   nowBody_ = felt.body;

@@ -28,7 +28,7 @@ class ShadedGroove {
       }
       const HeldPlanes planes = planesAt(ihip);
       Vec3 parts;
-      ihip = planes.nearestOutside(state_.hip, parts);
+      ihip = planes.nearestOutside(state_.estimate.hip, parts);
       for (std::size_t k = 0; k < planes.count; ++k) state_.groove.normal[k] = planes.plane[k].normal;
     }
     return state_.groove.shaded = anyShaded_;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <type_traits>
 
 #include "common/deform/dent.h"
@@ -58,50 +59,72 @@ struct StepConfig {
   }
 };
 
-/// What the servo remembers from tick to tick, but for the bodies. Written by the step, stage by stage, unless noted.
-struct StepMemory {
-  // Written by adoptScene().
-  std::uint64_t sceneRevision = 0;
-  std::uint64_t adoptionTick = 0;
+/// How the scene was adopted. Written by adoptScene(), `contactBroken` and `letGo_s` by the step too.
+struct Adoption {
+  std::uint64_t revision = 0;
+  std::uint64_t tick = 0;
   std::size_t bodyCount = 0;
-  bool adoptedNow = false;  ///< Until the end of the tick of an adoption.
+  bool now = false;  ///< Until the end of the tick of an adoption.
   /// The adoption could not carry the contact on as it was, or a body has come in between in a dent.
   bool contactBroken = false;
   bool detailEdited = false;  ///< The adoption changed what the felt surface feels like, or where it is.
-  std::size_t movingCount = 0;
-  std::size_t nextToMove = 0;             ///< Of the moving bodies, where they move in turn. Written by the step.
-  std::size_t dentCount = 0;              ///< Written by the step, as are the next two.
-  std::uint64_t deformationRevision = 0;  ///< Counts the ticks in which some dent changed. Written by the step.
-  std::uint64_t dentNumber = 0;           ///< Of the newest dent. Written by the step.
-  bool anyDetail = false;                 ///< Some object of the scene has surface properties, moves, or is soft;
-  bool anySoft = false;                   ///< Some is soft;
-  bool anyBumps = false;                  ///< bumps that are felt outside of its polygons;
-  bool anyVaryingStiffness = false;       ///< a stiffness that varies over its surface.
-  bool anyBeingMoved = false;
-  bool anyLeaving = false;
-  bool lettingGo = false;  ///< An adoption that would break the contact waits for it to fade.
-  double letGo_s = 0;      ///< For so long. Written by the step.
+  bool lettingGo = false;     ///< An adoption that would break the contact waits for it to fade.
+  double letGo_s = 0;         ///< For so long.
+};
 
-  Allowance allowance;  ///< Of each tick; of the config.
+/// What some object of the scene has, so that the step passes over what none has.
+struct SceneFeatures {
+  bool detail = false;            ///< Surface properties, a motion, or it is soft.
+  bool soft = false;              ///< It is soft.
+  bool bumps = false;             ///< Bumps that are felt outside of its polygons.
+  bool varyingStiffness = false;  ///< A stiffness that varies over its surface.
+  bool beingMoved = false;        ///< Edited under the stylus, it is on its way.
+  bool leaving = false;           ///< It leaves the scene.
+};
+
+struct Supervision {
   bool attached = false;
-  VelocityEstimator velocity;
-  ContactState contact;
-  /// The surfaces that hold the IHIP, as force shading has them, where several bodies do. Of the tick.
-  struct Groove {
-    bool shaded = false;
-    std::array<Vec3, ContactState::kMaxHolding> normal{Vec3(0), Vec3(0), Vec3(0)};  ///< Outward, unit, world.
-  } groove;
-  std::uint64_t contactObject = 0;  ///< Id, 0 when free.
-  std::uint64_t behind = 0;         ///< Ticks that spent their allowance.
-  std::uint64_t putOut = 0;         ///< Times that the IHIP was put out of a body;
-  std::uint64_t putOutOf = 0;       ///< id of the last one.
-  EditSlew slew;
-  FaultRamp faultRamp;
-  DeadlineWatch deadlines;
   Fault fault = Fault::kNone;
-  Vec3 measuredHip{0};
-  Vec3 hip{0};          ///< Where contact and force are computed: measuredHip, or what the observer makes of it.
+  FaultRamp ramp;
+  DeadlineWatch deadlines;
+};
+
+struct HipEstimate {
+  VelocityEstimator velocity;
+  Vec3 measured{0};
+  Vec3 hip{0};  ///< Where contact and force are computed: measured, or what the observer makes of it.
+};
+
+/// What the contact core met.
+struct ContactReport {
+  std::uint64_t object = 0;    ///< Id of what was touched in the last tick, 0 when free.
+  std::uint64_t behind = 0;    ///< Ticks that spent their allowance.
+  std::uint64_t putOut = 0;    ///< Times that the IHIP was put out of a body;
+  std::uint64_t putOutOf = 0;  ///< id of the last one.
+};
+
+/// The surfaces that hold the IHIP, as force shading has them, where several bodies do. Of the tick.
+struct Groove {
+  bool shaded = false;
+  std::array<Vec3, ContactState::kMaxHolding> normal{Vec3(0), Vec3(0), Vec3(0)};  ///< Outward, unit, world.
+};
+
+struct ForceLimits {
+  EditSlew slew;
   Vec3 unlimited_N{0};  ///< Before fault ramp and, unless an edit is felt, limit.
+};
+
+/// Of HapticState::moving.
+struct Motion {
+  std::size_t count = 0;
+  std::size_t next = 0;  ///< Where they move in turn.
+};
+
+/// Of HapticState::dents.
+struct Denting {
+  std::size_t count = 0;
+  std::uint64_t revision = 0;  ///< Counts the ticks in which some dent changed.
+  std::uint64_t newest = 0;    ///< Its number.
 };
 
 /// A body that has a motion.
@@ -141,45 +164,44 @@ struct BodyDent {
 };
 
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
-struct HapticState : StepMemory {
+struct HapticState {
   explicit HapticState(const StepConfig& config) noexcept {
     allowance = config.allowance();
-    velocity = VelocityEstimator(config.period_s);
+    estimate.velocity = VelocityEstimator(config.period_s);
     if (config.lead) lead = LeadObserver(*config.lead, config.period_s);
   }
 
   /// The allowance did not last for all that is felt: the tick is counted, and the step of the force slewed.
   [[gnu::cold]] void fallBehind(ContactWork& work) noexcept {
-    if (!work.behind) ++behind;
+    if (!work.behind) ++report.behind;
     work.behind = true;
-    slew.begin();
+    limits.slew.begin();
   }
 
-  /// Becomes a copy of another, which goes on exactly like it, without copying the places beyond its bodyCount.
+  /// The parts that are copied and recorded whole, beside the contact; `State` is a HapticState, or a const one.
+  template <class State>
+  [[nodiscard]] static auto partsOf(State& state) noexcept {
+    return std::tie(state.adoption, state.features, state.motion, state.denting, state.supervision, state.estimate,
+                    state.report, state.groove, state.limits);
+  }
+
+  /// Becomes a copy of another, which goes on exactly like it, without copying the places beyond its counts.
   void copyInUse(const HapticState& other) noexcept {
-    static_cast<StepMemory&>(*this) = other;
-    std::copy_n(other.bodies.begin(), bodyCount, bodies.begin());
-    std::copy_n(other.objects.begin(), bodyCount, objects.begin());
-    if (anyDetail) surface = other.surface;
-    std::copy_n(other.moving.begin(), movingCount, moving.begin());
-    if (other.lead.active()) lead.copyInUse(other.lead);
-    energy.copyInUse(other.energy);
-    std::copy_n(other.dents.begin(), dentCount, dents.begin());
-    if (anyBumps) std::copy_n(other.bumps.begin(), bodyCount, bumps.begin());
+    copyForEveryTick(other);
+    std::copy_n(other.bodies.begin(), adoption.bodyCount, bodies.begin());
+    std::copy_n(other.objects.begin(), adoption.bodyCount, objects.begin());
+    std::copy_n(other.moving.begin(), motion.count, moving.begin());
+    if (features.bumps) std::copy_n(other.bumps.begin(), adoption.bodyCount, bumps.begin());
   }
 
   /// Of a state that this one is a copy of, and that has gone on since without an adoption or an edit under the stylus: as
   /// much of it as a rehearsal of its next tick needs. What objects at rest feel like is left as this one has it.
   void copyForRehearsal(const HapticState& other) noexcept {
-    static_cast<StepMemory&>(*this) = other;
-    if (anyDetail) surface = other.surface;
-    for (std::size_t i = 0; i < movingCount; ++i) {
+    copyForEveryTick(other);
+    for (std::size_t i = 0; i < motion.count; ++i) {
       moving[i].copyPlace(other.moving[i]);
       bodies[moving[i].body] = other.bodies[moving[i].body];
     }
-    if (other.lead.active()) lead.copyInUse(other.lead);
-    energy.copyInUse(other.energy);
-    std::copy_n(other.dents.begin(), dentCount, dents.begin());
   }
 
   /// One object's lasting state, carried over adoptions by id.
@@ -202,22 +224,44 @@ struct HapticState : StepMemory {
     bool isLevel = false;  ///< No other dents are there: from the foot to the IHIP the surface has not turned.
     bool between = false;  ///< Another body holds the dent up.
   } yielded;
-  LeadObserver lead;  ///< Where it is active, `velocity` is its.
-  // Written by adoptScene(), in the order of the scene's objects; poses of moving bodies by the step.
+  [[nodiscard]] std::span<const BodyDent> allDents() const noexcept { return std::span(dents).first(denting.count); }
+  /// What the contact pressed in is left to go back.
+  void release() noexcept {
+    for (std::size_t i = 0; i < denting.count; ++i) dents[i].pressed = false;
+  }
+
+  // What every tick reads comes first, and together.
+  Adoption adoption;
+  SceneFeatures features;
+  Motion motion;
+  Denting denting;
+  Allowance allowance;  ///< Of each tick; of the config.
+  HipEstimate estimate;
+  ContactState contact;
+  Groove groove;
+  ContactReport report;
+  ForceLimits limits;
+  Supervision supervision;
+  LeadObserver lead;  ///< Where it is active, the estimate's velocity is its.
+  // In the order of the scene's objects. Written by adoptScene(), poses of moving bodies by the step.
   std::array<Body, kMaxServoObjects> bodies;
   std::array<ObjectState, kMaxServoObjects> objects;
   std::array<BumpWatch, kMaxServoObjects> bumps;
   std::array<MovingBody, kMaxMovingBodies> moving;
   std::array<BodyDent, kMaxDents> dents;
-
-  [[nodiscard]] std::span<const BodyDent> allDents() const noexcept { return std::span(dents).first(dentCount); }
-  /// What the contact pressed in is left to go back.
-  void release() noexcept {
-    for (std::size_t i = 0; i < dentCount; ++i) dents[i].pressed = false;
-  }
-
   SurfaceMemory surface;
   EnergyAccount energy;
+
+ private:
+  void copyForEveryTick(const HapticState& other) noexcept {
+    partsOf(*this) = partsOf(other);
+    allowance = other.allowance;
+    contact = other.contact;
+    if (features.detail) surface = other.surface;
+    if (other.lead.active()) lead.copyInUse(other.lead);
+    energy.copyInUse(other.energy);
+    std::copy_n(other.dents.begin(), denting.count, dents.begin());
+  }
 };
 
 /// Where a body was when the contact core met it last: at the last tick, or within its motion then, where that tick spent

@@ -26,40 +26,41 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 /// The proxy is put where the device is: no force until a surface is met anew.
 void attach(HapticState& state, Vec3 position) noexcept {
   place(state.contact, position);
-  state.velocity.reset(position);
+  state.estimate.velocity.reset(position);
   if (state.lead.active()) state.lead.reset(position);
-  state.measuredHip = state.hip = position;
+  state.estimate.measured = state.estimate.hip = position;
   state.energy.begin(position);
-  state.contactObject = 0;
+  state.report.object = 0;
   state.release();
-  if (state.anyDetail) {
+  if (state.features.detail) {
     state.surface = {};
-    std::fill_n(state.bumps.begin(), state.bodyCount, BumpWatch{});
+    std::fill_n(state.bumps.begin(), state.adoption.bodyCount, BumpWatch{});
   }
-  state.attached = true;
-  state.unlimited_N = Vec3(0);
+  state.supervision.attached = true;
+  state.limits.unlimited_N = Vec3(0);
 }
 
 /// Attaches at the first good reading, and again after a fault, but not before the force has been taken away.
 [[gnu::always_inline]] inline void supervise(HapticState& state, const StepConfig& config,
                                              const StepInput& input) noexcept {
-  const std::uint64_t missed = state.deadlines.missed(input.tick);
+  const std::uint64_t missed = state.supervision.deadlines.missed(input.tick);
   Fault fault = faultOf(input.device);
-  if (missed > 0 && state.attached) [[unlikely]] {
-    if (state.deadlines.tooMany(config.period_s)) {
+  if (missed > 0 && state.supervision.attached) [[unlikely]] {
+    if (state.supervision.deadlines.tooMany(config.period_s)) {
       if (fault == Fault::kNone) fault = Fault::kDeadlinesMissed;
-      if (state.fault == Fault::kNone) state.deadlines.giveUp(input.tick, config.period_s);
+      if (state.supervision.fault == Fault::kNone) state.supervision.deadlines.giveUp(input.tick, config.period_s);
     } else if (state.lead.active()) {
       state.lead.skip(missed);
     }
   }
   if (fault != Fault::kNone) {
-    state.fault = fault;
-  } else if (!state.attached || (state.fault != Fault::kNone && state.faultRamp.atZero() &&
-                                 state.deadlines.wait_s(input.tick, config.period_s) == 0)) {
-    state.fault = Fault::kNone;
+    state.supervision.fault = fault;
+  } else if (!state.supervision.attached ||
+             (state.supervision.fault != Fault::kNone && state.supervision.ramp.atZero() &&
+              state.supervision.deadlines.wait_s(input.tick, config.period_s) == 0)) {
+    state.supervision.fault = Fault::kNone;
     attach(state, input.device.position);
-    state.faultRamp.begin(config.rise_s);
+    state.supervision.ramp.begin(config.rise_s);
   }
 }
 
@@ -68,7 +69,8 @@ void attach(HapticState& state, Vec3 position) noexcept {
                                                   const StepConfig& config) noexcept {
   if (body < 0 || !state.bodies[static_cast<std::size_t>(body)].moving) [[likely]]
     return 0;
-  return glm::dot(state.velocity.velocity(), normal) - separationSpeed(state, body, place, normal, config.period_s);
+  return glm::dot(state.estimate.velocity.velocity(), normal) -
+         separationSpeed(state, body, place, normal, config.period_s);
 }
 
 /// Of the touched object; none when free.
@@ -78,12 +80,12 @@ void attach(HapticState& state, Vec3 position) noexcept {
 }
 
 void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
-  if (work.behind) ++state.behind;
+  if (work.behind) ++state.report.behind;
   if (work.putOut) {
-    ++state.putOut;
-    state.putOutOf = scene.objects[static_cast<std::size_t>(work.insideOf)].id;
+    ++state.report.putOut;
+    state.report.putOutOf = scene.objects[static_cast<std::size_t>(work.insideOf)].id;
   }
-  state.slew.begin();  // the jump of the force is let in as an edit's is
+  state.limits.slew.begin();  // the jump of the force is let in as an edit's is
 }
 
 /// How far the touched surface has gone by itself in this tick: not as an edit moves it.
@@ -99,53 +101,55 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
 [[nodiscard, gnu::noinline]] Vec3 limitedByStages(HapticState& state, const StepConfig& config, const FeltTick& felt,
                                                   const Vec3& measured, Vec3 force) noexcept {
   if (!isFinite(force)) [[unlikely]]
-    state.fault = Fault::kNonFiniteForce;
-  if (state.fault == Fault::kNone) [[likely]] {
-    const bool jumps = state.contactBroken || felt.contact.work.putOut || felt.contact.work.behind ||
-                       (state.adoptedNow && (state.detailEdited || felt.object != state.contactObject));
-    if (jumps) state.slew.begin();
-    if (state.slew.active()) {
-      force = state.slew.follow(
-          limitMagnitude(state.unlimited_N, config.maxForce_N), limitMagnitude(force, config.maxForce_N), measured,
-          state.hip, carried_m(state, felt.contact), feltStiffness(state, felt.contact), jumps, config.period_s);
+    state.supervision.fault = Fault::kNonFiniteForce;
+  if (state.supervision.fault == Fault::kNone) [[likely]] {
+    const bool jumps = state.adoption.contactBroken || felt.contact.work.putOut || felt.contact.work.behind ||
+                       (state.adoption.now && (state.adoption.detailEdited || felt.object != state.report.object));
+    if (jumps) state.limits.slew.begin();
+    if (state.limits.slew.active()) {
+      force = state.limits.slew.follow(limitMagnitude(state.limits.unlimited_N, config.maxForce_N),
+                                       limitMagnitude(force, config.maxForce_N), measured, state.estimate.hip,
+                                       carried_m(state, felt.contact), feltStiffness(state, felt.contact), jumps,
+                                       config.period_s);
     }
-    state.unlimited_N = force;
+    state.limits.unlimited_N = force;
   } else {
-    force = state.unlimited_N;
+    force = state.limits.unlimited_N;
   }
-  return limitMagnitude(state.faultRamp.apply(state.fault != Fault::kNone, force, config.period_s), config.maxForce_N);
+  return limitMagnitude(state.supervision.ramp.apply(state.supervision.fault != Fault::kNone, force, config.period_s),
+                        config.maxForce_N);
 }
 
 /// A force that every stage passes on as it is, which most are, goes by none of them.
 [[nodiscard, gnu::always_inline]] inline Vec3 limited(HapticState& state, const StepConfig& config,
                                                       const FeltTick& felt, const Vec3& measured,
                                                       const Vec3& force) noexcept {
-  const bool asItIs =
-      state.fault == Fault::kNone && !state.adoptedNow && !state.slew.active() && state.faultRamp.atOne();
+  const bool asItIs = state.supervision.fault == Fault::kNone && !state.adoption.now && !state.limits.slew.active() &&
+                      state.supervision.ramp.atOne();
   if (asItIs && glm::dot(force, force) <= config.maxForce_N * config.maxForce_N) [[likely]]  // not for NaN
-    return state.unlimited_N = force;
+    return state.limits.unlimited_N = force;
   return limitedByStages(state, config, felt, measured, force);
 }
 
 /// Where the HIP is, or will be while the coming force is held.
 [[gnu::always_inline]] inline void estimateHip(HapticState& state, const Vec3& measured) noexcept {
-  state.hip = measured;
+  state.estimate.hip = measured;
   if (state.lead.active()) {
-    state.hip = state.lead.follow(measured);
-    state.velocity.set(state.hip, state.lead.velocity());
+    state.estimate.hip = state.lead.follow(measured);
+    state.estimate.velocity.set(state.estimate.hip, state.lead.velocity());
   } else {
-    state.velocity.update(measured);
+    state.estimate.velocity.update(measured);
   }
 }
 
 /// What motions will take is kept, and after an adoption, which had its part, half of the rest.
 [[nodiscard, gnu::always_inline]] inline Allowance contactAllowance(const HapticState& state, FeltTick& felt) noexcept {
   Allowance allowance = state.allowance;
-  if (state.movingCount > 0) [[unlikely]] {
+  if (state.motion.count > 0) [[unlikely]] {
     felt.keptForMotion = unitsOfMotion(state);
     allowance.spend(felt.keptForMotion);
   }
-  if (state.adoptedNow) [[unlikely]]
+  if (state.adoption.now) [[unlikely]]
     allowance = Allowance(allowance.left() / 2);
   return allowance;
 }
@@ -153,7 +157,8 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
 [[gnu::always_inline]] inline void findContact(const ServoScene& scene, HapticState& state, FeltTick& felt,
                                                const KnownPolygons* known) noexcept {
   felt.contact.work.allowance = contactAllowance(state, felt);
-  followContact({state.bodies.data(), state.bodyCount}, state.contact, state.hip, felt.contact, known);
+  followContact({state.bodies.data(), state.adoption.bodyCount}, state.contact, state.estimate.hip, felt.contact,
+                known);
   if (felt.contact.work.putOut | felt.contact.work.behind) [[unlikely]]
     noteLimits(scene, state, felt.contact.work);
 }
@@ -161,8 +166,8 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
 /// Soft bodies yield, and springs that vary over the surface are as stiff as where they are touched.
 void deform(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& felt) noexcept {
   state.groove.shaded = false;
-  if (state.anyVaryingStiffness) varyStiffness(scene, state);
-  if (state.anySoft) yieldToContact(scene, state, config, felt);
+  if (state.features.varyingStiffness) varyStiffness(scene, state);
+  if (state.features.soft) yieldToContact(scene, state, config, felt);
 }
 
 /// On rigid and smooth bodies at rest: along the penetration vector. What Feeling makes of them too, without its list of
@@ -173,16 +178,17 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   if (!contact.touching) return;
   const auto touched = static_cast<std::size_t>(contact.body);
   const double depth = contact.penetration_m;
-  const Vec3 direction = contact.alongNormal || depth <= 0 ? contact.normal : (contact.ihip - state.hip) / depth;
+  const Vec3 direction =
+      contact.alongNormal || depth <= 0 ? contact.normal : (contact.ihip - state.estimate.hip) / depth;
   const double speed = separationSpeed(state, contact.body, contact.ihip, direction, config.period_s);
   const FeltStiffness& stiffness = state.objects[touched].felt;
-  if (state.lettingGo || !(stiffness.value() == ownStiffness(scene, state, touched))) [[unlikely]]
+  if (state.adoption.lettingGo || !(stiffness.value() == ownStiffness(scene, state, touched))) [[unlikely]]
     followTouched(scene, state, config, contact, speed);
   const SpringDamper along = springDamper(depth, speed, stiffness.value());
   felt.force.spring = along.spring * direction;
   felt.force.damping = along.damping * direction;
   if (state.contact.holdingCount > 1) [[unlikely]]
-    felt.force.spring += otherSprings_N(state, contact.ihip - state.hip);
+    felt.force.spring += otherSprings_N(state, contact.ihip - state.estimate.hip);
   felt.force.contact = felt.force.spring + felt.force.damping;
 }
 
@@ -199,10 +205,10 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 
 /// What an edit and the surface's features have of the force that is now held.
 [[gnu::noinline]] void holdParts(HapticState& state, const StepConfig& config, const FeltTick& felt) noexcept {
-  const double part = partWritten(felt.force.written, state.unlimited_N);
-  if (state.slew.active()) {
+  const double part = partWritten(felt.force.written, state.limits.unlimited_N);
+  if (state.limits.slew.active()) {
     const Vec3 whole_N = limitMagnitude(felt.force.contact, config.maxForce_N);
-    state.energy.holdPart(EnergyFeature::kEdit, part * (state.unlimited_N - whole_N));
+    state.energy.holdPart(EnergyFeature::kEdit, part * (state.limits.unlimited_N - whole_N));
   }
   state.energy.holdPart(EnergyFeature::kShading, part * felt.shadingForce_N);
   state.energy.holdPart(EnergyFeature::kFriction, part * felt.force.friction);
@@ -213,40 +219,41 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 [[gnu::always_inline]] inline void accountEnergy(HapticState& state, const StepConfig& config,
                                                  const FeltTick& felt) noexcept {
   if (felt.followed) [[likely]]
-    state.energy.follow(state.measuredHip);
+    state.energy.follow(state.estimate.measured);
   state.energy.hold(felt.object, felt.force.written);
-  if (state.anyDetail || state.slew.active()) [[unlikely]]
+  if (state.features.detail || state.limits.slew.active()) [[unlikely]]
     holdParts(state, config, felt);
 }
 
 [[nodiscard, gnu::always_inline]] inline TelemetrySample describe(const HapticState& state, const StepInput& input,
                                                                   const FeltTick& felt, double period_s) noexcept {
   const ContactResult& contact = felt.contact;
-  return {.tick = input.tick,
-          .time_ns = input.time_ns,
-          .sceneRevision = state.sceneRevision,
-          .adoptionTick = state.adoptionTick,
-          .deformationRevision = state.deformationRevision,
-          .hip = state.measuredHip,
-          .foreseenHip = state.hip,
-          .ihip = contact.touching ? contact.ihip : state.measuredHip,
-          .object = felt.object,
-          .primitive = {contact.primitive.kind, contact.primitive.localIndex, contact.primitive.polygon},
-          .penetration_m = contact.penetration_m,
-          .surfaceNormal = contact.normal,
-          .frictionState = felt.friction,
-          .stickingPoint = felt.stickingPoint,
-          .height_m = felt.height_m,
-          .force = felt.force,
-          .energyGiven_J = state.energy.all_J(),
-          .gaveMost = {},
-          .fault = state.fault,
-          .wait_s = state.fault == Fault::kNone ? 0 : state.deadlines.wait_s(input.tick, period_s),
-          .deviceState = input.device.state,
-          .device = input.device.status,
-          .putOut = state.putOut,
-          .putOutOf = state.putOutOf,
-          .behind = state.behind};
+  return {
+      .tick = input.tick,
+      .time_ns = input.time_ns,
+      .sceneRevision = state.adoption.revision,
+      .adoptionTick = state.adoption.tick,
+      .deformationRevision = state.denting.revision,
+      .hip = state.estimate.measured,
+      .foreseenHip = state.estimate.hip,
+      .ihip = contact.touching ? contact.ihip : state.estimate.measured,
+      .object = felt.object,
+      .primitive = {contact.primitive.kind, contact.primitive.localIndex, contact.primitive.polygon},
+      .penetration_m = contact.penetration_m,
+      .surfaceNormal = contact.normal,
+      .frictionState = felt.friction,
+      .stickingPoint = felt.stickingPoint,
+      .height_m = felt.height_m,
+      .force = felt.force,
+      .energyGiven_J = state.energy.all_J(),
+      .gaveMost = {},
+      .fault = state.supervision.fault,
+      .wait_s = state.supervision.fault == Fault::kNone ? 0 : state.supervision.deadlines.wait_s(input.tick, period_s),
+      .deviceState = input.device.state,
+      .device = input.device.status,
+      .putOut = state.report.putOut,
+      .putOutOf = state.report.putOutOf,
+      .behind = state.report.behind};
 }
 
 }  // namespace
@@ -255,18 +262,18 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 void feelForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
                FeltTick& felt, const KnownPolygons* known) noexcept {
   supervise(state, config, input);
-  if (state.movingCount > 0) [[unlikely]]
+  if (state.motion.count > 0) [[unlikely]]
     takeMovedPoses(state);  // 5 (c)
-  if (state.fault == Fault::kNone) [[likely]] {
+  if (state.supervision.fault == Fault::kNone) [[likely]] {
     felt.followed = true;
     estimateHip(state, input.device.position);
-    if (state.anyBeingMoved | state.anyLeaving) [[unlikely]]
+    if (state.features.beingMoved | state.features.leaving) [[unlikely]]
       followEdits(scene, state, config);
     findContact(scene, state, felt, known);  // 3.2
-    if (state.anyDetail) [[unlikely]]
+    if (state.features.detail) [[unlikely]]
       deform(scene, state, config, felt);  // 5 (d)
     if (state.lead.active()) felt.geometricNormal = felt.contact.normal;
-    if (!state.anyDetail) [[likely]] {
+    if (!state.features.detail) [[likely]] {
       addSpringDamper(scene, state, config, felt);  // 3
     } else {
       addSurfaceForces(scene, state, config, felt);  // 4
@@ -280,19 +287,19 @@ TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const St
                            const StepInput& input, const FeltTick& felt) noexcept {
   const ContactResult& contact = felt.contact;
   if (felt.followed) [[likely]] {
-    state.measuredHip = input.device.position;
-    if (!state.anyDetail && (!contact.touching || state.bodyCount > 1)) [[unlikely]]
+    state.estimate.measured = input.device.position;
+    if (!state.features.detail && (!contact.touching || state.adoption.bodyCount > 1)) [[unlikely]]
       followUntouched(scene, state, config, contact);
   }
-  if (state.movingCount > 0) [[unlikely]]
+  if (state.motion.count > 0) [[unlikely]]
     moveBodies(state, config, felt);  // 5 (c)
-  state.contactObject = felt.object;
+  state.report.object = felt.object;
   accountEnergy(state, config, felt);
   if (state.lead.active()) {
     state.lead.note(felt.force.written, felt.geometricNormal, feltStiffness(state, contact).spring_N_per_m,
                     surfaceSpeed(state, contact.body, contact.ihip, felt.geometricNormal, config));
   }
-  state.adoptedNow = state.contactBroken = state.detailEdited = false;
+  state.adoption.now = state.adoption.contactBroken = state.adoption.detailEdited = false;
   return describe(state, input, felt, config.period_s);
 }
 

@@ -100,12 +100,12 @@ inline void fadeHeld(HapticState& state, const StepConfig& config, Vec3 penetrat
   const double length_N = glm::length(force_N);
   const double less_N = FeltStiffness::kRate_N_per_s * config.period_s + std::max(0.0, length_N - config.maxForce_N);
   const double kept = length_N > less_N ? 1 - less_N / length_N : 0;
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     if (holdsIhip(state, i)) state.objects[i].felt.fade(kept);
   }
-  state.energy.name(state.contactObject, EnergyFeature::kEdit, -(1 - kept) / 2 * glm::dot(force_N, penetration_m));
-  state.letGo_s += config.period_s;
-  state.slew.begin();
+  state.energy.name(state.report.object, EnergyFeature::kEdit, -(1 - kept) / 2 * glm::dot(force_N, penetration_m));
+  state.adoption.letGo_s += config.period_s;
+  state.limits.slew.begin();
 }
 
 }  // namespace haptics

@@ -35,7 +35,7 @@ class JointYield {
         config_(config),
         tick_(tick),
         contact_(tick.contact),
-        penetration_m_(tick.contact.ihip - state.hip) {
+        penetration_m_(tick.contact.ihip - state.estimate.hip) {
     gather(inTheWay);
   }
 
@@ -116,7 +116,7 @@ class JointYield {
       const auto row = static_cast<int>(i);
       for (std::size_t j = 0; j < count_; ++j)
         products[row][static_cast<int>(j)] = glm::dot(part.normal, parts_[j].normal);
-      depth[row] = glm::dot(part.normal, part.point - state_.hip);
+      depth[row] = glm::dot(part.normal, part.point - state_.estimate.hip);
       if (part.tissue == nullptr) continue;
       // y = q (d + y) + e before, exact for a d + y that stays.
       const double q = part.tissue->yield_m(0, 1, part.spring_N_per_m, config_.period_s, part.softness.value);
@@ -158,7 +158,7 @@ class JointYield {
   void press(const Part& part) noexcept {
     const Body& body = state_.bodies[bodyOf(part)];
     PressedBody pressed = pressedBody(part);
-    Vec3 ihip = state_.hip;
+    Vec3 ihip = state_.estimate.hip;
     for (const Part& each : parts()) ihip += each.left_m * each.normal;
     pressed.h = body.frame.toLocal(ihip - part.left_m * part.normal);
     Yielding yielding(scene_, state_, config_, contact_.work, pressed);
@@ -166,7 +166,7 @@ class JointYield {
       tick_.force.spring +=
           tissuePushAlong_N(scene_.objects[pressed.body], part.softness, yielding.elastic_m2(), config_);
     } else {
-      for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
+      for (BodyDent& dent : std::span(state_.dents).first(state_.denting.count)) {
         if (dent.body == pressed.body) dent.pressed = false;
       }
     }
@@ -190,13 +190,13 @@ class JointYield {
     if (obstructed_ && isClear()) return;
     Vec3 ihip = contact_.ihip, planeParts;
     for (int round = 0; round < kRounds; ++round) {
-      ihip = planesAt(ihip).nearestOutside(state_.hip, planeParts);
+      ihip = planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts);
     }
-    contact_.penetration_m = glm::distance(ihip, state_.hip);
+    contact_.penetration_m = glm::distance(ihip, state_.estimate.hip);
     if (!(contact_.penetration_m > 0)) return lose(state_, static_cast<std::size_t>(contact_.body), contact_);
     contact_.alongNormal = false;
     contact_.ihip = ihip;
-    contact_.normal = (ihip - state_.hip) / contact_.penetration_m;
+    contact_.normal = (ihip - state_.estimate.hip) / contact_.penetration_m;
     if (obstructed_ && !(planeParts[0] > 0)) meet(parts_[1].held);
   }
 
@@ -205,7 +205,7 @@ class JointYield {
     const Body& body = state_.bodies[bodyOf(parts_[0])];
     const PressedBody pressed = pressedBody(parts_[0]);
     Yielding yielding(scene_, state_, config_, contact_.work, pressed);
-    const Yielding::Nearest at = yielding.nearestTo(body.frame.toLocal(state_.hip));
+    const Yielding::Nearest at = yielding.nearestTo(body.frame.toLocal(state_.estimate.hip));
     const Vec3 beyond_m = body.frame.toWorld(at.foot.point) - parts_[1].point;
     if (at.outside || glm::dot(parts_[1].normal, beyond_m) < 0) return false;
     settleOn(state_, bodyOf(parts_[0]), at, contact_);

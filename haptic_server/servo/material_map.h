@@ -12,7 +12,7 @@ namespace haptics {
 /// Whether a body of the scene that has a detail is felt elsewhere than where its fields are given.
 [[nodiscard]] inline bool isDeformed(const ServoScene& scene, const HapticState& state, std::size_t body) noexcept {
   const ServoObject& object = scene.objects[body];
-  return object.detail->material || (object.tissue && state.dentCount > 0);
+  return object.detail->material || (object.tissue && state.denting.count > 0);
 }
 
 /// A triangle of a body, as dents have it. Object frame.

@@ -47,7 +47,7 @@ void nameWork(HapticState& state, const MovingBody& moving, const Push& push, do
 }  // namespace
 
 void takeMovedPoses(HapticState& state) noexcept {
-  for (std::size_t i = 0; i < state.movingCount; ++i) {
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
     const MovingBody& moving = state.moving[i];
     if (state.objects[moving.body].beingMoved) continue;
     Body& body = state.bodies[moving.body];
@@ -60,7 +60,7 @@ void takeMovedPoses(HapticState& state) noexcept {
 
 std::int64_t unitsOfMotion(const HapticState& state) noexcept {
   std::int64_t units = 0;
-  for (std::size_t i = 0; i < state.movingCount; ++i) {
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
     const MovingBody& moving = state.moving[i];
     if (moving.state.condition == BodyCondition::kAwake) units += leastMotionUnits(*moving.what, moving.state);
   }
@@ -75,8 +75,8 @@ void moveBodies(HapticState& state, const StepConfig& config, const FeltTick& fe
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
   std::size_t next = 0;
   bool inTurn = false;
-  for (std::size_t k = 0; k < state.movingCount; ++k) {
-    const std::size_t i = (state.nextToMove + k) % state.movingCount;
+  for (std::size_t k = 0; k < state.motion.count; ++k) {
+    const std::size_t i = (state.motion.next + k) % state.motion.count;
     MovingBody& moving = state.moving[i];
     moving.moved = false;
     if (state.objects[moving.body].beingMoved) continue;
@@ -94,13 +94,13 @@ void moveBodies(HapticState& state, const StepConfig& config, const FeltTick& fe
     if (push.any()) nameWork(state, moving, push, partWritten(force.written, force.contact));
     if (isStopped(moving.state.condition)) state.bodies[moving.body].leaving = true;
   }
-  state.nextToMove = next;
+  state.motion.next = next;
 }
 
 bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
-  bool changed = motion.bodyCount != state.movingCount;
-  motion.bodyCount = state.movingCount;
-  for (std::size_t i = 0; i < state.movingCount; ++i) {
+  bool changed = motion.bodyCount != state.motion.count;
+  motion.bodyCount = state.motion.count;
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
     const MovingBody& moving = state.moving[i];
     const BodyState now{state.objects[moving.body].id, state.bodies[moving.body].current, moving.state.condition};
     changed = changed || !(now == motion.body[i]);

@@ -11,7 +11,7 @@ void PreTouch::operator()(const ServoScene& scene, const HapticState& state) noe
     isCopy_ = false;
   }
   const bool affordable = left_.left() >= state.allowance.left() / 4 * 3;
-  if (!state.attached || !affordable) {
+  if (!state.supervision.attached || !affordable) {
     isCopy_ = false;  // of what the state goes on to
     return;
   }
@@ -60,9 +60,9 @@ bool PreTouch::rehearse(const ServoScene& scene, const HapticState& state) noexc
   } else {
     rehearsal_.copyInUse(state);
   }
-  isCopy_ = !state.anyBeingMoved;
+  isCopy_ = !state.features.beingMoved;
   rehearsal_.allowance = Allowance(state.allowance.left() / 8);  // of two
-  const Vec3 next = state.measuredHip + state.velocity.velocity() * config_.period_s;
+  const Vec3 next = state.estimate.measured + state.estimate.velocity.velocity() * config_.period_s;
   FeltTick felt;
   feelForce(scene, rehearsal_, config_, {0, 0, {next, DeviceState::kReady}}, felt, &known_);
   return !felt.contact.work.allowance.isSpent();

@@ -46,28 +46,28 @@ void comeToRest(BodyDent& dent, double left) noexcept {
 }
 
 bool leaveMark(HapticState& state, std::size_t at, const Dent& mark) noexcept {
-  if (state.dentCount == kMaxDents) return false;
+  if (state.denting.count == kMaxDents) return false;
   const auto from = state.dents.begin() + static_cast<std::ptrdiff_t>(at);
-  std::copy_backward(from, state.dents.begin() + static_cast<std::ptrdiff_t>(state.dentCount),
-                     state.dents.begin() + static_cast<std::ptrdiff_t>(state.dentCount) + 1);
-  ++state.dentCount;
+  std::copy_backward(from, state.dents.begin() + static_cast<std::ptrdiff_t>(state.denting.count),
+                     state.dents.begin() + static_cast<std::ptrdiff_t>(state.denting.count) + 1);
+  ++state.denting.count;
   BodyDent& left = state.dents[at];
   left.dent = scaled(mark, 0);
   left.rest = mark;
   left.begun = {};
   left.still_s = 0;
   left.pressed = left.stays = false;
-  state.dents[at + 1].number = ++state.dentNumber;
+  state.dents[at + 1].number = ++state.denting.newest;
   return true;
 }
 
 void relaxDents(const ServoScene& scene, HapticState& state, const StepConfig& config) noexcept {
-  for (std::size_t i = 0; i < state.dentCount; ++i) {
+  for (std::size_t i = 0; i < state.denting.count; ++i) {
     const BodyDent& dent = state.dents[i];
     if (!dent.pressed && dent.begun.displacement != Vec3f(0)) letGo(state, i, *scene.objects[dent.body].tissue);
   }
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < state.dentCount; ++i) {
+  for (std::size_t i = 0; i < state.denting.count; ++i) {
     BodyDent& dent = state.dents[i];
     const SoftTissue& tissue = *scene.objects[dent.body].tissue;
     if (!dent.pressed && !dent.stays) {
@@ -78,13 +78,13 @@ void relaxDents(const ServoScene& scene, HapticState& state, const StepConfig& c
       if (isThere && glm::distance(dent.dent.centre, dent.rest.centre) <= gone_m) {
         dent.dent = dent.rest;
         dent.still_s += config.period_s;
-        dent.stays = dent.still_s >= kStill_s || state.dentCount + kSparePlaces >= kMaxDents;
+        dent.stays = dent.still_s >= kStill_s || state.denting.count + kSparePlaces >= kMaxDents;
       }
     }
     if (kept != i) state.dents[kept] = dent;
     ++kept;
   }
-  state.dentCount = kept;
+  state.denting.count = kept;
 }
 
 }  // namespace haptics

@@ -27,7 +27,7 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
   const PressedBody pressed{.body = index,
                             .atRest = atRest,
                             .side = held.side,
-                            .h = body.frame.toLocal(state.hip),
+                            .h = body.frame.toLocal(state.estimate.hip),
                             .below = contact.penetration_m > 0,
                             .contact_N_per_m = state.objects[index].felt.value().spring_N_per_m,
                             .alone = true,
@@ -40,7 +40,7 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
   state.yielded.shaded = yielding.smooth();
   if (state.yielded.shaded.weight > 0) {
     state.yielded.foot = yielding.foot();
-    state.yielded.isLevel = state.dentCount == 1;
+    state.yielded.isLevel = state.denting.count == 1;
   }
   settleOn(state, index, at, contact);
 }
@@ -55,7 +55,7 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
       scene.objects[index].tissue->yield_m(pressedDepth_m(state, index), contact.penetration_m,
                                            state.objects[index].felt.value().spring_N_per_m, config.period_s, softness);
   return firstInTheWay(state, index, contact.ihip,
-                       glm::mix(contact.ihip, state.hip, std::min(1.0, yield_m / contact.penetration_m)),
+                       glm::mix(contact.ihip, state.estimate.hip, std::min(1.0, yield_m / contact.penetration_m)),
                        contact.work.allowance);
 }
 
@@ -77,12 +77,12 @@ void yield(const ServoScene& scene, HapticState& state, const StepConfig& config
     return;
   }
   if (!isSoft(tick.contact.body)) return;
-  if (state.bodyCount > 1) {
+  if (state.adoption.bodyCount > 1) {
     const InTheWay below = whatIsBelow(scene, state, config, tick.contact);
     if (below.crossing) {
       if (hasComeBetween(state, tick.contact, below)) {
-        state.contactBroken = true;
-        state.slew.begin();
+        state.adoption.contactBroken = true;
+        state.limits.slew.begin();
       }
       state.yielded.between = true;
       return yieldTogether(scene, state, config, tick, below);
@@ -107,26 +107,26 @@ struct Where {
 
 void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
   const ContactResult& contact = tick.contact;
-  for (BodyDent& dent : std::span(state.dents).first(state.dentCount)) {
+  for (BodyDent& dent : std::span(state.dents).first(state.denting.count)) {
     dent.pressed = dent.pressed && contact.touching && holdsIhip(state, dent.body);
   }
   std::array<Where, kMaxDents> before;
-  const std::size_t countBefore = state.dentCount;
+  const std::size_t countBefore = state.denting.count;
   std::ranges::transform(state.allDents(), before.begin(), &whereIs);
   relaxDents(scene, state, config);
   state.yielded = {};
   if (contact.touching) yield(scene, state, config, tick);
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), {}, {}, &whereIs)) {
-    ++state.deformationRevision;
+    ++state.denting.revision;
   }
 }
 
 bool describeDents(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
-  bool changed = motion.dentCount != state.dentCount;
-  motion.dentCount = state.dentCount;
+  bool changed = motion.dentCount != state.denting.count;
+  motion.dentCount = state.denting.count;
   motion.staying = {};
-  motion.sceneRevision = state.sceneRevision;
-  for (std::size_t i = 0; i < state.dentCount; ++i) {
+  motion.sceneRevision = state.adoption.revision;
+  for (std::size_t i = 0; i < state.denting.count; ++i) {
     const BodyDent& dent = state.dents[i];
     const ObjectDent now{state.objects[dent.body].id, dent.dent};
     changed = changed || !(now == motion.dent[i]);

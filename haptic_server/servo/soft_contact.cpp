@@ -7,7 +7,7 @@ namespace haptics {
 InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to, Allowance& allowance) noexcept {
   InTheWay first;
   const double way_m = glm::distance(from, to);
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     const Body& other = state.bodies[i];
     const double reach_m = other.surface->radius_m() + way_m;
     if (i == body || other.leaving || squaredLength(from - other.centre) > reach_m * reach_m) continue;
@@ -24,7 +24,7 @@ void settleOn(const HapticState& state, std::size_t index, const Yielding::Neare
   contact.alongNormal = false;
   contact.ihip = body.frame.toWorld(at.foot.point);
   contact.normal = body.frame.turn(at.normal);
-  contact.penetration_m = glm::distance(contact.ihip, state.hip);
+  contact.penetration_m = glm::distance(contact.ihip, state.estimate.hip);
   contact.primitive = primitiveOf(*body.surface, at.foot);
   contact.triangle = at.foot.triangle;
 }
@@ -34,19 +34,19 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   state.release();
   contact.touching = contact.alongNormal = false;
   contact.body = -1;
-  contact.ihip = state.hip;
+  contact.ihip = state.estimate.hip;
   contact.normal = Vec3(0);
   contact.penetration_m = 0;
   contact.primitive = {};
   contact.triangle = kNoTriangle;
-  const InTheWay met = firstInTheWay(state, body, rest, state.hip, contact.work.allowance);
+  const InTheWay met = firstInTheWay(state, body, rest, state.estimate.hip, contact.work.allowance);
   if (!met.crossing) return;
   const Body& other = state.bodies[met.body];
   contact.touching = true;
   contact.body = static_cast<int>(met.body);
   contact.ihip = met.point;
   contact.normal = other.frame.turn(other.surface->faceNormal(met.crossing.triangle) * double(met.crossing.side));
-  contact.penetration_m = glm::distance(contact.ihip, state.hip);
+  contact.penetration_m = glm::distance(contact.ihip, state.estimate.hip);
   contact.primitive = primitiveOf(*other.surface, Foot{met.crossing.triangle});
   contact.triangle = met.crossing.triangle;
 }

@@ -19,7 +19,7 @@ namespace {
 [[nodiscard]] bool isAtAnEdge(const HapticState& state, Vec3 normal) noexcept {
   constexpr double kLeastSine = 1e-3;  // larger than that of rounding
   if (state.contact.mode != ContactState::Mode::kOneSurface || state.contact.feature == Feature::kPolygon) return false;
-  const Vec3 penetration_m = state.contact.ihip - state.hip;
+  const Vec3 penetration_m = state.contact.ihip - state.estimate.hip;
   const Vec3 aside_m = penetration_m - normal * glm::dot(penetration_m, normal);
   return squaredLength(aside_m) > kLeastSine * kLeastSine * squaredLength(penetration_m);
 }

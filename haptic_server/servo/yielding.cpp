@@ -38,7 +38,7 @@ Yielding::Yielding(const ServoScene& scene, HapticState& state, const StepConfig
       work_(work),
       pressed_(pressed),
       body_(state.bodies[pressed.body]) {
-  for (std::size_t i = 0; i < state.dentCount; ++i) {
+  for (std::size_t i = 0; i < state.denting.count; ++i) {
     if (state.dents[i].pressed && state.dents[i].body == pressed.body) at_ = i;
   }
 }
@@ -84,17 +84,18 @@ bool Yielding::begin() noexcept {
     if (nearest(dents, pressed_.h).outside) return false;
     if (goOnInTheNewest()) return true;
   }
-  if (state_.dentCount == kMaxDents) {
+  if (state_.denting.count == kMaxDents) {
     hurryTheWeakest();
     return true;
   }
-  at_ = state_.dentCount++;
-  dent() = {.body = pressed_.body, .dent = {}, .rest = {}, .begun = {}, .number = ++state_.dentNumber, .pressed = true};
+  at_ = state_.denting.count++;
+  dent() = {
+      .body = pressed_.body, .dent = {}, .rest = {}, .begun = {}, .number = ++state_.denting.newest, .pressed = true};
   return true;
 }
 
 bool Yielding::goOnInTheNewest() noexcept {
-  for (std::size_t i = state_.dentCount; i-- > 0;) {
+  for (std::size_t i = state_.denting.count; i-- > 0;) {
     BodyDent& newest = state_.dents[i];
     if (newest.body != pressed_.body) continue;
     const BodyDents others = dentsOf(state_, pressed_.body, i);
@@ -115,7 +116,7 @@ bool Yielding::goOnInTheNewest() noexcept {
 /// There is no place for a dent of this contact, which is hard meanwhile.
 void Yielding::hurryTheWeakest() noexcept {
   BodyDent* weakest = nullptr;
-  for (BodyDent& dent : std::span(state_.dents).first(state_.dentCount)) {
+  for (BodyDent& dent : std::span(state_.dents).first(state_.denting.count)) {
     if (dent.stays || dent.pressed) continue;
     if (weakest == nullptr || depth_m(dent.dent) < depth_m(weakest->dent)) weakest = &dent;
   }
@@ -167,7 +168,7 @@ void Yielding::shadeFoot(Foot& foot, const BodyDents& others, Vec3& parts) noexc
 void Yielding::moveOn(Vec3 foot) noexcept {
   const double way = glm::distance(foot, Vec3(dent().begun.centre));
   const bool isNear = dent().begun.displacement == Vec3f(0) || way < tissue_.falloff.width_m();
-  if (isNear || state_.dentCount == kMaxDents) return;  // without a place for it, the mark is left farther on
+  if (isNear || state_.denting.count == kMaxDents) return;  // without a place for it, the mark is left farther on
   const Dent begun = dent().begun;
   dent().begun = dent().rest = {};
   dent().kept_m = 0;
@@ -191,7 +192,7 @@ double Yielding::stillThere_m(const Dent& rest, Vec3 foot) const noexcept {
 /// How deep this dent may be, so that with those of the body that are going back it stays within deepestDent_m().
 double Yielding::room_m() const noexcept {
   double left = deepestDent_m(tissue_.falloff);
-  for (std::size_t i = 0; i < state_.dentCount; ++i) {
+  for (std::size_t i = 0; i < state_.denting.count; ++i) {
     const BodyDent& other = state_.dents[i];
     if (i == *at_ || other.body != pressed_.body) continue;
     left -= std::max(0.0, depth_m(other.dent) - depth_m(other.rest));

@@ -89,7 +89,7 @@ class RestJudge {
   /// reach the HIP, only the first is known.
   [[nodiscard]] Vec3 expectedForce_N(const TelemetrySample& sample, const ServoScene& scene, const HapticState& state) {
     const auto touched = std::ranges::find(scene.objects, sample.object, &ServoObject::id);
-    if (touched == scene.objects.end() || state.anyBumps) return sample.force.contact;
+    if (touched == scene.objects.end() || state.features.bumps) return sample.force.contact;
     ++verdict_.exact;
     if (severalBodiesHold(state)) {
       GrooveSprings own, felt;

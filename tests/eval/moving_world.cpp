@@ -70,7 +70,7 @@ TelemetrySample MovingWorld::tick(Vec3 hip) {
 }
 
 int MovingWorld::indexOf(std::uint64_t id) const noexcept {
-  for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state_.adoption.bodyCount; ++i) {
     if (state_.objects[i].id == id) return static_cast<int>(i);
   }
   return -1;
@@ -91,7 +91,7 @@ double MovingWorld::depthIn(std::size_t index, Vec3 point) const {
 }
 
 double MovingWorld::energyOf(std::uint64_t id) const {
-  for (std::size_t i = 0; i < state_.movingCount; ++i) {
+  for (std::size_t i = 0; i < state_.motion.count; ++i) {
     const MovingBody& moving = state_.moving[i];
     if (state_.objects[moving.body].id == id) return haptics::energyOf(*moving.what, moving.state);
   }

@@ -94,13 +94,13 @@ void Ours::adopt() {
 
 void Ours::place(Vec3 hip) {
   haptics::place(state_.contact, hip);
-  state_.attached = false;
+  state_.supervision.attached = false;
   (void)step(hip);
 }
 
 Felt Ours::tick(std::span<const Pose> poses, Vec3 hip) {
   adopt();
-  for (std::size_t i = 0; i < state_.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state_.adoption.bodyCount; ++i) {
     const auto id = std::ranges::find(ids_, state_.objects[i].id);
     const auto given = static_cast<std::size_t>(id - ids_.begin());
     Body& body = state_.bodies[i];
@@ -115,7 +115,7 @@ Felt Ours::tick(std::span<const Pose> poses, Vec3 hip) {
 }
 
 Felt Ours::step(Vec3 hip) {
-  const std::span<const Body> bodies(state_.bodies.data(), state_.bodyCount);
+  const std::span<const Body> bodies(state_.bodies.data(), state_.adoption.bodyCount);
   if (contactOnly_) return feelContact(bodies, hip);
   // The step keeps what its contact cost to itself: asked of the same core, on a copy of its state.
   ContactState copy = state_.contact;
@@ -131,12 +131,12 @@ Felt Ours::step(Vec3 hip) {
 
 /// Of the step no more than the contact and its force.
 Felt Ours::feelContact(std::span<const Body> bodies, Vec3 hip) {
-  if (!state_.anyDetail) {
+  if (!state_.features.detail) {
     const ContactResult contact = followContact(bodies, state_.contact, hip);
     return {contact.touching, contact.ihip, kSpring_N_per_m * (contact.ihip - hip), 0};
   }
   FeltTick felt;
-  state_.hip = hip;
+  state_.estimate.hip = hip;
   followContact(bodies, state_.contact, hip, felt.contact);
   Feeling feeling(*scene_, state_, config_, felt);
   feeling.addShading();

@@ -28,7 +28,7 @@ constexpr double kFlutter_s = 0.02;
 double movedAt_m(const HapticState& state, Vec3 hip, std::uint64_t touched, std::uint64_t before) {
   constexpr double kBeside_m = 0.01;
   double farthest_m = 0;
-  for (std::size_t i = 0; i < state.movingCount; ++i) {
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
     const std::size_t b = state.moving[i].body;
     const Body& body = state.bodies[b];
     const std::uint64_t id = state.objects[b].id;
@@ -166,7 +166,7 @@ double EditJudge::depth_m(const EditDrive& drive) {
   const TelemetrySample& sample = drive.sample();
   const Vec3 ihip = sample.object == 0 ? state.contact.hip : state.contact.ihip;
   double deepest_m = 0;
-  for (std::size_t i = 0; i < state.bodyCount; ++i) {
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     const FuzzObject* object = drive.object(state.objects[i].id);
     if (object == nullptr || object->leaving || !run_.meshes[object->mesh].mesh.closed()) continue;
     const Pose& pose = state.bodies[i].current;
@@ -211,7 +211,7 @@ double EditJudge::missing_N(const EditDrive& drive) const {
       if (farthest_N > kSlowest_N_per_s * kLongest_s) return 0;
       if (missing_N_per_m > kSamePart * object->stiffness_N_per_m) return missing_N_per_m * sample.penetration_m;
     }
-  } else if (touched != nullptr && touched->mass_kg == 0 && !drive.state().anyBumps) {
+  } else if (touched != nullptr && touched->mass_kg == 0 && !drive.state().features.bumps) {
     const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
     expected_N += stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
   }

@@ -21,7 +21,7 @@ Specimen::Specimen(std::shared_ptr<const Surface> surface, std::shared_ptr<const
 }
 
 void Specimen::place(Vec3 hip) {
-  state_->attached = false;
+  state_->supervision.attached = false;
   (void)tick(hip);
 }
 

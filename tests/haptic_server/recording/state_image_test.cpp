@@ -21,7 +21,7 @@ int goesOnBitForBit(const std::string& scene) {
     EXPECT_TRUE(state) << state.error().text();
     if (!state) return dented;
     HapticState original = servo.state();
-    dented += original.dentCount > 0 ? 1 : 0;
+    dented += original.denting.count > 0 ? 1 : 0;
     for (int i = 0; i < 50; ++i) {
       const StepInput input{1, 0, {Vec3(0.001 * i - 0.05, 0, -0.001), DeviceState::kReady, {}}};
       const Vec3 expected = hapticStep(servo.scene(), original, servo.config(), input).force.written;

@@ -266,7 +266,7 @@ TEST(MovingBody, WhoseMotionIsTakenAwayGoesBackToWhereTheSceneHasIt) {
   servo.adopt(sceneOf(2, {box}));
   servo.run(1000);
   EXPECT_EQ(servo.state().bodies[0].current, box.pose);
-  EXPECT_EQ(servo.state().movingCount, 0U);
+  EXPECT_EQ(servo.state().motion.count, 0U);
 }
 
 TEST(MovingBody, GoesOnInACopyOfTheStateBitForBit) {

@@ -75,7 +75,7 @@ TEST(PlasticBody, KeepsItsPartOfTheDeepestDent) {
       static_cast<void>(servo.step());
       for (const BodyDent& dent : servo.state().allDents()) deepest = std::max(deepest, depthOf(dent));
     }
-    ASSERT_EQ(servo.state().dentCount, 1U);
+    ASSERT_EQ(servo.state().denting.count, 1U);
     EXPECT_NEAR(deepest, kShare * 0.003, 3e-5);
     EXPECT_NEAR(depthOf(servo.state().dents[0]), plastic * deepest, 1e-6);
     EXPECT_TRUE(servo.state().dents[0].stays);
@@ -125,7 +125,7 @@ struct Twins {
     one.adopt(scene);
     static_cast<void>(one.run(ticks));
     other = one;
-    EXPECT_TRUE(one.state().dentCount > 0 && one.state().dents[0].stays) << "the scene does not do what it is for";
+    EXPECT_TRUE(one.state().denting.count > 0 && one.state().dents[0].stays) << "the scene does not do what it is for";
     other.adopt(withDentsTaken(*scene, one.state()));
     EXPECT_TRUE(other.adopted());
   }
@@ -153,8 +153,8 @@ TEST(PlasticBody, DoesNotJumpUnderAHandThatPressesIntoADentWhileTheSurfaceTakesI
         return over(0.1 * std::sin(2 * t), 0.001 - 0.005 * std::min(1.0, 4 * t));
       },
       1500);
-  EXPECT_EQ(twins.one.state().dentCount, 2U) << "that in which the hand is, and that which it left";
-  EXPECT_EQ(twins.other.state().dentCount, 1U);
+  EXPECT_EQ(twins.one.state().denting.count, 2U) << "that in which the hand is, and that which it left";
+  EXPECT_EQ(twins.other.state().denting.count, 1U);
   EXPECT_EQ(twins.follow(1000), 1000);
 }
 
@@ -200,7 +200,7 @@ TEST(PlasticBody, IsLeftWithAGrooveByAHandThatSlides) {
   const double expected_N = kDepth_m / (1 / kContact_N_per_m + 1 / kTissue_N_per_m);
   EXPECT_GT(least_N, 0.85 * expected_N) << "marks are not felt by the hand that leaves them";
   EXPECT_LT(most_N, 1.15 * expected_N);
-  EXPECT_GT(servo.state().dentCount, 2U);
+  EXPECT_GT(servo.state().denting.count, 2U);
   double shallowest = 1, deepest = 0;
   for (double angle = 0; angle <= kTo; angle += 0.01) {
     const double depth = grooveAt(servo.state(), tissue, angle);
@@ -240,16 +240,16 @@ TEST(PlasticBody, LetsADentGoBackSlowlyThatMayNotStay) {
   const auto scene = claySphere(clay());
   servo.adopt(scene);
   static_cast<void>(servo.run(1000));
-  ASSERT_EQ(servo.state().dentCount, 1U);
+  ASSERT_EQ(servo.state().denting.count, 1U);
   auto loosened = std::make_shared<ServoScene>(*scene);
   loosened->objects[0].taken.loosenedUpTo = servo.state().dents[0].number;
   servo.adopt(loosened);
   double last = depthOf(servo.state().dents[0]);
   static_cast<void>(servo.step());
-  ASSERT_EQ(servo.state().dentCount, 1U);
+  ASSERT_EQ(servo.state().denting.count, 1U);
   EXPECT_GT(depthOf(servo.state().dents[0]), 0.9 * last);
   static_cast<void>(servo.run(500));
-  EXPECT_EQ(servo.state().dentCount, 0U);
+  EXPECT_EQ(servo.state().denting.count, 0U);
 }
 
 }  // namespace

@@ -151,7 +151,7 @@ TEST(PreTouch, LeavesADeviceThatWasNeverReadyAlone) {
   (void)adoptScene(*scene, state, 0);
   (*std::make_unique<PreTouch>(kConfig))(*scene, state);
   const TelemetrySample sample = hapticStep(*scene, state, kConfig, {0, 0, {Vec3(0), DeviceState::kAbsent}});
-  EXPECT_FALSE(state.attached);
+  EXPECT_FALSE(state.supervision.attached);
   EXPECT_EQ(sample.fault, Fault::kDeviceLost);
 }
 

@@ -59,7 +59,7 @@ TEST(SoftBody, TurnsHardBeforeItTurnsInsideOut) {
   const SoftTissue tissue = elastic(10, 0.008);
   servo.adopt(softSphere(tissue));
   const TelemetrySample deep = servo.run(550);
-  ASSERT_EQ(servo.state().dentCount, 1U);
+  ASSERT_EQ(servo.state().denting.count, 1U);
   const Dent& dent = servo.state().dents[0].dent;
   EXPECT_NEAR(glm::length(Vec3(dent.displacement)), deepestDent_m(tissue.falloff), 1e-6);
   EXPECT_GT(deep.force.spring.z, kContact_N_per_m * (0.01 - 1e-4 - deepestDent_m(tissue.falloff)));
@@ -190,7 +190,7 @@ TEST(SoftBody, ThatIsViscousLeavesADentThatComesBackToAStillHandWithoutAStep) {
   TelemetrySample sample = servo.step();
   EXPECT_EQ(sample.object, 0U);
   EXPECT_EQ(glm::length(sample.force.written), 0);
-  EXPECT_EQ(servo.state().dentCount, 1U);
+  EXPECT_EQ(servo.state().denting.count, 1U);
   bool touched = false;
   double last = 0, steepest = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -216,11 +216,11 @@ TEST(SoftBody, IsAsItWasOnceEveryDentHasGoneBack) {
   std::size_t most = 0;
   for (int i = 0; i < 3000; ++i) {
     static_cast<void>(servo.step());
-    most = std::max(most, servo.state().dentCount);
+    most = std::max(most, servo.state().denting.count);
   }
   EXPECT_GT(most, 1U);
   static_cast<void>(servo.run(2000));
-  EXPECT_EQ(servo.state().dentCount, 0U);
+  EXPECT_EQ(servo.state().denting.count, 0U);
 }
 
 /// The most that a hand on a given path has got out of a scene so far, at any time, and what it has at the end; joules.

@@ -161,7 +161,7 @@ TEST(VaryingSprings, DampInTheSameRatio) {
 /// holding it for a tick adds.
 double loop_J(VirtualServo& servo, const VirtualServo::Trajectory& path, std::uint64_t ticks) {
   Vec3 at = path(servo.tick() - 1);
-  Vec3 before_N = servo.state().unlimited_N;
+  Vec3 before_N = servo.state().limits.unlimited_N;
   double work_J = 0;
   for (std::uint64_t i = 0; i < ticks; ++i) {
     const Vec3 now_N = servo.step().force.contact;

@@ -69,7 +69,8 @@ TEST(Yielding, SpringsOfAllThatHoldTheIhipAreInSeriesWithTheirOwnTissue) {
       EXPECT_LE(glm::distance(sample.force.spring, expected), 0.02 * glm::length(expected))
           << left.lean_rad << " " << right.tissue_N_per_m << " " << swapped << ": " << sample.force.spring.x << " "
           << sample.force.spring.z << " of " << expected.x << " " << expected.z;
-      EXPECT_EQ(servo.state().dentCount, (left.tissue_N_per_m > 0 ? 1U : 0U) + (right.tissue_N_per_m > 0 ? 1U : 0U));
+      EXPECT_EQ(servo.state().denting.count,
+                (left.tissue_N_per_m > 0 ? 1U : 0U) + (right.tissue_N_per_m > 0 ? 1U : 0U));
     }
   }
 }
