@@ -21,7 +21,7 @@ set(public_headers
   common/surface/make_field.h
   common/surface/scalar_field.h
   haptic_server/contact/contact.h
-  haptic_server/geometry/surface.h
+  haptic_server/geometry/collision_mesh.h
   haptic_server/motion/rigid_body.h
   haptic_server/servo/haptic_state.h
   haptic_server/servo/haptic_step.h

@@ -17,7 +17,7 @@
 #include "haptic_server/device/usb/libusb_bus.h"
 #include "haptic_server/device/usb/usb_device.h"
 #include "haptic_server/device/usb/wooden_haptics.h"
-#include "haptic_server/force/lead_observer.h"
+#include "haptic_server/force/predictive_observer.h"
 #include "haptic_server/servo/realtime.h"
 
 namespace haptics {
@@ -68,7 +68,7 @@ class OnUsb final : public AttachedDevice {
   void start() override {
     device_.start([] {
       RealtimeStatus status;
-      becomeDriverThread(status);
+      configureDriverThread(status);
       for (const std::string& warning : status.warnings) spdlog::warn("{}", warning);
     });
   }
@@ -184,7 +184,7 @@ class Recorded final : public AttachedDevice {
 
 Result<std::unique_ptr<AttachedDevice>> AttachedDevice::attach(const ServerOptions& options) {
   if (split(options.device).kind == kReplay) return playBack(options);
-  const double longest_ms = 1e3 * LeadObserver::longestDelay_s(1 / rateOf(options));
+  const double longest_ms = 1e3 * PredictiveObserver::longestDelay_s(1 / rateOf(options));
   if (options.stabiliser && options.deviceDelay_ms.value_or(0) > longest_ms) {
     return refused("--device-delay-ms", "at " + std::to_string(std::lround(rateOf(options))) +
                                             " Hz the stabiliser looks ahead by at most " + std::to_string(longest_ms) +

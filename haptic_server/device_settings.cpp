@@ -37,7 +37,7 @@ namespace {
 
 StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
   StepConfig config = serverStepConfig(deviceInfoOf(options, device), rate_Hz);
-  if (!options.stabiliser) config.lead.reset();
+  if (!options.stabiliser) config.observer.reset();
   return config;
 }
 

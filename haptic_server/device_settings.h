@@ -1,7 +1,7 @@
 #pragma once
 
 #include "haptic_server/device/device.h"
-#include "haptic_server/scene/surface_remarks.h"
+#include "haptic_server/scene/surface_warnings.h"
 #include "haptic_server/server_options.h"
 #include "haptic_server/servo/haptic_state.h"
 

@@ -31,8 +31,8 @@ void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary)
 void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status) {
   status.set_ticks(servo.ticks.load());
   status.set_missed_ticks(servo.missedTicks.load());
-  status.set_put_out(servo.putOut.load());
-  status.set_put_out_of(servo.putOutOf.load());
+  status.set_put_out(servo.depenetrated.load());
+  status.set_put_out_of(servo.depenetratedFrom.load());
   status.set_behind(servo.behind.load());
   status.set_wait_s(servo.wait_s.load());
   status.set_contact_ticks(servo.contactTicks.load());

@@ -17,7 +17,7 @@
 #include "haptic_server/net/server.h"
 #include "haptic_server/recording/flight_recorder.h"
 #include "haptic_server/run_summary.h"
-#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/scene/scene_service.h"
 #include "haptic_server/servo/servo_loop.h"
 #include "haptic_server/servo_thread.h"
 #include "haptic_server/start_scene.h"
@@ -30,11 +30,11 @@ namespace {
 constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
 
 /// What a person would explore in one scene after another.
-[[nodiscard]] ServoSceneMaker::MakePlan explorationPlans() {
+[[nodiscard]] ServoSceneBuilder::MakePlan explorationPlans() {
   return [planner = ExplorationPlanner()](const ServoScene& scene) mutable {
     std::vector<ExploredObject> objects;
     for (const ServoObject& object : scene.objects) {
-      if (!object.leaving) {
+      if (!object.pendingRemoval) {
         objects.push_back({object.id, object.surface, object.pose, object.motion != nullptr});
       }
     }
@@ -45,8 +45,8 @@ constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
 /// What those who watch a played recording see.
 [[nodiscard]] Sequencer::Assets assetsOf(const RemadeScene& scene) {
   Sequencer::Assets assets;
-  for (const ServoObjectParts& object : scene.objects) {
-    if (!object.leaving) assets[object.record->id] = object.assets;
+  for (const ServoObjectSource& object : scene.objects) {
+    if (!object.pendingRemoval) assets[object.record->id] = object.assets;
   }
   return assets;
 }
@@ -64,21 +64,21 @@ class ServerApp::Impl final : private ServerHost {
         player_(attached_->player()),
         rate_Hz_(player_ != nullptr ? player_->facts().rate_Hz : options.rate_Hz.value_or(kDefaultRate_Hz)),
         step_(player_ != nullptr ? player_->facts().config : stepConfigOf(options, device_.info(), rate_Hz_)),
-        servo_(device_, crossing_, step_) {}
+        servo_(device_, mailbox_, step_) {}
   ~Impl() override { halt(); }  // the room waits for its builder
 
   [[nodiscard]] Result<void> start() {
     if (player_ == nullptr) {
       if (auto recording = startRecording(); !recording) return recording;
     }
-    room_.emplace(player_ != nullptr ? playersRoom() : deviceRoom(), crossing_);
+    sceneService_.emplace(player_ != nullptr ? playersRoom() : deviceRoom(), mailbox_);
     if (auto prepared = player_ != nullptr ? preparePlayer() : prepareScene(); !prepared) return prepared;
-    room_->start();
+    sceneService_->start();
     if (auto listening = listen(); !listening) return listening;
     startServo();
     if (recorder_) recorder_->start();
     server_->start();
-    if (state_) scrubber_ = scrubState(*room_, *state_, options_.state);
+    if (state_) scrubber_ = scrubState(*sceneService_, *state_, options_.state);
     return {};
   }
 
@@ -88,7 +88,7 @@ class ServerApp::Impl final : private ServerHost {
   }
   [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop) { return server_->connect(clientLoop); }
   [[nodiscard]] std::optional<AssetContent> findAsset(const AssetName& name) const {
-    const auto asset = room_->findAsset(name.hash);
+    const auto asset = sceneService_->findAsset(name.hash);
     if (!asset || asset->name != name) return std::nullopt;
     return asset->content();
   }
@@ -115,20 +115,21 @@ class ServerApp::Impl final : private ServerHost {
     return {};
   }
 
-  [[nodiscard]] static SceneRoom::Options playersRoom() {
+  [[nodiscard]] static SceneService::Options playersRoom() {
     return {.assetFolders = {},
             .makePlan = {},
-            .whyFixed = "the scene is that of a recording that is played",
+            .readOnlyReason = "the scene is that of a recording that is played",
             .log = logInfo};
   }
-  [[nodiscard]] SceneRoom::Options deviceRoom() {
-    return {.assetFolders = options_.assets,
-            .makePlan = explorationPlans(),
-            .takeMotion = [this] { return servo_.takeMotionForBuilder(); },
-            .device = limitsOf(options_, device_.info(), step_, rate_Hz_),
-            .log = logInfo,
-            .onServoScene = [this](const ServoScene& scene,
-                                   const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }};
+  [[nodiscard]] SceneService::Options deviceRoom() {
+    return {
+        .assetFolders = options_.assets,
+        .makePlan = explorationPlans(),
+        .takeMotion = [this] { return servo_.takeMotionForBuilder(); },
+        .device = limitsOf(options_, device_.info(), step_, rate_Hz_),
+        .log = logInfo,
+        .onServoScene = [this](const ServoScene& scene,
+                               const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); }};
   }
 
   /// Of a device that is felt: flight ring, watchdog and recorder.
@@ -151,20 +152,20 @@ class ServerApp::Impl final : private ServerHost {
     for (const auto& folder : options_.assets)
       spdlog::info("mesh and image files are looked for in {}", folder.string());
     if (!options_.state.empty()) {
-      auto resumed = resumeState(*room_, options_);
+      auto resumed = resumeState(*sceneService_, options_);
       if (!resumed) return tl::unexpected(resumed.error());
       state_ = *std::move(resumed);
     }
-    if (room_->history()->version.revision() == 0) return loadScene(*room_, options_.scene);
+    if (sceneService_->history()->version.revision() == 0) return loadScene(*sceneService_, options_.scene);
     return {};
   }
 
   [[nodiscard]] Result<void> preparePlayer() {
-    const auto show = [this](const RemadeScene& scene) { return room_->show(scene.version, assetsOf(scene)); };
-    if (auto prepared = player_->prepare(room_->assetStore(), show); !prepared) return prepared;
+    const auto show = [this](const RemadeScene& scene) { return sceneService_->show(scene.version, assetsOf(scene)); };
+    if (auto prepared = player_->prepare(sceneService_->assetStore(), show); !prepared) return prepared;
     if (!player_->sameStep()) spdlog::warn("it was recorded by another version of the step: its forces may differ");
     const RecordedBeginning& begun = player_->beginning();
-    if (begun.state) servo_.goOnFrom(*begun.state, begun.scene, begun.pending);
+    if (begun.state) servo_.resumeFrom(*begun.state, begun.scene, begun.pending);
     return {};
   }
 
@@ -172,13 +173,13 @@ class ServerApp::Impl final : private ServerHost {
     if (options_.summary.empty()) return {};
     v1::Status status;
     fillStatus(status);
-    const auto history = room_->history();
+    const auto history = sceneService_->history();
     status.set_revision(history->version.revision());
     status.set_root(history->version.root().asBytes());
     status.set_refused_connections(server_->counters().refusedConnections);
     const MotionState& motion = servo_.lastMotion();
     return haptics::writeSummary(options_.summary, status, device_.info().maxForce_N, motion,
-                                 room_->deformedHash(history->version, motion.dents()).value_or(ContentHash{}));
+                                 sceneService_->deformedHash(history->version, motion.dents()).value_or(ContentHash{}));
   }
 
   [[nodiscard]] Result<void> listen() {
@@ -191,7 +192,7 @@ class ServerApp::Impl final : private ServerHost {
       if (!credentials) return tl::unexpected(std::move(credentials.error()).within("--credentials "));
       serving.credentials = *std::move(credentials);
     }
-    auto server = Server::listen(std::move(serving), *room_, *this);
+    auto server = Server::listen(std::move(serving), *sceneService_, *this);
     if (!server) return tl::unexpected(server.error());
     server_ = *std::move(server);
     return {};
@@ -228,7 +229,7 @@ class ServerApp::Impl final : private ServerHost {
     if (player_ != nullptr) player_->finish();
     if (server_) server_->stop();
     scrubber_.reset();
-    isStillBuilding_ = room_ && !room_->stopWithin(kBuilderEndsWithin);
+    isStillBuilding_ = sceneService_ && !sceneService_->stopWithin(kBuilderEndsWithin);
   }
 
   // For the server, on the network thread.
@@ -256,7 +257,7 @@ class ServerApp::Impl final : private ServerHost {
     status.set_device(device_.info().name);
     attached_->fillStatus(status);
     status.set_durable(state_ != nullptr);
-    for (const std::string& object : room_->lostParts()) status.add_lost(object);
+    for (const std::string& object : sceneService_->lostParts()) status.add_lost(object);
     if (watchdog_) watchdog_->fillStatus(status);
   }
   void log(const std::string& line) override { logInfo(line); }
@@ -285,11 +286,11 @@ class ServerApp::Impl final : private ServerHost {
   RecordingPlayer* const player_;  // null unless the device is one
   const double rate_Hz_;
   const StepConfig step_;
-  SceneCrossing crossing_;
+  SceneMailbox mailbox_;
   ServoLoop servo_;
   std::unique_ptr<FlightRecorder> recorder_;  // is given the scenes that the room makes
   std::unique_ptr<StateFolder> state_;        // keeps what the room decides
-  std::optional<SceneRoom> room_;
+  std::optional<SceneService> sceneService_;
   ServoThread servoThread_;
   std::unique_ptr<Server> server_;
   std::unique_ptr<StateScrubber> scrubber_;

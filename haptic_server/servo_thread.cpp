@@ -9,12 +9,12 @@ namespace haptics {
 
 void ServoThread::prepare(bool lock) {
   if (lock) lockMemory(realtime_);
-  wakeful_.emplace(realtime_);
+  idleInhibitor_.emplace(realtime_);
 }
 
 void ServoThread::start(std::optional<int> cpu, std::function<void(const std::atomic<bool>& stop)> run) {
   thread_ = std::thread([this, cpu, run = std::move(run)] {
-    becomeServoThread(cpu, realtime_);
+    configureServoThread(cpu, realtime_);
     ready_.store(true);
     ready_.notify_one();
     run(stop_);

@@ -27,7 +27,7 @@ class ServoThread {
 
  private:
   RealtimeStatus realtime_;
-  std::optional<WakefulProcessors> wakeful_;
+  std::optional<CpuIdleInhibitor> idleInhibitor_;
   std::atomic<bool> ready_{false};
   std::atomic<bool> stop_{false};
   std::thread thread_;

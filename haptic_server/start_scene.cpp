@@ -12,44 +12,45 @@
 
 namespace haptics {
 
-Result<void> loadScene(SceneRoom& room, const std::string& file) {
+Result<void> loadScene(SceneService& sceneService, const std::string& file) {
   if (file.empty()) return {};
   auto message = readSceneFile(file);
   if (!message) return tl::unexpected(message.error());
   auto transaction = fromWire(*message);
   if (!transaction) return tl::unexpected(std::move(transaction.error()).within(file + ": "));
-  auto reports = room.loadStartScene(*transaction);
+  auto reports = sceneService.loadStartScene(*transaction);
   if (!reports) return tl::unexpected(std::move(reports.error()).within(file + ": "));
   return {};
 }
 
-Result<std::unique_ptr<StateFolder>> resumeState(SceneRoom& room, const ServerOptions& options) {
+Result<std::unique_ptr<StateFolder>> resumeState(SceneService& sceneService, const ServerOptions& options) {
   auto opened = StateFolder::open(options.state, newEpoch(), {.info = logInfo, .warning = logWarning});
   if (!opened) return tl::unexpected(std::move(opened.error()).within("--state "));
   auto& folder = *opened->folder;
   const auto readAsset = [&folder](const ContentHash& hash) { return folder.readAsset(hash); };
-  for (const std::string& remark : room.resume(std::move(opened->state), readAsset, folder)) {
+  for (const std::string& remark : sceneService.resume(std::move(opened->state), readAsset, folder)) {
     spdlog::warn("--state {}: {}", options.state, remark);
   }
-  if (const auto revision = room.history()->version.revision(); revision > 0) {
+  if (const auto revision = sceneService.history()->version.revision(); revision > 0) {
     spdlog::info("going on at revision {} of {}{}", revision, options.state,
                  options.scene.empty() ? "" : "; " + options.scene + " is not loaded");
   }
   return std::move(opened->folder);
 }
 
-std::unique_ptr<StateScrubber> scrubState(SceneRoom& room, StateFolder& state, const std::string& folder) {
-  const auto named = [&room] {
+std::unique_ptr<StateScrubber> scrubState(SceneService& sceneService, StateFolder& state, const std::string& folder) {
+  const auto named = [&sceneService] {
     std::vector<ContentHash> assets;
-    const auto history = room.history();
+    const auto history = sceneService.history();
     for (const auto& object : history->version.objects()) {
       for (const AssetName& asset : object->assets()) assets.push_back(asset.hash);
     }
     return assets;
   };
-  const auto repair = [&room, &state](const std::filesystem::path& file, const std::optional<ContentHash>& asset) {
+  const auto repair = [&sceneService, &state](const std::filesystem::path& file,
+                                              const std::optional<ContentHash>& asset) {
     spdlog::warn("{} is damaged or missing; it is written anew from memory", file.string());
-    return room.checkpoint([&state, asset] {
+    return sceneService.checkpoint([&state, asset] {
       if (asset) state.distrust(*asset);
     });
   };

@@ -38,7 +38,7 @@ void addSimulation(Hasher& key, const DeviceInfo& device, double period_s) {
   }
 }
 
-/// Of all that the limits depend on.
+/// Hash of all that the limits depend on.
 [[nodiscard]] ContentHash keyOf(const DeviceInfo& device, double rate_Hz, bool stabilised) {
   Hasher key;
   key.add("surface limits").add(ownStepSources());  // the definition of coming to rest included
@@ -51,7 +51,7 @@ void addSimulation(Hasher& key, const DeviceInfo& device, double period_s) {
   return key.add(std::uint64_t{stabilised}).finish();
 }
 
-/// The whole file. Hexadecimal figures are read back to the bit.
+/// The whole file. Hexadecimal figures are read back bit for bit.
 [[nodiscard]] std::string textOf(const ContentHash& key, const SurfaceLimits& limits) {
   char figures[160];
   std::snprintf(figures, sizeof figures, "stiffness_N_per_m %a\ndamping_Ns_per_m %a\n", limits.stiffness_N_per_m,

@@ -30,7 +30,7 @@ struct ObjectDent {
   bool operator==(const ObjectDent&) const = default;
 };
 
-/// Of a place of the object as the dents before this one have it, metres.
+/// Displacement of a point of the object by this dent; the point as the dents before this one have it. Metres.
 [[nodiscard]] inline Vec3 displacementBy(const Dent& dent, const Falloff& falloff, Vec3 rest) noexcept {
   return Vec3(dent.displacement) * falloff.at(rest - Vec3(dent.centre));
 }
@@ -44,7 +44,7 @@ struct ObjectDent {
 /// A vertex of an object with these dents. Paper 5 (d): "The vertices of the 3-D object that are in the close vicinity of
 /// the IHIP are moved, along the vector from IHIP to HIP, using a simple polynomial function". One function for both
 /// processes. The dents come one after another, each rounded as a vertex is: where the first of them become the shape at
-/// rest, the others go on from there to the bit. (Summed, they would also turn one another inside out.)
+/// rest, the others go on from there bit-identically. (Summed, they would also turn one another inside out.)
 [[nodiscard]] inline Vec3f dented(Vec3f rest, std::span<const Dent> dents, const Falloff& falloff) noexcept {
   for (const Dent& dent : dents) rest = dentedBy(dent, rest, falloff.at(Vec3(rest) - Vec3(dent.centre)));
   return rest;

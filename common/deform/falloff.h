@@ -8,14 +8,14 @@ namespace haptics {
 
 /// How a dent fades with the distance from its centre: (1 - (distance / radius)^2)^degree, 1 at the centre and nothing
 /// from the radius on. From degree 2 on it is C1 at the rim, and flat at the centre whatever the degree. A polynomial, as
-/// in section 5 (d) of the paper; the same operations in both processes, so that both see the same shape to the bit.
+/// in section 5 (d) of the paper; the same operations in both processes, so that both see bit-identical shapes.
 class Falloff {
  public:
-  static constexpr unsigned kLeastDegree = 2;
-  static constexpr unsigned kMostDegree = 8;
+  static constexpr unsigned kMinDegree = 2;
+  static constexpr unsigned kMaxDegree = 8;
 
   /// @param radius_m  > 0.
-  /// @param degree  kLeastDegree to kMostDegree. Larger is narrower.
+  /// @param degree  kMinDegree to kMaxDegree. Larger is narrower.
   Falloff(double radius_m, unsigned degree) noexcept
       : radius_(radius_m), inverse2_(1 / (radius_m * radius_m)), degree_(degree) {
     const double n = degree;
@@ -50,7 +50,7 @@ class Falloff {
   /// as deep all the way between them.
   [[nodiscard]] double width_m() const noexcept { return 2 * radius_ * std::sqrt(1 - std::pow(0.5, 1.0 / degree_)); }
 
-  /// Of the falloff, per metre: at distance radius / sqrt(2 degree - 1).
+  /// Steepest slope of the falloff, per metre, at distance radius / sqrt(2 degree - 1).
   [[nodiscard]] double steepest_per_m() const noexcept { return steepest_; }
 
   bool operator==(const Falloff&) const = default;

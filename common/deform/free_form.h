@@ -16,15 +16,15 @@ namespace haptics {
 /// function for both processes.
 class FreeForm {
  public:
-  static constexpr std::uint32_t kMostPoints = 8;  ///< Along an axis.
+  static constexpr std::uint32_t kMaxPoints = 8;  ///< Along an axis.
 
   /// @param low_m, size_m  The box at rest; each side > 0.
-  /// @param points  Control points along x, y and z; each 2 to kMostPoints.
+  /// @param points  Control points along x, y and z; each 2 to kMaxPoints.
   /// @param control_m  Where they are, x fastest. Outlives this.
   FreeForm(Vec3 low_m, Vec3 size_m, std::array<std::uint32_t, 3> points, std::span<const Vec3f> control_m)
       : low_(low_m), size_(size_m), points_(points), control_(control_m) {}
 
-  /// Of a vertex in the box.
+  /// Where the lattice moves a vertex in the box.
   [[nodiscard]] Vec3f operator()(Vec3f rest) const noexcept {
     std::array<Weights, 3> weight;
     for (int d = 0; d < 3; ++d) {
@@ -57,7 +57,7 @@ class FreeForm {
   }
 
  private:
-  using Weights = std::array<double, kMostPoints>;
+  using Weights = std::array<double, kMaxPoints>;
 
   /// By de Casteljau's recurrence.
   [[nodiscard]] static Weights bernstein(std::uint32_t points, double t) noexcept {

@@ -25,17 +25,17 @@ struct SoftTissue {
 
   /// Of a plastic tissue what goes back, and what is left behind by a contact that moves on, takes this long at least
   /// (seconds): shorter is seen as a jump, longer lets a quick hand meet a dent that is still coming.
-  static constexpr double kLeastReturn_s = 0.03;
+  static constexpr double kMinReturn_s = 0.03;
 
   bool operator==(const SoftTissue&) const = default;
 
   /// What is left after a time of a dent that nothing touches.
   [[nodiscard]] double leftAfter(double time_s) const noexcept {
-    const double return_s = plastic > 0 ? std::max(returnTime_s, kLeastReturn_s) : returnTime_s;
+    const double return_s = plastic > 0 ? std::max(returnTime_s, kMinReturn_s) : returnTime_s;
     return return_s > 0 ? std::exp(-time_s / return_s) : 0;
   }
 
-  /// Of a penetration that stays, what the tissue takes, 0 to 1.
+  /// The share of a lasting penetration that the tissue takes, 0 to 1.
   /// @param factor  Of k_t, where it varies over the surface.
   [[nodiscard]] double share(double contact_N_per_m, double factor = 1) const noexcept {
     return contact_N_per_m / (contact_N_per_m + factor * stiffness_N_per_m);

@@ -48,6 +48,6 @@ inline constexpr std::size_t kLongestInclude = 4096;  ///< Bytes of a name.
 inline constexpr std::size_t kLongestRefusal = 4096;  ///< Bytes, of field and reason together.
 
 /// Processor time that one import may take, seconds: a soup of 60,000 triangles that all cross each other takes 120.
-inline constexpr unsigned kMostImportTime_s = 300;
+inline constexpr unsigned kMaxImportTime_s = 300;
 
 }  // namespace haptics

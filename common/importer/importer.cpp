@@ -21,15 +21,15 @@ namespace haptics {
 namespace fs = std::filesystem;
 namespace {
 
-/// Of a process that gets little of the processors.
-constexpr std::chrono::seconds kPatience{kMostImportTime_s};
+/// Time limit of a process that gets little of the processors.
+constexpr std::chrono::seconds kPatience{kMaxImportTime_s};
 
 /// The largest mesh's canonical bytes, header included.
-constexpr std::size_t kMostBytes = 64 + kMaxVertices * sizeof(Vec3f) + kMaxTriangles * sizeof(TriangleIndices);
+constexpr std::size_t kMaxBytes = 64 + kMaxVertices * sizeof(Vec3f) + kMaxTriangles * sizeof(TriangleIndices);
 
 /// Most files that one file may include, directly or not; ends a file that includes itself. The largest model known
 /// includes 12.
-constexpr int kMostIncludes = 100;
+constexpr int kMaxIncludes = 100;
 
 Error cutOff() { return {"", "cannot be read: its importer was cut off"}; }
 
@@ -101,8 +101,8 @@ class Import {
   /// Whether it may be looked at: nothing that comes from there is trusted.
   static bool holds(const ImporterMessage& message) {
     const auto isFlag = [](const bool& flag) { return *reinterpret_cast<const unsigned char*>(&flag) <= 1; };
-    return message.size <= mostOf(message.kind) && isFlag(message.report.mended.searched) &&
-           isFlag(message.report.mended.finished) && isFlag(message.report.tJunctionsSearched);
+    return message.size <= mostOf(message.kind) && isFlag(message.report.repair.searched) &&
+           isFlag(message.report.repair.finished) && isFlag(message.report.tJunctionsSearched);
   }
 
   static std::size_t mostOf(ImporterMessage::Kind kind) {
@@ -112,14 +112,14 @@ class Import {
       case ImporterMessage::Kind::kRefused:
         return kLongestRefusal;
       case ImporterMessage::Kind::kDone:
-        return kMostBytes;
+        return kMaxBytes;
     }
     return 0;
   }
 
   Result<void> handOver(const std::string& name, const Surroundings* around) {
     std::optional<FileHandle> file;
-    if (around != nullptr && ++includes_ <= kMostIncludes) file = openIncluded(name, *around);
+    if (around != nullptr && ++includes_ <= kMaxIncludes) file = openIncluded(name, *around);
     const IncludeReply reply = file ? IncludeReply::kYes : IncludeReply::kNo;
     return child_.send(&reply, sizeof reply, file ? file->descriptor() : -1);
   }

@@ -26,7 +26,7 @@ struct EncodedMesh {
 /// the file or the option as their field: what importMesh() refuses, missing, empty, no regular file, damaged.
 [[nodiscard]] Result<EncodedMesh> importMeshFile(const std::filesystem::path& file, const std::filesystem::path& within,
                                                  const ImportOptions& options, const std::stop_token& stop = {});
-/// Of the user's own, which may include what is below its folder.
+/// Imports a file of the user's own, which may include what is below its folder.
 [[nodiscard]] Result<EncodedMesh> importMeshFile(const std::filesystem::path& file, const ImportOptions& options);
 
 /// fieldFromImage() of a file; canonical bytes of a field, not checked.

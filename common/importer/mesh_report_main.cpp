@@ -50,13 +50,13 @@ nlohmann::ordered_json flat(const std::string& file, const haptics::Result<Encod
               {"non_manifold_edges", r.nonManifoldEdges},
               {"inconsistent_edges", r.inconsistentEdges},
               {"closed", r.closed()},
-              {"crossings", r.mended.crossings},
-              {"crossings_left", r.mended.crossingsLeft},
-              {"crossings_searched", r.mended.searched},
-              {"mending_finished", r.mended.finished},
-              {"triangles_cut", r.mended.trianglesCut},
-              {"triangles_filled", r.mended.trianglesFilled},
-              {"farthest_mend_m", r.mended.farthest_m},
+              {"crossings", r.repair.crossings},
+              {"crossings_left", r.repair.crossingsLeft},
+              {"crossings_searched", r.repair.searched},
+              {"mending_finished", r.repair.finished},
+              {"triangles_cut", r.repair.trianglesCut},
+              {"triangles_filled", r.repair.trianglesFilled},
+              {"farthest_mend_m", r.repair.farthest_m},
               {"slivers", r.slivers},
               {"crowded_vertices", r.crowdedVertices},
               {"max_valence", r.maxValence},
@@ -86,7 +86,7 @@ void printRow(const std::string& file, const haptics::Result<EncodedMesh>& impor
   std::cout << "| " << file << " | " << r.trianglesInFile << " | " << r.kept << " | " << r.droppedDegenerate << " | "
             << r.droppedOutOfRange << " | " << r.duplicateFaces << " | " << r.shapesSkipped << " | " << r.boundaryEdges
             << " | " << r.tJunctions << " | " << r.nonManifoldEdges << " | " << r.inconsistentEdges << " | "
-            << r.mended.crossings << " | " << r.mended.crossingsLeft << " | " << r.slivers << " | "
+            << r.repair.crossings << " | " << r.repair.crossingsLeft << " | " << r.slivers << " | "
             << (r.closed() ? "yes" : "no") << " | " << r.maxValence << " | " << sizes << " |\n";
 }
 

@@ -24,7 +24,7 @@ namespace haptics {
 namespace {
 
 constexpr int kNice = 10;
-constexpr rlim_t kMostFiles = 32;
+constexpr rlim_t kMaxFiles = 32;
 
 #ifdef HAPTICS_SANITIZED
 constexpr bool kSanitized = true;  // which reserves terabytes, and calls what it likes
@@ -33,11 +33,11 @@ constexpr bool kSanitized = false;
 #endif
 
 /// A scene's assets take 512 MiB, which is a mesh of 28 million triangles; importing takes up to 400 bytes a triangle.
-constexpr rlim_t kMostMemory_bytes = rlim_t{12} << 30;
+constexpr rlim_t kMaxMemory_bytes = rlim_t{12} << 30;
 
-rlim_t mostMemory_bytes() {
+rlim_t maxMemory_bytes() {
   const auto half = static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) / 2 * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
-  return std::min(kMostMemory_bytes, half);
+  return std::min(kMaxMemory_bytes, half);
 }
 
 void limit(__rlimit_resource_t resource, rlim_t most) {
@@ -85,9 +85,9 @@ void becomeExpendable(unsigned processorTime_s) {
   setpriority(PRIO_PROCESS, 0, kNice);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 0);
-  limit(RLIMIT_NOFILE, kMostFiles);
+  limit(RLIMIT_NOFILE, kMaxFiles);
   limit(RLIMIT_CPU, processorTime_s);
-  if (!kSanitized) limit(RLIMIT_AS, mostMemory_bytes());
+  if (!kSanitized) limit(RLIMIT_AS, maxMemory_bytes());
   dropCapabilities();
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   prctl(PR_SET_DUMPABLE, 0);

@@ -21,7 +21,7 @@ class Interruptible {
   Interruptible(const Interruptible&) = delete;
   Interruptible& operator=(const Interruptible&) = delete;
 
-  /// Of the calling thread.
+  /// The calling thread's stop token.
   [[nodiscard]] static const std::stop_token& token() noexcept { return current_; }
 
  private:

@@ -15,7 +15,7 @@ enum class WorkStage : std::uint8_t {
 /// What this thread reports while it lives goes to the listener; the innermost one counts.
 class ProgressWatch {
  public:
-  /// Of the stage, from 0 to 1.
+  /// Gets the stage and the share of it that is done, from 0 to 1.
   using Listener = std::function<void(WorkStage stage, double share)>;
 
   explicit ProgressWatch(Listener listener) : listener_(std::move(listener)), outer_(std::exchange(current_, this)) {}

@@ -8,9 +8,9 @@ struct TwoSinesAndCosines {
   __m128d sine, cosine;
 };
 
-/// Of two angles (rad), each within 2^-52 and four roundings of the angle: the same bits with every C library.
-/// The angle is taken to within pi/4 of a multiple of pi/2, which three numbers add up to (Cody and Waite 1980); the
-/// polynomials there are those of the Cephes library (Moshier 1992).
+/// Sines and cosines of two angles (rad), each within 2^-52 and four roundings of the angle: bit-identical with every C
+/// library. The angle is taken to within pi/4 of a multiple of pi/2, which three numbers add up to (Cody and Waite
+/// 1980); the polynomials there are those of the Cephes library (Moshier 1992).
 [[nodiscard]] inline TwoSinesAndCosines sineCosine(__m128d angle_rad) noexcept {
   const auto all = [](double number) { return _mm_set1_pd(number); };
   const __m128d quarters = _mm_floor_pd(angle_rad * all(0.63661977236758134308) + all(0.5));

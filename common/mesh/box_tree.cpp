@@ -13,7 +13,7 @@ struct BoxTree::Middle {
 
 BoxTree::BoxTree(std::uint32_t count, BoxOf boxOf)
     : boxOf_(std::move(boxOf)),
-      leaves_(std::bit_ceil((std::max<std::size_t>(count, 1) + kMostInLeaf - 1) / kMostInLeaf)),
+      leaves_(std::bit_ceil((std::max<std::size_t>(count, 1) + kMaxInLeaf - 1) / kMaxInLeaf)),
       order_(count),
       boxes_(2 * leaves_) {
   std::vector<Middle> middles(count);

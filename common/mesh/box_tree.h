@@ -32,7 +32,7 @@ struct Box {
 class BoxTree {
  public:
   static constexpr std::size_t kRoot = 1;
-  static constexpr std::size_t kMostInLeaf = 8;
+  static constexpr std::size_t kMaxInLeaf = 8;
   using BoxOf = std::function<Box(std::uint32_t item)>;
 
   /// Items are numbered from 0.

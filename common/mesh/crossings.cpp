@@ -41,8 +41,8 @@ class CrossingSearch::PairWalk {
   void leaves(std::size_t a, std::size_t b) {
     const auto ofA = tree_.leaf(a);
     const auto ofB = tree_.leaf(b);
-    std::array<Box, BoxTree::kMostInLeaf> boxes;
-    std::array<Face, BoxTree::kMostInLeaf> faces;
+    std::array<Box, BoxTree::kMaxInLeaf> boxes;
+    std::array<Face, BoxTree::kMaxInLeaf> faces;
     std::ranges::transform(ofB, boxes.begin(), [&](std::uint32_t t) { return search_.boxOf(t); });
     std::ranges::transform(ofB, faces.begin(), [&](std::uint32_t t) { return search_.faceOf(t); });
     work_.spend(ofA.size() * ofB.size());

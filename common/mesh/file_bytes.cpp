@@ -17,7 +17,7 @@ tl::unexpected<Error> unreadable(int error) {
   return refused("", std::string("cannot be read: ") + std::strerror(error));
 }
 
-/// Of a file that may be read.
+/// Size of a file; refused when it is too large to be read.
 Result<std::size_t> sizeOf(const FileHandle& file) {
   struct stat status {};
   if (fstat(file.descriptor(), &status) != 0) return unreadable(errno);

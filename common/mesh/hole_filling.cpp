@@ -92,7 +92,7 @@ std::optional<std::vector<TriangleIndices>> fillHole(const std::vector<Vec3f>& v
                                                      const std::function<bool(std::uint32_t, std::uint32_t)>& isTaken,
                                                      Work& work) {
   const std::size_t count = rim.corners.size();
-  if (count < 3 || count > kMostCorners) return std::nullopt;
+  if (count < 3 || count > kMaxCorners) return std::nullopt;
   Filling filling(vertices, rim);
   if (!filling.find(isTaken, work)) return std::nullopt;
   std::vector<TriangleIndices> triangles;

@@ -19,9 +19,9 @@ struct Rim {
 
 /// Triangles that close a hole without further vertices, built up from the rim so that the sharpest fold, towards what is
 /// around as well, stays blunt, and the area small (Liepa, Filling Holes in Meshes, 2003, section 3). None when the rim has
-/// more than kMostCorners, there is no way without a triangle that has no area or a line for which `isTaken(a, b)`, or the
-/// work does not suffice. Takes O(n^3).
-inline constexpr std::size_t kMostCorners = 128;
+/// more than kMaxCorners, there is no way without a triangle that has no area or a line for which `isTaken(a, b)`, or
+/// the work does not suffice. Takes O(n^3).
+inline constexpr std::size_t kMaxCorners = 128;
 [[nodiscard]] std::optional<std::vector<TriangleIndices>> fillHole(
     const std::vector<Vec3f>& vertices, const Rim& rim,
     const std::function<bool(std::uint32_t, std::uint32_t)>& isTaken, Work& work);

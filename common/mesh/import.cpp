@@ -86,9 +86,9 @@ Result<ImportedMesh> importSoup(PolygonSoup soup, const ImportOptions& options) 
   report.headerLinesSkipped = soup.headerLinesSkipped;
   report.bytesAtEnd = soup.bytesAtEnd;
   const Vec3 size_m = report.boxMax_m - report.boxMin_m;
-  const double farthest_m = options.keepCrossings ? 0 : kFarthestMend * std::max({size_m.x, size_m.y, size_m.z});
-  report.mended = mend(imported->mesh, report.closed(), farthest_m);
-  if (report.mended.trianglesCut > 0) {
+  const double farthest_m = options.keepCrossings ? 0 : kMaxRepairDistance * std::max({size_m.x, size_m.y, size_m.z});
+  report.repair = repairSelfIntersections(imported->mesh, report.closed(), farthest_m);
+  if (report.repair.trianglesCut > 0) {
     report.kept = imported->mesh.triangles.size();
     describeTopology(imported->mesh, report);
   }

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "common/error/error.h"
-#include "common/mesh/mend.h"
 #include "common/mesh/polygon_soup.h"
+#include "common/mesh/self_intersection_repair.h"
 #include "common/mesh/tri_mesh.h"
 
 namespace haptics {
@@ -37,7 +37,7 @@ struct MeshReport {
   std::uint64_t slivers = 0;             ///< More than 1,000 times as long as high; kept.
   std::uint64_t crowdedVertices = 0;     ///< More than kCrowdedValence triangles around them.
   std::uint32_t maxValence = 0;          ///< Most triangles around one vertex.
-  Mended mended;                         ///< What was done where the mesh passed through itself.
+  RepairReport repair;                   ///< What was done where the mesh passed through itself.
   bool tJunctionsSearched = true;        ///< False: that would have taken too long; none are counted.
   double meanEdge_m = 0;
   Vec3 boxMin_m{0}, boxMax_m{0};  ///< After scaling.

@@ -19,7 +19,7 @@ bool isPlace(Vec3f place) {
   for (int d = 0; d < 3; ++d) {
     const float x = place[d];
     const bool negativeZero = x == 0 && std::signbit(x);
-    if (!(std::abs(x) <= MovedVertices::kMostMoved_m) || negativeZero) return false;  // also what is no number
+    if (!(std::abs(x) <= MovedVertices::kMaxMoved_m) || negativeZero) return false;  // also what is no number
   }
   return true;
 }
@@ -33,7 +33,7 @@ Result<void> check(const MovedVertices& moved) {
                                           std::to_string(moved.vertex[i - 1]) + "; give each once, in ascending order");
     }
     if (!isPlace(moved.place[i])) {
-      return refused(at("place", i), "is no place within " + std::to_string(int(MovedVertices::kMostMoved_m)) + " m");
+      return refused(at("place", i), "is no place within " + std::to_string(int(MovedVertices::kMaxMoved_m)) + " m");
     }
   }
   return {};

@@ -18,9 +18,9 @@ namespace haptics {
 /// whoever holds them has the shape however he came by it. Object frame, metres; the mesh's canonical numbering.
 ///
 /// Invariants (checked on arrival from the wire): as many places as vertices, at least one; vertices in ascending order,
-/// none twice; finite places within kMostMoved_m, none -0.
+/// none twice; finite places within kMaxMoved_m, none -0.
 struct MovedVertices {
-  static constexpr float kMostMoved_m = 1e3F;
+  static constexpr float kMaxMoved_m = 1e3F;
 
   std::vector<std::uint32_t> vertex;
   std::vector<Vec3f> place;

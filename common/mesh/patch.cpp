@@ -98,7 +98,7 @@ std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, co
   while (!next.empty()) {
     Rim rim;
     for (auto at = next.begin(); at != next.end(); at = next.find(rim.corners.back())) {
-      const bool isLong = rim.beside.size() == kMostCorners;
+      const bool isLong = rim.beside.size() == kMaxCorners;
       if (isLong || !work.spend(32 + 4 * fans.of(at->first).size())) return std::nullopt;
       const auto beside = normalBeside(mesh, fans, cut, *at);
       if (!beside) return std::nullopt;

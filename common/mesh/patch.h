@@ -32,7 +32,7 @@ class Fans {
 };
 
 /// The rims of the hole that cutting these triangles out of a closed mesh leaves. None when there is none, when rims
-/// touch, when one has more than kMostCorners, or when the work does not suffice.
+/// touch, when one has more than kMaxCorners, or when the work does not suffice.
 [[nodiscard]] std::optional<std::vector<Rim>> rimsOf(const TriMesh& mesh, const Fans& fans, const Numbers& cut,
                                                      Work& work);
 /// The triangles inside of a rim, when cutting leaves a small part of the surface there that hangs on to nothing else; else

@@ -90,8 +90,8 @@ Result<void> addFace(std::string_view line, std::uint64_t number, std::string& f
 Result<PlainFile> plainOff(std::string_view file) {
   auto counts = readHeader(file);
   if (!counts) return tl::unexpected(std::move(counts).error());
-  constexpr std::uint64_t kLeastVertex = 6, kLeastFace = 2;  // characters of "0 0 0\n" and "0\n"
-  if (counts->vertices > file.size() / kLeastVertex + 1 || counts->faces > file.size() / kLeastFace + 1) {
+  constexpr std::uint64_t kMinVertex = 6, kMinFace = 2;  // characters of "0 0 0\n" and "0\n"
+  if (counts->vertices > file.size() / kMinVertex + 1 || counts->faces > file.size() / kMinFace + 1) {
     return refused("", "its header claims " + std::to_string(counts->vertices) + " vertices and " +
                            std::to_string(counts->faces) + " faces, more than its length can hold");
   }

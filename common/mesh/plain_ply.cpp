@@ -116,7 +116,7 @@ Result<Header> readHeader(std::string_view& rest) {
 }
 
 /// The fewest bytes that one item of the element takes in the file. In text, a value takes a digit and a separator.
-std::uint64_t leastSize(const Element& element, Format format) {
+std::uint64_t minSize(const Element& element, Format format) {
   std::uint64_t size = 0;
   for (const Property& property : element.properties) {
     size += format == Format::kText ? 2 : property.listCount ? property.listCount->size : property.type.size;
@@ -282,7 +282,7 @@ Result<void> checkElements(const Header& header, std::size_t bodySize) {
     }
   }
   for (const Element& element : header.elements) {
-    const std::uint64_t least = leastSize(element, header.format);
+    const std::uint64_t least = minSize(element, header.format);
     if (least == 0) return refused("", "its header gives " + inQuotes(element.name) + " no property");
     if (element.count > (bodySize + 1) / least) {
       return refused("", "its header claims " + std::to_string(element.count) + " of " + inQuotes(element.name) +

@@ -13,7 +13,7 @@ namespace {
 using Point = glm::dvec2;
 
 /// Largest number of corners of a non-convex polygon that is cut by ears, which takes time up to its square. Larger ones are cut as a fan, which is right only when all corners are seen from the first.
-constexpr std::size_t kMostEarCorners = 1000;
+constexpr std::size_t kMaxEarCorners = 1000;
 
 /// Twice the area of the triangle; > 0 when it turns left.
 double turn(Point a, Point b, Point c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
@@ -117,7 +117,7 @@ void PolygonSoup::addPolygon(std::span<const std::uint32_t> corners) {
 
   std::vector<std::size_t> left(n);
   for (std::size_t i = 0; i < n; ++i) left[i] = i;
-  if (n > 3 && n <= kMostEarCorners) {
+  if (n > 3 && n <= kMaxEarCorners) {
     const std::vector<Point> flat = flattened(corners, vertices);
     if (!isConvex(flat)) {
       Outline outline(flat);

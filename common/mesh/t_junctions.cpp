@@ -9,7 +9,7 @@
 namespace haptics {
 namespace {
 
-/// Of the extent: 16 times the rounding of a float coordinate. Larger takes near misses for junctions.
+/// Fraction of the extent: 16 times the rounding of a float coordinate. Larger takes near misses for junctions.
 constexpr double kOn = 0x1p-20;
 
 /// An edge, and the inverses of its length along each axis and of its squared length.
@@ -64,7 +64,7 @@ bool anyNear(const BoxTree& tree, const Edge& edge, Work& work, Any any) {
       stack[top++] = 2 * node + 1;
       continue;
     }
-    work.spend(3 * BoxTree::kMostInLeaf);
+    work.spend(3 * BoxTree::kMaxInLeaf);
     if (std::ranges::any_of(tree.leaf(node), any)) return true;
   }
   return false;

@@ -111,19 +111,19 @@ std::string MeshReport::text() const {
   if (!tJunctionsSearched) line += ", not searched for T-junctions, because too many edges pass each other";
   mention(nonManifoldEdges, "non-manifold edges");
   mention(inconsistentEdges, "edges with one face flipped");
-  mention(mended.crossings, "pairs of triangles that pass through each other");
-  mention(mended.crossingsLeft, "of them left as they are");
-  if (mended.trianglesCut > 0) {
+  mention(repair.crossings, "pairs of triangles that pass through each other");
+  mention(repair.crossingsLeft, "of them left as they are");
+  if (repair.trianglesCut > 0) {
     char cut[120];
     std::snprintf(cut, sizeof cut, ", %llu triangles cut out there and %llu put in their place, %.3g mm off at most",
-                  static_cast<unsigned long long>(mended.trianglesCut),
-                  static_cast<unsigned long long>(mended.trianglesFilled), mended.farthest_m * 1e3);
+                  static_cast<unsigned long long>(repair.trianglesCut),
+                  static_cast<unsigned long long>(repair.trianglesFilled), repair.farthest_m * 1e3);
     line += cut;
   }
-  if (!mended.searched) {
+  if (!repair.searched) {
     line += ", not searched for triangles that pass through each other, because too many are in one place";
   }
-  if (!mended.finished) line += ", not mended everywhere, because there are too many such places";
+  if (!repair.finished) line += ", not mended everywhere, because there are too many such places";
   mention(slivers, "slivers");
   mention(crowdedVertices, "vertices with so many faces that a search around them takes several ticks");
   if (closed()) line += ", closed";

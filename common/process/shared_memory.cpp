@@ -23,11 +23,11 @@ Result<SharedMemory> SharedMemory::make(const char* name, std::size_t size) {
   return map(std::move(file), size);
 }
 
-Result<SharedMemory> SharedMemory::map(FileHandle file, std::size_t leastSize) {
+Result<SharedMemory> SharedMemory::map(FileHandle file, std::size_t minSize) {
   struct stat about {};
   if (::fstat(file.descriptor(), &about) != 0) return failed();
   const auto size = static_cast<std::size_t>(about.st_size);
-  if (size < leastSize || size == 0) return refused("shared memory", "is too small");
+  if (size < minSize || size == 0) return refused("shared memory", "is too small");
   void* at = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file.descriptor(), 0);
   if (at == MAP_FAILED) return failed();
   return SharedMemory(std::move(file), {static_cast<std::byte*>(at), size});

@@ -11,7 +11,7 @@
 // How an object moves, as both databases hold it. SI units, radians; object frame but for gravity and planes.
 namespace haptics {
 
-/// Of a body whose mesh does not tell, or whose mass is not spread evenly.
+/// Inertia of a body whose mesh does not define it, or whose mass is not spread evenly.
 struct GivenInertia {
   Vec3 centre_m{0};  ///< Of mass.
   Vec3 moments{0};   ///< xx, yy, zz about the centre, kg m^2.

@@ -41,9 +41,9 @@ struct GrownReactionDiffusionSource {
   auto operator<=>(const GrownReactionDiffusionSource&) const = default;
 };
 
-/// Of a mapped family's field. A file is an image.
+/// Source of a mapped family's field. A file is an image.
 using FieldSource = std::variant<FileSource, AssetSource, ReactionDiffusionSource, SpotNoiseSource>;
-/// Of a grown family's field.
+/// Source of a grown family's field.
 using PointFieldSource = std::variant<AssetSource, GrownReactionDiffusionSource>;
 
 struct GivenValues {

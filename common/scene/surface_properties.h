@@ -154,8 +154,8 @@ struct Texture {
   bool operator==(const Texture&) const = default;
 };
 
-/// A factor of a stiffness over the surface, nowhere less than kLeastStiffnessFactor: 1 + variation * f(x) over a field f,
-/// scale(x) per vertex.
+/// A factor of a stiffness over the surface, nowhere less than kMinStiffnessFactor: 1 + variation * f(x) over a field
+/// f, scale(x) per vertex.
 struct SurfaceMap {
   double variation = 0;  ///< Of a field; 0 without one.
   FactorMap over;        ///< Not nothing.
@@ -163,7 +163,7 @@ struct SurfaceMap {
 };
 /// A surface stays one: it does not let the stylus through where a map would have it vanish. Lower is felt as a hole; higher
 /// keeps soft places from being soft.
-inline constexpr double kLeastStiffnessFactor = 0.05;
+inline constexpr double kMinStiffnessFactor = 0.05;
 
 struct SurfaceProperties {
   std::optional<Shading> shading;

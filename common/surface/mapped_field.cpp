@@ -44,7 +44,7 @@ class Tiles {
   glm::dvec2 middle_;
 };
 
-/// Of the intermediate surface.
+/// The frame of the intermediate surface.
 class Frame {
  public:
   explicit Frame(const Mapping& mapping)

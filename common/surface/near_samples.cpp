@@ -36,7 +36,7 @@ NearSamples::Place NearSamples::placeOf(Vec3f point) const noexcept {
 std::size_t NearSamples::slotOf(std::uint64_t number) const noexcept {
   const std::size_t mask = table_.size() - 1;
   std::size_t slot = mixed(number) & mask;
-  for (std::size_t step = 0; step < kMostSteps; ++step, slot = (slot + 1) & mask) {
+  for (std::size_t step = 0; step < kMaxSteps; ++step, slot = (slot + 1) & mask) {
     if (table_[slot].number == number) return slot;
     if (table_[slot].number == kNone) break;
   }
@@ -67,7 +67,7 @@ bool NearSamples::enter(std::span<const std::uint64_t> numbers) {
   for (const std::uint64_t number : numbers) {
     std::size_t slot = mixed(number) & mask, step = 0;
     for (; table_[slot].number != kNone; slot = (slot + 1) & mask) {
-      if (++step == kMostSteps) return false;
+      if (++step == kMaxSteps) return false;
     }
     table_[slot].number = number;
   }
@@ -99,29 +99,29 @@ Result<NearSamples> NearSamples::make(double reach_m, std::span<const PointSampl
   near.low_ = low - 1.5 * reach_m;
   near.cubes_ = glm::floor((high - near.low_) * near.perReach_) + 2.0;
   const double most = std::max({near.cubes_.x, near.cubes_.y, near.cubes_.z});
-  if (most > kMostCubesAlong) {
+  if (most > kMaxCubesAlong) {
     return refused("samples", "extend over " + std::to_string(static_cast<std::int64_t>(most)) +
-                                  " times the reach; at most " + std::to_string(static_cast<int>(kMostCubesAlong)) +
+                                  " times the reach; at most " + std::to_string(static_cast<int>(kMaxCubesAlong)) +
                                   " are taken");
   }
   const std::vector<std::uint64_t> numbers = near.cubesNear(samples);
-  if (numbers.size() > kMostCubes) {
+  if (numbers.size() > kMaxCubes) {
     return refused("samples", "lie farther apart than their reach; neighbours are to be within it");
   }
   std::size_t size = std::bit_ceil(numbers.size());
   do {
     size *= 2;
-    if (size > 4 * kMostCubes) return refused("samples", "lie where no table of them is quick; move some of them");
+    if (size > 4 * kMaxCubes) return refused("samples", "lie where no table of them is quick; move some of them");
     near.table_.assign(size, Cube{});
   } while (!near.enter(numbers));
 
   for (const PointSample& sample : samples) near.visitCubes(sample.point, [](Cube& cube) { ++cube.count; });
   std::uint32_t end = 0;
   for (Cube& cube : near.table_) {
-    if (cube.count > kMostNear) {
+    if (cube.count > kMaxNear) {
       return refused("samples", std::to_string(cube.count) +
                                     " of them lie within about their reach of one place; at most " +
-                                    std::to_string(kMostNear) + " may: give a shorter reach");
+                                    std::to_string(kMaxNear) + " may: give a shorter reach");
     }
     cube.first = end;
     end += cube.count;

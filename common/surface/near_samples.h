@@ -24,12 +24,12 @@ static_assert(sizeof(PointSample) == 4 * sizeof(float));
 /// Immutable; lookUp() takes bounded time and neither allocates nor locks.
 class NearSamples {
  public:
-  static constexpr std::size_t kMostNear = 512;  ///< Of one cube: bounds the time that a field takes.
-  static constexpr std::size_t kMostCubes = std::size_t{1} << 19;
-  static constexpr double kMostCubesAlong = 1 << 20;  ///< So that a cube's number has 64 bits.
+  static constexpr std::size_t kMaxNear = 512;  ///< Of one cube: bounds the time that a field takes.
+  static constexpr std::size_t kMaxCubes = std::size_t{1} << 19;
+  static constexpr double kMaxCubesAlong = 1 << 20;  ///< So that a cube's number has 64 bits.
 
-  /// Refused, naming "samples": more than kMostNear of them in a cube's list, more cubes than kMostCubes (samples that
-  /// are no neighbours of each other), an extent of more than kMostCubesAlong.
+  /// Refused, naming "samples": more than kMaxNear of them in a cube's list, more cubes than kMaxCubes (samples that
+  /// are no neighbours of each other), an extent of more than kMaxCubesAlong.
   [[nodiscard]] static Result<NearSamples> make(double reach_m, std::span<const PointSample> samples);
 
   /// Numbers of the samples that may be within reach of the point, ascending.
@@ -51,7 +51,7 @@ class NearSamples {
   using Place = std::array<std::uint64_t, 3>;
   static constexpr std::uint64_t kNone = ~std::uint64_t{0};
   static constexpr std::size_t kNoSlot = ~std::size_t{0};
-  static constexpr std::size_t kMostSteps = 32;  ///< From where a cube should be in the table to where it is.
+  static constexpr std::size_t kMaxSteps = 32;  ///< From where a cube should be in the table to where it is.
 
   Vec3 low_{0}, cubes_{0};
   double perReach_ = 0;

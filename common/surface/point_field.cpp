@@ -25,19 +25,19 @@ bool isCanonical(float x, float most) {
 }
 
 Result<void> check(float reach_m, std::span<const PointSample> samples) {
-  if (!(reach_m >= PointField::kLeastReach_m && reach_m <= PointField::kMostReach_m)) {
+  if (!(reach_m >= PointField::kMinReach_m && reach_m <= PointField::kMaxReach_m)) {
     return refused("reach_m", "is " + std::to_string(reach_m) + "; give 1e-6 to 1000 m");
   }
-  if (samples.empty() || samples.size() > PointField::kMostSamples) {
+  if (samples.empty() || samples.size() > PointField::kMaxSamples) {
     return refused("count",
-                   "is " + std::to_string(samples.size()) + "; give 1 to " + std::to_string(PointField::kMostSamples));
+                   "is " + std::to_string(samples.size()) + "; give 1 to " + std::to_string(PointField::kMaxSamples));
   }
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::string name = "samples[" + std::to_string(i) + "].";
     for (int axis = 0; axis < 3; ++axis) {
-      if (isCanonical(samples[i].point[axis], PointField::kMostCoordinate_m)) continue;
+      if (isCanonical(samples[i].point[axis], PointField::kMaxCoordinate_m)) continue;
       return refused(name + "point",
-                     "is no point within " + std::to_string(static_cast<int>(PointField::kMostCoordinate_m)) + " m");
+                     "is no point within " + std::to_string(static_cast<int>(PointField::kMaxCoordinate_m)) + " m");
     }
     if (isCanonical(samples[i].value, kMaxFieldValue)) continue;
     return refused(name + "value", "is " + std::to_string(samples[i].value) + "; give a finite number within " +
@@ -181,7 +181,7 @@ FieldSample PointField::at(Vec3 point) const noexcept {
     double inside;  // 1 - (d / reach)^2
     std::uint32_t sample;
   };
-  std::array<Within, NearSamples::kMostNear> within;
+  std::array<Within, NearSamples::kMaxNear> within;
   std::size_t count = 0;
   for (const std::uint32_t i : near_.lookUp(point)) {  // without branches: a third of them are within reach
     const double inside = 1 - squaredLength(point - Vec3(samples_[i].point)) * perSquaredReach_;

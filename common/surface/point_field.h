@@ -22,19 +22,19 @@ namespace haptics {
 /// values. Immutable: at() from any thread.
 class PointField {
  public:
-  static constexpr std::size_t kMostSamples = 60'000;
-  static constexpr float kMostCoordinate_m = 1e3F;
-  static constexpr float kLeastReach_m = 1e-6F, kMostReach_m = 1e3F;
+  static constexpr std::size_t kMaxSamples = 60'000;
+  static constexpr float kMaxCoordinate_m = 1e3F;
+  static constexpr float kMinReach_m = 1e-6F, kMaxReach_m = 1e3F;
   static constexpr double kWholeWeight = 0.5;
 
   /// \param reach_m the farthest that a sample has a part in values: twice the distance between neighbours or a little
   ///        more keeps the function from rippling.
-  /// \param samples 1 to kMostSamples. Refused, naming "reach_m", "count", "samples" or "samples[7].point": numbers that
-  ///        are not finite, -0 or beyond kMostCoordinate_m and kMaxFieldValue, a reach out of range, and what NearSamples
-  ///        refuses.
+  /// \param samples 1 to kMaxSamples. Refused, naming "reach_m", "count", "samples" or "samples[7].point": numbers that
+  ///        are not finite, -0 or beyond kMaxCoordinate_m and kMaxFieldValue, a reach out of range, and what
+  ///        NearSamples refuses.
   [[nodiscard]] static Result<PointField> make(float reach_m, std::vector<PointSample> samples);
 
-  /// Costs by the samples near the point, of which there are at most NearSamples::kMostNear. No allocation.
+  /// Costs by the samples near the point, of which there are at most NearSamples::kMaxNear. No allocation.
   /// \param point object frame, m; finite.
   [[nodiscard]] FieldSample at(Vec3 point) const noexcept;
 

@@ -44,9 +44,9 @@ Result<PointField> decodePointField(std::string_view bytes) {
     return refused("version",
                    "is " + std::to_string(header.version) + "; this program reads " + std::to_string(kVersion));
   }
-  if (header.count == 0 || header.count > PointField::kMostSamples) {
+  if (header.count == 0 || header.count > PointField::kMaxSamples) {
     return refused("count",
-                   "is " + std::to_string(header.count) + "; give 1 to " + std::to_string(PointField::kMostSamples));
+                   "is " + std::to_string(header.count) + "; give 1 to " + std::to_string(PointField::kMaxSamples));
   }
   const std::size_t size = sizeof header + sizeof(PointSample) * std::size_t{header.count};
   if (bytes.size() != size) {

@@ -15,8 +15,8 @@ namespace haptics {
 [[nodiscard]] CanonicalBytes canonicalBytes(const PointField& field);
 [[nodiscard]] std::string encodePointField(const PointField& field);
 
-/// Refused: wrong magic or version, a count of 0 or above PointField::kMostSamples, a size that does not match it (checked
-/// before anything is allocated), and whatever PointField::make() refuses.
+/// Refused: wrong magic or version, a count of 0 or above PointField::kMaxSamples, a size that does not match it
+/// (checked before anything is allocated), and whatever PointField::make() refuses.
 [[nodiscard]] Result<PointField> decodePointField(std::string_view bytes);
 
 /// SHA-256 of encodePointField(field), without making the bytes.

@@ -3,7 +3,7 @@
 namespace haptics {
 namespace {
 
-/// Of the shortest wavelength: short enough for the third derivatives' share, long enough for rounding's.
+/// Fraction of the shortest wavelength: short enough for the third derivatives' share, long enough for rounding's.
 constexpr double kDifferenceStep = 1e-4;
 
 Vec3 anyTangent(Vec3 normal) noexcept {

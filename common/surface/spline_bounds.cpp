@@ -9,10 +9,10 @@
 namespace haptics {
 namespace {
 
-constexpr double kEnough = 0.005;       ///< Of the samples' range: how far a bound may lie outside what was found.
-constexpr double kRounding = 1e-9;      ///< Of the largest sample: above what the spline's own evaluation rounds.
-constexpr double kMostCells = 262'144;  ///< That slope and curvature are looked at in: all of 512 * 512 samples.
-constexpr int kDeepest = 8;             ///< Halvings of a cell; four are enough as a rule.
+constexpr double kEnough = 0.005;      ///< Of the samples' range: how far a bound may lie outside what was found.
+constexpr double kRounding = 1e-9;     ///< Of the largest sample: above what the spline's own evaluation rounds.
+constexpr double kMaxCells = 262'144;  ///< That slope and curvature are looked at in: all of 512 * 512 samples.
+constexpr int kDeepest = 8;            ///< Halvings of a cell; four are enough as a rule.
 
 using Four = std::array<double, 4>;
 using Net = std::array<Four, 4>;  ///< Control points of one cell: the cell's values lie between their extremes.
@@ -143,7 +143,7 @@ SplineBounds boundsOf(const SplineGrid& grid, std::span<const float> samples) {
   Ceiling ceiling(*most, slack), floorUpsideDown(-*least, slack);
   Steepness corner(0), middle(0.5);
   const auto cells = static_cast<double>(samples.size());
-  const auto stride = static_cast<std::size_t>(std::ceil(std::sqrt(cells / kMostCells)));
+  const auto stride = static_cast<std::size_t>(std::ceil(std::sqrt(cells / kMaxCells)));
   for (std::size_t y = 0; y < grid.height; ++y) {
     for (std::size_t x = 0; x < grid.width; ++x) {
       const auto [low, high] = rangeAround(grid, x, y);

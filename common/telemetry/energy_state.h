@@ -31,16 +31,16 @@ struct ObjectEnergy {
 
   [[nodiscard]] double& of(EnergyFeature feature) noexcept { return given_J[static_cast<std::size_t>(feature)]; }
   [[nodiscard]] double of(EnergyFeature feature) const noexcept { return given_J[static_cast<std::size_t>(feature)]; }
-  /// Of what gave it most; negative when nothing gave any.
+  /// Energy of the largest source; negative when no source gave any.
   [[nodiscard]] double most_J() const noexcept { return *std::ranges::max_element(given_J); }
 };
 
-/// Of the objects that were touched, at most kMost: the last one, and of the others those that gave most.
+/// Energies of at most kMax touched objects: the last one, and those of the others that gave most.
 struct EnergyState {
-  static constexpr std::size_t kMost = 8;
+  static constexpr std::size_t kMax = 8;
 
   std::size_t objectCount = 0;
-  std::array<ObjectEnergy, kMost> object{};
+  std::array<ObjectEnergy, kMax> object{};
 
   [[nodiscard]] std::span<const ObjectEnergy> objects() const noexcept { return std::span(object).first(objectCount); }
 };

@@ -49,8 +49,8 @@ struct TelemetrySample {
   std::uint64_t sceneRevision = 0;  ///< Adopted by the servo.
   std::uint64_t adoptionTick = 0;   ///< First tick felt with sceneRevision.
   std::uint64_t deformationRevision = 0;
-  Vec3 hip{0};          ///< As the device measured it.
-  Vec3 foreseenHip{0};  ///< Where contact and force were computed: where the HIP will be while the force is held.
+  Vec3 hip{0};           ///< As the device measured it.
+  Vec3 predictedHip{0};  ///< Where contact and force were computed: where the HIP will be while the force is held.
   Vec3 ihip{0};
   std::uint64_t object = 0;  ///< Id of the contacted object, 0 when free.
   PrimitiveId primitive;
@@ -60,18 +60,18 @@ struct TelemetrySample {
   Vec3 stickingPoint{0};
   double height_m = 0;
   ForceComponents force;
-  EnergyByFeature energyGiven_J{};  ///< By all objects.
-  EnergySource gaveMost;            ///< Of one object; 0: none gave any. Not the servo's: clients are told so.
+  EnergyByFeature energyGiven_J{};   ///< By all objects.
+  EnergySource largestEnergySource;  ///< Of one object; 0: none gave any. Not the servo's: clients are told so.
   Fault fault = Fault::kNone;
   double wait_s = 0;  ///< Until the force may come back, where missed ticks took it away again and again.
   DeviceState deviceState = DeviceState::kAbsent;
   DeviceStatus device;
-  std::uint64_t putOut = 0;          ///< Times that the IHIP was found inside a body and put outside, since start.
-  std::uint64_t putOutOf = 0;        ///< Id of the object that the IHIP was inside of the last time.
-  std::uint64_t behind = 0;          ///< Ticks that left a part of the HIP's way to the next one, since start.
-  std::uint64_t missedTicks = 0;     ///< Since start.
-  std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.
-  double servoRate_Hz = 0;           ///< Ticks run in the last second.
+  std::uint64_t depenetrated = 0;      ///< Times that the IHIP was found inside a body and put outside, since start.
+  std::uint64_t depenetratedFrom = 0;  ///< Id of the object that the IHIP was inside of the last time.
+  std::uint64_t behind = 0;            ///< Ticks that left a part of the HIP's way to the next one, since start.
+  std::uint64_t missedTicks = 0;       ///< Since start.
+  std::uint64_t droppedSamples = 0;    ///< By the queue to the network thread, since start.
+  double servoRate_Hz = 0;             ///< Ticks run in the last second.
 };
 
 static_assert(std::is_trivially_copyable_v<TelemetrySample>, "crosses threads by copy");

@@ -84,7 +84,7 @@ Refusal readSegments(std::uint32_t given, std::uint32_t atLeast, const std::stri
   return std::nullopt;
 }
 
-constexpr std::uint32_t kLeastAround = 3;  // segments that close around an axis
+constexpr std::uint32_t kMinAround = 3;  // segments that close around an axis
 
 Result<MeshSource> boxFrom(const v1::Box& message) {
   BoxSource box;
@@ -111,7 +111,7 @@ Result<MeshSource> cylinderFrom(const v1::Cylinder& message) {
   cylinder.height_m = message.height_m();
   if (auto bad = checkLength(cylinder.radius_m, "cylinder.radius_m")) return refuse(bad);
   if (auto bad = checkLength(cylinder.height_m, "cylinder.height_m")) return refuse(bad);
-  if (auto bad = readSegments(message.segments(), kLeastAround, "cylinder.segments", cylinder.segments)) {
+  if (auto bad = readSegments(message.segments(), kMinAround, "cylinder.segments", cylinder.segments)) {
     return refuse(bad);
   }
   return MeshSource{cylinder};
@@ -128,8 +128,8 @@ Result<MeshSource> torusFrom(const v1::Torus& message) {
   }
   const std::uint32_t major = message.major_segments();
   const std::uint32_t minor = message.minor_segments();
-  if (auto bad = readSegments(major, kLeastAround, "torus.major_segments", torus.majorSegments)) return refuse(bad);
-  if (auto bad = readSegments(minor, kLeastAround, "torus.minor_segments", torus.minorSegments)) return refuse(bad);
+  if (auto bad = readSegments(major, kMinAround, "torus.major_segments", torus.majorSegments)) return refuse(bad);
+  if (auto bad = readSegments(minor, kMinAround, "torus.minor_segments", torus.minorSegments)) return refuse(bad);
   return MeshSource{torus};
 }
 

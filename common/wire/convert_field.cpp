@@ -9,7 +9,7 @@
 namespace haptics {
 namespace {
 
-constexpr Range kWavelength_m{kLeastWavelength_m, kMaxCoordinate_m, " m"};
+constexpr Range kWavelength_m{kMinWavelength_m, kMaxCoordinate_m, " m"};
 constexpr Range kAmplitude{-1000, 1000};
 constexpr Range kPhase_rad{-1000, 1000, " rad"};
 constexpr Range kOctaves{1, 12};
@@ -18,7 +18,7 @@ constexpr Range kSmoothness{0.001, 1};
 constexpr Range kCells{2, 32};  // computing the most takes seconds
 constexpr Range kElongation{1, 8};
 constexpr Range kResolution{32, 1024};
-constexpr std::uint32_t kLeastPerCell = 8;  // samples: fewer do not show a cell's shape
+constexpr std::uint32_t kMinPerCell = 8;  // samples: fewer do not show a cell's shape
 
 auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
 
@@ -89,9 +89,9 @@ Refusal readGrid(std::uint32_t cells, std::uint32_t resolution, const std::strin
   if (resolution != 0) toResolution = resolution;
   if (auto bad = checkRange(toCells, kCells, field + "cells")) return bad;
   if (auto bad = checkRange(toResolution, kResolution, field + "resolution")) return bad;
-  if (toResolution >= kLeastPerCell * toCells) return std::nullopt;
+  if (toResolution >= kMinPerCell * toCells) return std::nullopt;
   return Error{field + "resolution", "is " + std::to_string(toResolution) + "; " + std::to_string(toCells) +
-                                         " cells need " + std::to_string(kLeastPerCell * toCells) + " or more"};
+                                         " cells need " + std::to_string(kMinPerCell * toCells) + " or more"};
 }
 
 Refusal readPattern(v1::ReactionDiffusionPattern given, ReactionDiffusionSource::Pattern& to) {
@@ -212,10 +212,10 @@ Result<FieldEdit> grownFrom(const v1::GrownField& message) {
 }
 
 Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
-  constexpr int kLeastLayers = 2;
-  if (message.layer_size() < kLeastLayers || message.layer_size() > static_cast<int>(kMaxLayers)) {
+  constexpr int kMinLayers = 2;
+  if (message.layer_size() < kMinLayers || message.layer_size() > static_cast<int>(kMaxLayers)) {
     return refused("layers.layer", "has " + std::to_string(message.layer_size()) + " entries; give " +
-                                       std::to_string(kLeastLayers) + " to " + std::to_string(kMaxLayers));
+                                       std::to_string(kMinLayers) + " to " + std::to_string(kMaxLayers));
   }
   LayeredFamily family;
   if (message.combination() != v1::LAYER_COMBINATION_UNSPECIFIED) {

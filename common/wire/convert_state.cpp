@@ -56,7 +56,7 @@ void takeEnergy(const v1::Telemetry& message, TelemetrySample& sample) {
     if (source->object == 0) {
       sample.energyGiven_J[static_cast<std::size_t>(source->feature)] += source->given_J;
     } else {
-      sample.gaveMost = *source;
+      sample.largestEnergySource = *source;
     }
   }
 }
@@ -194,7 +194,7 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.adoptionTick = message.adoption_tick();
   sample.deformationRevision = message.deformation_revision();
   sample.hip = vectorFrom(message.hip());
-  sample.foreseenHip = message.has_foreseen_hip() ? vectorFrom(message.foreseen_hip()) : sample.hip;
+  sample.predictedHip = message.has_foreseen_hip() ? vectorFrom(message.foreseen_hip()) : sample.hip;
   sample.ihip = vectorFrom(message.ihip());
   sample.object = message.object();
   sample.primitive = primitiveFrom(message.primitive());
@@ -212,8 +212,8 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.device = {enumFrom(message.device_fault(), kLastDeviceFault), !message.device_not_homed(),
                    static_cast<std::uint8_t>(message.device_homed_axes()),
                    static_cast<std::uint8_t>(message.device_buttons()), message.device_age_us()};
-  sample.putOut = message.put_out();
-  sample.putOutOf = message.put_out_of();
+  sample.depenetrated = message.put_out();
+  sample.depenetratedFrom = message.put_out_of();
   sample.behind = message.behind();
   sample.wait_s = message.wait_s();
   sample.missedTicks = message.missed_ticks();
@@ -230,7 +230,7 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_deformation_revision(sample.deformationRevision);
   write(sample.hip, *message.mutable_hip());
   message.clear_foreseen_hip();
-  if (sample.foreseenHip != sample.hip) write(sample.foreseenHip, *message.mutable_foreseen_hip());
+  if (sample.predictedHip != sample.hip) write(sample.predictedHip, *message.mutable_foreseen_hip());
   write(sample.ihip, *message.mutable_ihip());
   message.set_object(sample.object);
   message.mutable_primitive()->set_kind(static_cast<v1::PrimitiveKind>(sample.primitive.kind));
@@ -254,7 +254,7 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
     if (sample.energyGiven_J[i] == 0) continue;
     toWire({kAllObjects, static_cast<EnergyFeature>(i), sample.energyGiven_J[i]}, *message.add_energy());
   }
-  if (sample.gaveMost.object != 0) toWire(sample.gaveMost, *message.add_energy());
+  if (sample.largestEnergySource.object != 0) toWire(sample.largestEnergySource, *message.add_energy());
   message.set_fault(static_cast<v1::Fault>(sample.fault));
   message.set_device_state(static_cast<v1::DeviceState>(sample.deviceState));
   message.set_device_fault(static_cast<v1::DeviceFault>(sample.device.fault));
@@ -262,8 +262,8 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_device_buttons(sample.device.buttons);
   message.set_device_homed_axes(sample.device.homedAxes);
   message.set_device_not_homed(!sample.device.homed);
-  message.set_put_out(sample.putOut);
-  message.set_put_out_of(sample.putOutOf);
+  message.set_put_out(sample.depenetrated);
+  message.set_put_out_of(sample.depenetratedFrom);
   message.set_behind(sample.behind);
   message.set_wait_s(sample.wait_s);
   message.set_missed_ticks(sample.missedTicks);

@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxFrameBytes = 1U << 20;
 /// Bulk data goes in chunks of at most this, so that heartbeats and edits interleave on a slow link.
 inline constexpr std::size_t kMaxChunkBytes = 32U << 10;
 
-/// Of both directions of a connection. Other values than the protocol's are for tests.
+/// Limits for both directions of a connection. Other values than the protocol's are for tests.
 struct FrameLimits {
   std::size_t frame_bytes = kMaxFrameBytes;
   std::size_t chunk_bytes = kMaxChunkBytes;  ///< Of bulk data, and at least one object.

@@ -18,7 +18,7 @@ using openssl::Bio, openssl::Certificate, openssl::Key;
 using Context = openssl::Handle<SSL_CTX, &SSL_CTX_free>;
 using Session = openssl::Handle<SSL, &SSL_free>;
 
-constexpr std::size_t kMostInARecord_bytes = 16U << 10;
+constexpr std::size_t kMaxInARecord_bytes = 16U << 10;
 /// First byte of TLS records: a handshake is what a client begins with; a server may also answer with an alert.
 constexpr char kHandshakeRecord = 22, kAlertRecord = 21;
 
@@ -161,7 +161,7 @@ class Line : public std::enable_shared_from_this<Line> {
   }
 
   void decrypt() {
-    std::array<char, kMostInARecord_bytes> plain;
+    std::array<char, kMaxInARecord_bytes> plain;
     while (phase_ == Phase::kOpen) {
       ERR_clear_error();
       std::size_t size = 0;

@@ -9,7 +9,7 @@ namespace haptics {
 inline constexpr std::size_t kMaxHeldObjects = 1024;
 inline constexpr std::size_t kMaxHeldAssets_bytes = 640U << 20;  ///< Canonical, with those under way.
 
-/// Of a text in which a server says something of itself.
+/// Longest text in which a server describes itself.
 inline constexpr std::size_t kMaxServerText_bytes = 1000;
 
 /// What may wait for a server that does not read: an edit of the largest size for each that may be under way, and as much

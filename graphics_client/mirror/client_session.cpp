@@ -124,7 +124,7 @@ void ClientSession::connectionLost(const std::string& why) {
 
 std::uint64_t ClientSession::reconnectDelay_ns() {
   if (refused_) return kRefusedDelay_ns;
-  return std::uniform_int_distribution<std::uint64_t>(kLeastReconnectDelay_ns, kMostReconnectDelay_ns)(random_);
+  return std::uniform_int_distribution<std::uint64_t>(kMinReconnectDelay_ns, kMaxReconnectDelay_ns)(random_);
 }
 
 void ClientSession::submit(v1::Transaction transaction, EditCallbacks callbacks) {

@@ -31,8 +31,8 @@ class ClientSession {
   /// Without a byte for this long the connection counts as dead. Shorter: links that only stall are cut.
   static constexpr std::uint64_t kSilence_ns = 3'000'000'000;
   /// Wait before the next attempt: random within these, so that the clients of a restarted server do not come at once.
-  static constexpr std::uint64_t kLeastReconnectDelay_ns = 50'000'000;
-  static constexpr std::uint64_t kMostReconnectDelay_ns = 600'000'000;
+  static constexpr std::uint64_t kMinReconnectDelay_ns = 50'000'000;
+  static constexpr std::uint64_t kMaxReconnectDelay_ns = 600'000'000;
   /// After a refusal: a person has to change something first.
   static constexpr std::uint64_t kRefusedDelay_ns = 5'000'000'000;
   /// Clock probes: 20 Hz until the estimate rests on a full window, then as often as clocks drift visibly.
@@ -121,7 +121,7 @@ class ClientSession {
   v1::Welcome welcome_;  // the last
   std::uint64_t connections_ = 0;
 
-  // Of the present connection.
+  // The present connection:
   Transport* transport_ = nullptr;
   Phase phase_ = Phase::kDown;
   std::string over_;

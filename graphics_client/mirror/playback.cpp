@@ -6,7 +6,7 @@
 namespace haptics {
 namespace {
 
-/// Of a plastic dent between two samples, as a share of its radius.
+/// Longest path of a plastic dent between two samples, as a share of its radius.
 constexpr double kLongestWay = 0.2;
 
 double time_s(const MirrorView& view, const MirrorView& since) {
@@ -194,7 +194,7 @@ void Playback::remember(const View& view) {
     if (last.epoch != view->epoch || time_s(*view, last) <= 0) past_.clear();
   }
   past_.push_back(view);
-  while (past_.size() > kKept || (past_.size() > 1 && keptAssets_bytes() > kMostAssets_bytes)) past_.pop_front();
+  while (past_.size() > kKept || (past_.size() > 1 && keptAssets_bytes() > kMaxAssets_bytes)) past_.pop_front();
 }
 
 /// At most, as if views of different scenes had no asset in common.
@@ -214,7 +214,7 @@ void Playback::followAge(double age_s, std::uint64_t now_ns) {
   while (!ages_.empty() && now_ns - ages_.front().when_ns > memory_ns) ages_.pop_front();
   ages_.push_back({now_ns, age_s});
   const auto [freshest, oldest] = std::ranges::minmax(ages_, {}, &Age::age_s);
-  lag_s_ = std::min(std::max(oldest.age_s, lag_s_ - kCatchUp * since_s), freshest.age_s + kMostLag_s);
+  lag_s_ = std::min(std::max(oldest.age_s, lag_s_ - kCatchUp * since_s), freshest.age_s + kMaxLag_s);
 }
 
 }  // namespace haptics

@@ -16,7 +16,7 @@ class Playback {
  public:
   /// Longest lag behind the freshest sample of the last second (s): what the link takes at best is no lag. Larger is smoother
   /// over a bad link, and later: a person notices that the picture is later than the hand from 15 ms on.
-  static constexpr double kMostLag_s = 0.05;
+  static constexpr double kMaxLag_s = 0.05;
   /// Between samples that are farther apart than this (s), because others were lost, nothing is made up: the later one is shown
   /// at once. Larger is smoother; a straight way of the IHIP leaves a curved surface by the square of it.
   static constexpr double kLongestGap_s = 0.05;
@@ -42,7 +42,7 @@ class Playback {
   double lag_s_ = 0;
 
   /// What the remembered views keep: those that the scene holds no longer too.
-  static constexpr std::size_t kMostAssets_bytes = 2 * kMaxHeldAssets_bytes;
+  static constexpr std::size_t kMaxAssets_bytes = 2 * kMaxHeldAssets_bytes;
 
   void remember(const View& view);
   [[nodiscard]] std::size_t keptAssets_bytes() const;

@@ -12,11 +12,11 @@
 namespace haptics {
 namespace {
 
-/// Of telemetry, in which the dents come.
+/// Telemetry rate; the dents come with it.
 constexpr double kSamples_Hz = 20;
 /// Shapes are compared until they are equal: what is being dented differs by the time that a sample takes.
 constexpr std::chrono::milliseconds kBetweenShapes{150};
-constexpr int kMostShapes = 40;
+constexpr int kMaxShapes = 40;
 
 bool isWhole(const MirrorView& view) {
   const auto& objects = view.scene->objects();
@@ -64,7 +64,7 @@ Result<Shapes> shapesNow(Connection& connection) {
 /// As this client's newest sample has the dents.
 Result<Shapes> compareShapes(Connection& connection) {
   Result<Shapes> shapes = shapesNow(connection);
-  for (int i = 1; i < kMostShapes && shapes && !shapes->equal(); ++i) {
+  for (int i = 1; i < kMaxShapes && shapes && !shapes->equal(); ++i) {
     std::this_thread::sleep_for(kBetweenShapes);
     shapes = shapesNow(connection);
   }

@@ -60,9 +60,9 @@ void printForPeople(const MirrorView& view, const TelemetrySample& sample) {
     const Vec3 at_mm = body.pose.position * kMillimetresPerMetre;
     std::printf("  %s at %.1f %.1f %.1f mm%s", object->name.c_str(), at_mm.x, at_mm.y, at_mm.z, nameOf(body.condition));
   }
-  if (const auto object = view.scene->find(sample.gaveMost.object); object) {
-    std::printf("  %s's %s gave %.3g mJ", object->name.c_str(), nameOf(sample.gaveMost.feature),
-                sample.gaveMost.given_J * kMillijoulesPerJoule);
+  if (const auto object = view.scene->find(sample.largestEnergySource.object); object) {
+    std::printf("  %s's %s gave %.3g mJ", object->name.c_str(), nameOf(sample.largestEnergySource.feature),
+                sample.largestEnergySource.given_J * kMillijoulesPerJoule);
   }
   if (sample.fault != Fault::kNone) {
     std::printf("  FAULT: %s%s", faultInWords(sample.fault, sample.device.fault), waitInWords(sample.wait_s).c_str());

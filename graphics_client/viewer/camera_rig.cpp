@@ -36,8 +36,8 @@ double radians(double degrees) { return glm::radians(degrees); }
 
 void CameraRig::frame(std::span<const Vec3> points, std::span<const PictureArea> areas) {
   if (points.empty() || areas.empty()) return;
-  vtkCamera* camera = stage_.world().solid->GetActiveCamera();
-  const double aspect = static_cast<double>(stage_.width_px()) / std::max(stage_.height_px(), 1);
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
+  const double aspect = static_cast<double>(renderWindow_.width_px()) / std::max(renderWindow_.height_px(), 1);
   std::vector<CameraPlace> places;
   for (const PictureArea& area : areas) {
     places.push_back(
@@ -56,15 +56,15 @@ void CameraRig::update(const TelemetrySample* sample, double dt_s) {
     aimCloseUp(*sample, dt_s);
   }
   double bounds[6];
-  stage_.world().solid->ComputeVisiblePropBounds(bounds);
+  renderWindow_.world().solid->ComputeVisiblePropBounds(bounds);
   if (bounds[0] <= bounds[1]) clip(bounds);
 }
 
 /// A range that holds what is seen stays, so that depths of before can be compared with.
 void CameraRig::clip(const double bounds[6]) {
-  vtkCamera* camera = stage_.world().solid->GetActiveCamera();
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
   const std::array<double, 2> before{camera->GetClippingRange()[0], camera->GetClippingRange()[1]};
-  stage_.world().solid->ResetCameraClippingRange(bounds);
+  renderWindow_.world().solid->ResetCameraClippingRange(bounds);
   const auto [near_m, far_m] = std::array<double, 2>{camera->GetClippingRange()[0], camera->GetClippingRange()[1]};
   const bool holds = before[0] <= near_m && before[1] >= far_m;
   const bool isTight = before[0] >= near_m * kLoose * kLoose && before[1] <= far_m / kLoose / kLoose;
@@ -76,7 +76,7 @@ void CameraRig::clip(const double bounds[6]) {
 }
 
 void CameraRig::follow(Vec3 place, double dt_s) {
-  vtkCamera* camera = stage_.world().solid->GetActiveCamera();
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
   const Vec3 step = (place - toVec(camera->GetFocalPoint())) * gain(dt_s, kFollowTime_s);
   const Vec3 position = toVec(camera->GetPosition()) + step, focus = toVec(camera->GetFocalPoint()) + step;
   camera->SetPosition(position.x, position.y, position.z);
@@ -93,12 +93,12 @@ void CameraRig::aimCloseUp(const TelemetrySample& sample, double dt_s) {
   }
   seen_ = true;
   // From where the world's camera stands, but low over the surface: HIP, IHIP and force are then side by side.
-  Vec3 along = toVec(stage_.world().solid->GetActiveCamera()->GetDirectionOfProjection());
+  Vec3 along = toVec(renderWindow_.world().solid->GetActiveCamera()->GetDirectionOfProjection());
   along -= normal_ * glm::dot(along, normal_);
   if (!(glm::length(along) > 0)) return;
   const Vec3 direction =
       glm::normalize(along) * std::cos(kCloseUpElevation_rad) - normal_ * std::sin(kCloseUpElevation_rad);
-  vtkCamera* camera = stage_.closeUp().solid->GetActiveCamera();
+  vtkCamera* camera = renderWindow_.closeUp().solid->GetActiveCamera();
   const double distance = kCloseUpHeight_m / 2 / std::tan(radians(camera->GetViewAngle()) / 2);
   const Vec3 position = centre_ - direction * distance;
   camera->SetPosition(position.x, position.y, position.z);
@@ -108,15 +108,16 @@ void CameraRig::aimCloseUp(const TelemetrySample& sample, double dt_s) {
 }
 
 double CameraRig::worldMetresPerPixel(Vec3 place) {
-  vtkCamera* camera = stage_.world().solid->GetActiveCamera();
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
   const double depth = glm::dot(place - toVec(camera->GetPosition()), toVec(camera->GetDirectionOfProjection()));
-  return 2 * std::max(depth, kSmallestDistance_m) * std::tan(radians(camera->GetViewAngle()) / 2) / stage_.height_px();
+  return 2 * std::max(depth, kSmallestDistance_m) * std::tan(radians(camera->GetViewAngle()) / 2) /
+         renderWindow_.height_px();
 }
 
-double CameraRig::closeUpMetresPerPixel() { return kCloseUpHeight_m / std::max(stage_.closeUpSide_px(), 1); }
+double CameraRig::closeUpMetresPerPixel() { return kCloseUpHeight_m / std::max(renderWindow_.closeUpSide_px(), 1); }
 
-Vec3 CameraRig::worldPosition() { return toVec(stage_.world().solid->GetActiveCamera()->GetPosition()); }
+Vec3 CameraRig::worldPosition() { return toVec(renderWindow_.world().solid->GetActiveCamera()->GetPosition()); }
 
-Vec3 CameraRig::closeUpPosition() { return toVec(stage_.closeUp().solid->GetActiveCamera()->GetPosition()); }
+Vec3 CameraRig::closeUpPosition() { return toVec(renderWindow_.closeUp().solid->GetActiveCamera()->GetPosition()); }
 
 }  // namespace haptics

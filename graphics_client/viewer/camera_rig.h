@@ -7,14 +7,14 @@
 #include "common/maths/vec.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "graphics_client/viewer/camera_fit.h"
-#include "graphics_client/viewer/stage.h"
+#include "graphics_client/viewer/render_window.h"
 
 namespace haptics {
 
 /// Places the cameras of the world and of the close-up.
 class CameraRig {
  public:
-  explicit CameraRig(Stage& stage) : stage_(stage) {}
+  explicit CameraRig(RenderWindow& renderWindow) : renderWindow_(renderWindow) {}
 
   /// A three-quarter view from the front that shows all the points (world frame) in one of those parts of the picture,
   /// the one where they are larger.
@@ -25,14 +25,14 @@ class CameraRig {
   /// Once a frame, after the actors were placed. `dt_s` since the last one; no sample: the cameras stay.
   void update(const TelemetrySample* sample, double dt_s);
 
-  /// Of the world's camera at a place, and of the close-up's at its centre.
+  /// Scale of the world's camera at a point, and of the close-up's at its centre.
   [[nodiscard]] double worldMetresPerPixel(Vec3 place);
   [[nodiscard]] double closeUpMetresPerPixel();
   [[nodiscard]] Vec3 worldPosition();
   [[nodiscard]] Vec3 closeUpPosition();
 
  private:
-  Stage& stage_;
+  RenderWindow& renderWindow_;
   bool follow_ = false;
   bool seen_ = false;
   Vec3 centre_{0}, normal_{0, 0, 1};  // of the close-up, smoothed

@@ -22,13 +22,13 @@ namespace {
 
 /// How much of the pale drawing above the objects is seen.
 constexpr double kGhostOpacity = 0.65;
-/// Of what stands on the surface rather than in the object: hidden only by the object's other side.
+/// Opacity of what stands on the surface rather than in the object: hidden only by the object's other side.
 constexpr double kOnTopOpacity = 0.9;
-/// Of the contacted polygon's face, so that the surface is seen through it.
+/// Opacity of the contacted polygon's face: the surface is seen through it.
 constexpr double kPrimitiveOpacity = 0.6;
 /// Weaker forces show no arrow (newtons): below what a hand can feel, its direction is noise.
 constexpr double kSmallestArrow_N = 0.03;
-/// Of the arrow: the tip's length and radius in shaft radii. A short arrow is all tip.
+/// The arrow tip's length and radius in shaft radii. A short arrow is all tip.
 constexpr double kTipLength = 6, kTipRadius = 2.6;
 /// Full colour when the server told no limit (newtons).
 constexpr double kFullScale_N = 5;

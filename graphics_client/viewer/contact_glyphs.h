@@ -11,7 +11,7 @@
 #include "common/telemetry/telemetry_sample.h"
 #include "graphics_client/mirror/mirror_view.h"
 #include "graphics_client/viewer/palette.h"
-#include "graphics_client/viewer/stage.h"
+#include "graphics_client/viewer/render_window.h"
 #include "graphics_client/viewer/trail.h"
 
 namespace haptics {

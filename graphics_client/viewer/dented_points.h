@@ -15,7 +15,7 @@
 
 namespace haptics {
 
-/// Of points that a texture raises, how far each is from the geometric surface, which the dents move; none: they are on it.
+/// Stores how far a texture raises each point above the geometric surface, which the dents move; none: all are on it.
 void addRises(vtkPolyData* data, std::span<const Vec3f> rises);
 
 /// The points and normals of a soft object as its dents have them: by the function that the servo uses, on the same

@@ -15,7 +15,7 @@ namespace {
 /// Fewer show another wave than is felt; more cost frames.
 constexpr double kEdgesPerWave = 4;
 /// Samples along each side of the square whose mean is drawn where the triangles are too coarse.
-constexpr double kMostSamplesPerSide = 5;
+constexpr double kMaxSamplesPerSide = 5;
 /// At a sharp crease the raised sides would meet far away: not farther than this many heights.
 constexpr double kLongestMitre = 3;
 
@@ -27,8 +27,7 @@ class CarriedField {
       : field_(field),
         side_m_(edge_m),
         samples_(static_cast<int>(std::clamp(
-            std::ceil(kEdgesPerWave * edge_m / field.shortestWavelength_m() - kTolerance), 1.0, kMostSamplesPerSide))) {
-  }
+            std::ceil(kEdgesPerWave * edge_m / field.shortestWavelength_m() - kTolerance), 1.0, kMaxSamplesPerSide))) {}
 
   [[nodiscard]] bool filtered() const { return samples_ > 1; }
 
@@ -204,7 +203,7 @@ DisplayedSurface plainSurface(const TriMesh& mesh, const std::optional<Shading>&
 }  // namespace
 
 DisplayedSurface displaySurface(const TriMesh& mesh, const SurfaceProperties& properties, const SurfaceFields& fields,
-                                std::size_t mostTriangles) {
+                                std::size_t maxTriangles) {
   const bool frictionVaries = properties.friction && (fields.friction || fields.frictionScale);
   if (!fields.texture && !frictionVaries) return plainSurface(mesh, properties.shading);
   double finest_m = std::numeric_limits<double>::infinity();
@@ -214,7 +213,7 @@ DisplayedSurface displaySurface(const TriMesh& mesh, const SurfaceProperties& pr
   const ShadedMesh shaded = properties.shading
                                 ? shadeMesh(mesh, properties.shading->crease_rad, properties.shading->creases)
                                 : shadeMesh(mesh, kSamePlane_rad);
-  RefinedMesh refined = refine(mesh, shaded, finest_m / kEdgesPerWave, mostTriangles);
+  RefinedMesh refined = refine(mesh, shaded, finest_m / kEdgesPerWave, maxTriangles);
   DisplayedSurface drawn{.normals = {refined.normals.begin(), refined.normals.end()},
                          .triangles = refined.triangles,
                          .closed = isClosed(mesh),

@@ -47,11 +47,11 @@ struct CoarseDetail {
   double edge_m = 0;    ///< Of the triangles.
 };
 
-/// The surface, cut fine enough to carry its fields: four edges to the shortest wavelength, as far as `mostTriangles`
+/// The surface, cut fine enough to carry its fields: four edges to the shortest wavelength, as far as `maxTriangles`
 /// allow. Fields are evaluated where they are felt, on the material of the geometric surface; points then rise by h along
 /// N_s, and normals turn to M of Eq. (2) of the paper. At a crease, where N_s is several, a point goes where the raised
 /// sides meet.
 [[nodiscard]] DisplayedSurface displaySurface(const TriMesh& mesh, const SurfaceProperties& properties,
-                                              const SurfaceFields& fields, std::size_t mostTriangles);
+                                              const SurfaceFields& fields, std::size_t maxTriangles);
 
 }  // namespace haptics

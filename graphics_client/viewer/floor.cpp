@@ -12,7 +12,7 @@
 
 #include "graphics_client/viewer/palette.h"
 #include "graphics_client/viewer/poly_data.h"
-#include "graphics_client/viewer/stage.h"
+#include "graphics_client/viewer/render_window.h"
 
 namespace haptics {
 namespace {
@@ -20,7 +20,7 @@ namespace {
 /// The plate goes this far beyond the objects, as a share of their larger side.
 constexpr double kMarginShare = 0.12;
 /// The grid's spacing is the smallest power of ten in metres that gives at most this many lines along the longer side.
-constexpr double kMostLines = 80;
+constexpr double kMaxLines = 80;
 /// Every tenth line is bold; where the plate has fewer than this many of them, every fifth.
 constexpr double kFewBoldLines = 4;
 /// Lift of shadow and grid as a share of the plate: enough for the depth buffer, too little to see.
@@ -67,7 +67,7 @@ void Floor::placeUnder(Vec3 boxMin, Vec3 boxMax) {
   }
   const double side = std::max({boxMax.x - boxMin.x, boxMax.y - boxMin.y, drop});
   const double margin = kMarginShare * side;
-  spacing_m_ = std::pow(10, std::ceil(std::log10((side + 2 * margin) / kMostLines)));
+  spacing_m_ = std::pow(10, std::ceil(std::log10((side + 2 * margin) / kMaxLines)));
   const double boldEvery = (side + 2 * margin) / (10 * spacing_m_) < kFewBoldLines ? 5 : 10;
   const double step = boldEvery * spacing_m_;
   height_m_ = boxMin.z;

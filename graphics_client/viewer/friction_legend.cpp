@@ -39,7 +39,7 @@ void setNumber(vtkTextActor* actor, double value) {
 
 }  // namespace
 
-FrictionLegend::FrictionLegend(vtkRenderer* renderer) : plate_(renderer, palette::kCard, kOpacity) {
+FrictionLegend::FrictionLegend(vtkRenderer* renderer) : background_(renderer, palette::kCard, kOpacity) {
   setUp(title_, renderer, palette::kText);
   setUp(least_, renderer, palette::kLabel);
   setUp(most_, renderer, palette::kLabel);
@@ -59,7 +59,7 @@ void FrictionLegend::setRange(const std::optional<FrictionRange>& range) {
 }
 
 void FrictionLegend::place(double left_px, double bottom_px, double width_px, double font_px) {
-  plate_.place({left_px, bottom_px, width_px, std::round(kHeight * font_px)}, kCornerRadius * font_px);
+  background_.place({left_px, bottom_px, width_px, std::round(kHeight * font_px)}, kCornerRadius * font_px);
   const double inset = kPadding * font_px, bar = std::round(bottom_px + (kPadding + kLine + kGap) * font_px);
   const double left = std::round(left_px + inset), right = std::round(left_px + width_px - inset);
   placeBar({left, bar, right - left, std::round(kBar * font_px)});
@@ -96,7 +96,7 @@ void FrictionLegend::placeBar(const PixelBox& box) {
 
 void FrictionLegend::setVisible(bool visible) {
   const bool shown = visible && range_;
-  plate_.setVisible(shown);
+  background_.setVisible(shown);
   for (vtkActor2D* actor : std::array<vtkActor2D*, 4>{bar_, title_, least_, most_}) actor->SetVisibility(shown);
 }
 

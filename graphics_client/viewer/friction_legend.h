@@ -7,8 +7,8 @@
 
 #include <optional>
 
-#include "graphics_client/viewer/card.h"
 #include "graphics_client/viewer/object_actors.h"
+#include "graphics_client/viewer/text_panel.h"
 
 namespace haptics {
 
@@ -20,11 +20,11 @@ class FrictionLegend {
   /// Nothing: hidden.
   void setRange(const std::optional<FrictionRange>& range);
   void place(double left_px, double bottom_px, double width_px, double font_px);
-  [[nodiscard]] const PixelBox& box() const { return plate_.box(); }
+  [[nodiscard]] const PixelBox& box() const { return background_.box(); }
   void setVisible(bool visible);
 
  private:
-  Plate plate_;
+  PanelBackground background_;
   vtkNew<vtkActor2D> bar_;
   vtkNew<vtkTextActor> title_, least_, most_;
   std::optional<FrictionRange> range_;

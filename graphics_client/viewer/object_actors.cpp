@@ -24,7 +24,7 @@ constexpr double kEdgeDarkening = 0.35, kCloseUpEdgeDarkening = 0.22;
 constexpr double kPitBrightness = 0.72, kPeakBrightness = 1.06;
 /// From so many on, an object's triangles are a few pixels large.
 constexpr std::size_t kFineTriangles = 20'000;
-/// Of a falloff's radius: what is farther away is not moved, whatever the rounding.
+/// In radii of the falloff: what is farther away is not moved, whatever the rounding.
 constexpr double kReach = 1 + 1e-5;
 /// Towards the camera, in steps of the depth buffer: the polygons' edges lie on the surface.
 constexpr double kRimOffset = -4;
@@ -66,26 +66,26 @@ void setEdgeColor(vtkActor* actor, palette::Shade edge) {
 
 }  // namespace
 
-ObjectActors::ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const Look> look)
+ObjectActors::ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const RenderMesh> renderMesh)
     : worldRenderer_(world),
       closeUpRenderer_(closeUp),
-      look_(std::move(look)),
-      parts_(look_->pieces.size()),
-      shadow_(makeShadow(look_->shadow)) {
+      renderMesh_(std::move(renderMesh)),
+      parts_(renderMesh_->pieces.size()),
+      shadow_(makeShadow(renderMesh_->shadow)) {
   worldRenderer_->AddActor(shadow_);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
-    part.drawn->ShallowCopy(look_->pieces[i].drawn);
+    part.drawn->ShallowCopy(renderMesh_->pieces[i].drawn);
     for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
-      setUp(actor, part.drawn, look_->faceted);
-      actor->GetProperty()->SetBackfaceCulling(look_->closed);
+      setUp(actor, part.drawn, renderMesh_->faceted);
+      actor->GetProperty()->SetBackfaceCulling(renderMesh_->closed);
     }
-    part.closeUp->GetProperty()->SetEdgeVisibility(!look_->rims);
+    part.closeUp->GetProperty()->SetEdgeVisibility(!renderMesh_->rims);
     worldRenderer_->AddActor(part.world);
     closeUpRenderer_->AddActor(part.closeUp);
   }
-  if (!look_->rims) return;
-  setUpRims(rims_, look_->rims);
+  if (!renderMesh_->rims) return;
+  setUpRims(rims_, renderMesh_->rims);
   worldRenderer_->AddActor(rims_);
 }
 
@@ -101,14 +101,14 @@ ObjectActors::~ObjectActors() {
 void ObjectActors::paint(const Paint& paint) {
   const palette::Shade own = palette::shadeOf(paint.color);
   const palette::Shade shade = paint.current ? own : palette::mix(palette::kFaded, own, kFadedColorShare);
-  const bool colored = paint.current && (!look_->heights.empty() || !look_->friction.empty());
+  const bool colored = paint.current && (!renderMesh_->heights.empty() || !renderMesh_->friction.empty());
   displacementOn_ = paint.displacement && paint.current ? std::optional(own) : std::nullopt;
   if (displacementOn_) {
     colored_.reset();
   } else if (colored) {
     colorPoints(paint);
   }
-  const bool fine = look_->closed && !look_->faceted && look_->triangles >= kFineTriangles;
+  const bool fine = renderMesh_->closed && !renderMesh_->faceted && renderMesh_->triangles >= kFineTriangles;
   for (Part& part : parts_) {
     if (displacementOn_ && part.dented) colorDisplacement(part);
     for (vtkActor* actor : {part.world.Get(), part.closeUp.Get()}) {
@@ -118,7 +118,7 @@ void ObjectActors::paint(const Paint& paint) {
     vtkProperty* world = part.world->GetProperty();
     setEdgeColor(part.world, edgeOf(shade, kEdgeDarkening));
     setEdgeColor(part.closeUp, edgeOf(shade, kCloseUpEdgeDarkening));
-    world->SetEdgeVisibility(paint.edges && !look_->rims);
+    world->SetEdgeVisibility(paint.edges && !renderMesh_->rims);
     if (paint.wireframe) {
       world->SetRepresentationToWireframe();
     } else {
@@ -143,17 +143,17 @@ void ObjectActors::colorPoints(const Paint& paint) {
   const double width = range.most - range.least;
   const auto colorOf = [&](std::size_t v) {
     palette::Shade shade = own;
-    if (!look_->friction.empty()) {
-      shade = palette::frictionShade(width > 0 ? (look_->friction[v] - range.least) / width : 0);
+    if (!renderMesh_->friction.empty()) {
+      shade = palette::frictionShade(width > 0 ? (renderMesh_->friction[v] - range.least) / width : 0);
     }
     double brightness = 1;
-    if (!look_->heights.empty()) {
-      brightness = kPitBrightness + (kPeakBrightness - kPitBrightness) * double{look_->heights[v]};
+    if (!renderMesh_->heights.empty()) {
+      brightness = kPitBrightness + (kPeakBrightness - kPitBrightness) * double{renderMesh_->heights[v]};
     }
     return palette::Shade{shade.red * brightness, shade.green * brightness, shade.blue * brightness};
   };
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const std::vector<std::uint32_t>& points = look_->pieces[i].patch.points;
+    const std::vector<std::uint32_t>& points = renderMesh_->pieces[i].patch.points;
     vtkNew<vtkUnsignedCharArray> colors;
     colors->SetNumberOfComponents(3);
     colors->SetNumberOfTuples(static_cast<vtkIdType>(points.size()));
@@ -167,14 +167,14 @@ void ObjectActors::colorPoints(const Paint& paint) {
 
 void ObjectActors::dent(std::span<const Dent> dents, const Falloff& falloff) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const Patch& patch = look_->pieces[i].patch;
+    const Patch& patch = renderMesh_->pieces[i].patch;
     std::vector<Dent> reaching;
     std::ranges::copy_if(dents, std::back_inserter(reaching), [&](const Dent& dent) {
       return glm::distance(Vec3(dent.centre), patch.centre) < patch.radius_m + kReach * falloff.radius_m();
     });
     dent(parts_[i], reaching, falloff);
   }
-  if (look_->rims) dentRims(dents, falloff);
+  if (renderMesh_->rims) dentRims(dents, falloff);
 }
 
 void ObjectActors::dentRims(std::span<const Dent> dents, const Falloff& falloff) {
@@ -219,7 +219,9 @@ void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {
 
 void ObjectActors::showFor(Vec3 worldEye, Vec3 closeUpEye) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const auto isSeen = [&](Vec3 eye) { return parts_[i].isDented || !facesAway(*look_, look_->pieces[i], eye); };
+    const auto isSeen = [&](Vec3 eye) {
+      return parts_[i].isDented || !facesAway(*renderMesh_, renderMesh_->pieces[i], eye);
+    };
     parts_[i].world->SetVisibility(isSeen(worldEye));
     parts_[i].closeUp->SetVisibility(isSeen(closeUpEye));
   }

@@ -13,7 +13,7 @@
 
 #include "common/scene/scene.h"
 #include "graphics_client/viewer/dented_points.h"
-#include "graphics_client/viewer/look.h"
+#include "graphics_client/viewer/render_mesh.h"
 
 namespace haptics {
 
@@ -35,7 +35,7 @@ class ObjectActors {
     bool vertexLighting = false;            ///< Where the triangles are fine.
   };
 
-  ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const Look> look);
+  ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const RenderMesh> renderMesh);
   ~ObjectActors();
   ObjectActors(const ObjectActors&) = delete;
   ObjectActors& operator=(const ObjectActors&) = delete;
@@ -48,15 +48,15 @@ class ObjectActors {
   void dent(std::span<const Dent> dents, const Falloff& falloff);
   /// Leaves out what cannot be seen by the world's and the close-up's camera; object frame.
   void showFor(Vec3 worldEye, Vec3 closeUpEye);
-  [[nodiscard]] const Look& look() const { return *look_; }
+  [[nodiscard]] const RenderMesh& renderMesh() const { return *renderMesh_; }
 
  private:
   vtkRenderer* worldRenderer_;
   vtkRenderer* closeUpRenderer_;
-  std::shared_ptr<const Look> look_;
-  /// Of one piece of the look.
+  std::shared_ptr<const RenderMesh> renderMesh_;
+  /// Actors of one piece of the render mesh.
   struct Part {
-    vtkNew<vtkPolyData> drawn;  // the look's, with colours of its own
+    vtkNew<vtkPolyData> drawn;  // the render mesh's, with colours of its own
     vtkNew<vtkActor> world, closeUp;
     std::unique_ptr<DentedPoints> dented;  // null until a dent reaches it
     bool isDented = false;                 // now

@@ -15,10 +15,10 @@ namespace haptics {
 namespace {
 
 constexpr double kOpacity = 0.72;
-/// Of the plate beyond the text, in font sizes.
+/// Margin of the background around the text, in font sizes.
 constexpr double kPadding = 0.35, kCornerRadius = 0.35;
 /// More could not be read.
-constexpr std::size_t kMostLabels = 64;
+constexpr std::size_t kMaxLabels = 64;
 
 /// The middle of the box's lowest edge in the picture that runs across rather than up.
 glm::dvec2 footOf(const std::array<glm::dvec2, 8>& corners) {
@@ -35,7 +35,7 @@ glm::dvec2 footOf(const std::array<glm::dvec2, 8>& corners) {
 
 }  // namespace
 
-ObjectLabels::Label::Label(vtkRenderer* renderer) : plate(renderer, palette::kCard, kOpacity) {
+ObjectLabels::Label::Label(vtkRenderer* renderer) : background(renderer, palette::kCard, kOpacity) {
   text->GetTextProperty()->SetFontFamilyToArial();
   text->GetTextProperty()->SetColor(palette::kText.red, palette::kText.green, palette::kText.blue);
   text->GetTextProperty()->SetJustificationToCentered();
@@ -61,7 +61,7 @@ std::vector<LabelWish> ObjectLabels::wishes(const std::vector<NamedBox>& objects
   vtkMatrix4x4* projection =
       world_->GetActiveCamera()->GetCompositeProjectionTransformMatrix(world_->GetTiledAspectRatio(), -1, 1);
   std::vector<LabelWish> wishes;
-  for (std::size_t i = 0; i < std::min(objects.size(), kMostLabels); ++i) {
+  for (std::size_t i = 0; i < std::min(objects.size(), kMaxLabels); ++i) {
     const Label& label = *labels_[i];
     LabelWish& wish = wishes.emplace_back(LabelWish{.width = label.width_px, .height = label.height_px});
     std::array<glm::dvec2, 8> corners;
@@ -86,7 +86,7 @@ std::vector<LabelWish> ObjectLabels::wishes(const std::vector<NamedBox>& objects
 }
 
 void ObjectLabels::update(const std::vector<NamedBox>& objects, std::span<const PixelBox> taken, double font_px) {
-  const std::size_t count = visible_ && objects.size() > 1 ? std::min(objects.size(), kMostLabels) : 0;
+  const std::size_t count = visible_ && objects.size() > 1 ? std::min(objects.size(), kMaxLabels) : 0;
   while (labels_.size() < count) labels_.push_back(std::make_unique<Label>(overlay_));
   for (std::size_t i = 0; i < count; ++i) labels_[i]->setName(overlay_, objects[i].name, font_px);
   std::vector<std::optional<PixelBox>> places;
@@ -94,10 +94,10 @@ void ObjectLabels::update(const std::vector<NamedBox>& objects, std::span<const 
   places.resize(labels_.size());
   for (std::size_t i = 0; i < labels_.size(); ++i) {
     Label& label = *labels_[i];
-    label.plate.setVisible(places[i].has_value());
+    label.background.setVisible(places[i].has_value());
     label.text->SetVisibility(places[i].has_value());
     if (!places[i]) continue;
-    label.plate.place(*places[i], kCornerRadius * font_px);
+    label.background.place(*places[i], kCornerRadius * font_px);
     label.text->SetPosition(places[i]->left + places[i]->width / 2, places[i]->bottom + places[i]->height / 2);
   }
 }

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "graphics_client/viewer/card.h"
 #include "graphics_client/viewer/label_layout.h"
 #include "graphics_client/viewer/scene_actors.h"
+#include "graphics_client/viewer/text_panel.h"
 
 namespace haptics {
 
@@ -27,7 +27,7 @@ class ObjectLabels {
 
  private:
   struct Label {
-    Plate plate;
+    PanelBackground background;
     vtkNew<vtkTextActor> text;
     std::string name;
     double font_px = 0, width_px = 0, height_px = 0;

@@ -7,10 +7,10 @@
 
 #include "graphics_client/mirror/mirror_view.h"
 #include "graphics_client/viewer/camera_fit.h"
-#include "graphics_client/viewer/card.h"
 #include "graphics_client/viewer/friction_legend.h"
 #include "graphics_client/viewer/object_labels.h"
-#include "graphics_client/viewer/stage.h"
+#include "graphics_client/viewer/render_window.h"
+#include "graphics_client/viewer/text_panel.h"
 
 namespace haptics {
 
@@ -18,7 +18,7 @@ namespace haptics {
 /// its scale, the objects' names, and the banner when something is wrong.
 class Overlay {
  public:
-  Overlay(Stage& stage, bool showKeys);
+  Overlay(RenderWindow& renderWindow, bool showKeys);
 
   struct State {
     double age_s = 0;  ///< Of the view's sample, now.
@@ -33,7 +33,7 @@ class Overlay {
   /// Text is refreshed some times a second only: it is costly to draw and unreadable when faster.
   void update(const MirrorView& view, const State& state, double time_s);
 
-  /// What the cards and the close-up leave to the scene: the picture's full width between them, or its full height.
+  /// What the panels and the close-up leave to the scene: the picture's full width between them, or its full height.
   [[nodiscard]] std::array<PictureArea, 2> freeAreas();
 
   /// The objects' names, wherever the world's camera has moved them.
@@ -45,14 +45,14 @@ class Overlay {
   void toggleLabels();
 
  private:
-  Stage& stage_;
-  Card status_, contact_, legend_, keys_;
+  RenderWindow& renderWindow_;
+  TextPanel status_, contact_, legend_, keys_;
   FrictionLegend frictionLegend_;
   ObjectLabels labels_;
-  Plate bannerPlate_;
+  PanelBackground bannerBackground_;
   vtkNew<vtkTextActor> bannerText_, closeUpCaption_, scaleCaption_;
   vtkNew<vtkActor2D> closeUpFrame_;
-  Plate scaleBar_;
+  PanelBackground scaleBar_;
   Banner shownBanner_;
   bool visible_ = true, helpVisible_, labelsVisible_ = true;
   double refreshed_s_ = -1;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kMillimetresPerMetre = 1e3;
 constexpr double kMillisecondsPerSecond = 1e3;
-/// Names longer than this are shortened, so that they stay on the card (characters).
+/// Names longer than this are shortened, so that they stay on the panel (characters).
 constexpr std::size_t kLongestName = 26;
 const std::string kNothing = "-";
 
@@ -185,10 +185,10 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
       {"Picture", formatted("%.0f frames/s", framesPerSecond)},
       detailLine(coarse, pitsFeltAsBumps),
   };
-  if (sample.putOut > 0) {
+  if (sample.depenetrated > 0) {
     lines.push_back({"IHIP put out",
-                     formatted("%llu times, last of ", static_cast<unsigned long long>(sample.putOut)) +
-                         objectName(view, sample.putOutOf),
+                     formatted("%llu times, last of ", static_cast<unsigned long long>(sample.depenetrated)) +
+                         objectName(view, sample.depenetratedFrom),
                      Tone::kWarning});
   }
   if (sample.behind > 0) {

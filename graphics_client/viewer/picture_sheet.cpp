@@ -7,12 +7,12 @@
 
 #include <algorithm>
 
-#include "graphics_client/viewer/stage.h"
+#include "graphics_client/viewer/render_window.h"
 
 namespace haptics {
 namespace {
 
-/// Of its share of the run: before it a picture is not taken, after it at the latest.
+/// Fractions of a picture's share of the run: it is taken between the two.
 constexpr double kEarliest = 0.3, kLatest = 0.95;
 /// Between two pictures, white.
 constexpr int kGap_px = 6;

@@ -23,10 +23,10 @@ class Cutter {
  public:
   explicit Cutter(RefinedMesh& mesh) : mesh_(mesh) {}
 
-  void cutTo(double longestEdge_m, std::size_t mostTriangles) {
+  void cutTo(double longestEdge_m, std::size_t maxTriangles) {
     for (;;) {
       std::size_t cuts = countCuts(longestEdge_m);
-      while (cuts > 0 && mesh_.triangles.size() + cuts > mostTriangles) {
+      while (cuts > 0 && mesh_.triangles.size() + cuts > maxTriangles) {
         longestEdge_m *= kCoarser;
         cuts = countCuts(longestEdge_m);
       }
@@ -139,7 +139,7 @@ class Cutter {
 
 }  // namespace
 
-RefinedMesh refine(const TriMesh& mesh, const ShadedMesh& shaded, double longestEdge_m, std::size_t mostTriangles) {
+RefinedMesh refine(const TriMesh& mesh, const ShadedMesh& shaded, double longestEdge_m, std::size_t maxTriangles) {
   constexpr std::uint8_t kAllRims = 7;
   RefinedMesh refined{.places = {mesh.vertices.begin(), mesh.vertices.end()},
                       .parents = {},
@@ -148,7 +148,7 @@ RefinedMesh refine(const TriMesh& mesh, const ShadedMesh& shaded, double longest
                       .triangles = shaded.triangles,
                       .rims = std::vector<std::uint8_t>(shaded.triangles.size(), kAllRims)};
   Cutter cutter(refined);
-  cutter.cutTo(longestEdge_m, mostTriangles);
+  cutter.cutTo(longestEdge_m, maxTriangles);
   refined.longestEdge_m = cutter.longestEdge_m();
   for (Vec3& normal : refined.normals) {
     const double length = glm::length(normal);

@@ -21,9 +21,9 @@ struct RefinedMesh {
   double longestEdge_m = 0;                ///< After cutting.
 };
 
-/// Cuts the mesh's edges in half until none is longer than `longestEdge_m` (> 0), or as far as `mostTriangles` allow, the
-/// longest first. Neighbours agree on each edge: no cracks.
+/// Cuts the mesh's edges in half until none is longer than `longestEdge_m` (> 0), or as far as `maxTriangles` allow,
+/// the longest first. Neighbours agree on each edge: no cracks.
 [[nodiscard]] RefinedMesh refine(const TriMesh& mesh, const ShadedMesh& shaded, double longestEdge_m,
-                                 std::size_t mostTriangles);
+                                 std::size_t maxTriangles);
 
 }  // namespace haptics

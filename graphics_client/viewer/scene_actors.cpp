@@ -26,34 +26,35 @@ std::shared_ptr<const Value> find(const std::map<ContentHash, std::shared_ptr<co
 }
 
 /// Nothing while the mesh or a field is still on its way.
-std::optional<LookOrder> orderFor(const ObjectRecord& object, const MirrorView& view, std::size_t mostTriangles) {
-  LookOrder order{.mesh = object.mesh,
-                  .surface = object.material.surface,
-                  .deformation = object.deformation,
-                  .mostTriangles = hasField(object.material.surface) ? mostTriangles : 0,
-                  .triangles = find(view.meshes, object.mesh)};
-  bool complete = order.triangles != nullptr;
-  if (auto& friction = order.surface.friction) {
+std::optional<RenderMeshRequest> requestFor(const ObjectRecord& object, const MirrorView& view,
+                                            std::size_t maxTriangles) {
+  RenderMeshRequest request{.mesh = object.mesh,
+                            .surface = object.material.surface,
+                            .deformation = object.deformation,
+                            .maxTriangles = hasField(object.material.surface) ? maxTriangles : 0,
+                            .triangles = find(view.meshes, object.mesh)};
+  bool complete = request.triangles != nullptr;
+  if (auto& friction = request.surface.friction) {
     friction->dynamicOver = {};  // is not drawn
     friction->dynamicVariation = 0;
   }
-  order.surface.stiffnessOver.reset();  // likewise
-  order.surface.softnessOver.reset();
-  for (const auto& [kind, hash] : assetsOf(order.surface)) {
-    if (kind == AssetKind::kScalarField) complete &= (order.fields[hash] = find(view.fields, hash)) != nullptr;
+  request.surface.stiffnessOver.reset();  // likewise
+  request.surface.softnessOver.reset();
+  for (const auto& [kind, hash] : assetsOf(request.surface)) {
+    if (kind == AssetKind::kScalarField) complete &= (request.fields[hash] = find(view.fields, hash)) != nullptr;
     if (kind == AssetKind::kPointField) {
-      complete &= (order.pointFields[hash] = find(view.pointFields, hash)) != nullptr;
+      complete &= (request.pointFields[hash] = find(view.pointFields, hash)) != nullptr;
     }
     if (kind != AssetKind::kVertexValues) continue;
-    order.frictionScale = find(view.vertexValues, hash);
-    complete &= order.frictionScale != nullptr;
+    request.frictionScale = find(view.vertexValues, hash);
+    complete &= request.frictionScale != nullptr;
   }
-  if (const auto& residue = order.deformation.residue) {
-    order.residue = find(view.movedVertices, *residue);
-    complete &= order.residue != nullptr;
+  if (const auto& residue = request.deformation.residue) {
+    request.residue = find(view.movedVertices, *residue);
+    complete &= request.residue != nullptr;
   }
   if (!complete) return {};
-  return order;
+  return request;
 }
 
 }  // namespace
@@ -62,7 +63,7 @@ SceneActors::SceneActors(vtkRenderer* world, vtkRenderer* closeUp)
     : worldRenderer_(world), closeUpRenderer_(closeUp), floor_(world) {}
 
 bool SceneActors::update(const MirrorView& view, bool current) {
-  const std::size_t share = mostTriangles_ / std::max<std::size_t>(countTextured(*view.scene), 1);
+  const std::size_t share = maxTriangles_ / std::max<std::size_t>(countTextured(*view.scene), 1);
   bool changed = std::erase_if(shown_, [&](const auto& entry) { return !view.scene->find(entry.first); }) > 0;
   for (const SceneVersion::Object& object : view.scene->objects()) {
     changed |= follow(shown_[object->id], object, view, share);
@@ -79,26 +80,26 @@ bool SceneActors::update(const MirrorView& view, bool current) {
 void SceneActors::settle(const MirrorView& view, bool current) {
   while (update(view, current) || isSettling()) {
     for (const auto& [id, shown] : shown_) {
-      if (shown.coming.valid()) shown.coming.wait();
+      if (shown.pending.valid()) shown.pending.wait();
     }
   }
 }
 
 bool SceneActors::isSettling() const {
-  return std::ranges::any_of(shown_, [](const auto& entry) { return entry.second.coming.valid(); });
+  return std::ranges::any_of(shown_, [](const auto& entry) { return entry.second.pending.valid(); });
 }
 
 bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view,
-                         std::size_t mostTriangles) {
-  bool changed = takeLook(shown);
-  if (!shown.coming.valid() && (shown.ordered != object || shown.share != mostTriangles)) {
-    if (std::optional<LookOrder> order = orderFor(*object, view, mostTriangles)) {
+                         std::size_t maxTriangles) {
+  bool changed = takeRenderMesh(shown);
+  if (!shown.pending.valid() && (shown.ordered != object || shown.share != maxTriangles)) {
+    if (std::optional<RenderMeshRequest> request = requestFor(*object, view, maxTriangles)) {
       shown.ordered = object;
-      shown.share = mostTriangles;
-      if (!order->sameAs(shown.order)) {
-        shown.coming = maker_.order(*order);
-        shown.order = *std::move(order);
-        changed |= takeLook(shown);
+      shown.share = maxTriangles;
+      if (!request->sameAs(shown.request)) {
+        shown.pending = builder_.request(*request);
+        shown.request = *std::move(request);
+        changed |= takeRenderMesh(shown);
       }
     }
   }
@@ -119,7 +120,7 @@ bool SceneActors::follow(Shown& shown, const SceneVersion::Object& object, const
 void SceneActors::dent(Shown& shown, const ObjectRecord& object, const MirrorView& view) {
   const Softness softness = object.deformation.softness.value_or(Softness{.radius_m = 1});
   std::vector<Dent> dents = view.dentsIn(object);
-  const bool awaits = shown.coming.valid() || shown.order.deformation.residue != object.deformation.residue;
+  const bool awaits = shown.pending.valid() || shown.request.deformation.residue != object.deformation.residue;
   if (awaits && shown.dents.size() > dents.size()) {
     const auto ended = static_cast<std::ptrdiff_t>(shown.dents.size() - dents.size());
     dents.insert(dents.begin(), shown.dents.begin(), shown.dents.begin() + ended);
@@ -128,11 +129,11 @@ void SceneActors::dent(Shown& shown, const ObjectRecord& object, const MirrorVie
   shown.actors->dent(shown.dents, tissueOf(softness).falloff);
 }
 
-/// Shows the look that was ordered once it is made.
-bool SceneActors::takeLook(Shown& shown) {
-  if (!shown.coming.valid() || !LookMaker::isReady(shown.coming)) return false;
-  shown.actors = std::make_unique<ObjectActors>(worldRenderer_, closeUpRenderer_, shown.coming.get());
-  shown.coming = {};
+/// Shows the requested render mesh once it is built.
+bool SceneActors::takeRenderMesh(Shown& shown) {
+  if (!shown.pending.valid() || !RenderMeshBuilder::isReady(shown.pending)) return false;
+  shown.actors = std::make_unique<ObjectActors>(worldRenderer_, closeUpRenderer_, shown.pending.get());
+  shown.pending = {};
   if (shown.record) paint(shown);
   return true;
 }
@@ -140,11 +141,11 @@ bool SceneActors::takeLook(Shown& shown) {
 void SceneActors::updateFrictionRange() {
   std::optional<FrictionRange> range;
   for (const auto& [id, shown] : shown_) {
-    if (!shown.actors || shown.actors->look().friction.empty()) continue;
-    const Look& look = shown.actors->look();
-    if (!range) range = FrictionRange{look.leastFriction, look.mostFriction};
-    range->least = std::min<double>(range->least, look.leastFriction);
-    range->most = std::max<double>(range->most, look.mostFriction);
+    if (!shown.actors || shown.actors->renderMesh().friction.empty()) continue;
+    const RenderMesh& renderMesh = shown.actors->renderMesh();
+    if (!range) range = FrictionRange{renderMesh.minFriction, renderMesh.maxFriction};
+    range->least = std::min<double>(range->least, renderMesh.minFriction);
+    range->most = std::max<double>(range->most, renderMesh.maxFriction);
   }
   if (range == friction_) return;
   friction_ = range;
@@ -215,7 +216,7 @@ std::vector<Vec3> SceneActors::outline() const {
   std::vector<Vec3> all;
   for (const auto& [id, shown] : shown_) {
     if (!shown.actors) continue;
-    for (const Vec3& p : shown.actors->look().outline) all.push_back(toWorld(shown.pose, p));
+    for (const Vec3& p : shown.actors->renderMesh().outline) all.push_back(toWorld(shown.pose, p));
   }
   return all;
 }
@@ -224,11 +225,12 @@ std::vector<NamedBox> SceneActors::boxes() const {
   std::vector<NamedBox> boxes;
   for (const auto& [id, shown] : shown_) {
     if (!shown.actors) continue;
-    const Look& look = shown.actors->look();
+    const RenderMesh& renderMesh = shown.actors->renderMesh();
     NamedBox& box = boxes.emplace_back(NamedBox{shown.record->name, {}});
     for (std::size_t i = 0; i < box.corners.size(); ++i) {
-      const Vec3 corner((i & 1) != 0 ? look.high.x : look.low.x, (i & 2) != 0 ? look.high.y : look.low.y,
-                        (i & 4) != 0 ? look.high.z : look.low.z);
+      const Vec3 corner((i & 1) != 0 ? renderMesh.high.x : renderMesh.low.x,
+                        (i & 2) != 0 ? renderMesh.high.y : renderMesh.low.y,
+                        (i & 4) != 0 ? renderMesh.high.z : renderMesh.low.z);
       box.corners[i] = toWorld(shown.pose, corner);
     }
   }
@@ -247,9 +249,9 @@ void SceneActors::showFor(Vec3 worldCamera, Vec3 closeUpCamera) {
 std::optional<CoarseDetail> SceneActors::coarsestDetail() const {
   std::optional<CoarseDetail> coarsest;
   for (const auto& [id, shown] : shown_) {
-    if (!shown.actors || !shown.actors->look().filtered) continue;
-    const Look& look = shown.actors->look();
-    const CoarseDetail detail{shown.record->name, look.finestDetail_m, look.longestEdge_m};
+    if (!shown.actors || !shown.actors->renderMesh().filtered) continue;
+    const RenderMesh& renderMesh = shown.actors->renderMesh();
+    const CoarseDetail detail{shown.record->name, renderMesh.finestDetail_m, renderMesh.longestEdge_m};
     const auto ratio = [](const CoarseDetail& d) { return d.edge_m / d.detail_m; };
     if (!coarsest || ratio(detail) > ratio(*coarsest)) coarsest = detail;
   }
@@ -257,8 +259,9 @@ std::optional<CoarseDetail> SceneActors::coarsestDetail() const {
 }
 
 bool SceneActors::anyPitsFeltAsBumps() const {
-  return std::ranges::any_of(
-      shown_, [](const auto& entry) { return entry.second.actors && entry.second.actors->look().pitsAreFeltAsBumps; });
+  return std::ranges::any_of(shown_, [](const auto& entry) {
+    return entry.second.actors && entry.second.actors->renderMesh().pitsAreFeltAsBumps;
+  });
 }
 
 }  // namespace haptics

@@ -13,8 +13,8 @@
 #include "graphics_client/mirror/mirror_view.h"
 #include "graphics_client/viewer/displayed_surface.h"
 #include "graphics_client/viewer/floor.h"
-#include "graphics_client/viewer/look_maker.h"
 #include "graphics_client/viewer/object_actors.h"
+#include "graphics_client/viewer/render_mesh_builder.h"
 
 namespace haptics {
 
@@ -26,7 +26,7 @@ struct NamedBox {
 };
 
 /// The objects of the scene, in the world and in the close-up, with their shadows and the floor. An object shows its
-/// last look until its next one is made.
+/// last render mesh until its next one is built.
 class SceneActors {
  public:
   SceneActors(vtkRenderer* world, vtkRenderer* closeUp);
@@ -36,11 +36,11 @@ class SceneActors {
   bool update(const MirrorView& view, bool current);
   /// Follows the view, waiting for all that is being made.
   void settle(const MirrorView& view, bool current);
-  /// Looks are still being made.
+  /// Render meshes are still being built.
   [[nodiscard]] bool isSettling() const;
 
-  /// Of all textured objects together. What is shown stays until it is made anew.
-  void setMostTriangles(std::size_t most) { mostTriangles_ = most; }
+  /// For all textured objects together. What is shown stays until it is built anew.
+  void setMaxTriangles(std::size_t most) { maxTriangles_ = most; }
   void setWireframe(bool on);
   void setEdges(bool on);
   /// Colours soft objects by how far they are displaced.
@@ -68,23 +68,23 @@ class SceneActors {
     Pose pose;                             ///< Where the servo has it, as last seen.
     SceneVersion::Object ordered;          ///< The record that the last order was for ...
     std::size_t share = 0;                 ///< ... with so many triangles at most.
-    LookOrder order;                       ///< The last.
-    LookMaker::Coming coming;              ///< Its look while it is not shown.
-    std::unique_ptr<ObjectActors> actors;  ///< Null before the first look.
+    RenderMeshRequest request;             ///< The last.
+    RenderMeshBuilder::Pending pending;    ///< Its render mesh while it is not shown.
+    std::unique_ptr<ObjectActors> actors;  ///< Null before the first render mesh.
     std::vector<Dent> dents;               ///< As shown.
   };
 
   vtkRenderer* worldRenderer_;
   vtkRenderer* closeUpRenderer_;
   Floor floor_;
-  LookMaker maker_;
+  RenderMeshBuilder builder_;
   std::map<ObjectId, Shown> shown_;
   std::optional<FrictionRange> friction_;
-  std::size_t mostTriangles_ = 0;
+  std::size_t maxTriangles_ = 0;
   bool current_ = true, wireframe_ = false, edges_ = false, displacement_ = false, vertexLighting_ = false;
 
-  bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t mostTriangles);
-  bool takeLook(Shown& shown);
+  bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t maxTriangles);
+  bool takeRenderMesh(Shown& shown);
   static void dent(Shown& shown, const ObjectRecord& object, const MirrorView& view);
   void updateFrictionRange();
   void paintAll();

@@ -13,8 +13,8 @@
 #include "graphics_client/viewer/controls.h"
 #include "graphics_client/viewer/overlay.h"
 #include "graphics_client/viewer/picture_sheet.h"
+#include "graphics_client/viewer/render_window.h"
 #include "graphics_client/viewer/scene_actors.h"
-#include "graphics_client/viewer/stage.h"
 #include "graphics_client/viewer/trail.h"
 
 namespace haptics {
@@ -42,7 +42,7 @@ class Viewer {
 
  private:
   /// What one frame shows.
-  struct Moment {
+  struct FrameSnapshot {
     std::shared_ptr<const MirrorView> view;
     double age_s = 0;  ///< Of its sample.
     Trail trail;
@@ -51,7 +51,7 @@ class Viewer {
   ViewerOptions options_;
   ViewSource source_;
   Playback playback_;
-  Stage stage_;
+  RenderWindow renderWindow_;
   SceneActors objects_;
   ContactGlyphs glyphs_, closeUpGlyphs_;
   CameraRig cameras_;
@@ -60,8 +60,8 @@ class Viewer {
   RunSummary summary_;
   std::optional<PictureSheet> sheet_;
 
-  Moment moment_;               // drawn last
-  std::optional<Moment> best_;  // for the screenshot at the end
+  FrameSnapshot snapshot_;             // drawn last
+  std::optional<FrameSnapshot> best_;  // for the screenshot at the end
   bool quit_ = false, framed_ = false, wasLive_ = false, smooth_ = false;
   bool follow_ = false, wireframe_ = false, edges_ = false, displacement_ = false;
   int screenshots_ = 0;
@@ -70,33 +70,35 @@ class Viewer {
   double now_s_ = 0, rateFrom_s_ = 0, framesPerSecond_ = 0;
   std::uint64_t rateFrames_ = 0;
 
-  [[nodiscard]] std::size_t mostTriangles() const { return smooth_ ? kStillTriangles : kSoftwareTriangles; }
+  [[nodiscard]] std::size_t maxTriangles() const { return smooth_ ? kStillTriangles : kSoftwareTriangles; }
   void drawFrame(double dt_s);
-  void show(const Moment& moment, double dt_s);
+  void show(const FrameSnapshot& snapshot, double dt_s);
   void noteChanges(const MirrorView& view);
-  void keepIfBetter(const Moment& moment);
-  [[nodiscard]] static int worthOf(const Moment& moment);
+  void keepIfBetter(const FrameSnapshot& snapshot);
+  [[nodiscard]] static int screenshotScore(const FrameSnapshot& snapshot);
   void handleKey(char key);
   void frameAll(const MirrorView& view);
   void addToSheet();
-  [[nodiscard]] vtkSmartPointer<vtkImageData> picture(const Moment& moment, double settle_s);
-  [[nodiscard]] Result<void> takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file);
+  [[nodiscard]] vtkSmartPointer<vtkImageData> picture(const FrameSnapshot& snapshot, double settle_s);
+  [[nodiscard]] Result<void> takeScreenshot(const FrameSnapshot& snapshot, double settle_s,
+                                            const std::filesystem::path& file);
 };
 
 Viewer::Viewer(const ViewerOptions& options, const ViewSource& source)
     : options_(options),
       source_(source),
-      stage_(options),
-      objects_(stage_.world().solid, stage_.closeUp().solid),
-      glyphs_(stage_.world(), GlyphSizes{}),
-      closeUpGlyphs_(stage_.closeUp(), kCloseUpSizes),
-      cameras_(stage_),
-      overlay_(stage_, !options.offscreen) {
+      renderWindow_(options),
+      objects_(renderWindow_.world().solid, renderWindow_.closeUp().solid),
+      glyphs_(renderWindow_.world(), GlyphSizes{}),
+      closeUpGlyphs_(renderWindow_.closeUp(), kCloseUpSizes),
+      cameras_(renderWindow_),
+      overlay_(renderWindow_, !options.offscreen) {
   objects_.setDisplacement(displacement_ = options.displacement);
   if (!options.sheet.empty() && options.duration_s) sheet_.emplace(*options.duration_s);
   if (options.offscreen) return;
   controls_ = std::make_unique<Controls>(
-      stage_.window(), stage_.world().solid, [this](char key) { handleKey(key); }, [this] { quit_ = true; });
+      renderWindow_.window(), renderWindow_.world().solid, [this](char key) { handleKey(key); },
+      [this] { quit_ = true; });
 }
 
 Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
@@ -114,14 +116,14 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
     next = std::max(next + period, Clock::now() - period);
     std::this_thread::sleep_until(next);
   }
-  if (sheet_ && moment_.view) {
+  if (sheet_ && snapshot_.view) {
     if (sheet_->isEmpty()) addToSheet();
     const Result<void> written = sheet_->write(options_.sheet);
     if (!written) return tl::unexpected(written.error());
   }
-  if (!options_.screenshot.empty() && moment_.view) {
-    const Moment& best = best_ ? *best_ : moment_;
-    objects_.setMostTriangles(kStillTriangles);
+  if (!options_.screenshot.empty() && snapshot_.view) {
+    const FrameSnapshot& best = best_ ? *best_ : snapshot_;
+    objects_.setMaxTriangles(kStillTriangles);
     objects_.setVertexLighting(false);
     objects_.settle(*best.view, isCurrent(*best.view, best.age_s) || !wasLive_);
     const Result<void> written = takeScreenshot(best, kSettled_s, options_.screenshot);
@@ -133,38 +135,38 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
 void Viewer::drawFrame(double dt_s) {
   const auto newest = source_();
   const std::uint64_t now_ns = monotonicNow_ns();
-  moment_.view = playback_.at(newest, now_ns);
-  moment_.age_s = newest->telemetryAgeAt_s(now_ns);
-  noteChanges(*moment_.view);
-  if (newest->sample) moment_.trail.add(*newest->sample, now_s_);
-  show(moment_, dt_s);
+  snapshot_.view = playback_.at(newest, now_ns);
+  snapshot_.age_s = newest->telemetryAgeAt_s(now_ns);
+  noteChanges(*snapshot_.view);
+  if (newest->sample) snapshot_.trail.add(*newest->sample, now_s_);
+  show(snapshot_, dt_s);
   if (summary_.frames() == 0) {
-    smooth_ = !stage_.drawsInSoftware();
-    stage_.smoothOutlines(smooth_);
-    objects_.setMostTriangles(mostTriangles());
+    smooth_ = !renderWindow_.drawsInSoftware();
+    renderWindow_.smoothOutlines(smooth_);
+    objects_.setMaxTriangles(maxTriangles());
     objects_.setVertexLighting(!smooth_);
   }
-  summary_.addFrame(newest, moment_.age_s, now_s_);
-  summary_.addContact(*moment_.view);
+  summary_.addFrame(newest, snapshot_.age_s, now_s_);
+  summary_.addContact(*snapshot_.view);
   ++rateFrames_;
   if (now_s_ - rateFrom_s_ >= kRateWindow_s) {
     framesPerSecond_ = static_cast<double>(rateFrames_) / (now_s_ - rateFrom_s_);
     rateFrom_s_ = now_s_;
     rateFrames_ = 0;
   }
-  if (options_.offscreen && !options_.screenshot.empty()) keepIfBetter(moment_);
-  if (sheet_ && sheet_->isDue(now_s_, worthOf(moment_) > 1)) addToSheet();
+  if (options_.offscreen && !options_.screenshot.empty()) keepIfBetter(snapshot_);
+  if (sheet_ && sheet_->isDue(now_s_, screenshotScore(snapshot_) > 1)) addToSheet();
 }
 
-void Viewer::show(const Moment& moment, double dt_s) {
-  const MirrorView& view = *moment.view;
-  const bool current = isCurrent(view, moment.age_s);
+void Viewer::show(const FrameSnapshot& snapshot, double dt_s) {
+  const MirrorView& view = *snapshot.view;
+  const bool current = isCurrent(view, snapshot.age_s);
   if (objects_.update(view, current || !wasLive_)) {
     glyphs_.drawLast();
     closeUpGlyphs_.drawLast();
   }
   overlay_.update(view,
-                  {.age_s = moment.age_s,
+                  {.age_s = snapshot.age_s,
                    .framesPerSecond = framesPerSecond_,
                    .gridSpacing_m = objects_.gridSpacing_m(),
                    .closeUpMetresPerPixel = cameras_.closeUpMetresPerPixel(),
@@ -182,28 +184,28 @@ void Viewer::show(const Moment& moment, double dt_s) {
   overlay_.label(objects_.boxes());
   objects_.showFor(cameras_.worldPosition(), cameras_.closeUpPosition());
   const double scale = view.sample ? cameras_.worldMetresPerPixel(view.sample->ihip) : 1;
-  glyphs_.update(view, moment.trail, scale, current);
-  closeUpGlyphs_.update(view, moment.trail, cameras_.closeUpMetresPerPixel(), current);
-  stage_.render();
+  glyphs_.update(view, snapshot.trail, scale, current);
+  closeUpGlyphs_.update(view, snapshot.trail, cameras_.closeUpMetresPerPixel(), current);
+  renderWindow_.render();
 }
 
 void Viewer::noteChanges(const MirrorView& view) {
   if (view.stateResets != stateResets_) {
     stateResets_ = view.stateResets;
     resetAt_s_ = now_s_;
-    moment_.trail.clear();
+    snapshot_.trail.clear();
     framed_ = false;
   }
   if (view.link == LinkState::kLive) wasLive_ = true;
 }
 
-void Viewer::keepIfBetter(const Moment& moment) {
-  if (!best_ || worthOf(moment) >= worthOf(*best_)) best_ = moment;
+void Viewer::keepIfBetter(const FrameSnapshot& snapshot) {
+  if (!best_ || screenshotScore(snapshot) >= screenshotScore(*best_)) best_ = snapshot;
 }
 
 /// Nothing is seen, a contact, or a contact with a force worth seeing: 0, 1 or 2.
-int Viewer::worthOf(const Moment& moment) {
-  const MirrorView& view = *moment.view;
+int Viewer::screenshotScore(const FrameSnapshot& snapshot) {
+  const MirrorView& view = *snapshot.view;
   if (view.link != LinkState::kLive || !view.sample || view.sample->object == 0) return 0;
   return glm::length(view.sample->force.written) < kShownForce_N ? 1 : 2;
 }
@@ -211,13 +213,13 @@ int Viewer::worthOf(const Moment& moment) {
 void Viewer::handleKey(char key) {
   switch (key) {
     case 'r':
-      frameAll(*moment_.view);
+      frameAll(*snapshot_.view);
       break;
     case 'f':
       cameras_.setFollow(follow_ = !follow_);
       break;
     case 'c':
-      stage_.showCloseUp(!stage_.closeUpShown());
+      renderWindow_.showCloseUp(!renderWindow_.closeUpShown());
       break;
     case 'w':
       objects_.setWireframe(wireframe_ = !wireframe_);
@@ -239,7 +241,7 @@ void Viewer::handleKey(char key) {
       break;
     case 's': {
       const std::filesystem::path file = "haptic_view_" + std::to_string(++screenshots_) + ".png";
-      const Result<void> written = takeScreenshot(moment_, 0, file);
+      const Result<void> written = takeScreenshot(snapshot_, 0, file);
       if (written) {
         spdlog::info("screenshot written to {}", file.string());
       } else {
@@ -268,21 +270,21 @@ void Viewer::frameAll(const MirrorView& view) {
 /// Its text would be too small to be read there.
 void Viewer::addToSheet() {
   overlay_.toggle();
-  sheet_->add(picture(moment_, kSettled_s));
+  sheet_->add(picture(snapshot_, kSettled_s));
   overlay_.toggle();
 }
 
-vtkSmartPointer<vtkImageData> Viewer::picture(const Moment& moment, double settle_s) {
-  stage_.smoothOutlines(true);
+vtkSmartPointer<vtkImageData> Viewer::picture(const FrameSnapshot& snapshot, double settle_s) {
+  renderWindow_.smoothOutlines(true);
   overlay_.refresh();
-  show(moment, settle_s);
-  vtkSmartPointer<vtkImageData> picture = stage_.grab();
-  stage_.smoothOutlines(smooth_);
+  show(snapshot, settle_s);
+  vtkSmartPointer<vtkImageData> picture = renderWindow_.grab();
+  renderWindow_.smoothOutlines(smooth_);
   return picture;
 }
 
-Result<void> Viewer::takeScreenshot(const Moment& moment, double settle_s, const std::filesystem::path& file) {
-  return writePng(picture(moment, settle_s), file);
+Result<void> Viewer::takeScreenshot(const FrameSnapshot& snapshot, double settle_s, const std::filesystem::path& file) {
+  return writePng(picture(snapshot, settle_s), file);
 }
 
 }  // namespace

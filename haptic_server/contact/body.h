@@ -2,17 +2,17 @@
 
 #include "common/maths/vec.h"
 #include "haptic_server/contact/frame.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics {
 
 /// One object as the contact core sees it in a tick. The step sets the first five and calls update(), before
 /// followContact(); metres, world frame.
 struct Body {
-  const Surface* surface = nullptr;
-  Pose previous;         ///< At the last tick.
-  Pose current;          ///< At this tick.
-  bool leaving = false;  ///< Cannot be touched anew; a contact that holds goes on.
+  const CollisionMesh* surface = nullptr;
+  Pose previous;                ///< At the last tick.
+  Pose current;                 ///< At this tick.
+  bool pendingRemoval = false;  ///< Cannot be touched anew; a contact that holds goes on.
 
   bool moving = false;  ///< Derived: previous != current.
   Frame frame;          ///< Derived: `current`.

@@ -14,25 +14,25 @@ namespace haptics {
 void ContactTick::resolve(Vec3 hip) noexcept {
   // From the largest pull that meets no other body, in steps of 8.
   constexpr double kPull = 0x1p-10;
-  constexpr double kLeastPull = 0x1p-20;
+  constexpr double kMinPull = 0x1p-20;
   Near& own = heldNear();
-  const Surface& s = *own.surface;
+  const CollisionMesh& s = *own.surface;
   const std::uint32_t t = held().triangle;
   const TriangleRecord& record = s.triangle(t);
   const Vec3 middle = (record.corner(0) + record.corner(1) + record.corner(2)) * (1 / 3.0);
   Vec3 inner = state_.local;
-  for (double pull = kPull; pull > kLeastPull && !work_.allowance.isSpent(); pull /= 8) {
+  for (double pull = kPull; pull > kMinPull && !work_.allowance.isSpent(); pull /= 8) {
     inner = glm::mix(state_.local, middle, pull);
-    if (!meetsAnother(own, own.frame.toWorld(inner))) break;
+    if (!isBlockedByOther(own, own.frame.toWorld(inner))) break;
   }
-  own.from = inner + s.faceNormal(t) * (held().side * lift_);
+  own.from = inner + s.faceNormal(t) * (held().side * startOffset_);
   state_.ihip = own.frame.toWorld(own.from);
   solve(hip);
 }
 
 /// One surface only (kSeveralSurfaces off).
-void ContactTick::stay() noexcept {
-  Foot foot;
+void ContactTick::stayInPlace() noexcept {
+  ClosestPoint foot;
   foot.triangle = held().triangle;
   foot.point = state_.local;
   hold(held(), foot, heldNear().frame.toWorld(foot.point));
@@ -46,53 +46,54 @@ void ContactTick::stay() noexcept {
 void ContactTick::solve(Vec3 hip) noexcept {
   constexpr int kFewRounds = 4;  // of a tick that takes a part of its way only
   const bool whole = stride_ == 1;
-  const int mostRounds = whole ? kMaxSolverRounds : kFewRounds;
+  const int maxRounds = whole ? kMaxSolverRounds : kFewRounds;
   const double longest_m = whole ? std::numeric_limits<double>::infinity() : stride_ * glm::distance(state_.ihip, hip);
-  Move last;
-  if (whole && state_.mode == Mode::kSeveralSurfaces && state_.holdingCount > 0) last = followHeld(hip);
+  SolverStep last;
+  if (whole && state_.mode == Mode::kSeveralSurfaces && state_.holdingCount > 0) last = followActiveSet(hip);
   state_.mode = Mode::kSeveralSurfaces;
-  bool settled = last.done && restsOn(last) && !(isOneSurface(last) && last.count > 1);
-  for (int round = 0, notNearer = 0; round < mostRounds && !settled && !work_.allowance.isSpent(); ++round) {
+  bool settled = last.done && isSupportedBy(last) && !(isOneSurface(last) && last.count > 1);
+  for (int round = 0, stalledRounds = 0; round < maxRounds && !settled && !work_.allowance.isSpent(); ++round) {
     ++work_.solverRounds;
     const Vec3 from = state_.ihip;
-    Move move = moveTowards(hip, longest_m);
+    SolverStep move = moveTowards(hip, longest_m);
     if (!move.done) break;
     const double way = glm::distance(state_.ihip, from);
-    settled = move.whole && (move.count == 0 || restsOn(move) || way <= kSettled * glm::distance(move.to, hip));
+    settled =
+        move.whole && (move.count == 0 || isSupportedBy(move) || way <= kConvergedRatio * glm::distance(move.to, hip));
     const Vec3 start = state_.ihip;
-    const bool ended = watchOn(hip, move);
+    const bool ended = continueWatch(hip, move);
     settled = ended || (settled && state_.ihip == start);
     const bool nearer = glm::distance(state_.ihip, hip) < glm::distance(from, hip);
-    notNearer += nearer ? 0 : 1;
-    settled = settled || notNearer > kMostNotNearer;
+    stalledRounds += nearer ? 0 : 1;
+    settled = settled || stalledRounds > kMaxStalledRounds;
     last = move;
     if (settled || !whole || move.count < 2 || isOneSurface(move)) continue;
     std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
     state_.holdingCount = move.count;
-    const Move followed = followHeld(hip);
+    const SolverStep followed = followActiveSet(hip);
     if (!followed.done) continue;
     last = followed;
-    settled = restsOn(last) && !isOneSurface(last);
+    settled = isSupportedBy(last) && !isOneSurface(last);
   }
-  work_.unsettled = work_.unsettled || !settled;
-  classify(hip, last, settled);
+  work_.notConverged = work_.notConverged || !settled;
+  updateMode(hip, last, settled);
 }
 
 /// One straight move: to the optimum of the planes of all that is in touch and in the way, as far as it is carried, or
 /// to what is met on the way, and no farther than `longest_m`.
-Move ContactTick::moveTowards(Vec3 hip, double longest_m) noexcept {
+SolverStep ContactTick::moveTowards(Vec3 hip, double longest_m) noexcept {
   Constraints constraints(hip, skin_);
-  const bool behind = isBehind();
+  const bool behind = hasPendingBodyMotion();
   while (true) {
     work_.allowance.spend(Allowance::kPlanes);
-    Move move = constraints.move();
+    SolverStep move = constraints.move();
     const auto pushing = move.allPushing();
-    const Carried carried = carriedBy(pushing, constraints);
-    std::optional<HoldingSurface> next;
-    if (carried.ends) {
+    const SupportLimit limit = supportLimit(pushing, constraints);
+    std::optional<ContactSurface> next;
+    if (limit.ends) {
       const double way = glm::distance(state_.ihip, move.to);
-      next = across(pushing[carried.surface], carried.edge);
-      if (carried.time * way <= kTouching * skin_ && next && constraints.cutOffBy(planeOf(*next))) {
+      next = across(pushing[limit.surface], limit.edge);
+      if (limit.time * way <= kTouchMargin * skin_ && next && constraints.isCutOffBy(planeOf(*next))) {
         Constraints both = constraints;
         if (both.add(planeOf(*next))) {
           constraints = both;
@@ -100,30 +101,30 @@ Move ContactTick::moveTowards(Vec3 hip, double longest_m) noexcept {
         }
       }
       move.whole = false;
-      if (!behind) move.to = glm::mix(state_.ihip, move.to, std::min(std::max(carried.time, skin_ / way), 1.0));
+      if (!behind) move.to = glm::mix(state_.ihip, move.to, std::min(std::max(limit.time, skin_ / way), 1.0));
     }
     if (const double way = glm::distance(state_.ihip, move.to); way > longest_m && !behind) {
       move.whole = false;
       move.to = glm::mix(state_.ihip, move.to, longest_m / way);
       next.reset();
     }
-    const Hit hit = go(move.to);
+    const Hit hit = tryMoveTo(move.to);
     if (!hit) {
-      if (next) move.goOver(carried.surface, *next);
+      if (next) move.switchToNeighbour(limit.surface, *next);
       return move;
     }
     const ConstraintPlane plane = planeOf({near_[hit.near].body, hit.crossing.side, hit.crossing.triangle});
     const double clear = plane.reachedAt(state_.ihip, move.to);
-    if (!behind && clear * glm::distance(state_.ihip, move.to) > kTouching * skin_) {
-      Move met{true, false, false, glm::mix(state_.ihip, move.to, clear), 1, move.count, {plane.surface}};
+    if (!behind && clear * glm::distance(state_.ihip, move.to) > kTouchMargin * skin_) {
+      SolverStep met{true, false, false, glm::mix(state_.ihip, move.to, clear), 1, move.count, {plane.surface}};
       std::ranges::copy(pushing, met.pushing.begin() + 1);
-      if (!go(met.to)) return met;
+      if (!tryMoveTo(met.to)) return met;
     }
     if (!constraints.add(plane)) return {};
   }
 }
 
-bool ContactTick::meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept {
+bool ContactTick::shareVertex(const ContactSurface& a, const ContactSurface& b) const noexcept {
   if (a.body != b.body) return false;
   const TriangleRecord& one = surface(a.body).triangle(a.triangle);
   const TriangleRecord& other = surface(a.body).triangle(b.triangle);
@@ -132,13 +133,13 @@ bool ContactTick::meet(const HoldingSurface& a, const HoldingSurface& b) const n
 }
 
 /// Is a body other than this one in the way to a place in the world?
-bool ContactTick::meetsAnother(const Near& own, Vec3 world) noexcept {
+bool ContactTick::isBlockedByOther(const Near& own, Vec3 world) noexcept {
   const auto isOwn = [&](int i, std::uint32_t) noexcept { return &near_[i] == &own; };
   return static_cast<bool>(near_.firstHit(near_.inEachFrame(world), isOwn, work_));
 }
 
 /// Straight to a place in the world, unless something is in the way.
-ContactTick::Hit ContactTick::go(Vec3 world) noexcept {
+ContactTick::Hit ContactTick::tryMoveTo(Vec3 world) noexcept {
   const Points to = near_.inEachFrame(world);
   const Hit hit = near_.firstHit(
       to, [](int, std::uint32_t) noexcept { return false; }, work_);
@@ -149,20 +150,21 @@ ContactTick::Hit ContactTick::go(Vec3 world) noexcept {
 }
 
 /// The pushing triangles are really under the IHIP, not only their planes: the planes' optimum is a local optimum.
-bool ContactTick::restsOn(const Move& move) const noexcept {
+bool ContactTick::isSupportedBy(const SolverStep& move) const noexcept {
   return move.rests ||
-         std::ranges::all_of(move.allPushing(), [&](const HoldingSurface& s) { return isWithin(kUnder, s); });
+         std::ranges::all_of(move.allPushing(), [&](const ContactSurface& s) { return isWithin(kSupportMargin, s); });
 }
 
 /// Is the IHIP no farther than so many skins from a triangle?
-bool ContactTick::isWithin(double skins, const HoldingSurface& s) const noexcept {
-  const Foot foot = closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from);
+bool ContactTick::isWithin(double skins, const ContactSurface& s) const noexcept {
+  const ClosestPoint foot =
+      closestOn(surface(s.body).triangle(s.triangle), s.triangle, near_[near_.indexOf(s.body)].from);
   return foot.squaredDistance <= skins * skins * skin_ * skin_;
 }
 
-ConstraintPlane ContactTick::planeOf(const HoldingSurface& holding) const noexcept {
+ConstraintPlane ContactTick::planeOf(const ContactSurface& holding) const noexcept {
   const Near& near = near_[near_.indexOf(holding.body)];
-  const Vec3 normal = near.frame.turn(near.surface->faceNormal(holding.triangle) * static_cast<double>(holding.side));
+  const Vec3 normal = near.frame.rotate(near.surface->faceNormal(holding.triangle) * static_cast<double>(holding.side));
   const Vec3 corner = near.frame.toWorld(near.surface->triangle(holding.triangle).corner(0));
   return {normal, glm::dot(normal, corner) + skin_, holding};
 }
@@ -172,7 +174,7 @@ ConstraintPlane ContactTick::planeOf(const HoldingSurface& holding) const noexce
 /// them the IHIP would stay at a saddle's vertex, where it could come nearer to the HIP above some. The watch goes on from
 /// the place on the triangle that is the closest to the HIP: not where that is another place than the IHIP's, nor where
 /// the skin that the solver keeps is filled by another surface.
-void ContactTick::classify(Vec3 hip, const Move& move, bool settled) noexcept {
+void ContactTick::updateMode(Vec3 hip, const SolverStep& move, bool settled) noexcept {
   if (!move.done) {
     state_.holdingCount = 0;  // holding[0] stays: whom the contact belongs to
     return;
@@ -181,12 +183,12 @@ void ContactTick::classify(Vec3 hip, const Move& move, bool settled) noexcept {
   std::copy_n(move.pushing.begin(), move.count, state_.holding.begin());
   state_.holdingCount = move.count;
   if (!settled) return;
-  if (!isOneSurface(move) || !isWithin(kAbove, held()) || isCrossed(held())) return;
+  if (!isOneSurface(move) || !isWithin(kRecontactMargin, held()) || isSelfIntersecting(held())) return;
   const std::uint32_t t = held().triangle;
   const Near& near = heldNear();
-  const Foot foot = closestOn(near.surface->triangle(t), t, near.frame.toLocal(hip));
-  if (squaredLength(foot.point - near.from) > kTouching * kTouching * skin_ * skin_) return;
-  if (near_.count() > 1 && go(near.frame.toWorld(lifted(foot.point, held(), pathLift_)))) return;
+  const ClosestPoint foot = closestOn(near.surface->triangle(t), t, near.frame.toLocal(hip));
+  if (squaredLength(foot.point - near.from) > kTouchMargin * kTouchMargin * skin_ * skin_) return;
+  if (near_.count() > 1 && tryMoveTo(near.frame.toWorld(lifted(foot.point, held(), pathOffset_)))) return;
   hold(held(), foot, near.frame.toWorld(foot.point));
 }
 

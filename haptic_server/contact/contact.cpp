@@ -4,19 +4,19 @@
 
 namespace haptics {
 
-void place(ContactState& state, Vec3 hip) noexcept {
+void resetContact(ContactState& state, Vec3 hip) noexcept {
   state = {};
   state.hip = state.ihip = hip;
 }
 
-void unseat(ContactState& state) noexcept {
+void releaseContact(ContactState& state) noexcept {
   const ContactState before = state;
-  place(state, before.ihip);
+  resetContact(state, before.ihip);
   state.hip = before.hip;
   state.reached = before.reached;
   state.stride = before.stride;
   state.unchecked = before.unchecked;
-  state.reseated = true;
+  state.reprojected = true;
 }
 
 ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept {
@@ -26,8 +26,8 @@ ContactResult followContact(std::span<const Body> bodies, ContactState& state, V
 }
 
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
-                   const KnownPolygons* known) noexcept {
-  (void)followFast(bodies, state, hip, result, known);
+                   const TriangleCache* cache) noexcept {
+  (void)followFast(bodies, state, hip, result, cache);
 }
 
 }  // namespace haptics

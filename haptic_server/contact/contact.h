@@ -8,17 +8,17 @@
 #include "common/maths/vec.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/contact/body.h"
-#include "haptic_server/contact/fast_path/held_polygon.h"
+#include "haptic_server/contact/fast_path/cached_triangle.h"
 
 namespace haptics {
 
-class KnownPolygons;
+class TriangleCache;
 
 /// A surface that holds the IHIP.
-struct HoldingSurface {
+struct ContactSurface {
   int body = -1;               ///< Index into bodies.
   int side = 1;                ///< 1 the outside, -1 the back of a sheet.
-  std::uint32_t triangle = 0;  ///< Of the body's Surface.
+  std::uint32_t triangle = 0;  ///< In the body's mesh.
 };
 
 /// A ball in which a free HIP meets nothing.
@@ -29,23 +29,24 @@ struct Clearance {
   std::uint16_t lastPause = 0;  ///< as many as after the last time in vain.
 };
 
-/// Everything the contact core remembers from tick to tick. Written by place(), followContact() and reseat() only.
+/// Everything the contact core remembers from tick to tick. Written by resetContact(), followContact() and
+/// reprojectContact() only.
 struct ContactState {
   enum class Mode : std::uint8_t { kFree, kOneSurface, kSeveralSurfaces };
   static constexpr int kMaxHolding = 3;  ///< Three surfaces hold a point.
 
   Mode mode = Mode::kFree;
-  bool reseated = false;  ///< By an adoption since the last tick.
+  bool reprojected = false;  ///< By an adoption since the last tick.
   int holdingCount =
       0;  ///< kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
-  std::array<HoldingSurface, kMaxHolding>
+  std::array<ContactSurface, kMaxHolding>
       holding;   ///< Unless free, the first one is that to which the contact belongs.
   Vec3 hip{0};   ///< World, of the last tick.
   Vec3 ihip{0};  ///< World, of the last tick; also when free.
   Feature feature =
-      Feature::kPolygon;  ///< kOneSurface: what of the triangle holds the IHIP, itself, one of its lines or vertices.
-  Vec3 local{0};          ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
-  HeldPolygon polygon;    ///< Of the last tick that ended on one, unless that was known.
+      Feature::kPolygon;   ///< kOneSurface: what of the triangle holds the IHIP, itself, one of its lines or vertices.
+  Vec3 local{0};           ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
+  CachedTriangle polygon;  ///< Of the last tick that ended on one, unless that was known.
   /// Of the HIP's way and of the bodies' motions in the last tick, what it took: less than 1 when it spent its allowance.
   /// `hip` and `ihip` are of that time, and so have the bodies' previous poses to be in the next tick.
   double reached = 1;
@@ -55,7 +56,7 @@ struct ContactState {
   bool unchecked = false;  ///< Whether the IHIP is inside of a body: the last tick had no allowance left to see.
 
   /// The surfaces that the contact involves: none when free, else at least the first.
-  [[nodiscard]] std::span<const HoldingSurface> surfaces() const noexcept {
+  [[nodiscard]] std::span<const ContactSurface> surfaces() const noexcept {
     const int count = mode == Mode::kFree ? 0 : holdingCount > 1 ? holdingCount : 1;
     return std::span(holding).first(static_cast<std::size_t>(count));
   }
@@ -64,17 +65,17 @@ static_assert(std::is_trivially_copyable_v<ContactState>, "kept, copied and repl
 
 /// What a tick cost, in primitives, and whether it met a limit. Counted, never silent.
 struct ContactWork {
-  int triangles = 0;         ///< Looked at by the searches.
-  int segments = 0;          ///< Tested against a whole body.
-  int steps = 0;             ///< Into which the HIP's motion was divided.
-  int solverRounds = 0;      ///< Of the constraint solver.
-  int crowdedOut = 0;        ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
-  bool interrupted = false;  ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
-  bool unsettled = false;    ///< The solver ran out of rounds or planes; it goes on in the next tick.
-  bool behind = false;       ///< The allowance was spent: the rest of the HIP's way comes with the next tick.
-  bool putOut = false;       ///< The IHIP was found inside a body and put outside of all: the force may jump.
-  int insideOf = -1;         ///< Index into bodies of that body, or of the sheet that it was behind.
-  Allowance allowance;       ///< What is left of it.
+  int triangles = 0;          ///< Looked at by the searches.
+  int segments = 0;           ///< Tested against a whole body.
+  int steps = 0;              ///< Into which the HIP's motion was divided.
+  int solverRounds = 0;       ///< Of the constraint solver.
+  int droppedBodies = 0;      ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
+  bool interrupted = false;   ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
+  bool notConverged = false;  ///< The solver ran out of rounds or planes; it goes on in the next tick.
+  bool behind = false;        ///< The allowance was spent: the rest of the HIP's way comes with the next tick.
+  bool depenetrated = false;  ///< The IHIP was found inside a body and put outside of all: the force may jump.
+  int insideOf = -1;          ///< Index into bodies of that body, or of the sheet that it was behind.
+  Allowance allowance;        ///< What is left of it.
 };
 
 /// What the contact core found: the rest of the step reads only this.
@@ -87,14 +88,14 @@ struct ContactResult {
   double penetration_m = 0;  ///< |IHIP - HIP|, 0 when free.
   bool alongNormal = false;  ///< That is the way from the HIP to the IHIP: a polygon holds it.
   PrimitiveId primitive;     ///< Canonical numbering.
-  /// Of the body's Surface, where dents have moved the IHIP there or let it be met there; else that of the surface that
-  /// holds it.
+  /// Triangle of the body's mesh, where dents have moved the IHIP there or let it be met there; else that of the
+  /// surface that holds it.
   std::uint32_t triangle = kNoTriangle;
   ContactWork work;
 };
 
 /// The primitive that holds the foot, in canonical numbering.
-[[nodiscard]] inline PrimitiveId primitiveOf(const Surface& surface, const Foot& foot) noexcept {
+[[nodiscard]] inline PrimitiveId primitiveOf(const CollisionMesh& surface, const ClosestPoint& foot) noexcept {
   static_assert(static_cast<int>(PrimitiveKind::kPolygon) == static_cast<int>(Feature::kPolygon) + 1);
   static_assert(static_cast<int>(PrimitiveKind::kVertex) == static_cast<int>(Feature::kVertex) + 1);
   const auto kind = static_cast<PrimitiveKind>(static_cast<int>(foot.feature) + 1);
@@ -107,10 +108,10 @@ struct ContactResult {
 }
 
 /// Free at hip (world): attach, re-attach.
-void place(ContactState& state, Vec3 hip) noexcept;
+void resetContact(ContactState& state, Vec3 hip) noexcept;
 
 /// Held by nothing where it is: the next followContact() finds what holds the IHIP on its way to the HIP, or around it.
-void unseat(ContactState& state) noexcept;
+void releaseContact(ContactState& state) noexcept;
 
 /// One tick (paper 3.2): the path of the HIP from its last place to `hip` (world), the IHIP on the surfaces that it
 /// meets. Neither allocates nor locks. A HIP that is not finite, or beyond the range of the float vertices, counts as
@@ -121,9 +122,9 @@ void unseat(ContactState& state) noexcept;
 /// are gone through more slowly than the HIP goes, and nothing is ever gone through untested.
 [[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
 /// The same into a `result` as constructed, but for its allowance: a copy of it would wait for the stores that made it.
-/// What is `known` is there the sooner; null: nothing.
+/// @param cache  Triangles worked out ahead, which only saves time; null: none.
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
-                   const KnownPolygons* known = nullptr) noexcept;
+                   const TriangleCache* cache = nullptr) noexcept;
 
 /// Where each body of an adopted scene comes from.
 struct BodyOrigin {
@@ -143,7 +144,7 @@ inline constexpr int kReseatRounds = 8;
 /// carried as it was, that is when the force may jump: the caller lets that in. Bounded work: no more than kReseatRounds
 /// closest point queries per body, nor than the allowance; where that ends it, the next tick looks whether the IHIP is
 /// inside of a body.
-[[nodiscard]] bool reseat(ContactState& state, std::span<const Body> bodies, std::span<const BodyOrigin> origins,
-                          Allowance allowance = {}) noexcept;
+[[nodiscard]] bool reprojectContact(ContactState& state, std::span<const Body> bodies,
+                                    std::span<const BodyOrigin> origins, Allowance allowance = {}) noexcept;
 
 }  // namespace haptics

@@ -31,10 +31,10 @@ ContactResult ContactTick::run() noexcept {
   }
   if (state_.unchecked || mayBeInside()) {
     work_.insideOf = enclosingBody();
-    const bool isOut = work_.insideOf < 0 || putOut();
+    const bool isOut = work_.insideOf < 0 || depenetrate();
     state_.unchecked = !isOut || work_.allowance.isSpent();
   }
-  state_.reseated = false;
+  state_.reprojected = false;
   return result();
 }
 
@@ -58,7 +58,7 @@ void ContactTick::restore(const Checkpoint& before) noexcept {
 /// and meet less.
 void ContactTick::makeSteps() noexcept {
   constexpr double kShorter = 0x1p-3;
-  constexpr double kLeastStride = 0x1p-30;
+  constexpr double kMinStride = 0x1p-30;
   double now = 0;
   // Contacts and releases within a step may divide it again; a bound on all of them together bounds the tick.
   while (now < 1 && work_.steps < 2 * kMaxSteps) {
@@ -67,7 +67,7 @@ void ContactTick::makeSteps() noexcept {
     const double end = advance(now, last, before);
     if (work_.allowance.isSpent()) {
       restore(before);
-      if (now == 0) state_.stride = std::max(kLeastStride, state_.stride * kShorter);
+      if (now == 0) state_.stride = std::max(kMinStride, state_.stride * kShorter);
       work_.behind = true;
       break;
     }
@@ -88,8 +88,8 @@ void ContactTick::start() noexcept {
   constexpr double kUsualExtent_m = 0.1;
   const double extent_m = corrections_.scaleFreeTolerances ? near_.extent_m() : kUsualExtent_m;
   skin_ = kSkin * extent_m;
-  pathLift_ = kPathLift * extent_m;
-  lift_ = kLift * extent_m;
+  pathOffset_ = kPathOffset * extent_m;
+  startOffset_ = kStartOffset * extent_m;
   if (!corrections_.objectFrameSegments) near_.setTime(bodies_, 1);
   const bool oneSurface = state_.mode == Mode::kOneSurface;
   if (oneSurface) {
@@ -97,7 +97,7 @@ void ContactTick::start() noexcept {
     foot_ = heldFoot(*body.surface, state_, motionOver(body).from);
   }
   if (oneSurface && near_.count() == 1) return;  // no other body's frame to keep
-  const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held(), pathLift_)) : state_.ihip;
+  const Vec3 ihip = oneSurface ? heldNear().frame.toWorld(lifted(state_.local, held(), pathOffset_)) : state_.ihip;
   const Points from = near_.inEachFrame(ihip);
   near_.moveAll(from, 1);
 }
@@ -111,7 +111,7 @@ double ContactTick::shortStepEnd(double now) const noexcept {
                                    : squaredLength(hip_ - state_.hip);
   if (inOneStep(step2, twiceArea2)) return 1;
   const double part = kStepFraction * std::sqrt(std::sqrt(twiceArea2) / step2);
-  return std::min(1.0, now + std::max(part, kLeastShortStep));
+  return std::min(1.0, now + std::max(part, kMinShortStep));
 }
 
 /// Returns the time reached; the end of the tick when this is its last step, unless something is touched on the way.
@@ -141,14 +141,14 @@ ContactResult ContactTick::result() noexcept {
     result.penetration_m = result.alongNormal
                                ? distanceFrom(near.surface->triangle(foot_.triangle), near.frame.toLocal(hip_))
                                : glm::length(way);
-    result.normal = near.frame.turn(near.surface->normal(foot_) * static_cast<double>(held().side));
+    result.normal = near.frame.rotate(near.surface->normal(foot_) * static_cast<double>(held().side));
   } else {
     const std::uint32_t t = held().triangle;
     result.penetration_m = glm::length(way);
     foot_ = closestOn(near.surface->triangle(t), t, near.frame.toLocal(state_.ihip));
     result.normal = result.penetration_m > 0
                         ? way / result.penetration_m
-                        : near.frame.turn(near.surface->faceNormal(t) * static_cast<double>(held().side));
+                        : near.frame.rotate(near.surface->faceNormal(t) * static_cast<double>(held().side));
   }
   result.primitive = primitiveOf(*near.surface, foot_);
   return result;

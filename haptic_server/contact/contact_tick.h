@@ -40,11 +40,11 @@ class ContactTick {
   struct Checkpoint {
     Mode mode;
     int holdingCount;
-    std::array<HoldingSurface, ContactState::kMaxHolding> holding;
+    std::array<ContactSurface, ContactState::kMaxHolding> holding;
     Feature feature;
     Vec3 local;
     Vec3 ihip;
-    Foot foot;
+    ClosestPoint foot;
     bool settled;
   };
 
@@ -56,7 +56,7 @@ class ContactTick {
   [[nodiscard]] double shortStepEnd(double now) const noexcept;
   [[nodiscard]] double advance(double now, bool last, const Checkpoint& before) noexcept;
   [[nodiscard]] Vec3 hipAt(double time) const noexcept { return time < 1 ? glm::mix(state_.hip, hip_, time) : hip_; }
-  /// Of the way that the tick sets out to take.
+  /// Moves all bodies to a fraction of the tick's path.
   void setTime(double time) noexcept { near_.setTime(bodies_, corrections_.objectFrameSegments ? time * stride_ : 1); }
   [[nodiscard]] ContactResult result() noexcept;
 
@@ -66,83 +66,84 @@ class ContactTick {
   template <class Skip>
   [[nodiscard]] Hit firstNewContact(const Points& to, Skip skip) noexcept {
     return near_.firstHit(
-        to, [&](int i, std::uint32_t t) noexcept { return near_[i].leaving || skip(i, t); }, work_);
+        to, [&](int i, std::uint32_t t) noexcept { return near_[i].pendingRemoval || skip(i, t); }, work_);
   }
   void touch(const Hit& hit, const Points& to) noexcept;
   void setFree(Vec3 hip) noexcept;
-  void hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept;
+  void hold(const ContactSurface& surface, const ClosestPoint& foot, Vec3 ihip) noexcept;
 
   // containment.cpp: an IHIP that is inside of a body
   [[nodiscard]] bool mayBeInside() const noexcept;
   [[nodiscard, gnu::noinline]] int enclosingBody() noexcept;
-  [[nodiscard, gnu::noinline]] bool putOut() noexcept;
+  [[nodiscard, gnu::noinline]] bool depenetrate() noexcept;
 
   // surface_following.cpp: one surface
-  [[nodiscard]] SearchResult search(const HoldingSurface& from, Vec3 h, SearchPath* path) noexcept;
+  [[nodiscard]] SearchResult search(const ContactSurface& from, Vec3 h, SearchPath* path) noexcept;
   [[nodiscard]] HipMotion motionOver(const Body& body) const noexcept;
   [[nodiscard]] double advanceOnSurface(double now, bool last) noexcept;
   void followSurface(Vec3 hip) noexcept;
-  [[nodiscard]] bool isGuarded(const Surface& surface) const noexcept {
-    return corrections_.guard && (near_.count() > 1 || surface.anyCrossed());
+  [[nodiscard]] bool isGuarded(const CollisionMesh& surface) const noexcept {
+    return corrections_.guard && (near_.count() > 1 || surface.anySelfIntersecting());
   }
   [[nodiscard]] bool settle(const SearchResult& found, const SearchPath& path, Vec3 h, Vec3 hip) noexcept;
-  [[nodiscard]] bool isOutside(const Surface& surface, const Foot& foot, Vec3 h) const noexcept;
+  [[nodiscard]] bool isOutside(const CollisionMesh& surface, const ClosestPoint& foot, Vec3 h) const noexcept;
   [[nodiscard]] bool pathIsClear(const SearchPath& path, const Frame& frame) noexcept;
   [[nodiscard]] bool pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept;
   /// Above the surface, by metres.
-  [[nodiscard]] Vec3 lifted(Vec3 at, const HoldingSurface& over, double height) const noexcept {
+  [[nodiscard]] Vec3 lifted(Vec3 at, const ContactSurface& over, double height) const noexcept {
     return at + surface(over.body).faceNormal(over.triangle) * (over.side * height);
   }
-  void leave(const Foot& foot, Vec3 h, Vec3 hip) noexcept;
+  void leave(const ClosestPoint& foot, Vec3 h, Vec3 hip) noexcept;
 
   // constraint_solver.cpp: several surfaces
   void resolve(Vec3 hip) noexcept;
-  void stay() noexcept;
+  void stayInPlace() noexcept;
   void solve(Vec3 hip) noexcept;
-  [[nodiscard]] Move moveTowards(Vec3 hip, double longest_m) noexcept;
+  [[nodiscard]] SolverStep moveTowards(Vec3 hip, double longest_m) noexcept;
   /// Do two triangles share a vertex?
-  [[nodiscard]] bool meet(const HoldingSurface& a, const HoldingSurface& b) const noexcept;
+  [[nodiscard]] bool shareVertex(const ContactSurface& a, const ContactSurface& b) const noexcept;
   /// Does another part of its mesh pass through the triangle?
-  [[nodiscard]] bool isCrossed(const HoldingSurface& s) const noexcept {
-    return corrections_.guard && corrections_.severalSurfaces && surface(s.body).triangle(s.triangle).crossed();
+  [[nodiscard]] bool isSelfIntersecting(const ContactSurface& s) const noexcept {
+    return corrections_.guard && corrections_.severalSurfaces &&
+           surface(s.body).triangle(s.triangle).selfIntersecting();
   }
-  [[nodiscard]] Hit go(Vec3 world) noexcept;
-  [[nodiscard]] bool meetsAnother(const Near& own, Vec3 world) noexcept;
-  [[nodiscard]] bool isWithin(double skins, const HoldingSurface& s) const noexcept;
-  [[nodiscard]] bool restsOn(const Move& move) const noexcept;
-  [[nodiscard]] ConstraintPlane planeOf(const HoldingSurface& holding) const noexcept;
-  void classify(Vec3 hip, const Move& move, bool settled) noexcept;
+  [[nodiscard]] Hit tryMoveTo(Vec3 world) noexcept;
+  [[nodiscard]] bool isBlockedByOther(const Near& own, Vec3 world) noexcept;
+  [[nodiscard]] bool isWithin(double skins, const ContactSurface& s) const noexcept;
+  [[nodiscard]] bool isSupportedBy(const SolverStep& move) const noexcept;
+  [[nodiscard]] ConstraintPlane planeOf(const ContactSurface& holding) const noexcept;
+  void updateMode(Vec3 hip, const SolverStep& move, bool settled) noexcept;
 
-  // held_surfaces.cpp: surfaces that are known to hold
-  [[nodiscard]] Move followHeld(Vec3 hip) noexcept;
-  [[nodiscard]] Holding oneOfEachBody() const noexcept;
-  [[nodiscard]] Carried carriedBy(std::span<const HoldingSurface> surfaces,
-                                  const Constraints& constraints) const noexcept;
-  [[nodiscard]] bool isBehind() const noexcept;
-  [[nodiscard]] bool fallsAway(const HoldingSurface& s, int k, const Constraints& constraints) const noexcept;
-  [[nodiscard]] std::optional<HoldingSurface> across(const HoldingSurface& s, int k) const noexcept;
-  [[nodiscard]] std::optional<Holding> roundTheEdge(Vec3 hip, const Holding& held,
-                                                    const Constraints& constraints) const noexcept;
-  [[nodiscard]] bool jutsOut(const HoldingSurface& s, int k) const noexcept;
-  void restBetween(const Holding& a, const Holding& b, Move& move) const noexcept;
-  [[nodiscard]] Move onEdge(const Holding& held, const HoldingSurface& left) const noexcept;
-  [[nodiscard]] std::optional<HoldingSurface> nearestTouched(Vec3 hip, const Move& move) const noexcept;
-  [[nodiscard]] bool watchOn(Vec3 hip, Move& move) noexcept;
-  [[nodiscard]] bool isOneSurface(const Move& move) const noexcept;
+  // active_set.cpp: surfaces that are known to hold
+  [[nodiscard]] SolverStep followActiveSet(Vec3 hip) noexcept;
+  [[nodiscard]] ActiveSet oneOfEachBody() const noexcept;
+  [[nodiscard]] SupportLimit supportLimit(std::span<const ContactSurface> surfaces,
+                                          const Constraints& constraints) const noexcept;
+  [[nodiscard]] bool hasPendingBodyMotion() const noexcept;
+  [[nodiscard]] bool leavesRoomAcross(const ContactSurface& s, int k, const Constraints& constraints) const noexcept;
+  [[nodiscard]] std::optional<ContactSurface> across(const ContactSurface& s, int k) const noexcept;
+  [[nodiscard]] std::optional<ActiveSet> crossConvexEdge(Vec3 hip, const ActiveSet& held,
+                                                         const Constraints& constraints) const noexcept;
+  [[nodiscard]] bool isConvexEdge(const ContactSurface& s, int k) const noexcept;
+  void resolveRidge(const ActiveSet& a, const ActiveSet& b, SolverStep& move) const noexcept;
+  [[nodiscard]] SolverStep onEdge(const ActiveSet& held, const ContactSurface& left) const noexcept;
+  [[nodiscard]] std::optional<ContactSurface> nearestTouched(Vec3 hip, const SolverStep& move) const noexcept;
+  [[nodiscard]] bool continueWatch(Vec3 hip, SolverStep& move) noexcept;
+  [[nodiscard]] bool isOneSurface(const SolverStep& move) const noexcept;
 
   // several_surfaces.cpp: steps while several surfaces hold
   [[nodiscard]] double advanceOnSeveral(double now, double end, const Checkpoint& before) noexcept;
-  [[nodiscard]] bool isFast(double step, const HoldingSurface& over) const noexcept;
+  [[nodiscard]] bool isFast(double step, const ContactSurface& over) const noexcept;
   void solveAt(double time) noexcept;
   [[nodiscard]] double heldUntil(double now, double end) const noexcept;
-  [[nodiscard]] std::optional<Constraints> heldAt(const Holding& held, double time) const noexcept;
-  [[nodiscard]] bool staysOn(const Holding& held, double time) const noexcept;
+  [[nodiscard]] std::optional<Constraints> heldAt(const ActiveSet& held, double time) const noexcept;
+  [[nodiscard]] bool staysOn(const ActiveSet& held, double time) const noexcept;
 
-  [[nodiscard]] const Surface& surface(int body) const noexcept {
+  [[nodiscard]] const CollisionMesh& surface(int body) const noexcept {
     return *bodies_[static_cast<std::size_t>(body)].surface;
   }
-  [[nodiscard]] HoldingSurface& held() noexcept { return state_.holding[0]; }
-  [[nodiscard]] const HoldingSurface& held() const noexcept { return state_.holding[0]; }
+  [[nodiscard]] ContactSurface& held() noexcept { return state_.holding[0]; }
+  [[nodiscard]] const ContactSurface& held() const noexcept { return state_.holding[0]; }
   [[nodiscard]] Near& heldNear() noexcept { return near_[near_.indexOf(held().body)]; }
 
   const Corrections& corrections_;
@@ -151,11 +152,11 @@ class ContactTick {
   double stride_;  // of the HIP's way and the bodies' motions, the part that this tick sets out to take
   Vec3 hip_;       // at the end of it, world
   NearBodies near_;
-  Foot foot_;             // kOneSurface: of the IHIP
+  ClosestPoint foot_;     // kOneSurface: of the IHIP
   bool settled_ = false;  // It is the nearest to the HIP.
   double skin_ = 0;       // metres
-  double pathLift_ = 0;
-  double lift_ = 0;
+  double pathOffset_ = 0;
+  double startOffset_ = 0;
   bool recordedOnly_ = false;  // touched in this tick, to be searched in the next (sameTickSearch off)
   ContactWork work_;
 };

@@ -42,8 +42,8 @@ struct Corrections {
   using SegmentTest = bool (*)(Vec3 from, Vec3 to, const TriangleRecord&, bool twoSided, Crossing&) noexcept;
   SegmentTest segmentTest = nullptr;
   /// The closest point computation of the search (body frame, metres); null: closestOn().
-  using ClosestPoint = Foot (*)(const TriangleRecord&, std::uint32_t triangle, Vec3 h) noexcept;
-  ClosestPoint closestPoint = nullptr;
+  using ClosestPointFunction = ClosestPoint (*)(const TriangleRecord&, std::uint32_t triangle, Vec3 h) noexcept;
+  ClosestPointFunction closestPoint = nullptr;
 };
 
 inline constexpr Corrections kAllCorrections;

@@ -18,9 +18,9 @@ struct Frame {
         z(pose.rotation * Vec3(0, 0, 1)),
         origin(pose.position) {}
 
-  /// Of a direction, to the world.
-  [[nodiscard]] Vec3 turn(Vec3 local) const noexcept { return x * local.x + y * local.y + z * local.z; }
-  [[nodiscard]] Vec3 toWorld(Vec3 local) const noexcept { return turn(local) + origin; }
+  /// A direction in world coordinates.
+  [[nodiscard]] Vec3 rotate(Vec3 local) const noexcept { return x * local.x + y * local.y + z * local.z; }
+  [[nodiscard]] Vec3 toWorld(Vec3 local) const noexcept { return rotate(local) + origin; }
   [[nodiscard, gnu::always_inline]] Vec3 toLocal(Vec3 world) const noexcept {
     const Vec3 way = world - origin;
     return {glm::dot(x, way), glm::dot(y, way), glm::dot(z, way)};

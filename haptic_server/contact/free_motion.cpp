@@ -18,7 +18,7 @@ double ContactTick::advanceFree(double now, double end, Vec3 hip) noexcept {
   for (int i = 0; i < near_.count(); ++i) {
     const Vec3 way = to[static_cast<std::size_t>(i)] - near_[i].from;
     const double length = glm::length(way);
-    if (length > 0 && near_[i].surface->closed()) near_[i].from -= way * (lift_ / length);
+    if (length > 0 && near_[i].surface->closed()) near_[i].from -= way * (startOffset_ / length);
   }
   const Hit hit = firstNewContact(to, [](int, std::uint32_t) noexcept { return false; });
   if (!hit) {
@@ -42,8 +42,8 @@ double ContactTick::advanceFree(double now, double end, Vec3 hip) noexcept {
 /// there, off all of them.
 void ContactTick::touch(const Hit& hit, const Points& to) noexcept {
   const Near& near = near_[hit.near];
-  const HoldingSurface touched{near.body, hit.crossing.side, hit.crossing.triangle};
-  if (isCrossed(touched)) {
+  const ContactSurface touched{near.body, hit.crossing.side, hit.crossing.triangle};
+  if (isSelfIntersecting(touched)) {
     const double back = 2 * skin_ / glm::distance(near.from, to[static_cast<std::size_t>(hit.near)]);
     near_.moveAll(to, std::max(hit.crossing.time / 2, hit.crossing.time - back));
     state_.mode = Mode::kSeveralSurfaces;
@@ -53,7 +53,7 @@ void ContactTick::touch(const Hit& hit, const Points& to) noexcept {
     return;
   }
   near_.moveAll(to, hit.crossing.time);
-  Foot foot;
+  ClosestPoint foot;
   foot.triangle = hit.crossing.triangle;
   foot.point = near.from;
   hold(touched, foot, near.frame.toWorld(near.from));
@@ -65,7 +65,7 @@ void ContactTick::setFree(Vec3 hip) noexcept {
   state_.ihip = hip;
 }
 
-void ContactTick::hold(const HoldingSurface& surface, const Foot& foot, Vec3 ihip) noexcept {
+void ContactTick::hold(const ContactSurface& surface, const ClosestPoint& foot, Vec3 ihip) noexcept {
   state_.mode = Mode::kOneSurface;
   state_.holdingCount = 1;
   state_.holding[0] = surface;

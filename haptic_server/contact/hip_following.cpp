@@ -1,6 +1,6 @@
 #include "haptic_server/contact/hip_following.h"
 
-#include "haptic_server/contact/hop.h"
+#include "haptic_server/contact/triangle_step.h"
 #include "haptic_server/geometry/neighbours.h"
 
 namespace haptics {
@@ -29,52 +29,53 @@ namespace {
 
 }  // namespace
 
-bool followOverPolygons(const Surface& surface, const HipMotion& motion, int side, Foot& foot, double& now,
-                        SearchPath* path, int& spent, int budget) noexcept {
-  const FourVec3 from = all(motion.from);
-  const FourVec3 to = all(motion.to);
+bool followOverPolygons(const CollisionMesh& surface, const HipMotion& motion, int side, ClosestPoint& foot,
+                        double& now, SearchPath* path, int& spent, int budget) noexcept {
+  const Vec3x4 from = broadcast(motion.from);
+  const Vec3x4 to = broadcast(motion.to);
   Prism prism(surface.triangle(foot.triangle));
-  Prism::Place end = prism.place(to);
+  Prism::Coordinates end = prism.coordinates(to);
   const auto stand = [&](Vec3 point) noexcept {
     foot.point = point;
     if (path != nullptr) path->add(point, foot.triangle);
   };
   const auto standUnder = [&](Vec3 h) noexcept {
-    if (path != nullptr) stand(vec3(prism.foot(four(h), prism.place(all(h)).height())));
+    if (path != nullptr) stand(vec3(prism.foot(toDouble4(h), prism.coordinates(broadcast(h)).height())));
   };
   ++spent;
   while (end.beyond() != 0) {
-    Hop hop;
-    hop.leave(prism.place(from), end, now);
-    now = hop.leaves;
-    hop.across = sameLineAcross(surface, foot.triangle, hop.edge);
-    if (hop.across < 0 || spent >= budget) return false;
+    TriangleStep step;
+    step.leave(prism.coordinates(from), end, now);
+    now = step.leaves;
+    step.across = sameLineAcross(surface, foot.triangle, step.edge);
+    if (step.across < 0 || spent >= budget) return false;
     ++spent;
     const TriangleRecord& record = surface.triangle(foot.triangle);
-    const Prism next(surface.triangle(record.neighbour(hop.edge)));
-    const Prism::Place nextEnd = next.place(to);
-    if (!hop.enter(next.place(from), nextEnd, side)) return false;
+    const Prism next(surface.triangle(record.neighbour(step.edge)));
+    const Prism::Coordinates nextEnd = next.coordinates(to);
+    if (!step.enter(next.coordinates(from), nextEnd, side)) return false;
     standUnder(motion.at(now));
-    if (hop.enters >= 1) {  // on the line of a valley
-      if (!isAlong(record, hop.edge, motion.to)) return false;
+    if (step.enters >= 1) {  // on the line of a valley
+      if (!isAlong(record, step.edge, motion.to)) return false;
       now = 1;
-      foot = {foot.triangle, Feature::kLine, static_cast<std::uint8_t>(hop.edge)};
-      stand(onLine(record, hop.edge, motion.to));
+      foot = {foot.triangle, Feature::kLine, static_cast<std::uint8_t>(step.edge)};
+      stand(onLine(record, step.edge, motion.to));
       return true;
     }
-    now = hop.enters;
+    now = step.enters;
     prism = next;
     end = nextEnd;
-    foot.triangle = record.neighbour(hop.edge);
+    foot.triangle = record.neighbour(step.edge);
     standUnder(motion.at(now));
   }
-  stand(vec3(prism.foot(four(motion.to), end.height())));
+  stand(vec3(prism.foot(toDouble4(motion.to), end.height())));
   now = 1;
   return true;
 }
 
-double timeInRegion(const Surface& surface, const Foot& foot, const HipMotion& motion, double now) noexcept {
-  constexpr int kMostPolygons = 32;  // around a vertex; a larger fan is searched in short steps
+double timeInRegion(const CollisionMesh& surface, const ClosestPoint& foot, const HipMotion& motion,
+                    double now) noexcept {
+  constexpr int kMaxPolygons = 32;  // around a vertex; a larger fan is searched in short steps
   const TriangleRecord& record = surface.triangle(foot.triangle);
   const Vec3 start = record.corner(foot.index);
   double time = 1;
@@ -97,22 +98,22 @@ double timeInRegion(const Surface& surface, const Foot& foot, const HipMotion& m
       const Vec3 back = start - r.corner(other);
       time = std::min(time, timeWithin(glm::dot(back, motion.from - start), glm::dot(back, motion.to - start)));
     }
-    return ++polygons < kMostPolygons;
+    return ++polygons < kMaxPolygons;
   };
   staysBehindLines(record, foot.index);
   visitFan(surface, foot.triangle, foot.index,
            [&](std::uint32_t t, int corner) noexcept { return staysBehindLines(surface.triangle(t), corner); });
-  return polygons < kMostPolygons ? std::max(now, time) : now;
+  return polygons < kMaxPolygons ? std::max(now, time) : now;
 }
 
-HipStep followHip(const Surface& surface, const HipMotion& motion, int side, Foot foot, double now, int number,
-                  SearchPath* path, int& spent, int budget, const Corrections& corrections) noexcept {
+HipStep followHip(const CollisionMesh& surface, const HipMotion& motion, int side, ClosestPoint foot, double now,
+                  int number, SearchPath* path, int& spent, int budget, const Corrections& corrections) noexcept {
   if (foot.feature == Feature::kPolygon) {
     if (followOverPolygons(surface, motion, side, foot, now, path, spent, budget)) return {1, {foot, true}};
   } else {
     now = timeInRegion(surface, foot, motion, now);
   }
-  const double end = std::min(1.0, now + (number <= kMaxSteps / 2 ? kLeastStep : kLongStep));
+  const double end = std::min(1.0, now + (number <= kMaxSteps / 2 ? kMinStep : kLongStep));
   return {end, neighborhoodWatch(surface, foot.triangle, motion.at(end), path, spent, budget, corrections)};
 }
 

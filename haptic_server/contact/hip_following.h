@@ -10,7 +10,7 @@ inline constexpr int kMaxSteps = 64;
 /// How far, as a fraction of the tick, beyond the region of the primitive that the HIP has left the next search is made.
 /// Larger confuses the order in which primitives are left, and where a minimum ends leads to another one than a slow
 /// hand's: at 2^-6 twice as often on a scan of 870,000 triangles. Smaller drowns in rounding where the HIP is slow.
-inline constexpr double kLeastStep = 0x1p-12;
+inline constexpr double kMinStep = 0x1p-12;
 /// The same once a tick has taken half of its steps, so that the others reach its end.
 inline constexpr double kLongStep = 2.0 / kMaxSteps;
 
@@ -28,29 +28,32 @@ struct HipStep {
   SearchResult found;  ///< At that time.
 };
 
-/// Of the IHIP on its one surface, for the HIP h of the last tick (body frame). Of a polygon only which one it is.
-[[nodiscard]] inline Foot heldFoot(const Surface& surface, const ContactState& state, Vec3 h) noexcept {
+/// Closest point that holds the IHIP on its one surface, for the HIP h of the last tick (body frame). On a polygon only
+/// the triangle is set.
+[[nodiscard]] inline ClosestPoint heldFoot(const CollisionMesh& surface, const ContactState& state, Vec3 h) noexcept {
   const std::uint32_t triangle = state.holding[0].triangle;
-  return state.feature == Feature::kPolygon ? Foot{triangle} : closestOn(surface.triangle(triangle), triangle, h);
+  return state.feature == Feature::kPolygon ? ClosestPoint{triangle}
+                                            : closestOn(surface.triangle(triangle), triangle, h);
 }
 
 /// From polygon to polygon, as long as the HIP goes from one's prism into the next one's, straight or by the wedge over
 /// the line between: `foot` and `now` are taken along. Returns whether that leads to the end of the motion.
-[[nodiscard]] bool followOverPolygons(const Surface& surface, const HipMotion& motion, int side, Foot& foot,
-                                      double& now, SearchPath* path, int& spent, int budget) noexcept;
+[[nodiscard]] bool followOverPolygons(const CollisionMesh& surface, const HipMotion& motion, int side,
+                                      ClosestPoint& foot, double& now, SearchPath* path, int& spent,
+                                      int budget) noexcept;
 
 /// The time, not before `now`, at which the HIP leaves the region for which the line or vertex of the foot is a local
 /// minimum of the distance: over a line the wedge between the prisms beside it, over a vertex the cone between the
 /// planes at the ends of its lines. 1 when it stays.
-[[nodiscard]] double timeInRegion(const Surface& surface, const Foot& foot, const HipMotion& motion,
+[[nodiscard]] double timeInRegion(const CollisionMesh& surface, const ClosestPoint& foot, const HipMotion& motion,
                                   double now) noexcept;
 
 /// One step of the IHIP after the HIP over a surface, from `foot` at time `now`. As long as the HIP stays in the region
 /// of a primitive nothing can change but the place on it, so that steps go from region to region, and none, however
 /// long, takes the IHIP along another path than a slow hand's. `number` of the step in its tick, from 1; `side` as in
-/// HoldingSurface; `path` may be null; `spent` and `budget` as in neighborhoodWatch().
-[[nodiscard]] HipStep followHip(const Surface& surface, const HipMotion& motion, int side, Foot foot, double now,
-                                int number, SearchPath* path, int& spent, int budget,
+/// ContactSurface; `path` may be null; `spent` and `budget` as in neighborhoodWatch().
+[[nodiscard]] HipStep followHip(const CollisionMesh& surface, const HipMotion& motion, int side, ClosestPoint foot,
+                                double now, int number, SearchPath* path, int& spent, int budget,
                                 const Corrections& corrections = kAllCorrections) noexcept;
 
 }  // namespace haptics

@@ -7,7 +7,7 @@ namespace {
 
 bool holds(const ContactState& state, int body) noexcept {
   const auto surfaces = state.surfaces();
-  return std::any_of(surfaces.begin(), surfaces.end(), [&](const HoldingSurface& s) { return s.body == body; });
+  return std::any_of(surfaces.begin(), surfaces.end(), [&](const ContactSurface& s) { return s.body == body; });
 }
 
 /// How far a moving body can push an IHIP that it reaches: the motion, in the body's frame, of HIP and IHIP, twice over
@@ -27,7 +27,7 @@ double reachOf(const ContactState& state, Vec3 hip) noexcept {
 }
 
 std::optional<double> squaredGap(const Body& body, Vec3 hip, double reach) noexcept {
-  const Surface& surface = *body.surface;
+  const CollisionMesh& surface = *body.surface;
   const double inReach = surface.radius_m() + reach;
   if (squaredLength(hip - body.centre) > inReach * inReach) return std::nullopt;
   const Vec3 local = body.frame.toLocal(hip);
@@ -48,7 +48,7 @@ void NearBodies::gather(std::span<const Body> bodies, const ContactState& state,
       admit(body, b, -1, work);
       continue;
     }
-    if (body.leaving) continue;
+    if (body.pendingRemoval) continue;
     if (const auto gap = squaredGap(body, hip, reach)) admit(body, b, *gap, work);
   }
   extent_ = 0;
@@ -60,7 +60,7 @@ void NearBodies::gather(std::span<const Body> bodies, const ContactState& state,
 void NearBodies::admit(const Body& body, int index, double gap, ContactWork& work) noexcept {
   int place = count_;
   if (count_ == kMaxNear) {
-    ++work.crowdedOut;
+    ++work.droppedBodies;
     place = static_cast<int>(std::max_element(gap_.begin(), gap_.end()) - gap_.begin());
     if (gap >= gap_[static_cast<std::size_t>(place)]) return;
   } else {
@@ -68,7 +68,7 @@ void NearBodies::admit(const Body& body, int index, double gap, ContactWork& wor
   }
   Near& near = (*this)[place];
   near.body = index;
-  near.leaving = body.leaving;
+  near.pendingRemoval = body.pendingRemoval;
   near.surface = body.surface;
   near.from = Vec3(0);
   near.frame = body.moving ? Frame(body.previous) : body.frame;

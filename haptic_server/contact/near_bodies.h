@@ -28,8 +28,8 @@ class NearBodies {
  public:
   struct Near {
     int body;
-    bool leaving;
-    const Surface* surface;
+    bool pendingRemoval;
+    const CollisionMesh* surface;
     Vec3 from;  // body frame, metres
     Frame frame;
   };
@@ -70,7 +70,7 @@ class NearBodies {
   template <class Skip>
   [[nodiscard]] Crossing crossing(const Near& near, Vec3 to, ContactWork& work, Skip skip) const noexcept {
     ++work.segments;
-    const Surface& surface = *near.surface;
+    const CollisionMesh& surface = *near.surface;
     if (test_ != nullptr) [[unlikely]]
       return surface.firstCrossing<OtherSegment>(near.from, to, !surface.closed(), work.allowance, skip, test_);
     return surface.firstCrossing(near.from, to, !surface.closed(), work.allowance, skip);

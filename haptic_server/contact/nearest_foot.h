@@ -7,19 +7,20 @@ namespace haptics {
 /// The closest point of a surface to `local` (its frame, metres), wherever on it. Looks at so many triangles that a query
 /// takes no more than some 100 us, and half of the allowance; had that not been enough, from the best of them to a local
 /// minimum. Of no triangle, and the allowance spent, where that does not last for one.
-[[nodiscard]] inline Foot nearestFoot(const Surface& surface, Vec3 local, Allowance& allowance) noexcept {
+[[nodiscard]] inline ClosestPoint nearestFoot(const CollisionMesh& surface, Vec3 local, Allowance& allowance) noexcept {
   constexpr int kQueryBudget = 4096;
   Allowance half(allowance.left() / 2);
   const std::int64_t before = half.left();
   int spent = 0;
-  const Foot best = surface.closestFoot(local, kQueryBudget, spent, half);
+  const ClosestPoint best = surface.closestFoot(local, kQueryBudget, spent, half);
   allowance.spend(before - half.left());
   if (best.triangle == kNoTriangle) {
     allowance.spend(allowance.left() + 1);
     return best;
   }
   spent = 0;
-  const Foot foot = neighborhoodWatch(surface, best.triangle, local, nullptr, spent, searchBudget(allowance)).foot;
+  const ClosestPoint foot =
+      neighborhoodWatch(surface, best.triangle, local, nullptr, spent, searchBudget(allowance)).foot;
   allowance.spend(Allowance::kNearTriangle * spent);
   return foot;
 }

@@ -8,7 +8,8 @@
 namespace haptics {
 namespace {
 
-Foot closestPoint(const Corrections& corrections, const TriangleRecord& record, std::uint32_t t, Vec3 h) noexcept {
+ClosestPoint closestPoint(const Corrections& corrections, const TriangleRecord& record, std::uint32_t t,
+                          Vec3 h) noexcept {
   if (corrections.closestPoint != nullptr) [[unlikely]]
     return corrections.closestPoint(record, t, h);
   return closestOn(record, t, h);
@@ -18,7 +19,8 @@ Foot closestPoint(const Corrections& corrections, const TriangleRecord& record, 
 /// is across its edges is next to the foot too, and is looked at as well.
 class Candidates {
  public:
-  Candidates(const Surface& surface, Vec3 h, const Foot& from, int& spent, const Corrections& corrections) noexcept
+  Candidates(const CollisionMesh& surface, Vec3 h, const ClosestPoint& from, int& spent,
+             const Corrections& corrections) noexcept
       : surface_(surface),
         h_(h),
         best_(from),
@@ -31,30 +33,30 @@ class Candidates {
   void consider(std::uint32_t t) noexcept {
     if (t == kNoTriangle) return;
     ++spent_;
-    const Foot foot = closestPoint(corrections_, surface_.triangle(t), t, h_);
+    const ClosestPoint foot = closestPoint(corrections_, surface_.triangle(t), t, h_);
     if (foot.squaredDistance < best_.squaredDistance) best_ = foot;
     if (surface_.triangle(t).zeroArea() && foot.squaredDistance <= asNear_) pass(t);
   }
-  [[nodiscard]] const Foot& best() const noexcept { return best_; }
+  [[nodiscard]] const ClosestPoint& best() const noexcept { return best_; }
 
  private:
   static constexpr double kSame = 1 + 0x1p-40;  // squared distances of one point seen from two triangles
-  static constexpr std::size_t kMostPassed = 16;
+  static constexpr std::size_t kMaxPassed = 16;
 
   void pass(std::uint32_t t) noexcept {
     const auto end = passed_.begin() + static_cast<std::ptrdiff_t>(passedCount_);
-    if (passedCount_ == kMostPassed || std::find(passed_.begin(), end, t) != end) return;
+    if (passedCount_ == kMaxPassed || std::find(passed_.begin(), end, t) != end) return;
     passed_[passedCount_++] = t;
     for (int k = 0; k < 3; ++k) consider(surface_.triangle(t).neighbour(k));
   }
 
-  const Surface& surface_;
+  const CollisionMesh& surface_;
   Vec3 h_;
-  Foot best_;
+  ClosestPoint best_;
   double asNear_;  // m^2
   int& spent_;
   const Corrections& corrections_;
-  std::array<std::uint32_t, kMostPassed> passed_;
+  std::array<std::uint32_t, kMaxPassed> passed_;
   std::size_t passedCount_ = 0;
 };
 
@@ -62,14 +64,14 @@ bool withinBudget(int spent, int budget, const Corrections& corrections) noexcep
   return !corrections.boundedSearch || spent < budget;
 }
 
-SearchResult searchAcrossLine(const Surface& surface, const Foot& from, Vec3 h, int& spent,
+SearchResult searchAcrossLine(const CollisionMesh& surface, const ClosestPoint& from, Vec3 h, int& spent,
                               const Corrections& corrections) noexcept {
   Candidates candidates(surface, h, from, spent, corrections);
   candidates.consider(surface.triangle(from.triangle).neighbour(from.index));
   return {candidates.best(), true};
 }
 
-SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& spent, int budget,
+SearchResult searchFan(const CollisionMesh& surface, const ClosestPoint& from, Vec3 h, int& spent, int budget,
                        const Corrections& corrections) noexcept {
   Candidates candidates(surface, h, from, spent, corrections);
   SearchResult result{from, true};
@@ -94,9 +96,9 @@ SearchResult searchFan(const Surface& surface, const Foot& from, Vec3 h, int& sp
 ///    hopped to. Each hop goes to a triangle that shares that primitive, so that the path is continuous, stays on the
 ///    surface and ends.
 ///  - The search has a budget. Distance never grows, so that it may stop at any hop and go on in the next tick.
-SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path, int& spent,
-                               int budget, const Corrections& corrections) noexcept {
-  Foot foot = start;
+SearchResult neighborhoodWatch(const CollisionMesh& surface, const ClosestPoint& start, Vec3 h, SearchPath* path,
+                               int& spent, int budget, const Corrections& corrections) noexcept {
+  ClosestPoint foot = start;
   while (true) {
     if (path != nullptr) path->add(foot.point, foot.triangle);
     if (!corrections.featureCodes || foot.feature == Feature::kPolygon) return {foot, true};
@@ -108,13 +110,13 @@ SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h
   }
 }
 
-SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path, int& spent,
+SearchResult neighborhoodWatch(const CollisionMesh& surface, std::uint32_t start, Vec3 h, SearchPath* path, int& spent,
                                int budget, const Corrections& corrections) noexcept {
   const bool mayWalk = corrections.featureCodes && corrections.boundedSearch && corrections.closestPoint == nullptr;
   SearchResult found;
   if (mayWalk && walkAcrossLines(surface, start, h, path, spent, budget, found)) return found;
   ++spent;
-  const Foot foot = closestPoint(corrections, surface.triangle(start), start, h);
+  const ClosestPoint foot = closestPoint(corrections, surface.triangle(start), start, h);
   return neighborhoodWatch(surface, foot, h, path, spent, budget, corrections);
 }
 

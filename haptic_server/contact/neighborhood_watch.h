@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "haptic_server/contact/corrections.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics {
 
@@ -50,7 +50,7 @@ class SearchPath {
 };
 
 struct SearchResult {
-  Foot foot;
+  ClosestPoint foot;
   /// No neighbour is closer. False when the budget ran out: the foot is the best so far, or, inside of a fan, the place
   /// to go on from; the sign of the penetration is then not known.
   bool converged = true;
@@ -58,13 +58,13 @@ struct SearchResult {
 
 /// Descends from `start`, the closest point to h (body frame, metres) of some triangle, to a local minimum of the
 /// distance. Adds the further triangles looked at to `spent`, and ends when that is `budget`; `path` may be null.
-[[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, const Foot& start, Vec3 h, SearchPath* path,
-                                             int& spent, int budget = kSearchBudget,
+[[nodiscard]] SearchResult neighborhoodWatch(const CollisionMesh& surface, const ClosestPoint& start, Vec3 h,
+                                             SearchPath* path, int& spent, int budget = kSearchBudget,
                                              const Corrections& corrections = kAllCorrections) noexcept;
 
 /// The same from triangle `start`, which counts as looked at.
-[[nodiscard]] SearchResult neighborhoodWatch(const Surface& surface, std::uint32_t start, Vec3 h, SearchPath* path,
-                                             int& spent, int budget = kSearchBudget,
+[[nodiscard]] SearchResult neighborhoodWatch(const CollisionMesh& surface, std::uint32_t start, Vec3 h,
+                                             SearchPath* path, int& spent, int budget = kSearchBudget,
                                              const Corrections& corrections = kAllCorrections) noexcept;
 
 }  // namespace haptics

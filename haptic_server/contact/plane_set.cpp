@@ -18,9 +18,9 @@ bool PlaneSet::holds(Vec3 x, double slack) const noexcept {
 
 /// x = h + sum of pressure_i n_i on all candidate planes at once, by elimination on their Gram matrix.
 bool PlaneSet::solve(Vec3 h, Nearest& candidate) const noexcept {
-  constexpr std::size_t kMost = ContactState::kMaxHolding;
+  constexpr std::size_t kMax = ContactState::kMaxHolding;
   const auto count = static_cast<std::size_t>(candidate.tightCount);
-  std::array<std::array<double, kMost + 1>, kMost> gram;
+  std::array<std::array<double, kMax + 1>, kMax> gram;
   for (std::size_t i = 0; i < count; ++i) {
     const ConstraintPlane& plane = (*this)[candidate.tight[i]];
     for (std::size_t j = 0; j < count; ++j) gram[i][j] = glm::dot(plane.normal, (*this)[candidate.tight[j]].normal);
@@ -34,7 +34,7 @@ bool PlaneSet::solve(Vec3 h, Nearest& candidate) const noexcept {
       for (std::size_t j = i; j <= count; ++j) gram[row][j] -= factor * gram[i][j];
     }
   }
-  std::array<double, kMost> pressure;
+  std::array<double, kMax> pressure;
   candidate.point = h;
   for (std::size_t i = 0; i < count; ++i) {
     pressure[i] = gram[i][count] / gram[i][i];

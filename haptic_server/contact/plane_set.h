@@ -12,9 +12,9 @@ namespace haptics {
 struct ConstraintPlane {
   Vec3 normal;
   double offset;
-  HoldingSurface surface;
+  ContactSurface surface;
 
-  /// Of a way that leads below the plane: the fraction of it after which that is reached, 0 when it starts there.
+  /// The fraction of a path from above to below the plane at which it reaches the plane, 0 when it starts there.
   [[nodiscard]] double reachedAt(Vec3 from, Vec3 to) const noexcept {
     const double above = glm::dot(normal, from) - offset;
     const double below = glm::dot(normal, to) - offset;

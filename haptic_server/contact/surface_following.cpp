@@ -12,7 +12,7 @@ HipMotion ContactTick::motionOver(const Body& body) const noexcept {
 }
 
 /// The neighborhood watch for h (body frame, metres).
-SearchResult ContactTick::search(const HoldingSurface& from, Vec3 h, SearchPath* path) noexcept {
+SearchResult ContactTick::search(const ContactSurface& from, Vec3 h, SearchPath* path) noexcept {
   const int before = work_.triangles;
   const int budget = searchBudget(work_.allowance, work_.triangles);
   const SearchResult found =
@@ -29,7 +29,7 @@ SearchResult ContactTick::search(const HoldingSurface& from, Vec3 h, SearchPath*
 ///  - The way out is tested in the same tick: it may lead into another tooth of a comb, or another body.
 ///  - At a boundary neither search nor sign mean anything: the constraint solver takes over.
 double ContactTick::advanceOnSurface(double now, bool last) noexcept {
-  const HoldingSurface holding = held();
+  const ContactSurface holding = held();
   const Body& body = bodies_[static_cast<std::size_t>(holding.body)];
   const HipMotion motion = motionOver(body);
   SearchPath path;
@@ -53,8 +53,8 @@ double ContactTick::advanceOnSurface(double now, bool last) noexcept {
 
 /// The search from a triangle that was touched just now.
 void ContactTick::followSurface(Vec3 hip) noexcept {
-  constexpr int kMostTeeth = 4;  // left and entered again within a step; the next step goes on
-  for (int i = 0; i < kMostTeeth; ++i) {
+  constexpr int kMaxTeeth = 4;  // left and entered again within a step; the next step goes on
+  for (int i = 0; i < kMaxTeeth; ++i) {
     const Near& near = heldNear();
     const Vec3 h = near.frame.toLocal(hip);
     SearchPath path;
@@ -66,12 +66,12 @@ void ContactTick::followSurface(Vec3 hip) noexcept {
 /// The IHIP to where the search for h, the HIP in the body's frame, has led, unless something blocks the path, and off
 /// the surface when h is outside. Returns whether another surface was touched then.
 bool ContactTick::settle(const SearchResult& found, const SearchPath& path, Vec3 h, Vec3 hip) noexcept {
-  const HoldingSurface holding = held();
+  const ContactSurface holding = held();
   const Near& near = heldNear();
-  const Surface& s = *near.surface;
+  const CollisionMesh& s = *near.surface;
   const Frame& frame = near.frame;
   if (isGuarded(s) && !pathIsClear(path, frame)) {
-    corrections_.severalSurfaces ? resolve(hip) : stay();
+    corrections_.severalSurfaces ? resolve(hip) : stayInPlace();
     return false;
   }
   hold({holding.body, holding.side, found.foot.triangle}, found.foot, frame.toWorld(found.foot.point));
@@ -86,8 +86,8 @@ bool ContactTick::settle(const SearchResult& found, const SearchPath& path, Vec3
   return state_.mode == Mode::kOneSurface;
 }
 
-bool ContactTick::isOutside(const Surface& s, const Foot& foot, Vec3 h) const noexcept {
-  Foot judged = foot;
+bool ContactTick::isOutside(const CollisionMesh& s, const ClosestPoint& foot, Vec3 h) const noexcept {
+  ClosestPoint judged = foot;
   if (!corrections_.pseudonormals) judged.feature = Feature::kPolygon;
   return s.isOutside(judged, h, held().side);
 }
@@ -106,12 +106,12 @@ bool ContactTick::pathIsClear(const SearchPath& path, const Frame& frame) noexce
 }
 
 bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame) noexcept {
-  const Points to = near_.inEachFrame(frame.toWorld(lifted(b, {held().body, held().side, within}, pathLift_)));
+  const Points to = near_.inEachFrame(frame.toWorld(lifted(b, {held().body, held().side, within}, pathOffset_)));
   work_.allowance.spend(Allowance::kPlace * near_.count());
   for (int i = 0; i < near_.count() && !work_.allowance.isSpent(); ++i) {
     const Near& near = near_[i];
     if (near.body == held().body) {
-      if (near.surface->triangle(within).crossed()) return false;
+      if (near.surface->triangle(within).selfIntersecting()) return false;
       continue;
     }
     if (near_.crossing(near, to[static_cast<std::size_t>(i)], work_)) return false;
@@ -124,9 +124,9 @@ bool ContactTick::pieceIsClear(std::uint32_t within, Vec3 b, const Frame& frame)
 
 /// Off the surface from its foot to h, the HIP in the body's frame, unless something is entered on the way. The frame of a
 /// turning body within the tick is not quite where h was found to be outside: the way leads to h.
-void ContactTick::leave(const Foot& foot, Vec3 h, Vec3 hip) noexcept {
+void ContactTick::leave(const ClosestPoint& foot, Vec3 h, Vec3 hip) noexcept {
   const int own = near_.indexOf(held().body);
-  const Surface& s = *near_[own].surface;
+  const CollisionMesh& s = *near_[own].surface;
   const TriangleRecord& r = s.triangle(foot.triangle);
   // Triangles that hold the foot's primitive contain the start and cannot be entered again: exact, no tolerance needed.
   const auto holdsFoot = [&](int i, std::uint32_t t) noexcept {
@@ -139,7 +139,7 @@ void ContactTick::leave(const Foot& foot, Vec3 h, Vec3 hip) noexcept {
   };
   near_[own].from = foot.point;
   // A sheet may have a duplicate in the same place, which a start below its rounding would enter from behind.
-  if (!s.closed()) near_[own].from += s.normal(foot) * (held().side * lift_);
+  if (!s.closed()) near_[own].from += s.normal(foot) * (held().side * startOffset_);
   Points to = near_.inEachFrame(hip);
   to[static_cast<std::size_t>(own)] = h;
   const Hit hit = corrections_.exitRetest ? firstNewContact(to, holdsFoot) : Hit{};

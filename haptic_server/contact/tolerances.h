@@ -6,7 +6,7 @@ namespace haptics {
 /// that the solver follows the path that a slow hand would take. Larger jumps over creases; smaller costs time.
 inline constexpr double kStepFraction = 0.5;
 /// No such step is a smaller fraction of the tick.
-inline constexpr double kLeastShortStep = 0x1p-4;
+inline constexpr double kMinShortStep = 0x1p-4;
 /// Is a motion of the HIP (squared, m^2) no more than a step over a triangle (square of twice its area, m^4)?
 [[nodiscard]] constexpr bool inOneStep(double squaredStep, double squaredTwiceArea) noexcept {
   constexpr double kFraction2 = kStepFraction * kStepFraction;
@@ -24,31 +24,31 @@ inline constexpr int kMaxSolverRounds = 64;
 inline constexpr double kSkin = 0x1p-20;
 /// How far above the surface that holds it the path of an IHIP is tested against other bodies: it can be so deep inside of
 /// what rises from that surface. Smaller shows misfits; larger leaves more of the IHIP inside.
-inline constexpr double kPathLift = 0x1p-22;
+inline constexpr double kPathOffset = 0x1p-22;
 /// How far above its own triangle a segment starts: far more than the arithmetic's rounding, far less than the
 /// vertices'.
-inline constexpr double kLift = 0x1p-32;
-/// Of the skin: a plane is held when the IHIP is not farther below it.
-inline constexpr double kSlack = 0x1p-2;
+inline constexpr double kStartOffset = 0x1p-32;
+/// In skins: a plane is held when the IHIP is not farther below it.
+inline constexpr double kConstraintTolerance = 0x1p-2;
 /// Times the HIP's step: an IHIP that went farther slid from a minimum that ended on the way. Larger lets it begin with a
 /// HIP that is too far on already; smaller divides steps over creases.
-inline constexpr double kLeap = 4;
+inline constexpr double kJumpRatio = 4;
 /// The same for a step that is not short beside the triangles: a slide over some of them is hardly longer.
-inline constexpr double kLeapOfFast = 0x1.2p0;
+inline constexpr double kFastJumpRatio = 0x1.2p0;
 /// In skins: what is not farther on the way holds the IHIP, anything else is gone to first. Larger cuts corners; smaller
 /// takes more rounds in acute grooves.
-inline constexpr double kTouching = 16;
+inline constexpr double kTouchMargin = 16;
 /// In skins: closer than this to an edge is on it. The skin hides what is smaller.
-inline constexpr double kHair = 0x1p-10;
+inline constexpr double kEdgeTolerance = 0x1p-10;
 /// In skins: a triangle that is not farther is under the IHIP, held by the lifted planes of several.
-inline constexpr double kUnder = 2;
+inline constexpr double kSupportMargin = 2;
 /// In skins: from where the neighborhood watch goes on over a triangle.
-inline constexpr double kAbove = 4;
+inline constexpr double kRecontactMargin = 4;
 /// Rounds of a step that may end no nearer to the HIP: the skin lifts the IHIP where another surface begins to hold it.
-inline constexpr int kMostNotNearer = 2;
+inline constexpr int kMaxStalledRounds = 2;
 /// In skins: an IHIP that is no deeper inside a body is on its surface. The vertices' rounding hides what is smaller.
-inline constexpr double kDeep = 0x1p-4;
+inline constexpr double kDepthTolerance = 0x1p-4;
 /// A solver round that moves the IHIP by less than this fraction of the penetration ends the step.
-inline constexpr double kSettled = 0x1p-14;
+inline constexpr double kConvergedRatio = 0x1p-14;
 
 }  // namespace haptics

@@ -22,7 +22,7 @@ struct DeviceInfo {
   double maxStiffness_N_per_m = 0;
   double maxDamping_Ns_per_m = 0;
   double resolution_m = 0;  ///< Position quantum.
-  /// Of the device alone, as at a point; a mass of 0 when they are not known.
+  /// Dynamics of the device alone, as at a point; a mass of 0 when they are not known.
   double apparentMass_kg = 0, viscousFriction_Ns_per_m = 0, coulombFriction_N = 0;
   double delay_s = 0;  ///< Measured: from reading a position to the motors' force, beyond the hold.
 };
@@ -36,7 +36,7 @@ class Device {
   virtual ~Device() = default;
   [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
   /// Is there a position that read() has not given yet? One that comes in time for a tick, but late, is worth waiting for.
-  [[nodiscard]] virtual bool hasNews() noexcept { return true; }
+  [[nodiscard]] virtual bool hasNewSample() noexcept { return true; }
   /// The newest position. `tick` counts servo periods and may skip: missed ticks.
   [[nodiscard]] virtual DeviceReading read(std::uint64_t tick) noexcept = 0;
   /// Newtons on the hand, world frame, held until the next write.

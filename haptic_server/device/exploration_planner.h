@@ -8,14 +8,14 @@
 
 #include "common/maths/vec.h"
 #include "haptic_server/device/exploration_plan.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics {
 
 /// An object as the planner looks at it. Objects that are leaving the scene are not explored: leave them out.
 struct ExploredObject {
   std::uint64_t id = 0;
-  std::shared_ptr<const Surface> surface;  ///< Not null.
+  std::shared_ptr<const CollisionMesh> surface;  ///< Not null.
   Pose pose;
   bool moves = false;  ///< It can be pushed.
 

@@ -38,7 +38,7 @@ constexpr double kShortestReach = 0.2;
 constexpr double kRubbingTime = 3;
 /// m/s; of the wanted force, at which a push gives up: what it pushes stands fast.
 constexpr double kPushSpeed = 0.06;
-constexpr double kMostPush = 1.3;
+constexpr double kMaxPush = 1.3;
 /// Where it waits when nothing was ever there to explore. Metres, world frame.
 constexpr Vec3 kRestingPlace{0, 0, 0.2};
 
@@ -212,7 +212,7 @@ void ExploringHand::rub(double dt_s) noexcept {
 void ExploringHand::push(double dt_s) noexcept {
   reach_.elapsed_s += dt_s;
   position_ = pointAt(reach_.fraction());
-  if (reach_.done() || felt_ > kMostPush * targetForce_) reach(Phase::kRetreating, points_[0]);
+  if (reach_.done() || felt_ > kMaxPush * targetForce_) reach(Phase::kRetreating, points_[0]);
 }
 
 void ExploringHand::startPass() noexcept {

@@ -10,14 +10,14 @@ namespace haptics {
 
 /// What the machine says of itself, as far as a real-time servo depends on it. Empty: it does not say.
 struct MachineFacts {
-  // Of this process.
+  // This process:
   std::uint64_t maxPriority = 0;           ///< rtprio limit.
   std::uint64_t lockableMemory_bytes = 0;  ///< memlock limit.
   bool mayRaisePriority = false;           ///< CAP_SYS_NICE: maxPriority does not bind.
   bool mayLockMemory = false;              ///< CAP_IPC_LOCK: lockableMemory_bytes does not bind.
   bool mayRequestLatency = false;          ///< /dev/cpu_dma_latency can be written.
 
-  // Of the machine.
+  // The machine:
   std::string kernel;      ///< Release.
   std::string preemption;  ///< "PREEMPT_RT", "PREEMPT", "PREEMPT_DYNAMIC", "none".
   bool virtualMachine = false;

@@ -30,12 +30,12 @@ WakeUps measureWakeUps(double seconds, double rate_Hz, std::optional<int> cpu) {
     result.bins.push_back({us * 1000});
   result.bins.push_back({std::numeric_limits<std::uint64_t>::max()});
   lockMemory(result.realtime);
-  const WakefulProcessors wakeful(result.realtime);
+  const CpuIdleInhibitor wakeful(result.realtime);
   const auto histogram = std::make_unique<LatencyHistogram>();
   const auto period_ns = static_cast<std::uint64_t>(std::llround(1e9 / rate_Hz));
   const auto end = static_cast<std::uint64_t>(std::llround(seconds * rate_Hz));
   std::thread servo([&] {
-    becomeServoThread(cpu, result.realtime);
+    configureServoThread(cpu, result.realtime);
     const std::uint64_t start_ns = monotonicNow_ns() + period_ns;
     for (std::uint64_t i = 0; i < end; ++i) {
       sleepUntil(start_ns + i * period_ns);

@@ -21,7 +21,7 @@ int main() {
   scene.revision = 1;
   ServoObject& sphere = scene.objects.emplace_back();
   sphere.id = 1;
-  sphere.surface = buildSurface(mesh->vertices, mesh->triangles);
+  sphere.surface = buildCollisionMesh(mesh->vertices, mesh->triangles);
   sphere.stiffness_N_per_m = 500;
   sphere.damping_Ns_per_m = 0.5;
 

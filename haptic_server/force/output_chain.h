@@ -20,7 +20,7 @@ namespace haptics {
 /// that is everything. No general slew limit, which at 0.3 N a tick turned a stable tap into an unstable one.
 class EditSlew {
  public:
-  static constexpr double kRate_N_per_s = FeltStiffness::kRate_N_per_s;  ///< r
+  static constexpr double kRate_N_per_s = RateLimitedStiffness::kRate_N_per_s;  ///< r
   /// Active for so long after the last tick in which an edit did something. Shorter misses what a surface does late; longer
   /// takes jumps for the edit's that are the hand's.
   static constexpr double kSettled_s = 0.1;
@@ -94,7 +94,7 @@ class EditSlew {
 }
 
 /// The part of a force (N) that was written: 1 unless it was limited, or is being ramped.
-[[nodiscard]] inline double partWritten(Vec3 written, Vec3 unlimited) noexcept {
+[[nodiscard]] inline double writtenFraction(Vec3 written, Vec3 unlimited) noexcept {
   if (written == unlimited) return 1;
   const double squared = glm::dot(unlimited, unlimited);
   return squared > 0 ? glm::dot(written, unlimited) / squared : 0;
@@ -140,7 +140,7 @@ class DeadlineWatch {
 
   /// Seconds of missed ticks, with none on time between them, after which the force that stood meanwhile is taken away.
   /// Shorter faults a server without real-time priority on a busy machine; in longer ones a light device gets far.
-  static constexpr double kMost_s = 0.05;
+  static constexpr double kMax_s = 0.05;
 
   /// Ticks missed since the last one. A lower number than the last is a new count.
   [[nodiscard]] std::uint64_t missed(std::uint64_t tick) noexcept {
@@ -161,7 +161,7 @@ class DeadlineWatch {
     return tick < returns_ ? static_cast<double>(returns_ - tick) * period_s : 0;
   }
   [[nodiscard]] bool tooMany(double period_s) const noexcept {
-    return static_cast<double>(inARow_) * period_s >= kMost_s;
+    return static_cast<double>(inARow_) * period_s >= kMax_s;
   }
 
  private:

@@ -55,7 +55,7 @@ struct SpringDamperForce {
 /// The felt stiffness moves towards the object's by as much as changes the force by kRate; with no contact it is there
 /// at once. So the contact force itself has no step, before any limit. Where the object's stiffness varies over its surface,
 /// that is so of the stiffness at a factor of 1, and what is felt is as much as the factor at the IHIP makes of it.
-class FeltStiffness {
+class RateLimitedStiffness {
  public:
   /// Newtons per second. Higher makes an edit felt sooner and as more of a kick: 30 N/s is 0.03 N a tick at 1 kHz, and
   /// 2 N fade in 67 ms.

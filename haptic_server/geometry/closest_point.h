@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "haptic_server/geometry/lanes.h"
+#include "haptic_server/geometry/simd.h"
 #include "haptic_server/geometry/triangle_record.h"
 
 namespace haptics {
@@ -14,7 +14,7 @@ namespace haptics {
 enum class Feature : std::uint8_t { kPolygon, kLine, kVertex };
 
 /// The point of a triangle that is closest to some h, and the primitive that holds it.
-struct Foot {
+struct ClosestPoint {
   std::uint32_t triangle = kNoTriangle;
   Feature feature = Feature::kPolygon;
   std::uint8_t index = 0;                                            ///< Of the line or vertex in the triangle.
@@ -29,46 +29,49 @@ class Prism {
   Prism() noexcept = default;  ///< Of nothing, beyond which everything is.
   explicit Prism(const TriangleRecord& r) noexcept
       : corner_{threeAndFirst(r.rows[0]), threeAndFirst(r.rows[1]), threeAndFirst(r.rows[2])} {
-    const FourVec3 edge = edges();
-    // Of edge 2 and the one that follows, edge 0: areaNormal() to the bit.
-    const FourVec3 normal = allOf<2>(cross(edge, following(edge)));
+    const Vec3x4 edge = edges();
+    // from edge 2 and the next, edge 0: bit-identical with areaNormal()
+    const Vec3x4 normal = broadcastLane<2>(cross(edge, rotateLanes(edge)));
     plane_ = threeAndThird(cross(normal, edge), normal);
   }
 
   /// Where some h is.
-  struct Place {
-    Four of;  ///< Within the plane through edge k, times the lengths of normal and edge (m^4); last, the height.
+  struct Coordinates {
+    Double4
+        scaledDistance;  ///< Within the plane through edge k, times the lengths of normal and edge (m^4); last, the height.
 
     /// Bit k: h is on the plane through edge k or on its outer side.
-    [[nodiscard]] unsigned beyond() const noexcept { return ~(of > all(0)).bits() & 7; }
+    [[nodiscard]] unsigned beyond() const noexcept { return ~(scaledDistance > broadcast(0)).bits() & 7; }
     /// Above the triangle's plane, times the length of the normal; m^3.
-    [[nodiscard]] double height() const noexcept { return of[3]; }
+    [[nodiscard]] double height() const noexcept { return scaledDistance[3]; }
     /// On the plane counts as outside; `side` is -1 for the back of a sheet.
     [[nodiscard]] bool isOutside(int side) const noexcept { return (height() >= 0) == (side > 0); }
   };
-  [[nodiscard, gnu::always_inline]] Place place(const FourVec3& h) const noexcept { return {dot(plane_, h - corner_)}; }
+  [[nodiscard, gnu::always_inline]] Coordinates coordinates(const Vec3x4& h) const noexcept {
+    return {dot(plane_, h - corner_)};
+  }
 
   /// As long as twice the triangle's area; x, y, z.
-  [[nodiscard]] Four normal() const noexcept { return xyzOfFourth(plane_); }
+  [[nodiscard]] Double4 normal() const noexcept { return xyzOfFourth(plane_); }
   [[nodiscard]] double squaredNormal() const noexcept { return squaredLength(vec3(normal())); }
-  /// Of an h of that height, onto the plane; x, y, z.
-  [[nodiscard]] Four foot(Four h, double height) const noexcept {
-    return h - normal() * all(height * (1 / squaredNormal()));
+  /// Projects an h of that height onto the plane; x, y, z.
+  [[nodiscard]] Double4 foot(Double4 h, double height) const noexcept {
+    return h - normal() * broadcast(height * (1 / squaredNormal()));
   }
-  [[nodiscard]] Four unitNormal() const noexcept { return normal() / all(std::sqrt(squaredNormal())); }
-  /// Of an h of that height, from the plane; m.
+  [[nodiscard]] Double4 unitNormal() const noexcept { return normal() / broadcast(std::sqrt(squaredNormal())); }
+  /// Distance of an h of that height from the plane; m.
   [[nodiscard]] double distance(double height) const noexcept {
     return std::abs(height) * (1 / std::sqrt(squaredNormal()));
   }
 
   /// The points of the edges that are closest to h. Ends go to the vertices.
   struct OnEdges {
-    FourVec3 point;
-    Four squaredDistance;
+    Vec3x4 point;
+    Double4 squaredDistance;
     unsigned atStart;  ///< Bit k: the point of edge k is its corner k.
     unsigned atEnd;    ///< Bit k: the point of edge k is its corner k + 1.
 
-    /// Of these edges, one at least, the nearest; the first one of equals.
+    /// The nearest of these edges (one at least); the first of equals.
     [[nodiscard]] int nearest(unsigned edges) const noexcept {
       int best = std::countr_zero(edges);
       for (unsigned rest = edges & (edges - 1); rest != 0; rest &= rest - 1) {
@@ -79,28 +82,28 @@ class Prism {
     }
     [[nodiscard]] bool atCorner(int k) const noexcept { return ((atStart | atEnd) >> k & 1) != 0; }
   };
-  [[nodiscard]] OnEdges onEdges(const FourVec3& h) const noexcept {
-    const FourVec3 edge = edges();
-    const Four along = dot(h - corner_, edge);
-    const Four end = squaredLength(edge);
-    const FourTruths atStart = along <= all(0);
-    const FourTruths atEnd = end <= along;
-    const FourVec3 within = corner_ + edge * (along / end);
-    const FourVec3 point = select(atStart, corner_, select(atEnd, following(corner_), within));
+  [[nodiscard]] OnEdges onEdges(const Vec3x4& h) const noexcept {
+    const Vec3x4 edge = edges();
+    const Double4 along = dot(h - corner_, edge);
+    const Double4 end = squaredLength(edge);
+    const Mask4 atStart = along <= broadcast(0);
+    const Mask4 atEnd = end <= along;
+    const Vec3x4 within = corner_ + edge * (along / end);
+    const Vec3x4 point = select(atStart, corner_, select(atEnd, rotateLanes(corner_), within));
     return {point, squaredLength(h - point), atStart.bits(), atEnd.bits()};
   }
 
  private:
-  [[nodiscard]] FourVec3 edges() const noexcept { return following(corner_) - corner_; }
+  [[nodiscard]] Vec3x4 edges() const noexcept { return rotateLanes(corner_) - corner_; }
 
-  FourVec3 corner_{};  // last, the first one again
-  FourVec3 plane_{};   // normals, inward; last, that of the triangle
+  Vec3x4 corner_{};  // last, the first one again
+  Vec3x4 plane_{};   // normals, inward; last, that of the triangle
 };
 
-/// Of h from the plane of a triangle; object frame, metres.
+/// Distance of h from the plane of a triangle; object frame, metres.
 [[nodiscard]] inline double distanceFrom(const TriangleRecord& record, Vec3 h) noexcept {
   const Prism prism(record);
-  return prism.distance(prism.place(all(h)).height());
+  return prism.distance(prism.coordinates(broadcast(h)).height());
 }
 
 /// Closest point of the triangle to h (object frame, metres). Ties go to the primitive of lower dimension.
@@ -108,13 +111,13 @@ class Prism {
 /// Tests h against the prism over the triangle rather than by products of dot products (Ericson, Real-Time Collision
 /// Detection, 5.1.5): the error is then of the order of the distance over the triangle's width, not of its square,
 /// which a sliver needs. The closest point lies on an edge that h is beyond, so only those are looked at.
-[[nodiscard]] inline Foot closestOn(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
-  const FourVec3 each = all(h);
+[[nodiscard]] inline ClosestPoint closestOn(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
+  const Vec3x4 each = broadcast(h);
   const Prism prism(record);
-  const Prism::Place place = prism.place(each);
+  const Prism::Coordinates place = prism.coordinates(each);
   const unsigned beyond = place.beyond();
   if (beyond == 0) {
-    const Vec3 point = vec3(prism.foot(four(h), place.height()));
+    const Vec3 point = vec3(prism.foot(toDouble4(h), place.height()));
     return {triangle, Feature::kPolygon, 0, point, squaredLength(h - point)};
   }
   const Prism::OnEdges on = prism.onEdges(each);

@@ -11,28 +11,28 @@
 
 #include "common/deform/dent.h"
 #include "haptic_server/geometry/closest_point.h"
-#include "haptic_server/geometry/lanes.h"
+#include "haptic_server/geometry/collision_mesh.h"
 #include "haptic_server/geometry/neighbours.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/simd.h"
 
 namespace haptics {
 
-/// Falloff::at() for the three corners of a triangle, to the bit.
-[[nodiscard]] inline Four partsOf(const Dent& dent, const FourVec3& corners, const Falloff& falloff) noexcept {
+/// Falloff::at() for the three corners of a triangle, bit-identical.
+[[nodiscard]] inline Double4 partsOf(const Dent& dent, const Vec3x4& corners, const Falloff& falloff) noexcept {
   const double inverse2 = 1 / (falloff.radius_m() * falloff.radius_m());
-  const Four inside = all(1) - squaredLength(corners - all(Vec3(dent.centre))) * all(inverse2);
-  Four power = inside;
+  const Double4 inside = broadcast(1) - squaredLength(corners - broadcast(Vec3(dent.centre))) * broadcast(inverse2);
+  Double4 power = inside;
   for (unsigned i = 1; i < falloff.degree(); ++i) power = power * inside;
-  return select(inside > all(0), power, all(0));
+  return select(inside > broadcast(0), power, broadcast(0));
 }
 
 /// The corners; last, the first one again.
-[[nodiscard]] inline FourVec3 cornersAtOnce(const TriangleRecord& r) noexcept {
+[[nodiscard]] inline Vec3x4 cornersAtOnce(const TriangleRecord& r) noexcept {
   return {threeAndFirst(r.rows[0]), threeAndFirst(r.rows[1]), threeAndFirst(r.rows[2])};
 }
 
 /// The first three, rounded to floats; the fourth float stays as it is.
-inline void putFirstThree(std::array<float, 4>& floats, Four v) noexcept {
+inline void putFirstThree(std::array<float, 4>& floats, Double4 v) noexcept {
   constexpr int kFourth = 8;
   const __m128 rounded = _mm_movelh_ps(_mm_cvtpd_ps(v.low), _mm_cvtpd_ps(v.high));
   _mm_store_ps(floats.data(), _mm_blend_ps(rounded, _mm_load_ps(floats.data()), kFourth));
@@ -43,8 +43,8 @@ inline void putFirstThree(std::array<float, 4>& floats, Four v) noexcept {
                                            const Falloff& falloff) noexcept {
   TriangleRecord r = rest;
   for (const Dent& dent : dents) {
-    const FourVec3 before = cornersAtOnce(r);
-    const FourVec3 now = before + all(Vec3(dent.displacement)) * partsOf(dent, before, falloff);
+    const Vec3x4 before = cornersAtOnce(r);
+    const Vec3x4 now = before + broadcast(Vec3(dent.displacement)) * partsOf(dent, before, falloff);
     putFirstThree(r.rows[0], now.x);
     putFirstThree(r.rows[1], now.y);
     putFirstThree(r.rows[2], now.z);
@@ -61,7 +61,7 @@ class DentedSurface {
   /// or a few triangles on; more would bound the tick less.
   static constexpr int kBudget = 96;
 
-  DentedSurface(const Surface& rest, std::span<const Dent> dents, const Falloff& falloff) noexcept
+  DentedSurface(const CollisionMesh& rest, std::span<const Dent> dents, const Falloff& falloff) noexcept
       : rest_(rest), dents_(dents), falloff_(falloff) {}
 
   /// Until the next one is asked for.
@@ -75,13 +75,13 @@ class DentedSurface {
 
   /// The neighborhood watch of paper 3.2 on the dented triangles: from a triangle down to a point that no triangle around is
   /// closer to h than, or to the best of the `most` that it may look at. Adds those looked at to `spent`.
-  [[nodiscard]] Foot closestFrom(std::uint32_t start, Vec3 h, int& spent, int most = kBudget) noexcept {
-    Foot best = footOn(start, h, spent);
+  [[nodiscard]] ClosestPoint closestFrom(std::uint32_t start, Vec3 h, int& spent, int most = kBudget) noexcept {
+    ClosestPoint best = footOn(start, h, spent);
     for (std::uint32_t t = kNoTriangle; spent < most && t != best.triangle;) {
       t = best.triangle;
       const int index = best.index;
       const auto consider = [&](std::uint32_t other, int) noexcept {
-        const Foot foot = footOn(other, h, spent);
+        const ClosestPoint foot = footOn(other, h, spent);
         if (foot.squaredDistance < best.squaredDistance) best = foot;
         return spent < most;
       };
@@ -94,8 +94,8 @@ class DentedSurface {
     return best;
   }
 
-  /// As Surface::normal(), of the dented triangles; not of length 1, zero where there is none.
-  [[nodiscard]] Vec3 normal(const Foot& foot) noexcept {
+  /// As CollisionMesh::normal(), of the dented triangles; not of length 1, zero where there is none.
+  [[nodiscard]] Vec3 normal(const ClosestPoint& foot) noexcept {
     const Vec3 own = triangle(foot.triangle).areaNormal();
     if (foot.feature == Feature::kPolygon || rest_.onBoundary(foot)) return own;
     if (foot.feature == Feature::kLine) {
@@ -110,7 +110,7 @@ class DentedSurface {
   }
 
  private:
-  [[nodiscard]] Foot footOn(std::uint32_t t, Vec3 h, int& spent) noexcept {
+  [[nodiscard]] ClosestPoint footOn(std::uint32_t t, Vec3 h, int& spent) noexcept {
     ++spent;
     return closestOn(triangle(t), t, h);
   }
@@ -123,7 +123,7 @@ class DentedSurface {
     return unitOrZero(r.areaNormal()) * std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0));
   }
 
-  const Surface& rest_;
+  const CollisionMesh& rest_;
   std::span<const Dent> dents_;
   const Falloff& falloff_;
   TriangleRecord last_;

@@ -9,27 +9,27 @@ namespace {
 /// Triangles that a line has passed already, where some are in several cells.
 class Passed {
  public:
-  explicit Passed(const Surface& surface) noexcept : canRepeat_(surface.hierarchy().hasCells()) {}
+  explicit Passed(const CollisionMesh& surface) noexcept : canRepeat_(surface.hierarchy().hasCells()) {}
 
-  /// False for one that was there before. Beyond kMost of them all are new.
+  /// False for one that was there before. Beyond kMax of them all are new.
   [[nodiscard]] bool add(std::uint32_t t) noexcept {
     if (!canRepeat_) return true;
     const auto end = known_.begin() + static_cast<std::ptrdiff_t>(count_);
     if (std::find(known_.begin(), end, t) != end) return false;
-    if (count_ < kMost) known_[count_++] = t;
+    if (count_ < kMax) known_[count_++] = t;
     return true;
   }
 
  private:
-  static constexpr std::size_t kMost = 256;
+  static constexpr std::size_t kMax = 256;
   bool canRepeat_;
   std::size_t count_ = 0;
-  std::array<std::uint32_t, kMost> known_;
+  std::array<std::uint32_t, kMax> known_;
 };
 
 /// Calls visit(crossing) for every triangle that the segment passes, in no order.
 template <class Visit>
-void visitCrossings(const Surface& surface, Vec3 from, Vec3 to, Allowance& allowance, Visit visit) noexcept {
+void visitCrossings(const CollisionMesh& surface, Vec3 from, Vec3 to, Allowance& allowance, Visit visit) noexcept {
   const Segment segment(from, to);
   Passed passed(surface);
   allowance.spend(Allowance::kQuery);
@@ -44,8 +44,8 @@ void visitCrossings(const Surface& surface, Vec3 from, Vec3 to, Allowance& allow
 }
 
 /// Outside of the box, beyond the face that is nearest to `at`.
-[[nodiscard]] Vec3 outOfBox(const Surface& surface, Vec3 at) noexcept {
-  // Of the way to the face, along the other two axes: no direction in which meshes are built.
+[[nodiscard]] Vec3 outOfBox(const CollisionMesh& surface, Vec3 at) noexcept {
+  // Slope of the ray along the other two axes: no direction in which meshes are built.
   constexpr double kAslant = 0.30901699437494742;
   constexpr double kMoreAslant = 0.38196601125010515;
   constexpr double kBeyond = 1.125;
@@ -70,7 +70,7 @@ void visitCrossings(const Surface& surface, Vec3 from, Vec3 to, Allowance& allow
 
 }  // namespace
 
-int windingNumber(const Surface& surface, Vec3 at, Allowance& allowance) noexcept {
+int windingNumber(const CollisionMesh& surface, Vec3 at, Allowance& allowance) noexcept {
   if (glm::any(glm::lessThan(at, surface.low())) || glm::any(glm::greaterThan(at, surface.high()))) return 0;
   int winding = 0;
   visitCrossings(surface, at, outOfBox(surface, at), allowance,
@@ -78,18 +78,18 @@ int windingNumber(const Surface& surface, Vec3 at, Allowance& allowance) noexcep
   return winding;
 }
 
-double leavesAt(const Surface& surface, int winding, Vec3 from, Vec3 to, Allowance& allowance) noexcept {
-  constexpr std::size_t kMostCrossings = 64;  // beyond them the last one counts
-  constexpr double kSame = 0x1p-40;           // of the way: two triangles met on the edge between them
-  std::array<Crossing, kMostCrossings> crossings;
+double leavesAt(const CollisionMesh& surface, int winding, Vec3 from, Vec3 to, Allowance& allowance) noexcept {
+  constexpr std::size_t kMaxCrossings = 64;  // beyond them the last one counts
+  constexpr double kSame = 0x1p-40;          // of the way: two triangles met on the edge between them
+  std::array<Crossing, kMaxCrossings> crossings;
   std::size_t count = 0;
   double last = 0;
   visitCrossings(surface, from, to, allowance, [&](const Crossing& crossing) noexcept {
     last = std::max(last, crossing.time);
-    if (count < kMostCrossings) crossings[count] = crossing;
+    if (count < kMaxCrossings) crossings[count] = crossing;
     ++count;
   });
-  if (count > kMostCrossings) return last;
+  if (count > kMaxCrossings) return last;
   std::sort(crossings.begin(), crossings.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
   for (std::size_t i = 0; i < count; ++i) {

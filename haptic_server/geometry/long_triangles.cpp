@@ -142,7 +142,7 @@ class Grid {
         return line.u * low[u] + line.v * low[v] + line.offset >= 0;
       });
     }
-    /// Of the triangle's plane over a cell's shadow, along the steepest axis.
+    /// Lowest and highest point of the triangle's plane over a cell's shadow, along the steepest axis.
     [[nodiscard]] std::pair<double, double> heights(Vec3 low) const {
       if (normal[steepest] == 0) return {bounds.low[steepest], bounds.high[steepest]};
       const int u = (steepest + 1) % 3, v = (steepest + 2) % 3;
@@ -175,7 +175,7 @@ Grid gridFor(const Bounds& bounds, std::span<const std::uint32_t> triangles,
   constexpr std::size_t kSamples = 256;
   const std::size_t stride = std::max<std::size_t>(1, triangles.size() / kSamples);
   const auto count = static_cast<double>(triangles.size());
-  const double most = std::min(kMostListed * count, kMostListedOfAll);
+  const double most = std::min(kMaxListed * count, kMaxListedOfAll);
   for (const int along : kAlong) {
     const Grid grid(bounds, along);
     double listed = 0, samples = 0;
@@ -219,10 +219,10 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
   if (found.size() < kFew) return {};
   std::vector<std::uint8_t> uses(vertices.size(), 0);
   for (const auto& triangle : triangles) {
-    for (const std::uint32_t v : triangle) uses[v] += uses[v] <= kMostAtVertex ? 1 : 0;
+    for (const std::uint32_t v : triangle) uses[v] += uses[v] <= kMaxAtVertex ? 1 : 0;
   }
   std::erase_if(found, [&](std::uint32_t t) {
-    return std::ranges::any_of(triangles[t], [&](std::uint32_t v) { return uses[v] > kMostAtVertex; });
+    return std::ranges::any_of(triangles[t], [&](std::uint32_t v) { return uses[v] > kMaxAtVertex; });
   });
   Bounds within;
   double volumes = 0;
@@ -230,7 +230,7 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
     within.grow(cornersOf(t));
     volumes += boundsOf(cornersOf(t)).volume();
   }
-  if (found.size() < kFew || !(volumes > kMostOverlap * within.volume())) found.clear();
+  if (found.size() < kFew || !(volumes > kMaxOverlap * within.volume())) found.clear();
   return found;
 }
 

@@ -26,18 +26,18 @@ struct TriangleCells {
 
 /// Which of the triangles are long: longer than a sixteenth of the longest side of the box about all of them but a few giants.
 /// Not these, and not those
-/// with a vertex of more than kMostAtVertex, near which no cell could tell them apart. None where boxes do for them, because
-/// they are few, or do not overlap: at a point, no more than kMostOverlap in the mean.
+/// with a vertex of more than kMaxAtVertex, near which no cell could tell them apart. None where boxes do for them,
+/// because they are few, or do not overlap: at a point, no more than kMaxOverlap in the mean.
 [[nodiscard]] std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
                                                        std::span<const std::array<std::uint32_t, 3>> triangles);
-inline constexpr int kMostAtVertex = 16;
-inline constexpr double kMostOverlap = 3;
+inline constexpr int kMaxAtVertex = 16;
+inline constexpr double kMaxOverlap = 3;
 
-/// Puts triangles into cells, as fine as keeps them below kMostListed each, and below kMostListedOfAll. Finer makes
+/// Puts triangles into cells, as fine as keeps them below kMaxListed each, and below kMaxListedOfAll. Finer makes
 /// quicker queries, and takes memory: 4 bytes each time that a triangle is listed.
 [[nodiscard]] TriangleCells cellsOf(std::span<const std::uint32_t> triangles,
                                     const std::function<Corners(std::uint32_t)>& corners);
-inline constexpr double kMostListed = 200;
-inline constexpr double kMostListedOfAll = 12e6;
+inline constexpr double kMaxListed = 200;
+inline constexpr double kMaxListedOfAll = 12e6;
 
 }  // namespace haptics

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics {
 
@@ -8,7 +8,7 @@ namespace haptics {
 /// holds `triangle`, first one way round, then, when the fan is open, the other way. The lines of the vertex are the
 /// edges corner and corner - 1 of those polygons. Stops when visit returns false.
 template <class Visit>
-void visitFan(const Surface& surface, std::uint32_t triangle, int corner, Visit visit) noexcept {
+void visitFan(const CollisionMesh& surface, std::uint32_t triangle, int corner, Visit visit) noexcept {
   const std::uint32_t apex = surface.triangle(triangle).vertexAt(corner);
   for (const bool forward : {true, false}) {
     std::uint32_t t = triangle;
@@ -24,7 +24,7 @@ void visitFan(const Surface& surface, std::uint32_t triangle, int corner, Visit 
 }
 
 /// The edge of the polygon across line (triangle, edge) that is the same line, or -1 at a boundary.
-[[nodiscard]] inline int sameLineAcross(const Surface& surface, std::uint32_t triangle, int edge) noexcept {
+[[nodiscard]] inline int sameLineAcross(const CollisionMesh& surface, std::uint32_t triangle, int edge) noexcept {
   const std::uint32_t across = surface.triangle(triangle).neighbour(edge);
   if (across == kNoTriangle) return -1;
   return surface.triangle(across).cornerOf(surface.triangle(triangle).vertexAt(nextCorner(edge)));

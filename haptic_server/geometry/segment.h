@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "haptic_server/geometry/lanes.h"
+#include "haptic_server/geometry/simd.h"
 #include "haptic_server/geometry/triangle_record.h"
 
 namespace haptics {
@@ -29,12 +29,12 @@ class Segment {
     const Vec3 d = to - from;
     const Vec3 size = glm::abs(d);
     const int depth = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-    const auto along = [&](int axis) noexcept { return Axis{static_cast<std::size_t>(axis), all(from[axis])}; };
+    const auto along = [&](int axis) noexcept { return Axis{static_cast<std::size_t>(axis), broadcast(from[axis])}; };
     depth_ = along(depth);
     across_ = along(nextCorner(depth));
     up_ = along(previousCorner(depth));
-    slopeAcross_ = all(d[nextCorner(depth)] / d[depth]);
-    slopeUp_ = all(d[previousCorner(depth)] / d[depth]);
+    slopeAcross_ = broadcast(d[nextCorner(depth)] / d[depth]);
+    slopeUp_ = broadcast(d[previousCorner(depth)] / d[depth]);
   }
 
   /// Does it enter the triangle: from on or above its plane to below? A sheet (`twoSided`) is entered from below as
@@ -57,18 +57,18 @@ class Segment {
  private:
   struct Axis {
     std::size_t row = 0;  ///< Of a record.
-    Four from{};          ///< Coordinate of the start, metres.
+    Double4 from{};       ///< Coordinate of the start, metres.
 
-    [[nodiscard]] Four of(const TriangleRecord& r) const noexcept { return threeAndFirst(r.rows[row]) - from; }
+    [[nodiscard]] Double4 of(const TriangleRecord& r) const noexcept { return threeAndFirst(r.rows[row]) - from; }
   };
   /// Does its line meet the triangle?
   [[nodiscard]] bool passes(const TriangleRecord& r) const noexcept {
-    const Four depth = depth_.of(r);
-    const Four across = across_.of(r) - slopeAcross_ * depth;
-    const Four up = up_.of(r) - slopeUp_ * depth;
-    const Four edge = across * following(up) - up * following(across);
+    const Double4 depth = depth_.of(r);
+    const Double4 across = across_.of(r) - slopeAcross_ * depth;
+    const Double4 up = up_.of(r) - slopeUp_ * depth;
+    const Double4 edge = across * rotateLanes(up) - up * rotateLanes(across);
     constexpr unsigned kAll = 7;
-    return ((edge >= all(0)).bits() & kAll) == kAll || ((edge <= all(0)).bits() & kAll) == kAll;
+    return ((edge >= broadcast(0)).bits() & kAll) == kAll || ((edge <= broadcast(0)).bits() & kAll) == kAll;
   }
 
   Vec3 from_;
@@ -76,8 +76,8 @@ class Segment {
   Axis depth_;
   Axis across_;
   Axis up_;
-  Four slopeAcross_;
-  Four slopeUp_;
+  Double4 slopeAcross_;
+  Double4 slopeUp_;
 };
 
 }  // namespace haptics

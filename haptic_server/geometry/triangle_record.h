@@ -25,11 +25,11 @@ inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>:
 struct alignas(64) TriangleRecord {
   /// Another part of the same mesh passes through this triangle, or the triangles around one of its vertices do through
   /// each other.
-  static constexpr std::uint32_t kCrossed = 1;
+  static constexpr std::uint32_t kSelfIntersecting = 1;
   static constexpr std::uint32_t kZeroArea = 2;    ///< Its corners lie exactly on one line.
   static constexpr std::uint32_t kOpenCorner = 4;  ///< Shifted left by k: the polygons at corner k are no closed fan.
   static constexpr int kFlagBits = 5;
-  static constexpr std::uint32_t kMostTriangles = 1U << (32 - kFlagBits);  ///< Whose numbers fit in above the flags.
+  static constexpr std::uint32_t kMaxRecords = 1U << (32 - kFlagBits);  ///< Whose numbers fit in above the flags.
 
   /// Row d holds coordinate d of the three corners and, in its last place, the bits of the neighbour across edge d.
   std::array<std::array<float, 4>, 3> rows;
@@ -58,7 +58,7 @@ struct alignas(64) TriangleRecord {
   }
   [[nodiscard]] std::uint32_t vertexAt(int k) const noexcept { return vertex[static_cast<std::size_t>(k)]; }
   [[nodiscard]] std::uint32_t canonical() const noexcept { return flags >> kFlagBits; }
-  [[nodiscard]] bool crossed() const noexcept { return (flags & kCrossed) != 0; }
+  [[nodiscard]] bool selfIntersecting() const noexcept { return (flags & kSelfIntersecting) != 0; }
   [[nodiscard]] bool zeroArea() const noexcept { return (flags & kZeroArea) != 0; }
   [[nodiscard]] bool openAt(int k) const noexcept { return (flags & (kOpenCorner << k)) != 0; }
 };

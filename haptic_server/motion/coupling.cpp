@@ -31,7 +31,7 @@ namespace {
 
 }  // namespace
 
-double leastFeltMass_kg(const RigidBody& body, std::span<const Vec3f> vertices) {
+double minApparentMass_kg(const RigidBody& body, std::span<const Vec3f> vertices) {
   if (body.freedom == Freedom::kSlider) return body.mass.mass_kg;
   double most = 0;
   for (const Vec3f vertex : vertices) {

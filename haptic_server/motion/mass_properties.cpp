@@ -6,7 +6,7 @@
 namespace haptics {
 namespace {
 
-/// Of the largest element: by so much rounding may break symmetry and the triangle inequality of given values.
+/// Fraction of the largest element by which rounding may break symmetry and the triangle inequality of given values.
 constexpr double kRounding = 1e-6;
 
 struct Diagonal {

@@ -14,12 +14,12 @@ namespace {
 /// for that, by enough to keep a faceted round body rocking.
 constexpr int kRounds = 40;
 /// However many bodies there are. One would let a body at rest creep.
-constexpr int kLeastRounds = 2;
+constexpr int kMinRounds = 2;
 // Units (Allowance).
-constexpr std::int64_t kPoint = 3;                              ///< To see whether a support point is by a plane;
-constexpr std::int64_t kPointByPlane = 12;                      ///< what one that is costs besides.
-constexpr std::int64_t kRound = 64;                             ///< A round, of a point that bears the body;
-constexpr std::int64_t kBearing = 112 + kLeastRounds * kRound;  ///< all that such a point costs with the least rounds.
+constexpr std::int64_t kPoint = 3;                            ///< To see whether a support point is by a plane;
+constexpr std::int64_t kPointByPlane = 12;                    ///< what one that is costs besides.
+constexpr std::int64_t kRound = 64;                           ///< A round, of a point that bears the body;
+constexpr std::int64_t kBearing = 112 + kMinRounds * kRound;  ///< all that such a point costs with the least rounds.
 /// The rounds end when they change the impulses by less than this part. At rest the first guess is right: two do.
 constexpr double kSettled = 1e-7;
 /// Depth that is left alone, of the body's radius. 0 would lift bodies for ever, as rounding lets them sink.
@@ -27,7 +27,8 @@ constexpr double kSlop = 1e-4;
 /// Points nearer to a plane than that, of the body's radius, count as on it even when the body stands still. 0 would let
 /// a body rock between points that take turns in bearing it.
 constexpr double kNear = 1e-3;
-/// Of a greater depth, what is taken away in a tick. 1 would throw a body that was put into a plane out of it.
+/// The fraction of a greater depth that is taken away in a tick. 1 would throw a body that was put into a plane out of
+/// it.
 constexpr double kLift = 0.1;
 
 /// A point of the body by a plane, ready to be solved.
@@ -102,7 +103,7 @@ struct Above {
   [[nodiscard]] double operator()(Vec3 support) const noexcept { return height + glm::dot(normal, support); }
 };
 
-/// Of the support points within reach of a plane, those that span what the body stands on. In the principal frame.
+/// The support points within reach of a plane that span the body's support polygon. In the principal frame.
 class Footprint {
  public:
   /// @param next  At the tick's end, if the plane were not there.
@@ -291,7 +292,7 @@ void meetPlanes(const RigidBody& body, RigidState& state, double period_s, Motio
     impulses.applyTurning(rolling);
   }
   for (int round = 0; round < kRounds && count > 0; ++round) {
-    if (round >= kLeastRounds) {
+    if (round >= kMinRounds) {
       if (allowance.rounds.isSpent()) break;
       allowance.rounds.spend(kRound * static_cast<std::int64_t>(count));
     }

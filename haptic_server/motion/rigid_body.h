@@ -83,7 +83,7 @@ struct PlanePoint {
 struct RigidState {
   Pose rest;  ///< Of the object, world: as the scene has it. Springs pull there; a joint's axis is where it puts it.
 
-  // Of a free body; world frame.
+  // A free body; world frame.
   Vec3 centre_m{0};
   Quat axes{1, 0, 0, 0};  ///< Principal axes to world.
   Vec3 momentum_Ns{0};
@@ -92,7 +92,7 @@ struct RigidState {
   std::size_t touchingCount = 0;
   Vec3 rolling_Nms{0};  ///< What resistance to rolling gave it in the last tick.
 
-  // Of a hinge (rad) or slider (m): from the rest pose.
+  // A hinge's angle (rad) or a slider's offset (m) from the rest pose.
   double coordinate = 0;
   double rate_per_s = 0;
 
@@ -122,7 +122,7 @@ inline constexpr double kWorldRadius_m = 10;
 
 /// At rest at an object's pose.
 [[nodiscard]] RigidState restingAt(const RigidBody& body, const Pose& pose) noexcept;
-/// Of the object.
+/// The object's pose.
 [[nodiscard]] Pose poseOf(const RigidBody& body, const RigidState& state) noexcept;
 [[nodiscard]] RigidVelocity velocityOf(const RigidBody& body, const RigidState& state) noexcept;
 /// Kinetic and potential, of gravity and spring, J; gravity's part is 0 at the world's origin.

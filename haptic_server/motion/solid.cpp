@@ -82,7 +82,7 @@ Solid solidOf(std::span<const Vec3f> vertices, Triangles triangles, bool sidesCa
     moments.add(Vec3(vertices[t[0]]) - corner, Vec3(vertices[t[1]]) - corner, Vec3(vertices[t[2]]) - corner);
   }
   const double extent = glm::length(highest - lowest);
-  // Of the box's volume, as rounding leaves it: float vertices are exact to 2^-24 of the extent.
+  // Fraction of the box's volume that rounding leaves: float vertices are exact to 2^-24 of the extent.
   constexpr double kNothing = 0x1p-24;
   if (!(std::abs(moments.volume) > kNothing * extent * extent * extent)) {
     solid.defect = SolidDefect::kFlat;

@@ -14,7 +14,7 @@ namespace haptics {
 class Admission {
  public:
   static constexpr std::size_t kMaxClients = 64;
-  /// Of these, as many viewers, and as many clients with one token: whoever holds a token leaves places to the others.
+  /// Limits within these for viewers and for clients with one token: whoever holds a token leaves room for others.
   static constexpr std::size_t kMaxViewers = 48;
   static constexpr std::size_t kMaxClientsOfToken = 48;
   /// Memory for uploads under way, being built and waiting for an edit, of all clients and of those with one token.

@@ -23,12 +23,12 @@ std::string Connection::described() const {
 }
 
 std::shared_ptr<const Asset> Connection::findAsset(const ContentHash& hash) const {
-  return shared_.room.findAsset(hash);
+  return shared_.sceneService.findAsset(hash);
 }
 
 bool Connection::submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction, bool wantsProgress) {
   const auto post = all_.postTo(number_);
-  SceneRoom::EditProgress progress;
+  SceneService::EditProgress progress;
   if (wantsProgress) {
     progress = [post, clientSeq](WorkStage stage, double share) {
       post([clientSeq, stage, share](ServerSession& session) { session.editProgress(clientSeq, stage, share); });
@@ -37,7 +37,7 @@ bool Connection::submitEdit(SessionId id, std::uint64_t clientSeq, Transaction t
   const auto reply = [post, clientSeq](const EditOutcome& outcome) {
     post([clientSeq, outcome](ServerSession& session) { session.editDecided(clientSeq, outcome); });
   };
-  return shared_.room.submitEdit(editSession(id), clientSeq, std::move(transaction), reply, left_.get_token(),
+  return shared_.sceneService.submitEdit(editSession(id), clientSeq, std::move(transaction), reply, left_.get_token(),
                                  std::move(progress));
 }
 
@@ -51,7 +51,7 @@ bool Connection::submitAsset(const AssetName& name, std::string bytes) {
     const auto alive = all.lock();
     if (alive) alive->post([upload, asset](Connections& connections) { connections.assetDecided(upload, asset); });
   };
-  return shared_.room.submitAsset(editSession(session_.id()), name, std::move(bytes), reply, left_.get_token());
+  return shared_.sceneService.submitAsset(editSession(session_.id()), name, std::move(bytes), reply, left_.get_token());
 }
 
 std::optional<Connection::DatagramOffer> Connection::offerDatagrams() {

@@ -44,7 +44,7 @@ class Connection final : public SessionHost {
   void releaseUpload(std::size_t bytes) override { shared_.uploads.release(token_, bytes); }
 
   [[nodiscard]] const MotionState& motion() const override { return shared_.servo.motion(); }
-  [[nodiscard]] EnergySource gaveMost() const override { return shared_.servo.gaveMost(); }
+  [[nodiscard]] EnergySource largestEnergySource() const override { return shared_.servo.largestEnergySource(); }
   [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override;
   [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override;
 

@@ -26,9 +26,9 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   static constexpr std::size_t kMaxHalfOpen = 64;
 
   /// Room and host outlive every call.
-  Connections(const ServerIdentity& identity, const std::optional<ServerCredentials>& credentials, SceneRoom& room,
-              ServerHost& host)
-      : identity_(identity), shared_(credentials, room, host) {}
+  Connections(const ServerIdentity& identity, const std::optional<ServerCredentials>& credentials,
+              SceneService& sceneService, ServerHost& host)
+      : identity_(identity), shared_(credentials, sceneService, host) {}
 
   [[nodiscard]] EventLoop& loop() noexcept { return loop_; }
   [[nodiscard]] const SharedByConnections& shared() const noexcept { return shared_; }

@@ -19,17 +19,17 @@ class EditGate {
 
   /// Whether the edit may pass now; else it is put off.
   [[nodiscard]] bool allow(std::uint64_t clientSeq, std::uint64_t now_ns) noexcept {
-    if (clientSeq <= putOffUpTo_) putOffUpTo_ = 0;
-    if (putOffUpTo_ == 0 && rate_.allow(now_ns)) return true;
-    putOff(clientSeq);
+    if (clientSeq <= retryUpTo_) retryUpTo_ = 0;
+    if (retryUpTo_ == 0 && rate_.allow(now_ns)) return true;
+    retryLater(clientSeq);
     return false;
   }
   /// It passed, and there was no room for it.
-  void putOff(std::uint64_t clientSeq) noexcept { putOffUpTo_ = std::max(putOffUpTo_, clientSeq); }
+  void retryLater(std::uint64_t clientSeq) noexcept { retryUpTo_ = std::max(retryUpTo_, clientSeq); }
 
  private:
   RateLimit rate_;
-  std::uint64_t putOffUpTo_ = 0;  // highest number that came too early, and was not let in since
+  std::uint64_t retryUpTo_ = 0;  // highest number that came too early, and was not let in since
 };
 
 }  // namespace haptics

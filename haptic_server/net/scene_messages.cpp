@@ -15,7 +15,7 @@ namespace {
 /// Tag and length of an object inside a message, at most.
 constexpr std::size_t kPerObject_bytes = 6;
 static_assert(SceneLimits{}.answer_bytes + kAroundObjects_bytes <= kMaxFrameBytes, "each accepted edit fits a frame");
-/// Of a reason: more is of no help.
+/// Longest reason: more is of no help.
 constexpr std::size_t kMaxReason_bytes = 1000;
 
 /// Cut between two characters.

@@ -11,7 +11,7 @@
 
 namespace haptics {
 
-/// Of a frame, for what stands around the objects: envelope, numbers, roots and a reason.
+/// Bytes of a frame around the objects: envelope, numbers, roots and a reason.
 inline constexpr std::size_t kAroundObjects_bytes = 1536;
 
 /// Gives `send` the messages that carry the whole scene, one by one, each of at most chunk_bytes or one object.

@@ -37,16 +37,16 @@ std::string plainRefusal() {
 
 }  // namespace
 
-Result<std::unique_ptr<Server>> Server::listen(Options options, SceneRoom& room, ServerHost& host) {
-  std::unique_ptr<Server> server(new Server(std::move(options), room, host));
+Result<std::unique_ptr<Server>> Server::listen(Options options, SceneService& sceneService, ServerHost& host) {
+  std::unique_ptr<Server> server(new Server(std::move(options), sceneService, host));
   if (auto opened = server->open(); !opened) return tl::unexpected(std::move(opened).error());
   return server;
 }
 
-Server::Server(Options options, SceneRoom& room, ServerHost& host)
+Server::Server(Options options, SceneService& sceneService, ServerHost& host)
     : options_(std::move(options)),
-      room_(room),
-      connections_(std::make_shared<Connections>(options_.identity, options_.credentials, room, host)) {}
+      sceneService_(sceneService),
+      connections_(std::make_shared<Connections>(options_.identity, options_.credentials, sceneService, host)) {}
 
 Server::~Server() { stop(); }
 
@@ -73,7 +73,7 @@ Result<void> Server::open() {
 }
 
 void Server::start() {
-  room_.setListener([weak = std::weak_ptr(connections_)](const std::shared_ptr<const SceneHistory>& history) {
+  sceneService_.setListener([weak = std::weak_ptr(connections_)](const std::shared_ptr<const SceneHistory>& history) {
     const auto alive = weak.lock();
     if (alive) alive->post([history](Connections& connections) { connections.sceneChanged(history); });
   });
@@ -86,7 +86,7 @@ void Server::start() {
 
 void Server::stop() {
   if (!thread_.joinable()) return;
-  room_.setListener({});
+  sceneService_.setListener({});
   connections_->loop().post([this] {
     listener_.reset();
     stopTimer_ = connections_->loop().after(kStopGrace, [this] { connections_->loop().stop(); });

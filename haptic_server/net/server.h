@@ -13,7 +13,7 @@
 #include "common/wire/transport.h"
 #include "haptic_server/net/server_host.h"
 #include "haptic_server/net/server_session.h"
-#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/scene/scene_service.h"
 
 namespace haptics {
 
@@ -41,7 +41,8 @@ class Server {
 
   /// Binds the address. Room and host outlive the server. Errors: malformed or not allowed address, port in use, a key
   /// that is not the certificate's.
-  [[nodiscard]] static Result<std::unique_ptr<Server>> listen(Options options, SceneRoom& room, ServerHost& host);
+  [[nodiscard]] static Result<std::unique_ptr<Server>> listen(Options options, SceneService& sceneService,
+                                                              ServerHost& host);
   ~Server();  ///< Stops.
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
@@ -58,14 +59,14 @@ class Server {
   [[nodiscard]] Counters counters() const noexcept;                    ///< Any thread.
 
  private:
-  Server(Options options, SceneRoom& room, ServerHost& host);
+  Server(Options options, SceneService& sceneService, ServerHost& host);
   [[nodiscard]] Result<void> open();
   void run();
   void serveEvery(std::chrono::microseconds period);
   void serve();
 
   const Options options_;
-  SceneRoom& room_;
+  SceneService& sceneService_;
   /// With the loop on which all that follows lives. Shared with tasks of other threads, which may end later than the
   /// server, and then do nothing.
   const std::shared_ptr<Connections> connections_;

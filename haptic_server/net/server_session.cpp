@@ -273,7 +273,7 @@ void ServerSession::handle(const v1::EditRequest& request) {
   const std::uint64_t clientSeq = request.client_seq();
   if (role_ != Role::kEdit) return editDecided(clientSeq, notAnEditor());
   if (!editGate_.allow(clientSeq, host_.now_ns())) {
-    return putOff(clientSeq, {"rate", "more than 200 edits per second; send it again later"});
+    return retryLater(clientSeq, {"rate", "more than 200 edits per second; send it again later"});
   }
   auto transaction = fromWire(request.transaction());
   if (!transaction) return editDecided(clientSeq, std::move(transaction).error());
@@ -281,11 +281,11 @@ void ServerSession::handle(const v1::EditRequest& request) {
     return editDecided(clientSeq, EditConflict{{}, "it was made from a state that the server has lost"});
   }
   if (host_.submitEdit(id_, clientSeq, *std::move(transaction), request.progress())) return;
-  editGate_.putOff(clientSeq);
-  putOff(clientSeq, {"busy", "the server has too many edits waiting; send it again later"});
+  editGate_.retryLater(clientSeq);
+  retryLater(clientSeq, {"busy", "the server has too many edits waiting; send it again later"});
 }
 
-void ServerSession::putOff(std::uint64_t clientSeq, const Error& why) {
+void ServerSession::retryLater(std::uint64_t clientSeq, const Error& why) {
   v1::Envelope envelope;
   v1::EditReply& reply = *envelope.mutable_edit_reply();
   reply.set_client_seq(clientSeq);
@@ -364,7 +364,8 @@ void ServerSession::sendTelemetry(bool lineIsFree) {
   if (!telemetry_.due(now_ns)) return;
   v1::Telemetry& message = *telemetryEnvelope_.mutable_telemetry();
   toWire(telemetry_.take(now_ns), message);
-  if (const EnergySource source = host_.gaveMost(); source.object != 0) toWire(source, *message.add_energy());
+  if (const EnergySource source = host_.largestEnergySource(); source.object != 0)
+    toWire(source, *message.add_energy());
   bodies_.add(host_.motion(), message);
   for (const ObjectDent& dent : host_.motion().dents()) toWire(dent, *message.add_dent());
   if (byDatagram_ && host_.sendDatagram(message)) return;

@@ -10,9 +10,9 @@
 #include "common/telemetry/telemetry_sample.h"
 #include "common/wire/framing.h"
 #include "common/wire/transport.h"
-#include "haptic_server/net/adoption_watch.h"
+#include "haptic_server/net/adoption_tracker.h"
 #include "haptic_server/net/asset_sender.h"
-#include "haptic_server/net/body_turns.h"
+#include "haptic_server/net/body_update_scheduler.h"
 #include "haptic_server/net/edit_gate.h"
 #include "haptic_server/net/rate_limit.h"
 #include "haptic_server/net/session_host.h"
@@ -29,12 +29,12 @@ struct ServerIdentity {
   double maxForce_N = 0;  ///< Newtons, the device's limit.
 };
 
-/// Of one connection. Other values than these are for tests.
+/// Limits of one connection. Other values than these are for tests.
 struct SessionLimits {
   FrameLimits frames = {};
   /// Before Welcome, which a Hello needs: who has not said who he is makes the server parse no more.
   static constexpr std::size_t kHelloBytes = 1U << 10;
-  /// Of one who may only view, who has nothing large to say.
+  /// Largest frame from a client that may only view.
   static constexpr std::size_t kViewerFrameBytes = 64U << 10;
   static constexpr double kViewerBytesPerSecond = 64U << 10;
   static constexpr double kViewerBurstBytes = 256U << 10;
@@ -75,7 +75,7 @@ class ServerSession {
   /// The servo feels `revision` since `tick`. Revisions in ascending order.
   void adopted(std::uint64_t revision, std::uint64_t tick);
   void editDecided(std::uint64_t clientSeq, const EditOutcome& outcome);
-  /// Of an edit that is not decided, to a client that wants to know.
+  /// Reports the progress of an undecided edit to a client that asked for it.
   void editProgress(std::uint64_t clientSeq, WorkStage stage, double share);
   void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
   /// The file with the last seconds, or why there is none.
@@ -113,11 +113,11 @@ class ServerSession {
 
   v1::Envelope telemetryEnvelope_;  // reused: encoding a sample allocates only its frame
   TelemetrySlot telemetry_;
-  BodyTurns bodies_;
+  BodyUpdateScheduler bodies_;
   bool byDatagram_ = false;
 
   EditGate editGate_;
-  AdoptionWatch adoptions_;
+  AdoptionTracker adoptions_;
   SessionUploads uploads_;
 
   void received(std::span<const char> bytes);
@@ -130,7 +130,7 @@ class ServerSession {
   void handle(const v1::AssetRequest& request);
   void handle(const v1::EditRequest& request);
   void handle(const v1::AssetUpload& upload);
-  void putOff(std::uint64_t clientSeq, const Error& why);
+  void retryLater(std::uint64_t clientSeq, const Error& why);
   void handle(const v1::ClockProbe& probe);
   void reportStatus(bool deformed);
   void dump();

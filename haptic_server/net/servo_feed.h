@@ -29,7 +29,7 @@ class ServoFeed {
   [[nodiscard]] const MotionState& motion() const noexcept { return motion_; }
   /// What the objects gave the hand, of the last 20 ms; and who of them gave most, object 0 for nobody.
   [[nodiscard]] const EnergyState& energy() const noexcept { return energy_; }
-  [[nodiscard]] EnergySource gaveMost() const noexcept { return gaveMost_; }
+  [[nodiscard]] EnergySource largestEnergySource() const noexcept { return largestEnergySource_; }
 
  private:
   bool takeMotion() {
@@ -42,7 +42,7 @@ class ServoFeed {
     const EnergyState* newest = host_.takeEnergy();
     if (newest == nullptr) return;
     energy_ = *newest;
-    gaveMost_ = largestSource(energy_).value_or(EnergySource{});
+    largestEnergySource_ = largestSource(energy_).value_or(EnergySource{});
   }
 
   template <class OnAdopted>
@@ -61,7 +61,7 @@ class ServoFeed {
   std::optional<TelemetrySample> last_;
   MotionState motion_;
   EnergyState energy_;
-  EnergySource gaveMost_;
+  EnergySource largestEnergySource_;
 };
 
 }  // namespace haptics

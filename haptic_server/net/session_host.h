@@ -25,7 +25,7 @@ class SceneHost {
   /// \param wantsProgress  With ServerSession::editProgress before, where it takes long.
   [[nodiscard]] virtual bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                                         bool wantsProgress) = 0;
-  /// Of the newest version and the newest sample's dents; nothing where that cannot be told.
+  /// Hash of the newest version with the newest sample's dents; nothing where it is not known.
   [[nodiscard]] virtual std::optional<ContentHash> deformedHash() { return std::nullopt; }
 };
 
@@ -50,8 +50,8 @@ class TelemetryHost {
     static const MotionState kNone;
     return kNone;
   }
-  /// Of one object what gave the hand most energy; object 0: none gave any, or nobody looks.
-  [[nodiscard]] virtual EnergySource gaveMost() const { return {}; }
+  /// The object and feature that gave the hand most energy; object 0: none gave any, or nothing observes it.
+  [[nodiscard]] virtual EnergySource largestEnergySource() const { return {}; }
 
   struct DatagramOffer {
     std::uint16_t port;

@@ -55,7 +55,8 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
     }
   }
   if (!reserveFor(chunk)) {
-    return putOff(*hash, {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
+    return retryLater(*hash,
+                      {"chunk.total_size", "the server has no room for so large an upload now; try again later"});
   }
   lastChunk_ns_ = now_ns;
   assembly_.add(chunk, name);
@@ -63,7 +64,7 @@ std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& c
   building_[*hash] = {std::exchange(assemblyReserved_, 0)};
   if (!host_.submitAsset(name, assembly_.take())) {
     host_.releaseUpload(building_.extract(*hash).mapped().reserved);
-    return putOff(*hash, {"busy", "the server has too many edits waiting; try again later"});
+    return retryLater(*hash, {"busy", "the server has too many edits waiting; try again later"});
   }
   return std::nullopt;
 }
@@ -126,7 +127,7 @@ v1::AssetUploadReply SessionUploads::refuse(const ContentHash& hash, const Error
   return refusedReply(hash.asBytes(), error);
 }
 
-v1::AssetUploadReply SessionUploads::putOff(const ContentHash& hash, const Error& why) {
+v1::AssetUploadReply SessionUploads::retryLater(const ContentHash& hash, const Error& why) {
   v1::AssetUploadReply reply = refuse(hash, why);
   reply.set_retry_after_ms(kRetryAfter_ms);
   return reply;
@@ -144,7 +145,7 @@ bool SessionUploads::reserveFor(const v1::AssetChunk& chunk) {
   const std::size_t needed = chunk.offset() + chunk.data().size();
   if (needed <= assemblyReserved_) return true;
   const std::size_t wanted =
-      std::min<std::size_t>(chunk.total_size(), std::max(kLeastReserve_bytes, 2 * assemblyReserved_));
+      std::min<std::size_t>(chunk.total_size(), std::max(kMinReserve_bytes, 2 * assemblyReserved_));
   if (!host_.reserveUpload(wanted - assemblyReserved_)) return false;
   assemblyReserved_ = wanted;
   return true;

@@ -24,7 +24,7 @@ class SessionUploads {
   static constexpr std::uint64_t kStalled_ns = 10'000'000'000;
   /// Memory is taken as the chunks come, at least so much and then twice what is there: whoever only announces bytes
   /// keeps nobody from the budget.
-  static constexpr std::size_t kLeastReserve_bytes = 1U << 20;
+  static constexpr std::size_t kMinReserve_bytes = 1U << 20;
 
   /// Both hosts outlive this. Chunks have at most chunk_bytes.
   SessionUploads(const SceneHost& scene, UploadHost& host, std::size_t chunk_bytes);
@@ -66,7 +66,7 @@ class SessionUploads {
   std::deque<Held> held_;
 
   v1::AssetUploadReply refuse(const ContentHash& hash, const Error& error);
-  v1::AssetUploadReply putOff(const ContentHash& hash, const Error& why);
+  v1::AssetUploadReply retryLater(const ContentHash& hash, const Error& why);
   void hold(std::shared_ptr<const Asset> asset, std::size_t reserved);
   [[nodiscard]] bool reserveFor(const v1::AssetChunk& chunk);
   void releaseAssembly();

@@ -12,28 +12,34 @@
 #include "haptic_server/net/admission.h"
 #include "haptic_server/net/connection_log.h"
 #include "haptic_server/net/datagram_paths.h"
+#include "haptic_server/net/deformed_hash_cache.h"
 #include "haptic_server/net/server_host.h"
 #include "haptic_server/net/servo_feed.h"
-#include "haptic_server/net/shape_hash.h"
 #include "haptic_server/net/upload_budget.h"
-#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/scene/scene_service.h"
 
 namespace haptics {
 
 /// What the connections of a server share. The network thread's, but for the counts, which any thread may read.
 struct SharedByConnections {
-  SharedByConnections(const std::optional<ServerCredentials>& credentials, SceneRoom& room_, ServerHost& host_)
-      : room(room_), host(host_), history(room_.history()), servo(host_), shapes(room_), admission(credentials) {}
+  SharedByConnections(const std::optional<ServerCredentials>& credentials, SceneService& sceneService_,
+                      ServerHost& host_)
+      : sceneService(sceneService_),
+        host(host_),
+        history(sceneService_.history()),
+        servo(host_),
+        shapes(sceneService_),
+        admission(credentials) {}
   SharedByConnections(const SharedByConnections&) = delete;
   SharedByConnections& operator=(const SharedByConnections&) = delete;
 
   void logLine(const std::string& line) { log.add(line, monotonicNow_ns()); }
 
-  SceneRoom& room;
+  SceneService& sceneService;
   ServerHost& host;
   std::shared_ptr<const SceneHistory> history;  ///< The newest.
   ServoFeed servo;
-  ShapeHash shapes;
+  DeformedHashCache shapes;
   Admission admission;
   UploadBudget uploads{Admission::kUploads_bytes, admission.uploadsOfToken_bytes()};
   std::unique_ptr<DatagramSocket> datagrams;  ///< Null: no telemetry by datagram.

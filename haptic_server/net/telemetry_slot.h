@@ -7,7 +7,7 @@
 
 namespace haptics {
 
-/// One client's newest sample, and when it may have it. Latest wins: a sample that was not sent is replaced.
+/// One client's newest sample, and when it may be sent. Latest wins: a sample that was not sent is replaced.
 class TelemetrySlot {
  public:
   /// Longest time between samples, however low the rate that was asked for.

@@ -55,7 +55,7 @@ Result<std::unique_ptr<FlightRecorder>> FlightRecorder::open(Options options, Fl
 
 FlightRecorder::~FlightRecorder() { (void)stop(); }
 
-void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjectParts>& objects) {
+void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjectSource>& objects) {
   const std::uint64_t now_ns = monotonicNow_ns();
   const auto kept = std::make_shared<const GivenScene>(givenScene(scene, objects));
   bool later = false, running = false;
@@ -193,7 +193,7 @@ void FlightRecorder::take(const RecordedTick& tick) {
 }
 
 bool FlightRecorder::mayBeRecorded(Fault fault) {
-  if (faults_ >= kMostFaults) return false;
+  if (faults_ >= kMaxFaults) return false;
   const std::uint64_t now_ns = monotonicNow_ns();
   if (now_ns >= nextFault_ns_) return true;
   options_.info("no recording of this fault (" + nameOf(fault) +

@@ -42,7 +42,7 @@ class FlightRecorder {
   /// Kept of what comes after a fault: how the force was taken away.
   static constexpr double kAfterFault_s = 0.5;
   /// Recordings of faults by one server: a device that comes and goes must not fill the disk.
-  static constexpr int kMostFaults = 20;
+  static constexpr int kMaxFaults = 20;
   /// What they may keep the disk busy with: after one of a large scene the next fault is recorded only when this rate is
   /// kept, 30 s after 235 MB (12.6 million triangles).
   static constexpr double kFaultBytes_per_s = 8e6;
@@ -59,7 +59,7 @@ class FlightRecorder {
   FlightRecorder& operator=(const FlightRecorder&) = delete;
 
   /// A scene that the servo is about to get. Any one thread, also before start().
-  void given(const ServoScene& scene, const std::vector<ServoObjectParts>& objects);
+  void given(const ServoScene& scene, const std::vector<ServoObjectSource>& objects);
   void start();
   /// Any thread. Writes the last FlightRing::kSeconds, unless somebody else has just asked.
   void request(std::string why, Answer answer);

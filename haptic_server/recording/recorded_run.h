@@ -41,7 +41,7 @@ class RecordedRun {
   [[nodiscard]] RecordedBeginning& beginning() noexcept { return beginning_; }
   /// Null when it is not there, or was let go.
   [[nodiscard]] const RemadeScene* find(std::uint64_t number) const;
-  /// Of scenes before this one (ServoScene::number), nothing is in use any more.
+  /// Releases the scenes before this one (ServoScene::number): none is in use any more.
   void letGoBefore(std::uint64_t number) { given_.erase(given_.begin(), given_.lower_bound(number)); }
 
   [[nodiscard]] std::uint64_t scenes() const noexcept { return scenesMade_; }

@@ -13,7 +13,7 @@ namespace {
 [[nodiscard]] Result<SceneVersion> versionOf(std::uint64_t revision, const std::vector<GivenObject>& objects) {
   std::vector<ObjectRecord> records;
   for (const GivenObject& object : objects) {
-    if (!object.parts.leaving) records.push_back(*object.parts.record);
+    if (!object.parts.pendingRemoval) records.push_back(*object.parts.record);
   }
   return SceneVersion::fromSnapshot(revision, std::move(records));
 }
@@ -65,12 +65,12 @@ Result<std::vector<GivenObject>> RecordedScenes::objectsOf(const v1::RecordedSce
       objects.insert(at, *std::move(object));
     }
   }
-  for (GivenObject& object : objects) object.parts.leaving = false;
+  for (GivenObject& object : objects) object.parts.pendingRemoval = false;
   for (const ObjectId id : message.leaving()) {
     const auto at = std::ranges::lower_bound(objects, id, {}, &GivenObject::id);
     if (at == objects.end() || at->id() != id)
       return refused("leaving", "names object " + std::to_string(id) + ", which is not there");
-    at->parts.leaving = true;
+    at->parts.pendingRemoval = true;
   }
   if (objects.size() > kMaxServoObjects)
     return refused("put", "leads to more than " + std::to_string(kMaxServoObjects) + " objects");
@@ -87,14 +87,14 @@ Result<RemadeScene> RecordedScenes::make(const v1::RecordedScene& message) {
   if (!version) return tl::unexpected(Error(version.error()).within(where));
   if (version->root().asBytes() != message.root()) return refused(where + "root", "is not that of its objects");
   objects_ = *std::move(objects);
-  std::vector<ServoObjectParts> parts;
+  std::vector<ServoObjectSource> parts;
   for (const GivenObject& object : objects_) parts.push_back(object.parts);
   auto scene = maker_.make(std::move(parts), message.revision());
   scene->number = number_ = message.number();
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     scene->objects[i].stiffness_N_per_m = objects_[i].stiffness_N_per_m;
     scene->objects[i].damping_Ns_per_m = objects_[i].damping_Ns_per_m;
-    scene->objects[i].taken = objects_[i].taken;
+    scene->objects[i].baked = objects_[i].baked;
   }
   return RemadeScene{std::move(scene), *std::move(version), maker_.parts()};
 }

@@ -6,7 +6,7 @@
 
 #include "common/error/error.h"
 #include "haptic_server/recording/recording_writer.h"
-#include "haptic_server/scene/servo_scene_maker.h"
+#include "haptic_server/scene/servo_scene_builder.h"
 #include "haptics/v1/recording.pb.h"
 
 namespace haptics {
@@ -14,8 +14,8 @@ namespace haptics {
 /// A scene of a recording again.
 struct RemadeScene {
   std::unique_ptr<const ServoScene> scene;
-  SceneVersion version;                   ///< Of the objects that are not leaving.
-  std::vector<ServoObjectParts> objects;  ///< What the scene is made of, object by object.
+  SceneVersion version;                    ///< Of the objects that are not leaving.
+  std::vector<ServoObjectSource> objects;  ///< What the scene is made of, object by object.
 };
 
 /// Makes the servo's scenes of a recording again. What was one in memory in the servo is one here too: assets by their
@@ -34,7 +34,7 @@ class RecordedScenes {
  private:
   AssetStore& store_;
   std::unordered_map<ContentHash, std::shared_ptr<const Asset>> assets_;
-  ServoSceneMaker maker_{{}};
+  ServoSceneBuilder maker_{{}};
   std::vector<GivenObject> objects_;  // of the last scene made, in order of id
   std::uint64_t number_ = 0;
 

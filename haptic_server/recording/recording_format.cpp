@@ -59,7 +59,7 @@ v1::RecordingHead toMessage(const RecordingFacts& facts) {
   head.set_stable_lateral_n_per_m(facts.config.stableLateral_N_per_m);
   head.set_rise_s(facts.config.rise_s);
   head.set_work_per_s(facts.config.work_per_s);
-  if (const auto& lead = facts.config.lead) {
+  if (const auto& lead = facts.config.observer) {
     v1::RecordedLead& message = *head.mutable_lead();
     message.set_mass_kg(lead->mass_kg);
     message.set_viscous_friction_ns_per_m(lead->viscousFriction_Ns_per_m);
@@ -109,14 +109,14 @@ Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
       return refused("head.lead.hard_bandwidth_hz", "is not finite and above 0");
     if (!(lead.hard_from_n_per_m() > lead.soft_up_to_n_per_m()))
       return refused("head.lead.hard_from_N_per_m", "is not above soft_up_to_N_per_m");
-    facts.config.lead = LeadSettings{.mass_kg = lead.mass_kg(),
-                                     .viscousFriction_Ns_per_m = lead.viscous_friction_ns_per_m(),
-                                     .delay_s = lead.delay_s(),
-                                     .bandwidth_Hz = lead.bandwidth_hz(),
-                                     .hardBandwidth_Hz = lead.hard_bandwidth_hz(),
-                                     .softUpTo_N_per_m = lead.soft_up_to_n_per_m(),
-                                     .hardFrom_N_per_m = lead.hard_from_n_per_m(),
-                                     .contactLead_s = lead.contact_lead_s()};
+    facts.config.observer = ObserverSettings{.mass_kg = lead.mass_kg(),
+                                             .viscousFriction_Ns_per_m = lead.viscous_friction_ns_per_m(),
+                                             .delay_s = lead.delay_s(),
+                                             .bandwidth_Hz = lead.bandwidth_hz(),
+                                             .hardBandwidth_Hz = lead.hard_bandwidth_hz(),
+                                             .softUpTo_N_per_m = lead.soft_up_to_n_per_m(),
+                                             .hardFrom_N_per_m = lead.hard_from_n_per_m(),
+                                             .contactLead_s = lead.contact_lead_s()};
   }
   return facts;
 }

@@ -26,7 +26,7 @@ struct RecordingFacts {
   StepConfig config;
 };
 
-/// Of this program's step.
+/// The version of this program's step.
 [[nodiscard]] std::string_view ownStepSources() noexcept;
 
 [[nodiscard]] v1::RecordingHead toMessage(const RecordingFacts& facts);

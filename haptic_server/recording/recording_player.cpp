@@ -89,7 +89,7 @@ void RecordingPlayer::showTaken(std::uint64_t ticks) {
   }
 }
 
-TickScript::Next RecordingPlayer::next(Tick& tick) noexcept {
+ReplaySource::Next RecordingPlayer::next(Tick& tick) noexcept {
   const bool all = readAll_.load(std::memory_order_acquire);
   if (!ahead_.pop(now_)) {
     if (!all) return Next::kNotYet;

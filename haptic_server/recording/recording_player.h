@@ -14,7 +14,7 @@
 #include "haptic_server/device/device.h"
 #include "haptic_server/recording/mapped_file.h"
 #include "haptic_server/recording/recorded_run.h"
-#include "haptic_server/servo/tick_script.h"
+#include "haptic_server/servo/replay_source.h"
 
 namespace haptics {
 
@@ -29,7 +29,7 @@ struct PlayedSoFar {
 /// A recording in place of a device and of those who edit: the servo gets the positions and buttons that the device gave
 /// and the scenes that came, tick by tick, and each force is compared with the recorded one. A thread of its own reads
 /// ahead of the servo and makes the scenes.
-class RecordingPlayer final : public Device, public TickScript {
+class RecordingPlayer final : public Device, public ReplaySource {
  public:
   /// Shows those who watch a scene that the servo has taken. False: it is to be shown again later.
   using Show = std::function<bool(const RemadeScene&)>;
@@ -63,7 +63,7 @@ class RecordingPlayer final : public Device, public TickScript {
   void stop() noexcept override {}
 
   [[nodiscard]] Next next(Tick& tick) noexcept override;
-  void uses(std::uint64_t scene) noexcept override { used_.store(scene, std::memory_order_release); }
+  void releaseBefore(std::uint64_t scene) noexcept override { used_.store(scene, std::memory_order_release); }
 
  private:
   struct ToShow {

@@ -68,7 +68,7 @@ void rotateRecordings(const fs::path& folder, const RecordingQuota& quota) {
   removeOldest(recordingsIn(folder), [&](const std::vector<Recording>& recordings) {
     std::size_t bytes = 0;
     for (const Recording& recording : recordings) bytes += recording.bytes;
-    return recordings.size() > quota.mostFiles || bytes > quota.most_bytes;
+    return recordings.size() > quota.maxFiles || bytes > quota.most_bytes;
   });
 }
 

@@ -10,7 +10,7 @@ namespace haptics {
 /// What recordings of the last seconds may take of a disk.
 struct RecordingQuota {
   std::size_t most_bytes = std::size_t(1) << 30;  ///< All of a folder's together, but for the last one.
-  std::size_t mostFiles = 100;
+  std::size_t maxFiles = 100;
   /// Left to whoever else writes to that disk, the scene's journal first; of a small disk a tenth.
   std::size_t leave_bytes = std::size_t(64) << 20;
 };

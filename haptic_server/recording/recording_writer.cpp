@@ -13,7 +13,7 @@ namespace haptics {
 namespace {
 
 constexpr int kPermissions = 0666;  // less the umask
-constexpr std::size_t kMostPending_bytes = 4U << 20;
+constexpr std::size_t kMaxPending_bytes = 4U << 20;
 
 [[nodiscard]] tl::unexpected<Error> failed(const std::filesystem::path& file) {
   return refused(file.string(), "the recording cannot be written: " + std::generic_category().message(errno));
@@ -57,7 +57,7 @@ Result<void> RecordingWriter::flush() {
 
 void RecordingWriter::addPart(std::string_view part) {
   chain_.append(pending_, part);
-  if (pending_.size() > kMostPending_bytes) writePending();
+  if (pending_.size() > kMaxPending_bytes) writePending();
 }
 
 void RecordingWriter::writePending() {

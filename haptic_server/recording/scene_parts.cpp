@@ -15,29 +15,29 @@ namespace {
 /// But for whether it is leaving.
 [[nodiscard]] bool isSame(const GivenObject& a, const GivenObject& b) {
   return *a.parts.record == *b.parts.record && a.parts.poseRevision == b.parts.poseRevision &&
-         a.stiffness_N_per_m == b.stiffness_N_per_m && a.damping_Ns_per_m == b.damping_Ns_per_m && a.taken == b.taken;
+         a.stiffness_N_per_m == b.stiffness_N_per_m && a.damping_Ns_per_m == b.damping_Ns_per_m && a.baked == b.baked;
 }
 
 [[nodiscard]] std::string rootOf(const GivenScene& scene) {
   std::vector<ObjectRecord> records;
   for (const GivenObject& object : scene.objects) {
-    if (!object.parts.leaving) records.push_back(*object.parts.record);
+    if (!object.parts.pendingRemoval) records.push_back(*object.parts.record);
   }
   return SceneVersion::fromSnapshot(scene.revision, std::move(records)).value().root().asBytes();
 }
 
 }  // namespace
 
-GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectParts>& parts) {
+GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectSource>& parts) {
   GivenScene given{scene.number, scene.revision, {}};
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const ServoObject& object = scene.objects[i];
-    given.objects.push_back({parts[i], object.stiffness_N_per_m, object.damping_Ns_per_m, object.taken});
+    given.objects.push_back({parts[i], object.stiffness_N_per_m, object.damping_Ns_per_m, object.baked});
   }
   return given;
 }
 
-void SceneParts::addAssets(const ServoObjectParts& object, const Put& put) {
+void SceneParts::addAssets(const ServoObjectSource& object, const Put& put) {
   for (const AssetName& name : object.record->assets()) {
     const auto asset = object.assets.find(name.hash);
     if (!asset || !assets_.insert(name.hash).second) continue;
@@ -57,7 +57,7 @@ void SceneParts::add(const GivenScene& scene, const Put& put) {
   message.set_revision(scene.revision);
   message.set_root(rootOf(scene));
   for (const GivenObject& object : scene.objects) {
-    if (object.parts.leaving) message.add_leaving(object.id());
+    if (object.parts.pendingRemoval) message.add_leaving(object.id());
     if (const GivenObject* before = find(before_, object.id()); before != nullptr && isSame(*before, object)) continue;
     addAssets(object.parts, put);
     v1::RecordedObject& changed = *message.add_put();
@@ -65,9 +65,9 @@ void SceneParts::add(const GivenScene& scene, const Put& put) {
     changed.set_posed_at(object.parts.poseRevision);
     changed.set_stiffness_n_per_m(object.stiffness_N_per_m);
     changed.set_damping_ns_per_m(object.damping_Ns_per_m);
-    changed.set_shape(object.taken.shape);
-    changed.set_dents_taken_up_to(object.taken.upTo);
-    changed.set_dents_loosened_up_to(object.taken.loosenedUpTo);
+    changed.set_shape(object.baked.shape);
+    changed.set_dents_taken_up_to(object.baked.upTo);
+    changed.set_dents_loosened_up_to(object.baked.releasedUpTo);
   }
   for (const GivenObject& object : before_) {
     if (find(scene.objects, object.id()) == nullptr) message.add_gone(object.id());

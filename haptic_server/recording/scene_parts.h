@@ -4,7 +4,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "haptic_server/scene/servo_scene_maker.h"
+#include "haptic_server/scene/servo_scene_builder.h"
 #include "haptics/v1/recording.pb.h"
 
 namespace haptics {
@@ -12,10 +12,10 @@ namespace haptics {
 /// An object of a scene that the servo was given, as a recording keeps it: what it is made of, and what limits have made of
 /// its material.
 struct GivenObject {
-  ServoObjectParts parts;
+  ServoObjectSource parts;
   double stiffness_N_per_m = 0;  ///< ServoObject's.
   double damping_Ns_per_m = 0;
-  TakenDents taken = {};  ///< ServoObject's.
+  BakedDents baked = {};  ///< ServoObject's.
 
   [[nodiscard]] ObjectId id() const noexcept { return parts.record->id; }
 };
@@ -27,7 +27,7 @@ struct GivenScene {
 };
 
 /// \param parts  What the scene is made of, object by object.
-[[nodiscard]] GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectParts>& parts);
+[[nodiscard]] GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectSource>& parts);
 
 /// Tells one scene after another as parts of a recording: assets that are new, then what differs from the scene before.
 class SceneParts {
@@ -37,7 +37,7 @@ class SceneParts {
   void add(const GivenScene& scene, const Put& put);
 
  private:
-  void addAssets(const ServoObjectParts& object, const Put& put);
+  void addAssets(const ServoObjectSource& object, const Put& put);
 
   std::unordered_set<ContentHash> assets_;
   std::vector<GivenObject> before_;  // of the last scene added

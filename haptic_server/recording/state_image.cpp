@@ -42,13 +42,14 @@ requires std::is_trivially_copyable_v<T>
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
   const Adoption& adoption = state.adoption;
   const SceneFeatures& features = state.features;
-  if (!isFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.lettingGo, &features.detail,
-                &features.soft, &features.bumps, &features.varyingStiffness, &features.beingMoved, &features.leaving,
-                &state.supervision.attached, &state.groove.shaded}))
+  if (!isFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut, &features.detail,
+                &features.soft, &features.bumps, &features.varyingStiffness, &features.beingMoved,
+                &features.pendingRemoval, &state.supervision.attached, &state.groove.shaded}))
     return false;
   if (state.surface.fade.how > ShadingFade::How::kTogether) return false;
   for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
-    if (!isFlags({&state.bodies[i].leaving, &state.bodies[i].moving, &state.objects[i].beingMoved})) return false;
+    if (!isFlags({&state.bodies[i].pendingRemoval, &state.bodies[i].moving, &state.objects[i].beingMoved}))
+      return false;
   }
   for (std::size_t i = 0; i < state.motion.count; ++i) {
     if (!isFlag(state.moving[i].moved)) return false;
@@ -61,18 +62,18 @@ requires std::is_trivially_copyable_v<T>
 
 [[nodiscard]] bool isPose(const Pose& pose) {
   constexpr double kRounding = 1e-3;
-  return isPlace(pose.position) && std::abs(glm::length(pose.rotation) - 1) <= kRounding;
+  return isWithinWorld(pose.position) && std::abs(glm::length(pose.rotation) - 1) <= kRounding;
 }
 
 [[nodiscard]] bool isContactOn(const ContactState& contact, const ServoScene& scene) {
   if (contact.mode > ContactState::Mode::kSeveralSurfaces || contact.feature > Feature::kVertex) return false;
   if (contact.holdingCount < 0 || contact.holdingCount > ContactState::kMaxHolding) return false;
-  if (!isFlags({&contact.reseated, &contact.unchecked})) return false;
+  if (!isFlags({&contact.reprojected, &contact.unchecked})) return false;
   if (!(contact.reached >= 0 && contact.reached <= 1 && contact.stride > 0 && contact.stride <= 1)) return false;
-  if (!isPlace(contact.clear.centre) || !(contact.clear.radius_m >= 0 && contact.clear.radius_m <= kFarthest_m))
+  if (!isWithinWorld(contact.clear.centre) || !(contact.clear.radius_m >= 0 && contact.clear.radius_m <= kFarthest_m))
     return false;
-  if (!isPlace(contact.hip) || !isPlace(contact.ihip) || !isPlace(contact.local)) return false;
-  for (const HoldingSurface& held : contact.surfaces()) {
+  if (!isWithinWorld(contact.hip) || !isWithinWorld(contact.ihip) || !isWithinWorld(contact.local)) return false;
+  for (const ContactSurface& held : contact.surfaces()) {
     const auto body = static_cast<std::size_t>(held.body);
     if (held.body < 0 || body >= scene.objects.size() || (held.side != 1 && held.side != -1)) return false;
     if (held.triangle >= scene.objects[body].surface->triangleCount()) return false;
@@ -113,19 +114,19 @@ requires std::is_trivially_copyable_v<T>
   for (const BodyDent& dent : state.allDents()) {
     if (dent.body >= state.adoption.bodyCount || !scene.objects[dent.body].tissue) return false;
     for (const Dent& place : {dent.dent, dent.rest, dent.begun}) {
-      if (!isPlace(Vec3(place.centre)) || !isPlace(Vec3(place.displacement))) return false;
+      if (!isWithinWorld(Vec3(place.centre)) || !isWithinWorld(Vec3(place.displacement))) return false;
     }
   }
   state.contact.polygon = {};
   return isContactOn(state.contact, scene);
 }
 
-/// \param lead  As it begins.
-[[nodiscard]] bool takeLead(std::string_view& image, LeadObserver& lead) {
-  LeadObserver later;
+/// \param observer  As it begins.
+[[nodiscard]] bool takeObserver(std::string_view& image, PredictiveObserver& observer) {
+  PredictiveObserver later;
   if (image.empty() || image.front() != 1) return false;  // its first byte: that it is active
-  if (!take(image, later) || !lead.couldBecome(later)) return false;
-  lead = later;
+  if (!take(image, later) || !observer.couldBecome(later)) return false;
+  observer = later;
   return true;
 }
 
@@ -141,7 +142,7 @@ requires std::is_trivially_copyable_v<T>
   for (std::size_t i = 0; i < state.motion.count; ++i) whole = whole && take(image, state.moving[i]);
   for (std::size_t i = 0; i < state.denting.count; ++i) whole = whole && take(image, state.dents[i]);
   if (!whole || !take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
-  return (state.lead.active() ? takeLead(image, state.lead) : true) && image.empty();
+  return (state.observer.active() ? takeObserver(image, state.observer) : true) && image.empty();
 }
 
 }  // namespace
@@ -152,8 +153,8 @@ std::uint64_t stateLayout() noexcept {
     return std::array{sizeof(Part)...};
   }(std::type_identity<Parts>());
   constexpr std::size_t kSizes[] = {sizeof(ContactState),  sizeof(Body),          sizeof(HapticState::ObjectState),
-                                    sizeof(BumpWatch),     sizeof(MovingBody),    sizeof(BodyDent),
-                                    sizeof(SurfaceMemory), sizeof(EnergyAccount), sizeof(LeadObserver)};
+                                    sizeof(BumpState),     sizeof(MovingBody),    sizeof(BodyDent),
+                                    sizeof(SurfaceMemory), sizeof(EnergyAccount), sizeof(PredictiveObserver)};
   std::uint64_t layout = 0;
   for (const std::size_t size : kParts) layout = layout * 1'000'003 + size;
   for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;
@@ -174,7 +175,7 @@ std::string stateImage(const HapticState& state) {
     object.tissue = nullptr;
     put(image, body);
     put(image, object);
-    put(image, state.features.bumps ? state.bumps[i] : BumpWatch{});
+    put(image, state.features.bumps ? state.bumps[i] : BumpState{});
   }
   for (std::size_t i = 0; i < state.motion.count; ++i) {
     MovingBody moving = state.moving[i];
@@ -184,7 +185,7 @@ std::string stateImage(const HapticState& state) {
   for (const BodyDent& dent : state.allDents()) put(image, dent);
   put(image, state.features.detail ? state.surface : SurfaceMemory{});
   put(image, state.energy);
-  if (state.lead.active()) put(image, state.lead);
+  if (state.observer.active()) put(image, state.observer);
   return image;
 }
 

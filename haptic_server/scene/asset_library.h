@@ -8,8 +8,8 @@
 #include "haptic_server/scene/field_library.h"
 #include "haptic_server/scene/fit_deformation.h"
 #include "haptic_server/scene/mesh_library.h"
-#include "haptic_server/scene/motion_remarks.h"
-#include "haptic_server/scene/surface_remarks.h"
+#include "haptic_server/scene/motion_warnings.h"
+#include "haptic_server/scene/surface_warnings.h"
 
 namespace haptics {
 
@@ -47,14 +47,14 @@ class AssetLibrary final : public AssetResolver {
     }
     return Resolved<MovedVerticesAsset>{std::move(asset), ""};
   }
-  [[nodiscard]] std::vector<std::string> remarks(const ObjectRecord& record,
-                                                 const ObjectAssets& assets) const override {
-    auto remarks = surfaceRemarks(record, assets, device_);
-    for (std::string& remark : motionRemarks(record, assets, device_)) remarks.push_back(std::move(remark));
-    for (std::string& remark : deformationRemarks(record.deformation, *assets.mesh->mesh, assets.derived.flattened)) {
-      remarks.push_back(std::move(remark));
+  [[nodiscard]] std::vector<std::string> warnings(const ObjectRecord& record,
+                                                  const ObjectAssets& assets) const override {
+    auto warnings = surfaceWarnings(record, assets, device_);
+    for (std::string& warning : motionWarnings(record, assets, device_)) warnings.push_back(std::move(warning));
+    for (std::string& warning : deformationWarnings(record.deformation, *assets.mesh->mesh, assets.derived.flattened)) {
+      warnings.push_back(std::move(warning));
     }
-    return remarks;
+    return warnings;
   }
 
  private:

@@ -56,7 +56,7 @@ class AssetResolver {
   /// Moved vertices by their hash; errors are of the field "asset" below Residue.
   [[nodiscard]] virtual Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) = 0;
   /// What the editor of an object may want to know of it as it is to be: a line each.
-  [[nodiscard]] virtual std::vector<std::string> remarks(const ObjectRecord&, const ObjectAssets&) const { return {}; }
+  [[nodiscard]] virtual std::vector<std::string> warnings(const ObjectRecord&, const ObjectAssets&) const { return {}; }
 };
 
 }  // namespace haptics

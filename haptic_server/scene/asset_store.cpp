@@ -26,9 +26,9 @@ ContentHash hashOfBytes(const std::string& bytes) {
 }
 
 std::shared_ptr<MeshAsset> build(std::shared_ptr<const TriMesh> mesh) {
-  static_assert(kMaxTriangles <= TriangleRecord::kMostTriangles);
+  static_assert(kMaxTriangles <= TriangleRecord::kMaxRecords);
   auto asset = std::make_shared<MeshAsset>();
-  asset->surface = buildSurface(mesh->vertices, mesh->triangles);
+  asset->surface = buildCollisionMesh(mesh->vertices, mesh->triangles);
   asset->mesh = std::move(mesh);
   return asset;
 }

@@ -16,7 +16,7 @@
 #include "common/scene/asset_source.h"
 #include "common/surface/point_field.h"
 #include "common/surface/sampled_field.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics {
 
@@ -35,7 +35,7 @@ struct Asset {
 struct MeshAsset final : Asset {
   static constexpr AssetKind kKind = AssetKind::kMesh;
   std::shared_ptr<const TriMesh> mesh;
-  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const CollisionMesh> surface;
   [[nodiscard]] AssetContent content() const override { return mesh; }
 };
 

@@ -12,18 +12,18 @@
 namespace haptics {
 namespace {
 
-std::shared_ptr<const Result<FeltBody>> makeBody(const MotionProperties& motion, const MeshAsset& asset) {
+std::shared_ptr<const Result<RigidBodyAndMass>> makeBody(const MotionProperties& motion, const MeshAsset& asset) {
   const TriMesh& mesh = *asset.mesh;
   auto body = rigidBodyFrom(motion, mesh, asset.surface && asset.surface->closed());
-  if (!body) return std::make_shared<const Result<FeltBody>>(tl::unexpected<Error>(std::move(body.error())));
+  if (!body) return std::make_shared<const Result<RigidBodyAndMass>>(tl::unexpected<Error>(std::move(body.error())));
   if (body->planeCount > 0) body->standOn(supportPoints(mesh.vertices));
-  const double feltMass_kg = leastFeltMass_kg(*body, mesh.vertices);
-  return std::make_shared<const Result<FeltBody>>(
-      FeltBody{std::make_shared<const RigidBody>(*std::move(body)), feltMass_kg});
+  const double apparentMass_kg = minApparentMass_kg(*body, mesh.vertices);
+  return std::make_shared<const Result<RigidBodyAndMass>>(
+      RigidBodyAndMass{std::make_shared<const RigidBody>(*std::move(body)), apparentMass_kg});
 }
 
 /// On which shading normals stand; null: it has not been made.
-const Surface* surfaceOf(const ObjectRecord& record, const ObjectAssets& assets) {
+const CollisionMesh* surfaceOf(const ObjectRecord& record, const ObjectAssets& assets) {
   if (assets.derived.shape) return assets.derived.shape.get();
   const bool asMesh = !record.deformation.lattice && !record.deformation.residue;
   return asMesh ? assets.mesh->surface.get() : nullptr;
@@ -56,13 +56,13 @@ class Deriver {
     const bool counted = takeOver(&DerivedParts::flattened, same);
     if (taken || !isNew) return;
     work();
-    assets_.derived.shape = refitSurface(*assets_.mesh->surface, assets_.shapeAtRest(record_.deformation));
+    assets_.derived.shape = refitCollisionMesh(*assets_.mesh->surface, assets_.shapeAtRest(record_.deformation));
     if (own.lattice && !counted) assets_.derived.flattened = flattenedBy(*own.lattice, *assets_.mesh->mesh);
   }
 
   void addNormals() {
     const auto& shading = record_.material.surface.shading;
-    const Surface* surface = surfaceOf(record_, assets_);
+    const CollisionMesh* surface = surfaceOf(record_, assets_);
     if (!shading || surface == nullptr) return;
     const bool taken = takeOver(&DerivedParts::normals, [&](const KnownObject& known) {
       return surfaceOf(*known.record, *known.assets) == surface && known.record->material.surface.shading == shading;
@@ -102,7 +102,8 @@ void derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const Kn
   deriver.addNormals();
 }
 
-std::shared_ptr<const Result<FeltBody>> feltBodyOf(const ObjectRecord& record, const ObjectAssets& assets) {
+std::shared_ptr<const Result<RigidBodyAndMass>> rigidBodyAndMassOf(const ObjectRecord& record,
+                                                                   const ObjectAssets& assets) {
   if (!record.motion) return nullptr;
   return assets.derived.body ? assets.derived.body : makeBody(*record.motion, *assets.mesh);
 }

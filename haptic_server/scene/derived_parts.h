@@ -14,20 +14,20 @@ struct ObjectAssets;
 struct ObjectRecord;
 struct RigidBody;
 class ShadingNormals;
-class Surface;
+class CollisionMesh;
 
 /// An object that moves, as it is felt.
-struct FeltBody {
+struct RigidBodyAndMass {
   std::shared_ptr<const RigidBody> body;  ///< With its support points.
-  double feltMass_kg = 0;                 ///< leastFeltMass_kg().
+  double apparentMass_kg = 0;             ///< minApparentMass_kg().
 };
 
 /// What is computed of an object's record and assets, in time that grows with its mesh. Each is null where the object has
 /// none, or it has not been made yet.
 struct DerivedParts {
-  std::shared_ptr<const Result<FeltBody>> body;  ///< Refused: what rigidBodyFrom() refuses.
-  std::shared_ptr<const Surface> shape;          ///< Of the mesh as lattice and residue have it.
-  std::optional<std::size_t> flattened;          ///< Triangles that the lattice leaves without an area.
+  std::shared_ptr<const Result<RigidBodyAndMass>> body;  ///< Refused: what rigidBodyFrom() refuses.
+  std::shared_ptr<const CollisionMesh> shape;            ///< Of the mesh as lattice and residue have it.
+  std::optional<std::size_t> flattened;                  ///< Triangles that the lattice leaves without an area.
   std::shared_ptr<const ShadingNormals> normals;
 };
 
@@ -43,12 +43,12 @@ using BeforeWork = std::function<void(std::size_t triangles)>;
 
 /// Makes assets.derived. What one of the known objects has of the same is taken over, the first one's first.
 /// \param shapeIsNew  Mesh or lattice were given: their shape is made here. Else one that only its residue has changed
-///                    is left to ServoSceneMaker, which knows the last one.
+///                    is left to ServoSceneBuilder, which knows the last one.
 void derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const KnownObject> known, bool shapeIsNew,
             const BeforeWork& beforeWork);
 
 /// assets.derived.body, or made now; null: it does not move.
-[[nodiscard]] std::shared_ptr<const Result<FeltBody>> feltBodyOf(const ObjectRecord& record,
-                                                                 const ObjectAssets& assets);
+[[nodiscard]] std::shared_ptr<const Result<RigidBodyAndMass>> rigidBodyAndMassOf(const ObjectRecord& record,
+                                                                                 const ObjectAssets& assets);
 
 }  // namespace haptics

@@ -13,7 +13,7 @@ namespace haptics {
 /// All that a sequencer needs to go on where another one was, but for the assets that its version names.
 struct SequencerState {
   std::shared_ptr<const SceneHistory> history;
-  EditMemory memory;
+  EditDeduplicator memory;
   ObjectId nextId = 1;  ///< The next object's.
   /// Objects of the version as they were before assets of theirs were lost (lost_parts.h).
   std::vector<std::shared_ptr<const ObjectRecord>> lost = {};

@@ -5,18 +5,18 @@
 
 namespace haptics {
 
-EditMemory::Lookup EditMemory::find(SessionId session, std::uint64_t clientSeq) const {
+EditDeduplicator::Lookup EditDeduplicator::find(SessionId session, std::uint64_t clientSeq) const {
   const auto at = sessions_.find(session);
   if (at == sessions_.end()) return {};
   const SessionResults& known = at->second.known;
   const auto result = std::ranges::find(known.results, clientSeq, &Result::clientSeq);
   if (result != known.results.end()) return {Answer::kApplied, *result};
   if (clientSeq <= known.forgottenUpTo) return {Answer::kForgotten, {}};
-  const bool passedOver = !known.results.empty() && clientSeq < known.results.back().clientSeq;
-  return {passedOver ? Answer::kPassedOver : Answer::kNew, {}};
+  const bool superseded = !known.results.empty() && clientSeq < known.results.back().clientSeq;
+  return {superseded ? Answer::kSuperseded : Answer::kNew, {}};
 }
 
-void EditMemory::remember(SessionId session, const Result& result) {
+void EditDeduplicator::remember(SessionId session, const Result& result) {
   const auto at = sessions_.find(session);
   if (at == sessions_.end()) return remember(SessionResults{session, 0, {result}});
   auto& [known, lastEdit] = at->second;
@@ -30,7 +30,7 @@ void EditMemory::remember(SessionId session, const Result& result) {
   }
 }
 
-void EditMemory::remember(SessionResults session) {
+void EditDeduplicator::remember(SessionResults session) {
   const SessionId id = session.session;
   sessions_[id] = {std::move(session), ++edits_};
   byLastEdit_[edits_] = id;
@@ -40,7 +40,7 @@ void EditMemory::remember(SessionResults session) {
   }
 }
 
-std::vector<EditMemory::SessionResults> EditMemory::sessions() const {
+std::vector<EditDeduplicator::SessionResults> EditDeduplicator::sessions() const {
   std::vector<SessionResults> sessions;
   for (const auto& [lastEdit, id] : byLastEdit_) sessions.push_back(sessions_.at(id).known);
   return sessions;

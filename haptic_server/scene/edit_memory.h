@@ -15,7 +15,7 @@ namespace haptics {
 /// Which edits of which session were applied, so that a resent one is answered and not applied again. Bounded: the
 /// last kResultsPerSession of each of the kSessions that edited last. A resend from a forgotten session would be
 /// applied twice; at one edit a second from each, a session is remembered for over an hour.
-class EditMemory {
+class EditDeduplicator {
  public:
   static constexpr std::size_t kResultsPerSession = 64;
   static constexpr std::size_t kSessions = 4096;
@@ -25,7 +25,7 @@ class EditMemory {
     std::uint64_t revision = 0;
     ContentHash root;
   };
-  enum class Answer { kNew, kApplied, kPassedOver, kForgotten };
+  enum class Answer { kNew, kApplied, kSuperseded, kForgotten };
   struct Lookup {
     Answer answer = Answer::kNew;
     Result result;  ///< For kApplied.
@@ -38,7 +38,7 @@ class EditMemory {
     std::deque<Result> results;       ///< Oldest first.
   };
 
-  /// kPassedOver: not applied, and a later one was. kForgotten: so old that it may have been applied.
+  /// kSuperseded: not applied, and a later one was. kForgotten: so old that it may have been applied.
   [[nodiscard]] Lookup find(SessionId session, std::uint64_t clientSeq) const;
   void remember(SessionId session, const Result& result);
 

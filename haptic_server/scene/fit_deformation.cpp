@@ -4,7 +4,7 @@
 #include <array>
 
 #include "common/interruption/interruption.h"
-#include "haptic_server/scene/surface_remarks.h"
+#include "haptic_server/scene/surface_warnings.h"
 
 namespace haptics {
 namespace {
@@ -71,22 +71,22 @@ std::size_t flattenedBy(const Lattice& lattice, const TriMesh& mesh) {
   }));
 }
 
-std::vector<std::string> deformationRemarks(const DeformationProperties& properties, const TriMesh& mesh,
-                                            std::optional<std::size_t> flattened) {
-  std::vector<std::string> remarks;
+std::vector<std::string> deformationWarnings(const DeformationProperties& properties, const TriMesh& mesh,
+                                             std::optional<std::size_t> flattened) {
+  std::vector<std::string> warnings;
   if (properties.softness) {
     const double edge_m = meanEdge_m(mesh);
     if (properties.softness->radius_m < kEdgesInRadius * edge_m) {
-      remarks.push_back("softness.radius_m is less than " + std::to_string(static_cast<int>(kEdgesInRadius)) +
-                        " edges of the mesh, which are " + millimetres(edge_m) +
-                        " in the mean: dents are coarse, and hard between its vertices");
+      warnings.push_back("softness.radius_m is less than " + std::to_string(static_cast<int>(kEdgesInRadius)) +
+                         " edges of the mesh, which are " + millimetres(edge_m) +
+                         " in the mean: dents are coarse, and hard between its vertices");
     }
   }
   if (properties.lattice) {
     const std::size_t flat = flattened ? *flattened : flattenedBy(*properties.lattice, mesh);
-    if (flat > 0) remarks.push_back("the lattice leaves " + std::to_string(flat) + " triangles without an area");
+    if (flat > 0) warnings.push_back("the lattice leaves " + std::to_string(flat) + " triangles without an area");
   }
-  return remarks;
+  return warnings;
 }
 
 }  // namespace haptics

@@ -21,7 +21,7 @@ namespace haptics {
 
 /// Warnings of a mesh too coarse to show its dents, and of triangles that the lattice leaves without an area, which are
 /// counted unless they are known.
-[[nodiscard]] std::vector<std::string> deformationRemarks(const DeformationProperties& properties, const TriMesh& mesh,
-                                                          std::optional<std::size_t> flattened = std::nullopt);
+[[nodiscard]] std::vector<std::string> deformationWarnings(const DeformationProperties& properties, const TriMesh& mesh,
+                                                           std::optional<std::size_t> flattened = std::nullopt);
 
 }  // namespace haptics

@@ -6,7 +6,7 @@ namespace haptics {
 namespace {
 
 /// A flat mesh has no thickness, and a mapping's box needs one.
-constexpr double kLeastMappingSide_m = 1e-6;
+constexpr double kMinMappingSide_m = 1e-6;
 
 struct Box {
   Vec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
@@ -28,7 +28,7 @@ void fitToMesh(const MappedSource& source, const TriMesh& mesh, Mapping& mapping
   if (!source.centreOfMesh && !source.sizeOfMesh) return;
   const Box box = boxOf(mesh, glm::conjugate(mapping.rotation));
   if (source.centreOfMesh) mapping.centre = mapping.rotation * ((box.low + box.high) / 2.0);
-  if (source.sizeOfMesh) mapping.size_m = glm::max(box.high - box.low, Vec3(kLeastMappingSide_m));
+  if (source.sizeOfMesh) mapping.size_m = glm::max(box.high - box.low, Vec3(kMinMappingSide_m));
 }
 
 }  // namespace haptics

@@ -129,11 +129,11 @@ RestoredState restore(SequencerState state, const AssetLookup& lookUp, AssetStor
     const auto before = recordOf(state.lost, now->id);
     const ObjectRecord whole = before ? withLostParts(*now, *before) : *now;
     RecoveredObject held = recoverObject(whole, lookUp, store);
-    for (const std::string& part : held.lost) restored.remarks.push_back("object \"" + now->name + "\": " + part);
+    for (const std::string& part : held.lost) restored.warnings.push_back("object \"" + now->name + "\": " + part);
     if (!held.lost.empty()) stillGone.push_back(std::make_shared<const ObjectRecord>(whole));
     if (!(held.record == *now)) {
       if (held.lost.empty())
-        restored.remarks.push_back("object \"" + now->name + "\": what was lost of it is here again");
+        restored.warnings.push_back("object \"" + now->name + "\": what was lost of it is here again");
       const bool lessThanNow = !(withLostParts(held.record, *now) == held.record);
       lostMore = lostMore || lessThanNow;
       held.record.revision = commit.revision;
@@ -149,7 +149,7 @@ RestoredState restore(SequencerState state, const AssetLookup& lookUp, AssetStor
     commit.root = next.root();
     const std::uint64_t revision = commit.revision;
     history.append(std::make_shared<const AcceptedEdit>(
-                       AcceptedEdit{kServerSession, revision, std::move(commit), restored.remarks, state.nextId}),
+                       AcceptedEdit{kServerSession, revision, std::move(commit), restored.warnings, state.nextId}),
                    std::move(next));
     if (lostMore) history.epoch = freshEpoch;
     state.history = std::make_shared<const SceneHistory>(std::move(history));

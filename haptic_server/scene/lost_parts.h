@@ -40,8 +40,8 @@ struct RecoveredObject {
 struct RestoredState {
   SequencerState state;
   SceneDraft::Assets assets;
-  std::vector<std::string> remarks;  ///< One for each part that is lost or here again, with the object's name.
-  bool changed = false;              ///< Objects are not what they were: a revision of the server's own says so.
+  std::vector<std::string> warnings;  ///< One for each part that is lost or here again, with the object's name.
+  bool changed = false;               ///< Objects are not what they were: a revision of the server's own says so.
 };
 /// With every asset that can be had. When something was lost the state is of `freshEpoch`: clients get a snapshot and
 /// learn of it, in place of one revision among others. A state that only gets back what it had lost goes on in its epoch.

@@ -9,7 +9,7 @@ namespace haptics {
 
 /// The body that a mesh with these properties is, without its support points. Refused, naming the field below Motion: a
 /// mesh that is open, inside out or flat and no inertia given; an inertia that no body has.
-/// \param closed  Surface::closed() of the mesh: that its sides cancel is known then.
+/// \param closed  CollisionMesh::closed() of the mesh: that its sides cancel is known then.
 [[nodiscard]] Result<RigidBody> rigidBodyFrom(const MotionProperties& properties, const TriMesh& mesh,
                                               bool closed = false);
 

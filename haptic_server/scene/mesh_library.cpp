@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Triangles of a generated mesh above which it is made in a process of its own; making so many takes 50 ms.
-constexpr double kMostMadeHere = 100'000;
+constexpr double kMaxMadeHere = 100'000;
 
-/// Of what is neither a file nor an asset.
+/// Recipe of a mesh that is neither a file nor an asset.
 MeshRecipe recipeOf(const MeshSource& source) {
   return std::visit(
       [](const auto& chosen) -> MeshRecipe {
@@ -94,7 +94,7 @@ Result<ResolvedMesh> MeshLibrary::fromStore(const AssetSource& source) const {
 Result<ResolvedMesh> MeshLibrary::generated(const MeshSource& source) {
   const MeshRecipe recipe = recipeOf(source);
   Result<std::shared_ptr<const MeshAsset>> mesh;
-  if (trianglesOf(recipe) > kMostMadeHere) {
+  if (trianglesOf(recipe) > kMaxMadeHere) {
     reportProgress(WorkStage::kMaking, 0);
     mesh = makeElsewhere(recipe, Interruptible::token()).and_then([this](std::string bytes) {
       return fromElsewhere(std::move(bytes));

@@ -28,7 +28,7 @@ struct ObjectAssets {
   std::shared_ptr<const MovedVerticesAsset> residue;  ///< Null unless plastic dents have left one.
   DerivedParts derived;
 
-  /// Of an object whose assets these are: its mesh's vertices as lattice and residue have them.
+  /// The mesh's vertices as lattice and residue have them, for an object with these assets.
   [[nodiscard]] std::vector<Vec3f> shapeAtRest(const DeformationProperties& deformation) const {
     return haptics::shapeAtRest(deformation, mesh->mesh->vertices, residue ? residue->moved.get() : nullptr);
   }

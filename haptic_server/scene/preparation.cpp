@@ -10,7 +10,7 @@
 namespace haptics {
 
 void Preparation::prepare(const Sequencer::Scene& scene, const Transaction& transaction) {
-  takesItsTime_ = true;
+  mayTakeLong_ = true;
   objects_.clear();
   SceneDraft draft(scene.history->version, scene.assets, scene.nextId, scene.limits);
   bool applies = true;
@@ -20,20 +20,20 @@ void Preparation::prepare(const Sequencer::Scene& scene, const Transaction& tran
     const auto assets = draft.assets().find(record.id);
     if (assets != draft.assets().end()) objects_.push_back({record, assets->second});
   }
-  takesItsTime_ = false;
+  mayTakeLong_ = false;
 }
 
 template <class Kind, class Make>
 Result<Resolved<Kind>> Preparation::once(Kept<Kind>& kept, Place place, Make make) {
   if (const auto at = kept.find(place); at != kept.end()) return at->second;
-  if (!takesItsTime_) throw NotPrepared();
+  if (!mayTakeLong_) throw NotPrepared();
   return kept.emplace(place, make()).first->second;
 }
 
 Result<Resolved<MeshAsset>> Preparation::resolve(const MeshSource& source) {
   const bool isHere = std::holds_alternative<AssetSource>(source.source);
   const double made = trianglesMadeFor(source);
-  if (isHere || made <= static_cast<double>(mostTriangles_)) return library_.resolve(source);
+  if (isHere || made <= static_cast<double>(maxTriangles_)) return library_.resolve(source);
   return once(meshes_, {&source, {}}, [&] { return library_.resolve(source); });
 }
 
@@ -56,7 +56,7 @@ Result<Resolved<MovedVerticesAsset>> Preparation::resolve(const ResidueSource& s
 }
 
 void Preparation::beforeWork(std::size_t triangles) const {
-  if (!takesItsTime_ && triangles > mostTriangles_) throw NotPrepared();
+  if (!mayTakeLong_ && triangles > maxTriangles_) throw NotPrepared();
 }
 
 const PreparedObject* Preparation::prepared(const std::string& name) const {

@@ -18,17 +18,17 @@ namespace haptics {
 class Preparation final : public AssetResolver {
  public:
   /// Triangles of a mesh that may be gone through while others wait; to build a mesh of so many takes 10 ms.
-  static constexpr std::size_t kMostTriangles = 20'000;
+  static constexpr std::size_t kMaxTriangles = 20'000;
 
   /// The library, which is asked by several threads, outlives the preparation.
-  explicit Preparation(AssetResolver& library, std::size_t mostTriangles = kMostTriangles)
-      : library_(library), mostTriangles_(mostTriangles) {}
+  explicit Preparation(AssetResolver& library, std::size_t maxTriangles = kMaxTriangles)
+      : library_(library), maxTriangles_(maxTriangles) {}
 
   /// Tries the edit on this scene and keeps what was made for it, and what could not be made. Any one thread; may be
   /// interrupted. The transaction stays where it is until it is decided.
   void prepare(const Sequencer::Scene& scene, const Transaction& transaction);
   /// From now on everything is made where it is asked for.
-  void takeYourTime() noexcept { takesItsTime_ = true; }
+  void allowLongWork() noexcept { mayTakeLong_ = true; }
 
   [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source) override;
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override;
@@ -36,9 +36,9 @@ class Preparation final : public AssetResolver {
                                                           const MeshAsset& mesh) override;
   [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override;
   [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override;
-  [[nodiscard]] std::vector<std::string> remarks(const ObjectRecord& record,
-                                                 const ObjectAssets& assets) const override {
-    return library_.remarks(record, assets);
+  [[nodiscard]] std::vector<std::string> warnings(const ObjectRecord& record,
+                                                  const ObjectAssets& assets) const override {
+    return library_.warnings(record, assets);
   }
   void beforeWork(std::size_t triangles) const override;
   [[nodiscard]] const PreparedObject* prepared(const std::string& name) const override;
@@ -53,8 +53,8 @@ class Preparation final : public AssetResolver {
   using Kept = std::map<Place, Result<Resolved<Kind>>>;
 
   AssetResolver& library_;
-  const std::size_t mostTriangles_;
-  bool takesItsTime_ = false;
+  const std::size_t maxTriangles_;
+  bool mayTakeLong_ = false;
   Kept<MeshAsset> meshes_;
   Kept<FieldAsset> fields_;
   Kept<PointFieldAsset> points_;

@@ -55,13 +55,13 @@ Result<void> SceneDraft::apply(const AddObject& add, const std::string& field) {
   record.revision = base_.revision() + 1;
   record.pose = edited(record.pose, add.pose);
   record.material = edited(record.material, add.material);
-  named_.push_back({field + "add.mesh.", record.id, record.name, Place::kMesh, &add.mesh});
-  given_[record.id].mesh = field + "add.mesh";
+  pendingAssets_.push_back({field + "add.mesh.", record.id, record.name, Place::kMesh, &add.mesh});
+  fieldPaths_[record.id].mesh = field + "add.mesh";
   apply(add.material.surface, field + "add.material.", record);
   record.motion = add.motion;
-  if (add.motion) given_[record.id].motion = field + "add.motion.";
+  if (add.motion) fieldPaths_[record.id].motion = field + "add.motion.";
   apply(add.deformation, field + "add.deformation.", record);
-  put_.push_back(std::move(record));
+  changed_.push_back(std::move(record));
   return {};
 }
 
@@ -70,8 +70,8 @@ Result<void> SceneDraft::apply(const RemoveObject& remove, const std::string& fi
   if (!record) return tl::unexpected(record.error());
   const ObjectId id = (*record)->id;
   if (base_.find(id)) removed_.insert(id);
-  std::erase_if(put_, [id](const ObjectRecord& r) { return r.id == id; });
-  given_.erase(id);
+  std::erase_if(changed_, [id](const ObjectRecord& r) { return r.id == id; });
+  fieldPaths_.erase(id);
   return {};
 }
 
@@ -79,8 +79,8 @@ Result<void> SceneDraft::apply(const RemeshObject& remesh, const std::string& fi
   const auto record = edit(remesh.object, field + "remesh.object");
   if (!record) return tl::unexpected(record.error());
   const ObjectId id = (*record)->id;
-  named_.push_back({field + "remesh.mesh.", id, (*record)->name, Place::kMesh, &remesh.mesh});
-  given_[id].mesh = field + "remesh.mesh";
+  pendingAssets_.push_back({field + "remesh.mesh.", id, (*record)->name, Place::kMesh, &remesh.mesh});
+  fieldPaths_[id].mesh = field + "remesh.mesh";
   dropResidue(**record);
   return {};
 }
@@ -106,7 +106,7 @@ Result<void> SceneDraft::apply(const SetMotion& set, const std::string& field) {
   const auto record = edit(set.object, field + "set_motion.object");
   if (!record) return tl::unexpected(record.error());
   (*record)->motion = set.motion;
-  given_[(*record)->id].motion = set.motion ? field + "set_motion.motion." : "";
+  fieldPaths_[(*record)->id].motion = set.motion ? field + "set_motion.motion." : "";
   return {};
 }
 
@@ -121,31 +121,32 @@ void SceneDraft::apply(const DeformationEdit& edit, const std::string& field, Ob
   if (edit.empty()) return;
   if (edit.lattice || edit.residue) dropResidue(record);
   record.deformation = edited(std::move(record.deformation), edit);
-  Given& given = given_[record.id];
+  FieldPaths& given = fieldPaths_[record.id];
   if (edit.softness || edit.lattice) given.deformation = field;
   if (edit.lattice) given.latticeOfMesh = edit.latticeOfMesh;
   if (!edit.residue || !*edit.residue) return;
   given.residue = field + "residue";
-  named_.push_back({given.residue + ".", record.id, record.name, Place::kResidue, ResidueSource{**edit.residue}});
+  pendingAssets_.push_back(
+      {given.residue + ".", record.id, record.name, Place::kResidue, ResidueSource{**edit.residue}});
 }
 
-/// Of another mesh or lattice, or overruled by a later operation.
+/// Drops a residue of another mesh or lattice, or one that a later operation overrules.
 void SceneDraft::dropResidue(ObjectRecord& record) {
   record.deformation.residue.reset();
-  std::erase_if(named_,
-                [&](const Named& named) { return named.object == record.id && named.place == Place::kResidue; });
+  std::erase_if(pendingAssets_,
+                [&](const PendingAsset& named) { return named.object == record.id && named.place == Place::kResidue; });
 }
 
 void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record) {
   if (edit.empty()) return;
-  auto& surface = given_[record.id].surface;
+  auto& surface = fieldPaths_[record.id].surface;
   if (edit.shading) surface["shading"] = field;
   if (edit.friction) surface["friction"] = field;
   if (edit.texture) surface["texture"] = field;
   if (edit.stiffnessOver) surface["stiffness_over"] = field;
   if (edit.softnessOver) surface["softness_over"] = field;
   // What an earlier operation of the transaction gave is overruled.
-  std::erase_if(named_, [&](const Named& named) {
+  std::erase_if(pendingAssets_, [&](const PendingAsset& named) {
     const bool ofFriction = named.place == Place::kFriction || named.place == Place::kDynamicFriction;
     const bool overruled = (ofFriction && edit.friction) || (named.place == Place::kTexture && edit.texture) ||
                            (named.place == Place::kStiffness && edit.stiffnessOver) ||
@@ -153,7 +154,7 @@ void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const 
     return named.object == record.id && overruled;
   });
   const auto name = [&](const std::string& below, Place place, auto* source) {
-    named_.push_back({field + below, record.id, record.name, place, source});
+    pendingAssets_.push_back({field + below, record.id, record.name, place, source});
   };
   const auto nameFields = [&](const std::string& below, Place place, const std::vector<FamilySource>& sources) {
     for (const FamilySource& source : sources) {
@@ -180,7 +181,7 @@ void SceneDraft::apply(const SurfaceEdit& edit, const std::string& field, const 
 Commit SceneDraft::commit() const {
   return {.revision = base_.revision() + 1,
           .prevRoot = base_.root(),
-          .put = put_,
+          .put = changed_,
           .removed = {removed_.begin(), removed_.end()},
           .root = {}};
 }
@@ -188,7 +189,7 @@ Commit SceneDraft::commit() const {
 const ObjectRecord* SceneDraft::find(const ObjectRef& ref) const {
   const auto* id = std::get_if<ObjectId>(&ref.value);
   const auto* name = std::get_if<std::string>(&ref.value);
-  for (const ObjectRecord& record : put_) {
+  for (const ObjectRecord& record : changed_) {
     if (id ? record.id == *id : record.name == *name) return &record;
   }
   const auto original = id ? base_.find(*id) : base_.find(*name);
@@ -199,14 +200,14 @@ Result<ObjectRecord*> SceneDraft::edit(const ObjectRef& ref, const std::string& 
   const ObjectRecord* record = find(ref);
   if (!record) return refused(field, "there is no " + ref.text() + "; " + listed(names()));
   if (ObjectRecord* known = put(record->id)) return known;
-  put_.push_back(*record);
-  put_.back().revision = base_.revision() + 1;
-  return &put_.back();
+  changed_.push_back(*record);
+  changed_.back().revision = base_.revision() + 1;
+  return &changed_.back();
 }
 
 ObjectRecord* SceneDraft::put(ObjectId id) {
-  const auto at = std::ranges::find(put_, id, &ObjectRecord::id);
-  return at == put_.end() ? nullptr : &*at;
+  const auto at = std::ranges::find(changed_, id, &ObjectRecord::id);
+  return at == changed_.end() ? nullptr : &*at;
 }
 
 std::vector<std::string> SceneDraft::names() const {
@@ -214,7 +215,7 @@ std::vector<std::string> SceneDraft::names() const {
   for (const auto& object : base_.objects()) {
     if (!removed_.contains(object->id)) names.push_back(object->name);
   }
-  for (const ObjectRecord& record : put_) {
+  for (const ObjectRecord& record : changed_) {
     if (!base_.find(record.id)) names.push_back(record.name);
   }
   return names;

@@ -33,9 +33,9 @@ class SceneDraft {
   [[nodiscard]] Result<std::vector<std::string>> resolve(AssetResolver& resolver);
 
   [[nodiscard]] Commit commit() const;  ///< Without its root.
-  /// Of which the operations have changed something.
-  [[nodiscard]] const std::vector<ObjectRecord>& objects() const noexcept { return put_; }
-  /// Of objects that the operations gave a mesh or surface properties.
+  /// Objects that the operations have changed.
+  [[nodiscard]] const std::vector<ObjectRecord>& objects() const noexcept { return changed_; }
+  /// Assets of the objects that the operations gave a mesh or surface properties.
   [[nodiscard]] const Assets& assets() const noexcept { return assets_; }
   /// Objects whose pose the operations set, also to what it was.
   [[nodiscard]] const std::set<ObjectId>& posed() const noexcept { return posed_; }
@@ -44,7 +44,7 @@ class SceneDraft {
  private:
   enum class Place { kMesh, kFriction, kDynamicFriction, kTexture, kStiffness, kSoftness, kResidue };
   /// An asset to be made, and where its name goes.
-  struct Named {
+  struct PendingAsset {
     std::string field;
     ObjectId object;
     std::string name;
@@ -53,7 +53,7 @@ class SceneDraft {
         source;
   };
   /// The fields, if any, by which the operations last gave what an object is made of.
-  struct Given {
+  struct FieldPaths {
     std::string mesh;         // "operations[0].remesh.mesh"
     std::string motion;       // "operations[0].add.motion."
     std::string deformation;  // "operations[0].add.deformation."
@@ -70,12 +70,12 @@ class SceneDraft {
   const Assets& baseAssets_;
   ObjectId nextId_;
   SceneLimits limits_;
-  std::vector<ObjectRecord> put_;  // in the order in which operations first named them
-  std::set<ObjectId> removed_;     // of base_
+  std::vector<ObjectRecord> changed_;  // in the order in which operations first named them
+  std::set<ObjectId> removed_;         // of base_
   std::set<ObjectId> posed_;
   std::set<ObjectId> stiffened_;  // whose stiffness or damping was edited
-  std::vector<Named> named_;
-  std::map<ObjectId, Given> given_;
+  std::vector<PendingAsset> pendingAssets_;
+  std::map<ObjectId, FieldPaths> fieldPaths_;
   std::map<ContentHash, std::shared_ptr<const Asset>> made_;
   Assets assets_;
 
@@ -88,20 +88,20 @@ class SceneDraft {
   Result<void> apply(const SetDeformation& set, const std::string& field);
   void apply(const DeformationEdit& edit, const std::string& field, ObjectRecord& record);
   void apply(const SurfaceEdit& edit, const std::string& field, const ObjectRecord& record);
-  Result<std::string> make(const Named& named, AssetResolver& resolver);
-  std::shared_ptr<const MeshAsset> meshOf(const Named& named);
+  Result<std::string> make(const PendingAsset& named, AssetResolver& resolver);
+  std::shared_ptr<const MeshAsset> meshOf(const PendingAsset& named);
   Result<void> checkRoom(const Asset& more) const;
   Result<void> checkDetailSizes() const;
   void dropResidue(ObjectRecord& record);
-  void enter(const Named& named, const ContentHash& hash);
-  void fitMapping(const Named& named);
-  FactorMap* factorMap(const Named& named);
-  FieldFamily* fieldFamily(const Named& named);
-  Result<void> checkMotion(const ObjectRecord& record, const Given& given) const;
+  void setAssetHash(const PendingAsset& named, const ContentHash& hash);
+  void fitMapping(const PendingAsset& named);
+  FactorMap* factorMap(const PendingAsset& named);
+  FieldFamily* fieldFamily(const PendingAsset& named);
+  Result<void> checkMotion(const ObjectRecord& record, const FieldPaths& given) const;
   std::vector<KnownObject> known(const ObjectRecord& record, const AssetResolver& resolver) const;
   Result<void> checkMovingCount(const std::string& field) const;
-  Result<void> fitDeformation(ObjectRecord& record, const Given& given) const;
-  Result<void> gather(const ObjectRecord& record, const Given& given, const AssetResolver& resolver);
+  Result<void> fitDeformation(ObjectRecord& record, const FieldPaths& given) const;
+  Result<void> gather(const ObjectRecord& record, const FieldPaths& given, const AssetResolver& resolver);
   std::shared_ptr<const Asset> findAsset(ObjectId object, const ContentHash& hash) const;
   const ObjectRecord* find(const ObjectRef& ref) const;
   Result<ObjectRecord*> edit(const ObjectRef& ref, const std::string& field);

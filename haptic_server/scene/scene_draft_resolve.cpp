@@ -16,19 +16,21 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
                                            "softness: ", "residue: "};  // as Place counts
   std::vector<std::string> reports;
   // What grows on a mesh comes after all meshes.
-  std::stable_partition(named_.begin(), named_.end(),
-                        [](const Named& named) { return !std::holds_alternative<const GrownSource*>(named.source); });
-  for (const Named& named : named_) {
+  std::stable_partition(pendingAssets_.begin(), pendingAssets_.end(), [](const PendingAsset& named) {
+    return !std::holds_alternative<const GrownSource*>(named.source);
+  });
+  for (const PendingAsset& named : pendingAssets_) {
     auto report = make(named, resolver);
     if (!report) return tl::unexpected(std::move(report).error().within(named.field));
     if (!report->empty()) reports.push_back(named.name + ": " + kOf[static_cast<std::size_t>(named.place)] + *report);
   }
   if (auto fits = checkDetailSizes(); !fits) return tl::unexpected(std::move(fits).error());
-  for (const Named& named : named_) fitMapping(named);
-  const auto addRemarks = [&](const ObjectRecord& record, const ObjectAssets& assets) {
-    for (const std::string& remark : resolver.remarks(record, assets)) reports.push_back(record.name + ": " + remark);
+  for (const PendingAsset& named : pendingAssets_) fitMapping(named);
+  const auto addWarnings = [&](const ObjectRecord& record, const ObjectAssets& assets) {
+    for (const std::string& warning : resolver.warnings(record, assets))
+      reports.push_back(record.name + ": " + warning);
   };
-  for (const auto& [object, given] : given_) {
+  for (const auto& [object, given] : fieldPaths_) {
     ObjectRecord& record = *put(object);
     if (auto gathered = gather(record, given, resolver); !gathered) return tl::unexpected(std::move(gathered).error());
     if (auto fits = fitDeformation(record, given); !fits) return tl::unexpected(std::move(fits).error());
@@ -37,15 +39,15 @@ Result<std::vector<std::string>> SceneDraft::resolve(AssetResolver& resolver) {
     if (auto moves = checkMotion(record, given); !moves) return tl::unexpected(std::move(moves).error());
     if (given.onlyResidue()) continue;  // the server's own, time and again
     stiffened_.erase(object);
-    addRemarks(record, assets_.at(object));
+    addWarnings(record, assets_.at(object));
   }
   for (const ObjectId object : stiffened_) {
-    if (const ObjectRecord* record = put(object)) addRemarks(*record, baseAssets_.at(object));
+    if (const ObjectRecord* record = put(object)) addWarnings(*record, baseAssets_.at(object));
   }
   return reports;
 }
 
-Result<std::string> SceneDraft::make(const Named& named, AssetResolver& resolver) {
+Result<std::string> SceneDraft::make(const PendingAsset& named, AssetResolver& resolver) {
   const auto mesh = meshOf(named);
   if (!mesh && std::holds_alternative<const GrownSource*>(named.source))
     return {};  // its object has been removed since
@@ -65,13 +67,13 @@ Result<std::string> SceneDraft::make(const Named& named, AssetResolver& resolver
         if (auto room = checkRoom(*resolved->asset); !room) return tl::unexpected(std::move(room).error());
         const ContentHash& hash = resolved->asset->name.hash;
         made_[hash] = resolved->asset;
-        enter(named, hash);
+        setAssetHash(named, hash);
         return std::move(resolved->report);
       },
       named.source);
 }
 
-void SceneDraft::enter(const Named& named, const ContentHash& hash) {
+void SceneDraft::setAssetHash(const PendingAsset& named, const ContentHash& hash) {
   ObjectRecord* record = put(named.object);
   if (!record) return;
   if (named.place == Place::kMesh) record->mesh = hash;
@@ -104,15 +106,15 @@ Result<void> SceneDraft::checkRoom(const Asset& more) const {
 Result<void> SceneDraft::checkDetailSizes() const {
   std::size_t bytes = 0;
   for (const auto& object : base_.objects()) {
-    const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);
+    const bool stays = !removed_.contains(object->id) && !std::ranges::count(changed_, object->id, &ObjectRecord::id);
     if (stays) bytes += detailSizeOf(*object);
   }
-  for (const ObjectRecord& record : put_) bytes += detailSizeOf(record);
+  for (const ObjectRecord& record : changed_) bytes += detailSizeOf(record);
   if (bytes <= limits_.details_bytes) return {};
   const std::string why = "makes the Fourier terms, layers, creases and lattices of all objects " +
                           std::to_string(bytes) + " bytes; a scene has at most " +
                           std::to_string(limits_.details_bytes);
-  for (const auto& [object, given] : given_) {
+  for (const auto& [object, given] : fieldPaths_) {
     if (!given.deformation.empty()) return refused(given.deformation + "lattice", why);
     if (given.surface.empty()) continue;
     const auto& [property, field] = *given.surface.begin();
@@ -122,7 +124,7 @@ Result<void> SceneDraft::checkDetailSizes() const {
 }
 
 /// That the source is of; null for other sources.
-FactorMap* SceneDraft::factorMap(const Named& named) {
+FactorMap* SceneDraft::factorMap(const PendingAsset& named) {
   ObjectRecord* record = put(named.object);
   if (!record) return nullptr;
   SurfaceProperties& surface = record->material.surface;
@@ -133,8 +135,8 @@ FactorMap* SceneDraft::factorMap(const Named& named) {
   return nullptr;
 }
 
-/// Likewise: mapped or grown.
-FieldFamily* SceneDraft::fieldFamily(const Named& named) {
+/// The record's family that the source is for: mapped or grown.
+FieldFamily* SceneDraft::fieldFamily(const PendingAsset& named) {
   ObjectRecord* record = put(named.object);
   std::optional<std::size_t> layer;
   if (const auto* mapped = std::get_if<const MappedSource*>(&named.source)) {
@@ -153,7 +155,7 @@ FieldFamily* SceneDraft::fieldFamily(const Named& named) {
   return family;
 }
 
-void SceneDraft::fitMapping(const Named& named) {
+void SceneDraft::fitMapping(const PendingAsset& named) {
   FieldFamily* family = fieldFamily(named);
   auto* mapped = family ? std::get_if<MappedFamily>(family) : nullptr;
   if (!mapped) return;
@@ -162,7 +164,7 @@ void SceneDraft::fitMapping(const Named& named) {
 }
 
 /// As it is made so far; null where the object is no more.
-std::shared_ptr<const MeshAsset> SceneDraft::meshOf(const Named& named) {
+std::shared_ptr<const MeshAsset> SceneDraft::meshOf(const PendingAsset& named) {
   const ObjectRecord* record = put(named.object);
   return record ? as<MeshAsset>(findAsset(named.object, record->mesh)) : nullptr;
 }
@@ -181,7 +183,7 @@ std::vector<KnownObject> SceneDraft::known(const ObjectRecord& record, const Ass
   return known;
 }
 
-Result<void> SceneDraft::gather(const ObjectRecord& record, const Given& given, const AssetResolver& resolver) {
+Result<void> SceneDraft::gather(const ObjectRecord& record, const FieldPaths& given, const AssetResolver& resolver) {
   const auto& shading = record.material.surface.shading;
   const bool creasesFit = std::ranges::any_of(known(record, resolver), [&](const KnownObject& its) {
     return its.record->mesh == record.mesh && its.record->material.surface.shading == shading;
@@ -208,14 +210,14 @@ Result<void> SceneDraft::gather(const ObjectRecord& record, const Given& given, 
                                  "; edit that property in the same transaction, or take it away");
 }
 
-/// Of the mesh that the object has after the transaction.
-Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const Given& given) const {
+/// Checks the motion with the mesh that the object has after the transaction.
+Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const FieldPaths& given) const {
   if (!record.motion) return {};
   const bool byMotion = !given.motion.empty();
   if (byMotion) {
     if (auto fits = checkMovingCount(given.motion); !fits) return fits;
   }
-  const auto body = feltBodyOf(record, assets_.at(record.id));
+  const auto body = rigidBodyAndMassOf(record, assets_.at(record.id));
   if (*body) return {};
   const auto& [field, reason] = body->error();
   if (byMotion) return refused(given.motion + field, reason);
@@ -225,17 +227,17 @@ Result<void> SceneDraft::checkMotion(const ObjectRecord& record, const Given& gi
 Result<void> SceneDraft::checkMovingCount(const std::string& field) const {
   std::size_t count = 0;
   for (const auto& object : base_.objects()) {
-    const bool stays = !removed_.contains(object->id) && !std::ranges::count(put_, object->id, &ObjectRecord::id);
+    const bool stays = !removed_.contains(object->id) && !std::ranges::count(changed_, object->id, &ObjectRecord::id);
     if (stays && object->motion) ++count;
   }
-  for (const ObjectRecord& record : put_) count += record.motion ? 1 : 0;
+  for (const ObjectRecord& record : changed_) count += record.motion ? 1 : 0;
   if (count <= kMaxMovingBodies) return {};
   return refused(field.substr(0, field.size() - 1), "makes " + std::to_string(count) + " objects move; at most " +
                                                         std::to_string(kMaxMovingBodies) + " of a scene may");
 }
 
 /// To the mesh that the object has after the transaction.
-Result<void> SceneDraft::fitDeformation(ObjectRecord& record, const Given& given) const {
+Result<void> SceneDraft::fitDeformation(ObjectRecord& record, const FieldPaths& given) const {
   auto unfit = fitToMesh(record.deformation, *assets_.at(record.id).mesh->mesh, given.latticeOfMesh);
   if (!unfit) return {};
   const auto& [field, reason] = *unfit;

@@ -13,7 +13,7 @@ namespace haptics {
 struct SceneLimits {
   /// Canonical bytes of all assets together: 28 million triangles, of which the server makes some 4 GB.
   std::size_t assets_bytes = 512U << 20;
-  /// Of all objects' details (detailSizeOf): a snapshot then fits what a connection takes at once.
+  /// Size of all objects' details (detailSizeOf): a snapshot then fits what a connection takes at once.
   std::size_t details_bytes = 2U << 20;
   /// On the wire, of the objects that one edit changes and removes and of its reports: its commit and the answer to it
   /// then fit one frame each.

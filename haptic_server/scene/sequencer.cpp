@@ -61,7 +61,7 @@ Commit difference(const SceneVersion& before, const SceneVersion& after) {
 
 /// An edit that was refused before a later one of its session was accepted, and whose answer was lost. Applied now, it
 /// would take effect out of order.
-EditOutcome passedOver(const SceneVersion& version, const Submission& submission) {
+EditOutcome superseded(const SceneVersion& version, const Submission& submission) {
   if (auto conflict = conflictOf(version, submission.transaction.preconditions)) return *std::move(conflict);
   return Error{"client_seq", "was refused before, and later edits of this session were accepted since"};
 }
@@ -173,9 +173,9 @@ Result<void> Sequencer::replaceObjects(std::vector<ObjectRecord> objects, const 
 std::optional<EditOutcome> Sequencer::answeredBefore(const Submission& submission) const {
   if (submission.clientSeq == 0) return Error{"client_seq", "is 0; it counts up from 1"};
   const auto known = state_.memory.find(submission.session, submission.clientSeq);
-  if (known.answer == EditMemory::Answer::kNew) return std::nullopt;
-  if (known.answer == EditMemory::Answer::kPassedOver) return passedOver(state_.history->version, submission);
-  if (known.answer == EditMemory::Answer::kForgotten) {
+  if (known.answer == EditDeduplicator::Answer::kNew) return std::nullopt;
+  if (known.answer == EditDeduplicator::Answer::kSuperseded) return superseded(state_.history->version, submission);
+  if (known.answer == EditDeduplicator::Answer::kForgotten) {
     return Error{"client_seq", "is so far behind the session's newest edits that it may have been applied already"};
   }
   if (auto edit = state_.history->find(known.result.revision)) return edit;
@@ -192,7 +192,7 @@ EditOutcome Sequencer::decide(const Submission& submission, Batch& batch, AssetR
   const SceneVersion& base = batch.history.version;
   for (const auto& edit : batch.edits) {
     if (edit->session == session && edit->clientSeq == clientSeq) return edit;
-    if (edit->session == session && edit->clientSeq > clientSeq) return passedOver(base, submission);
+    if (edit->session == session && edit->clientSeq > clientSeq) return superseded(base, submission);
   }
   if (transaction.operations.empty()) return Error{"operations", "is empty; an edit has at least one operation"};
 

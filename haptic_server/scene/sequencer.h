@@ -75,7 +75,7 @@ class Sequencer {
     SceneLimits limits;
   };
   [[nodiscard]] Scene scene() const { return {state_.history, assets_, state_.nextId, limits_}; }
-  /// Of an object of the current version.
+  /// Assets of an object of the current version.
   [[nodiscard]] const ObjectAssets& assetsOf(ObjectId id) const { return assets_.at(id); }
   /// The revision that last set the object's pose, 0 when that was before this sequencer.
   [[nodiscard]] std::uint64_t posedAt(ObjectId id) const;

@@ -1,24 +1,25 @@
 #include <algorithm>
 
-#include "haptic_server/servo/felt_pose.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/held_springs.h"
+#include "haptic_server/servo/rate_limited_pose.h"
 #include "haptic_server/servo/varying_springs.h"
 
 namespace haptics {
 namespace {
 
-/// A step of the contact force that may go with an adoption: with what FeltStiffness adds in the same tick of 1 ms it
-/// makes 0.05 N, which a hand notices. Larger makes more edits felt at once, smaller lets the contact go for less.
-constexpr double kMostStep_N = 0.02;
+/// A step of the contact force that may go with an adoption: with what RateLimitedStiffness adds in the same tick of 1
+/// ms it makes 0.05 N, which a hand notices. Larger makes more edits felt at once, smaller lets the contact go for
+/// less.
+constexpr double kMaxStep_N = 0.02;
 /// Seconds for which an adoption waits until the contact has faded; 7.5 N fade in it. What is left then is a jump for
 /// EditSlew.
 constexpr double kLongestFade_s = 0.25;
 
 /// What the next scene makes of the state, each of its objects from the one with the same id.
-class Succession {
+class StateTransfer {
  public:
-  Succession(const ServoScene& next, const HapticState& state) noexcept
+  StateTransfer(const ServoScene& next, const HapticState& state) noexcept
       : state_(state), count_(std::min(next.objects.size(), kMaxServoObjects)) {
     std::size_t before = 0;  // both lists are in order of id
     for (std::size_t i = 0; i < count_; ++i) {
@@ -34,10 +35,10 @@ class Succession {
     for (std::size_t i = 0; i < count_; ++i) {
       takeDetail(i, next.objects[i]);
       takeMotion(i, next.objects[i]);
-      takeDents(i, next.objects[i]);
+      dropBakedDents(i, next.objects[i]);
     }
     contact_ = state.contact;
-    broken_ = reseat(contact_, bodies(), {origins_.data(), count_}, allowance());
+    broken_ = reprojectContact(contact_, bodies(), {origins_.data(), count_}, allowance());
     if (state.features.varyingStiffness || anyVaryingStiffness_) {
       for (std::size_t i = 0; i < count_; ++i) takeFactor(i, next.objects[i]);
     }
@@ -55,14 +56,14 @@ class Succession {
     followContact(bodies(), trial, trial.hip, result);
     touched = result.body;
     if (!result.touching) return Vec3(0);
-    const Stiffness felt = objects_[static_cast<std::size_t>(touched)].felt.value();
-    return felt.spring_N_per_m * (result.ihip - trial.hip);
+    const Stiffness rateLimited = objects_[static_cast<std::size_t>(touched)].stiffness.value();
+    return rateLimited.spring_N_per_m * (result.ihip - trial.hip);
   }
 
   /// What was edited, and what would be touched, is felt from nothing on.
   void fadeIn(int touched) noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
-      if (origins_[i].changed || static_cast<int>(i) == touched) objects_[i].felt = {};
+      if (origins_[i].changed || static_cast<int>(i) == touched) objects_[i].stiffness = {};
     }
   }
 
@@ -86,7 +87,7 @@ class Succession {
     state.adoption.contactBroken = broken_ || otherDetailEdited_;
     state.features.beingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                             [](const HapticState::ObjectState& o) { return o.beingMoved; });
-    state.features.leaving = std::ranges::any_of(bodies(), &Body::leaving);
+    state.features.pendingRemoval = std::ranges::any_of(bodies(), &Body::pendingRemoval);
   }
 
  private:
@@ -102,7 +103,7 @@ class Succession {
 
   void follow(std::size_t i, const ServoObject& object, std::size_t before) noexcept {
     const bool sameSurface = state_.bodies[before].surface == object.surface.get();
-    const bool tookDents = !sameSurface && hasTakenDents(object, before);
+    const bool tookDents = !sameSurface && hasBakedDents(object, before);
     // What no longer moves goes back to where the scene has it.
     const bool stopped = object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr;
     const bool samePose = isAsSet(object, before) && !stopped;
@@ -112,7 +113,7 @@ class Succession {
     bool changed = !sameSurface;
     if (samePose) {
       bodies_[i].surface = object.surface.get();
-      bodies_[i].leaving = object.leaving;
+      bodies_[i].pendingRemoval = object.pendingRemoval;
       bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
       bodies_[i].update();
     } else if (sameSurface && isCarried(object, before)) {
@@ -131,9 +132,9 @@ class Succession {
   [[nodiscard]] bool isFeltBeside(int before) const noexcept {
     if (before < 0) return false;
     const auto surfaces = state_.contact.surfaces();
-    const BumpWatch& bumps = state_.bumps[static_cast<std::size_t>(before)];
+    const BumpState& bumps = state_.bumps[static_cast<std::size_t>(before)];
     return (bumps.triangle != kNoTriangle && bumps.clear_m == 0) ||
-           std::ranges::find(surfaces, before, &HoldingSurface::body) != surfaces.end();
+           std::ranges::find(surfaces, before, &ContactSurface::body) != surfaces.end();
   }
 
   /// May its bumps, as they are now, reach the IHIP?
@@ -144,9 +145,9 @@ class Succession {
   }
 
   /// Is its surface another one only for the dents that it holds now?
-  [[nodiscard]] bool hasTakenDents(const ServoObject& object, std::size_t before) const noexcept {
-    const TakenDents& was = state_.objects[before].taken;
-    return object.taken.shape == was.shape && object.taken.upTo > was.upTo;
+  [[nodiscard]] bool hasBakedDents(const ServoObject& object, std::size_t before) const noexcept {
+    const BakedDents& was = state_.objects[before].baked;
+    return object.baked.shape == was.shape && object.baked.upTo > was.upTo;
   }
 
   /// Was a known object's pose not set since?
@@ -159,23 +160,24 @@ class Succession {
   [[nodiscard]] bool isCarried(const ServoObject& object, std::size_t before) const noexcept {
     const auto surfaces = state_.contact.surfaces();
     const bool holds = std::any_of(surfaces.begin(), surfaces.end(),
-                                   [&](const HoldingSurface& s) { return s.body == static_cast<int>(before); });
+                                   [&](const ContactSurface& s) { return s.body == static_cast<int>(before); });
     const Stiffness k =
-        stiffer(state_.objects[before].felt.value(), {object.stiffness_N_per_m, object.damping_Ns_per_m});
-    const FeltPose pose(state_.contact.hip, state_.contact.ihip, k);
-    return holds && !state_.bodies[before].leaving && pose.follows(state_.bodies[before].current, object.pose);
+        stiffer(state_.objects[before].stiffness.value(), {object.stiffness_N_per_m, object.damping_Ns_per_m});
+    const RateLimitedPose pose(state_.contact.hip, state_.contact.ihip, k);
+    return holds && !state_.bodies[before].pendingRemoval && pose.follows(state_.bodies[before].current, object.pose);
   }
 
   void takeDetail(std::size_t i, const ServoObject& object) noexcept {
     const SurfaceDetail* detail = object.detail.get();
     const int before = origins_[i].before;
-    bumps_[i] = before >= 0 ? state_.bumps[static_cast<std::size_t>(before)] : BumpWatch{};
+    bumps_[i] = before >= 0 ? state_.bumps[static_cast<std::size_t>(before)] : BumpState{};
     const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr) ||
                         (detail != nullptr && detail->stiffness && objects_[i].highestFactor != object.highestFactor);
     factorEdited_[i] = edited;
-    if (edited) bumps_[i] = {.presence = bumps_[i].presence, .height_m = bumps_[i].height_m};
+    if (edited) bumps_[i] = {.blendWeight = bumps_[i].blendWeight, .height_m = bumps_[i].height_m};
     detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.report.object);
-    const bool leaves = before >= 0 && bodies_[i].leaving && !state_.bodies[static_cast<std::size_t>(before)].leaving;
+    const bool leaves =
+        before >= 0 && bodies_[i].pendingRemoval && !state_.bodies[static_cast<std::size_t>(before)].pendingRemoval;
     otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
     objects_[i].detail = detail;
     objects_[i].highestFactor = object.highestFactor;
@@ -189,33 +191,33 @@ class Succession {
     if (!factorEdited_[i]) return;
     const bool varies = object.detail && object.detail->stiffness;
     const auto holding = contact_.surfaces();
-    const auto held = std::ranges::find(holding, static_cast<int>(i), &HoldingSurface::body);
-    FeltStiffness& felt = objects_[i].felt;
+    const auto held = std::ranges::find(holding, static_cast<int>(i), &ContactSurface::body);
+    RateLimitedStiffness& rateLimited = objects_[i].stiffness;
     if (held == holding.end()) {
-      if (!varies) felt.vary(1);
+      if (!varies) rateLimited.vary(1);
       return;
     }
     const double factor = varies ? stiffnessFactorAt(object, bodies_[i], held->triangle, contact_.ihip).value : 1;
-    if (factor > 0) felt.varyByEdit(factor);
+    if (factor > 0) rateLimited.varyByEdit(factor);
   }
 
   /// Goes on as it is dented, unless its surface is another one. Dents that the surface holds now end here: the shape stays
-  /// the same to the bit.
-  void takeDents(std::size_t i, const ServoObject& object) noexcept {
+  /// bit-identical.
+  void dropBakedDents(std::size_t i, const ServoObject& object) noexcept {
     anySoft_ = anySoft_ || object.tissue != nullptr;
     objects_[i].tissue = object.tissue.get();
-    objects_[i].taken = object.taken;
+    objects_[i].baked = object.baked;
     const int before = origins_[i].before;
     if (before < 0) return;
     const auto was = static_cast<std::size_t>(before);
     const bool edited = state_.objects[was].tissue != object.tissue.get();
     detailEdited_ = detailEdited_ || (edited && object.id == state_.report.object);
     otherDetailEdited_ = otherDetailEdited_ || (edited && isFeltBeside(before));
-    if (!object.tissue || (state_.bodies[was].surface != object.surface.get() && !hasTakenDents(object, was))) return;
+    if (!object.tissue || (state_.bodies[was].surface != object.surface.get() && !hasBakedDents(object, was))) return;
     for (std::size_t d = 0; d < state_.denting.count; ++d) {
       BodyDent dent = state_.dents[d];
-      if (dent.body != was || dent.number <= object.taken.upTo) continue;
-      if (dent.number <= object.taken.loosenedUpTo && dent.stays) {
+      if (dent.body != was || dent.number <= object.baked.upTo) continue;
+      if (dent.number <= object.baked.releasedUpTo && dent.stays) {
         dent.rest.displacement = Vec3f(0);
         dent.stays = false;
       }
@@ -250,7 +252,7 @@ class Succession {
     }
     moving.body = i;
     moving.what = what;
-    bodies_[i].leaving = bodies_[i].leaving || isStopped(moving.state.condition);
+    bodies_[i].pendingRemoval = bodies_[i].pendingRemoval || isStopped(moving.state.condition);
   }
 
   /// At its place in the scene, at rest.
@@ -259,7 +261,7 @@ class Succession {
     objects_[i].poseRevision = object.poseRevision;
     objects_[i].beingMoved = false;
     bodies_[i].surface = object.surface.get();
-    bodies_[i].leaving = object.leaving;
+    bodies_[i].pendingRemoval = object.pendingRemoval;
     bodies_[i].previous = bodies_[i].current = object.pose;
     bodies_[i].update();
   }
@@ -269,7 +271,7 @@ class Succession {
   std::array<Body, kMaxServoObjects> bodies_;
   std::array<HapticState::ObjectState, kMaxServoObjects> objects_;
   std::array<BodyOrigin, kMaxServoObjects> origins_;
-  std::array<BumpWatch, kMaxServoObjects> bumps_;
+  std::array<BumpState, kMaxServoObjects> bumps_;
   std::array<MovingBody, kMaxMovingBodies> moving_;
   std::size_t movingCount_ = 0;
   std::array<BodyDent, kMaxDents> dents_;
@@ -290,26 +292,26 @@ class Succession {
 bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
   state.groove.shaded = false;
   const Vec3 now_N = heldSpring_N(state, state.contact.ihip - state.contact.hip);
-  const bool mayWait = glm::length(now_N) > kMostStep_N && state.adoption.letGo_s < kLongestFade_s;
-  if (state.adoption.lettingGo && mayWait) return false;
-  Succession succession(next, state);
-  if (succession.broken()) {
+  const bool mayWait = glm::length(now_N) > kMaxStep_N && state.adoption.fadeOut_s < kLongestFade_s;
+  if (state.adoption.fadingOut && mayWait) return false;
+  StateTransfer transfer(next, state);
+  if (transfer.broken()) {
     int touched = -1;
-    const Vec3 then_N = succession.springForce_N(touched);
-    if (glm::distance(now_N, then_N) > kMostStep_N) {
-      state.adoption.lettingGo = mayWait;
+    const Vec3 then_N = transfer.springForce_N(touched);
+    if (glm::distance(now_N, then_N) > kMaxStep_N) {
+      state.adoption.fadingOut = mayWait;
       if (mayWait) return false;
-      succession.fadeIn(touched);
+      transfer.fadeIn(touched);
       const Vec3 penetration_m = state.contact.ihip - state.contact.hip;
-      state.energy.name(state.report.object, EnergyFeature::kEdit, -glm::dot(now_N, penetration_m) / 2);
+      state.energy.attribute(state.report.object, EnergyFeature::kEdit, -glm::dot(now_N, penetration_m) / 2);
     }
   }
-  succession.apply(state);
+  transfer.apply(state);
   if (next.revision != state.adoption.revision) state.adoption.tick = tick;  // not when a removed object has left
   state.adoption.revision = next.revision;
   state.adoption.now = true;
-  state.adoption.lettingGo = false;
-  state.adoption.letGo_s = 0;
+  state.adoption.fadingOut = false;
+  state.adoption.fadeOut_s = 0;
   return true;
 }
 

@@ -5,7 +5,7 @@
 
 namespace haptics {
 
-void EnergyAccount::name(std::uint64_t object, EnergyFeature feature, double given_J) noexcept {
+void EnergyAccount::attribute(std::uint64_t object, EnergyFeature feature, double given_J) noexcept {
   ObjectEnergy& row = rowOf(object);
   const auto i = static_cast<std::size_t>(feature);
   row.given_J[i] += given_J;

@@ -28,7 +28,7 @@ class EnergyAccount {
   }
 
   /// The forces held since the last tick were felt on the way to here.
-  void follow(Vec3 hip) noexcept {
+  void integrate(Vec3 hip) noexcept {
     const Vec3 way = hip - hip_;
     hip_ = hip;
     const double given_J = glm::dot(written_, way);
@@ -39,23 +39,23 @@ class EnergyAccount {
   }
 
   /// The force (N, world) that is now held, of this object's; 0: of none.
-  void hold(std::uint64_t object, Vec3 written_N) noexcept {
+  void setHeldForce(std::uint64_t object, Vec3 written_N) noexcept {
     if (object != rows_[row_].object && object != 0) [[unlikely]]
       turnTo(object);
     written_ = written_N;
     heldParts_ = 0;
   }
   /// What a feature has of it.
-  void holdPart(EnergyFeature feature, Vec3 force_N) noexcept {
+  void setHeldPart(EnergyFeature feature, Vec3 force_N) noexcept {
     if (force_N.x == 0 && force_N.y == 0 && force_N.z == 0) return;
     heldParts_ |= std::uint64_t{1} << static_cast<unsigned>(feature);
     parts_[static_cast<std::size_t>(feature)] = force_N;
   }
 
   /// Joules of an object's contact were, or will be, this feature's.
-  void name(std::uint64_t object, EnergyFeature feature, double given_J) noexcept;
+  void attribute(std::uint64_t object, EnergyFeature feature, double given_J) noexcept;
 
-  /// Of all objects, those included that objects() has no more.
+  /// Energy of all objects, including those that are no longer listed.
   [[nodiscard]] const EnergyByFeature& all_J() const noexcept { return all_; }
   /// What was written last, N.
   [[nodiscard]] Vec3 written_N() const noexcept { return written_; }
@@ -76,9 +76,9 @@ class EnergyAccount {
   EnergyByFeature all_{};
   std::uint32_t row_ = 0;  // of the object that the held force is of
   std::uint32_t count_ = 0;
-  std::uint64_t heldParts_ = 0;                          // a bit for each feature that has a part of the held force
-  std::array<Vec3, kEnergyFeatures> parts_{};            // the contact's is not used
-  std::array<ObjectEnergy, EnergyState::kMost> rows_{};  // last: see copyInUse()
+  std::uint64_t heldParts_ = 0;                         // a bit for each feature that has a part of the held force
+  std::array<Vec3, kEnergyFeatures> parts_{};           // the contact's is not used
+  std::array<ObjectEnergy, EnergyState::kMax> rows_{};  // last: see copyInUse()
 };
 static_assert(std::is_trivially_copyable_v<EnergyAccount> && std::is_standard_layout_v<EnergyAccount>);
 

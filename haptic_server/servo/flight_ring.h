@@ -45,7 +45,7 @@ class FlightRing {
   /// For a reader in another process. Refused: memory of a build whose ring looks different.
   [[nodiscard]] static Result<FlightRing> attach(FileHandle memory);
 
-  /// Of its memory, for attach().
+  /// File descriptor of its memory, for attach().
   [[nodiscard]] int descriptor() const noexcept { return memory_.descriptor(); }
 
   /// Servo, wait-free. At a tick's start, before a scene is adopted: takes a keyframe where one is due.

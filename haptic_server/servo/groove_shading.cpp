@@ -55,21 +55,21 @@ class ShadedGroove {
   [[nodiscard]] HeldPlanes planesAt(const Vec3& ihip) noexcept {
     HeldPlanes planes;
     anyShaded_ = false;
-    for (const HoldingSurface& held : state_.contact.surfaces()) add(planes, held, ihip);
+    for (const ContactSurface& held : state_.contact.surfaces()) add(planes, held, ihip);
     return planes;
   }
 
-  void add(HeldPlanes& planes, const HoldingSurface& held, const Vec3& ihip) noexcept {
+  void add(HeldPlanes& planes, const ContactSurface& held, const Vec3& ihip) noexcept {
     const auto index = static_cast<std::size_t>(held.body);
     const Body& body = state_.bodies[index];
     const Vec3 h = body.frame.toLocal(ihip);
-    const TriangleRecord polygon = feltTriangle(scene_, state_, index, held.triangle);
+    const TriangleRecord polygon = shadedTriangle(scene_, state_, index, held.triangle);
     const double side = held.side;
     Vec3 normal = unitOrZero(polygon.areaNormal()) * side;
     Vec3 point = h + normal * glm::dot(normal, polygon.corner(0) - h);
     if (const ShadingNormals* shading = shadingOf(held.body)) {
       const SoftTissue* tissue = scene_.objects[index].tissue.get();
-      Foot foot;
+      ClosestPoint foot;
       foot.triangle = held.triangle;
       foot.point = point;
       const ShadedPoint smooth =
@@ -79,12 +79,12 @@ class ShadedGroove {
         anyShaded_ = true;
         double bulge_m = smooth.bulge_m;
         if (tissue != nullptr)
-          bulge_m = side * yieldedBulge_m(scene_, state_, index, held.triangle, ihip, bulge_m * side);
+          bulge_m = side * deformedBulge_m(scene_, state_, index, held.triangle, ihip, bulge_m * side);
         point = glm::mix(point, h + smooth.normal * (smooth.depth_m + bulge_m), smooth.weight);
         normal = unitOrZero(glm::mix(normal, smooth.normal * side, smooth.weight));
       }
     }
-    planes.add(body.frame.toWorld(point), body.frame.turn(normal));
+    planes.add(body.frame.toWorld(point), body.frame.rotate(normal));
   }
 
   const ServoScene& scene_;

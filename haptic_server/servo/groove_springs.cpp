@@ -8,7 +8,7 @@ namespace haptics {
 namespace {
 
 /// Normals closer together than this do not tell their parts apart; all is then the first one's.
-constexpr double kLeastSquaredSine = 1e-4;
+constexpr double kMinSquaredSine = 1e-4;
 
 }  // namespace
 
@@ -30,9 +30,9 @@ struct GrooveSprings::Between {
     const double sine = std::sin(ofQuarter());
     return sine * sine;
   }
-  /// Of the second term.
+  /// The share of the second term.
   [[nodiscard]] double part() const noexcept {
-    const double of = std::min(1.0, apart / kLeastAngle);
+    const double of = std::min(1.0, apart / kMinAngle);
     return of * of;
   }
 };
@@ -40,7 +40,7 @@ struct GrooveSprings::Between {
 bool GrooveSprings::isFlat() const noexcept {
   if (count_ < 2) return true;
   const double cosine = glm::dot(normal_[0], normal_[1]);
-  return 1 - cosine * cosine < kLeastSquaredSine;
+  return 1 - cosine * cosine < kMinSquaredSine;
 }
 
 Vec3 GrooveSprings::force_N(Vec3 p) const noexcept {
@@ -91,7 +91,7 @@ std::array<double, ContactState::kMaxHolding> GrooveSprings::weights(Vec3 p) con
   std::array<double, 3> nearness;  // one over the square, times all three
   for (std::size_t i = 0; i < 3; ++i) nearness[i] = squared[(i + 1) % 3] * squared[(i + 2) % 3];
   const double sum = nearness[0] + nearness[1] + nearness[2];
-  if (volume * volume < kLeastSquaredSine || !(sum > 0)) {
+  if (volume * volume < kMinSquaredSine || !(sum > 0)) {
     const double second = Between(normal_[0], normal_[1], p).secondWeight();
     return {1 - second, second, 0};
   }

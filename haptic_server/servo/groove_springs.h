@@ -18,11 +18,11 @@ namespace haptics {
 /// normals at right angles each spring has its own part of p, F = sum k_i p_i n_i. Each with its own part at any other angle
 /// is a field with a curl. Between three normals it is the three pairs' law, each by the nearness of p to its plane.
 ///
-/// Normals closer together than kLeastAngle have only a part of the second term, which goes as 1 / A^2 and is not to
+/// Normals closer together than kMinAngle have only a part of the second term, which goes as 1 / A^2 and is not to
 /// shake the device; there loops may give. Not in the paper, whose IHIP one object holds.
 class GrooveSprings {
  public:
-  static constexpr double kLeastAngle = 0.7;  // rad
+  static constexpr double kMinAngle = 0.7;  // rad
 
   /// Outward, unit, world.
   void add(Vec3 normal, double spring_N_per_m) noexcept {
@@ -31,7 +31,7 @@ class GrooveSprings {
   }
 
   [[nodiscard]] Vec3 force_N(Vec3 penetration_m) const noexcept;
-  /// Of each spring; their sum is 1.
+  /// Weight of each spring; their sum is 1.
   [[nodiscard]] std::array<double, ContactState::kMaxHolding> weights(Vec3 penetration_m) const noexcept;
 
  private:

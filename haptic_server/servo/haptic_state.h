@@ -14,8 +14,8 @@
 #include "common/deform/soft_tissue.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/contact/contact.h"
-#include "haptic_server/force/lead_observer.h"
 #include "haptic_server/force/output_chain.h"
+#include "haptic_server/force/predictive_observer.h"
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/force/velocity_estimator.h"
 #include "haptic_server/servo/energy_account.h"
@@ -29,7 +29,7 @@ namespace haptics {
 inline constexpr double kFarthest_m = 1e4;
 
 /// Whether something can be there, world or object frame: finite, and no farther than kFarthest_m.
-[[nodiscard]] inline bool isPlace(Vec3 v) noexcept {
+[[nodiscard]] inline bool isWithinWorld(Vec3 v) noexcept {
   return squaredLength(v) <= kFarthest_m * kFarthest_m;  // not for NaN
 }
 
@@ -45,7 +45,7 @@ struct StepConfig {
   /// Largest lateral stiffness at which the device is locally stable: textures and friction stay below.
   double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
   /// Contact and force are computed where the observer sees the HIP coming; at the measured HIP where there is none.
-  std::optional<LeadSettings> lead = std::nullopt;
+  std::optional<ObserverSettings> observer = std::nullopt;
   /// What the queries of a tick may cost (Allowance), by time: infinite for as much as they take. Besides, an adoption may
   /// take a third of it, whose tick has a half, and rehearsals of the tick and the bodies' planes a quarter each.
   double work_per_s = kWork_per_s;
@@ -59,7 +59,7 @@ struct StepConfig {
   }
 };
 
-/// How the scene was adopted. Written by adoptScene(), `contactBroken` and `letGo_s` by the step too.
+/// How the scene was adopted. Written by adoptScene(), `contactBroken` and `fadeOut_s` by the step too.
 struct Adoption {
   std::uint64_t revision = 0;
   std::uint64_t tick = 0;
@@ -68,8 +68,8 @@ struct Adoption {
   /// The adoption could not carry the contact on as it was, or a body has come in between in a dent.
   bool contactBroken = false;
   bool detailEdited = false;  ///< The adoption changed what the felt surface feels like, or where it is.
-  bool lettingGo = false;     ///< An adoption that would break the contact waits for it to fade.
-  double letGo_s = 0;         ///< For so long.
+  bool fadingOut = false;     ///< An adoption that would break the contact waits for it to fade.
+  double fadeOut_s = 0;       ///< For so long.
 };
 
 /// What some object of the scene has, so that the step passes over what none has.
@@ -79,7 +79,7 @@ struct SceneFeatures {
   bool bumps = false;             ///< Bumps that are felt outside of its polygons.
   bool varyingStiffness = false;  ///< A stiffness that varies over its surface.
   bool beingMoved = false;        ///< Edited under the stylus, it is on its way.
-  bool leaving = false;           ///< It leaves the scene.
+  bool pendingRemoval = false;    ///< It leaves the scene.
 };
 
 struct Supervision {
@@ -97,10 +97,10 @@ struct HipEstimate {
 
 /// What the contact core met.
 struct ContactReport {
-  std::uint64_t object = 0;    ///< Id of what was touched in the last tick, 0 when free.
-  std::uint64_t behind = 0;    ///< Ticks that spent their allowance.
-  std::uint64_t putOut = 0;    ///< Times that the IHIP was put out of a body;
-  std::uint64_t putOutOf = 0;  ///< id of the last one.
+  std::uint64_t object = 0;            ///< Id of what was touched in the last tick, 0 when free.
+  std::uint64_t behind = 0;            ///< Ticks that spent their allowance.
+  std::uint64_t depenetrated = 0;      ///< Times that the IHIP was put out of a body;
+  std::uint64_t depenetratedFrom = 0;  ///< id of the last one.
 };
 
 /// The surfaces that hold the IHIP, as force shading has them, where several bodies do. Of the tick.
@@ -135,8 +135,8 @@ struct MovingBody {
   bool moved = false;        ///< In the last tick: it has a new pose.
   std::uint16_t waited = 0;  ///< Ticks since, where bodies move in turn.
 
-  /// Of another: where it is, and how much there is to its motion.
-  void copyPlace(const MovingBody& other) noexcept {
+  /// Copies where another body is, and what its motion depends on.
+  void copyMotion(const MovingBody& other) noexcept {
     body = other.body;
     what = other.what;
     moved = other.moved;
@@ -168,7 +168,7 @@ struct HapticState {
   explicit HapticState(const StepConfig& config) noexcept {
     allowance = config.allowance();
     estimate.velocity = VelocityEstimator(config.period_s);
-    if (config.lead) lead = LeadObserver(*config.lead, config.period_s);
+    if (config.observer) observer = PredictiveObserver(*config.observer, config.period_s);
   }
 
   /// The allowance did not last for all that is felt: the tick is counted, and the step of the force slewed.
@@ -199,7 +199,7 @@ struct HapticState {
   void copyForRehearsal(const HapticState& other) noexcept {
     copyForEveryTick(other);
     for (std::size_t i = 0; i < motion.count; ++i) {
-      moving[i].copyPlace(other.moving[i]);
+      moving[i].copyMotion(other.moving[i]);
       bodies[moving[i].body] = other.bodies[moving[i].body];
     }
   }
@@ -210,20 +210,21 @@ struct HapticState {
     Pose scenePose;                  ///< As in the scene; setting it, also to the same, resets the body's motion.
     std::uint64_t poseRevision = 0;  ///< Likewise.
     bool beingMoved = false;         ///< Edited under the stylus: on its way to scenePose.
-    FeltStiffness felt;
+    RateLimitedStiffness stiffness;
     const SurfaceDetail* detail = nullptr;  ///< As in the scene, to tell whether it was edited.
     const SoftTissue* tissue = nullptr;     ///< Likewise.
     double highestFactor = 0;               ///< Likewise.
-    TakenDents taken;                       ///< As in the scene.
+    BakedDents baked;                       ///< As in the scene.
   };
 
-  /// Of a soft body that holds the IHIP alone, in this tick. Written by yieldToContact(), where some body is soft.
-  struct Yielded {
-    ShadedPoint shaded;    ///< Yielding::smooth();
-    Vec3 foot{0};          ///< Yielding::foot().
+  /// The contact on a soft body that holds the IHIP alone, in this tick. Written by deformAtContact(), where some body
+  /// is soft.
+  struct DeformedContact {
+    ShadedPoint shaded;    ///< DentSolver::smooth();
+    Vec3 foot{0};          ///< DentSolver::foot().
     bool isLevel = false;  ///< No other dents are there: from the foot to the IHIP the surface has not turned.
     bool between = false;  ///< Another body holds the dent up.
-  } yielded;
+  } deformedContact;
   [[nodiscard]] std::span<const BodyDent> allDents() const noexcept { return std::span(dents).first(denting.count); }
   /// What the contact pressed in is left to go back.
   void release() noexcept {
@@ -242,11 +243,11 @@ struct HapticState {
   ContactReport report;
   ForceLimits limits;
   Supervision supervision;
-  LeadObserver lead;  ///< Where it is active, the estimate's velocity is its.
+  PredictiveObserver observer;  ///< Where it is active, the estimate's velocity is its.
   // In the order of the scene's objects. Written by adoptScene(), poses of moving bodies by the step.
   std::array<Body, kMaxServoObjects> bodies;
   std::array<ObjectState, kMaxServoObjects> objects;
-  std::array<BumpWatch, kMaxServoObjects> bumps;
+  std::array<BumpState, kMaxServoObjects> bumps;
   std::array<MovingBody, kMaxMovingBodies> moving;
   std::array<BodyDent, kMaxDents> dents;
   SurfaceMemory surface;
@@ -258,7 +259,7 @@ struct HapticState {
     allowance = other.allowance;
     contact = other.contact;
     if (features.detail) surface = other.surface;
-    if (other.lead.active()) lead.copyInUse(other.lead);
+    if (other.observer.active()) observer.copyInUse(other.observer);
     energy.copyInUse(other.energy);
     std::copy_n(other.dents.begin(), denting.count, dents.begin());
   }

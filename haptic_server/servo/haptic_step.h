@@ -4,7 +4,7 @@
 
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
-#include "haptic_server/servo/felt_tick.h"
+#include "haptic_server/servo/force_result.h"
 #include "haptic_server/servo/haptic_state.h"
 #include "haptic_server/servo/servo_scene.h"
 
@@ -17,9 +17,9 @@ struct StepInput {
 };
 
 /// Goes over to another scene at a tick's start: contact and motion state is carried over by object id. An edit under
-/// the stylus is felt without a step of the contact force: of the material, or a removal, by FeltStiffness; a short way
-/// of the object by FeltPose. Where neither will do, and the force would step by more than a hand notices, the contact
-/// is first let go, for up to 0.25 s.
+/// the stylus is felt without a step of the contact force: of the material, or a removal, by RateLimitedStiffness; a
+/// short way of the object by RateLimitedPose. Where neither will do, and the force would step by more than a hand
+/// notices, the contact is first let go, for up to 0.25 s.
 /// @return False while that lasts: the state stays with its scene, which must stay alive; call again at the next tick's
 /// start, with this scene or a newer one.
 [[nodiscard]] bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept;
@@ -35,12 +35,12 @@ struct StepInput {
 /// The half of hapticStep() that the device waits for, from its position to its force.
 /// @param[out] felt  As constructed. Then `felt.force.written` (N, world) is for the device, the rest for finishStep().
 /// @param known  By a rehearsal; null: nothing. Changes no bit.
-void feelForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
-               FeltTick& felt, const KnownPolygons* known = nullptr) noexcept;
+void computeForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
+                  ForceResult& result, const TriangleCache* cache = nullptr) noexcept;
 
 /// The other half, once the force is written: bodies move, the observer notes the force, energies are accounted for, and
 /// what was felt is told.
 [[nodiscard]] TelemetrySample finishStep(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                         const StepInput& input, const FeltTick& felt) noexcept;
+                                         const StepInput& input, const ForceResult& result) noexcept;
 
 }  // namespace haptics

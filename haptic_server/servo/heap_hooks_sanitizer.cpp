@@ -3,7 +3,7 @@
 
 #include "haptic_server/servo/allocation_tripwire.h"
 
-// Of sanitizer/allocator_interface.h, which g++ does not ship.
+// From sanitizer/allocator_interface.h, which g++ does not ship.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*onMalloc)(const volatile void*, std::size_t),
                                                          void (*onFree)(const volatile void*));
 

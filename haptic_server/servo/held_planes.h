@@ -8,7 +8,7 @@
 
 namespace haptics {
 
-/// Of a length: by so much planes of the same normal count as different. Larger leaves the IHIP below them.
+/// Fraction of a length at which planes of the same normal count as different. Larger leaves the IHIP below them.
 inline constexpr double kRegular = 1e-9;
 
 /// x >= 0 of products x = depth, in the first `count` rows; where that would be negative, 0 without its row.

@@ -8,7 +8,7 @@
 namespace haptics {
 namespace {
 
-/// Of the tick's allowance, what the bodies' motions may take in any case; beyond it they move in turn.
+/// The part of the tick's allowance that the bodies' motions may take in any case; beyond it they move in turn.
 [[nodiscard]] std::int64_t motionUnits(const HapticState& state) noexcept { return state.allowance.left() / 2; }
 
 /// What one body is given of a force (N, world) on the hand.
@@ -37,11 +37,11 @@ class Reaction {
   Vec3 force_N_;
 };
 
-/// Of the force that the hand is given while the body moves on: what its surface does with it on the way.
+/// Attributes the work that a moving surface does on the hand with the force that is held meanwhile.
 void nameWork(HapticState& state, const MovingBody& moving, const Push& push, double part) noexcept {
   const Pose& now = state.bodies[moving.body].current;
   const Vec3 way = toWorld(poseOf(*moving.what, moving.state), toLocal(now, push.place_m)) - push.place_m;
-  state.energy.name(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
+  state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
 }
 
 }  // namespace
@@ -67,11 +67,11 @@ std::int64_t unitsOfMotion(const HapticState& state) noexcept {
   return std::min(units, motionUnits(state));
 }
 
-void moveBodies(HapticState& state, const StepConfig& config, const FeltTick& felt) noexcept {
-  const ContactResult& contact = felt.contact;
-  const ForceComponents& force = felt.force;
+void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
+  const ContactResult& contact = result.contact;
+  const ForceComponents& force = result.force;
   const Reaction reaction(state, contact, force.contact);
-  const std::int64_t left = felt.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
+  const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
   std::size_t next = 0;
   bool inTurn = false;
@@ -91,8 +91,8 @@ void moveBodies(HapticState& state, const StepConfig& config, const FeltTick& fe
     moveRigidBody(*moving.what, moving.state, push, config.period_s * (1 + moving.waited), allowance);
     moving.waited = 0;
     moving.moved = true;
-    if (push.any()) nameWork(state, moving, push, partWritten(force.written, force.contact));
-    if (isStopped(moving.state.condition)) state.bodies[moving.body].leaving = true;
+    if (push.any()) nameWork(state, moving, push, writtenFraction(force.written, force.contact));
+    if (isStopped(moving.state.condition)) state.bodies[moving.body].pendingRemoval = true;
   }
   state.motion.next = next;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptic_server/servo/felt_tick.h"
+#include "haptic_server/servo/force_result.h"
 #include "haptic_server/servo/haptic_state.h"
 
 namespace haptics {
@@ -17,7 +17,7 @@ void takeMovedPoses(HapticState& state) noexcept;
 /// @param felt  Its force on the hand is written already; each surface that holds the IHIP is given what it has of the
 /// contact's, before the limits, along its normal, the first one the rest. A body that is stopped for good fades from under
 /// the hand as one that leaves the scene does.
-void moveBodies(HapticState& state, const StepConfig& config, const FeltTick& felt) noexcept;
+void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept;
 
 /// Where the bodies were for the tick just made, stopped ones included.
 /// @param[in,out] motion  As of an earlier tick.

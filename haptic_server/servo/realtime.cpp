@@ -39,7 +39,7 @@ void lockMemory(RealtimeStatus& status) {
 
 void lockMemoryAsItIsWritten() { (void)mlockall(MCL_FUTURE | MCL_ONFAULT); }
 
-WakefulProcessors::WakefulProcessors(RealtimeStatus& status)
+CpuIdleInhibitor::CpuIdleInhibitor(RealtimeStatus& status)
     : request_(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC)) {
   const std::int32_t latency_us = 0;
   if (request_ >= 0 && write(request_, &latency_us, sizeof latency_us) == sizeof latency_us) return;
@@ -47,11 +47,11 @@ WakefulProcessors::WakefulProcessors(RealtimeStatus& status)
                             ": the servo wakes later; run as root or allow writing /dev/cpu_dma_latency");
 }
 
-WakefulProcessors::~WakefulProcessors() {
+CpuIdleInhibitor::~CpuIdleInhibitor() {
   if (request_ >= 0) close(request_);
 }
 
-void becomeDriverThread(RealtimeStatus& status) {
+void configureDriverThread(RealtimeStatus& status) {
   pthread_setname_np(pthread_self(), "device");
   prctl(PR_SET_TIMERSLACK, 1UL);
   const sched_param priority{.sched_priority = kServoPriority - 1};
@@ -60,7 +60,7 @@ void becomeDriverThread(RealtimeStatus& status) {
   }
 }
 
-void becomeServoThread(std::optional<int> cpu, RealtimeStatus& status) {
+void configureServoThread(std::optional<int> cpu, RealtimeStatus& status) {
   pthread_setname_np(pthread_self(), "servo");
   prctl(PR_SET_TIMERSLACK, 1UL);
   const sched_param priority{.sched_priority = kServoPriority};

@@ -24,22 +24,22 @@ void lockMemoryAsItIsWritten();
 
 /// While it lives the processors take no sleep from which they are slow to wake. Measured on a virtual machine: half the
 /// wake-up latency (27 to 15 us p50 at 1 kHz), at the cost of idle processors that spin.
-class WakefulProcessors {
+class CpuIdleInhibitor {
  public:
-  explicit WakefulProcessors(RealtimeStatus& status);
-  ~WakefulProcessors();
-  WakefulProcessors(const WakefulProcessors&) = delete;
-  WakefulProcessors& operator=(const WakefulProcessors&) = delete;
+  explicit CpuIdleInhibitor(RealtimeStatus& status);
+  ~CpuIdleInhibitor();
+  CpuIdleInhibitor(const CpuIdleInhibitor&) = delete;
+  CpuIdleInhibitor& operator=(const CpuIdleInhibitor&) = delete;
 
  private:
   int request_;  // holds while the file is open
 };
 
 /// Makes the calling thread, which drives a device, a real-time one, just below the servo's.
-void becomeDriverThread(RealtimeStatus& status);
+void configureDriverThread(RealtimeStatus& status);
 
 /// Makes the calling thread a real-time one (SCHED_FIFO) and, where asked, binds it to one CPU. Also touches the stack
 /// that the servo will use.
-void becomeServoThread(std::optional<int> cpu, RealtimeStatus& status);
+void configureServoThread(std::optional<int> cpu, RealtimeStatus& status);
 
 }  // namespace haptics

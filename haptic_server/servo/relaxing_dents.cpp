@@ -5,12 +5,12 @@
 namespace haptics {
 namespace {
 
-/// Of a falloff's radius: a dent that has gone back this far is gone, one that is so near to what stays of it is there.
+/// Fraction of a falloff's radius: a shallower dent is gone, one that is nearer to its rest has arrived.
 /// Larger ends with a jump; smaller keeps places.
 constexpr double kGone = 0x1p-14;
 /// Of a falloff's radius: what would stay shallower than this goes back. Larger loses light strokes; smaller fills the list
 /// with marks that nobody sees.
-constexpr double kLeastMark = 0x1p-9;
+constexpr double kMinMark = 0x1p-9;
 /// A dent that is so many times deeper than where its last stretch began stays at its deepest. Larger loses the end of a
 /// stroke that presses harder there; smaller makes grooves uneven.
 constexpr double kMuchDeeper = 1.25;
@@ -35,7 +35,7 @@ void letGo(HapticState& state, std::size_t at, const SoftTissue& tissue) noexcep
 }  // namespace
 
 bool leavesMark(const Dent& dent, const SoftTissue& tissue) noexcept {
-  return depth_m(dent) > kLeastMark * tissue.falloff.radius_m();
+  return depth_m(dent) > kMinMark * tissue.falloff.radius_m();
 }
 
 void comeToRest(BodyDent& dent, double left) noexcept {

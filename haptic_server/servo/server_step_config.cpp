@@ -36,7 +36,7 @@ constexpr double kCoarse_N = 0.1;
 constexpr Look kCoarse{0.8, 95, 140, 95};
 constexpr double kCoarseContactLead_s = 1.95e-3;
 
-/// Of the force after attach: long enough to let go of a device that pushes where nothing should.
+/// Ramp of the force after attach: long enough to let go of a device that pushes where nothing should.
 constexpr double kRise_s = 0.5;
 
 /// Does a third of the friction still hold three times the maker's stiffness at rest, K <= 2 f_c / step (Abbott & Okamura
@@ -47,11 +47,11 @@ constexpr double kRise_s = 0.5;
 
 }  // namespace
 
-LeadSettings leadFor(const DeviceInfo& device, double rate_Hz) noexcept {
+ObserverSettings leadFor(const DeviceInfo& device, double rate_Hz) noexcept {
   const double makers_N_per_m = device.maxStiffness_N_per_m;
   const bool coarse = makers_N_per_m * device.resolution_m > kCoarse_N;
   const Look& look = coarse ? kCoarse : isHeld(device) ? kHeld : kUsual;
-  LeadSettings settings;
+  ObserverSettings settings;
   settings.mass_kg = look.trustedMass * device.apparentMass_kg;
   settings.viscousFriction_Ns_per_m = device.viscousFriction_Ns_per_m;
   settings.delay_s = device.delay_s;
@@ -73,7 +73,7 @@ StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz) noexcept {
                     .maxForce_N = device.maxForce_N,
                     .positionStep_m = device.resolution_m,
                     .stableLateral_N_per_m = locallyStableStiffness_N_per_m(device, 1 / rate_Hz)};
-  config.lead = leadFor(device, rate_Hz);
+  config.observer = leadFor(device, rate_Hz);
   config.rise_s = kRise_s;
   return config;
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
 constexpr std::uint64_t kEnergyEvery_ns = kSecond_ns / 50;
-/// Of a script whose servo was stopped for longer: nobody waits for that again.
+/// Longest pause that a replay repeats.
 constexpr std::uint64_t kLongestPause_ns = kSecond_ns;
 
 void sleepUntil(std::uint64_t deadline_ns) noexcept {
@@ -31,13 +31,13 @@ void add(std::atomic<std::uint64_t>& counter, std::uint64_t n) noexcept {  // th
 
 }  // namespace
 
-ServoLoop::ServoLoop(Device& device, SceneCrossing& crossing, const StepConfig& config, bool withPreTouch)
+ServoLoop::ServoLoop(Device& device, SceneMailbox& mailbox, const StepConfig& config, bool withCacheWarmer)
     : device_(device),
-      crossing_(crossing),
+      mailbox_(mailbox),
       config_(config),
       period_ns_(static_cast<std::uint64_t>(std::llround(static_cast<double>(kSecond_ns) * config.period_s))),
       state_(config_) {
-  if (withPreTouch) preTouch_.emplace(config_);
+  if (withCacheWarmer) cacheWarmer_.emplace(config_);
 }
 
 void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexcept {
@@ -52,28 +52,28 @@ void ServoLoop::run(const std::atomic<bool>& stop, std::uint64_t maxTicks) noexc
     }
     const std::uint64_t due_ns = start_ns + index * period_ns_;
     statistics_.wakeLatency_ns.record(now_ns - due_ns);
-    now_ns = awaitNews(due_ns, now_ns);
-    tick(index, now_ns, crossing_.newest());
+    now_ns = waitForSample(due_ns, now_ns);
+    tick(index, now_ns, mailbox_.newest());
   }
   device_.stop();
 }
 
-void ServoLoop::goOnFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept {
+void ServoLoop::resumeFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept {
   state_ = state;
   scene_ = scene != nullptr ? scene : &empty_;
   next_ = pending;
 }
 
-void ServoLoop::run(TickScript& script, const std::atomic<bool>& stop) noexcept {
+void ServoLoop::run(ReplaySource& script, const std::atomic<bool>& stop) noexcept {
   const std::uint64_t longestPause = kLongestPause_ns / period_ns_;  // ticks
   std::uint64_t due_ns = monotonicNow_ns();
   secondBegan_ns_ = due_ns;
   std::uint64_t after = 0;  // the index that would follow the last one
-  TickScript::Tick scripted;
+  ReplaySource::Tick scripted;
   while (!stop.load(std::memory_order_relaxed)) {
-    const TickScript::Next next = script.next(scripted);
-    if (next == TickScript::Next::kEnd) break;
-    if (next == TickScript::Next::kNotYet) {
+    const ReplaySource::Next next = script.next(scripted);
+    if (next == ReplaySource::Next::kEnd) break;
+    if (next == ReplaySource::Next::kNotYet) {
       due_ns = std::max(due_ns, monotonicNow_ns());
       sleepUntil(due_ns + period_ns_);
       continue;
@@ -86,7 +86,7 @@ void ServoLoop::run(TickScript& script, const std::atomic<bool>& stop) noexcept 
     const std::uint64_t now_ns = monotonicNow_ns();
     statistics_.wakeLatency_ns.record(now_ns - std::min(due_ns, now_ns));
     tick(scripted.index, now_ns, scripted.newest);
-    script.uses(scene_->number);
+    script.releaseBefore(scene_->number);
   }
   device_.stop();
 }
@@ -94,15 +94,15 @@ void ServoLoop::run(TickScript& script, const std::atomic<bool>& stop) noexcept 
 void ServoLoop::runFlatOut(const std::atomic<bool>& stop) noexcept {
   secondBegan_ns_ = monotonicNow_ns();
   for (std::uint64_t index = 0; !stop.load(std::memory_order_relaxed); ++index) {
-    tick(index, monotonicNow_ns(), crossing_.newest());
+    tick(index, monotonicNow_ns(), mailbox_.newest());
   }
   device_.stop();
 }
 
 /// @return The time after it.
-std::uint64_t ServoLoop::awaitNews(std::uint64_t due_ns, std::uint64_t now_ns) noexcept {
-  while (patience_.waits(device_.hasNews(), now_ns - due_ns)) {
-    sleepUntil(now_ns + patience_.step_ns());
+std::uint64_t ServoLoop::waitForSample(std::uint64_t due_ns, std::uint64_t now_ns) noexcept {
+  while (sampleWait_.waits(device_.hasNewSample(), now_ns - due_ns)) {
+    sleepUntil(now_ns + sampleWait_.step_ns());
     now_ns = monotonicNow_ns();
   }
   return now_ns;
@@ -115,22 +115,22 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene
   if (next_ != nullptr && adoptScene(*next_, state_, index)) {
     scene_ = std::exchange(next_, nullptr);
     device_.follow(scene_->plan.get());
-    crossing_.adopted();
+    mailbox_.adopted();
     statistics_.adoptedRevision.store(scene_->revision, std::memory_order_relaxed);
   }
-  if (preTouch_) (*preTouch_)(*scene_, state_);
-  FeltTick felt;
+  if (cacheWarmer_) (*cacheWarmer_)(*scene_, state_);
+  ForceResult result;
   const StepInput input{index, now_ns, device_.read(index)};
-  feelForce(*scene_, state_, config_, input, felt, preTouch_ ? &preTouch_->known() : nullptr);
-  device_.write(felt.force.written);
-  if (preTouch_) preTouch_->note(felt.contact.work.allowance);
-  finish(input, felt, newest != nullptr ? newest->number : 0);
+  computeForce(*scene_, state_, config_, input, result, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
+  device_.write(result.force.written);
+  if (cacheWarmer_) cacheWarmer_->note(result.contact.work.allowance);
+  finish(input, result, newest != nullptr ? newest->number : 0);
   statistics_.tick_ns.record(monotonicNow_ns() - now_ns);
 }
 
-/// What nobody waits for.
-void ServoLoop::finish(const StepInput& input, const FeltTick& felt, std::uint64_t newScene) noexcept {
-  TelemetrySample sample = finishStep(*scene_, state_, config_, input, felt);
+/// Work done after the force is written.
+void ServoLoop::finish(const StepInput& input, const ForceResult& result, std::uint64_t newScene) noexcept {
+  TelemetrySample sample = finishStep(*scene_, state_, config_, input, result);
   if (flight_ != nullptr) flight_->add({input, newScene, sample.force.written, sample.fault});
   account(sample);
   if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
@@ -141,8 +141,8 @@ void ServoLoop::finish(const StepInput& input, const FeltTick& felt, std::uint64
     if (describeDents(state_, input.tick, motion_) || moved) motionOut_.put(motion_);
     if (moved || staying != motion_.staying || revision != motion_.sceneRevision) motionToBuilder_.put(motion_);
   }
-  if (input.time_ns - energyTold_ns_ >= kEnergyEvery_ns) [[unlikely]] {
-    energyTold_ns_ = input.time_ns;
+  if (input.time_ns - energyPublished_ns_ >= kEnergyEvery_ns) [[unlikely]] {
+    energyPublished_ns_ = input.time_ns;
     state_.energy.describe(energy_);
     energyOut_.put(energy_);
   }
@@ -170,9 +170,9 @@ void ServoLoop::account(TelemetrySample& sample) noexcept {
     statistics_.deviceFault.store(sample.device.fault, std::memory_order_relaxed);
   }
   statistics_.wait_s.store(sample.wait_s, std::memory_order_relaxed);
-  if (sample.putOut != statistics_.putOut.load(std::memory_order_relaxed)) {
-    statistics_.putOut.store(sample.putOut, std::memory_order_relaxed);
-    statistics_.putOutOf.store(sample.putOutOf, std::memory_order_relaxed);
+  if (sample.depenetrated != statistics_.depenetrated.load(std::memory_order_relaxed)) {
+    statistics_.depenetrated.store(sample.depenetrated, std::memory_order_relaxed);
+    statistics_.depenetratedFrom.store(sample.depenetratedFrom, std::memory_order_relaxed);
   }
   if (sample.behind != statistics_.behind.load(std::memory_order_relaxed)) {
     statistics_.behind.store(sample.behind, std::memory_order_relaxed);

@@ -6,18 +6,18 @@
 #include <memory>
 #include <optional>
 
-#include "common/crossing/newest_value.h"
+#include "common/mailbox/triple_buffer.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/device/device.h"
+#include "haptic_server/servo/cache_warmer.h"
 #include "haptic_server/servo/flight_ring.h"
 #include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/latency_histogram.h"
-#include "haptic_server/servo/news_patience.h"
-#include "haptic_server/servo/pre_touch.h"
-#include "haptic_server/servo/scene_crossing.h"
+#include "haptic_server/servo/replay_source.h"
+#include "haptic_server/servo/sample_wait.h"
+#include "haptic_server/servo/scene_mailbox.h"
 #include "haptic_server/servo/server_step_config.h"
-#include "haptic_server/servo/tick_script.h"
 
 namespace haptics {
 
@@ -26,8 +26,8 @@ struct ServoStatistics {
   std::atomic<std::uint64_t> ticks{0};
   std::atomic<std::uint64_t> missedTicks{0};
   std::atomic<std::uint64_t> contactTicks{0};
-  std::atomic<std::uint64_t> putOut{0};  ///< As in TelemetrySample.
-  std::atomic<std::uint64_t> putOutOf{0};
+  std::atomic<std::uint64_t> depenetrated{0};  ///< As in TelemetrySample.
+  std::atomic<std::uint64_t> depenetratedFrom{0};
   std::atomic<std::uint64_t> behind{0};  ///< As in TelemetrySample.
   std::atomic<double> wait_s{0};         ///< Likewise.
   std::atomic<std::uint64_t> adoptedRevision{0};
@@ -51,10 +51,10 @@ class ServoLoop {
   static constexpr std::size_t kQueuedSamples = 4096;
 
   /// `device` and `crossing` outlive the loop. Without pre-touch the forces are the same, only later.
-  ServoLoop(Device& device, SceneCrossing& crossing, const StepConfig& config, bool withPreTouch = true);
+  ServoLoop(Device& device, SceneMailbox& mailbox, const StepConfig& config, bool withCacheWarmer = true);
   /// With serverStepConfig().
-  ServoLoop(Device& device, SceneCrossing& crossing, double rate_Hz, bool withPreTouch = true)
-      : ServoLoop(device, crossing, serverStepConfig(device.info(), rate_Hz), withPreTouch) {}
+  ServoLoop(Device& device, SceneMailbox& mailbox, double rate_Hz, bool withCacheWarmer = true)
+      : ServoLoop(device, mailbox, serverStepConfig(device.info(), rate_Hz), withCacheWarmer) {}
 
   /// Every tick goes into this ring, which outlives the loop. Before run().
   void recordInto(FlightRing& ring) noexcept { flight_ = &ring; }
@@ -65,10 +65,10 @@ class ServoLoop {
 
   /// Goes on from this state; before run(). `scene`: that it had adopted, null for the empty one; `pending`: that it was
   /// still to adopt, null for none.
-  void goOnFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept;
+  void resumeFrom(const HapticState& state, const ServoScene* scene, const ServoScene* pending) noexcept;
   /// As run(), with the ticks of a script, each as long after the one before as it was then; those that it left out
   /// count as missed. To its end, or until `stop`. What the servo slept through it catches up with: nobody holds a device.
-  void run(TickScript& script, const std::atomic<bool>& stop) noexcept;
+  void run(ReplaySource& script, const std::atomic<bool>& stop) noexcept;
 
   /// As run(), but begins each tick as soon as the last one is done: for measuring what the machine can do.
   void runFlatOut(const std::atomic<bool>& stop) noexcept;
@@ -91,17 +91,17 @@ class ServoLoop {
  private:
   /// @param newest  The scene that came since the last tick, null for none.
   void tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene* newest) noexcept;
-  void finish(const StepInput& input, const FeltTick& felt, std::uint64_t newScene) noexcept;
-  [[nodiscard]] std::uint64_t awaitNews(std::uint64_t due_ns, std::uint64_t now_ns) noexcept;
+  void finish(const StepInput& input, const ForceResult& result, std::uint64_t newScene) noexcept;
+  [[nodiscard]] std::uint64_t waitForSample(std::uint64_t due_ns, std::uint64_t now_ns) noexcept;
   void account(TelemetrySample& sample) noexcept;
 
   Device& device_;
-  SceneCrossing& crossing_;
+  SceneMailbox& mailbox_;
   StepConfig config_;
   std::uint64_t period_ns_;
-  NewsPatience patience_{period_ns_};
+  SampleWait sampleWait_{period_ns_};
   HapticState state_;
-  std::optional<PreTouch> preTouch_;
+  std::optional<CacheWarmer> cacheWarmer_;
   ServoScene empty_;
   const ServoScene* scene_ = &empty_;
   const ServoScene* next_ = nullptr;  // to be adopted, once the contact that it would break has been let go
@@ -109,10 +109,10 @@ class ServoLoop {
   std::uint64_t secondBegan_ns_ = 0;
   std::uint64_t ticksBefore_ = 0;
   MotionState motion_;
-  NewestValue<MotionState> motionOut_, motionToBuilder_;
+  TripleBuffer<MotionState> motionOut_, motionToBuilder_;
   EnergyState energy_;
-  NewestValue<EnergyState> energyOut_;
-  std::uint64_t energyTold_ns_ = 0;
+  TripleBuffer<EnergyState> energyOut_;
+  std::uint64_t energyPublished_ns_ = 0;
   FlightRing* flight_ = nullptr;
   boost::lockfree::spsc_queue<TelemetrySample, boost::lockfree::capacity<kQueuedSamples>> samples_;
 };

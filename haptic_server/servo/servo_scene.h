@@ -9,29 +9,29 @@
 #include "common/maths/vec.h"
 #include "common/telemetry/motion_state.h"
 #include "haptic_server/device/exploration_plan.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 #include "haptic_server/motion/rigid_body.h"
 #include "haptic_server/surface/surface_detail.h"
 
 namespace haptics {
 
 /// Which of the dents that the servo numbers an object's surface holds: the builder takes in what stays.
-struct TakenDents {
+struct BakedDents {
   std::uint64_t shape = 0;         ///< Another one where the shape at rest was edited: dents in the old one are gone.
   std::uint64_t upTo = 0;          ///< The surface holds the dents up to this number; they end with the adoption.
-  std::uint64_t loosenedUpTo = 0;  ///< Those up to this one that it does not hold may not stay: they go back.
-  bool operator==(const TakenDents&) const = default;
+  std::uint64_t releasedUpTo = 0;  ///< Those up to this one that it does not hold may not stay: they go back.
+  bool operator==(const BakedDents&) const = default;
 };
 
 /// What the servo needs of one object.
 struct ServoObject {
   std::uint64_t id = 0;
-  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const CollisionMesh> surface;
   Pose pose;
   double stiffness_N_per_m = 0;
   double damping_Ns_per_m = 0;
   /// Removed from the scene, but still here while the contact on it fades. Cannot be touched anew.
-  bool leaving = false;
+  bool pendingRemoval = false;
   /// What its surface feels like beyond its shape; null for nothing. The same pointer from scene to scene as long as it
   /// is not edited.
   std::shared_ptr<const SurfaceDetail> detail = nullptr;
@@ -41,8 +41,8 @@ struct ServoObject {
   std::uint64_t poseRevision = 0;
   /// What it yields like; null for a rigid one. The same pointer likewise.
   std::shared_ptr<const SoftTissue> tissue = nullptr;
-  TakenDents taken = {};
-  /// Of the detail's stiffness factor, where it has one: above it the factor is cut off, for the device to bear it.
+  BakedDents baked = {};
+  /// Largest stiffness factor of the detail, where it has one: the device would be unstable above it.
   double highestFactor = std::numeric_limits<double>::infinity();
 };
 

@@ -19,10 +19,10 @@ constexpr double kWindow_s = 0.3;
 /// A tap bounces for seconds where little friction takes its energy: judged once it is at rest, or when it has stopped
 /// getting smaller.
 constexpr std::size_t kFewestWindows = 7;
-constexpr std::size_t kMostWindows = 30;
+constexpr std::size_t kMaxWindows = 30;
 constexpr std::size_t kWindowsBack = 6;
 constexpr double kShrinking = 0.97;
-constexpr double kLeastCycle_m = 20e-6;
+constexpr double kMinCycle_m = 20e-6;
 constexpr double kTapHeight_m = 1e-3;
 constexpr double kStrike_s = 2e-3;
 /// Nobody brings a device back that was thrown so far; nothing that comes to rest gets there.
@@ -122,9 +122,9 @@ class RunningTrial {
     cycle_m_[window] = cycle_m;
     extent_ = {};
     if (windows_ < kFewestWindows) return Verdict::kNone;
-    if (cycle_m <= kRounding * std::max(2 * press_.device.resolution_m, kLeastCycle_m)) return Verdict::kRests;
+    if (cycle_m <= kRounding * std::max(2 * press_.device.resolution_m, kMinCycle_m)) return Verdict::kRests;
     const bool shrinks = cycle_m <= kShrinking * cycle_m_[window - kWindowsBack];
-    return shrinks && windows_ < kMostWindows ? Verdict::kNone : Verdict::kMoves;
+    return shrinks && windows_ < kMaxWindows ? Verdict::kNone : Verdict::kMoves;
   }
 
   const Press& press_;
@@ -136,10 +136,10 @@ class RunningTrial {
   std::uint64_t windowTicks_;
   std::size_t windows_ = 0;
   Extent extent_;
-  std::array<double, kMostWindows> cycle_m_{};
+  std::array<double, kMaxWindows> cycle_m_{};
 };
 
-std::shared_ptr<const Surface> makeCube() {
+std::shared_ptr<const CollisionMesh> makeCube() {
   constexpr float kHalf_m = static_cast<float>(kCubeSide_m / 2);
   std::array<Vec3f, 8> vertices;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -158,7 +158,7 @@ std::shared_ptr<const Surface> makeCube() {
                                                                 {0, 6, 2},
                                                                 {1, 3, 7},
                                                                 {1, 7, 5}}};
-  return buildSurface(vertices, triangles);
+  return buildCollisionMesh(vertices, triangles);
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ struct PressKind {
 
 /// What is pressed where stiffness is judged: the plane z = 0, the upper side of a cube.
 struct PressedWall {
-  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const CollisionMesh> surface;
   Pose pose;
   Vec3 place{0};  ///< On it.
 };

@@ -5,19 +5,19 @@
 #include <span>
 
 #include "haptic_server/servo/held_springs.h"
-#include "haptic_server/servo/joint_yield.h"
+#include "haptic_server/servo/joint_dent_solver.h"
 #include "haptic_server/servo/relaxing_dents.h"
 
 namespace haptics {
 namespace {
 
 /// The body that the contact belongs to.
-void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
+void deformAlone(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& tick) noexcept {
   ContactResult& contact = tick.contact;
   const auto index = static_cast<std::size_t>(contact.body);
   const Body& body = state.bodies[index];
-  const HoldingSurface& held = state.contact.holding[0];
-  Foot atRest;
+  const ContactSurface& held = state.contact.holding[0];
+  ClosestPoint atRest;
   atRest.triangle = held.triangle;
   atRest.feature = state.contact.feature;
   atRest.index = contact.primitive.localIndex;
@@ -29,66 +29,66 @@ void yieldAlone(const ServoScene& scene, HapticState& state, const StepConfig& c
                             .side = held.side,
                             .h = body.frame.toLocal(state.estimate.hip),
                             .below = contact.penetration_m > 0,
-                            .contact_N_per_m = state.objects[index].felt.value().spring_N_per_m,
+                            .contact_N_per_m = state.objects[index].stiffness.value().spring_N_per_m,
                             .alone = true,
                             .softness = softness.value};
-  Yielding yielding(scene, state, config, contact.work, pressed);
+  DentSolver yielding(scene, state, config, contact.work, pressed);
   if (!yielding.press()) return lose(state, index, contact);
-  const Yielding::Nearest at = yielding.nearestTo(pressed.h);
+  const DentSolver::Nearest at = yielding.nearestTo(pressed.h);
   if (at.outside) return lose(state, index, contact);
   tick.force.spring += tissuePushAlong_N(scene.objects[index], softness, yielding.elastic_m2(), config);
-  state.yielded.shaded = yielding.smooth();
-  if (state.yielded.shaded.weight > 0) {
-    state.yielded.foot = yielding.foot();
-    state.yielded.isLevel = state.denting.count == 1;
+  state.deformedContact.shaded = yielding.smooth();
+  if (state.deformedContact.shaded.weight > 0) {
+    state.deformedContact.foot = yielding.foot();
+    state.deformedContact.isLevel = state.denting.count == 1;
   }
   settleOn(state, index, at, contact);
 }
 
 /// What the dent of the one body that holds the IHIP would come upon.
-[[nodiscard]] InTheWay whatIsBelow(const ServoScene& scene, const HapticState& state, const StepConfig& config,
-                                   ContactResult& contact) noexcept {
+[[nodiscard]] Obstruction whatIsBelow(const ServoScene& scene, const HapticState& state, const StepConfig& config,
+                                      ContactResult& contact) noexcept {
   if (!(contact.penetration_m > 0)) return {};
   const auto index = static_cast<std::size_t>(contact.body);
   const double softness = softnessAt(scene, state, index, state.contact.holding[0].triangle, contact.ihip).value;
-  const double yield_m =
-      scene.objects[index].tissue->yield_m(pressedDepth_m(state, index), contact.penetration_m,
-                                           state.objects[index].felt.value().spring_N_per_m, config.period_s, softness);
-  return firstInTheWay(state, index, contact.ihip,
-                       glm::mix(contact.ihip, state.estimate.hip, std::min(1.0, yield_m / contact.penetration_m)),
-                       contact.work.allowance);
+  const double yield_m = scene.objects[index].tissue->yield_m(pressedDepth_m(state, index), contact.penetration_m,
+                                                              state.objects[index].stiffness.value().spring_N_per_m,
+                                                              config.period_s, softness);
+  return firstObstruction(state, index, contact.ihip,
+                          glm::mix(contact.ihip, state.estimate.hip, std::min(1.0, yield_m / contact.penetration_m)),
+                          contact.work.allowance);
 }
 
 /// Whether a body has come in the way of a dent that is deeper than there: by an edit or a motion, not by the hand.
 [[nodiscard]] bool hasComeBetween(const HapticState& state, const ContactResult& contact,
-                                  const InTheWay& below) noexcept {
+                                  const Obstruction& below) noexcept {
   constexpr double kByHand_m = 1e-4;
   const double pressed_m = pressedDepth_m(state, static_cast<std::size_t>(contact.body));
   return pressed_m > glm::distance(contact.ihip, below.point) + kByHand_m;
 }
 
 /// What of the bodies that hold the IHIP is soft yields.
-void yield(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
+void yield(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& tick) noexcept {
   const auto isSoft = [&](int body) { return scene.objects[static_cast<std::size_t>(body)].tissue != nullptr; };
   if (severalBodiesHold(state)) {
     const auto holding = state.contact.surfaces();
-    const bool anySoft = std::ranges::any_of(holding, [&](const HoldingSurface& held) { return isSoft(held.body); });
-    if (anySoft) yieldTogether(scene, state, config, tick, {});
+    const bool anySoft = std::ranges::any_of(holding, [&](const ContactSurface& held) { return isSoft(held.body); });
+    if (anySoft) deformTogether(scene, state, config, tick, {});
     return;
   }
   if (!isSoft(tick.contact.body)) return;
   if (state.adoption.bodyCount > 1) {
-    const InTheWay below = whatIsBelow(scene, state, config, tick.contact);
+    const Obstruction below = whatIsBelow(scene, state, config, tick.contact);
     if (below.crossing) {
       if (hasComeBetween(state, tick.contact, below)) {
         state.adoption.contactBroken = true;
         state.limits.slew.begin();
       }
-      state.yielded.between = true;
-      return yieldTogether(scene, state, config, tick, below);
+      state.deformedContact.between = true;
+      return deformTogether(scene, state, config, tick, below);
     }
   }
-  yieldAlone(scene, state, config, tick);
+  deformAlone(scene, state, config, tick);
 }
 
 /// Without initialisers: not all of a list is used.
@@ -105,7 +105,8 @@ struct Where {
 
 }  // namespace
 
-void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept {
+void deformAtContact(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                     ForceResult& tick) noexcept {
   const ContactResult& contact = tick.contact;
   for (BodyDent& dent : std::span(state.dents).first(state.denting.count)) {
     dent.pressed = dent.pressed && contact.touching && holdsIhip(state, dent.body);
@@ -114,7 +115,7 @@ void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfi
   const std::size_t countBefore = state.denting.count;
   std::ranges::transform(state.allDents(), before.begin(), &whereIs);
   relaxDents(scene, state, config);
-  state.yielded = {};
+  state.deformedContact = {};
   if (contact.touching) yield(scene, state, config, tick);
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), {}, {}, &whereIs)) {
     ++state.denting.revision;

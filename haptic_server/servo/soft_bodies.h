@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptic_server/servo/felt_tick.h"
+#include "haptic_server/servo/force_result.h"
 #include "haptic_server/servo/haptic_state.h"
 
 namespace haptics {
@@ -21,7 +21,7 @@ namespace haptics {
 /// @param[in,out] tick  Its contact was found with the shapes at rest; then it is as on the dented ones, or none where a
 /// dent that is still going back leaves the HIP outside. Its spring force gets what tissue that varies over the surface
 /// pushes along it (varying_springs.h).
-void yieldToContact(const ServoScene& scene, HapticState& state, const StepConfig& config, FeltTick& tick) noexcept;
+void deformAtContact(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& tick) noexcept;
 
 /// The dents for the tick just made.
 /// @param[in,out] motion  As of an earlier tick.

@@ -4,26 +4,27 @@
 
 namespace haptics {
 
-InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to, Allowance& allowance) noexcept {
-  InTheWay first;
+Obstruction firstObstruction(const HapticState& state, std::size_t body, Vec3 from, Vec3 to,
+                             Allowance& allowance) noexcept {
+  Obstruction first;
   const double way_m = glm::distance(from, to);
   for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     const Body& other = state.bodies[i];
     const double reach_m = other.surface->radius_m() + way_m;
-    if (i == body || other.leaving || squaredLength(from - other.centre) > reach_m * reach_m) continue;
+    if (i == body || other.pendingRemoval || squaredLength(from - other.centre) > reach_m * reach_m) continue;
     if (dentsOf(state, i).count > 0) continue;
     const Crossing met = other.surface->firstCrossing(other.frame.toLocal(from), other.frame.toLocal(to), allowance);
     if (met && (!first.crossing || met.time < first.crossing.time)) first = {i, met, glm::mix(from, to, met.time)};
   }
-  return allowance.isSpent() ? InTheWay{} : first;
+  return allowance.isSpent() ? Obstruction{} : first;
 }
 
-void settleOn(const HapticState& state, std::size_t index, const Yielding::Nearest& at,
+void settleOn(const HapticState& state, std::size_t index, const DentSolver::Nearest& at,
               ContactResult& contact) noexcept {
   const Body& body = state.bodies[index];
   contact.alongNormal = false;
   contact.ihip = body.frame.toWorld(at.foot.point);
-  contact.normal = body.frame.turn(at.normal);
+  contact.normal = body.frame.rotate(at.normal);
   contact.penetration_m = glm::distance(contact.ihip, state.estimate.hip);
   contact.primitive = primitiveOf(*body.surface, at.foot);
   contact.triangle = at.foot.triangle;
@@ -39,15 +40,15 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
   contact.penetration_m = 0;
   contact.primitive = {};
   contact.triangle = kNoTriangle;
-  const InTheWay met = firstInTheWay(state, body, rest, state.estimate.hip, contact.work.allowance);
+  const Obstruction met = firstObstruction(state, body, rest, state.estimate.hip, contact.work.allowance);
   if (!met.crossing) return;
   const Body& other = state.bodies[met.body];
   contact.touching = true;
   contact.body = static_cast<int>(met.body);
   contact.ihip = met.point;
-  contact.normal = other.frame.turn(other.surface->faceNormal(met.crossing.triangle) * double(met.crossing.side));
+  contact.normal = other.frame.rotate(other.surface->faceNormal(met.crossing.triangle) * double(met.crossing.side));
   contact.penetration_m = glm::distance(contact.ihip, state.estimate.hip);
-  contact.primitive = primitiveOf(*other.surface, Foot{met.crossing.triangle});
+  contact.primitive = primitiveOf(*other.surface, ClosestPoint{met.crossing.triangle});
   contact.triangle = met.crossing.triangle;
 }
 
@@ -59,11 +60,12 @@ FactorSample varyingSoftnessAt(const ServoObject& object, const HapticState& sta
   return sample;
 }
 
-double yieldedBulge_m(const ServoScene& scene, const HapticState& state, std::size_t body, std::uint32_t triangle,
-                      Vec3 place, double bulge_m) noexcept {
+double deformedBulge_m(const ServoScene& scene, const HapticState& state, std::size_t body, std::uint32_t triangle,
+                       Vec3 place, double bulge_m) noexcept {
   if (!(bulge_m > 0)) return 0;
   const double softness = softnessAt(scene, state, body, triangle, place).value;
-  return bulge_m * (1 - scene.objects[body].tissue->share(state.objects[body].felt.value().spring_N_per_m, softness));
+  return bulge_m *
+         (1 - scene.objects[body].tissue->share(state.objects[body].stiffness.value().spring_N_per_m, softness));
 }
 
 }  // namespace haptics

@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "haptic_server/servo/felt_tick.h"
+#include "haptic_server/servo/dent_solver.h"
+#include "haptic_server/servo/force_result.h"
 #include "haptic_server/servo/varying_springs.h"
-#include "haptic_server/servo/yielding.h"
 
 namespace haptics {
 
@@ -13,16 +13,17 @@ namespace haptics {
 
 /// What of other bodies is on a straight way that the IHIP goes in a dent of one; world, m. Dented bodies are left out: where
 /// they are is not what their hierarchies say. Nothing, where the allowance does not last.
-struct InTheWay {
+struct Obstruction {
   std::size_t body = 0;
   Crossing crossing;
   Vec3 point{0};
 };
-[[nodiscard]] InTheWay firstInTheWay(const HapticState& state, std::size_t body, Vec3 from, Vec3 to,
-                                     Allowance& allowance) noexcept;
+[[nodiscard]] Obstruction firstObstruction(const HapticState& state, std::size_t body, Vec3 from, Vec3 to,
+                                           Allowance& allowance) noexcept;
 
 /// The IHIP is where a body with its dents is nearest to the HIP.
-void settleOn(const HapticState& state, std::size_t body, const Yielding::Nearest& at, ContactResult& contact) noexcept;
+void settleOn(const HapticState& state, std::size_t body, const DentSolver::Nearest& at,
+              ContactResult& contact) noexcept;
 
 /// The dents leave the HIP outside of a body. What reaches into the dent is met there, on the way from the surface at rest.
 void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept;
@@ -43,11 +44,11 @@ void lose(HapticState& state, std::size_t body, ContactResult& contact) noexcept
 
 /// What is left at a place (world) of how far a soft body's smooth surface is before its polygons, m: it yields as what lies
 /// below it does.
-[[nodiscard]] double yieldedBulge_m(const ServoScene& scene, const HapticState& state, std::size_t body,
-                                    std::uint32_t triangle, Vec3 place, double bulge_m) noexcept;
+[[nodiscard]] double deformedBulge_m(const ServoScene& scene, const HapticState& state, std::size_t body,
+                                     std::uint32_t triangle, Vec3 place, double bulge_m) noexcept;
 
 /// What the tissue pushes along the surface, where it varies; N, world.
-/// @param elastic_m2  Yielding::elastic_m2().
+/// @param elastic_m2  DentSolver::elastic_m2().
 [[nodiscard]] inline Vec3 tissuePushAlong_N(const ServoObject& object, const FactorSample& softness, double elastic_m2,
                                             const StepConfig& config) noexcept {
   if (softness.gradient == Vec3(0)) [[likely]]

@@ -11,7 +11,7 @@ struct StabilitySearch {
   double close = 1.05;
 };
 
-/// Of stiffness, in N/m.
+/// Search over stiffness, in N/m.
 inline constexpr StabilitySearch kStiffnessSearch{.least = 50, .most = 200e3};
 
 /// Largest value up to which every one that was tried is stable; 0 when the least is not. Searches alike try the same

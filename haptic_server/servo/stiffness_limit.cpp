@@ -20,7 +20,7 @@ namespace {
 [[nodiscard]] StepConfig configFor(const DeviceInfo& device, double rate_Hz, bool stabilised) {
   StepConfig config = serverStepConfig(device, rate_Hz);
   config.rise_s = 0;
-  if (!stabilised) config.lead.reset();
+  if (!stabilised) config.observer.reset();
   return config;
 }
 
@@ -64,8 +64,8 @@ class WallPresses {
   StepConfig config_;
 };
 
-/// The largest that is stable, of which kSafePart is stable as well: a band of unstable values may lie between those that a
-/// search tries.
+/// The largest that is stable, of which kStabilityMargin is stable as well: a band of unstable values may lie between
+/// those that a search tries.
 template <class IsStable>
 [[nodiscard]] double critical(StabilitySearch search, IsStable isStable) {
   std::map<double, bool> tried;
@@ -75,8 +75,8 @@ template <class IsStable>
     return at->second;
   };
   double largest = largestStable(search, isKnownStable);
-  while (largest > 0 && !isKnownStable(kSafePart * largest)) {
-    search.most = kSafePart * largest;
+  while (largest > 0 && !isKnownStable(kStabilityMargin * largest)) {
+    search.most = kStabilityMargin * largest;
     largest = largestStable(search, isKnownStable);
   }
   return largest;
@@ -102,8 +102,8 @@ double criticalDamping_Ns_per_m(const DeviceInfo& device, double rate_Hz, bool s
 }
 
 SurfaceLimits surfaceLimits(const DeviceInfo& device, double rate_Hz, bool stabilised) {
-  const double stiffest_N_per_m = kSafePart * criticalStiffness_N_per_m(device, rate_Hz, stabilised);
-  return {stiffest_N_per_m, kSafePart * criticalDamping_Ns_per_m(device, rate_Hz, stabilised, stiffest_N_per_m)};
+  const double stiffest_N_per_m = kStabilityMargin * criticalStiffness_N_per_m(device, rate_Hz, stabilised);
+  return {stiffest_N_per_m, kStabilityMargin * criticalDamping_Ns_per_m(device, rate_Hz, stabilised, stiffest_N_per_m)};
 }
 
 }  // namespace haptics

@@ -4,15 +4,15 @@
 
 namespace haptics {
 
-/// Of what is critical, the part that a surface may have: devices are not as their data sheets say.
-inline constexpr double kSafePart = 0.5;
+/// Fraction of the critical stiffness that a surface may have: devices are not as their data sheets say.
+inline constexpr double kStabilityMargin = 0.5;
 
 /// Largest stiffness (N/m) of an undamped wall on which the device comes to rest (settling.h), by simulation of the device as
 /// its data sheet has it under the production step: in nobody's hand and in a light one, in all ways of pressing. Every
 /// stiffness that was tried up to it comes to rest, which are at least those that `haptic_eval stability` tries, and so does
-/// kSafePart of it. At most 200 kN/m; 0 where none of 50 N/m does. Infinite for a device of which the mass is not known.
-/// With the server's observer, or without (stabilised). Takes some 40 ms of two processors at 1 kHz, in proportion to the
-/// rate.
+/// kStabilityMargin of it. At most 200 kN/m; 0 where none of 50 N/m does. Infinite for a device of which the mass is
+/// not known. With the server's observer, or without (stabilised). Takes some 40 ms of two processors at 1 kHz, in
+/// proportion to the rate.
 [[nodiscard]] double criticalStiffness_N_per_m(const DeviceInfo& device, double rate_Hz, bool stabilised);
 
 /// The same of the damping (Ns/m) of walls up to a stiffness (N/m), judged on the stiffest and on one of 300 N/m: at most
@@ -21,7 +21,7 @@ inline constexpr double kSafePart = 0.5;
 [[nodiscard]] double criticalDamping_Ns_per_m(const DeviceInfo& device, double rate_Hz, bool stabilised,
                                               double stiffest_N_per_m);
 
-/// The most that a surface may have: kSafePart of what is critical.
+/// The most that a surface may have: kStabilityMargin of what is critical.
 struct SurfaceLimits {
   double stiffness_N_per_m = 0;
   double damping_Ns_per_m = 0;

@@ -37,31 +37,32 @@ struct HeldFriction {
   Vec3 stickingPoint{0};     ///< World.
 };
 
-/// What the surface properties of the felt object remember from tick to tick. Written by feelDetails() and
+/// What the surface properties of the felt object remember from tick to tick. Written by computeSurfaceForces() and
 /// adoptScene().
 struct SurfaceMemory {
   /// After an edit friction goes on from the force that it was, if that is no more than so many times the new one.
-  static constexpr double kMostPresence = 4;
+  static constexpr double kMaxFrictionWeight = 4;
 
   std::uint64_t object = 0;  ///< Id of what was felt in the last tick, 0 for nothing.
   std::array<HeldFriction, ContactState::kMaxHolding> friction;
-  double frictionPresence = 1;  ///< The part of friction that is felt, on its way to 1 after an edit.
+  double frictionWeight = 1;  ///< The part of friction that is felt, on its way to 1 after an edit.
   ShadingFade fade;
   Vec3 frictionForce_N{0};  ///< Of the last tick; world.
 };
 
-/// Of one object with bumps, of a texture or of shading, which can be felt before its polygons are touched. Written by feelDetails().
-struct BumpWatch {
+/// Of one object with bumps, of a texture or of shading, which can be felt before its polygons are touched. Written by
+/// computeSurfaceForces().
+struct BumpState {
   /// Seconds in which a bump fades in that is already there when the HIP appears in it.
   static constexpr double kFadeIn_s = 0.05;
 
   std::uint32_t triangle = kNoTriangle;  ///< Nearest to the HIP, when last looked for.
   Vec3 seenFrom{0};                      ///< The HIP then; object frame.
   double clear_m = 0;                    ///< No bump is within this distance of there.
-  double presence = 0;                   ///< The part of the height that is felt.
+  double blendWeight = 0;                ///< The part of the height that is felt.
   double height_m = 0;                   ///< Of the texture, as felt in the last tick.
 };
 
-static_assert(std::is_trivially_copyable_v<SurfaceMemory> && std::is_trivially_copyable_v<BumpWatch>);
+static_assert(std::is_trivially_copyable_v<SurfaceMemory> && std::is_trivially_copyable_v<BumpState>);
 
 }  // namespace haptics

@@ -47,7 +47,7 @@ void varyStiffness(const ServoScene& scene, HapticState& state) noexcept;
 [[nodiscard]] Vec3 belowShaded(const ServoObject& object, const Body& body, std::uint32_t triangle, double depth_m,
                                Vec3 normal, Vec3 gradient) noexcept;
 
-/// Of a world direction the part along the ways that the IHIP has where it is held.
+/// The component of a world direction along the directions in which the held IHIP can move.
 [[nodiscard]] Vec3 alongContact(const HapticState& state, Vec3 direction) noexcept;
 
 /// The second term of all contact springs that hold the IHIP, N, world.

@@ -102,7 +102,7 @@ void AssetFiles::collect(Names named, std::int64_t keepUpTo_s) {
     if (named.contains(asset.name) || isAhead || asideSince(asset.name)) continue;
     const bool mayBeNamed = asset.changed_s <= keepUpTo_s && !asset.name.ends_with(".new");
     if (mayBeNamed) unnamed_bytes += asset.size;
-    if (mayBeNamed && unnamed_bytes <= kMostUnnamed_bytes) continue;
+    if (mayBeNamed && unnamed_bytes <= kMaxUnnamed_bytes) continue;
     files_.remove(folder_ / asset.name);  // a file that cannot be removed costs its space
   }
 }

@@ -30,8 +30,8 @@ class AssetFiles {
     std::size_t others = 0;
   };
 
-  /// Of assets that no state names, but one that was given up may.
-  static constexpr std::size_t kMostUnnamed_bytes = 1U << 30;
+  /// Limit for assets that no state names; a state that was given up may.
+  static constexpr std::size_t kMaxUnnamed_bytes = 1U << 30;
 
   /// `files` outlives this.
   AssetFiles(std::filesystem::path folder, FileSystem& files) : folder_(std::move(folder)), files_(files) {}

@@ -30,7 +30,7 @@ Result<std::shared_ptr<const AcceptedEdit>> editFrom(const v1::KeptEdit& message
                    .nextId = message.next_object_id()});
 }
 
-void write(const EditMemory::SessionResults& session, v1::SessionResults& message) {
+void write(const EditDeduplicator::SessionResults& session, v1::SessionResults& message) {
   message.set_session(session.session);
   message.set_forgotten_up_to(session.forgottenUpTo);
   for (const auto& result : session.results) {
@@ -41,8 +41,8 @@ void write(const EditMemory::SessionResults& session, v1::SessionResults& messag
   }
 }
 
-Result<EditMemory::SessionResults> resultsFrom(const v1::SessionResults& message) {
-  EditMemory::SessionResults session{message.session(), message.forgotten_up_to(), {}};
+Result<EditDeduplicator::SessionResults> resultsFrom(const v1::SessionResults& message) {
+  EditDeduplicator::SessionResults session{message.session(), message.forgotten_up_to(), {}};
   for (const auto& result : message.result()) {
     const auto root = hashFromWire(result.root(), "session.result.root");
     if (!root) return tl::unexpected(root.error());
@@ -90,7 +90,7 @@ Result<SceneHistory> historyIn(const v1::Checkpoint& checkpoint) {
 /// A state on its way from record to record.
 struct Replay {
   SceneHistory history;
-  EditMemory memory;
+  EditDeduplicator memory;
   ObjectId nextId = 1;
   std::vector<std::shared_ptr<const ObjectRecord>> lost;
 

@@ -350,7 +350,7 @@ std::int64_t StateFolder::collectAside() {
   std::size_t files = 0, bytes = 0;
   std::int64_t newest_s = 0;
   for (const auto& [path, since_s, size, isAsset] : aside) {
-    const bool stays = files < kMostAside && (files == 0 || bytes + size <= kMostAside_bytes);
+    const bool stays = files < kMaxAside && (files == 0 || bytes + size <= kMaxAside_bytes);
     if (!stays || files_.now_s() - since_s > kKeepAside_s) {
       files_.remove(path);
       continue;

@@ -47,8 +47,8 @@ class StateFolder final : public EditJournal {
   };
 
   static constexpr std::int64_t kKeepAside_s = 30 * 24 * 3600;
-  static constexpr std::size_t kMostAside = 16;  ///< Files; the newest stay.
-  static constexpr std::size_t kMostAside_bytes = 1U << 30;
+  static constexpr std::size_t kMaxAside = 16;  ///< Files; the newest stay.
+  static constexpr std::size_t kMaxAside_bytes = 1U << 30;
 
   /// Makes the folder when there is none. Whatever the folder holds, the state is the newest that can be proven: of the
   /// log, up to where it is damaged, or of the checkpoint's copy; an empty one when nothing can be read. What is given up

@@ -10,12 +10,12 @@ namespace {
 
 /// Polygons that the projection may pass through: it leads a fraction of an edge away. Bounds the tick where the mesh is
 /// crumpled; what is not found then is not shaded.
-constexpr int kMostPolygons = 16;
-/// Of Newton's method in a polygon; one is usually enough.
-constexpr int kMostSteps = 4;
-/// Of the depth (on the surface, of its square times an edge): a projection that misses h by less has arrived.
+constexpr int kMaxPolygons = 16;
+/// Steps of Newton's method in a polygon; one is usually enough.
+constexpr int kMaxNewtonSteps = 4;
+/// Fraction of the depth (on the surface, of its square times an edge): a projection that misses h by less has arrived.
 constexpr double kMiss = 0x1p-20;
-/// Of the polygon's height: farther beyond a line is in the next polygon.
+/// Fraction of the polygon's height: farther beyond a line is in the next polygon.
 constexpr double kBeyondLine = 0x1p-20;
 /// Depth times curvature (p tan(angle) over the edge's length) from which the weight falls, and at which it is 0; at 1
 /// the lines along the normals meet. Larger shades deeper and steps more where they do.
@@ -23,7 +23,7 @@ constexpr double kFadesFrom = 0.5;
 constexpr double kFadesTo = 0.9;
 /// Cosine of N_s and the polygon's normal at which the weight is 0, and from which it is whole: normals that lie in the
 /// polygon or point into it describe nothing.
-constexpr double kLeastCosine = 0.1;
+constexpr double kMinCosine = 0.1;
 constexpr double kGoodCosine = 0.3;
 /// 0 up to `from`, 1 from `to` on, C1 between.
 [[nodiscard]] double smoothStep(double from, double to, double x) noexcept {
@@ -51,14 +51,14 @@ class ShadedPolygon {
   /// sphere.
   [[nodiscard]] double alongNormals(double distance_m) const noexcept {
     const double along = glm::dot(normal_ + (turn1_ + turn2_) * (1.0 / 3), areaNormal_);
-    return along > kLeastCosine * twiceArea_ ? distance_m * twiceArea_ / along : distance_m;
+    return along > kMinCosine * twiceArea_ ? distance_m * twiceArea_ / along : distance_m;
   }
 
   /// Solves h = x(u, v) - s n(u, v) from the middle of the polygon and from about the right s. False where there is no
   /// solution to be found.
   [[nodiscard]] bool project(const Vec3& h, double& s) noexcept {
     u_ = v_ = 1.0 / 3;
-    for (int i = 0; i < kMostSteps; ++i) {
+    for (int i = 0; i < kMaxNewtonSteps; ++i) {
       const Vec3 n = normal_ + turn1_ * u_ + turn2_ * v_;
       const Vec3 a = edge1_ - turn1_ * s;
       const Vec3 b = edge2_ - turn2_ * s;
@@ -101,13 +101,13 @@ class ShadedPolygon {
     const double cosine = glm::dot(areaNormal_, n) / (twiceArea_ * length);
     ShadedPoint shaded{.triangle = t, .normal = n * (1 / length), .depth_m = s * length};
     const double bend = std::abs(shaded.depth_m) * curvature(parts, shaded.depth_m > 0);
-    shaded.weight = (1 - smoothStep(kFadesFrom, kFadesTo, bend)) * smoothStep(kLeastCosine, kGoodCosine, cosine);
+    shaded.weight = (1 - smoothStep(kFadesFrom, kFadesTo, bend)) * smoothStep(kMinCosine, kGoodCosine, cosine);
     shaded.bulge_m = bulge(parts);
     return shaded;
   }
 
  private:
-  /// Of the surface that the normals describe: on the side on which h is, what makes lines along them meet.
+  /// Curvature of the surface that the normals describe, on the side of h on which lines along the normals meet.
   [[nodiscard]] double curvature(Vec3 parts, bool within) const noexcept {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
@@ -132,13 +132,13 @@ class ShadedPolygon {
   double u_ = 0, v_ = 0;
 };
 
-[[nodiscard]] bool isSharp(const ShadingRecord& r, const Foot& foot) noexcept {
+[[nodiscard]] bool isSharp(const ShadingRecord& r, const ClosestPoint& foot) noexcept {
   if (foot.feature == Feature::kLine) return r.sharpLine(foot.index);
   return foot.feature == Feature::kVertex && r.sharpVertex(foot.index);
 }
 
 struct AtRest {
-  const Surface& surface;
+  const CollisionMesh& surface;
   const ShadingNormals& shading;
 
   struct Polygon {
@@ -149,7 +149,7 @@ struct AtRest {
 };
 
 struct Dented {
-  const Surface& surface;
+  const CollisionMesh& surface;
   const ShadingNormals& shading;
   std::span<const Dent> dents;
   const Falloff& falloff;
@@ -175,12 +175,12 @@ struct Dented {
 };
 
 template <class Shape>
-[[nodiscard]] ShadedPoint shadeOn(const Shape& shape, const Foot& foot, const Vec3& h, double depth_m,
+[[nodiscard]] ShadedPoint shadeOn(const Shape& shape, const ClosestPoint& foot, const Vec3& h, double depth_m,
                                   Vec3* parts = nullptr) noexcept {
   std::uint32_t t = foot.triangle;
   if (isSharp(shape.shading[t], foot)) return {};
   double s = 0;
-  for (int i = 0; i < kMostPolygons; ++i) {
+  for (int i = 0; i < kMaxPolygons; ++i) {
     if (!shape.shading[t].hasNormals()) return {};
     const auto& [triangle, shading] = shape.polygon(t);
     ShadedPolygon polygon(triangle, shading);
@@ -198,13 +198,14 @@ template <class Shape>
 
 }  // namespace
 
-ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const Foot& foot, Vec3 h,
+ShadedPoint shade(const CollisionMesh& surface, const ShadingNormals& normals, const ClosestPoint& foot, Vec3 h,
                   double depth_m) noexcept {
   return shadeOn(AtRest{surface, normals}, foot, h, depth_m);
 }
 
-ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, std::span<const Dent> dents,
-                  const Falloff& falloff, const Foot& foot, const Vec3& h, double depth_m, Vec3* parts) noexcept {
+ShadedPoint shade(const CollisionMesh& surface, const ShadingNormals& normals, std::span<const Dent> dents,
+                  const Falloff& falloff, const ClosestPoint& foot, const Vec3& h, double depth_m,
+                  Vec3* parts) noexcept {
   if (dents.empty()) return shadeOn(AtRest{surface, normals}, foot, h, depth_m, parts);
   return shadeOn(Dented{surface, normals, dents, falloff}, foot, h, depth_m, parts);
 }

@@ -42,13 +42,13 @@ struct ShadedPoint {
 ///  - "Works well when the penetration is small compared to the size of the polygon": where p tan(angle) comes near the
 ///    edge's length, that is where depth times curvature comes near 1, the weight goes smoothly to 0.
 ///  - Sharp lines and vertices have no normal of their own: weight 0.
-[[nodiscard]] ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, const Foot& foot, Vec3 h,
-                                double depth_m) noexcept;
+[[nodiscard]] ShadedPoint shade(const CollisionMesh& surface, const ShadingNormals& normals, const ClosestPoint& foot,
+                                Vec3 h, double depth_m) noexcept;
 
 /// The same for a body with these dents: its triangles and normals are the dented ones; the foot is on them.
 /// @param parts  May be null; else, where the weight is not 0, becomes what each corner of the triangle has of the point.
-[[nodiscard]] ShadedPoint shade(const Surface& surface, const ShadingNormals& normals, std::span<const Dent> dents,
-                                const Falloff& falloff, const Foot& foot, const Vec3& h, double depth_m,
-                                Vec3* parts = nullptr) noexcept;
+[[nodiscard]] ShadedPoint shade(const CollisionMesh& surface, const ShadingNormals& normals,
+                                std::span<const Dent> dents, const Falloff& falloff, const ClosestPoint& foot,
+                                const Vec3& h, double depth_m, Vec3* parts = nullptr) noexcept;
 
 }  // namespace haptics

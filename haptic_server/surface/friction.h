@@ -53,7 +53,7 @@ class StickSlip {
   void release() noexcept { *this = {}; }
   /// Into the frame of another object, on to which the IHIP slides.
   void carry(Vec3 stickingPoint) noexcept { point_ = stickingPoint; }
-  /// Of the surface were edited, or are another object's: also while it sticks.
+  /// The surface's coefficients were edited, or are another object's: also while it sticks.
   void edit(FrictionCoefficients mu) noexcept { mu_ = mu; }
 
   [[nodiscard]] FrictionState state() const noexcept { return state_; }

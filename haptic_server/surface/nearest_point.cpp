@@ -2,12 +2,13 @@
 
 namespace haptics {
 
-Foot nearestPoint(const Surface& surface, Vec3 h, double reach_m, std::uint32_t hint, Allowance& allowance) noexcept {
-  Foot best;
+ClosestPoint nearestPoint(const CollisionMesh& surface, Vec3 h, double reach_m, std::uint32_t hint,
+                          Allowance& allowance) noexcept {
+  ClosestPoint best;
   best.squaredDistance = reach_m * reach_m;
   int left = kNearestBudget;
   const auto look = [&](std::uint32_t t) noexcept {
-    const Foot foot = closestOn(surface.triangle(t), t, h);
+    const ClosestPoint foot = closestOn(surface.triangle(t), t, h);
     if (foot.squaredDistance < best.squaredDistance) best = foot;
     --left;
     allowance.spend(Allowance::kNearTriangle);

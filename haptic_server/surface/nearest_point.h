@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics {
 
@@ -11,7 +11,7 @@ inline constexpr int kNearestBudget = 4096;
 /// The point of the whole mesh closest to h (object frame, metres), where it is within `reach_m`; else its triangle is
 /// kNoTriangle. A triangle that is likely near, `hint`, makes the query quick; kNoTriangle when none is known. Bounded
 /// work, no allocation: of a query that spends the allowance, the best of what it looked at.
-[[nodiscard]] Foot nearestPoint(const Surface& surface, Vec3 h, double reach_m, std::uint32_t hint,
-                                Allowance& allowance) noexcept;
+[[nodiscard]] ClosestPoint nearestPoint(const CollisionMesh& surface, Vec3 h, double reach_m, std::uint32_t hint,
+                                        Allowance& allowance) noexcept;
 
 }  // namespace haptics

@@ -16,7 +16,8 @@ struct Sector {
 
 [[nodiscard]] std::size_t placeOf(std::uint32_t t, int k) { return 3 * std::size_t{t} + static_cast<std::size_t>(k); }
 
-/// Of the smooth surface over a polygon: a sixth of the largest product at its lines, where all three are as large.
+/// Bound of the smooth surface's bulge over a polygon: a sixth of the largest product at its lines, if all three are as
+/// large.
 [[nodiscard]] double bulgeBound(const TriangleRecord& triangle, const ShadingRecord& shading) {
   double most = 0;
   for (int k = 0; k < 3; ++k) {
@@ -29,8 +30,8 @@ struct Sector {
 
 class Builder {
  public:
-  Builder(const Surface& surface, double crease_rad, std::span<const std::array<std::uint32_t, 2>> creases)
-      : surface_(surface), leastCosine_(std::cos(crease_rad)), creases_(creases) {
+  Builder(const CollisionMesh& surface, double crease_rad, std::span<const std::array<std::uint32_t, 2>> creases)
+      : surface_(surface), minCosine_(std::cos(crease_rad)), creases_(creases) {
     const std::size_t corners = 3 * std::size_t{surface.triangleCount()};
     sharp_.resize(corners);
     sharpVertex_.resize(vertexCount());
@@ -81,7 +82,7 @@ class Builder {
     if (r.neighbour(edge) == kNoTriangle) return true;
     const std::uint32_t a = r.vertexAt(edge), b = r.vertexAt(nextCorner(edge));
     if (std::ranges::binary_search(creases_, std::array{std::min(a, b), std::max(a, b)})) return true;
-    return glm::dot(surface_.faceNormal(t), surface_.faceNormal(r.neighbour(edge))) < leastCosine_;
+    return glm::dot(surface_.faceNormal(t), surface_.faceNormal(r.neighbour(edge))) < minCosine_;
   }
 
   /// The polygon beside this one around the same vertex, across corner edge `edge`.
@@ -143,8 +144,8 @@ class Builder {
     return std::size_t{last} + 1;
   }
 
-  const Surface& surface_;
-  double leastCosine_;
+  const CollisionMesh& surface_;
+  double minCosine_;
   std::span<const std::array<std::uint32_t, 2>> creases_;
   std::vector<std::uint8_t> sharp_;        // by line (t, k)
   std::vector<std::uint8_t> sharpVertex_;  // by vertex
@@ -154,7 +155,7 @@ class Builder {
 
 }  // namespace
 
-ShadingNormals::ShadingNormals(const Surface& surface, double crease_rad,
+ShadingNormals::ShadingNormals(const CollisionMesh& surface, double crease_rad,
                                std::span<const std::array<std::uint32_t, 2>> creases) {
   const Builder builder(surface, crease_rad, creases);
   records_.resize(surface.triangleCount());

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "haptic_server/geometry/collision_mesh.h"
 #include "haptic_server/geometry/large_pages.h"
-#include "haptic_server/geometry/surface.h"
 
 namespace haptics {
 
@@ -34,20 +34,21 @@ struct alignas(64) ShadingRecord {
 };
 static_assert(sizeof(ShadingRecord) == 64, "one cache line");
 
-/// The vertex normals that force shading interpolates (paper 4.1), apart from the Surface so that an object without
+/// The vertex normals that force shading interpolates (paper 4.1), apart from the mesh so that an object without
 /// shading pays no memory. A vertex on a sharp line has a normal for each side of it: shading is for artificial edges,
 /// "turned off when the objects have natural edges". Immutable; built off the servo thread.
 ///
 /// A vertex's normal is the mean of its polygons' weighted by sin(angle) / (product of the two edges' lengths), which is
 /// exact for vertices on a sphere (N. Max, "Weights for Computing Vertex Normals from Facet Normals", 1999). Never used
-/// to tell inside from outside: for that the angle-weighted normals of Surface are right.
+/// to tell inside from outside: for that the angle-weighted normals of CollisionMesh are right.
 class ShadingNormals {
  public:
   /// @param crease_rad  Lines whose polygons' normals differ by more stay sharp; boundaries always do.
   /// @param creases  Further sharp lines by their vertices, the mesh's canonical numbering, the smaller first, ascending.
-  ShadingNormals(const Surface& surface, double crease_rad, std::span<const std::array<std::uint32_t, 2>> creases);
+  ShadingNormals(const CollisionMesh& surface, double crease_rad,
+                 std::span<const std::array<std::uint32_t, 2>> creases);
 
-  /// `t` as in Surface.
+  /// `t` as in CollisionMesh.
   [[nodiscard]] const ShadingRecord& operator[](std::uint32_t t) const noexcept { return records_[t]; }
   /// No bulge of the smooth surface over a polygon (ShadedPoint) is higher.
   [[nodiscard]] double highestBulge_m() const noexcept { return highestBulge_m_; }

@@ -24,13 +24,13 @@ constexpr std::uint32_t kSamples = 4096;
   return corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v;
 }
 
-/// Of a symmetric matrix of two.
+/// Largest eigenvalue of a symmetric 2 x 2 matrix.
 [[nodiscard]] double largestEigenvalue(const glm::dmat2& m) {
   const double mean = (m[0][0] + m[1][1]) / 2;
   return mean + std::hypot((m[0][0] - m[1][1]) / 2, m[0][1]);
 }
 
-/// Of values at the vertices, linear over a triangle, at a place on it.
+/// Interpolates values at the vertices linearly at a point of a triangle.
 [[nodiscard]] double interpolated(const std::vector<float>& values, const TriangleRecord& triangle,
                                   const Vec3& place) noexcept {
   const Vec3 share = glm::max(barycentric(triangle.corner(0), triangle.corner(1), triangle.corner(2), place), Vec3(0));
@@ -60,8 +60,8 @@ TriangleMap::Corners cornersOf(const TriangleRecord& triangle, const std::vector
   return corners;
 }
 
-TextureDetail::TextureDetail(const Surface& surface, const Texture& texture, std::shared_ptr<const ScalarField> field,
-                             const std::vector<Vec3f>* material)
+TextureDetail::TextureDetail(const CollisionMesh& surface, const Texture& texture,
+                             std::shared_ptr<const ScalarField> field, const std::vector<Vec3f>* material)
     : field_(std::move(field)),
       law_(texture.law),
       amplitude_m_(texture.amplitude_m),
@@ -82,7 +82,7 @@ TextureDetail::TextureDetail(const Surface& surface, const Texture& texture, std
   }
 }
 
-Relief TextureDetail::at(Vec3 place) const noexcept {
+HeightSample TextureDetail::at(Vec3 place) const noexcept {
   const FieldSample f = field_->at(place);
   return {amplitude_m_ * (f.value - zero_), amplitude_m_ * f.gradient};
 }
@@ -147,8 +147,8 @@ FrictionCoefficients FrictionDetail::at(const TriangleRecord& triangle, const Ve
   return {stick, std::min(stick, mean_.slide * dynamicFactor_.at(triangle, place, onMaterial))};
 }
 
-std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const Surface& surface, const SurfaceProperties& properties,
-                                                       const DetailFields& fields,
+std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const CollisionMesh& surface,
+                                                       const SurfaceProperties& properties, const DetailFields& fields,
                                                        std::shared_ptr<const ShadingNormals> normals) {
   if (properties == SurfaceProperties{}) return nullptr;
   SurfaceDetail detail;
@@ -165,10 +165,10 @@ std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(const Surface& surface, c
     detail.texture.emplace(surface, *properties.texture, fields.texture, fields.material.get());
   }
   if (const auto& map = properties.stiffnessOver) {
-    detail.stiffness.emplace(map->variation, fields.stiffness, kLeastStiffnessFactor);
+    detail.stiffness.emplace(map->variation, fields.stiffness, kMinStiffnessFactor);
   }
   if (const auto& map = properties.softnessOver) {
-    detail.softness.emplace(map->variation, fields.softness, kLeastStiffnessFactor);
+    detail.softness.emplace(map->variation, fields.softness, kMinStiffnessFactor);
   }
   const bool anyField =
       fields.texture || fields.friction || fields.dynamicFriction || fields.stiffness.field || fields.softness.field;

@@ -19,11 +19,11 @@ class TextureDetail {
  public:
   /// Samples the height over the surface for what gainFor() needs: some milliseconds.
   /// `material` as in SurfaceDetail.
-  TextureDetail(const Surface& surface, const Texture& texture, std::shared_ptr<const ScalarField> field,
+  TextureDetail(const CollisionMesh& surface, const Texture& texture, std::shared_ptr<const ScalarField> field,
                 const std::vector<Vec3f>* material = nullptr);
 
   /// At a place of the material.
-  [[nodiscard]] Relief at(Vec3 place) const noexcept;
+  [[nodiscard]] HeightSample at(Vec3 place) const noexcept;
   [[nodiscard]] Texture::Law law() const noexcept { return law_; }
   /// Never exceeded: no contact farther outside.
   [[nodiscard]] double highest_m() const noexcept { return highest_m_; }
@@ -36,7 +36,7 @@ class TextureDetail {
   /// The same for bump mapping, which has no K: the part of the slopes, all or less, with which it is felt at a depth.
   /// Sideways it is a spring of k (grad h grad h^T + d H(h)), stiffer the deeper. With less than all it is not
   /// conservative.
-  [[nodiscard]] double slopePartFor(double depth_m, double stiffness_N_per_m, double most_N_per_m) const noexcept {
+  [[nodiscard]] double slopeShareFor(double depth_m, double stiffness_N_per_m, double most_N_per_m) const noexcept {
     const double lateral = stiffness_N_per_m * (squaredSlope_ + depth_m * curvature_per_m_);
     return lateral > most_N_per_m ? most_N_per_m / lateral : 1;
   }
@@ -145,13 +145,13 @@ struct DetailFields {
   std::shared_ptr<const ScalarField> friction;
   std::shared_ptr<const std::vector<float>> frictionScale;  ///< A factor >= 0 for each vertex, canonical numbering.
   std::shared_ptr<const std::vector<Vec3f>> material = nullptr;  ///< As in SurfaceDetail.
-  /// Of the dynamic coefficient's own map.
+  /// Field of the dynamic coefficient's own map.
   std::shared_ptr<const ScalarField> dynamicFriction = nullptr;
   std::shared_ptr<const std::vector<float>> dynamicFrictionScale = nullptr;
   FactorSource stiffness = {}, softness = {};
 };
 
-/// Of a triangle, or of one of the surface at rest on the material, which may be null.
+/// Corners of a triangle, or of the same triangle at rest on the material where that is not null.
 [[nodiscard]] TriangleMap::Corners cornersOf(const TriangleRecord& triangle,
                                              const std::vector<Vec3f>* material = nullptr) noexcept;
 
@@ -159,7 +159,7 @@ struct DetailFields {
 /// until its mesh or one of its properties changes. `normals` are those of an earlier detail of the same surface with the
 /// same shading, or null.
 [[nodiscard]] std::shared_ptr<const SurfaceDetail> makeSurfaceDetail(
-    const Surface& surface, const SurfaceProperties& properties, const DetailFields& fields,
+    const CollisionMesh& surface, const SurfaceProperties& properties, const DetailFields& fields,
     std::shared_ptr<const ShadingNormals> normals = {});
 
 }  // namespace haptics

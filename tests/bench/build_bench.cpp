@@ -13,7 +13,7 @@ void build(benchmark::State& state, std::uint32_t segments, int threads) {
   const TriMesh mesh = sphereMesh(segments);
   const auto triangles = static_cast<double>(mesh.triangles.size());
   std::size_t memory_bytes = 0;
-  for (auto _ : state) memory_bytes = buildSurface(mesh.vertices, mesh.triangles, threads)->memory_bytes();
+  for (auto _ : state) memory_bytes = buildCollisionMesh(mesh.vertices, mesh.triangles, threads)->memory_bytes();
   state.counters["s_per_million_triangles"] =
       benchmark::Counter(triangles * 1e-6, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["bytes_per_triangle"] = static_cast<double>(memory_bytes) / triangles;
@@ -24,13 +24,13 @@ void build(benchmark::State& state, std::uint32_t segments, int threads) {
 void refit(benchmark::State& state, std::uint32_t segments, bool all) {
   constexpr double kWidth = 0.5;
   const TriMesh mesh = sphereMesh(segments);
-  const auto built = buildSurface(mesh.vertices, mesh.triangles);
+  const auto built = buildCollisionMesh(mesh.vertices, mesh.triangles);
   const Vec3f pole(Vec3(0, 0, built->high().z));
   std::vector<Vec3f> moved = mesh.vertices;
   for (Vec3f& v : moved) {
     if (all || glm::distance(v, pole) < kWidth * pole.z) v.z *= 0.99F;
   }
-  for (auto _ : state) benchmark::DoNotOptimize(refitSurface(*built, moved));
+  for (auto _ : state) benchmark::DoNotOptimize(refitCollisionMesh(*built, moved));
   state.counters["s_per_million_triangles"] =
       benchmark::Counter(static_cast<double>(mesh.triangles.size()) * 1e-6,
                          benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);

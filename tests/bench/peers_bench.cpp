@@ -10,7 +10,7 @@ namespace haptics::bench {
 namespace {
 
 /// CGAL's tree of doubles would take 3 GB, and a minute to build, for a mesh of more.
-constexpr std::uint32_t kMostForCgal = 2'000'000;  // triangles
+constexpr std::uint32_t kMaxForCgal = 2'000'000;  // triangles
 
 template <class Answer>
 double meanOf(std::size_t count, Answer answer) {
@@ -41,7 +41,7 @@ Course holdContact(const Trajectory& trajectory, std::uint32_t segments) {
        [=] { return meanOf(path.size(), [&](std::size_t i) { return glm::distance(god->tick(path[i]), path[i]); }); }}};
   const TriMesh mesh = sphereMesh(segments);
   add(course.contestants, Embree(mesh).closest(path));
-  if (triangleCount(segments) <= kMostForCgal) add(course.contestants, Cgal(mesh).closest(path));
+  if (triangleCount(segments) <= kMaxForCgal) add(course.contestants, Cgal(mesh).closest(path));
   return course;
 }
 

@@ -18,7 +18,7 @@ class Phases {
   explicit Phases(Scene scene) {
     Replay replay(std::move(scene));
     bodies_ = replay.scene().bodies;
-    const Surface& surface = *bodies_.front().surface;
+    const CollisionMesh& surface = *bodies_.front().surface;
     Vec3 before = replay.state().hip;
     for (const Vec3 hip : replay.scene().path) {
       const ContactResult contact = replay.tick();
@@ -51,8 +51,8 @@ class Phases {
   void force() noexcept {
     constexpr Stiffness kMaterial{1000, 0.5};
     const auto& [hip, foot, contact, speed_m_per_s] = next();
-    constexpr double kMost_N = 10;
-    static_cast<void>(felt_.follow(kMaterial, contact.penetration_m, speed_m_per_s, kMost_N, kPeriod_s));
+    constexpr double kMax_N = 10;
+    static_cast<void>(felt_.follow(kMaterial, contact.penetration_m, speed_m_per_s, kMax_N, kPeriod_s));
     benchmark::DoNotOptimize(felt_);
     SpringDamperForce force = springDamper(contact.penetration_m, contact.normal, speed_m_per_s, felt_.value());
     benchmark::DoNotOptimize(force);
@@ -62,7 +62,7 @@ class Phases {
   static constexpr double kPeriod_s = 1e-3;
   struct Place {
     Vec3 hip;
-    Foot foot;
+    ClosestPoint foot;
     ContactResult contact;
     double speed_m_per_s;  ///< Of the HIP along the contact's normal.
   };
@@ -78,7 +78,7 @@ class Phases {
   ContactState state_;
   NearBodies near_;
   ContactWork work_;
-  FeltStiffness felt_;
+  RateLimitedStiffness felt_;
 };
 
 template <void (Phases::*kPhase)() noexcept>

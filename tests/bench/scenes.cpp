@@ -44,12 +44,12 @@ Scene sceneOf(std::vector<Body> bodies, std::vector<Vec3> path, Vec3 outside) {
 
 TriMesh sphereMesh(std::uint32_t segments) { return makeSphere(kRadius_m, segments).value(); }
 
-std::shared_ptr<const Surface> sphere(std::uint32_t segments) {
-  static std::map<std::uint32_t, std::shared_ptr<const Surface>> built;
+std::shared_ptr<const CollisionMesh> sphere(std::uint32_t segments) {
+  static std::map<std::uint32_t, std::shared_ptr<const CollisionMesh>> built;
   auto& surface = built[segments];
   if (!surface) {
     const TriMesh mesh = sphereMesh(segments);
-    surface = buildSurface(mesh.vertices, mesh.triangles);
+    surface = buildCollisionMesh(mesh.vertices, mesh.triangles);
   }
   return surface;
 }
@@ -89,7 +89,7 @@ Scene lineContact(std::uint32_t segments) {
 }
 
 Replay::Replay(Scene scene) : scene_(std::move(scene)) {
-  place(state_, scene_.approach.front());
+  resetContact(state_, scene_.approach.front());
   for (const Vec3 hip : scene_.approach) static_cast<void>(followContact(scene_.bodies, state_, hip));
   for (std::size_t i = 0; i < scene_.path.size(); ++i) static_cast<void>(tick());
 }
@@ -103,7 +103,7 @@ void Search::searchFurther(const HipMotion& motion) noexcept {
   int spent = 0;
   double now = 0;
   for (int number = 1; now < 1; ++number) {
-    const Surface& surface = *replay_.scene().bodies.front().surface;
+    const CollisionMesh& surface = *replay_.scene().bodies.front().surface;
     const HipStep step = followHip(surface, motion, 1, foot_, now, number, nullptr, spent, kSearchBudget);
     now = step.end;
     foot_ = step.found.foot;

@@ -7,7 +7,7 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/contact/contact.h"
-#include "haptic_server/contact/fast_path/over_polygon.h"
+#include "haptic_server/contact/fast_path/triangle_walk.h"
 #include "haptic_server/contact/hip_following.h"
 
 /// Spheres of 50 mm radius and closed paths of the HIP at 0.1 m/s and 1 kHz, 2 mm deep.
@@ -29,7 +29,7 @@ inline constexpr std::array<std::uint32_t, 4> kSegments{12, 73, 289, 913};
 
 [[nodiscard]] TriMesh sphereMesh(std::uint32_t segments);
 /// Built once in a run.
-[[nodiscard]] std::shared_ptr<const Surface> sphere(std::uint32_t segments);
+[[nodiscard]] std::shared_ptr<const CollisionMesh> sphere(std::uint32_t segments);
 
 /// Bodies at rest, and the places of a HIP that goes round and round.
 struct Scene {
@@ -91,19 +91,19 @@ class Search {
 
   /// Returns the distance of HIP and IHIP, m.
   double tick() noexcept {
-    const Surface& surface = *replay_.scene().bodies.front().surface;
+    const CollisionMesh& surface = *replay_.scene().bodies.front().surface;
     const HipMotion motion{hip_, replay_.scene().path[next_]};
     if (foot_.feature == Feature::kPolygon && !polygon_.is(surface, foot_.triangle)) {
-      polygon_.become(surface, foot_.triangle);
+      polygon_.load(surface, foot_.triangle);
     }
-    const FourVec3 to = all(motion.to);
-    Prism::Place end = polygon_.prism.place(to);
+    const Vec3x4 to = broadcast(motion.to);
+    Prism::Coordinates end = polygon_.prism.coordinates(to);
     int looked = 1;
     if (foot_.feature == Feature::kPolygon &&
-        (end.beyond() == 0 ||
-         hopOverPolygons(surface, polygon_, polygon_, all(motion.from), to, 1, kSearchBudget, end, looked, nullptr))) {
+        (end.beyond() == 0 || walkTriangles(surface, polygon_, polygon_, broadcast(motion.from), to, 1, kSearchBudget,
+                                            end, looked, nullptr))) {
       foot_.triangle = polygon_.triangle;
-      foot_.point = vec3(polygon_.foot(four(motion.to), end.height()));
+      foot_.point = vec3(polygon_.foot(toDouble4(motion.to), end.height()));
     } else {
       searchFurther(motion);
     }
@@ -117,8 +117,8 @@ class Search {
 
   Replay replay_;
   Vec3 hip_;
-  Foot foot_;
-  HeldPolygon polygon_;
+  ClosestPoint foot_;
+  CachedTriangle polygon_;
   std::size_t next_ = 0;
 };
 

@@ -46,19 +46,19 @@ class TimedDevice final : public Device {
 };
 
 /// Device read to force written in the server's loop, which sleeps between ticks.
-void sleepingLoop(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments, bool preTouch) {
+void sleepingLoop(benchmark::State& state, const Trajectory& trajectory, std::uint32_t segments, bool cacheWarmer) {
   const Scene path = trajectory.make(segments);
   TimedDevice device(path);
-  SceneCrossing crossing;
+  SceneMailbox mailbox;
   auto scene = std::make_unique<ServoScene>();
   scene->revision = 1;
   scene->objects.push_back({1, sphere(segments), {}, 1000, 0.5, false});
-  crossing.publish(std::move(scene));
-  const auto loop = std::make_unique<ServoLoop>(device, crossing, kRate_Hz, preTouch);
+  mailbox.publish(std::move(scene));
+  const auto loop = std::make_unique<ServoLoop>(device, mailbox, kRate_Hz, cacheWarmer);
   for (auto _ : state) {
     std::thread([&] {
       RealtimeStatus realtime;
-      becomeServoThread(std::nullopt, realtime);
+      configureServoThread(std::nullopt, realtime);
       const std::atomic<bool> stop{false};
       loop->run(stop, path.approach.size() + kWarmUp + kTicks);
     }).join();
@@ -73,10 +73,10 @@ void sleepingLoop(benchmark::State& state, const Trajectory& trajectory, std::ui
 void registerServo(std::span<const std::uint32_t> sizes) {
   for (const std::uint32_t n : sizes) {
     for (const Trajectory& t : {kRubbing, kSlide, kFreeSpace}) {
-      for (const bool preTouch : {false, true}) {
-        const std::string name = std::string("sleeping_loop_1kHz/") + (preTouch ? "pre_touch/" : "no_pre_touch/") +
+      for (const bool cacheWarmer : {false, true}) {
+        const std::string name = std::string("sleeping_loop_1kHz/") + (cacheWarmer ? "pre_touch/" : "no_pre_touch/") +
                                  t.name + "/triangles:" + std::to_string(triangleCount(n));
-        benchmark::RegisterBenchmark(name.c_str(), sleepingLoop, t, n, preTouch)->Iterations(1)->UseRealTime();
+        benchmark::RegisterBenchmark(name.c_str(), sleepingLoop, t, n, cacheWarmer)->Iterations(1)->UseRealTime();
       }
     }
   }

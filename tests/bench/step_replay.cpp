@@ -9,7 +9,7 @@
 namespace haptics::bench {
 namespace {
 
-std::shared_ptr<const SurfaceDetail> detailOf(const Surface& surface, const SurfaceCase& features) {
+std::shared_ptr<const SurfaceDetail> detailOf(const CollisionMesh& surface, const SurfaceCase& features) {
   SurfaceProperties properties;
   DetailFields fields;
   if (features.shading) properties.shading.emplace().crease_rad = std::numbers::pi / 3;
@@ -30,11 +30,11 @@ std::shared_ptr<const SurfaceDetail> detailOf(const Surface& surface, const Surf
 StepConfig configOf(const SurfaceCase& features) {
   StepConfig config;
   if (features.stabilised) {
-    config.lead = LeadSettings{.mass_kg = 0.05,
-                               .delay_s = config.period_s,
-                               .hardBandwidth_Hz = 217,
-                               .softUpTo_N_per_m = 700,
-                               .hardFrom_N_per_m = 1600};
+    config.observer = ObserverSettings{.mass_kg = 0.05,
+                                       .delay_s = config.period_s,
+                                       .hardBandwidth_Hz = 217,
+                                       .softUpTo_N_per_m = 700,
+                                       .hardFrom_N_per_m = 1600};
   }
   return config;
 }

@@ -47,7 +47,7 @@ class StepReplay {
     felt_ = {};
     input_ = next();
   }
-  void feel() noexcept { feelForce(scene_, *state_, config_, input_, felt_); }
+  void feel() noexcept { computeForce(scene_, *state_, config_, input_, felt_); }
   TelemetrySample finish() noexcept { return finishStep(scene_, *state_, config_, input_, felt_); }
 
  private:
@@ -65,7 +65,7 @@ class StepReplay {
   std::uint64_t ticks_ = 0;
   std::size_t next_ = 0;
   StepInput input_;
-  FeltTick felt_;
+  ForceResult felt_;
 };
 
 }  // namespace haptics::bench

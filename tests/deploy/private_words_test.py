@@ -27,12 +27,19 @@ def sections(text):
     return found
 
 
+def expression(word):
+    """A * stands for any letters, digits and underscores."""
+    return re.escape(word).replace(r"\*", r"\w*")
+
+
 def uses(words, text):
-    """[(line number, word)]"""
+    """[(line number, word of the list)]"""
     if not words:
         return []
-    any_of = re.compile(r"(?<!\w)(" + "|".join(map(re.escape, words)) + r")(?!\w)")
-    return [(text.count("\n", 0, match.start()) + 1, match[1]) for match in any_of.finditer(text)]
+    any_of = re.compile(r"(?<!\w)(" + "|".join(map(expression, words)) + r")(?!\w)")
+    return [(text.count("\n", 0, match.start()) + 1,
+             match[1] if match[1] in words else next(w for w in words if re.fullmatch(expression(w), match[1])))
+            for match in any_of.finditer(text)]
 
 
 def listed():
@@ -65,6 +72,10 @@ class PrivateWords(unittest.TestCase):
     def test_a_word_is_found_whole_and_with_its_line(self):
         self.assertEqual(uses({"overFrom": "", "so many": ""}, "a\noverFrom(x), overFromHere\nso many."),
                          [(2, "overFrom"), (3, "so many")])
+
+    def test_a_star_stands_for_the_rest_of_a_word(self):
+        self.assertEqual(uses({"kMost*": ""}, "kMost, kMost_N\nkMostTriangles almost akMost"),
+                         [(1, "kMost*"), (1, "kMost*"), (2, "kMost*")])
 
     def test_a_line_without_a_better_word_is_refused(self):
         for text in ("[a]\nword\n", "[a]\nword |\n", "word | better\n"):

@@ -117,8 +117,8 @@ v1::Transaction FuzzedEdits::change(const std::vector<FuzzObject>& from, const s
   v1::Transaction transaction;
   for (const FuzzObject& before : from) {
     const auto after = std::ranges::find(to, before.id, &FuzzObject::id);
-    if (before.leaving) continue;
-    if (after == to.end() || after->leaving) {
+    if (before.pendingRemoval) continue;
+    if (after == to.end() || after->pendingRemoval) {
       transaction.add_operations()->mutable_remove()->mutable_object()->set_name(nameOf(before));
     } else {
       edit(before, *after, transaction);

@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-#include "common/crossing/newest_value.h"
+#include "common/mailbox/triple_buffer.h"
 #include "haptic_server/device/device.h"
 #include "haptic_server/device/presets.h"
 
@@ -35,7 +35,7 @@ class LedDevice final : public Device {
   DeviceInfo info_;
   double period_s_;
   std::uint64_t led_ = 0;
-  NewestValue<Target> newest_;
+  TripleBuffer<Target> newest_;
   std::atomic<std::uint64_t> arrived_{0};
   // The servo's.
   Target target_;

@@ -24,7 +24,7 @@ class RestJudge {
       : config_(facts.config),
         restTicks_(static_cast<std::uint64_t>(kRest_s * facts.rate_Hz)),
         riseTicks_(static_cast<std::uint64_t>((kRest_s + facts.config.rise_s) * facts.rate_Hz)),
-        mostStep_N_(eval::EditJudge::kMostStep_N_per_s / facts.rate_Hz),
+        maxStep_N_(eval::EditJudge::kMaxStep_N_per_s / facts.rate_Hz),
         windows_(windows) {}
 
   void observe(const TelemetrySample& sample, const ServoScene& scene, const HapticState& state) {
@@ -57,7 +57,7 @@ class RestJudge {
     const double step_N = glm::distance(sample.force.written, last_.force.written);
     const double perPeriod_N = step_N / static_cast<double>(periods);
     verdict_.largestStep_N = std::max(verdict_.largestStep_N, perPeriod_N);
-    if (perPeriod_N > mostStep_N_ + kRounding_N && kicked_ != next_) {
+    if (perPeriod_N > maxStep_N_ + kRounding_N && kicked_ != next_) {
       kicked_ = next_;  // once for each window
       fail(sample, "the force changes by " + std::to_string(step_N) + " N in " + std::to_string(periods) + " ticks");
     }
@@ -96,14 +96,14 @@ class RestJudge {
       const auto holding = state.contact.surfaces();
       for (std::size_t k = 0; k < holding.size(); ++k) {
         const auto body = static_cast<std::size_t>(holding[k].body);
-        own.add(heldNormal(state, k), scene.objects[body].leaving ? 0 : scene.objects[body].stiffness_N_per_m);
-        felt.add(heldNormal(state, k), state.objects[body].felt.mean().spring_N_per_m);
+        own.add(heldNormal(state, k), scene.objects[body].pendingRemoval ? 0 : scene.objects[body].stiffness_N_per_m);
+        felt.add(heldNormal(state, k), state.objects[body].stiffness.mean().spring_N_per_m);
       }
-      const Vec3 penetration_m = sample.ihip - sample.foreseenHip;
+      const Vec3 penetration_m = sample.ihip - sample.predictedHip;
       return sample.force.contact + own.force_N(penetration_m) - felt.force_N(penetration_m);
     }
-    const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
-    return sample.force.contact + stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
+    const double stiffness_N_per_m = touched->pendingRemoval ? 0 : touched->stiffness_N_per_m;
+    return sample.force.contact + stiffness_N_per_m * (sample.ihip - sample.predictedHip) - sample.force.spring;
   }
 
   /// Of the IHIP in closed bodies, which are as they are at rest but for a soft one that is touched.
@@ -113,7 +113,7 @@ class RestJudge {
     double deepest_m = 0;
     for (const eval::FuzzObject& object : sent.from->windows()[sent.window].objects) {
       const eval::FuzzMesh& mesh = sent.from->mesh(object.mesh);
-      if (object.leaving || !mesh.closed()) continue;
+      if (object.pendingRemoval || !mesh.closed()) continue;
       const eval::SolidOracle oracle(mesh.vertices, mesh.triangles);
       deepest_m = std::max(deepest_m, oracle.depth_m(toLocal(object.pose, ihip)));
     }
@@ -132,7 +132,7 @@ class RestJudge {
   const StepConfig config_;
   const std::uint64_t restTicks_;
   const std::uint64_t riseTicks_;  // after a fault
-  const double mostStep_N_;
+  const double maxStep_N_;
   const std::vector<SentWindow>& windows_;
   std::size_t next_ = 0;
   std::optional<std::size_t> kicked_;

@@ -18,7 +18,7 @@ constexpr double kSpeed_m_per_s = 0.1;
 constexpr double kStep_m = kSpeed_m_per_s * kPeriod_s;
 constexpr double kLift_m = 0.002;  // clear of a coarse mesh, which stands above the valleys
 /// Of the depth, between ours and brute force on the same mesh.
-constexpr double kMostBruteDifference = 1e-5;
+constexpr double kMaxBruteDifference = 1e-5;
 
 double meanEdge(const TriMesh& mesh) {
   double sum = 0;
@@ -47,7 +47,7 @@ class Work {
   [[nodiscard]] double loop_J() const noexcept { return geometric_J_; }
   /// min(E_VE + sum b v^2 T), E_VE the energy that the force as held from tick to tick takes from the hand, b the
   /// viscous friction of the default device: negative when a passive device would gain energy.
-  [[nodiscard]] double leastEnergy_J() const noexcept { return least_J_; }
+  [[nodiscard]] double minEnergy_J() const noexcept { return least_J_; }
 
  private:
   double viscousFriction_ = findDevicePreset(kDefaultDevicePreset)->viscousFriction_Ns_per_m;
@@ -162,7 +162,7 @@ class Run {
     record["force_step_max_N"] = forceStep_N_;
     record["ihip_step_per_hip_step_max_ratio"] = ihipRatio_;
     record["loop_work_mJ"] = work_.loop_J() * 1e3;
-    record["energy_least_mJ"] = work_.leastEnergy_J() * 1e3;
+    record["energy_least_mJ"] = work_.minEnergy_J() * 1e3;
     record["outside_of_mesh_ticks"] = outside_;  // inside of the true shape, outside of the mesh inscribed in it
     record["missed_contact_ticks"] = missed_;
     record["ghost_contact_ticks"] = ghost_;
@@ -175,7 +175,7 @@ class Run {
     record["deadline_misses"] = deadlineMisses_;
     if (brute_) record["brute_force_difference_max_ratio"] = bruteDifference_;
     record["pass"] = missed_ == 0 && ghost_ == 0 && wrongSide_ == 0 && ihip_.max() <= std::max(depth_, edge) * 1e3 &&
-                     bruteDifference_ <= kMostBruteDifference;
+                     bruteDifference_ <= kMaxBruteDifference;
     return record;
   }
 
@@ -210,7 +210,7 @@ class Run {
 
 Sample makeSample(const AnalyticShape& shape, int triangles) {
   Sample sample{shape, shape.mesh(triangles), nullptr};
-  sample.surface = buildSurface(sample.mesh.vertices, sample.mesh.triangles);
+  sample.surface = buildCollisionMesh(sample.mesh.vertices, sample.mesh.triangles);
   return sample;
 }
 

@@ -16,7 +16,7 @@ inline constexpr std::array kMeshTriangles{12, 192, 768, 3072, 12288, 12 * 74 * 
 struct Sample {
   const AnalyticShape& shape;
   TriMesh mesh;
-  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const CollisionMesh> surface;
 };
 
 [[nodiscard]] Sample makeSample(const AnalyticShape& shape, int triangles);

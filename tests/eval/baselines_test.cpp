@@ -49,7 +49,7 @@ TEST(SweptSphere, SlidesAlongWhatItTouches) {
 
 TEST(FiniteProxy, FeelsASurfaceWhereItIsAndCannotEnterANarrowGap) {
   const auto comb = shapes::comb(2, 0.011, 0.01, 0.02, 0.02).build();  // a gap of 1 mm, half of what would pass
-  const std::vector<std::shared_ptr<const Surface>> bodies{comb};
+  const std::vector<std::shared_ptr<const CollisionMesh>> bodies{comb};
   const std::vector<Pose> poses(1);
   FiniteProxy proxy;
   proxy.begin(bodies, poses, {0.005, 0.001, 0.012});
@@ -85,8 +85,8 @@ TEST(InFloat, FindsTheClosestPointToWithinTheRoundingOfFloats) {
     const double area = glm::length(record.areaNormal());
     if (area < 0.1) continue;  // rounding over a sliver moves the foot along it
     const Vec3 h = anywhere(random);
-    const Foot inFloat = closestInFloat(record, 7, h);
-    const Foot inDouble = closestOn(record, 7, h);
+    const ClosestPoint inFloat = closestInFloat(record, 7, h);
+    const ClosestPoint inDouble = closestOn(record, 7, h);
     ASSERT_LT(glm::distance(inFloat.point, inDouble.point), 1e-3);
     ASSERT_NEAR(inFloat.squaredDistance, inDouble.squaredDistance, 1e-5);
     ASSERT_EQ(inFloat.triangle, 7U);

@@ -44,8 +44,8 @@ class Measured {
     if (rest.limitCycle_um >= rest_.limitCycle_um) rest_ = rest;
     const Way way = wayOn(sample.shape);
     const bool first = hot_.empty();
-    const Price price =
-        priceOf(*method_.make(), sample.surface, way.down, way.stroke, kColdTicks, first ? kCountedTicks : 0);
+    const InstructionCost price =
+        instructionCostOf(*method_.make(), sample.surface, way.down, way.stroke, kColdTicks, first ? kCountedTicks : 0);
     hot_.add(price.hot_ns);
     cold_.add(price.cold_ns);
     if (first) instructions_ = price.instructions;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "tests/eval/closed_loop_rest.h"
+#include "tests/eval/instruction_cost.h"
 #include "tests/eval/methods.h"
-#include "tests/eval/price.h"
 
 namespace haptics::eval {
 
@@ -17,7 +17,7 @@ struct ChartPoint {
   double epsilon;           ///< Not exceeded in 99 % of a shape's ticks; of the worst shape.
   double above100Hz_rms_N;  ///< Force that the surface does not have; of the worst shape.
   ClosedLoopRest rest;      ///< Of the worst shape.
-  Price price;              ///< Medians over the shapes; instructions on the sphere.
+  InstructionCost price;    ///< Medians over the shapes; instructions on the sphere.
 };
 
 /// In order of triangles, then of chartMethods().

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "haptic_server/force/lead_observer.h"
 #include "haptic_server/force/output_chain.h"
+#include "haptic_server/force/predictive_observer.h"
 #include "tests/eval/or_throw.h"
 #include "tests/eval/stability/critical.h"
 #include "tests/eval/step_config.h"
@@ -59,7 +59,7 @@ Spot spotAt(const Sample& sample, double way_m) {
 }
 
 /// The mesh with this point of it in the origin, and this direction of its frame along +z.
-Ground groundFacing(const Sample& sample, Vec3 point, Vec3 up) {
+TestSurface groundFacing(const Sample& sample, Vec3 point, Vec3 up) {
   const Quat turn = turnOnto(up, {0, 0, 1});
   const std::string name(sample.shape.name);
   return {name, name, {sample.surface}, {{turn, -(turn * point)}}};
@@ -73,7 +73,7 @@ class StabilisedMethod final : public StabilityMethod {
         renderer_(method.make()),
         maxForce_N_(of.device.maxForce_N),
         stiffness_N_per_m_(of.stiffness_N_per_m),
-        lead_(*serverConfigFor(of.device, 1 / of.period_s, of.delay_s).lead, of.period_s) {}
+        lead_(*serverConfigFor(of.device, 1 / of.period_s, of.delay_s).observer, of.period_s) {}
 
   Vec3 tick(Vec3 measured) override {
     if (!begun_) begin(measured);
@@ -82,7 +82,7 @@ class StabilisedMethod final : public StabilityMethod {
     const Vec3 force_N = limitMagnitude(felt.force_N * (stiffness_N_per_m_ / kSpring_N_per_m), maxForce_N_);
     const Vec3 way = felt.ihip - hip;
     const bool pressed = felt.touching && way != Vec3(0);
-    lead_.note(force_N, pressed ? glm::normalize(way) : Vec3(0), stiffness_N_per_m_);
+    lead_.onForceWritten(force_N, pressed ? glm::normalize(way) : Vec3(0), stiffness_N_per_m_);
     return force_N;
   }
 
@@ -98,11 +98,11 @@ class StabilisedMethod final : public StabilityMethod {
   }
 
  private:
-  const Ground& ground_;
+  const TestSurface& ground_;
   std::unique_ptr<Renderer> renderer_;
   double maxForce_N_;
   double stiffness_N_per_m_;
-  LeadObserver lead_;
+  PredictiveObserver lead_;
   bool begun_ = false;
 };
 
@@ -114,9 +114,9 @@ Feeler feelerOf(StabilisedMethod& method) {
 
 /// The mesh turned so that the device is pressed against what the method answers there: a shaded force leans from the
 /// triangle's normal, and pressed along that the device would slide away.
-Ground groundFor(const Method& method, const Sample& sample, double way_m) {
+TestSurface groundFor(const Method& method, const Sample& sample, double way_m) {
   const Spot spot = spotAt(sample, way_m);
-  Ground ground = groundFacing(sample, spot.point, spot.normal);
+  TestSurface ground = groundFacing(sample, spot.point, spot.normal);
   StabilisedMethod loop(method, {&ground, device(), kPeriod_s, 0, kSpring_N_per_m});
   const Vec3 force_N = forceAt(feelerOf(loop), kRest_m);
   if (force_N == Vec3(0)) return ground;
@@ -128,7 +128,7 @@ Ground groundFor(const Method& method, const Sample& sample, double way_m) {
 ClosedLoopRest restOnMesh(const Method& method, const Sample& sample) {
   ClosedLoopRest worst{0, allowedCycle_um(device())};
   for (const double way_m : kPlaces_m) {
-    const Ground ground = groundFor(method, sample, way_m);
+    const TestSurface ground = groundFor(method, sample, way_m);
     StabilisedMethod loop(method, {&ground, device(), kPeriod_s, 0, kSpring_N_per_m});
     const Feeler feeler = feelerOf(loop);
     (void)forceAt(feeler, kRest_m);
@@ -143,7 +143,7 @@ double criticalOnMesh_N_per_m(const Method& method, const Sample& sample) {
                           [&](const Rendering& of) -> std::unique_ptr<StabilityMethod> {
                             return std::make_unique<StabilisedMethod>(method, of);
                           }};
-  Ground ground = groundFor(method, sample, kPlaces_m.front());
+  TestSurface ground = groundFor(method, sample, kPlaces_m.front());
   StabilitySearch search{.least = kSpring_N_per_m, .most = kStiffnessSearch.most, .climb = 1.1};
   constexpr int kHeights = 3;
   for (int i = 0; i < kHeights && search.most > 0; ++i) {

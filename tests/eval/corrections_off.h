@@ -10,7 +10,7 @@ namespace haptics::eval {
 [[nodiscard]] bool entersByRay(Vec3 from, Vec3 to, const TriangleRecord& record, bool twoSided,
                                Crossing& crossing) noexcept;
 /// closestOn() with every operation in float, in the body's frame.
-[[nodiscard]] Foot closestInFloat(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept;
+[[nodiscard]] ClosestPoint closestInFloat(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept;
 
 inline constexpr Corrections kWithoutFeatureCodes{.featureCodes = false};
 inline constexpr Corrections kWithoutPseudonormals{.pseudonormals = false};
@@ -28,11 +28,12 @@ inline constexpr Corrections kInFloat{.regionSteps = false, .closestPoint = clos
 
 /// The contact core with these corrections, and the spring. The rest of the step is left out: an edit may make the force
 /// step.
-class OursUnder final : public Renderer {
+class AblatedMethod final : public Renderer {
  public:
-  explicit OursUnder(const Corrections& corrections) : corrections_(corrections) {}
+  explicit AblatedMethod(const Corrections& corrections) : corrections_(corrections) {}
 
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override {
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override {
     surfaces_.assign(bodies.begin(), bodies.end());
     bodies_.clear();
     for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -43,7 +44,7 @@ class OursUnder final : public Renderer {
     }
     place(hip);
   }
-  void place(Vec3 hip) override { haptics::place(contact_, hip); }
+  void place(Vec3 hip) override { haptics::resetContact(contact_, hip); }
   /// Of surfaces: the bodies stay the same.
   void edit(const EditedScene& scene, Vec3 /*hip*/) override {
     std::vector<BodyOrigin> origins;
@@ -54,7 +55,7 @@ class OursUnder final : public Renderer {
       bodies_[i].update();
     }
     surfaces_.assign(scene.bodies.begin(), scene.bodies.end());
-    (void)reseat(contact_, bodies_, origins);
+    (void)reprojectContact(contact_, bodies_, origins);
   }
   Felt tick(std::span<const Pose> poses, Vec3 hip) override {
     for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -69,14 +70,14 @@ class OursUnder final : public Renderer {
 
  private:
   Corrections corrections_;
-  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<Body> bodies_;
   ContactState contact_;
 };
 
 template <const Corrections& kCorrections>
 [[nodiscard]] std::unique_ptr<Renderer> oursUnder() {
-  return std::make_unique<OursUnder>(kCorrections);
+  return std::make_unique<AblatedMethod>(kCorrections);
 }
 
 }  // namespace haptics::eval

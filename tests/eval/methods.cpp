@@ -13,7 +13,7 @@
 #include "tests/eval/baselines/surface_after_contact.h"
 #include "tests/eval/baselines/surface_as_printed.h"
 #include "tests/eval/corrections_off.h"
-#include "tests/eval/ours.h"
+#include "tests/eval/runtime_method.h"
 
 namespace haptics::eval {
 namespace {
@@ -24,8 +24,8 @@ std::unique_ptr<Renderer> make() {
 }
 
 constexpr std::array kMethods{
-    Method{kOurs, "the production step", make<Ours>, true, true, true, true, true},
-    Method{"ours_shaded", "the same with force shading on every body", make<OursShaded>, true, true, true},
+    Method{kOurs, "the production step", make<RuntimeMethod>, true, true, true, true, true},
+    Method{"ours_shaded", "the same with force shading on every body", make<ShadedMethod>, true, true, true},
     Method{"ours_float", "its contact core with the search in float", oursUnder<kInFloat>, true, false},
     Method{"pseudocode_closed", "as printed; a polygon holds its edges and vertices",
            make<Pseudocode<Primitives::kClosed>>},
@@ -38,7 +38,7 @@ constexpr std::array kMethods{
     Method{"intermediate_plane_100Hz", "tangent plane, put anew 100 times a second", make<IntermediatePlane<100>>},
 };
 
-constexpr std::array kOursWithout{
+constexpr std::array kAblatedMethods{
     Method{"ours_without_feature_codes", "the printed loop", oursUnder<kWithoutFeatureCodes>, true, false},
     Method{"ours_without_pseudonormals", "sign by the polygon's normal", oursUnder<kWithoutPseudonormals>, true, false},
     Method{"ours_without_same_tick_search", "first force a tick late", oursUnder<kWithoutSameTickSearch>, true, false},
@@ -56,7 +56,7 @@ constexpr std::array kOursWithout{
 };
 
 constexpr std::array kSurfaceMethods{
-    Method{"ours_without_gain_clamp", "K as it was set", make<OursWithoutGainClamp>, false, false, true},
+    Method{"ours_without_gain_clamp", "K as it was set", make<MethodWithoutGainClamp>, false, false, true},
     Method{"surface_as_printed", "section 4 as printed", make<SurfaceAsPrinted>, false, false, true},
     Method{"bump_mapping", "the same with bump mapping", make<BumpMapping>, false, false, true},
     Method{"surface_after_contact", "soft bodies moved by the force of the tick before", make<SurfaceAfterContact>,
@@ -66,12 +66,12 @@ constexpr std::array kSurfaceMethods{
 }  // namespace
 
 std::span<const Method> surfaceMethods() { return kSurfaceMethods; }
-std::span<const Method> oursWithout() { return kOursWithout; }
+std::span<const Method> ablatedMethods() { return kAblatedMethods; }
 std::span<const Method> methods() { return kMethods; }
 std::span<const Method> chartMethods() {
   static const std::vector<Method> all = [] {
     std::vector<Method> charted(kMethods.begin(), kMethods.end());
-    charted.push_back(findMethod("ours_without_substeps", kOursWithout));
+    charted.push_back(findMethod("ours_without_substeps", kAblatedMethods));
     return charted;
   }();
   return all;

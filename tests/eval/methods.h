@@ -43,7 +43,7 @@ inline constexpr std::string_view kOurs = "ours";
 /// These and ours without substeps: one more option of ours that the speed-accuracy chart weighs.
 [[nodiscard]] std::span<const Method> chartMethods();
 /// Ours with one correction switched off: the contact core and a spring, without the rest of the step.
-[[nodiscard]] std::span<const Method> oursWithout();
+[[nodiscard]] std::span<const Method> ablatedMethods();
 
 /// Ours without the clamp of K, and section 4 of the paper as printed: only for scenes with surface properties. Soft bodies
 /// as usually written: only for those.

@@ -16,7 +16,7 @@ constexpr std::uint64_t kLeaving = 500;
 
 MovingSolid solidFrom(const TriMesh& mesh, double mass_kg) {
   const Solid solid = solidOf(mesh.vertices, mesh.triangles);
-  MovingSolid made{buildSurface(mesh.vertices, mesh.triangles), {}};
+  MovingSolid made{buildCollisionMesh(mesh.vertices, mesh.triangles), {}};
   const MassDefect defect =
       spreadMass(mass_kg, solid.centre, mass_kg / solid.volume_m3 * solid.inertia, made.body.mass);
   if (solid.defect != SolidDefect::kNone || defect != MassDefect::kNone) throw std::logic_error("not a body");
@@ -41,7 +41,7 @@ void MovingWorld::setPose(std::uint64_t id, const Pose& pose) {
 
 void MovingWorld::remove(std::uint64_t id) {
   leaving_.push_back(object(id));
-  leaving_.back().leaving = true;
+  leaving_.back().pendingRemoval = true;
   leaving_.back().poseRevision = tick_;  // of no further use to the step; here: since when
   std::erase_if(objects_, [id](const ServoObject& o) { return o.id == id; });
 }
@@ -82,11 +82,11 @@ const Pose& MovingWorld::poseOf(std::uint64_t id) const {
 
 double MovingWorld::depthIn(std::size_t index, Vec3 point) const {
   const Body& body = state_.bodies[index];
-  const Surface& surface = *body.surface;
+  const CollisionMesh& surface = *body.surface;
   const Vec3 local = body.frame.toLocal(point);
   if (glm::any(glm::lessThan(local, surface.low())) || glm::any(glm::greaterThan(local, surface.high()))) return 0;
   int spent = 0;
-  const Foot foot = surface.closestFoot(local, static_cast<int>(surface.triangleCount()) + 1, spent);
+  const ClosestPoint foot = surface.closestFoot(local, static_cast<int>(surface.triangleCount()) + 1, spent);
   return surface.isOutside(foot, local) ? 0 : std::sqrt(foot.squaredDistance);
 }
 

@@ -13,7 +13,7 @@ namespace haptics::eval {
 
 /// A closed mesh, ready to be felt and to be moved.
 struct MovingSolid {
-  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const CollisionMesh> surface;
   RigidBody body;  ///< Of 1 kg unless asked for, without gravity.
 };
 [[nodiscard]] MovingSolid solidFrom(const TriMesh& mesh, double mass_kg = 1);

@@ -9,7 +9,7 @@
 namespace haptics::eval {
 
 inline constexpr double kForceThreshold_ratio = 0.07;    ///< Pang, Tan and Durlach 1991: 7 % of a force.
-inline constexpr double kLeastForceThreshold_N = 0.05;   ///< For forces so small that 7 % means nothing.
+inline constexpr double kMinForceThreshold_N = 0.05;     ///< For forces so small that 7 % means nothing.
 inline constexpr double kDirectionThreshold_deg = 18.4;  ///< Barbagli et al. 2006, with congruent vision.
 inline constexpr double kFeltArtefactsFrom_Hz = 100;     ///< Above, small changes of force are felt as vibration.
 
@@ -23,7 +23,7 @@ inline constexpr double kFeltArtefactsFrom_Hz = 100;     ///< Above, small chang
 [[nodiscard]] inline double epsilon(Vec3 felt_N, Vec3 ideal_N) {
   const double ideal = glm::length(ideal_N);
   const double magnitude =
-      std::abs(glm::length(felt_N) - ideal) / std::max(kForceThreshold_ratio * ideal, kLeastForceThreshold_N);
+      std::abs(glm::length(felt_N) - ideal) / std::max(kForceThreshold_ratio * ideal, kMinForceThreshold_N);
   if (felt_N == Vec3(0) || ideal_N == Vec3(0)) return magnitude;
   return std::max(magnitude, angle_deg(felt_N, ideal_N) / kDirectionThreshold_deg);
 }

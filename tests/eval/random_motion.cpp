@@ -22,7 +22,7 @@ void RandomMotion::add(shapes::Shape shape, const Pose& pose) {
 void RandomMotion::refit(std::size_t body, const shapes::Shape& moved) {
   Moved& changed = bodies_[body];
   changed.shape = moved;
-  changed.surface = refitSurface(*changed.surface, moved.vertices);
+  changed.surface = refitCollisionMesh(*changed.surface, moved.vertices);
   changed.meshBefore = std::exchange(changed.mesh, WindingMesh(moved.vertices, moved.triangles));
   changed.ticksSinceEdit = 0;
   edited_ = body;

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 #include "tests/eval/random.h"
 #include "tests/eval/renderer.h"
 #include "tests/eval/winding.h"
@@ -23,7 +23,7 @@ class RandomMotion {
 
   struct Moved {
     shapes::Shape shape;
-    std::shared_ptr<const Surface> surface;
+    std::shared_ptr<const CollisionMesh> surface;
     WindingMesh mesh;
     Pose pose;
     /// What it was before its last edit.

@@ -11,7 +11,7 @@
 #include "common/scene/surface_properties.h"
 #include "common/surface/scalar_field.h"
 #include "haptic_server/device/presets.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics::eval {
 
@@ -45,7 +45,7 @@ struct FeltSurface {
 /// A scene as an edit leaves it.
 struct EditedScene {
   std::span<const std::uint64_t> ids;  ///< Which body is which: 1, 2, ... in the order of begin(), and new ones.
-  std::span<const std::shared_ptr<const Surface>> bodies;
+  std::span<const std::shared_ptr<const CollisionMesh>> bodies;
   std::span<const Pose> poses;
   double spring_N_per_m;
 };
@@ -58,9 +58,10 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
   /// Another scene: bodies at these poses, the HIP (world, m) outside of all.
-  virtual void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) = 0;
+  virtual void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+                     Vec3 hip) = 0;
   /// Of all bodies from the next begin() on. Methods that render nothing but shapes have no part in such scenes.
-  virtual void dress(const FeltSurface& /*surface*/) {}
+  virtual void setSurfaceProperties(const FeltSurface& /*surface*/) {}
   /// The same scene, its bodies as they are now, attached anew to a HIP outside of all.
   virtual void place(Vec3 hip) = 0;
   /// From now on a tick does no more than find the contact and its spring force, shaded where it is, and counts no

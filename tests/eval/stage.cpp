@@ -9,7 +9,7 @@ Stage::Stage(Renderer& method, Random& random) : method_(method) {
   frame_.position = random.direction() * random.between(0, 0.1);
 }
 
-int Stage::add(std::shared_ptr<const Surface> surface, const Pose& pose) {
+int Stage::add(std::shared_ptr<const CollisionMesh> surface, const Pose& pose) {
   ids_.push_back(++lastId_);
   surfaces_.push_back(std::move(surface));
   poses_.push_back(inWorld(pose));
@@ -39,12 +39,12 @@ Felt Stage::tick(Vec3 hip) {
 
 double Stage::depthIn(int body, Vec3 point) const {
   const auto i = static_cast<std::size_t>(body);
-  const Surface& surface = *surfaces_[i];
+  const CollisionMesh& surface = *surfaces_[i];
   if (!surface.closed()) return 0;
   const Vec3 local = toLocal(poses_[i], toWorld(frame_, point));
   if (glm::any(glm::lessThan(local, surface.low())) || glm::any(glm::greaterThan(local, surface.high()))) return 0;
   int spent = 0;
-  const Foot foot = surface.closestFoot(local, static_cast<int>(surface.triangleCount()) + 1, spent);
+  const ClosestPoint foot = surface.closestFoot(local, static_cast<int>(surface.triangleCount()) + 1, spent);
   return surface.isOutside(foot, local) ? 0 : std::sqrt(foot.squaredDistance);
 }
 

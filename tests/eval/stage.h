@@ -20,13 +20,13 @@ class Stage {
   Stage(Renderer& method, const Pose& frame) : method_(method), frame_(frame) {}
   Stage(Renderer& method, Random& random);  ///< In a random frame, no farther than 0.1 m from the origin.
 
-  int add(std::shared_ptr<const Surface> surface, const Pose& pose = {});
+  int add(std::shared_ptr<const CollisionMesh> surface, const Pose& pose = {});
   int add(const shapes::Shape& shape, Vec3 position = Vec3(0)) { return add(shape.build(), {{1, 0, 0, 0}, position}); }
 
   void begin(Vec3 hip);
   /// Hands over what add(), replace(), remove() and move() have made of the scene, under a HIP that is at `hip`.
   void edit(Vec3 hip, double spring_N_per_m = kSpring_N_per_m);
-  void replace(int body, std::shared_ptr<const Surface> surface) {
+  void replace(int body, std::shared_ptr<const CollisionMesh> surface) {
     surfaces_[static_cast<std::size_t>(body)] = std::move(surface);
   }
   void remove(int body);  ///< Those after it move up.
@@ -61,7 +61,7 @@ class Stage {
   Renderer& method_;
   Pose frame_;
   std::vector<std::uint64_t> ids_;
-  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<Pose> poses_;
   std::uint64_t lastId_ = 0;
   int ticks_ = 0;

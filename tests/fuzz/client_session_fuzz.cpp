@@ -14,8 +14,8 @@
 namespace haptics {
 namespace {
 
-constexpr std::size_t kMostActions = 300;
-constexpr std::size_t kMostObjects = 6;
+constexpr std::size_t kMaxActions = 300;
+constexpr std::size_t kMaxObjects = 6;
 constexpr std::uint64_t kMillisecond_ns = 1'000'000;
 
 class Story {
@@ -26,7 +26,7 @@ class Story {
 
   void run() {
     rig_.connect();
-    for (std::size_t i = 0; i < kMostActions && !input_.empty(); ++i) {
+    for (std::size_t i = 0; i < kMaxActions && !input_.empty(); ++i) {
       if (!rig_.server.connected() || !rig_.clientEnd) rig_.connect();
       act();
       rig_.settle();
@@ -194,7 +194,7 @@ class Story {
   }
 
   void add() {
-    if (rig_.server.scene.objects().size() >= kMostObjects) return;
+    if (rig_.server.scene.objects().size() >= kMaxObjects) return;
     lastCommit_ = rig_.server.addObject("object_" + std::to_string(++added_));
     rig_.server.sendCommit(lastCommit_);
   }

@@ -31,13 +31,13 @@ inline void require(bool holds, const char* what) {
 
 /// Generated meshes of sizes that do not stop the fuzzer: what is sought are wrong bytes, not long work.
 inline void keepSmall(v1::Transaction& transaction) {
-  constexpr std::uint32_t kMostSegments = 4;
+  constexpr std::uint32_t kMaxSegments = 4;
   for (v1::Operation& operation : *transaction.mutable_operations()) {
     v1::MeshSource* mesh = operation.has_add()      ? operation.mutable_add()->mutable_mesh()
                            : operation.has_remesh() ? operation.mutable_remesh()->mutable_mesh()
                                                     : nullptr;
-    if (mesh != nullptr && mesh->has_box() && mesh->box().segments() > kMostSegments) {
-      mesh->mutable_box()->set_segments(kMostSegments);
+    if (mesh != nullptr && mesh->has_box() && mesh->box().segments() > kMaxSegments) {
+      mesh->mutable_box()->set_segments(kMaxSegments);
     }
   }
 }

@@ -24,8 +24,8 @@ class Roots {
     std::vector<ObjectRecord> records;
     for (const auto& [id, state] : objects_) {
       const auto record = fromWire(state);
-      const bool leaving = std::ranges::find(scene.leaving(), id) != scene.leaving().end();
-      if (record && !leaving) records.push_back(*record);
+      const bool pendingRemoval = std::ranges::find(scene.leaving(), id) != scene.leaving().end();
+      if (record && !pendingRemoval) records.push_back(*record);
     }
     const auto version = SceneVersion::fromSnapshot(scene.revision(), std::move(records));
     if (version) scene.set_root(version->root().asBytes());

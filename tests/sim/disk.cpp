@@ -9,9 +9,9 @@ namespace haptics::sim {
 namespace {
 
 constexpr const char* kFolder = "/state";
-constexpr std::size_t kMostBetweenCheckpoints_bytes = 40'000;
+constexpr std::size_t kMaxBetweenCheckpoints_bytes = 40'000;
 constexpr std::size_t kReserve_bytes = 20'000;
-constexpr std::size_t kMostCallsToDeath = 8;
+constexpr std::size_t kMaxCallsToDeath = 8;
 constexpr double kFailing = 0.05;
 
 }  // namespace
@@ -27,7 +27,7 @@ Disk::Disk(std::uint64_t epoch, Random& random, Mutant mutant)
 Result<Disk::Found> Disk::open(AssetStore& store) {
   const std::uint64_t freshEpoch = std::exchange(isNew_, false) ? epoch_ : random_.bits();
   StateFolder::Options options;
-  options.checkpointAfter_bytes = random_.below(kMostBetweenCheckpoints_bytes);
+  options.checkpointAfter_bytes = random_.below(kMaxBetweenCheckpoints_bytes);
   options.reserve_bytes = kReserve_bytes;
   options.files = files_;
   auto opened = StateFolder::open(kFolder, freshEpoch, std::move(options));
@@ -38,7 +38,7 @@ Result<Disk::Found> Disk::open(AssetStore& store) {
     return store.internEncoded(name, *std::move(bytes));
   };
   RestoredState restored = restore(std::move(opened->state), read, store, freshEpoch);
-  if (restored.changed) return refused("state", "an asset is lost: " + restored.remarks.front());
+  if (restored.changed) return refused("state", "an asset is lost: " + restored.warnings.front());
   SequencerState& state = restored.state;
   if (mutant_ == Mutant::kDedupeLostAtRestart) state.memory = {};
   if (mutant_ == Mutant::kIdsReused) {
@@ -49,7 +49,7 @@ Result<Disk::Found> Disk::open(AssetStore& store) {
   return Found{std::move(opened->folder), std::move(restored), powerWasLost};
 }
 
-void Disk::dieInNextWrite() { files_->powerFailsAfter(static_cast<std::int64_t>(random_.below(kMostCallsToDeath))); }
+void Disk::dieInNextWrite() { files_->powerFailsAfter(static_cast<std::int64_t>(random_.below(kMaxCallsToDeath))); }
 
 void Disk::processDied() {
   files_->powerFailsAfter(-1);

@@ -132,11 +132,11 @@ void Oracle::committed(SessionId editSession, std::uint64_t clientSeq, const Acc
   judgeEffect(known, name, before, edit.commit);
 }
 
-void Oracle::turnedDown(SessionId editSession, std::uint64_t clientSeq, bool passedOver) {
+void Oracle::turnedDown(SessionId editSession, std::uint64_t clientSeq, bool superseded) {
   if (editSession == kServerSession) return;
   const SessionId session = clientOf_.at(editSession);
   Edit& edit = edits_[{session, clientSeq}];
-  if (passedOver && !edit.turnedDown) fail(nameOf(session, clientSeq) + " was passed over by a later one");
+  if (superseded && !edit.turnedDown) fail(nameOf(session, clientSeq) + " was passed over by a later one");
   edit.turnedDown = true;
 }
 

@@ -60,7 +60,7 @@ class Oracle {
   void serverStarted(const SceneHistory& history, Kept kept);
   void committed(SessionId editSession, std::uint64_t clientSeq, const AcceptedEdit& edit);
   /// \param passedOver  It was said to come after later edits of its session.
-  void turnedDown(SessionId editSession, std::uint64_t clientSeq, bool passedOver);
+  void turnedDown(SessionId editSession, std::uint64_t clientSeq, bool superseded);
   /// The edits of this client count for this session.
   void admitted(SessionId session, SessionId editSession);
   void adopted(std::uint64_t revision, std::uint64_t tick);

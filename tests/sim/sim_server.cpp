@@ -15,9 +15,9 @@
 #include "haptic_server/net/admission.h"
 #include "haptic_server/net/server_session.h"
 #include "haptic_server/scene/asset_library.h"
+#include "haptic_server/scene/dent_baking.h"
 #include "haptic_server/scene/preparation.h"
-#include "haptic_server/scene/residue.h"
-#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/scene/scene_service.h"
 #include "haptic_server/scene/session_lanes.h"
 
 namespace haptics::sim {
@@ -230,7 +230,7 @@ void SimServer::Process::begin(Disk& disk, bool keepsState) {
   }
   if (keepsState && found->powerWasLost) kept = Oracle::Kept::kStateAfterPowerLoss;
   folder = std::move(found->folder);
-  auto& [state, assets, remarks, changed] = found->restored;
+  auto& [state, assets, warnings, changed] = found->restored;
   const RecentEdits& edits = state.history->edits;
   for (std::size_t i = 0; i < edits.size(); ++i) freshSeq[edits[i]->session] = edits[i]->clientSeq;
   sequencer.resume(std::move(state), std::move(assets), *folder);
@@ -267,8 +267,8 @@ void SimServer::Process::dent() {
     const std::vector<Vec3f> shape = sequencer.assetsOf(object->id).shapeAtRest(object->deformation);
     const Vec3f centre = shape[stage.random.below(shape.size())];
     const Dent left{centre, Vec3f(static_cast<float>(stage.random.uniform(-1e-3, 1e-3)))};
-    const StayingDent staying{1, left};
-    const TakenIn taken = takeIn(object->deformation, sequencer.assetsOf(object->id), {&staying, 1});
+    const PermanentDent staying{1, left};
+    const BakeResult taken = bake(object->deformation, sequencer.assetsOf(object->id), {&staying, 1});
     if (taken.residue.vertex.empty()) continue;
     const auto asset = store.intern(taken.residue);
     SetDeformation set{ObjectRef{object->id}, {}};
@@ -322,14 +322,14 @@ void SimServer::Process::buildNext() {
   });
 }
 
-/// An upload, an edit that was prepared, or the edits that wait before the next of these; as SceneRoom.
+/// An upload, an edit that was prepared, or the edits that wait before the next of these; as SceneService.
 std::vector<SimServer::Process::Job> SimServer::Process::takeJobs() {
   const auto isAlone = [](const Job& job) {
     const auto* edit = std::get_if<Edit>(&job.task);
     return edit == nullptr || edit->preparation;
   };
   std::vector<Job> jobs;
-  const std::size_t most = 1 + stage.random.below(SceneRoom::kMaxBatch);
+  const std::size_t most = 1 + stage.random.below(SceneService::kMaxBatch);
   while (lanes.next() != nullptr && jobs.size() < most) {
     if (!jobs.empty() && (isAlone(jobs.back()) || isAlone(*lanes.next()))) break;
     jobs.push_back(lanes.take());
@@ -346,7 +346,7 @@ void SimServer::Process::carryOut() {
   }
   if (wanted.size() > 1) {
     try {
-      Preparation nothing(library, stage.limits.mostTriangles);
+      Preparation nothing(library, stage.limits.maxTriangles);
       decide(wanted, &nothing);
       for (const Job& job : jobs) lanes.finished(job);
       return;
@@ -377,8 +377,8 @@ bool SimServer::Process::carryOut(Job& job) {
     return true;
   }
   if (edit->unwanted.stop_requested()) return true;
-  if (!edit->preparation) edit->preparation = std::make_unique<Preparation>(library, stage.limits.mostTriangles);
-  if (edit->scene && edit->scene->history == sequencer.history()) edit->preparation->takeYourTime();
+  if (!edit->preparation) edit->preparation = std::make_unique<Preparation>(library, stage.limits.maxTriangles);
+  if (edit->scene && edit->scene->history == sequencer.history()) edit->preparation->allowLongWork();
   try {
     decide(std::vector{edit}, edit->preparation.get());
     return true;
@@ -469,8 +469,8 @@ std::vector<EditOutcome> SimServer::Process::apply(std::span<Edit* const> batch,
     const auto* accepted = std::get_if<std::shared_ptr<const AcceptedEdit>>(&outcomes[i]);
     if (accepted == nullptr) {
       const auto* error = std::get_if<Error>(&outcomes[i]);
-      const bool passedOver = error != nullptr && error->reason.starts_with("was refused before");
-      stage.oracle.turnedDown(edit.session, edit.clientSeq, passedOver);
+      const bool superseded = error != nullptr && error->reason.starts_with("was refused before");
+      stage.oracle.turnedDown(edit.session, edit.clientSeq, superseded);
     } else if ((*accepted)->commit.revision == revision + 1) {
       ++revision;
       stage.oracle.committed(edit.session, edit.clientSeq, **accepted);

@@ -13,10 +13,10 @@ Limits Limits::draw(Random& random) {
     return static_cast<std::size_t>(std::exp2(random.uniform(least, most)));
   };
   if (random.chance(0.6)) limits.startObjects = powerOf2(3, 7);
-  if (random.chance(0.7)) limits.mostTriangles = 0;
+  if (random.chance(0.7)) limits.maxTriangles = 0;
   if (random.chance(0.4)) return limits;
   constexpr std::size_t kPerObject_bytes = 1U << 10;  // without its details
-  constexpr std::size_t kMostObjects = 256;
+  constexpr std::size_t kMaxObjects = 256;
   SessionLimits& session = limits.session;
   SceneLimits& scene = limits.scene;
   session.frames.frame_bytes = random.chance(0.6) ? powerOf2(12, 14) : powerOf2(12, 20);
@@ -28,8 +28,8 @@ Limits Limits::draw(Random& random) {
   scene.details_bytes = powerOf2(12, 18);
   scene.assets_bytes = powerOf2(14, 29);
   scene.remembered_edits = powerOf2(2, 10);
-  session.backlog_bytes = 2 * (scene.details_bytes + kMostObjects * kPerObject_bytes) + session.sendAhead_bytes +
-                          session.frames.frame_bytes;
+  session.backlog_bytes =
+      2 * (scene.details_bytes + kMaxObjects * kPerObject_bytes) + session.sendAhead_bytes + session.frames.frame_bytes;
   limits.uploadBudget_bytes = powerOf2(17, 29);
   return limits;
 }

@@ -19,8 +19,8 @@ struct Limits {
   SessionLimits session;
   SceneLimits scene;
   std::size_t uploadBudget_bytes = 512U << 20;
-  std::size_t startObjects = 0;                             ///< Beside the counters.
-  std::size_t mostTriangles = Preparation::kMostTriangles;  ///< 0: every edit that makes something is prepared.
+  std::size_t startObjects = 0;                           ///< Beside the counters.
+  std::size_t maxTriangles = Preparation::kMaxTriangles;  ///< 0: every edit that makes something is prepared.
 
   /// Those of the protocol, or any that leave room for an object.
   [[nodiscard]] static Limits draw(Random& random);

@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t kStep_ns = 100 * kMillisecond_ns;
 constexpr std::uint64_t kAnswersWithin_ns = 20 * kSecond_ns;
 constexpr std::uint64_t kEqualWithin_ns = 5 * kSecond_ns;
-constexpr std::size_t kMostClients = 6;
+constexpr std::size_t kMaxClients = 6;
 const std::set<std::string> kTokens{"token a", "token b", "token c"};
 constexpr std::size_t kFlood = 1100;  // more than a server takes from one client at once
 
@@ -47,7 +47,7 @@ World::World(std::uint64_t seed, Mutant mutant, EventLog::Mode mode)
   });
   if (troubles_.tokens) withdraw({});
   server_.start(false);
-  const std::size_t clients = 2 + stage_.random.below(kMostClients - 1);
+  const std::size_t clients = 2 + stage_.random.below(kMaxClients - 1);
   for (std::size_t i = 0; i < clients; ++i) {
     seats_.push_back(std::make_unique<Seat>());
     makeWeather(*seats_.back());

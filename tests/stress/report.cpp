@@ -5,7 +5,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kEqualWithin_s = 5, kMaxGrowth_MB = 64, kMaxAgeUdp_ms = 200, kMaxAgeTcp_ms = 1500, kLeastP = 0.001;
+constexpr double kEqualWithin_s = 5, kMaxGrowth_MB = 64, kMaxAgeUdp_ms = 200, kMaxAgeTcp_ms = 1500, kMinP = 0.001;
 
 Json toJson(const MissedTicks& phase) {
   return {{"ticks", phase.ticks},
@@ -92,7 +92,7 @@ Json makeReport(const RunResult& result) {
   if (isNetwork) {  // a relay's streams and this machine's load say nothing of ages
     limits["age_udp_p99_below_200_ms"] = age["udp"]["outside_cuts"]["p99"] < kMaxAgeUdp_ms;
     limits["age_tcp_p99_below_1500_ms"] = age["tcp"]["outside_cuts"]["p99"] < kMaxAgeTcp_ms;
-    limits["missed_ticks_of_one_rate"] = servo.pBursts > kLeastP;
+    limits["missed_ticks_of_one_rate"] = servo.pBursts > kMinP;
   }
   bool pass = true;
   for (const auto& [name, holds] : limits.items()) pass &= holds.get<bool>();

@@ -37,9 +37,9 @@ std::string lastMatch(const std::filesystem::path& file, const std::string& pref
 }
 
 /// The processes of one run.
-class Cast {
+class ProcessSet {
  public:
-  Cast(RunPlan& plan, const RunOptions& options, Network& network)
+  ProcessSet(RunPlan& plan, const RunOptions& options, Network& network)
       : plan_(plan), out_(options.out), network_(network), viewers_(options.viewer) {
     std::ofstream(out_ / "stress.scene") << sceneText(plan.clients);
     startServer();
@@ -231,7 +231,7 @@ RunResult run(RunPlan plan, const RunOptions& options) {
   auto network = options.relay ? nullptr : makeNamespaces(result.plan);
   if (!network) network = makeRelay(result.plan);
   result.network = network->kind();
-  Cast cast(result.plan, options, *network);
+  ProcessSet cast(result.plan, options, *network);
   std::size_t turn = 0;
   int block = -1;
   bool disturbed = false;

@@ -31,7 +31,7 @@ constexpr double kComesToRest_s = 60;
 constexpr double kQuiet_s = 1;    // without a contact, a dent that changes or a body awake: it rests
 constexpr double kArrives_s = 5;  // then all have heard of it
 constexpr int kBends = 20;
-constexpr double kMostError_mm = 1;
+constexpr double kMaxError_mm = 1;
 constexpr milliseconds kLook{10};
 
 std::filesystem::path self() { return std::filesystem::read_symlink("/proc/self/exe"); }
@@ -240,7 +240,7 @@ Json judged(const Json& report) {
     scenes &= viewer.at("hashes_equal").get<bool>() && viewer.at("client_scene_hash") == server.at("scene_hash");
     for (const auto& [which, errors] : viewer.at("contacts").items()) {
       if (which == "worst") continue;
-      contacts &= errors.at("p99") < kMostError_mm;
+      contacts &= errors.at("p99") < kMaxError_mm;
       seen &= errors.at("frames") > 0;
     }
   }

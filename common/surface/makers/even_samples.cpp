@@ -15,10 +15,10 @@ namespace haptics {
 namespace {
 
 constexpr std::size_t kCandidates = 5;          ///< For each sample that stays.
-constexpr std::size_t kMostNeighbors = 200;     ///< On average; some twenty of a single sheet.
+constexpr std::size_t kMaxNeighbors = 200;      ///< On average; some twenty of a single sheet.
 constexpr std::size_t kAnyNeighbors = 200'000;  ///< In sum, before the average counts.
 
-/// Of twice the triangle's area.
+/// Normal of a triangle, as long as twice its area.
 Vec3 areaVector(const TriMesh& mesh, const TriangleIndices& t) noexcept {
   const Vec3 a(mesh.vertices[t[0]]), b(mesh.vertices[t[1]]), c(mesh.vertices[t[2]]);
   return glm::cross(b - a, c - a);
@@ -103,7 +103,7 @@ Result<Neighborhoods> neighborhoodsOf(const std::vector<MeshSample>& samples, do
       result.all.push_back({other, static_cast<float>(distance_m)});
     });
     result.first.push_back(result.all.size());
-    if (result.all.size() > kAnyNeighbors + kMostNeighbors * i) return tooManySheets();
+    if (result.all.size() > kAnyNeighbors + kMaxNeighbors * i) return tooManySheets();
   }
   return result;
 }

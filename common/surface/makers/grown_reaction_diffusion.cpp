@@ -18,7 +18,7 @@ constexpr double kPerWavelength = 7;  ///< Samples along a wavelength: fewer do 
 constexpr double kExchange = 2;       ///< Spacings within which samples exchange: 13 neighbours on average.
 constexpr double kReach = 2;          ///< Spacings within which samples have a part in the field's values.
 /// About two spots; with fewer there is no pattern.
-constexpr double kLeastSamples = 100;
+constexpr double kMinSamples = 100;
 constexpr float kStep = 0.4F;   ///< Of time: a third of what the diffusion's stability allows.
 constexpr int kSteps = 3000;    ///< Growth takes some hundreds; the rest evens the pattern out.
 constexpr double kFlat = 0.05;  ///< Less than this above and below the mean is no pattern, where it is about 1.
@@ -119,28 +119,28 @@ std::vector<double> scaled(const std::vector<Substances>& pattern) {
 
 Result<PointField> grownReactionDiffusion(const TriMesh& mesh, const GrownReactionDiffusionSource& source) {
   const auto isFar = [](Vec3f v) {
-    return glm::any(glm::greaterThan(glm::abs(v), Vec3f(PointField::kMostCoordinate_m)));
+    return glm::any(glm::greaterThan(glm::abs(v), Vec3f(PointField::kMaxCoordinate_m)));
   };
   if (std::ranges::any_of(mesh.vertices, isFar)) {
     return refused("reaction_diffusion", "is of a mesh that reaches farther than " +
-                                             digits(PointField::kMostCoordinate_m) +
+                                             digits(PointField::kMaxCoordinate_m) +
                                              " m from its origin; give a smaller one");
   }
   const double area_m2 = areaOf_m2(mesh);
   const auto wavelengthFor = [&](double count) {
     return kPerWavelength * std::sqrt(2 * area_m2 / (std::numbers::sqrt3 * count));
   };
-  const double longest_m = wavelengthFor(kLeastSamples), shortest_m = wavelengthFor(PointField::kMostSamples);
+  const double longest_m = wavelengthFor(kMinSamples), shortest_m = wavelengthFor(PointField::kMaxSamples);
   const double over = longest_m / source.wavelength_m;
-  const double wanted = kLeastSamples * over * over;
+  const double wanted = kMinSamples * over * over;
   const std::string takes = "is " + digits(source.wavelength_m) + " m, which takes " + digits(wanted) +
                             " samples of this mesh's " + digits(area_m2) + " m^2; ";
   if (source.wavelength_m < shortest_m) {
-    return badWavelength(takes + "at most " + std::to_string(PointField::kMostSamples) + " are taken: give " +
+    return badWavelength(takes + "at most " + std::to_string(PointField::kMaxSamples) + " are taken: give " +
                          digits(1.01 * shortest_m) + " m or more");
   }
   if (source.wavelength_m > longest_m) {
-    return badWavelength(takes + "with less than " + digits(kLeastSamples) + " there is no pattern: give " +
+    return badWavelength(takes + "with less than " + digits(kMinSamples) + " there is no pattern: give " +
                          digits(0.99 * longest_m) + " m or less");
   }
   const auto count = static_cast<std::size_t>(wanted);

@@ -18,7 +18,7 @@ namespace haptics {
 /// scaled as a whole so that waves of the wavelength asked for diffuse as on a plane.
 ///
 /// Takes up to 100 us a sample. Refused, naming "reaction_diffusion.wavelength_m": a wavelength that takes
-/// more samples than PointField::kMostSamples, or so few that no pattern can form.
+/// more samples than PointField::kMaxSamples, or so few that no pattern can form.
 [[nodiscard]] Result<PointField> grownReactionDiffusion(const TriMesh& mesh,
                                                         const GrownReactionDiffusionSource& source);
 

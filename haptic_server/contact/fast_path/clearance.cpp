@@ -10,14 +10,14 @@ namespace {
 
 /// Steps of the HIP for which a clearance has to last, and beyond which nobody looks. Fewer would be asked for again and
 /// again, more are seldom made in one direction.
-constexpr double kLeastSteps = 8;
-constexpr double kMostSteps = 512;
+constexpr double kMinSteps = 8;
+constexpr double kMaxClearanceSteps = 512;
 /// A HIP that stands still counts as one that goes so far in a tick.
-constexpr double kLeastStep_m = 1e-5;
+constexpr double kMinStep_m = 1e-5;
 /// Ticks before it is asked for again where it was too small: twice as many each time.
 constexpr std::uint16_t kFirstPause = 8;
 constexpr std::uint16_t kLongestPause = 256;
-/// Of a clearance, what rounding may have added to it.
+/// The part of a clearance that is certain: rounding may have added the rest.
 constexpr double kSure = 1 - 0x1p-18;
 
 /// That no point of a body has gone farther than from the last tick to this one (m).
@@ -29,7 +29,7 @@ constexpr double kSure = 1 - 0x1p-18;
 
 /// Squared distance from h (body frame) to the nearest triangle where that is less than `bound`, else `bound`; m^2. Not
 /// looked for any farther once it is below `least`.
-[[nodiscard]] double nearest2(const Surface& surface, Vec3 h, double bound, double least,
+[[nodiscard]] double nearest2(const CollisionMesh& surface, Vec3 h, double bound, double least,
                               Allowance& allowance) noexcept {
   surface.hierarchy().visitNear(
       h, allowance,
@@ -65,16 +65,16 @@ void lookForClearance(std::span<const Body> bodies, ContactState& state, double 
     --clear.pause;
     return;
   }
-  const double step = std::max(step_m, kLeastStep_m);
-  const double least2 = kLeastSteps * step * (kLeastSteps * step);
-  double near2 = kMostSteps * step * (kMostSteps * step);
+  const double step = std::max(step_m, kMinStep_m);
+  const double least2 = kMinSteps * step * (kMinSteps * step);
+  double near2 = kMaxClearanceSteps * step * (kMaxClearanceSteps * step);
   for (const Body& body : bodies) {
     const Vec3 h = body.frame.toLocal(state.hip);
-    const Surface& s = *body.surface;
+    const CollisionMesh& s = *body.surface;
     const double gap2 = squaredLength(glm::max(glm::max(s.low() - h, h - s.high()), Vec3(0)));
     if (gap2 >= near2) continue;
     // Inside of a body it is not clear, however far the surface is: the next tick may have to put the IHIP out.
-    if (gap2 == 0 && s.closed() && !body.leaving && windingNumber(s, h, allowance) > 0) near2 = 0;
+    if (gap2 == 0 && s.closed() && !body.pendingRemoval && windingNumber(s, h, allowance) > 0) near2 = 0;
     near2 = nearest2(s, h, near2, least2, allowance);
     if (near2 < least2 || allowance.isSpent()) break;
   }

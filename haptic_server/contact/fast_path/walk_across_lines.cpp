@@ -6,9 +6,10 @@ namespace haptics {
 namespace {
 
 /// Triangles that a walk looks at before the general search takes over.
-constexpr int kMostCrossed = 16;
+constexpr int kMaxCrossed = 16;
 
-/// From triangle to triangle, across the lines that are closest to h: the general search in its common case, to the bit.
+/// From triangle to triangle, across the lines that are closest to h: the general search in its common case,
+/// bit-identical.
 struct Walk {
   enum class End {
     kHeld,      ///< The prism over the triangle holds h.
@@ -20,17 +21,17 @@ struct Walk {
   int looked = 1;  // triangles
   Vec3 foot{0};    // kHeld: of h
 
-  [[gnu::always_inline]] End go(const Surface& surface, Vec3 h, SearchPath* path) noexcept {
-    const FourVec3 each = all(h);
+  [[gnu::always_inline]] End go(const CollisionMesh& surface, Vec3 h, SearchPath* path) noexcept {
+    const Vec3x4 each = broadcast(h);
     double nearest = std::numeric_limits<double>::infinity();  // squared distance, m^2
     while (true) {
       const TriangleRecord& record = surface.triangle(triangle);
-      if (record.zeroArea() || looked > kMostCrossed) return End::kUnclear;
+      if (record.zeroArea() || looked > kMaxCrossed) return End::kUnclear;
       const Prism prism(record);
-      const Prism::Place place = prism.place(each);
+      const Prism::Coordinates place = prism.coordinates(each);
       const unsigned beyond = place.beyond();
       if (beyond == 0) {
-        foot = vec3(prism.foot(four(h), place.height()));
+        foot = vec3(prism.foot(toDouble4(h), place.height()));
         if (path != nullptr) path->add(foot, triangle);
         return squaredLength(h - foot) < nearest ? End::kHeld : End::kUnclear;
       }
@@ -48,9 +49,9 @@ struct Walk {
 
 }  // namespace
 
-bool walkAcrossLines(const Surface& surface, std::uint32_t& start, Vec3 h, SearchPath* path, int& spent, int budget,
-                     SearchResult& found) noexcept {
-  if (spent + kMostCrossed >= budget) return false;
+bool walkAcrossLines(const CollisionMesh& surface, std::uint32_t& start, Vec3 h, SearchPath* path, int& spent,
+                     int budget, SearchResult& found) noexcept {
+  if (spent + kMaxCrossed >= budget) return false;
   const std::size_t known = path != nullptr ? path->size() : 0;
   Walk walk{start};
   const Walk::End end = walk.go(surface, h, path);

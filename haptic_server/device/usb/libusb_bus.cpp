@@ -64,7 +64,7 @@ void forEach(libusb_context* context, const UsbModel& model, const Visit& visit)
   return text;
 }
 
-/// Of open(2), as libusb has them.
+/// Error number of open(2) for one of libusb.
 [[nodiscard]] int errorOf(int number) noexcept {
   if (number == EACCES || number == EPERM) return LIBUSB_ERROR_ACCESS;
   return number == ENOENT || number == ENODEV ? LIBUSB_ERROR_NO_DEVICE : LIBUSB_ERROR_IO;

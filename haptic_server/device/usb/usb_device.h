@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "common/crossing/newest_value.h"
+#include "common/mailbox/triple_buffer.h"
 #include "haptic_server/device/device.h"
 #include "haptic_server/device/usb/output_watchdog.h"
 #include "haptic_server/device/usb/usb_port.h"
@@ -30,7 +30,7 @@ struct DeviceOrder {
   std::uint64_t written_ns = 0;
 };
 
-/// Of a device on USB, since start. The driver and the servo count, any thread reads.
+/// Counters of a device on USB since start. The driver and the servo count, any thread reads.
 struct UsbDeviceCounters {
   std::atomic<std::uint64_t> commands{0};     ///< Sent.
   std::atomic<std::uint64_t> replies{0};      ///< Whole ones.
@@ -68,7 +68,7 @@ class UsbDevice final : public Device {
   void drive(const std::atomic<bool>& stop);
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return protocol_->info(); }
-  [[nodiscard]] bool hasNews() noexcept override { return reports_.newest().replies != repliesRead_; }
+  [[nodiscard]] bool hasNewSample() noexcept override { return reports_.newest().replies != repliesRead_; }
   [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
   void write(Vec3 force_N) noexcept override;
   void stop() noexcept override;
@@ -79,8 +79,8 @@ class UsbDevice final : public Device {
   UsbBus& bus_;
   std::unique_ptr<UsbProtocol> protocol_;
   UsbDeviceSettings settings_;
-  NewestValue<DeviceReport> reports_;
-  NewestValue<DeviceOrder> orders_;
+  TripleBuffer<DeviceReport> reports_;
+  TripleBuffer<DeviceOrder> orders_;
   UsbDeviceCounters counters_;
   OutputWatchdog* watchdog_ = nullptr;
   std::atomic<std::uint64_t> handledTrips_{

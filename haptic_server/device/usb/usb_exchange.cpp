@@ -17,8 +17,8 @@ void add(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, st
 
 }  // namespace
 
-UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, NewestValue<DeviceReport>& reports,
-                         NewestValue<DeviceOrder>& orders, UsbDeviceCounters& counters,
+UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, TripleBuffer<DeviceReport>& reports,
+                         TripleBuffer<DeviceOrder>& orders, UsbDeviceCounters& counters,
                          const UsbDeviceSettings& settings, const OutputWatchdog* watchdog,
                          std::atomic<std::uint64_t>& handledTrips)
     : bus_(bus),

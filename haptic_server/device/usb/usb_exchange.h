@@ -28,8 +28,8 @@ class UsbExchange {
   /// Replies in a row that must say that it is homed.
   static constexpr int kHomedReplies = 25;
 
-  UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, NewestValue<DeviceReport>& reports,
-              NewestValue<DeviceOrder>& orders, UsbDeviceCounters& counters, const UsbDeviceSettings& settings,
+  UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, TripleBuffer<DeviceReport>& reports,
+              TripleBuffer<DeviceOrder>& orders, UsbDeviceCounters& counters, const UsbDeviceSettings& settings,
               const OutputWatchdog* watchdog, std::atomic<std::uint64_t>& handledTrips);
 
   /// Until `quit`, or until the device is gone or to be brought up anew. Once `stopped`, or at the end, the motors are
@@ -52,8 +52,8 @@ class UsbExchange {
   UsbBus& bus_;
   UsbPort& port_;
   UsbProtocol& protocol_;
-  NewestValue<DeviceReport>& reports_;
-  NewestValue<DeviceOrder>& orders_;
+  TripleBuffer<DeviceReport>& reports_;
+  TripleBuffer<DeviceOrder>& orders_;
   UsbDeviceCounters& counters_;
   const UsbDeviceSettings& settings_;
   const OutputWatchdog* watchdog_;  // null: there is none

@@ -59,7 +59,7 @@ class UsbPort {
   [[nodiscard]] virtual UsbArrival next(std::uint64_t deadline_ns) = 0;
   /// After a stall: the endpoints work again.
   [[nodiscard]] virtual UsbOutcome clearStall() = 0;
-  /// Of the device's node, for a process that writes to it when this one no longer can; -1: it has none.
+  /// File descriptor of the device's node, for a process that writes to it when this one no longer can; -1: none.
   [[nodiscard]] virtual int descriptor() const noexcept { return -1; }
 };
 

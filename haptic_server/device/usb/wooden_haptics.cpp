@@ -16,7 +16,7 @@ constexpr Vec3 kGear{0.010 / 0.160, 0.010 / 0.120, 0.010 / 0.120};
 /// Sense of each body's angle against its motor's.
 constexpr Vec3 kSense{1, -1, -1};
 constexpr Vec3 kRadiansPerCount = 2 * std::numbers::pi / kCountsPerTurn * kGear * kSense;
-// Of the arm at its handle: not published, assumed from its size.
+// Dynamics of the arm at its handle: not published, assumed from its size.
 constexpr double kAssumedMass_kg = 0.2, kAssumedViscous_Ns_per_m = 0.1, kAssumedCoulomb_N = 0.1;
 constexpr std::uint64_t kFirstReport_ns = 500'000'000;
 /// The device's x comes towards the user, its y to the user's right.

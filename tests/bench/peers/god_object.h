@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics::bench {
 
@@ -12,7 +12,7 @@ namespace haptics::bench {
 /// has the one that shows its accuracy.
 class GodObject {
  public:
-  GodObject(const Surface& surface, Vec3 outside) : surface_(surface), god_(outside) {}
+  GodObject(const CollisionMesh& surface, Vec3 outside) : surface_(surface), god_(outside) {}
 
   /// Returns the god-object's place (body frame, metres) for the HIP at h.
   Vec3 tick(Vec3 h) noexcept {
@@ -21,13 +21,13 @@ class GodObject {
   }
 
  private:
-  static constexpr std::size_t kMostPlanes = 3;
+  static constexpr std::size_t kMaxPlanes = 3;
   static constexpr double kSkin = 0x1p-20;  // of the extent, that the god-object stays above its planes
 
   /// Towards the HIP, along the planes that are met on the way.
   void move(Vec3 h) noexcept {
     std::size_t planes = 0;
-    std::array<Vec3, kMostPlanes> axis;  // orthonormal: of the normals met
+    std::array<Vec3, kMaxPlanes> axis;  // orthonormal: of the normals met
     Vec3 goal = h;
     while (true) {
       const Crossing crossing = surface_.firstCrossing(god_, goal);
@@ -35,7 +35,7 @@ class GodObject {
         god_ = goal;
         return;
       }
-      if (planes == kMostPlanes) return;
+      if (planes == kMaxPlanes) return;
       const TriangleRecord& r = surface_.triangle(crossing.triangle);
       const Vec3 normal = unitOrZero(r.areaNormal());
       const double gap = glm::dot(normal, r.corner(0) - goal) + kSkin * surface_.extent_m();
@@ -48,7 +48,7 @@ class GodObject {
     }
   }
 
-  const Surface& surface_;
+  const CollisionMesh& surface_;
   Vec3 god_;
 };
 

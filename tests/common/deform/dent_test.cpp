@@ -14,7 +14,7 @@ namespace haptics {
 namespace {
 
 TEST(Falloff, IsOneAtTheCentreNothingAtTheRimAndSmoothThere) {
-  for (unsigned degree = Falloff::kLeastDegree; degree <= Falloff::kMostDegree; ++degree) {
+  for (unsigned degree = Falloff::kMinDegree; degree <= Falloff::kMaxDegree; ++degree) {
     const Falloff falloff(0.01, degree);
     EXPECT_EQ(falloff.at(Vec3(0)), 1);
     EXPECT_EQ(falloff.at({0.01, 0, 0}), 0);
@@ -26,7 +26,7 @@ TEST(Falloff, IsOneAtTheCentreNothingAtTheRimAndSmoothThere) {
 }
 
 TEST(Falloff, IsNowhereSteeperThanItSays) {
-  for (unsigned degree = Falloff::kLeastDegree; degree <= Falloff::kMostDegree; ++degree) {
+  for (unsigned degree = Falloff::kMinDegree; degree <= Falloff::kMaxDegree; ++degree) {
     const Falloff falloff(0.02, degree);
     double steepest = 0;
     for (int i = 1; i < 20000; ++i) {
@@ -58,7 +58,7 @@ TEST(Dent, ComeOneAfterAnotherSoThatTheFirstOfThemMayBecomeTheShapeAtRest) {
 }
 
 TEST(Falloff, TwoSideBySideAreAboutAsDeepBetweenThemAsAtTheirCentres) {
-  for (unsigned degree = Falloff::kLeastDegree; degree <= Falloff::kMostDegree; ++degree) {
+  for (unsigned degree = Falloff::kMinDegree; degree <= Falloff::kMaxDegree; ++degree) {
     const Falloff falloff(0.01, degree);
     EXPECT_NEAR(2 * falloff.at({falloff.width_m() / 2, 0, 0}), 1, 1e-9);
     EXPECT_LT(falloff.at({falloff.width_m(), 0, 0}), 0.05) << "hardly felt at the other's centre";

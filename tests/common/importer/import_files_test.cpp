@@ -42,7 +42,7 @@ TEST_F(ImportFiles, GiveTheMeshAndItsReport) {
   ASSERT_TRUE(imported) << imported.error().text();
   EXPECT_EQ(imported->mesh.vertices[1], Vec3f(0, 0.5F, 0));
   EXPECT_EQ(imported->report.kept, 4U);
-  EXPECT_TRUE(imported->report.mended.searched);
+  EXPECT_TRUE(imported->report.repair.searched);
   EXPECT_EQ(import("t.off", kTetrahedronOff)->mesh, tetrahedron());
 }
 

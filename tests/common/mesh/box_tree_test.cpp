@@ -23,7 +23,7 @@ void expectSound(const BoxTree& tree, const std::vector<Box>& boxes, std::size_t
     }
     return;
   }
-  EXPECT_LE(tree.leaf(node).size(), BoxTree::kMostInLeaf);
+  EXPECT_LE(tree.leaf(node).size(), BoxTree::kMaxInLeaf);
   for (const std::uint32_t item : tree.leaf(node)) {
     EXPECT_TRUE(holds(tree.box(node), boxes[item]));
     seen.insert(item);
@@ -68,7 +68,7 @@ TEST(BoxTree, PartsItemsWhoseSizesDifferByManyDecades) {
   };
   const BoxTree tree(kCount, boxOf);
   std::size_t meetings = 0;
-  constexpr std::size_t kFirstLeaf = kCount / BoxTree::kMostInLeaf;
+  constexpr std::size_t kFirstLeaf = kCount / BoxTree::kMaxInLeaf;
   ASSERT_TRUE(tree.isLeaf(kFirstLeaf));
   for (std::size_t a = kFirstLeaf; a < 2 * kFirstLeaf; ++a) {
     for (std::size_t b = kFirstLeaf; b < a; ++b) meetings += tree.box(a).meets(tree.box(b)) ? 1U : 0U;

@@ -121,23 +121,23 @@ TEST(HoleFilling, GivesUpWhereNoTriangleHasAreaAndOnRimsThatAreTooLong) {
   EXPECT_FALSE(fill({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, flatRim(4), kNothingTaken));
   EXPECT_FALSE(fill({{0, 0, 0}, {1, 0, 0}}, flatRim(2), kNothingTaken));
   std::vector<Vec3f> round;
-  for (std::size_t i = 0; i <= kMostCorners; ++i) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / (kMostCorners + 1);
+  for (std::size_t i = 0; i <= kMaxCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / (kMaxCorners + 1);
     round.emplace_back(std::cos(angle), std::sin(angle), 0);
   }
-  EXPECT_FALSE(fill(round, flatRim(kMostCorners + 1), kNothingTaken));
+  EXPECT_FALSE(fill(round, flatRim(kMaxCorners + 1), kNothingTaken));
 }
 
 TEST(HoleFilling, GivesUpWhenTheWorkDoesNotSuffice) {
   std::vector<Vec3f> round;
-  for (std::size_t i = 0; i < kMostCorners; ++i) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / kMostCorners;
+  for (std::size_t i = 0; i < kMaxCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / kMaxCorners;
     round.emplace_back(std::cos(angle), std::sin(angle), 0);
   }
   Work little(10'000);
-  EXPECT_FALSE(fillHole(round, flatRim(kMostCorners), kNothingTaken, little));
+  EXPECT_FALSE(fillHole(round, flatRim(kMaxCorners), kNothingTaken, little));
   EXPECT_GT(little.left(), -10'000) << "at once";
-  EXPECT_TRUE(fill(round, flatRim(kMostCorners), kNothingTaken));
+  EXPECT_TRUE(fill(round, flatRim(kMaxCorners), kNothingTaken));
 }
 
 }  // namespace

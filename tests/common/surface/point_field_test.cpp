@@ -182,7 +182,7 @@ TEST(PointField, IsRefusedByTheNumberThatIsWrong) {
     EXPECT_EQ(refusal(reach_m, {{Vec3f(0), 0}}).field, "reach_m") << reach_m;
   }
   EXPECT_EQ(refusal(1, {}).field, "count");
-  EXPECT_EQ(refusal(1, std::vector<PointSample>(PointField::kMostSamples + 1)).field, "count");
+  EXPECT_EQ(refusal(1, std::vector<PointSample>(PointField::kMaxSamples + 1)).field, "count");
   for (const float bad : {kNan, kInfinite, -kInfinite, 1001.0F, -0.0F}) {
     for (int axis = 0; axis < 3; ++axis) {
       PointSample sample;
@@ -194,7 +194,7 @@ TEST(PointField, IsRefusedByTheNumberThatIsWrong) {
 }
 
 TEST(PointField, IsRefusedWhereALookUpWouldTakeLongOrMuchMemory) {
-  const std::vector<PointSample> most(NearSamples::kMostNear, PointSample{});
+  const std::vector<PointSample> most(NearSamples::kMaxNear, PointSample{});
   EXPECT_EQ(refusal(1, most).field, "accepted");
   std::vector<PointSample> dense = most;
   dense.push_back({Vec3f(0.5F, 0, 0), 0});

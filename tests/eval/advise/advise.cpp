@@ -23,7 +23,7 @@ constexpr std::array kColours{Colour{0.835, 0.369, 0.0}, Colour{0.0, 0.447, 0.69
 using Value = std::function<double(const Candidate&)>;
 
 /// Its own mesh has no error against itself: it is left out where nothing is to be drawn.
-Panel panelOf(const SceneAdvice& advice, const char* title, const char* label, const Value& value, int leastDecade,
+Panel panelOf(const SceneAdvice& advice, const char* title, const char* label, const Value& value, int minDecade,
               double alwaysShown) {
   Panel panel{title, "triangles", label, {}, {}, {}};
   std::vector<double> xs;
@@ -41,7 +41,7 @@ Panel panelOf(const SceneAdvice& advice, const char* title, const char* label, c
   }
   panel.x = decadesOf(xs);
   panel.y = decadesOf(ys);
-  panel.y.low = std::max(panel.y.low, leastDecade);
+  panel.y.low = std::max(panel.y.low, minDecade);
   return panel;
 }
 
@@ -65,7 +65,7 @@ Panel ratePanel(const SceneAdvice& advice) {
 }
 
 Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
-  constexpr int kLeastError = -3;
+  constexpr int kMinError = -3;
   Figure figure;
   figure.title = "What " + std::filesystem::path(scene).filename().string() + " needs";
   figure.caption = {
@@ -73,12 +73,12 @@ Figure figureOf(const SceneAdvice& advice, const std::string& scene) {
       "core."};
   figure.columns = 2;
   const auto error = [](const Candidate& c) { return c.difference.epsilon_p99; };
-  figure.panels.push_back(panelOf(advice, "Force error", "force error, 1: just noticeable", error, kLeastError, 0.5));
+  figure.panels.push_back(panelOf(advice, "Force error", "force error, 1: just noticeable", error, kMinError, 0.5));
   figure.panels.back().threshold = {1, "too small to notice"};
   const auto hot = [](const Candidate& c) { return c.hot_ns; };
   figure.panels.push_back(panelOf(advice, "Time, caches hot", "contact tick, ns (median)", hot, 0, 10));
   const auto memory = [](const Candidate& c) { return c.memory_MB; };
-  figure.panels.push_back(panelOf(advice, "Memory", "server's database, MB", memory, kLeastError, 0.1));
+  figure.panels.push_back(panelOf(advice, "Memory", "server's database, MB", memory, kMinError, 0.1));
   figure.panels.push_back(ratePanel(advice));
   figure.legendTitle = "Object";
   for (std::size_t i = 0; i < advice.objects.size(); ++i) {

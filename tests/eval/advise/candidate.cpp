@@ -13,7 +13,7 @@ namespace {
 /// The contact core over the scene, one object's surface exchanged.
 class SceneContact {
  public:
-  SceneContact(const std::vector<LoadedObject>& scene, std::size_t object, const Surface& surface)
+  SceneContact(const std::vector<LoadedObject>& scene, std::size_t object, const CollisionMesh& surface)
       : scene_(scene), bodies_(scene.size()) {
     for (std::size_t i = 0; i < scene.size(); ++i) {
       bodies_[i].surface = i == object ? &surface : scene[i].surface.get();
@@ -21,7 +21,7 @@ class SceneContact {
       bodies_[i].update();
     }
   }
-  void place(Vec3 hip) { haptics::place(state_, hip); }
+  void place(Vec3 hip) { haptics::resetContact(state_, hip); }
   /// The spring's force, N.
   Vec3 tick(Vec3 hip) {
     const ContactResult contact = followContact(bodies_, state_, hip);
@@ -82,7 +82,7 @@ void price(SceneContact contact, const HandStroke& hand, Candidate& candidate) {
   candidate.cold_ns = cold.durations_ns().quantile(0.5);
 }
 
-double longestSide(const Surface& surface) {
+double longestSide(const CollisionMesh& surface) {
   const Vec3 size = surface.high() - surface.low();
   return std::max({size.x, size.y, size.z});
 }
@@ -95,7 +95,7 @@ std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std
   const std::vector<Forces> truth = forcesOn({scene, object, *own.surface}, strokes);
 
   std::vector<Candidate> candidates;
-  const auto judge = [&](std::shared_ptr<const Surface> surface) {
+  const auto judge = [&](std::shared_ptr<const CollisionMesh> surface) {
     Candidate candidate;
     candidate.surface = std::move(surface);
     candidate.triangles = candidate.surface->triangleCount();
@@ -115,7 +115,7 @@ std::vector<Candidate> candidatesFor(const std::vector<LoadedObject>& scene, std
   for (double wanted = kStep * static_cast<double>(own.mesh->triangles.size()); wanted >= kFewest; wanted *= kStep) {
     const TriMesh copy = fitted(decimated(*own.mesh, static_cast<std::size_t>(wanted)), *own.mesh);
     if (copy.triangles.size() >= candidates.back().triangles) continue;  // no edge was left to collapse
-    judge(buildSurface(copy.vertices, copy.triangles));
+    judge(buildCollisionMesh(copy.vertices, copy.triangles));
     const std::size_t count = candidates.size();
     if (count > 2 && !candidates[count - 1].good() && !candidates[count - 2].good()) break;
   }

@@ -9,7 +9,7 @@ namespace haptics::eval {
 
 /// A mesh for one object, judged against the scene's own by the same strokes in the same scene.
 struct Candidate {
-  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const CollisionMesh> surface;
   std::size_t triangles = 0;
   double deviation_mm = 0;     ///< Largest, of a vertex of the scene's own mesh from this one.
   ForceDifference difference;  ///< Of the spring's force, from that on the scene's own mesh.

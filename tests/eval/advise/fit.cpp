@@ -12,7 +12,7 @@ struct Misfit {
   std::vector<double> weight;  ///< Of the weights' squares.
 };
 
-Foot footOn(const Surface& surface, Vec3 place) {
+ClosestPoint footOn(const CollisionMesh& surface, Vec3 place) {
   int spent = 0;
   return surface.closestFoot(place, static_cast<int>(surface.triangleCount()) + 1, spent);
 }
@@ -30,10 +30,10 @@ Vec3 weightsIn(const TriangleRecord& triangle, Vec3 point) {
 }
 
 Misfit misfitOf(const TriMesh& copy, const TriMesh& original) {
-  const auto surface = buildSurface(copy.vertices, copy.triangles);
+  const auto surface = buildCollisionMesh(copy.vertices, copy.triangles);
   Misfit misfit{0, std::vector<Vec3>(copy.vertices.size(), Vec3(0)), std::vector<double>(copy.vertices.size())};
   for (const Vec3f v : original.vertices) {
-    const Foot foot = footOn(*surface, Vec3(v));
+    const ClosestPoint foot = footOn(*surface, Vec3(v));
     const TriangleRecord& triangle = surface->triangle(foot.triangle);
     const Vec3 weights = weightsIn(triangle, foot.point);
     const TriangleIndices& corners = copy.triangles[surface->canonical(foot.triangle)];
@@ -51,7 +51,7 @@ Misfit misfitOf(const TriMesh& copy, const TriMesh& original) {
 
 }  // namespace
 
-double deviationOf(const TriMesh& mesh, const Surface& surface) {
+double deviationOf(const TriMesh& mesh, const CollisionMesh& surface) {
   double most = 0;
   for (const Vec3f v : mesh.vertices) most = std::max(most, footOn(surface, Vec3(v)).squaredDistance);
   return std::sqrt(most);

@@ -18,7 +18,7 @@ ForceDifference differenceOf(const std::vector<Forces>& felt, const std::vector<
       if (!touching && !shouldTouch) continue;
       ++difference.ticks;
       epsilons.add(epsilon(felt_N, truth_N));
-      missing = shouldTouch && !touching && glm::length(truth_N) > kLeastForceThreshold_N ? missing + 1 : 0;
+      missing = shouldTouch && !touching && glm::length(truth_N) > kMinForceThreshold_N ? missing + 1 : 0;
       difference.missedTicks += missing > 1 ? 1 : 0;
       difference.wrongSideTicks += glm::dot(felt_N, truth_N) < 0 ? 1 : 0;
     }

@@ -1,7 +1,7 @@
 #include "tests/eval/advise/loaded_scene.h"
 
 #include "common/wire/convert.h"
-#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/scene/scene_service.h"
 
 namespace haptics::eval {
 
@@ -11,14 +11,14 @@ Result<std::vector<LoadedObject>> loadScene(const std::string& file, std::vector
   auto transaction = fromWire(*message);
   if (!transaction) return tl::unexpected(std::move(transaction.error()).within(file + ": "));
   assets.insert(assets.begin(), std::filesystem::absolute(file).parent_path());
-  SceneCrossing crossing;
-  SceneRoom room({.assetFolders = std::move(assets), .makePlan = {}, .log = {}}, crossing);
-  auto reports = room.loadStartScene(*transaction);
+  SceneMailbox mailbox;
+  SceneService sceneService({.assetFolders = std::move(assets), .makePlan = {}, .log = {}}, mailbox);
+  auto reports = sceneService.loadStartScene(*transaction);
   if (!reports) return tl::unexpected(std::move(reports.error()).within(file + ": "));
 
   std::vector<LoadedObject> objects;
-  for (const auto& record : room.history()->version.objects()) {
-    const auto asset = as<MeshAsset>(room.findAsset(record->mesh));
+  for (const auto& record : sceneService.history()->version.objects()) {
+    const auto asset = as<MeshAsset>(sceneService.findAsset(record->mesh));
     objects.push_back({record->name, record->material, record->pose, asset->mesh, asset->surface});
   }
   if (objects.empty()) return refused(file, "holds no object that could be touched");

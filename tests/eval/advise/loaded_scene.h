@@ -17,7 +17,7 @@ struct LoadedObject {
   Material material;
   Pose pose;
   std::shared_ptr<const TriMesh> mesh;
-  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const CollisionMesh> surface;
 };
 
 /// Reads a scene file as the server does. Errors name file and field.

@@ -21,8 +21,8 @@ RestingPlace levelPlace(const LoadedObject& object, const std::vector<HandStroke
   for (const HandStroke& hand : strokes) {
     for (const Vec3 hip : hand.stroke) {
       int spent = 0;
-      const Foot foot = object.surface->closestFoot(toLocal(object.pose, hip),
-                                                    static_cast<int>(object.surface->triangleCount()) + 1, spent);
+      const ClosestPoint foot = object.surface->closestFoot(
+          toLocal(object.pose, hip), static_cast<int>(object.surface->triangleCount()) + 1, spent);
       const Vec3 normal = object.pose.rotation * object.surface->normal(foot);
       if (normal.z <= most) continue;
       most = normal.z;

@@ -38,7 +38,7 @@ Steadiness restOn(const ServoScene& scene, Vec3 place, Vec3 normal, const Device
                   double rate_Hz) {
   constexpr double kTime_s = 2;
   constexpr double kJudged_s = 0.3;
-  constexpr double kLeastCycle_m = 20e-6;
+  constexpr double kMinCycle_m = 20e-6;
   PressingHand pressing(place, normal, hand);
   SimulatedDevice simulated({device, hand, 1 / rate_Hz, 0}, pressing);
   const StepConfig config = serverConfigFor(device, rate_Hz);
@@ -58,7 +58,7 @@ Steadiness restOn(const ServoScene& scene, Vec3 place, Vec3 normal, const Device
   }
   result.cycle_um = (most - least) * 1e6;
   constexpr double kRounding = 1 + 1e-6;
-  result.steady = result.touching && most - least <= kRounding * std::max(2 * device.resolution_m, kLeastCycle_m);
+  result.steady = result.touching && most - least <= kRounding * std::max(2 * device.resolution_m, kMinCycle_m);
   return result;
 }
 

@@ -27,7 +27,7 @@ BodySet::Hit BodySet::firstCrossing(Vec3 from, Vec3 to) const {
   return hit;
 }
 
-Crossing BodySet::firstByRay(const Surface& surface, Vec3 from, Vec3 to) {
+Crossing BodySet::firstByRay(const CollisionMesh& surface, Vec3 from, Vec3 to) {
   Crossing first;
   const MoellerTrumbore ray(from, to);
   Allowance endless;
@@ -46,9 +46,9 @@ BodySet::Nearest BodySet::nearest(Vec3 hip) const {
   bool found = false;
   int triangles = 0;
   for (int i = 0; i < static_cast<int>(surfaces_.size()); ++i) {
-    const Surface& s = surface(i);
+    const CollisionMesh& s = surface(i);
     const Vec3 local = toLocal(pose(i), hip);
-    const Foot foot = s.closestFoot(local, static_cast<int>(s.triangleCount()) + 1, triangles);
+    const ClosestPoint foot = s.closestFoot(local, static_cast<int>(s.triangleCount()) + 1, triangles);
     const double distance = std::sqrt(foot.squaredDistance);
     const bool inside = s.closed() && !s.isOutside(foot, local);
     const bool better = inside == best.inside ? (distance < best.distance_m) != inside : inside;

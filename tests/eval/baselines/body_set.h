@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 #include "tests/eval/renderer.h"
 
 namespace haptics::eval {
@@ -36,14 +36,14 @@ class BodySet {
     int triangles = 0;  ///< Looked at.
   };
 
-  void set(std::span<const std::shared_ptr<const Surface>> surfaces, std::span<const Pose> poses) {
+  void set(std::span<const std::shared_ptr<const CollisionMesh>> surfaces, std::span<const Pose> poses) {
     surfaces_.assign(surfaces.begin(), surfaces.end());
     setPoses(poses);
   }
   void setPoses(std::span<const Pose> poses) { poses_.assign(poses.begin(), poses.end()); }
 
   [[nodiscard]] int count() const { return static_cast<int>(surfaces_.size()); }
-  [[nodiscard]] const Surface& surface(int body) const { return *surfaces_[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] const CollisionMesh& surface(int body) const { return *surfaces_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] const Pose& pose(int body) const { return poses_[static_cast<std::size_t>(body)]; }
   [[nodiscard]] double extent_m() const;  ///< Largest coordinate that any body reaches.
 
@@ -53,10 +53,10 @@ class BodySet {
   [[nodiscard]] Nearest nearest(Vec3 hip) const;
 
  private:
-  [[nodiscard]] static Crossing firstByRay(const Surface& surface, Vec3 from, Vec3 to);
+  [[nodiscard]] static Crossing firstByRay(const CollisionMesh& surface, Vec3 from, Vec3 to);
 
   SegmentTest test_;
-  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<Pose> poses_;
 };
 

@@ -29,7 +29,8 @@ Vec3 nearestInCone(const std::vector<Vec3>& normals, Vec3 to) {
 
 }  // namespace
 
-void FiniteProxy::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) {
+void FiniteProxy::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+                        Vec3 hip) {
   bodies_.set(bodies, poses);
   place(hip);
 }

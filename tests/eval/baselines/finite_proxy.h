@@ -15,7 +15,8 @@ class FiniteProxy final : public Renderer {
  public:
   static constexpr double kRadius_m = 0.001;
 
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override;
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override;
   void place(Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 

@@ -8,7 +8,7 @@ namespace haptics::eval {
 /// closest surface point. It remembers nothing. Of several bodies the one that the HIP is deepest in.
 class GlobalClosest final : public Renderer {
  public:
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses,
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
              Vec3 /*hip*/) override {
     bodies_.set(bodies, poses);
   }

@@ -2,7 +2,8 @@
 
 namespace haptics::eval {
 
-void GodObject::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) {
+void GodObject::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+                      Vec3 hip) {
   bodies_.set(bodies, poses);
   place(hip);
 }
@@ -34,7 +35,7 @@ void GodObject::move(Vec3 hip) {
 
 GodObject::Plane GodObject::planeOf(const BodySet::Hit& hit) const {
   constexpr double kSkin = 0x1p-20;
-  const Surface& s = bodies_.surface(hit.body);
+  const CollisionMesh& s = bodies_.surface(hit.body);
   const Pose& pose = bodies_.pose(hit.body);
   const Vec3 normal = pose.rotation * (s.faceNormal(hit.crossing.triangle) * static_cast<double>(hit.crossing.side));
   const Vec3 corner = toWorld(pose, s.triangle(hit.crossing.triangle).corner(0));

@@ -13,7 +13,8 @@ namespace haptics::eval {
 class GodObject : public Renderer {
  public:
   explicit GodObject(SegmentTest test = SegmentTest::kWatertight) : bodies_(test) {}
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override;
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override;
   void place(Vec3 hip) override { god_ = hip; }
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 

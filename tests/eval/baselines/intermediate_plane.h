@@ -10,7 +10,8 @@ namespace haptics::eval {
 template <int kRate_Hz>
 class IntermediatePlane final : public Renderer {
  public:
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override {
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override {
     bodies_.set(bodies, poses);
     place(hip);
   }

@@ -7,8 +7,8 @@
 namespace haptics::eval {
 
 template <Primitives kPrimitives>
-void Pseudocode<kPrimitives>::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses,
-                                    Vec3 hip) {
+void Pseudocode<kPrimitives>::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies,
+                                    std::span<const Pose> poses, Vec3 hip) {
   bodies_.set(bodies, poses);
   place(hip);
 }
@@ -35,7 +35,7 @@ Felt Pseudocode<kPrimitives>::firstContact(Vec3 hip) {
   body_ = hit.body;
   contacted_ = {Feature::kPolygon, hit.crossing.triangle, 0};
   const Pose& pose = bodies_.pose(body_);
-  const Foot foot = closestOn(surface().triangle(contacted_.triangle), contacted_.triangle, toLocal(pose, hip));
+  const ClosestPoint foot = closestOn(surface().triangle(contacted_.triangle), contacted_.triangle, toLocal(pose, hip));
   return {true, toWorld(pose, foot.point), Vec3(0), 1};  // as printed: the penetration vector is not set here
 }
 
@@ -58,7 +58,7 @@ Felt Pseudocode<kPrimitives>::search(Vec3 hip) {
     });
     if (!changed) break;
   }
-  Foot at;
+  ClosestPoint at;
   at.triangle = contacted_.triangle;
   at.feature = contacted_.kind;
   at.index = static_cast<std::uint8_t>(contacted_.index);
@@ -80,12 +80,12 @@ typename Pseudocode<kPrimitives>::Distance Pseudocode<kPrimitives>::distanceTo(c
     return {squaredLength(hip - corner), corner};
   }
   if (primitive.kind == Feature::kLine) {
-    const FourVec3 h = all(hip);
+    const Vec3x4 h = broadcast(hip);
     const Prism::OnEdges on = Prism(record).onEdges(h);
     if (kPrimitives == Primitives::kOpen && on.atCorner(primitive.index)) return none;
     return {on.squaredDistance[primitive.index], on.point[primitive.index]};
   }
-  const Foot foot = closestOn(record, primitive.triangle, hip);
+  const ClosestPoint foot = closestOn(record, primitive.triangle, hip);
   if (kPrimitives == Primitives::kOpen && foot.feature != Feature::kPolygon) return none;
   return {foot.squaredDistance, foot.point};
 }

@@ -18,7 +18,8 @@ enum class Primitives {
 template <Primitives kPrimitives>
 class Pseudocode final : public Renderer {
  public:
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override;
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override;
   void place(Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 
@@ -32,7 +33,7 @@ class Pseudocode final : public Renderer {
     double squared;
     Vec3 point;
   };
-  [[nodiscard]] const Surface& surface() const { return bodies_.surface(body_); }
+  [[nodiscard]] const CollisionMesh& surface() const { return bodies_.surface(body_); }
   [[nodiscard]] Distance distanceTo(const Primitive& primitive, Vec3 hip) const;
   /// Calls visit(primitive) for each of the neighbours (the paper's Figure 3).
   template <class Visit>

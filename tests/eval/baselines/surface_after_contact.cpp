@@ -4,8 +4,8 @@
 
 namespace haptics::eval {
 
-void SurfaceAfterContact::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses,
-                                Vec3 hip) {
+void SurfaceAfterContact::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies,
+                                std::span<const Pose> poses, Vec3 hip) {
   rest_ = now_ = bodies.front();
   vertices_.clear();
   for (std::uint32_t t = 0; t < rest_->triangleCount(); ++t) {
@@ -45,7 +45,7 @@ void SurfaceAfterContact::moveSurface(const ContactResult& contact, Vec3 hip) {
   std::ranges::transform(vertices_, now.begin(), [&](Vec3f v) {
     return tissue_ ? dented(v, {&dent_, 1}, tissue_->falloff) : v;
   });
-  now_ = refitSurface(*rest_, now);
+  now_ = refitCollisionMesh(*rest_, now);
   bodies_[0].surface = now_.get();
   bodies_[0].update();
 }

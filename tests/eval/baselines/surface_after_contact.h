@@ -12,9 +12,10 @@ namespace haptics::eval {
 /// by its force, and its boxes are refitted. Elastic tissue only; the first body only.
 class SurfaceAfterContact final : public Renderer {
  public:
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override;
-  void dress(const FeltSurface& surface) override { tissue_ = surface.tissue; }
-  void place(Vec3 hip) override { haptics::place(state_, hip); }
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override;
+  void setSurfaceProperties(const FeltSurface& surface) override { tissue_ = surface.tissue; }
+  void place(Vec3 hip) override { haptics::resetContact(state_, hip); }
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
   [[nodiscard]] std::vector<Dent> dents(std::size_t /*body*/) const override { return {dent_}; }
 
@@ -22,7 +23,7 @@ class SurfaceAfterContact final : public Renderer {
   void moveSurface(const ContactResult& contact, Vec3 hip);
 
   std::optional<SoftTissue> tissue_;
-  std::shared_ptr<const Surface> rest_, now_;
+  std::shared_ptr<const CollisionMesh> rest_, now_;
   std::vector<Vec3f> vertices_;  // at rest
   std::vector<Body> bodies_;
   ContactState state_;

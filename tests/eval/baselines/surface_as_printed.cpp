@@ -2,7 +2,7 @@
 
 namespace haptics::eval {
 
-void SurfaceAsPrinted::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses,
+void SurfaceAsPrinted::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
                              Vec3 hip) {
   surfaces_.assign(bodies.begin(), bodies.end());
   bodies_.clear();
@@ -20,7 +20,7 @@ void SurfaceAsPrinted::begin(std::span<const std::shared_ptr<const Surface>> bod
 }
 
 void SurfaceAsPrinted::place(Vec3 hip) {
-  haptics::place(contact_, hip);
+  haptics::resetContact(contact_, hip);
   friction_ = FrictionState::kNone;
 }
 
@@ -39,7 +39,7 @@ Felt SurfaceAsPrinted::tick(std::span<const Pose> /*poses*/, Vec3 hip) {
 
 /// Eq. (1): the vertices' normals weighted by the areas of the subtriangles opposite to them.
 Vec3 SurfaceAsPrinted::shadedNormal(const ContactResult& contact) const {
-  const HoldingSurface& held = contact_.holding[0];
+  const ContactSurface& held = contact_.holding[0];
   const auto body = static_cast<std::size_t>(held.body);
   const bool one = contact_.mode == ContactState::Mode::kOneSurface;
   if (normals_.empty() || !one || !normals_[body][held.triangle].hasNormals()) return contact.normal;
@@ -51,7 +51,7 @@ Vec3 SurfaceAsPrinted::shadedNormal(const ContactResult& contact) const {
     const Vec3 last = triangle.corner((k + 2) % 3) - ihip;
     normal += glm::length(glm::cross(next, last)) * normals_[body][held.triangle].normal(k);
   }
-  return bodies_[body].frame.turn(glm::normalize(normal)) * static_cast<double>(held.side);
+  return bodies_[body].frame.rotate(glm::normalize(normal)) * static_cast<double>(held.side);
 }
 
 /// Eqs. (2) to (4).
@@ -62,7 +62,7 @@ Vec3 SurfaceAsPrinted::textureForce_N(const ContactResult& contact, Vec3 normal,
   const Body& body = bodies_[static_cast<std::size_t>(contact.body)];
   const FieldSample field = given_->texture->at(body.frame.toLocal(contact.ihip));
   const double height_m = texture->amplitude_m * (field.value - (texture->literal ? 0 : given_->texture->lowest()));
-  const Vec3 gradient = body.frame.turn(texture->amplitude_m * field.gradient);
+  const Vec3 gradient = body.frame.rotate(texture->amplitude_m * field.gradient);
   const Vec3 perturbed = normal - gradient + glm::dot(gradient, normal) * normal;
   const double d = std::max(0.0, depth_m + height_m);
   const double part = texture->gain_K * height_m;

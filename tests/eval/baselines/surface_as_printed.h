@@ -15,8 +15,9 @@ namespace haptics::eval {
 /// mapping, whichever the texture asks for.
 class SurfaceAsPrinted : public Renderer {
  public:
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override;
-  void dress(const FeltSurface& surface) override { given_ = surface; }
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override;
+  void setSurfaceProperties(const FeltSurface& surface) override { given_ = surface; }
   void place(Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 
@@ -29,7 +30,7 @@ class SurfaceAsPrinted : public Renderer {
   [[nodiscard]] Vec3 frictionForce_N(const ContactResult& contact, Vec3 normal, double normal_N);
 
   std::optional<FeltSurface> given_;
-  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<ShadingNormals> normals_;  // of each surface, where there is shading
   std::vector<Body> bodies_;
   ContactState contact_;
@@ -40,8 +41,8 @@ class SurfaceAsPrinted : public Renderer {
 /// The same with bump mapping in place of Eq. (4): "the most intuitive way" (4.3.2), which the paper replaced.
 class BumpMapping final : public SurfaceAsPrinted {
  public:
-  void dress(const FeltSurface& surface) override {
-    SurfaceAsPrinted::dress(surface);
+  void setSurfaceProperties(const FeltSurface& surface) override {
+    SurfaceAsPrinted::setSurfaceProperties(surface);
     if (given().properties.texture) given().properties.texture->law = Texture::Law::kBump;
   }
 };

@@ -41,7 +41,7 @@ double rms(std::span<const Vec3> values) {
 
 }  // namespace
 
-std::shared_ptr<const SurfaceDetail> detailOf(const Skin& skin, const Surface& surface, const Vec3* shift,
+std::shared_ptr<const SurfaceDetail> detailOf(const Skin& skin, const CollisionMesh& surface, const Vec3* shift,
                                               std::shared_ptr<const std::vector<Vec3f>> material) {
   constexpr double kCrease_rad = 1;  // a box's edges stay sharp
   SurfaceProperties properties;

@@ -69,7 +69,8 @@ struct Skin {
 
 /// @param shift  Ablation: fields are looked up so far (object frame) from where the runtime asks; null: there.
 /// @param material  As in SurfaceDetail.
-[[nodiscard]] std::shared_ptr<const SurfaceDetail> detailOf(const Skin& skin, const Surface& surface, const Vec3* shift,
+[[nodiscard]] std::shared_ptr<const SurfaceDetail> detailOf(const Skin& skin, const CollisionMesh& surface,
+                                                            const Vec3* shift,
                                                             std::shared_ptr<const std::vector<Vec3f>> material);
 
 /// Eqs. (4a) and (4b) as printed, over the stiffness, m. @param depth_m  Of the HIP below the surface without texture.

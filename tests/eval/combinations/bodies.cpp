@@ -35,10 +35,10 @@ const TriMesh& fineBall() {
   return mesh;
 }
 
-std::shared_ptr<const Surface> atRest(const TriMesh& mesh) {
-  static std::map<const TriMesh*, std::shared_ptr<const Surface>> known;
-  std::shared_ptr<const Surface>& surface = known[&mesh];
-  if (!surface) surface = buildSurface(mesh.vertices, mesh.triangles);
+std::shared_ptr<const CollisionMesh> atRest(const TriMesh& mesh) {
+  static std::map<const TriMesh*, std::shared_ptr<const CollisionMesh>> known;
+  std::shared_ptr<const CollisionMesh>& surface = known[&mesh];
+  if (!surface) surface = buildCollisionMesh(mesh.vertices, mesh.triangles);
   return surface;
 }
 

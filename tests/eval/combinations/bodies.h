@@ -5,7 +5,7 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/deformation_properties.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 #include "haptic_server/motion/rigid_body.h"
 #include "tests/eval/combinations/bench.h"
 
@@ -20,7 +20,7 @@ inline constexpr double kBallRadius_m = 0.05;
 [[nodiscard]] const TriMesh& ball();       ///< 1,728 triangles.
 [[nodiscard]] const TriMesh& fineBall();   ///< 27,648, for dents that stay.
 /// One of these, built once.
-[[nodiscard]] std::shared_ptr<const Surface> atRest(const TriMesh& mesh);
+[[nodiscard]] std::shared_ptr<const CollisionMesh> atRest(const TriMesh& mesh);
 
 /// Three control points along each axis of a box about such a body, each moved by up to 3 mm.
 [[nodiscard]] Lattice randomLattice(double side_m, Random& random);

@@ -81,10 +81,10 @@ DeformedShape::Point DeformedShape::at(Vec3 material) const {
 }
 
 DeformedShape::Point DeformedShape::nearest(Vec3 h, Vec3 from) const {
-  constexpr int kMostSteps = 60;
+  constexpr int kMaxSteps = 60;
   constexpr double kArrived_m = 1e-9;
   Point point = at(from);
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const Vec3 missing = h - point.place;
     const Vec3 a = point.deformed[0], b = point.deformed[1];
     const double aa = glm::dot(a, a), ab = glm::dot(a, b), bb = glm::dot(b, b);

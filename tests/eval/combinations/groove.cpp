@@ -115,14 +115,14 @@ class Groove {
     const TriMesh& mesh = isRound() && i == 0 ? ball() : yields() ? finePad() : coarsePad();
     ServoObject object{
         .id = i + 1, .surface = atRest(mesh), .pose = side.pose, .stiffness_N_per_m = side.contact_N_per_m};
-    if (side.lattice) object.surface = refitSurface(*object.surface, shapedBy(*side.lattice, mesh.vertices));
+    if (side.lattice) object.surface = refitCollisionMesh(*object.surface, shapedBy(*side.lattice, mesh.vertices));
     Skin skin = side.skin;
     skin.shaded = skin.shaded || yields();
     object.detail = detailOf(skin, *object.surface, nullptr, nullptr);
     if (yields()) {
       object.tissue = std::make_shared<const SoftTissue>(
           SoftTissue{Falloff(falloff_m_, 2), side.tissue_N_per_m, 0, has(Feature::kPlastic) ? plastic_ : 0});
-      object.taken.shape = 1;
+      object.baked.shape = 1;
     }
     if (has(Feature::kMotion) && i == 0) object.motion = slider_.body(mesh);
     return object;

@@ -23,8 +23,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, kFeatures> k
 
 /// Short: beside a bar.
 std::string numberText(double value) {
-  constexpr double kLeast = 0.01, kFew = 1, kWhole = 10;
-  if (value > 0 && value < kLeast) return "<0.01";
+  constexpr double kMin = 0.01, kFew = 1, kWhole = 10;
+  if (value > 0 && value < kMin) return "<0.01";
   char text[32];
   std::snprintf(text, sizeof text, value < kFew ? "%.2f" : value < kWhole ? "%.1f" : "%.0f", value);
   return text;

@@ -73,7 +73,7 @@ class Solo {
     return yields() || lattice_ ? finePad() : coarsePad();
   }
 
-  [[nodiscard]] ServoObject object(std::shared_ptr<const Surface> surface, bool moved) const {
+  [[nodiscard]] ServoObject object(std::shared_ptr<const CollisionMesh> surface, bool moved) const {
     ServoObject object{.id = 1, .surface = std::move(surface), .pose = {}, .stiffness_N_per_m = contact_N_per_m_};
     Skin skin = skin_;
     skin.shaded = (skin.shaded || yields()) && !(ablation_ == Ablation::kFacets && yields());
@@ -85,14 +85,14 @@ class Solo {
       object.tissue = std::make_shared<const SoftTissue>(
           SoftTissue{Falloff(falloff_m_, 2), tissue_N_per_m_, 0, has(Feature::kPlastic) ? plastic_ : 0});
     }
-    object.taken.shape = 1;
+    object.baked.shape = 1;
     if (has(Feature::kMotion)) object.motion = slider_.body(mesh());
     return object;
   }
 
   [[nodiscard]] ServoObject freshObject() const {
     if (!lattice_) return object(atRest(mesh()), false);
-    return object(refitSurface(*atRest(mesh()), shapedBy(*lattice_, mesh().vertices)), true);
+    return object(refitCollisionMesh(*atRest(mesh()), shapedBy(*lattice_, mesh().vertices)), true);
   }
 
   /// A dent that stays, pressed in the middle of the stroke to come, and taken in as the builder does. What stays has its
@@ -125,9 +125,9 @@ class Solo {
     shape.dent({*begun, -deepest.normal * (there * plastic_ * share() * most_m), falloff_m_, 2});
     std::vector<Vec3f> vertices = lattice_ ? shapedBy(*lattice_, mesh().vertices) : mesh().vertices;
     for (Vec3f& v : vertices) v = dented(v, {&state.dents[0].dent, 1}, before.tissue->falloff);
-    ServoObject dentedObject = object(refitSurface(*before.surface, vertices), true);
+    ServoObject dentedObject = object(refitCollisionMesh(*before.surface, vertices), true);
     dentedObject.motion = before.motion;
-    dentedObject.taken.upTo = state.dents[0].number;
+    dentedObject.baked.upTo = state.dents[0].number;
     bench.adopt({dentedObject});
   }
 

@@ -34,7 +34,7 @@ constexpr std::array kAblations{
 
 std::unique_ptr<Renderer> makeAblation(std::string_view name) {
   const auto found = std::ranges::find(kAblations, name, &Ablation::name);
-  return found == kAblations.end() ? nullptr : std::make_unique<OursUnder>(found->corrections);
+  return found == kAblations.end() ? nullptr : std::make_unique<AblatedMethod>(found->corrections);
 }
 
 }  // namespace haptics::eval

@@ -102,9 +102,9 @@ PanelPair drawMoment(const FailureScene& scene, std::uint64_t seed, std::string_
 Best::Score apartBy(double metres) {
   return [=](const Trace& now, const Trace&) { return apart_m(now.ticks.back()) > metres ? 1.0 : 0.0; };
 }
-Best::Score missed(double leastStep_m) {
+Best::Score missed(double minStep_m) {
   return [=](const Trace& now, const Trace&) {
-    return isMissed(now.ticks.back()) && step_m(now) >= leastStep_m ? 1.0 : 0.0;
+    return isMissed(now.ticks.back()) && step_m(now) >= minStep_m ? 1.0 : 0.0;
   };
 }
 
@@ -217,13 +217,13 @@ PanelPair forceAlongFloor(const FailureScene& scene, std::uint64_t seed, std::st
 
 /// Segments between two ticks that enter a mesh, and are not seen to.
 PanelPair loseSegments(const FailureScene& scene, std::uint64_t seed, std::string_view method) {
-  constexpr int kMostSegments = 10'000;
-  std::shared_ptr<const Surface> mesh;
+  constexpr int kMaxSegments = 10'000;
+  std::shared_ptr<const CollisionMesh> mesh;
   std::vector<Vec3> without, with;
   int segments = 0;
   play(scene, seed, method, [&](const Trace& now, const Trace&) {
     if (!mesh) mesh = now.bodies[0];
-    if (now.bodies[0] != mesh || ++segments > kMostSegments) return;
+    if (now.bodies[0] != mesh || ++segments > kMaxSegments) return;
     const TracedTick& tick = now.ticks.back();
     int spent = 0;
     const Vec3 place = mesh->closestFoot(tick.hip, static_cast<int>(mesh->triangleCount()) + 1, spent).point;

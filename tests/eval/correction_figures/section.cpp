@@ -16,7 +16,7 @@ constexpr Colour kHipColour{0.835, 0.369, 0.0}, kIhipColour{0.0, 0.447, 0.698}, 
 constexpr double kWidth = DrawnPanel::kWidth_px, kHeight = DrawnPanel::kHeight_px;
 
 bool isInside(const Trace& trace, const std::vector<Pose>& poses, std::size_t body, Vec3 world) {
-  const Surface& surface = *trace.bodies[body];
+  const CollisionMesh& surface = *trace.bodies[body];
   const Vec3 local = toLocal(poses[body], world);
   if (glm::any(glm::lessThan(local, surface.low())) || glm::any(glm::greaterThan(local, surface.high()))) return false;
   Allowance endless;
@@ -200,9 +200,9 @@ double depthInside(const Trace& trace, const TracedTick& tick, Vec3 world) {
   double depth = 0;
   for (std::size_t b = 0; b < trace.bodies.size(); ++b) {
     if (!isInside(trace, tick.poses, b, world)) continue;
-    const Surface& surface = *trace.bodies[b];
+    const CollisionMesh& surface = *trace.bodies[b];
     int spent = 0;
-    const Foot foot =
+    const ClosestPoint foot =
         surface.closestFoot(toLocal(tick.poses[b], world), static_cast<int>(surface.triangleCount()) + 1, spent);
     depth = std::max(depth, std::sqrt(foot.squaredDistance));
   }
@@ -210,13 +210,13 @@ double depthInside(const Trace& trace, const TracedTick& tick, Vec3 world) {
 }
 
 PanelPair drawSection(const Moment& moment, Cut cut, double offset_m) {
-  constexpr double kLeast_m = 1e-3;
+  constexpr double kMin_m = 1e-3;
   View view = viewOf(moment, cut, offset_m);
   std::vector<Vec3> places;
   for (const TracedTick& tick : moment.trace.ticks) {
     for (const Vec3 place : {tick.hip, tick.without.ihip, tick.with.ihip}) places.push_back(inFirst(tick, place));
   }
-  view.fit(places, kLeast_m);
+  view.fit(places, kMin_m);
   PanelPair pair;
   const Raster background = sectionOf(moment, view);
   pair.panels = {panelOf(moment, view, &TracedTick::without, background),
@@ -238,7 +238,7 @@ PanelPair drawCurves(const CurveOf& curves) {
   return pair;
 }
 
-PanelPair drawPlaces(const Surface& surface, std::span<const Vec3> without, std::span<const Vec3> with) {
+PanelPair drawPlaces(const CollisionMesh& surface, std::span<const Vec3> without, std::span<const Vec3> with) {
   View view;
   view.up = {0, 1, 0};
   const Vec3 reach = glm::max(-surface.low(), surface.high());

@@ -37,7 +37,8 @@ struct CurveOf {
 [[nodiscard]] PanelPair drawCurves(const CurveOf& curves);
 
 /// The faces of a mesh that look along -z, and places on them.
-[[nodiscard]] PanelPair drawPlaces(const Surface& surface, std::span<const Vec3> without, std::span<const Vec3> with);
+[[nodiscard]] PanelPair drawPlaces(const CollisionMesh& surface, std::span<const Vec3> without,
+                                   std::span<const Vec3> with);
 
 /// How deep a place is inside of the bodies of a tick, m; 0 outside.
 [[nodiscard]] double depthInside(const Trace& trace, const TracedTick& tick, Vec3 world);

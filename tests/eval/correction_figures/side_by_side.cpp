@@ -7,11 +7,12 @@ namespace haptics::eval {
 SideBySide::SideBySide(std::unique_ptr<Renderer> without, std::unique_ptr<Renderer> with, Look look)
     : without_(std::move(without)), with_(std::move(with)), look_(std::move(look)) {}
 
-void SideBySide::next(std::vector<std::shared_ptr<const Surface>> bodies) {
+void SideBySide::next(std::vector<std::shared_ptr<const CollisionMesh>> bodies) {
   before_ = std::exchange(now_, {std::move(bodies), {}});
 }
 
-void SideBySide::begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) {
+void SideBySide::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+                       Vec3 hip) {
   without_->begin(bodies, poses, hip);
   with_->begin(bodies, poses, hip);
   next({bodies.begin(), bodies.end()});

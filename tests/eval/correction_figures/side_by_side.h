@@ -18,7 +18,7 @@ struct TracedTick {
 
 /// From one begin() or place() of a scene to the next.
 struct Trace {
-  std::vector<std::shared_ptr<const Surface>> bodies;
+  std::vector<std::shared_ptr<const CollisionMesh>> bodies;
   std::vector<TracedTick> ticks;
 };
 
@@ -29,12 +29,13 @@ class SideBySide final : public Renderer {
   using Look = std::function<void(const Trace& now, const Trace& before)>;
 
   SideBySide(std::unique_ptr<Renderer> without, std::unique_ptr<Renderer> with, Look look);
-  void begin(std::span<const std::shared_ptr<const Surface>> bodies, std::span<const Pose> poses, Vec3 hip) override;
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override;
   void place(Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 
  private:
-  void next(std::vector<std::shared_ptr<const Surface>> bodies);
+  void next(std::vector<std::shared_ptr<const CollisionMesh>> bodies);
 
   std::unique_ptr<Renderer> without_;
   std::unique_ptr<Renderer> with_;

@@ -109,8 +109,8 @@ class MatrixPainter final : public vtkContextItem {
       }
     }
     // A curve that hardly changes is shown as level, not as its rounding.
-    constexpr double kLeastShare = 0.1;
-    const double missing = std::max(0.0, kLeastShare * std::max(std::abs(low), std::abs(high)) - (high - low));
+    constexpr double kMinShare = 0.1;
+    const double missing = std::max(0.0, kMinShare * std::max(std::abs(low), std::abs(high)) - (high - low));
     const double room = missing / 2 + 0.08 * (high - low + missing) + 1e-12;
     low -= room;
     high += room;

@@ -53,7 +53,7 @@ std::optional<ContactFinding> findFailure(const ContactMotion& motion, ContactTa
   ContactRule rule;
   for (std::size_t i = 1; i < motion.frames.size(); ++i) {
     const ContactResult& result = drive.tick(motion.frames[i]);
-    const ContactVerdict verdict = judge.judge(motion.frames[i], result.ihip, result.work.putOut);
+    const ContactVerdict verdict = judge.judge(motion.frames[i], result.ihip, result.work.depenetrated);
     const auto failure = rule.apply(verdict, result.work);
     if (tally != nullptr) tally->add(result, verdict, rule.insideInARow(), drive.duration_ns());
     if (failure && !first && (!kind || failure == kind)) {

@@ -12,7 +12,7 @@ namespace haptics::eval {
 namespace {
 
 constexpr int kTicks = 2000;  ///< Of a scene.
-constexpr int kMostRecordings = 20;
+constexpr int kMaxRecordings = 20;
 constexpr std::uint64_t kProgress = 1000;  ///< Scenes from one line about it to the next.
 constexpr std::array kSpeeds_m_per_s{1.0, 4.0};
 
@@ -39,7 +39,7 @@ ContactMotion record(std::uint64_t seed, ContactSceneKind kind, ContactTally& ta
   for (int tick = 1; tick <= kTicks; ++tick) {
     motion.frames.push_back(scene.next(ihip));
     const ContactResult& result = drive.tick(scene.frame());
-    const ContactVerdict verdict = judge.judge(scene.frame(), result.ihip, result.work.putOut);
+    const ContactVerdict verdict = judge.judge(scene.frame(), result.ihip, result.work.depenetrated);
     const auto failure = rule.apply(verdict, result.work);
     tally.add(result, verdict, rule.insideInARow(), drive.duration_ns());
     if (failure && !finding) finding = {*failure, static_cast<std::size_t>(tick), verdict.inside_m};
@@ -95,7 +95,7 @@ class ContactFuzz {
                   {"tick", finding.frame},
                   {"bodies", motion.meshes.size()},
                   {"inside_mm", finding.inside_m * 1e3}};
-    if (found_++ < kMostRecordings) {
+    if (found_++ < kMaxRecordings) {
       const std::string folder = "fuzz-" + std::string(nameOf(finding.failure)) + '-' + std::to_string(seed);
       const ContactMotion less = reduced(motion, finding);
       writeMotion(less, out_ / folder);
@@ -124,7 +124,7 @@ class ContactFuzz {
     if (interruption_.came()) std::printf("interrupted: this is what was found by then\n");
     std::printf("%llu scenes, %lld ticks, %d scenes failed", static_cast<unsigned long long>(done),
                 static_cast<long long>(ticks), found_);
-    if (found_ > kMostRecordings) std::printf("; %d of them without a recording", found_ - kMostRecordings);
+    if (found_ > kMaxRecordings) std::printf("; %d of them without a recording", found_ - kMaxRecordings);
     std::printf("\n");
   }
 

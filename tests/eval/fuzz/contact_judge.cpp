@@ -20,7 +20,7 @@ ContactJudge::Sheet::Sheet(const FuzzMesh& mesh, Vec3 hip)
       hip_(hip),
       ihip_(hip) {}
 
-bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip, bool putOut) {
+bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip, bool depenetrated) {
   // Twice: bodies that move may push the IHIP away from the HIP for a part of the tick.
   const double reach = 2 * (glm::distance(ihip_, hip_) + glm::distance(ihip, hip) + glm::distance(hip_, hip) +
                             glm::distance(ihip_, ihip)) +
@@ -30,7 +30,7 @@ bool ContactJudge::Sheet::crosses(Vec3 hip, Vec3 ihip, bool putOut) {
   nearGap_ = nearGap_ || gap_.isNear(hip, reach);
   const SolidOracle::Side side = closed_.side(ihip);
   if (side == SolidOracle::Side::kOnSurface) {
-    if (putOut) side_ = side;
+    if (depenetrated) side_ = side;
     return false;
   }
   const bool changed = side_ != SolidOracle::Side::kOnSurface && side != side_;
@@ -52,7 +52,7 @@ ContactJudge::ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFra
   }
 }
 
-ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip, bool putOut) {
+ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip, bool depenetrated) {
   ContactVerdict verdict;
   verdict.finite = isFinite(ihip);
   if (!verdict.finite) return verdict;
@@ -60,7 +60,7 @@ ContactVerdict ContactJudge::judge(const ContactFrame& frame, Vec3 ihip, bool pu
     const Vec3 local = toLocal(frame.poses[i], ihip);
     const double depth_m = bodies_[i].solid ? bodies_[i].solid->depth_m(local) : 0;
     if (depth_m > rounding_m_) verdict.inside_m = std::max(verdict.inside_m, depth_m);
-    if (bodies_[i].sheet && bodies_[i].sheet->crosses(toLocal(frame.poses[i], frame.hip), local, putOut))
+    if (bodies_[i].sheet && bodies_[i].sheet->crosses(toLocal(frame.poses[i], frame.hip), local, depenetrated))
       verdict.crossed = true;
   }
   return verdict;

@@ -20,8 +20,8 @@ class ContactJudge {
  public:
   ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFrame& first);
 
-  /// @param putOut  The core says that it put the IHIP somewhere else: the sides that it is on now are taken as they are.
-  [[nodiscard]] ContactVerdict judge(const ContactFrame& frame, Vec3 ihip, bool putOut = false);
+  /// @param depenetrated  The core says that it put the IHIP somewhere else: the sides that it is on now are taken as they are.
+  [[nodiscard]] ContactVerdict judge(const ContactFrame& frame, Vec3 ihip, bool depenetrated = false);
   /// Is no closed body around a point of the world?
   [[nodiscard]] static bool isOutside(const std::vector<FuzzMesh>& meshes, const ContactFrame& frame);
 
@@ -32,7 +32,7 @@ class ContactJudge {
   class Sheet {
    public:
     Sheet(const FuzzMesh& mesh, Vec3 hip);
-    [[nodiscard]] bool crosses(Vec3 hip, Vec3 ihip, bool putOut);  ///< In the mesh's frame.
+    [[nodiscard]] bool crosses(Vec3 hip, Vec3 ihip, bool depenetrated);  ///< In the mesh's frame.
     [[nodiscard]] double rounding_m() const noexcept { return closed_.rounding_m(); }
 
    private:

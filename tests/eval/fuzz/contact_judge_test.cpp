@@ -66,21 +66,21 @@ TEST(ContactJudge, LetsAnIhipGoRoundTheRimOfASheet) {
 }
 
 TEST(ContactJudge, TakesTheSideThatAnIhipWasPutOnAsItIs) {
-  for (const bool putOut : {false, true}) {
+  for (const bool depenetrated : {false, true}) {
     ContactJudge judge(openBox(), frameAt({0, 0, -0.021}));
-    EXPECT_FALSE(judge.judge(frameAt({0, 0, -0.0205}), {0, 0, -0.02}, putOut).crossed);
-    EXPECT_EQ(judge.judge(frameAt({0, 0, -0.0195}), {0, 0, -0.0195}).crossed, !putOut);
+    EXPECT_FALSE(judge.judge(frameAt({0, 0, -0.0205}), {0, 0, -0.02}, depenetrated).crossed);
+    EXPECT_EQ(judge.judge(frameAt({0, 0, -0.0195}), {0, 0, -0.0195}).crossed, !depenetrated);
   }
 }
 
 TEST(ContactRule, FailsATickInsideUnlessItSaysThatItPutTheIhipOutAndTheNextAlways) {
-  ContactWork putOut;
-  putOut.putOut = true;
+  ContactWork depenetrated;
+  depenetrated.depenetrated = true;
   const ContactVerdict inside{.inside_m = 1e-3};
   EXPECT_EQ(ContactRule().apply(inside, {}), ContactFailure::kInside);
   ContactRule rule;
-  EXPECT_EQ(rule.apply(inside, putOut), std::nullopt);
-  EXPECT_EQ(rule.apply(inside, putOut), ContactFailure::kInside);
+  EXPECT_EQ(rule.apply(inside, depenetrated), std::nullopt);
+  EXPECT_EQ(rule.apply(inside, depenetrated), ContactFailure::kInside);
   EXPECT_EQ(rule.apply({}, {}), std::nullopt);
   EXPECT_EQ(rule.insideInARow(), 0);
 }

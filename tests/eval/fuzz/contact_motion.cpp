@@ -11,7 +11,7 @@ ContactDrive::ContactDrive(const std::vector<FuzzMesh>& meshes, const ContactFra
     bodies_[i].previous = bodies_[i].current = first.poses[i];
     bodies_[i].update();
   }
-  place(state_, first.hip);
+  resetContact(state_, first.hip);
 }
 
 const ContactResult& ContactDrive::tick(const ContactFrame& frame) {

@@ -32,7 +32,7 @@ class ContactDrive {
   [[nodiscard]] double duration_ns() const noexcept { return duration_ns_; }
 
  private:
-  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<Body> bodies_;
   ContactState state_;
   ContactResult result_;

@@ -9,7 +9,7 @@
 namespace haptics::eval {
 namespace {
 
-constexpr int kMostBodies = 5;
+constexpr int kMaxBodies = 5;
 
 MeshKind someKind(bool plain, Random& random) {
   const int draw = random.below(20);
@@ -25,7 +25,7 @@ MeshKind someKind(bool plain, Random& random) {
 ContactScene::ContactScene(std::uint64_t seed, ContactSceneKind kind)
     : kind_(kind), random_(seed), speed_m_per_s_(kind.speed_m_per_s) {
   const bool plain = random_.below(2) == 0;
-  const int bodies = 1 + random_.below(kMostBodies);
+  const int bodies = 1 + random_.below(kMaxBodies);
   for (int i = 0; i < bodies; ++i) addBody(someKind(plain, random_));
   frame_.hip = somewhereOutside();
 }
@@ -64,8 +64,8 @@ Pose ContactScene::poseAt(const Swing& swing) const {
 /// A place near a triangle of some body, for a time, at some speed, or none.
 void ContactScene::chooseTarget() {
   constexpr double kBeside_m = 0.005;
-  constexpr double kLeastDepth_m = 0.0005;
-  constexpr double kMostDepth_m = 0.0125;
+  constexpr double kMinDepth_m = 0.0005;
+  constexpr double kMaxDepth_m = 0.0125;
   const auto body = static_cast<std::size_t>(random_.below(static_cast<int>(meshes_.size())));
   const FuzzMesh& mesh = meshes_[body];
   Vec3 place = mesh.middleOf(static_cast<std::size_t>(random_.below(static_cast<int>(mesh.triangles.size()))));
@@ -75,7 +75,7 @@ void ContactScene::chooseTarget() {
   ticksToTarget_ = 20 + random_.below(300);
   speed_m_per_s_ = kind_.speed_m_per_s * std::pow(10, random_.between(-2, 0));
   const double depth = random_.between(0, 1);
-  deepest_m_ = kLeastDepth_m + (kMostDepth_m - kLeastDepth_m) * depth * depth;
+  deepest_m_ = kMinDepth_m + (kMaxDepth_m - kMinDepth_m) * depth * depth;
   const int still = random_.below(10);
   if (still < (kind_.moving ? 3 : 1)) speed_m_per_s_ = 0;
 }

@@ -19,8 +19,8 @@ std::string_view nameOf(ContactFailure failure) {
 std::optional<ContactFailure> ContactRule::apply(const ContactVerdict& verdict, const ContactWork& work) {
   insideInARow_ = verdict.inside_m > 0 ? insideInARow_ + 1 : 0;
   if (!verdict.finite) return ContactFailure::kNotFinite;
-  if (insideInARow_ > 1 || (insideInARow_ == 1 && !work.putOut)) return ContactFailure::kInside;
-  if (verdict.crossed && !work.putOut) return ContactFailure::kCrossing;
+  if (insideInARow_ > 1 || (insideInARow_ == 1 && !work.depenetrated)) return ContactFailure::kInside;
+  if (verdict.crossed && !work.depenetrated) return ContactFailure::kCrossing;
   return std::nullopt;
 }
 
@@ -30,19 +30,19 @@ void ContactTally::add(const ContactResult& result, const ContactVerdict& verdic
   ++ticks_;
   touching_ += result.touching ? 1 : 0;
   inside_ += insideInARow > 0 ? 1 : 0;
-  insideNotPutOut_ += insideInARow > 0 && !work.putOut ? 1 : 0;
+  insideNotPutOut_ += insideInARow > 0 && !work.depenetrated ? 1 : 0;
   episodes_ += insideInARow == 1 ? 1 : 0;
   longestEpisode_ = std::max(longestEpisode_, insideInARow);
-  putOut_ += work.putOut ? 1 : 0;
-  unsettled_ += work.unsettled ? 1 : 0;
-  crossings_ += verdict.crossed && !work.putOut ? 1 : 0;
-  crossingsPutOut_ += verdict.crossed && work.putOut ? 1 : 0;
+  putOut_ += work.depenetrated ? 1 : 0;
+  unsettled_ += work.notConverged ? 1 : 0;
+  crossings_ += verdict.crossed && !work.depenetrated ? 1 : 0;
+  crossingsPutOut_ += verdict.crossed && work.depenetrated ? 1 : 0;
   notFinite_ += verdict.finite ? 0 : 1;
   deepest_m_ = std::max(deepest_m_, verdict.inside_m);
-  mostTriangles_ = std::max(mostTriangles_, work.triangles);
-  mostSegments_ = std::max(mostSegments_, work.segments);
-  mostSolverRounds_ = std::max(mostSolverRounds_, work.solverRounds);
-  mostSteps_ = std::max(mostSteps_, work.steps);
+  maxTriangles_ = std::max(maxTriangles_, work.triangles);
+  maxSegments_ = std::max(maxSegments_, work.segments);
+  maxSolverRounds_ = std::max(maxSolverRounds_, work.solverRounds);
+  maxSteps_ = std::max(maxSteps_, work.steps);
   durations_.add(duration_ns);
 }
 
@@ -62,10 +62,10 @@ Record ContactTally::record() const {
           {"sheet_crossings", crossings_},
           {"sheet_crossings_put_out", crossingsPutOut_},
           {"nan_ticks", notFinite_},
-          {"most_triangles", mostTriangles_},
-          {"most_segments", mostSegments_},
-          {"most_solver_rounds", mostSolverRounds_},
-          {"most_steps", mostSteps_},
+          {"most_triangles", maxTriangles_},
+          {"most_segments", maxSegments_},
+          {"most_solver_rounds", maxSolverRounds_},
+          {"most_steps", maxSteps_},
           {"tick_p50_ns", durations_.quantile_ns(0.5)},
           {"tick_p99.9_ns", durations_.quantile_ns(0.999)},
           {"tick_max_ns", durations_.largest_ns()},

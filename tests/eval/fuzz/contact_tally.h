@@ -56,10 +56,10 @@ class ContactTally {
   std::int64_t crossingsPutOut_ = 0;
   std::int64_t notFinite_ = 0;
   double deepest_m_ = 0;
-  int mostTriangles_ = 0;
-  int mostSegments_ = 0;
-  int mostSolverRounds_ = 0;
-  int mostSteps_ = 0;
+  int maxTriangles_ = 0;
+  int maxSegments_ = 0;
+  int maxSolverRounds_ = 0;
+  int maxSteps_ = 0;
   DurationHistogram durations_;
 };
 

@@ -16,11 +16,11 @@ StepConfig configOf(const EditRun& run) {
   StepConfig config{.period_s = run.period_s(), .maxForce_N = 1e9};
   if (run.device.empty()) return config;
   config = serverConfigFor(orThrow(findDevicePreset(run.device)), run.rate_Hz);
-  if (!run.stabiliser) config.lead.reset();
+  if (!run.stabiliser) config.observer.reset();
   return config;
 }
 
-std::shared_ptr<const SurfaceDetail> detailOf(const Surface& surface, const FuzzObject& object) {
+std::shared_ptr<const SurfaceDetail> detailOf(const CollisionMesh& surface, const FuzzObject& object) {
   SurfaceProperties properties;
   DetailFields fields;
   if (object.crease_rad > 0) properties.shading = Shading{object.crease_rad, {}};
@@ -43,12 +43,12 @@ EditDrive::EditDrive(const EditRun& run)
       state_(std::make_unique<HapticState>(config_)),
       scene_(std::make_shared<ServoScene>()) {}
 
-std::shared_ptr<const Surface> EditDrive::surfaceOf(std::size_t mesh) {
+std::shared_ptr<const CollisionMesh> EditDrive::surfaceOf(std::size_t mesh) {
   if (surfaces_.size() <= mesh) surfaces_.resize(mesh + 1);
   if (surfaces_[mesh]) return surfaces_[mesh];
   const EditRun::Mesh& from = run_.meshes[mesh];
   return surfaces_[mesh] =
-             from.refitted ? refitSurface(*surfaceOf(*from.refitted), from.mesh.vertices) : from.mesh.build();
+             from.refitted ? refitCollisionMesh(*surfaceOf(*from.refitted), from.mesh.vertices) : from.mesh.build();
 }
 
 /// Hung by a spring as stiff as the hand presses, and well damped: it moves, and comes to rest.
@@ -66,11 +66,14 @@ std::shared_ptr<const RigidBody> EditDrive::bodyOf(const FuzzObject& object) {
 ServoObject EditDrive::make(const FuzzObject& object) {
   const auto known = made_.find(object.id);
   const Made* before = known == made_.end() ? nullptr : &known->second;
-  ServoObject made{
-      object.id,     surfaceOf(object.mesh), object.pose, object.stiffness_N_per_m, object.damping_Ns_per_m,
-      object.leaving};
+  ServoObject made{object.id,
+                   surfaceOf(object.mesh),
+                   object.pose,
+                   object.stiffness_N_per_m,
+                   object.damping_Ns_per_m,
+                   object.pendingRemoval};
   made.poseRevision = object.poseRevision;
-  made.taken.shape = object.shape;
+  made.baked.shape = object.shape;
   made.detail = before && before->of.sameSurface(object) ? before->object.detail : detailOf(*made.surface, object);
   if (object.mass_kg > 0) {
     const bool same = before && before->of.mesh == object.mesh && before->of.mass_kg == object.mass_kg;

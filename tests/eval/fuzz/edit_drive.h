@@ -37,13 +37,13 @@ class EditDrive {
   };
   [[nodiscard]] std::shared_ptr<const ServoScene> make(const FuzzScene& scene);
   [[nodiscard]] ServoObject make(const FuzzObject& object);
-  [[nodiscard]] std::shared_ptr<const Surface> surfaceOf(std::size_t mesh);
+  [[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceOf(std::size_t mesh);
   [[nodiscard]] std::shared_ptr<const RigidBody> bodyOf(const FuzzObject& object);
 
   const EditRun& run_;
   StepConfig config_;
   std::unique_ptr<HapticState> state_;
-  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::map<std::uint64_t, Made> made_;
   std::shared_ptr<const ServoScene> scene_;
   std::shared_ptr<const ServoScene> waiting_;

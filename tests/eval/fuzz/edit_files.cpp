@@ -28,8 +28,8 @@ void write(std::ostream& file, const FuzzObject& o, std::size_t mesh) {
   const Vec3& p = o.pose.position;
   file << "object " << o.id << ' ' << mesh << ' ' << o.shape << ' ' << q.w << ' ' << q.x << ' ' << q.y << ' ' << q.z
        << ' ' << p.x << ' ' << p.y << ' ' << p.z << ' ' << o.poseRevision << ' ' << o.stiffness_N_per_m << ' '
-       << o.damping_Ns_per_m << ' ' << o.leaving << ' ' << o.mass_kg << ' ' << o.crease_rad << ' ' << o.friction << ' '
-       << o.textureAmplitude_m << ' ' << o.textureWavelength_m << ' ' << o.bumpMapped;
+       << o.damping_Ns_per_m << ' ' << o.pendingRemoval << ' ' << o.mass_kg << ' ' << o.crease_rad << ' ' << o.friction
+       << ' ' << o.textureAmplitude_m << ' ' << o.textureWavelength_m << ' ' << o.bumpMapped;
   if (o.tissue) {
     file << ' ' << o.tissue->falloff.radius_m() << ' ' << o.tissue->falloff.degree() << ' '
          << o.tissue->stiffness_N_per_m << ' ' << o.tissue->returnTime_s << ' ' << o.tissue->plastic;
@@ -42,7 +42,7 @@ bool read(std::istream& words, FuzzObject& o) {
   Quat& q = o.pose.rotation;
   Vec3& p = o.pose.position;
   words >> o.id >> o.mesh >> o.shape >> q.w >> q.x >> q.y >> q.z >> p.x >> p.y >> p.z >> o.poseRevision >>
-      o.stiffness_N_per_m >> o.damping_Ns_per_m >> o.leaving >> o.mass_kg >> o.crease_rad >> o.friction >>
+      o.stiffness_N_per_m >> o.damping_Ns_per_m >> o.pendingRemoval >> o.mass_kg >> o.crease_rad >> o.friction >>
       o.textureAmplitude_m >> o.textureWavelength_m >> o.bumpMapped;
   if (!words) return false;
   double radius_m = 0;

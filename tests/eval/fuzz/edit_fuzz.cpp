@@ -12,7 +12,7 @@
 namespace haptics::eval {
 namespace {
 
-constexpr int kMostRecordings = 20;
+constexpr int kMaxRecordings = 20;
 constexpr std::uint64_t kProgress = 1000;  ///< Scenes from one line about it to the next.
 constexpr double kNoticed_N = 0.1;
 constexpr double kFelt_N = 0.5;
@@ -105,7 +105,7 @@ class EditFuzz {
                   {"tick", finding.verdict.tick - window.begin},
                   {"inside_mm", finding.verdict.inside_m * 1e3},
                   {"missing_N", finding.verdict.missing_N}};
-    if (found_++ < kMostRecordings) {
+    if (found_++ < kMaxRecordings) {
       const std::string folder = "fuzz-" + std::string(nameOf(finding.failure)) + '-' + std::to_string(seed) + '-' +
                                  std::to_string(finding.window);
       const EditRun less = reduced(run, finding);
@@ -130,7 +130,7 @@ class EditFuzz {
     writeRecords(out_, "fuzz", records);
     if (interruption_.came()) std::printf("interrupted: this is what was found by then\n");
     std::printf("%llu scenes, %d edits failed", static_cast<unsigned long long>(done), found_);
-    if (found_ > kMostRecordings) std::printf("; %d of them without a recording", found_ - kMostRecordings);
+    if (found_ > kMaxRecordings) std::printf("; %d of them without a recording", found_ - kMaxRecordings);
     std::printf("\n");
   }
 

@@ -126,7 +126,7 @@ void EditJudge::settle(const EditDrive& drive) {
 
 EditVerdict EditJudge::end() {
   constexpr double kRounding_N = 1e-6;
-  const double limit_N = kMostStep_N_per_s * run_.period_s() + kRounding_N;
+  const double limit_N = kMaxStep_N_per_s * run_.period_s() + kRounding_N;
   const double excess_N = worst_.above_N - limit_N - twinStep_N_;
   const double adoptionExcess_N = worstAdoption_.above_N - limit_N - twinAnyStep_N_;
   verdict_.excess_N = std::max({0.0, excess_N, adoptionExcess_N});
@@ -168,7 +168,7 @@ double EditJudge::depth_m(const EditDrive& drive) {
   double deepest_m = 0;
   for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
     const FuzzObject* object = drive.object(state.objects[i].id);
-    if (object == nullptr || object->leaving || !run_.meshes[object->mesh].mesh.closed()) continue;
+    if (object == nullptr || object->pendingRemoval || !run_.meshes[object->mesh].mesh.closed()) continue;
     const Pose& pose = state.bodies[i].current;
     const bool touched = sample.object == object->id || sample.object == 0;
     const bool dented = touched && object->tissue && !object->hasDetail();
@@ -202,18 +202,18 @@ double EditJudge::missing_N(const EditDrive& drive) const {
   Vec3 expected_N = sample.force.contact;
   const FuzzObject* touched = drive.object(sample.object);
   if (severalBodiesHold(drive.state())) {
-    for (const HoldingSurface& held : drive.state().contact.surfaces()) {
+    for (const ContactSurface& held : drive.state().contact.surfaces()) {
       const auto& known = drive.state().objects[static_cast<std::size_t>(held.body)];
       const FuzzObject* object = drive.object(known.id);
-      if (object == nullptr || object->leaving) continue;
-      const double missing_N_per_m = std::abs(object->stiffness_N_per_m - known.felt.mean().spring_N_per_m);
+      if (object == nullptr || object->pendingRemoval) continue;
+      const double missing_N_per_m = std::abs(object->stiffness_N_per_m - known.stiffness.mean().spring_N_per_m);
       const double farthest_N = most_N_ + object->stiffness_N_per_m * sample.penetration_m;
       if (farthest_N > kSlowest_N_per_s * kLongest_s) return 0;
       if (missing_N_per_m > kSamePart * object->stiffness_N_per_m) return missing_N_per_m * sample.penetration_m;
     }
   } else if (touched != nullptr && touched->mass_kg == 0 && !drive.state().features.bumps) {
-    const double stiffness_N_per_m = touched->leaving ? 0 : touched->stiffness_N_per_m;
-    expected_N += stiffness_N_per_m * (sample.ihip - sample.foreseenHip) - sample.force.spring;
+    const double stiffness_N_per_m = touched->pendingRemoval ? 0 : touched->stiffness_N_per_m;
+    expected_N += stiffness_N_per_m * (sample.ihip - sample.predictedHip) - sample.force.spring;
   }
   if (most_N_ + glm::length(expected_N) > kSlowest_N_per_s * kLongest_s) return 0;
   const Vec3 limited_N = limitMagnitude(expected_N, drive.config().maxForce_N);

@@ -9,7 +9,7 @@
 namespace haptics::eval {
 
 enum class EditFailure {
-  kStep,       ///< The written force changes by more than kMostStep_N_per_s allows in a tick.
+  kStep,       ///< The written force changes by more than kMaxStep_N_per_s allows in a tick.
   kInside,     ///< The IHIP is inside of a closed body when the edit is to be felt in full.
   kUnfelt,     ///< The edit is not adopted by then, or not felt in full.
   kNotFinite,  ///< A force.
@@ -43,7 +43,7 @@ struct EditVerdict {
 /// from what was felt on the way that it cannot be there yet, or a body moves there.
 class EditJudge {
  public:
-  static constexpr double kMostStep_N_per_s = 35;
+  static constexpr double kMaxStep_N_per_s = 35;
 
   explicit EditJudge(const EditRun& run) : run_(run) {}
 

@@ -72,7 +72,7 @@ TEST(EditJudge, NoticesAnEditThatIsNotFeltInFull) {
 /// An object that leaves cannot be touched anew; the HIP goes into it, and then it is said to stay.
 TEST(EditJudge, LooksForTheIhipInsideOfWhatDoesNotLeave) {
   EditRun run = pressed();
-  run.scenes.front().objects.front().leaving = true;
+  run.scenes.front().objects.front().pendingRemoval = true;
   EXPECT_FALSE(findFailure(run, EditFailure::kInside));
   EditDrive drive(run);
   EditJudge judge(run);

@@ -19,7 +19,7 @@ struct FuzzObject {
   std::uint64_t poseRevision = 0;  ///< That last set the pose.
   double stiffness_N_per_m = 0;
   double damping_Ns_per_m = 0;
-  bool leaving = false;
+  bool pendingRemoval = false;
   double mass_kg = 0;  ///< Not 0: the step moves it; a spring pulls it to its pose.
   std::optional<SoftTissue> tissue;
   double crease_rad = 0;          ///< Not 0: force shading.

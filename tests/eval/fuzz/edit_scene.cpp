@@ -18,7 +18,7 @@ constexpr double kRest_s = 0.1;     ///< Before an edit.
 constexpr double kSettled_s = 1;    ///< After it, it is to be felt in full.
 constexpr double kWatched_s = 1.2;  ///< After it.
 constexpr double kLeaves_s = 0.5;   ///< For so long the server keeps what was removed.
-constexpr double kMostPress_N = 2.5;
+constexpr double kMaxPress_N = 2.5;
 constexpr std::array kRates_Hz{1000.0, 500.0, 2000.0, 4000.0};
 constexpr std::array kKinds{"add",     "remove",   "move",     "turn",    "stiffness", "damping", "remesh",
                             "lattice", "softness", "friction", "texture", "shading",   "motion"};
@@ -164,10 +164,10 @@ bool EditScene::tryEdit(int kind) {
     return true;
   }
   FuzzObject& object = objects_[touchedOrSome()];
-  if (object.leaving) return false;
+  if (object.pendingRemoval) return false;
   if (name == "remove") {
-    if (std::ranges::count(objects_, false, &FuzzObject::leaving) < 2) return false;
-    object.leaving = true;
+    if (std::ranges::count(objects_, false, &FuzzObject::pendingRemoval) < 2) return false;
+    object.pendingRemoval = true;
   } else if (name == "move") {
     const double far_m = chance(random_, 0.6) ? 0.0003 : 0.01;
     setPose(object, {object.pose.rotation, object.pose.position + far_m * normalVector(random_)});
@@ -233,7 +233,7 @@ void EditScene::press() {
     const TelemetrySample& sample = drive_.sample();
     const FuzzObject* touched = drive_.object(sample.object);
     const double depth_m = glm::distance(drive_.state().contact.ihip, drive_.state().contact.hip);
-    if (touched != nullptr && depth_m * touched->stiffness_N_per_m > kMostPress_N) break;
+    if (touched != nullptr && depth_m * touched->stiffness_N_per_m > kMaxPress_N) break;
     if (left_m < 1e-9) break;
     step(hip_ + way * std::min(1.0, most_m / left_m));
   }
@@ -248,7 +248,7 @@ void EditScene::watch(double seconds) {
 }
 
 EditVerdict EditScene::next() {
-  constexpr std::uint64_t kMostBetween = 200;  // ticks, of two edits
+  constexpr std::uint64_t kMaxBetween = 200;  // ticks, of two edits
   press();
   inContact_ = drive_.sample().object != 0;
   EditWindow window{"", objects_.size(), drive_.tick(), 0, 0};
@@ -262,7 +262,7 @@ EditVerdict EditScene::next() {
   ++revision_;
   publish();
   if (manner == 1) {
-    const auto between = 1 + static_cast<std::uint64_t>(random_.below(kMostBetween));
+    const auto between = 1 + static_cast<std::uint64_t>(random_.below(kMaxBetween));
     watch(static_cast<double>(between) * run_.period_s());
     static_cast<void>(edit());
     ++revision_;
@@ -271,7 +271,7 @@ EditVerdict EditScene::next() {
   }
   window.edit = kind;
   watch(kLeaves_s);
-  if (std::erase_if(objects_, [](const FuzzObject& o) { return o.leaving; }) > 0) publish();
+  if (std::erase_if(objects_, [](const FuzzObject& o) { return o.pendingRemoval; }) > 0) publish();
   watch(kSettled_s - kLeaves_s);
   window.settled = drive_.tick();
   judge_.settle(drive_);

@@ -166,7 +166,7 @@ FuzzMesh scan(Random& random) {
 
 }  // namespace
 
-std::shared_ptr<const Surface> FuzzMesh::build() const {
+std::shared_ptr<const CollisionMesh> FuzzMesh::build() const {
   std::vector<std::uint32_t> numbers(vertices.size(), 0);
   for (const TriangleIndices& triangle : triangles) {
     for (const std::uint32_t vertex : triangle) numbers[vertex] = 1;
@@ -181,7 +181,7 @@ std::shared_ptr<const Surface> FuzzMesh::build() const {
   for (TriangleIndices& triangle : renumbered) {
     for (std::uint32_t& vertex : triangle) vertex = numbers[vertex];
   }
-  return buildSurface(used, renumbered);
+  return buildCollisionMesh(used, renumbered);
 }
 
 Vec3 FuzzMesh::middleOf(std::size_t triangle) const {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/mesh/tri_mesh.h"
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 #include "tests/eval/random.h"
 
 namespace haptics::eval {
@@ -17,7 +17,7 @@ struct FuzzMesh {
   std::vector<TriangleIndices> missing;
 
   [[nodiscard]] bool closed() const { return missing.empty(); }
-  [[nodiscard]] std::shared_ptr<const Surface> build() const;  ///< Of `triangles`, vertices in their order.
+  [[nodiscard]] std::shared_ptr<const CollisionMesh> build() const;  ///< Of `triangles`, vertices in their order.
   [[nodiscard]] Vec3 middleOf(std::size_t triangle) const;
 };
 

@@ -15,7 +15,7 @@ class SolidOracle {
  public:
   /// Nearer to the surface than this (m) is on it, or than float vertices of the mesh's size are apart, 2^-23 of the
   /// largest coordinate, where that is more: on meshes of more than a quarter of a metre.
-  static constexpr double kLeastRounding_m = 30e-9;
+  static constexpr double kMinRounding_m = 30e-9;
 
   SolidOracle(std::span<const Vec3f> vertices, std::span<const TriangleIndices> triangles);
 
@@ -44,7 +44,7 @@ class SolidOracle {
   [[nodiscard]] bool isNearTurned(Vec3 turned, double within) const;
 
   std::vector<Face> faces_;  // in a turned frame, so that no ray along an axis meets the edges of a box
-  double rounding_m_ = kLeastRounding_m;
+  double rounding_m_ = kMinRounding_m;
   Vec3 low_;
   Vec3 high_;
 };

@@ -26,7 +26,7 @@ TEST(SolidOracle, TakesWhatIsNearerThanVerticesAreRoundedForOnTheSurface) {
 }
 
 TEST(SolidOracle, TakesLargeMeshesForAsCoarseAsTheirVertices) {
-  EXPECT_EQ(oracleOf(shapes::box(Vec3(0.4), 3)).rounding_m(), SolidOracle::kLeastRounding_m);
+  EXPECT_EQ(oracleOf(shapes::box(Vec3(0.4), 3)).rounding_m(), SolidOracle::kMinRounding_m);
   EXPECT_EQ(oracleOf(shapes::box(Vec3(4), 3)).rounding_m(), 0x1p-22);
 }
 

@@ -145,7 +145,7 @@ SceneResult strokeBadMeshes(Renderer& method, Random& random) {
       continue;
     }
     Stage stage(method, random);
-    stage.add(buildSurface(imported->mesh.vertices, imported->mesh.triangles));
+    stage.add(buildCollisionMesh(imported->mesh.vertices, imported->mesh.triangles));
     stage.begin(Vec3(0, 0, 4 * kHalf));
     wrong += wrongTicks(stage, defect.reach, random);
     ticks += stage.ticks();

@@ -11,7 +11,7 @@ namespace haptics::eval {
 namespace {
 
 /// The search's budget, and at most one triangle for each step of the motion after it is spent.
-constexpr int kMostTriangles = kSearchBudget + 48;
+constexpr int kMaxTriangles = kSearchBudget + 48;
 constexpr std::array kValences{8, 64, 700, 4096};
 
 /// A place on the mesh where a test may fail: a vertex, or a point of an edge or of a diagonal.
@@ -28,7 +28,7 @@ Vec3 delicatePlace(const shapes::Shape& shape, Random& random) {
 
 SceneResult aimAtVerticesAndEdges(Renderer& method, Random& random) {
   constexpr int kSegments = 100'000;
-  constexpr double kMostTilt_rad = 0.5;  // against the radius: within, the far end is inside of either shape
+  constexpr double kMaxTilt_rad = 0.5;  // against the radius: within, the far end is inside of either shape
   int leaks = 0;
   for (const shapes::Shape& upright : {shapes::sphere(0.05, 6), shapes::box(Vec3(0.08), 4)}) {
     const Quat rotation = random.rotation();
@@ -38,7 +38,7 @@ SceneResult aimAtVerticesAndEdges(Renderer& method, Random& random) {
     stage.begin(Vec3(0, 0, 0.2));
     for (int i = 0; i < kSegments / 2; ++i) {
       const Vec3 place = delicatePlace(shape, random);
-      const Quat tilt = glm::angleAxis(random.between(0, kMostTilt_rad), random.direction());
+      const Quat tilt = glm::angleAxis(random.between(0, kMaxTilt_rad), random.direction());
       const Vec3 out = tilt * glm::normalize(place) * random.between(0.0001, 0.002);
       stage.place(place + out);
       leaks += stage.tick(place - out).touching ? 0 : 1;
@@ -54,7 +54,7 @@ struct PitStrokes {
   int lost = 0;
   int ticks = 0;
 
-  PitStrokes(Renderer& method, Random& random, const std::shared_ptr<const Surface>& pit) {
+  PitStrokes(Renderer& method, Random& random, const std::shared_ptr<const CollisionMesh>& pit) {
     constexpr int kSteps = 12;
     Stage stage(method, random);
     stage.add(pit);
@@ -74,18 +74,18 @@ struct PitStrokes {
 
 /// Stroked around the apex; then the HIP stands still, and the IHIP has to arrive.
 SceneResult strokeFans(Renderer& method, Random& random) {
-  constexpr double kMostStall = 0.05;  // of the depth: the side that holds need not be the nearest one
+  constexpr double kMaxStall = 0.05;  // of the depth: the side that holds need not be the nearest one
   int most = 0;
   int lost = 0;
   int ticks = 0;
   double stall = 0;
   static const auto fans = [] {  // the same for every method
-    std::vector<std::shared_ptr<const Surface>> built;
+    std::vector<std::shared_ptr<const CollisionMesh>> built;
     for (const int valence : kValences) built.push_back(shapes::cone(0.05, 0.02, valence).build());
     return built;
   }();
   static const auto pits = [] {
-    std::vector<std::shared_ptr<const Surface>> built;
+    std::vector<std::shared_ptr<const CollisionMesh>> built;
     for (const int valence : kValences) {
       built.push_back(shapes::cone(0.02, 1, valence)
                           .mapped([](Vec3 v) {
@@ -124,7 +124,7 @@ SceneResult strokeFans(Renderer& method, Random& random) {
     ticks += strokes.ticks;
   }
   return {{{"ticks", ticks}, {"triangles_per_tick_max", most}, {"stall_of_depth_ratio", stall}, {"lost_ticks", lost}},
-          most <= kMostTriangles && stall <= kMostStall && lost == 0};
+          most <= kMaxTriangles && stall <= kMaxStall && lost == 0};
 }
 
 /// Part of the ticks in which a fast hand under hills and valleys has its IHIP elsewhere than a slow hand on the same
@@ -169,8 +169,8 @@ SceneResult runDeepAndFast(Renderer& method, Random& random) {
   constexpr double kRadius = 0.05;
   constexpr double kDepth = 0.04;
   constexpr double kSpeed_m_per_s = 5;
-  constexpr double kMostLag = 0.1 * kDepth;
-  constexpr double kMostElsewhere = 0.03;
+  constexpr double kMaxLag = 0.1 * kDepth;
+  constexpr double kMaxElsewhere = 0.03;
   int lost = 0;
   int most = 0;
   Stage stage(method, random);
@@ -199,7 +199,7 @@ SceneResult runDeepAndFast(Renderer& method, Random& random) {
            {"lag_beyond_penetration_mm", lag * 1e3},
            {"not_where_a_slow_hand_is_ratio", elsewhere},
            {"triangles_per_tick_max", most}},
-          lost == 0 && lag <= kMostLag && elsewhere <= kMostElsewhere && most <= kMostTriangles};
+          lost == 0 && lag <= kMaxLag && elsewhere <= kMaxElsewhere && most <= kMaxTriangles};
 }
 
 }  // namespace haptics::eval

@@ -136,7 +136,7 @@ class DenseHand {
 };
 
 /// At one speed for half a second: presses, strokes and crosses.
-void exploreSoup(Renderer& method, const shapes::Shape& soup, const std::shared_ptr<const Surface>& surface,
+void exploreSoup(Renderer& method, const shapes::Shape& soup, const std::shared_ptr<const CollisionMesh>& surface,
                  double speed_m_per_s, Random& random, DenseCounts& counts) {
   constexpr int kTicks = 500;
   Stage stage(method, {});
@@ -206,7 +206,7 @@ class BoxHeap {
   struct Box {
     Vec3 half;
     Pose pose;
-    std::shared_ptr<const Surface> surface;
+    std::shared_ptr<const CollisionMesh> surface;
   };
   std::vector<Box> boxes_;
   shapes::Shape faces_;
@@ -297,10 +297,10 @@ SceneResult exploreHeaps(Renderer& method, Random& random) {
   DenseCounts counts;
   const BoxHeap heap(random);
   FeltSurface surface = everyFeature(random);
-  method.dress(surface);
+  method.setSurfaceProperties(surface);
   for (const double speed_m_per_s : {0.1, 0.4, 1.0}) exploreHeap(method, heap, speed_m_per_s, random, counts);
   surface.tissue = SoftTissue{Falloff(0.01, 3), 300, 0.1, 0.3};
-  method.dress(surface);
+  method.setSurfaceProperties(surface);
   exploreSoftHeap(method, heap, random, counts);
   SceneResult result;
   result.measures = {{"crossed", counts.crossed},

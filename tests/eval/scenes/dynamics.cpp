@@ -13,8 +13,8 @@
 namespace haptics::eval {
 namespace {
 
-constexpr double kMostRatio = 1.1;
-constexpr double kMostExtra_N = 0.05;
+constexpr double kMaxRatio = 1.1;
+constexpr double kMaxExtra_N = 0.05;
 
 Pose at(Vec3 position) { return {{1, 0, 0, 0}, position}; }
 
@@ -226,7 +226,7 @@ SceneResult meetMovingBodies(Renderer& /*ours*/, Random& random) {
   result.measures["driven_speed_m_per_s"] = driven.speed_m_per_s;
   result.measures["dropped_force_error_N"] = dropped.worst_N;
   result.measures["non_finite_ticks"] = notFinite;
-  result.pass = undetected == 0 && notFinite == 0 && any && dropped.worst_N <= kMostExtra_N;
+  result.pass = undetected == 0 && notFinite == 0 && any && dropped.worst_N <= kMaxExtra_N;
   return result;
 }
 
@@ -240,7 +240,7 @@ SceneResult editMovingBodies(Renderer& /*ours*/, Random& /*random*/) {
   for (const Edit& edit : kEdits) {
     const Watched with = stroke(edit.apply);
     result.measures[std::string(edit.name) + "_force_step_N"] = with.step_N;
-    excess_N = std::max(excess_N, with.step_N - (kMostRatio * without.step_N + kMostExtra_N));
+    excess_N = std::max(excess_N, with.step_N - (kMaxRatio * without.step_N + kMaxExtra_N));
     notFinite += with.notFinite;
   }
   result.measures["excess_force_step_N"] = excess_N;

@@ -13,21 +13,21 @@ constexpr double kRadius = 0.05;
 constexpr double kDepth = 0.002;
 constexpr int kEditTick = 350;
 constexpr int kTicks = kEditTick + 400;
-constexpr double kMostRatio = 1.1;
-constexpr double kMostExtra_N = 0.05;
+constexpr double kMaxRatio = 1.1;
+constexpr double kMaxExtra_N = 0.05;
 
 /// So fine that facets alone turn three times the force by less than a hand notices.
 constexpr int kFine = 192;
 
-std::shared_ptr<const Surface> ball(int n, double radius = kRadius) { return shapes::sphere(radius, n).build(); }
+std::shared_ptr<const CollisionMesh> ball(int n, double radius = kRadius) { return shapes::sphere(radius, n).build(); }
 
 /// The same for every method.
 struct Surfaces {
-  std::shared_ptr<const Surface> ball = eval::ball(kFine);
-  std::shared_ptr<const Surface> coarser = eval::ball(kFine / 2);
-  std::shared_ptr<const Surface> finer = eval::ball(kFine + 32);
-  std::shared_ptr<const Surface> larger = eval::ball(kFine, kRadius + 0.002);
-  std::shared_ptr<const Surface> block = shapes::box(Vec3(0.03), 4).build();
+  std::shared_ptr<const CollisionMesh> ball = eval::ball(kFine);
+  std::shared_ptr<const CollisionMesh> coarser = eval::ball(kFine / 2);
+  std::shared_ptr<const CollisionMesh> finer = eval::ball(kFine + 32);
+  std::shared_ptr<const CollisionMesh> larger = eval::ball(kFine, kRadius + 0.002);
+  std::shared_ptr<const CollisionMesh> block = shapes::box(Vec3(0.03), 4).build();
 };
 const Surfaces& surfaces() {
   static const Surfaces all;
@@ -173,7 +173,7 @@ SceneResult editUnderTheHand(Renderer& method, Random& random) {
   const Random own(static_cast<std::uint64_t>(random.below(1 << 30)));
   const auto judge = [&](const char* name, const Watched& with, double without_N, Vec3 expected_N) {
     result.measures[std::string(name) + "_force_step_N"] = with.step_N;
-    excess_N = std::max(excess_N, with.step_N - (kMostRatio * without_N + kMostExtra_N));
+    excess_N = std::max(excess_N, with.step_N - (kMaxRatio * without_N + kMaxExtra_N));
     nans += with.nans;
     unfelt += glm::distance(with.last_N, expected_N) <= kSame_N ? 0 : 1;
   };
@@ -195,7 +195,7 @@ SceneResult editUnderTheHand(Renderer& method, Random& random) {
   result.measures["nan_ticks"] = nans;
   result.measures["edits_not_felt"] = unfelt;
   const bool restingPass = editUnderRestingHip(method, random, result);
-  result.pass = excess_N <= 0 && dropped_N <= kMostExtra_N && nans == 0 && unfelt == 0 && restingPass;
+  result.pass = excess_N <= 0 && dropped_N <= kMaxExtra_N && nans == 0 && unfelt == 0 && restingPass;
   return result;
 }
 

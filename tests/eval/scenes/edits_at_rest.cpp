@@ -8,14 +8,14 @@
 #include "tests/eval/or_throw.h"
 #include "tests/eval/random_motion.h"
 #include "tests/eval/stage.h"
-#include "tests/eval/textures/exhibits.h"
+#include "tests/eval/textures/texture_cases.h"
 #include "tests/eval/winding.h"
 
 namespace haptics::eval {
 namespace {
 
 /// What a tick of 1 ms may change: 30 N/s, and what rounding and the friction's spring add.
-constexpr double kMostStep_N = 0.035;
+constexpr double kMaxStep_N = 0.035;
 constexpr int kTicksToBeFelt = 1000;
 constexpr int kWatchedTicks = kTicksToBeFelt + 200;
 constexpr double kSame_N = 0.01;
@@ -65,7 +65,7 @@ struct Counts {
 
 struct Object {
   shapes::Shape shape;
-  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const CollisionMesh> surface;
   Pose pose;
 };
 
@@ -78,7 +78,7 @@ FeltSurface surfaceOf(const Kind& kind, Random& random) {
   if (kind.relief_m > 0) {
     constexpr double kWave_m = 0.003;
     constexpr double kGain = 1.5;
-    const Exhibit grating = makeGrating(kWave_m);
+    const TextureCase grating = makeGrating(kWave_m);
     felt.properties.texture = textureOf(grating, kind.relief_m, kGain);
     felt.texture = grating.field;
   }
@@ -90,7 +90,7 @@ class RestingHip {
  public:
   RestingHip(Renderer& method, const Kind& kind, Random& random)
       : method_(method), kind_(kind), random_(random), felt_(surfaceOf(kind, random)), stage_(method, random) {
-    method.dress(felt_);
+    method.setSurfaceProperties(felt_);
     spring_N_per_m_ = felt_.spring_N_per_m;
     for (int i = 1 + random.below(kind.objects); i > 0; --i) addObject(somewhere());
     stage_.begin(hip_);
@@ -134,7 +134,7 @@ class RestingHip {
 
   Felt approach() {
     constexpr double kStep_m = 0.3e-3;
-    constexpr int kMostTicks = 800;
+    constexpr int kMaxTicks = 800;
     constexpr int kStandTicks = 60;
     constexpr double kDeepest_m = 0.008;
     pressed_ = someObject();
@@ -150,7 +150,7 @@ class RestingHip {
       stage_.place(hip_);
     }
     Felt felt = stage_.tick(hip_);
-    for (int i = 0; i < kMostTicks && glm::length(felt.force_N) < kPressed_N; ++i) {
+    for (int i = 0; i < kMaxTicks && glm::length(felt.force_N) < kPressed_N; ++i) {
       const Vec3 way = target - hip_;
       const double left = glm::length(way);
       if (left == 0) break;
@@ -177,7 +177,7 @@ class RestingHip {
   void refit(std::size_t body, Map map) {
     Object& object = objects_[body];
     for (Vec3f& v : object.shape.vertices) v = map(v);
-    object.surface = refitSurface(*object.surface, object.shape.vertices);
+    object.surface = refitCollisionMesh(*object.surface, object.shape.vertices);
     stage_.replace(static_cast<int>(body), object.surface);
   }
 
@@ -185,7 +185,7 @@ class RestingHip {
   void pullLattice(std::size_t body) {
     constexpr double kPull_m = 0.003;
     constexpr std::array<std::uint32_t, 3> kPoints{3, 3, 3};
-    const Surface& surface = *objects_[body].surface;
+    const CollisionMesh& surface = *objects_[body].surface;
     const Vec3 size = surface.high() - surface.low();
     std::vector<Vec3f> control = FreeForm::atRest(surface.low(), size, kPoints);
     for (Vec3f& point : control) point += Vec3f(aside(kPull_m));
@@ -252,7 +252,7 @@ class RestingHip {
       counts.step_N = std::max(counts.step_N, glm::distance(felt.onDevice_N(), before_N));
       if (i == kTicksToBeFelt) inTime_N = felt.onDevice_N();
     }
-    counts.kicks = counts.step_N > kMostStep_N ? 1 : 0;
+    counts.kicks = counts.step_N > kMaxStep_N ? 1 : 0;
     judgePlace(felt, counts);
     const bool settled = glm::distance(inTime_N, felt.onDevice_N()) < kSame_N &&
                          glm::distance(felt.onDevice_N(), felt.force_N) < kSame_N;

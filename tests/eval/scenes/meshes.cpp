@@ -222,7 +222,7 @@ int differentTicks(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
 }  // namespace
 
 SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random) {
-  constexpr double kMostRelative = 1e-5;
+  constexpr double kMaxRelative = 1e-5;
   int ticks = 0;
   const int creases = strokeCreases(method, random, ticks);
   const int blade = strokeKnife(method, random, ticks);
@@ -246,7 +246,7 @@ SceneResult strokeSharpAndScaledShapes(Renderer& method, Random& random) {
            {"sliver_wrong_ticks", sliver},
            {"powers_of_two_different_ticks", different},
            {"powers_of_ten_relative_error_max", relative}},
-          creases == 0 && blade == 0 && bottoms == 0 && sliver == 0 && different == 0 && relative <= kMostRelative};
+          creases == 0 && blade == 0 && bottoms == 0 && sliver == 0 && different == 0 && relative <= kMaxRelative};
 }
 
 }  // namespace haptics::eval

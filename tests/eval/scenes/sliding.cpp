@@ -46,7 +46,7 @@ struct FloorAndBox {
   int inside = 0;
   int lost = 0;
   int ticks = 0;
-  double leastLateral_N = std::numeric_limits<double>::infinity();
+  double minLateral_N = std::numeric_limits<double>::infinity();
   double before_N = 0;
   double alongLag = 0;
 };
@@ -88,7 +88,7 @@ void slideOnFloor(Renderer& method, Random& random, double sunk, bool oneMesh, F
     result.alongLag = std::max(result.alongLag, std::abs(glm::dot(felt.ihip - hip, yaw * Vec3(0, 1, 0))));
   });
   stage.lead(inWall + alongWall, from, step(), check);
-  result.leastLateral_N = std::min(result.leastLateral_N, lateral_N);
+  result.minLateral_N = std::min(result.minLateral_N, lateral_N);
   result.ticks += stage.ticks();
 }
 
@@ -101,11 +101,11 @@ SceneResult slideIntoBox(Renderer& method, Random& random) {
   for (const double sunk : {random.between(0.0002, 0.002), 0.01}) slideOnFloor(method, random, sunk, true, r);
   return {{{"ticks", r.ticks},
            {"inside_box_ticks", r.inside},
-           {"lateral_force_N", r.leastLateral_N},
+           {"lateral_force_N", r.minLateral_N},
            {"lateral_force_before_box_N", r.before_N},
            {"lag_along_box_mm", r.alongLag * 1e3},
            {"lost_ticks", r.lost}},
-          r.inside == 0 && r.leastLateral_N > 1 && r.before_N < kSpring_N_per_m * kInside_m && r.alongLag < kInside_m &&
+          r.inside == 0 && r.minLateral_N > 1 && r.before_N < kSpring_N_per_m * kInside_m && r.alongLag < kInside_m &&
               r.lost == 0};
 }
 

@@ -17,9 +17,9 @@ constexpr double kRadius_m = 0.05;
 constexpr int kSegments = 20;  // along the edges of a cube: 4,800 triangles
 /// Deeper than its facets lie below the sphere, so that the hand is in the mesh.
 constexpr double kInMesh_m = 5e-4;
-constexpr double kMostError_m = 1e-4;
+constexpr double kMaxError_m = 1e-4;
 /// Along a smooth pad: what a hand does not feel beside a press of some newtons.
-constexpr double kMostRipple_N = 0.01;
+constexpr double kMaxRipple_N = 0.01;
 
 struct Outcome {
   int insideTicks = 0;
@@ -76,7 +76,7 @@ void press(Renderer& method, Random& random, const SoftTissue& tissue, double de
   FeltSurface surface;
   surface.device.maxForce_N = 1e9;
   surface.tissue = tissue;
-  method.dress(surface);
+  method.setSurfaceProperties(surface);
   Stage stage(method, random);
   stage.add(sphere);
   const double slide_per_tick = random.between(0, 2e-4);
@@ -119,7 +119,7 @@ double ripple_N(Renderer& method, Random& random) {
   surface.device.maxForce_N = 1e9;
   surface.tissue = SoftTissue{Falloff(0.02, 2), 400, 0};
   surface.properties.shading = Shading{.crease_rad = 0.5, .creases = {}};
-  method.dress(surface);
+  method.setSurfaceProperties(surface);
   Stage stage(method, random);
   stage.add(shapes::box(Vec3(kPad_m), kEdges));
   const double way = random.between(0, 2 * std::numbers::pi);
@@ -158,7 +158,7 @@ SceneResult yieldToTheHand(Renderer& method, Random& random) {
                      {"contact_error_mm", 1e3 * outcome.error_m},
                      {"ripple_N", ripple}};
   result.pass = outcome.falseExits == 0 && outcome.inverted == 0 && outcome.nonFinite == 0 &&
-                outcome.error_m < kMostError_m && outcome.outrunTicks > 0 && ripple <= kMostRipple_N;
+                outcome.error_m < kMaxError_m && outcome.outrunTicks > 0 && ripple <= kMaxRipple_N;
   return result;
 }
 

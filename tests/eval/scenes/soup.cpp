@@ -25,7 +25,7 @@ constexpr int kBetweenEdits = 400;
 constexpr int kLeaving = 500;
 constexpr int kAlone = 10'000;
 /// Energy that a body alone may seem to gain (J): what lifts 0.1 kg by a micrometre.
-constexpr double kMostGain_J = 1e-6;
+constexpr double kMaxGain_J = 1e-6;
 
 /// The same for all seeds; 1 kg, without gravity.
 const std::array<MovingSolid, 6>& shapes() {
@@ -38,9 +38,9 @@ const std::array<MovingSolid, 6>& shapes() {
 }
 
 /// A hand that makes for one place after another, faster and slower.
-class Wanderer {
+class RandomWalker {
  public:
-  explicit Wanderer(Random& random) : random_(random) {}
+  explicit RandomWalker(Random& random) : random_(random) {}
 
   Vec3 next() {
     if (--ticksLeft_ <= 0) {
@@ -193,12 +193,12 @@ void look(const MovingWorld& world, const TelemetrySample& sample, Vec3 hip, boo
   if (sample.object != 0) {
     for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
       if (hasDent(state, i)) continue;  // the IHIP is on it
-      counts.ihipInside += world.depthIn(i, sample.ihip) > kInside_m && !state.bodies[i].leaving ? 1 : 0;
+      counts.ihipInside += world.depthIn(i, sample.ihip) > kInside_m && !state.bodies[i].pendingRemoval ? 1 : 0;
     }
     return;
   }
   for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
-    if (state.bodies[i].leaving || world.depthIn(i, hip) <= kInside_m || hasDent(state, i)) continue;
+    if (state.bodies[i].pendingRemoval || world.depthIn(i, hip) <= kInside_m || hasDent(state, i)) continue;
     ++counts.undetected;
     counts.falseExits += touched ? 1 : 0;
     return;
@@ -232,7 +232,7 @@ double largestGain(MovingWorld& world, Vec3 hip) {
 
 SceneResult wanderAmongMovingBodies(Renderer& /*ours*/, Random& random) {
   Soup soup(random);
-  Wanderer hand(random);
+  RandomWalker hand(random);
   Counts counts;
   bool touched = false;
   int edits = 0;
@@ -259,7 +259,7 @@ SceneResult wanderAmongMovingBodies(Renderer& /*ours*/, Random& random) {
                      {"stopped_body_ticks", counts.stopped},
                      {"energy_gain_alone_uJ", 1e6 * gain_J}};
   result.pass = counts.undetected == 0 && counts.falseExits == 0 && counts.notFinite == 0 &&
-                counts.touching > kTicks / 100 && gain_J <= kMostGain_J;
+                counts.touching > kTicks / 100 && gain_J <= kMaxGain_J;
   return result;
 }
 

@@ -26,13 +26,13 @@ constexpr double kStroke_m_per_s = 0.05;  // a slow one, that stops
 constexpr double kLetGo_m_per_s = 0.01;   // what a hand leaves behind
 
 Rest restOnGrating(Renderer& method, double wavelength_m, double height_m, const RestCase& of) {
-  const Exhibit grating = makeGrating(wavelength_m);
+  const TextureCase grating = makeGrating(wavelength_m);
   FeltSurface surface = feltUnder(of.device->name);
   constexpr double kGain = 1.5;
   surface.properties.texture = textureOf(grating, height_m, kGain);
   surface.texture = grating.field;
   surface.spring_N_per_m = kRestStiffness_N_per_m;
-  method.dress(surface);
+  method.setSurfaceProperties(surface);
   Stage stage(method, Pose{});  // the device's axes are the world's
   stage.add(boardSurface());
   stage.begin({0, 0, 0.01});
@@ -169,7 +169,7 @@ Slide slideTrembling(Renderer& method, Random& random, const FeltSurface& surfac
   constexpr double kNormal_N = 2;
   constexpr int kBegin = 2000;
   constexpr int kTicks = 4000;
-  method.dress(surface);
+  method.setSurfaceProperties(surface);
   Stage stage(method, random);
   stage.add(boardSurface());
   const double depth_m = kNormal_N / surface.spring_N_per_m;
@@ -227,13 +227,13 @@ SceneResult restOnGratings(Renderer& method, Random& /*random*/) {
 }
 
 SceneResult strokeShadedFacets(Renderer& method, Random& random) {
-  constexpr double kMostStep_N = 0.05;  // five times what a cylinder's force turns by in a tick
-  constexpr double kMostDeepStep_N = 0.2;
+  constexpr double kMaxStep_N = 0.05;  // five times what a cylinder's force turns by in a tick
+  constexpr double kMaxDeepStep_N = 0.2;
   constexpr double kWay_m = 0.004;
   FeltSurface surface = feltUnder(kDefaultDevicePreset);
   surface.properties.shading = Shading{40 * std::numbers::pi / 180, {}};
   surface.spring_N_per_m = kSoft_N_per_m;
-  method.dress(surface);
+  method.setSurfaceProperties(surface);
   Stage facets(method, random);
   facets.add(prism(kSides, kFacet_m, 0.06));
   facets.begin({0, 0, 0.05});
@@ -251,7 +251,7 @@ SceneResult strokeShadedFacets(Renderer& method, Random& random) {
            {"loop_work_as_printed_mJ", printed_J * 1e3},
            {"deep_force_step_max_N", deep.step_N},
            {"deep_tilt_deg", deep.tilt_deg}},
-          step_N <= kMostStep_N && std::abs(work_J) <= 1.05 * printed_J && deep.step_N <= kMostDeepStep_N &&
+          step_N <= kMaxStep_N && std::abs(work_J) <= 1.05 * printed_J && deep.step_N <= kMaxDeepStep_N &&
               deep.tilt_deg <= 1};
 }
 

@@ -8,7 +8,7 @@ namespace haptics::eval {
 /// Of one loop: who renders what for whom.
 struct Loop {
   const MethodEntry* method = nullptr;
-  const Ground* ground = nullptr;
+  const TestSurface* ground = nullptr;
   DevicePreset device;
   HandPreset hand;
   double rate_Hz = 1000;

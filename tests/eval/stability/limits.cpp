@@ -55,10 +55,10 @@ double delayLimit_N_per_m(const SampledLoop& loop) noexcept {
 }
 
 double exactLimit_N_per_m(const SampledLoop& loop) {
-  constexpr double kLeast_N_per_m = 0.1;  // below, the eigenvalue of the free mass is too near the circle to tell
+  constexpr double kMin_N_per_m = 0.1;  // below, the eigenvalue of the free mass is too near the circle to tell
   constexpr int kHalvings = 60;
-  if (!isStable(loop, kLeast_N_per_m)) return 0;
-  double stable = kLeast_N_per_m, unstable = kLeast_N_per_m;
+  if (!isStable(loop, kMin_N_per_m)) return 0;
+  double stable = kMin_N_per_m, unstable = kMin_N_per_m;
   do unstable *= 1.1;
   while (isStable(loop, unstable));
   stable = unstable / 1.1;

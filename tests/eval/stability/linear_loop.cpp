@@ -123,8 +123,8 @@ void compareStiffness(const SampledLoop& loop, std::vector<Record>& records) {
   if (loop.damping_Ns_per_m == 0 && loop.delay_s == 0) {
     records.push_back(compared(loop, "colgate_2b_over_T_N_per_m", passiveLimit_N_per_m(loop), simulated, kAllowed));
   }
-  constexpr double kMostDamping = 2, kMostDelay_s = 1.001e-3;
-  if (loop.damping_Ns_per_m <= kMostDamping && loop.delay_s <= kMostDelay_s) {
+  constexpr double kMaxDamping = 2, kMaxDelay_s = 1.001e-3;
+  if (loop.damping_Ns_per_m <= kMaxDamping && loop.delay_s <= kMaxDelay_s) {
     records.push_back(compared(loop, "gil_delay_formula_N_per_m", delayLimit_N_per_m(loop), simulated, kAllowed));
   }
 }

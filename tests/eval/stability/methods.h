@@ -7,13 +7,13 @@
 
 #include "haptic_server/device/presets.h"
 #include "haptic_server/servo/settling.h"
-#include "tests/eval/stability/ground.h"
+#include "tests/eval/stability/test_surface.h"
 
 namespace haptics::eval {
 
 /// What a method is told: it need not be so.
 struct Rendering {
-  const Ground* ground = nullptr;
+  const TestSurface* ground = nullptr;
   DevicePreset device;
   double period_s = 1e-3;
   double delay_s = 0;

@@ -18,7 +18,7 @@ class IdleHand final : public HandIntent {
 };
 
 double criticalInHand(const DevicePreset& device, const char* hand, double rate_Hz, double delay_s) {
-  static const Ground wall = makeWall();
+  static const TestSurface wall = makeWall();
   return criticalStiffness_N_per_m(
       {&stabilityMethods().back(), &wall, device, findHandPreset(hand).value(), rate_Hz, delay_s});
 }
@@ -26,7 +26,7 @@ double criticalInHand(const DevicePreset& device, const char* hand, double rate_
 void expectHalfAtMost(const DevicePreset& device, double rate_Hz, double delay_s) {
   IdleHand idle;
   const DeviceInfo info = SimulatedDevice({device, HandPreset{}, 1 / rate_Hz, delay_s}, idle).info();
-  const double limit = kSafePart * criticalStiffness_N_per_m(info, rate_Hz, true);
+  const double limit = kStabilityMargin * criticalStiffness_N_per_m(info, rate_Hz, true);
   const double inNobodysHand = criticalInHand(device, "none", rate_Hz, delay_s);
   const double inLightHand = criticalInHand(device, "light", rate_Hz, delay_s);
   std::printf("%-12s %6.0f Hz %4.1f ms: server's limit %7.0f N/m; stability, nobody's hand %7.0f, light hand %7.0f\n",

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "tests/eval/stability/footing.h"
 #include "tests/eval/stability/linear_loop.h"
 #include "tests/eval/stability/picture.h"
 #include "tests/eval/stability/strokes.h"
+#include "tests/eval/stability/support.h"
 #include "tests/eval/stability/tables.h"
 #include "tests/eval/stability/texture_rest.h"
 

@@ -19,7 +19,7 @@ constexpr double kPress_N = 1;
 /// Down until the spring would press 1 N on the surface, along it and back, up again: reaches of least jerk.
 class StrokingHand final : public HandIntent {
  public:
-  StrokingHand(const Ground& ground, const HandPreset& hand) {
+  StrokingHand(const TestSurface& ground, const HandPreset& hand) {
     const Vec3 above = ground.place + Vec3(0, 0, kAbove_m);
     const Vec3 down = ground.place - Vec3(0, 0, kPress_N / hand.stiffness_N_per_m);
     const Vec3 along(ground.name == "sphere" ? kStroke_m / 4 : kStroke_m, 0, 0);
@@ -123,7 +123,7 @@ Record energyRecord(const Loop& loop, double least_J) {
 }  // namespace
 
 std::vector<Record> measureFidelity(Scope scope, const Progress& progress) {
-  const Ground wall = makeWall();
+  const TestSurface wall = makeWall();
   std::vector<Record> records;
   const auto devices = scope == Scope::kShort ? devicePresets().first(1) : devicePresets();
   std::size_t done = 0;
@@ -134,8 +134,8 @@ std::vector<Record> measureFidelity(Scope scope, const Progress& progress) {
       const Loop loop{&method, &wall, device, orThrow(findHandPreset("nominal"))};
       const Fidelity fidelity = stroke(loop);
       if (method.name == "nothing") bare = fidelity.error_ratio;
-      constexpr double kMostError = 1.5, kMostPull_N = 1e-9;
-      const bool good = fidelity.error_ratio <= kMostError * bare && fidelity.pull_N <= kMostPull_N;
+      constexpr double kMaxError = 1.5, kMaxPull_N = 1e-9;
+      const bool good = fidelity.error_ratio <= kMaxError * bare && fidelity.pull_N <= kMaxPull_N;
       records.push_back({{"method", method.name},
                          {"scene", "press_stroke_lift"},
                          {"device", device.name},
@@ -151,11 +151,11 @@ std::vector<Record> measureFidelity(Scope scope, const Progress& progress) {
 }
 
 std::vector<Record> measureEnergy(Scope scope, const Progress& progress) {
-  const std::vector<Ground> grounds{makeWall(), makeOuterEdge(), makeBall(), makeRoughWall()};
+  const std::vector<TestSurface> grounds{makeWall(), makeOuterEdge(), makeBall(), makeRoughWall()};
   std::vector<Record> records;
   const auto devices = scope == Scope::kShort ? devicePresets().first(1) : devicePresets();
   std::size_t done = 0;
-  for (const Ground& ground : grounds) {
+  for (const TestSurface& ground : grounds) {
     for (const DevicePreset& device : devices) {
       for (const MethodEntry& method : stabilityMethods()) {
         progress("energy", done++, grounds.size() * devices.size() * stabilityMethods().size());

@@ -1,6 +1,6 @@
 #include "tests/eval/stability/tables.h"
 
-#include "haptic_server/force/lead_observer.h"
+#include "haptic_server/force/predictive_observer.h"
 #include "tests/eval/or_throw.h"
 
 namespace haptics::eval {
@@ -34,7 +34,7 @@ std::vector<Pace> paces(Scope scope) {
     paces.push_back({rate, 1 / rate});
     if (scope == Scope::kShort || (scope == Scope::kCoarse && !slow)) continue;
     for (const double delay_s : {2e-3, 5e-3, 10e-3}) {
-      if (delay_s <= LeadObserver::longestDelay_s(1 / rate)) paces.push_back({rate, delay_s});
+      if (delay_s <= PredictiveObserver::longestDelay_s(1 / rate)) paces.push_back({rate, delay_s});
     }
   }
   return paces;
@@ -60,7 +60,7 @@ bool isJudged(const Loop& loop) {
 }  // namespace
 
 std::vector<Record> measureCritical(Scope scope, const Progress& progress) {
-  const Ground wall = makeWall();
+  const TestSurface wall = makeWall();
   std::vector<Loop> loops;
   for (const MethodEntry& method : stabilityMethods()) {
     for (const Pace pace : paces(scope)) {
@@ -86,7 +86,7 @@ std::vector<Record> measureCritical(Scope scope, const Progress& progress) {
 }
 
 std::vector<Record> measureZWidth(Scope scope, const Progress& progress) {
-  const Ground wall = makeWall();
+  const TestSurface wall = makeWall();
   std::vector<Loop> loops;
   if (scope == Scope::kShort) return {};
   const std::vector<double> dampings =
@@ -112,11 +112,11 @@ std::vector<Record> measureZWidth(Scope scope, const Progress& progress) {
 
 std::vector<Record> measureGrounds(Scope scope, const Progress& progress) {
   const MethodEntry& ours = stabilityMethods().back();
-  const std::vector<Ground> grounds{makeOuterEdge(),  makeGroove(),        makeBall(),
-                                    makePushedBody(), makeElasticTissue(), makeViscousTissue()};
+  const std::vector<TestSurface> grounds{makeOuterEdge(),  makeGroove(),        makeBall(),
+                                         makePushedBody(), makeElasticTissue(), makeViscousTissue()};
   std::vector<Record> records;
   const auto all = devices(scope);
-  for (const Ground& ground : grounds) {
+  for (const TestSurface& ground : grounds) {
     for (const DevicePreset& device : all) {
       for (const double delay_s : {0.0, 1 / kServo_Hz}) {
         progress("other grounds", records.size(), grounds.size() * all.size() * 2);
@@ -148,9 +148,9 @@ std::vector<Record> measureRobustness(Scope scope, const Progress& progress) {
       }
     }
   }
-  const Ground wall = makeWall();
+  const TestSurface wall = makeWall();
   const auto all = devices(scope);
-  constexpr double kMostPress_N = 0.45;
+  constexpr double kMaxPress_N = 0.45;
   std::vector<Record> records;
   std::size_t done = 0;
   for (const DevicePreset& told : all) {
@@ -160,7 +160,7 @@ std::vector<Record> measureRobustness(Scope scope, const Progress& progress) {
       real.apparentMass_kg *= off.mass;
       real.viscousFriction_Ns_per_m *= off.friction;
       real.coulombFriction_N *= off.friction;
-      if (real.coulombFriction_N > kMostPress_N) continue;  // it would stick under every press
+      if (real.coulombFriction_N > kMaxPress_N) continue;  // it would stick under every press
       for (const HandPreset& hand : hands(Scope::kCoarse)) {
         Loop loop{&stabilityMethods().back(), &wall, real, hand, kServo_Hz, off.delay_s};
         loop.toldDevice = &told;

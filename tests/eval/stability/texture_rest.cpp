@@ -10,13 +10,13 @@ constexpr double kServo_Hz = 1000;
 constexpr std::uint32_t kSeed = 1;
 
 /// The worst of several strikes.
-Rest restOnExhibit(const Exhibit& exhibit, const Texture& texture, const DevicePreset& device) {
+Rest restOnTextureCase(const TextureCase& textureCase, const Texture& texture, const DevicePreset& device) {
   Rest worst;
   worst.steady = true;
   for (const double strike_m_per_s : {0.01, 0.05}) {
     RestCase of{&device, &handPresets()[1], kServo_Hz, true};
     of.strike_m_per_s = strike_m_per_s;
-    const Rest rest = restOn(exhibit, texture, of);
+    const Rest rest = restOn(textureCase, texture, of);
     if (rest.cycle_um >= worst.cycle_um) worst = rest;
   }
   return worst;
@@ -26,15 +26,15 @@ Rest restOnExhibit(const Exhibit& exhibit, const Texture& texture, const DeviceP
 
 std::vector<Record> measureTextureRest(Scope scope, const Progress& progress) {
   if (scope == Scope::kShort) return {};
-  const std::vector<Exhibit> exhibits = makeExhibits(kSeed);
+  const std::vector<TextureCase> textureCases = makeTextureCases(kSeed);
   std::vector<Record> records;
-  for (const Exhibit& exhibit : exhibits) {
-    const Texture texture = textureOf(exhibit, kReliefHeight_m, kGain);
+  for (const TextureCase& textureCase : textureCases) {
+    const Texture texture = textureOf(textureCase, kReliefHeight_m, kGain);
     for (const DevicePreset& device : devicePresets()) {
-      progress("textures", records.size(), exhibits.size() * devicePresets().size());
-      const Rest rest = restOnExhibit(exhibit, texture, device);
+      progress("textures", records.size(), textureCases.size() * devicePresets().size());
+      const Rest rest = restOnTextureCase(textureCase, texture, device);
       records.push_back({{"method", kOursMethod},
-                         {"scene", "texture_" + exhibit.name},
+                         {"scene", "texture_" + textureCase.name},
                          {"device", device.name},
                          {"hand", "light"},
                          {"limit_cycle_um", rest.cycle_um},

@@ -21,14 +21,14 @@ constexpr double kNominalRate_Hz = 1000;  // of the recording; the loop does not
 }  // namespace
 
 FlatOutServer::FlatOutServer(const TriMesh& mesh)
-    : room_(std::make_unique<SceneRoom>(SceneRoom::Options{}, crossing_)),
-      servo_(std::make_unique<ServoLoop>(hand_, crossing_, kNominalRate_Hz, false)) {
-  room_->start();
+    : sceneService_(std::make_unique<SceneService>(SceneService::Options{}, mailbox_)),
+      servo_(std::make_unique<ServoLoop>(hand_, mailbox_, kNominalRate_Hz, false)) {
+  sceneService_->start();
   const auto asset = upload(mesh);
   apply(AddObject{kObject, {AssetSource{asset->name.hash}}, {}, {kStiffness_N_per_m, {}, {}}});
   Server::Options options;
   options.identity = {"haptic_eval", hand_.info().name, kNominalRate_Hz, hand_.info().maxForce_N};
-  server_ = orThrow(Server::listen(std::move(options), *room_, *this));
+  server_ = orThrow(Server::listen(std::move(options), *sceneService_, *this));
   server_->start();
   thread_ = std::thread([this] { servo_->runFlatOut(stop_); });
 }
@@ -61,7 +61,8 @@ void FlatOutServer::stop() {
 std::shared_ptr<const Asset> FlatOutServer::upload(const TriMesh& mesh) {
   std::promise<Result<std::shared_ptr<const Asset>>> built;
   const AssetName name{AssetKind::kMesh, hashOf(mesh)};
-  if (!room_->submitAsset(kSession, name, encodeMesh(mesh), [&](auto asset) { built.set_value(std::move(asset)); })) {
+  if (!sceneService_->submitAsset(kSession, name, encodeMesh(mesh),
+                                  [&](auto asset) { built.set_value(std::move(asset)); })) {
     throw std::runtime_error("the builder is busy");
   }
   return orThrow(built.get_future().get());
@@ -69,8 +70,8 @@ std::shared_ptr<const Asset> FlatOutServer::upload(const TriMesh& mesh) {
 
 void FlatOutServer::apply(Operation operation) {
   std::promise<EditOutcome> outcome;
-  if (!room_->submitEdit(kSession, ++edits_, Transaction{{}, {std::move(operation)}},
-                         [&](const EditOutcome& answer) { outcome.set_value(answer); })) {
+  if (!sceneService_->submitEdit(kSession, ++edits_, Transaction{{}, {std::move(operation)}},
+                                 [&](const EditOutcome& answer) { outcome.set_value(answer); })) {
     throw std::runtime_error("the builder is busy");
   }
   const EditOutcome answer = outcome.get_future().get();

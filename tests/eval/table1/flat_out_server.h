@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "haptic_server/net/server.h"
-#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/scene/scene_service.h"
 #include "haptic_server/servo/servo_loop.h"
 #include "tests/eval/table1/recorded_hand.h"
 
@@ -23,7 +23,7 @@ class FlatOutServer final : private ServerHost {
   void stop();  ///< Of the servo loop; the viewer stays connected.
 
   [[nodiscard]] std::uint16_t port() const noexcept { return server_->port(); }
-  [[nodiscard]] std::uint64_t revision() const { return room_->history()->version.revision(); }
+  [[nodiscard]] std::uint64_t revision() const { return sceneService_->history()->version.revision(); }
   [[nodiscard]] const ServoStatistics& statistics() const noexcept { return servo_->statistics(); }
   /// Of the servo thread while it runs: what others take of the machine does not count.
   [[nodiscard]] double processorTime_s();
@@ -35,8 +35,8 @@ class FlatOutServer final : private ServerHost {
   std::shared_ptr<const Asset> upload(const TriMesh& mesh);
 
   RecordedHand hand_;
-  SceneCrossing crossing_;
-  std::unique_ptr<SceneRoom> room_;
+  SceneMailbox mailbox_;
+  std::unique_ptr<SceneService> sceneService_;
   std::unique_ptr<ServoLoop> servo_;
   std::unique_ptr<Server> server_;
   std::atomic<bool> stop_{false};

@@ -5,12 +5,12 @@
 namespace haptics::eval {
 namespace {
 
-constexpr double kLeastRatio = 0.9;          // of 64,800 polygons to 12
-constexpr double kLeastContactShare = 0.98;  // the recording's own is 0.99
+constexpr double kMinRatio = 0.9;          // of 64,800 polygons to 12
+constexpr double kMinContactShare = 0.98;  // the recording's own is 0.99
 
 }  // namespace
 
-bool Rates::measured() const noexcept { return viewerHeld && contactTicks >= kLeastContactShare * ticks; }
+bool Rates::measured() const noexcept { return viewerHeld && contactTicks >= kMinContactShare * ticks; }
 
 Record describe(const TableObject& object, Rates& rates, const Table1Run& run) {
   const MeshCounts counts = countsOf(object.mesh);
@@ -36,7 +36,7 @@ Record describe(const TableObject& object, Rates& rates, const Table1Run& run) {
   record["viewer_frames_per_s"] = run.viewer_Hz;
   record["complete"] = run.complete;
   const bool judged = counts.polygons == 64'800;
-  record["pass"] = rates.measured() && (!judged || rates.ratio.quantile(0.5) >= kLeastRatio);
+  record["pass"] = rates.measured() && (!judged || rates.ratio.quantile(0.5) >= kMinRatio);
   return record;
 }
 

@@ -39,12 +39,12 @@ std::size_t turnsIn(double seconds) {
 }
 
 /// The contact alone over the same recording, on this thread's own clock.
-double bareRate_kHz(const Surface& surface, const std::vector<Vec3>& places, double seconds) {
+double bareRate_kHz(const CollisionMesh& surface, const std::vector<Vec3>& places, double seconds) {
   Body body;
   body.surface = &surface;
   body.update();
   ContactState state;
-  place(state, places.front());
+  resetContact(state, places.front());
   const double begin_s = threadTime_s();
   double ticks = 0;
   while (threadTime_s() - begin_s < seconds) {
@@ -87,9 +87,9 @@ class Table1 {
 
   void measureBare() {
     constexpr double kPart = 0.1;  // of the time for the complete step
-    std::vector<std::shared_ptr<const Surface>> surfaces;
+    std::vector<std::shared_ptr<const CollisionMesh>> surfaces;
     for (std::size_t i = 0; i < objects_.size() && !interruption_.came(); ++i)
-      surfaces.push_back(buildSurface(objects_[i].mesh.vertices, objects_[i].mesh.triangles));
+      surfaces.push_back(buildCollisionMesh(objects_[i].mesh.vertices, objects_[i].mesh.triangles));
     for (std::size_t turn = 0; turn < turns_ && !interruption_.came(); ++turn) {
       for (std::size_t i = 0; i < objects_.size(); ++i) {
         const double seconds = kPart * options_.seconds / static_cast<double>(turns_);

@@ -55,17 +55,17 @@ struct SteepPlace {
 };
 
 /// Of many places that one which is stiffest sideways and unstable in no direction.
-SteepPlace steepestOf(const Exhibit& exhibit, const Texture& texture, double depth_m) {
+SteepPlace steepestOf(const TextureCase& textureCase, const Texture& texture, double depth_m) {
   constexpr int kPlaces = 4000;
   constexpr double kHalf_m = 0.02;
   Random random(1);
   SteepPlace best;
   const double a = texture.amplitude_m;
-  const double zero = texture.literal ? 0 : exhibit.field->lowest();
+  const double zero = texture.literal ? 0 : textureCase.field->lowest();
   for (int i = 0; i < kPlaces; ++i) {
     const double x_m = random.between(-kHalf_m, kHalf_m);
     const Vec3 place{x_m, random.between(-kHalf_m, kHalf_m), 0};
-    const FieldShape shape = shapeAround(*exhibit.field, place, {0, 0, 1});
+    const FieldShape shape = shapeAround(*textureCase.field, place, {0, 0, 1});
     const double height_m = a * (shape.value - zero);
     const double lever = texture.law == Texture::Law::kBump ? depth_m : height_m;
     const glm::dvec2 stiffness =
@@ -109,9 +109,10 @@ Rest restOn(const Feeler& feeler, Vec3 rest, Vec3 push_N, const RestCase& of) {
   return result;
 }
 
-Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {
+Rest restOn(const Feeler& feeler, const TextureCase& textureCase, const std::optional<Texture>& texture,
+            const RestCase& of) {
   const double depth_m = kPress_N / kRestStiffness_N_per_m;
-  const SteepPlace steep = texture ? steepestOf(exhibit, *texture, depth_m) : SteepPlace{};
+  const SteepPlace steep = texture ? steepestOf(textureCase, *texture, depth_m) : SteepPlace{};
   const Vec3 rest = steep.place - Vec3(0, 0, depth_m - steep.height_m);
   const Vec3 push_N = -forceAt(feeler, rest);
   Rest result = restOn(feeler, rest, push_N, of);
@@ -120,16 +121,16 @@ Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Te
   return result;
 }
 
-Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of) {
+Rest restOn(const TextureCase& textureCase, const std::optional<Texture>& texture, const RestCase& of) {
   SurfaceProperties properties;
   properties.texture = texture;
   Feel feel;
   feel.stiffness_N_per_m = kRestStiffness_N_per_m;
   feel.config = serverConfigFor(*of.device, of.rate_Hz);
   if (!of.clamped) feel.config.stableLateral_N_per_m = std::numeric_limits<double>::infinity();
-  Specimen specimen(boardSurface(), boardDetail(properties, &exhibit), feel);
+  TextureSample specimen(boardSurface(), boardDetail(properties, &textureCase), feel);
   return restOn({[&](Vec3 hip) { return specimen.tick(hip).force.written; }, [&](Vec3 hip) { specimen.place(hip); }},
-                exhibit, texture, of);
+                textureCase, texture, of);
 }
 
 }  // namespace haptics::eval

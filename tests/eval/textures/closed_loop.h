@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "haptic_server/device/presets.h"
-#include "tests/eval/textures/specimen.h"
+#include "tests/eval/textures/texture_sample.h"
 
 namespace haptics::eval {
 
@@ -45,10 +45,10 @@ struct Feeler {
 
 /// From there on: under a push (N) with which it could rest at that place.
 [[nodiscard]] Rest restOn(const Feeler& feeler, Vec3 rest, Vec3 push_N, const RestCase& of);
-[[nodiscard]] Rest restOn(const Feeler& feeler, const Exhibit& exhibit, const std::optional<Texture>& texture,
+[[nodiscard]] Rest restOn(const Feeler& feeler, const TextureCase& textureCase, const std::optional<Texture>& texture,
                           const RestCase& of);
 
 /// By the production step with the server's stabiliser. @param texture  None: the plain surface.
-[[nodiscard]] Rest restOn(const Exhibit& exhibit, const std::optional<Texture>& texture, const RestCase& of);
+[[nodiscard]] Rest restOn(const TextureCase& textureCase, const std::optional<Texture>& texture, const RestCase& of);
 
 }  // namespace haptics::eval

@@ -7,7 +7,7 @@
 #include "tests/eval/random.h"
 #include "tests/eval/spectrum.h"
 #include "tests/eval/statistics.h"
-#include "tests/eval/textures/specimen.h"
+#include "tests/eval/textures/texture_sample.h"
 
 namespace haptics::eval {
 namespace {
@@ -54,7 +54,7 @@ class Board {
   Touch tick(Vec3 hip) { return specimen_.tick(hip); }
 
  private:
-  Specimen specimen_;
+  TextureSample specimen_;
   double across_ = 0;
 };
 
@@ -228,7 +228,7 @@ Record slideOverVertices(Random& random) {
 
 /// The normal force that friction answers to is that of spring and texture together.
 Record slideOverTexture(Random& random) {
-  const Exhibit grating = makeGrating(4e-3);
+  const TextureCase grating = makeGrating(4e-3);
   SurfaceProperties properties = frictionOf(kStick, kSlide);
   properties.texture = textureOf(grating, 0.3e-3, 1.5);
   SurfaceProperties textureAlone;

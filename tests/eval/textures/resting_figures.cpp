@@ -19,12 +19,12 @@ std::span<const double> strikes(const HandPreset& hand) {
 }
 
 /// Of all strikes.
-Rest worstRestOn(const Exhibit& exhibit, const Texture& texture, RestCase of) {
+Rest worstRestOn(const TextureCase& textureCase, const Texture& texture, RestCase of) {
   Rest worst;
   worst.steady = true;
   for (const double strike : strikes(*of.hand)) {
     of.strike_m_per_s = strike;
-    const Rest rest = restOn(exhibit, texture, of);
+    const Rest rest = restOn(textureCase, texture, of);
     if (rest.cycle_um < worst.cycle_um) continue;
     worst = rest;
   }
@@ -47,27 +47,27 @@ Record recordOf(std::string_view method, std::string scene, const RestCase& of, 
 }
 
 /// By each method.
-void restOnRelief(const std::string& scene, const Exhibit& exhibit, double height_m, RestCase of,
+void restOnRelief(const std::string& scene, const TextureCase& textureCase, double height_m, RestCase of,
                   std::vector<Record>& records) {
-  Texture texture = textureOf(exhibit, height_m, kGain);
-  records.push_back(recordOf("ours", scene, of, worstRestOn(exhibit, texture, of)));
+  Texture texture = textureOf(textureCase, height_m, kGain);
+  records.push_back(recordOf("ours", scene, of, worstRestOn(textureCase, texture, of)));
   of.clamped = false;
-  records.push_back(recordOf(kUnclamped, scene, of, worstRestOn(exhibit, texture, of)));
+  records.push_back(recordOf(kUnclamped, scene, of, worstRestOn(textureCase, texture, of)));
   texture.law = Texture::Law::kBump;
-  records.push_back(recordOf(kBumpMapping, scene, of, worstRestOn(exhibit, texture, of)));
+  records.push_back(recordOf(kBumpMapping, scene, of, worstRestOn(textureCase, texture, of)));
 }
 
 }  // namespace
 
-std::vector<Record> measureResting(const std::vector<Exhibit>& exhibits) {
+std::vector<Record> measureResting(const std::vector<TextureCase>& textureCases) {
   std::vector<Record> records;
   for (const DevicePreset& device : devicePresets()) {
     for (const HandPreset& hand : hands()) {
       for (const double rate_Hz : {1e3, 4e3, 1e4}) {
         const RestCase of{&device, &hand, rate_Hz, true};
-        records.push_back(recordOf("ours", "rest_plain", of, restOn(exhibits.front(), std::nullopt, of)));
-        for (const Exhibit& exhibit : exhibits) {
-          restOnRelief("rest_" + exhibit.name, exhibit, kReliefHeight_m, of, records);
+        records.push_back(recordOf("ours", "rest_plain", of, restOn(textureCases.front(), std::nullopt, of)));
+        for (const TextureCase& textureCase : textureCases) {
+          restOnRelief("rest_" + textureCase.name, textureCase, kReliefHeight_m, of, records);
         }
       }
     }
@@ -78,7 +78,7 @@ std::vector<Record> measureResting(const std::vector<Exhibit>& exhibits) {
 std::vector<Record> mapGratings() {
   std::vector<Record> records;
   for (const double wavelength_m : kMapWavelengths_m) {
-    const Exhibit grating = makeGrating(wavelength_m);
+    const TextureCase grating = makeGrating(wavelength_m);
     for (const double height_m : kMapHeights_m) {
       for (const DevicePreset& device : devicePresets()) {
         for (const HandPreset& hand : hands()) {

@@ -9,7 +9,7 @@
 #include "tests/eval/perception.h"
 #include "tests/eval/random.h"
 #include "tests/eval/statistics.h"
-#include "tests/eval/textures/specimen.h"
+#include "tests/eval/textures/texture_sample.h"
 
 namespace haptics::eval {
 namespace {
@@ -25,9 +25,10 @@ const AnalyticShape& shapeCalled(std::string_view name) {
 class Felt {
  public:
   Felt(const TriMesh& mesh, const std::optional<Shading>& shading, Random& random)
-      : surface_(buildSurface(mesh.vertices, mesh.triangles)), specimen_(surface_, detailOf(shading), feel(random)) {}
+      : surface_(buildCollisionMesh(mesh.vertices, mesh.triangles)),
+        specimen_(surface_, detailOf(shading), feel(random)) {}
 
-  Specimen& specimen() { return specimen_; }
+  TextureSample& specimen() { return specimen_; }
 
  private:
   [[nodiscard]] std::shared_ptr<const SurfaceDetail> detailOf(const std::optional<Shading>& shading) const {
@@ -42,8 +43,8 @@ class Felt {
     return made;
   }
 
-  std::shared_ptr<const Surface> surface_;
-  Specimen specimen_;
+  std::shared_ptr<const CollisionMesh> surface_;
+  TextureSample specimen_;
 };
 
 struct Errors {
@@ -53,7 +54,7 @@ struct Errors {
 };
 
 /// Pressed 2 mm deep and stroked at 0.1 m/s.
-Errors stroke(Specimen& specimen, const AnalyticShape& shape) {
+Errors stroke(TextureSample& specimen, const AnalyticShape& shape) {
   constexpr double kDepth_m = 2e-3;
   constexpr double kStep_m = 1e-4;
   Errors errors;
@@ -97,7 +98,7 @@ Record strokeShape(std::string_view name, int triangles, bool shaded, Random& ra
 }
 
 /// Pressed `depth_m` at a place of a flat side: the force's angle to its normal, degrees.
-double tiltAt(Specimen& specimen, Vec3 place, Vec3 normal) {
+double tiltAt(TextureSample& specimen, Vec3 place, Vec3 normal) {
   constexpr double kDepth_m = 1e-3;
   specimen.place(place + normal * kDepth_m);
   specimen.lead(place - normal * kDepth_m, 50e-6);

@@ -27,18 +27,18 @@ std::string text(const char* format, double a, double b = 0) {
 double number(const Record& record, const char* key) { return record.at(key).get<double>(); }
 
 /// Light from the upper left on the relief, its colour by height, both over what is shown.
-Raster reliefOf(const Exhibit& exhibit) {
+Raster reliefOf(const TextureCase& textureCase) {
   constexpr int kSide = 152;
   constexpr int kShades = 24;  // of each colour: a small file
   constexpr double kShown_m = 0.016;
   constexpr double kSteepness_m = 0.8e-3;  // height of what is lit
   const Vec3 light = glm::normalize(Vec3(-0.55, 0.6, 1.0));
   std::vector<FieldSample> samples;
-  double low = exhibit.field->highest();
-  double high = exhibit.field->lowest();
+  double low = textureCase.field->highest();
+  double high = textureCase.field->lowest();
   for (int j = 0; j < kSide; ++j) {
     for (int i = 0; i < kSide; ++i) {
-      samples.push_back(exhibit.field->at(kShown_m * Vec3((i + 0.5) / kSide - 0.5, (j + 0.5) / kSide - 0.5, 0)));
+      samples.push_back(textureCase.field->at(kShown_m * Vec3((i + 0.5) / kSide - 0.5, (j + 0.5) / kSide - 0.5, 0)));
       low = std::min(low, samples.back().value);
       high = std::max(high, samples.back().value);
     }
@@ -72,7 +72,7 @@ SheetPlot forcePlot(const StrokeSignals& stroke) {
 
 /// Of the normal force, and of the reference evaluation of the field.
 SheetPlot spectrumPlot(const StrokeSignals& stroke, double stiffness_N_per_m) {
-  constexpr double kMost_per_mm = 1.5;
+  constexpr double kMax_per_mm = 1.5;
   SheetPlot plot{"height, um", "waves per mm", {{"reference", kYellow, {}, 5}, {"felt", kBlue, {}, 1.6}}, true};
   std::vector<double> felt_m;
   for (const double force_N : stroke.normalForce_N) felt_m.push_back(force_N / stiffness_N_per_m);
@@ -80,7 +80,7 @@ SheetPlot spectrumPlot(const StrokeSignals& stroke, double stiffness_N_per_m) {
   for (std::size_t curve = 0; curve < 2; ++curve) {
     for (std::size_t i = 1; i < spectra[curve].size(); ++i) {
       const double per_mm = static_cast<double>(i) / (kStroke_m * 1e3);
-      if (per_mm > kMost_per_mm) break;
+      if (per_mm > kMax_per_mm) break;
       plot.curves[curve].points.emplace_back(per_mm, std::sqrt(2 * spectra[curve][i]) * 1e6);
     }
   }
@@ -96,14 +96,14 @@ int restsOn(const TexturesData& data, const std::string& name, std::string_view 
 }
 
 SheetCard cardOf(const TexturesData& data, std::size_t i) {
-  const Exhibit& exhibit = data.exhibits[i];
+  const TextureCase& textureCase = data.textureCases[i];
   const Record& r = data.figures[i].record;
   const StrokeSignals& stroke = data.figures[i].stroke;
-  SheetCard card{exhibit.title, r["pass"].get<bool>(), reliefOf(exhibit), "16 mm", {}, {}};
+  SheetCard card{textureCase.title, r["pass"].get<bool>(), reliefOf(textureCase), "16 mm", {}, {}};
   card.plots = {forcePlot(stroke), spectrumPlot(stroke, Feel{}.stiffness_N_per_m)};
   card.verdict = {text("gradient within %.0e", number(r, "gradient_error_ratio")),
                   text("C1: jumps below %.0e", number(r, "gradient_jump_ratio"))};
-  if (exhibit.wavelength_m > 0) {
+  if (textureCase.wavelength_m > 0) {
     card.verdict.push_back(
         text("wavelength felt %.3f mm, set %.0f", number(r, "wavelength_of_force_mm"), number(r, "wavelength_set_mm")));
   } else {
@@ -115,8 +115,8 @@ SheetCard cardOf(const TexturesData& data, std::size_t i) {
                               number(r, "lateral_stiffness_derived_max_N_per_m")));
   card.verdict.push_back(text("buzz at 1 kHz %.1f mN rms", 1e3 * number(r, "false_force_above_100Hz_at_1kHz_rms_N")));
   const auto devices = static_cast<double>(devicePresets().size());
-  card.verdict.push_back(text("rests on %.0f of %.0f devices;", restsOn(data, exhibit.name, "ours"), devices));
-  card.verdict.push_back(text("by bump mapping on %.0f", restsOn(data, exhibit.name, kBumpMapping)));
+  card.verdict.push_back(text("rests on %.0f of %.0f devices;", restsOn(data, textureCase.name, "ours"), devices));
+  card.verdict.push_back(text("by bump mapping on %.0f", restsOn(data, textureCase.name, kBumpMapping)));
   return card;
 }
 
@@ -188,7 +188,7 @@ void drawSheet(const TexturesData& data, std::uint64_t seed, const std::filesyst
       "Loop: work that a press in the valley, slide to the crest and lift give the hand. Side: largest lateral "
       "stiffness. Buzz: false force above 100 Hz, positions rounded to 30 um, 50 mm/s. Rests: light hand, 1 kHz.",
       wrappedText(data.wrapped)};
-  for (std::size_t i = 0; i < data.exhibits.size(); ++i) sheet.cards.push_back(cardOf(data, i));
+  for (std::size_t i = 0; i < data.textureCases.size(); ++i) sheet.cards.push_back(cardOf(data, i));
   sheet.grids = gridsOf(data);
   sheet.plotsTitle = "Friction and force shading";
   const FrictionTraces friction = traceFriction(static_cast<std::uint32_t>(seed));

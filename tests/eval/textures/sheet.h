@@ -8,7 +8,7 @@
 namespace haptics::eval {
 
 struct TexturesData {
-  std::vector<Exhibit> exhibits;
+  std::vector<TextureCase> textureCases;
   std::vector<TextureFigures> figures;  ///< Of each exhibit.
   std::vector<Record> laws, wrapped, resting, map, friction, shading;
 };

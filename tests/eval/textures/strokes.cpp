@@ -13,14 +13,14 @@ constexpr double kAbove_m = 2e-3;  // clear of every texture
 
 double alongStroke(int i) { return kStroke_m * (static_cast<double>(i) / kSamples - 0.5); }
 
-Specimen specimenWith(const Exhibit& exhibit, const std::optional<Texture>& texture, const Feel& feel) {
+TextureSample specimenWith(const TextureCase& textureCase, const std::optional<Texture>& texture, const Feel& feel) {
   SurfaceProperties properties;
   properties.texture = texture;
-  return {boardSurface(), boardDetail(properties, &exhibit), feel};
+  return {boardSurface(), boardDetail(properties, &textureCase), feel};
 }
 
 /// From free space straight down.
-void press(Specimen& specimen, double x_m, double depth_m) {
+void press(TextureSample& specimen, double x_m, double depth_m) {
   specimen.place({x_m, kStrokeAcross_m, kAbove_m});
   specimen.lead({x_m, kStrokeAcross_m, -depth_m}, 50e-6);
 }
@@ -51,9 +51,9 @@ double ReferenceHeight::slope(double x_m) const {
   return (8 * (h(1) - h(-1)) - (h(2) - h(-2))) / (12 * kStep_m);
 }
 
-StrokeSignals strokeOver(const Exhibit& exhibit, const Texture& texture, const Feel& feel) {
-  Specimen specimen = specimenWith(exhibit, texture, feel);
-  const ReferenceHeight reference(exhibit, texture);
+StrokeSignals strokeOver(const TextureCase& textureCase, const Texture& texture, const Feel& feel) {
+  TextureSample specimen = specimenWith(textureCase, texture, feel);
+  const ReferenceHeight reference(textureCase, texture);
   StrokeSignals signals;
   press(specimen, alongStroke(0), kPressed_m);
   for (int i = 0; i < kSamples; ++i) {
@@ -67,9 +67,9 @@ StrokeSignals strokeOver(const Exhibit& exhibit, const Texture& texture, const F
   return signals;
 }
 
-LoopWork loopOver(const Exhibit& exhibit, const Texture& texture, const Feel& feel, bool upwards) {
+LoopWork loopOver(const TextureCase& textureCase, const Texture& texture, const Feel& feel, bool upwards) {
   constexpr double kStep_m = 4e-6;
-  const ReferenceHeight height(exhibit, texture);
+  const ReferenceHeight height(textureCase, texture);
   double from_m = 0;
   double to_m = 0;
   for (int i = 0; i < kSamples; ++i) {
@@ -79,7 +79,7 @@ LoopWork loopOver(const Exhibit& exhibit, const Texture& texture, const Feel& fe
   }
   if (!upwards) std::swap(from_m, to_m);
 
-  Specimen specimen = specimenWith(exhibit, texture, feel);
+  TextureSample specimen = specimenWith(textureCase, texture, feel);
   Work work;
   const auto add = [&](const Touch& touch, Vec3 hip) { work.add(touch, hip); };
   specimen.place({from_m, kStrokeAcross_m, kAbove_m});
@@ -94,11 +94,11 @@ LoopWork loopOver(const Exhibit& exhibit, const Texture& texture, const Feel& fe
   return {work.value_J(), texture.law == Texture::Law::kBump ? 0 : eq4_J};
 }
 
-LateralStiffness lateralStiffnessOf(const Exhibit& exhibit, const Texture& texture, const Feel& feel) {
+LateralStiffness lateralStiffnessOf(const TextureCase& textureCase, const Texture& texture, const Feel& feel) {
   constexpr int kPlaces = 400;
   constexpr double kAside_m = 2.5e-6;
-  Specimen specimen = specimenWith(exhibit, texture, feel);
-  const ReferenceHeight height(exhibit, texture);
+  TextureSample specimen = specimenWith(textureCase, texture, feel);
+  const ReferenceHeight height(textureCase, texture);
   LateralStiffness result;
   double error = 0;
   press(specimen, alongStroke(0), kPressed_m);
@@ -121,12 +121,12 @@ LateralStiffness lateralStiffnessOf(const Exhibit& exhibit, const Texture& textu
   return result;
 }
 
-double falseForceAbove100Hz_N(const Exhibit& exhibit, const std::optional<Texture>& texture, const Feel& feel,
+double falseForceAbove100Hz_N(const TextureCase& textureCase, const std::optional<Texture>& texture, const Feel& feel,
                               double encoder_m) {
   constexpr double kSpeed_m_per_s = 0.05;
   const auto ticks = static_cast<int>(kStroke_m / kSpeed_m_per_s / feel.config.period_s);
   const double k = feel.stiffness_N_per_m;
-  Specimen specimen = specimenWith(exhibit, texture, feel);
+  TextureSample specimen = specimenWith(textureCase, texture, feel);
   press(specimen, alongStroke(0), kPressed_m);
   std::vector<Vec3> wrong_N;
   for (int i = 0; i < ticks; ++i) {
@@ -134,7 +134,7 @@ double falseForceAbove100Hz_N(const Exhibit& exhibit, const std::optional<Textur
     const Vec3 hip{x_m, kStrokeAcross_m, -kPressed_m};
     Vec3 ideal_N{0, 0, k * kPressed_m};
     if (texture) {
-      const ReferenceHeight height(exhibit, *texture);
+      const ReferenceHeight height(textureCase, *texture);
       const double h = height.at(x_m);
       constexpr double kStep_m = 5e-6;
       const double across =

@@ -14,12 +14,12 @@
 namespace haptics::eval {
 namespace {
 
-constexpr double kMostGradientError = 1e-4;  // of the largest gradient
-constexpr double kMostJump = 1e-6;           // of range or largest gradient: what 24 halvings leave of no jump
-constexpr double kMostWavelengthError = 0.02;
-constexpr double kMostSpectrumError = 0.01;
-constexpr double kMostWorkError = 0.02;
-constexpr double kMostStiffnessError = 0.02;
+constexpr double kMaxGradientError = 1e-4;  // of the largest gradient
+constexpr double kMaxJump = 1e-6;           // of range or largest gradient: what 24 halvings leave of no jump
+constexpr double kMaxWavelengthError = 0.02;
+constexpr double kMaxSpectrumError = 0.01;
+constexpr double kMaxWorkError = 0.02;
+constexpr double kMaxStiffnessError = 0.02;
 
 Feel feelAt(Random& random, double rate_Hz = 1000) {
   Feel feel;
@@ -39,20 +39,20 @@ double spectrumDifference(const std::vector<double>& a, const std::vector<double
   return difference / all;
 }
 
-bool addSmoothness(const Exhibit& exhibit, Random& random, Record& record) {
-  const auto* mapped = std::get_if<MappedFamily>(&exhibit.family);
+bool addSmoothness(const TextureCase& textureCase, Random& random, Record& record) {
+  const auto* mapped = std::get_if<MappedFamily>(&textureCase.family);
   constexpr double kCube_m = 0.08;
   const Region region = mapped ? regionOf(mapped->mapping, random) : cubeOf(kCube_m);
-  const Smoothness smoothness = smoothnessOf(*exhibit.field, region, random);
+  const Smoothness smoothness = smoothnessOf(*textureCase.field, region, random);
   record["gradient_error_ratio"] = smoothness.gradientError_ratio;
   record["value_jump_ratio"] = smoothness.valueJump_ratio;
   record["gradient_jump_ratio"] = smoothness.gradientJump_ratio;
-  return smoothness.gradientError_ratio <= kMostGradientError && smoothness.valueJump_ratio <= kMostJump &&
-         smoothness.gradientJump_ratio <= kMostJump;
+  return smoothness.gradientError_ratio <= kMaxGradientError && smoothness.valueJump_ratio <= kMaxJump &&
+         smoothness.gradientJump_ratio <= kMaxJump;
 }
 
 /// Of height and normal force: where a wavelength is set, it is theirs; the spectra are those of the reference.
-bool addSpectra(const Exhibit& exhibit, const Feel& feel, const StrokeSignals& stroke, Record& record) {
+bool addSpectra(const TextureCase& textureCase, const Feel& feel, const StrokeSignals& stroke, Record& record) {
   std::vector<double> felt_m;
   for (const double force_N : stroke.normalForce_N) felt_m.push_back(force_N / feel.stiffness_N_per_m);
   const std::vector<double> reference = powerSpectrum(stroke.reference_m);
@@ -60,14 +60,14 @@ bool addSpectra(const Exhibit& exhibit, const Feel& feel, const StrokeSignals& s
   const std::vector<double> force = powerSpectrum(felt_m);
   record["height_spectrum_difference_ratio"] = spectrumDifference(height, reference);
   record["force_spectrum_difference_ratio"] = spectrumDifference(force, reference);
-  bool good = record["height_spectrum_difference_ratio"] <= kMostSpectrumError &&
-              record["force_spectrum_difference_ratio"] <= kMostSpectrumError;
-  if (exhibit.wavelength_m > 0) {
-    record["wavelength_set_mm"] = exhibit.wavelength_m * 1e3;
+  bool good = record["height_spectrum_difference_ratio"] <= kMaxSpectrumError &&
+              record["force_spectrum_difference_ratio"] <= kMaxSpectrumError;
+  if (textureCase.wavelength_m > 0) {
+    record["wavelength_set_mm"] = textureCase.wavelength_m * 1e3;
     for (const auto& [name, spectrum] : {std::pair{"height", &height}, {"force", &force}}) {
       const double wavelength_m = kStroke_m / peakOf(*spectrum);
       record[std::string("wavelength_of_") + name + "_mm"] = wavelength_m * 1e3;
-      good = good && std::abs(wavelength_m / exhibit.wavelength_m - 1) <= kMostWavelengthError;
+      good = good && std::abs(wavelength_m / textureCase.wavelength_m - 1) <= kMaxWavelengthError;
     }
   }
   return good;
@@ -77,45 +77,45 @@ bool isNear(double measured, double derived, double within) {
   return std::abs(measured - derived) <= within * std::abs(derived);
 }
 
-bool addLoop(const Exhibit& exhibit, const Texture& texture, const Feel& feel, Record& record) {
-  const LoopWork up = loopOver(exhibit, texture, feel, true);
-  const LoopWork down = loopOver(exhibit, texture, feel, false);
+bool addLoop(const TextureCase& textureCase, const Texture& texture, const Feel& feel, Record& record) {
+  const LoopWork up = loopOver(textureCase, texture, feel, true);
+  const LoopWork down = loopOver(textureCase, texture, feel, false);
   record["loop_up_work_mJ"] = up.measured_J * 1e3;
   record["loop_up_derived_mJ"] = up.derived_J * 1e3;
   record["loop_down_work_mJ"] = down.measured_J * 1e3;
   record["loop_down_derived_mJ"] = down.derived_J * 1e3;
-  return isNear(up.measured_J, up.derived_J, kMostWorkError) && isNear(down.measured_J, down.derived_J, kMostWorkError);
+  return isNear(up.measured_J, up.derived_J, kMaxWorkError) && isNear(down.measured_J, down.derived_J, kMaxWorkError);
 }
 
-bool addLateralStiffness(const Exhibit& exhibit, const Texture& texture, const Feel& feel, Record& record) {
-  const LateralStiffness lateral = lateralStiffnessOf(exhibit, texture, feel);
+bool addLateralStiffness(const TextureCase& textureCase, const Texture& texture, const Feel& feel, Record& record) {
+  const LateralStiffness lateral = lateralStiffnessOf(textureCase, texture, feel);
   record["lateral_stiffness_max_N_per_m"] = lateral.measuredMax_N_per_m;
   record["lateral_stiffness_derived_max_N_per_m"] = lateral.derivedMax_N_per_m;
   record["lateral_stiffness_error_ratio"] = lateral.error_ratio;
-  return lateral.error_ratio <= kMostStiffnessError;
+  return lateral.error_ratio <= kMaxStiffnessError;
 }
 
 /// Under the encoder of the paper's device; no limit is set.
-void addFalseForce(const Exhibit& exhibit, const Texture& texture, Random& random, Record& record) {
+void addFalseForce(const TextureCase& textureCase, const Texture& texture, Random& random, Record& record) {
   const DevicePreset device = orThrow(findDevicePreset("premium-1.5"));
   record["encoder_step_um"] = device.resolution_m * 1e6;
   for (const int rate_kHz : {1, 4, 10}) {
     const Feel feel = feelAt(random, rate_kHz * 1e3);
     record["false_force_above_100Hz_at_" + std::to_string(rate_kHz) + "kHz_rms_N"] =
-        falseForceAbove100Hz_N(exhibit, texture, feel, device.resolution_m);
+        falseForceAbove100Hz_N(textureCase, texture, feel, device.resolution_m);
   }
 }
 
 /// What a computed field's pattern is against what theory says of it: how many cells to a tile, or the spots' spectrum.
-bool addPattern(const Exhibit& exhibit, std::uint32_t seed, Record& record) {
-  if (exhibit.name == "spots" || exhibit.name == "stripes") {
+bool addPattern(const TextureCase& textureCase, std::uint32_t seed, Record& record) {
+  if (textureCase.name == "spots" || textureCase.name == "stripes") {
     constexpr double kWithin = 0.1;
-    const double cells = ringOf(*exhibit.sampled);
+    const double cells = ringOf(*textureCase.sampled);
     record["cells_set"] = kExhibitCells;
     record["cells_of_spectrum"] = cells;
     return isNear(cells, kExhibitCells, kWithin);
   }
-  if (exhibit.name == "spot_noise") {
+  if (textureCase.name == "spot_noise") {
     constexpr double kWithin = 0.1;
     record["spot_spectrum_difference_ratio"] = spotSpectrumDifference(kExhibitCells, kExhibitElongation, seed);
     return record["spot_spectrum_difference_ratio"] <= kWithin;
@@ -126,12 +126,12 @@ bool addPattern(const Exhibit& exhibit, std::uint32_t seed, Record& record) {
 /// Pressed `depth_m` deep where a wave of 0.4 mm and 1000 rad/m is 0.2 mm high and falls by 0.34641.
 Record pressedByHand(double depth_m, double normal_N, double lateral_N, Random& random) {
   const double wavelength_m = 2 * std::numbers::pi * 1e-3;
-  Exhibit wave = makeGrating(wavelength_m);
+  TextureCase wave = makeGrating(wavelength_m);
   wave.family = FourierFamily{{FourierTerm{1, Vec3(1, 0, 0), wavelength_m, 0}}};
   wave.field = makeFieldOf(wave.family);
   SurfaceProperties properties;
   properties.texture = Texture{Texture::Law::kHo1999, wave.family, 0.4e-3, true, kGain};
-  Specimen specimen(boardSurface(), boardDetail(properties, &wave), feelAt(random));
+  TextureSample specimen(boardSurface(), boardDetail(properties, &wave), feelAt(random));
   const double x_m = std::numbers::pi / 3 * 1e-3;
   specimen.place({x_m, 0, 2e-3});
   specimen.lead({x_m, 0, -depth_m}, 50e-6);
@@ -149,7 +149,7 @@ Record pressedByHand(double depth_m, double normal_N, double lateral_N, Random& 
 }
 
 Record loopByLaw(const char* name, Texture::Law law, bool literal, double gain_K, Random& random) {
-  const Exhibit grating = makeGrating(4e-3);
+  const TextureCase grating = makeGrating(4e-3);
   Texture texture = textureOf(grating, kReliefHeight_m, gain_K);
   texture.law = law;
   texture.literal = literal;
@@ -166,27 +166,27 @@ Record loopByLaw(const char* name, Texture::Law law, bool literal, double gain_K
 
 }  // namespace
 
-TextureFigures measureTexture(const Exhibit& exhibit, std::uint64_t seed) {
+TextureFigures measureTexture(const TextureCase& textureCase, std::uint64_t seed) {
   Random random(seed);
-  const Texture texture = textureOf(exhibit, kReliefHeight_m, kGain);
+  const Texture texture = textureOf(textureCase, kReliefHeight_m, kGain);
   const Feel feel = feelAt(random);
-  TextureFigures figures{{{"method", "ours"}, {"scene", exhibit.name}, {"relief_mm", kReliefHeight_m * 1e3}}, {}};
+  TextureFigures figures{{{"method", "ours"}, {"scene", textureCase.name}, {"relief_mm", kReliefHeight_m * 1e3}}, {}};
   Record& record = figures.record;
-  bool good = addSmoothness(exhibit, random, record);
-  figures.stroke = strokeOver(exhibit, texture, feel);
-  good = addSpectra(exhibit, feel, figures.stroke, record) && good;
-  good = addPattern(exhibit, static_cast<std::uint32_t>(seed), record) && good;
-  good = addLoop(exhibit, texture, feel, record) && good;
-  good = addLateralStiffness(exhibit, texture, feel, record) && good;
-  addFalseForce(exhibit, texture, random, record);
+  bool good = addSmoothness(textureCase, random, record);
+  figures.stroke = strokeOver(textureCase, texture, feel);
+  good = addSpectra(textureCase, feel, figures.stroke, record) && good;
+  good = addPattern(textureCase, static_cast<std::uint32_t>(seed), record) && good;
+  good = addLoop(textureCase, texture, feel, record) && good;
+  good = addLateralStiffness(textureCase, texture, feel, record) && good;
+  addFalseForce(textureCase, texture, random, record);
   record["pass"] = good;
   return figures;
 }
 
-Record measureWrapped(const Exhibit& exhibit, std::uint64_t seed) {
+Record measureWrapped(const TextureCase& textureCase, std::uint64_t seed) {
   Random random(seed);
-  Record record{{"method", "ours"}, {"scene", exhibit.name}};
-  const bool good = addSmoothness(exhibit, random, record);
+  Record record{{"method", "ours"}, {"scene", textureCase.name}};
+  const bool good = addSmoothness(textureCase, random, record);
   record["pass"] = good;
   return record;
 }

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "tests/eval/report.h"
-#include "tests/eval/textures/exhibits.h"
 #include "tests/eval/textures/strokes.h"
+#include "tests/eval/textures/texture_cases.h"
 
 namespace haptics::eval {
 
@@ -16,9 +16,9 @@ struct TextureFigures {
 };
 
 /// Smoothness of the field, spectra of height and force, work, lateral stiffness, false force.
-[[nodiscard]] TextureFigures measureTexture(const Exhibit& exhibit, std::uint64_t seed);
+[[nodiscard]] TextureFigures measureTexture(const TextureCase& textureCase, std::uint64_t seed);
 /// Smoothness alone, of a field wrapped round an intermediate surface.
-[[nodiscard]] Record measureWrapped(const Exhibit& exhibit, std::uint64_t seed);
+[[nodiscard]] Record measureWrapped(const TextureCase& textureCase, std::uint64_t seed);
 
 /// Eq. (4) as printed against values computed by hand, and the work of a loop by either law, literal or shifted.
 [[nodiscard]] std::vector<Record> measureLaws(std::uint64_t seed);

@@ -52,19 +52,19 @@ Worst worstOf(const std::vector<Record>& records, std::string_view method, const
 }
 
 /// Limit cycles, a line for each device, hand and method.
-void printResting(const std::vector<Record>& records, const std::vector<Exhibit>& exhibits) {
+void printResting(const std::vector<Record>& records, const std::vector<TextureCase>& textureCases) {
   std::printf(
       "\nlimit cycle, um, worst of 1, 4 and 10 kHz, with the stabiliser, as the server has it by default; ! is beyond "
       "what is allowed, >mm has slid away\n%-12s %-6s %-24s "
       "%8s",
       "device", "hand", "method", "allowed");
-  for (const Exhibit& e : exhibits) std::printf(" %9.9s", e.name.c_str());
+  for (const TextureCase& e : textureCases) std::printf(" %9.9s", e.name.c_str());
   for (const DevicePreset& device : devicePresets()) {
     for (const HandPreset& hand : handPresets().first(2)) {
       for (const std::string_view method : {std::string_view("ours"), kUnclamped, kBumpMapping}) {
         std::printf("\n%-12s %-6s %-24s %8.0f", device.name.data(), hand.name.data(), method.data(),
                     std::max(2 * device.resolution_m * 1e6, 20.0));
-        for (const Exhibit& e : exhibits) {
+        for (const TextureCase& e : textureCases) {
           const Worst worst = worstOf(records, method, "rest_" + e.name, device, hand);
           constexpr double kSlid_um = 2000;
           if (worst.cycle_um > kSlid_um) {
@@ -103,15 +103,17 @@ std::vector<Record> all(const TexturesData& data) {
 
 bool runTextures(const TexturesOptions& options) {
   TexturesData data;
-  data.exhibits = makeExhibits(static_cast<std::uint32_t>(options.seed));
-  for (const Exhibit& exhibit : data.exhibits) data.figures.push_back(measureTexture(exhibit, options.seed));
+  data.textureCases = makeTextureCases(static_cast<std::uint32_t>(options.seed));
+  for (const TextureCase& textureCase : data.textureCases)
+    data.figures.push_back(measureTexture(textureCase, options.seed));
   printTextures(data.figures);
-  for (const Exhibit& exhibit : wrapped(data.exhibits)) data.wrapped.push_back(measureWrapped(exhibit, options.seed));
+  for (const TextureCase& textureCase : wrapped(data.textureCases))
+    data.wrapped.push_back(measureWrapped(textureCase, options.seed));
   printMeasures("round intermediate surfaces", data.wrapped);
   data.laws = measureLaws(options.seed);
   printMeasures("laws", data.laws);
-  data.resting = measureResting(data.exhibits);
-  printResting(data.resting, data.exhibits);
+  data.resting = measureResting(data.textureCases);
+  printResting(data.resting, data.textureCases);
   data.map = mapGratings();
   data.friction = measureFriction(options.seed);
   printMeasures("friction", data.friction);

@@ -6,24 +6,24 @@
 
 #include "common/mesh/generators.h"
 #include "tests/eval/or_throw.h"
-#include "tests/eval/textures/specimen.h"
+#include "tests/eval/textures/texture_sample.h"
 
 namespace haptics::eval {
 namespace {
 
 constexpr double kDepth_m = 2e-3;
 
-Specimen boardWith(const Friction& friction, const std::shared_ptr<const ScalarField>& field) {
+TextureSample boardWith(const Friction& friction, const std::shared_ptr<const ScalarField>& field) {
   SurfaceProperties properties;
   properties.friction = friction;
-  Specimen specimen(boardSurface(), makeSurfaceDetail(*boardSurface(), properties, {nullptr, field, nullptr}), {});
+  TextureSample specimen(boardSurface(), makeSurfaceDetail(*boardSurface(), properties, {nullptr, field, nullptr}), {});
   specimen.place({0, 0, kDepth_m});
   specimen.lead({0, 0, -kDepth_m}, 50e-6);
   return specimen;
 }
 
 /// Through the places along x, in turn.
-Trace slide(Specimen specimen, std::initializer_list<double> turns_m, double step_m) {
+Trace slide(TextureSample specimen, std::initializer_list<double> turns_m, double step_m) {
   Trace trace;
   for (const double to_m : turns_m) {
     specimen.lead({to_m, 0, -kDepth_m}, step_m, [&](const Touch& t, Vec3 hip) {
@@ -60,14 +60,14 @@ ShadingTraces traceShading() {
   constexpr double kStep_m = 1e-4;
   constexpr int kTicks = 220;
   const TriMesh mesh = orThrow(makeSphere(kRadius_m, 12));
-  const auto surface = buildSurface(mesh.vertices, mesh.triangles);
+  const auto surface = buildCollisionMesh(mesh.vertices, mesh.triangles);
   const Quat tilt = glm::angleAxis(0.4, glm::normalize(Vec3(1, 0.5, 0.2)));
   const auto outwards = [&](double angle) { return tilt * Vec3(std::sin(angle), 0, std::cos(angle)); };
   ShadingTraces traces;
   for (const bool shaded : {false, true}) {
     SurfaceProperties properties;
     if (shaded) properties.shading = Shading{std::numbers::pi / 4, {}};
-    Specimen specimen(surface, makeSurfaceDetail(*surface, properties, {}), {});
+    TextureSample specimen(surface, makeSurfaceDetail(*surface, properties, {}), {});
     specimen.place(outwards(0) * (kRadius_m + kDepth_m));
     specimen.lead(outwards(0) * (kRadius_m - kDepth_m), 50e-6);
     const Vec3 across = tilt * Vec3(0, 1, 0);

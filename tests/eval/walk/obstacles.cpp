@@ -127,9 +127,9 @@ std::vector<Wall> Obstacles::touching(Vec3 at, Vec3 inward, double within) const
 }
 
 Vec3 pushedOff(std::span<const Wall> walls, Vec3 at) {
-  constexpr int kMostRounds = 64;
+  constexpr int kMaxRounds = 64;
   constexpr double kSlack = 0x1p-45;  // of the coordinates
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     bool good = true;
     for (const Wall& wall : walls) {
       const double missing = wall.offset_m - glm::dot(wall.normal, at);

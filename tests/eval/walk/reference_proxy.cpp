@@ -82,9 +82,9 @@ void ReferenceProxy::follow(Vec3 hip, int parts) {
 }
 
 void ReferenceProxy::settle(Vec3 h) {
-  constexpr int kMostMoves = 1000;
+  constexpr int kMaxMoves = 1000;
   double nearest_m = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kMostMoves && (hop(h) || move(h) || leaveCorner(h, nearest_m) || leaveRim(h)); ++i) {
+  for (int i = 0; i < kMaxMoves && (hop(h) || move(h) || leaveCorner(h, nearest_m) || leaveRim(h)); ++i) {
   }
 }
 
@@ -136,7 +136,7 @@ bool ReferenceProxy::move(Vec3 h) {
       time = std::min(time, reach);
       break;
     }
-    if (walls.count == Walls::kMost) return false;
+    if (walls.count == Walls::kMax) return false;
     walls.met[walls.count++] = block->wall;
     const auto best = walls.nearest(h, kStill * skin_);
     if (!best) return false;  // held in a point

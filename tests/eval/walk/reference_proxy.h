@@ -36,8 +36,8 @@ class ReferenceProxy {
  private:
   /// The walls that the proxy has met in one place.
   struct Walls {
-    static constexpr std::size_t kMost = 8;
-    std::array<Wall, kMost> met;
+    static constexpr std::size_t kMax = 8;
+    std::array<Wall, kMax> met;
     std::size_t count = 0;
     std::array<const Wall*, 3> pushing{};
     std::size_t pushingCount = 0;

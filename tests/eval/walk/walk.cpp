@@ -8,10 +8,10 @@
 #include "tests/eval/methods.h"
 #include "tests/eval/random_motion.h"
 #include "tests/eval/report.h"
-#include "tests/eval/walk/judge.h"
+#include "tests/eval/walk/random_walker.h"
 #include "tests/eval/walk/reference_proxy.h"
+#include "tests/eval/walk/walk_oracle.h"
 #include "tests/eval/walk/walk_scenes.h"
-#include "tests/eval/walk/wanderer.h"
 
 namespace haptics::eval {
 namespace {
@@ -27,7 +27,7 @@ constexpr double kLeap = 1.0 / 16;
 constexpr double kOfReference = 2;
 constexpr double kInATick = 5e-6;
 /// More than there are: no two scenes of two seeds share their random numbers.
-constexpr std::uint64_t kMostScenes = 64;
+constexpr std::uint64_t kMaxScenes = 64;
 
 struct Counts {
   std::int64_t ticks = 0;
@@ -142,8 +142,8 @@ class Walk {
 
   const WalkScene& scene_;
   Renderer& method_;
-  Wanderer wanderer_;
-  Judge judge_;
+  RandomWalker wanderer_;
+  WalkOracle judge_;
   ReferenceProxy reference_;
   ReferenceProxy finer_;
   double elsewhere_;  // m
@@ -266,7 +266,7 @@ bool runWalk(const WalkOptions& options, const std::filesystem::path& out) {
   bool pass = true;
   printHead();
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    const Random random(options.seed * kMostScenes + sources[i].number);
+    const Random random(options.seed * kMaxScenes + sources[i].number);
     const Counts counts = walkOver(sources[i], *method.make(), random, ticks, episodes);
     printRow(sources[i].name, counts);
     records.push_back(recordOf(options.method, sources[i].name, options.seed, counts));

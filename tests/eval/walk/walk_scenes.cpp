@@ -55,7 +55,7 @@ Parts generated(const std::string& name) {
 
 void WalkScene::add(const std::vector<Vec3f>& vertices, const std::vector<TriangleIndices>& triangles,
                     const Pose& pose) {
-  surfaces.push_back(buildSurface(vertices, triangles));
+  surfaces.push_back(buildCollisionMesh(vertices, triangles));
   poses.push_back(pose);
   soup.add(vertices, triangles, pose);
 }

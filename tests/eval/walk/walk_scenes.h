@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 #include "tests/eval/random.h"
 #include "tests/eval/walk/triangle_soup.h"
 
@@ -14,7 +14,7 @@ namespace haptics::eval {
 /// One scene of the walk: what the method gets and what the judges get of it.
 struct WalkScene {
   std::string name;
-  std::vector<std::shared_ptr<const Surface>> surfaces;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces;
   std::vector<Pose> poses;  ///< In the world.
   TriangleSoup soup;
 

@@ -18,7 +18,7 @@ namespace haptics::eval {
 namespace {
 
 using Genes = std::span<const double, Family::kGenes>;
-using SurfacePointer = std::shared_ptr<const Surface>;
+using SurfacePointer = std::shared_ptr<const CollisionMesh>;
 
 constexpr double kRoom_m = 0.05;  ///< Half of the cube that a scene fills.
 

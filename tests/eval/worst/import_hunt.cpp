@@ -23,8 +23,8 @@ constexpr int kHunted = 8192;  ///< Triangles: of files that are hunted.
 constexpr std::array kSizes{8192, 16'384, 32'768, 65'536};
 /// Rounds over the sizes, of which the shortest time of each counts: a busy machine only adds to a time. Rounds after the
 /// least ones are made as long as a limit is exceeded.
-constexpr int kLeastRounds = 2;
-constexpr int kMostRounds = 8;
+constexpr int kMinRounds = 2;
+constexpr int kMaxRounds = 8;
 
 using ImportGenes = std::array<double, ImportFamily::kGenes>;
 
@@ -77,7 +77,7 @@ class ImportHunt {
     std::string report;
     const auto within = [&] { return growth.most_s() <= kWorstImport_s && growth.exponent() <= kWorstGrowth; };
     int rounds = 0;
-    for (; rounds < kLeastRounds || (rounds < kMostRounds && !within()); ++rounds) {
+    for (; rounds < kMinRounds || (rounds < kMaxRounds && !within()); ++rounds) {
       for (std::size_t i = 0; i < kSizes.size(); ++i) {
         const Import imported = import(family_, worst_, kSizes[i]);
         if (rounds == 0) growth.points.push_back({imported.triangles, imported.s});

@@ -49,7 +49,7 @@ Play::Play(std::shared_ptr<const ServoScene> scene, const Genome& genome, const 
   other->objects.front().pose.position += Vec3(0.0005, 0.0003, 0.0002);
   other->objects.front().poseRevision = other->revision;
   scenes_ = {std::move(scene), std::move(other)};
-  servo_ = std::make_unique<Servo>(Servo{HapticState(config_), PreTouch(config_), scenes_[0]});
+  servo_ = std::make_unique<Servo>(Servo{HapticState(config_), CacheWarmer(config_), scenes_[0]});
   (void)adoptScene(*servo_->scene, servo_->state, 0);
 }
 
@@ -59,11 +59,11 @@ std::int64_t Play::run(Servo& servo, Vec3 hip) const {
     const auto& next = scenes_[tick_ / every % 2];
     if (adoptScene(*next, servo.state, tick_)) servo.scene = next;
   }
-  servo.preTouch(*servo.scene, servo.state);
-  FeltTick felt;
+  servo.cacheWarmer(*servo.scene, servo.state);
+  ForceResult felt;
   const StepInput input{tick_, 0, {hip, DeviceState::kReady}};
-  feelForce(*servo.scene, servo.state, config_, input, felt, &servo.preTouch.known());
-  servo.preTouch.note(felt.contact.work.allowance);
+  computeForce(*servo.scene, servo.state, config_, input, felt, &servo.cacheWarmer.cache());
+  servo.cacheWarmer.note(felt.contact.work.allowance);
   (void)finishStep(*servo.scene, servo.state, config_, input, felt);
   return servo.state.allowance.left() - felt.contact.work.allowance.left();
 }
@@ -103,7 +103,7 @@ Play::Cost Play::costOfNext() {
 }
 
 std::vector<double> playWith(Renderer& method, const ServoScene& scene, const Genome& genome, int ticks) {
-  std::vector<std::shared_ptr<const Surface>> surfaces;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces;
   std::vector<Pose> poses;
   for (const ServoObject& object : scene.objects) {
     surfaces.push_back(object.surface);

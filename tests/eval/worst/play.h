@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "haptic_server/servo/cache_warmer.h"
 #include "haptic_server/servo/haptic_step.h"
-#include "haptic_server/servo/pre_touch.h"
 #include "tests/eval/renderer.h"
 #include "tests/eval/worst/families.h"
 
@@ -69,7 +69,7 @@ class Play {
   /// All that a tick changes.
   struct Servo {
     HapticState state;
-    PreTouch preTouch;
+    CacheWarmer cacheWarmer;
     std::shared_ptr<const ServoScene> scene;
   };
   std::int64_t run(Servo& servo, Vec3 hip) const;

@@ -218,7 +218,7 @@ TEST_F(SessionJoin, ShowsARefusalAndWaitsLongerBeforeItTriesAgain) {
   rig_.server.welcome(false);
   rig_.settle();
   EXPECT_EQ(rig_.view().link, LinkState::kSyncing);
-  EXPECT_LE(rig_.client.reconnectDelay_ns(), ClientSession::kMostReconnectDelay_ns);
+  EXPECT_LE(rig_.client.reconnectDelay_ns(), ClientSession::kMaxReconnectDelay_ns);
 }
 
 TEST_F(SessionJoin, ComesBackSoonWhenTheServerEndsAConnectionThatItWelcomed) {
@@ -228,7 +228,7 @@ TEST_F(SessionJoin, ComesBackSoonWhenTheServerEndsAConnectionThatItWelcomed) {
   EXPECT_EQ(rig_.connectionsEnded, 1);
   EXPECT_EQ(rig_.view().link, LinkState::kConnecting);
   EXPECT_EQ(rig_.view().linkText, "the server ended the connection: token: is not known");
-  EXPECT_LE(rig_.client.reconnectDelay_ns(), ClientSession::kMostReconnectDelay_ns);
+  EXPECT_LE(rig_.client.reconnectDelay_ns(), ClientSession::kMaxReconnectDelay_ns);
 }
 
 TEST_F(SessionJoin, TakesAnotherProtocolVersionForARefusal) {
@@ -316,8 +316,8 @@ TEST(ReconnectDelay, IsSpreadOverItsRange) {
     least = std::min(least, delay_ns);
     most = std::max(most, delay_ns);
   }
-  EXPECT_GE(least, ClientSession::kLeastReconnectDelay_ns);
-  EXPECT_LE(most, ClientSession::kMostReconnectDelay_ns);
+  EXPECT_GE(least, ClientSession::kMinReconnectDelay_ns);
+  EXPECT_LE(most, ClientSession::kMaxReconnectDelay_ns);
   EXPECT_GT(most - least, 400'000'000U);
 }
 

@@ -68,7 +68,7 @@ double farthest_m(const TriMesh& shape, const std::vector<Vec3f>& material) {
     Allowance endless;
     const Vec3 way = sample.ihip - rub(servo.tick() - 1);
     const Vec3 felt = sample.ihip + glm::normalize(way) * sample.height_m;
-    const Foot foot = nearestPoint(*surfaceOf(seen), felt, 0.01, kNoTriangle, endless);
+    const ClosestPoint foot = nearestPoint(*surfaceOf(seen), felt, 0.01, kNoTriangle, endless);
     farthest = std::max(farthest, foot.triangle == kNoTriangle ? 1.0 : std::sqrt(foot.squaredDistance));
   }
   return farthest;
@@ -120,7 +120,7 @@ TEST(DrawnAsFelt, NormalsOfASoftSphere) {
     }
     const auto surface = surfaceOf(seen);
     Allowance endless;
-    const Foot foot = nearestPoint(*surface, sample.ihip, 0.01, kNoTriangle, endless);
+    const ClosestPoint foot = nearestPoint(*surface, sample.ihip, 0.01, kNoTriangle, endless);
     ASSERT_NE(foot.triangle, kNoTriangle);
     // The dent is symmetrical about the way to the middle of the sphere.
     const Vec3 out = glm::normalize(aboutSphere(servo.tick() - 1));

@@ -13,8 +13,8 @@ namespace {
 /// Viewer and servo make their normals each from its own database, by the same rule.
 void expectShownAsFelt(const TriMesh& mesh, double crease_rad, const std::vector<Crease>& creases = {}) {
   const ShadedMesh shown = shadeMesh(mesh, crease_rad, creases);
-  const auto built = buildSurface(mesh.vertices, mesh.triangles);
-  const Surface& surface = *built;
+  const auto built = buildCollisionMesh(mesh.vertices, mesh.triangles);
+  const CollisionMesh& surface = *built;
   const ShadingNormals felt(surface, crease_rad, creases);
   for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
     const TriangleIndices& corners = shown.triangles[surface.canonical(t)];

@@ -19,7 +19,7 @@ using namespace haptics;
 
 constexpr std::uint32_t kSegments = 73;  // 63,948 triangles
 constexpr double kRadius_m = 0.05;
-constexpr int kWarmUp = 75;  // all places of the stroke, and the look's coming
+constexpr int kWarmUp = 75;  // all positions of the stroke, and the building of the render mesh
 
 double processorTime_s() {
   rusage use{};

@@ -54,9 +54,9 @@ TEST(LabelLayout, StaysOnTheEdgeOfWhatItNamesWhereSomethingElseIsBelow) {
 }
 
 TEST(LabelLayout, LeavesOutALabelThatWouldHideACard) {
-  const std::vector<PixelBox> card = {{150, 200, 100, 200}};
+  const std::vector<PixelBox> panel = {{150, 200, 100, 200}};
   const std::vector<LabelWish> wishes = {at(200, 300), at(400, 300)};
-  const auto places = placeLabels(wishes, card);
+  const auto places = placeLabels(wishes, panel);
   EXPECT_FALSE(places[0]);
   EXPECT_TRUE(places[1]);
 }

@@ -61,8 +61,8 @@ TEST_F(Touching, WhatTheServerSaysOfItselfIsEscapedAndCutBetweenCharacters) {
 
 TEST_F(Touching, AnIhipThatWasPutOutOfABodyIsCountedAndTheBodyNamed) {
   EXPECT_EQ(status("IHIP put out").value, "(no such line)");
-  view.sample->putOut = 3;
-  view.sample->putOutOf = box;
+  view.sample->depenetrated = 3;
+  view.sample->depenetratedFrom = box;
   EXPECT_EQ(status("IHIP put out"), (OverlayLine{"IHIP put out", "3 times, last of box", Tone::kWarning}));
 }
 

@@ -11,22 +11,22 @@
 namespace haptics {
 namespace {
 
-constexpr std::size_t kMost = 60;
+constexpr std::size_t kMax = 60;
 
 struct Cut : testing::Test {
   const TriMesh mesh = makeTorus(0.04, 0.015, 48, 48).value();
-  const std::vector<Patch> patches = cutIntoPatches(mesh.vertices, mesh.triangles, kMost);
+  const std::vector<Patch> patches = cutIntoPatches(mesh.vertices, mesh.triangles, kMax);
 };
 
 TEST_F(Cut, HaveEveryTriangleOnceAsItWas) {
   std::map<TriangleIndices, int> left;
   for (const TriangleIndices& t : mesh.triangles) ++left[t];
   for (const Patch& patch : patches) {
-    EXPECT_LE(patch.triangles.size(), kMost);
+    EXPECT_LE(patch.triangles.size(), kMax);
     for (const auto& [a, b, c] : patch.triangles) --left[{patch.points[a], patch.points[b], patch.points[c]}];
   }
   EXPECT_TRUE(std::ranges::all_of(left, [](const auto& entry) { return entry.second == 0; }));
-  EXPECT_GT(patches.size(), mesh.triangles.size() / kMost);
+  EXPECT_GT(patches.size(), mesh.triangles.size() / kMax);
 }
 
 TEST_F(Cut, LieInTheirBallsAndFaceAboutTheirAxes) {

@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kPlenty = 1'000'000;
 constexpr double kCrease_rad = 0.7;
 
-RefinedMesh refined(const TriMesh& mesh, double longestEdge_m, std::size_t mostTriangles = kPlenty) {
-  return refine(mesh, shadeMesh(mesh, kCrease_rad), longestEdge_m, mostTriangles);
+RefinedMesh refined(const TriMesh& mesh, double longestEdge_m, std::size_t maxTriangles = kPlenty) {
+  return refine(mesh, shadeMesh(mesh, kCrease_rad), longestEdge_m, maxTriangles);
 }
 
 Vec3 placeOf(const RefinedMesh& mesh, std::size_t t, std::size_t k) {
@@ -55,10 +55,10 @@ TEST(RefinedMesh, HasNoCracks) {
 }
 
 TEST(RefinedMesh, StaysWithinTheTrianglesAllowedWithEdgesOfOneLength) {
-  constexpr std::size_t kMost = 5000;
-  const RefinedMesh mesh = refined(makeBox({0.05, 0.05, 0.05}, 1).value(), 1e-6, kMost);
-  EXPECT_LE(mesh.triangles.size(), kMost);
-  EXPECT_GT(mesh.triangles.size(), kMost / 4);
+  constexpr std::size_t kMax = 5000;
+  const RefinedMesh mesh = refined(makeBox({0.05, 0.05, 0.05}, 1).value(), 1e-6, kMax);
+  EXPECT_LE(mesh.triangles.size(), kMax);
+  EXPECT_GT(mesh.triangles.size(), kMax / 4);
   EXPECT_TRUE(isClosed(asMesh(mesh)));
 }
 

@@ -17,7 +17,7 @@ struct Shown : testing::Test {
   SceneActors actors{world, closeUp};
   const ObjectId box = mirror.add("box", makeBox({0.1, 0.1, 0.1}, 1).value(), {}, {});
 
-  Shown() { actors.setMostTriangles(20'000); }
+  Shown() { actors.setMaxTriangles(20'000); }
   void settle() { actors.settle(mirror.view(), true); }
   [[nodiscard]] int inCloseUp() { return closeUp->GetActors()->GetNumberOfItems(); }
 
@@ -143,7 +143,7 @@ TEST_F(Shown, TellWhatIsDrawnCoarserThanItIsFelt) {
   ASSERT_TRUE(actors.coarsestDetail());
   EXPECT_EQ(actors.coarsestDetail()->object, "box");
   EXPECT_GT(actors.coarsestDetail()->edge_m, actors.coarsestDetail()->detail_m / 4);
-  actors.setMostTriangles(2'000'000);
+  actors.setMaxTriangles(2'000'000);
   settle();
   EXPECT_LT(actors.coarsestDetail().value_or(CoarseDetail{}).edge_m, 0.001);
 }

@@ -135,7 +135,7 @@ TEST(Allowance, ThatIsSpentHoldsMovingBodiesBackToo) {
       for (const Body& body : world.bodies()) {
         const Vec3 local = toLocal(body.previous, ihip);  // as far as it was followed
         int spent = 0;
-        const Foot foot = body.surface->closestFoot(local, 10'000, spent);
+        const ClosestPoint foot = body.surface->closestFoot(local, 10'000, spent);
         if (!body.surface->isOutside(foot, local)) depth = std::max(depth, std::sqrt(foot.squaredDistance));
       }
       ASSERT_LT(depth, 1e-6) << units << " units, tick " << i;
@@ -165,7 +165,7 @@ TEST(Allowance, ThatIsSpentOnTheWayOutOfBodiesThatCloseInLeavesAWholeState) {
       closeIn(0.01 - 0.0001 * i);
       const ContactResult result = bounded.tick(Vec3(0));
       ASSERT_TRUE(isFinite(result.ihip)) << units;
-      for (const HoldingSurface& held : world.state().surfaces()) ASSERT_GE(held.body, 0) << units;
+      for (const ContactSurface& held : world.state().surfaces()) ASSERT_GE(held.body, 0) << units;
     }
   }
 }

@@ -122,7 +122,7 @@ TEST(Contact, LeavesALeavingCombByTheFirstTooth) {
   addComb(world, true);
   world.place({-0.0004, 0.001, 0.011});
   EXPECT_TRUE(world.tick({-0.0004, 0.001, 0.0095}).touching);
-  world.bodies()[0].leaving = true;
+  world.bodies()[0].pendingRemoval = true;
   EXPECT_TRUE(world.tick({0.0008, 0.001, 0.0095}).touching);
   EXPECT_FALSE(world.tick({0.0018, 0.001, 0.0095}).touching);  // in the next tooth
 }
@@ -374,7 +374,7 @@ TEST(Contact, LetsGoOfALeavingBodyForGood) {
   const int ball = world.add(shapes::sphere(0.05, 12));
   world.place({0, 0, 0.051});
   world.tick({0, 0, 0.048});
-  world.bodies()[static_cast<std::size_t>(ball)].leaving = true;
+  world.bodies()[static_cast<std::size_t>(ball)].pendingRemoval = true;
   world.lead({0, 0, 0.048}, {0.01, 0, 0.047}, 0.001, [](const ContactResult& r, Vec3) { EXPECT_TRUE(r.touching); });
   EXPECT_FALSE(world.tick({0.01, 0, 0.053}).touching);
   EXPECT_FALSE(world.tick({0.01, 0, 0.04}).touching);

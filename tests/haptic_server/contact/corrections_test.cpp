@@ -15,7 +15,7 @@ class Apprentice {
  public:
   Apprentice(const Corrections& corrections, World& world, Vec3 hip) : corrections_(corrections), world_(world) {
     world_.place(hip);
-    place(state_, hip);
+    resetContact(state_, hip);
   }
   ContactResult tick(Vec3 hip) {
     for (Body& body : world_.bodies()) body.update();
@@ -176,8 +176,8 @@ TEST(Corrections, TheSegmentTestIsTheOneThatIsNamed) {
 }
 
 /// A millimetre too high.
-Foot highFoot(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
-  Foot foot = closestOn(record, triangle, h);
+ClosestPoint highFoot(const TriangleRecord& record, std::uint32_t triangle, Vec3 h) noexcept {
+  ClosestPoint foot = closestOn(record, triangle, h);
   foot.point.z += 0.001;
   return foot;
 }

@@ -27,7 +27,7 @@ shapes::Shape crumpledBall(double disorder) {
 
 /// How often the surface winds around a point: the sum of the solid angles of its triangles (Van Oosterom and Strackee
 /// 1983). A part turned inside out winds the other way.
-double windingAround(const Surface& s, Vec3 p) {
+double windingAround(const CollisionMesh& s, Vec3 p) {
   double angle = 0;
   for (std::uint32_t t = 0; t < s.triangleCount(); ++t) {
     const TriangleRecord& r = s.triangle(t);
@@ -45,7 +45,7 @@ TEST_P(Crumpled, BallIsNeverEntered) {
   constexpr int kTicks = 40'000;
   constexpr double kDeepest = 2e-7;  // m: the skin and the vertices' rounding
   const auto surface = crumpledBall(GetParam()).build();
-  ASSERT_TRUE(surface->anyCrossed());
+  ASSERT_TRUE(surface->anySelfIntersecting());
   World world;
   world.add(surface);
   std::mt19937_64 random(3);
@@ -54,7 +54,7 @@ TEST_P(Crumpled, BallIsNeverEntered) {
   world.place(hip);
   Vec3 speed(0);  // m per tick
   int touching = 0;
-  int unsettled = 0;
+  int notConverged = 0;
   for (int i = 0; i < kTicks; ++i) {
     speed = speed * 0.9 + Vec3(push(random), push(random), push(random)) * 0.0004;
     speed -= hip * (0.01 * (glm::length(hip) - 0.030) / glm::length(hip));
@@ -62,15 +62,15 @@ TEST_P(Crumpled, BallIsNeverEntered) {
     const ContactResult r = world.tick(hip);
     ASSERT_TRUE(r.touching || r.ihip == hip);
     int spent = 0;
-    const Foot foot = surface->closestFoot(r.ihip, static_cast<int>(surface->triangleCount()) + 1, spent);
+    const ClosestPoint foot = surface->closestFoot(r.ihip, static_cast<int>(surface->triangleCount()) + 1, spent);
     if (foot.squaredDistance > kDeepest * kDeepest) {
       ASSERT_LT(windingAround(*surface, r.ihip), 0.5) << "tick " << i;
     }
     touching += r.touching ? 1 : 0;
-    unsettled += r.work.unsettled ? 1 : 0;
+    notConverged += r.work.notConverged ? 1 : 0;
   }
   EXPECT_GT(touching, kTicks / 4);
-  EXPECT_LT(unsettled, kTicks / 50);
+  EXPECT_LT(notConverged, kTicks / 50);
 }
 
 INSTANTIATE_TEST_SUITE_P(ByDisorder, Crumpled, testing::Values(0.7, 1.0), [](const auto& disorder) {

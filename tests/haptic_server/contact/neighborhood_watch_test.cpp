@@ -13,12 +13,12 @@ namespace {
 
 using shapes::Shape;
 
-SearchResult search(const Surface& s, std::uint32_t start, Vec3 h) {
+SearchResult search(const CollisionMesh& s, std::uint32_t start, Vec3 h) {
   int spent = 0;
   return neighborhoodWatch(s, start, h, nullptr, spent);
 }
 
-double bruteDistance(const Surface& s, Vec3 h) {
+double bruteDistance(const CollisionMesh& s, Vec3 h) {
   double best = std::numeric_limits<double>::infinity();
   for (std::uint32_t t = 0; t < s.triangleCount(); ++t) {
     best = std::min(best, closestOn(s.triangle(t), t, h).squaredDistance);
@@ -26,7 +26,7 @@ double bruteDistance(const Surface& s, Vec3 h) {
   return std::sqrt(best);
 }
 
-bool faces(const Surface& s, std::uint32_t t, Vec3 h) {
+bool faces(const CollisionMesh& s, std::uint32_t t, Vec3 h) {
   return glm::dot(s.faceNormal(t), h - s.triangle(t).corner(0)) > 0;
 }
 
@@ -36,7 +36,7 @@ class NeighborhoodWatch : public testing::Test {
     std::uniform_real_distribution<double> at(-size, size);
     return {at(random_), at(random_), at(random_)};
   }
-  std::uint32_t any(const Surface& s) {
+  std::uint32_t any(const CollisionMesh& s) {
     return std::uniform_int_distribution<std::uint32_t>(0, s.triangleCount() - 1)(random_);
   }
   std::mt19937_64 random_{1};
@@ -113,7 +113,7 @@ TEST_F(NeighborhoodWatch, FindsTheGloballyClosestPointOfConvexMeshesFromAnyPolyg
 }
 
 /// No triangle that touches the foot is closer: the local optimality that the god-object satisfies too.
-void expectLocalMinimum(const Surface& s, const Foot& foot, Vec3 h) {
+void expectLocalMinimum(const CollisionMesh& s, const ClosestPoint& foot, Vec3 h) {
   for (std::uint32_t t = 0; t < s.triangleCount(); ++t) {
     if (closestOn(s.triangle(t), t, foot.point).squaredDistance > 1e-24) continue;
     const double there = closestOn(s.triangle(t), t, h).squaredDistance;
@@ -143,7 +143,7 @@ TEST_F(NeighborhoodWatch, MovesOnTheSurfaceAndOnlyCloser) {
     SearchPath path;
     int spent = 0;
     const std::uint32_t start = any(*s);
-    const Foot foot = neighborhoodWatch(*s, start, h, &path, spent).foot;
+    const ClosestPoint foot = neighborhoodWatch(*s, start, h, &path, spent).foot;
     if (!path.complete()) continue;
     Vec3 last = path.begin()->place;
     double distance = std::numeric_limits<double>::infinity();

@@ -125,7 +125,7 @@ class Page(unittest.TestCase):
         self.assertEqual(len(table), 9)
         for exponent, name in table:
             value = float(values[name])
-            inSkins = name not in ("kSkin", "kLift", "kPathLift")
+            inSkins = name not in ("kSkin", "kStartOffset", "kPathOffset")
             self.assertEqual(value * skin if inSkins else value, 2.0 ** int(exponent), name)
 
     def test_bounds_are_those_of_the_code(self):

@@ -13,8 +13,8 @@
 namespace haptics {
 namespace {
 
-constexpr double kSame = 2e-6;   // m: a few skins, along triangles that are nearly flat
-constexpr double kUnder = 3e-7;  // m
+constexpr double kSame = 2e-6;           // m: a few skins, along triangles that are nearly flat
+constexpr double kSupportMargin = 3e-7;  // m
 
 /// A moment of a random walk about five bodies, and where a reference proxy that divides the tick by 64 and knows
 /// triangles only has its IHIP at the end of the tick. World, metres.
@@ -23,7 +23,7 @@ struct Moment {
   friend std::ostream& operator<<(std::ostream& out, const Moment& moment) { return out << moment.name; }
   ContactState::Mode mode;
   Feature feature;
-  std::vector<HoldingSurface> holding;
+  std::vector<ContactSurface> holding;
   Vec3 local, hip, ihip;  // at the start
   Vec3 nextHip, nextIhip;
 };
@@ -128,12 +128,12 @@ TEST_P(PathContinuity, IsThatOfASlowHand) {
   state.ihip = moment.ihip;
   const ContactResult r = world.tick(moment.nextHip);
   EXPECT_TRUE(r.touching);
-  EXPECT_FALSE(r.work.unsettled);
+  EXPECT_FALSE(r.work.notConverged);
   EXPECT_NEAR(glm::distance(r.ihip, moment.nextIhip), 0, kSame);
-  for (const HoldingSurface& s : state.surfaces()) {
+  for (const ContactSurface& s : state.surfaces()) {
     const Body& body = world.bodies()[static_cast<std::size_t>(s.body)];
-    const Foot foot = closestOn(body.surface->triangle(s.triangle), s.triangle, body.frame.toLocal(r.ihip));
-    EXPECT_LT(std::sqrt(foot.squaredDistance), kUnder) << "polygon " << s.triangle << " of body " << s.body;
+    const ClosestPoint foot = closestOn(body.surface->triangle(s.triangle), s.triangle, body.frame.toLocal(r.ihip));
+    EXPECT_LT(std::sqrt(foot.squaredDistance), kSupportMargin) << "polygon " << s.triangle << " of body " << s.body;
   }
 }
 

@@ -82,7 +82,7 @@ TEST_P(RandomWalk, NeverEntersAnyBody) {
   Vec3 speed(0);  // m per tick
   world.place(hip);
   int touching = 0;
-  int unsettled = 0;
+  int notConverged = 0;
   for (int i = 0; i < kTicks; ++i) {
     // A hand that wanders about the middle of the scene; its pace changes every half second.
     const double pace = std::array{0.0001, 0.00002, 0.001}[static_cast<std::size_t>(i / 500) % 3];
@@ -96,12 +96,12 @@ TEST_P(RandomWalk, NeverEntersAnyBody) {
     ASSERT_LT(world.depthInside(r.ihip), kDeepest) << "tick " << i << " mode " << static_cast<int>(world.state().mode);
     ASSERT_TRUE(r.touching || r.ihip == hip);
     ASSERT_LE(r.work.triangles, kSearchBudget + 48);
-    ASSERT_EQ(r.work.crowdedOut, 0);
+    ASSERT_EQ(r.work.droppedBodies, 0);
     touching += r.touching ? 1 : 0;
-    unsettled += r.work.unsettled ? 1 : 0;
+    notConverged += r.work.notConverged ? 1 : 0;
   }
   EXPECT_GT(touching, kTicks / 20);
-  EXPECT_LT(unsettled, kTicks / 50);
+  EXPECT_LT(notConverged, kTicks / 50);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, RandomWalk, testing::ValuesIn(scenes()), [](const auto& scene) {

@@ -109,11 +109,11 @@ TEST(SeveralBodies, LeaveTheTrianglesAroundAVertexToTheNeighborhoodWatch) {
   for (int stroke = 0; stroke < 200; ++stroke) {
     const Vec3 aim = 0.025 * Vec3(normal(random), normal(random), 0.5 + normal(random));
     world.lead(hip, aim, 0.0005, [&](const ContactResult& r, Vec3) {
-      if (world.state().mode != ContactState::Mode::kSeveralSurfaces || r.work.unsettled) return;
+      if (world.state().mode != ContactState::Mode::kSeveralSurfaces || r.work.notConverged) return;
       ++several;
       const auto held = world.state().surfaces();
-      const Surface& mesh = *world.bodies()[static_cast<std::size_t>(held.front().body)].surface;
-      const bool oneFan = std::all_of(held.begin(), held.end(), [&](const HoldingSurface& s) {
+      const CollisionMesh& mesh = *world.bodies()[static_cast<std::size_t>(held.front().body)].surface;
+      const bool oneFan = std::all_of(held.begin(), held.end(), [&](const ContactSurface& s) {
         return s.body == held.front().body && meet(mesh.triangle(s.triangle), mesh.triangle(held.front().triangle));
       });
       EXPECT_FALSE(oneFan && held.size() > 1);
@@ -194,7 +194,7 @@ TEST(SeveralBodies, OfOneMeshThatCrossesItselfAreGuardedToo) {
   crossed.add(shapes::box({0.04, 0.04, 0.06}, 3), Vec3(0.0403, 0.0007, 0.02));
   World world;
   const int body = world.add(crossed);
-  ASSERT_TRUE(world.bodies()[static_cast<std::size_t>(body)].surface->anyCrossed());
+  ASSERT_TRUE(world.bodies()[static_cast<std::size_t>(body)].surface->anySelfIntersecting());
   world.place({-0.02, 0.003, 0.001});
   world.tick({-0.02, 0.003, -0.003});
   world.lead({-0.02, 0.003, -0.003}, {0.05, 0.003, -0.003}, 0.001, [&](const ContactResult& r, Vec3 hip) {
@@ -220,7 +220,7 @@ TEST(SeveralBodies, OfOneMeshBentIntoItselfAreGuardedToo) {
                 kArcRadius_m - inwards * std::cos(angle) - beyond);
   });
   World world;
-  world.add(refitSurface(*straight.build(), bent.vertices));
+  world.add(refitCollisionMesh(*straight.build(), bent.vertices));
   world.place({0.05, 0.003, 0.011});
   world.tick({0.05, 0.003, 0.007});
   world.lead({0.05, 0.003, 0.007}, {0.2, 0.003, 0.007}, 0.001, [&](const ContactResult& r, Vec3 hip) {
@@ -237,7 +237,7 @@ TEST(SeveralBodies, BeyondTheCapacityAreCountedAndTheFarthestLeftOut) {
   world.place({0, 0, 0.011});
   const ContactResult r = world.tick({0, 0, 0.0099});
   EXPECT_TRUE(r.touching);
-  EXPECT_EQ(r.work.crowdedOut, 5);
+  EXPECT_EQ(r.work.droppedBodies, 5);
 }
 
 }  // namespace

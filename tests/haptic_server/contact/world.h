@@ -11,7 +11,7 @@ namespace haptics {
 /// Bodies, a proxy among them and a HIP led by the test. Poses set between ticks are motion, as in the servo's step.
 class World {
  public:
-  int add(std::shared_ptr<const Surface> surface, Pose pose = {}) {
+  int add(std::shared_ptr<const CollisionMesh> surface, Pose pose = {}) {
     surfaces_.push_back(std::move(surface));
     Body body;
     body.surface = surfaces_.back().get();
@@ -23,7 +23,7 @@ class World {
   int add(const shapes::Shape& shape, Pose pose = {}) { return add(shape.build(), pose); }
   int add(const shapes::Shape& shape, Vec3 position) { return add(shape.build(), Pose{{1, 0, 0, 0}, position}); }
 
-  void place(Vec3 hip) { haptics::place(state_, hip); }
+  void place(Vec3 hip) { haptics::resetContact(state_, hip); }
   /// In effect at the next tick.
   void move(int body, const Pose& pose) { bodies_[static_cast<std::size_t>(body)].current = pose; }
   ContactResult tick(Vec3 hip) {
@@ -49,7 +49,8 @@ class World {
       if (!body.surface->closed()) continue;
       const Vec3 local = toLocal(body.current, world);
       int spent = 0;
-      const Foot foot = body.surface->closestFoot(local, static_cast<int>(body.surface->triangleCount()) + 1, spent);
+      const ClosestPoint foot =
+          body.surface->closestFoot(local, static_cast<int>(body.surface->triangleCount()) + 1, spent);
       if (!body.surface->isOutside(foot, local)) depth = std::max(depth, std::sqrt(foot.squaredDistance));
     }
     return depth;
@@ -60,7 +61,7 @@ class World {
   [[nodiscard]] const ContactResult& result() const { return result_; }
 
  private:
-  std::vector<std::shared_ptr<const Surface>> surfaces_;
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
   std::vector<Body> bodies_;
   ContactState state_;
   ContactResult result_;

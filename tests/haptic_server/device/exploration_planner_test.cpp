@@ -15,18 +15,18 @@
 namespace haptics {
 namespace {
 
-std::shared_ptr<const Surface> surfaceOf(const Result<TriMesh>& mesh) {
-  return buildSurface(mesh.value().vertices, mesh.value().triangles);
+std::shared_ptr<const CollisionMesh> surfaceOf(const Result<TriMesh>& mesh) {
+  return buildCollisionMesh(mesh.value().vertices, mesh.value().triangles);
 }
 
-std::shared_ptr<const Surface> boxSurface(Vec3 size) { return surfaceOf(makeBox(size, 4)); }
-std::shared_ptr<const Surface> sphereSurface() { return surfaceOf(makeSphere(0.05, 24)); }
-std::shared_ptr<const Surface> torusSurface() { return surfaceOf(makeTorus(0.042, 0.018, 128, 64)); }
+std::shared_ptr<const CollisionMesh> boxSurface(Vec3 size) { return surfaceOf(makeBox(size, 4)); }
+std::shared_ptr<const CollisionMesh> sphereSurface() { return surfaceOf(makeSphere(0.05, 24)); }
+std::shared_ptr<const CollisionMesh> torusSurface() { return surfaceOf(makeTorus(0.042, 0.018, 128, 64)); }
 
 double length(const Stroke& stroke) { return glm::distance(stroke.points.front(), stroke.points.back()); }
 
 /// Metres from a point to a surface.
-double distanceTo(const Surface& surface, const Pose& pose, Vec3 p) {
+double distanceTo(const CollisionMesh& surface, const Pose& pose, Vec3 p) {
   const Vec3 local = toLocal(pose, p);
   int spent = 0;
   return glm::distance(surface.closestFoot(local, 1 << 20, spent).point, local);
@@ -110,7 +110,7 @@ TEST(ExplorationPlanner, StrokesASheetFromEitherSide) {
   const std::vector<Vec3f> corners{{-0.05F, -0.05F, 0}, {0.05F, -0.05F, 0}, {0.05F, 0.05F, 0}, {-0.05F, 0.05F, 0}};
   for (const auto& triangles : {std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}},
                                 std::vector<std::array<std::uint32_t, 3>>{{0, 2, 1}, {0, 3, 2}}}) {
-    const auto sheet = buildSurface(corners, triangles);
+    const auto sheet = buildCollisionMesh(corners, triangles);
     const auto plan = makeExplorationPlan(std::vector<ExploredObject>{{1, sheet, Pose{}}});
     ASSERT_EQ(plan.strokes.size(), 1U);
     EXPECT_GT(length(plan.strokes[0]), 0.04);
@@ -121,7 +121,7 @@ TEST(ExplorationPlanner, StrokesASheetFromEitherSide) {
 TEST(ExplorationPlanner, LeavesOutAnObjectThatIsTooSteepEverywhere) {
   const std::vector<Vec3f> corners{
       {0, -0.05F, -0.05F}, {0, 0.05F, -0.05F}, {0.01F, 0.05F, 0.05F}, {0.01F, -0.05F, 0.05F}};
-  const auto wall = buildSurface(corners, std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}});
+  const auto wall = buildCollisionMesh(corners, std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}});
   const auto box = boxSurface(Vec3(0.05));
   const auto plan =
       makeExplorationPlan(std::vector<ExploredObject>{{1, wall, Pose{}}, {2, box, {{1, 0, 0, 0}, {0.3, 0, 0}}}});
@@ -133,8 +133,8 @@ TEST(ExplorationPlanner, LeavesOutAnObjectThatIsTooSteepEverywhere) {
 }
 
 TEST(ExplorationPlanner, RemembersOnlyWhatIsStillTrue) {
-  const std::vector<std::shared_ptr<const Surface>> surfaces{boxSurface({0.07, 0.07, 0.05}), sphereSurface(),
-                                                             surfaceOf(makeTorus(0.042, 0.018, 32, 16))};
+  const std::vector<std::shared_ptr<const CollisionMesh>> surfaces{boxSurface({0.07, 0.07, 0.05}), sphereSurface(),
+                                                                   surfaceOf(makeTorus(0.042, 0.018, 32, 16))};
   std::mt19937 random(3);
   const auto anywhere = [&] {
     std::uniform_real_distribution<double> at(-0.15, 0.15);

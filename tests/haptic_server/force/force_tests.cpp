@@ -44,57 +44,58 @@ TEST(SpringDamper, DampsPressingInAndNeverPullsWhenLifted) {
   EXPECT_NEAR(out.spring.z + out.damping.z, 0, 1e-12);
 }
 
-constexpr double kMost_N = 100;  // of a device
+constexpr double kMax_N = 100;  // of a device
 
-TEST(FeltStiffness, IsThereAtOnceWithoutContact) {
-  FeltStiffness felt;
-  felt.follow({800, 1}, 0, 0, kMost_N, kPeriod_s);
+TEST(RateLimitedStiffness, IsThereAtOnceWithoutContact) {
+  RateLimitedStiffness felt;
+  felt.follow({800, 1}, 0, 0, kMax_N, kPeriod_s);
   EXPECT_EQ(felt.value(), (Stiffness{800, 1}));
 }
 
-TEST(FeltStiffness, NeverChangesTheForceFasterThanItsRateAndArrives) {
-  FeltStiffness felt;
-  felt.follow({200, 0}, 0, 0, kMost_N, kPeriod_s);
+TEST(RateLimitedStiffness, NeverChangesTheForceFasterThanItsRateAndArrives) {
+  RateLimitedStiffness felt;
+  felt.follow({200, 0}, 0, 0, kMax_N, kPeriod_s);
   const double penetration = 0.005;
   const Stiffness target{3000, 2};
   double force = 200 * penetration;
   int ticks = 0;
   for (; felt.value() != target && ticks < 2000; ++ticks) {
-    felt.follow(target, penetration, 0, kMost_N, kPeriod_s);
+    felt.follow(target, penetration, 0, kMax_N, kPeriod_s);
     const double next = felt.value().spring_N_per_m * penetration;
-    EXPECT_LE(next - force, FeltStiffness::kRate_N_per_s * kPeriod_s + 1e-12);
+    EXPECT_LE(next - force, RateLimitedStiffness::kRate_N_per_s * kPeriod_s + 1e-12);
     force = next;
   }
-  EXPECT_NEAR(ticks, (3000 - 200) * penetration / FeltStiffness::kRate_N_per_s / kPeriod_s, 2);
+  EXPECT_NEAR(ticks, (3000 - 200) * penetration / RateLimitedStiffness::kRate_N_per_s / kPeriod_s, 2);
 }
 
-TEST(FeltStiffness, LosesAtOnceWhatTheDeviceCannotShow) {
+TEST(RateLimitedStiffness, LosesAtOnceWhatTheDeviceCannotShow) {
   constexpr double kDepth_m = 0.01;
-  FeltStiffness felt;
+  RateLimitedStiffness felt;
   felt.follow({3000, 0}, 0, 0, 8, kPeriod_s);
   felt.follow({}, kDepth_m, 0, 8, kPeriod_s);
-  EXPECT_NEAR(felt.value().spring_N_per_m * kDepth_m, 8 - FeltStiffness::kRate_N_per_s * kPeriod_s, 1e-9);
+  EXPECT_NEAR(felt.value().spring_N_per_m * kDepth_m, 8 - RateLimitedStiffness::kRate_N_per_s * kPeriod_s, 1e-9);
 }
 
-TEST(FeltStiffness, FollowsAnEditAtItsRateWhateverItsFactorIs) {
+TEST(RateLimitedStiffness, FollowsAnEditAtItsRateWhateverItsFactorIs) {
   constexpr double kDepth_m = 0.005, kFactor = 1.8;
-  FeltStiffness felt;
-  felt.follow({200, 1}, 0, 0, kMost_N, kPeriod_s);
+  RateLimitedStiffness felt;
+  felt.follow({200, 1}, 0, 0, kMax_N, kPeriod_s);
   felt.vary(kFactor);
   EXPECT_EQ(felt.value(), (Stiffness{200 * kFactor, kFactor}));
   EXPECT_EQ(felt.mean(), (Stiffness{200, 1}));
   double put_J = 0;
   for (int ticks = 0; felt.mean() != Stiffness{800, 1} && ticks < 2000; ++ticks) {
     const double before_N = felt.value().spring_N_per_m * kDepth_m;
-    put_J += felt.follow({800, 1}, kDepth_m, 0, kMost_N, kPeriod_s);
-    EXPECT_LE(felt.value().spring_N_per_m * kDepth_m - before_N, FeltStiffness::kRate_N_per_s * kPeriod_s + 1e-12);
+    put_J += felt.follow({800, 1}, kDepth_m, 0, kMax_N, kPeriod_s);
+    EXPECT_LE(felt.value().spring_N_per_m * kDepth_m - before_N,
+              RateLimitedStiffness::kRate_N_per_s * kPeriod_s + 1e-12);
   }
   EXPECT_NEAR(put_J, 600 * kFactor * kDepth_m * kDepth_m / 2, 1e-12);
 }
 
-TEST(FeltStiffness, IsAsItWasWhereAnEditChangesItsFactor) {
-  FeltStiffness felt;
-  felt.follow({200, 1}, 0, 0, kMost_N, kPeriod_s);
+TEST(RateLimitedStiffness, IsAsItWasWhereAnEditChangesItsFactor) {
+  RateLimitedStiffness felt;
+  felt.follow({200, 1}, 0, 0, kMax_N, kPeriod_s);
   felt.vary(2);
   felt.varyByEdit(0.5);
   EXPECT_EQ(felt.value(), (Stiffness{400, 2}));

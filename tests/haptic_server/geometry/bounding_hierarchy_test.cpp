@@ -14,7 +14,7 @@ namespace {
 
 using shapes::Shape;
 
-Crossing bruteCrossing(const Surface& s, Vec3 from, Vec3 to) {
+Crossing bruteCrossing(const CollisionMesh& s, Vec3 from, Vec3 to) {
   Crossing first;
   const Segment segment(from, to);
   for (std::uint32_t t = 0; t < s.triangleCount(); ++t) {
@@ -24,10 +24,10 @@ Crossing bruteCrossing(const Surface& s, Vec3 from, Vec3 to) {
   return first;
 }
 
-Foot bruteFoot(const Surface& s, Vec3 h) {
-  Foot best;
+ClosestPoint bruteFoot(const CollisionMesh& s, Vec3 h) {
+  ClosestPoint best;
   for (std::uint32_t t = 0; t < s.triangleCount(); ++t) {
-    const Foot foot = closestOn(s.triangle(t), t, h);
+    const ClosestPoint foot = closestOn(s.triangle(t), t, h);
     if (foot.squaredDistance < best.squaredDistance) best = foot;
   }
   return best;
@@ -151,7 +151,7 @@ TEST_P(Hierarchy, FindsTheClosestPointThatAllTrianglesTogetherHave) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 h = point(0.1);
     int spent = 0;
-    const Foot found = s->closestFoot(h, 1 << 20, spent);
+    const ClosestPoint found = s->closestFoot(h, 1 << 20, spent);
     EXPECT_EQ(found.squaredDistance, bruteFoot(*s, h).squaredDistance);
     if (!s->hierarchy().hasCells()) {
       EXPECT_LE(spent, static_cast<int>(s->triangleCount()));
@@ -203,7 +203,7 @@ TEST(HierarchyBudget, GivesTheBestOfWhatItMayLookAt) {
     double last = std::numeric_limits<double>::infinity();
     for (const int budget : {1, 8, 64, 512, 100000}) {
       int spent = 0;
-      const Foot foot = s->closestFoot(h, budget, spent);
+      const ClosestPoint foot = s->closestFoot(h, budget, spent);
       EXPECT_LE(spent, budget);
       ASSERT_NE(foot.triangle, kNoTriangle);
       EXPECT_LE(foot.squaredDistance, last);

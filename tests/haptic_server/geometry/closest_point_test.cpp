@@ -38,14 +38,14 @@ long double referenceDistance(const Corners& corners, Vec3 h) {
   return best;
 }
 
-class ClosestPoint : public testing::Test {
+class ClosestPointOfTriangle : public testing::Test {
  protected:
   Vec3 point(double size) {
     std::uniform_real_distribution<double> at(-size, size);
     return {at(random_), at(random_), at(random_)};
   }
   void expectRight(const Corners& corners, Vec3 h) {
-    const Foot foot = closestOn(record(corners), 7, h);
+    const ClosestPoint foot = closestOn(record(corners), 7, h);
     const auto reference = static_cast<double>(referenceDistance(corners, h));
     EXPECT_EQ(foot.triangle, 7U);
     EXPECT_NEAR(std::sqrt(foot.squaredDistance), reference, 1e-12 * (reference + glm::length(h)));
@@ -54,7 +54,7 @@ class ClosestPoint : public testing::Test {
   std::mt19937_64 random_{1};
 };
 
-TEST_F(ClosestPoint, IsTheNearestOfAllPrimitivesForEveryOrderOfTheCorners) {
+TEST_F(ClosestPointOfTriangle, IsTheNearestOfAllPrimitivesForEveryOrderOfTheCorners) {
   for (int i = 0; i < 2000; ++i) {
     Corners corners{Vec3f(point(1)), Vec3f(point(1)), Vec3f(point(1))};
     const Vec3 h = point(2);
@@ -65,7 +65,7 @@ TEST_F(ClosestPoint, IsTheNearestOfAllPrimitivesForEveryOrderOfTheCorners) {
   }
 }
 
-TEST_F(ClosestPoint, HoldsOnNeedlesAndOnCornersThatLieOnALine) {
+TEST_F(ClosestPointOfTriangle, HoldsOnNeedlesAndOnCornersThatLieOnALine) {
   for (int i = 0; i < 5000; ++i) {
     const double width = i % 2 == 0 ? 5e-5 : 1e-7;  // 20 x 0.001 mm, and as thin as floats can say
     const Corners needle{Vec3f(0), Vec3f(0.02F, 0, 0),
@@ -76,10 +76,10 @@ TEST_F(ClosestPoint, HoldsOnNeedlesAndOnCornersThatLieOnALine) {
   }
 }
 
-TEST_F(ClosestPoint, NamesThePrimitiveAndGivesTiesToTheLowerDimension) {
+TEST_F(ClosestPointOfTriangle, NamesThePrimitiveAndGivesTiesToTheLowerDimension) {
   const TriangleRecord r = record({Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0)});
   const auto expect = [&](Vec3 h, Feature feature, int index) {
-    const Foot foot = closestOn(r, 0, h);
+    const ClosestPoint foot = closestOn(r, 0, h);
     EXPECT_EQ(foot.feature, feature) << h.x << " " << h.y;
     EXPECT_EQ(foot.index, index) << h.x << " " << h.y;
   };
@@ -95,7 +95,7 @@ TEST_F(ClosestPoint, NamesThePrimitiveAndGivesTiesToTheLowerDimension) {
   expect({0, 2, 0}, Feature::kVertex, 2);
 }
 
-TEST_F(ClosestPoint, FromInsideAnObtuseCornersShadowIsStillOnTheRightEdge) {
+TEST_F(ClosestPointOfTriangle, FromInsideAnObtuseCornersShadowIsStillOnTheRightEdge) {
   // The angle at corner 1 is 170 degrees: beyond edge 0 and past its end, yet nearest to edge 1.
   const Corners obtuse{Vec3f(-1, 0, 0), Vec3f(0, 0, 0), Vec3f(0.98F, 0.17F, 0)};
   for (int i = 0; i < 2000; ++i) expectRight(obtuse, point(1));

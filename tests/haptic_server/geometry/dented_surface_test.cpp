@@ -32,7 +32,7 @@ TEST(DentedSurface, HasTheCornersOfEachVertexByItselfToTheBit) {
       ASSERT_EQ(now.neighbour(static_cast<int>(k)), triangle.neighbour(static_cast<int>(k)));
       moved += alone != corner[k] ? 1 : 0;
     }
-    const Four parts = partsOf(dents[0], cornersAtOnce(triangle), falloff);
+    const Double4 parts = partsOf(dents[0], cornersAtOnce(triangle), falloff);
     for (std::size_t k = 0; k < 3; ++k) {
       ASSERT_EQ(parts[static_cast<int>(k)], falloff.at(Vec3(corner[k]) - Vec3(dents[0].centre))) << i;
     }

@@ -31,7 +31,7 @@ double solidAngleWinding(const shapes::Shape& shape, Vec3 at) {
   return sum / (2 * std::numbers::pi);
 }
 
-int windingOf(const Surface& surface, Vec3 at) {
+int windingOf(const CollisionMesh& surface, Vec3 at) {
   Allowance endless;
   return windingNumber(surface, at, endless);
 }

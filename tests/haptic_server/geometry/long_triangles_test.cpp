@@ -57,21 +57,21 @@ shapes::Shape mixed() {
   return all;
 }
 
-void expectQueriesOfBruteForce(const Surface& surface) {
+void expectQueriesOfBruteForce(const CollisionMesh& surface) {
   Places place;
   for (int i = 0; i < 400; ++i) {
     const Vec3 from = place(), to = i % 2 == 0 ? place() : from + place(0.001);
     const Segment segment(from, to);
     double first = 1;
     bool any = false;
-    Foot nearest;
+    ClosestPoint nearest;
     for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
       Crossing crossing{t};
       if (segment.enters(surface.triangle(t), true, crossing)) {
         first = any ? std::min(first, crossing.time) : crossing.time;
         any = true;
       }
-      const Foot foot = closestOn(surface.triangle(t), t, from);
+      const ClosestPoint foot = closestOn(surface.triangle(t), t, from);
       if (foot.squaredDistance < nearest.squaredDistance) nearest = foot;
     }
     Allowance endless;
@@ -119,10 +119,10 @@ TEST(LongTriangles, AreRefittedToWhereTheyHaveMoved) {
   shapes::Shape shape = mixed();
   const auto before = shape.build();
   shape = shape.mapped([](Vec3 v) { return Vec3(v.x + 0.3 * v.y, v.y - 0.2 * v.z, 0.9 * v.z); });
-  const auto refitted = refitSurface(*before, shape.vertices);
+  const auto refitted = refitCollisionMesh(*before, shape.vertices);
   ASSERT_TRUE(refitted->hierarchy().hasCells());
   expectQueriesOfBruteForce(*refitted);
-  const auto again = refitSurface(*refitted, shape.vertices);
+  const auto again = refitCollisionMesh(*refitted, shape.vertices);
   EXPECT_EQ(again->hierarchy().nodes().size(), refitted->hierarchy().nodes().size());
 }
 
@@ -135,11 +135,11 @@ TEST(LongTriangles, AreDentedWhereThereIsNothingElse) {
     ASSERT_TRUE(before->hierarchy().hasCells());
     ASSERT_EQ(before->hierarchy().firstInCells(), 0U);
     const shapes::Shape pressed = shape.mapped([&](Vec3 v) { return v + displacementBy(dent, falloff, v); });
-    const auto dented = refitSurface(*before, pressed.vertices);
+    const auto dented = refitCollisionMesh(*before, pressed.vertices);
     ASSERT_TRUE(dented->hierarchy().hasCells());
     ASSERT_EQ(dented->hierarchy().firstInCells(), 0U);
     expectQueriesOfBruteForce(*dented);
-    const auto back = refitSurface(*dented, shape.vertices);
+    const auto back = refitCollisionMesh(*dented, shape.vertices);
     EXPECT_EQ(back->hierarchy().cellCount(), before->hierarchy().cellCount());
     expectQueriesOfBruteForce(*back);
   }
@@ -192,7 +192,7 @@ TEST(LongTriangles, AreMarkedWhereTheyPassThroughEachOther) {
         }
       }
     }
-    for (std::uint32_t t = 0; t < count; ++t) ASSERT_EQ(surface->triangle(t).crossed(), crossed[t]) << t;
+    for (std::uint32_t t = 0; t < count; ++t) ASSERT_EQ(surface->triangle(t).selfIntersecting(), crossed[t]) << t;
   }
 }
 

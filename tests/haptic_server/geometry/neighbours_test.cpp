@@ -64,7 +64,7 @@ TEST(Neighbours, StopWhenTheVisitorHasSeenEnough) {
   EXPECT_EQ(seen, 5);
 }
 
-int boundaries(const Surface& s) {
+int boundaries(const CollisionMesh& s) {
   int count = 0;
   for (std::uint32_t t = 0; t < s.triangleCount(); ++t) {
     for (int k = 0; k < 3; ++k) count += s.triangle(t).neighbour(k) == kNoTriangle ? 1 : 0;

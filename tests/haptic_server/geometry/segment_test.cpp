@@ -12,7 +12,7 @@ namespace {
 using shapes::Shape;
 
 /// Counts segments through `aim` from outside to inside of a star-shaped body about the origin that enter nothing.
-int leaks(const Surface& surface, const std::vector<Vec3>& aims, int each, std::uint64_t seed) {
+int leaks(const CollisionMesh& surface, const std::vector<Vec3>& aims, int each, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> at(-0.3, 0.3);
   int lost = 0;

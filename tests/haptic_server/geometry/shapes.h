@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "haptic_server/geometry/surface.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 /// Meshes for the tests of geometry and contact: closed, consistently oriented, welded unless a name says otherwise;
 /// metres.
@@ -20,8 +20,8 @@ struct Shape {
   std::vector<Vec3f> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 
-  [[nodiscard]] std::shared_ptr<const Surface> build(int threads = 1) const {
-    return buildSurface(vertices, triangles, threads);
+  [[nodiscard]] std::shared_ptr<const CollisionMesh> build(int threads = 1) const {
+    return buildCollisionMesh(vertices, triangles, threads);
   }
   [[nodiscard]] Vec3 corner(std::size_t t, std::size_t k) const { return Vec3(vertices[triangles[t][k]]); }
   void add(const Shape& other, Vec3 at = Vec3(0)) {

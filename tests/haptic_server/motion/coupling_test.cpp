@@ -13,11 +13,11 @@ TEST(FeltMass, OfASliderIsItsMassAndOfAHingeItsMomentOverTheSquaredArm) {
   const TriMesh mesh = makeBox({0.2, 0.02, 0.1}, 2).value();
   RigidBody body = bodyOf(mesh, 0.3);
   body.freedom = Freedom::kSlider;
-  EXPECT_EQ(leastFeltMass_kg(body, mesh.vertices), 0.3);
+  EXPECT_EQ(minApparentMass_kg(body, mesh.vertices), 0.3);
   body.freedom = Freedom::kHinge;
   body.joint = {{-0.1, 0, 0}, {0, 0, 1}};
   const double moment = 0.3 * (0.2 * 0.2 + 0.02 * 0.02) / 12 + 0.3 * 0.1 * 0.1;
-  EXPECT_NEAR(leastFeltMass_kg(body, mesh.vertices), moment / (0.2 * 0.2 + 0.01 * 0.01), 1e-6);
+  EXPECT_NEAR(minApparentMass_kg(body, mesh.vertices), moment / (0.2 * 0.2 + 0.01 * 0.01), 1e-6);
 }
 
 TEST(FeltMass, OfAFreeBodyIsTheLeastThatAnyPushFeels) {
@@ -33,8 +33,8 @@ TEST(FeltMass, OfAFreeBodyIsTheLeastThatAnyPushFeels) {
       least = std::min(least, 1 / (1 / 0.3 + glm::dot(lever, lever / body.mass.moments)));
     }
   }
-  EXPECT_LE(leastFeltMass_kg(body, mesh.vertices), least);
-  EXPECT_NEAR(leastFeltMass_kg(body, mesh.vertices), least, 0.01 * least);
+  EXPECT_LE(minApparentMass_kg(body, mesh.vertices), least);
+  EXPECT_NEAR(minApparentMass_kg(body, mesh.vertices), least, 0.01 * least);
 }
 
 /// Largest speed, in those of the stylus, at which a spring that a moving stylus brings lets a body go.
@@ -62,12 +62,12 @@ TEST(BearableShare, LetsNoBodyBeThrownFasterThanAnElasticImpactDoes) {
   constexpr double kStiffness = 1000;
   for (const double damping : {0.0, 0.5, 2.0}) {
     for (const double mass_kg : {0.0001, 0.0005, 0.001, 0.002, 0.01, 0.1}) {
-      const double share = bearableShare(mass_kg, kStiffness, damping, kPeriod_s);
+      const double share = stableStiffnessShare(mass_kg, kStiffness, damping, kPeriod_s);
       EXPECT_LE(thrown(mass_kg, share * kStiffness, share * damping), 2.07) << mass_kg << " kg " << damping;
     }
     EXPECT_GT(thrown(0.0001, kStiffness, damping), 4) << "what it is there for";
   }
-  EXPECT_EQ(bearableShare(0.1, kStiffness, 0.5, kPeriod_s), 1);
+  EXPECT_EQ(stableStiffnessShare(0.1, kStiffness, 0.5, kPeriod_s), 1);
 }
 
 }  // namespace

@@ -58,9 +58,9 @@ class FakeHost final : public ServerHost {
 class ServerTest : public ::testing::Test {
  protected:
   ServerTest() {
-    EXPECT_TRUE(room.loadStartScene(edit(add("a"))));
-    room.start();
-    server = Server::listen(options(), room, host).value();
+    EXPECT_TRUE(sceneService.loadStartScene(edit(add("a"))));
+    sceneService.start();
+    server = Server::listen(options(), sceneService, host).value();
     server->start();
   }
 
@@ -133,7 +133,7 @@ class ServerTest : public ::testing::Test {
     editor = readClientCredentials(folder / kEditorFile).value();
     tls = TlsContext::client(viewer.serverCertificatePem).value();
     server->stop();
-    server = Server::listen(options(), room, host).value();
+    server = Server::listen(options(), sceneService, host).value();
     server->start();
   }
 
@@ -143,8 +143,8 @@ class ServerTest : public ::testing::Test {
   std::optional<TlsContext> tls;
   EventLoop loop;
   FakeHost host;
-  SceneCrossing crossing;
-  SceneRoom room{{}, crossing};
+  SceneMailbox mailbox;
+  SceneService sceneService{{}, mailbox};
   std::unique_ptr<Server> server;
 };
 
@@ -161,7 +161,7 @@ TEST_F(ServerTest, ServesAClientOverTcpFromWelcomeToEditLive) {
   ASSERT_TRUE(client.waitFor(Kind::kEditReply));
   EXPECT_EQ(client.raw->all(Kind::kEditReply)[0].edit_reply().accepted().revision(), 2U);
   ASSERT_TRUE(client.waitFor(Kind::kCommit));
-  EXPECT_EQ(client.raw->all(Kind::kCommit)[0].commit().root(), room.history()->version.root().asBytes());
+  EXPECT_EQ(client.raw->all(Kind::kCommit)[0].commit().root(), sceneService.history()->version.root().asBytes());
   for (std::uint64_t tick = 2; tick < 1000; ++tick) host.push(tick, tick < 500 ? 1 : 2, tick < 500 ? 0 : 500);
   ASSERT_TRUE(client.waitFor(Kind::kEditLive));
   EXPECT_EQ(client.raw->all(Kind::kEditLive)[0].edit_live().tick(), 500U);
@@ -332,14 +332,14 @@ TEST_F(ServerTest, CountsRandomBytesAsRefused) {
 }
 
 TEST_F(ServerTest, NamesTheAddressThatItCannotListenOn) {
-  const auto second = Server::listen(options("127.0.0.1:" + std::to_string(server->port())), room, host);
+  const auto second = Server::listen(options("127.0.0.1:" + std::to_string(server->port())), sceneService, host);
   ASSERT_FALSE(second);
   EXPECT_THAT(second.error().text(), ::testing::HasSubstr(std::to_string(server->port())));
-  const auto open = Server::listen(options("0.0.0.0:0"), room, host);
+  const auto open = Server::listen(options("0.0.0.0:0"), sceneService, host);
   ASSERT_FALSE(open);
   EXPECT_THAT(open.error().text(), ::testing::HasSubstr("--allow-insecure-lan"));
   EXPECT_THAT(open.error().text(), ::testing::HasSubstr("--credentials"));
-  const auto malformed = Server::listen(options("nonsense"), room, host);
+  const auto malformed = Server::listen(options("nonsense"), sceneService, host);
   ASSERT_FALSE(malformed);
   EXPECT_THAT(malformed.error().text(), ::testing::StartsWith("--listen"));
 }

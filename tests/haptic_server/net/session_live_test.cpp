@@ -5,7 +5,7 @@
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
-#include "haptic_server/net/adoption_watch.h"
+#include "haptic_server/net/adoption_tracker.h"
 #include "tests/haptic_server/net/session_world.h"
 
 namespace haptics {
@@ -305,8 +305,8 @@ TEST_F(SessionLive, TellsTimeAndStatus) {
   EXPECT_EQ(status.root(), history()->version.root().asBytes());
 }
 
-TEST(AdoptionWatch, RemembersAdoptionsForEditsWhoseAcceptanceComesLate) {
-  AdoptionWatch watch;
+TEST(AdoptionTracker, RemembersAdoptionsForEditsWhoseAcceptanceComesLate) {
+  AdoptionTracker watch;
   watch.adopted(1, 10);
   watch.adopted(2, 20);
   watch.adopted(4, 40);

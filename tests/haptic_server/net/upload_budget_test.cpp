@@ -5,11 +5,11 @@
 namespace haptics {
 namespace {
 
-constexpr std::size_t kMost_bytes = 100, kMostOfToken_bytes = 70;
+constexpr std::size_t kMax_bytes = 100, kMaxOfToken_bytes = 70;
 const ContentHash kOne{{1}}, kOther{{2}};
 
 TEST(UploadBudget, LeavesTheOthersAShareThatNobodyWithOneTokenTakes) {
-  UploadBudget budget(kMost_bytes, kMostOfToken_bytes);
+  UploadBudget budget(kMax_bytes, kMaxOfToken_bytes);
   EXPECT_TRUE(budget.reserve(kOne, 40));
   EXPECT_FALSE(budget.reserve(kOne, 31));
   EXPECT_TRUE(budget.reserve(kOne, 30));
@@ -17,14 +17,14 @@ TEST(UploadBudget, LeavesTheOthersAShareThatNobodyWithOneTokenTakes) {
 }
 
 TEST(UploadBudget, HasNoMoreThanThereIsForAll) {
-  UploadBudget budget(kMost_bytes, kMostOfToken_bytes);
+  UploadBudget budget(kMax_bytes, kMaxOfToken_bytes);
   EXPECT_TRUE(budget.reserve(kOne, 60));
   EXPECT_FALSE(budget.reserve(kOther, 41));
   EXPECT_TRUE(budget.reserve(kOther, 40));
 }
 
 TEST(UploadBudget, GivesAgainWhatWasReleased) {
-  UploadBudget budget(kMost_bytes, kMostOfToken_bytes);
+  UploadBudget budget(kMax_bytes, kMaxOfToken_bytes);
   EXPECT_TRUE(budget.reserve(kOne, 70));
   budget.release(kOne, 50);
   EXPECT_FALSE(budget.reserve(kOne, 51));

@@ -9,8 +9,8 @@
 
 #include "common/wire/convert.h"
 #include "haptic_server/recording/flight_recorder.h"
-#include "haptic_server/scene/scene_room.h"
-#include "haptic_server/servo/scene_crossing.h"
+#include "haptic_server/scene/scene_service.h"
+#include "haptic_server/servo/scene_mailbox.h"
 #include "tests/common/temporary_folder.h"
 
 namespace haptics::test {
@@ -50,18 +50,18 @@ class RecordedServo {
     if (!scene.empty()) apply(scene);
   }
 
-  void apply(const std::string& text) { ASSERT_TRUE(room_.loadStartScene(transactionOf(text))); }
+  void apply(const std::string& text) { ASSERT_TRUE(sceneService_.loadStartScene(transactionOf(text))); }
 
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) tick({hand(), DeviceState::kReady, {}});
   }
   void tick(const DeviceReading& reading) {
     ring_.beginTick(*state_, scene_->number, next_ != nullptr ? next_->number : 0);
-    const ServoScene* newest = crossing_.newest();
+    const ServoScene* newest = mailbox_.newest();
     if (newest != nullptr) next_ = newest;
     if (next_ != nullptr && adoptScene(*next_, *state_, tick_)) {
       scene_ = std::exchange(next_, nullptr);
-      crossing_.adopted();
+      mailbox_.adopted();
     }
     const StepInput input{tick_++, 0, reading};
     last_ = hapticStep(*scene_, *state_, config_, input);
@@ -113,26 +113,26 @@ class RecordedServo {
                      .maxForce_N = 3.3,
                      .positionStep_m = 5.5e-5,
                      .stableLateral_N_per_m = 900,
-                     .lead = LeadSettings{.mass_kg = 0.07,
-                                          .viscousFriction_Ns_per_m = 0.5,
-                                          .delay_s = 1.5e-3,
-                                          .bandwidth_Hz = 75,
-                                          .hardBandwidth_Hz = 200,
-                                          .softUpTo_N_per_m = 300,
-                                          .hardFrom_N_per_m = 1300},
+                     .observer = ObserverSettings{.mass_kg = 0.07,
+                                                  .viscousFriction_Ns_per_m = 0.5,
+                                                  .delay_s = 1.5e-3,
+                                                  .bandwidth_Hz = 75,
+                                                  .hardBandwidth_Hz = 200,
+                                                  .softUpTo_N_per_m = 300,
+                                                  .hardFrom_N_per_m = 1300},
                      .rise_s = 0.5};
   FlightRing ring_{kRate_Hz, config_};
   int journal_ = -1;
   std::unique_ptr<FlightRecorder> recorder_;
-  SceneCrossing crossing_;
-  SceneRoom room_{
+  SceneMailbox mailbox_;
+  SceneService sceneService_{
       {.assetFolders = {},
        .makePlan = {},
        .device = {},
        .log = {},
        .onServoScene = [this](const ServoScene& scene,
-                              const std::vector<ServoObjectParts>& objects) { recorder_->given(scene, objects); }},
-      crossing_};
+                              const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); }},
+      mailbox_};
   std::unique_ptr<HapticState> state_ = std::make_unique<HapticState>(config_);
   ServoScene empty_;
   const ServoScene* scene_ = &empty_;

@@ -41,17 +41,17 @@ class PlayingServo {
       next = begun.pending;
     }
     player_->start();
-    for (TickScript::Tick tick;;) {
-      const TickScript::Next what = player_->next(tick);
-      if (what == TickScript::Next::kEnd) break;
-      if (what == TickScript::Next::kNotYet) {
+    for (ReplaySource::Tick tick;;) {
+      const ReplaySource::Next what = player_->next(tick);
+      if (what == ReplaySource::Next::kEnd) break;
+      if (what == ReplaySource::Next::kNotYet) {
         std::this_thread::yield();
         continue;
       }
       if (tick.newest != nullptr) next = tick.newest;
       if (next != nullptr && adoptScene(*next, *state, tick.index)) scene = std::exchange(next, nullptr);
       player_->write(hapticStep(*scene, *state, config, {tick.index, 0, player_->read(tick.index)}).force.written);
-      player_->uses(scene->number);
+      player_->releaseBefore(scene->number);
     }
     while (shown_.empty() || shown_.back() != scene->revision) std::this_thread::yield();
     player_->finish();

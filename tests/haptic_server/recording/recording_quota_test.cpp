@@ -41,7 +41,7 @@ TEST_F(RecordingQuotaTest, TheNewestOfAFaultStays) {
   for (const char* name : {"flight-1-device_lost.haptics", "flight-2-device_lost.haptics",
                            "flight-3-on_request.haptics", "flight-4-on_request.haptics"})
     put(name);
-  rotateRecordings(folder.path(), {.mostFiles = 2});
+  rotateRecordings(folder.path(), {.maxFiles = 2});
   EXPECT_THAT(names(), UnorderedElementsAre("flight-2-device_lost.haptics", "flight-4-on_request.haptics"));
 }
 

@@ -163,10 +163,10 @@ TEST(Replay, RefusesWhatIsNoRecording) {
 TEST(Replay, RefusesAnObserverThatIsToCallWhatIsSoftHard) {
   RecordingFacts facts{.server = "s", .stepSources = "s", .device = "d", .rate_Hz = 1000, .why = "w", .config = {}};
   facts.config.period_s = 1e-3;
-  facts.config.lead = LeadSettings{.softUpTo_N_per_m = 900, .hardFrom_N_per_m = 2000};
+  facts.config.observer = ObserverSettings{.softUpTo_N_per_m = 900, .hardFrom_N_per_m = 2000};
   EXPECT_TRUE(factsFrom(toMessage(facts)));
   for (const double hardFrom : {900.0, 0.0, std::numeric_limits<double>::quiet_NaN()}) {
-    facts.config.lead->hardFrom_N_per_m = hardFrom;
+    facts.config.observer->hardFrom_N_per_m = hardFrom;
     EXPECT_EQ(factsFrom(toMessage(facts)).error().field, "head.lead.hard_from_N_per_m") << hardFrom;
   }
 }

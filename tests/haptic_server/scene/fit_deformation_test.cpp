@@ -42,12 +42,12 @@ TEST(FitDeformation, GivesALatticeWithoutABoxThatOfTheMesh) {
 }
 
 TEST(FitDeformation, WarnsOfAMeshTooCoarseForItsDentsAndOfFlatTriangles) {
-  EXPECT_TRUE(deformationRemarks(soft(0.05), bar()).empty());
-  EXPECT_EQ(deformationRemarks(soft(0.01), bar()).size(), 1U);
+  EXPECT_TRUE(deformationWarnings(soft(0.05), bar()).empty());
+  EXPECT_EQ(deformationWarnings(soft(0.01), bar()).size(), 1U);
   DeformationProperties flat = withLattice({-0.01, -0.02, -0.05}, {0.02, 0.04, 0.1});
-  EXPECT_TRUE(deformationRemarks(flat, bar()).empty());
+  EXPECT_TRUE(deformationWarnings(flat, bar()).empty());
   for (Vec3f& point : flat.lattice->control_m) point = Vec3f(0);
-  EXPECT_EQ(deformationRemarks(flat, bar()).size(), 1U);
+  EXPECT_EQ(deformationWarnings(flat, bar()).size(), 1U);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/scene/motion_remarks.h"
+#include "haptic_server/scene/motion_warnings.h"
 
 namespace haptics {
 namespace {
@@ -44,12 +44,12 @@ TEST(MotionRemarks, TellOfABodyThatIsTooLightForItsStiffness) {
   record.motion = MotionProperties{.mass_kg = 0.1};
   ObjectAssets assets;
   assets.mesh = store.intern(makeBox(Vec3(0.02), 1).value());
-  EXPECT_TRUE(motionRemarks(record, assets, {.period_s = 1e-3}).empty());
+  EXPECT_TRUE(motionWarnings(record, assets, {.period_s = 1e-3}).empty());
   record.motion->mass_kg = 0.002;
-  const auto remarks = motionRemarks(record, assets, {.period_s = 1e-3});
-  ASSERT_EQ(remarks.size(), 1U);
-  EXPECT_NE(remarks[0].find("instead of 1000"), std::string::npos) << remarks[0];
-  EXPECT_TRUE(motionRemarks(record, assets, {.period_s = 1e-4}).empty()) << "at a higher rate it bears more";
+  const auto warnings = motionWarnings(record, assets, {.period_s = 1e-3});
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("instead of 1000"), std::string::npos) << warnings[0];
+  EXPECT_TRUE(motionWarnings(record, assets, {.period_s = 1e-4}).empty()) << "at a higher rate it bears more";
 }
 
 }  // namespace

@@ -238,7 +238,7 @@ TEST_F(SequencerTest, AnEditIsNotAppliedAfterALaterOneOfItsSession) {
 
 TEST_F(SequencerTest, RefusesNumbersThatItCannotKnowToBeNew) {
   EXPECT_EQ(std::get<Error>(sequencer.submit(kBob, 0, edit(add("a")))).field, "client_seq");
-  for (std::uint64_t i = 1; i <= EditMemory::kResultsPerSession + 1; ++i) {
+  for (std::uint64_t i = 1; i <= EditDeduplicator::kResultsPerSession + 1; ++i) {
     std::get<Accepted>(sequencer.submit(kBob, i, edit(add(numbered("n", i)))));
   }
   EXPECT_EQ(std::get<Error>(sequencer.submit(kBob, 1, edit(add("again")))).field, "client_seq");
@@ -330,14 +330,14 @@ TEST(Sequencer, ShowsVersionsThatWereMadeElsewhereAsEditsWhereTheyFollow) {
   EXPECT_EQ(shown.history()->version.root(), made.history()->version.root());
 }
 
-TEST(EditMemory, ForgetsTheSessionThatEditedLongestAgo) {
-  EditMemory memory;
-  for (SessionId s = 1; s <= EditMemory::kSessions; ++s) memory.remember(s, {1, s, {}});
+TEST(EditDeduplicator, ForgetsTheSessionThatEditedLongestAgo) {
+  EditDeduplicator memory;
+  for (SessionId s = 1; s <= EditDeduplicator::kSessions; ++s) memory.remember(s, {1, s, {}});
   memory.remember(1, {2, 9000, {}});
   memory.remember(9999, {1, 9001, {}});
-  EXPECT_EQ(memory.find(1, 1).answer, EditMemory::Answer::kApplied);
-  EXPECT_EQ(memory.find(2, 1).answer, EditMemory::Answer::kNew);
-  EXPECT_EQ(memory.find(3, 1).answer, EditMemory::Answer::kApplied);
+  EXPECT_EQ(memory.find(1, 1).answer, EditDeduplicator::Answer::kApplied);
+  EXPECT_EQ(memory.find(2, 1).answer, EditDeduplicator::Answer::kNew);
+  EXPECT_EQ(memory.find(3, 1).answer, EditDeduplicator::Answer::kApplied);
   EXPECT_EQ(memory.find(9999, 1).result.revision, 9001U);
 }
 

@@ -392,17 +392,17 @@ TEST_F(SurfaceEdits, AreRefusedWhereASnapshotOfTheSceneWouldNotFitAConnection) {
   const FourierTerm wave{.amplitude = 1, .direction = {1, 0, 0}, .wavelength_m = 0.002, .phase_rad = 0};
   waves.texture = TextureEdit{Texture{.family = FourierFamily{std::vector(64, wave)}, .amplitude_m = 1e-4}, {}};
   Transaction many;
-  constexpr std::size_t kMost = 5;
-  Sequencer small(6, resolver, {.details_bytes = kMost * 64 * 64});
-  for (std::size_t i = 0; i <= kMost; ++i) many.operations.push_back(add(numbered("o", i)));
-  for (std::size_t i = 0; i < kMost; ++i) many.operations.push_back(setSurface(waves, numbered("o", i)));
+  constexpr std::size_t kMax = 5;
+  Sequencer small(6, resolver, {.details_bytes = kMax * 64 * 64});
+  for (std::size_t i = 0; i <= kMax; ++i) many.operations.push_back(add(numbered("o", i)));
+  for (std::size_t i = 0; i < kMax; ++i) many.operations.push_back(setSurface(waves, numbered("o", i)));
   EXPECT_TRUE(std::holds_alternative<Accepted>(small.submit(1, 1, many)));
-  const auto refused = small.submit(1, 2, edit(setSurface(waves, numbered("o", kMost))));
+  const auto refused = small.submit(1, 2, edit(setSurface(waves, numbered("o", kMax))));
   ASSERT_TRUE(std::holds_alternative<Error>(refused));
   EXPECT_EQ(std::get<Error>(refused).field, "operations[0].set_material.material.texture");
   EXPECT_THAT(std::get<Error>(refused).reason, HasSubstr("20480"));
-  EXPECT_TRUE(std::holds_alternative<Accepted>(
-      small.submit(1, 3, edit(remove("o0"), setSurface(waves, numbered("o", kMost))))));
+  EXPECT_TRUE(
+      std::holds_alternative<Accepted>(small.submit(1, 3, edit(remove("o0"), setSurface(waves, numbered("o", kMax))))));
 }
 
 TEST_F(SurfaceEdits, LeadAMirrorToTheSameRoots) {

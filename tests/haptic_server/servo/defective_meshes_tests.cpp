@@ -100,7 +100,7 @@ TEST_P(DefectiveMesh, IsReportedAndFeltAwayFromTheDefect) {
   const ImportedMesh imported = canonicalise(cube.vertices, cube.triangles, {}).value();
   EXPECT_THAT(imported.report.text(), ::testing::HasSubstr(GetParam().reported));
 
-  const auto surface = buildSurface(imported.mesh.vertices, imported.mesh.triangles);
+  const auto surface = buildCollisionMesh(imported.mesh.vertices, imported.mesh.triangles);
   // Down onto the top at x, y < 0, and along it for 40 mm, 2 mm deep.
   const auto stroke = [](std::uint64_t tick) {
     const double down = 1e-4 * static_cast<double>(std::min<std::uint64_t>(tick, 70));

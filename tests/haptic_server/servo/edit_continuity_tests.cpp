@@ -114,9 +114,9 @@ TEST_F(EditUnderTheStylus, AnObjectAddedElsewhereIsNotFeltAtAll) {
 }
 
 TEST_F(EditUnderTheStylus, ARemovedObjectFadesAndIsGone) {
-  ServoObject leaving = sphere_;
-  leaving.leaving = true;
-  const Steps with = withEdit({leaving});
+  ServoObject pendingRemoval = sphere_;
+  pendingRemoval.pendingRemoval = true;
+  const Steps with = withEdit({pendingRemoval});
   expectNoStep(with, {sphere_});
   EXPECT_EQ(with.last.force.written, Vec3(0));
   EXPECT_EQ(withEdit({}).last.object, 0U);

@@ -215,16 +215,16 @@ TEST(EnergyAccount, KeepsTheTotalsAndTheWorstOfMoreObjectsThanItHasPlacesFor) {
   Vec3 hip(0);
   double total_J = 0;
   for (std::uint64_t object = 1; object <= 40; ++object) {
-    account.hold(object, Vec3(0, 0, 1));
+    account.setHeldForce(object, Vec3(0, 0, 1));
     const double way_m = object == 7 ? 0.5 : 1e-3 * static_cast<double>(object % 5) - 2e-3;
     hip.z += way_m;
     total_J += way_m;
-    account.follow(hip);
+    account.integrate(hip);
   }
   EXPECT_NEAR(sum(account.all_J()), total_J, 1e-12);
   EnergyState state;
   account.describe(state);
-  EXPECT_EQ(state.objectCount, EnergyState::kMost);
+  EXPECT_EQ(state.objectCount, EnergyState::kMax);
   ASSERT_TRUE(largestSource(state));
   EXPECT_EQ(largestSource(state)->object, 7U);
   EXPECT_NEAR(largestSource(state)->given_J, 0.5, 1e-12);

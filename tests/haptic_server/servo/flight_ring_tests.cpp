@@ -75,7 +75,7 @@ TEST(FlightRing, TakesAKeyframeEachSecondFromWhichAllTicksAreThere) {
   FlightRing ring(kRate_Hz, kConfig);
   HapticState state(kConfig);
   for (std::uint64_t i = 0; i < 2950; ++i) {
-    state.adoption.letGo_s = static_cast<double>(i);
+    state.adoption.fadeOut_s = static_cast<double>(i);
     ring.beginTick(state, 4, 5);
     ring.add(tickOf(i));
   }
@@ -83,7 +83,7 @@ TEST(FlightRing, TakesAKeyframeEachSecondFromWhichAllTicksAreThere) {
   const Keyframe* keyframe = held.atOrBefore(1950);
   ASSERT_NE(keyframe, nullptr);
   EXPECT_EQ(keyframe->position, 1900U) << "the newest before";
-  EXPECT_EQ(keyframe->state.adoption.letGo_s, 1900);
+  EXPECT_EQ(keyframe->state.adoption.fadeOut_s, 1900);
   EXPECT_EQ(keyframe->scene, 4U);
   EXPECT_EQ(keyframe->pending, 5U);
   EXPECT_EQ(held.atOrBefore(0)->position, 1800U) << "the oldest whose ticks are there";
@@ -124,8 +124,8 @@ TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
     runAndKill(made, [&] {
       HapticState state(kConfig);
       for (std::uint64_t number = 0;; ++number) {
-        state.adoption.letGo_s = static_cast<double>(number);
-        state.report.putOutOf = number;
+        state.adoption.fadeOut_s = static_cast<double>(number);
+        state.report.depenetratedFrom = number;
         made.beginTick(state, 0, 0);
         made.add(tickOf(number));
       }
@@ -138,8 +138,8 @@ TEST(FlightRing, OutlivesTheProcessThatWroteItWhereverItWasKilled) {
     const FlightRing::HeldKeyframes held(*ring);
     const Keyframe* keyframe = held.atOrBefore(end - 1000);
     ASSERT_NE(keyframe, nullptr);
-    EXPECT_EQ(keyframe->state.report.putOutOf, keyframe->position);
-    EXPECT_EQ(keyframe->state.adoption.letGo_s, static_cast<double>(keyframe->position));
+    EXPECT_EQ(keyframe->state.report.depenetratedFrom, keyframe->position);
+    EXPECT_EQ(keyframe->state.adoption.fadeOut_s, static_cast<double>(keyframe->position));
     RecordedTick tick;
     for (std::uint64_t position = keyframe->position; position < end; ++position) {
       ASSERT_TRUE(ring->read(position, tick));

@@ -204,7 +204,7 @@ TEST(MovingBody, ThatLeavesTheWorldIsStoppedNamedAndFadesFromUnderTheHand) {
   EXPECT_TRUE(describeMotion(servo.state(), servo.tick(), motion));
   EXPECT_LT(glm::distance(motion.body[0].pose.position, box.pose.position), 1e-15);
   EXPECT_FALSE(isStopped(motion.body[0].condition));
-  EXPECT_FALSE(servo.state().bodies[0].leaving);
+  EXPECT_FALSE(servo.state().bodies[0].pendingRemoval);
 }
 
 TEST(MovingBody, MovesInTurnWithOthersWhereTheAllowanceIsShort) {

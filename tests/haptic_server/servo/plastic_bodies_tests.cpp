@@ -33,11 +33,11 @@ SoftTissue clay(double plastic = 1, double radius_m = 0.012) {
 }
 
 std::shared_ptr<const ServoScene> claySphere(const SoftTissue& tissue) {
-  static const std::shared_ptr<const Surface> surface = surfaceOf(sphere());
+  static const std::shared_ptr<const CollisionMesh> surface = surfaceOf(sphere());
   auto object = objectOf(1, surface, Vec3(0), kContact_N_per_m);
   object.damping_Ns_per_m = 0;
   object.tissue = std::make_shared<const SoftTissue>(tissue);
-  object.taken.shape = 1;
+  object.baked.shape = 1;
   return sceneOf(1, {object});
 }
 
@@ -50,9 +50,9 @@ std::shared_ptr<const ServoScene> withDentsTaken(const ServoScene& scene, const 
   for (const BodyDent& dent : state.allDents()) {
     if (!dent.stays) break;
     for (Vec3f& v : vertices) v = dented(v, {&dent.dent, 1}, object.tissue->falloff);
-    object.taken.upTo = dent.number;
+    object.baked.upTo = dent.number;
   }
-  object.surface = refitSurface(*object.surface, vertices);
+  object.surface = refitCollisionMesh(*object.surface, vertices);
   return next;
 }
 
@@ -242,7 +242,7 @@ TEST(PlasticBody, LetsADentGoBackSlowlyThatMayNotStay) {
   static_cast<void>(servo.run(1000));
   ASSERT_EQ(servo.state().denting.count, 1U);
   auto loosened = std::make_shared<ServoScene>(*scene);
-  loosened->objects[0].taken.loosenedUpTo = servo.state().dents[0].number;
+  loosened->objects[0].baked.releasedUpTo = servo.state().dents[0].number;
   servo.adopt(loosened);
   double last = depthOf(servo.state().dents[0]);
   static_cast<void>(servo.step());

@@ -31,10 +31,10 @@ class FakeDevice : public Device {
 
 TEST(ServoLoop, RunsEveryPeriodOnceOrCountsItAsMissedAndStopsTheDevice) {
   FakeDevice device;
-  SceneCrossing crossing;
-  crossing.publish(testing::sceneOf(
+  SceneMailbox mailbox;
+  mailbox.publish(testing::sceneOf(
       7, {testing::objectOf(1, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0, 0, -0.05), 2000)}));
-  ServoLoop loop(device, crossing, 2000);
+  ServoLoop loop(device, mailbox, 2000);
   const std::atomic<bool> stop{false};
   const std::uint64_t allocations = AllocationTripwire::count();
   loop.run(stop, 1000);
@@ -62,14 +62,14 @@ TEST(ServoLoop, RunsEveryPeriodOnceOrCountsItAsMissedAndStopsTheDevice) {
 
 TEST(ServoLoop, TellsWhereBodiesAreAsLongAsTheyMove) {
   FakeDevice device;
-  SceneCrossing crossing;
+  SceneMailbox mailbox;
   std::vector<ServoObject> objects{
       testing::objectOf(3, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0.5, 0, 1), 2000)};
   auto body = std::make_shared<RigidBody>();
   body->mass.mass_kg = 0.1;
   objects.front().motion = body;
-  crossing.publish(testing::sceneOf(1, objects));
-  ServoLoop loop(device, crossing, 2000);
+  mailbox.publish(testing::sceneOf(1, objects));
+  ServoLoop loop(device, mailbox, 2000);
   const std::atomic<bool> stop{false};
   loop.run(stop, 200);
   const MotionState* motion = loop.takeMotion();
@@ -88,8 +88,8 @@ TEST(ServoLoop, TellsWhereBodiesAreAsLongAsTheyMove) {
 
 TEST(ServoLoop, DropsAndCountsSamplesThatNobodyTakes) {
   FakeDevice device;
-  SceneCrossing crossing;
-  ServoLoop loop(device, crossing, 20'000);
+  SceneMailbox mailbox;
+  ServoLoop loop(device, mailbox, 20'000);
   const std::atomic<bool> stop{false};
   while (loop.statistics().ticks.load() <= ServoLoop::kQueuedSamples + 100) loop.run(stop, 2000);
   EXPECT_EQ(loop.statistics().droppedSamples.load(), loop.statistics().ticks.load() - ServoLoop::kQueuedSamples);
@@ -115,23 +115,23 @@ TEST(ServoLoop, KeepsItsSceneUntilTheContactThatTheNextOneBreaksIsLetGoAndThenTa
     return scene;
   };
   PressingDevice device;
-  SceneCrossing crossing;
-  ServoLoop loop(device, crossing, 2000);
+  SceneMailbox mailbox;
+  ServoLoop loop(device, mailbox, 2000);
   const std::atomic<bool> stop{false};
   auto held = boxAt(1, -0.05);
   const std::weak_ptr<const ExplorationPlan> heldPlan = held->plan;
-  crossing.publish(std::move(held));
+  mailbox.publish(std::move(held));
   while (loop.statistics().contactTicks.load() < 30) loop.run(stop, 10);  // a loaded machine misses ticks
-  crossing.publish(boxAt(2, -0.3));
+  mailbox.publish(boxAt(2, -0.3));
   loop.run(stop, 10);
-  crossing.publish(boxAt(3, -0.4));
+  mailbox.publish(boxAt(3, -0.4));
   loop.run(stop, 10);
   EXPECT_EQ(loop.statistics().adoptedRevision.load(), 1U);
   EXPECT_FALSE(heldPlan.expired()) << "still in use";
   while (loop.statistics().adoptedRevision.load() == 1) loop.run(stop, 10);
   EXPECT_EQ(loop.statistics().adoptedRevision.load(), 3U);
   EXPECT_GT(loop.statistics().contactTicks.load(), 100U);
-  crossing.reclaim();
+  mailbox.reclaim();
   EXPECT_TRUE(heldPlan.expired());
   TelemetrySample sample;
   std::uint64_t revision = 1;
@@ -143,8 +143,8 @@ TEST(ServoLoop, KeepsItsSceneUntilTheContactThatTheNextOneBreaksIsLetGoAndThenTa
 
 TEST(ServoLoop, StopsWhenAsked) {
   FakeDevice device;
-  SceneCrossing crossing;
-  ServoLoop loop(device, crossing, 1000);
+  SceneMailbox mailbox;
+  ServoLoop loop(device, mailbox, 1000);
   std::atomic<bool> stop{false};
   std::thread servo([&] { loop.run(stop); });
   while (loop.statistics().ticks.load() < 10) std::this_thread::yield();
@@ -154,7 +154,7 @@ TEST(ServoLoop, StopsWhenAsked) {
 }
 
 /// Is late once; then three ticks, of which the recorded servo slept through two between the last ones.
-class FakeScript final : public TickScript {
+class FakeScript final : public ReplaySource {
  public:
   explicit FakeScript(const ServoScene& scene) : scene_(scene) {}
   [[nodiscard]] Next next(Tick& tick) noexcept override {
@@ -174,7 +174,7 @@ class FakeScript final : public TickScript {
         return Next::kEnd;
     }
   }
-  void uses(std::uint64_t scene) noexcept override { used.push_back(scene); }
+  void releaseBefore(std::uint64_t scene) noexcept override { used.push_back(scene); }
 
   std::vector<std::uint64_t> used;
 
@@ -185,10 +185,10 @@ class FakeScript final : public TickScript {
 
 TEST(ServoLoop, RunsTheTicksOfAScriptInTheirTimeWithTheirScenes) {
   FakeDevice device;
-  SceneCrossing crossing;
+  SceneMailbox mailbox;
   const auto scene = testing::sceneOf(
       7, {testing::objectOf(1, testing::surfaceOf(makeBox(Vec3(0.1), 2).value()), Vec3(0, 0, -0.05), 2000)});
-  ServoLoop loop(device, crossing, 200);
+  ServoLoop loop(device, mailbox, 200);
   FakeScript script(*scene);
   const std::atomic<bool> stop{false};
   loop.run(script, stop);

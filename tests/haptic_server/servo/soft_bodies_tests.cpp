@@ -28,7 +28,7 @@ const TriMesh& fineSphere() {
 }
 
 std::shared_ptr<const ServoScene> softSphere(const SoftTissue& tissue, const TriMesh& mesh = fineSphere()) {
-  static std::map<const TriMesh*, std::shared_ptr<const Surface>> surfaces;
+  static std::map<const TriMesh*, std::shared_ptr<const CollisionMesh>> surfaces;
   auto& surface = surfaces[&mesh];
   if (!surface) surface = surfaceOf(mesh);
   auto object = testing::objectOf(1, surface, Vec3(0), kContact_N_per_m);

@@ -19,7 +19,7 @@ constexpr double kSide_m = 0.1;
 constexpr std::uint32_t kEdges = 50;  // of 2 mm
 constexpr double kTop_m = kSide_m / 2;
 
-std::shared_ptr<const Surface> padSurface() {
+std::shared_ptr<const CollisionMesh> padSurface() {
   static const auto surface = surfaceOf(makeBox(Vec3(kSide_m), kEdges).value());
   return surface;
 }

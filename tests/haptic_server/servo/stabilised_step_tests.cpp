@@ -5,7 +5,7 @@
 
 #include "common/mesh/generators.h"
 #include "haptic_server/device/simulated_device.h"
-#include "haptic_server/servo/pre_touch.h"
+#include "haptic_server/servo/cache_warmer.h"
 #include "haptic_server/servo/server_step_config.h"
 #include "virtual_servo.h"
 
@@ -55,7 +55,7 @@ double cycleOn(double stiffness_N_per_m, bool stabilised, double delay_s) {
   DroppingHand hand;
   SimulatedDevice device({desktop(), findHandPreset("none").value(), 1 / kRate_Hz, delay_s}, hand);
   StepConfig config = configOf(device);
-  if (!stabilised) config.lead.reset();
+  if (!stabilised) config.observer.reset();
   return cycleOn(stiffness_N_per_m, device, config);
 }
 
@@ -95,7 +95,7 @@ Vec3 pressAndStroke(std::uint64_t tick) {
 
 StepConfig stabilised() {
   StepConfig config;
-  config.lead = LeadSettings{.mass_kg = 0.05, .delay_s = 1e-3};
+  config.observer = ObserverSettings{.mass_kg = 0.05, .delay_s = 1e-3};
   return config;
 }
 
@@ -111,7 +111,7 @@ TEST(StabilisedStep, TellsTheMeasuredHipBesideTheForeseenOneAtWhichItFeels) {
       continue;
     }
     touched = true;
-    EXPECT_NEAR(sample.penetration_m, glm::distance(sample.ihip, sample.foreseenHip), 1e-12);
+    EXPECT_NEAR(sample.penetration_m, glm::distance(sample.ihip, sample.predictedHip), 1e-12);
     EXPECT_NEAR(sample.force.spring.z, 800 * sample.penetration_m, 1e-9);
   }
   EXPECT_TRUE(touched);
@@ -119,7 +119,7 @@ TEST(StabilisedStep, TellsTheMeasuredHipBesideTheForeseenOneAtWhichItFeels) {
   bare.adopt(sceneOf(1, {slab(800)}));
   for (int i = 0; i < 300; ++i) {
     const TelemetrySample sample = bare.step();
-    EXPECT_EQ(sample.foreseenHip, sample.hip);
+    EXPECT_EQ(sample.predictedHip, sample.hip);
   }
 }
 
@@ -137,9 +137,9 @@ TEST(StabilisedStep, GoesOnBitForBitFromACopyOfItsStateAndFromARehearsal) {
   HapticState plain(config), rehearsed(config);
   (void)adoptScene(*scene, plain, 0);
   (void)adoptScene(*scene, rehearsed, 0);
-  const auto preTouch = std::make_unique<PreTouch>(config);
+  const auto cacheWarmer = std::make_unique<CacheWarmer>(config);
   for (std::uint64_t tick = 0; tick < 1000; ++tick) {
-    (*preTouch)(*scene, rehearsed);
+    (*cacheWarmer)(*scene, rehearsed);
     const StepInput input{tick, 0, {pressAndStroke(tick % 400), DeviceState::kReady}};
     const Vec3 a = hapticStep(*scene, plain, config, input).force.written;
     const Vec3 b = hapticStep(*scene, rehearsed, config, input).force.written;

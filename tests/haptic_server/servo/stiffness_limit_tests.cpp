@@ -22,7 +22,7 @@ TEST(CriticalStiffness, LeavesRoomForTwiceTheMakersStiffnessOnEveryPresetUpToAPe
   for (const DevicePreset& preset : devicePresets()) {
     for (const double delay_s : {0.0, 1e-3}) {
       const double critical = criticalStiffness_N_per_m(infoOf(preset, delay_s), 1000, true);
-      EXPECT_GT(kSafePart * critical, 2 * preset.maxStiffness_N_per_m) << preset.name << ' ' << delay_s;
+      EXPECT_GT(kStabilityMargin * critical, 2 * preset.maxStiffness_N_per_m) << preset.name << ' ' << delay_s;
       EXPECT_LT(criticalStiffness_N_per_m(infoOf(preset, delay_s), 1000, false), critical / 3) << preset.name;
     }
   }
@@ -38,9 +38,9 @@ TEST(CriticalStiffness, IsLessWithMoreDelayAndAtALowerRate) {
 TEST(CriticalDamping, LeavesRoomForTheMakersDampingOnEveryPresetThatIsStabilised) {
   for (const DevicePreset& preset : devicePresets()) {
     const DeviceInfo device = infoOf(preset, 1e-3);
-    const double stiffest = kSafePart * criticalStiffness_N_per_m(device, 1000, true);
+    const double stiffest = kStabilityMargin * criticalStiffness_N_per_m(device, 1000, true);
     const double critical = criticalDamping_Ns_per_m(device, 1000, true, stiffest);
-    EXPECT_GT(kSafePart * critical, preset.maxDamping_Ns_per_m) << preset.name;
+    EXPECT_GT(kStabilityMargin * critical, preset.maxDamping_Ns_per_m) << preset.name;
     EXPECT_LT(critical, 200) << preset.name;
     EXPECT_LT(criticalDamping_Ns_per_m(infoOf(preset, 5e-3), 1000, true, stiffest), critical) << preset.name;
   }

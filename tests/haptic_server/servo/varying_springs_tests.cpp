@@ -20,7 +20,7 @@ using namespace testing;
 constexpr double kTissue_N_per_m = 500;
 constexpr double kDepth_m = 0.003;
 
-std::shared_ptr<const Surface> fineBlock() {
+std::shared_ptr<const CollisionMesh> fineBlock() {
   static const auto surface = surfaceOf(makeBox(Vec3(0.1), 60).value());
   return surface;
 }
@@ -101,9 +101,9 @@ TEST(VaryingSprings, PushByValuesPerVertexLinearInBetweenAndNoLessThanTheLeast) 
     VirtualServo servo(downAt(place), kConfig);
     servo.adopt(sceneOf(1, {blockWith({.stiffness = {nullptr, scale}})}));
     const Vec3 force = servo.run(300).force.spring;
-    const double factor = std::max(kLeastStiffnessFactor, 1 + 40 * place.x);
+    const double factor = std::max(kMinStiffnessFactor, 1 + 40 * place.x);
     EXPECT_NEAR(force.z, kStiffness * factor * kDepth_m, 0.01 * kStiffness * factor * kDepth_m) << place.x;
-    const double slope = factor > kLeastStiffnessFactor ? 40 : 0;
+    const double slope = factor > kMinStiffnessFactor ? 40 : 0;
     EXPECT_NEAR(force.x, -kStiffness * slope * kDepth_m * kDepth_m / 2, 1e-6) << place.x;
     EXPECT_NEAR(force.y, 0, 1e-6);
   }
@@ -204,7 +204,7 @@ VirtualServo::Trajectory randomLoop(std::uint32_t seed) {
   };
 }
 
-constexpr double kMost_J = 1e-5;
+constexpr double kMax_J = 1e-5;
 constexpr std::uint64_t kLoop = 4000;
 
 TEST(VaryingSprings, GiveTheHandNoEnergyWhereItPressesOnASoftPlaceAndLetsGoOfAStiffOne) {
@@ -215,7 +215,7 @@ TEST(VaryingSprings, GiveTheHandNoEnergyWhereItPressesOnASoftPlaceAndLetsGoOfASt
     VirtualServo servo(path, kConfig);
     servo.adopt(sceneOf(1, {blockWith({.stiffness = {field}})}));
     servo.run(1);
-    EXPECT_NEAR(loop_J(servo, path, kLoop), 0, kMost_J);
+    EXPECT_NEAR(loop_J(servo, path, kLoop), 0, kMax_J);
   }
 }
 
@@ -228,7 +228,7 @@ TEST(VaryingSprings, OfSoftBodiesGiveTheHandNoEnergyEither) {
       VirtualServo servo(path, kConfig);
       servo.adopt(sceneOf(1, {blockWith(maps, kTissue_N_per_m)}));
       servo.run(1);
-      EXPECT_LE(loop_J(servo, path, kLoop), kMost_J) << (maps.stiffness.field != nullptr) << up;
+      EXPECT_LE(loop_J(servo, path, kLoop), kMax_J) << (maps.stiffness.field != nullptr) << up;
     }
   }
 }
@@ -246,7 +246,7 @@ TEST(VaryingSprings, OfViscousAndPlasticTissueOnlyTakeEnergy) {
       servo.adopt(sceneOf(1, {block}));
       servo.run(1);
       for (int loop = 0; loop < 3; ++loop) {
-        EXPECT_LE(loop_J(servo, path, kLoop), kMost_J) << return_s << ' ' << plastic << ' ' << up << ' ' << loop;
+        EXPECT_LE(loop_J(servo, path, kLoop), kMax_J) << return_s << ' ' << plastic << ' ' << up << ' ' << loop;
       }
     }
   }
@@ -260,7 +260,7 @@ TEST(VaryingSprings, GiveTheHandNoEnergyOnRandomLoopsOverSmoothMaps) {
       VirtualServo servo(path, kConfig);
       servo.adopt(sceneOf(1, {blockWith(maps, tissue_N_per_m)}));
       servo.run(1200);
-      EXPECT_LE(loop_J(servo, path, 2000), kMost_J) << seed << " on " << tissue_N_per_m;
+      EXPECT_LE(loop_J(servo, path, 2000), kMax_J) << seed << " on " << tissue_N_per_m;
     }
   }
 }
@@ -292,7 +292,7 @@ TEST(VaryingSprings, OfAValleyGiveTheHandNoEnergy) {
   VirtualServo servo(path, kConfig);
   servo.adopt(sceneOf(1, {with(object, properties, fields)}));
   servo.run(1);
-  EXPECT_NEAR(loop_J(servo, path, 8000), 0, kMost_J);
+  EXPECT_NEAR(loop_J(servo, path, 8000), 0, kMax_J);
 }
 
 /// Where the IHIP itself moves by jumps from triangle to triangle.
@@ -319,7 +319,7 @@ TEST(VaryingSprings, OfAShadedSphereGiveTheHandNoEnergy) {
     VirtualServo servo(path, kConfig);
     servo.adopt(sceneOf(1, {with(object, properties, fields)}));
     servo.run(1);
-    EXPECT_LE(loop_J(servo, path, 4000), kMost_J);
+    EXPECT_LE(loop_J(servo, path, 4000), kMax_J);
   }
 }
 
@@ -340,7 +340,7 @@ TEST(VaryingSprings, OfAGrooveOfTwoBodiesGiveTheHandNoEnergyAlongIt) {
     const double half = std::numbers::pi / 4;
     servo.adopt(sceneOf(1, {wall(1, half, 4, tissue_N_per_m), wall(2, -half, 5, tissue_N_per_m)}));
     servo.run(1);
-    EXPECT_LE(loop_J(servo, path, kLoop), kMost_J) << tissue_N_per_m;
+    EXPECT_LE(loop_J(servo, path, kLoop), kMax_J) << tissue_N_per_m;
   }
 }
 

@@ -10,11 +10,11 @@
 
 namespace haptics::testing {
 
-inline std::shared_ptr<const Surface> surfaceOf(const TriMesh& mesh) {
-  return buildSurface(mesh.vertices, mesh.triangles);
+inline std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
+  return buildCollisionMesh(mesh.vertices, mesh.triangles);
 }
 
-inline ServoObject objectOf(std::uint64_t id, std::shared_ptr<const Surface> surface, Vec3 position,
+inline ServoObject objectOf(std::uint64_t id, std::shared_ptr<const CollisionMesh> surface, Vec3 position,
                             double stiffness_N_per_m = 800) {
   return {id, std::move(surface), Pose{Quat(1, 0, 0, 0), position}, stiffness_N_per_m, 0.5, false};
 }

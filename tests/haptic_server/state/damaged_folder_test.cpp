@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/mesh/file_bytes.h"
-#include "haptic_server/scene/scene_room.h"
+#include "haptic_server/scene/scene_service.h"
 #include "tests/haptic_server/state/kept_scene.h"
 
 // A state folder with random damage: flipped bits, files cut off, grown or gone, a disk that is full or cannot be written. The
@@ -255,15 +255,17 @@ class Room {
     if (!opened) throw std::runtime_error("does not start: " + opened.error().text());
     folder_ = std::move(opened->folder);
     const auto read = [this](const ContentHash& hash) { return folder_->readAsset(hash); };
-    for (const std::string& remark : room_.resume(std::move(opened->state), read, *folder_)) said.push_back(remark);
+    for (const std::string& warning : sceneService_.resume(std::move(opened->state), read, *folder_))
+      said.push_back(warning);
   }
-  ~Room() { room_.stop(); }
+  ~Room() { sceneService_.stop(); }
 
-  [[nodiscard]] std::shared_ptr<const SceneHistory> history() const { return room_.history(); }
+  [[nodiscard]] std::shared_ptr<const SceneHistory> history() const { return sceneService_.history(); }
   EditOutcome submit(std::uint64_t seq, const Transaction& transaction) {
-    room_.start();
+    sceneService_.start();
     std::promise<EditOutcome> outcome;
-    if (!room_.submitEdit(kEditor + 1, seq, transaction, [&](const EditOutcome& its) { outcome.set_value(its); }))
+    if (!sceneService_.submitEdit(kEditor + 1, seq, transaction,
+                                  [&](const EditOutcome& its) { outcome.set_value(its); }))
       throw std::runtime_error("no room");
     return outcome.get_future().get();
   }
@@ -277,8 +279,8 @@ class Room {
 
  private:
   std::unique_ptr<StateFolder> folder_;
-  SceneCrossing crossing_;
-  SceneRoom room_{{}, crossing_};
+  SceneMailbox mailbox_;
+  SceneService sceneService_{{}, mailbox_};
 };
 
 /// As it was, but for what its damaged files held.

@@ -35,7 +35,7 @@ class KeptScene {
       return resolver.store().internEncoded(name, *std::move(bytes));
     };
     RestoredState restored = restore(std::move(opened->state), read, resolver.store(), freshEpoch);
-    said.insert(said.end(), restored.remarks.begin(), restored.remarks.end());
+    said.insert(said.end(), restored.warnings.begin(), restored.warnings.end());
     if (around) around_ = around(*folder_);
     sequencer.resume(std::move(restored.state), std::move(restored.assets), around_ ? *around_ : *folder_);
     if (restored.changed) sequencer.checkpoint();

@@ -13,16 +13,18 @@ namespace {
 constexpr double kRadius_m = 0.05;
 constexpr double kDegree = std::numbers::pi / 180;
 
-std::shared_ptr<const Surface> surfaceOf(const TriMesh& mesh) { return buildSurface(mesh.vertices, mesh.triangles); }
+std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
+  return buildCollisionMesh(mesh.vertices, mesh.triangles);
+}
 
-Foot footOf(const Surface& surface, Vec3 h) {
+ClosestPoint footOf(const CollisionMesh& surface, Vec3 h) {
   int spent = 0;
   return surface.closestFoot(h, 1 << 20, spent);
 }
 
 /// From within a surface; the depth up to the smooth one.
-ShadedPoint shadeWithin(const Surface& surface, const ShadingNormals& normals, Vec3 h) {
-  const Foot foot = footOf(surface, h);
+ShadedPoint shadeWithin(const CollisionMesh& surface, const ShadingNormals& normals, Vec3 h) {
+  const ClosestPoint foot = footOf(surface, h);
   const double depth_m =
       surface.isOutside(foot, h) ? -std::sqrt(foot.squaredDistance) : std::sqrt(foot.squaredDistance);
   ShadedPoint point = shade(surface, normals, foot, h, depth_m);
@@ -126,7 +128,7 @@ TEST(ForceShading, TellsTheDepthOutsideOfTheSurfaceToo) {
   const ShadingNormals normals(*sphere, std::numbers::pi, {});
   const Vec3 out = glm::normalize(Vec3(0.3, -0.5, 0.7));
   const Vec3 h = out * (kRadius_m + 0.001);
-  const Foot foot = footOf(*sphere, h);
+  const ClosestPoint foot = footOf(*sphere, h);
   const ShadedPoint p = shade(*sphere, normals, foot, h, -std::sqrt(foot.squaredDistance));
   EXPECT_LE(glm::length(p.normal - out), 1e-5);
   EXPECT_NEAR(p.depth_m + p.bulge_m, -0.001, 1e-8);

@@ -9,12 +9,12 @@
 namespace haptics {
 namespace {
 
-std::shared_ptr<const Surface> torus() {
+std::shared_ptr<const CollisionMesh> torus() {
   const TriMesh mesh = makeTorus(0.04, 0.015, 48, 32).value();
-  return buildSurface(mesh.vertices, mesh.triangles);
+  return buildCollisionMesh(mesh.vertices, mesh.triangles);
 }
 
-double bruteForce_m(const Surface& surface, Vec3 h) {
+double bruteForce_m(const CollisionMesh& surface, Vec3 h) {
   double least = std::numeric_limits<double>::infinity();
   for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
     least = std::min(least, closestOn(surface.triangle(t), t, h).squaredDistance);
@@ -31,7 +31,7 @@ TEST(NearestPoint, IsThatOfTheWholeMeshWhateverTheHint) {
     const std::uint32_t hint =
         i % 2 == 0 ? kNoTriangle : static_cast<std::uint32_t>(random() % surface->triangleCount());
     Allowance endless;
-    const Foot foot = nearestPoint(*surface, h, 1, hint, endless);
+    const ClosestPoint foot = nearestPoint(*surface, h, 1, hint, endless);
     EXPECT_NEAR(std::sqrt(foot.squaredDistance), bruteForce_m(*surface, h), 1e-12);
   }
 }

@@ -13,11 +13,13 @@ namespace {
 constexpr double kAll = std::numbers::pi;
 constexpr double kSixtyDegrees = std::numbers::pi / 3;
 
-std::shared_ptr<const Surface> surfaceOf(const TriMesh& mesh) { return buildSurface(mesh.vertices, mesh.triangles); }
+std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
+  return buildCollisionMesh(mesh.vertices, mesh.triangles);
+}
 
 /// Largest angle (rad) between a corner's normal and `expected(corner, polygon's normal)`.
 template <class Expected>
-double worst(const Surface& surface, const ShadingNormals& normals, Expected expected) {
+double worst(const CollisionMesh& surface, const ShadingNormals& normals, Expected expected) {
   double most = 0;
   for (std::uint32_t t = 0; t < surface.triangleCount(); ++t) {
     for (int k = 0; k < 3; ++k) {

@@ -37,7 +37,7 @@ TEST(TextureLaw, GivesEquation4bByHandWhenShallow) {
 }
 
 TEST(TextureLaw, IsContinuousBetweenTheTwoEquations) {
-  const Relief relief{0.5e-3, Vec3(0.6, -0.8, 0)};
+  const HeightSample relief{0.5e-3, Vec3(0.6, -0.8, 0)};
   expectNear(hoForce(0.75e-3, kUp, relief, 1.5), hoForce(std::nextafter(0.75e-3, 0), kUp, relief, 1.5), 1e-16);
 }
 
@@ -47,7 +47,7 @@ TEST(TextureLaw, PullsUphillInAPitWhichIsWhyFieldsAreShiftedUnlessAskedNotTo) {
 }
 
 /// A grating of 0.5 mm and 3 mm on a plane.
-Relief grating(double x) {
+HeightSample grating(double x) {
   constexpr double kHalf_m = 0.25e-3, kWave = 2 * std::numbers::pi / 3e-3;
   return {kHalf_m * (1 - std::cos(kWave * x)), Vec3(kHalf_m * kWave * std::sin(kWave * x), 0, 0)};
 }
@@ -58,7 +58,7 @@ double loopWork_J(Law law, double x1, double x2, double deep_m) {
   constexpr double kStiffness = 500;
   constexpr int kSteps = 20000;
   const auto force = [&](double x, double z) {
-    const Relief relief = grating(x);
+    const HeightSample relief = grating(x);
     return kStiffness * law(texturedDepth(relief.height_m, z), kUp, relief);
   };
   double work = 0;
@@ -82,7 +82,7 @@ TEST(TextureLaw, DoesTheWorkOfItsFormulaInALoop) {
   for (const double gain : {0.5, 1.0, 1.5, 2.0}) {
     const double formula = kStiffness * kDeep_m * (h2 - h1) + 0.5 * kStiffness * (1 - gain) * (h2 * h2 - h1 * h1);
     const double work =
-        loopWork_J([&](double d, Vec3 n, const Relief& r) { return hoForce(d, n, r, gain); }, x1, x2, kDeep_m);
+        loopWork_J([&](double d, Vec3 n, const HeightSample& r) { return hoForce(d, n, r, gain); }, x1, x2, kDeep_m);
     EXPECT_NEAR(work, formula, 1e-4 * formula) << gain;
   }
 }

@@ -42,9 +42,9 @@ void expectSame(const ContactResult& a, const ContactResult& b) {
   ASSERT_EQ(a.work.segments, b.work.segments);
   ASSERT_EQ(a.work.steps, b.work.steps);
   ASSERT_EQ(a.work.solverRounds, b.work.solverRounds);
-  ASSERT_EQ(a.work.crowdedOut, b.work.crowdedOut);
+  ASSERT_EQ(a.work.droppedBodies, b.work.droppedBodies);
   ASSERT_EQ(a.work.interrupted, b.work.interrupted);
-  ASSERT_EQ(a.work.unsettled, b.work.unsettled);
+  ASSERT_EQ(a.work.notConverged, b.work.notConverged);
 }
 
 const Pose kAslant{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {0.003, -0.002, 0.001}};
@@ -101,7 +101,7 @@ std::vector<Scene> scenes() {
        [](World& w) {
          w.add(shapes::sphere(0.04, 12));
          w.add(shapes::box({0.02, 0.02, 0.1}), kAslant);
-         w.bodies()[1].leaving = true;
+         w.bodies()[1].pendingRemoval = true;
        }},
       {"CrossedMesh", kNever,
        [](World& w) {

@@ -108,7 +108,7 @@ void UsbfsNode::complete(Description& description, std::uint64_t now_ns, std::ui
     }
     if (now_ns - *ready_ns > kHeldUp_ns) ++heldUp_;
     description.waiting.pop_front();
-    std::array<std::uint8_t, kMostNodeData> bytes;
+    std::array<std::uint8_t, kMaxNodeData> bytes;
     const int result = device_->in(std::span(bytes).first(std::min<std::size_t>(urb.length, bytes.size())), now_ns);
     finish(description, urb.id, result, std::span(bytes).first(static_cast<std::size_t>(std::max(result, 0))));
   }

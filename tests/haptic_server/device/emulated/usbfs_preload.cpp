@@ -101,7 +101,7 @@ struct Opened {
   std::atomic<int> descriptor{-1};
   off_t position = 0;
   std::uint32_t length = 0;
-  std::array<std::uint8_t, kMostNodeData> descriptors{};
+  std::array<std::uint8_t, kMaxNodeData> descriptors{};
 };
 std::array<Opened, 8> opened;
 
@@ -130,7 +130,7 @@ int openNode(const char* path) {
 
 int bulk(NodeRequest& asked, const usbdevfs_bulktransfer& transfer) {
   asked.endpoint = static_cast<std::uint8_t>(transfer.ep);
-  asked.length = std::min<std::uint32_t>(transfer.len, kMostNodeData);
+  asked.length = std::min<std::uint32_t>(transfer.len, kMaxNodeData);
   std::memcpy(asked.data.data(), transfer.data, asked.length);
   const NodeReply reply = hardware().ask(asked);
   return reply.result < 0 ? failed(-reply.result) : reply.result;
@@ -149,7 +149,7 @@ int submit(NodeRequest& asked, const usbdevfs_urb& urb) {
   asked.urb = reinterpret_cast<std::uintptr_t>(&urb);
   asked.type = urb.type;
   asked.endpoint = urb.endpoint;
-  asked.length = std::min<std::uint32_t>(static_cast<std::uint32_t>(urb.buffer_length), kMostNodeData);
+  asked.length = std::min<std::uint32_t>(static_cast<std::uint32_t>(urb.buffer_length), kMaxNodeData);
   if (urb.type == USBDEVFS_URB_TYPE_CONTROL) {
     std::memcpy(asked.setup.data(), urb.buffer, asked.setup.size());
   } else if ((urb.endpoint & 0x80) == 0) {

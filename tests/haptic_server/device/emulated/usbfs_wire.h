@@ -7,7 +7,7 @@
 // Unix socket, each request answered by one reply.
 namespace haptics::test {
 
-inline constexpr std::size_t kMostNodeData = 512;
+inline constexpr std::size_t kMaxNodeData = 512;
 
 /// As an ioctl(2) of usbfs, with the data that it points to.
 struct NodeRequest {
@@ -17,7 +17,7 @@ struct NodeRequest {
   std::uint8_t type = 0, endpoint = 0;
   std::array<std::uint8_t, 8> setup{};
   std::uint32_t length = 0;  ///< Of data, or of the buffer for it.
-  std::array<std::uint8_t, kMostNodeData> data{};
+  std::array<std::uint8_t, kMaxNodeData> data{};
 };
 
 struct NodeReply {
@@ -25,7 +25,7 @@ struct NodeReply {
   std::uint64_t urb = 0;
   std::int32_t status = 0;
   std::uint32_t length = 0;  ///< Of data.
-  std::array<std::uint8_t, kMostNodeData> data{};
+  std::array<std::uint8_t, kMaxNodeData> data{};
 };
 
 }  // namespace haptics::test

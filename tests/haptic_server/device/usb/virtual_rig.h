@@ -15,7 +15,7 @@
 #include "haptic_server/device/usb/usb_device.h"
 #include "haptic_server/device/usb/wooden_haptics.h"
 #include "haptic_server/servo/haptic_step.h"
-#include "haptic_server/servo/news_patience.h"
+#include "haptic_server/servo/sample_wait.h"
 #include "tests/haptic_server/device/emulated/falcon_model.h"
 #include "tests/haptic_server/device/emulated/wooden_model.h"
 #include "tests/haptic_server/device/usb/some_firmware.h"
@@ -46,8 +46,8 @@ class Rig {
     config.maxForce_N = device->info().maxForce_N;
     state.emplace(config);
     const TriMesh plate = makeBox(Vec3(0.2, 0.2, 0.1), 2).value();
-    scene.objects.push_back(
-        {1, buildSurface(plate.vertices, plate.triangles), Pose{Quat(1, 0, 0, 0), Vec3(0, 0, -0.01)}, 800, 0.5, false});
+    scene.objects.push_back({1, buildCollisionMesh(plate.vertices, plate.triangles),
+                             Pose{Quat(1, 0, 0, 0), Vec3(0, 0, -0.01)}, 800, 0.5, false});
     adopted = adoptScene(scene, *state, 0);
     bus.nextTime_ns = servoDue_ns_ = servoWakes_ns_ = bus.now_ns;
     bus.onTime = [this](std::uint64_t now_ns) { return pass(now_ns); };
@@ -96,8 +96,8 @@ class Rig {
 
   /// As ServoLoop::run().
   void servoWakes(std::uint64_t now_ns) {
-    if (patience_.waits(device->hasNews(), now_ns - std::min(now_ns, servoDue_ns_))) {
-      servoWakes_ns_ = now_ns + patience_.step_ns();
+    if (sampleWait_.waits(device->hasNewSample(), now_ns - std::min(now_ns, servoDue_ns_))) {
+      servoWakes_ns_ = now_ns + sampleWait_.step_ns();
       return;
     }
     if (servoAlive) {
@@ -110,7 +110,7 @@ class Rig {
     if (servoJitter_ns > 0) servoWakes_ns_ += random_() % servoJitter_ns;
   }
 
-  NewsPatience patience_{kMs};
+  SampleWait sampleWait_{kMs};
   std::mt19937 random_{7};
   std::uint64_t servoDue_ns_ = 0, servoWakes_ns_ = 0, asks_ns_ = 0;
 

@@ -1,0 +1,206 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "common/interruption/progress.h"
+#include "haptic_server/scene/asset_library.h"
+#include "haptic_server/scene/asset_store.h"
+#include "haptic_server/scene/dent_baking.h"
+#include "haptic_server/scene/preparation.h"
+#include "haptic_server/scene/sequencer.h"
+#include "haptic_server/scene/servo_scene_builder.h"
+#include "haptic_server/scene/session_lanes.h"
+#include "haptic_server/servo/scene_mailbox.h"
+
+namespace haptics {
+
+/// The server's own copy of the scene and the builder thread that changes it: edits and uploads in, servo scenes and
+/// histories out. What takes long of an edit, that is assets that are read, computed, checked, hashed and built, and what
+/// is derived from large meshes, is prepared by workers first; the builder then decides the edit by the scene as it is by
+/// then. Each session's edits and uploads take effect in their order; nobody waits for another session's.
+class SceneService {
+ public:
+  struct Options {
+    std::vector<std::filesystem::path> assetFolders;
+    ServoSceneBuilder::MakePlan makePlan;  ///< Empty unless a simulated hand explores.
+    /// Where the objects that move are, and which dents stay; null when nothing has changed since the last call; may be
+    /// empty. Called on the builder thread after start().
+    std::function<const MotionState*()> takeMotion = nullptr;
+    DeviceLimits device = {};                     ///< For clamps and warnings of them.
+    std::string readOnlyReason = {};              ///< Why every edit is refused; empty: none is for that.
+    std::function<void(const std::string&)> log;  ///< One line for each asset made; called on the builder thread.
+    /// Each scene that the servo is about to get, and what it is made of; may be empty. On the thread that publishes it.
+    std::function<void(const ServoScene&, const std::vector<ServoObjectSource>&)> onServoScene = {};
+  };
+  using EditReply = std::function<void(const EditOutcome&)>;
+  /// How far the preparation of an edit is, on a worker's thread, at most every kProgressEvery.
+  using EditProgress = std::function<void(WorkStage stage, double share)>;
+  static constexpr std::chrono::milliseconds kProgressEvery{200};
+  using UploadReply = std::function<void(Result<std::shared_ptr<const Asset>>)>;
+  using AssetReader = std::function<Result<std::string>(const ContentHash&)>;  ///< Canonical bytes, unverified.
+  using HistoryListener = std::function<void(std::shared_ptr<const SceneHistory>)>;
+
+  /// Memory of the edits that wait for the builder, as decoded; the bytes of uploads, which their clients have
+  /// reserved, come on top.
+  static constexpr std::size_t kMaxQueued_bytes = 64U << 20;
+  /// Limit for one session's edits: the others find room.
+  static constexpr std::size_t kMaxQueuedOfOne_bytes = kMaxQueued_bytes / 2;
+  /// Edits that are decided together when so many wait: the journal then waits for the disk once. More of them delay
+  /// the first one's reply.
+  static constexpr std::size_t kMaxBatch = 64;
+  /// Threads that prepare. Each may hold what building the largest mesh takes, some GB.
+  static constexpr unsigned kMinWorkers = 2, kMaxWorkers = 4;
+
+  SceneService(Options options, SceneMailbox& mailbox);
+  ~SceneService();
+  SceneService(const SceneService&) = delete;
+  SceneService& operator=(const SceneService&) = delete;
+
+  /// Applies the transaction at once and publishes it, the same way as any edit, also while the journal cannot keep it.
+  /// Before start() only.
+  /// @return The reports of the assets, or the bad field.
+  [[nodiscard]] Result<std::vector<std::string>> loadStartScene(const Transaction& scene);
+  /// Goes on from this state, whose assets are read by hash, and publishes it; every edit from now on is kept by the
+  /// journal, which outlives the room, before it is published or answered. Objects whose assets cannot be had stay as
+  /// what is left of them (lost_parts.h), and get them back when a client uploads them. Before loadStartScene() and
+  /// start() only. The reader is called on the builder thread too.
+  /// @return What is lost of which object, or here again; one line each.
+  [[nodiscard]] std::vector<std::string> resume(SequencerState state, AssetReader readAsset, EditJournal& journal);
+  /// Any thread. The journal keeps all of the present state anew, on the builder thread, after this was called there.
+  /// False as below.
+  [[nodiscard]] bool checkpoint(std::function<void()> before);
+  /// Any thread. "box: mesh, motion": objects that are without a part since the start, in words.
+  [[nodiscard]] std::vector<std::string> lostParts() const;
+  /// The scene is this version from now on, which was made elsewhere of these assets, in assetStore(); the servo keeps
+  /// what it has. Any thread. False: there is no room for more work now.
+  [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
+  [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
+  void start();
+  /// Interrupts what is in hand and drops the rest; their replies never come. Also done on destruction.
+  void stop();
+  /// The same, but without waiting any longer. False: a thread is at something that is not interrupted, which stop()
+  /// waits for; all else may be asked of the room meanwhile.
+  [[nodiscard]] bool stopWithin(std::chrono::milliseconds patience);
+
+  /// Any thread. The reply comes on the builder thread, after the new history was published. False, and no reply:
+  /// there is no room for more work now.
+  /// \param unwanted  Asks for a stop when nobody waits for the edit any more: it is dropped, or interrupted unless it has
+  ///                  been accepted, and the reply never comes or never matters.
+  /// \param progress  May be empty; not called any more once the reply has come.
+  [[nodiscard]] bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
+                                const EditReply& reply, std::stop_token unwanted = {}, EditProgress progress = {});
+  /// Any thread. Checks the bytes against the hash and builds the asset, in order with the session's edits; who asked
+  /// holds it until an edit names it. False as above. The reply always comes while the room runs.
+  [[nodiscard]] bool submitAsset(SessionId session, const AssetName& name, std::string bytes, const UploadReply& reply,
+                                 std::stop_token unwanted = {});
+  /// Any thread. Null when it is neither in the scene nor held by someone.
+  [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const { return store_.find(hash); }
+  /// Any thread. deformedHash() of a version of the scene whose assets are here.
+  [[nodiscard]] std::optional<ContentHash> deformedHash(const SceneVersion& scene,
+                                                        std::span<const ObjectDent> dents) const;
+  /// Any thread. The newest.
+  [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;
+  /// Called on the builder thread after each revision, and once here with the present one. An empty function ends it:
+  /// when this returns, the old listener is not running and will not run again.
+  void setListener(HistoryListener listener);
+
+ private:
+  struct Edit {
+    Submission submission;
+    EditReply reply;
+    std::stop_token unwanted;
+    EditProgress progress;
+    std::unique_ptr<Preparation> preparation = nullptr;
+    std::optional<Sequencer::Scene> scene = std::nullopt;  // from which it is or was prepared last
+    int timesPrepared = 0;
+    std::optional<Error> failure = std::nullopt;  // of the preparation
+  };
+  struct Upload {
+    AssetName name;
+    std::string bytes;
+    UploadReply reply;
+    std::stop_token unwanted;
+    std::optional<Result<std::shared_ptr<const Asset>>> built = std::nullopt;
+  };
+  using Lanes = SessionLanes<std::variant<Edit, Upload, std::function<void()>>>;
+  using Job = Lanes::Job;
+
+  Options options_;
+  SceneMailbox& mailbox_;
+  AssetStore store_;
+  AssetLibrary library_;
+  Sequencer sequencer_;                                           // builder thread, or loadStartScene before it runs
+  ServoSceneBuilder servoScenes_;                                 // likewise
+  AssetReader readAsset_;                                         // likewise
+  std::vector<std::shared_ptr<const ObjectRecord>> lostAtStart_;  // of the state that was resumed; does not change
+
+  std::map<ObjectId, std::vector<PermanentDent>> permanentDents_;  // not taken in yet; builder thread
+  std::uint64_t permanentDentsAt_ = 0;                             // scene revision that the servo had then; likewise
+  DentWatermarks handled_;                                         // likewise
+  std::uint64_t bakeAfter_ns_ = 0;                                 // likewise
+  bool isBehind_ = false;                                          // the servo has an older scene; likewise
+  std::uint64_t catchUpAfter_ns_ = 0;                              // likewise
+
+  EditJournal* journal_ = nullptr;  // does not change once it runs
+
+  std::mutex queueMutex_;  // guards the four below
+  std::condition_variable queueChanged_, workAdded_;
+  Lanes lanes_{kMaxQueued_bytes, kMaxQueuedOfOne_bytes};
+  bool stopping_ = false;
+  std::size_t running_ = 0;  // builder and workers
+  std::stop_source stop_;    // of whatever they do
+  std::thread builder_;
+  std::vector<std::thread> workers_;
+
+  mutable std::mutex historyMutex_;  // guards the two below
+  std::shared_ptr<const SceneHistory> published_;
+  HistoryListener listener_;
+
+  bool enqueue(SessionId session, std::size_t size_bytes, Lanes::Task task);
+  void askToStop();
+  void run();
+  void work();
+  void ended();
+  std::vector<Job> takeJobs();
+  void carryOut(std::vector<Job>& jobs);
+  [[nodiscard]] bool carryOutTogether(std::span<Job> jobs);
+  [[nodiscard]] bool carryOut(Job& job);
+  [[nodiscard]] bool carryOut(Edit& edit);
+  [[nodiscard]] bool carryOut(Upload& upload);
+  [[nodiscard]] bool prepare(Job& job);
+  void prepare(Edit& edit);
+  void build(Upload& upload);
+  void drop(Job& job);
+  void finish(std::span<const Job> jobs);
+  void followServo();
+  std::vector<EditOutcome> apply(std::span<const Submission> submissions, AssetResolver* resolver = nullptr,
+                                 const std::stop_token& unwanted = {});
+  std::vector<EditOutcome> decide(std::span<const Submission> submissions, AssetResolver* resolver,
+                                  const std::stop_token& unwanted);
+  void publish(const std::shared_ptr<const SceneHistory>& before);
+  [[nodiscard]] Result<std::shared_ptr<const Asset>> findOrRead(const AssetName& name);
+  void restoreLostParts(const ContentHash& asset);
+  void publishHistory();
+  void publishToServo(ServoSceneBuilder::Plan plan);
+  void log(const std::string& line) const;
+  void bakeDents();
+  [[nodiscard]] bool bakeDents(ObjectId object, std::span<const PermanentDent> dents);
+};
+
+}  // namespace haptics

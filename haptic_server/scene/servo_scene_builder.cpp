@@ -1,0 +1,226 @@
+#include "haptic_server/scene/servo_scene_builder.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "haptic_server/motion/coupling.h"
+
+namespace haptics {
+
+ServoSceneBuilder::ServoSceneBuilder(MakePlan makePlan, const DeviceLimits& device)
+    : makePlan_(std::move(makePlan)), device_(device) {}
+
+std::unique_ptr<const ServoScene> ServoSceneBuilder::make(const Sequencer& sequencer, std::uint64_t now_ns, Plan plan) {
+  const SceneVersion& version = sequencer.history()->version;
+  std::vector<ServoObjectSource> objects;
+  for (const auto& record : version.objects()) {
+    objects.push_back({record, sequencer.assetsOf(record->id), sequencer.posedAt(record->id)});
+  }
+  addPendingRemovals(objects, version, now_ns);
+  auto scene = make(std::move(objects), version.revision());
+  if (makePlan_ && (!plan_ || (plan == Plan::kOfThisOne && planIsOld()))) {
+    plan_ = planFor(*scene);
+    planRevision_ = revision_;
+    bodiesMoved_ = false;
+  }
+  scene->plan = plan_;
+  return scene;
+}
+
+void ServoSceneBuilder::addPendingRemovals(std::vector<ServoObjectSource>& objects, const SceneVersion& version,
+                                           std::uint64_t now_ns) {
+  std::erase_if(pendingRemovals_, [now_ns](const PendingRemoval& l) { return l.until_ns <= now_ns; });
+  for (const ServoObjectSource& object : parts_) {
+    const auto sameObject = [&](const PendingRemoval& l) { return l.object.record->id == object.record->id; };
+    if (!object.pendingRemoval && !version.find(object.record->id) &&
+        std::ranges::none_of(pendingRemovals_, sameObject)) {
+      pendingRemovals_.push_back({object, now_ns + kRemovalFade_ns});
+      pendingRemovals_.back().object.pendingRemoval = true;
+    }
+  }
+  const std::size_t room = kMaxServoObjects - objects.size();
+  if (pendingRemovals_.size() > room)
+    pendingRemovals_.erase(pendingRemovals_.begin(), pendingRemovals_.end() - static_cast<std::ptrdiff_t>(room));
+  for (const PendingRemoval& pendingRemoval : pendingRemovals_) objects.push_back(pendingRemoval.object);
+  std::ranges::sort(objects, {}, [](const ServoObjectSource& object) { return object.record->id; });
+}
+
+std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSource> objects, std::uint64_t revision) {
+  auto scene = std::make_unique<ServoScene>();
+  scene->number = ++number_;
+  scene->revision = revision_ = revision;
+  std::map<ObjectId, CachedObject> cached;
+  for (const auto& [record, assets, poseRevision, pendingRemoval] : objects) {
+    CachedObject& known = cached[record->id] = detailOf(*record, assets);
+    addBody(known, *record, assets);
+    addTissue(known, *record);
+    addBakedDents(known, record->id);
+    const auto [stiffness, highestFactor] = stableStiffness(record->material, known.detail.get());
+    const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
+    const double share = known.body ? stableStiffnessShare(known.apparentMass_kg, highestFactor * stiffness_N_per_m,
+                                                           highestFactor * damping_Ns_per_m, device_.period_s)
+                                    : 1;
+    scene->objects.push_back({.id = record->id,
+                              .surface = known.surface,
+                              .pose = record->pose,
+                              .stiffness_N_per_m = share * stiffness_N_per_m,
+                              .damping_Ns_per_m = share * damping_Ns_per_m,
+                              .pendingRemoval = pendingRemoval,
+                              .detail = known.detail,
+                              .motion = known.body,
+                              .poseRevision = poseRevision,
+                              .tissue = known.tissue,
+                              .baked = known.baked,
+                              .highestFactor = highestFactor});
+  }
+  cachedObjects_ = std::move(cached);
+  std::erase_if(dentStates_, [this](const auto& entry) { return !cachedObjects_.contains(entry.first); });
+  parts_ = std::move(objects);
+  return scene;
+}
+
+/// Where the stiffness varies it is the device's limit at the places that would pass it, and as asked for elsewhere; damping
+/// has the same ratio to it everywhere, and so is less everywhere where it would pass the limit anywhere.
+ServoSceneBuilder::StableStiffness ServoSceneBuilder::stableStiffness(const Material& material,
+                                                                      const SurfaceDetail* detail) const {
+  double stiffness_N_per_m = material.stiffness_N_per_m, highestFactor = 1;
+  if (detail && detail->stiffness) {
+    highestFactor = std::min(detail->stiffness->highest(), device_.stiffest_N_per_m / stiffness_N_per_m);
+  } else {
+    stiffness_N_per_m = std::min(stiffness_N_per_m, device_.stiffest_N_per_m);
+  }
+  return {{stiffness_N_per_m, std::min(material.damping_Ns_per_m, device_.maxDamping_Ns_per_m / highestFactor)},
+          highestFactor};
+}
+
+/// Making a detail takes milliseconds, and normals of a large mesh more: what did not change is kept.
+ServoSceneBuilder::CachedObject ServoSceneBuilder::detailOf(const ObjectRecord& record,
+                                                            const ObjectAssets& assets) const {
+  const SurfaceProperties& properties = record.material.surface;
+  const auto known = cachedObjects_.find(record.id);
+  const std::shared_ptr<const CollisionMesh> surface = shapeOf(record, assets);
+  const bool sameSurface = known != cachedObjects_.end() && known->second.surface == surface;
+  if (sameSurface && known->second.properties == properties) return known->second;
+
+  DetailFields fields{.texture = assets.textureField, .friction = assets.frictionField, .frictionScale = {}};
+  const auto scaleOf = [](const auto& asset) { return asset ? asset->values : nullptr; };
+  fields.frictionScale = scaleOf(assets.frictionScale);
+  fields.dynamicFriction = assets.dynamicFrictionField;
+  fields.dynamicFrictionScale = scaleOf(assets.dynamicFrictionScale);
+  fields.stiffness = {assets.stiffnessField, scaleOf(assets.stiffnessScale)};
+  fields.softness = {assets.softnessField, scaleOf(assets.softnessScale)};
+  if (surface != assets.mesh->surface) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
+  std::shared_ptr<const ShadingNormals> normals;
+  if (sameSurface && known->second.detail && known->second.properties.shading == properties.shading) {
+    normals = known->second.detail->shading;
+  } else {
+    normals = assets.derived.normals;
+  }
+  CachedObject made{surface, properties, makeSurfaceDetail(*surface, properties, fields, std::move(normals))};
+  made.atRest = assets.mesh->surface;
+  return made;
+}
+
+/// The mesh's surface, or as lattice and residue have it; the last scene's where none of them has changed.
+std::shared_ptr<const CollisionMesh> ServoSceneBuilder::shapeOf(const ObjectRecord& record,
+                                                                const ObjectAssets& assets) const {
+  const auto& [softness, lattice, residue] = record.deformation;
+  if (!lattice && !residue) return assets.mesh->surface;
+  const auto known = cachedObjects_.find(record.id);
+  const bool sameMesh = known != cachedObjects_.end() && known->second.atRest == assets.mesh->surface;
+  if (sameMesh && known->second.deformation.lattice == lattice && known->second.deformation.residue == residue) {
+    return known->second.surface;
+  }
+  if (assets.derived.shape) return assets.derived.shape;
+  // Most of the last shape stays where it was when a dent is added.
+  const CollisionMesh& from = sameMesh ? *known->second.surface : *assets.mesh->surface;
+  return refitCollisionMesh(from, assets.shapeAtRest(record.deformation));
+}
+
+void ServoSceneBuilder::addTissue(CachedObject& cached, const ObjectRecord& record) const {
+  cached.deformation = record.deformation;
+  cached.tissue = nullptr;
+  if (!record.deformation.softness) return;
+  const auto known = cachedObjects_.find(record.id);
+  const bool same = known != cachedObjects_.end() && known->second.deformation.softness == record.deformation.softness;
+  cached.tissue =
+      same ? known->second.tissue : std::make_shared<const SoftTissue>(tissueOf(*record.deformation.softness));
+}
+
+/// The shape counts as another one where mesh or lattice were edited, or a residue that is not the builder's.
+void ServoSceneBuilder::addBakedDents(CachedObject& cached, ObjectId object) const {
+  const auto known = cachedObjects_.find(object);
+  const auto told = dentStates_.find(object);
+  const DeformationProperties before =
+      known == cachedObjects_.end() ? DeformationProperties{} : known->second.deformation;
+  cached.baked = known == cachedObjects_.end() ? BakedDents{} : known->second.baked;
+  const std::optional<ContentHash>& residue = cached.deformation.residue;
+  const bool ours = told != dentStates_.end() && residue == told->second.residue;
+  const bool sameMesh = known != cachedObjects_.end() && known->second.atRest == cached.atRest;
+  if (!sameMesh || before.lattice != cached.deformation.lattice || (before.residue != residue && !ours)) {
+    ++cached.baked.shape;
+  }
+  if (told == dentStates_.end()) return;
+  if (ours) cached.baked.upTo = std::max(cached.baked.upTo, told->second.upTo);
+  cached.baked.releasedUpTo = std::max(cached.baked.releasedUpTo, told->second.releasedUpTo);
+}
+
+void ServoSceneBuilder::setBakedDents(ObjectId object, const std::optional<ContentHash>& residue, std::uint64_t upTo) {
+  dentStates_[object].residue = residue;
+  dentStates_[object].upTo = upTo;
+}
+
+void ServoSceneBuilder::releaseDents(ObjectId object, std::uint64_t upTo) { dentStates_[object].releasedUpTo = upTo; }
+
+std::shared_ptr<const ExplorationPlan> ServoSceneBuilder::planFor(ServoScene scene) const {
+  std::erase_if(scene.objects, [](const ServoObject& object) { return object.pendingRemoval; });
+  for (ServoObject& object : scene.objects) {
+    const auto body = bodies_.find(object.id);
+    if (object.motion && body != bodies_.end()) object.pose = body->second;
+  }
+  return makePlan_(scene);
+}
+
+void ServoSceneBuilder::addBody(CachedObject& cached, const ObjectRecord& record, const ObjectAssets& assets) const {
+  cached.motion = record.motion;
+  cached.body = nullptr;
+  if (!record.motion) return;
+  if (const auto& made = assets.derived.body) {
+    if (!*made) return;  // the sequencer refuses what makes no body
+    cached.body = (*made)->body;
+    cached.apparentMass_kg = (*made)->apparentMass_kg;
+    return;
+  }
+  const auto known = cachedObjects_.find(record.id);
+  if (known != cachedObjects_.end() && known->second.surface == cached.surface &&
+      known->second.motion == record.motion) {
+    cached.body = known->second.body;
+    cached.apparentMass_kg = known->second.apparentMass_kg;
+    return;
+  }
+  const auto made = rigidBodyAndMassOf(record, assets);
+  if (!*made) return;
+  cached.body = (*made)->body;
+  cached.apparentMass_kg = (*made)->apparentMass_kg;
+}
+
+bool ServoSceneBuilder::planIsOld() const noexcept { return makePlan_ && (planRevision_ != revision_ || bodiesMoved_); }
+
+void ServoSceneBuilder::follow(const MotionState& motion) {
+  const bool allRest = std::ranges::all_of(
+      motion.bodies(), [](const BodyState& body) { return body.condition != BodyCondition::kAwake; });
+  if (!makePlan_ || !allRest) return;
+  for (const BodyState& body : motion.bodies()) {
+    const auto planned = bodies_.find(body.object);
+    bodiesMoved_ = bodiesMoved_ || planned == bodies_.end() || !(planned->second == body.pose);
+  }
+  bodies_.clear();
+  for (const BodyState& body : motion.bodies()) bodies_[body.object] = body.pose;
+}
+
+std::optional<std::uint64_t> ServoSceneBuilder::nextDeparture_ns() const {
+  if (pendingRemovals_.empty()) return std::nullopt;
+  return pendingRemovals_.front().until_ns;
+}
+
+}  // namespace haptics

@@ -1,0 +1,196 @@
+#include "haptic_server/scene/surface_warnings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <sstream>
+#include <utility>
+
+#include "common/surface/texture_pits.h"
+#include "haptic_server/surface/surface_detail.h"
+
+namespace haptics {
+namespace {
+
+/// Fewer samples than this a wave show another one (Shannon).
+constexpr double kSamplesPerWave = 2;
+
+SurfaceFactor factorOf(const SurfaceMap& map, const std::shared_ptr<const ScalarField>& field,
+                       const std::shared_ptr<const VertexValuesAsset>& scale) {
+  FactorSource source{field, nullptr};
+  if (scale) source.scale = scale->values;
+  return {map.variation, std::move(source), kMinStiffnessFactor};
+}
+
+/// Highest factor of the stiffness over the surface; 1 where it is the same everywhere.
+double highestFactor(const ObjectRecord& record, const ObjectAssets& assets) {
+  const auto& map = record.material.surface.stiffnessOver;
+  return map ? factorOf(*map, assets.stiffnessField, assets.stiffnessScale).highest() : 1;
+}
+
+/// Empty when what a map pushes sideways is felt whole, up to a press of 1 N.
+std::string pushWarning(const std::string& property, const SurfaceFactor& factor, double spring_N_per_m,
+                        const DeviceLimits& device) {
+  constexpr double kPress_N = 1;
+  const double lateral_N_per_m = factor.lateralStiffness_N_per_m(spring_N_per_m, kPress_N / spring_N_per_m);
+  if (lateral_N_per_m <= device.stableLateral_N_per_m) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: under a press of 1 N " << property << " pushes sideways with "
+       << 100 * device.stableLateral_N_per_m / lateral_N_per_m
+       << " % of what keeps a closed loop from giving energy: with all of it, it would be a spring of up to "
+       << lateral_N_per_m << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
+       << " N/m; less variation or a longer wave keeps it";
+  return text.str();
+}
+
+/// Stiffness that is rendered at the stiffest point.
+double stiffestPlace_N_per_m(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  return std::min(record.material.stiffness_N_per_m * highestFactor(record, assets), device.stiffest_N_per_m);
+}
+
+/// Empty when it is felt as it was asked for, up to a press of 1 N.
+std::string bumpWarning(const TextureDetail& detail, double stiffness_N_per_m, const DeviceLimits& device) {
+  constexpr double kPress_N = 1;
+  const double depth_m = kPress_N / stiffness_N_per_m;
+  const double part = detail.slopeShareFor(depth_m, stiffness_N_per_m, device.stableLateral_N_per_m);
+  if (!(part < 1)) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: under a press of 1 N the texture's slopes are felt as " << 100 * part
+       << " % of themselves: sideways it would be a spring of " << device.stableLateral_N_per_m / part
+       << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
+       << " N/m; a lower amplitude, a longer wave or a softer surface keeps them";
+  return text.str();
+}
+
+/// Empty when it is felt as it was asked for.
+std::string clampWarning(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  const Texture& texture = *record.material.surface.texture;
+  const double k = stiffestPlace_N_per_m(record, assets, device);
+  const TextureDetail detail(*assets.mesh->surface, texture, assets.textureField);
+  if (texture.law == Texture::Law::kBump) return bumpWarning(detail, k, device);
+  const double gain = detail.gainFor(k, device.stableLateral_N_per_m);
+  if (gain >= texture.gain_K) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: texture's gain_K is felt as " << gain << " instead of " << texture.gain_K
+       << ": sideways it would be a spring of " << k * texture.gain_K * detail.steepness()
+       << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
+       << " N/m; a lower amplitude, a longer wave or a softer surface keeps it";
+  return text.str();
+}
+
+/// Empty when a texture below 0 is felt as a pit, or none is below 0.
+std::string literalWarning(const Texture& texture, const ScalarField& field) {
+  if (!pitsAreFeltAsBumps(texture, field)) return {};
+  return "warning: the texture is literal and goes below 0: there it is drawn as a pit and felt as a bump, for Eq. "
+         "(4a) as printed pulls uphill where h < 0; TEXTURE_LAW_BUMP is felt as a pit, and without literal nothing is "
+         "below 0";
+}
+
+/// Empty when it is felt as it was asked for.
+std::string stiffnessWarning(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  const double asked = record.material.stiffness_N_per_m * highestFactor(record, assets);
+  if (asked <= device.stiffest_N_per_m) return {};
+  std::ostringstream text;
+  text.precision(6);
+  text << "warning: stiffness_N_per_m is felt as " << std::floor(device.stiffest_N_per_m) << " instead of " << asked
+       << (record.material.surface.stiffnessOver ? ", its most by stiffness_over, and likewise wherever it is beyond"
+                                                 : "")
+       << ": the device comes to rest on walls of up to " << std::floor(2 * device.stiffest_N_per_m)
+       << " N/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
+  return text.str();
+}
+
+/// Empty when it is felt as it was asked for.
+std::string dampingWarning(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
+  const double felt_N_per_m = stiffestPlace_N_per_m(record, assets, device);
+  const bool varies = record.material.surface.stiffnessOver.has_value();
+  const double highest = varies ? felt_N_per_m / record.material.stiffness_N_per_m : 1;
+  const double asked = highest * record.material.damping_Ns_per_m;
+  if (asked <= device.maxDamping_Ns_per_m) return {};
+  std::ostringstream text;
+  text.precision(4);
+  text << "warning: damping_Ns_per_m is felt as " << device.maxDamping_Ns_per_m << " instead of " << asked
+       << (varies ? ", its most by stiffness_over, and less by the same ratio elsewhere" : "")
+       << ": the device comes to rest on walls with up to " << 2 * device.maxDamping_Ns_per_m
+       << " Ns/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
+  return text.str();
+}
+
+}  // namespace
+
+double meanEdge_m(const TriMesh& mesh) {
+  constexpr std::size_t kMeasuredTriangles = 10'000;  // enough for a mean
+  const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / kMeasuredTriangles);
+  double sum_m = 0;
+  std::size_t edges = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += step) {
+    const TriangleIndices& corner = mesh.triangles[t];
+    for (std::size_t k = 0; k < corner.size(); ++k, ++edges) {
+      sum_m += glm::distance(Vec3(mesh.vertices[corner[k]]), Vec3(mesh.vertices[corner[(k + 1) % corner.size()]]));
+    }
+  }
+  return sum_m / static_cast<double>(edges);
+}
+
+std::string millimetres(double length_m) {
+  constexpr double kMillimetresPerMetre = 1000;
+  std::ostringstream text;
+  text.precision(3);
+  text << length_m * kMillimetresPerMetre << " mm";
+  return text.str();
+}
+
+std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const ObjectAssets& assets,
+                                         const DeviceLimits& device) {
+  std::vector<std::string> warnings;
+  if (std::string clamped = stiffnessWarning(record, assets, device); !clamped.empty())
+    warnings.push_back(std::move(clamped));
+  if (std::string clamped = dampingWarning(record, assets, device); !clamped.empty())
+    warnings.push_back(std::move(clamped));
+  const auto look = [&](const char* property, const ScalarField* field) {
+    if (!field) return;
+    const double finest_m = field->shortestWavelength_m();
+    const std::string warning = "warning: " + std::string(property) + "'s finest detail, " + millimetres(finest_m);
+    if (finest_m < kSamplesPerWave * device.encoderStep_m) {
+      warnings.push_back(warning + ", is finer than two steps of the device's encoder (" +
+                         millimetres(device.encoderStep_m) + " each): it will feel like another one, and rough");
+    }
+    const double edge_m = meanEdge_m(*assets.mesh->mesh);
+    if (finest_m < kSamplesPerWave * edge_m) {
+      warnings.push_back(warning + ", is finer than two edges of the mesh (" + millimetres(edge_m) +
+                         " each on average): it is felt as given; a picture may not show it");
+    }
+  };
+  if (record.material.surface.texture) {
+    look("texture", assets.textureField.get());
+    if (std::string clamped = clampWarning(record, assets, device); !clamped.empty())
+      warnings.push_back(std::move(clamped));
+    std::string literal = literalWarning(*record.material.surface.texture, *assets.textureField);
+    if (!literal.empty()) warnings.push_back(std::move(literal));
+  }
+  if (record.material.surface.friction) {
+    look("friction", assets.frictionField.get());
+    look("dynamic friction", assets.dynamicFrictionField.get());
+  }
+  const auto lookAtMap = [&](const char* property, const std::optional<SurfaceMap>& map,
+                             const std::shared_ptr<const ScalarField>& field,
+                             const std::shared_ptr<const VertexValuesAsset>& scale, double spring_N_per_m) {
+    if (!map) return;
+    look(property, field.get());
+    std::string push = pushWarning(property, factorOf(*map, field, scale), spring_N_per_m, device);
+    if (!push.empty()) warnings.push_back(std::move(push));
+  };
+  const SurfaceProperties& surface = record.material.surface;
+  lookAtMap("stiffness_over", surface.stiffnessOver, assets.stiffnessField, assets.stiffnessScale,
+            record.material.stiffness_N_per_m);
+  if (const auto& softness = record.deformation.softness) {
+    lookAtMap("softness_over", surface.softnessOver, assets.softnessField, assets.softnessScale,
+              softness->stiffness_N_per_m);
+  }
+  return warnings;
+}
+
+}  // namespace haptics

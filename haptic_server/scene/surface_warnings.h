@@ -1,0 +1,34 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/scene/scene.h"
+#include "haptic_server/scene/object_assets.h"
+
+namespace haptics {
+
+/// Mean length of its edges, over some thousand triangles.
+[[nodiscard]] double meanEdge_m(const TriMesh& mesh);
+[[nodiscard]] std::string millimetres(double length_m);
+
+/// What a device, and the servo that drives it, make of objects.
+struct DeviceLimits {
+  double encoderStep_m = 0;  ///< 0: not known.
+  /// Textures and friction are kept below this lateral stiffness (StepConfig).
+  double stableLateral_N_per_m = std::numeric_limits<double>::infinity();
+  double period_s = 1e-3;  ///< Of the servo.
+  /// Surfaces that are stiffer are felt with this: half of what the device bears.
+  double stiffest_N_per_m = std::numeric_limits<double>::infinity();
+  /// The same of damping.
+  double maxDamping_Ns_per_m = std::numeric_limits<double>::infinity();
+};
+
+/// Warnings of a texture, or a map of friction, stiffness or softness, whose finest detail is finer than two steps of the device's encoder, which feel it
+/// as something else, or than two edges of the mesh, which show it so; of pits that Eq. (4a) makes bumps; and of a
+/// stiffness at its stiffest place, what such a map pushes sideways, a damping or a texture's steepness that is clamped for the device to stay stable.
+[[nodiscard]] std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const ObjectAssets& assets,
+                                                       const DeviceLimits& device);
+
+}  // namespace haptics

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "haptic_server/servo/haptic_step.h"
+#include "tests/eval/renderer.h"
+
+namespace haptics::eval {
+
+/// The production step: adoptScene() and hapticStep(), as the server's loop calls them. Bodies that a scene moves take
+/// the place of what would move them there.
+class RuntimeMethod : public Renderer {
+ public:
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override;
+  void setSurfaceProperties(const FeltSurface& surface) override;
+  void place(Vec3 hip) override;
+  void contactOnly() override { contactOnly_ = true; }
+  /// Removed objects stay until the contact on them has faded, and go with an edit after that, as ServoSceneBuilder
+  /// keeps them.
+  void edit(const EditedScene& scene, Vec3 hip) override;
+  Felt tick(std::span<const Pose> poses, Vec3 hip) override;
+  [[nodiscard]] std::vector<Dent> dents(std::size_t body) const override;
+  [[nodiscard]] bool isShaded() const override { return shading_.has_value(); }
+
+ protected:
+  StepConfig& config() noexcept { return config_; }
+  /// Of all bodies from the next begin() on, whatever they are dressed with.
+  void shade(const Shading& shading) { shading_ = shading; }
+
+ private:
+  void adopt();
+  [[nodiscard]] Felt step(Vec3 hip);
+  [[nodiscard]] Felt feelContact(std::span<const Body> bodies, Vec3 hip);
+  [[nodiscard]] ServoObject makeObject(std::uint64_t id, const std::shared_ptr<const CollisionMesh>& surface,
+                                       const Pose& pose, double spring_N_per_m) const;
+  [[nodiscard]] std::shared_ptr<const SurfaceDetail> makeDetail(const CollisionMesh& surface) const;
+
+  StepConfig config_{.period_s = kPeriod_s, .maxForce_N = 1e9};
+  std::optional<FeltSurface> surface_;
+  std::shared_ptr<const SoftTissue> tissue_;  // surface_'s
+  std::optional<Shading> shading_;
+  std::unique_ptr<const ServoScene> scene_;
+  std::unique_ptr<const ServoScene> next_;            // until it is adopted
+  std::vector<std::uint64_t> ids_;                    // of the bodies in the order of `poses`
+  std::map<std::uint64_t, std::uint64_t> removedAt_;  // tick, by id
+  std::vector<Pose> poses_;                           // of the last tick or edit
+  HapticState state_{config_};
+  std::uint64_t tick_ = 0;
+  bool contactOnly_ = false;
+};
+
+/// With force shading (paper 4.1) on every body; lines of more than 60 degrees stay sharp.
+class ShadedMethod final : public RuntimeMethod {
+ public:
+  ShadedMethod() { shade({std::numbers::pi / 3, {}}); }
+};
+
+/// K of Eq. (4) as it was set, whatever the device can bear.
+class MethodWithoutGainClamp final : public RuntimeMethod {
+ public:
+  void setSurfaceProperties(const FeltSurface& surface) override {
+    RuntimeMethod::setSurfaceProperties(surface);
+    config().stableLateral_N_per_m = std::numeric_limits<double>::infinity();
+  }
+};
+
+}  // namespace haptics::eval

@@ -1,0 +1,136 @@
+#include "haptic_server/scene/surface_warnings.h"
+
+#include <gmock/gmock.h>
+
+#include "common/mesh/generators.h"
+#include "common/surface/fourier_field.h"
+
+namespace haptics {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// A grating of 3 mm on a box with edges of 1 mm.
+struct GratedBox {
+  explicit GratedBox(double amplitude_m) {
+    const FourierFamily grating{{{1, Vec3(1, 0, 0), 3e-3, 0}}};
+    record.material.stiffness_N_per_m = 800;
+    record.material.surface.texture.emplace();
+    record.material.surface.texture->family = grating;
+    record.material.surface.texture->amplitude_m = amplitude_m;
+    assets.mesh = store.intern(makeBox(Vec3(0.02), 20).value());
+    assets.textureField = std::make_shared<FourierField>(grating);
+  }
+  AssetStore store;
+  ObjectRecord record;
+  ObjectAssets assets;
+};
+
+TEST(SurfaceRemarks, SayNothingOfATextureThatIsFeltAsItWasAskedFor) {
+  const GratedBox box(1e-4);
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 1000}), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfPitsThatAreFeltAsBumps) {
+  GratedBox box(1e-4);
+  Texture& texture = *box.record.material.surface.texture;
+  texture.literal = true;
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 1000}), ElementsAre(HasSubstr("felt as a bump")));
+  texture.law = Texture::Law::kBump;
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 1000}), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfAGainThatIsClampedForTheDevice) {
+  const GratedBox box(5e-4);  // 9/8 (0.5 mm 2 pi / 3 mm)^2 = 1.234; 1.5 * 800 * 1.234 = 1480 N/m
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 988}),
+              ElementsAre(AllOf(HasSubstr("gain_K is felt as 1.001 instead of 1.5"), HasSubstr("1480 N/m"))));
+  GratedBox bump(5e-4);
+  bump.record.material.surface.texture->law = Texture::Law::kBump;
+  // (0.5 mm q)^2 + 1 / 800 * 0.5 mm q^2 = 1.097 + 2.742 of q = 2 pi / 3 mm; times 800 N/m: 3071 N/m
+  EXPECT_THAT(surfaceWarnings(bump.record, bump.assets, {55e-6, 988}),
+              ElementsAre(AllOf(HasSubstr("slopes are felt as 32.1"), HasSubstr("of 307"))));
+  EXPECT_THAT(surfaceWarnings(bump.record, bump.assets, {55e-6, 4000}), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfADampingThatIsClampedForTheDevice) {
+  GratedBox box(1e-4);
+  box.record.material.damping_Ns_per_m = 30;
+  const DeviceLimits device{.encoderStep_m = 55e-6, .maxDamping_Ns_per_m = 12};
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, device),
+              ElementsAre(HasSubstr("damping_Ns_per_m is felt as 12 instead of 30")));
+  box.record.material.damping_Ns_per_m = 12;
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, device), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfAStiffnessThatIsClampedForTheDevice) {
+  GratedBox box(1e-4);
+  const DeviceLimits device{.encoderStep_m = 55e-6, .stiffest_N_per_m = 500};
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, device),
+              ElementsAre(HasSubstr("stiffness_N_per_m is felt as 500 instead of 800")));
+  box.record.material.stiffness_N_per_m = 500;
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, device), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = std::move(box.assets.textureField);
+  const auto warnings = [&](double stiffest_N_per_m, double maxDamping_Ns_per_m) {
+    return surfaceWarnings(
+        box.record, box.assets,
+        {.encoderStep_m = 55e-6, .stiffest_N_per_m = stiffest_N_per_m, .maxDamping_Ns_per_m = maxDamping_Ns_per_m});
+  };
+  EXPECT_THAT(warnings(1200, 0.75), IsEmpty());
+  EXPECT_THAT(warnings(1000, 1),
+              ElementsAre(AllOf(HasSubstr("is felt as 1000 instead of 1200, its most by stiffness_over"))));
+  EXPECT_THAT(warnings(1200, 0.6),
+              ElementsAre(HasSubstr("damping_Ns_per_m is felt as 0.6 instead of 0.75, its most by")));
+}
+
+TEST(SurfaceRemarks, TellOfAMapOfStiffnessOrSoftnessFinerThanTheEncoder) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.1, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = box.assets.textureField;
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(AllOf(HasSubstr("stiffness_over's finest detail, 3 mm"), HasSubstr("encoder"))));
+  std::swap(box.record.material.surface.stiffnessOver, box.record.material.surface.softnessOver);
+  box.assets.softnessField = std::move(box.assets.stiffnessField);
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}), IsEmpty()) << "a rigid object has no softness";
+  box.record.deformation.softness = Softness{.stiffness_N_per_m = 500, .radius_m = 0.01};
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(HasSubstr("softness_over's finest detail, 3 mm")));
+}
+
+TEST(SurfaceRemarks, TellOfAMapThatWouldPushSidewaysMoreThanTheDeviceBears) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
+  box.assets.stiffnessField = std::move(box.assets.textureField);
+  // 0.5 q^2 / (2 * 800 N/m) + 0.5 q of q = 2 pi / 3 mm: 1371 + 1047 N/m
+  EXPECT_THAT(
+      surfaceWarnings(box.record, box.assets, {55e-6, 1000}),
+      ElementsAre(AllOf(HasSubstr("stiffness_over pushes sideways with 41.3"), HasSubstr("of up to 2418 N/m"))));
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 2500}), IsEmpty());
+}
+
+TEST(SurfaceRemarks, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
+  GratedBox box(1e-4);
+  box.record.material.surface.texture.reset();
+  box.record.material.surface.friction = Friction{.mu_static = 1, .mu_dynamic = 0.5, .dynamicVariation = 0.5};
+  box.assets.dynamicFrictionField = std::move(box.assets.textureField);
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}),
+              ElementsAre(AllOf(HasSubstr("dynamic friction's finest detail, 3 mm"), HasSubstr("encoder"))));
+}
+
+TEST(SurfaceRemarks, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
+  const GratedBox box(1e-4);
+  EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}), ElementsAre(HasSubstr("encoder")));
+}
+
+}  // namespace
+}  // namespace haptics
