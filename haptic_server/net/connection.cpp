@@ -38,7 +38,7 @@ bool Connection::submitEdit(SessionId id, std::uint64_t clientSeq, Transaction t
     post([clientSeq, outcome](ServerSession& session) { session.editDecided(clientSeq, outcome); });
   };
   return shared_.sceneService.submitEdit(editSession(id), clientSeq, std::move(transaction), reply, left_.get_token(),
-                                 std::move(progress));
+                                         std::move(progress));
 }
 
 std::optional<ContentHash> Connection::deformedHash() {
