@@ -110,10 +110,10 @@ class StateTransfer {
     bodies_[i] = state_.bodies[before];
     objects_[i] = state_.objects[before];
     objects_[i].poseRevision = object.poseRevision;
+    bodies_[i].pendingRemoval = object.pendingRemoval;
     bool changed = !sameSurface;
     if (samePose) {
       bodies_[i].surface = object.surface.get();
-      bodies_[i].pendingRemoval = object.pendingRemoval;
       bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
       bodies_[i].update();
     } else if (sameSurface && isCarried(object, before)) {

@@ -122,6 +122,15 @@ TEST_F(EditUnderTheStylus, ARemovedObjectFadesAndIsGone) {
   EXPECT_EQ(withEdit({}).last.object, 0U);
 }
 
+TEST_F(EditUnderTheStylus, AnObjectMovedAndRemovedInOneAdoptionFadesAndIsGone) {
+  ServoObject pendingRemoval = sphere_;
+  pendingRemoval.pose.position = Vec3(0, 0, 0.002);
+  pendingRemoval.pendingRemoval = true;
+  const Steps with = withEdit({pendingRemoval});
+  expectNoStep(with, {sphere_});
+  EXPECT_EQ(with.last.force.written, Vec3(0));
+}
+
 TEST_F(EditUnderTheStylus, AnObjectAddedAroundAFreeStylusPushesItOutGently) {
   VirtualServo servo([](std::uint64_t) { return Vec3(0.002, 0.003, 0.045); }, kConfig);
   servo.adopt(sceneOf(1, {}));
