@@ -33,8 +33,8 @@ struct StepInput {
                                          const StepInput& input) noexcept;
 
 /// The half of hapticStep() that the device waits for, from its position to its force.
-/// @param[out] felt  As constructed. Then `felt.force.written` (N, world) is for the device, the rest for finishStep().
-/// @param known  By a rehearsal; null: nothing. Changes no bit.
+/// @param[out] result  As constructed. Then its `force.written` (N, world) is for the device, the rest for finishStep().
+/// @param cache  By a rehearsal; null: nothing. Changes no bit.
 void computeForce(const ServoScene& scene, HapticState& state, const StepConfig& config, const StepInput& input,
                   ForceResult& result, const TriangleCache* cache = nullptr) noexcept;
 

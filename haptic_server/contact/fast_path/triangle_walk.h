@@ -11,7 +11,7 @@ namespace haptics {
 /// @param own  Becomes what is not known; may be `first`.
 /// @param[in,out] end  Of the HIP at the end, beyond the polygon.
 /// @param most  Polygons to look at; they are counted in `looked`.
-/// @param known  May be null.
+/// @param cache  May be null.
 [[nodiscard, gnu::always_inline]] inline const CachedTriangle* walkTriangles(
     const CollisionMesh& surface, const CachedTriangle& first, CachedTriangle& own, const Vec3x4& from,
     const Vec3x4& to, int side, int most, Prism::Coordinates& end, int& looked, const TriangleCache* cache) noexcept {
