@@ -12,12 +12,12 @@
 #include "haptic_server/device/device.h"
 #include "haptic_server/servo/cache_warmer.h"
 #include "haptic_server/servo/flight_ring.h"
-#include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/latency_histogram.h"
 #include "haptic_server/servo/replay_source.h"
 #include "haptic_server/servo/sample_wait.h"
 #include "haptic_server/servo/scene_mailbox.h"
 #include "haptic_server/servo/server_step_config.h"
+#include "haptic_server/step/haptic_step.h"
 
 namespace haptics {
 
