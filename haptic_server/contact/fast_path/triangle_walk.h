@@ -6,12 +6,12 @@
 
 namespace haptics {
 
-/// From the polygon that holds the IHIP to the one that holds the HIP at the end of its way (from, to: body frame, metres),
-/// by polygons only. Null when there is more to it.
-/// @param own  Becomes what is not known; may be `first`.
+/// From the polygon that holds the IHIP to the one that holds the HIP at the end of its path (from, to: body frame,
+/// metres), across lines only. Null when the general tick has to decide.
+/// @param own  Becomes the triangle, where the cache does not hold it; may be `first`.
 /// @param[in,out] end  Of the HIP at the end, beyond the polygon.
 /// @param most  Polygons to look at; they are counted in `looked`.
-/// @param known  May be null.
+/// @param cache  May be null.
 [[nodiscard, gnu::always_inline]] inline const CachedTriangle* walkTriangles(
     const CollisionMesh& surface, const CachedTriangle& first, CachedTriangle& own, const Vec3x4& from,
     const Vec3x4& to, int side, int most, Prism::Coordinates& end, int& looked, const TriangleCache* cache) noexcept {
