@@ -19,7 +19,8 @@ struct Dent {
   bool operator==(const Dent&) const = default;
 };
 
-/// Dents of a scene at once: the contact's own, and those that are going back. More would make samples larger than a datagram.
+/// Dents of a scene at once: the contact's own, and those that are going back. More would make samples larger than a
+/// datagram.
 inline constexpr std::size_t kMaxDents = 6;
 
 /// One of them, and the object that it is in.

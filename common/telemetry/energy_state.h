@@ -46,7 +46,7 @@ struct EnergyState {
 };
 static_assert(std::is_trivially_copyable_v<EnergyState>, "crosses threads by copy");
 
-/// Who gives the hand energy.
+/// What gives the hand energy.
 struct EnergySource {
   std::uint64_t object = 0;
   EnergyFeature feature = EnergyFeature::kContact;

@@ -8,7 +8,7 @@ namespace haptics {
 /// The observer for a device at a servo rate.
 [[nodiscard]] ObserverSettings leadFor(const DeviceInfo& device, double rate_Hz) noexcept;
 
-/// With what the server feels by default: the device's limits, and with the stabiliser. rate_Hz > 0.
+/// The server's default: the device's limits, and its observer (the stabiliser). rate_Hz > 0.
 [[nodiscard]] StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz) noexcept;
 
 }  // namespace haptics

@@ -79,7 +79,7 @@ class ServoLoop {
   /// For that thread too, wait-free: where the objects that move are, null when nothing has changed since the last call.
   /// Comes after the sample of its tick. A scene in which nothing moves has none.
   [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.takeNew(); }
-  /// The same for the builder thread, which plans by it what a simulated hand explores, and takes in the dents that stay;
+  /// The same for the builder thread, which plans by it what a simulated hand explores, and bakes the dents that stay;
   /// null when neither has changed.
   [[nodiscard]] const MotionState* takeMotionForBuilder() noexcept { return motionToBuilder_.takeNew(); }
   /// For the consumer of samples, wait-free: what the objects gave the hand, 50 times a second; null in between.
@@ -104,7 +104,7 @@ class ServoLoop {
   std::optional<CacheWarmer> cacheWarmer_;
   ServoScene empty_;
   const ServoScene* scene_ = &empty_;
-  const ServoScene* next_ = nullptr;  // to be adopted, once the contact that it would break has been let go
+  const ServoScene* next_ = nullptr;  // to be adopted, once the contact that it would break has faded out
   ServoStatistics statistics_;
   std::uint64_t secondBegan_ns_ = 0;
   std::uint64_t ticksBefore_ = 0;

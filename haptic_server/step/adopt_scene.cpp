@@ -8,9 +8,8 @@
 namespace haptics {
 namespace {
 
-/// A step of the contact force that may go with an adoption: with what RateLimitedStiffness adds in the same tick of 1
-/// ms it makes 0.05 N, which a hand notices. Larger makes more edits felt at once, smaller lets the contact go for
-/// less.
+/// A step of the contact force that may go with an adoption: with what RateLimitedStiffness adds in the same tick of
+/// 1 ms it makes 0.05 N, which a hand notices. Larger makes more edits felt at once, smaller fades out more contacts.
 constexpr double kMaxStep_N = 0.02;
 /// Seconds for which an adoption waits until the contact has faded; 7.5 N fade in it. What is left then is a jump for
 /// EditSlew.
@@ -201,8 +200,8 @@ class StateTransfer {
     if (factor > 0) rateLimited.varyByEdit(factor);
   }
 
-  /// Goes on as it is dented, unless its surface is another one. Dents that the surface holds now end here: the shape stays
-  /// bit-identical.
+  /// The object stays dented as it is, unless its surface is another one. Dents that the surface holds now end here, and
+  /// the shape stays bit-identical.
   void dropBakedDents(std::size_t i, const ServoObject& object) noexcept {
     anySoft_ = anySoft_ || object.tissue != nullptr;
     objects_[i].tissue = object.tissue.get();

@@ -69,7 +69,7 @@ struct Adoption {
   bool contactBroken = false;
   bool detailEdited = false;  ///< The adoption changed what the felt surface feels like, or where it is.
   bool fadingOut = false;     ///< An adoption that would break the contact waits for it to fade.
-  double fadeOut_s = 0;       ///< For so long.
+  double fadeOut_s = 0;       ///< Seconds for which it has waited.
 };
 
 /// What some object of the scene has, so that the step passes over what none has.
@@ -155,12 +155,12 @@ struct BodyDent {
   std::size_t body = 0;  ///< Index into bodies.
   Dent dent;
   Dent rest;                 ///< What it comes to once nothing presses it: of no depth unless it is plastic.
-  Dent begun;                ///< While it is pressed: what is to stay where this stretch of its way began.
+  Dent begun;                ///< While it is pressed: what is to stay where this stretch of its path began.
   std::uint64_t number = 0;  ///< Counts up from 1. An object's dents are in order of it.
-  double still_s = 0;        ///< So long it has been what it comes to.
-  double kept_m = 0;     ///< While it is pressed: of its depth, what had stayed before, so that nobody pressed for it.
-  bool pressed = false;  ///< By the contact: one of each body that holds the IHIP, at most.
-  bool stays = false;    ///< It will not change any more; the builder may take it in.
+  double still_s = 0;        ///< Seconds for which it has been what it comes to.
+  double kept_m = 0;         ///< While it is pressed: the part of its depth that had stayed from before.
+  bool pressed = false;      ///< By the contact: one of each body that holds the IHIP, at most.
+  bool stays = false;        ///< It will not change any more; the builder may bake it.
 };
 
 /// Everything the servo remembers from tick to tick. A copy of it goes on exactly like the original.
@@ -226,7 +226,7 @@ struct HapticState {
     bool between = false;  ///< Another body holds the dent up.
   } deformedContact;
   [[nodiscard]] std::span<const BodyDent> allDents() const noexcept { return std::span(dents).first(denting.count); }
-  /// What the contact pressed in is left to go back.
+  /// The contact's dents are pressed no longer: they go back.
   void release() noexcept {
     for (std::size_t i = 0; i < denting.count; ++i) dents[i].pressed = false;
   }
@@ -243,7 +243,7 @@ struct HapticState {
   ContactReport report;
   ForceLimits limits;
   Supervision supervision;
-  PredictiveObserver observer;  ///< Where it is active, the estimate's velocity is its.
+  PredictiveObserver observer;  ///< Where it is active, the estimate's velocity is the observer's.
   // In the order of the scene's objects. Written by adoptScene(), poses of moving bodies by the step.
   std::array<Body, kMaxServoObjects> bodies;
   std::array<ObjectState, kMaxServoObjects> objects;

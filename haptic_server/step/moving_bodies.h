@@ -14,9 +14,10 @@ void takeMovedPoses(HapticState& state) noexcept;
 /// Moves every awake body by a tick, those that hold the IHIP pushed by what the hand feels of them, friction and texture
 /// included (paper 5c). After the contact: the two are coupled once in a tick. Where that takes more than half of the
 /// tick's allowance, or than the contact has left of it, bodies that the hand does not push move in turn, each by all the
-/// ticks for which it waited. A body that is stopped for good fades from under the hand as one that is removed does.
-/// @param result  Its force is written already; each surface that holds the IHIP is given what it has of the contact's,
-/// before the limits, along its normal, the first one the rest.
+/// ticks for which it waited.
+/// @param result  Its force on the hand is written already; each surface that holds the IHIP is given its share of the
+/// contact's, before the limits, along its normal, the first one the rest. A body that is stopped for good fades from under
+/// the hand as one that leaves the scene does.
 void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept;
 
 /// Where the bodies were for the tick just made, stopped ones included.

@@ -16,7 +16,7 @@ namespace haptics {
 
 struct ExplorationPlan;
 
-/// Which of the dents that the servo numbers an object's surface holds: the builder takes in what stays.
+/// Which of the dents that the servo numbers an object's surface holds: the builder bakes in what stays.
 struct BakedDents {
   std::uint64_t shape = 0;         ///< Another one where the shape at rest was edited: dents in the old one are gone.
   std::uint64_t upTo = 0;          ///< The surface holds the dents up to this number; they end with the adoption.
@@ -49,7 +49,7 @@ struct ServoObject {
 
 /// An immutable scene, built off the servo thread, adopted by it as one pointer at a tick's start.
 struct ServoScene {
-  /// Counts the scenes up that are made for one servo, from 1: a recording names them so. 0: the empty one to begin with.
+  /// Counts the scenes that are made for one servo, from 1: a recording names them so. 0: the empty one at the start.
   std::uint64_t number = 0;
   std::uint64_t revision = 0;
   std::vector<ServoObject> objects;             ///< At most kMaxServoObjects, in order of id.

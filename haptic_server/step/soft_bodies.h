@@ -6,9 +6,9 @@
 namespace haptics {
 
 /// Soft objects yield to the contact (paper 5 (d)), and dents that nothing presses go back. The dent of the contact goes
-/// along with it; let go, it stays where it is. What is plastic of it stays for good, and marks are left along its way, a
+/// along with it; released, it stays where it is. What is plastic of it stays for good, and marks are left along its way, a
 /// dent's width from each other, which make a groove: those are the shape at rest for the contacts after it, and the
-/// builder takes them into the surface (ServoObject::taken).
+/// builder bakes them into the surface (ServoObject::baked).
 ///
 /// The contact core finds the contact with the shape at rest; what the tissue takes of that penetration follows from it in
 /// the same tick, by springs in series (SoftTissue), and the IHIP is then looked for on the dented triangles. So however

@@ -37,7 +37,7 @@ struct HeldFriction {
   Vec3 stickingPoint{0};     ///< World.
 };
 
-/// What the surface properties of the felt object remember from tick to tick. Written by computeSurfaceForces() and
+/// What the surface properties of the felt object remember from tick to tick. Written by SurfaceForceModel and
 /// adoptScene().
 struct SurfaceMemory {
   /// After an edit friction goes on from the force that it was, if that is no more than so many times the new one.
@@ -51,7 +51,7 @@ struct SurfaceMemory {
 };
 
 /// Of one object with bumps, of a texture or of shading, which can be felt before its polygons are touched. Written by
-/// computeSurfaceForces().
+/// SurfaceForceModel.
 struct BumpState {
   /// Seconds in which a bump fades in that is already there when the HIP appears in it.
   static constexpr double kFadeIn_s = 0.05;
