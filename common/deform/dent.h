@@ -75,11 +75,11 @@ struct VertexWithNormal {
 /// contact's. The displacement changes by no more than this fraction of the distance between two places, so that the
 /// deformation is one to one, and no triangle turns over unless one of its angles is larger than 120 degrees. Larger lets a
 /// soft object yield farther before it turns hard; 1 turns it inside out.
-inline constexpr double kSteepestDent = 0.5;
+inline constexpr double kMaxDentGradient = 0.5;
 
 /// The lengths of an object's displacements, summed, stay within this.
-[[nodiscard]] inline double deepestDent_m(const Falloff& falloff) noexcept {
-  return kSteepestDent / falloff.steepest_per_m();
+[[nodiscard]] inline double maxDentDepth_m(const Falloff& falloff) noexcept {
+  return kMaxDentGradient / falloff.maxSlope_per_m();
 }
 
 }  // namespace haptics

@@ -32,7 +32,7 @@ struct ObjectEnergy {
   [[nodiscard]] double& of(EnergyFeature feature) noexcept { return given_J[static_cast<std::size_t>(feature)]; }
   [[nodiscard]] double of(EnergyFeature feature) const noexcept { return given_J[static_cast<std::size_t>(feature)]; }
   /// Energy of the largest source; negative when no source gave any.
-  [[nodiscard]] double most_J() const noexcept { return *std::ranges::max_element(given_J); }
+  [[nodiscard]] double largest_J() const noexcept { return *std::ranges::max_element(given_J); }
 };
 
 /// Energies of at most kMax touched objects: the last one, and those of the others that gave most.

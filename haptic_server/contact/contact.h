@@ -135,13 +135,13 @@ struct BodyOrigin {
 };
 
 /// Times that a proxy pushed out of one body is looked for in another.
-inline constexpr int kReseatRounds = 8;
+inline constexpr int kMaxReprojectionRounds = 8;
 
 /// Carries the state over an adoption; `origins[i]` tells of `bodies[i]`. Contact with unchanged bodies goes on as it
 /// was; with a single surface that is only dented it goes on from the same triangle, or ends where that lets the HIP out.
 /// Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it
 /// finds itself in, and the next followContact() finds what holds it. Returns true when the contact could not be
-/// carried as it was, that is when the force may jump: the caller slews that. Bounded work: no more than kReseatRounds
+/// carried as it was, that is when the force may jump: the caller slews that. Bounded work: no more than kMaxReprojectionRounds
 /// closest point queries per body, nor than the allowance; where that ends it, the next tick looks whether the IHIP is
 /// inside of a body.
 [[nodiscard]] bool reprojectContact(ContactState& state, std::span<const Body> bodies,

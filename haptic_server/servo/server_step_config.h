@@ -6,7 +6,7 @@
 namespace haptics {
 
 /// The observer for a device at a servo rate.
-[[nodiscard]] ObserverSettings leadFor(const DeviceInfo& device, double rate_Hz) noexcept;
+[[nodiscard]] ObserverSettings observerFor(const DeviceInfo& device, double rate_Hz) noexcept;
 
 /// The server's default: the device's limits, and its observer (the stabiliser). rate_Hz > 0.
 [[nodiscard]] StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz) noexcept;

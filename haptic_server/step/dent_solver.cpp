@@ -189,9 +189,9 @@ double DentSolver::remainingDepth_m(const Dent& rest, Vec3 foot) const noexcept 
   return depth_m(rest) * tissue_.falloff.at(foot - Vec3(rest.centre));
 }
 
-/// How deep this dent may be, so that with those of the body that are going back it stays within deepestDent_m().
+/// How deep this dent may be, so that with those of the body that are going back it stays within maxDentDepth_m().
 double DentSolver::room_m() const noexcept {
-  double left = deepestDent_m(tissue_.falloff);
+  double left = maxDentDepth_m(tissue_.falloff);
   for (std::size_t i = 0; i < state_.denting.count; ++i) {
     const BodyDent& other = state_.dents[i];
     if (i == *at_ || other.body != pressed_.body) continue;

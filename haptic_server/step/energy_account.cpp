@@ -45,7 +45,7 @@ ObjectEnergy& EnergyAccount::rowOf(std::uint64_t object) noexcept {
   const auto touchedNow = rows_.begin() + row_;
   auto least = rows_.begin() + (row_ == 0 ? 1 : 0);
   for (auto row = rows_.begin(); row != rows_.end(); ++row) {
-    if (row != touchedNow && row->most_J() < least->most_J()) least = row;
+    if (row != touchedNow && row->largest_J() < least->largest_J()) least = row;
   }
   *least = {object, {}};
   return *least;

@@ -52,7 +52,7 @@ namespace haptics {
 }
 
 /// The springs of the surfaces that hold the IHIP.
-[[nodiscard]] inline GrooveSprings springsThatHold(const HapticState& state) noexcept {
+[[nodiscard]] inline GrooveSprings activeSprings(const HapticState& state) noexcept {
   GrooveSprings springs;
   for (std::size_t k = 0; k < state.contact.surfaces().size(); ++k) {
     const auto body = static_cast<std::size_t>(state.contact.holding[k].body);
@@ -66,14 +66,14 @@ namespace haptics {
 [[nodiscard]] inline Vec3 otherSprings_N(const HapticState& state, Vec3 penetration_m) noexcept {
   if (!severalBodiesHold(state)) return Vec3(0);
   const auto first = static_cast<std::size_t>(state.contact.holding[0].body);
-  return springsThatHold(state).force_N(penetration_m) -
+  return activeSprings(state).force_N(penetration_m) -
          state.objects[first].stiffness.value().spring_N_per_m * penetration_m;
 }
 
 /// How deep (m) a body's spring is pressed that holds the IHIP with others; 0 of those that do not.
 [[nodiscard]] inline double heldDepth_m(const HapticState& state, std::size_t body, Vec3 penetration_m) noexcept {
   const auto holding = state.contact.surfaces();
-  const auto weight = springsThatHold(state).weights(penetration_m);
+  const auto weight = activeSprings(state).weights(penetration_m);
   double own = 0;
   for (std::size_t k = 0; k < holding.size(); ++k) {
     if (static_cast<std::size_t>(holding[k].body) == body) own += weight[k];

@@ -107,7 +107,7 @@ void SurfaceForceModel::addFriction() noexcept {
 void SurfaceForceModel::computeFrictionOnEach(const PressedSurface& all, const Vec3& ihip) noexcept {
   const auto holding = state_.contact.surfaces();
   std::array<PressedSurface, ContactState::kMaxHolding> pressed;
-  const Vec3 springs_N = springsThatHold(state_).force_N(held_m_);
+  const Vec3 springs_N = activeSprings(state_).force_N(held_m_);
   double together_N2 = 0;
   for (std::size_t k = 0; k < holding.size(); ++k) {
     const auto body = static_cast<std::size_t>(holding[k].body);

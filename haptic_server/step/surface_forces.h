@@ -75,7 +75,7 @@ class SurfaceForceModel {
   }
   /// Two points this far apart: does their difference say more than how they were rounded? Without a texture it does not
   /// matter, for then the force is as small.
-  [[nodiscard]] bool tellsDirection(double apart_m, std::size_t body) const noexcept {
+  [[nodiscard]] bool exceedsRounding(double apart_m, std::size_t body) const noexcept {
     constexpr double kRounding = 0x1p-30;  // of the coordinates, which leaves the direction 2^-22
     return apart_m > kRounding * state_.bodies[body].extent_m;
   }

@@ -17,7 +17,7 @@ void SurfaceForceModel::addShading() noexcept {
   touch.triangle = contact_.triangle == kNoTriangle ? state_.contact.holding[0].triangle : contact_.triangle;
   touch.from = state_.estimate.hip;
   touch.geometric_m = contact_.penetration_m;
-  const bool alongWay = !contact_.alongNormal && tellsDirection(touch.geometric_m, touch.body);
+  const bool alongWay = !contact_.alongNormal && exceedsRounding(touch.geometric_m, touch.body);
   touch.normal = alongWay ? (contact_.ihip - state_.estimate.hip) / touch.geometric_m : contact_.normal;
   unshaded_m_ = touch.geometric_m * touch.normal;
   shadeTouched(touch);

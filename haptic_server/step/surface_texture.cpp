@@ -98,8 +98,8 @@ bool SurfaceForceModel::nearBumps(SurfaceContact& touch) noexcept {
   const int side = surface.closed() || glm::dot(normal, h - foot.point) >= 0 ? 1 : -1;
   touch.triangle = foot.triangle;
   touch.geometric_m = -distance_m;
-  touch.normal =
-      body.frame.rotate(tellsDirection(distance_m, touch.body) ? (h - foot.point) / distance_m : normal * double(side));
+  touch.normal = body.frame.rotate(exceedsRounding(distance_m, touch.body) ? (h - foot.point) / distance_m
+                                                                           : normal * double(side));
   touch.shaded = hasShading(touch.body) && shadeAt(touch, foot, side);
   return true;
 }

@@ -103,7 +103,7 @@ Vec3 contactPushAlong_N(const ServoScene& scene, const HapticState& state, const
                         double depth_m) noexcept {
   const auto holding = state.contact.surfaces();
   const bool several = severalBodiesHold(state);
-  const auto weight = springsThatHold(state).weights(penetration_m);
+  const auto weight = activeSprings(state).weights(penetration_m);
   Vec3 sum_N(0);
   for (std::size_t k = 0; k < holding.size(); ++k) {
     const auto i = static_cast<std::size_t>(holding[k].body);

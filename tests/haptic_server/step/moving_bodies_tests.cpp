@@ -17,7 +17,7 @@ RigidBody floatingBody(const TriMesh& mesh) {
   RigidBody body;
   EXPECT_EQ(spreadMass(kMass_kg, solid.centre, kMass_kg / solid.volume_m3 * solid.inertia, body.mass),
             MassDefect::kNone);
-  body.standOn(supportPoints(mesh.vertices));
+  body.setSupport(supportPoints(mesh.vertices));
   body.gravity_m_per_s2 = Vec3(0);
   return body;
 }

@@ -61,8 +61,8 @@ TEST(SoftBody, TurnsHardBeforeItTurnsInsideOut) {
   const TelemetrySample deep = servo.run(550);
   ASSERT_EQ(servo.state().denting.count, 1U);
   const Dent& dent = servo.state().dents[0].dent;
-  EXPECT_NEAR(glm::length(Vec3(dent.displacement)), deepestDent_m(tissue.falloff), 1e-6);
-  EXPECT_GT(deep.force.spring.z, kContact_N_per_m * (0.01 - 1e-4 - deepestDent_m(tissue.falloff)));
+  EXPECT_NEAR(glm::length(Vec3(dent.displacement)), maxDentDepth_m(tissue.falloff), 1e-6);
+  EXPECT_GT(deep.force.spring.z, kContact_N_per_m * (0.01 - 1e-4 - maxDentDepth_m(tissue.falloff)));
   for (const TriangleIndices& t : fineSphere().triangles) {
     std::array<Vec3, 3> rest, now;
     for (std::size_t k = 0; k < 3; ++k) {
