@@ -150,19 +150,19 @@ void ServoSceneBuilder::addTissue(CachedObject& cached, const ObjectRecord& reco
 /// The shape counts as another one where mesh or lattice were edited, or a residue that is not the builder's.
 void ServoSceneBuilder::addBakedDents(CachedObject& cached, ObjectId object) const {
   const auto known = cachedObjects_.find(object);
-  const auto told = dentStates_.find(object);
+  const auto dents = dentStates_.find(object);
   const DeformationProperties before =
       known == cachedObjects_.end() ? DeformationProperties{} : known->second.deformation;
   cached.baked = known == cachedObjects_.end() ? BakedDents{} : known->second.baked;
   const std::optional<ContentHash>& residue = cached.deformation.residue;
-  const bool ours = told != dentStates_.end() && residue == told->second.residue;
+  const bool isOurs = dents != dentStates_.end() && residue == dents->second.residue;
   const bool sameMesh = known != cachedObjects_.end() && known->second.atRest == cached.atRest;
-  if (!sameMesh || before.lattice != cached.deformation.lattice || (before.residue != residue && !ours)) {
+  if (!sameMesh || before.lattice != cached.deformation.lattice || (before.residue != residue && !isOurs)) {
     ++cached.baked.shape;
   }
-  if (told == dentStates_.end()) return;
-  if (ours) cached.baked.upTo = std::max(cached.baked.upTo, told->second.upTo);
-  cached.baked.releasedUpTo = std::max(cached.baked.releasedUpTo, told->second.releasedUpTo);
+  if (dents == dentStates_.end()) return;
+  if (isOurs) cached.baked.upTo = std::max(cached.baked.upTo, dents->second.upTo);
+  cached.baked.releasedUpTo = std::max(cached.baked.releasedUpTo, dents->second.releasedUpTo);
 }
 
 void ServoSceneBuilder::setBakedDents(ObjectId object, const std::optional<ContentHash>& residue, std::uint64_t upTo) {

@@ -36,7 +36,7 @@ TEST(MakeRigidBody, RefusesAnInertiaThatNoBodyHas) {
   EXPECT_FALSE(rigidBodyFrom(motion, openSphere()));
 }
 
-TEST(MotionRemarks, TellOfABodyThatIsTooLightForItsStiffness) {
+TEST(MotionWarnings, TellOfABodyThatIsTooLightForItsStiffness) {
   AssetStore store;
   ObjectRecord record;
   record.material.stiffness_N_per_m = 1000;

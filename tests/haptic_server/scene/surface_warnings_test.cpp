@@ -29,12 +29,12 @@ struct GratedBox {
   ObjectAssets assets;
 };
 
-TEST(SurfaceRemarks, SayNothingOfATextureThatIsFeltAsItWasAskedFor) {
+TEST(SurfaceWarnings, SayNothingOfATextureThatIsFeltAsItWasAskedFor) {
   const GratedBox box(1e-4);
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 1000}), IsEmpty());
 }
 
-TEST(SurfaceRemarks, TellOfPitsThatAreFeltAsBumps) {
+TEST(SurfaceWarnings, TellOfPitsThatAreFeltAsBumps) {
   GratedBox box(1e-4);
   Texture& texture = *box.record.material.surface.texture;
   texture.literal = true;
@@ -43,7 +43,7 @@ TEST(SurfaceRemarks, TellOfPitsThatAreFeltAsBumps) {
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 1000}), IsEmpty());
 }
 
-TEST(SurfaceRemarks, TellOfAGainThatIsClampedForTheDevice) {
+TEST(SurfaceWarnings, TellOfAGainThatIsClampedForTheDevice) {
   const GratedBox box(5e-4);  // 9/8 (0.5 mm 2 pi / 3 mm)^2 = 1.234; 1.5 * 800 * 1.234 = 1480 N/m
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 988}),
               ElementsAre(AllOf(HasSubstr("gain_K is felt as 1.001 instead of 1.5"), HasSubstr("1480 N/m"))));
@@ -55,7 +55,7 @@ TEST(SurfaceRemarks, TellOfAGainThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceWarnings(bump.record, bump.assets, {55e-6, 4000}), IsEmpty());
 }
 
-TEST(SurfaceRemarks, TellOfADampingThatIsClampedForTheDevice) {
+TEST(SurfaceWarnings, TellOfADampingThatIsClampedForTheDevice) {
   GratedBox box(1e-4);
   box.record.material.damping_Ns_per_m = 30;
   const DeviceLimits device{.encoderStep_m = 55e-6, .maxDamping_Ns_per_m = 12};
@@ -65,7 +65,7 @@ TEST(SurfaceRemarks, TellOfADampingThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, device), IsEmpty());
 }
 
-TEST(SurfaceRemarks, TellOfAStiffnessThatIsClampedForTheDevice) {
+TEST(SurfaceWarnings, TellOfAStiffnessThatIsClampedForTheDevice) {
   GratedBox box(1e-4);
   const DeviceLimits device{.encoderStep_m = 55e-6, .stiffest_N_per_m = 500};
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, device),
@@ -74,7 +74,7 @@ TEST(SurfaceRemarks, TellOfAStiffnessThatIsClampedForTheDevice) {
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, device), IsEmpty());
 }
 
-TEST(SurfaceRemarks, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
+TEST(SurfaceWarnings, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
   GratedBox box(1e-4);
   box.record.material.surface.texture.reset();
   box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
@@ -91,7 +91,7 @@ TEST(SurfaceRemarks, TellOfTheStiffestPlaceThatIsClampedForTheDevice) {
               ElementsAre(HasSubstr("damping_Ns_per_m is felt as 0.6 instead of 0.75, its most by")));
 }
 
-TEST(SurfaceRemarks, TellOfAMapOfStiffnessOrSoftnessFinerThanTheEncoder) {
+TEST(SurfaceWarnings, TellOfAMapOfStiffnessOrSoftnessFinerThanTheEncoder) {
   GratedBox box(1e-4);
   box.record.material.surface.texture.reset();
   box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.1, .over = FieldFamily{FourierFamily{}}};
@@ -106,7 +106,7 @@ TEST(SurfaceRemarks, TellOfAMapOfStiffnessOrSoftnessFinerThanTheEncoder) {
               ElementsAre(HasSubstr("softness_over's finest detail, 3 mm")));
 }
 
-TEST(SurfaceRemarks, TellOfAMapThatWouldPushSidewaysMoreThanTheDeviceBears) {
+TEST(SurfaceWarnings, TellOfAMapThatWouldPushSidewaysMoreThanTheDeviceBears) {
   GratedBox box(1e-4);
   box.record.material.surface.texture.reset();
   box.record.material.surface.stiffnessOver = SurfaceMap{.variation = 0.5, .over = FieldFamily{FourierFamily{}}};
@@ -118,7 +118,7 @@ TEST(SurfaceRemarks, TellOfAMapThatWouldPushSidewaysMoreThanTheDeviceBears) {
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, {55e-6, 2500}), IsEmpty());
 }
 
-TEST(SurfaceRemarks, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
+TEST(SurfaceWarnings, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
   GratedBox box(1e-4);
   box.record.material.surface.texture.reset();
   box.record.material.surface.friction = Friction{.mu_static = 1, .mu_dynamic = 0.5, .dynamicVariation = 0.5};
@@ -127,7 +127,7 @@ TEST(SurfaceRemarks, TellOfAWaveOfTheDynamicCoefficientFinerThanTheEncoder) {
               ElementsAre(AllOf(HasSubstr("dynamic friction's finest detail, 3 mm"), HasSubstr("encoder"))));
 }
 
-TEST(SurfaceRemarks, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
+TEST(SurfaceWarnings, TellOfAWaveFinerThanTheEncoderOrTheMesh) {
   const GratedBox box(1e-4);
   EXPECT_THAT(surfaceWarnings(box.record, box.assets, {2e-3, 1000}), ElementsAre(HasSubstr("encoder")));
 }
