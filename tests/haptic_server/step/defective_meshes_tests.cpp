@@ -5,7 +5,7 @@
 
 #include "common/mesh/generators.h"
 #include "common/mesh/import.h"
-#include "virtual_servo.h"
+#include "tests/haptic_server/step/virtual_servo.h"
 
 namespace haptics {
 namespace {

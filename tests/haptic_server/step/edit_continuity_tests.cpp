@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "common/mesh/generators.h"
-#include "virtual_servo.h"
+#include "tests/haptic_server/step/virtual_servo.h"
 
 namespace haptics {
 namespace {

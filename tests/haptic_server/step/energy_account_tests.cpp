@@ -6,7 +6,7 @@
 
 #include "haptic_server/motion/solid.h"
 #include "haptic_server/motion/support_points.h"
-#include "surface_world.h"
+#include "tests/haptic_server/step/surface_world.h"
 
 namespace haptics::testing {
 namespace {

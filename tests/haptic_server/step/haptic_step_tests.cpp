@@ -6,7 +6,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/step/haptic_step.h"
-#include "virtual_servo.h"
+#include "tests/haptic_server/step/virtual_servo.h"
 
 namespace haptics {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "surface_world.h"
+#include "tests/haptic_server/step/surface_world.h"
 
 namespace haptics {
 namespace {

@@ -7,7 +7,7 @@
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/servo/cache_warmer.h"
 #include "haptic_server/servo/server_step_config.h"
-#include "virtual_servo.h"
+#include "tests/haptic_server/step/virtual_servo.h"
 
 namespace haptics {
 namespace {

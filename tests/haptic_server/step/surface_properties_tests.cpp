@@ -8,7 +8,7 @@
 #include "common/surface/grown_field.h"
 #include "common/surface/make_field.h"
 #include "haptic_server/servo/allocation_tripwire.h"
-#include "surface_world.h"
+#include "tests/haptic_server/step/surface_world.h"
 
 namespace haptics {
 namespace {

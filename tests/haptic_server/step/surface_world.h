@@ -8,7 +8,7 @@
 #include "common/mesh/generators.h"
 #include "common/surface/fourier_field.h"
 #include "haptic_server/surface/surface_detail.h"
-#include "virtual_servo.h"
+#include "tests/haptic_server/step/virtual_servo.h"
 
 namespace haptics::testing {
 
