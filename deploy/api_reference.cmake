@@ -23,10 +23,10 @@ set(public_headers
   haptic_server/contact/contact.h
   haptic_server/geometry/collision_mesh.h
   haptic_server/motion/rigid_body.h
-  haptic_server/servo/haptic_state.h
-  haptic_server/servo/haptic_step.h
+  haptic_server/step/haptic_state.h
+  haptic_server/step/haptic_step.h
   haptic_server/servo/server_step_config.h
-  haptic_server/servo/servo_scene.h
+  haptic_server/step/servo_scene.h
   haptic_server/surface/surface_detail.h
   # A device.
   haptic_server/device/device.h

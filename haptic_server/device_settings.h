@@ -3,7 +3,7 @@
 #include "haptic_server/device/device.h"
 #include "haptic_server/scene/surface_warnings.h"
 #include "haptic_server/server_options.h"
-#include "haptic_server/servo/haptic_state.h"
+#include "haptic_server/step/haptic_state.h"
 
 namespace haptics {
 

@@ -106,7 +106,7 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
          "server crashes")
       ->type_name("DIR")
       ->capture_default_str();
-  app.add_option("--recordings-max-mb", options.recordingsMost_MB,
+  app.add_option("--recordings-max-mb", options.maxRecordings_MB,
                  "What these may take together, and 100 files at most; the oldest go first, never the last one or the "
                  "last of a fault")
       ->type_name("MB")

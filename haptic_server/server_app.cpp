@@ -207,7 +207,7 @@ class ServerApp::Impl final : private ServerHost {
                       .config = step_},
             .record = options_.record,
             .folder = options_.recordings,
-            .quota = {.most_bytes = options_.recordingsMost_MB * 1'000'000},
+            .quota = {.most_bytes = options_.maxRecordings_MB * 1'000'000},
             .keepScenes = [this](int descriptor) { watchdog_->keepScenes(descriptor); },
             .info = logInfo,
             .warning = logWarning};

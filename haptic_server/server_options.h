@@ -34,8 +34,8 @@ struct ServerOptions {
   std::string record;   ///< Recording of every tick; empty: none.
   /// Folder for recordings of the last seconds: of a fault, or asked for.
   std::filesystem::path recordings = ".";
-  std::size_t recordingsMost_MB = 1024;  ///< All of them together; the oldest go first.
-  std::optional<int> cpu;                ///< To bind the servo thread to.
+  std::size_t maxRecordings_MB = 1024;  ///< All of them together; the oldest go first.
+  std::optional<int> cpu;               ///< To bind the servo thread to.
 };
 
 }  // namespace haptics

@@ -19,7 +19,8 @@ struct Dent {
   bool operator==(const Dent&) const = default;
 };
 
-/// Dents of a scene at once: the contact's own, and those that are going back. More would make samples larger than a datagram.
+/// Dents of a scene at once: the contact's own, and those that are going back. More would make samples larger than a
+/// datagram.
 inline constexpr std::size_t kMaxDents = 6;
 
 /// One of them, and the object that it is in.
@@ -74,11 +75,11 @@ struct VertexWithNormal {
 /// contact's. The displacement changes by no more than this fraction of the distance between two places, so that the
 /// deformation is one to one, and no triangle turns over unless one of its angles is larger than 120 degrees. Larger lets a
 /// soft object yield farther before it turns hard; 1 turns it inside out.
-inline constexpr double kSteepestDent = 0.5;
+inline constexpr double kMaxDentGradient = 0.5;
 
 /// The lengths of an object's displacements, summed, stay within this.
-[[nodiscard]] inline double deepestDent_m(const Falloff& falloff) noexcept {
-  return kSteepestDent / falloff.steepest_per_m();
+[[nodiscard]] inline double maxDentDepth_m(const Falloff& falloff) noexcept {
+  return kMaxDentGradient / falloff.maxSlope_per_m();
 }
 
 }  // namespace haptics

@@ -51,7 +51,7 @@ class Falloff {
   [[nodiscard]] double width_m() const noexcept { return 2 * radius_ * std::sqrt(1 - std::pow(0.5, 1.0 / degree_)); }
 
   /// Steepest slope of the falloff, per metre, at distance radius / sqrt(2 degree - 1).
-  [[nodiscard]] double steepest_per_m() const noexcept { return steepest_; }
+  [[nodiscard]] double maxSlope_per_m() const noexcept { return steepest_; }
 
   bool operator==(const Falloff&) const = default;
 

@@ -12,7 +12,7 @@ namespace haptics {
 ///
 /// The contact's spring, k_c, and the tissue's, k_t, are in series: of a penetration p below the surface at rest, the
 /// tissue takes w* = p k_c / (k_c + k_t), and what is felt is as stiff as (1 / k_c + 1 / k_t)^-1. A viscous tissue
-/// (Kelvin-Voigt) goes back by exp(-t / returnTime) when let go, and under the stylus towards w* faster, by the same
+/// (Kelvin-Voigt) goes back by exp(-t / returnTime) when released, and under the stylus towards w* faster, by the same
 /// dashpot: k_c (p - w) = k_t (w + returnTime w').
 ///
 /// Of a plastic tissue a part of the deepest w stays: under a stylus that draws back, w does not go below that, so that the

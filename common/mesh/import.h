@@ -50,8 +50,8 @@ struct MeshReport {
 
 struct ImportOptions {
   double unit_m = 1;  ///< Metres per unit of the file.
-  std::optional<double> largestExtent_m =
-      std::nullopt;            ///< Instead: scale so that the longest side has this length, centre at 0.
+  /// Instead: scale so that the longest side has this length, centre at 0.
+  std::optional<double> largestExtent_m = std::nullopt;
   bool keepCrossings = false;  ///< Leave a mesh that passes through itself as it is (importMesh() only).
 };
 
@@ -65,8 +65,8 @@ enum class MeshFormat : std::uint8_t { kObj, kPly, kStl, kOff, kOm, kInventor };
 /// By the ending of the file's name, in any case.
 [[nodiscard]] Result<MeshFormat> meshFormatOf(const std::filesystem::path& file);
 
-/// A file's bytes in any format but kInventor: welds, drops what cannot be felt, scales, puts into canonical order, mends
-/// and reports. Nothing is dropped silently. In this process, for as long as it takes: see importMeshFile(). Refused:
+/// A file's bytes in any format but kInventor: welds, drops what cannot be felt, scales, puts into canonical order,
+/// repairs and reports. Nothing is dropped silently. In this process, for as long as it takes: see importMeshFile(). Refused:
 /// unreadable, truncated, header claiming more than the file can hold, non-finite vertex, no triangle left.
 [[nodiscard]] Result<ImportedMesh> importMesh(std::string_view file, MeshFormat format, const ImportOptions& options);
 /// The same from what a file was found to hold.

@@ -12,7 +12,7 @@
 #include "common/maths/vec.h"
 #include "common/mesh/moved_vertices.h"
 
-// How an object's shape gives, as both databases hold it. SI units, object frame.
+// How an object yields, and what deforms it, as both databases hold it. SI units, object frame.
 namespace haptics {
 
 /// Yields to the contact (common/deform/soft_tissue.h).
@@ -63,7 +63,7 @@ struct DeformationEdit {
 [[nodiscard]] std::vector<Vec3f> shapeAtRest(const DeformationProperties& properties, std::span<const Vec3f> vertices,
                                              const MovedVertices* residue);
 
-/// In canonical form, each after its number; nothing for an object that gives in no way.
+/// In canonical form, each after its number; nothing for an object without any.
 void addTo(Hasher& hasher, const DeformationProperties& properties);
 
 }  // namespace haptics

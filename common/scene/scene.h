@@ -125,8 +125,8 @@ struct TorusSource {
 struct MeshSource {
   std::variant<BoxSource, SphereSource, CylinderSource, TorusSource, FileSource, AssetSource> source;
   double unit_m = 1;  ///< Metres per unit of a file.
-  std::optional<double> largestExtent_m =
-      std::nullopt;            ///< Instead of unit_m: scale to this longest side, centre at the origin.
+  /// Instead of unit_m: scale to this longest side, centre at the origin.
+  std::optional<double> largestExtent_m = std::nullopt;
   bool keepCrossings = false;  ///< Of a file: ImportOptions::keepCrossings.
 };
 

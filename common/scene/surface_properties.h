@@ -161,7 +161,7 @@ struct SurfaceMap {
   FactorMap over;        ///< Not nothing.
   bool operator==(const SurfaceMap&) const = default;
 };
-/// A surface stays one: it does not let the stylus through where a map would have it vanish. Lower is felt as a hole; higher
+/// Where a map would make a stiffness vanish, the stylus would pass through the surface. Lower is felt as a hole; higher
 /// keeps soft places from being soft.
 inline constexpr double kMinStiffnessFactor = 0.05;
 

@@ -32,7 +32,7 @@ struct ObjectEnergy {
   [[nodiscard]] double& of(EnergyFeature feature) noexcept { return given_J[static_cast<std::size_t>(feature)]; }
   [[nodiscard]] double of(EnergyFeature feature) const noexcept { return given_J[static_cast<std::size_t>(feature)]; }
   /// Energy of the largest source; negative when no source gave any.
-  [[nodiscard]] double most_J() const noexcept { return *std::ranges::max_element(given_J); }
+  [[nodiscard]] double largest_J() const noexcept { return *std::ranges::max_element(given_J); }
 };
 
 /// Energies of at most kMax touched objects: the last one, and those of the others that gave most.
@@ -46,7 +46,7 @@ struct EnergyState {
 };
 static_assert(std::is_trivially_copyable_v<EnergyState>, "crosses threads by copy");
 
-/// Who gives the hand energy.
+/// What gives the hand energy.
 struct EnergySource {
   std::uint64_t object = 0;
   EnergyFeature feature = EnergyFeature::kContact;

@@ -16,7 +16,7 @@ enum class BodyCondition : std::uint8_t {
   kAwake = 0,
   kAsleep = 1,       ///< At rest; costs nothing until it is pushed.
   kOutOfBounds = 2,  ///< Stopped at the world's end until its pose is set anew.
-  kNonFinite = 3,    ///< Stopped at its last good pose, because what came out of a tick was no number.
+  kNonFinite = 3,    ///< Stopped at its last good pose, because a tick gave a pose that is not finite.
 };
 /// Stopped for good, until its pose is set anew: it fades from under the hand and cannot be touched.
 [[nodiscard]] constexpr bool isStopped(BodyCondition condition) noexcept {
@@ -35,8 +35,8 @@ struct BodyState {
   bool operator==(const BodyState&) const = default;
 };
 
-/// What the servo has made of the objects that move or yield since the scene said where they are. As of `tick`, and of every later
-/// one until there is a newer state.
+/// What the servo has made of the objects that move or yield since the scene said where they are. As of `tick`, and of
+/// every later one until there is a newer state.
 struct MotionState {
   std::uint64_t tick = 0;
   std::uint64_t sceneRevision = 0;  ///< Adopted then, by a servo in whose scene something yields.
@@ -44,7 +44,7 @@ struct MotionState {
   std::array<BodyState, kMaxMovingBodies> body;  ///< In order of object id.
   std::size_t dentCount = 0;
   std::array<ObjectDent, kMaxDents> dent;  ///< An object's come one after another in this order.
-  /// Its number, for a dent that stays as it is until its object's surface holds it (ServoObject::taken); else 0.
+  /// Its number, for a dent that stays as it is until its object's surface holds it (ServoObject::baked); else 0.
   std::array<std::uint64_t, kMaxDents> staying{};
 
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return std::span(body).first(bodyCount); }

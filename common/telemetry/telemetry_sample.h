@@ -61,14 +61,14 @@ struct TelemetrySample {
   double height_m = 0;
   ForceComponents force;
   EnergyByFeature energyGiven_J{};   ///< By all objects.
-  EnergySource largestEnergySource;  ///< Of one object; 0: none gave any. Not the servo's: clients are told so.
+  EnergySource largestEnergySource;  ///< Of one object; 0: none gave any. Filled in for clients, not by the servo.
   Fault fault = Fault::kNone;
   double wait_s = 0;  ///< Until the force may come back, where missed ticks took it away again and again.
   DeviceState deviceState = DeviceState::kAbsent;
   DeviceStatus device;
   std::uint64_t depenetrated = 0;      ///< Times that the IHIP was found inside a body and put outside, since start.
   std::uint64_t depenetratedFrom = 0;  ///< Id of the object that the IHIP was inside of the last time.
-  std::uint64_t behind = 0;            ///< Ticks that left a part of the HIP's way to the next one, since start.
+  std::uint64_t behind = 0;            ///< Ticks that left a part of the HIP's path to the next one, since start.
   std::uint64_t missedTicks = 0;       ///< Since start.
   std::uint64_t droppedSamples = 0;    ///< By the queue to the network thread, since start.
   double servoRate_Hz = 0;             ///< Ticks run in the last second.

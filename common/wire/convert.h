@@ -59,8 +59,8 @@ void toWire(const BodyState& body, v1::BodyPose& message);
 [[nodiscard]] std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message);
 void toWire(const ObjectDent& dent, v1::Dent& message);
 
-/// A message in text format; a scene file is a Transaction. Errors name `origin`, line, column, the bad field and, where a field is
-/// unknown, the fields that there are. Only the form is checked; fromWire checks the values.
+/// A message in text format; a scene file is a Transaction. Errors name `origin`, line, column, the bad field and, where a
+/// field is unknown, the fields that there are. Only the form is checked; fromWire checks the values.
 [[nodiscard]] Result<void> parseMessageText(const std::string& text, const std::string& origin,
                                             google::protobuf::Message& message);
 [[nodiscard]] Result<void> readMessageFile(const std::string& path, google::protobuf::Message& message);

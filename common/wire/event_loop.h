@@ -43,7 +43,7 @@ class EventLoop {
   /// Times are multiples of the period after now; those that were missed are skipped, not made up for.
   [[nodiscard]] Timer every(std::chrono::nanoseconds period, std::function<void()> task);
 
-  [[nodiscard]] Context& context() noexcept { return *context_; }  ///< For the transports of this room.
+  [[nodiscard]] Context& context() noexcept { return *context_; }  ///< For the transports of this folder.
 
  private:
   std::unique_ptr<Context> context_;

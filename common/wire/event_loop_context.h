@@ -5,7 +5,7 @@
 
 #include "common/wire/event_loop.h"
 
-// Asio behind the EventLoop: for this room's own sources only.
+// Asio behind the EventLoop: for this folder's own sources only.
 namespace haptics {
 
 struct EventLoop::Context {

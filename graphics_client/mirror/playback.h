@@ -17,11 +17,11 @@ class Playback {
   /// Longest lag behind the freshest sample of the last second (s): what the link takes at best is no lag. Larger is smoother
   /// over a bad link, and later: a person notices that the picture is later than the hand from 15 ms on.
   static constexpr double kMaxLag_s = 0.05;
-  /// Between samples that are farther apart than this (s), because others were lost, nothing is made up: the later one is shown
-  /// at once. Larger is smoother; a straight way of the IHIP leaves a curved surface by the square of it.
+  /// Between samples that are farther apart than this (s), because others were lost, nothing is made up: the later one is
+  /// shown at once. Larger is smoother; a straight way of the IHIP leaves a curved surface by the square of it.
   static constexpr double kLongestGap_s = 0.05;
-  /// Scene edits are shown with the first sample that felt them, since a plastic dent that is taken into the shape at rest ends
-  /// in that sample, and such a sample not before the edit; but no later than this (s): a servo that no longer tells holds
+  /// Scene edits are shown with the first sample that felt them, since a plastic dent that is baked into the shape at rest
+  /// ends in that sample, and such a sample not before the edit; but no later than this (s): a servo that sends nothing holds
   /// nothing back.
   static constexpr double kLongestHold_s = 0.25;
   /// For so long a late sample makes the picture lag (s); then it catches up, faster than time by this share.

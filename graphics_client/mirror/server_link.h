@@ -28,7 +28,7 @@ class ServerLink {
 
   struct Options {
     Endpoint server;
-    std::string clientName;                          ///< For the server's log, at most 64 characters.
+    std::string clientName;                          ///< For the server's log, at most 64 bytes.
     std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
     double telemetryRate_Hz = 60;                    ///< 0: none.
     bool fetchAssets = true;                         ///< false: records only; hashesEqual then stays false.

@@ -51,7 +51,7 @@ bool DentedPoints::follow(std::span<const Dent> dents, const Falloff& falloff) {
   std::vector<Dent> reached = std::move(dents_);
   reached.insert(reached.end(), dents.begin(), dents.end());
   dents_.assign(dents.begin(), dents.end());
-  deepest_m_ = deepestDent_m(falloff);
+  deepest_m_ = maxDentDepth_m(falloff);
   const auto radius2 = static_cast<float>(falloff.radius_m() * falloff.radius_m() * (1 + 1e-5));
   for (std::size_t i = 0; i < restPoints_.size(); ++i) {
     const bool isReached = std::ranges::any_of(reached, [&](const Dent& dent) {

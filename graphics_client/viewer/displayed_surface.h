@@ -17,8 +17,7 @@ namespace haptics {
 struct SurfaceFields {
   std::shared_ptr<const ScalarField> texture = nullptr;
   std::shared_ptr<const ScalarField> friction = nullptr;
-  std::shared_ptr<const std::vector<float>> frictionScale =
-      nullptr;                           ///< A factor for each vertex, canonical numbering.
+  std::shared_ptr<const std::vector<float>> frictionScale = nullptr;  ///< For each vertex, canonical numbering.
   std::span<const Vec3f> material = {};  ///< The mesh's vertices before it was deformed; none where it is not.
 };
 
@@ -28,8 +27,8 @@ struct DisplayedSurface {
   std::vector<Vec3f> normals = {};  ///< Unit; none where the surface is faceted and plain.
   std::vector<Vec3f> rises = {};    ///< Of each point, from the geometric surface; none without texture.
   std::vector<TriangleIndices> triangles = {};
-  std::vector<float> heights =
-      {};  ///< Of each point, 0 at the texture's lowest to 1 at its highest; none without texture.
+  /// Of each point, 0 at the texture's lowest to 1 at its highest; none without texture.
+  std::vector<float> heights = {};
   std::vector<float> friction = {};  ///< mu_static at each point; none where it is the same everywhere.
   /// The mesh's edges where `triangles` are finer than the mesh's: unconnected segments between points.
   std::vector<std::array<std::uint32_t, 2>> rims = {};

@@ -25,8 +25,8 @@ struct ContactSurface {
 struct Clearance {
   Vec3 centre{0};               ///< World.
   double radius_m = 0;          ///< 0: not known.
-  std::uint16_t pause = 0;      ///< Ticks until it may be looked for again;
-  std::uint16_t lastPause = 0;  ///< as many as after the last time in vain.
+  std::uint16_t pause = 0;      ///< Ticks until it may be looked for again.
+  std::uint16_t lastPause = 0;  ///< What `pause` was set to after the last search in vain.
 };
 
 /// Everything the contact core remembers from tick to tick. Written by resetContact(), followContact() and
@@ -37,20 +37,20 @@ struct ContactState {
 
   Mode mode = Mode::kFree;
   bool reprojected = false;  ///< By an adoption since the last tick.
-  int holdingCount =
-      0;  ///< kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
-  std::array<ContactSurface, kMaxHolding>
-      holding;   ///< Unless free, the first one is that to which the contact belongs.
+  /// kOneSurface: 1. kSeveralSurfaces: those that push, the strongest first; 0 while it settles.
+  int holdingCount = 0;
+  /// Unless free, the first one is that to which the contact belongs.
+  std::array<ContactSurface, kMaxHolding> holding;
   Vec3 hip{0};   ///< World, of the last tick.
   Vec3 ihip{0};  ///< World, of the last tick; also when free.
-  Feature feature =
-      Feature::kPolygon;   ///< kOneSurface: what of the triangle holds the IHIP, itself, one of its lines or vertices.
+  /// kOneSurface: what of the triangle holds the IHIP: the triangle itself, one of its lines or vertices.
+  Feature feature = Feature::kPolygon;
   Vec3 local{0};           ///< kOneSurface: the IHIP in the body's frame; it is carried with the body.
-  CachedTriangle polygon;  ///< Of the last tick that ended on one, unless that was known.
-  /// Of the HIP's way and of the bodies' motions in the last tick, what it took: less than 1 when it spent its allowance.
-  /// `hip` and `ihip` are of that time, and so have the bodies' previous poses to be in the next tick.
+  CachedTriangle polygon;  ///< Of the last tick that ended on one, unless the TriangleCache held that.
+  /// The fraction of the HIP's path and of the bodies' motions that the last tick covered: less than 1 when it spent its
+  /// allowance. `hip` and `ihip` are of that time, and so have the bodies' previous poses to be in the next tick.
   double reached = 1;
-  /// The part of its way that a tick sets out to take: less than 1 after one that could not take a step of it.
+  /// The fraction of its path that a tick sets out to cover: less than 1 after one that could not make a step.
   double stride = 1;
   Clearance clear;         ///< Free.
   bool unchecked = false;  ///< Whether the IHIP is inside of a body: the last tick had no allowance left to see.
@@ -72,7 +72,7 @@ struct ContactWork {
   int droppedBodies = 0;      ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
   bool interrupted = false;   ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
   bool notConverged = false;  ///< The solver ran out of rounds or planes; it goes on in the next tick.
-  bool behind = false;        ///< The allowance was spent: the rest of the HIP's way comes with the next tick.
+  bool behind = false;        ///< The allowance was spent: the rest of the HIP's path comes with the next tick.
   bool depenetrated = false;  ///< The IHIP was found inside a body and put outside of all: the force may jump.
   int insideOf = -1;          ///< Index into bodies of that body, or of the sheet that it was behind.
   Allowance allowance;        ///< What is left of it.
@@ -86,7 +86,7 @@ struct ContactResult {
   Vec3 normal{0};            ///< World, unit, outward: of the contacted primitive, or towards the IHIP when several
                              ///< surfaces hold it; zero when free.
   double penetration_m = 0;  ///< |IHIP - HIP|, 0 when free.
-  bool alongNormal = false;  ///< That is the way from the HIP to the IHIP: a polygon holds it.
+  bool alongNormal = false;  ///< The normal is the direction from the HIP to the IHIP: a polygon holds it.
   PrimitiveId primitive;     ///< Canonical numbering.
   /// Triangle of the body's mesh, where dents have moved the IHIP there or let it be met there; else that of the
   /// surface that holds it.
@@ -117,12 +117,12 @@ void releaseContact(ContactState& state) noexcept;
 /// meets. Neither allocates nor locks. A HIP that is not finite, or beyond the range of the float vertices, counts as
 /// one that did not move.
 ///
-/// Bounded by result.work.allowance. A tick that spends it ends with the last step that was made before: the IHIP is where
-/// every way that led there was tested, and ContactState::reached tells how much of the HIP's way that is. So dense places
-/// are gone through more slowly than the HIP goes, and nothing is ever gone through untested.
+/// Bounded by result.work.allowance. A tick that spends it ends with the last step that was made before: every piece of the
+/// IHIP's path was tested, and ContactState::reached is the fraction of the HIP's path that this covers. So the IHIP passes
+/// dense places more slowly than the HIP moves, and never passes anything untested.
 [[nodiscard]] ContactResult followContact(std::span<const Body> bodies, ContactState& state, Vec3 hip) noexcept;
-/// The same into a `result` as constructed, but for its allowance: a copy of it would wait for the stores that made it.
-/// @param cache  Triangles worked out ahead, which only saves time; null: none.
+/// The same into a `result` as constructed, but for its allowance: returning a copy of it would cost time.
+/// @param cache  Triangles computed ahead, which only saves time; null: none.
 void followContact(std::span<const Body> bodies, ContactState& state, const Vec3& hip, ContactResult& result,
                    const TriangleCache* cache = nullptr) noexcept;
 
@@ -135,13 +135,13 @@ struct BodyOrigin {
 };
 
 /// Times that a proxy pushed out of one body is looked for in another.
-inline constexpr int kReseatRounds = 8;
+inline constexpr int kMaxReprojectionRounds = 8;
 
 /// Carries the state over an adoption; `origins[i]` tells of `bodies[i]`. Contact with unchanged bodies goes on as it
 /// was; with a single surface that is only dented it goes on from the same triangle, or ends where that lets the HIP out.
 /// Otherwise the proxy (IHIP) stays where it is in the world, is pushed out of every changed closed body that it
 /// finds itself in, and the next followContact() finds what holds it. Returns true when the contact could not be
-/// carried as it was, that is when the force may jump: the caller lets that in. Bounded work: no more than kReseatRounds
+/// carried as it was, that is when the force may jump: the caller slews that. Bounded work: no more than kMaxReprojectionRounds
 /// closest point queries per body, nor than the allowance; where that ends it, the next tick looks whether the IHIP is
 /// inside of a body.
 [[nodiscard]] bool reprojectContact(ContactState& state, std::span<const Body> bodies,

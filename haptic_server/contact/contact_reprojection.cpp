@@ -48,7 +48,7 @@ class Proxy {
 
   /// Clear of the spheres about all bodies that it is within, in the direction in which it was pushed last.
   void escape(std::span<const Body> bodies) noexcept {
-    for (int round = 0; round < kReseatRounds; ++round) {
+    for (int round = 0; round < kMaxReprojectionRounds; ++round) {
       for (const Body& body : bodies) {
         if (withinSphere(body)) place_ += outward_ * (2 * body.surface->radius_m());
       }
@@ -127,7 +127,7 @@ bool reprojectContact(ContactState& state, std::span<const Body> bodies, std::sp
                            : -1;
   bool pushed = false;
   bool settled = false;
-  for (int round = 0; round < kReseatRounds && !settled; ++round) {
+  for (int round = 0; round < kMaxReprojectionRounds && !settled; ++round) {
     settled = true;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
       const bool suspect = (origins[i].changed && static_cast<int>(i) != onDented) || pushed;

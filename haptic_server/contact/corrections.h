@@ -28,7 +28,7 @@ struct Corrections {
   bool severalSurfaces = true;
   /// Off: a search ends where there is nothing closer, however far.
   bool boundedSearch = true;
-  /// Off: skin and lift are lengths, those that a scene of 0.1 m has.
+  /// Off: contact margin and offsets are lengths, those that a scene of 0.1 m has.
   bool scaleFreeTolerances = true;
   /// Off: an IHIP that is inside a body is not noticed.
   bool containment = true;

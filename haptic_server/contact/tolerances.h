@@ -35,14 +35,14 @@ inline constexpr double kConstraintTolerance = 0x1p-2;
 inline constexpr double kJumpRatio = 4;
 /// The same for a step that is not short beside the triangles: a slide over some of them is hardly longer.
 inline constexpr double kFastJumpRatio = 0x1.2p0;
-/// In skins: what is not farther on the way holds the IHIP, anything else is gone to first. Larger cuts corners; smaller
-/// takes more rounds in acute grooves.
+/// In skins: a surface that is no farther from the IHIP on its path holds it; to any other the IHIP moves first. Larger
+/// cuts corners; smaller takes more rounds in acute grooves.
 inline constexpr double kTouchMargin = 16;
 /// In skins: closer than this to an edge is on it. The skin hides what is smaller.
 inline constexpr double kEdgeTolerance = 0x1p-10;
 /// In skins: a triangle that is not farther is under the IHIP, held by the lifted planes of several.
 inline constexpr double kSupportMargin = 2;
-/// In skins: from where the neighborhood watch goes on over a triangle.
+/// In skins: a triangle that is no farther under the IHIP can be taken up by the neighborhood watch again.
 inline constexpr double kRecontactMargin = 4;
 /// Rounds of a step that may end no nearer to the HIP: the skin lifts the IHIP where another surface begins to hold it.
 inline constexpr int kMaxStalledRounds = 2;

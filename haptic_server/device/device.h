@@ -4,16 +4,9 @@
 #include <string>
 
 #include "common/maths/vec.h"
-#include "common/telemetry/telemetry_sample.h"
+#include "common/telemetry/device_reading.h"
 
 namespace haptics {
-
-struct DeviceReading {
-  Vec3 position{0};  ///< Metres, world frame.
-  DeviceState state = DeviceState::kAbsent;
-  /// Not felt through where it names a fault, is not homed, or is older than the servo's watchdog allows.
-  DeviceStatus status{};
-};
 
 /// Fixed for the life of a device.
 struct DeviceInfo {

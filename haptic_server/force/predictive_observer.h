@@ -66,12 +66,12 @@ class PredictiveObserver {
         hardPole_(std::exp(-2 * std::numbers::pi * settings.hardBandwidth_Hz * period_s)),
         softUpTo_(settings.softUpTo_N_per_m),
         polePerStiffness_((hardPole_ - softPole_) / (settings.hardFrom_N_per_m - settings.softUpTo_N_per_m)) {
-    weighErrors(hardPole_);
+    setErrorGains(hardPole_);
     const double delay = std::clamp(settings.delay_s, 0.0, longestDelay_s(period_s)) / period_s;
     remembered_ = static_cast<std::uint32_t>(delay) + 2;
     older_ = delay - std::floor(delay);
     lead_ = (delay + 0.5) * period_s;
-    weighForces();
+    setForceGains();
   }
 
   [[nodiscard]] bool active() const noexcept { return active_; }
@@ -81,7 +81,7 @@ class PredictiveObserver {
     position_ = position;
     velocity_ = acceleration_ = normal_ = pushed_ = Vec3(0);
     surfaceSpeed_ = 0;
-    weighErrors(hardPole_);
+    setErrorGains(hardPole_);
     written_.fill(Vec3(0));
   }
 
@@ -107,7 +107,7 @@ class PredictiveObserver {
     if (touching) normal_ = normal;
     surfaceSpeed_ = surfaceSpeed_m_per_s;
     const double pole = touching ? poleOn(stiffness_N_per_m) : hardPole_;
-    if (pole != pole_) weighErrors(pole);
+    if (pole != pole_) setErrorGains(pole);
     advance(written_N);
   }
 
@@ -138,7 +138,7 @@ class PredictiveObserver {
     return std::max(softPole_ + polePerStiffness_ * over_N_per_m, hardPole_);
   }
 
-  void weighErrors(double pole) noexcept {
+  void setErrorGains(double pole) noexcept {
     pole_ = pole;
     const double rest = 1 - pole;
     positionGain_ = 1 - pole * pole * pole;
@@ -161,7 +161,7 @@ class PredictiveObserver {
 
   /// How far each of the forces moves the mass in the time that is looked ahead. They act one after another, each for a
   /// period, from the one that is felt now; the coming one, felt at the end, is taken to be as the last.
-  void weighForces() noexcept {
+  void setForceGains() noexcept {
     const auto whole = static_cast<int>(remembered_) - 2;
     double left = lead_;
     for (int tick = 0; left > 0; ++tick, left -= period_) {

@@ -52,7 +52,7 @@ struct SpringDamperForce {
 
 /// Bounds how fast an edit of the material (or the coming or going of an object under the stylus) is felt.
 ///
-/// The felt stiffness moves towards the object's by as much as changes the force by kRate; with no contact it is there
+/// The felt stiffness moves towards the object's by as much as changes the force by kRate_N_per_s; with no contact it is there
 /// at once. So the contact force itself has no step, before any limit. Where the object's stiffness varies over its surface,
 /// that is so of the stiffness at a factor of 1, and what is felt is as much as the factor at the IHIP makes of it.
 class RateLimitedStiffness {

@@ -37,8 +37,8 @@ class Prism {
 
   /// Where some h is.
   struct Coordinates {
-    Double4
-        scaledDistance;  ///< Within the plane through edge k, times the lengths of normal and edge (m^4); last, the height.
+    /// Within the plane through edge k, times the lengths of normal and edge (m^4); last, the height.
+    Double4 scaledDistance;
 
     /// Bit k: h is on the plane through edge k or on its outer side.
     [[nodiscard]] unsigned beyond() const noexcept { return ~(scaledDistance > broadcast(0)).bits() & 7; }

@@ -44,16 +44,14 @@ class CollisionMesh {
   [[nodiscard]] Vec3 low() const noexcept { return low_; }    ///< Corner of the box about all vertices.
   [[nodiscard]] Vec3 high() const noexcept { return high_; }  ///< Opposite corner.
   [[nodiscard]] Vec3 centre() const noexcept { return (low_ + high_) * 0.5; }
-  [[nodiscard]] double radius_m() const noexcept {
-    return radius_;
-  }  ///< Of the sphere about centre() through the corners.
+  /// Of the sphere about centre() through the corners.
+  [[nodiscard]] double radius_m() const noexcept { return radius_; }
   /// Largest distance from the origin within the box: what tolerances are fractions of.
   [[nodiscard]] double extent_m() const noexcept { return extent_; }
   /// Every edge joins two polygons: the mesh has an inside, and can only be entered from outside.
   [[nodiscard]] bool closed() const noexcept { return closed_; }
-  [[nodiscard]] bool anySelfIntersecting() const noexcept {
-    return anySelfIntersecting_;
-  }  ///< Some part passes through another.
+  /// Some part passes through another.
+  [[nodiscard]] bool anySelfIntersecting() const noexcept { return anySelfIntersecting_; }
 
   /// Unit normals of the primitives (3.1): polygon; line = mean of its polygons; vertex = mean of its polygons weighted
   /// by their angles. A polygon without area takes that of the polygon across its longest edge.
@@ -80,7 +78,7 @@ class CollisionMesh {
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to, Allowance& allowance) const noexcept {
     return firstCrossing(from, to, !closed_, allowance, [](std::uint32_t) { return false; });
   }
-  /// Whatever it costs.
+  /// The same without a limit.
   [[nodiscard]] Crossing firstCrossing(Vec3 from, Vec3 to) const noexcept {
     Allowance endless;
     return firstCrossing(from, to, endless);
@@ -133,8 +131,8 @@ class CollisionMesh {
 [[nodiscard]] std::shared_ptr<const CollisionMesh> buildCollisionMesh(
     std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles, int threads = 1);
 
-/// CollisionMesh(from, vertices), where vertices are the mesh's, moved. The less they differ from those of `from` the
-/// sooner.
+/// CollisionMesh(from, vertices), where vertices are the mesh's, moved. The fewer differ from those of `from`, the less
+/// time it takes.
 [[nodiscard]] std::shared_ptr<const CollisionMesh> refitCollisionMesh(const CollisionMesh& from,
                                                                       std::span<const Vec3f> vertices);
 

@@ -63,7 +63,7 @@ Double4 broadcastLane(Double4 v) noexcept {
 inline Double4 rotateLanes(Double4 v) noexcept { return {_mm_shuffle_pd(v.low, v.high, 1), v.low}; }
 inline Double4 toDouble4(Vec3 v) noexcept { return {_mm_setr_pd(v.x, v.y), _mm_set_sd(v.z)}; }
 inline Vec3 vec3(Double4 v) noexcept { return {v[0], v[1], v[2]}; }
-/// Three of four floats, and the first once more: what is in the fourth may be a denormal float, which is slow to convert.
+/// Three of four floats, and the first once more: the fourth may be a denormal float, which is slow to convert.
 inline Double4 threeAndFirst(const std::array<float, 4>& v) noexcept {
   const __m128 floats = _mm_load_ps(v.data());
   return {_mm_cvtps_pd(floats), _mm_cvtps_pd(_mm_shuffle_ps(floats, floats, _MM_SHUFFLE(0, 2, 0, 2)))};

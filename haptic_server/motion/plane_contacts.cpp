@@ -280,7 +280,8 @@ std::int64_t leastPlaneUnits(const RigidBody& body, const RigidState& state) noe
          kBearing * static_cast<std::int64_t>(state.touchingCount);
 }
 
-void meetPlanes(const RigidBody& body, RigidState& state, double period_s, MotionAllowance& allowance) noexcept {
+void solvePlaneContacts(const RigidBody& body, RigidState& state, double period_s,
+                        MotionAllowance& allowance) noexcept {
   if (body.planeCount == 0) return;
   Impulses impulses(body, state);
   Touches touches;

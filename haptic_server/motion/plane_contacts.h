@@ -17,9 +17,9 @@ struct MotionAllowance {
 /// one tick are the first guess of the next, so that a body at rest is solved before the first round.
 /// A point that is still away may close its distance within the tick and no more: nothing sinks in, nothing rebounds.
 /// @param state  Momenta after this tick's other forces; written: momenta and `touching`.
-void meetPlanes(const RigidBody& body, RigidState& state, double period_s, MotionAllowance& allowance) noexcept;
+void solvePlaneContacts(const RigidBody& body, RigidState& state, double period_s, MotionAllowance& allowance) noexcept;
 
-/// About what meetPlanes() will spend of MotionAllowance::least, units.
+/// About what solvePlaneContacts() will spend of MotionAllowance::least, units.
 [[nodiscard]] std::int64_t leastPlaneUnits(const RigidBody& body, const RigidState& state) noexcept;
 
 /// Lifts a body that has sunk into a plane, by rounding or because it was put there, by a part of its depth.

@@ -6,7 +6,7 @@
 
 namespace haptics {
 
-void RigidBody::standOn(const std::vector<Vec3>& points) {
+void RigidBody::setSupport(const std::vector<Vec3>& points) {
   support.clear();
   radius_m = 0;
   for (const Vec3 p : points) {

@@ -68,7 +68,7 @@ struct RigidBody {
   double radius_m = 0;        ///< Of the sphere round the centre of mass that holds all of `support`.
 
   /// Puts the support points of an object (object frame) into the frame of the principal axes; mass comes first.
-  void standOn(const std::vector<Vec3>& points);
+  void setSupport(const std::vector<Vec3>& points);
 };
 
 /// Where a body touches a plane, and how hard: the next tick's first guess.

@@ -93,7 +93,7 @@ void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, d
   const RigidState before = state;
   if (body.freedom == Freedom::kFree) {
     drive(body, state, push, period_s);
-    meetPlanes(body, state, period_s, allowance);
+    solvePlaneContacts(body, state, period_s, allowance);
     turnAndMove(body, state, period_s);
     leavePlanes(body, state);
   } else {

@@ -24,8 +24,8 @@ class BodyUpdateScheduler {
  private:
   struct LastSent {
     BodyState body;
-    std::uint64_t turn =
-        0;  ///< The last one that it had; 0: none. Each body has turns of its own, so that none waits longer.
+    /// The last one that it had; 0: none. Each body has turns of its own, so that none waits longer.
+    std::uint64_t turn = 0;
   };
   std::map<std::uint64_t, LastSent> lastSent_;
   std::uint64_t turn_ = 0;

@@ -37,7 +37,7 @@ void Connections::openDatagrams(const Endpoint& local) {
 
 void Connections::accept(std::unique_ptr<Transport> transport) {
   if (closing_) return;
-  if (tls_ && !mayShakeHands(transport->peer())) return;
+  if (tls_ && !admitsHandshake(transport->peer())) return;
   dropOldestHalfOpen();
   if (tls_) transport = tls_->secure(std::move(transport));
   const std::uint64_t number = nextNumber_++;
@@ -47,7 +47,7 @@ void Connections::accept(std::unique_ptr<Transport> transport) {
   if (const auto& sample = shared_.servo.last()) session.adopted(sample->sceneRevision, sample->adoptionTick);
 }
 
-bool Connections::mayShakeHands(const std::string& peer) {
+bool Connections::admitsHandshake(const std::string& peer) {
   const auto from = parseEndpoint(peer);
   if (!from || handshakes_.allow(from->host, monotonicNow_ns())) return true;  // from this process: no endpoint
   ++shared_.refusedConnections;

@@ -75,7 +75,7 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   void remove(std::uint64_t number);
 
  private:
-  [[nodiscard]] bool mayShakeHands(const std::string& peer);
+  [[nodiscard]] bool admitsHandshake(const std::string& peer);
   void dropOldestHalfOpen();
   void countClients();
   template <class Task>

@@ -11,12 +11,12 @@ namespace haptics {
 class UploadBudget {
  public:
   UploadBudget(std::size_t most_bytes, std::size_t mostOfToken_bytes) noexcept
-      : most_bytes_(most_bytes), mostOfToken_bytes_(mostOfToken_bytes) {}
+      : maxBytes_(most_bytes), maxOfToken_bytes_(mostOfToken_bytes) {}
 
   /// False: there is not so much left.
   [[nodiscard]] bool reserve(const ContentHash& token, std::size_t bytes) {
     std::size_t& ofToken_bytes = ofToken_bytes_[token];
-    if (bytes > most_bytes_ - used_bytes_ || bytes > mostOfToken_bytes_ - ofToken_bytes) return false;
+    if (bytes > maxBytes_ - used_bytes_ || bytes > maxOfToken_bytes_ - ofToken_bytes) return false;
     used_bytes_ += bytes;
     ofToken_bytes += bytes;
     return true;
@@ -29,7 +29,7 @@ class UploadBudget {
   }
 
  private:
-  const std::size_t most_bytes_, mostOfToken_bytes_;
+  const std::size_t maxBytes_, maxOfToken_bytes_;
   std::size_t used_bytes_ = 0;
   std::map<ContentHash, std::size_t> ofToken_bytes_;
 };

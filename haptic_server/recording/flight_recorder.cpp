@@ -66,7 +66,7 @@ void FlightRecorder::given(const ServoScene& scene, const std::vector<ServoObjec
     later = running && (!toKeep_.empty() || assetBytes(*kept) > kKeptAtOnce_bytes);
     if (later && options_.keepScenes) toKeep_.push_back(kept);
   }
-  if (!running) letGoOfScenes();  // else the recorder's thread does, which may take its time
+  if (!running) releaseScenes();  // else the recorder's thread does, which may take its time
   if (!later && options_.keepScenes) keep(kept.get());
 }
 
@@ -105,7 +105,7 @@ Result<void> FlightRecorder::keepAnew(std::uint64_t upTo) {
   return {};
 }
 
-void FlightRecorder::letGoOfScenes() {
+void FlightRecorder::releaseScenes() {
   const std::uint64_t now_ns = monotonicNow_ns();
   std::vector<Held> old;  // freed without the lock
   const std::lock_guard lock(mutex_);
@@ -178,7 +178,7 @@ void FlightRecorder::look(bool last) {
   }
   writeDue(end, last);
   keepDue();
-  letGoOfScenes();
+  releaseScenes();
 }
 
 void FlightRecorder::take(const RecordedTick& tick) {
@@ -202,7 +202,7 @@ bool FlightRecorder::mayBeRecorded(Fault fault) {
   return false;
 }
 
-void FlightRecorder::restAfter(const std::filesystem::path& recording) {
+void FlightRecorder::pauseAfter(const std::filesystem::path& recording) {
   std::error_code unknown;
   const std::uintmax_t bytes = std::filesystem::file_size(recording, unknown);
   if (unknown) return;
@@ -224,7 +224,7 @@ void FlightRecorder::writeDue(std::uint64_t end, bool last) {
     const auto written = write(request);
     if (request.answer) request.answer(written);
     if (written) {
-      if (!request.answer) restAfter(*written);
+      if (!request.answer) pauseAfter(*written);
       options_.info("the last " + std::to_string(static_cast<int>(FlightRing::kSeconds)) + " s are in " +
                     written->string() + " (" + request.why + ')');
     } else {

@@ -84,11 +84,11 @@ class FlightRecorder {
   void writeDue(std::uint64_t end, bool last);
   [[nodiscard]] bool mayBeGranted(const Request& request);
   [[nodiscard]] bool mayBeRecorded(Fault fault);
-  void restAfter(const std::filesystem::path& recording);
+  void pauseAfter(const std::filesystem::path& recording);
   [[nodiscard]] Result<std::filesystem::path> write(const Request& request);
   [[nodiscard]] std::vector<std::shared_ptr<const GivenScene>> scenesFrom(std::uint64_t number) const;
   void giveUp(const std::string& why);
-  void letGoOfScenes();
+  void releaseScenes();
   void keep(const GivenScene* scene);
   void keepDue();
   [[nodiscard]] Result<void> keepAnew(std::uint64_t upTo);

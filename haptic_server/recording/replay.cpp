@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "haptic_server/recording/recorded_run.h"
-#include "haptic_server/servo/moving_bodies.h"
-#include "haptic_server/servo/soft_bodies.h"
+#include "haptic_server/step/moving_bodies.h"
+#include "haptic_server/step/soft_bodies.h"
 
 namespace haptics {
 namespace {

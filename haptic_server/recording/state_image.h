@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "common/error/error.h"
-#include "haptic_server/servo/haptic_state.h"
+#include "haptic_server/step/haptic_state.h"
 
 // A servo's state as bytes: those of its memory as far as it is in use, with the pointers left out, which the scene that
 // it had adopted gives back. It is for builds whose states look alike, and is bit for bit the state.

@@ -30,7 +30,7 @@ bool isTooSteep(const TriMesh& mesh, const std::vector<Vec3f>& before, const std
       const Vec3 edge = Vec3(before[a]) - Vec3(before[b]);
       const Vec3 way = Vec3(now[a]) - Vec3(before[a]) - (Vec3(now[b]) - Vec3(before[b]));
       // A hundredth for the rounding of a dent that is as deep as it may be.
-      if (glm::length(way) > 1.01 * kSteepestDent * glm::length(edge)) return true;
+      if (glm::length(way) > 1.01 * kMaxDentGradient * glm::length(edge)) return true;
     }
     return false;
   });

@@ -21,12 +21,12 @@ struct PermanentDent {
 
 /// What has become of each object's dents so far, whether the servo has followed or not yet.
 struct DentWatermark {
-  std::uint64_t upTo = 0;          ///< Taken in.
+  std::uint64_t upTo = 0;          ///< Baked.
   std::uint64_t releasedUpTo = 0;  ///< Or not allowed to stay.
 };
 using DentWatermarks = std::map<std::uint64_t, DentWatermark>;
 
-/// By object, those that are to be taken in, in the order in which they come one after another: those that stay, before the
+/// By object, those that are to be baked, in the order in which they come one after another: those that stay, before the
 /// first that does not.
 [[nodiscard]] std::map<std::uint64_t, std::vector<PermanentDent>> permanentDents(const MotionState& motion,
                                                                                  const DentWatermarks& handled);
@@ -34,13 +34,13 @@ using DentWatermarks = std::map<std::uint64_t, DentWatermark>;
 /// What becomes of an object's staying dents.
 struct BakeResult {
   std::uint64_t upTo = 0;  ///< The residue holds the dents up to this number; 0: none.
-  MovedVertices
-      residue;  ///< Then all vertices that are elsewhere now, those of before included; none where dents lie between vertices.
+  /// Then all vertices that are elsewhere now, those of before included; none where dents lie between vertices.
+  MovedVertices residue;
   std::uint64_t releasedUpTo = 0;  ///< The next one up to this number may not stay; 0: none.
 };
 
-/// Takes dents into the shape at rest, one after the other, up to the first one that would displace the vertices too far
-/// from where mesh and lattice have them: the difference of the displacements of two neighbours stays within kSteepestDent
+/// Bakes dents into the shape at rest, one after the other, up to the first one that would displace the vertices too far
+/// from where mesh and lattice have them: the difference of the displacements of two neighbours stays within kMaxDentGradient
 /// of their distance, whatever is pressed how often, so that no triangle turns over unless one of its angles is larger than
 /// 120 degrees.
 /// @param assets  Of the object that has these properties.

@@ -16,7 +16,7 @@ std::shared_ptr<const Result<RigidBodyAndMass>> makeBody(const MotionProperties&
   const TriMesh& mesh = *asset.mesh;
   auto body = rigidBodyFrom(motion, mesh, asset.surface && asset.surface->closed());
   if (!body) return std::make_shared<const Result<RigidBodyAndMass>>(tl::unexpected<Error>(std::move(body.error())));
-  if (body->planeCount > 0) body->standOn(supportPoints(mesh.vertices));
+  if (body->planeCount > 0) body->setSupport(supportPoints(mesh.vertices));
   const double apparentMass_kg = minApparentMass_kg(*body, mesh.vertices);
   return std::make_shared<const Result<RigidBodyAndMass>>(
       RigidBodyAndMass{std::make_shared<const RigidBody>(*std::move(body)), apparentMass_kg});

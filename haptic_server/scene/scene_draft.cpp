@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "haptic_server/servo/servo_scene.h"
+#include "haptic_server/step/servo_scene.h"
 
 namespace haptics {
 namespace {

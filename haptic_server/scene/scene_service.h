@@ -77,7 +77,7 @@ class SceneService {
   /// @return The reports of the assets, or the bad field.
   [[nodiscard]] Result<std::vector<std::string>> loadStartScene(const Transaction& scene);
   /// Goes on from this state, whose assets are read by hash, and publishes it; every edit from now on is kept by the
-  /// journal, which outlives the room, before it is published or answered. Objects whose assets cannot be had stay as
+  /// journal, which outlives the service, before it is published or answered. Objects whose assets cannot be had stay as
   /// what is left of them (lost_parts.h), and get them back when a client uploads them. Before loadStartScene() and
   /// start() only. The reader is called on the builder thread too.
   /// @return What is lost of which object, or here again; one line each.
@@ -95,7 +95,7 @@ class SceneService {
   /// Interrupts what is in hand and drops the rest; their replies never come. Also done on destruction.
   void stop();
   /// The same, but without waiting any longer. False: a thread is at something that is not interrupted, which stop()
-  /// waits for; all else may be asked of the room meanwhile.
+  /// waits for; all else may be asked of the service meanwhile.
   [[nodiscard]] bool stopWithin(std::chrono::milliseconds patience);
 
   /// Any thread. The reply comes on the builder thread, after the new history was published. False, and no reply:
@@ -106,7 +106,7 @@ class SceneService {
   [[nodiscard]] bool submitEdit(SessionId session, std::uint64_t clientSeq, Transaction transaction,
                                 const EditReply& reply, std::stop_token unwanted = {}, EditProgress progress = {});
   /// Any thread. Checks the bytes against the hash and builds the asset, in order with the session's edits; who asked
-  /// holds it until an edit names it. False as above. The reply always comes while the room runs.
+  /// holds it until an edit names it. False as above. The reply always comes while the service runs.
   [[nodiscard]] bool submitAsset(SessionId session, const AssetName& name, std::string bytes, const UploadReply& reply,
                                  std::stop_token unwanted = {});
   /// Any thread. Null when it is neither in the scene nor held by someone.
@@ -150,7 +150,7 @@ class SceneService {
   AssetReader readAsset_;                                         // likewise
   std::vector<std::shared_ptr<const ObjectRecord>> lostAtStart_;  // of the state that was resumed; does not change
 
-  std::map<ObjectId, std::vector<PermanentDent>> permanentDents_;  // not taken in yet; builder thread
+  std::map<ObjectId, std::vector<PermanentDent>> permanentDents_;  // not baked yet; builder thread
   std::uint64_t permanentDentsAt_ = 0;                             // scene revision that the servo had then; likewise
   DentWatermarks handled_;                                         // likewise
   std::uint64_t bakeAfter_ns_ = 0;                                 // likewise

@@ -79,8 +79,8 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
   return scene;
 }
 
-/// Where the stiffness varies it is the device's limit at the places that would pass it, and as asked for elsewhere; damping
-/// has the same ratio to it everywhere, and so is less everywhere where it would pass the limit anywhere.
+/// Where the stiffness varies it is the device's limit at the places that would pass it, and as asked for elsewhere.
+/// Damping has the same ratio to it everywhere, and so is less everywhere where it would pass the limit anywhere.
 ServoSceneBuilder::StableStiffness ServoSceneBuilder::stableStiffness(const Material& material,
                                                                       const SurfaceDetail* detail) const {
   double stiffness_N_per_m = material.stiffness_N_per_m, highestFactor = 1;

@@ -10,7 +10,7 @@
 #include "haptic_server/force/spring_damper.h"
 #include "haptic_server/scene/sequencer.h"
 #include "haptic_server/scene/surface_warnings.h"
-#include "haptic_server/servo/servo_scene.h"
+#include "haptic_server/step/servo_scene.h"
 
 namespace haptics {
 

@@ -30,13 +30,13 @@ class SessionLanes {
   /// \param most_bytes       Of all jobs that are not finished.
   /// \param maxOfSession_bytes  Of one session's, but for a single one: who floods the server fills half of it.
   explicit SessionLanes(std::size_t most_bytes, std::size_t maxOfSession_bytes)
-      : most_bytes_(most_bytes), maxOfSession_bytes_(maxOfSession_bytes) {}
+      : maxBytes_(most_bytes), maxOfSession_bytes_(maxOfSession_bytes) {}
 
   /// False: there is no room for it now.
   [[nodiscard]] bool add(SessionId session, std::size_t size_bytes, Task task) {
     const auto known = lanes_.find(session);
     const std::size_t ofSession = known == lanes_.end() ? 0 : known->second.bytes;
-    if (size_bytes > most_bytes_ - bytes_) return false;
+    if (size_bytes > maxBytes_ - bytes_) return false;
     if (ofSession > 0 && ofSession + size_bytes > maxOfSession_bytes_) return false;
     Lane& lane = lanes_[session];
     bytes_ += size_bytes;
@@ -120,7 +120,7 @@ class SessionLanes {
     if (!lane.waiting.empty()) ready_.erase(lane.waiting.front().number);
   }
 
-  const std::size_t most_bytes_, maxOfSession_bytes_;
+  const std::size_t maxBytes_, maxOfSession_bytes_;
   std::map<SessionId, Lane> lanes_;
   std::map<std::uint64_t, SessionId> ready_;  // sessions whose first job may be taken, by its number
   std::deque<Job> aside_;

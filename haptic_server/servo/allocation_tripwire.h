@@ -4,8 +4,8 @@
 
 namespace haptics {
 
-/// While one lives, heap allocations and frees by its thread are counted. Programs that link the servo room count
-/// through malloc itself, so libraries are seen too.
+/// While one lives, heap allocations and frees by its thread are counted. Programs that link the servo library
+/// count through malloc itself, so libraries are seen too.
 class AllocationTripwire {
  public:
   AllocationTripwire() noexcept;

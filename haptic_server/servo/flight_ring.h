@@ -9,7 +9,7 @@
 
 #include "common/error/error.h"
 #include "common/process/shared_memory.h"
-#include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/step/haptic_step.h"
 
 namespace haptics {
 

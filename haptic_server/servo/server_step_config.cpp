@@ -47,7 +47,7 @@ constexpr double kRise_s = 0.5;
 
 }  // namespace
 
-ObserverSettings leadFor(const DeviceInfo& device, double rate_Hz) noexcept {
+ObserverSettings observerFor(const DeviceInfo& device, double rate_Hz) noexcept {
   const double makers_N_per_m = device.maxStiffness_N_per_m;
   const bool coarse = makers_N_per_m * device.resolution_m > kCoarse_N;
   const Look& look = coarse ? kCoarse : isHeld(device) ? kHeld : kUsual;
@@ -73,7 +73,7 @@ StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz) noexcept {
                     .maxForce_N = device.maxForce_N,
                     .positionStep_m = device.resolution_m,
                     .stableLateral_N_per_m = locallyStableStiffness_N_per_m(device, 1 / rate_Hz)};
-  config.observer = leadFor(device, rate_Hz);
+  config.observer = observerFor(device, rate_Hz);
   config.rise_s = kRise_s;
   return config;
 }

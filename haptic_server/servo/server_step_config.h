@@ -1,14 +1,14 @@
 #pragma once
 
 #include "haptic_server/device/device.h"
-#include "haptic_server/servo/haptic_state.h"
+#include "haptic_server/step/haptic_state.h"
 
 namespace haptics {
 
 /// The observer for a device at a servo rate.
-[[nodiscard]] ObserverSettings leadFor(const DeviceInfo& device, double rate_Hz) noexcept;
+[[nodiscard]] ObserverSettings observerFor(const DeviceInfo& device, double rate_Hz) noexcept;
 
-/// With what the server feels by default: the device's limits, and with the stabiliser. rate_Hz > 0.
+/// The server's default: the device's limits, and its observer (the stabiliser). rate_Hz > 0.
 [[nodiscard]] StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz) noexcept;
 
 }  // namespace haptics

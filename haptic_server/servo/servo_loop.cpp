@@ -8,8 +8,8 @@
 
 #include "common/clock/monotonic.h"
 #include "haptic_server/servo/allocation_tripwire.h"
-#include "haptic_server/servo/moving_bodies.h"
-#include "haptic_server/servo/soft_bodies.h"
+#include "haptic_server/step/moving_bodies.h"
+#include "haptic_server/step/soft_bodies.h"
 
 namespace haptics {
 namespace {

@@ -12,12 +12,12 @@
 #include "haptic_server/device/device.h"
 #include "haptic_server/servo/cache_warmer.h"
 #include "haptic_server/servo/flight_ring.h"
-#include "haptic_server/servo/haptic_step.h"
 #include "haptic_server/servo/latency_histogram.h"
 #include "haptic_server/servo/replay_source.h"
 #include "haptic_server/servo/sample_wait.h"
 #include "haptic_server/servo/scene_mailbox.h"
 #include "haptic_server/servo/server_step_config.h"
+#include "haptic_server/step/haptic_step.h"
 
 namespace haptics {
 
@@ -79,7 +79,7 @@ class ServoLoop {
   /// For that thread too, wait-free: where the objects that move are, null when nothing has changed since the last call.
   /// Comes after the sample of its tick. A scene in which nothing moves has none.
   [[nodiscard]] const MotionState* takeMotion() noexcept { return motionOut_.takeNew(); }
-  /// The same for the builder thread, which plans by it what a simulated hand explores, and takes in the dents that stay;
+  /// The same for the builder thread, which plans by it what a simulated hand explores, and bakes the dents that stay;
   /// null when neither has changed.
   [[nodiscard]] const MotionState* takeMotionForBuilder() noexcept { return motionToBuilder_.takeNew(); }
   /// For the consumer of samples, wait-free: what the objects gave the hand, 50 times a second; null in between.
@@ -104,7 +104,7 @@ class ServoLoop {
   std::optional<CacheWarmer> cacheWarmer_;
   ServoScene empty_;
   const ServoScene* scene_ = &empty_;
-  const ServoScene* next_ = nullptr;  // to be adopted, once the contact that it would break has been let go
+  const ServoScene* next_ = nullptr;  // to be adopted, once the contact that it would break has faded out
   ServoStatistics statistics_;
   std::uint64_t secondBegan_ns_ = 0;
   std::uint64_t ticksBefore_ = 0;

@@ -10,7 +10,7 @@
 
 #include "common/maths/extent.h"
 #include "haptic_server/device/simulated_device.h"
-#include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/step/haptic_step.h"
 
 namespace haptics {
 namespace {

@@ -25,7 +25,7 @@ class TextureDetail {
   /// At a place of the material.
   [[nodiscard]] HeightSample at(Vec3 place) const noexcept;
   [[nodiscard]] Texture::Law law() const noexcept { return law_; }
-  /// Never exceeded: no contact farther outside.
+  /// Largest height: no contact is farther outside.
   [[nodiscard]] double highest_m() const noexcept { return highest_m_; }
   /// Largest eigenvalue of grad h grad h^T + h H(h) over the surface: times k K it is the largest lateral stiffness of
   /// Eq. (4a). Dimensionless; found by sampling, so that it may be a little less than the true one.

@@ -48,7 +48,7 @@ class PageCommands(harness.EndToEnd):
         self.follow("haptic_server/motion/README.md")
 
     def test_step(self):
-        self.follow("haptic_server/servo/README.md")
+        self.follow("haptic_server/step/README.md")
 
 
 class Shown(unittest.TestCase):

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "haptic_server/recording/recorded_run.h"
-#include "haptic_server/servo/haptic_step.h"
-#include "haptic_server/servo/held_springs.h"
+#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/step/held_springs.h"
 #include "tests/eval/fuzz/edit_judge.h"
 #include "tests/eval/or_throw.h"
 

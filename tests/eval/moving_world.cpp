@@ -20,7 +20,7 @@ MovingSolid solidFrom(const TriMesh& mesh, double mass_kg) {
   const MassDefect defect =
       spreadMass(mass_kg, solid.centre, mass_kg / solid.volume_m3 * solid.inertia, made.body.mass);
   if (solid.defect != SolidDefect::kNone || defect != MassDefect::kNone) throw std::logic_error("not a body");
-  made.body.standOn(supportPoints(mesh.vertices));
+  made.body.setSupport(supportPoints(mesh.vertices));
   made.body.gravity_m_per_s2 = Vec3(0);
   return made;
 }

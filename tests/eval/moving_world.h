@@ -6,7 +6,7 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "haptic_server/motion/rigid_body.h"
-#include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/step/haptic_step.h"
 #include "tests/eval/renderer.h"
 
 namespace haptics::eval {

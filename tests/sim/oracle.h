@@ -59,7 +59,7 @@ class Oracle {
   enum class Kept { kNothing, kState, kStateAfterPowerLoss };
   void serverStarted(const SceneHistory& history, Kept kept);
   void committed(SessionId editSession, std::uint64_t clientSeq, const AcceptedEdit& edit);
-  /// \param passedOver  It was said to come after later edits of its session.
+  /// \param superseded  The server said that it came after later edits of its session.
   void turnedDown(SessionId editSession, std::uint64_t clientSeq, bool superseded);
   /// The edits of this client count for this session.
   void admitted(SessionId session, SessionId editSession);

@@ -251,7 +251,7 @@ void SimServer::Process::makeStartScene() {
   if (const auto* error = std::get_if<Error>(&made.front())) stage.oracle.fail("no start scene: " + error->text());
 }
 
-/// A hand leaves dents in what is plastic, which the builder takes in by edits of the server's own.
+/// A hand leaves dents in what is plastic, which the builder bakes by edits of the server's own.
 void SimServer::Process::dentLater() {
   after(stage.random.milliseconds(0, kHandPause_ms), [this] {
     if (pace.handDents) dent();

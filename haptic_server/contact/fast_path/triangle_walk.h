@@ -6,9 +6,9 @@
 
 namespace haptics {
 
-/// From the polygon that holds the IHIP to the one that holds the HIP at the end of its way (from, to: body frame, metres),
-/// by polygons only. Null when there is more to it.
-/// @param own  Becomes what is not known; may be `first`.
+/// From the polygon that holds the IHIP to the one that holds the HIP at the end of its path (from, to: body frame,
+/// metres), across lines only. Null when the general tick has to decide.
+/// @param own  Becomes the triangle, where the cache does not hold it; may be `first`.
 /// @param[in,out] end  Of the HIP at the end, beyond the polygon.
 /// @param most  Polygons to look at; they are counted in `looked`.
 /// @param cache  May be null.

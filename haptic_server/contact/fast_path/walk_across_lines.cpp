@@ -8,8 +8,8 @@ namespace {
 /// Triangles that a walk looks at before the general search takes over.
 constexpr int kMaxCrossed = 16;
 
-/// From triangle to triangle, across the lines that are closest to h: the general search in its common case,
-/// bit-identical.
+/// From triangle to triangle, across the lines that are closest to h: bit-identical to the general search, in its common
+/// case.
 struct Walk {
   enum class End {
     kHeld,      ///< The prism over the triangle holds h.

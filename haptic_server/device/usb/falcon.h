@@ -32,7 +32,7 @@ class Falcon final : public UsbProtocol {
   }
   [[nodiscard]] bool answersEachCommand() const noexcept override { return true; }
   [[nodiscard]] std::optional<UsbRefusal> start(UsbPort& port, UsbBus& bus) override;
-  void distrustHoming() noexcept override { homeAnew_ = true; }
+  void invalidateHoming() noexcept override { homeAnew_ = true; }
   [[nodiscard]] bool take(std::span<const std::uint8_t> bytes,
                           const std::function<void(const DeviceReply&)>& found) override;
   [[nodiscard]] std::optional<Vec3> locate(const DeviceReply& reply) override;

@@ -53,7 +53,7 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
     if (!there || (absent && bus_.clock_ns() - faultSince_ns_ > kGiveUp_ns)) break;
   }
   motorsOff();
-  if (glm::length(jumped_) > kSameAgain_m) protocol_.distrustHoming();
+  if (glm::length(jumped_) > kSameAgain_m) protocol_.invalidateHoming();
   if (fault_ != DeviceFault::kNone) return;
   report_.state = DeviceState::kAbsent;
   report_.status.fault = DeviceFault::kNone;

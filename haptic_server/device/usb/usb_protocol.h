@@ -46,7 +46,7 @@ class UsbProtocol {
   [[nodiscard]] virtual std::optional<UsbRefusal> start(UsbPort& port, UsbBus& bus) = 0;
 
   /// Its coordinates turned out to be wrong: the next start() has it homed anew.
-  virtual void distrustHoming() noexcept = 0;
+  virtual void invalidateHoming() noexcept = 0;
 
   /// Decodes what arrived; calls `found` for each reply in it. True if anything in it was no part of a reply.
   [[nodiscard]] virtual bool take(std::span<const std::uint8_t> bytes,

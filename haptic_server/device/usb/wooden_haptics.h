@@ -37,7 +37,7 @@ class WoodenHaptics final : public UsbProtocol {
   }
   [[nodiscard]] bool answersEachCommand() const noexcept override { return false; }
   [[nodiscard]] std::optional<UsbRefusal> start(UsbPort& port, UsbBus& bus) override;
-  void distrustHoming() noexcept override {}  // each start() begins at the rest pose
+  void invalidateHoming() noexcept override {}  // each start() begins at the rest pose
   [[nodiscard]] bool take(std::span<const std::uint8_t> bytes,
                           const std::function<void(const DeviceReply&)>& found) override;
   [[nodiscard]] std::optional<Vec3> locate(const DeviceReply& reply) override;

@@ -33,8 +33,8 @@ TEST(Falloff, IsNowhereSteeperThanItSays) {
       const double a = i * 1e-6, b = a + 1e-6;
       steepest = std::max(steepest, (falloff.at({a, 0, 0}) - falloff.at({b, 0, 0})) / 1e-6);
     }
-    EXPECT_LE(steepest, falloff.steepest_per_m() * (1 + 1e-9));
-    EXPECT_GT(steepest, falloff.steepest_per_m() * 0.999);
+    EXPECT_LE(steepest, falloff.maxSlope_per_m() * (1 + 1e-9));
+    EXPECT_GT(steepest, falloff.maxSlope_per_m() * 0.999);
   }
 }
 
@@ -93,7 +93,7 @@ TEST(Dent, AsDeepAsTheyMayBeTheyTurnNoTriangleOver) {
     for (int d = 0; d < count; ++d) {
       const Vec3 centre(0.01 * unit(random), 0.01 * unit(random), 0.01 * unit(random));
       const Vec3 towards = glm::normalize(Vec3(unit(random), unit(random), unit(random) + 1e-9));
-      const Dent dent{Vec3f(centre), Vec3f(towards * (deepestDent_m(falloff) / count))};
+      const Dent dent{Vec3f(centre), Vec3f(towards * (maxDentDepth_m(falloff) / count))};
       for (std::size_t k = 0; k < 3; ++k) now[k] += displacementBy(dent, falloff, rest[k]);
     }
     const Vec3 before = glm::cross(rest[1] - rest[0], rest[2] - rest[0]);

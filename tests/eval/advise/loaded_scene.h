@@ -7,7 +7,7 @@
 
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/scene.h"
-#include "haptic_server/servo/servo_scene.h"
+#include "haptic_server/step/servo_scene.h"
 
 namespace haptics::eval {
 

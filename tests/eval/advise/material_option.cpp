@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/step/haptic_step.h"
 #include "tests/eval/advise/steadiness.h"
 
 namespace haptics::eval {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "haptic_server/device/simulated_device.h"
-#include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/step/haptic_step.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {

@@ -37,7 +37,7 @@ void SurfaceAfterContact::moveSurface(const ContactResult& contact, Vec3 hip) {
     const Vec3 way = toLocal(bodies_[0].current, hip) - toLocal(bodies_[0].current, contact.ihip);
     const Vec3 whole = way + moved_m;
     const double share = spring_N_per_m() / (spring_N_per_m() + tissue_->stiffness_N_per_m);
-    const double most = deepestDent_m(tissue_->falloff) / std::max(glm::length(share * whole), 1e-12);
+    const double most = maxDentDepth_m(tissue_->falloff) / std::max(glm::length(share * whole), 1e-12);
     dent_.centre = Vec3f(toLocal(bodies_[0].current, contact.ihip) - moved_m);
     dent_.displacement = Vec3f(share * whole * std::min(1.0, most));
   }

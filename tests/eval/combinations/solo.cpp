@@ -95,7 +95,7 @@ class Solo {
     return object(refitCollisionMesh(*atRest(mesh()), shapedBy(*lattice_, mesh().vertices)), true);
   }
 
-  /// A dent that stays, pressed in the middle of the stroke to come, and taken in as the builder does. What stays has its
+  /// A dent that stays, pressed in the middle of the stroke to come, and baked as the builder does. What stays has its
   /// centre where the contact began (relaxing dents' rule for even grooves), and there the depth of the deepest one.
   void pressDent(Bench& bench, const ServoObject& before, DeformedShape& shape, PairResult& result) {
     constexpr int kPressed = 1500;  // ticks: down, up, and at rest until the dent stays

@@ -20,7 +20,7 @@ class ContactJudge {
  public:
   ContactJudge(const std::vector<FuzzMesh>& meshes, const ContactFrame& first);
 
-  /// @param depenetrated  The core says that it put the IHIP somewhere else: the sides that it is on now are taken as they are.
+  /// @param depenetrated  The core says that it put the IHIP outside: the sides that it is on now are taken as they are.
   [[nodiscard]] ContactVerdict judge(const ContactFrame& frame, Vec3 ihip, bool depenetrated = false);
   /// Is no closed body around a point of the world?
   [[nodiscard]] static bool isOutside(const std::vector<FuzzMesh>& meshes, const ContactFrame& frame);

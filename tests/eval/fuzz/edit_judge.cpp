@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "haptic_server/servo/held_springs.h"
+#include "haptic_server/step/held_springs.h"
 
 namespace haptics::eval {
 namespace {

@@ -196,7 +196,7 @@ class RestingHip {
     const Falloff falloff(random_.between(0.008, 0.02), 2);
     const auto& vertices = objects_[body].shape.vertices;
     const Vec3f at = vertices[static_cast<std::size_t>(random_.below(static_cast<int>(vertices.size())))];
-    const Dent dent{at, Vec3f(aside(deepestDent_m(falloff)))};
+    const Dent dent{at, Vec3f(aside(maxDentDepth_m(falloff)))};
     refit(body, [&](Vec3f v) { return dented(v, {&dent, 1}, falloff); });
   }
 

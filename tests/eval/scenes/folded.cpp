@@ -122,7 +122,7 @@ class Folded final : public RandomMotion {
     std::vector<Dent> dents;
     for (int i = 1 + random().below(2); i > 0; --i) {
       const Vec3f at = atRest_.vertices[static_cast<std::size_t>(random().below(int(atRest_.vertices.size())))];
-      dents.push_back({at, Vec3f(random().between(0, deepestDent_m(falloff) / 2) * random().direction())});
+      dents.push_back({at, Vec3f(random().between(0, maxDentDepth_m(falloff) / 2) * random().direction())});
     }
     shapes::Shape moved = atRest_;
     for (Vec3f& v : moved.vertices) v = dented(v, dents, falloff);

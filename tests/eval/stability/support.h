@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "haptic_server/motion/rigid_body.h"
-#include "haptic_server/servo/servo_scene.h"
+#include "haptic_server/step/servo_scene.h"
 #include "tests/eval/report.h"
 #include "tests/eval/stability/limits.h"
 

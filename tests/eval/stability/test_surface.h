@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "haptic_server/contact/contact.h"
-#include "haptic_server/servo/servo_scene.h"
+#include "haptic_server/step/servo_scene.h"
 
 namespace haptics::eval {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "haptic_server/servo/cache_warmer.h"
-#include "haptic_server/servo/haptic_step.h"
+#include "haptic_server/step/haptic_step.h"
 #include "tests/eval/renderer.h"
 #include "tests/eval/worst/families.h"
 

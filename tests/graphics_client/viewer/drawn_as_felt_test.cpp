@@ -11,7 +11,7 @@
 #include "graphics_client/viewer/displayed_surface.h"
 #include "graphics_client/viewer/poly_data.h"
 #include "haptic_server/surface/nearest_point.h"
-#include "tests/haptic_server/servo/surface_world.h"
+#include "tests/haptic_server/step/surface_world.h"
 
 // What is drawn of a textured body that gives is where the servo feels it.
 namespace haptics {

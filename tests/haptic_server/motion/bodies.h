@@ -19,7 +19,7 @@ inline RigidBody bodyOf(const TriMesh& mesh, double mass_kg) {
   RigidBody body;
   const MassDefect defect = spreadMass(mass_kg, solid.centre, mass_kg / solid.volume_m3 * solid.inertia, body.mass);
   if (solid.defect != SolidDefect::kNone || defect != MassDefect::kNone) throw std::logic_error("not a body");
-  body.standOn(supportPoints(mesh.vertices));
+  body.setSupport(supportPoints(mesh.vertices));
   return body;
 }
 

@@ -56,7 +56,7 @@ class SceneServiceJournal : public ::testing::Test {
     return replied->get_future();
   }
 
-  SlowJournal journal;  // outlives the room
+  SlowJournal journal;  // outlives the service
   SceneMailbox mailbox;
   SceneService sceneService{{}, mailbox};
 

@@ -12,6 +12,7 @@
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
+#include "haptic_server/device/exploration_plan.h"
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/servo/stiffness_limit.h"
 #include "tests/haptic_server/scene/scene_edits.h"

@@ -5,7 +5,7 @@
 #include "common/mesh/generators.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/servo/cache_warmer.h"
-#include "virtual_servo.h"
+#include "tests/haptic_server/step/virtual_servo.h"
 
 namespace haptics {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <thread>
 
+#include "haptic_server/device/exploration_plan.h"
 #include "haptic_server/servo/scene_mailbox.h"
 
 namespace haptics {

@@ -3,9 +3,10 @@
 #include <thread>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/device/exploration_plan.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/servo/servo_loop.h"
-#include "virtual_servo.h"
+#include "tests/haptic_server/step/virtual_servo.h"
 
 namespace haptics {
 namespace {

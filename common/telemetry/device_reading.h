@@ -1,0 +1,15 @@
+#pragma once
+
+#include "common/maths/vec.h"
+#include "common/telemetry/telemetry_sample.h"
+
+namespace haptics {
+
+struct DeviceReading {
+  Vec3 position{0};  ///< Metres, world frame.
+  DeviceState state = DeviceState::kAbsent;
+  /// Not felt through where it names a fault, is not homed, or is older than the servo's watchdog allows.
+  DeviceStatus status{};
+};
+
+}  // namespace haptics

@@ -1,0 +1,317 @@
+#include <algorithm>
+
+#include "haptic_server/step/haptic_step.h"
+#include "haptic_server/step/held_springs.h"
+#include "haptic_server/step/rate_limited_pose.h"
+#include "haptic_server/step/varying_springs.h"
+
+namespace haptics {
+namespace {
+
+/// A step of the contact force that may go with an adoption: with what RateLimitedStiffness adds in the same tick of
+/// 1 ms it makes 0.05 N, which a hand notices. Larger makes more edits felt at once, smaller fades out more contacts.
+constexpr double kMaxStep_N = 0.02;
+/// Seconds for which an adoption waits until the contact has faded; 7.5 N fade in it. What is left then is a jump for
+/// EditSlew.
+constexpr double kLongestFade_s = 0.25;
+
+/// What the next scene makes of the state, each of its objects from the one with the same id.
+class StateTransfer {
+ public:
+  StateTransfer(const ServoScene& next, const HapticState& state) noexcept
+      : state_(state), count_(std::min(next.objects.size(), kMaxServoObjects)) {
+    std::size_t before = 0;  // both lists are in order of id
+    for (std::size_t i = 0; i < count_; ++i) {
+      const ServoObject& object = next.objects[i];
+      while (before < state.adoption.bodyCount && state.objects[before].id < object.id) ++before;
+      const bool known = before < state.adoption.bodyCount && state.objects[before].id == object.id;
+      if (known) {
+        follow(i, object, before);
+      } else {
+        begin(i, object);
+      }
+    }
+    for (std::size_t i = 0; i < count_; ++i) {
+      takeDetail(i, next.objects[i]);
+      takeMotion(i, next.objects[i]);
+      dropBakedDents(i, next.objects[i]);
+    }
+    contact_ = state.contact;
+    broken_ = reprojectContact(contact_, bodies(), {origins_.data(), count_}, allowance());
+    if (state.features.varyingStiffness || anyVaryingStiffness_) {
+      for (std::size_t i = 0; i < count_; ++i) takeFactor(i, next.objects[i]);
+    }
+  }
+
+  /// The contact could not be carried on as it was.
+  [[nodiscard]] bool broken() const noexcept { return broken_; }
+
+  /// Spring force (N, world) that would be felt at once, with every object's stiffness as it is felt now; `touched` is
+  /// the body, -1 when free.
+  [[nodiscard]] Vec3 springForce_N(int& touched) const noexcept {
+    ContactState trial = contact_;
+    ContactResult result;
+    result.work.allowance = allowance();
+    followContact(bodies(), trial, trial.hip, result);
+    touched = result.body;
+    if (!result.touching) return Vec3(0);
+    const Stiffness rateLimited = objects_[static_cast<std::size_t>(touched)].stiffness.value();
+    return rateLimited.spring_N_per_m * (result.ihip - trial.hip);
+  }
+
+  /// What was edited, and what would be touched, is felt from nothing on.
+  void fadeIn(int touched) noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (origins_[i].changed || static_cast<int>(i) == touched) objects_[i].stiffness = {};
+    }
+  }
+
+  void apply(HapticState& state) const noexcept {
+    std::copy_n(bodies_.begin(), count_, state.bodies.begin());
+    std::copy_n(objects_.begin(), count_, state.objects.begin());
+    state.adoption.bodyCount = count_;
+    std::copy_n(bumps_.begin(), count_, state.bumps.begin());
+    state.contact = contact_;
+    state.adoption.detailEdited = detailEdited_;
+    if (!state.features.detail) state.surface = {};  // it was not kept
+    if (detailEdited_) state.surface.object = state.report.object;
+    std::copy_n(moving_.begin(), movingCount_, state.moving.begin());
+    state.motion.count = movingCount_;
+    std::copy_n(dents_.begin(), dentCount_, state.dents.begin());
+    state.denting.count = dentCount_;
+    state.features.detail = anyDetail_ || movingCount_ > 0 || anySoft_;
+    state.features.bumps = anyBumps_;
+    state.features.soft = anySoft_;
+    state.features.varyingStiffness = anyVaryingStiffness_;
+    state.adoption.contactBroken = broken_ || otherDetailEdited_;
+    state.features.beingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
+                                            [](const HapticState::ObjectState& o) { return o.beingMoved; });
+    state.features.pendingRemoval = std::ranges::any_of(bodies(), &Body::pendingRemoval);
+  }
+
+ private:
+  [[nodiscard]] std::span<const Body> bodies() const noexcept { return {bodies_.data(), count_}; }
+  /// For either of the adoption's two questions.
+  [[nodiscard]] Allowance allowance() const noexcept { return Allowance(state_.allowance.left() / 6); }
+
+  void begin(std::size_t i, const ServoObject& object) noexcept {
+    objects_[i].id = object.id;
+    put(i, object);
+    origins_[i] = {-1, true};
+  }
+
+  void follow(std::size_t i, const ServoObject& object, std::size_t before) noexcept {
+    const bool sameSurface = state_.bodies[before].surface == object.surface.get();
+    const bool tookDents = !sameSurface && hasBakedDents(object, before);
+    // What no longer moves goes back to where the scene has it.
+    const bool stopped = object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr;
+    const bool samePose = isAsSet(object, before) && !stopped;
+    bodies_[i] = state_.bodies[before];
+    objects_[i] = state_.objects[before];
+    objects_[i].poseRevision = object.poseRevision;
+    bodies_[i].pendingRemoval = object.pendingRemoval;
+    bool changed = !sameSurface;
+    if (samePose) {
+      bodies_[i].surface = object.surface.get();
+      bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
+      bodies_[i].update();
+    } else if (sameSurface && isCarried(object, before)) {
+      objects_[i].scenePose = object.pose;
+      objects_[i].beingMoved = true;
+      bodies_[i].previous = lastTestedPose(state_, state_.bodies[before]);
+      bodies_[i].update();
+    } else {
+      put(i, object);
+      changed = true;
+    }
+    origins_[i] = {static_cast<int>(before), changed, changed && samePose && tookDents};
+  }
+
+  /// Did a known object hold the IHIP, or reach it with a bump?
+  [[nodiscard]] bool isFeltBeside(int before) const noexcept {
+    if (before < 0) return false;
+    const auto surfaces = state_.contact.surfaces();
+    const BumpState& bumps = state_.bumps[static_cast<std::size_t>(before)];
+    return (bumps.triangle != kNoTriangle && bumps.clear_m == 0) ||
+           std::ranges::find(surfaces, before, &ContactSurface::body) != surfaces.end();
+  }
+
+  /// May its bumps, as they are now, reach the IHIP?
+  [[nodiscard]] bool mayBeFelt(std::size_t i, const SurfaceDetail* detail) const noexcept {
+    if (detail == nullptr || !(detail->highest_m() > 0)) return false;
+    const double reach_m = bodies_[i].surface->radius_m() + detail->highest_m();
+    return glm::distance(bodies_[i].centre, state_.contact.ihip) <= reach_m;
+  }
+
+  /// Is its surface another one only for the dents that it holds now?
+  [[nodiscard]] bool hasBakedDents(const ServoObject& object, std::size_t before) const noexcept {
+    const BakedDents& was = state_.objects[before].baked;
+    return object.baked.shape == was.shape && object.baked.upTo > was.upTo;
+  }
+
+  /// Was a known object's pose not set since?
+  [[nodiscard]] bool isAsSet(const ServoObject& object, std::size_t before) const noexcept {
+    const HapticState::ObjectState& was = state_.objects[before];
+    return was.scenePose == object.pose && (object.motion == nullptr || was.poseRevision == object.poseRevision);
+  }
+
+  /// Does a known object go to its new pose as a motion, with the contact on it?
+  [[nodiscard]] bool isCarried(const ServoObject& object, std::size_t before) const noexcept {
+    const auto surfaces = state_.contact.surfaces();
+    const bool holds = std::any_of(surfaces.begin(), surfaces.end(),
+                                   [&](const ContactSurface& s) { return s.body == static_cast<int>(before); });
+    const Stiffness k =
+        stiffer(state_.objects[before].stiffness.value(), {object.stiffness_N_per_m, object.damping_Ns_per_m});
+    const RateLimitedPose pose(state_.contact.hip, state_.contact.ihip, k);
+    return holds && !state_.bodies[before].pendingRemoval && pose.follows(state_.bodies[before].current, object.pose);
+  }
+
+  void takeDetail(std::size_t i, const ServoObject& object) noexcept {
+    const SurfaceDetail* detail = object.detail.get();
+    const int before = origins_[i].before;
+    bumps_[i] = before >= 0 ? state_.bumps[static_cast<std::size_t>(before)] : BumpState{};
+    const bool edited = objects_[i].detail != detail || (origins_[i].changed && detail != nullptr) ||
+                        (detail != nullptr && detail->stiffness && objects_[i].highestFactor != object.highestFactor);
+    factorEdited_[i] = edited;
+    if (edited) bumps_[i] = {.blendWeight = bumps_[i].blendWeight, .height_m = bumps_[i].height_m};
+    detailEdited_ = detailEdited_ || (edited && objects_[i].id == state_.report.object);
+    const bool leaves =
+        before >= 0 && bodies_[i].pendingRemoval && !state_.bodies[static_cast<std::size_t>(before)].pendingRemoval;
+    otherDetailEdited_ = otherDetailEdited_ || ((edited || leaves) && (isFeltBeside(before) || mayBeFelt(i, detail)));
+    objects_[i].detail = detail;
+    objects_[i].highestFactor = object.highestFactor;
+    anyDetail_ = anyDetail_ || detail != nullptr;
+    anyBumps_ = anyBumps_ || (detail != nullptr && detail->highest_m() > 0);
+    anyVaryingStiffness_ = anyVaryingStiffness_ || (detail != nullptr && detail->stiffness);
+  }
+
+  /// What holds the IHIP is as stiff as it was, whatever its stiffness follows from here on.
+  void takeFactor(std::size_t i, const ServoObject& object) noexcept {
+    if (!factorEdited_[i]) return;
+    const bool varies = object.detail && object.detail->stiffness;
+    const auto holding = contact_.surfaces();
+    const auto held = std::ranges::find(holding, static_cast<int>(i), &ContactSurface::body);
+    RateLimitedStiffness& rateLimited = objects_[i].stiffness;
+    if (held == holding.end()) {
+      if (!varies) rateLimited.vary(1);
+      return;
+    }
+    const double factor = varies ? stiffnessFactorAt(object, bodies_[i], held->triangle, contact_.ihip).value : 1;
+    if (factor > 0) rateLimited.varyByEdit(factor);
+  }
+
+  /// The object stays dented as it is, unless its surface is another one. Dents that the surface holds now end here, and
+  /// the shape stays bit-identical.
+  void dropBakedDents(std::size_t i, const ServoObject& object) noexcept {
+    anySoft_ = anySoft_ || object.tissue != nullptr;
+    objects_[i].tissue = object.tissue.get();
+    objects_[i].baked = object.baked;
+    const int before = origins_[i].before;
+    if (before < 0) return;
+    const auto was = static_cast<std::size_t>(before);
+    const bool edited = state_.objects[was].tissue != object.tissue.get();
+    detailEdited_ = detailEdited_ || (edited && object.id == state_.report.object);
+    otherDetailEdited_ = otherDetailEdited_ || (edited && isFeltBeside(before));
+    if (!object.tissue || (state_.bodies[was].surface != object.surface.get() && !hasBakedDents(object, was))) return;
+    for (std::size_t d = 0; d < state_.denting.count; ++d) {
+      BodyDent dent = state_.dents[d];
+      if (dent.body != was || dent.number <= object.baked.upTo) continue;
+      if (dent.number <= object.baked.releasedUpTo && dent.stays) {
+        dent.rest.displacement = Vec3f(0);
+        dent.stays = false;
+      }
+      dent.body = i;
+      dents_[dentCount_++] = dent;
+    }
+  }
+
+  [[nodiscard]] const MovingBody* movingBefore(int before) const noexcept {
+    const auto end = state_.moving.begin() + static_cast<std::ptrdiff_t>(state_.motion.count);
+    const auto at = std::find_if(state_.moving.begin(), end,
+                                 [&](const MovingBody& m) { return static_cast<int>(m.body) == before; });
+    return at == end ? nullptr : &*at;
+  }
+
+  /// Goes on moving as it did; from rest when its pose was edited, or what moves it.
+  void takeMotion(std::size_t i, const ServoObject& object) noexcept {
+    const RigidBody* what = object.motion.get();
+    if (what == nullptr || movingCount_ == moving_.size()) return;
+    MovingBody& moving = moving_[movingCount_++];
+    const int before = origins_[i].before;
+    const MovingBody* known = movingBefore(before);
+    const bool samePose = known != nullptr && isAsSet(object, static_cast<std::size_t>(before));
+    if (samePose && known->what == what) {
+      moving = *known;
+    } else if (samePose && known->what->freedom == what->freedom) {
+      moving = {i, what, restingAt(*what, bodies_[i].current), false};
+      moving.state.rest = objects_[i].scenePose;
+      moving.state.coordinate = known->state.coordinate;
+    } else {
+      moving = {i, what, restingAt(*what, samePose ? bodies_[i].current : objects_[i].scenePose), false};
+    }
+    moving.body = i;
+    moving.what = what;
+    bodies_[i].pendingRemoval = bodies_[i].pendingRemoval || isStopped(moving.state.condition);
+  }
+
+  /// At its place in the scene, at rest.
+  void put(std::size_t i, const ServoObject& object) noexcept {
+    objects_[i].scenePose = object.pose;
+    objects_[i].poseRevision = object.poseRevision;
+    objects_[i].beingMoved = false;
+    bodies_[i].surface = object.surface.get();
+    bodies_[i].pendingRemoval = object.pendingRemoval;
+    bodies_[i].previous = bodies_[i].current = object.pose;
+    bodies_[i].update();
+  }
+
+  const HapticState& state_;
+  std::size_t count_;
+  std::array<Body, kMaxServoObjects> bodies_;
+  std::array<HapticState::ObjectState, kMaxServoObjects> objects_;
+  std::array<BodyOrigin, kMaxServoObjects> origins_;
+  std::array<BumpState, kMaxServoObjects> bumps_;
+  std::array<MovingBody, kMaxMovingBodies> moving_;
+  std::size_t movingCount_ = 0;
+  std::array<BodyDent, kMaxDents> dents_;
+  std::size_t dentCount_ = 0;
+  bool anySoft_ = false;
+  ContactState contact_;
+  bool detailEdited_ = false;
+  bool otherDetailEdited_ = false;
+  bool anyDetail_ = false;
+  bool anyBumps_ = false;
+  bool anyVaryingStiffness_ = false;
+  std::array<bool, kMaxServoObjects> factorEdited_;
+  bool broken_ = false;
+};
+
+}  // namespace
+
+bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) noexcept {
+  state.groove.shaded = false;
+  const Vec3 now_N = heldSpring_N(state, state.contact.ihip - state.contact.hip);
+  const bool mayWait = glm::length(now_N) > kMaxStep_N && state.adoption.fadeOut_s < kLongestFade_s;
+  if (state.adoption.fadingOut && mayWait) return false;
+  StateTransfer transfer(next, state);
+  if (transfer.broken()) {
+    int touched = -1;
+    const Vec3 then_N = transfer.springForce_N(touched);
+    if (glm::distance(now_N, then_N) > kMaxStep_N) {
+      state.adoption.fadingOut = mayWait;
+      if (mayWait) return false;
+      transfer.fadeIn(touched);
+      const Vec3 penetration_m = state.contact.ihip - state.contact.hip;
+      state.energy.attribute(state.report.object, EnergyFeature::kEdit, -glm::dot(now_N, penetration_m) / 2);
+    }
+  }
+  transfer.apply(state);
+  if (next.revision != state.adoption.revision) state.adoption.tick = tick;  // not when a removed object has left
+  state.adoption.revision = next.revision;
+  state.adoption.now = true;
+  state.adoption.fadingOut = false;
+  state.adoption.fadeOut_s = 0;
+  return true;
+}
+
+}  // namespace haptics

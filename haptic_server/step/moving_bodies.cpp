@@ -1,0 +1,113 @@
+#include "haptic_server/step/moving_bodies.h"
+
+#include <algorithm>
+
+#include "haptic_server/motion/rigid_motion.h"
+#include "haptic_server/step/held_springs.h"
+
+namespace haptics {
+namespace {
+
+/// The part of the tick's allowance that the bodies' motions may take in any case; beyond it they move in turn.
+[[nodiscard]] std::int64_t motionUnits(const HapticState& state) noexcept { return state.allowance.left() / 2; }
+
+/// What one body is given of a force (N, world) on the hand.
+class Reaction {
+ public:
+  Reaction(const HapticState& state, const ContactResult& contact, Vec3 force_N) noexcept
+      : state_(state), contact_(contact), force_N_(contact.touching ? force_N : Vec3(0)) {}
+
+  [[nodiscard]] Vec3 on(std::size_t body) const noexcept {
+    if (!contact_.touching) return Vec3(0);
+    const auto holding = state_.contact.surfaces();
+    Vec3 own(0);
+    Vec3 others(0);
+    for (std::size_t k = 1; k < holding.size(); ++k) {
+      if (holding[k].body == contact_.body) continue;
+      const Vec3 part = partOf(state_, k, force_N_) * heldNormal(state_, k);
+      others += part;
+      if (static_cast<std::size_t>(holding[k].body) == body) own += part;
+    }
+    return static_cast<std::size_t>(contact_.body) == body ? others - force_N_ : -own;
+  }
+
+ private:
+  const HapticState& state_;
+  const ContactResult& contact_;
+  Vec3 force_N_;
+};
+
+/// Attributes the work that a moving surface does on the hand with the force that is held meanwhile.
+void nameWork(HapticState& state, const MovingBody& moving, const Push& push, double part) noexcept {
+  const Pose& now = state.bodies[moving.body].current;
+  const Vec3 way = toWorld(poseOf(*moving.what, moving.state), toLocal(now, push.place_m)) - push.place_m;
+  state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
+}
+
+}  // namespace
+
+void takeMovedPoses(HapticState& state) noexcept {
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
+    const MovingBody& moving = state.moving[i];
+    if (state.objects[moving.body].beingMoved) continue;
+    Body& body = state.bodies[moving.body];
+    if (!moving.moved && !body.moving) continue;
+    body.previous = lastTestedPose(state, body);
+    if (moving.moved) body.current = poseOf(*moving.what, moving.state);
+    body.update();
+  }
+}
+
+std::int64_t unitsOfMotion(const HapticState& state) noexcept {
+  std::int64_t units = 0;
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
+    const MovingBody& moving = state.moving[i];
+    if (moving.state.condition == BodyCondition::kAwake) units += leastMotionUnits(*moving.what, moving.state);
+  }
+  return std::min(units, motionUnits(state));
+}
+
+void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
+  const ContactResult& contact = result.contact;
+  const ForceComponents& force = result.force;
+  const Reaction reaction(state, contact, force.contact);
+  const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
+  MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
+  std::size_t next = 0;
+  bool inTurn = false;
+  for (std::size_t k = 0; k < state.motion.count; ++k) {
+    const std::size_t i = (state.motion.next + k) % state.motion.count;
+    MovingBody& moving = state.moving[i];
+    moving.moved = false;
+    if (state.objects[moving.body].beingMoved) continue;
+    const Push push{reaction.on(moving.body), contact.ihip};
+    if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
+    if (allowance.least.isSpent() && !push.any()) {
+      if (!inTurn) next = i;
+      inTurn = true;
+      ++moving.waited;
+      continue;
+    }
+    moveRigidBody(*moving.what, moving.state, push, config.period_s * (1 + moving.waited), allowance);
+    moving.waited = 0;
+    moving.moved = true;
+    if (push.any()) nameWork(state, moving, push, writtenFraction(force.written, force.contact));
+    if (isStopped(moving.state.condition)) state.bodies[moving.body].pendingRemoval = true;
+  }
+  state.motion.next = next;
+}
+
+bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
+  bool changed = motion.bodyCount != state.motion.count;
+  motion.bodyCount = state.motion.count;
+  for (std::size_t i = 0; i < state.motion.count; ++i) {
+    const MovingBody& moving = state.moving[i];
+    const BodyState now{state.objects[moving.body].id, state.bodies[moving.body].current, moving.state.condition};
+    changed = changed || !(now == motion.body[i]);
+    motion.body[i] = now;
+  }
+  if (changed) motion.tick = tick;
+  return changed;
+}
+
+}  // namespace haptics

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "haptic_server/step/force_result.h"
+#include "haptic_server/step/haptic_state.h"
+
+namespace haptics {
+
+/// Bodies take the poses to which the last tick moved them. Before the contact, which is then solved in their frames.
+void takeMovedPoses(HapticState& state) noexcept;
+
+/// About what moving bodies take in any case in moveBodies() of this tick; at most half of the tick's allowance. Units.
+[[nodiscard]] std::int64_t unitsOfMotion(const HapticState& state) noexcept;
+
+/// Moves every awake body by a tick, those that hold the IHIP pushed by what the hand feels of them, friction and texture
+/// included (paper 5c). After the contact: the two are coupled once in a tick. Where that takes more than half of the
+/// tick's allowance, or than the contact has left of it, bodies that the hand does not push move in turn, each by all the
+/// ticks for which it waited.
+/// @param result  Its force on the hand is written already; each surface that holds the IHIP is given its share of the
+/// contact's, before the limits, along its normal, the first one the rest. A body that is stopped for good fades from under
+/// the hand as one that leaves the scene does.
+void moveBodies(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept;
+
+/// Where the bodies were for the tick just made, stopped ones included.
+/// @param[in,out] motion  As of an earlier tick.
+/// @return Whether anything differs from that.
+[[nodiscard]] bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept;
+
+}  // namespace haptics
