@@ -31,9 +31,9 @@ void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary)
 void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status) {
   status.set_ticks(servo.ticks.load());
   status.set_missed_ticks(servo.missedTicks.load());
-  status.set_put_out(servo.depenetrated.load());
-  status.set_put_out_of(servo.depenetratedFrom.load());
-  status.set_behind(servo.behind.load());
+  status.set_depenetrated(servo.depenetrated.load());
+  status.set_depenetrated_from(servo.depenetratedFrom.load());
+  status.set_allowance_spent(servo.allowanceSpent.load());
   status.set_wait_s(servo.wait_s.load());
   status.set_contact_ticks(servo.contactTicks.load());
   status.set_max_force_n(servo.maxForce_N.load());
@@ -62,8 +62,8 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"tick_ns", toJson(status.tick_ns())},
       {"wake_latency_ns", toJson(status.wake_latency_ns())},
       {"contact_ticks", status.contact_ticks()},
-      {"put_out", status.put_out()},
-      {"behind", status.behind()},
+      {"depenetrated", status.depenetrated()},
+      {"allowance_spent", status.allowance_spent()},
       {"max_force_N", status.max_force_n()},
       {"force_limit_N", maxForceLimit_N},
       {"allocations_in_servo", status.allocations_in_servo()},

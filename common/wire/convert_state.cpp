@@ -194,7 +194,7 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.adoptionTick = message.adoption_tick();
   sample.deformationRevision = message.deformation_revision();
   sample.hip = vectorFrom(message.hip());
-  sample.predictedHip = message.has_foreseen_hip() ? vectorFrom(message.foreseen_hip()) : sample.hip;
+  sample.predictedHip = message.has_predicted_hip() ? vectorFrom(message.predicted_hip()) : sample.hip;
   sample.ihip = vectorFrom(message.ihip());
   sample.object = message.object();
   sample.primitive = primitiveFrom(message.primitive());
@@ -212,9 +212,9 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.device = {enumFrom(message.device_fault(), kLastDeviceFault), !message.device_not_homed(),
                    static_cast<std::uint8_t>(message.device_homed_axes()),
                    static_cast<std::uint8_t>(message.device_buttons()), message.device_age_us()};
-  sample.depenetrated = message.put_out();
-  sample.depenetratedFrom = message.put_out_of();
-  sample.behind = message.behind();
+  sample.depenetrated = message.depenetrated();
+  sample.depenetratedFrom = message.depenetrated_from();
+  sample.allowanceSpent = message.allowance_spent();
   sample.wait_s = message.wait_s();
   sample.missedTicks = message.missed_ticks();
   sample.droppedSamples = message.dropped_samples();
@@ -229,8 +229,8 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_adoption_tick(sample.adoptionTick);
   message.set_deformation_revision(sample.deformationRevision);
   write(sample.hip, *message.mutable_hip());
-  message.clear_foreseen_hip();
-  if (sample.predictedHip != sample.hip) write(sample.predictedHip, *message.mutable_foreseen_hip());
+  message.clear_predicted_hip();
+  if (sample.predictedHip != sample.hip) write(sample.predictedHip, *message.mutable_predicted_hip());
   write(sample.ihip, *message.mutable_ihip());
   message.set_object(sample.object);
   message.mutable_primitive()->set_kind(static_cast<v1::PrimitiveKind>(sample.primitive.kind));
@@ -262,9 +262,9 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_device_buttons(sample.device.buttons);
   message.set_device_homed_axes(sample.device.homedAxes);
   message.set_device_not_homed(!sample.device.homed);
-  message.set_put_out(sample.depenetrated);
-  message.set_put_out_of(sample.depenetratedFrom);
-  message.set_behind(sample.behind);
+  message.set_depenetrated(sample.depenetrated);
+  message.set_depenetrated_from(sample.depenetratedFrom);
+  message.set_allowance_spent(sample.allowanceSpent);
   message.set_wait_s(sample.wait_s);
   message.set_missed_ticks(sample.missedTicks);
   message.set_dropped_samples(sample.droppedSamples);

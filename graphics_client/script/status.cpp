@@ -71,13 +71,14 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   std::printf("fault      %s%s, %llu since start\n",
               faultInWords(static_cast<Fault>(status.fault()), static_cast<DeviceFault>(status.device_fault())),
               waitInWords(status.wait_s()).c_str(), count(status.faults()));
-  if (status.put_out() > 0) {
-    std::printf("put out    %llu times that the IHIP was inside a body, the last time of %s\n", count(status.put_out()),
-                objectInWords(status.put_out_of(), scene).c_str());
+  if (status.depenetrated() > 0) {
+    std::printf("inside     %llu times that the IHIP was depenetrated, the last time from %s\n",
+                count(status.depenetrated()), objectInWords(status.depenetrated_from(), scene).c_str());
   }
-  if (status.behind() > 0) {
-    std::printf("behind     %llu ticks that left a part of the hand's way to the next: the scene is dense there\n",
-                count(status.behind()));
+  if (status.allowance_spent() > 0) {
+    std::printf(
+        "allowance  spent in %llu ticks, which left a part of the HIP's path to the next: the scene is dense there\n",
+        count(status.allowance_spent()));
   }
   std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());
   std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));

@@ -25,7 +25,7 @@ class Bounded {
     for (Body& body : bodies) {
       body.previous = reached < 1 ? interpolate(body.previous, body.current, reached) : body.current;
     }
-    behind_ += result.work.behind ? 1 : 0;
+    behind_ += result.work.allowanceSpent ? 1 : 0;
     return result;
   }
   [[nodiscard]] int behind() const { return behind_; }
@@ -112,7 +112,7 @@ TEST(Allowance, ThatIsSpentLeavesTheRestOfTheWayToTheNextTicks) {
     Bounded bounded(world, units);
     EXPECT_NE(bounded.tick(to).ihip, to);
     int ticks = 0;
-    for (; ticks < 20'000 && bounded.tick(to).work.behind; ++ticks) {
+    for (; ticks < 20'000 && bounded.tick(to).work.allowanceSpent; ++ticks) {
     }
     EXPECT_LT(ticks, 20'000) << units;
     EXPECT_GT(bounded.tick(to).ihip.x, from.x + 0.01) << "held somewhere on the way";

@@ -347,7 +347,7 @@ TEST(SurfaceProperties, BumpsForWhichTheAllowanceIsShortAreLeftOutWithoutAStep) 
       before_N = force_N;
     }
     EXPECT_LE(step_N, 0.031) << units << " units";  // 30 N/s
-    return std::pair(before_N, servo.state().report.behind);
+    return std::pair(before_N, servo.state().report.allowanceSpent);
   };
   const auto [all_N, noneBehind] = run(1e9);
   const auto [some_N, behind] = run(3000);
