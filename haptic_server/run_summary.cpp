@@ -16,8 +16,20 @@ void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary)
   summary.set_max(static_cast<double>(histogram.max_ns()));
 }
 
-[[nodiscard]] nlohmann::ordered_json toJson(const v1::LatencySummary& summary) {
-  return {{"p50", summary.p50()}, {"p99", summary.p99()}, {"p999", summary.p999()}, {"max", summary.max()}};
+/// Of numbers and flags, under their names.
+[[nodiscard]] nlohmann::ordered_json toJson(const google::protobuf::Message& message) {
+  using Field = google::protobuf::FieldDescriptor;
+  const auto& type = *message.GetDescriptor();
+  const auto& values = *message.GetReflection();
+  nlohmann::ordered_json json;
+  for (int i = 0; i < type.field_count(); ++i) {
+    const Field* field = type.field(i);
+    auto& value = json[field->name()];
+    if (field->cpp_type() == Field::CPPTYPE_BOOL) value = values.GetBool(message, field);
+    if (field->cpp_type() == Field::CPPTYPE_UINT64) value = values.GetUInt64(message, field);
+    if (field->cpp_type() == Field::CPPTYPE_DOUBLE) value = values.GetDouble(message, field);
+  }
+  return json;
 }
 
 [[nodiscard]] nlohmann::ordered_json toJson(const MotionState& motion) {
@@ -53,7 +65,6 @@ void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtim
 
 Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N,
                           const MotionState& motion, const ContentHash& deformed) {
-  ContentHash root = ContentHash::fromBytes(status.root()).value_or(ContentHash{});
   nlohmann::ordered_json summary = {
       {"ticks", status.ticks()},
       {"missed_ticks", status.missed_ticks()},
@@ -72,34 +83,16 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"refused_connections", status.refused_connections()},
       {"scene_revision", status.revision()},
       {"adopted_revision", status.adopted_revision()},
-      {"scene_hash", root.hex()},
+      {"scene_hash", ContentHash::fromBytes(status.root()).value_or(ContentHash{}).hex()},
       {"device", status.device()},
       {"bodies", toJson(motion)},
       {"dents", motion.dentCount},
       {"deformed_hash", deformed.hex()},
       {"realtime", {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
   };
-  if (status.has_device_exchange()) {
-    const v1::DeviceExchange& exchange = status.device_exchange();
-    summary["device_exchange"] = {
-        {"commands", exchange.commands()},         {"replies", exchange.replies()},
-        {"replies_used", exchange.replies_used()}, {"garbled_packets", exchange.garbled_packets()},
-        {"connections", exchange.connections()},   {"faults", exchange.faults()}};
-  }
-  if (status.has_watchdog()) {
-    const v1::WatchdogStatus& watchdog = status.watchdog();
-    summary["watchdog"] = {{"alive", watchdog.alive()},
-                           {"started", watchdog.started()},
-                           {"forces_taken_away", watchdog.forces_taken_away()}};
-  }
-  if (status.has_played_recording()) {
-    const v1::PlayedRecording& played = status.played_recording();
-    summary["played_recording"] = {{"ticks", played.ticks()},
-                                   {"differing_ticks", played.differing_ticks()},
-                                   {"first_differing_tick", played.first_differing_tick()},
-                                   {"to_its_end", played.to_its_end()},
-                                   {"same_step", played.same_step()}};
-  }
+  if (status.has_device_exchange()) summary["device_exchange"] = toJson(status.device_exchange());
+  if (status.has_watchdog()) summary["watchdog"] = toJson(status.watchdog());
+  if (status.has_played_recording()) summary["played_recording"] = toJson(status.played_recording());
   std::ofstream out(file);
   out << summary.dump(2) << '\n';
   out.close();

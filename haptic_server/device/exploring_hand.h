@@ -64,9 +64,8 @@ class ExploringHand final : public HandIntent {
   [[nodiscard]] Vec3 pointAt(double fraction) const noexcept;
   [[nodiscard]] std::span<const Vec3> points() const noexcept { return {points_.data(), pointCount_}; }
 
-  double targetForce_;    // N
-  double forceGain_;      // m/s of depth per newton of error
-  double greatestDepth_;  // m below the stroke
+  double targetForce_;  // N
+  double forceGain_;    // m/s of depth per newton of error
 
   const ExplorationPlan* plan_ = nullptr;
   std::size_t stroke_ = 0;  // index into the plan of the one copied here
