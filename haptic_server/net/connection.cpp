@@ -16,14 +16,8 @@ Connection::Connection(Connections& all, SharedByConnections& shared, const Serv
       transport_(std::move(transport)),
       session_(*transport_, *this, identity) {}
 
-Connection::~Connection() { left_.request_stop(); }
-
 std::string Connection::described() const {
   return session_.name().empty() ? peer() : session_.name() + " (" + peer() + ")";
-}
-
-std::shared_ptr<const Asset> Connection::findAsset(const ContentHash& hash) const {
-  return shared_.sceneService.findAsset(hash);
 }
 
 bool Connection::submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction, bool wantsProgress) {
@@ -59,12 +53,6 @@ std::optional<Connection::DatagramOffer> Connection::offerDatagrams() {
   if (!shared_.datagrams || !from) return std::nullopt;
   return DatagramOffer{shared_.datagrams->local().port, shared_.paths.add(number_, from->host)};
 }
-
-bool Connection::sendDatagram(const v1::Telemetry& telemetry) {
-  return shared_.paths.send(number_, telemetry, now_ns());
-}
-
-std::uint64_t Connection::now_ns() const { return monotonicNow_ns(); }
 
 Result<Role> Connection::admit(SessionId id, const std::string& token) {
   token_ = hashOfToken(token);
@@ -102,10 +90,6 @@ void Connection::ended(const std::string& why) {
   if (!wasRefused_ && session_.id() != 0) shared_.logLine(described() + " left: " + why);
   if (!wasRefused_ && session_.id() == 0) refused(why);
   all_.post([number = number_](Connections& connections) { connections.remove(number); });
-}
-
-SessionId Connection::editSession(SessionId id) const {
-  return shared_.admission.editSession({id, session_.role(), token_});
 }
 
 }  // namespace haptics

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <string>
 #include <utility>
 #include <variant>
 
@@ -48,8 +47,6 @@ ServerSession::ServerSession(Transport& transport, SessionHost& host, const Serv
       editGate_(limits.editsPerSecond, limits.editBurst),
       uploads_(host, host, limits.frames.chunk_bytes) {}
 
-ServerSession::~ServerSession() = default;
-
 void ServerSession::start() {
   started_ns_ = lastByte_ns_ = host_.now_ns();
   transport_.start({.received = [this](std::span<const char> bytes) { received(bytes); },
@@ -72,8 +69,6 @@ void ServerSession::poll() {
   }
   pump();
 }
-
-void ServerSession::sceneChanged() { pump(); }
 
 void ServerSession::offerTelemetry(const TelemetrySample& sample) {
   telemetry_.offer(sample);

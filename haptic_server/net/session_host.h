@@ -41,10 +41,10 @@ class UploadHost {
   virtual void releaseUpload(std::size_t bytes) = 0;
 };
 
-/// What the servo tells beside the samples that a session is offered, and their way by datagram.
-class TelemetryHost {
+/// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
+/// the session's thread only.
+class SessionHost : public SceneHost, public UploadHost {
  public:
-  virtual ~TelemetryHost() = default;
   /// Of the newest sample that was offered. By default, of a scene in which nothing moves.
   [[nodiscard]] virtual const MotionState& motion() const {
     static const MotionState kNone;
@@ -61,14 +61,8 @@ class TelemetryHost {
   [[nodiscard]] virtual std::optional<DatagramOffer> offerDatagrams() { return std::nullopt; }
   /// False: there is no open path for datagrams now.
   [[nodiscard]] virtual bool sendDatagram([[maybe_unused]] const v1::Telemetry& telemetry) { return false; }
-};
 
-/// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
-/// the session's thread only.
-class SessionHost : public SceneHost, public UploadHost, public TelemetryHost {
- public:
-  /// Nanoseconds on the server's monotonic clock.
-  [[nodiscard]] virtual std::uint64_t now_ns() const = 0;
+  [[nodiscard]] virtual std::uint64_t now_ns() const = 0;  ///< Nanoseconds on the server's monotonic clock.
   /// What a client may do that says Hello as `session` with this token; or why it is turned away. By default, as on a
   /// server that only this machine can reach: everybody may edit.
   [[nodiscard]] virtual Result<Role> admit([[maybe_unused]] SessionId session,
