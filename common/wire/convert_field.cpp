@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/parts.h"
 
 namespace haptics {
 namespace {
@@ -19,16 +19,6 @@ constexpr Range kCells{2, 32};  // computing the most takes seconds
 constexpr Range kElongation{1, 8};
 constexpr Range kResolution{32, 1024};
 constexpr std::uint32_t kMinPerCell = 8;  // samples: fewer do not show a cell's shape
-
-auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
-
-Vec3 vectorFrom(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
-void write(Vec3 v, v1::Vector3& message) {
-  message.set_x(v.x);
-  message.set_y(v.y);
-  message.set_z(v.z);
-}
 
 Result<FieldEdit> fourierFrom(const v1::FourierField& message) {
   if (message.terms().empty() || message.terms_size() > static_cast<int>(kMaxFourierTerms)) {
@@ -53,8 +43,7 @@ Result<FieldEdit> fourierFrom(const v1::FourierField& message) {
 }
 
 Result<FieldEdit> noiseFrom(const v1::NoiseField& message) {
-  NoiseFamily family;
-  family.wavelength_m = message.wavelength_m();
+  NoiseFamily family{.wavelength_m = message.wavelength_m()};
   if (message.has_octaves()) family.octaves = message.octaves();
   if (message.has_persistence()) family.persistence = message.persistence();
   if (message.has_seed()) family.seed = message.seed();
@@ -65,8 +54,7 @@ Result<FieldEdit> noiseFrom(const v1::NoiseField& message) {
 }
 
 Result<FieldEdit> cellularFrom(const v1::CellularField& message) {
-  CellularFamily family;
-  family.cell_m = message.cell_m();
+  CellularFamily family{.cell_m = message.cell_m()};
   if (message.has_smoothness()) family.smoothness = message.smoothness();
   if (message.has_seed()) family.seed = message.seed();
   if (auto bad = checkRange(family.cell_m, kWavelength_m, "cellular.cell_m")) return refuse(bad);
@@ -75,8 +63,7 @@ Result<FieldEdit> cellularFrom(const v1::CellularField& message) {
 }
 
 Result<FieldEdit> grainFrom(const v1::GrainField& message) {
-  GrainFamily family;
-  family.grain_m = message.grain_m();
+  GrainFamily family{.grain_m = message.grain_m()};
   if (message.has_seed()) family.seed = message.seed();
   if (auto bad = checkRange(family.grain_m, kWavelength_m, "grain.grain_m")) return refuse(bad);
   return FieldEdit{family, {}};
@@ -129,11 +116,10 @@ Result<FieldSource> sourceFrom(const v1::MappedField& message) {
     case v1::MappedField::kImage:
       if (auto bad = checkFilePath(message.image(), "image")) return refuse(bad);
       return FieldSource{FileSource{message.image()}};
-    case v1::MappedField::kAsset: {
-      const auto hash = hashFromWire(message.asset(), "asset");
-      if (!hash) return tl::unexpected<Error>(hash.error());
-      return FieldSource{AssetSource{*hash}};
-    }
+    case v1::MappedField::kAsset:
+      return hashFromWire(message.asset(), "asset").map([](const ContentHash& hash) {
+        return FieldSource{AssetSource{hash}};
+      });
     case v1::MappedField::kReactionDiffusion:
       return reactionDiffusionFrom(message.reaction_diffusion());
     case v1::MappedField::kSpotNoise:
@@ -155,38 +141,33 @@ Result<Mapping> mappingFrom(const v1::Mapping& message) {
   mapping.tile_m = message.tile_m();
   if (message.has_size_m()) {
     mapping.size_m = vectorFrom(message.size_m());
-    if (auto bad = checkLength(mapping.size_m.x, "mapping.size_m.x")) return refuse(bad);
-    if (auto bad = checkLength(mapping.size_m.y, "mapping.size_m.y")) return refuse(bad);
-    if (auto bad = checkLength(mapping.size_m.z, "mapping.size_m.z")) return refuse(bad);
+    if (auto bad = checkSize(message.size_m(), "mapping.size_m")) return refuse(bad);
   }
   if (auto bad = checkPosition(message.centre(), "mapping.centre")) return refuse(bad);
   if (message.has_rotation()) {
-    const v1::Quaternion& q = message.rotation();
-    if (auto bad = checkRotation(q, "mapping.rotation")) return refuse(bad);
-    mapping.rotation = Quat(q.w(), q.x(), q.y(), q.z());
+    if (auto bad = checkRotation(message.rotation(), "mapping.rotation")) return refuse(bad);
+    mapping.rotation = rotationFrom(message.rotation());
   }
   if (auto bad = checkRange(mapping.tile_m, kWavelength_m, "mapping.tile_m")) return refuse(bad);
   return mapping;
 }
 
 Result<FieldEdit> mappedFrom(const v1::MappedField& message) {
-  auto source = sourceFrom(message);
-  if (!source) return tl::unexpected<Error>(std::move(source.error()).within("mapped."));
-  const auto mapping = mappingFrom(message.mapping());
-  if (!mapping) return tl::unexpected<Error>(Error(mapping.error()).within("mapped."));
-  MappedFamily family{{}, *mapping};
-  if (const auto* asset = std::get_if<AssetSource>(&*source)) family.field = asset->hash;
   const v1::Mapping& given = message.mapping();
-  return FieldEdit{family, {MappedSource{*std::move(source), !given.has_centre(), !given.has_size_m()}}};
+  MappedSource source{{}, !given.has_centre(), !given.has_size_m()};
+  MappedFamily family;
+  if (auto bad = take(sourceFrom(message), source.field, "mapped.")) return refuse(bad);
+  if (auto bad = take(mappingFrom(given), family.mapping, "mapped.")) return refuse(bad);
+  if (const auto* asset = std::get_if<AssetSource>(&source.field)) family.field = asset->hash;
+  return FieldEdit{family, {std::move(source)}};
 }
 
 Result<PointFieldSource> sourceFrom(const v1::GrownField& message) {
   switch (message.source_case()) {
-    case v1::GrownField::kAsset: {
-      const auto hash = hashFromWire(message.asset(), "asset");
-      if (!hash) return tl::unexpected<Error>(hash.error());
-      return PointFieldSource{AssetSource{*hash}};
-    }
+    case v1::GrownField::kAsset:
+      return hashFromWire(message.asset(), "asset").map([](const ContentHash& hash) {
+        return PointFieldSource{AssetSource{hash}};
+      });
     case v1::GrownField::kReactionDiffusion: {
       const v1::GrownReactionDiffusion& given = message.reaction_diffusion();
       GrownReactionDiffusionSource source;
@@ -204,11 +185,11 @@ Result<PointFieldSource> sourceFrom(const v1::GrownField& message) {
 }
 
 Result<FieldEdit> grownFrom(const v1::GrownField& message) {
-  auto source = sourceFrom(message);
-  if (!source) return tl::unexpected<Error>(std::move(source.error()).within("grown."));
+  GrownSource source;
   GrownFamily family;
-  if (const auto* asset = std::get_if<AssetSource>(&*source)) family.points = asset->hash;
-  return FieldEdit{family, {GrownSource{*source}}};
+  if (auto bad = take(sourceFrom(message), source.points, "grown.")) return refuse(bad);
+  if (const auto* asset = std::get_if<AssetSource>(&source.points)) family.points = asset->hash;
+  return FieldEdit{family, {source}};
 }
 
 Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
@@ -236,13 +217,13 @@ Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
       return refused(layerField(number) + "layers",
                      "is layered within a layer; give a layer a field of another family");
     }
-    auto layer = fieldFrom(given.field());
-    if (!layer) return tl::unexpected<Error>(std::move(layer.error()).within(layerField(number)));
-    for (FamilySource& source : layer->sources) {
+    FieldEdit layer;
+    if (auto bad = take(fieldFrom(given.field()), layer, layerField(number))) return refuse(bad);
+    for (FamilySource& source : layer.sources) {
       std::visit([number](auto& chosen) { chosen.layer = number; }, source);
       sources.push_back(std::move(source));
     }
-    family.layers.push_back({weight, std::move(layer->family)});
+    family.layers.push_back({weight, std::move(layer.family)});
   }
   return FieldEdit{std::move(family), std::move(sources)};
 }
@@ -251,7 +232,7 @@ void write(const FourierFamily& family, v1::ScalarField& message) {
   for (const FourierTerm& term : family.terms) {
     v1::FourierTerm& to = *message.mutable_fourier()->add_terms();
     to.set_amplitude(term.amplitude);
-    write(term.direction, *to.mutable_direction());
+    toWire(term.direction, *to.mutable_direction());
     to.set_wavelength_m(term.wavelength_m);
     to.set_phase_rad(term.phase_rad);
   }
@@ -282,12 +263,9 @@ void write(const MappedFamily& family, v1::ScalarField& message) {
   to.set_asset(family.field.asBytes());
   v1::Mapping& mapping = *to.mutable_mapping();
   mapping.set_shape(static_cast<v1::MappingShape>(family.mapping.shape));
-  write(family.mapping.centre, *mapping.mutable_centre());
-  mapping.mutable_rotation()->set_w(family.mapping.rotation.w);
-  mapping.mutable_rotation()->set_x(family.mapping.rotation.x);
-  mapping.mutable_rotation()->set_y(family.mapping.rotation.y);
-  mapping.mutable_rotation()->set_z(family.mapping.rotation.z);
-  write(family.mapping.size_m, *mapping.mutable_size_m());
+  toWire(family.mapping.centre, *mapping.mutable_centre());
+  toWire(family.mapping.rotation, *mapping.mutable_rotation());
+  toWire(family.mapping.size_m, *mapping.mutable_size_m());
   mapping.set_tile_m(family.mapping.tile_m);
 }
 
