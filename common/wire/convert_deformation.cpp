@@ -1,10 +1,9 @@
-#include "common/wire/convert_deformation.h"
-
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
 #include "common/wire/parts.h"
 
 namespace haptics {

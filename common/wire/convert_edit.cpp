@@ -3,9 +3,7 @@
 #include <google/protobuf/unknown_field_set.h>
 
 #include "common/wire/convert.h"
-#include "common/wire/convert_deformation.h"
-#include "common/wire/convert_motion.h"
-#include "common/wire/convert_surface.h"
+#include "common/wire/convert_properties.h"
 #include "common/wire/parts.h"
 
 namespace haptics {

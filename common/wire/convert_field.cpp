@@ -1,9 +1,8 @@
-#include "common/wire/convert_field.h"
-
 #include <algorithm>
 #include <utility>
 
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
 #include "common/wire/parts.h"
 
 namespace haptics {
@@ -70,15 +69,15 @@ Result<FieldEdit> grainFrom(const v1::GrainField& message) {
 }
 
 /// 0, which is how an absent number arrives, stands for the default.
-Refusal readGrid(std::uint32_t cells, std::uint32_t resolution, const std::string& field, std::uint32_t& toCells,
-                 std::uint32_t& toResolution) {
-  if (cells != 0) toCells = cells;
-  if (resolution != 0) toResolution = resolution;
-  if (auto bad = checkRange(toCells, kCells, field + "cells")) return bad;
-  if (auto bad = checkRange(toResolution, kResolution, field + "resolution")) return bad;
-  if (toResolution >= kMinPerCell * toCells) return std::nullopt;
-  return Error{field + "resolution", "is " + std::to_string(toResolution) + "; " + std::to_string(toCells) +
-                                         " cells need " + std::to_string(kMinPerCell * toCells) + " or more"};
+Refusal readGrid(const auto& message, auto& source, const std::string& field) {
+  if (message.cells() != 0) source.cells = message.cells();
+  if (message.resolution() != 0) source.resolution = message.resolution();
+  if (auto bad = checkRange(source.cells, kCells, field + "cells")) return bad;
+  if (auto bad = checkRange(source.resolution, kResolution, field + "resolution")) return bad;
+  const std::uint32_t least = kMinPerCell * source.cells;
+  if (source.resolution >= least) return std::nullopt;
+  return Error{field + "resolution", "is " + std::to_string(source.resolution) + "; " + std::to_string(source.cells) +
+                                         " cells need " + std::to_string(least) + " or more"};
 }
 
 Refusal readPattern(v1::ReactionDiffusionPattern given, ReactionDiffusionSource::Pattern& to) {
@@ -95,9 +94,7 @@ Result<FieldSource> reactionDiffusionFrom(const v1::ReactionDiffusion& message) 
   ReactionDiffusionSource source;
   if (auto bad = readPattern(message.pattern(), source.pattern)) return refuse(bad);
   if (message.has_seed()) source.seed = message.seed();
-  if (auto bad =
-          readGrid(message.cells(), message.resolution(), "reaction_diffusion.", source.cells, source.resolution))
-    return refuse(bad);
+  if (auto bad = readGrid(message, source, "reaction_diffusion.")) return refuse(bad);
   return FieldSource{source};
 }
 
@@ -106,8 +103,7 @@ Result<FieldSource> spotNoiseFrom(const v1::SpotNoise& message) {
   if (message.has_elongation()) source.elongation = message.elongation();
   if (message.has_seed()) source.seed = message.seed();
   if (auto bad = checkRange(source.elongation, kElongation, "spot_noise.elongation")) return refuse(bad);
-  if (auto bad = readGrid(message.cells(), message.resolution(), "spot_noise.", source.cells, source.resolution))
-    return refuse(bad);
+  if (auto bad = readGrid(message, source, "spot_noise.")) return refuse(bad);
   return FieldSource{source};
 }
 

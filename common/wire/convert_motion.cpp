@@ -1,10 +1,9 @@
-#include "common/wire/convert_motion.h"
-
 #include <numbers>
 #include <string>
 #include <utility>
 
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
 #include "common/wire/parts.h"
 
 namespace haptics {

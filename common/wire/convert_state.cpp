@@ -1,9 +1,7 @@
 #include <optional>
 
 #include "common/wire/convert.h"
-#include "common/wire/convert_deformation.h"
-#include "common/wire/convert_motion.h"
-#include "common/wire/convert_surface.h"
+#include "common/wire/convert_properties.h"
 #include "common/wire/parts.h"
 
 namespace haptics {

@@ -1,11 +1,9 @@
-#include "common/wire/convert_surface.h"
-
 #include <algorithm>
 #include <numbers>
 #include <utility>
 
 #include "common/wire/convert.h"
-#include "common/wire/convert_field.h"
+#include "common/wire/convert_properties.h"
 #include "common/wire/parts.h"
 
 namespace haptics {
@@ -267,23 +265,18 @@ Refusal takeTidy(bool given, const Message& message, Result<T> (*from)(const Mes
 
 Result<SurfaceEdit> surfaceFrom(const v1::Material& message) {
   SurfaceEdit edit;
-  if (auto bad = takeTidy(message.has_shading(), message.shading(), shadingFrom, edit.shading, "shading.")) {
-    return refuse(bad);
+  auto bad = takeTidy(message.has_shading(), message.shading(), shadingFrom, edit.shading, "shading.");
+  if (!bad) bad = takeTidy(message.has_friction(), message.friction(), frictionFrom, edit.friction, "friction.");
+  if (!bad) bad = takeTidy(message.has_texture(), message.texture(), textureFrom, edit.texture, "texture.");
+  if (!bad) {
+    bad = takeTidy(message.has_stiffness_over(), message.stiffness_over(), surfaceMapFrom, edit.stiffnessOver,
+                   "stiffness_over.");
   }
-  if (auto bad = takeTidy(message.has_friction(), message.friction(), frictionFrom, edit.friction, "friction.")) {
-    return refuse(bad);
+  if (!bad) {
+    bad = takeTidy(message.has_softness_over(), message.softness_over(), surfaceMapFrom, edit.softnessOver,
+                   "softness_over.");
   }
-  if (auto bad = takeTidy(message.has_texture(), message.texture(), textureFrom, edit.texture, "texture.")) {
-    return refuse(bad);
-  }
-  if (auto bad = takeTidy(message.has_stiffness_over(), message.stiffness_over(), surfaceMapFrom, edit.stiffnessOver,
-                          "stiffness_over.")) {
-    return refuse(bad);
-  }
-  if (auto bad = takeTidy(message.has_softness_over(), message.softness_over(), surfaceMapFrom, edit.softnessOver,
-                          "softness_over.")) {
-    return refuse(bad);
-  }
+  if (bad) return refuse(bad);
   return edit;
 }
 
