@@ -1,5 +1,3 @@
-#include "common/wire/convert_surface.h"
-
 #include <gmock/gmock.h>
 #include <google/protobuf/text_format.h>
 
@@ -7,6 +5,7 @@
 #include <numbers>
 
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
 
 namespace haptics {
 namespace {

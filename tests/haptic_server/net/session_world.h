@@ -12,8 +12,8 @@
 
 #include "common/wire/convert.h"
 #include "common/wire/framing.h"
-#include "common/wire/memory_link.h"
 #include "haptic_server/net/server_session.h"
+#include "tests/common/wire/memory_link.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics::test {
