@@ -6,8 +6,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <filesystem>
-#include <optional>
 #include <utility>
 
 #include "common/credentials/credentials.h"

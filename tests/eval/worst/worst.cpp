@@ -5,9 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
-#include <map>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 
 #include "tests/eval/random.h"
