@@ -64,6 +64,14 @@ bool Connection::sendDatagram(const v1::Telemetry& telemetry) {
   return shared_.paths.send(number_, telemetry, now_ns());
 }
 
+Result<void> Connection::leadHand(bool lead) { return all_.leadHand(number_, lead); }
+
+void Connection::commandHand(const HandCommand& command) {
+  if (shared_.handLeader == number_) static_cast<void>(shared_.host.commandHand(command));
+}
+
+std::optional<HandHost::Leader> Connection::handLeader() const { return all_.handLeader(); }
+
 std::uint64_t Connection::now_ns() const { return monotonicNow_ns(); }
 
 Result<Role> Connection::admit(SessionId id, const std::string& token) {
@@ -90,6 +98,7 @@ void Connection::fillStatus(v1::Status& status) {
   status.set_clients(shared_.clients);
   status.set_refused_connections(shared_.refusedConnections);
   status.set_forged_datagrams(shared_.paths.forged());
+  if (const auto leader = all_.handLeader()) status.set_hand_leader(leader->name);
 }
 
 void Connection::refused(const std::string& why) {

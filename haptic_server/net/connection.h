@@ -48,6 +48,10 @@ class Connection final : public SessionHost {
   [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override;
   [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override;
 
+  [[nodiscard]] Result<void> leadHand(bool lead) override;
+  void commandHand(const HandCommand& command) override;
+  [[nodiscard]] std::optional<Leader> handLeader() const override;
+
   [[nodiscard]] std::uint64_t now_ns() const override;
   [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) override;
   void sessionClaimed(SessionId id) override;

@@ -80,6 +80,8 @@ class ServerSession {
   void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
   /// The file with the last seconds, or why there is none.
   void dumped(const Result<std::string>& file);
+  /// Somebody else leads the simulated hand, or nobody any more: told to a client that has asked.
+  void handLeaderChanged();
   /// Sends a Refusal naming the bad field and closes; reported to the host.
   void refuse(const std::string& field, const std::string& reason);
   /// Closes without blame: the server stops, or a newer connection took the session over.
@@ -115,6 +117,7 @@ class ServerSession {
   TelemetrySlot telemetry_;
   BodyUpdateScheduler bodies_;
   bool byDatagram_ = false;
+  bool followsHandLeader_ = false;
 
   EditGate editGate_;
   AdoptionTracker adoptions_;
@@ -132,6 +135,9 @@ class ServerSession {
   void handle(const v1::AssetUpload& upload);
   void retryLater(std::uint64_t clientSeq, const Error& why);
   void handle(const v1::ClockProbe& probe);
+  void handle(const v1::LeadHand& request);
+  void handle(const v1::HandTarget& target);
+  void tellHandLeader(const std::string& refused);
   void reportStatus(bool deformed);
   void dump();
 

@@ -8,6 +8,7 @@
 
 #include "common/credentials/credentials.h"
 #include "common/telemetry/energy_state.h"
+#include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
 #include "haptic_server/scene/scene_history.h"
 #include "haptic_server/scene/sequencer.h"
@@ -63,9 +64,28 @@ class TelemetryHost {
   [[nodiscard]] virtual bool sendDatagram([[maybe_unused]] const v1::Telemetry& telemetry) { return false; }
 };
 
+/// The simulated hand, which one client at a time may lead.
+class HandHost {
+ public:
+  virtual ~HandHost() = default;
+  /// Asks for the lead, or gives it back where this session has it. Refused: another client leads, or, as by default, there
+  /// is no hand to lead.
+  [[nodiscard]] virtual Result<void> leadHand(bool lead) {
+    if (lead) return haptics::refused("lead_hand", "this server has no hand that a client could lead");
+    return {};
+  }
+  /// Of a session that does not lead it is ignored.
+  virtual void commandHand([[maybe_unused]] const HandCommand& command) {}
+  struct Leader {
+    std::string name;
+    SessionId session;
+  };
+  [[nodiscard]] virtual std::optional<Leader> handLeader() const { return std::nullopt; }
+};
+
 /// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
 /// the session's thread only.
-class SessionHost : public SceneHost, public UploadHost, public TelemetryHost {
+class SessionHost : public SceneHost, public UploadHost, public TelemetryHost, public HandHost {
  public:
   /// Nanoseconds on the server's monotonic clock.
   [[nodiscard]] virtual std::uint64_t now_ns() const = 0;
