@@ -11,7 +11,7 @@
 
 #include "haptic_server/app_log.h"
 #include "haptic_server/calibration_file.h"
-#include "haptic_server/device/exploring_hand.h"
+#include "haptic_server/device/leadable_hand.h"
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/device/usb/choose_device.h"
 #include "haptic_server/device/usb/falcon.h"
@@ -54,9 +54,13 @@ class Simulated final : public AttachedDevice {
   Simulated(const DevicePreset& preset, const HandPreset& hand, double period_s, double delay_s)
       : hand_(hand, preset.maxForce_N), device_({preset, hand, period_s, delay_s}, hand_) {}
   [[nodiscard]] Device& device() noexcept override { return device_; }
+  [[nodiscard]] bool commandHand(const HandCommand& command) override {
+    hand_.command(command);
+    return true;
+  }
 
  private:
-  ExploringHand hand_;
+  LeadableHand hand_;
   SimulatedDevice device_;
 };
 

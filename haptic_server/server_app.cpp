@@ -232,6 +232,7 @@ class WholeServer final : public ServerApp, private ServerHost {
   }
   [[nodiscard]] const MotionState* takeMotion() override { return servo_.takeMotion(); }
   [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.takeEnergy(); }
+  [[nodiscard]] bool commandHand(const HandCommand& command) override { return attached_->commandHand(command); }
   [[nodiscard]] bool requestDump(const DumpAnswer& answer) override {
     if (!recorder_) {
       answer(refused("", "a recording is being played: it holds all that there is"));

@@ -155,6 +155,20 @@ std::optional<EnergySource> fromWire(const v1::FeatureEnergy& message) {
   return EnergySource{message.object(), *feature, message.energy_j()};
 }
 
+Result<HandCommand> fromWire(const v1::HandTarget& message) {
+  constexpr double kMaxPress_N = 20;
+  if (auto wrong = checkPosition(message.position(), "hand_target.position")) return tl::unexpected(*std::move(wrong));
+  if (auto wrong = checkRange(message.press_n(), {0, kMaxPress_N, " N"}, "hand_target.press_N")) {
+    return tl::unexpected(*std::move(wrong));
+  }
+  HandCommand command{.leads = true, .position = vectorFrom(message.position())};
+  if (message.press_n() == 0) return command;
+  if (auto wrong = checkUnitVector(message.normal(), "hand_target.normal")) return tl::unexpected(*std::move(wrong));
+  command.normal = glm::normalize(vectorFrom(message.normal()));
+  command.press_N = message.press_n();
+  return command;
+}
+
 TelemetrySample fromWire(const v1::Telemetry& message) {
   TelemetrySample sample;
   sample.tick = message.tick();

@@ -48,6 +48,7 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
                            ? 100.0 * static_cast<double>(status.contact_ticks()) / static_cast<double>(status.ticks())
                            : 0;
   std::printf("device     %s\n", printable(status.device()).c_str());
+  if (!status.hand_leader().empty()) std::printf("hand       led by %s\n", printable(status.hand_leader()).c_str());
   if (status.has_device_exchange()) {
     const v1::DeviceExchange& exchange = status.device_exchange();
     std::printf(

@@ -114,6 +114,11 @@ HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
   return {position_, Vec3(0)};
 }
 
+void ExploringHand::resumeAt(Vec3 position) noexcept {
+  position_ = position;
+  lift();
+}
+
 /// The stroke to make for; a copy, because the plan may be replaced on the way.
 void ExploringHand::choose(std::size_t stroke) noexcept {
   const Stroke& chosen = plan_->strokes[stroke];

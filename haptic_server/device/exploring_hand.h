@@ -35,6 +35,8 @@ class ExploringHand final : public HandIntent {
   [[nodiscard]] HandTarget next(double dt_s, Vec3 felt_N) noexcept override;
   /// A stroke that the new plan holds unchanged goes on; from another one the hand lifts.
   void follow(const ExplorationPlan* plan) noexcept override;
+  /// Something else has brought the hand here: it lifts, and goes on with its stroke.
+  void resumeAt(Vec3 position) noexcept;
 
   [[nodiscard]] double targetForce_N() const noexcept { return targetForce_; }
 

@@ -54,6 +54,14 @@ std::optional<Connection::DatagramOffer> Connection::offerDatagrams() {
   return DatagramOffer{shared_.datagrams->local().port, shared_.paths.add(number_, from->host)};
 }
 
+Result<void> Connection::leadHand(bool lead) { return all_.leadHand(number_, lead); }
+
+void Connection::commandHand(const HandCommand& command) {
+  if (shared_.handLeader == number_) static_cast<void>(shared_.host.commandHand(command));
+}
+
+std::optional<SessionHost::Leader> Connection::handLeader() const { return all_.handLeader(); }
+
 Result<Role> Connection::admit(SessionId id, const std::string& token) {
   token_ = hashOfToken(token);
   return all_.admit(id, token);
@@ -78,6 +86,7 @@ void Connection::fillStatus(v1::Status& status) {
   status.set_clients(shared_.clients);
   status.set_refused_connections(shared_.refusedConnections);
   status.set_forged_datagrams(shared_.paths.forged());
+  if (const auto leader = all_.handLeader()) status.set_hand_leader(leader->name);
 }
 
 void Connection::refused(const std::string& why) {

@@ -50,6 +50,10 @@ class Connection final : public SessionHost {
     return shared_.paths.send(number_, telemetry, now_ns());
   }
 
+  [[nodiscard]] Result<void> leadHand(bool lead) override;
+  void commandHand(const HandCommand& command) override;
+  [[nodiscard]] std::optional<Leader> handLeader() const override;
+
   [[nodiscard]] std::uint64_t now_ns() const override { return monotonicNow_ns(); }
   [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) override;
   void sessionClaimed(SessionId id) override;

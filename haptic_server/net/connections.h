@@ -72,11 +72,15 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   };
   void assetDecided(const Upload& upload, const Result<std::shared_ptr<const Asset>>& asset);
   void remove(std::uint64_t number);
+  /// As SessionHost::leadHand(), of the client of connection `number`.
+  [[nodiscard]] Result<void> leadHand(std::uint64_t number, bool lead);
+  [[nodiscard]] std::optional<SessionHost::Leader> handLeader() const;
 
  private:
   [[nodiscard]] bool admitsHandshake(const std::string& peer);
   void dropOldestHalfOpen();
   void countClients();
+  void setHandLeader(std::optional<std::uint64_t> number);
   template <class Task>
   void each(Task task);
 

@@ -72,6 +72,8 @@ class ServerSession {
   void editProgress(std::uint64_t clientSeq, WorkStage stage, double share);
   void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
   void dumped(const Result<std::string>& file);  ///< The file with the last seconds, or why there is none.
+  /// Somebody else leads the simulated hand, or nobody any more: told to a client that has asked.
+  void handLeaderChanged();
   /// Sends a Refusal naming the bad field and closes; reported to the host.
   void refuse(const std::string& field, const std::string& reason);
   /// Closes without blame: the server stops, or a newer connection took the session over.
@@ -107,6 +109,7 @@ class ServerSession {
   TelemetrySlot telemetry_;
   BodyUpdateScheduler bodies_;
   bool byDatagram_ = false;
+  bool followsHandLeader_ = false;
 
   EditGate editGate_;
   AdoptionTracker adoptions_;
@@ -124,6 +127,9 @@ class ServerSession {
   void handle(const v1::AssetUpload& upload);
   void retryLater(std::uint64_t clientSeq, const Error& why);
   void handle(const v1::ClockProbe& probe);
+  void handle(const v1::LeadHand& request);
+  void handle(const v1::HandTarget& target);
+  void tellHandLeader(const std::string& refused);
   void reportStatus(bool deformed);
   void dump();
 

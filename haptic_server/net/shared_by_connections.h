@@ -90,6 +90,7 @@ struct SharedByConnections {
   std::shared_ptr<const SceneHistory> history;  ///< The newest.
   ServoFeed servo;
   DeformedHashCache shapes;
+  std::optional<std::uint64_t> handLeader;  ///< Number of the connection whose client leads the simulated hand.
   Admission admission;
   UploadBudget uploads{Admission::kUploads_bytes, admission.uploadsOfToken_bytes()};
   std::unique_ptr<DatagramSocket> datagrams;  ///< Null: no telemetry by datagram.
