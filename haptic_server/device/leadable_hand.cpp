@@ -14,8 +14,10 @@ constexpr double kNewIntervalShare = 0.2;
 constexpr double kForceCorrection_per_s = 6;
 constexpr double kFeltSmoothing_s = 0.03;
 constexpr double kForceReserve = 1.2;
-constexpr double kPressSpeed_m_per_s = 0.05, kLiftSpeed_m_per_s = 0.2;
+constexpr double kPressSpeed_m_per_s = 0.05, kLiftSpeed_m_per_s = 0.1;
 constexpr double kMaxDepth_m = 0.025;
+/// Newtons below which a retreat is at its end, and the metres after which it is given up.
+constexpr double kNoPress_N = 0.02, kLongestRetreat_m = 0.04;
 /// Metres: an offset that no encoder resolves.
 constexpr double kNoOffset_m = 1e-8;
 
@@ -50,13 +52,16 @@ HandTarget LeadableHand::next(double dt_s, Vec3 felt_N) noexcept {
       release();
     }
   }
-  if (led_ && age_s_ > kReleased_s) release();
-  if (led_) {
-    if (age_s_ <= kHeld_s) press(dt_s, felt_N);
+  if (phase_ == Phase::kLed && age_s_ > kReleased_s) release();
+  if (phase_ == Phase::kExploring) return explore(dt_s, felt_N);
+  pressed_N_ += (glm::dot(felt_N, command_.normal) - pressed_N_) * (dt_s / (kFeltSmoothing_s + dt_s));
+  if (phase_ == Phase::kRetreating) {
+    retreat(dt_s);
+  } else {
+    if (age_s_ <= kHeld_s) press(dt_s);
     filter(commanded(), dt_s, position_, velocity_);
-    return {position_, Vec3(0)};
   }
-  return explore(dt_s, felt_N);
+  return {position_, Vec3(0)};
 }
 
 HandTarget LeadableHand::explore(double dt_s, Vec3 felt_N) noexcept {
@@ -74,14 +79,14 @@ HandTarget LeadableHand::explore(double dt_s, Vec3 felt_N) noexcept {
 }
 
 void LeadableHand::take(const HandCommand& command) noexcept {
-  if (led_) {
+  if (phase_ == Phase::kLed) {
     interval_s_ += kNewIntervalShare * (std::clamp(age_s_, kShortestInterval_s, kHeld_s) - interval_s_);
     from_ = glm::mix(from_, command_.position, std::min(age_s_ / interval_s_, 1.0));
   } else {
     from_ = position_;
     interval_s_ = kUsualInterval_s;
     depth_m_ = pressed_N_ = 0;
-    led_ = true;
+    phase_ = Phase::kLed;
   }
   // A command that presses nowhere goes on away from the surface that was pressed.
   const Vec3 normal = command.press_N > 0 ? command.normal : command_.normal;
@@ -91,18 +96,26 @@ void LeadableHand::take(const HandCommand& command) noexcept {
   age_s_ = 0;
 }
 
-/// The exploring hand goes on from here: it lifts, and what this one moved is taken out within some 50 ms.
 void LeadableHand::release() noexcept {
-  if (!led_) return;
-  led_ = false;
+  if (phase_ != Phase::kLed) return;
+  phase_ = Phase::kRetreating;
+  from_ = position_;
+  retreat_m_ = 0;
+}
+
+/// Then the exploring hand goes on from there: it lifts, and what this one moved is taken out within some 50 ms.
+void LeadableHand::retreat(double dt_s) noexcept {
+  retreat_m_ += kLiftSpeed_m_per_s * dt_s;
+  filter(from_ + command_.normal * retreat_m_, dt_s, position_, velocity_);
+  if (pressed_N_ > kNoPress_N && retreat_m_ < kLongestRetreat_m) return;
+  phase_ = Phase::kExploring;
   exploring_.resumeAt(position_);
   offset_ = Vec3(0);
   offsetVelocity_ = velocity_;
 }
 
 /// As the exploring hand presses: the depth follows the error of the force.
-void LeadableHand::press(double dt_s, Vec3 felt_N) noexcept {
-  pressed_N_ += (glm::dot(felt_N, command_.normal) - pressed_N_) * (dt_s / (kFeltSmoothing_s + dt_s));
+void LeadableHand::press(double dt_s) noexcept {
   if (command_.press_N > 0) {
     const double speed = depthPerForce_ * (command_.press_N - pressed_N_);
     depth_m_ += std::clamp(speed, -kLiftSpeed_m_per_s, kPressSpeed_m_per_s) * dt_s;

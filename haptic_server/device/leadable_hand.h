@@ -10,7 +10,8 @@ namespace haptics {
 /// late or not at all; position and speed of the hand stay continuous whatever comes:
 ///   - between two commands it moves in the time that has passed between the last ones, so one interval behind;
 ///   - a command older than kHeld_s is not followed further: the hand stands still and presses as it does;
-///   - one older than kReleased_s, or the word that nobody leads, lets it go: it lifts and explores.
+///   - one older than kReleased_s, or the word that nobody leads, lets it go: it retreats from what it presses, as slowly as
+///     it came, lifts and explores.
 /// Where a command presses, the hand goes against the normal until the motors push back with that force.
 class LeadableHand final : public HandIntent {
  public:
@@ -29,8 +30,9 @@ class LeadableHand final : public HandIntent {
  private:
   void take(const HandCommand& command) noexcept;
   void release() noexcept;
+  void retreat(double dt_s) noexcept;
   [[nodiscard]] HandTarget explore(double dt_s, Vec3 felt_N) noexcept;
-  void press(double dt_s, Vec3 felt_N) noexcept;
+  void press(double dt_s) noexcept;
   [[nodiscard]] Vec3 commanded() const noexcept;
 
   ExploringHand exploring_;
@@ -38,13 +40,14 @@ class LeadableHand final : public HandIntent {
   const double maxPress_N_;
   const double depthPerForce_;  ///< m/s of depth for a newton of error.
 
-  bool led_ = false;
+  enum class Phase { kExploring, kLed, kRetreating } phase_ = Phase::kExploring;
   HandCommand command_;   // the newest
   Vec3 from_{0};          // where the way to it began
   double interval_s_;     // smoothed, between commands
   double age_s_ = 0;      // of the newest
   double depth_m_ = 0;    // of the hand below the commanded position
   double pressed_N_ = 0;  // smoothed
+  double retreat_m_ = 0;  // so far, from from_
   Vec3 position_{0}, velocity_{0};
   Vec3 offset_{0}, offsetVelocity_{0};  // from where the exploring hand is, after it was let go
 };

@@ -13,9 +13,11 @@ from haptic_client import Client, NotLeading
 
 GROUND = """
 operations { add { name: "ground" mesh { box { size_m { x: 0.3 y: 0.3 z: 0.04 } segments: 8 } }
-                   pose { position { z: -0.02 } } material { stiffness_N_per_m: 800 } } }
+                   pose { position { z: -0.02 } } material { stiffness_N_per_m: 400 damping_Ns_per_m: 0 } } }
 """
 RATE_HZ = 1000
+# Of the force in a tick: two counts of the encoder, 55 um each, on a ground of 400 N/m, and the hand's own motion.
+MAX_JUMP_N = 0.05
 UP = (0, 0, 1)
 LEADER = """
 import sys, time
@@ -54,14 +56,13 @@ class LedHand(harness.EndToEnd):
             hand.move_to((-0.05, 0, 0.02))
             for press_N in (0.5, 2):
                 felt = hand.stroke([(-0.05, 0, 0), (0.05, 0, 0), (0.05, 0.03, 0)], UP, press_N)
-                steady = felt[len(felt) // 3:]
-                share = sum(sample.object != 0 for sample in steady) / len(steady)
-                normal_N = statistics.mean(sample.force.contact.z for sample in steady)
+                share = sum(sample.object != 0 for sample in felt) / len(felt)
+                normal_N = statistics.mean(sample.force.contact.z for sample in felt)
                 print(f"\n{press_N} N: contact {100 * share:.1f} %, {normal_N:.3f} N, jumps up to {max(jumps_N(felt)):.4f} N",
                       end="", flush=True)
                 self.assertGreaterEqual(share, 0.95)
                 self.assertAlmostEqual(normal_N, press_N, delta=0.1 * press_N)
-                self.assertLess(max(jumps_N(felt)), 0.05)
+                self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
             hand.move_to((0.05, 0.03, 0.05))
 
     def test_one_client_leads_and_the_others_are_told(self):
@@ -90,7 +91,7 @@ class LedHand(harness.EndToEnd):
         print(f"\nno force {1e-6 * (free.time_ns - killed):.0f} ms after the kill, jumps up to {max(jumps_N(felt)):.4f} N",
               end="", flush=True)
         self.assertLess(free.time_ns - killed, 600e6)
-        self.assertLess(max(jumps_N(felt)), 0.05)
+        self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
 
     def status(self):
         return self.server.ctl("status").output

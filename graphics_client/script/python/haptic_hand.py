@@ -15,7 +15,8 @@ from haptics.v1 import envelope_pb2, scene_pb2
 
 TARGET_S = 0.01          # between two targets of a movement
 REPEAT_S = 0.03          # between repetitions of one
-APPROACH_SPEED = 0.2     # m/s
+TRAVEL_SPEED = 0.2       # m/s
+LANDING_SPEED = 0.05     # m/s, on a surface
 CONTACT_SHARE = 0.9      # of the force, from which on a stroke starts
 CONTACT_WITHIN_S = 1.5
 
@@ -80,22 +81,27 @@ class Hand:
     def __exit__(self, *_):
         self._lead(False)
 
-    def move_to(self, position, speed=APPROACH_SPEED):
+    def move_to(self, position, speed=TRAVEL_SPEED):
         """In a straight line, pressing nowhere. `speed` in m/s, at most 0.8."""
         return self._follow([self._at, position], speed, None, 0)
 
     def press(self, position, normal, force_N, seconds=1.0):
         """On a place of a surface, against its normal."""
-        felt = self._hold(position, normal, force_N, CONTACT_WITHIN_S, until_N=CONTACT_SHARE * force_N)
-        return felt + self._hold(position, normal, force_N, seconds)
+        self._land(position, normal, force_N)
+        return self._hold(position, normal, force_N, seconds)
 
     def stroke(self, points, normal, force_N, speed=0.08):
         """Along points of a surface. `normal`: of all of them, or one for each. It starts once the hand presses."""
         normals = normal if hasattr(normal[0], "__len__") else [normal] * len(points)
         if len(normals) != len(points):
             raise ValueError(f"{len(points)} points have {len(normals)} normals")
-        felt = self._hold(points[0], normals[0], force_N, CONTACT_WITHIN_S, until_N=CONTACT_SHARE * force_N)
-        return felt + self._follow(points, speed, normals, force_N)
+        self._land(points[0], normals[0], force_N)
+        return self._follow(points, speed, normals, force_N)
+
+    def _land(self, position, normal, force_N):
+        """Slowly, until it presses. Not a part of what was felt."""
+        self._follow([self._at, position], LANDING_SPEED, None, 0)
+        self._hold(position, normal, force_N, CONTACT_WITHIN_S, until_N=CONTACT_SHARE * force_N)
 
     def _hold(self, position, normal, force_N, seconds, until_N=math.inf):
         felt, end = [], time.monotonic() + seconds
