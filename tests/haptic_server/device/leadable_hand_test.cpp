@@ -78,7 +78,7 @@ TEST(LeadableHand, FollowsLateEarlyAndLostCommandsSmoothly) {
     t += gap_s;
     farthest_m = std::max(farthest_m, glm::distance(led.position, wanted(t)));
   }
-  EXPECT_LT(farthest_m, 0.2 * 0.07);  // two intervals and the filter's lag, and once more where one was lost
+  EXPECT_LT(farthest_m, 0.2 * 0.07);    // two intervals and the filter's lag, and once more where one was lost
   EXPECT_LT(led.fastest_m_per_s, 0.4);  // to catch up after a lost one
   EXPECT_LT(led.hardest_m_per_s2, 30);
 }
