@@ -9,8 +9,9 @@
 #include <string_view>
 #include <utility>
 
+#include "haptic_server/app_log.h"
 #include "haptic_server/calibration_file.h"
-#include "haptic_server/device/exploring_hand.h"
+#include "haptic_server/device/leadable_hand.h"
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/device/usb/choose_device.h"
 #include "haptic_server/device/usb/falcon.h"
@@ -53,9 +54,13 @@ class Simulated final : public AttachedDevice {
   Simulated(const DevicePreset& preset, const HandPreset& hand, double period_s, double delay_s)
       : hand_(hand, preset.maxForce_N), device_({preset, hand, period_s, delay_s}, hand_) {}
   [[nodiscard]] Device& device() noexcept override { return device_; }
+  [[nodiscard]] bool commandHand(const HandCommand& command) override {
+    hand_.command(command);
+    return true;
+  }
 
  private:
-  ExploringHand hand_;
+  LeadableHand hand_;
   SimulatedDevice device_;
 };
 
@@ -69,7 +74,7 @@ class OnUsb final : public AttachedDevice {
     device_.start([] {
       RealtimeStatus status;
       configureDriverThread(status);
-      for (const std::string& warning : status.warnings) spdlog::warn("{}", warning);
+      for (const std::string& warning : status.warnings) logWarning(warning);
     });
   }
   void fillStatus(v1::Status& status) const override {
@@ -119,7 +124,6 @@ class Recorded final : public AttachedDevice {
   return std::make_unique<Simulated>(*preset, *hand, 1 / rateOf(options), options.deviceDelay_ms.value_or(0) * 1e-3);
 }
 
-/// Is it there, which one is meant, and may it be opened?
 [[nodiscard]] Result<void> tryToOpen(const UsbKind& kind, const std::string& which) {
   LibusbBus bus;
   const auto place = chooseDevice(bus.list(kind.model), which, std::string(kind.title));
@@ -155,10 +159,8 @@ class Recorded final : public AttachedDevice {
   const std::string which(split(options.device).which);
   if (auto there = tryToOpen(kind, which); !there) return tl::unexpected(there.error());
   return std::make_unique<OnUsb>(
-      std::move(protocol), UsbDeviceSettings{.wanted = which,
-                                             .period_s = 1 / rateOf(options),
-                                             .info = [](const std::string& line) { spdlog::info("{}", line); },
-                                             .warning = [](const std::string& line) { spdlog::warn("{}", line); }});
+      std::move(protocol),
+      UsbDeviceSettings{.wanted = which, .period_s = 1 / rateOf(options), .info = logInfo, .warning = logWarning});
 }
 
 /// A recording has its own scene, state and rate, and is not recorded again.

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "common/error/error.h"
+#include "common/telemetry/hand_command.h"
 #include "haptic_server/device/device.h"
 #include "haptic_server/device/usb/output_watchdog.h"
 #include "haptic_server/recording/recording_player.h"
@@ -27,6 +28,8 @@ class AttachedDevice {
   virtual void start() {}
   /// Where the device is a recording: the servo runs its ticks and has its scenes. Else null.
   [[nodiscard]] virtual RecordingPlayer* player() noexcept { return nullptr; }
+  /// For the hand of a simulated device. False: a person holds it, or it is a recording.
+  [[nodiscard]] virtual bool commandHand(const HandCommand& /*command*/) { return false; }
   virtual void fillStatus(v1::Status& /*status*/) const {}
 };
 

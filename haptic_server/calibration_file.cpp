@@ -10,41 +10,36 @@
 namespace haptics {
 namespace {
 
-[[nodiscard]] Refusal check(const v1::DeviceCalibration& message) {
+[[nodiscard]] Result<DeviceCalibration> calibrationFrom(const v1::DeviceCalibration& said, const std::string& origin) {
   constexpr double kTurn = 2 * std::numbers::pi;
-  if (message.has_world_position()) {
-    if (auto bad = checkPosition(message.world_position(), "world_position")) return bad;
+  const auto refuse = [&](Error bad) { return tl::unexpected(std::move(bad).within(origin + ": ")); };
+  DeviceCalibration read;
+  if (said.has_world_position()) {
+    const v1::Vector3& position = said.world_position();
+    if (const auto bad = checkPosition(position, "world_position")) return refuse(*bad);
+    read.worldPosition = Vec3(position.x(), position.y(), position.z());
   }
-  const std::tuple<bool, double, Range, const char*> kNumbers[] = {
-      {message.has_turn_rad(), message.turn_rad(), {-kTurn, kTurn, " rad"}, "turn_rad"},
-      {message.has_workspace_scale(), message.workspace_scale(), {0.1, 100}, "workspace_scale"},
-      {message.has_max_force_n(), message.max_force_n(), {0, 1000, " N"}, "max_force_N"},
-      {message.has_force_scale(), message.force_scale(), {0, 1}, "force_scale"},
-      {message.has_motor_units_per_nm(), message.motor_units_per_nm(), {100, 20'000}, "motor_units_per_Nm"},
+  const std::tuple<bool, double, Range, const char*, std::optional<double>&> numbers[] = {
+      {said.has_turn_rad(), said.turn_rad(), {-kTurn, kTurn, " rad"}, "turn_rad", read.turn_rad},
+      {said.has_workspace_scale(), said.workspace_scale(), {0.1, 100}, "workspace_scale", read.workspaceScale},
+      {said.has_max_force_n(), said.max_force_n(), {0, 1000, " N"}, "max_force_N", read.maxForce_N},
+      {said.has_force_scale(), said.force_scale(), {0, 1}, "force_scale", read.forceScale},
+      {said.has_motor_units_per_nm(),
+       said.motor_units_per_nm(),
+       {100, 20'000},
+       "motor_units_per_Nm",
+       read.motorUnitsPerNm},
   };
-  for (const auto& [given, value, range, name] : kNumbers) {
+  for (const auto& [given, value, range, name, number] : numbers) {
     if (!given) continue;
-    if (auto bad = checkRange(value, range, name)) return bad;
+    if (const auto bad = checkRange(value, range, name)) return refuse(*bad);
+    number = value;
   }
-  for (const std::uint32_t axis : message.reversed_axes()) {
-    if (axis > 2) return outside("reversed_axes", axis, "give 0, 1 or 2");
+  for (const std::uint32_t axis : said.reversed_axes()) {
+    if (axis > 2) return refuse(outside("reversed_axes", axis, "give 0, 1 or 2"));
+    read.reversed[axis] = true;
   }
-  return std::nullopt;
-}
-
-[[nodiscard]] Result<DeviceCalibration> calibrationFrom(const v1::DeviceCalibration& message,
-                                                        const std::string& origin) {
-  if (auto bad = check(message)) return tl::unexpected(std::move(*bad).within(origin + ": "));
-  DeviceCalibration calibration;
-  const v1::Vector3& position = message.world_position();
-  if (message.has_world_position()) calibration.worldPosition = Vec3(position.x(), position.y(), position.z());
-  if (message.has_turn_rad()) calibration.turn_rad = message.turn_rad();
-  if (message.has_workspace_scale()) calibration.workspaceScale = message.workspace_scale();
-  if (message.has_max_force_n()) calibration.maxForce_N = message.max_force_n();
-  if (message.has_force_scale()) calibration.forceScale = message.force_scale();
-  if (message.has_motor_units_per_nm()) calibration.motorUnitsPerNm = message.motor_units_per_nm();
-  for (const std::uint32_t axis : message.reversed_axes()) calibration.reversed[axis] = true;
-  return calibration;
+  return read;
 }
 
 }  // namespace

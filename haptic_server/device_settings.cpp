@@ -13,24 +13,8 @@ namespace {
 
 /// The delay as the command line has it where that says more than the driver.
 [[nodiscard]] DeviceInfo deviceInfoOf(const ServerOptions& options, DeviceInfo device) {
-  constexpr double kMillisecond_s = 1e-3;
-  if (options.deviceDelay_ms) device.delay_s = *options.deviceDelay_ms * kMillisecond_s;
+  if (options.deviceDelay_ms) device.delay_s = *options.deviceDelay_ms * 1e-3;
   return device;
-}
-
-[[nodiscard]] SurfaceLimits surfaceLimitsOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
-  const std::uint64_t began_ns = monotonicNow_ns();
-  const auto [limits, searched] =
-      SurfaceLimitsCache(SurfaceLimitsCache::userFolder()).find(device, rate_Hz, options.stabiliser);
-  spdlog::info("surfaces are felt with at most {:.5g} N/m and {:.3g} Ns/m: {} in {:.0f} ms", limits.stiffness_N_per_m,
-               limits.damping_Ns_per_m, searched ? "found" : "read",
-               static_cast<double>(monotonicNow_ns() - began_ns) * 1e-6);
-  if (limits.stiffness_N_per_m == 0) {
-    spdlog::warn(
-        "no surface is felt: by simulation this device comes to rest on no wall at this rate and delay; less delay, a "
-        "higher rate or the stabiliser may help");
-  }
-  return limits;
 }
 
 }  // namespace
@@ -42,7 +26,17 @@ StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device, 
 }
 
 DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, const StepConfig& step, double rate_Hz) {
-  const SurfaceLimits limits = surfaceLimitsOf(options, deviceInfoOf(options, device), rate_Hz);
+  const std::uint64_t began_ns = monotonicNow_ns();
+  const auto [limits, searched] = SurfaceLimitsCache(SurfaceLimitsCache::userFolder())
+                                      .find(deviceInfoOf(options, device), rate_Hz, options.stabiliser);
+  spdlog::info("surfaces are felt with at most {:.5g} N/m and {:.3g} Ns/m: {} in {:.0f} ms", limits.stiffness_N_per_m,
+               limits.damping_Ns_per_m, searched ? "found" : "read",
+               static_cast<double>(monotonicNow_ns() - began_ns) * 1e-6);
+  if (limits.stiffness_N_per_m == 0) {
+    spdlog::warn(
+        "no surface is felt: by simulation this device comes to rest on no wall at this rate and delay; less delay, a "
+        "higher rate or the stabiliser may help");
+  }
   return {step.positionStep_m, step.stableLateral_N_per_m, step.period_s, limits.stiffness_N_per_m,
           limits.damping_Ns_per_m};
 }

@@ -16,8 +16,20 @@ void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary)
   summary.set_max(static_cast<double>(histogram.max_ns()));
 }
 
-[[nodiscard]] nlohmann::ordered_json toJson(const v1::LatencySummary& summary) {
-  return {{"p50", summary.p50()}, {"p99", summary.p99()}, {"p999", summary.p999()}, {"max", summary.max()}};
+/// Of numbers and flags, under their names.
+[[nodiscard]] nlohmann::ordered_json toJson(const google::protobuf::Message& message) {
+  using Field = google::protobuf::FieldDescriptor;
+  const auto& type = *message.GetDescriptor();
+  const auto& values = *message.GetReflection();
+  nlohmann::ordered_json json;
+  for (int i = 0; i < type.field_count(); ++i) {
+    const Field* field = type.field(i);
+    auto& value = json[field->name()];
+    if (field->cpp_type() == Field::CPPTYPE_BOOL) value = values.GetBool(message, field);
+    if (field->cpp_type() == Field::CPPTYPE_UINT64) value = values.GetUInt64(message, field);
+    if (field->cpp_type() == Field::CPPTYPE_DOUBLE) value = values.GetDouble(message, field);
+  }
+  return json;
 }
 
 [[nodiscard]] nlohmann::ordered_json toJson(const MotionState& motion) {
@@ -31,9 +43,9 @@ void fillLatency(const LatencyHistogram& histogram, v1::LatencySummary& summary)
 void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtime, v1::Status& status) {
   status.set_ticks(servo.ticks.load());
   status.set_missed_ticks(servo.missedTicks.load());
-  status.set_put_out(servo.depenetrated.load());
-  status.set_put_out_of(servo.depenetratedFrom.load());
-  status.set_behind(servo.behind.load());
+  status.set_depenetrated(servo.depenetrated.load());
+  status.set_depenetrated_from(servo.depenetratedFrom.load());
+  status.set_allowance_spent(servo.allowanceSpent.load());
   status.set_wait_s(servo.wait_s.load());
   status.set_contact_ticks(servo.contactTicks.load());
   status.set_max_force_n(servo.maxForce_N.load());
@@ -53,7 +65,6 @@ void fillServoStatus(const ServoStatistics& servo, const RealtimeStatus& realtim
 
 Result<void> writeSummary(const std::string& file, const v1::Status& status, double maxForceLimit_N,
                           const MotionState& motion, const ContentHash& deformed) {
-  ContentHash root = ContentHash::fromBytes(status.root()).value_or(ContentHash{});
   nlohmann::ordered_json summary = {
       {"ticks", status.ticks()},
       {"missed_ticks", status.missed_ticks()},
@@ -62,8 +73,8 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"tick_ns", toJson(status.tick_ns())},
       {"wake_latency_ns", toJson(status.wake_latency_ns())},
       {"contact_ticks", status.contact_ticks()},
-      {"put_out", status.put_out()},
-      {"behind", status.behind()},
+      {"depenetrated", status.depenetrated()},
+      {"allowance_spent", status.allowance_spent()},
       {"max_force_N", status.max_force_n()},
       {"force_limit_N", maxForceLimit_N},
       {"allocations_in_servo", status.allocations_in_servo()},
@@ -72,34 +83,16 @@ Result<void> writeSummary(const std::string& file, const v1::Status& status, dou
       {"refused_connections", status.refused_connections()},
       {"scene_revision", status.revision()},
       {"adopted_revision", status.adopted_revision()},
-      {"scene_hash", root.hex()},
+      {"scene_hash", ContentHash::fromBytes(status.root()).value_or(ContentHash{}).hex()},
       {"device", status.device()},
       {"bodies", toJson(motion)},
       {"dents", motion.dentCount},
       {"deformed_hash", deformed.hex()},
       {"realtime", {{"fifo", status.fifo()}, {"memory_locked", status.memory_locked()}, {"pinned", status.pinned()}}},
   };
-  if (status.has_device_exchange()) {
-    const v1::DeviceExchange& exchange = status.device_exchange();
-    summary["device_exchange"] = {
-        {"commands", exchange.commands()},         {"replies", exchange.replies()},
-        {"replies_used", exchange.replies_used()}, {"garbled_packets", exchange.garbled_packets()},
-        {"connections", exchange.connections()},   {"faults", exchange.faults()}};
-  }
-  if (status.has_watchdog()) {
-    const v1::WatchdogStatus& watchdog = status.watchdog();
-    summary["watchdog"] = {{"alive", watchdog.alive()},
-                           {"started", watchdog.started()},
-                           {"forces_taken_away", watchdog.forces_taken_away()}};
-  }
-  if (status.has_played_recording()) {
-    const v1::PlayedRecording& played = status.played_recording();
-    summary["played_recording"] = {{"ticks", played.ticks()},
-                                   {"differing_ticks", played.differing_ticks()},
-                                   {"first_differing_tick", played.first_differing_tick()},
-                                   {"to_its_end", played.to_its_end()},
-                                   {"same_step", played.same_step()}};
-  }
+  if (status.has_device_exchange()) summary["device_exchange"] = toJson(status.device_exchange());
+  if (status.has_watchdog()) summary["watchdog"] = toJson(status.watchdog());
+  if (status.has_played_recording()) summary["played_recording"] = toJson(status.played_recording());
   std::ofstream out(file);
   out << summary.dump(2) << '\n';
   out.close();

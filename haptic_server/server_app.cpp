@@ -4,8 +4,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <functional>
-#include <optional>
 #include <utility>
 
 #include "common/clock/monotonic.h"
@@ -29,7 +27,6 @@ namespace {
 /// What takes longer than the time between two looks whether it is to end is not waited for.
 constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
 
-/// What a person would explore in one scene after another.
 [[nodiscard]] ServoSceneBuilder::MakePlan explorationPlans() {
   return [planner = ExplorationPlanner()](const ServoScene& scene) mutable {
     std::vector<ExploredObject> objects;
@@ -51,12 +48,10 @@ constexpr std::chrono::milliseconds kBuilderEndsWithin{500};
   return assets;
 }
 
-}  // namespace
-
 /// Device, servo, scene, network: made in the order in which they stand below, so that each outlives what uses it.
-class ServerApp::Impl final : private ServerHost {
+class WholeServer final : public ServerApp, private ServerHost {
  public:
-  Impl(const ServerOptions& options, std::unique_ptr<AttachedDevice> device, std::function<void()> onEnd)
+  WholeServer(const ServerOptions& options, std::unique_ptr<AttachedDevice> device, std::function<void()> onEnd)
       : options_(options),
         onEnd_(std::move(onEnd)),
         attached_(std::move(device)),
@@ -65,7 +60,7 @@ class ServerApp::Impl final : private ServerHost {
         rate_Hz_(player_ != nullptr ? player_->facts().rate_Hz : options.rate_Hz.value_or(kDefaultRate_Hz)),
         step_(player_ != nullptr ? player_->facts().config : stepConfigOf(options, device_.info(), rate_Hz_)),
         servo_(device_, mailbox_, step_) {}
-  ~Impl() override { halt(); }  // the room waits for its builder
+  ~WholeServer() override { halt(); }  // the room waits for its builder
 
   [[nodiscard]] Result<void> start() {
     if (player_ == nullptr) {
@@ -82,20 +77,22 @@ class ServerApp::Impl final : private ServerHost {
     return {};
   }
 
-  [[nodiscard]] std::string address() const {
+  [[nodiscard]] std::string address() const override {
     if (options_.listen.empty()) return "";
     return options_.listen.substr(0, options_.listen.rfind(':')) + ':' + std::to_string(server_->port());
   }
-  [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop) { return server_->connect(clientLoop); }
-  [[nodiscard]] std::optional<AssetContent> findAsset(const AssetName& name) const {
+  [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop) override {
+    return server_->connect(clientLoop);
+  }
+  [[nodiscard]] std::optional<AssetContent> findAsset(const AssetName& name) const override {
     const auto asset = sceneService_->findAsset(name.hash);
     if (!asset || asset->name != name) return std::nullopt;
     return asset->content();
   }
-  void refreshTokens() { server_->refreshTokens(); }
+  void refreshTokens() override { server_->refreshTokens(); }
 
-  [[nodiscard]] bool isStillBuilding() const noexcept { return isStillBuilding_; }
-  [[nodiscard]] Result<void> stop() {
+  [[nodiscard]] bool isStillBuilding() const override { return isStillBuilding_; }
+  [[nodiscard]] Result<void> stop() override {
     halt();
     auto finished = finish();
     if (watchdog_) watchdog_->dismiss();  // also of a process that then ends without destructors
@@ -109,17 +106,14 @@ class ServerApp::Impl final : private ServerHost {
     }
     if (auto summed = writeSummary(); !summed) return summed;
     if (player_ == nullptr) return {};
-    const auto verdict = player_->verdict();
-    if (!verdict) return tl::unexpected(verdict.error());
-    spdlog::info("{}", *verdict);
-    return {};
+    return player_->verdict().map(logInfo);
   }
 
   [[nodiscard]] static SceneService::Options playersRoom() {
-    return {.assetFolders = {},
-            .makePlan = {},
-            .readOnlyReason = "the scene is that of a recording that is played",
-            .log = logInfo};
+    SceneService::Options room;
+    room.readOnlyReason = "the scene is that of a recording that is played";
+    room.log = logInfo;
+    return room;
   }
   [[nodiscard]] SceneService::Options deviceRoom() {
     return {
@@ -132,7 +126,6 @@ class ServerApp::Impl final : private ServerHost {
                                const std::vector<ServoObjectSource>& objects) { recorder_->given(scene, objects); }};
   }
 
-  /// Of a device that is felt: flight ring, watchdog and recorder.
   [[nodiscard]] Result<void> startRecording() {
     flight_.emplace(rate_Hz_, step_);
     servo_.recordInto(*flight_);
@@ -147,7 +140,6 @@ class ServerApp::Impl final : private ServerHost {
     return {};
   }
 
-  /// From the state's folder where it has one, else from a file.
   [[nodiscard]] Result<void> prepareScene() {
     for (const auto& folder : options_.assets)
       spdlog::info("mesh and image files are looked for in {}", folder.string());
@@ -233,7 +225,6 @@ class ServerApp::Impl final : private ServerHost {
   }
 
   // For the server, on the network thread.
-
   [[nodiscard]] bool popTelemetry(TelemetrySample& sample) override {
     if (!servo_.pop(sample)) return false;
     logFault(sample);
@@ -241,6 +232,7 @@ class ServerApp::Impl final : private ServerHost {
   }
   [[nodiscard]] const MotionState* takeMotion() override { return servo_.takeMotion(); }
   [[nodiscard]] const EnergyState* takeEnergy() override { return servo_.takeEnergy(); }
+  [[nodiscard]] bool commandHand(const HandCommand& command) override { return attached_->commandHand(command); }
   [[nodiscard]] bool requestDump(const DumpAnswer& answer) override {
     if (!recorder_) {
       answer(refused("", "a recording is being played: it holds all that there is"));
@@ -296,22 +288,14 @@ class ServerApp::Impl final : private ServerHost {
   std::unique_ptr<StateScrubber> scrubber_;
 };
 
-ServerApp::ServerApp(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-ServerApp::~ServerApp() = default;
+}  // namespace
 
 Result<std::unique_ptr<ServerApp>> ServerApp::start(const ServerOptions& options, std::function<void()> onEnd) {
   auto device = AttachedDevice::attach(options);
   if (!device) return tl::unexpected(device.error());
-  auto impl = std::make_unique<Impl>(options, *std::move(device), std::move(onEnd));
-  if (auto started = impl->start(); !started) return tl::unexpected(started.error());
-  return std::unique_ptr<ServerApp>(new ServerApp(std::move(impl)));
+  auto app = std::make_unique<WholeServer>(options, *std::move(device), std::move(onEnd));
+  if (auto started = app->start(); !started) return tl::unexpected(started.error());
+  return app;
 }
-
-void ServerApp::refreshTokens() { impl_->refreshTokens(); }
-std::string ServerApp::address() const { return impl_->address(); }
-std::unique_ptr<Transport> ServerApp::connect(EventLoop& clientLoop) { return impl_->connect(clientLoop); }
-std::optional<AssetContent> ServerApp::findAsset(const AssetName& name) const { return impl_->findAsset(name); }
-Result<void> ServerApp::stop() { return impl_->stop(); }
-bool ServerApp::isStillBuilding() const { return impl_->isStillBuilding(); }
 
 }  // namespace haptics

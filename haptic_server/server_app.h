@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -22,30 +21,23 @@ class ServerApp {
   /// cannot be had.
   [[nodiscard]] static Result<std::unique_ptr<ServerApp>> start(const ServerOptions& options,
                                                                 std::function<void()> onEnd = {});
-  ~ServerApp();  ///< Stops.
-  ServerApp(const ServerApp&) = delete;
-  ServerApp& operator=(const ServerApp&) = delete;
+  virtual ~ServerApp() = default;  ///< Stops.
 
   /// HOST:PORT where clients reach it; empty where it listens nowhere.
-  [[nodiscard]] std::string address() const;
+  [[nodiscard]] virtual std::string address() const = 0;
   /// A connection for a client in this process, on whose loop it is used. Any thread. The client leaves first.
-  [[nodiscard]] std::unique_ptr<Transport> connect(EventLoop& clientLoop);
+  [[nodiscard]] virtual std::unique_ptr<Transport> connect(EventLoop& clientLoop) = 0;
   /// Any thread. An asset for a client in this process, which shares it with the scene; nothing where the scene has none of
   /// this name.
-  [[nodiscard]] std::optional<AssetContent> findAsset(const AssetName& name) const;
+  [[nodiscard]] virtual std::optional<AssetContent> findAsset(const AssetName& name) const = 0;
   /// Reads the list of tokens again and cuts whoever has a withdrawn one. Any thread.
-  void refreshTokens();
+  virtual void refreshTokens() = 0;
   /// Stops the device, then the clients; writes summary and recording. Refused: a file that could not be written, a
   /// recording whose forces came out otherwise when it was played.
-  [[nodiscard]] Result<void> stop();
+  [[nodiscard]] virtual Result<void> stop() = 0;
   /// After stop(): the scene's builder is still at something that cannot be interrupted, and to destroy the server is to
   /// wait for it. Nothing is lost by a process that ends without.
-  [[nodiscard]] bool isStillBuilding() const;
-
- private:
-  class Impl;
-  explicit ServerApp(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  [[nodiscard]] virtual bool isStillBuilding() const = 0;
 };
 
 }  // namespace haptics

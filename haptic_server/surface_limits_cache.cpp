@@ -2,14 +2,12 @@
 
 #include <unistd.h>
 
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <system_error>
-#include <utility>
 
 #include "common/hash/content_hash.h"
 #include "haptic_server/device/presets.h"
@@ -38,7 +36,6 @@ void addSimulation(Hasher& key, const DeviceInfo& device, double period_s) {
   }
 }
 
-/// Hash of all that the limits depend on.
 [[nodiscard]] ContentHash keyOf(const DeviceInfo& device, double rate_Hz, bool stabilised) {
   Hasher key;
   key.add("surface limits").add(ownStepSources());  // the definition of coming to rest included
@@ -67,8 +64,7 @@ void addSimulation(Hasher& key, const DeviceInfo& device, double period_s) {
                   &limits.damping_Ns_per_m) != 2) {
     return std::nullopt;
   }
-  if (text != textOf(key, limits)) return std::nullopt;
-  return limits;
+  return text == textOf(key, limits) ? std::optional(limits) : std::nullopt;
 }
 
 [[nodiscard]] std::string contentsOf(const std::filesystem::path& file) {
@@ -82,15 +78,11 @@ void replace(const std::filesystem::path& file, const std::string& text) {
   std::filesystem::create_directories(file.parent_path(), failed);
   std::filesystem::path fresh = file;
   fresh += '.' + std::to_string(getpid());
-  bool written = false;
-  {
-    std::ofstream out(fresh, std::ios::binary);
-    out << text;
-    out.flush();
-    written = out.good();
-  }
-  if (written) std::filesystem::rename(fresh, file, failed);
-  if (!written || failed) std::filesystem::remove(fresh, failed);
+  std::ofstream out(fresh, std::ios::binary);
+  out << text;
+  out.close();
+  if (out) std::filesystem::rename(fresh, file, failed);
+  if (!out || failed) std::filesystem::remove(fresh, failed);
 }
 
 [[nodiscard]] std::filesystem::path absoluteFolder(const char* variable) {

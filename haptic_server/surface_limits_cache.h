@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
 #include "haptic_server/servo/stiffness_limit.h"
 

@@ -2,12 +2,12 @@
 
 #include <openssl/pem.h>
 
-#include <array>
 #include <cstdlib>
 #include <fstream>
-#include <memory>
 #include <span>
 #include <sstream>
+
+#include "common/credentials/openssl_handles.h"
 
 namespace haptics {
 namespace {
@@ -45,11 +45,8 @@ std::optional<std::string> bytesOfHex(std::string_view digits) {
 }
 
 bool isCertificate(const std::string& pem) {
-  const std::unique_ptr<BIO, decltype(&BIO_free)> in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())),
-                                                     &BIO_free);
-  const std::unique_ptr<X509, decltype(&X509_free)> certificate(PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr),
-                                                                &X509_free);
-  return certificate != nullptr;
+  const openssl::Bio in(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
+  return openssl::Certificate(PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr)) != nullptr;
 }
 
 /// Whether systemd keeps it for this service alone (LoadCredential=), which it may do by an access control list: the mode

@@ -97,14 +97,12 @@ Direction directionAt(std::uint32_t i, std::uint32_t segments) {
 }  // namespace
 
 Result<TriMesh> makeBox(Vec3 size_m, std::uint32_t segmentsPerSide) {
-  constexpr std::array<const char*, 3> kNames{"size_m.x", "size_m.y", "size_m.z"};
-  for (int axis = 0; axis < 3; ++axis) {
-    if (auto ok = checkSize(kNames[static_cast<std::size_t>(axis)], size_m[axis]); !ok) {
-      return tl::unexpected(std::move(ok).error());
-    }
-  }
   const double n = segmentsPerSide;
-  auto ok = checkSegments("segments", segmentsPerSide, 1).and_then([&] { return checkCount("segments", 12 * n * n); });
+  auto ok = checkSize("size_m.x", size_m.x)
+                .and_then([&] { return checkSize("size_m.y", size_m.y); })
+                .and_then([&] { return checkSize("size_m.z", size_m.z); })
+                .and_then([&] { return checkSegments("segments", segmentsPerSide, 1); })
+                .and_then([&] { return checkCount("segments", 12 * n * n); });
   if (!ok) return tl::unexpected(std::move(ok).error());
   return gridsOnCube(segmentsPerSide, [half = size_m / 2.0](Vec3 p) { return p * half; }).canonical("size_m");
 }

@@ -1,11 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstring>
 #include <optional>
-#include <span>
 #include <vector>
 
+#include "common/mesh/canonical_bytes.h"
 #include "common/mesh/plain_file.h"
 #include "common/mesh/text_scan.h"
 
@@ -158,13 +157,6 @@ class Values {
   std::string_view rest_;
   Format format_;
 };
-
-template <class T>
-void append(std::string& bytes, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  const auto raw = std::as_bytes(std::span(&value, 1));
-  bytes.append(reinterpret_cast<const char*>(raw.data()), raw.size());
-}
 
 /// Rewrites the body, element by element: vertices as three floats, faces as an int count and int corners.
 class Body {

@@ -145,10 +145,12 @@ void lookAtAssets(auto& properties, const auto& look) {
   if (properties.softnessOver) lookAtMap(properties.softnessOver->over, look);
 }
 
-void take(std::optional<SurfaceMap>& map, const std::optional<std::optional<SurfaceMapEdit>>& edit) {
+/// \param part the edit's record
+template <class T, class Edit>
+void take(std::optional<T>& property, const std::optional<std::optional<Edit>>& edit, T Edit::*part) {
   if (!edit) return;
-  map.reset();
-  if (*edit) map = (*edit)->map;
+  property.reset();
+  if (*edit) property = (**edit).*part;
 }
 
 }  // namespace
@@ -190,16 +192,10 @@ SurfaceProperties renamed(SurfaceProperties properties, const std::function<Cont
 
 SurfaceProperties edited(SurfaceProperties properties, const SurfaceEdit& edit) {
   if (edit.shading) properties.shading = *edit.shading;
-  if (edit.friction) {
-    properties.friction.reset();
-    if (*edit.friction) properties.friction = (*edit.friction)->friction;
-  }
-  if (edit.texture) {
-    properties.texture.reset();
-    if (*edit.texture) properties.texture = (*edit.texture)->texture;
-  }
-  take(properties.stiffnessOver, edit.stiffnessOver);
-  take(properties.softnessOver, edit.softnessOver);
+  take(properties.friction, edit.friction, &FrictionEdit::friction);
+  take(properties.texture, edit.texture, &TextureEdit::texture);
+  take(properties.stiffnessOver, edit.stiffnessOver, &SurfaceMapEdit::map);
+  take(properties.softnessOver, edit.softnessOver, &SurfaceMapEdit::map);
   return properties;
 }
 

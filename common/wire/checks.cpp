@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "common/wire/convert.h"
+#include "common/wire/parts.h"
 
 namespace haptics {
 namespace {
@@ -20,6 +21,14 @@ Refusal checkCoordinate(double value, const std::string& field) {
 Refusal checkShare(float value, const std::string& field) {
   if (value >= 0 && value <= 1) return std::nullopt;
   return outside(field, value, "give a share from 0 to 1");
+}
+
+template <class Check>
+Refusal checkEach(const v1::Vector3& v, const std::string& field, Check check) {
+  for (const auto& [value, axis] : {std::pair{v.x(), ".x"}, {v.y(), ".y"}, {v.z(), ".z"}}) {
+    if (auto bad = check(value, field + axis)) return bad;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -45,7 +54,7 @@ Refusal checkAbove0(double value, double most, const char* unit, const std::stri
 }
 
 Refusal checkUnitVector(const v1::Vector3& vector, const std::string& field) {
-  const double length = std::sqrt(vector.x() * vector.x() + vector.y() * vector.y() + vector.z() * vector.z());
+  const double length = glm::length(vectorFrom(vector));
   if (std::abs(length - 1) <= kUnitLengthTolerance) return std::nullopt;
   return Error{field, "has length " + numberText(length) + "; a direction has length 1"};
 }
@@ -75,14 +84,11 @@ Refusal checkName(const std::string& name, const std::string& field) {
 }
 
 Refusal checkPosition(const v1::Vector3& position, const std::string& field) {
-  if (auto bad = checkCoordinate(position.x(), field + ".x")) return bad;
-  if (auto bad = checkCoordinate(position.y(), field + ".y")) return bad;
-  return checkCoordinate(position.z(), field + ".z");
+  return checkEach(position, field, checkCoordinate);
 }
 
 Refusal checkRotation(const v1::Quaternion& rotation, const std::string& field) {
-  const double length = std::sqrt(rotation.w() * rotation.w() + rotation.x() * rotation.x() +
-                                  rotation.y() * rotation.y() + rotation.z() * rotation.z());
+  const double length = glm::length(rotationFrom(rotation));
   if (std::abs(length - 1) <= kUnitLengthTolerance) return std::nullopt;
   return Error{field, "has length " + numberText(length) + "; a rotation is a unit quaternion (w 1 for none)"};
 }
@@ -103,6 +109,13 @@ Refusal checkColor(const v1::Color& color, const std::string& field) {
 
 Refusal checkLength(double length_m, const std::string& field) {
   return checkAbove0(length_m, kMaxCoordinate_m, " m", field);
+}
+
+Refusal checkSize(const v1::Vector3& size_m, const std::string& field) { return checkEach(size_m, field, checkLength); }
+
+Refusal checkVector(const v1::Vector3& vector, const Range& range, const std::string& field) {
+  return checkEach(vector, field,
+                   [&range](double value, const std::string& at) { return checkRange(value, range, at); });
 }
 
 }  // namespace haptics

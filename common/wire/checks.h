@@ -38,5 +38,8 @@ struct Range {
 [[nodiscard]] Refusal checkColor(const v1::Color& color, const std::string& field);
 /// A length: finite, > 0 and at most kMaxCoordinate_m.
 [[nodiscard]] Refusal checkLength(double length_m, const std::string& field);
+/// Each side a length.
+[[nodiscard]] Refusal checkSize(const v1::Vector3& size_m, const std::string& field);
+[[nodiscard]] Refusal checkVector(const v1::Vector3& vector, const Range& range, const std::string& field);
 
 }  // namespace haptics

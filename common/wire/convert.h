@@ -4,6 +4,7 @@
 
 #include "common/error/error.h"
 #include "common/scene/scene.h"
+#include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptics/v1/envelope.pb.h"
@@ -38,6 +39,8 @@ inline constexpr std::size_t kMaxLayers = 4;  ///< Of a field: each costs the ti
 /// Numbers are kept bit for bit (also a rotation's length), so that both sides hash the same.
 [[nodiscard]] Result<ObjectRecord> fromWire(const v1::ObjectState& message);
 [[nodiscard]] Result<Commit> fromWire(const v1::Commit& message);
+/// Of a client that leads: position, normal and force are checked.
+[[nodiscard]] Result<HandCommand> fromWire(const v1::HandTarget& message);
 [[nodiscard]] Result<ContentHash> hashFromWire(const std::string& bytes, const std::string& field);
 [[nodiscard]] Result<AssetKind> assetKindFromWire(v1::AssetKind kind, const std::string& field);
 /// Unknown enum values in telemetry are ignored (kNone); numbers are taken as they are, also non-finite ones.

@@ -2,11 +2,9 @@
 #include <google/protobuf/message.h>
 #include <google/protobuf/unknown_field_set.h>
 
-#include "common/wire/checks.h"
 #include "common/wire/convert.h"
-#include "common/wire/convert_deformation.h"
-#include "common/wire/convert_motion.h"
-#include "common/wire/convert_surface.h"
+#include "common/wire/convert_properties.h"
+#include "common/wire/parts.h"
 
 namespace haptics {
 namespace {
@@ -14,8 +12,6 @@ namespace {
 namespace pb = google::protobuf;
 
 std::string indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
-
-auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
 
 /// Fields, at any depth, that this version does not know.
 Refusal checkKnown(const pb::Message& message, const std::string& path) {
@@ -87,28 +83,22 @@ Refusal readSegments(std::uint32_t given, std::uint32_t atLeast, const std::stri
 constexpr std::uint32_t kMinAround = 3;  // segments that close around an axis
 
 Result<MeshSource> boxFrom(const v1::Box& message) {
-  BoxSource box;
+  BoxSource box{.size_m = vectorFrom(message.size_m())};
   if (!message.has_size_m()) return refused("box.size_m", "is missing; give x, y and z");
-  box.size_m = {message.size_m().x(), message.size_m().y(), message.size_m().z()};
-  if (auto bad = checkLength(box.size_m.x, "box.size_m.x")) return refuse(bad);
-  if (auto bad = checkLength(box.size_m.y, "box.size_m.y")) return refuse(bad);
-  if (auto bad = checkLength(box.size_m.z, "box.size_m.z")) return refuse(bad);
+  if (auto bad = checkSize(message.size_m(), "box.size_m")) return refuse(bad);
   if (auto bad = readSegments(message.segments(), 1, "box.segments", box.segments)) return refuse(bad);
   return MeshSource{box};
 }
 
 Result<MeshSource> sphereFrom(const v1::Sphere& message) {
-  SphereSource sphere;
-  sphere.radius_m = message.radius_m();
+  SphereSource sphere{.radius_m = message.radius_m()};
   if (auto bad = checkLength(sphere.radius_m, "sphere.radius_m")) return refuse(bad);
   if (auto bad = readSegments(message.segments(), 1, "sphere.segments", sphere.segments)) return refuse(bad);
   return MeshSource{sphere};
 }
 
 Result<MeshSource> cylinderFrom(const v1::Cylinder& message) {
-  CylinderSource cylinder;
-  cylinder.radius_m = message.radius_m();
-  cylinder.height_m = message.height_m();
+  CylinderSource cylinder{.radius_m = message.radius_m(), .height_m = message.height_m()};
   if (auto bad = checkLength(cylinder.radius_m, "cylinder.radius_m")) return refuse(bad);
   if (auto bad = checkLength(cylinder.height_m, "cylinder.height_m")) return refuse(bad);
   if (auto bad = readSegments(message.segments(), kMinAround, "cylinder.segments", cylinder.segments)) {
@@ -118,9 +108,7 @@ Result<MeshSource> cylinderFrom(const v1::Cylinder& message) {
 }
 
 Result<MeshSource> torusFrom(const v1::Torus& message) {
-  TorusSource torus;
-  torus.majorRadius_m = message.major_radius_m();
-  torus.minorRadius_m = message.minor_radius_m();
+  TorusSource torus{.majorRadius_m = message.major_radius_m(), .minorRadius_m = message.minor_radius_m()};
   if (auto bad = checkLength(torus.majorRadius_m, "torus.major_radius_m")) return refuse(bad);
   if (auto bad = checkLength(torus.minorRadius_m, "torus.minor_radius_m")) return refuse(bad);
   if (torus.minorRadius_m >= torus.majorRadius_m) {
@@ -140,11 +128,10 @@ Result<MeshSource> meshFrom(const v1::MeshSource& message) {
   if (message.has_keep_crossings())
     return refused("keep_crossings", "is for files only; other meshes are left as they are");
   switch (message.source_case()) {
-    case v1::MeshSource::kAsset: {
-      const auto hash = hashFromWire(message.asset(), "asset");
-      if (!hash) return tl::unexpected<Error>(hash.error());
-      return MeshSource{AssetSource{*hash}};
-    }
+    case v1::MeshSource::kAsset:
+      return hashFromWire(message.asset(), "asset").map([](const ContentHash& hash) {
+        return MeshSource{AssetSource{hash}};
+      });
     case v1::MeshSource::kBox:
       return boxFrom(message.box());
     case v1::MeshSource::kSphere:
@@ -162,12 +149,11 @@ Result<PoseEdit> poseFrom(const v1::Pose& message) {
   PoseEdit edit;
   if (message.has_position()) {
     if (auto bad = checkPosition(message.position(), "pose.position")) return refuse(bad);
-    edit.position = Vec3(message.position().x(), message.position().y(), message.position().z());
+    edit.position = vectorFrom(message.position());
   }
   if (message.has_rotation()) {
-    const v1::Quaternion& q = message.rotation();
-    if (auto bad = checkRotation(q, "pose.rotation")) return refuse(bad);
-    edit.rotation = glm::normalize(Quat(q.w(), q.x(), q.y(), q.z()));
+    if (auto bad = checkRotation(message.rotation(), "pose.rotation")) return refuse(bad);
+    edit.rotation = glm::normalize(rotationFrom(message.rotation()));
   }
   return edit;
 }
@@ -186,115 +172,91 @@ Result<MaterialEdit> materialFrom(const v1::Material& message) {
     if (auto bad = checkColor(message.color(), "material.color")) return refuse(bad);
     edit.color = Color{message.color().red(), message.color().green(), message.color().blue()};
   }
-  auto surface = surfaceFrom(message);
-  if (!surface) return tl::unexpected<Error>(std::move(surface.error()).within("material."));
-  edit.surface = *std::move(surface);
+  if (auto bad = take(surfaceFrom(message), edit.surface, "material.")) return refuse(bad);
   return edit;
 }
 
-/// The error as seen from one level farther out.
-template <class T>
-tl::unexpected<Error> errorOf(Result<T>& result, const std::string& prefix = {}) {
-  return tl::unexpected<Error>(std::move(result.error()).within(prefix));
-}
-
 Result<Operation> addFrom(const v1::AddObject& message) {
+  AddObject add;
+  add.name = message.name();
   if (auto bad = checkName(message.name(), "name")) return refuse(bad);
-  auto mesh = meshFrom(message.mesh());
-  if (!mesh) return errorOf(mesh, "mesh.");
-  auto pose = poseFrom(message.pose());
-  if (!pose) return errorOf(pose);
-  auto material = materialFrom(message.material());
-  if (!material) return errorOf(material);
-  AddObject add{message.name(), std::move(*mesh), *pose, std::move(*material)};
+  if (auto bad = take(meshFrom(message.mesh()), add.mesh, "mesh.")) return refuse(bad);
+  if (auto bad = take(poseFrom(message.pose()), add.pose)) return refuse(bad);
+  if (auto bad = take(materialFrom(message.material()), add.material)) return refuse(bad);
   if (message.has_motion()) {
-    auto motion = motionFrom(message.motion());
-    if (!motion) return errorOf(motion, "motion.");
-    add.motion = *std::move(motion);
+    if (auto bad = take(motionFrom(message.motion()), add.motion, "motion.")) return refuse(bad);
   }
-  auto deformation = deformationFrom(message.deformation());
-  if (!deformation) return errorOf(deformation, "deformation.");
-  add.deformation = *std::move(deformation);
+  if (auto bad = take(deformationFrom(message.deformation()), add.deformation, "deformation.")) return refuse(bad);
   return add;
 }
 
+Result<Operation> removeFrom(const v1::RemoveObject& message) {
+  RemoveObject remove;
+  if (auto bad = take(refFrom(message.object()), remove.object)) return refuse(bad);
+  return remove;
+}
+
 Result<Operation> remeshFrom(const v1::RemeshObject& message) {
-  auto object = refFrom(message.object());
-  if (!object) return errorOf(object);
-  auto mesh = meshFrom(message.mesh());
-  if (!mesh) return errorOf(mesh, "mesh.");
-  return RemeshObject{std::move(*object), std::move(*mesh)};
+  RemeshObject remesh;
+  if (auto bad = take(refFrom(message.object()), remesh.object)) return refuse(bad);
+  if (auto bad = take(meshFrom(message.mesh()), remesh.mesh, "mesh.")) return refuse(bad);
+  return remesh;
 }
 
 Result<Operation> setPoseFrom(const v1::SetPose& message) {
-  auto object = refFrom(message.object());
-  if (!object) return errorOf(object);
-  auto pose = poseFrom(message.pose());
-  if (!pose) return errorOf(pose);
-  if (!pose->position && !pose->rotation) return refused("pose", "is empty; give position, rotation or both");
-  return SetPose{std::move(*object), *pose};
+  SetPose set;
+  if (auto bad = take(refFrom(message.object()), set.object)) return refuse(bad);
+  if (auto bad = take(poseFrom(message.pose()), set.pose)) return refuse(bad);
+  if (!set.pose.position && !set.pose.rotation) return refused("pose", "is empty; give position, rotation or both");
+  return set;
 }
 
 Result<Operation> setMaterialFrom(const v1::SetMaterial& message) {
-  auto object = refFrom(message.object());
-  if (!object) return errorOf(object);
-  auto material = materialFrom(message.material());
-  if (!material) return errorOf(material);
-  if (!material->stiffness_N_per_m && !material->damping_Ns_per_m && !material->color && material->surface.empty()) {
+  SetMaterial set;
+  if (auto bad = take(refFrom(message.object()), set.object)) return refuse(bad);
+  if (auto bad = take(materialFrom(message.material()), set.material)) return refuse(bad);
+  const MaterialEdit& material = set.material;
+  if (!material.stiffness_N_per_m && !material.damping_Ns_per_m && !material.color && material.surface.empty()) {
     return refused("material", "is empty; give what is to change");
   }
-  return SetMaterial{std::move(*object), std::move(*material)};
+  return set;
 }
 
 Result<Operation> setMotionFrom(const v1::SetMotion& message) {
-  auto object = refFrom(message.object());
-  if (!object) return errorOf(object);
-  if (message.motion().ByteSizeLong() == 0) return SetMotion{std::move(*object), std::nullopt};
-  auto motion = motionFrom(message.motion());
-  if (!motion) return errorOf(motion, "motion.");
-  return SetMotion{std::move(*object), *std::move(motion)};
+  SetMotion set;
+  if (auto bad = take(refFrom(message.object()), set.object)) return refuse(bad);
+  if (message.motion().ByteSizeLong() == 0) return set;
+  if (auto bad = take(motionFrom(message.motion()), set.motion, "motion.")) return refuse(bad);
+  return set;
 }
 
 Result<Operation> setDeformationFrom(const v1::SetDeformation& message) {
-  auto object = refFrom(message.object());
-  if (!object) return errorOf(object);
-  auto deformation = deformationFrom(message.deformation());
-  if (!deformation) return errorOf(deformation, "deformation.");
-  if (deformation->empty()) return refused("deformation", "is empty; give softness, lattice or residue");
-  return SetDeformation{std::move(*object), *std::move(deformation)};
+  SetDeformation set;
+  if (auto bad = take(refFrom(message.object()), set.object)) return refuse(bad);
+  if (auto bad = take(deformationFrom(message.deformation()), set.deformation, "deformation.")) return refuse(bad);
+  if (set.deformation.empty()) return refused("deformation", "is empty; give softness, lattice or residue");
+  return set;
 }
 
 Result<Operation> operationFrom(const v1::Operation& message) {
+  const auto in = [](const std::string& prefix, Result<Operation> operation) {
+    return std::move(operation).map_error([&](Error error) { return std::move(error).within(prefix); });
+  };
   switch (message.op_case()) {
-    case v1::Operation::kAdd: {
-      auto operation = addFrom(message.add());
-      return operation ? operation : errorOf(operation, "add.");
-    }
-    case v1::Operation::kRemove: {
-      auto object = refFrom(message.remove().object());
-      if (!object) return errorOf(object, "remove.");
-      return RemoveObject{std::move(*object)};
-    }
-    case v1::Operation::kRemesh: {
-      auto operation = remeshFrom(message.remesh());
-      return operation ? operation : errorOf(operation, "remesh.");
-    }
-    case v1::Operation::kSetPose: {
-      auto operation = setPoseFrom(message.set_pose());
-      return operation ? operation : errorOf(operation, "set_pose.");
-    }
-    case v1::Operation::kSetMaterial: {
-      auto operation = setMaterialFrom(message.set_material());
-      return operation ? operation : errorOf(operation, "set_material.");
-    }
-    case v1::Operation::kSetMotion: {
-      auto operation = setMotionFrom(message.set_motion());
-      return operation ? operation : errorOf(operation, "set_motion.");
-    }
-    case v1::Operation::kSetDeformation: {
-      auto operation = setDeformationFrom(message.set_deformation());
-      return operation ? operation : errorOf(operation, "set_deformation.");
-    }
+    case v1::Operation::kAdd:
+      return in("add.", addFrom(message.add()));
+    case v1::Operation::kRemove:
+      return in("remove.", removeFrom(message.remove()));
+    case v1::Operation::kRemesh:
+      return in("remesh.", remeshFrom(message.remesh()));
+    case v1::Operation::kSetPose:
+      return in("set_pose.", setPoseFrom(message.set_pose()));
+    case v1::Operation::kSetMaterial:
+      return in("set_material.", setMaterialFrom(message.set_material()));
+    case v1::Operation::kSetMotion:
+      return in("set_motion.", setMotionFrom(message.set_motion()));
+    case v1::Operation::kSetDeformation:
+      return in("set_deformation.", setDeformationFrom(message.set_deformation()));
     case v1::Operation::OP_NOT_SET:
       break;
   }
@@ -302,14 +264,12 @@ Result<Operation> operationFrom(const v1::Operation& message) {
 }
 
 Result<Precondition> preconditionFrom(const v1::Precondition& message) {
-  auto object = refFrom(message.object());
-  if (!object) return errorOf(object);
-  Precondition precondition{std::move(*object), message.expected_revision(), std::nullopt};
-  if (!message.expected_hash().empty()) {
-    const auto hash = hashFromWire(message.expected_hash(), "expected_hash");
-    if (!hash) return tl::unexpected<Error>(hash.error());
-    precondition.expectedHash = *hash;
-  }
+  Precondition precondition;
+  precondition.expectedRevision = message.expected_revision();
+  if (auto bad = take(refFrom(message.object()), precondition.object)) return refuse(bad);
+  if (message.expected_hash().empty()) return precondition;
+  const auto hash = hashFromWire(message.expected_hash(), "expected_hash");
+  if (auto bad = take(hash, precondition.expectedHash)) return refuse(bad);
   return precondition;
 }
 
@@ -329,14 +289,14 @@ Result<Transaction> fromWire(const v1::Transaction& message) {
 
   Transaction transaction;
   for (int i = 0; i < message.preconditions_size(); ++i) {
-    auto precondition = preconditionFrom(message.preconditions(i));
-    if (!precondition) return errorOf(precondition, indexed("preconditions", i) + ".");
-    transaction.preconditions.push_back(std::move(*precondition));
+    Precondition& precondition = transaction.preconditions.emplace_back();
+    const std::string at = indexed("preconditions", i) + ".";
+    if (auto bad = take(preconditionFrom(message.preconditions(i)), precondition, at)) return refuse(bad);
   }
   for (int i = 0; i < message.operations_size(); ++i) {
-    auto operation = operationFrom(message.operations(i));
-    if (!operation) return errorOf(operation, indexed("operations", i) + ".");
-    transaction.operations.push_back(std::move(*operation));
+    Operation& operation = transaction.operations.emplace_back();
+    const std::string at = indexed("operations", i) + ".";
+    if (auto bad = take(operationFrom(message.operations(i)), operation, at)) return refuse(bad);
   }
   return transaction;
 }

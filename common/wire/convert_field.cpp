@@ -1,10 +1,9 @@
-#include "common/wire/convert_field.h"
-
 #include <algorithm>
 #include <utility>
 
-#include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
+#include "common/wire/parts.h"
 
 namespace haptics {
 namespace {
@@ -19,16 +18,6 @@ constexpr Range kCells{2, 32};  // computing the most takes seconds
 constexpr Range kElongation{1, 8};
 constexpr Range kResolution{32, 1024};
 constexpr std::uint32_t kMinPerCell = 8;  // samples: fewer do not show a cell's shape
-
-auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
-
-Vec3 vectorFrom(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
-void write(Vec3 v, v1::Vector3& message) {
-  message.set_x(v.x);
-  message.set_y(v.y);
-  message.set_z(v.z);
-}
 
 Result<FieldEdit> fourierFrom(const v1::FourierField& message) {
   if (message.terms().empty() || message.terms_size() > static_cast<int>(kMaxFourierTerms)) {
@@ -53,8 +42,7 @@ Result<FieldEdit> fourierFrom(const v1::FourierField& message) {
 }
 
 Result<FieldEdit> noiseFrom(const v1::NoiseField& message) {
-  NoiseFamily family;
-  family.wavelength_m = message.wavelength_m();
+  NoiseFamily family{.wavelength_m = message.wavelength_m()};
   if (message.has_octaves()) family.octaves = message.octaves();
   if (message.has_persistence()) family.persistence = message.persistence();
   if (message.has_seed()) family.seed = message.seed();
@@ -65,8 +53,7 @@ Result<FieldEdit> noiseFrom(const v1::NoiseField& message) {
 }
 
 Result<FieldEdit> cellularFrom(const v1::CellularField& message) {
-  CellularFamily family;
-  family.cell_m = message.cell_m();
+  CellularFamily family{.cell_m = message.cell_m()};
   if (message.has_smoothness()) family.smoothness = message.smoothness();
   if (message.has_seed()) family.seed = message.seed();
   if (auto bad = checkRange(family.cell_m, kWavelength_m, "cellular.cell_m")) return refuse(bad);
@@ -75,23 +62,22 @@ Result<FieldEdit> cellularFrom(const v1::CellularField& message) {
 }
 
 Result<FieldEdit> grainFrom(const v1::GrainField& message) {
-  GrainFamily family;
-  family.grain_m = message.grain_m();
+  GrainFamily family{.grain_m = message.grain_m()};
   if (message.has_seed()) family.seed = message.seed();
   if (auto bad = checkRange(family.grain_m, kWavelength_m, "grain.grain_m")) return refuse(bad);
   return FieldEdit{family, {}};
 }
 
 /// 0, which is how an absent number arrives, stands for the default.
-Refusal readGrid(std::uint32_t cells, std::uint32_t resolution, const std::string& field, std::uint32_t& toCells,
-                 std::uint32_t& toResolution) {
-  if (cells != 0) toCells = cells;
-  if (resolution != 0) toResolution = resolution;
-  if (auto bad = checkRange(toCells, kCells, field + "cells")) return bad;
-  if (auto bad = checkRange(toResolution, kResolution, field + "resolution")) return bad;
-  if (toResolution >= kMinPerCell * toCells) return std::nullopt;
-  return Error{field + "resolution", "is " + std::to_string(toResolution) + "; " + std::to_string(toCells) +
-                                         " cells need " + std::to_string(kMinPerCell * toCells) + " or more"};
+Refusal readGrid(const auto& message, auto& source, const std::string& field) {
+  if (message.cells() != 0) source.cells = message.cells();
+  if (message.resolution() != 0) source.resolution = message.resolution();
+  if (auto bad = checkRange(source.cells, kCells, field + "cells")) return bad;
+  if (auto bad = checkRange(source.resolution, kResolution, field + "resolution")) return bad;
+  const std::uint32_t least = kMinPerCell * source.cells;
+  if (source.resolution >= least) return std::nullopt;
+  return Error{field + "resolution", "is " + std::to_string(source.resolution) + "; " + std::to_string(source.cells) +
+                                         " cells need " + std::to_string(least) + " or more"};
 }
 
 Refusal readPattern(v1::ReactionDiffusionPattern given, ReactionDiffusionSource::Pattern& to) {
@@ -108,9 +94,7 @@ Result<FieldSource> reactionDiffusionFrom(const v1::ReactionDiffusion& message) 
   ReactionDiffusionSource source;
   if (auto bad = readPattern(message.pattern(), source.pattern)) return refuse(bad);
   if (message.has_seed()) source.seed = message.seed();
-  if (auto bad =
-          readGrid(message.cells(), message.resolution(), "reaction_diffusion.", source.cells, source.resolution))
-    return refuse(bad);
+  if (auto bad = readGrid(message, source, "reaction_diffusion.")) return refuse(bad);
   return FieldSource{source};
 }
 
@@ -119,8 +103,7 @@ Result<FieldSource> spotNoiseFrom(const v1::SpotNoise& message) {
   if (message.has_elongation()) source.elongation = message.elongation();
   if (message.has_seed()) source.seed = message.seed();
   if (auto bad = checkRange(source.elongation, kElongation, "spot_noise.elongation")) return refuse(bad);
-  if (auto bad = readGrid(message.cells(), message.resolution(), "spot_noise.", source.cells, source.resolution))
-    return refuse(bad);
+  if (auto bad = readGrid(message, source, "spot_noise.")) return refuse(bad);
   return FieldSource{source};
 }
 
@@ -129,11 +112,10 @@ Result<FieldSource> sourceFrom(const v1::MappedField& message) {
     case v1::MappedField::kImage:
       if (auto bad = checkFilePath(message.image(), "image")) return refuse(bad);
       return FieldSource{FileSource{message.image()}};
-    case v1::MappedField::kAsset: {
-      const auto hash = hashFromWire(message.asset(), "asset");
-      if (!hash) return tl::unexpected<Error>(hash.error());
-      return FieldSource{AssetSource{*hash}};
-    }
+    case v1::MappedField::kAsset:
+      return hashFromWire(message.asset(), "asset").map([](const ContentHash& hash) {
+        return FieldSource{AssetSource{hash}};
+      });
     case v1::MappedField::kReactionDiffusion:
       return reactionDiffusionFrom(message.reaction_diffusion());
     case v1::MappedField::kSpotNoise:
@@ -155,38 +137,33 @@ Result<Mapping> mappingFrom(const v1::Mapping& message) {
   mapping.tile_m = message.tile_m();
   if (message.has_size_m()) {
     mapping.size_m = vectorFrom(message.size_m());
-    if (auto bad = checkLength(mapping.size_m.x, "mapping.size_m.x")) return refuse(bad);
-    if (auto bad = checkLength(mapping.size_m.y, "mapping.size_m.y")) return refuse(bad);
-    if (auto bad = checkLength(mapping.size_m.z, "mapping.size_m.z")) return refuse(bad);
+    if (auto bad = checkSize(message.size_m(), "mapping.size_m")) return refuse(bad);
   }
   if (auto bad = checkPosition(message.centre(), "mapping.centre")) return refuse(bad);
   if (message.has_rotation()) {
-    const v1::Quaternion& q = message.rotation();
-    if (auto bad = checkRotation(q, "mapping.rotation")) return refuse(bad);
-    mapping.rotation = Quat(q.w(), q.x(), q.y(), q.z());
+    if (auto bad = checkRotation(message.rotation(), "mapping.rotation")) return refuse(bad);
+    mapping.rotation = rotationFrom(message.rotation());
   }
   if (auto bad = checkRange(mapping.tile_m, kWavelength_m, "mapping.tile_m")) return refuse(bad);
   return mapping;
 }
 
 Result<FieldEdit> mappedFrom(const v1::MappedField& message) {
-  auto source = sourceFrom(message);
-  if (!source) return tl::unexpected<Error>(std::move(source.error()).within("mapped."));
-  const auto mapping = mappingFrom(message.mapping());
-  if (!mapping) return tl::unexpected<Error>(Error(mapping.error()).within("mapped."));
-  MappedFamily family{{}, *mapping};
-  if (const auto* asset = std::get_if<AssetSource>(&*source)) family.field = asset->hash;
   const v1::Mapping& given = message.mapping();
-  return FieldEdit{family, {MappedSource{*std::move(source), !given.has_centre(), !given.has_size_m()}}};
+  MappedSource source{{}, !given.has_centre(), !given.has_size_m()};
+  MappedFamily family;
+  if (auto bad = take(sourceFrom(message), source.field, "mapped.")) return refuse(bad);
+  if (auto bad = take(mappingFrom(given), family.mapping, "mapped.")) return refuse(bad);
+  if (const auto* asset = std::get_if<AssetSource>(&source.field)) family.field = asset->hash;
+  return FieldEdit{family, {std::move(source)}};
 }
 
 Result<PointFieldSource> sourceFrom(const v1::GrownField& message) {
   switch (message.source_case()) {
-    case v1::GrownField::kAsset: {
-      const auto hash = hashFromWire(message.asset(), "asset");
-      if (!hash) return tl::unexpected<Error>(hash.error());
-      return PointFieldSource{AssetSource{*hash}};
-    }
+    case v1::GrownField::kAsset:
+      return hashFromWire(message.asset(), "asset").map([](const ContentHash& hash) {
+        return PointFieldSource{AssetSource{hash}};
+      });
     case v1::GrownField::kReactionDiffusion: {
       const v1::GrownReactionDiffusion& given = message.reaction_diffusion();
       GrownReactionDiffusionSource source;
@@ -204,11 +181,11 @@ Result<PointFieldSource> sourceFrom(const v1::GrownField& message) {
 }
 
 Result<FieldEdit> grownFrom(const v1::GrownField& message) {
-  auto source = sourceFrom(message);
-  if (!source) return tl::unexpected<Error>(std::move(source.error()).within("grown."));
+  GrownSource source;
   GrownFamily family;
-  if (const auto* asset = std::get_if<AssetSource>(&*source)) family.points = asset->hash;
-  return FieldEdit{family, {GrownSource{*source}}};
+  if (auto bad = take(sourceFrom(message), source.points, "grown.")) return refuse(bad);
+  if (const auto* asset = std::get_if<AssetSource>(&source.points)) family.points = asset->hash;
+  return FieldEdit{family, {source}};
 }
 
 Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
@@ -236,13 +213,13 @@ Result<FieldEdit> layersFrom(const v1::LayeredField& message) {
       return refused(layerField(number) + "layers",
                      "is layered within a layer; give a layer a field of another family");
     }
-    auto layer = fieldFrom(given.field());
-    if (!layer) return tl::unexpected<Error>(std::move(layer.error()).within(layerField(number)));
-    for (FamilySource& source : layer->sources) {
+    FieldEdit layer;
+    if (auto bad = take(fieldFrom(given.field()), layer, layerField(number))) return refuse(bad);
+    for (FamilySource& source : layer.sources) {
       std::visit([number](auto& chosen) { chosen.layer = number; }, source);
       sources.push_back(std::move(source));
     }
-    family.layers.push_back({weight, std::move(layer->family)});
+    family.layers.push_back({weight, std::move(layer.family)});
   }
   return FieldEdit{std::move(family), std::move(sources)};
 }
@@ -251,7 +228,7 @@ void write(const FourierFamily& family, v1::ScalarField& message) {
   for (const FourierTerm& term : family.terms) {
     v1::FourierTerm& to = *message.mutable_fourier()->add_terms();
     to.set_amplitude(term.amplitude);
-    write(term.direction, *to.mutable_direction());
+    toWire(term.direction, *to.mutable_direction());
     to.set_wavelength_m(term.wavelength_m);
     to.set_phase_rad(term.phase_rad);
   }
@@ -282,12 +259,9 @@ void write(const MappedFamily& family, v1::ScalarField& message) {
   to.set_asset(family.field.asBytes());
   v1::Mapping& mapping = *to.mutable_mapping();
   mapping.set_shape(static_cast<v1::MappingShape>(family.mapping.shape));
-  write(family.mapping.centre, *mapping.mutable_centre());
-  mapping.mutable_rotation()->set_w(family.mapping.rotation.w);
-  mapping.mutable_rotation()->set_x(family.mapping.rotation.x);
-  mapping.mutable_rotation()->set_y(family.mapping.rotation.y);
-  mapping.mutable_rotation()->set_z(family.mapping.rotation.z);
-  write(family.mapping.size_m, *mapping.mutable_size_m());
+  toWire(family.mapping.centre, *mapping.mutable_centre());
+  toWire(family.mapping.rotation, *mapping.mutable_rotation());
+  toWire(family.mapping.size_m, *mapping.mutable_size_m());
   mapping.set_tile_m(family.mapping.tile_m);
 }
 

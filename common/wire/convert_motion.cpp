@@ -1,11 +1,10 @@
-#include "common/wire/convert_motion.h"
-
 #include <numbers>
 #include <string>
 #include <utility>
 
-#include "common/wire/checks.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
+#include "common/wire/parts.h"
 
 namespace haptics {
 namespace {
@@ -20,21 +19,6 @@ constexpr double kMaxInertia_kg_m2 = 1e6;
 /// Several whole turns: a knob may have them.
 constexpr double kMaxAngle_rad = 200 * std::numbers::pi;
 constexpr int kMaxPlanesOfABody = 4;
-
-auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
-
-Vec3 vectorFrom(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
-void write(Vec3 v, v1::Vector3& message) {
-  message.set_x(v.x);
-  message.set_y(v.y);
-  message.set_z(v.z);
-}
-
-Refusal checkVector(const v1::Vector3& v, const Range& range, const std::string& field) {
-  if (auto bad = checkRange(v.x(), range, field + ".x")) return bad;
-  if (auto bad = checkRange(v.y(), range, field + ".y")) return bad;
-  return checkRange(v.z(), range, field + ".z");
-}
 
 Refusal checkDirection(const v1::Vector3& v, const std::string& field) {
   if (vectorFrom(v) == Vec3(0)) return Error{field, "has length 0; give a direction of length 1"};
@@ -81,13 +65,11 @@ Result<JointProperties> jointFrom(const v1::Joint& message, JointProperties::Kin
 }
 
 Result<PlaneProperties> planeFrom(const v1::Plane& message) {
-  PlaneProperties plane;
+  PlaneProperties plane{.normal = vectorFrom(message.normal()), .offset_m = message.offset_m()};
   if (auto bad = checkDirection(message.normal(), "normal")) return refuse(bad);
   if (auto bad = checkRange(message.offset_m(), {-kMaxCoordinate_m, kMaxCoordinate_m, " m"}, "offset_m")) {
     return refuse(bad);
   }
-  plane.normal = vectorFrom(message.normal());
-  plane.offset_m = message.offset_m();
   if (message.has_friction()) plane.friction = message.friction();
   if (message.has_rolling_m()) plane.rolling_m = message.rolling_m();
   if (auto bad = checkRange(plane.friction, kFriction, "friction")) return refuse(bad);
@@ -95,36 +77,19 @@ Result<PlaneProperties> planeFrom(const v1::Plane& message) {
   return plane;
 }
 
-/// The error as seen from one level farther out.
-template <class T>
-tl::unexpected<Error> errorOf(Result<T>& result, const std::string& prefix) {
-  return tl::unexpected<Error>(std::move(result.error()).within(prefix));
-}
-
-Result<void> addJoint(const v1::Motion& message, MotionProperties& motion) {
-  if (message.joint_case() == v1::Motion::JOINT_NOT_SET) return {};
-  const bool hinge = message.joint_case() == v1::Motion::kHinge;
-  auto joint = jointFrom(hinge ? message.hinge() : message.slider(),
-                         hinge ? JointProperties::Kind::kHinge : JointProperties::Kind::kSlider);
-  if (!joint) return errorOf(joint, hinge ? "hinge." : "slider.");
-  motion.joint = *joint;
-  return {};
-}
-
-Result<void> addPlanes(const v1::Motion& message, MotionProperties& motion) {
+Refusal addPlanes(const v1::Motion& message, MotionProperties& motion) {
   if (message.planes_size() > kMaxPlanesOfABody) {
-    return refused("planes", "has " + std::to_string(message.planes_size()) + " entries; a body rests on at most " +
-                                 std::to_string(kMaxPlanesOfABody));
+    return Error{"planes", "has " + std::to_string(message.planes_size()) + " entries; a body rests on at most " +
+                               std::to_string(kMaxPlanesOfABody)};
   }
   if (message.planes_size() > 0 && motion.joint) {
-    return refused("planes", "are given beside a joint, whose limits stop the body; give one of the two");
+    return Error{"planes", "are given beside a joint, whose limits stop the body; give one of the two"};
   }
   for (int i = 0; i < message.planes_size(); ++i) {
-    auto plane = planeFrom(message.planes(i));
-    if (!plane) return errorOf(plane, "planes[" + std::to_string(i) + "].");
-    motion.planes.push_back(*plane);
+    PlaneProperties& plane = motion.planes.emplace_back();
+    if (auto bad = take(planeFrom(message.planes(i)), plane, "planes[" + std::to_string(i) + "].")) return bad;
   }
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace
@@ -134,9 +99,7 @@ Result<MotionProperties> announcedMotionFrom(const v1::Motion& message) {
   motion.mass_kg = message.mass_kg();
   if (auto bad = checkAbove0(motion.mass_kg, kMaxMass_kg, " kg", "mass_kg")) return refuse(bad);
   if (message.has_inertia()) {
-    auto inertia = inertiaFrom(message.inertia());
-    if (!inertia) return errorOf(inertia, "inertia.");
-    motion.inertia = *inertia;
+    if (auto bad = take(inertiaFrom(message.inertia()), motion.inertia, "inertia.")) return refuse(bad);
   }
   if (message.has_gravity_m_per_s2()) {
     if (auto bad = checkVector(message.gravity_m_per_s2(), kGravity, "gravity_m_per_s2")) return refuse(bad);
@@ -146,11 +109,15 @@ Result<MotionProperties> announcedMotionFrom(const v1::Motion& message) {
   motion.angularDamping_per_s = message.angular_damping_per_s();
   if (auto bad = checkRange(motion.linearDamping_per_s, kDampingRate, "linear_damping_per_s")) return refuse(bad);
   if (auto bad = checkRange(motion.angularDamping_per_s, kDampingRate, "angular_damping_per_s")) return refuse(bad);
-  auto spring = springFrom(message.spring());
-  if (!spring) return errorOf(spring, "spring.");
-  motion.spring = *spring;
-  if (auto joint = addJoint(message, motion); !joint) return tl::unexpected<Error>(std::move(joint.error()));
-  if (auto planes = addPlanes(message, motion); !planes) return tl::unexpected<Error>(std::move(planes.error()));
+  if (auto bad = take(springFrom(message.spring()), motion.spring, "spring.")) return refuse(bad);
+  using Kind = JointProperties::Kind;
+  if (message.has_hinge()) {
+    if (auto bad = take(jointFrom(message.hinge(), Kind::kHinge), motion.joint, "hinge.")) return refuse(bad);
+  }
+  if (message.has_slider()) {
+    if (auto bad = take(jointFrom(message.slider(), Kind::kSlider), motion.joint, "slider.")) return refuse(bad);
+  }
+  if (auto bad = addPlanes(message, motion)) return refuse(bad);
   return motion;
 }
 
@@ -166,11 +133,11 @@ void toWire(const MotionProperties& motion, v1::Motion& message) {
   message.Clear();
   message.set_mass_kg(motion.mass_kg);
   if (motion.inertia) {
-    write(motion.inertia->centre_m, *message.mutable_inertia()->mutable_centre_m());
-    write(motion.inertia->moments, *message.mutable_inertia()->mutable_moments());
-    write(motion.inertia->products, *message.mutable_inertia()->mutable_products());
+    toWire(motion.inertia->centre_m, *message.mutable_inertia()->mutable_centre_m());
+    toWire(motion.inertia->moments, *message.mutable_inertia()->mutable_moments());
+    toWire(motion.inertia->products, *message.mutable_inertia()->mutable_products());
   }
-  write(motion.gravity_m_per_s2, *message.mutable_gravity_m_per_s2());
+  toWire(motion.gravity_m_per_s2, *message.mutable_gravity_m_per_s2());
   message.set_linear_damping_per_s(motion.linearDamping_per_s);
   message.set_angular_damping_per_s(motion.angularDamping_per_s);
   v1::PoseSpring& spring = *message.mutable_spring();
@@ -181,14 +148,14 @@ void toWire(const MotionProperties& motion, v1::Motion& message) {
   if (motion.joint) {
     const bool hinge = motion.joint->kind == JointProperties::Kind::kHinge;
     v1::Joint& joint = hinge ? *message.mutable_hinge() : *message.mutable_slider();
-    write(motion.joint->anchor_m, *joint.mutable_anchor_m());
-    write(motion.joint->axis, *joint.mutable_axis());
+    toWire(motion.joint->anchor_m, *joint.mutable_anchor_m());
+    toWire(motion.joint->axis, *joint.mutable_axis());
     joint.set_lowest(motion.joint->lowest);
     joint.set_highest(motion.joint->highest);
   }
   for (const PlaneProperties& of : motion.planes) {
     v1::Plane& plane = *message.add_planes();
-    write(of.normal, *plane.mutable_normal());
+    toWire(of.normal, *plane.mutable_normal());
     plane.set_offset_m(of.offset_m);
     plane.set_friction(of.friction);
     plane.set_rolling_m(of.rolling_m);

@@ -1,34 +1,17 @@
 #include <optional>
 
-#include "common/wire/checks.h"
 #include "common/wire/convert.h"
-#include "common/wire/convert_deformation.h"
-#include "common/wire/convert_motion.h"
-#include "common/wire/convert_surface.h"
+#include "common/wire/convert_properties.h"
+#include "common/wire/parts.h"
 
 namespace haptics {
 namespace {
 
-Vec3 vectorFrom(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
-void write(const Vec3& v, v1::Vector3& message) {
-  message.set_x(v.x);
-  message.set_y(v.y);
-  message.set_z(v.z);
-}
-
-Pose poseFrom(const v1::Pose& message) {
-  const v1::Quaternion& q = message.rotation();
-  return {Quat(q.w(), q.x(), q.y(), q.z()), vectorFrom(message.position())};
-}
+Pose poseFrom(const v1::Pose& message) { return {rotationFrom(message.rotation()), vectorFrom(message.position())}; }
 
 void write(const Pose& pose, v1::Pose& message) {
-  write(pose.position, *message.mutable_position());
-  v1::Quaternion& rotation = *message.mutable_rotation();
-  rotation.set_w(pose.rotation.w);
-  rotation.set_x(pose.rotation.x);
-  rotation.set_y(pose.rotation.y);
-  rotation.set_z(pose.rotation.z);
+  toWire(pose.position, *message.mutable_position());
+  toWire(pose.rotation, *message.mutable_rotation());
 }
 
 /// A value that this version does not know counts as the enum's zero.
@@ -87,54 +70,40 @@ Result<ObjectRecord> fromWire(const v1::ObjectState& message) {
   ObjectRecord record;
   record.id = message.id();
   if (record.id == 0) return refused("id", "is 0; ids start at 1");
-  if (auto bad = checkName(message.name(), "name")) return tl::unexpected<Error>(*bad);
+  if (auto bad = checkName(message.name(), "name")) return refuse(bad);
   record.name = message.name();
   record.revision = message.revision();
-  const auto mesh = hashFromWire(message.mesh(), "mesh");
-  if (!mesh) return tl::unexpected<Error>(mesh.error());
-  record.mesh = *mesh;
+  if (auto bad = take(hashFromWire(message.mesh(), "mesh"), record.mesh)) return refuse(bad);
 
   if (!message.pose().has_position()) return refused("pose.position", "is missing");
   if (!message.pose().has_rotation()) return refused("pose.rotation", "is missing");
-  if (auto bad = checkPosition(message.pose().position(), "pose.position")) return tl::unexpected<Error>(*bad);
-  if (auto bad = checkRotation(message.pose().rotation(), "pose.rotation")) return tl::unexpected<Error>(*bad);
+  if (auto bad = checkPosition(message.pose().position(), "pose.position")) return refuse(bad);
+  if (auto bad = checkRotation(message.pose().rotation(), "pose.rotation")) return refuse(bad);
   record.pose = poseFrom(message.pose());
 
   record.material.stiffness_N_per_m = message.stiffness_n_per_m();
   record.material.damping_Ns_per_m = message.damping_ns_per_m();
   record.material.color = {message.color().red(), message.color().green(), message.color().blue()};
-  if (auto bad = checkStiffness(message.stiffness_n_per_m(), "stiffness_N_per_m")) return tl::unexpected<Error>(*bad);
-  if (auto bad = checkDamping(message.damping_ns_per_m(), "damping_Ns_per_m")) return tl::unexpected<Error>(*bad);
-  if (auto bad = checkColor(message.color(), "color")) return tl::unexpected<Error>(*bad);
-  auto surface = surfaceFrom(message);
-  if (!surface) return tl::unexpected<Error>(std::move(surface.error()));
-  record.material.surface = *std::move(surface);
+  if (auto bad = checkStiffness(message.stiffness_n_per_m(), "stiffness_N_per_m")) return refuse(bad);
+  if (auto bad = checkDamping(message.damping_ns_per_m(), "damping_Ns_per_m")) return refuse(bad);
+  if (auto bad = checkColor(message.color(), "color")) return refuse(bad);
+  if (auto bad = take(surfaceFrom(message), record.material.surface)) return refuse(bad);
   if (message.has_motion()) {
-    auto motion = announcedMotionFrom(message.motion());
-    if (!motion) return tl::unexpected<Error>(std::move(motion.error()).within("motion."));
-    record.motion = *std::move(motion);
+    if (auto bad = take(announcedMotionFrom(message.motion()), record.motion, "motion.")) return refuse(bad);
   }
-  if (message.has_deformation()) {
-    auto deformation = announcedDeformationFrom(message.deformation());
-    if (!deformation) return tl::unexpected<Error>(std::move(deformation.error()).within("deformation."));
-    record.deformation = *std::move(deformation);
-  }
+  auto deformation = announcedDeformationFrom(message.deformation());
+  if (auto bad = take(std::move(deformation), record.deformation, "deformation.")) return refuse(bad);
   return record;
 }
 
 Result<Commit> fromWire(const v1::Commit& message) {
   Commit commit;
   commit.revision = message.revision();
-  const auto prevRoot = hashFromWire(message.prev_root(), "prev_root");
-  if (!prevRoot) return tl::unexpected<Error>(prevRoot.error());
-  const auto root = hashFromWire(message.root(), "root");
-  if (!root) return tl::unexpected<Error>(root.error());
-  commit.prevRoot = *prevRoot;
-  commit.root = *root;
+  if (auto bad = take(hashFromWire(message.prev_root(), "prev_root"), commit.prevRoot)) return refuse(bad);
+  if (auto bad = take(hashFromWire(message.root(), "root"), commit.root)) return refuse(bad);
   for (int i = 0; i < message.put_size(); ++i) {
-    auto record = fromWire(message.put(i));
-    if (!record) return tl::unexpected<Error>(std::move(record.error()).within("put[" + std::to_string(i) + "]."));
-    commit.put.push_back(std::move(*record));
+    ObjectRecord& record = commit.put.emplace_back();
+    if (auto bad = take(fromWire(message.put(i)), record, "put[" + std::to_string(i) + "].")) return refuse(bad);
   }
   commit.removed.assign(message.removed().begin(), message.removed().end());
   return commit;
@@ -186,6 +155,20 @@ std::optional<EnergySource> fromWire(const v1::FeatureEnergy& message) {
   return EnergySource{message.object(), *feature, message.energy_j()};
 }
 
+Result<HandCommand> fromWire(const v1::HandTarget& message) {
+  constexpr double kMaxPress_N = 20;
+  if (auto wrong = checkPosition(message.position(), "hand_target.position")) return tl::unexpected(*std::move(wrong));
+  if (auto wrong = checkRange(message.press_n(), {0, kMaxPress_N, " N"}, "hand_target.press_N")) {
+    return tl::unexpected(*std::move(wrong));
+  }
+  HandCommand command{.leads = true, .position = vectorFrom(message.position())};
+  if (message.press_n() == 0) return command;
+  if (auto wrong = checkUnitVector(message.normal(), "hand_target.normal")) return tl::unexpected(*std::move(wrong));
+  command.normal = glm::normalize(vectorFrom(message.normal()));
+  command.press_N = message.press_n();
+  return command;
+}
+
 TelemetrySample fromWire(const v1::Telemetry& message) {
   TelemetrySample sample;
   sample.tick = message.tick();
@@ -194,7 +177,7 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.adoptionTick = message.adoption_tick();
   sample.deformationRevision = message.deformation_revision();
   sample.hip = vectorFrom(message.hip());
-  sample.predictedHip = message.has_foreseen_hip() ? vectorFrom(message.foreseen_hip()) : sample.hip;
+  sample.predictedHip = message.has_predicted_hip() ? vectorFrom(message.predicted_hip()) : sample.hip;
   sample.ihip = vectorFrom(message.ihip());
   sample.object = message.object();
   sample.primitive = primitiveFrom(message.primitive());
@@ -212,9 +195,9 @@ TelemetrySample fromWire(const v1::Telemetry& message) {
   sample.device = {enumFrom(message.device_fault(), kLastDeviceFault), !message.device_not_homed(),
                    static_cast<std::uint8_t>(message.device_homed_axes()),
                    static_cast<std::uint8_t>(message.device_buttons()), message.device_age_us()};
-  sample.depenetrated = message.put_out();
-  sample.depenetratedFrom = message.put_out_of();
-  sample.behind = message.behind();
+  sample.depenetrated = message.depenetrated();
+  sample.depenetratedFrom = message.depenetrated_from();
+  sample.allowanceSpent = message.allowance_spent();
   sample.wait_s = message.wait_s();
   sample.missedTicks = message.missed_ticks();
   sample.droppedSamples = message.dropped_samples();
@@ -228,26 +211,26 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_scene_revision(sample.sceneRevision);
   message.set_adoption_tick(sample.adoptionTick);
   message.set_deformation_revision(sample.deformationRevision);
-  write(sample.hip, *message.mutable_hip());
-  message.clear_foreseen_hip();
-  if (sample.predictedHip != sample.hip) write(sample.predictedHip, *message.mutable_foreseen_hip());
-  write(sample.ihip, *message.mutable_ihip());
+  toWire(sample.hip, *message.mutable_hip());
+  message.clear_predicted_hip();
+  if (sample.predictedHip != sample.hip) toWire(sample.predictedHip, *message.mutable_predicted_hip());
+  toWire(sample.ihip, *message.mutable_ihip());
   message.set_object(sample.object);
   message.mutable_primitive()->set_kind(static_cast<v1::PrimitiveKind>(sample.primitive.kind));
   message.mutable_primitive()->set_polygon(sample.primitive.polygon);
   message.mutable_primitive()->set_local_index(sample.primitive.localIndex);
   message.set_penetration_m(sample.penetration_m);
-  write(sample.surfaceNormal, *message.mutable_surface_normal());
+  toWire(sample.surfaceNormal, *message.mutable_surface_normal());
   message.set_friction_state(static_cast<v1::FrictionState>(sample.frictionState));
-  write(sample.stickingPoint, *message.mutable_sticking_point());
+  toWire(sample.stickingPoint, *message.mutable_sticking_point());
   message.set_height_m(sample.height_m);
   v1::ForceComponents& force = *message.mutable_force();
-  write(sample.force.spring, *force.mutable_spring());
-  write(sample.force.damping, *force.mutable_damping());
-  write(sample.force.friction, *force.mutable_friction());
-  write(sample.force.texture, *force.mutable_texture());
-  write(sample.force.contact, *force.mutable_contact());
-  write(sample.force.written, *force.mutable_written());
+  toWire(sample.force.spring, *force.mutable_spring());
+  toWire(sample.force.damping, *force.mutable_damping());
+  toWire(sample.force.friction, *force.mutable_friction());
+  toWire(sample.force.texture, *force.mutable_texture());
+  toWire(sample.force.contact, *force.mutable_contact());
+  toWire(sample.force.written, *force.mutable_written());
   message.clear_energy();
   constexpr std::uint64_t kAllObjects = 0;
   for (std::size_t i = 0; i < kEnergyFeatures; ++i) {
@@ -262,9 +245,9 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_device_buttons(sample.device.buttons);
   message.set_device_homed_axes(sample.device.homedAxes);
   message.set_device_not_homed(!sample.device.homed);
-  message.set_put_out(sample.depenetrated);
-  message.set_put_out_of(sample.depenetratedFrom);
-  message.set_behind(sample.behind);
+  message.set_depenetrated(sample.depenetrated);
+  message.set_depenetrated_from(sample.depenetratedFrom);
+  message.set_allowance_spent(sample.allowanceSpent);
   message.set_wait_s(sample.wait_s);
   message.set_missed_ticks(sample.missedTicks);
   message.set_dropped_samples(sample.droppedSamples);

@@ -1,12 +1,10 @@
-#include "common/wire/convert_surface.h"
-
 #include <algorithm>
 #include <numbers>
 #include <utility>
 
-#include "common/wire/checks.h"
 #include "common/wire/convert.h"
-#include "common/wire/convert_field.h"
+#include "common/wire/convert_properties.h"
+#include "common/wire/parts.h"
 
 namespace haptics {
 namespace {
@@ -14,14 +12,6 @@ namespace {
 constexpr Range kFrictionCoefficient{0, 10};
 constexpr Range kVariation{-10, 10};
 constexpr Range kVertexScale{0, 10};
-
-auto refuse(Refusal bad) { return tl::unexpected<Error>(std::move(*bad)); }
-
-/// The error as seen from one level farther out.
-template <class T>
-tl::unexpected<Error> errorOf(Result<T>& result, const std::string& prefix) {
-  return tl::unexpected<Error>(std::move(result.error()).within(prefix));
-}
 
 Result<Shading> shadingFrom(const v1::Shading& message) {
   if (auto bad = checkAbove0(message.crease_rad(), std::numbers::pi, " rad (pi: no line is a crease by its angle)",
@@ -49,11 +39,10 @@ struct FactorMapEdit {
 
 Result<FactorMapEdit> perVertexFrom(const v1::PerVertex& message) {
   switch (message.source_case()) {
-    case v1::PerVertex::kAsset: {
-      const auto hash = hashFromWire(message.asset(), "per_vertex.asset");
-      if (!hash) return tl::unexpected<Error>(hash.error());
-      return FactorMapEdit{PerVertexScale{*hash}, VertexValuesSource{AssetSource{*hash}}};
-    }
+    case v1::PerVertex::kAsset:
+      return hashFromWire(message.asset(), "per_vertex.asset").map([](const ContentHash& hash) {
+        return FactorMapEdit{PerVertexScale{hash}, VertexValuesSource{AssetSource{hash}}};
+      });
     case v1::PerVertex::kValues: {
       const auto& values = message.values().value();
       if (values.empty()) return refused("per_vertex.values.value", "is empty; give one for each vertex of the mesh");
@@ -84,15 +73,15 @@ Result<FactorMapEdit> mapFrom(const GivenMap& given) {
   if (auto bad = checkRange(variation, kVariation, name)) return refuse(bad);
   if (field && variation == 0 && !maybeConstant) return refused(name, "is 0; the field would change nothing");
   if (!field && variation != 0) return refused(name, "is of a field, and there is none; give " + prefix + "field");
+  FactorMapEdit edit;
   if (perVertex) {
-    auto values = perVertexFrom(*perVertex);
-    if (!values) return errorOf(values, prefix);
-    return values;
+    if (auto bad = take(perVertexFrom(*perVertex), edit, prefix)) return refuse(bad);
+  } else if (field) {
+    FieldEdit read;
+    if (auto bad = take(fieldFrom(*field), read, prefix + "field.")) return refuse(bad);
+    edit = {std::move(read.family), std::move(read.sources)};
   }
-  if (!field) return FactorMapEdit{};
-  auto edit = fieldFrom(*field);
-  if (!edit) return errorOf(edit, prefix + "field.");
-  return FactorMapEdit{std::move(edit->family), std::move(edit->sources)};
+  return edit;
 }
 
 Result<FrictionEdit> frictionFrom(const v1::Friction& message) {
@@ -150,17 +139,11 @@ Result<TextureEdit> textureFrom(const v1::Texture& message) {
   if (message.has_gain_k()) texture.gain_K = message.gain_k();
   if (auto bad = checkAbove0(texture.amplitude_m, kMaxTextureAmplitude_m, " m", "amplitude_m")) return refuse(bad);
   if (auto bad = checkAbove0(texture.gain_K, kMaxGainK, "", "gain_K")) return refuse(bad);
-  auto field = fieldFrom(message.field());
-  if (!field) return errorOf(field, "field.");
-  texture.family = std::move(field->family);
-  edit.sources = std::move(field->sources);
+  FieldEdit field;
+  if (auto bad = take(fieldFrom(message.field()), field, "field.")) return refuse(bad);
+  texture.family = std::move(field.family);
+  edit.sources = std::move(field.sources);
   return edit;
-}
-
-/// An empty message takes the property away.
-template <class Message>
-bool isEmpty(const Message& message) {
-  return message.ByteSizeLong() == 0;
 }
 
 /// \param prefix of the ScalarField: "texture.field."
@@ -187,26 +170,26 @@ Refusal checkAnnounced(const FactorMapSource& source, const std::string& prefix)
 }
 
 Result<Friction> announcedFriction(const v1::Friction& message) {
-  auto edit = frictionFrom(message);
-  if (!edit) return errorOf(edit, "friction.");
-  if (auto bad = checkAnnounced(edit->source, "friction.")) return refuse(bad);
-  if (auto bad = checkAnnounced(edit->dynamicSource, "friction.dynamic_")) return refuse(bad);
-  return std::move(edit->friction);
+  FrictionEdit edit;
+  if (auto bad = take(frictionFrom(message), edit, "friction.")) return refuse(bad);
+  if (auto bad = checkAnnounced(edit.source, "friction.")) return refuse(bad);
+  if (auto bad = checkAnnounced(edit.dynamicSource, "friction.dynamic_")) return refuse(bad);
+  return std::move(edit.friction);
 }
 
 Result<Texture> announcedTexture(const v1::Texture& message) {
-  auto edit = textureFrom(message);
-  if (!edit) return errorOf(edit, "texture.");
-  if (auto bad = checkAnnounced(edit->sources, "texture.field.")) return refuse(bad);
-  return std::move(edit->texture);
+  TextureEdit edit;
+  if (auto bad = take(textureFrom(message), edit, "texture.")) return refuse(bad);
+  if (auto bad = checkAnnounced(edit.sources, "texture.field.")) return refuse(bad);
+  return std::move(edit.texture);
 }
 
 /// \param prefix "stiffness_over."
 Result<SurfaceMap> announcedMap(const v1::SurfaceMap& message, const std::string& prefix) {
-  auto edit = surfaceMapFrom(message);
-  if (!edit) return errorOf(edit, prefix);
-  if (auto bad = checkAnnounced(edit->source, prefix)) return refuse(bad);
-  return std::move(edit->map);
+  SurfaceMapEdit edit;
+  if (auto bad = take(surfaceMapFrom(message), edit, prefix)) return refuse(bad);
+  if (auto bad = checkAnnounced(edit.source, prefix)) return refuse(bad);
+  return std::move(edit.map);
 }
 
 void write(const Shading& shading, v1::Shading& message) {
@@ -218,14 +201,19 @@ void write(const Shading& shading, v1::Shading& message) {
   }
 }
 
+/// \param message a Friction or a SurfaceMap
+void writeOver(const FactorMap& over, auto& message) {
+  if (const auto* field = std::get_if<FieldFamily>(&over)) toWire(*field, *message.mutable_field());
+  if (const auto* scale = std::get_if<PerVertexScale>(&over)) {
+    message.mutable_per_vertex()->set_asset(scale->values.asBytes());
+  }
+}
+
 void write(const Friction& friction, v1::Friction& message) {
   message.set_mu_static(friction.mu_static);
   message.set_mu_dynamic(friction.mu_dynamic);
   message.set_variation(friction.variation);
-  if (const auto* field = std::get_if<FieldFamily>(&friction.over)) toWire(*field, *message.mutable_field());
-  if (const auto* scale = std::get_if<PerVertexScale>(&friction.over)) {
-    message.mutable_per_vertex()->set_asset(scale->values.asBytes());
-  }
+  writeOver(friction.over, message);
   message.set_dynamic_variation(friction.dynamicVariation);
   if (const auto* field = std::get_if<FieldFamily>(&friction.dynamicOver)) {
     toWire(*field, *message.mutable_dynamic_field());
@@ -237,10 +225,7 @@ void write(const Friction& friction, v1::Friction& message) {
 
 void write(const SurfaceMap& map, v1::SurfaceMap& message) {
   message.set_variation(map.variation);
-  if (const auto* field = std::get_if<FieldFamily>(&map.over)) toWire(*field, *message.mutable_field());
-  if (const auto* scale = std::get_if<PerVertexScale>(&map.over)) {
-    message.mutable_per_vertex()->set_asset(scale->values.asBytes());
-  }
+  writeOver(map.over, message);
 }
 
 void write(const Texture& texture, v1::Texture& message) {
@@ -251,90 +236,70 @@ void write(const Texture& texture, v1::Texture& message) {
   message.set_gain_k(texture.gain_K);
 }
 
-/// \param given where the edit says something of the map; empty, it takes it away.
-/// \param prefix "stiffness_over."
-Refusal readMap(bool given, const v1::SurfaceMap& message, const std::string& prefix,
-                std::optional<std::optional<SurfaceMapEdit>>& edit) {
-  if (!given) return std::nullopt;
-  edit.emplace();
-  if (isEmpty(message)) return std::nullopt;
-  auto map = surfaceMapFrom(message);
-  if (!map) return std::move(map.error()).within(prefix);
-  if (auto* field = std::get_if<FieldFamily>(&map->map.over)) normalise(*field);
-  *edit = *std::move(map);
-  return std::nullopt;
+// What an edit gives, in the form in which records hold it.
+
+void tidy(Shading& shading) {
+  for (Crease& crease : shading.creases) std::ranges::sort(crease);
+  std::ranges::sort(shading.creases);
+  shading.creases.erase(std::unique(shading.creases.begin(), shading.creases.end()), shading.creases.end());
+}
+void tidy(FactorMap& map) {
+  if (auto* field = std::get_if<FieldFamily>(&map)) normalise(*field);
+}
+void tidy(FrictionEdit& edit) {
+  tidy(edit.friction.over);
+  tidy(edit.friction.dynamicOver);
+}
+void tidy(TextureEdit& edit) { normalise(edit.texture.family); }
+void tidy(SurfaceMapEdit& edit) { tidy(edit.map.over); }
+
+template <class Message, class T>
+Refusal takeTidy(bool given, const Message& message, Result<T> (*from)(const Message&),
+                 std::optional<std::optional<T>>& to, const std::string& prefix) {
+  auto bad = takeEdit(given, message, from, to, prefix);
+  if (!bad && to && *to) tidy(**to);
+  return bad;
 }
 
 }  // namespace
 
 Result<SurfaceEdit> surfaceFrom(const v1::Material& message) {
   SurfaceEdit edit;
-  if (message.has_shading()) {
-    edit.shading.emplace();
-    if (!isEmpty(message.shading())) {
-      auto shading = shadingFrom(message.shading());
-      if (!shading) return errorOf(shading, "shading.");
-      for (Crease& crease : shading->creases) std::ranges::sort(crease);
-      std::ranges::sort(shading->creases);
-      shading->creases.erase(std::unique(shading->creases.begin(), shading->creases.end()), shading->creases.end());
-      *edit.shading = *std::move(shading);
-    }
+  auto bad = takeTidy(message.has_shading(), message.shading(), shadingFrom, edit.shading, "shading.");
+  if (!bad) bad = takeTidy(message.has_friction(), message.friction(), frictionFrom, edit.friction, "friction.");
+  if (!bad) bad = takeTidy(message.has_texture(), message.texture(), textureFrom, edit.texture, "texture.");
+  if (!bad) {
+    bad = takeTidy(message.has_stiffness_over(), message.stiffness_over(), surfaceMapFrom, edit.stiffnessOver,
+                   "stiffness_over.");
   }
-  if (message.has_friction()) {
-    edit.friction.emplace();
-    if (!isEmpty(message.friction())) {
-      auto friction = frictionFrom(message.friction());
-      if (!friction) return errorOf(friction, "friction.");
-      for (FactorMap* map : {&friction->friction.over, &friction->friction.dynamicOver}) {
-        if (auto* field = std::get_if<FieldFamily>(map)) normalise(*field);
-      }
-      *edit.friction = *std::move(friction);
-    }
+  if (!bad) {
+    bad = takeTidy(message.has_softness_over(), message.softness_over(), surfaceMapFrom, edit.softnessOver,
+                   "softness_over.");
   }
-  if (message.has_texture()) {
-    edit.texture.emplace();
-    if (!isEmpty(message.texture())) {
-      auto texture = textureFrom(message.texture());
-      if (!texture) return errorOf(texture, "texture.");
-      normalise(texture->texture.family);
-      *edit.texture = *std::move(texture);
-    }
-  }
-  if (auto bad = readMap(message.has_stiffness_over(), message.stiffness_over(), "stiffness_over.", edit.stiffnessOver))
-    return refuse(bad);
-  if (auto bad = readMap(message.has_softness_over(), message.softness_over(), "softness_over.", edit.softnessOver))
-    return refuse(bad);
+  if (bad) return refuse(bad);
   return edit;
 }
 
 Result<SurfaceProperties> surfaceFrom(const v1::ObjectState& message) {
-  SurfaceProperties properties;
+  SurfaceProperties to;
   if (message.has_shading()) {
-    auto shading = shadingFrom(message.shading());
-    if (!shading) return errorOf(shading, "shading.");
-    properties.shading = *std::move(shading);
+    if (auto bad = take(shadingFrom(message.shading()), to.shading, "shading.")) return refuse(bad);
   }
   if (message.has_friction()) {
-    auto friction = announcedFriction(message.friction());
-    if (!friction) return errorOf(friction, "");
-    properties.friction = *std::move(friction);
+    if (auto bad = take(announcedFriction(message.friction()), to.friction)) return refuse(bad);
   }
   if (message.has_texture()) {
-    auto texture = announcedTexture(message.texture());
-    if (!texture) return errorOf(texture, "");
-    properties.texture = *std::move(texture);
+    if (auto bad = take(announcedTexture(message.texture()), to.texture)) return refuse(bad);
   }
   if (message.has_stiffness_over()) {
     auto map = announcedMap(message.stiffness_over(), "stiffness_over.");
-    if (!map) return errorOf(map, "");
-    properties.stiffnessOver = *std::move(map);
+    if (auto bad = take(std::move(map), to.stiffnessOver)) return refuse(bad);
   }
   if (message.has_softness_over()) {
     auto map = announcedMap(message.softness_over(), "softness_over.");
-    if (!map) return errorOf(map, "");
-    properties.softnessOver = *std::move(map);
+    if (auto bad = take(std::move(map), to.softnessOver)) return refuse(bad);
   }
-  return properties;
+  return to;
 }
 
 void toWire(const SurfaceProperties& properties, v1::ObjectState& message) {

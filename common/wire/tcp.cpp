@@ -73,10 +73,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     state_ = State::kFlushing;
     why_ = why;
     if (lingering_) countLingering();
-    graceTimer_.expires_after(kCloseGrace);
-    graceTimer_.async_wait([self = shared_from_this()](const std::error_code& error) {
-      if (!error) self->abort();
-    });
+    abortAfterGrace();
     if (backlog() == 0) asio::post(socket_.get_executor(), [self = shared_from_this()] { self->finishFlush(); });
   }
 
@@ -95,6 +92,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   enum class State { kOpen, kFlushing, kLingering, kClosed };
 
+  void abortAfterGrace() {
+    graceTimer_.expires_after(kCloseGrace);
+    graceTimer_.async_wait([self = shared_from_this()](const std::error_code& error) {
+      if (!error) self->abort();
+    });
+  }
+
   void read() {
     reading_ = true;
     socket_.async_read_some(
@@ -105,11 +109,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void onRead(const std::error_code& error, std::size_t size) {
     reading_ = false;
     if (state_ == State::kClosed) return;
-    if (error) {
-      if (why_.empty()) why_ = error == asio::error::eof ? "closed by the peer" : error.message();
-      abort();
-      return;
-    }
+    if (error) return abort(error == asio::error::eof ? "closed by the peer" : error.message());
     if (const auto events = events_; state_ == State::kOpen && events && events->received) {
       events->received({input_.data(), size});
     }
@@ -130,11 +130,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void onWritten(const std::error_code& error, std::size_t size) {
     if (state_ == State::kClosed) return;
-    if (error) {
-      if (why_.empty()) why_ = error.message();
-      abort();
-      return;
-    }
+    if (error) return abort(error.message());
     sent_ += size;
     if (sent_ < sending_.size()) return write();
     sending_.clear();
@@ -151,16 +147,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::error_code ignored;
     socket_.shutdown(tcp::socket::shutdown_send, ignored);
     if (!reading_) read();
-    graceTimer_.expires_after(kCloseGrace);
-    graceTimer_.async_wait([self = shared_from_this()](const std::error_code& error) {
-      if (!error) self->abort();
-    });
+    abortAfterGrace();
     reportClosed();
   }
 
-  void abort() {
+  /// `why`, unless close() has told another reason.
+  void abort(const std::string& why = {}) {
     if (state_ == State::kClosed) return;
     state_ = State::kClosed;
+    if (why_.empty()) why_ = why;
     if (counted_) --*lingering_;
     graceTimer_.cancel();
     std::error_code ignored;

@@ -39,8 +39,6 @@ void ClientSession::received(std::span<const char> bytes, std::uint64_t now_ns) 
   }
 }
 
-void ClientSession::drained() { pumpUploads(); }
-
 void ClientSession::poll(std::uint64_t now_ns) {
   if (phase_ == Phase::kDown || connectionOver()) return;
   if (now_ns - lastByte_ns_ >= kSilence_ns) return over("the server has been silent for 3 s");

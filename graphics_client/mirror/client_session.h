@@ -61,7 +61,7 @@ class ClientSession {
   /// A new connection, which outlives its use: until connectionOver() or connectionLost().
   void connected(Transport& transport, std::uint64_t now_ns);
   void received(std::span<const char> bytes, std::uint64_t now_ns);
-  void drained();
+  void drained() { pumpUploads(); }
   void poll(std::uint64_t now_ns);
   /// A datagram came in at this host.
   void datagramReceived(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns);
@@ -146,8 +146,6 @@ class ClientSession {
   void handle(const v1::Heartbeat& heartbeat);
   void handle(const v1::AssetChunk& chunk);
   void handle(const v1::ClockReply& reply, std::uint64_t now_ns);
-  void handle(const v1::Status& status);
-  void handle(const v1::DumpReply& reply);
 
   void sceneChanged();
   void becomeLive();

@@ -38,9 +38,11 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
     case v1::Envelope::kClockReply:
       return handle(envelope.clock_reply(), now_ns);
     case v1::Envelope::kStatus:
-      return handle(envelope.status());
+      for (const StatusCallback& callback : std::exchange(statusWaiters_, {})) callback(envelope.status());
+      return;
     case v1::Envelope::kDumpReply:
-      return handle(envelope.dump_reply());
+      for (const DumpCallback& callback : std::exchange(dumpWaiters_, {})) callback(envelope.dump_reply());
+      return;
     case v1::Envelope::kAssetUploadReply:
       uploads_.replied(envelope.asset_upload_reply(), now_ns);
       return pumpUploads();
@@ -203,14 +205,6 @@ void ClientSession::handle(const v1::ClockReply& reply, std::uint64_t now_ns) {
   if (reply.client_send_ns() > now_ns) return;
   clock_.add(reply.client_send_ns(), reply.server_receive_ns(), reply.server_send_ns(), now_ns);
   ++probesAnswered_;
-}
-
-void ClientSession::handle(const v1::Status& status) {
-  for (const StatusCallback& callback : std::exchange(statusWaiters_, {})) callback(status);
-}
-
-void ClientSession::handle(const v1::DumpReply& reply) {
-  for (const DumpCallback& callback : std::exchange(dumpWaiters_, {})) callback(reply);
 }
 
 /// Live once the scene stands at the welcome's revision or beyond.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "common/mesh/mesh_asset.h"
 #include "common/mesh/vertex_values.h"
@@ -39,45 +41,27 @@ std::size_t sizeOf(const TriMesh& mesh) {
 }
 std::size_t sizeOf(const SampledField& field) { return field.samples().size_bytes(); }
 std::size_t sizeOf(const std::vector<float>& values) { return sizeof(float) * values.size(); }
-
 std::size_t sizeOf(const MovedVertices& moved) { return (sizeof(std::uint32_t) + sizeof(Vec3f)) * moved.vertex.size(); }
-
 std::size_t sizeOf(const PointField& field) { return field.samples().size_bytes(); }
 
-std::optional<HeldAsset> heldAsset(const MirrorView& view, const AssetName& name) {
-  const auto in = [&](const auto& held) -> std::optional<HeldAsset> {
-    const auto at = held.find(name.hash);
-    if (at == held.end()) return std::nullopt;
-    return HeldAsset{sizeOf(*at->second), hashOf(*at->second)};
-  };
-  switch (name.kind) {
-    case AssetKind::kMesh:
-      return in(view.meshes);
-    case AssetKind::kScalarField:
-      return in(view.fields);
-    case AssetKind::kVertexValues:
-      return in(view.vertexValues);
-    case AssetKind::kMovedVertices:
-      return in(view.movedVertices);
-    case AssetKind::kPointField:
-      return in(view.pointFields);
-  }
-  return std::nullopt;
+/// Visits the assets of every kind, as visit(kind, map).
+template <class View, class Visit>
+void forEachKind(View& view, const Visit& visit) {
+  visit(AssetKind::kMesh, view.meshes);
+  visit(AssetKind::kScalarField, view.fields);
+  visit(AssetKind::kVertexValues, view.vertexValues);
+  visit(AssetKind::kMovedVertices, view.movedVertices);
+  visit(AssetKind::kPointField, view.pointFields);
 }
 
-/// Puts an asset's content where a view holds its kind.
-struct Keep {
-  MirrorView& view;
-  const ContentHash& hash;
-
-  void operator()(std::shared_ptr<const TriMesh> mesh) const { view.meshes[hash] = std::move(mesh); }
-  void operator()(std::shared_ptr<const SampledField> field) const { view.fields[hash] = std::move(field); }
-  void operator()(std::shared_ptr<const std::vector<float>> values) const {
-    view.vertexValues[hash] = std::move(values);
-  }
-  void operator()(std::shared_ptr<const MovedVertices> moved) const { view.movedVertices[hash] = std::move(moved); }
-  void operator()(std::shared_ptr<const PointField> field) const { view.pointFields[hash] = std::move(field); }
-};
+std::optional<HeldAsset> heldAsset(const MirrorView& view, const AssetName& name) {
+  std::optional<HeldAsset> found;
+  forEachKind(view, [&](AssetKind kind, const auto& held) {
+    const auto at = kind == name.kind ? held.find(name.hash) : held.end();
+    if (at != held.end()) found = HeldAsset{sizeOf(*at->second), hashOf(*at->second)};
+  });
+  return found;
+}
 
 }  // namespace
 
@@ -126,7 +110,10 @@ Result<void> Mirror::addAsset(const AssetName& name, AssetContent content) {
     return refused("asset " + name.hash.hex(), "its content hashes to " + own.hex());
   }
   if (!assetsOf(scene()).contains(name)) return {};
-  std::visit(Keep{view_, name.hash}, std::move(content));
+  forEachKind(view_, [&](AssetKind kind, auto& held) {
+    using Asset = typename std::remove_reference_t<decltype(held)>::mapped_type;
+    if (kind == name.kind) held[name.hash] = std::get<Asset>(std::move(content));
+  });
   countAssets();
   compare();
   return {};
@@ -179,14 +166,9 @@ std::vector<AssetName> Mirror::lackingAssets() const {
 /// Assets that the new scene does not name are let go: a client's memory follows the scene's size.
 void Mirror::setScene(SceneVersion scene) {
   const std::set<AssetName> named = assetsOf(scene);
-  const auto letGo = [&](auto& held, AssetKind kind) {
+  forEachKind(view_, [&](AssetKind kind, auto& held) {
     std::erase_if(held, [&](const auto& entry) { return !named.contains({kind, entry.first}); });
-  };
-  letGo(view_.meshes, AssetKind::kMesh);
-  letGo(view_.fields, AssetKind::kScalarField);
-  letGo(view_.vertexValues, AssetKind::kVertexValues);
-  letGo(view_.movedVertices, AssetKind::kMovedVertices);
-  letGo(view_.pointFields, AssetKind::kPointField);
+  });
   std::erase_if(view_.bodies, [&](const auto& entry) {
     const auto object = scene.find(entry.first);
     return !object || !object->motion;
@@ -197,24 +179,17 @@ void Mirror::setScene(SceneVersion scene) {
 }
 
 void Mirror::drop(const AssetName& asset) {
-  if (asset.kind == AssetKind::kMesh) view_.meshes.erase(asset.hash);
-  if (asset.kind == AssetKind::kScalarField) view_.fields.erase(asset.hash);
-  if (asset.kind == AssetKind::kVertexValues) view_.vertexValues.erase(asset.hash);
-  if (asset.kind == AssetKind::kMovedVertices) view_.movedVertices.erase(asset.hash);
-  if (asset.kind == AssetKind::kPointField) view_.pointFields.erase(asset.hash);
+  forEachKind(view_, [&](AssetKind kind, auto& held) {
+    if (kind == asset.kind) held.erase(asset.hash);
+  });
   countAssets();
 }
 
 void Mirror::countAssets() {
   view_.assetBytes = 0;
-  const auto count = [&](const auto& held) {
+  forEachKind(view_, [&](AssetKind, const auto& held) {
     for (const auto& [hash, asset] : held) view_.assetBytes += sizeOf(*asset);
-  };
-  count(view_.meshes);
-  count(view_.fields);
-  count(view_.vertexValues);
-  count(view_.movedVertices);
-  count(view_.pointFields);
+  });
 }
 
 void Mirror::compare() {
@@ -223,19 +198,10 @@ void Mirror::compare() {
 }
 
 bool MirrorView::holds(const AssetName& asset) const {
-  switch (asset.kind) {
-    case AssetKind::kMesh:
-      return meshes.contains(asset.hash);
-    case AssetKind::kScalarField:
-      return fields.contains(asset.hash);
-    case AssetKind::kVertexValues:
-      return vertexValues.contains(asset.hash);
-    case AssetKind::kMovedVertices:
-      return movedVertices.contains(asset.hash);
-    case AssetKind::kPointField:
-      return pointFields.contains(asset.hash);
-  }
-  return false;
+  bool isHeld = false;
+  forEachKind(*this,
+              [&](AssetKind kind, const auto& held) { isHeld |= kind == asset.kind && held.contains(asset.hash); });
+  return isHeld;
 }
 
 Pose MirrorView::poseOf(const ObjectRecord& object) const {

@@ -1,7 +1,6 @@
 #include "graphics_client/mirror/playback.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace haptics {
 namespace {
@@ -21,6 +20,10 @@ TelemetrySample between(const TelemetrySample& a, const TelemetrySample& b, doub
   return sample;
 }
 
+bool isSameDent(const ObjectDent& a, const ObjectDent& b) {
+  return a.object == b.object && a.dent.centre == b.dent.centre;
+}
+
 /// Dents of one place are the same dent. At most one moves, the contact's: what has no partner then goes over to what has
 /// none, or comes and goes.
 std::vector<ObjectDent> between(const std::vector<ObjectDent>& a, const std::vector<ObjectDent>& b, double s) {
@@ -37,10 +40,7 @@ std::vector<ObjectDent> between(const std::vector<ObjectDent>& a, const std::vec
     return true;
   };
   for (const ObjectDent& dent : a) {
-    const auto sameDent = [&](const ObjectDent& other) {
-      return other.object == dent.object && other.dent.centre == dent.dent.centre;
-    };
-    if (!goOver(dent, sameDent)) ended.push_back(dent);
+    if (!goOver(dent, [&](const ObjectDent& other) { return isSameDent(other, dent); })) ended.push_back(dent);
   }
   for (const ObjectDent& dent : ended) {
     if (goOver(dent, [&](const ObjectDent& other) { return other.object == dent.object; })) continue;
@@ -60,9 +60,7 @@ bool isSameStroke(const MirrorView& a, const MirrorView& b, ObjectId id) {
   const auto notIn = [&](const std::vector<ObjectDent>& others, const std::vector<ObjectDent>& dents) {
     std::vector<Dent> left;
     for (const ObjectDent& dent : dents) {
-      const auto isSame = [&](const ObjectDent& other) {
-        return other.object == id && other.dent.centre == dent.dent.centre;
-      };
+      const auto isSame = [&](const ObjectDent& other) { return isSameDent(other, dent); };
       if (dent.object == id && std::ranges::none_of(others, isSame)) left.push_back(dent.dent);
     }
     return left;

@@ -132,6 +132,12 @@ struct ServerLink::Worker {
     changed.notify_all();
   }
 
+  /// Calls a method of the session, on the link's thread.
+  template <class... Parameters, class... Arguments>
+  void ask(void (ClientSession::*method)(Parameters...), Arguments... arguments) {
+    loop.post([this, method, ... own = std::move(arguments)]() mutable { (session.*method)(std::move(own)...); });
+  }
+
   Endpoint server;
   Connect begin;
   std::optional<TlsContext> tls;
@@ -166,37 +172,21 @@ std::shared_ptr<const MirrorView> ServerLink::waitUntil(const std::function<bool
 }
 
 void ServerLink::submit(v1::Transaction transaction, EditCallbacks callbacks) {
-  worker_->loop.post(
-      [worker = worker_.get(), transaction = std::move(transaction), callbacks = std::move(callbacks)]() mutable {
-        worker->session.submit(std::move(transaction), std::move(callbacks));
-      });
+  worker_->ask(&ClientSession::submit, std::move(transaction), std::move(callbacks));
 }
 
 void ServerLink::upload(AssetKind kind, std::string bytes, UploadCallbacks callbacks) {
-  worker_->loop.post(
-      [worker = worker_.get(), kind, bytes = std::move(bytes), callbacks = std::move(callbacks)]() mutable {
-        worker->session.upload(kind, std::move(bytes), std::move(callbacks));
-      });
+  worker_->ask(&ClientSession::upload, kind, std::move(bytes), std::move(callbacks));
 }
 
-void ServerLink::cancelUpload(const ContentHash& asset) {
-  worker_->loop.post([worker = worker_.get(), asset] { worker->session.cancelUpload(asset); });
-}
+void ServerLink::cancelUpload(const ContentHash& asset) { worker_->ask(&ClientSession::cancelUpload, asset); }
 
 void ServerLink::requestStatus(StatusCallback callback, bool deformed) {
-  worker_->loop.post([worker = worker_.get(), callback = std::move(callback), deformed]() mutable {
-    worker->session.requestStatus(std::move(callback), deformed);
-  });
+  worker_->ask(&ClientSession::requestStatus, std::move(callback), deformed);
 }
 
-void ServerLink::requestDump(DumpCallback callback) {
-  worker_->loop.post([worker = worker_.get(), callback = std::move(callback)]() mutable {
-    worker->session.requestDump(std::move(callback));
-  });
-}
+void ServerLink::requestDump(DumpCallback callback) { worker_->ask(&ClientSession::requestDump, std::move(callback)); }
 
-void ServerLink::setTelemetryRate(double rate_Hz) {
-  worker_->loop.post([worker = worker_.get(), rate_Hz] { worker->session.setTelemetryRate(rate_Hz); });
-}
+void ServerLink::setTelemetryRate(double rate_Hz) { worker_->ask(&ClientSession::setTelemetryRate, rate_Hz); }
 
 }  // namespace haptics

@@ -48,6 +48,7 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
                            ? 100.0 * static_cast<double>(status.contact_ticks()) / static_cast<double>(status.ticks())
                            : 0;
   std::printf("device     %s\n", printable(status.device()).c_str());
+  if (!status.hand_leader().empty()) std::printf("hand       led by %s\n", printable(status.hand_leader()).c_str());
   if (status.has_device_exchange()) {
     const v1::DeviceExchange& exchange = status.device_exchange();
     std::printf(
@@ -71,13 +72,14 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   std::printf("fault      %s%s, %llu since start\n",
               faultInWords(static_cast<Fault>(status.fault()), static_cast<DeviceFault>(status.device_fault())),
               waitInWords(status.wait_s()).c_str(), count(status.faults()));
-  if (status.put_out() > 0) {
-    std::printf("put out    %llu times that the IHIP was inside a body, the last time of %s\n", count(status.put_out()),
-                objectInWords(status.put_out_of(), scene).c_str());
+  if (status.depenetrated() > 0) {
+    std::printf("inside     %llu times that the IHIP was depenetrated, the last time from %s\n",
+                count(status.depenetrated()), objectInWords(status.depenetrated_from(), scene).c_str());
   }
-  if (status.behind() > 0) {
-    std::printf("behind     %llu ticks that left a part of the hand's way to the next: the scene is dense there\n",
-                count(status.behind()));
+  if (status.allowance_spent() > 0) {
+    std::printf(
+        "allowance  spent in %llu ticks, which left a part of the HIP's path to the next: the scene is dense there\n",
+        count(status.allowance_spent()));
   }
   std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());
   std::printf("scene      revision %llu, adopted %llu\n", count(status.revision()), count(status.adopted_revision()));

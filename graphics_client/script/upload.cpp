@@ -1,6 +1,5 @@
 #include "graphics_client/script/upload.h"
 
-#include <cstddef>
 #include <cstdio>
 #include <future>
 #include <memory>
@@ -24,34 +23,23 @@ v1::MeshSource* meshOf(v1::Operation& operation) {
   return nullptr;
 }
 
-void addImagesOf(v1::ScalarField& field, std::vector<v1::MappedField*>& images) {
-  if (field.has_mapped() && field.mapped().source_case() == v1::MappedField::kImage) {
-    images.push_back(field.mutable_mapped());
+/// The mapped fields in the message that are to be images.
+void addImagesIn(google::protobuf::Message& message, std::vector<v1::MappedField*>& images) {
+  auto* mapped = dynamic_cast<v1::MappedField*>(&message);
+  if (mapped != nullptr && mapped->source_case() == v1::MappedField::kImage) images.push_back(mapped);
+  const google::protobuf::Reflection& reflection = *message.GetReflection();
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  reflection.ListFields(message, &fields);
+  for (const auto* field : fields) {
+    if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    if (!field->is_repeated()) {
+      addImagesIn(*reflection.MutableMessage(&message, field), images);
+      continue;
+    }
+    for (int i = 0; i < reflection.FieldSize(message, field); ++i) {
+      addImagesIn(*reflection.MutableRepeatedMessage(&message, field, i), images);
+    }
   }
-  if (!field.has_layers()) return;
-  for (v1::FieldLayer& layer : *field.mutable_layers()->mutable_layer()) addImagesOf(*layer.mutable_field(), images);
-}
-
-/// The mapped fields that are to be images.
-std::vector<v1::MappedField*> imagesOf(v1::Operation& operation) {
-  v1::Material* material = nullptr;
-  if (operation.has_add() && operation.add().has_material()) material = operation.mutable_add()->mutable_material();
-  if (operation.has_set_material()) material = operation.mutable_set_material()->mutable_material();
-  std::vector<v1::MappedField*> images;
-  if (material == nullptr) return images;
-  if (material->has_friction()) {
-    v1::Friction& friction = *material->mutable_friction();
-    if (friction.has_field()) addImagesOf(*friction.mutable_field(), images);
-    if (friction.has_dynamic_field()) addImagesOf(*friction.mutable_dynamic_field(), images);
-  }
-  if (material->texture().has_field()) addImagesOf(*material->mutable_texture()->mutable_field(), images);
-  if (material->stiffness_over().has_field()) {
-    addImagesOf(*material->mutable_stiffness_over()->mutable_field(), images);
-  }
-  if (material->softness_over().has_field()) {
-    addImagesOf(*material->mutable_softness_over()->mutable_field(), images);
-  }
-  return images;
 }
 
 constexpr double kMegabyte = 1e6;
@@ -136,7 +124,9 @@ Result<void> uploadFiles(Connection& connection, const std::map<std::string, std
           });
       if (!sent) return sent;
     }
-    for (v1::MappedField* field : imagesOf(operation)) {
+    std::vector<v1::MappedField*> images;
+    addImagesIn(operation, images);
+    for (v1::MappedField* field : images) {
       auto sent =
           upload(std::string(field->image()), fieldIn, [&](const std::string& hash) { field->set_asset(hash); });
       if (!sent) return sent;

@@ -19,9 +19,8 @@ constexpr std::chrono::milliseconds kBetweenShapes{150};
 constexpr int kMaxShapes = 40;
 
 bool isWhole(const MirrorView& view) {
-  const auto& objects = view.scene->objects();
   return view.link == LinkState::kLive && view.serverRevision == view.scene->revision() &&
-         std::all_of(objects.begin(), objects.end(), [&view](const auto& object) { return view.isComplete(*object); });
+         std::ranges::all_of(view.scene->objects(), [&](const auto& object) { return view.isComplete(*object); });
 }
 
 std::size_t held(const MirrorView& view) {
@@ -40,8 +39,7 @@ std::shared_ptr<const MirrorView> fetchWhole(Connection& connection) {
 }
 
 bool anyGives(const MirrorView& view) {
-  const auto& objects = view.scene->objects();
-  return std::any_of(objects.begin(), objects.end(), [](const auto& object) { return !object->deformation.empty(); });
+  return std::ranges::any_of(view.scene->objects(), [](const auto& object) { return !object->deformation.empty(); });
 }
 
 /// The hash of what gives, on both sides.

@@ -31,16 +31,8 @@ const char* nameOf(PrimitiveKind kind) {
 }
 
 const char* nameOf(BodyCondition condition) {
-  switch (condition) {
-    case BodyCondition::kOutOfBounds:
-      return " STOPPED at the world's end";
-    case BodyCondition::kNonFinite:
-      return " STOPPED: its motion was not finite";
-    case BodyCondition::kAwake:
-    case BodyCondition::kAsleep:
-      break;
-  }
-  return "";
+  if (condition == BodyCondition::kOutOfBounds) return " STOPPED at the world's end";
+  return condition == BodyCondition::kNonFinite ? " STOPPED: its motion was not finite" : "";
 }
 
 void printForPeople(const MirrorView& view, const TelemetrySample& sample) {

@@ -30,8 +30,6 @@ double gain(double dt_s, double time_s) { return 1 - std::exp(-dt_s / time_s); }
 
 Vec3 toVec(const double v[3]) { return {v[0], v[1], v[2]}; }
 
-double radians(double degrees) { return glm::radians(degrees); }
-
 }  // namespace
 
 void CameraRig::frame(std::span<const Vec3> points, std::span<const PictureArea> areas) {
@@ -41,7 +39,7 @@ void CameraRig::frame(std::span<const Vec3> points, std::span<const PictureArea>
   std::vector<CameraPlace> places;
   for (const PictureArea& area : areas) {
     places.push_back(
-        fitCamera(points, firstDirection(), radians(camera->GetViewAngle()), aspect, area, kSmallestDistance_m));
+        fitCamera(points, firstDirection(), glm::radians(camera->GetViewAngle()), aspect, area, kSmallestDistance_m));
   }
   const CameraPlace place = std::ranges::min(
       places, {}, [](const CameraPlace& candidate) { return glm::distance(candidate.position, candidate.focus); });
@@ -99,7 +97,7 @@ void CameraRig::aimCloseUp(const TelemetrySample& sample, double dt_s) {
   const Vec3 direction =
       glm::normalize(along) * std::cos(kCloseUpElevation_rad) - normal_ * std::sin(kCloseUpElevation_rad);
   vtkCamera* camera = renderWindow_.closeUp().solid->GetActiveCamera();
-  const double distance = kCloseUpHeight_m / 2 / std::tan(radians(camera->GetViewAngle()) / 2);
+  const double distance = kCloseUpHeight_m / 2 / std::tan(glm::radians(camera->GetViewAngle()) / 2);
   const Vec3 position = centre_ - direction * distance;
   camera->SetPosition(position.x, position.y, position.z);
   camera->SetFocalPoint(centre_.x, centre_.y, centre_.z);
@@ -110,7 +108,7 @@ void CameraRig::aimCloseUp(const TelemetrySample& sample, double dt_s) {
 double CameraRig::worldMetresPerPixel(Vec3 place) {
   vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
   const double depth = glm::dot(place - toVec(camera->GetPosition()), toVec(camera->GetDirectionOfProjection()));
-  return 2 * std::max(depth, kSmallestDistance_m) * std::tan(radians(camera->GetViewAngle()) / 2) /
+  return 2 * std::max(depth, kSmallestDistance_m) * std::tan(glm::radians(camera->GetViewAngle()) / 2) /
          renderWindow_.height_px();
 }
 

@@ -1,19 +1,16 @@
 #include "graphics_client/viewer/contact_glyphs.h"
 
-#include <vtkCellArray.h>
 #include <vtkConeSource.h>
-#include <vtkFloatArray.h>
+#include <vtkLineSource.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPointData.h>
-#include <vtkPoints.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkSphereSource.h>
+#include <vtkTubeFilter.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "graphics_client/viewer/poly_data.h"
 
@@ -50,24 +47,15 @@ vtkSmartPointer<vtkPolyData> unitSphere() {
 
 /// Along +x from 0 to 1, radius 1.
 vtkSmartPointer<vtkPolyData> unitCylinder() {
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkFloatArray> normals;
-  normals->SetNumberOfComponents(3);
-  vtkNew<vtkCellArray> cells;
-  for (int i = 0; i < kRoundness; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kRoundness, y = std::cos(angle), z = std::sin(angle);
-    for (const double x : {0.0, 1.0}) {
-      points->InsertNextPoint(x, y, z);
-      normals->InsertNextTuple3(0, y, z);
-    }
-    const vtkIdType a = 2 * i, b = 2 * ((i + 1) % kRoundness);
-    cells->InsertNextCell({a, a + 1, b + 1, b});
-  }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetPolys(cells);
-  data->GetPointData()->SetNormals(normals);
-  return data;
+  vtkNew<vtkLineSource> axis;
+  axis->SetPoint1(0, 0, 0);
+  axis->SetPoint2(1, 0, 0);
+  vtkNew<vtkTubeFilter> tube;
+  tube->SetInputConnection(axis->GetOutputPort());
+  tube->SetRadius(1);
+  tube->SetNumberOfSides(kRoundness);
+  tube->Update();
+  return tube->GetOutput();
 }
 
 /// Along +x from 0 to 1, radius 1 at the base.
@@ -83,13 +71,10 @@ vtkSmartPointer<vtkPolyData> unitCone() {
 
 palette::Shade shadeIf(bool current, palette::Shade shade) { return current ? shade : palette::kFaded; }
 
-/// A cylinder's glyph from one place to another; hidden where they are one.
+/// A cylinder's glyph from one place to another; not where they are one.
 void show(Glyph& glyph, Vec3 from, Vec3 to, double radius, palette::Shade shade) {
   const double length = glm::distance(from, to);
-  glyph.setVisible(length > 0);
-  if (!(length > 0)) return;
-  glyph.setShade(shade);
-  glyph.setMatrix(alongAxis(from, (to - from) / length, length, radius));
+  if (length > 0) glyph.show(shade, alongAxis(from, (to - from) / length, length, radius));
 }
 
 vtkSmartPointer<vtkMatrix4x4> ball(Vec3 centre, double radius) { return alongAxis(centre, {1, 0, 0}, radius, radius); }
@@ -131,12 +116,12 @@ void Glyph::setShape(vtkPolyData* shape) {
   forEach([&](vtkActor* actor) { static_cast<vtkPolyDataMapper*>(actor->GetMapper())->SetInputData(shape); });
 }
 
-void Glyph::setShade(palette::Shade shade) {
-  forEach([&](vtkActor* actor) { actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue); });
-}
-
-void Glyph::setMatrix(vtkMatrix4x4* matrix) {
-  forEach([&](vtkActor* actor) { actor->SetUserMatrix(matrix); });
+void Glyph::show(palette::Shade shade, vtkMatrix4x4* place) {
+  forEach([&](vtkActor* actor) {
+    actor->GetProperty()->SetColor(shade.red, shade.green, shade.blue);
+    actor->SetUserMatrix(place);
+    actor->SetVisibility(true);
+  });
 }
 
 void Glyph::setLineWidth(float width_px) {
@@ -174,19 +159,12 @@ void ContactGlyphs::drawLast() {
 }
 
 void ContactGlyphs::update(const MirrorView& view, const Trail& trail, double metresPerPixel, bool current) {
-  const bool heard = view.sample.has_value();
   for (Glyph* glyph : all()) glyph->setVisible(false);
-  if (!heard) return;
+  if (!view.sample) return;
   const TelemetrySample& sample = *view.sample;
   const double radius = sizes_.marker_px * metresPerPixel;
-  hip_.setVisible(true);
-  hip_.setShade(shadeIf(current, palette::kHip));
-  hip_.setMatrix(ball(sample.hip, radius));
-  if (sample.object != 0) {
-    ihip_.setVisible(true);
-    ihip_.setShade(shadeIf(current, palette::kIhip));
-    ihip_.setMatrix(ball(sample.ihip, radius));
-  }
+  hip_.show(shadeIf(current, palette::kHip), ball(sample.hip, radius));
+  if (sample.object != 0) ihip_.show(shadeIf(current, palette::kIhip), ball(sample.ihip, radius));
   show(spring_, sample.hip, sample.ihip, kSpringLine_px / 2 * metresPerPixel, shadeIf(current, palette::kSpring));
   updatePin(sample, metresPerPixel, current);
   updateForce(view, metresPerPixel, current);
@@ -204,13 +182,8 @@ void ContactGlyphs::updateForce(const MirrorView& view, double metresPerPixel, b
   const double radius = sizes_.arrowRadius_px * metresPerPixel;
   const double tipLength = std::min(kTipLength * radius, length);
   const Vec3 axis = force / force_N, start = view.sample->ihip;
-  tip_.setVisible(true);
-  tip_.setShade(shade);
-  tip_.setMatrix(alongAxis(start + axis * (length - tipLength), axis, tipLength, kTipRadius * radius));
-  if (length <= tipLength) return;
-  shaft_.setVisible(true);
-  shaft_.setShade(shade);
-  shaft_.setMatrix(alongAxis(start, axis, length - tipLength, radius));
+  tip_.show(shade, alongAxis(start + axis * (length - tipLength), axis, tipLength, kTipRadius * radius));
+  if (length > tipLength) shaft_.show(shade, alongAxis(start, axis, length - tipLength, radius));
 }
 
 void ContactGlyphs::updatePin(const TelemetrySample& sample, double metresPerPixel, bool current) {
@@ -220,9 +193,7 @@ void ContactGlyphs::updatePin(const TelemetrySample& sample, double metresPerPix
   const Vec3 head = sample.stickingPoint + sample.surfaceNormal * (kPin_px * metresPerPixel);
   show(pin_, sample.stickingPoint, head, kNeedle_px * metresPerPixel, shadeIf(current, palette::kSpring));
   show(thread_, sample.stickingPoint, sample.ihip, kThread_px * metresPerPixel, shade);
-  pinHead_.setVisible(true);
-  pinHead_.setShade(shade);
-  pinHead_.setMatrix(ball(head, kPinHead_px * metresPerPixel));
+  pinHead_.show(shade, ball(head, kPinHead_px * metresPerPixel));
 }
 
 void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixel, bool current) {
@@ -239,18 +210,14 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixe
   const palette::Shade shade = shadeIf(current, palette::kPrimitive);
   if (corners.size() == 3) {
     primitive_.setShape(polygon(corners));
-    primitive_.setShade(shade);
-    primitive_.setMatrix(place);
-    primitive_.setVisible(!textured);  // its face would cut through the bumps
+    if (!textured) primitive_.show(shade, place);  // its face would cut through the bumps
     corners = {corners[0], corners[1], corners[1], corners[2], corners[2], corners[0]};
   }
   primitiveOutline_.setShape(corners.size() == 1 ? vertexAt(corners[0]) : segments(corners));
   primitiveOutline_.setLineWidth(corners.size() == 1   ? kVertexPoint_px
                                  : corners.size() == 2 ? kPrimitiveLine_px
                                                        : kPolygonOutline_px);
-  primitiveOutline_.setShade(shade);
-  primitiveOutline_.setMatrix(place);
-  primitiveOutline_.setVisible(true);
+  primitiveOutline_.show(shade, place);
 }
 
 void ContactGlyphs::updateTrail(const Trail& trail, bool current) {

@@ -30,8 +30,7 @@ class Glyph {
   /// Draws it after everything that was added to the pane so far.
   void drawLast();
   void setShape(vtkPolyData* shape);
-  void setShade(palette::Shade shade);
-  void setMatrix(vtkMatrix4x4* matrix);
+  void show(palette::Shade shade, vtkMatrix4x4* place);
   void setLineWidth(float width_px);
   void setOpacity(double opacity);  ///< Of the blended drawing.
   void setVisible(bool visible);

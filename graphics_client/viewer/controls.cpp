@@ -1,7 +1,7 @@
 #include "graphics_client/viewer/controls.h"
 
-#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
+#include <vtkCommand.h>
 #include <vtkInteractorStyleTerrain.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
@@ -25,6 +25,7 @@ class Style : public vtkInteractorStyleTerrain {
   void OnMouseWheelBackward() override { zoom(1 / kZoomPerClick); }
   void OnKeyPress() override {}
   void OnKeyRelease() override {}
+  void close() { onClose(); }
 
   std::function<void(char)> onKey;
   std::function<void()> onClose;
@@ -46,12 +47,9 @@ Controls::Controls(vtkRenderWindow* window, vtkRenderer* world, std::function<vo
   style->onClose = std::move(onClose);
   style->SetDefaultRenderer(world);
   style->AutoAdjustCameraClippingRangeOff();
-  vtkNew<vtkCallbackCommand> closed;
-  closed->SetClientData(style.Get());
-  closed->SetCallback([](vtkObject*, unsigned long, void* self, void*) { static_cast<Style*>(self)->onClose(); });
   interactor_->SetRenderWindow(window);
   interactor_->SetInteractorStyle(style);
-  interactor_->AddObserver(vtkCommand::ExitEvent, closed);
+  interactor_->AddObserver(vtkCommand::ExitEvent, style.Get(), &Style::close);
   interactor_->EnableRenderOff();  // the frame loop draws
   interactor_->Initialize();
 }

@@ -1,11 +1,11 @@
 #include "graphics_client/viewer/dented_points.h"
 
-#include <vtkNew.h>
 #include <vtkPointData.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
+
+#include "graphics_client/viewer/poly_data.h"
 
 namespace haptics {
 namespace {
@@ -22,11 +22,8 @@ constexpr const char* kRises = "Rises";
 
 void addRises(vtkPolyData* data, std::span<const Vec3f> rises) {
   if (rises.empty()) return;
-  vtkNew<vtkFloatArray> array;
+  const vtkSmartPointer<vtkFloatArray> array = floatsOf(rises);
   array->SetName(kRises);
-  array->SetNumberOfComponents(3);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(rises.size()));
-  std::memcpy(array->GetPointer(0), rises.data(), rises.size_bytes());
   data->GetPointData()->AddArray(array);
 }
 

@@ -23,14 +23,6 @@ constexpr double kCornerRadius = 0.5;
 constexpr double kOpacity = 0.82;
 constexpr int kSteps = 32;  // of the bar's colours
 
-void setUp(vtkTextActor* actor, vtkRenderer* renderer, palette::Shade shade) {
-  actor->GetTextProperty()->SetFontFamilyToArial();
-  actor->GetTextProperty()->SetColor(shade.red, shade.green, shade.blue);
-  actor->GetTextProperty()->SetVerticalJustificationToTop();
-  actor->SetTextScaleModeToNone();
-  renderer->AddActor2D(actor);
-}
-
 void setNumber(vtkTextActor* actor, double value) {
   char text[16];
   std::snprintf(text, sizeof text, "%.2f", value);
@@ -40,9 +32,12 @@ void setNumber(vtkTextActor* actor, double value) {
 }  // namespace
 
 FrictionLegend::FrictionLegend(vtkRenderer* renderer) : background_(renderer, palette::kCard, kOpacity) {
-  setUp(title_, renderer, palette::kText);
-  setUp(least_, renderer, palette::kLabel);
-  setUp(most_, renderer, palette::kLabel);
+  setUpText(title_, renderer, palette::kText);
+  setUpText(least_, renderer, palette::kLabel);
+  setUpText(most_, renderer, palette::kLabel);
+  for (vtkTextActor* text : {title_.Get(), least_.Get(), most_.Get()}) {
+    text->GetTextProperty()->SetVerticalJustificationToTop();
+  }
   title_->SetInput("Static friction coefficient");
   most_->GetTextProperty()->SetJustificationToRight();
   bar_->SetMapper(vtkNew<vtkPolyDataMapper2D>());

@@ -35,11 +35,7 @@ void setUp(vtkActor* actor, vtkPolyData* data, bool faceted) {
   mapper->ScalarVisibilityOff();
   actor->SetMapper(mapper);
   vtkProperty* surface = actor->GetProperty();
-  if (faceted) {
-    surface->SetInterpolationToFlat();
-  } else {
-    surface->SetInterpolationToPhong();
-  }
+  surface->SetInterpolation(faceted ? VTK_FLAT : VTK_PHONG);
   surface->SetAmbient(0.14);
   surface->SetDiffuse(0.92);
   surface->SetSpecular(0.18);
@@ -119,11 +115,7 @@ void ObjectActors::paint(const Paint& paint) {
     setEdgeColor(part.world, edgeOf(shade, kEdgeDarkening));
     setEdgeColor(part.closeUp, edgeOf(shade, kCloseUpEdgeDarkening));
     world->SetEdgeVisibility(paint.edges && !renderMesh_->rims);
-    if (paint.wireframe) {
-      world->SetRepresentationToWireframe();
-    } else {
-      world->SetRepresentationToSurface();
-    }
+    world->SetRepresentation(paint.wireframe ? VTK_WIREFRAME : VTK_SURFACE);
     world->SetLighting(!paint.wireframe);  // lines have no side that looks away
     lightVertices(part.world, fine && paint.vertexLighting && !paint.wireframe && !world->GetEdgeVisibility());
     const bool edged = part.closeUp->GetProperty()->GetEdgeVisibility();
@@ -206,8 +198,6 @@ void ObjectActors::dent(Part& part, std::span<const Dent> dents, const Falloff& 
   if (displacementOn_) colorDisplacement(part);
 }
 
-void ObjectActors::colorDisplacement(Part& part) const { part.dented->colorIn(part.drawn, *displacementOn_); }
-
 void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {
   for (const Part& part : parts_) {
     part.world->SetUserMatrix(object);
@@ -226,7 +216,5 @@ void ObjectActors::showFor(Vec3 worldEye, Vec3 closeUpEye) {
     parts_[i].closeUp->SetVisibility(isSeen(closeUpEye));
   }
 }
-
-void ObjectActors::setShadowVisible(bool visible) { shadow_->SetVisibility(visible); }
 
 }  // namespace haptics

@@ -42,7 +42,7 @@ class ObjectActors {
 
   void paint(const Paint& paint);
   void place(vtkMatrix4x4* object, vtkMatrix4x4* shadow);
-  void setShadowVisible(bool visible);
+  void setShadowVisible(bool visible) { shadow_->SetVisibility(visible); }
   /// Shows a soft object with these dents. Its shadow stays that of the shape at rest: it would have to be drawn anew in every
   /// frame, for a few pixels of its outline.
   void dent(std::span<const Dent> dents, const Falloff& falloff);
@@ -72,7 +72,7 @@ class ObjectActors {
   void colorPoints(const Paint& paint);
   void dentRims(std::span<const Dent> dents, const Falloff& falloff);
   void dent(Part& part, std::span<const Dent> dents, const Falloff& falloff);
-  void colorDisplacement(Part& part) const;
+  void colorDisplacement(Part& part) const { part.dented->colorIn(part.drawn, *displacementOn_); }
 };
 
 }  // namespace haptics

@@ -36,12 +36,9 @@ glm::dvec2 footOf(const std::array<glm::dvec2, 8>& corners) {
 }  // namespace
 
 ObjectLabels::Label::Label(vtkRenderer* renderer) : background(renderer, palette::kCard, kOpacity) {
-  text->GetTextProperty()->SetFontFamilyToArial();
-  text->GetTextProperty()->SetColor(palette::kText.red, palette::kText.green, palette::kText.blue);
+  setUpText(text, renderer, palette::kText);
   text->GetTextProperty()->SetJustificationToCentered();
   text->GetTextProperty()->SetVerticalJustificationToCentered();
-  text->SetTextScaleModeToNone();
-  renderer->AddActor2D(text);
 }
 
 void ObjectLabels::Label::setName(vtkRenderer* renderer, const std::string& newName, double newFont_px) {

@@ -29,13 +29,6 @@ double fontFor(const RenderWindow& renderWindow) {
                  kSmallestFont_px, kLargestFont_px));
 }
 
-void setUpText(vtkTextActor* actor, vtkRenderer* renderer, palette::Shade shade) {
-  actor->GetTextProperty()->SetFontFamilyToArial();
-  actor->GetTextProperty()->SetColor(shade.red, shade.green, shade.blue);
-  actor->SetTextScaleModeToNone();
-  renderer->AddActor2D(actor);
-}
-
 palette::Shade backgroundShade(Tone tone) { return tone == Tone::kBad ? palette::kBad : palette::kWarning; }
 
 }  // namespace
@@ -189,8 +182,6 @@ void Overlay::toggle() {
   visible_ = !visible_;
   refresh();
 }
-
-void Overlay::toggleLabels() { labelsVisible_ = !labelsVisible_; }
 
 void Overlay::toggleHelp() {
   helpVisible_ = !helpVisible_;

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "graphics_client/mirror/mirror_view.h"
@@ -42,7 +41,7 @@ class Overlay {
   void refresh() { refreshed_s_ = -1; }  ///< The next update is not put off.
   void toggle();                         ///< Everything but the banner.
   void toggleHelp();
-  void toggleLabels();
+  void toggleLabels() { labelsVisible_ = !labelsVisible_; }
 
  private:
   RenderWindow& renderWindow_;

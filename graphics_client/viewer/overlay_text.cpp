@@ -186,14 +186,15 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
       detailLine(coarse, pitsFeltAsBumps),
   };
   if (sample.depenetrated > 0) {
-    lines.push_back({"IHIP put out",
-                     formatted("%llu times, last of ", static_cast<unsigned long long>(sample.depenetrated)) +
+    lines.push_back({"IHIP depenetrated",
+                     formatted("%llu times, last from ", static_cast<unsigned long long>(sample.depenetrated)) +
                          objectName(view, sample.depenetratedFrom),
                      Tone::kWarning});
   }
-  if (sample.behind > 0) {
-    lines.push_back(
-        {"IHIP behind", formatted("in %llu ticks", static_cast<unsigned long long>(sample.behind)), Tone::kWarning});
+  if (sample.allowanceSpent > 0) {
+    lines.push_back({"Allowance spent",
+                     formatted("in %llu ticks", static_cast<unsigned long long>(sample.allowanceSpent)),
+                     Tone::kWarning});
   }
   return lines;
 }

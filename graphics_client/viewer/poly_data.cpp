@@ -1,7 +1,6 @@
 #include "graphics_client/viewer/poly_data.h"
 
 #include <vtkCellArray.h>
-#include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -9,24 +8,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace haptics {
 namespace {
 
-vtkSmartPointer<vtkPoints> pointsOf(std::span<const Vec3> places) {
+vtkSmartPointer<vtkPoints> pointsOf(std::span<const Vec3f> places) {
   vtkNew<vtkPoints> points;
-  points->SetDataTypeToFloat();
-  for (const Vec3& p : places) points->InsertNextPoint(p.x, p.y, p.z);
+  points->SetData(floatsOf(places));
   return points;
 }
 
-/// As the mapper wants it: three floats to each.
-vtkSmartPointer<vtkFloatArray> floatsOf(std::span<const Vec3f> vectors) {
-  auto array = vtkSmartPointer<vtkFloatArray>::New();
-  array->SetNumberOfComponents(3);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(vectors.size()));
-  if (!vectors.empty()) std::copy_n(&vectors.front().x, 3 * vectors.size(), array->GetPointer(0));
-  return array;
+vtkSmartPointer<vtkPoints> pointsOf(std::span<const Vec3> places) {
+  return pointsOf(std::vector<Vec3f>(places.begin(), places.end()));
 }
 
 static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(TriangleIndices) == 3 * sizeof(vtkTypeInt32),
@@ -41,14 +35,29 @@ vtkSmartPointer<vtkCellArray> cellsOf(std::span<const TriangleIndices> triangles
   return cells;
 }
 
+vtkSmartPointer<vtkMatrix4x4> matrixOf(const glm::dmat3& axes, Vec3 origin) {
+  vtkNew<vtkMatrix4x4> matrix;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) matrix->SetElement(row, column, axes[column][row]);
+    matrix->SetElement(row, 3, origin[row]);
+  }
+  return matrix;
+}
+
 }  // namespace
+
+vtkSmartPointer<vtkFloatArray> floatsOf(std::span<const Vec3f> vectors) {
+  auto array = vtkSmartPointer<vtkFloatArray>::New();
+  array->SetNumberOfComponents(3);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(vectors.size()));
+  if (!vectors.empty()) std::copy_n(&vectors.front().x, 3 * vectors.size(), array->GetPointer(0));
+  return array;
+}
 
 vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points, std::span<const TriangleIndices> triangles,
                                          std::span<const Vec3f> normals) {
-  vtkNew<vtkPoints> places;
-  places->SetData(floatsOf(points));
   vtkNew<vtkPolyData> data;
-  data->SetPoints(places);
+  data->SetPoints(pointsOf(points));
   data->SetPolys(cellsOf(triangles));
   if (!normals.empty()) {
     const vtkSmartPointer<vtkFloatArray> array = floatsOf(normals);
@@ -62,24 +71,16 @@ vtkSmartPointer<vtkPolyData> segmentsOf(std::span<const Vec3f> points,
                                         std::span<const std::array<std::uint32_t, 2>> ends) {
   vtkNew<vtkCellArray> cells;
   for (const auto& [a, b] : ends) cells->InsertNextCell({vtkIdType{a}, vtkIdType{b}});
-  vtkNew<vtkPoints> places;
-  places->SetData(floatsOf(points));
   vtkNew<vtkPolyData> segments;
-  segments->SetPoints(places);
+  segments->SetPoints(pointsOf(points));
   segments->SetLines(cells);
   return segments;
 }
 
 vtkSmartPointer<vtkPolyData> segments(std::span<const Vec3> points) {
-  vtkNew<vtkCellArray> cells;
-  for (std::size_t i = 0; i + 1 < points.size(); i += 2) {
-    const auto first = static_cast<vtkIdType>(i);
-    cells->InsertNextCell({first, first + 1});
-  }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(pointsOf(points));
-  data->SetLines(cells);
-  return data;
+  std::vector<std::array<std::uint32_t, 2>> ends;
+  for (std::uint32_t i = 0; i + 1 < points.size(); i += 2) ends.push_back({i, i + 1});
+  return segmentsOf(std::vector<Vec3f>(points.begin(), points.end()), ends);
 }
 
 vtkSmartPointer<vtkPolyData> polygon(std::span<const Vec3> points) {
@@ -102,24 +103,12 @@ vtkSmartPointer<vtkPolyData> vertexAt(Vec3 point) {
 }
 
 vtkSmartPointer<vtkMatrix4x4> matrixOf(const Pose& pose) {
-  const glm::dmat3 rotation = glm::mat3_cast(pose.rotation);
-  vtkNew<vtkMatrix4x4> matrix;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) matrix->SetElement(row, column, rotation[column][row]);
-    matrix->SetElement(row, 3, pose.position[row]);
-  }
-  return matrix;
+  return matrixOf(glm::mat3_cast(pose.rotation), pose.position);
 }
 
 vtkSmartPointer<vtkMatrix4x4> alongAxis(Vec3 start, Vec3 axis, double length, double radius) {
   const Vec3 across = anyAcross(axis);
-  const Vec3 columns[3] = {axis * length, across * radius, glm::cross(axis, across) * radius};
-  vtkNew<vtkMatrix4x4> matrix;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) matrix->SetElement(row, column, columns[column][row]);
-    matrix->SetElement(row, 3, start[row]);
-  }
-  return matrix;
+  return matrixOf(glm::dmat3(axis * length, across * radius, glm::cross(axis, across) * radius), start);
 }
 
 Vec3 anyAcross(Vec3 axis) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <vtkFloatArray.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -12,6 +13,9 @@
 #include "common/mesh/tri_mesh.h"
 
 namespace haptics {
+
+/// As VTK's mappers want vectors: three floats to each.
+[[nodiscard]] vtkSmartPointer<vtkFloatArray> floatsOf(std::span<const Vec3f> vectors);
 
 /// Triangles naming points; `normals` is empty or has one for each point.
 [[nodiscard]] vtkSmartPointer<vtkPolyData> trianglesOf(std::span<const Vec3f> points,

@@ -1,7 +1,7 @@
 #include "graphics_client/viewer/render_window.h"
 
-#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
+#include <vtkCommand.h>
 #include <vtkLight.h>
 #include <vtkPNGWriter.h>
 #include <vtkUnsignedCharArray.h>
@@ -25,11 +25,7 @@ enum Layer { kWorldStill, kWorld, kWorldGhost, kCloseUp, kCloseUpGhost, kOverlay
 
 void addLight(vtkRenderer* renderer, Vec3 from, palette::Shade shade, double intensity, bool withCamera) {
   vtkNew<vtkLight> light;
-  if (withCamera) {
-    light->SetLightTypeToCameraLight();
-  } else {
-    light->SetLightTypeToSceneLight();
-  }
+  light->SetLightType(withCamera ? VTK_LIGHT_TYPE_CAMERA_LIGHT : VTK_LIGHT_TYPE_SCENE_LIGHT);
   light->SetPosition(from.x, from.y, from.z);
   light->SetFocalPoint(0, 0, 0);
   light->SetColor(shade.red, shade.green, shade.blue);
@@ -50,11 +46,7 @@ void light(vtkRenderer* renderer) {
 /// VTK 9.1 hands the lights to a shader only when they or the camera are newer than the last hand-over, though that
 /// may have been for another pane with another camera: so each camera is made new when its pane is about to be drawn.
 void refreshLights(vtkRenderer* renderer) {
-  vtkNew<vtkCallbackCommand> refresh;
-  refresh->SetCallback([](vtkObject* drawn, unsigned long, void*, void*) {
-    static_cast<vtkRenderer*>(drawn)->GetActiveCamera()->Modified();
-  });
-  renderer->AddObserver(vtkCommand::StartEvent, refresh);
+  renderer->AddObserver(vtkCommand::StartEvent, renderer->GetActiveCamera(), &vtkCamera::Modified);
 }
 
 void setSky(vtkRenderer* renderer) {

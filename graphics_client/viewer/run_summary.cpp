@@ -35,17 +35,14 @@ std::optional<double> RunSummary::addContact(const MirrorView& shown) {
 }
 
 void RunSummary::Newest::add(double value) {
-  if (values.size() < kAgesKept) {
-    values.push_back(value);
-    return;
-  }
-  values[oldest] = value;
-  oldest = (oldest + 1) % kAgesKept;
+  values.push_back(value);
+  if (values.size() > kAgesKept) values.pop_front();
 }
 
 namespace {
 
-nlohmann::json spread(const std::vector<double>& values) {
+nlohmann::json spread(const std::deque<double>& newest) {
+  const std::vector<double> values(newest.begin(), newest.end());
   return {{"p50", percentile(values, 0.5)}, {"p99", percentile(values, 0.99)}};
 }
 

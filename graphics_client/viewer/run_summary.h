@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -43,9 +44,7 @@ class RunSummary {
   double firstFrame_s_ = 0, lastFrame_s_ = 0;
   /// The newest kAgesKept of many values.
   struct Newest {
-    std::vector<double> values;
-    std::size_t oldest = 0;
-
+    std::deque<double> values;
     void add(double value);
   };
   Newest ages_ms_, contactErrors_mm_;

@@ -69,10 +69,7 @@ bool SceneActors::update(const MirrorView& view, bool current) {
     changed |= follow(shown_[object->id], object, view, share);
   }
   if (changed) updateFrictionRange();
-  if (current != current_) {
-    current_ = current;
-    paintAll();
-  }
+  if (current != paint_.current) paintWith(&ObjectActors::Paint::current, current);
   if (changed) placeFloor();
   return changed;
 }
@@ -147,8 +144,8 @@ void SceneActors::updateFrictionRange() {
     range->least = std::min<double>(range->least, renderMesh.minFriction);
     range->most = std::max<double>(range->most, renderMesh.maxFriction);
   }
-  if (range == friction_) return;
-  friction_ = range;
+  if (range == paint_.friction) return;
+  paint_.friction = range;
   paintAll();
 }
 
@@ -159,13 +156,10 @@ void SceneActors::paintAll() {
 }
 
 void SceneActors::paint(const Shown& shown) const {
-  shown.actors->paint({.color = shown.record->material.color,
-                       .current = current_,
-                       .wireframe = wireframe_,
-                       .edges = edges_,
-                       .friction = friction_,
-                       .displacement = displacement_ && shown.record->deformation.softness,
-                       .vertexLighting = vertexLighting_});
+  ObjectActors::Paint own = paint_;
+  own.color = shown.record->material.color;
+  own.displacement = paint_.displacement && shown.record->deformation.softness;
+  shown.actors->paint(own);
 }
 
 void SceneActors::place(const Shown& shown) const {
@@ -192,23 +186,8 @@ void SceneActors::placeFloor() {
   }
 }
 
-void SceneActors::setWireframe(bool on) {
-  wireframe_ = on;
-  paintAll();
-}
-
-void SceneActors::setEdges(bool on) {
-  edges_ = on;
-  paintAll();
-}
-
-void SceneActors::setDisplacement(bool on) {
-  displacement_ = on;
-  paintAll();
-}
-
-void SceneActors::setVertexLighting(bool on) {
-  vertexLighting_ = on;
+void SceneActors::paintWith(bool ObjectActors::Paint::*how, bool on) {
+  paint_.*how = on;
   paintAll();
 }
 
@@ -242,7 +221,7 @@ void SceneActors::showFor(Vec3 worldCamera, Vec3 closeUpCamera) {
     if (!shown.actors) continue;
     const Pose& pose = shown.pose;
     shown.actors->showFor(toLocal(pose, worldCamera), toLocal(pose, closeUpCamera));
-    shown.actors->setShadowVisible(worldCamera.z > floor_.height_m() && !wireframe_);
+    shown.actors->setShadowVisible(worldCamera.z > floor_.height_m() && !paint_.wireframe);
   }
 }
 

@@ -41,12 +41,12 @@ class SceneActors {
 
   /// For all textured objects together. What is shown stays until it is built anew.
   void setMaxTriangles(std::size_t most) { maxTriangles_ = most; }
-  void setWireframe(bool on);
-  void setEdges(bool on);
+  void setWireframe(bool on) { paintWith(&ObjectActors::Paint::wireframe, on); }
+  void setEdges(bool on) { paintWith(&ObjectActors::Paint::edges, on); }
   /// Colours soft objects by how far they are displaced.
-  void setDisplacement(bool on);
+  void setDisplacement(bool on) { paintWith(&ObjectActors::Paint::displacement, on); }
   /// Lights fine surfaces at their vertices (vertex_lighting.h).
-  void setVertexLighting(bool on);
+  void setVertexLighting(bool on) { paintWith(&ObjectActors::Paint::vertexLighting, on); }
 
   /// Points spread over the objects, world frame; empty when nothing is shown.
   [[nodiscard]] std::vector<Vec3> outline() const;
@@ -55,7 +55,7 @@ class SceneActors {
   /// Leaves out what the cameras cannot see. Shadows are above the floor: hidden when seen from below.
   void showFor(Vec3 worldCamera, Vec3 closeUpCamera);
   /// Over the surfaces whose friction varies; nothing when there are none.
-  [[nodiscard]] std::optional<FrictionRange> frictionRange() const { return friction_; }
+  [[nodiscard]] std::optional<FrictionRange> frictionRange() const { return paint_.friction; }
   [[nodiscard]] std::vector<NamedBox> boxes() const;
   /// The one that is drawn farthest from what is felt.
   [[nodiscard]] std::optional<CoarseDetail> coarsestDetail() const;
@@ -79,14 +79,14 @@ class SceneActors {
   Floor floor_;
   RenderMeshBuilder builder_;
   std::map<ObjectId, Shown> shown_;
-  std::optional<FrictionRange> friction_;
   std::size_t maxTriangles_ = 0;
-  bool current_ = true, wireframe_ = false, edges_ = false, displacement_ = false, vertexLighting_ = false;
+  ObjectActors::Paint paint_;  ///< For all objects, but for their colour.
 
   bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t maxTriangles);
   bool takeRenderMesh(Shown& shown);
   static void dent(Shown& shown, const ObjectRecord& object, const MirrorView& view);
   void updateFrictionRange();
+  void paintWith(bool ObjectActors::Paint::*how, bool on);
   void paintAll();
   void paint(const Shown& shown) const;
   void place(const Shown& shown) const;

@@ -1,8 +1,8 @@
 #include "graphics_client/viewer/static_layer_cache.h"
 
 #include <vtkActor.h>
-#include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
+#include <vtkCommand.h>
 #include <vtkMatrix4x4.h>
 #include <vtkOpenGLState.h>
 #include <vtkPropCollection.h>
@@ -37,15 +37,8 @@ StaticLayerCache::StaticLayerCache(vtkRenderWindow* window, vtkRenderer* listed,
     renderer->InteractiveOff();
     window->AddRenderer(renderer);
   }
-  vtkNew<vtkCallbackCommand> keeps, restores;
-  keeps->SetClientData(this);
-  keeps->SetCallback(
-      [](vtkObject*, unsigned long, void* self, void*) { static_cast<StaticLayerCache*>(self)->keep(); });
-  still_->AddObserver(vtkCommand::EndEvent, keeps);
-  restores->SetClientData(this);
-  restores->SetCallback(
-      [](vtkObject*, unsigned long, void* self, void*) { static_cast<StaticLayerCache*>(self)->restore(); });
-  moving_->AddObserver(vtkCommand::StartEvent, restores);
+  still_->AddObserver(vtkCommand::EndEvent, this, &StaticLayerCache::keep);
+  moving_->AddObserver(vtkCommand::StartEvent, this, &StaticLayerCache::restore);
 }
 
 void StaticLayerCache::sort() {

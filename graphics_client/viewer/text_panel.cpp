@@ -1,6 +1,5 @@
 #include "graphics_client/viewer/text_panel.h"
 
-#include <vtkPolyData.h>
 #include <vtkPolyDataMapper2D.h>
 #include <vtkProperty2D.h>
 #include <vtkTextProperty.h>
@@ -21,19 +20,8 @@ constexpr double kDescent = 0.14;
 constexpr double kCardOpacity = 0.82;
 constexpr int kArcPoints = 6;  // of a rounded corner
 
-palette::Shade shadeOf(Tone tone) {
-  switch (tone) {
-    case Tone::kGood:
-      return palette::kGood;
-    case Tone::kWarning:
-      return palette::kWarning;
-    case Tone::kBad:
-      return palette::kBad;
-    case Tone::kPlain:
-      break;
-  }
-  return palette::kText;
-}
+/// Of the values, by their tone.
+constexpr std::array kShades{palette::kText, palette::kGood, palette::kWarning, palette::kBad};
 
 std::vector<Vec3> roundedBox(const PixelBox& box, double radius) {
   std::vector<Vec3> outline;
@@ -51,17 +39,14 @@ std::vector<Vec3> roundedBox(const PixelBox& box, double radius) {
   return outline;
 }
 
-void setUp(vtkTextActor* actor, vtkRenderer* renderer, palette::Shade shade) {
-  vtkTextProperty* text = actor->GetTextProperty();
-  text->SetFontFamilyToArial();
-  text->SetColor(shade.red, shade.green, shade.blue);
-  text->SetVerticalJustificationToTop();
-  text->SetLineSpacing(kLineSpacing);
+}  // namespace
+
+void setUpText(vtkTextActor* actor, vtkRenderer* renderer, palette::Shade shade) {
+  actor->GetTextProperty()->SetFontFamilyToArial();
+  actor->GetTextProperty()->SetColor(shade.red, shade.green, shade.blue);
   actor->SetTextScaleModeToNone();
   renderer->AddActor2D(actor);
 }
-
-}  // namespace
 
 PanelBackground::PanelBackground(vtkRenderer* renderer, palette::Shade shade, double opacity) {
   actor_->SetMapper(vtkNew<vtkPolyDataMapper2D>());
@@ -86,10 +71,13 @@ void PanelBackground::setVisible(bool visible) { actor_->SetVisibility(visible);
 
 TextPanel::TextPanel(vtkRenderer* renderer, Columns columns)
     : renderer_(renderer), columns_(columns), background_(renderer, palette::kCard, kCardOpacity) {
-  setUp(labels_, renderer, palette::kLabel);
-  for (std::size_t tone = 0; tone < kTones; ++tone) {
-    setUp(values_[tone], renderer, shadeOf(static_cast<Tone>(tone)));
-  }
+  const auto setUp = [&](vtkTextActor* actor, palette::Shade shade) {
+    setUpText(actor, renderer, shade);
+    actor->GetTextProperty()->SetVerticalJustificationToTop();
+    actor->GetTextProperty()->SetLineSpacing(kLineSpacing);
+  };
+  setUp(labels_, palette::kLabel);
+  for (std::size_t tone = 0; tone < kTones; ++tone) setUp(values_[tone], kShades[tone]);
 }
 
 void TextPanel::setDots(const std::vector<palette::Shade>& dots) {
@@ -110,11 +98,7 @@ void TextPanel::setLines(const std::vector<OverlayLine>& lines) {
     }
   }
   labels_->SetInput(labels.c_str());
-  for (std::size_t tone = 0; tone < kTones; ++tone) {
-    values_[tone]->SetInput(values[tone].c_str());
-    values_[tone]->SetVisibility(std::ranges::any_of(
-        lines, [&](const OverlayLine& line) { return static_cast<std::size_t>(line.tone) == tone; }));
-  }
+  for (std::size_t tone = 0; tone < kTones; ++tone) values_[tone]->SetInput(values[tone].c_str());
 }
 
 double TextPanel::width_px(double font_px) const {

@@ -7,7 +7,6 @@
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +15,9 @@
 #include "graphics_client/viewer/palette.h"
 
 namespace haptics {
+
+/// Arial of this colour, as large in pixels as its font size says, drawn by the renderer.
+void setUpText(vtkTextActor* actor, vtkRenderer* renderer, palette::Shade shade);
 
 /// A rounded rectangle with a single colour, optionally transparent.
 class PanelBackground {
@@ -42,6 +44,7 @@ class TextPanel {
 
   TextPanel(vtkRenderer* renderer, Columns columns);
 
+  /// Seen with the next setVisible().
   void setLines(const std::vector<OverlayLine>& lines);
   /// A dot in front of each line; before setLines.
   void setDots(const std::vector<palette::Shade>& dots);

@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <functional>
+#include <map>
 #include <string>
 #include <thread>
 
@@ -74,14 +76,12 @@ class Viewer {
   void drawFrame(double dt_s);
   void show(const FrameSnapshot& snapshot, double dt_s);
   void noteChanges(const MirrorView& view);
-  void keepIfBetter(const FrameSnapshot& snapshot);
   [[nodiscard]] static int screenshotScore(const FrameSnapshot& snapshot);
   void handleKey(char key);
+  void saveScreenshot();
   void frameAll(const MirrorView& view);
   void addToSheet();
   [[nodiscard]] vtkSmartPointer<vtkImageData> picture(const FrameSnapshot& snapshot, double settle_s);
-  [[nodiscard]] Result<void> takeScreenshot(const FrameSnapshot& snapshot, double settle_s,
-                                            const std::filesystem::path& file);
 };
 
 Viewer::Viewer(const ViewerOptions& options, const ViewSource& source)
@@ -126,7 +126,7 @@ Result<RunSummary> Viewer::run(const std::atomic<bool>& stop) {
     objects_.setMaxTriangles(kStillTriangles);
     objects_.setVertexLighting(false);
     objects_.settle(*best.view, isCurrent(*best.view, best.age_s) || !wasLive_);
-    const Result<void> written = takeScreenshot(best, kSettled_s, options_.screenshot);
+    const Result<void> written = writePng(picture(best, kSettled_s), options_.screenshot);
     if (!written) return tl::unexpected(written.error());
   }
   return std::move(summary_);
@@ -154,7 +154,10 @@ void Viewer::drawFrame(double dt_s) {
     rateFrom_s_ = now_s_;
     rateFrames_ = 0;
   }
-  if (options_.offscreen && !options_.screenshot.empty()) keepIfBetter(snapshot_);
+  if (options_.offscreen && !options_.screenshot.empty() &&
+      (!best_ || screenshotScore(snapshot_) >= screenshotScore(*best_))) {
+    best_ = snapshot_;
+  }
   if (sheet_ && sheet_->isDue(now_s_, screenshotScore(snapshot_) > 1)) addToSheet();
 }
 
@@ -199,10 +202,6 @@ void Viewer::noteChanges(const MirrorView& view) {
   if (view.link == LinkState::kLive) wasLive_ = true;
 }
 
-void Viewer::keepIfBetter(const FrameSnapshot& snapshot) {
-  if (!best_ || screenshotScore(snapshot) >= screenshotScore(*best_)) best_ = snapshot;
-}
-
 /// Nothing is seen, a contact, or a contact with a force worth seeing: 0, 1 or 2.
 int Viewer::screenshotScore(const FrameSnapshot& snapshot) {
   const MirrorView& view = *snapshot.view;
@@ -211,50 +210,29 @@ int Viewer::screenshotScore(const FrameSnapshot& snapshot) {
 }
 
 void Viewer::handleKey(char key) {
-  switch (key) {
-    case 'r':
-      frameAll(*snapshot_.view);
-      break;
-    case 'f':
-      cameras_.setFollow(follow_ = !follow_);
-      break;
-    case 'c':
-      renderWindow_.showCloseUp(!renderWindow_.closeUpShown());
-      break;
-    case 'w':
-      objects_.setWireframe(wireframe_ = !wireframe_);
-      break;
-    case 'e':
-      objects_.setEdges(edges_ = !edges_);
-      break;
-    case 'd':
-      objects_.setDisplacement(displacement_ = !displacement_);
-      break;
-    case 'n':
-      overlay_.toggleLabels();
-      break;
-    case 'o':
-      overlay_.toggle();
-      break;
-    case 'h':
-      overlay_.toggleHelp();
-      break;
-    case 's': {
-      const std::filesystem::path file = "haptic_view_" + std::to_string(++screenshots_) + ".png";
-      const Result<void> written = takeScreenshot(snapshot_, 0, file);
-      if (written) {
-        spdlog::info("screenshot written to {}", file.string());
-      } else {
-        spdlog::error("{}", written.error().text());
-      }
-      break;
-    }
-    case 'q':
-    case '\x1b':
-      quit_ = true;
-      break;
-    default:
-      break;
+  const std::map<char, std::function<void()>> actions{
+      {'r', [this] { frameAll(*snapshot_.view); }},
+      {'f', [this] { cameras_.setFollow(follow_ = !follow_); }},
+      {'c', [this] { renderWindow_.showCloseUp(!renderWindow_.closeUpShown()); }},
+      {'w', [this] { objects_.setWireframe(wireframe_ = !wireframe_); }},
+      {'e', [this] { objects_.setEdges(edges_ = !edges_); }},
+      {'d', [this] { objects_.setDisplacement(displacement_ = !displacement_); }},
+      {'n', [this] { overlay_.toggleLabels(); }},
+      {'o', [this] { overlay_.toggle(); }},
+      {'h', [this] { overlay_.toggleHelp(); }},
+      {'s', [this] { saveScreenshot(); }},
+      {'q', [this] { quit_ = true; }},
+      {'\x1b', [this] { quit_ = true; }},
+  };
+  if (const auto action = actions.find(key); action != actions.end()) action->second();
+}
+
+void Viewer::saveScreenshot() {
+  const std::filesystem::path file = "haptic_view_" + std::to_string(++screenshots_) + ".png";
+  if (const Result<void> written = writePng(picture(snapshot_, 0), file); written) {
+    spdlog::info("screenshot written to {}", file.string());
+  } else {
+    spdlog::error("{}", written.error().text());
   }
 }
 
@@ -281,10 +259,6 @@ vtkSmartPointer<vtkImageData> Viewer::picture(const FrameSnapshot& snapshot, dou
   vtkSmartPointer<vtkImageData> picture = renderWindow_.grab();
   renderWindow_.smoothOutlines(smooth_);
   return picture;
-}
-
-Result<void> Viewer::takeScreenshot(const FrameSnapshot& snapshot, double settle_s, const std::filesystem::path& file) {
-  return writePng(picture(snapshot, settle_s), file);
 }
 
 }  // namespace

@@ -65,17 +65,17 @@ static_assert(std::is_trivially_copyable_v<ContactState>, "kept, copied and repl
 
 /// What a tick cost, in primitives, and whether it met a limit. Counted, never silent.
 struct ContactWork {
-  int triangles = 0;          ///< Looked at by the searches.
-  int segments = 0;           ///< Tested against a whole body.
-  int steps = 0;              ///< Into which the HIP's motion was divided.
-  int solverRounds = 0;       ///< Of the constraint solver.
-  int droppedBodies = 0;      ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
-  bool interrupted = false;   ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
-  bool notConverged = false;  ///< The solver ran out of rounds or planes; it goes on in the next tick.
-  bool behind = false;        ///< The allowance was spent: the rest of the HIP's path comes with the next tick.
-  bool depenetrated = false;  ///< The IHIP was found inside a body and put outside of all: the force may jump.
-  int insideOf = -1;          ///< Index into bodies of that body, or of the sheet that it was behind.
-  Allowance allowance;        ///< What is left of it.
+  int triangles = 0;            ///< Looked at by the searches.
+  int segments = 0;             ///< Tested against a whole body.
+  int steps = 0;                ///< Into which the HIP's motion was divided.
+  int solverRounds = 0;         ///< Of the constraint solver.
+  int droppedBodies = 0;        ///< Bodies in reach beyond kMaxNear, left out: the farthest ones.
+  bool interrupted = false;     ///< A search ran out of budget; it goes on from the best IHIP in the next tick.
+  bool notConverged = false;    ///< The solver ran out of rounds or planes; it goes on in the next tick.
+  bool allowanceSpent = false;  ///< The allowance was spent: the rest of the HIP's path comes with the next tick.
+  bool depenetrated = false;    ///< The IHIP was found inside a body and put outside of all: the force may jump.
+  int insideOf = -1;            ///< Index into bodies of that body, or of the sheet that it was behind.
+  Allowance allowance;          ///< What is left of it.
 };
 
 /// What the contact core found: the rest of the step reads only this.

@@ -25,7 +25,7 @@ ContactResult ContactTick::run() noexcept {
   start();
   makeSteps();
   work_.allowance.spend(-aside);
-  if (work_.behind) {
+  if (work_.allowanceSpent) {
     state_.unchecked = state_.unchecked || mayBeInside();
     return result();
   }
@@ -68,19 +68,19 @@ void ContactTick::makeSteps() noexcept {
     if (work_.allowance.isSpent()) {
       restore(before);
       if (now == 0) state_.stride = std::max(kMinStride, state_.stride * kShorter);
-      work_.behind = true;
+      work_.allowanceSpent = true;
       break;
     }
     now = end;
   }
-  if (!work_.behind) {
+  if (!work_.allowanceSpent) {
     state_.stride = std::min(1.0, 2 * state_.stride);
     now = 1;
   }
   state_.reached = now * stride_;
-  work_.behind = state_.reached < 1;
+  work_.allowanceSpent = state_.reached < 1;
   state_.hip = hipAt(now);
-  if (work_.behind) setTime(now);
+  if (work_.allowanceSpent) setTime(now);
 }
 
 void ContactTick::start() noexcept {

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "haptic_server/device/stroke_choice.h"
 
@@ -16,8 +15,7 @@ namespace {
 /// Metres by which the hand passes above the highest point: more than it overshoots a movement in the air.
 constexpr double kClearance = 0.02;
 
-/// Directions, all around, from which a push is tried.
-constexpr int kPushDirections = 16;
+constexpr int kPushDirections = 16;  // directions, all around, from which a push is tried
 /// Of the object's height, where it is pushed: above its middle, so that what is tall tips over. Of its half width, how far
 /// beside its middle: so that it turns.
 constexpr double kPushHeight = 0.65;
@@ -26,10 +24,8 @@ constexpr double kPushAside = 0.3;
 constexpr double kRunUp = 0.015;
 constexpr double kPushWay = 0.04;
 constexpr double kPushSpacing = 0.004;
-/// Metres before the object where the way to it ends.
-constexpr double kClose = 1e-4;
-/// Cosine of the angle at which a side is still pushed and not slid along.
-constexpr double kSteepest = 0.8;
+constexpr double kClose = 1e-4;    // metres before the object where the way to it ends
+constexpr double kSteepest = 0.8;  // cosine of the angle at which a side is still pushed and not slid along
 /// How much a push across a thin object counts against one towards the middle of the scene.
 constexpr double kThinBonus = 1.5;
 
@@ -87,7 +83,6 @@ std::optional<TopPoint> visibleTop(const std::vector<const Placed*>& above, cons
   return top;
 }
 
-/// Does a straight way through the air meet nothing?
 bool isFree(const std::vector<Placed>& all, Vec3 from, Vec3 to) {
   return std::ranges::none_of(all, [&](const Placed& placed) {
     const Pose& pose = placed.object->pose;
@@ -134,10 +129,6 @@ std::vector<Vec3> choosePush(const std::vector<Placed>& all, const Placed& place
 
 }  // namespace
 
-ExplorationPlan makeExplorationPlan(std::span<const ExploredObject> objects) {
-  return ExplorationPlanner().plan(objects);
-}
-
 ExplorationPlan ExplorationPlanner::plan(std::span<const ExploredObject> objects) {
   std::vector<Placed> placed;
   placed.reserve(objects.size());
@@ -145,14 +136,12 @@ ExplorationPlan ExplorationPlanner::plan(std::span<const ExploredObject> objects
 
   ExplorationPlan plan;
   std::map<std::uint64_t, Choice> choices;
-  double highest = -std::numeric_limits<double>::infinity();
-  Vec3 low(0), high(0);
+  Vec3 low(std::numeric_limits<double>::infinity()), high(-low);
   for (const Placed& each : placed) {
-    highest = std::max(highest, each.high.z);
-    low = &each == placed.data() ? each.low : glm::min(low, each.low);
-    high = &each == placed.data() ? each.high : glm::max(high, each.high);
+    low = glm::min(low, each.low);
+    high = glm::max(high, each.high);
   }
-  if (!placed.empty()) plan.clearHeight_m = highest + kClearance;
+  if (!placed.empty()) plan.clearHeight_m = high.z + kClearance;
   for (const Placed& each : placed) {
     const auto hiding = above(placed, each);
     Choice choice{{*each.object}, {}, {}};

@@ -22,15 +22,13 @@ struct ExploredObject {
   bool operator==(const ExploredObject&) const = default;  ///< The very same surface.
 };
 
-/// Chooses a stroke along the upper side (world +z) of each object, in the order given, and a push for each that moves; an
-/// object that cannot be reached from above has none. Depends on its arguments only: the same objects give the same plan, bit for bit. Some
-/// thousand ray casts an object, and it allocates: for the builder thread.
-[[nodiscard]] ExplorationPlan makeExplorationPlan(std::span<const ExploredObject> objects);
-
-/// Makes the same plans for one scene after another, and remembers the strokes: only that of an object that changed, or
-/// that stands under one that did, is chosen anew.
+/// Plans for one scene after another, and remembers the strokes: only that of an object that changed, or that stands
+/// under one that did, is chosen anew.
 class ExplorationPlanner {
  public:
+  /// Chooses a stroke along the upper side (world +z) of each object, in the order given, and a push for each that moves;
+  /// an object that cannot be reached from above has none. The same objects give the same plan, bit for bit, whatever was
+  /// planned before. Some thousand ray casts an object, and it allocates: for the builder thread.
   [[nodiscard]] ExplorationPlan plan(std::span<const ExploredObject> objects);
 
  private:

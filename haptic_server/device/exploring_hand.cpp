@@ -1,21 +1,18 @@
 #include "haptic_server/device/exploring_hand.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace haptics {
 namespace {
 
-/// Newtons with which the hand wants to press: a light, deliberate touch.
-constexpr double kPressForce = 2;
+constexpr double kPressForce = 2;  // newtons with which the hand wants to press: a light, deliberate touch
 /// A device that cannot give that force with this much to spare is pressed with kShareOfWeakDevice of what it can.
 constexpr double kForceReserve = 1.2;
 constexpr double kShareOfWeakDevice = 0.6;
 /// Metres that the hand's own spring yields at most while it presses: a loose hand presses lightly. Pressed with N, a
 /// hand of stiffness k slips off ridges whose radius is less than N/k, since nothing but its spring holds it sideways.
 constexpr double kLargestYield = 0.01;
-/// Newtons from which on the hand notices that it touches something.
-constexpr double kNoticedForce = 0.15;
+constexpr double kNoticedForce = 0.15;  // newtons from which on the hand notices that it touches something
 /// Share of the wanted force at which it starts to stroke, and the seconds after which it does so anyway (soft
 /// objects).
 constexpr double kPressedShare = 0.9;
@@ -23,12 +20,11 @@ constexpr double kLongestPress = 1.5;
 /// 1/s. How fast it corrects the force, if all compliance were its own; people need some tenths of a second. Faster
 /// follows bumps better and starts to oscillate on the lag of kFeltSmoothing.
 constexpr double kForceCorrection = 6;
-/// Seconds. Time constant of the felt force.
-constexpr double kFeltSmoothing = 0.03;
+constexpr double kFeltSmoothing = 0.03;  // seconds: time constant of the felt force
 /// Metres that it yields into an object (besides its own compliance) before it concludes that there is none.
 constexpr double kDeepestIndentation = 0.015;
-/// Metres above the surface from which it approaches slowly.
-constexpr double kApproachHeight = 0.015;
+constexpr double kGreatestDepth = kLargestYield + kDeepestIndentation;  // below the stroke
+constexpr double kApproachHeight = 0.015;  // metres above the surface from which it approaches slowly
 /// m/s: the approach; mean speed of strokes and of movements in the air.
 constexpr double kApproachSpeed = 0.05;
 constexpr double kStrokeSpeed = 0.08;
@@ -39,8 +35,7 @@ constexpr double kRubbingTime = 3;
 /// m/s; of the wanted force, at which a push gives up: what it pushes stands fast.
 constexpr double kPushSpeed = 0.06;
 constexpr double kMaxPush = 1.3;
-/// Where it waits when nothing was ever there to explore. Metres, world frame.
-constexpr Vec3 kRestingPlace{0, 0, 0.2};
+constexpr Vec3 kRestingPlace{0, 0, 0.2};  // where it waits when nothing was ever there to explore; metres, world frame
 
 double pressForce(const HandPreset& hand, double maxForce_N) noexcept {
   const double wanted = std::min(kPressForce, kLargestYield * hand.stiffness_N_per_m);
@@ -59,7 +54,6 @@ double Reach::fraction() const noexcept {
 ExploringHand::ExploringHand(const HandPreset& hand, double maxForce_N) noexcept
     : targetForce_(pressForce(hand, maxForce_N)),
       forceGain_(hand.stiffness_N_per_m > 0 ? kForceCorrection / hand.stiffness_N_per_m : 0),
-      greatestDepth_(kLargestYield + kDeepestIndentation),
       clearHeight_(kRestingPlace.z),
       position_(kRestingPlace) {}
 
@@ -96,11 +90,8 @@ HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
   felt_ += (glm::length(felt_N) - felt_) * (dt_s / (kFeltSmoothing + dt_s));
   switch (phase_) {
     case Phase::kNotStarted:
-      if (plan_ != nullptr) {
-        descend();
-      } else {
-        phase_ = Phase::kResting;
-      }
+      phase_ = Phase::kResting;
+      if (plan_ != nullptr) descend();
       break;
     case Phase::kResting:
       break;
@@ -121,6 +112,11 @@ HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
       break;
   }
   return {position_, Vec3(0)};
+}
+
+void ExploringHand::resumeAt(Vec3 position) noexcept {
+  position_ = position;
+  lift();
 }
 
 /// The stroke to make for; a copy, because the plan may be replaced on the way.
@@ -174,22 +170,22 @@ void ExploringHand::move(double dt_s) noexcept {
 }
 
 void ExploringHand::approach(double dt_s) noexcept {
-  depth_ = std::min(depth_ + kApproachSpeed * dt_s, greatestDepth_);
+  depth_ = std::min(depth_ + kApproachSpeed * dt_s, kGreatestDepth);
   position_ = points_[0] - Vec3(0, 0, depth_);
   if (felt_ > kNoticedForce) {
     phase_ = Phase::kRubbing;
     reach_ = {};
     pressed_ = rubbed_ = 0;
     stroking_ = backwards_ = false;
-  } else if (depth_ >= greatestDepth_) {
+  } else if (depth_ >= kGreatestDepth) {
     goOn();
   }
 }
 
 void ExploringHand::rub(double dt_s) noexcept {
   depth_ += std::clamp(forceGain_ * (targetForce_ - felt_), -kTravelSpeed, kApproachSpeed) * dt_s;
-  depth_ = std::min(depth_, greatestDepth_);
-  const bool lost = depth_ >= greatestDepth_ && felt_ < kNoticedForce;
+  depth_ = std::min(depth_, kGreatestDepth);
+  const bool lost = depth_ >= kGreatestDepth && felt_ < kNoticedForce;
   const bool pushedAway = depth_ < -kApproachHeight;
   if (lost || pushedAway) return goOn();
 

@@ -35,6 +35,8 @@ class ExploringHand final : public HandIntent {
   [[nodiscard]] HandTarget next(double dt_s, Vec3 felt_N) noexcept override;
   /// A stroke that the new plan holds unchanged goes on; from another one the hand lifts.
   void follow(const ExplorationPlan* plan) noexcept override;
+  /// Something else has brought the hand here: it lifts, and goes on with its stroke.
+  void resumeAt(Vec3 position) noexcept;
 
   [[nodiscard]] double targetForce_N() const noexcept { return targetForce_; }
 
@@ -64,9 +66,8 @@ class ExploringHand final : public HandIntent {
   [[nodiscard]] Vec3 pointAt(double fraction) const noexcept;
   [[nodiscard]] std::span<const Vec3> points() const noexcept { return {points_.data(), pointCount_}; }
 
-  double targetForce_;    // N
-  double forceGain_;      // m/s of depth per newton of error
-  double greatestDepth_;  // m below the stroke
+  double targetForce_;  // N
+  double forceGain_;    // m/s of depth per newton of error
 
   const ExplorationPlan* plan_ = nullptr;
   std::size_t stroke_ = 0;  // index into the plan of the one copied here

@@ -51,7 +51,11 @@ DeviceReading SimulatedDevice::read(std::uint64_t tick) noexcept {
     plant_.place(target_.position);
   } else if (tick > tick_) {
     const std::uint64_t ticks = std::min(tick - tick_, kMaxTicksAtOnce);
-    for (std::uint64_t i = 0; i < ticks; ++i) integrateTick();
+    for (std::uint64_t i = 0; i < ticks; ++i) {
+      beginTick();
+      for (int substep = 0; substep < kSubsteps; ++substep) integrateSubstep(substep);
+      endTick();
+    }
   }
   tick_ = tick;
   return {quantised(plant_.position(), info_.resolution_m), stopped_ ? DeviceState::kStopped : DeviceState::kReady};
@@ -60,11 +64,7 @@ DeviceReading SimulatedDevice::read(std::uint64_t tick) noexcept {
 void SimulatedDevice::write(Vec3 force_N) noexcept {
   if (stopped_) return;
   const double magnitude = glm::length(force_N);
-  if (!std::isfinite(magnitude)) {
-    held_ = Vec3(0);
-  } else {
-    held_ = magnitude > info_.maxForce_N ? force_N * (info_.maxForce_N / magnitude) : force_N;
-  }
+  held_ = std::isfinite(magnitude) ? force_N * std::min(1.0, info_.maxForce_N / magnitude) : Vec3(0);
 }
 
 void SimulatedDevice::stop() noexcept {
@@ -87,12 +87,6 @@ void SimulatedDevice::advanceTogether(std::span<SimulatedDevice* const> devices,
     device->endTick();
     ++device->tick_;
   }
-}
-
-void SimulatedDevice::integrateTick() noexcept {
-  beginTick();
-  for (int i = 0; i < kSubsteps; ++i) integrateSubstep(i);
-  endTick();
 }
 
 void SimulatedDevice::beginTick() noexcept {

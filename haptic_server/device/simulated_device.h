@@ -51,7 +51,6 @@ class SimulatedDevice final : public Device {
   [[nodiscard]] const Plant& plant() const noexcept { return plant_; }  ///< Beneath the encoder, for evaluation.
 
  private:
-  void integrateTick() noexcept;
   void beginTick() noexcept;
   void integrateSubstep(int substep) noexcept;
   void endTick() noexcept { felt_ = motorForce(kSubsteps - 1); }

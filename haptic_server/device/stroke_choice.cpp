@@ -27,8 +27,7 @@ static_assert(kLongestStroke / kSpacing + 1 <= kMaxStrokePoints && kFewestPoints
 constexpr double kEdgeMargin = 0.006;
 constexpr double kEdgeMarginShare = 0.1;
 constexpr double kMarginPrice = 1.5;
-/// Columns that a stroke may cross, however coarse they are.
-constexpr int kFewestColumns = 3;
+constexpr int kFewestColumns = 3;  // columns that a stroke may cross, however coarse they are
 /// How much less a stroke at the box's rim counts than one at its middle. Breaks ties on flat tops.
 constexpr double kRimDiscount = 0.2;
 
@@ -125,7 +124,7 @@ Window bestWindow(const Relief& relief, int margin) {
   std::vector<TopPoint> run;
   for (const int along : {0, 1}) {
     for (int row = 0; row < relief.size(1 - along); ++row) {
-      for (int column = 0; column < relief.size(along); ++column) {
+      for (int column = 0; column <= relief.size(along); ++column) {  // the one outside ends the run
         const int i = along == 0 ? column : row;
         const int j = along == 0 ? row : column;
         const bool inside = relief.isInside(i, j, margin);
@@ -135,8 +134,6 @@ Window bestWindow(const Relief& relief, int margin) {
         }
         if (inside) run.push_back(*relief.at(i, j));
       }
-      consider(relief, run, best);
-      run.clear();
     }
   }
   return best;

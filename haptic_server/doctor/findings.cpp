@@ -1,23 +1,20 @@
 #include "haptic_server/doctor/findings.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 namespace haptics {
 namespace {
 
-/// haptic_server's own (realtime.cpp), and above it room for nothing.
-constexpr std::uint64_t kPriority = 80;
-/// A server with a large scene.
-constexpr std::uint64_t kMemory_bytes = std::uint64_t{4} << 30;
+constexpr std::uint64_t kPriority = 80;  // haptic_server's own (realtime.cpp), and above it room for nothing
+constexpr std::uint64_t kMemory_bytes = std::uint64_t{4} << 30;  // a server with a large scene
 
 [[nodiscard]] std::string inMegabytes(std::uint64_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
 [[nodiscard]] Finding priority(const MachineFacts& facts) {
-  if (facts.mayRaisePriority) return {"real-time priority", "allowed (CAP_SYS_NICE)", Verdict::kGood, ""};
+  if (facts.mayRaisePriority) return {"real-time priority", "allowed (CAP_SYS_NICE)"};
   if (facts.maxPriority >= kPriority)
-    return {"real-time priority", "allowed up to " + std::to_string(facts.maxPriority), Verdict::kGood, ""};
+    return {"real-time priority", "allowed up to " + std::to_string(facts.maxPriority)};
   return {
       "real-time priority", "limit " + std::to_string(facts.maxPriority) + ", the servo wants 80", Verdict::kMissing,
       "any busy program delays the servo. Add \"USER - rtprio 90\" to /etc/security/limits.conf and log in again, or "
@@ -25,16 +22,16 @@ constexpr std::uint64_t kMemory_bytes = std::uint64_t{4} << 30;
 }
 
 [[nodiscard]] Finding memory(const MachineFacts& facts) {
-  if (facts.mayLockMemory) return {"locked memory", "allowed (CAP_IPC_LOCK)", Verdict::kGood, ""};
+  if (facts.mayLockMemory) return {"locked memory", "allowed (CAP_IPC_LOCK)"};
   if (facts.lockableMemory_bytes >= kMemory_bytes)
-    return {"locked memory", "allowed, " + inMegabytes(facts.lockableMemory_bytes), Verdict::kGood, ""};
+    return {"locked memory", "allowed, " + inMegabytes(facts.lockableMemory_bytes)};
   return {"locked memory", "limit " + inMegabytes(facts.lockableMemory_bytes), Verdict::kMissing,
           "a page fault may delay a tick by milliseconds. Add \"USER - memlock unlimited\" to "
           "/etc/security/limits.conf and log in again, or run it as the systemd unit in deploy/systemd"};
 }
 
 [[nodiscard]] Finding idleStates(const MachineFacts& facts) {
-  if (facts.mayRequestLatency) return {"idle processors", "can be kept from sleeping deeply", Verdict::kGood, ""};
+  if (facts.mayRequestLatency) return {"idle processors", "can be kept from sleeping deeply"};
   return {
       "idle processors", "/dev/cpu_dma_latency cannot be written", Verdict::kWorse,
       "the servo wakes some 10 to 100 us later from deep sleep. Allow it: sudo chmod o+w /dev/cpu_dma_latency (until "
@@ -43,7 +40,7 @@ constexpr std::uint64_t kMemory_bytes = std::uint64_t{4} << 30;
 
 [[nodiscard]] Finding kernel(const MachineFacts& facts) {
   const std::string found = facts.kernel + ", preemption " + (facts.preemption.empty() ? "unknown" : facts.preemption);
-  if (facts.preemption == "PREEMPT_RT") return {"kernel", found, Verdict::kGood, ""};
+  if (facts.preemption == "PREEMPT_RT") return {"kernel", found};
   return {"kernel", found, Verdict::kWorse,
           "the kernel itself may hold the servo up, seldom for more than a millisecond. Where that matters: sudo apt "
           "install linux-image-rt-amd64, and boot it"};
@@ -59,7 +56,7 @@ constexpr std::uint64_t kMemory_bytes = std::uint64_t{4} << 30;
         "device use a real machine"};
   if (facts.processors < 2)
     return {"processors", found, Verdict::kWorse, "the servo shares its processor with all others; have two"};
-  return {"processors", found, Verdict::kGood, ""};
+  return {"processors", found};
 }
 
 [[nodiscard]] Finding isolation(const MachineFacts& facts) {
@@ -72,44 +69,41 @@ constexpr std::uint64_t kMemory_bytes = std::uint64_t{4} << 30;
 }
 
 [[nodiscard]] Finding governor(const MachineFacts& facts) {
-  if (facts.governors.empty()) return {"processor frequency", "not controlled here", Verdict::kGood, ""};
+  if (facts.governors.empty()) return {"processor frequency", "not controlled here"};
   std::string found;
   for (const std::string& name : facts.governors) found += (found.empty() ? "" : ", ") + name;
-  if (facts.governors == std::vector<std::string>{"performance"})
-    return {"processor frequency", found, Verdict::kGood, ""};
+  if (facts.governors == std::vector<std::string>{"performance"}) return {"processor frequency", found};
   return {"processor frequency", found, Verdict::kWorse,
           "a processor that has slowed down takes longer for a tick. sudo cpupower frequency-set -g performance"};
 }
 
 [[nodiscard]] Finding clock(const MachineFacts& facts) {
   const bool slow = facts.clockSource == "hpet" || facts.clockSource == "acpi_pm" || facts.clockSource == "jiffies";
-  return {"clock", facts.clockSource.empty() ? "unknown" : facts.clockSource, slow ? Verdict::kWorse : Verdict::kGood,
-          slow ? "each look at it is a system call of about a microsecond; see why the kernel has given the tsc up: "
-                 "dmesg | grep -i tsc"
-               : ""};
+  if (!slow) return {"clock", facts.clockSource.empty() ? "unknown" : facts.clockSource};
+  return {"clock", facts.clockSource, Verdict::kWorse,
+          "each look at it is a system call of about a microsecond; see why the kernel has given the tsc up: dmesg | "
+          "grep -i tsc"};
 }
 
 [[nodiscard]] Finding largePages(const MachineFacts& facts) {
-  const bool never = facts.largePages == "never";
-  return {"large pages", facts.largePages.empty() ? "unknown" : facts.largePages,
-          never ? Verdict::kWorse : Verdict::kGood,
-          never ? "ticks on meshes of a million triangles take longer. echo madvise | sudo tee "
-                  "/sys/kernel/mm/transparent_hugepage/enabled"
-                : ""};
+  if (facts.largePages != "never") return {"large pages", facts.largePages.empty() ? "unknown" : facts.largePages};
+  return {"large pages", facts.largePages, Verdict::kWorse,
+          "ticks on meshes of a million triangles take longer. echo madvise | sudo tee "
+          "/sys/kernel/mm/transparent_hugepage/enabled"};
 }
 
 [[nodiscard]] Finding share(const MachineFacts& facts) {
-  if (!facts.realTimeShare_us) return {"share of real time", "unknown", Verdict::kGood, ""};
-  if (*facts.realTimeShare_us < 0) return {"share of real time", "all of the time", Verdict::kGood, ""};
+  if (!facts.realTimeShare_us) return {"share of real time", "unknown"};
+  if (*facts.realTimeShare_us < 0) return {"share of real time", "all of the time"};
   const std::string found = std::to_string(*facts.realTimeShare_us / 1000) + " ms of each second";
-  if (*facts.realTimeShare_us >= 900'000) return {"share of real time", found, Verdict::kGood, ""};
+  if (*facts.realTimeShare_us >= 900'000) return {"share of real time", found};
   return {"share of real time", found, Verdict::kWorse,
           "the servo is stopped when it has used that. sudo sysctl kernel.sched_rt_runtime_us=950000"};
 }
 
 [[nodiscard]] Finding usb(const MachineFacts& facts) {
-  if (!facts.usbAutosuspend_s) return {"USB autosuspend", "no USB here", Verdict::kGood, ""};
-  if (*facts.usbAutosuspend_s < 0) return {"USB autosuspend", "off", Verdict::kGood, ""};
+  if (!facts.usbAutosuspend_s) return {"USB autosuspend", "no USB here"};
+  if (*facts.usbAutosuspend_s < 0) return {"USB autosuspend", "off"};
   return {"USB autosuspend", "after " + std::to_string(*facts.usbAutosuspend_s) + " s", Verdict::kWorse,
           "a device that rests may be put to sleep. Start the kernel with usbcore.autosuspend=-1; the udev rules in "
           "deploy/udev keep the known devices awake"};
@@ -130,7 +124,7 @@ Finding judge(const WakeUps& wakeUps, double rate_Hz) {
                 static_cast<unsigned long long>(wakeUps.late), static_cast<unsigned long long>(wakeUps.count),
                 static_cast<double>(wakeUps.p50_ns) * 1e-3, static_cast<double>(wakeUps.p999_ns) * 1e-3);
   const std::string what = "wake-ups at " + std::to_string(std::lround(rate_Hz)) + " Hz";
-  if (wakeUps.late == 0) return {what, found, Verdict::kGood, ""};
+  if (wakeUps.late == 0) return {what, found};
   constexpr double kOften = 1e-3;
   return {
       what, found, part > kOften ? Verdict::kMissing : Verdict::kWorse,

@@ -19,7 +19,7 @@ struct Finding {
   std::string what;
   std::string found;
   Verdict verdict = Verdict::kGood;
-  std::string advice;  ///< What to change; empty when nothing is to be.
+  std::string advice = {};  ///< What to change; empty when nothing is to be.
 };
 
 /// What the machine permits and how it is set up.

@@ -3,10 +3,10 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <charconv>
 #include <fstream>
 #include <iterator>
+#include <set>
 
 namespace haptics {
 namespace fs = std::filesystem;
@@ -27,8 +27,7 @@ constexpr int kCapabilitySysNice = 23;
   const std::string text = contents(file);
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc()) return std::nullopt;
-  return value;
+  return error == std::errc() ? std::optional(value) : std::nullopt;
 }
 
 /// The value behind `key` in lines of "key: value".
@@ -55,14 +54,13 @@ constexpr int kCapabilitySysNice = 23;
 }
 
 [[nodiscard]] std::vector<std::string> governorsBelow(const fs::path& folder) {
-  std::vector<std::string> governors;
+  std::set<std::string> governors;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string governor = contents(entry.path() / "cpufreq/scaling_governor");
-    if (!governor.empty() && std::ranges::find(governors, governor) == governors.end()) governors.push_back(governor);
+    governors.insert(contents(entry.path() / "cpufreq/scaling_governor"));
   }
-  std::ranges::sort(governors);
-  return governors;
+  governors.erase("");
+  return {governors.begin(), governors.end()};
 }
 
 [[nodiscard]] std::uint64_t limitOf(__rlimit_resource resource) {

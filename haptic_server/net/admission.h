@@ -39,8 +39,7 @@ class Admission {
     return tokens_ ? kUploadsOfToken_bytes : kUploads_bytes;
   }
 
-  /// TokenList::refresh(); false without credentials.
-  [[nodiscard]] Result<bool> refresh(bool anyway);
+  [[nodiscard]] Result<bool> refresh(bool anyway);  ///< TokenList::refresh(); false without credentials.
   /// Refused: the token was withdrawn, or has another role now.
   [[nodiscard]] Result<void> check(const Client& client) const;
 

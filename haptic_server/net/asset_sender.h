@@ -20,8 +20,7 @@ class AssetSender {
   /// From this byte on; a second request for the same asset replaces the first. False: too many are waiting.
   [[nodiscard]] bool add(std::shared_ptr<const Asset> asset, std::uint64_t offset);
   [[nodiscard]] bool empty() const noexcept { return waiting_.empty(); }
-  /// Not when empty.
-  void next(v1::AssetChunk& chunk);
+  void next(v1::AssetChunk& chunk);  ///< Not when empty.
 
  private:
   struct Transfer {

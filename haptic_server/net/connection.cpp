@@ -16,14 +16,8 @@ Connection::Connection(Connections& all, SharedByConnections& shared, const Serv
       transport_(std::move(transport)),
       session_(*transport_, *this, identity) {}
 
-Connection::~Connection() { left_.request_stop(); }
-
 std::string Connection::described() const {
   return session_.name().empty() ? peer() : session_.name() + " (" + peer() + ")";
-}
-
-std::shared_ptr<const Asset> Connection::findAsset(const ContentHash& hash) const {
-  return shared_.sceneService.findAsset(hash);
 }
 
 bool Connection::submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction, bool wantsProgress) {
@@ -60,11 +54,13 @@ std::optional<Connection::DatagramOffer> Connection::offerDatagrams() {
   return DatagramOffer{shared_.datagrams->local().port, shared_.paths.add(number_, from->host)};
 }
 
-bool Connection::sendDatagram(const v1::Telemetry& telemetry) {
-  return shared_.paths.send(number_, telemetry, now_ns());
+Result<void> Connection::leadHand(bool lead) { return all_.leadHand(number_, lead); }
+
+void Connection::commandHand(const HandCommand& command) {
+  if (shared_.handLeader == number_) static_cast<void>(shared_.host.commandHand(command));
 }
 
-std::uint64_t Connection::now_ns() const { return monotonicNow_ns(); }
+std::optional<SessionHost::Leader> Connection::handLeader() const { return all_.handLeader(); }
 
 Result<Role> Connection::admit(SessionId id, const std::string& token) {
   token_ = hashOfToken(token);
@@ -90,6 +86,7 @@ void Connection::fillStatus(v1::Status& status) {
   status.set_clients(shared_.clients);
   status.set_refused_connections(shared_.refusedConnections);
   status.set_forged_datagrams(shared_.paths.forged());
+  if (const auto leader = all_.handLeader()) status.set_hand_leader(leader->name);
 }
 
 void Connection::refused(const std::string& why) {
@@ -102,10 +99,6 @@ void Connection::ended(const std::string& why) {
   if (!wasRefused_ && session_.id() != 0) shared_.logLine(described() + " left: " + why);
   if (!wasRefused_ && session_.id() == 0) refused(why);
   all_.post([number = number_](Connections& connections) { connections.remove(number); });
-}
-
-SessionId Connection::editSession(SessionId id) const {
-  return shared_.admission.editSession({id, session_.role(), token_});
 }
 
 }  // namespace haptics

@@ -23,9 +23,7 @@ class Connection final : public SessionHost {
   /// All but the transport outlive it. `number` tells it from every other connection of the server.
   Connection(Connections& all, SharedByConnections& shared, const ServerIdentity& identity, std::uint64_t number,
              std::unique_ptr<Transport> transport);
-  ~Connection() override;  ///< Edits that only this client waits for are stopped.
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
+  ~Connection() override { left_.request_stop(); }  ///< Edits that only this client waits for are stopped.
 
   [[nodiscard]] ServerSession& session() noexcept { return session_; }
   [[nodiscard]] const ServerSession& session() const noexcept { return session_; }
@@ -34,7 +32,9 @@ class Connection final : public SessionHost {
   [[nodiscard]] std::string described() const;  ///< Name and address, for the log.
 
   [[nodiscard]] std::shared_ptr<const SceneHistory> history() const override { return shared_.history; }
-  [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override;
+  [[nodiscard]] std::shared_ptr<const Asset> findAsset(const ContentHash& hash) const override {
+    return shared_.sceneService.findAsset(hash);
+  }
   [[nodiscard]] bool submitEdit(SessionId id, std::uint64_t clientSeq, Transaction transaction,
                                 bool wantsProgress) override;
   [[nodiscard]] std::optional<ContentHash> deformedHash() override;
@@ -46,9 +46,15 @@ class Connection final : public SessionHost {
   [[nodiscard]] const MotionState& motion() const override { return shared_.servo.motion(); }
   [[nodiscard]] EnergySource largestEnergySource() const override { return shared_.servo.largestEnergySource(); }
   [[nodiscard]] std::optional<DatagramOffer> offerDatagrams() override;
-  [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override;
+  [[nodiscard]] bool sendDatagram(const v1::Telemetry& telemetry) override {
+    return shared_.paths.send(number_, telemetry, now_ns());
+  }
 
-  [[nodiscard]] std::uint64_t now_ns() const override;
+  [[nodiscard]] Result<void> leadHand(bool lead) override;
+  void commandHand(const HandCommand& command) override;
+  [[nodiscard]] std::optional<Leader> handLeader() const override;
+
+  [[nodiscard]] std::uint64_t now_ns() const override { return monotonicNow_ns(); }
   [[nodiscard]] Result<Role> admit(SessionId id, const std::string& token) override;
   void sessionClaimed(SessionId id) override;
   [[nodiscard]] bool requestDump() override;
@@ -57,7 +63,9 @@ class Connection final : public SessionHost {
   void ended(const std::string& why) override;
 
  private:
-  [[nodiscard]] SessionId editSession(SessionId id) const;
+  [[nodiscard]] SessionId editSession(SessionId id) const {
+    return shared_.admission.editSession({id, session_.role(), token_});
+  }
 
   Connections& all_;
   SharedByConnections& shared_;

@@ -151,7 +151,36 @@ void Connections::assetDecided(const Upload& upload, const Result<std::shared_pt
   }
 }
 
+Result<void> Connections::leadHand(std::uint64_t number, bool lead) {
+  const bool isLeader = shared_.handLeader == number;
+  if (lead == isLeader) return {};
+  if (lead) {
+    if (const auto other = handLeader()) return refused("lead_hand", "the hand is led by " + other->name);
+    if (!shared_.host.commandHand({})) {
+      return refused("lead_hand", "the device is " + identity_.device + "; only a simulated one has a hand to lead");
+    }
+    setHandLeader(number);
+  } else if (isLeader) {
+    setHandLeader(std::nullopt);
+  }
+  return {};
+}
+
+std::optional<SessionHost::Leader> Connections::handLeader() const {
+  if (!shared_.handLeader) return std::nullopt;
+  const ServerSession& session = connections_.at(*shared_.handLeader)->session();
+  return SessionHost::Leader{session.name(), session.id()};
+}
+
+/// The hand is let go of at once where nobody leads it any more.
+void Connections::setHandLeader(std::optional<std::uint64_t> number) {
+  shared_.handLeader = number;
+  if (!number) static_cast<void>(shared_.host.commandHand({}));
+  each([](Connection& connection) { connection.session().handLeaderChanged(); });
+}
+
 void Connections::remove(std::uint64_t number) {
+  if (shared_.handLeader == number) setHandLeader(std::nullopt);
   connections_.erase(number);
   shared_.paths.remove(number);
   countClients();

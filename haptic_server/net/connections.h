@@ -12,7 +12,7 @@
 #include "common/wire/tls.h"
 #include "common/wire/transport.h"
 #include "haptic_server/net/connection.h"
-#include "haptic_server/net/handshake_limit.h"
+#include "haptic_server/net/rate_limit.h"
 #include "haptic_server/net/shared_by_connections.h"
 
 namespace haptics {
@@ -57,8 +57,7 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   double serve_Hz();
   /// Closes all, accepts no more, and stops the loop once the last one is gone.
   void closeAll(const std::string& why);
-  /// Drops all at once, and the socket for datagrams.
-  void clear();
+  void clear();  ///< Drops all at once, and the socket for datagrams.
 
   // For a connection.
 
@@ -73,11 +72,15 @@ class Connections final : public std::enable_shared_from_this<Connections> {
   };
   void assetDecided(const Upload& upload, const Result<std::shared_ptr<const Asset>>& asset);
   void remove(std::uint64_t number);
+  /// As SessionHost::leadHand(), of the client of connection `number`.
+  [[nodiscard]] Result<void> leadHand(std::uint64_t number, bool lead);
+  [[nodiscard]] std::optional<SessionHost::Leader> handLeader() const;
 
  private:
   [[nodiscard]] bool admitsHandshake(const std::string& peer);
   void dropOldestHalfOpen();
   void countClients();
+  void setHandLeader(std::optional<std::uint64_t> number);
   template <class Task>
   void each(Task task);
 

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <string>
+#include <unordered_map>
 
 namespace haptics {
 
@@ -24,6 +27,47 @@ class RateLimit {
   double burst_;
   double tokens_;
   std::uint64_t last_ns_ = 0;
+};
+
+/// Lets one client's edits through at a bounded rate and in their order. After an edit that came too early all later
+/// numbers come too early as well, until one of those that were put off comes again: a client sends them again in
+/// order, once it has the answer to each.
+class EditGate {
+ public:
+  static constexpr std::uint32_t kRetryAfter_ms = 100;  ///< How long a client is to wait.
+
+  EditGate(double perSecond, double burst) noexcept : rate_(perSecond, burst) {}
+
+  /// Whether the edit may pass now; else it is put off.
+  [[nodiscard]] bool allow(std::uint64_t clientSeq, std::uint64_t now_ns) noexcept {
+    if (clientSeq <= retryUpTo_) retryUpTo_ = 0;
+    if (retryUpTo_ == 0 && rate_.allow(now_ns)) return true;
+    retryLater(clientSeq);
+    return false;
+  }
+  /// It passed, and there was no room for it.
+  void retryLater(std::uint64_t clientSeq) noexcept { retryUpTo_ = std::max(retryUpTo_, clientSeq); }
+
+ private:
+  RateLimit rate_;
+  std::uint64_t retryUpTo_ = 0;  // highest number that came too early, and was not let in since
+};
+
+/// How many TLS handshakes a host may begin: each costs the network thread about a millisecond before anyone has said who
+/// they are, and telemetry to all others waits for it.
+class HandshakeLimit {
+ public:
+  static constexpr double kPerSecond = 20;        ///< More from one host: the telemetry of others becomes uneven.
+  static constexpr double kBurst = 100;           ///< More than the clients of a server that restarts.
+  static constexpr std::size_t kMaxHosts = 1024;  ///< Remembered; beyond, all are forgotten.
+
+  [[nodiscard]] bool allow(const std::string& host, std::uint64_t now_ns) {
+    if (hosts_.size() >= kMaxHosts && !hosts_.contains(host)) hosts_.clear();
+    return hosts_.try_emplace(host, kPerSecond, kBurst).first->second.allow(now_ns);
+  }
+
+ private:
+  std::unordered_map<std::string, RateLimit> hosts_;
 };
 
 }  // namespace haptics

@@ -44,8 +44,6 @@ class Server {
   [[nodiscard]] static Result<std::unique_ptr<Server>> listen(Options options, SceneService& sceneService,
                                                               ServerHost& host);
   ~Server();  ///< Stops.
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
 
   void start();
   /// Closes every connection, takes what is left in the servo's queue and ends the thread. Before the room is

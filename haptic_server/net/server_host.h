@@ -5,6 +5,7 @@
 
 #include "common/error/error.h"
 #include "common/telemetry/energy_state.h"
+#include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "haptics/v1/envelope.pb.h"
@@ -22,6 +23,9 @@ class ServerHost {
   [[nodiscard]] virtual const MotionState* takeMotion() { return nullptr; }
   /// What the objects gave the hand; null when nothing has changed since the last call. By default nobody looks.
   [[nodiscard]] virtual const EnergyState* takeEnergy() { return nullptr; }
+
+  /// Of the client that leads the simulated hand, or that none leads it. False, as by default: no hand can be led.
+  [[nodiscard]] virtual bool commandHand([[maybe_unused]] const HandCommand& command) { return false; }
 
   /// With the file, or why there is none. Called once, on any thread.
   using DumpAnswer = std::function<void(const Result<std::string>& file)>;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <string>
 #include <utility>
 #include <variant>
 
@@ -48,8 +47,6 @@ ServerSession::ServerSession(Transport& transport, SessionHost& host, const Serv
       editGate_(limits.editsPerSecond, limits.editBurst),
       uploads_(host, host, limits.frames.chunk_bytes) {}
 
-ServerSession::~ServerSession() = default;
-
 void ServerSession::start() {
   started_ns_ = lastByte_ns_ = host_.now_ns();
   transport_.start({.received = [this](std::span<const char> bytes) { received(bytes); },
@@ -72,8 +69,6 @@ void ServerSession::poll() {
   }
   pump();
 }
-
-void ServerSession::sceneChanged() { pump(); }
 
 void ServerSession::offerTelemetry(const TelemetrySample& sample) {
   telemetry_.offer(sample);
@@ -197,6 +192,10 @@ void ServerSession::handleLive(const v1::Envelope& envelope) {
       return handle(envelope.asset_upload());
     case v1::Envelope::kDumpRequest:
       return dump();
+    case v1::Envelope::kLeadHand:
+      return handle(envelope.lead_hand());
+    case v1::Envelope::kHandTarget:
+      return handle(envelope.hand_target());
     default:
       return refuse("body", "is a message that a client does not send, or not after Hello");
   }
@@ -312,6 +311,35 @@ void ServerSession::handle(const v1::ClockProbe& probe) {
   reply.set_client_send_ns(probe.client_send_ns());
   reply.set_server_receive_ns(lastByte_ns_);
   reply.set_server_send_ns(host_.now_ns());
+  send(envelope);
+}
+
+void ServerSession::handle(const v1::LeadHand& request) {
+  followsHandLeader_ = true;
+  auto led = request.lead() && role_ != Role::kEdit ? Result<void>(tl::unexpected(notAnEditor()))
+                                                    : host_.leadHand(request.lead());
+  tellHandLeader(led ? "" : led.error().text());
+}
+
+void ServerSession::handle(const v1::HandTarget& target) {
+  const auto command = fromWire(target);
+  if (!command) return refuse(command.error().field, command.error().reason);
+  host_.commandHand(*command);
+}
+
+void ServerSession::handLeaderChanged() {
+  if (phase_ == Phase::kLive && followsHandLeader_) tellHandLeader("");
+}
+
+void ServerSession::tellHandLeader(const std::string& refused) {
+  v1::Envelope envelope;
+  v1::HandLeader& message = *envelope.mutable_hand_leader();
+  if (const auto leader = host_.handLeader()) {
+    message.set_led(true);
+    message.set_client_name(leader->name);
+    message.set_you(leader->session == id_);
+  }
+  message.set_refused(refused);
   send(envelope);
 }
 

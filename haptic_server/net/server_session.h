@@ -13,7 +13,6 @@
 #include "haptic_server/net/adoption_tracker.h"
 #include "haptic_server/net/asset_sender.h"
 #include "haptic_server/net/body_update_scheduler.h"
-#include "haptic_server/net/edit_gate.h"
 #include "haptic_server/net/rate_limit.h"
 #include "haptic_server/net/session_host.h"
 #include "haptic_server/net/session_uploads.h"
@@ -34,8 +33,7 @@ struct SessionLimits {
   FrameLimits frames = {};
   /// Before Welcome, which a Hello needs: who has not said who he is makes the server parse no more.
   static constexpr std::size_t kHelloBytes = 1U << 10;
-  /// Largest frame from a client that may only view.
-  static constexpr std::size_t kViewerFrameBytes = 64U << 10;
+  static constexpr std::size_t kViewerFrameBytes = 64U << 10;  ///< Largest frame from a client that may only view.
   static constexpr double kViewerBytesPerSecond = 64U << 10;
   static constexpr double kViewerBurstBytes = 256U << 10;
   /// Sustained edits per second, and how many may come at once; above, they come too early.
@@ -61,15 +59,10 @@ class ServerSession {
   /// All three outlive the session.
   ServerSession(Transport& transport, SessionHost& host, const ServerIdentity& identity,
                 const SessionLimits& limits = {});
-  ~ServerSession();
-  ServerSession(const ServerSession&) = delete;
-  ServerSession& operator=(const ServerSession&) = delete;
 
   void start();
-  /// Timeouts, heartbeats, telemetry that has come due. Call every few milliseconds.
-  void poll();
-  /// The host's history has changed.
-  void sceneChanged();
+  void poll();                     ///< Timeouts, heartbeats, telemetry that has come due. Call every few milliseconds.
+  void sceneChanged() { pump(); }  ///< The host's history has changed.
   /// The newest sample; sent when the client's rate and its connection allow it, else replaced by the next.
   void offerTelemetry(const TelemetrySample& sample);
   /// The servo feels `revision` since `tick`. Revisions in ascending order.
@@ -78,8 +71,9 @@ class ServerSession {
   /// Reports the progress of an undecided edit to a client that asked for it.
   void editProgress(std::uint64_t clientSeq, WorkStage stage, double share);
   void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
-  /// The file with the last seconds, or why there is none.
-  void dumped(const Result<std::string>& file);
+  void dumped(const Result<std::string>& file);  ///< The file with the last seconds, or why there is none.
+  /// Somebody else leads the simulated hand, or nobody any more: told to a client that has asked.
+  void handLeaderChanged();
   /// Sends a Refusal naming the bad field and closes; reported to the host.
   void refuse(const std::string& field, const std::string& reason);
   /// Closes without blame: the server stops, or a newer connection took the session over.
@@ -115,6 +109,7 @@ class ServerSession {
   TelemetrySlot telemetry_;
   BodyUpdateScheduler bodies_;
   bool byDatagram_ = false;
+  bool followsHandLeader_ = false;
 
   EditGate editGate_;
   AdoptionTracker adoptions_;
@@ -132,6 +127,9 @@ class ServerSession {
   void handle(const v1::AssetUpload& upload);
   void retryLater(std::uint64_t clientSeq, const Error& why);
   void handle(const v1::ClockProbe& probe);
+  void handle(const v1::LeadHand& request);
+  void handle(const v1::HandTarget& target);
+  void tellHandLeader(const std::string& refused);
   void reportStatus(bool deformed);
   void dump();
 

@@ -8,6 +8,7 @@
 
 #include "common/credentials/credentials.h"
 #include "common/telemetry/energy_state.h"
+#include "common/telemetry/hand_command.h"
 #include "common/telemetry/motion_state.h"
 #include "haptic_server/scene/scene_history.h"
 #include "haptic_server/scene/sequencer.h"
@@ -41,10 +42,10 @@ class UploadHost {
   virtual void releaseUpload(std::size_t bytes) = 0;
 };
 
-/// What the servo tells beside the samples that a session is offered, and their way by datagram.
-class TelemetryHost {
+/// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
+/// the session's thread only.
+class SessionHost : public SceneHost, public UploadHost {
  public:
-  virtual ~TelemetryHost() = default;
   /// Of the newest sample that was offered. By default, of a scene in which nothing moves.
   [[nodiscard]] virtual const MotionState& motion() const {
     static const MotionState kNone;
@@ -61,14 +62,22 @@ class TelemetryHost {
   [[nodiscard]] virtual std::optional<DatagramOffer> offerDatagrams() { return std::nullopt; }
   /// False: there is no open path for datagrams now.
   [[nodiscard]] virtual bool sendDatagram([[maybe_unused]] const v1::Telemetry& telemetry) { return false; }
-};
 
-/// What a session needs of the server around it: the network thread's, or a simulation's in virtual time. Called on
-/// the session's thread only.
-class SessionHost : public SceneHost, public UploadHost, public TelemetryHost {
- public:
-  /// Nanoseconds on the server's monotonic clock.
-  [[nodiscard]] virtual std::uint64_t now_ns() const = 0;
+  /// Asks for the lead of the simulated hand, which one client at a time has, or gives it back where this session has it. Refused: another client leads, or,
+  /// as by default, there is no hand to lead.
+  [[nodiscard]] virtual Result<void> leadHand(bool lead) {
+    if (lead) return haptics::refused("lead_hand", "this server has no hand that a client could lead");
+    return {};
+  }
+  /// Of a session that does not lead it is ignored.
+  virtual void commandHand([[maybe_unused]] const HandCommand& command) {}
+  struct Leader {
+    std::string name;
+    SessionId session;
+  };
+  [[nodiscard]] virtual std::optional<Leader> handLeader() const { return std::nullopt; }
+
+  [[nodiscard]] virtual std::uint64_t now_ns() const = 0;  ///< Nanoseconds on the server's monotonic clock.
   /// What a client may do that says Hello as `session` with this token; or why it is turned away. By default, as on a
   /// server that only this machine can reach: everybody may edit.
   [[nodiscard]] virtual Result<Role> admit([[maybe_unused]] SessionId session,

@@ -29,10 +29,6 @@ constexpr std::uint32_t kRetryAfter_ms = 1000;
 
 }  // namespace
 
-SessionUploads::SessionUploads(const SceneHost& scene, UploadHost& host, std::size_t chunk_bytes)
-    : scene_(scene), host_(host), assembly_(chunk_bytes) {}
-SessionUploads::~SessionUploads() { clear(); }
-
 std::optional<v1::AssetUploadReply> SessionUploads::take(const v1::AssetChunk& chunk, std::uint64_t now_ns) {
   const auto hash = hashFromWire(chunk.hash(), "chunk.hash");
   if (!hash) return refusedReply({}, hash.error());

@@ -27,8 +27,9 @@ class SessionUploads {
   static constexpr std::size_t kMinReserve_bytes = 1U << 20;
 
   /// Both hosts outlive this. Chunks have at most chunk_bytes.
-  SessionUploads(const SceneHost& scene, UploadHost& host, std::size_t chunk_bytes);
-  ~SessionUploads();
+  SessionUploads(const SceneHost& scene, UploadHost& host, std::size_t chunk_bytes)
+      : scene_(scene), host_(host), assembly_(chunk_bytes) {}
+  ~SessionUploads() { clear(); }
   SessionUploads(const SessionUploads&) = delete;
   SessionUploads& operator=(const SessionUploads&) = delete;
 
@@ -43,10 +44,8 @@ class SessionUploads {
   [[nodiscard]] std::optional<v1::AssetUploadReply> poll(std::uint64_t now_ns);
   /// The client gives an upload up. One that is being built is dropped when it is decided.
   void cancel(const ContentHash& hash);
-  /// The scene holds this asset from now on.
-  void named(const ContentHash& asset);
-  /// Drops everything. What is being built keeps its reservation until it is decided.
-  void clear();
+  void named(const ContentHash& asset);  ///< The scene holds this asset from now on.
+  void clear();  ///< Drops everything. What is being built keeps its reservation until it is decided.
 
  private:
   struct Building {

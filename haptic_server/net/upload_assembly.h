@@ -26,10 +26,8 @@ class UploadAssembly {
   [[nodiscard]] Result<void> check(const v1::AssetChunk& chunk, const AssetName& name) const;
   [[nodiscard]] bool assembles(const ContentHash& hash) const noexcept { return total_ != 0 && name_.hash == hash; }
   [[nodiscard]] bool ignores(const v1::AssetChunk& chunk, const ContentHash& hash) const;
-  /// Takes a checked chunk's bytes.
-  void add(const v1::AssetChunk& chunk, const AssetName& name);
-  /// Ends the upload; chunks of this asset are ignored from now on.
-  void abandon(const ContentHash& hash);
+  void add(const v1::AssetChunk& chunk, const AssetName& name);  ///< Takes a checked chunk's bytes.
+  void abandon(const ContentHash& hash);  ///< Ends the upload; chunks of this asset are ignored from now on.
 
   [[nodiscard]] std::optional<ContentHash> assembled() const noexcept {  ///< Which is under way.
     return total_ == 0 ? std::nullopt : std::optional(name_.hash);

@@ -221,7 +221,11 @@ void FlightRecorder::writeDue(std::uint64_t end, bool last) {
       continue;
     }
     if (!mayBeGranted(request)) continue;
-    const auto written = write(request);
+    const auto addScenes = [this](RecordingWriter& writer, std::uint64_t from) {
+      for (const auto& scene : scenesFrom(from)) writer.add(*scene);
+    };
+    const auto written =
+        recordLastSeconds({options_.folder, options_.quota}, request.why, options_.facts, ring_, addScenes);
     if (request.answer) request.answer(written);
     if (written) {
       if (!request.answer) pauseAfter(*written);
@@ -242,13 +246,6 @@ bool FlightRecorder::mayBeGranted(const Request& request) {
   }
   requested_ns_ = now_ns;
   return true;
-}
-
-Result<std::filesystem::path> FlightRecorder::write(const Request& request) {
-  const auto addScenes = [this](RecordingWriter& writer, std::uint64_t from) {
-    for (const auto& scene : scenesFrom(from)) writer.add(*scene);
-  };
-  return recordLastSeconds({options_.folder, options_.quota}, request.why, options_.facts, ring_, addScenes);
 }
 
 std::vector<std::shared_ptr<const GivenScene>> FlightRecorder::scenesFrom(std::uint64_t number) const {

@@ -39,16 +39,13 @@ class FlightRecorder {
   /// How often ticks go to the file. Killed, a server loses those of so long at most; longer risks more, shorter costs
   /// wake-ups beside the servo.
   static constexpr std::uint64_t kFlushEvery_ns = 20'000'000;
-  /// Kept of what comes after a fault: how the force was taken away.
-  static constexpr double kAfterFault_s = 0.5;
+  static constexpr double kAfterFault_s = 0.5;  ///< Kept of what comes after a fault: how the force was taken away.
   /// Recordings of faults by one server: a device that comes and goes must not fill the disk.
   static constexpr int kMaxFaults = 20;
   /// What they may keep the disk busy with: after one of a large scene the next fault is recorded only when this rate is
   /// kept, 30 s after 235 MB (12.6 million triangles).
   static constexpr double kFaultBytes_per_s = 8e6;
-  /// Between two requests that are granted.
-  static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;
-
+  static constexpr std::uint64_t kBetweenRequests_ns = 1'000'000'000;  ///< Between two requests that are granted.
   /// Assets of a scene that given() itself keeps for after a crash; to keep more takes tens of milliseconds.
   static constexpr std::size_t kKeptAtOnce_bytes = 4U << 20;
 
@@ -85,7 +82,6 @@ class FlightRecorder {
   [[nodiscard]] bool mayBeGranted(const Request& request);
   [[nodiscard]] bool mayBeRecorded(Fault fault);
   void pauseAfter(const std::filesystem::path& recording);
-  [[nodiscard]] Result<std::filesystem::path> write(const Request& request);
   [[nodiscard]] std::vector<std::shared_ptr<const GivenScene>> scenesFrom(std::uint64_t number) const;
   void giveUp(const std::string& why);
   void releaseScenes();
@@ -103,8 +99,8 @@ class FlightRecorder {
   std::deque<Request> asked_;
   bool running_ = false;
   bool stopping_ = false;
-  std::deque<std::shared_ptr<const GivenScene>>
-      toKeep_;  // in the journal; not empty while the recorder's thread is at it
+  // To keep in the journal; not empty while the recorder's thread is at it.
+  std::deque<std::shared_ptr<const GivenScene>> toKeep_;
 
   // The thread of given(), unless there are scenes to keep: then the recorder's.
   std::optional<SceneJournal> journal_;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <ctime>
 #include <memory>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -28,7 +27,6 @@ namespace {
   return name;
 }
 
-/// A keyframe and the ticks that follow it.
 struct LastTicks {
   std::unique_ptr<Keyframe> beginning;
   std::vector<RecordedTick> ticks;

@@ -21,8 +21,6 @@ Result<std::unique_ptr<RecordedRun>> RecordedRun::open(std::string_view bytes, A
   return std::unique_ptr<RecordedRun>(new RecordedRun(*std::move(reader), store));
 }
 
-bool RecordedRun::sameStep() const noexcept { return facts().stepSources == ownStepSources(); }
-
 Result<std::optional<RecordedRunTick>> RecordedRun::next() {
   while (ticks_.empty()) {
     const auto part = reader_.next();

@@ -33,7 +33,7 @@ class RecordedRun {
 
   [[nodiscard]] const RecordingFacts& facts() const noexcept { return reader_.facts(); }
   /// The step's sources are those that made the recording.
-  [[nodiscard]] bool sameStep() const noexcept;
+  [[nodiscard]] bool sameStep() const noexcept { return facts().stepSources == ownStepSources(); }
 
   /// Nothing at the end. Refused: what the recording cannot be followed beyond.
   [[nodiscard]] Result<std::optional<RecordedRunTick>> next();

@@ -1,6 +1,5 @@
 #include "haptic_server/recording/recording_format.h"
 
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>

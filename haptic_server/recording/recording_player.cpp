@@ -61,13 +61,9 @@ void RecordingPlayer::run() {
     showTaken(played_.ticks.load(std::memory_order_acquire));
     const std::uint64_t used = used_.load(std::memory_order_acquire);
     run_->letGoBefore(toShow_.empty() ? used : std::min(used, toShow_.front().scene));
-    readAhead();
+    while (!quit_ && !readAll_ && ahead_.write_available() > 0) readOne();
     std::this_thread::sleep_for(kLookEvery);
   }
-}
-
-void RecordingPlayer::readAhead() {
-  while (!quit_ && !readAll_ && ahead_.write_available() > 0) readOne();
 }
 
 void RecordingPlayer::readOne() {

@@ -75,7 +75,6 @@ class RecordingPlayer final : public Device, public ReplaySource {
 
   RecordingPlayer(std::filesystem::path path, MappedFile file, RecordingFacts facts);
   void run();
-  void readAhead();
   void readOne();
   /// \param ticks  Taken so far.
   void showTaken(std::uint64_t ticks);

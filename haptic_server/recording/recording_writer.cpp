@@ -33,8 +33,6 @@ Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& fil
   return writer;
 }
 
-void RecordingWriter::append(const v1::RecordingPart& part) { addPart(part.SerializeAsString()); }
-
 void RecordingWriter::add(const Keyframe& keyframe) {
   v1::RecordingPart part;
   v1::RecordedState& message = *part.mutable_state();

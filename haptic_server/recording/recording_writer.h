@@ -34,7 +34,7 @@ class RecordingWriter {
 
  private:
   RecordingWriter(std::filesystem::path file, FileHandle handle) : file_(std::move(file)), handle_(std::move(handle)) {}
-  void append(const v1::RecordingPart& part);
+  void append(const v1::RecordingPart& part) { addPart(part.SerializeAsString()); }
   void writePending();
 
   std::filesystem::path file_;

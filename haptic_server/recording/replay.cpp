@@ -79,19 +79,12 @@ Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& o
   outcome.facts = run.facts();
   outcome.sameStep = run.sameStep();
   ReplayedServo servo(run, outcome, onTick);
-  for (;;) {
-    const auto tick = run.next();
-    outcome.scenes = run.scenes();
-    if (!tick) {
-      outcome.refusal = tick.error();
-      return outcome;
-    }
-    if (!*tick) {
-      outcome.cutOff = run.cutOff();
-      return outcome;
-    }
-    servo.take(**tick);
-  }
+  auto tick = run.next();
+  for (; tick && *tick; tick = run.next()) servo.take(**tick);
+  outcome.scenes = run.scenes();
+  outcome.cutOff = tick && run.cutOff();
+  if (!tick) outcome.refusal = tick.error();
+  return outcome;
 }
 
 }  // namespace haptics

@@ -1,10 +1,10 @@
 #include "haptic_server/recording/state_image.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <memory>
 #include <span>
 #include <tuple>
 #include <type_traits>
@@ -25,39 +25,25 @@ requires std::is_trivially_copyable_v<T>
   return true;
 }
 
-/// Whether the byte of a flag that came from elsewhere is one. To read it as a flag before is undefined.
-[[nodiscard]] bool isFlag(const bool& flag) {
-  unsigned char byte = 0;
-  std::memcpy(&byte, &flag, 1);
-  return byte <= 1;
-}
-
-[[nodiscard]] bool isFlags(std::initializer_list<const bool*> flags) {
-  for (const bool* flag : flags) {
-    if (!isFlag(*flag)) return false;
-  }
-  return true;
+/// Whether the bytes of flags that came from elsewhere are ones. To read them as flags before is undefined.
+[[nodiscard]] bool areFlags(std::initializer_list<const bool*> flags) {
+  return std::ranges::all_of(flags,
+                             [](const bool* flag) { return *reinterpret_cast<const unsigned char*>(flag) <= 1; });
 }
 
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
   const Adoption& adoption = state.adoption;
   const SceneFeatures& features = state.features;
-  if (!isFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut, &features.detail,
+  bool whole =
+      areFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut, &features.detail,
                 &features.soft, &features.bumps, &features.varyingStiffness, &features.beingMoved,
-                &features.pendingRemoval, &state.supervision.attached, &state.groove.shaded}))
-    return false;
-  if (state.surface.fade.how > ShadingFade::How::kTogether) return false;
-  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
-    if (!isFlags({&state.bodies[i].pendingRemoval, &state.bodies[i].moving, &state.objects[i].beingMoved}))
-      return false;
+                &features.pendingRemoval, &state.supervision.attached, &state.groove.shaded});
+  for (std::size_t i = 0; i < adoption.bodyCount; ++i) {
+    whole = whole && areFlags({&state.bodies[i].pendingRemoval, &state.bodies[i].moving, &state.objects[i].beingMoved});
   }
-  for (std::size_t i = 0; i < state.motion.count; ++i) {
-    if (!isFlag(state.moving[i].moved)) return false;
-  }
-  for (const BodyDent& dent : state.allDents()) {
-    if (!isFlags({&dent.stays, &dent.pressed})) return false;
-  }
-  return true;
+  for (std::size_t i = 0; i < state.motion.count; ++i) whole = whole && areFlags({&state.moving[i].moved});
+  for (const BodyDent& dent : state.allDents()) whole = whole && areFlags({&dent.stays, &dent.pressed});
+  return whole && state.surface.fade.how <= ShadingFade::How::kTogether;
 }
 
 [[nodiscard]] bool isPose(const Pose& pose) {
@@ -68,7 +54,7 @@ requires std::is_trivially_copyable_v<T>
 [[nodiscard]] bool isContactOn(const ContactState& contact, const ServoScene& scene) {
   if (contact.mode > ContactState::Mode::kSeveralSurfaces || contact.feature > Feature::kVertex) return false;
   if (contact.holdingCount < 0 || contact.holdingCount > ContactState::kMaxHolding) return false;
-  if (!isFlags({&contact.reprojected, &contact.unchecked})) return false;
+  if (!areFlags({&contact.reprojected, &contact.unchecked})) return false;
   if (!(contact.reached >= 0 && contact.reached <= 1 && contact.stride > 0 && contact.stride <= 1)) return false;
   if (!isWithinWorld(contact.clear.centre) || !(contact.clear.radius_m >= 0 && contact.clear.radius_m <= kFarthest_m))
     return false;
@@ -149,14 +135,13 @@ requires std::is_trivially_copyable_v<T>
 
 std::uint64_t stateLayout() noexcept {
   using Parts = decltype(HapticState::partsOf(std::declval<const HapticState&>()));
-  constexpr auto kParts = []<class... Part>(std::type_identity<std::tuple<Part...>>) {
-    return std::array{sizeof(Part)...};
+  constexpr auto kSizes = []<class... Part>(std::type_identity<std::tuple<Part...>>) {
+    return std::array{
+        sizeof(Part)...,       sizeof(ContactState),      sizeof(Body),     sizeof(HapticState::ObjectState),
+        sizeof(BumpState),     sizeof(MovingBody),        sizeof(BodyDent), sizeof(SurfaceMemory),
+        sizeof(EnergyAccount), sizeof(PredictiveObserver)};
   }(std::type_identity<Parts>());
-  constexpr std::size_t kSizes[] = {sizeof(ContactState),  sizeof(Body),          sizeof(HapticState::ObjectState),
-                                    sizeof(BumpState),     sizeof(MovingBody),    sizeof(BodyDent),
-                                    sizeof(SurfaceMemory), sizeof(EnergyAccount), sizeof(PredictiveObserver)};
   std::uint64_t layout = 0;
-  for (const std::size_t size : kParts) layout = layout * 1'000'003 + size;
   for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;
   return layout;
 }

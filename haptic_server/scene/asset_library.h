@@ -6,9 +6,8 @@
 #include <vector>
 
 #include "haptic_server/scene/field_library.h"
-#include "haptic_server/scene/fit_deformation.h"
+#include "haptic_server/scene/fit_to_mesh.h"
 #include "haptic_server/scene/mesh_library.h"
-#include "haptic_server/scene/motion_warnings.h"
 #include "haptic_server/scene/surface_warnings.h"
 
 namespace haptics {
@@ -23,8 +22,6 @@ class AssetLibrary final : public AssetResolver {
         device_(device),
         meshes_(folders_, store),
         fields_(folders_, store) {}
-  AssetLibrary(const AssetLibrary&) = delete;
-  AssetLibrary& operator=(const AssetLibrary&) = delete;
 
   [[nodiscard]] Result<Resolved<MeshAsset>> resolve(const MeshSource& source) override {
     return meshes_.resolve(source);

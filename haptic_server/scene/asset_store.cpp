@@ -1,7 +1,6 @@
 #include "haptic_server/scene/asset_store.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <span>
 
 #include "common/interruption/interruption.h"
@@ -33,29 +32,19 @@ std::shared_ptr<MeshAsset> build(std::shared_ptr<const TriMesh> mesh) {
   return asset;
 }
 
-std::shared_ptr<FieldAsset> build(std::shared_ptr<const SampledField> field) {
-  auto asset = std::make_shared<FieldAsset>();
-  asset->field = std::move(field);
+template <class Kind, class Content>
+std::shared_ptr<Kind> holding(std::shared_ptr<const Content> content, std::shared_ptr<const Content> Kind::*place) {
+  auto asset = std::make_shared<Kind>();
+  (*asset).*place = std::move(content);
   return asset;
 }
 
-std::shared_ptr<VertexValuesAsset> build(std::shared_ptr<const std::vector<float>> values) {
-  auto asset = std::make_shared<VertexValuesAsset>();
-  asset->values = std::move(values);
-  return asset;
+auto build(std::shared_ptr<const SampledField> field) { return holding(std::move(field), &FieldAsset::field); }
+auto build(std::shared_ptr<const std::vector<float>> values) {
+  return holding(std::move(values), &VertexValuesAsset::values);
 }
-
-std::shared_ptr<MovedVerticesAsset> build(std::shared_ptr<const MovedVertices> moved) {
-  auto asset = std::make_shared<MovedVerticesAsset>();
-  asset->moved = std::move(moved);
-  return asset;
-}
-
-std::shared_ptr<PointFieldAsset> build(std::shared_ptr<const PointField> field) {
-  auto asset = std::make_shared<PointFieldAsset>();
-  asset->field = std::move(field);
-  return asset;
-}
+auto build(std::shared_ptr<const MovedVertices> moved) { return holding(std::move(moved), &MovedVerticesAsset::moved); }
+auto build(std::shared_ptr<const PointField> field) { return holding(std::move(field), &PointFieldAsset::field); }
 
 }  // namespace
 

@@ -4,7 +4,7 @@
 
 #include "haptic_server/motion/coupling.h"
 #include "haptic_server/motion/support_points.h"
-#include "haptic_server/scene/fit_deformation.h"
+#include "haptic_server/scene/fit_to_mesh.h"
 #include "haptic_server/scene/make_rigid_body.h"
 #include "haptic_server/scene/object_assets.h"
 #include "haptic_server/surface/shading_normals.h"

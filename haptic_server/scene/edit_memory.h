@@ -44,8 +44,7 @@ class EditDeduplicator {
 
   /// Everything, least recent editor first; remembering it in this order makes an equal memory.
   [[nodiscard]] std::vector<SessionResults> sessions() const;
-  /// A session that is not remembered yet, as the most recent editor.
-  void remember(SessionResults session);
+  void remember(SessionResults session);  ///< A session that is not remembered yet, as the most recent editor.
 
  private:
   struct Session {

@@ -12,8 +12,10 @@ namespace haptics {
 namespace fs = std::filesystem;
 namespace {
 
-std::string sizeOf(const FieldAsset& asset) {
-  return std::to_string(asset.field->width()) + " x " + std::to_string(asset.field->height()) + " samples";
+/// With what was done and how many samples came of it.
+Resolved<FieldAsset> withSize(const std::shared_ptr<const FieldAsset>& asset, const std::string& done) {
+  const SampledField& field = *asset->field;
+  return {asset, done + std::to_string(field.width()) + " x " + std::to_string(field.height()) + " samples"};
 }
 
 }  // namespace
@@ -69,10 +71,9 @@ Result<std::shared_ptr<const Kind>> FieldLibrary::once(Made<K, Kind>& made, cons
 
 template <class Kind>
 Result<std::shared_ptr<const Kind>> FieldLibrary::fromElsewhere(Result<std::string> bytes) {
-  if (!bytes) return tl::unexpected<Error>(std::move(bytes).error());
-  auto asset = store_.internEncoded(Kind::kKind, *std::move(bytes));
-  if (!asset) return tl::unexpected<Error>(std::move(asset).error());
-  return as<Kind>(*std::move(asset));
+  return std::move(bytes)
+      .and_then([this](std::string read) { return store_.internEncoded(Kind::kKind, std::move(read)); })
+      .map(as<Kind>);
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const FileSource& file) {
@@ -84,7 +85,7 @@ Result<Resolved<FieldAsset>> FieldLibrary::from(const FileSource& file) {
   auto asset =
       once(made_, Key(key), [&] { return fromElsewhere<FieldAsset>(importImage(path, Interruptible::token())); });
   if (!asset) return refused("image", seenFromOutside(asset.error().text(), path, file.path));
-  return Resolved<FieldAsset>{*asset, file.path + ": " + sizeOf(**asset)};
+  return withSize(*asset, file.path + ": ");
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const AssetSource& source) const {
@@ -94,17 +95,17 @@ Result<Resolved<FieldAsset>> FieldLibrary::from(const AssetSource& source) const
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const ReactionDiffusionSource& recipe) {
-  auto asset = once(made_, Key(recipe),
-                    [&] { return fromElsewhere<FieldAsset>(makeElsewhere(recipe, Interruptible::token())); });
-  if (!asset) return tl::unexpected<Error>(std::move(asset).error());
-  return Resolved<FieldAsset>{*asset, "computed by reaction and diffusion, " + sizeOf(**asset)};
+  const auto make = [&] { return fromElsewhere<FieldAsset>(makeElsewhere(recipe, Interruptible::token())); };
+  return once(made_, Key(recipe), make).map([](const auto& asset) {
+    return withSize(asset, "computed by reaction and diffusion, ");
+  });
 }
 
 Result<Resolved<FieldAsset>> FieldLibrary::from(const SpotNoiseSource& recipe) {
-  auto asset = once(made_, Key(recipe),
-                    [&] { return Result<std::shared_ptr<const FieldAsset>>(store_.intern(spotNoise(recipe))); });
-  if (!asset) return tl::unexpected<Error>(std::move(asset).error());
-  return Resolved<FieldAsset>{*asset, "computed as spot noise, " + sizeOf(**asset)};
+  const auto make = [&] { return store_.intern(spotNoise(recipe)); };
+  return once(made_, Key(recipe), make).map([](const auto& asset) {
+    return withSize(asset, "computed as spot noise, ");
+  });
 }
 
 }  // namespace haptics

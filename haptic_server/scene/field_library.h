@@ -37,8 +37,7 @@ class FieldLibrary {
 
   const AssetFolders& folders_;
   AssetStore& store_;
-  /// A recipe, and the mesh that it is of.
-  using GrownKey = std::pair<GrownReactionDiffusionSource, ContentHash>;
+  using GrownKey = std::pair<GrownReactionDiffusionSource, ContentHash>;  ///< A recipe, and the mesh that it is of.
   template <class K, class Kind>
   using Made = std::map<K, std::weak_ptr<const Kind>>;
   std::mutex mutex_;  // guards the two below

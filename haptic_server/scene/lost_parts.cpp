@@ -5,7 +5,6 @@
 
 #include "common/mesh/generators.h"
 #include "common/mesh/mesh_asset.h"
-#include "haptic_server/scene/make_rigid_body.h"
 
 namespace haptics {
 namespace {

@@ -1,9 +1,7 @@
 #include "haptic_server/scene/mesh_library.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <limits>
-#include <string>
 #include <system_error>
 #include <type_traits>
 #include <utility>
@@ -112,9 +110,7 @@ Result<std::shared_ptr<const MeshAsset>> MeshLibrary::fromElsewhere(std::string 
     return refused("", "is a mesh of " + std::to_string(bytes.size()) + " bytes; all assets of a scene take at most " +
                            std::to_string(SceneLimits{}.assets_bytes));
   }
-  auto asset = store_.internEncoded(AssetKind::kMesh, std::move(bytes));
-  if (!asset) return tl::unexpected(std::move(asset).error());
-  return as<MeshAsset>(*std::move(asset));
+  return store_.internEncoded(AssetKind::kMesh, std::move(bytes)).map(as<MeshAsset>);
 }
 
 }  // namespace haptics

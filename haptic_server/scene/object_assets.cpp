@@ -1,7 +1,6 @@
 #include "haptic_server/scene/object_assets.h"
 
 #include <algorithm>
-#include <array>
 #include <string>
 #include <utility>
 

@@ -47,14 +47,6 @@ Result<Resolved<PointFieldAsset>> Preparation::resolve(const PointFieldSource& s
   return once(points_, {&source, mesh.name.hash}, [&] { return library_.resolve(source, mesh); });
 }
 
-Result<Resolved<VertexValuesAsset>> Preparation::resolve(const VertexValuesSource& source) {
-  return library_.resolve(source);
-}
-
-Result<Resolved<MovedVerticesAsset>> Preparation::resolve(const ResidueSource& source) {
-  return library_.resolve(source);
-}
-
 void Preparation::beforeWork(std::size_t triangles) const {
   if (!mayTakeLong_ && triangles > maxTriangles_) throw NotPrepared();
 }

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <map>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -34,8 +33,12 @@ class Preparation final : public AssetResolver {
   [[nodiscard]] Result<Resolved<FieldAsset>> resolve(const FieldSource& source) override;
   [[nodiscard]] Result<Resolved<PointFieldAsset>> resolve(const PointFieldSource& source,
                                                           const MeshAsset& mesh) override;
-  [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override;
-  [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override;
+  [[nodiscard]] Result<Resolved<VertexValuesAsset>> resolve(const VertexValuesSource& source) override {
+    return library_.resolve(source);
+  }
+  [[nodiscard]] Result<Resolved<MovedVerticesAsset>> resolve(const ResidueSource& source) override {
+    return library_.resolve(source);
+  }
   [[nodiscard]] std::vector<std::string> warnings(const ObjectRecord& record,
                                                   const ObjectAssets& assets) const override {
     return library_.warnings(record, assets);

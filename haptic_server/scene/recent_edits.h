@@ -36,8 +36,7 @@ class RecentEdits {
   [[nodiscard]] const Edit& back() const { return (*this)[size() - 1]; }
 
   void push_back(Edit edit);
-  /// Frees them page by page.
-  void pop_front();
+  void pop_front();  ///< Frees them page by page.
 
  private:
   static constexpr std::size_t kPage = 32;

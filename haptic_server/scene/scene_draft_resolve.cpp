@@ -5,8 +5,7 @@
 #include <variant>
 
 #include "common/telemetry/motion_state.h"
-#include "haptic_server/scene/fit_deformation.h"
-#include "haptic_server/scene/fit_mapping.h"
+#include "haptic_server/scene/fit_to_mesh.h"
 #include "haptic_server/scene/scene_draft.h"
 
 namespace haptics {

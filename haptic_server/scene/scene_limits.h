@@ -28,4 +28,7 @@ struct SceneLimits {
 /// On the wire, of what SceneLimits::answer_bytes bounds.
 [[nodiscard]] std::size_t answerSizeOf(const Commit& commit, const std::vector<std::string>& reports);
 
+/// Bytes of memory that a decoded edit takes, allocators' overhead aside.
+[[nodiscard]] std::size_t memoryOf_bytes(const Transaction& transaction) noexcept;
+
 }  // namespace haptics

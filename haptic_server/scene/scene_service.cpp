@@ -1,7 +1,6 @@
 #include "haptic_server/scene/scene_service.h"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -108,9 +107,8 @@ void SceneService::restoreLostParts(const ContentHash& asset) {
   }
   if (objects.empty() || !sequencer_.replaceObjects(objects, assets)) return;
   publish(before);
-  if (!options_.log) return;
   for (const ObjectRecord& object : objects)
-    options_.log("object \"" + object.name + "\": what was lost of it was uploaded and is here again");
+    log("object \"" + object.name + "\": what was lost of it was uploaded and is here again");
 }
 
 bool SceneService::show(SceneVersion version, Sequencer::Assets assets) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -69,8 +68,6 @@ class SceneService {
 
   SceneService(Options options, SceneMailbox& mailbox);
   ~SceneService();
-  SceneService(const SceneService&) = delete;
-  SceneService& operator=(const SceneService&) = delete;
 
   /// Applies the transaction at once and publishes it, the same way as any edit, also while the journal cannot keep it.
   /// Before start() only.
@@ -92,8 +89,7 @@ class SceneService {
   [[nodiscard]] bool show(SceneVersion version, Sequencer::Assets assets);
   [[nodiscard]] AssetStore& assetStore() noexcept { return store_; }
   void start();
-  /// Interrupts what is in hand and drops the rest; their replies never come. Also done on destruction.
-  void stop();
+  void stop();  ///< Interrupts what is in hand and drops the rest; their replies never come. Also done on destruction.
   /// The same, but without waiting any longer. False: a thread is at something that is not interrupted, which stop()
   /// waits for; all else may be asked of the service meanwhile.
   [[nodiscard]] bool stopWithin(std::chrono::milliseconds patience);
@@ -114,8 +110,7 @@ class SceneService {
   /// Any thread. deformedHash() of a version of the scene whose assets are here.
   [[nodiscard]] std::optional<ContentHash> deformedHash(const SceneVersion& scene,
                                                         std::span<const ObjectDent> dents) const;
-  /// Any thread. The newest.
-  [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;
+  [[nodiscard]] std::shared_ptr<const SceneHistory> history() const;  ///< Any thread. The newest.
   /// Called on the builder thread after each revision, and once here with the present one. An empty function ends it:
   /// when this returns, the old listener is not running and will not run again.
   void setListener(HistoryListener listener);

@@ -7,7 +7,7 @@
 
 #include "common/clock/monotonic.h"
 #include "common/interruption/interruption.h"
-#include "haptic_server/scene/queued_size.h"
+#include "haptic_server/scene/scene_limits.h"
 #include "haptic_server/scene/scene_service.h"
 
 // Which of the jobs that wait are carried out next, and on which thread.

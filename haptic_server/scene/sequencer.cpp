@@ -4,10 +4,8 @@
 #include <cstddef>
 #include <exception>
 #include <string>
-#include <utility>
 
 #include "common/wire/convert.h"
-#include "haptic_server/scene/scene_draft.h"
 
 namespace haptics {
 namespace {

@@ -59,8 +59,7 @@ class Sequencer {
   EditOutcome submit(SessionId session, std::uint64_t clientSeq, const Transaction& transaction);
   /// Applies an edit of the server's own that counts even if it cannot be kept now: it is kept before the next one is.
   EditOutcome submitOwn(const Submission& submission);
-  /// The journal keeps the present state, to which no edits led that it knows, as soon as it can.
-  void checkpoint();
+  void checkpoint();  ///< The journal keeps the present state, to which no edits led that it knows, as soon as it can.
   /// A revision of the server's own in which objects of the version are these, with their assets. Refused: it cannot be
   /// kept.
   [[nodiscard]] Result<void> replaceObjects(std::vector<ObjectRecord> objects, const Assets& assets);

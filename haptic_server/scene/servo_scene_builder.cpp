@@ -51,15 +51,18 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
   scene->revision = revision_ = revision;
   std::map<ObjectId, CachedObject> cached;
   for (const auto& [record, assets, poseRevision, pendingRemoval] : objects) {
-    CachedObject& known = cached[record->id] = detailOf(*record, assets);
-    addBody(known, *record, assets);
-    addTissue(known, *record);
-    addBakedDents(known, record->id);
+    const auto last = cachedObjects_.find(record->id);
+    const CachedObject* before = last == cachedObjects_.end() ? nullptr : &last->second;
+    CachedObject& known = cached[record->id] = detailOf(*record, assets, before);
+    addBody(known, *record, assets, before);
+    addTissue(known, *record, before);
+    addBakedDents(known, record->id, before);
     const auto [stiffness, highestFactor] = stableStiffness(record->material, known.detail.get());
     const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
-    const double share = known.body ? stableStiffnessShare(known.apparentMass_kg, highestFactor * stiffness_N_per_m,
-                                                           highestFactor * damping_Ns_per_m, device_.period_s)
-                                    : 1;
+    const auto& [body, apparentMass_kg] = known.body;
+    const double share = body ? stableStiffnessShare(apparentMass_kg, highestFactor * stiffness_N_per_m,
+                                                     highestFactor * damping_Ns_per_m, device_.period_s)
+                              : 1;
     scene->objects.push_back({.id = record->id,
                               .surface = known.surface,
                               .pose = record->pose,
@@ -67,7 +70,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
                               .damping_Ns_per_m = share * damping_Ns_per_m,
                               .pendingRemoval = pendingRemoval,
                               .detail = known.detail,
-                              .motion = known.body,
+                              .motion = body,
                               .poseRevision = poseRevision,
                               .tissue = known.tissue,
                               .baked = known.baked,
@@ -94,13 +97,12 @@ ServoSceneBuilder::StableStiffness ServoSceneBuilder::stableStiffness(const Mate
 }
 
 /// Making a detail takes milliseconds, and normals of a large mesh more: what did not change is kept.
-ServoSceneBuilder::CachedObject ServoSceneBuilder::detailOf(const ObjectRecord& record,
-                                                            const ObjectAssets& assets) const {
+ServoSceneBuilder::CachedObject ServoSceneBuilder::detailOf(const ObjectRecord& record, const ObjectAssets& assets,
+                                                            const CachedObject* before) const {
   const SurfaceProperties& properties = record.material.surface;
-  const auto known = cachedObjects_.find(record.id);
-  const std::shared_ptr<const CollisionMesh> surface = shapeOf(record, assets);
-  const bool sameSurface = known != cachedObjects_.end() && known->second.surface == surface;
-  if (sameSurface && known->second.properties == properties) return known->second;
+  const std::shared_ptr<const CollisionMesh> surface = shapeOf(record, assets, before);
+  const bool sameSurface = before && before->surface == surface;
+  if (sameSurface && before->properties == properties) return *before;
 
   DetailFields fields{.texture = assets.textureField, .friction = assets.frictionField, .frictionScale = {}};
   const auto scaleOf = [](const auto& asset) { return asset ? asset->values : nullptr; };
@@ -110,56 +112,45 @@ ServoSceneBuilder::CachedObject ServoSceneBuilder::detailOf(const ObjectRecord& 
   fields.stiffness = {assets.stiffnessField, scaleOf(assets.stiffnessScale)};
   fields.softness = {assets.softnessField, scaleOf(assets.softnessScale)};
   if (surface != assets.mesh->surface) fields.material = {assets.mesh, &assets.mesh->mesh->vertices};
-  std::shared_ptr<const ShadingNormals> normals;
-  if (sameSurface && known->second.detail && known->second.properties.shading == properties.shading) {
-    normals = known->second.detail->shading;
-  } else {
-    normals = assets.derived.normals;
-  }
-  CachedObject made{surface, properties, makeSurfaceDetail(*surface, properties, fields, std::move(normals))};
+  const bool sameShading = sameSurface && before->detail && before->properties.shading == properties.shading;
+  const auto& normals = sameShading ? before->detail->shading : assets.derived.normals;
+  CachedObject made{surface, properties, makeSurfaceDetail(*surface, properties, fields, normals)};
   made.atRest = assets.mesh->surface;
   return made;
 }
 
 /// The mesh's surface, or as lattice and residue have it; the last scene's where none of them has changed.
-std::shared_ptr<const CollisionMesh> ServoSceneBuilder::shapeOf(const ObjectRecord& record,
-                                                                const ObjectAssets& assets) const {
+std::shared_ptr<const CollisionMesh> ServoSceneBuilder::shapeOf(const ObjectRecord& record, const ObjectAssets& assets,
+                                                                const CachedObject* before) const {
   const auto& [softness, lattice, residue] = record.deformation;
   if (!lattice && !residue) return assets.mesh->surface;
-  const auto known = cachedObjects_.find(record.id);
-  const bool sameMesh = known != cachedObjects_.end() && known->second.atRest == assets.mesh->surface;
-  if (sameMesh && known->second.deformation.lattice == lattice && known->second.deformation.residue == residue) {
-    return known->second.surface;
+  const bool sameMesh = before && before->atRest == assets.mesh->surface;
+  if (sameMesh && before->deformation.lattice == lattice && before->deformation.residue == residue) {
+    return before->surface;
   }
   if (assets.derived.shape) return assets.derived.shape;
   // Most of the last shape stays where it was when a dent is added.
-  const CollisionMesh& from = sameMesh ? *known->second.surface : *assets.mesh->surface;
-  return refitCollisionMesh(from, assets.shapeAtRest(record.deformation));
+  return refitCollisionMesh(sameMesh ? *before->surface : *assets.mesh->surface,
+                            assets.shapeAtRest(record.deformation));
 }
 
-void ServoSceneBuilder::addTissue(CachedObject& cached, const ObjectRecord& record) const {
+void ServoSceneBuilder::addTissue(CachedObject& cached, const ObjectRecord& record, const CachedObject* before) const {
+  const auto& softness = record.deformation.softness;
+  const bool same = before && before->deformation.softness == softness;
   cached.deformation = record.deformation;
   cached.tissue = nullptr;
-  if (!record.deformation.softness) return;
-  const auto known = cachedObjects_.find(record.id);
-  const bool same = known != cachedObjects_.end() && known->second.deformation.softness == record.deformation.softness;
-  cached.tissue =
-      same ? known->second.tissue : std::make_shared<const SoftTissue>(tissueOf(*record.deformation.softness));
+  if (softness) cached.tissue = same ? before->tissue : std::make_shared<const SoftTissue>(tissueOf(*softness));
 }
 
 /// The shape counts as another one where mesh or lattice were edited, or a residue that is not the builder's.
-void ServoSceneBuilder::addBakedDents(CachedObject& cached, ObjectId object) const {
-  const auto known = cachedObjects_.find(object);
+void ServoSceneBuilder::addBakedDents(CachedObject& cached, ObjectId object, const CachedObject* before) const {
   const auto dents = dentStates_.find(object);
-  const DeformationProperties before =
-      known == cachedObjects_.end() ? DeformationProperties{} : known->second.deformation;
-  cached.baked = known == cachedObjects_.end() ? BakedDents{} : known->second.baked;
-  const std::optional<ContentHash>& residue = cached.deformation.residue;
+  const auto& [softness, lattice, residue] = cached.deformation;
   const bool isOurs = dents != dentStates_.end() && residue == dents->second.residue;
-  const bool sameMesh = known != cachedObjects_.end() && known->second.atRest == cached.atRest;
-  if (!sameMesh || before.lattice != cached.deformation.lattice || (before.residue != residue && !isOurs)) {
-    ++cached.baked.shape;
-  }
+  const bool sameShape = before && before->atRest == cached.atRest && before->deformation.lattice == lattice &&
+                         (before->deformation.residue == residue || isOurs);
+  cached.baked = before ? before->baked : BakedDents{};
+  if (!sameShape) ++cached.baked.shape;
   if (dents == dentStates_.end()) return;
   if (isOurs) cached.baked.upTo = std::max(cached.baked.upTo, dents->second.upTo);
   cached.baked.releasedUpTo = std::max(cached.baked.releasedUpTo, dents->second.releasedUpTo);
@@ -170,8 +161,6 @@ void ServoSceneBuilder::setBakedDents(ObjectId object, const std::optional<Conte
   dentStates_[object].upTo = upTo;
 }
 
-void ServoSceneBuilder::releaseDents(ObjectId object, std::uint64_t upTo) { dentStates_[object].releasedUpTo = upTo; }
-
 std::shared_ptr<const ExplorationPlan> ServoSceneBuilder::planFor(ServoScene scene) const {
   std::erase_if(scene.objects, [](const ServoObject& object) { return object.pendingRemoval; });
   for (ServoObject& object : scene.objects) {
@@ -181,30 +170,17 @@ std::shared_ptr<const ExplorationPlan> ServoSceneBuilder::planFor(ServoScene sce
   return makePlan_(scene);
 }
 
-void ServoSceneBuilder::addBody(CachedObject& cached, const ObjectRecord& record, const ObjectAssets& assets) const {
+void ServoSceneBuilder::addBody(CachedObject& cached, const ObjectRecord& record, const ObjectAssets& assets,
+                                const CachedObject* before) const {
   cached.motion = record.motion;
-  cached.body = nullptr;
+  cached.body = {};
   if (!record.motion) return;
-  if (const auto& made = assets.derived.body) {
-    if (!*made) return;  // the sequencer refuses what makes no body
-    cached.body = (*made)->body;
-    cached.apparentMass_kg = (*made)->apparentMass_kg;
-    return;
+  if (!assets.derived.body && before && before->surface == cached.surface && before->motion == record.motion) {
+    cached.body = before->body;
+  } else if (const auto made = rigidBodyAndMassOf(record, assets); *made) {  // the sequencer refuses what makes none
+    cached.body = **made;
   }
-  const auto known = cachedObjects_.find(record.id);
-  if (known != cachedObjects_.end() && known->second.surface == cached.surface &&
-      known->second.motion == record.motion) {
-    cached.body = known->second.body;
-    cached.apparentMass_kg = known->second.apparentMass_kg;
-    return;
-  }
-  const auto made = rigidBodyAndMassOf(record, assets);
-  if (!*made) return;
-  cached.body = (*made)->body;
-  cached.apparentMass_kg = (*made)->apparentMass_kg;
 }
-
-bool ServoSceneBuilder::planIsOld() const noexcept { return makePlan_ && (planRevision_ != revision_ || bodiesMoved_); }
 
 void ServoSceneBuilder::follow(const MotionState& motion) {
   const bool allRest = std::ranges::all_of(

@@ -40,10 +40,9 @@ class ServoSceneBuilder {
   /// The surface holds an object's dents up to this number once the object has this residue.
   void setBakedDents(ObjectId object, const std::optional<ContentHash>& residue, std::uint64_t upTo);
   /// They may not stay.
-  void releaseDents(ObjectId object, std::uint64_t upTo);
+  void releaseDents(ObjectId object, std::uint64_t upTo) { dentStates_[object].releasedUpTo = upTo; }
 
-  /// Planning takes milliseconds, which no edit should wait for.
-  enum class Plan { kOfTheLastScene, kOfThisOne };
+  enum class Plan { kOfTheLastScene, kOfThisOne };  ///< Planning takes milliseconds, which no edit should wait for.
 
   /// The sequencer's current version for the servo. Objects that were in the last one and are gone are leaving; those
   /// that have left for kRemovalFade_ns are dropped. The first scene's plan is always its own.
@@ -54,7 +53,7 @@ class ServoSceneBuilder {
   /// What the last scene was made of, object by object.
   [[nodiscard]] const std::vector<ServoObjectSource>& parts() const noexcept { return parts_; }
   /// Whether the last scene's plan was made for another revision, or for bodies that were elsewhere.
-  [[nodiscard]] bool planIsOld() const noexcept;
+  [[nodiscard]] bool planIsOld() const noexcept { return makePlan_ && (planRevision_ != revision_ || bodiesMoved_); }
   /// Where the objects that move are. When they rest somewhere else than the plan has them, it is old.
   void follow(const MotionState& motion);
   /// When make() is to be called again though nothing was edited: the time when the next object has left.
@@ -70,8 +69,7 @@ class ServoSceneBuilder {
     SurfaceProperties properties;
     std::shared_ptr<const SurfaceDetail> detail;
     std::optional<MotionProperties> motion = std::nullopt;
-    std::shared_ptr<const RigidBody> body = nullptr;
-    double apparentMass_kg = 0;                             // of the body
+    RigidBodyAndMass body = {};
     std::shared_ptr<const CollisionMesh> atRest = nullptr;  ///< Of the mesh: `surface` is as the lattice has it.
     DeformationProperties deformation = {};
     std::shared_ptr<const SoftTissue> tissue = nullptr;
@@ -104,11 +102,15 @@ class ServoSceneBuilder {
   [[nodiscard]] StableStiffness stableStiffness(const Material& material, const SurfaceDetail* detail) const;
   [[nodiscard]] std::shared_ptr<const ExplorationPlan> planFor(ServoScene scene) const;
   void addPendingRemovals(std::vector<ServoObjectSource>& objects, const SceneVersion& version, std::uint64_t now_ns);
-  void addBody(CachedObject& cached, const ObjectRecord& record, const ObjectAssets& assets) const;
-  CachedObject detailOf(const ObjectRecord& record, const ObjectAssets& assets) const;
-  std::shared_ptr<const CollisionMesh> shapeOf(const ObjectRecord& record, const ObjectAssets& assets) const;
-  void addTissue(CachedObject& cached, const ObjectRecord& record) const;
-  void addBakedDents(CachedObject& cached, ObjectId object) const;
+
+  // `before` is the object as it was in the last scene; null: it was not in it.
+  void addBody(CachedObject& cached, const ObjectRecord& record, const ObjectAssets& assets,
+               const CachedObject* before) const;
+  CachedObject detailOf(const ObjectRecord& record, const ObjectAssets& assets, const CachedObject* before) const;
+  std::shared_ptr<const CollisionMesh> shapeOf(const ObjectRecord& record, const ObjectAssets& assets,
+                                               const CachedObject* before) const;
+  void addTissue(CachedObject& cached, const ObjectRecord& record, const CachedObject* before) const;
+  void addBakedDents(CachedObject& cached, ObjectId object, const CachedObject* before) const;
 };
 
 }  // namespace haptics

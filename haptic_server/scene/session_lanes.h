@@ -84,10 +84,8 @@ class SessionLanes {
   }
   /// It may be carried out.
   void prepared(Job job) {
-    Lane& lane = lanes_.at(job.session);
-    lane.prepares = 0;
-    lane.waiting.push_front(std::move(job));
-    offer(lane);
+    lanes_.at(job.session).prepares = 0;
+    putBack(std::move(job));
   }
 
   /// The job is carried out, or dropped, wherever it was.

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "common/surface/texture_pits.h"
+#include "haptic_server/motion/coupling.h"
+#include "haptic_server/scene/derived_parts.h"
 #include "haptic_server/surface/surface_detail.h"
 
 namespace haptics {
@@ -14,6 +16,15 @@ namespace {
 
 /// Fewer samples than this a wave show another one (Shannon).
 constexpr double kSamplesPerWave = 2;
+
+/// The parts one after the other, numbers with so many digits.
+template <class... Parts>
+std::string written(int digits, const Parts&... parts) {
+  std::ostringstream text;
+  text.precision(digits);
+  (text << ... << parts);
+  return text.str();
+}
 
 SurfaceFactor factorOf(const SurfaceMap& map, const std::shared_ptr<const ScalarField>& field,
                        const std::shared_ptr<const VertexValuesAsset>& scale) {
@@ -34,14 +45,11 @@ std::string pushWarning(const std::string& property, const SurfaceFactor& factor
   constexpr double kPress_N = 1;
   const double lateral_N_per_m = factor.lateralStiffness_N_per_m(spring_N_per_m, kPress_N / spring_N_per_m);
   if (lateral_N_per_m <= device.stableLateral_N_per_m) return {};
-  std::ostringstream text;
-  text.precision(4);
-  text << "warning: under a press of 1 N " << property << " pushes sideways with "
-       << 100 * device.stableLateral_N_per_m / lateral_N_per_m
-       << " % of what keeps a closed loop from giving energy: with all of it, it would be a spring of up to "
-       << lateral_N_per_m << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
-       << " N/m; less variation or a longer wave keeps it";
-  return text.str();
+  return written(4, "warning: under a press of 1 N ", property, " pushes sideways with ",
+                 100 * device.stableLateral_N_per_m / lateral_N_per_m,
+                 " % of what keeps a closed loop from giving energy: with all of it, it would be a spring of up to ",
+                 lateral_N_per_m, " N/m, and the device is locally stable up to ", device.stableLateral_N_per_m,
+                 " N/m; less variation or a longer wave keeps it");
 }
 
 /// Stiffness that is rendered at the stiffest point.
@@ -55,13 +63,10 @@ std::string bumpWarning(const TextureDetail& detail, double stiffness_N_per_m, c
   const double depth_m = kPress_N / stiffness_N_per_m;
   const double part = detail.slopeShareFor(depth_m, stiffness_N_per_m, device.stableLateral_N_per_m);
   if (!(part < 1)) return {};
-  std::ostringstream text;
-  text.precision(4);
-  text << "warning: under a press of 1 N the texture's slopes are felt as " << 100 * part
-       << " % of themselves: sideways it would be a spring of " << device.stableLateral_N_per_m / part
-       << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
-       << " N/m; a lower amplitude, a longer wave or a softer surface keeps them";
-  return text.str();
+  return written(4, "warning: under a press of 1 N the texture's slopes are felt as ", 100 * part,
+                 " % of themselves: sideways it would be a spring of ", device.stableLateral_N_per_m / part,
+                 " N/m, and the device is locally stable up to ", device.stableLateral_N_per_m,
+                 " N/m; a lower amplitude, a longer wave or a softer surface keeps them");
 }
 
 /// Empty when it is felt as it was asked for.
@@ -72,13 +77,10 @@ std::string clampWarning(const ObjectRecord& record, const ObjectAssets& assets,
   if (texture.law == Texture::Law::kBump) return bumpWarning(detail, k, device);
   const double gain = detail.gainFor(k, device.stableLateral_N_per_m);
   if (gain >= texture.gain_K) return {};
-  std::ostringstream text;
-  text.precision(4);
-  text << "warning: texture's gain_K is felt as " << gain << " instead of " << texture.gain_K
-       << ": sideways it would be a spring of " << k * texture.gain_K * detail.steepness()
-       << " N/m, and the device is locally stable up to " << device.stableLateral_N_per_m
-       << " N/m; a lower amplitude, a longer wave or a softer surface keeps it";
-  return text.str();
+  return written(4, "warning: texture's gain_K is felt as ", gain, " instead of ", texture.gain_K,
+                 ": sideways it would be a spring of ", k * texture.gain_K * detail.steepness(),
+                 " N/m, and the device is locally stable up to ", device.stableLateral_N_per_m,
+                 " N/m; a lower amplitude, a longer wave or a softer surface keeps it");
 }
 
 /// Empty when a texture below 0 is felt as a pit, or none is below 0.
@@ -93,14 +95,11 @@ std::string literalWarning(const Texture& texture, const ScalarField& field) {
 std::string stiffnessWarning(const ObjectRecord& record, const ObjectAssets& assets, const DeviceLimits& device) {
   const double asked = record.material.stiffness_N_per_m * highestFactor(record, assets);
   if (asked <= device.stiffest_N_per_m) return {};
-  std::ostringstream text;
-  text.precision(6);
-  text << "warning: stiffness_N_per_m is felt as " << std::floor(device.stiffest_N_per_m) << " instead of " << asked
-       << (record.material.surface.stiffnessOver ? ", its most by stiffness_over, and likewise wherever it is beyond"
-                                                 : "")
-       << ": the device comes to rest on walls of up to " << std::floor(2 * device.stiffest_N_per_m)
-       << " N/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
-  return text.str();
+  return written(
+      6, "warning: stiffness_N_per_m is felt as ", std::floor(device.stiffest_N_per_m), " instead of ", asked,
+      record.material.surface.stiffnessOver ? ", its most by stiffness_over, and likewise wherever it is beyond" : "",
+      ": the device comes to rest on walls of up to ", std::floor(2 * device.stiffest_N_per_m),
+      " N/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more");
 }
 
 /// Empty when it is felt as it was asked for.
@@ -110,13 +109,11 @@ std::string dampingWarning(const ObjectRecord& record, const ObjectAssets& asset
   const double highest = varies ? felt_N_per_m / record.material.stiffness_N_per_m : 1;
   const double asked = highest * record.material.damping_Ns_per_m;
   if (asked <= device.maxDamping_Ns_per_m) return {};
-  std::ostringstream text;
-  text.precision(4);
-  text << "warning: damping_Ns_per_m is felt as " << device.maxDamping_Ns_per_m << " instead of " << asked
-       << (varies ? ", its most by stiffness_over, and less by the same ratio elsewhere" : "")
-       << ": the device comes to rest on walls with up to " << 2 * device.maxDamping_Ns_per_m
-       << " Ns/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more";
-  return text.str();
+  return written(
+      4, "warning: damping_Ns_per_m is felt as ", device.maxDamping_Ns_per_m, " instead of ", asked,
+      varies ? ", its most by stiffness_over, and less by the same ratio elsewhere" : "",
+      ": the device comes to rest on walls with up to ", 2 * device.maxDamping_Ns_per_m,
+      " Ns/m by simulation, and half of that is what a surface may have; a higher rate or less delay allows more");
 }
 
 }  // namespace
@@ -137,19 +134,17 @@ double meanEdge_m(const TriMesh& mesh) {
 
 std::string millimetres(double length_m) {
   constexpr double kMillimetresPerMetre = 1000;
-  std::ostringstream text;
-  text.precision(3);
-  text << length_m * kMillimetresPerMetre << " mm";
-  return text.str();
+  return written(3, length_m * kMillimetresPerMetre, " mm");
 }
 
 std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const ObjectAssets& assets,
                                          const DeviceLimits& device) {
   std::vector<std::string> warnings;
-  if (std::string clamped = stiffnessWarning(record, assets, device); !clamped.empty())
-    warnings.push_back(std::move(clamped));
-  if (std::string clamped = dampingWarning(record, assets, device); !clamped.empty())
-    warnings.push_back(std::move(clamped));
+  const auto add = [&](std::string warning) {
+    if (!warning.empty()) warnings.push_back(std::move(warning));
+  };
+  add(stiffnessWarning(record, assets, device));
+  add(dampingWarning(record, assets, device));
   const auto look = [&](const char* property, const ScalarField* field) {
     if (!field) return;
     const double finest_m = field->shortestWavelength_m();
@@ -164,14 +159,13 @@ std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const Objec
                          " each on average): it is felt as given; a picture may not show it");
     }
   };
-  if (record.material.surface.texture) {
+  const SurfaceProperties& surface = record.material.surface;
+  if (surface.texture) {
     look("texture", assets.textureField.get());
-    if (std::string clamped = clampWarning(record, assets, device); !clamped.empty())
-      warnings.push_back(std::move(clamped));
-    std::string literal = literalWarning(*record.material.surface.texture, *assets.textureField);
-    if (!literal.empty()) warnings.push_back(std::move(literal));
+    add(clampWarning(record, assets, device));
+    add(literalWarning(*surface.texture, *assets.textureField));
   }
-  if (record.material.surface.friction) {
+  if (surface.friction) {
     look("friction", assets.frictionField.get());
     look("dynamic friction", assets.dynamicFrictionField.get());
   }
@@ -180,10 +174,8 @@ std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const Objec
                              const std::shared_ptr<const VertexValuesAsset>& scale, double spring_N_per_m) {
     if (!map) return;
     look(property, field.get());
-    std::string push = pushWarning(property, factorOf(*map, field, scale), spring_N_per_m, device);
-    if (!push.empty()) warnings.push_back(std::move(push));
+    add(pushWarning(property, factorOf(*map, field, scale), spring_N_per_m, device));
   };
-  const SurfaceProperties& surface = record.material.surface;
   lookAtMap("stiffness_over", surface.stiffnessOver, assets.stiffnessField, assets.stiffnessScale,
             record.material.stiffness_N_per_m);
   if (const auto& softness = record.deformation.softness) {
@@ -191,6 +183,22 @@ std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const Objec
               softness->stiffness_N_per_m);
   }
   return warnings;
+}
+
+std::vector<std::string> motionWarnings(const ObjectRecord& record, const ObjectAssets& assets,
+                                        const DeviceLimits& device) {
+  const auto body = rigidBodyAndMassOf(record, assets);
+  if (!body || !*body) return {};
+  const double mass_kg = (*body)->apparentMass_kg;
+  const double stiffness = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
+  const double damping = std::min(record.material.damping_Ns_per_m, device.maxDamping_Ns_per_m);
+  const double share = stableStiffnessShare(mass_kg, stiffness, damping, device.period_s);
+  if (share >= 1) return {};
+  return {written(4, "warning: stiffness and damping are felt as ", share * stiffness, " N/m and ", share * damping,
+                  " N s/m instead of ", stiffness, " and ", damping,
+                  ": pushed where it gives most, this body weighs no more than ", 1e3 * mass_kg, " g, and at ",
+                  1 / device.period_s, " Hz it would be thrown about; from ", record.motion->mass_kg / share,
+                  " kg on, or at a higher rate, it bears them")};
 }
 
 }  // namespace haptics

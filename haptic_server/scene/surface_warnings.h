@@ -21,8 +21,7 @@ struct DeviceLimits {
   double period_s = 1e-3;  ///< Of the servo.
   /// Surfaces that are stiffer are felt with this: half of what the device bears.
   double stiffest_N_per_m = std::numeric_limits<double>::infinity();
-  /// The same of damping.
-  double maxDamping_Ns_per_m = std::numeric_limits<double>::infinity();
+  double maxDamping_Ns_per_m = std::numeric_limits<double>::infinity();  ///< The same of damping.
 };
 
 /// Warnings of a texture, or a map of friction, stiffness or softness, whose finest detail is finer than two steps of the device's encoder, which feel it
@@ -30,5 +29,9 @@ struct DeviceLimits {
 /// stiffness at its stiffest place, what such a map pushes sideways, a damping or a texture's steepness that is clamped for the device to stay stable.
 [[nodiscard]] std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const ObjectAssets& assets,
                                                        const DeviceLimits& device);
+
+/// A warning of a body that is so light that its surface is felt softer than asked for: stableStiffnessShare().
+[[nodiscard]] std::vector<std::string> motionWarnings(const ObjectRecord& record, const ObjectAssets& assets,
+                                                      const DeviceLimits& device);
 
 }  // namespace haptics

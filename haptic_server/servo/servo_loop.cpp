@@ -174,8 +174,8 @@ void ServoLoop::account(TelemetrySample& sample) noexcept {
     statistics_.depenetrated.store(sample.depenetrated, std::memory_order_relaxed);
     statistics_.depenetratedFrom.store(sample.depenetratedFrom, std::memory_order_relaxed);
   }
-  if (sample.behind != statistics_.behind.load(std::memory_order_relaxed)) {
-    statistics_.behind.store(sample.behind, std::memory_order_relaxed);
+  if (sample.allowanceSpent != statistics_.allowanceSpent.load(std::memory_order_relaxed)) {
+    statistics_.allowanceSpent.store(sample.allowanceSpent, std::memory_order_relaxed);
   }
   sample.missedTicks = statistics_.missedTicks.load(std::memory_order_relaxed);
   sample.droppedSamples = statistics_.droppedSamples.load(std::memory_order_relaxed);

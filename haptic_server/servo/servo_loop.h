@@ -28,8 +28,8 @@ struct ServoStatistics {
   std::atomic<std::uint64_t> contactTicks{0};
   std::atomic<std::uint64_t> depenetrated{0};  ///< As in TelemetrySample.
   std::atomic<std::uint64_t> depenetratedFrom{0};
-  std::atomic<std::uint64_t> behind{0};  ///< As in TelemetrySample.
-  std::atomic<double> wait_s{0};         ///< Likewise.
+  std::atomic<std::uint64_t> allowanceSpent{0};  ///< As in TelemetrySample.
+  std::atomic<double> wait_s{0};                 ///< Likewise.
   std::atomic<std::uint64_t> adoptedRevision{0};
   std::atomic<std::uint64_t> droppedSamples{0};
   std::atomic<double> maxForce_N{0};  ///< Largest force written.

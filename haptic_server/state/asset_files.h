@@ -45,16 +45,13 @@ class AssetFiles {
   /// Writes the file of an asset that no state names yet; it stays as long as the asset is held. One that cannot be
   /// written now is tried again, and that is said, by store().
   void prepare(const std::shared_ptr<const Asset>& asset);
-  /// Bytes that prepare() has written since the last call.
-  [[nodiscard]] std::size_t takePrepared_bytes();
-  /// The file was found damaged: store() writes it again.
-  void distrust(const ContentHash& asset);
+  [[nodiscard]] std::size_t takePrepared_bytes();  ///< Bytes that prepare() has written since the last call.
+  void distrust(const ContentHash& asset);         ///< The file was found damaged: store() writes it again.
 
   /// Removes the files that neither the state names nor prepare() wrote, unless something that was given up up to this
   /// time (Unix, seconds) may name them.
   void collect(Names named, std::int64_t keepUpTo_s);
-  /// Of the files that the state names, and of the others.
-  [[nodiscard]] Bytes bytes(const Names& named) const;
+  [[nodiscard]] Bytes bytes(const Names& named) const;  ///< Of the files that the state names, and of the others.
 
  private:
   [[nodiscard]] Result<void> write(const Asset& asset, const char* unfinishedMark);

@@ -1,6 +1,5 @@
 #include "haptic_server/state/durable_file.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -9,7 +8,6 @@
 
 #include <cerrno>
 #include <ctime>
-#include <string>
 #include <system_error>
 #include <utility>
 
@@ -27,6 +25,11 @@ tl::unexpected<Error> failed(const fs::path& path) {
   return refused(path.string(), std::generic_category().message(errno));
 }
 
+Result<void> outcome(int result, const fs::path& path) {
+  if (result != 0) return failed(path);
+  return {};
+}
+
 class SystemFile final : public FileSystem::File {
  public:
   explicit SystemFile(FileHandle handle) : handle_(std::move(handle)) {}
@@ -42,13 +45,9 @@ class SystemFile final : public FileSystem::File {
     return {};
   }
   Result<void> truncate(std::size_t size) override {
-    if (::ftruncate(handle_.descriptor(), static_cast<off_t>(size)) != 0) return failed("");
-    return {};
+    return outcome(::ftruncate(handle_.descriptor(), static_cast<off_t>(size)), "");
   }
-  Result<void> sync() override {
-    if (::fdatasync(handle_.descriptor()) != 0) return failed("");
-    return {};
-  }
+  Result<void> sync() override { return outcome(::fdatasync(handle_.descriptor()), ""); }
 
  private:
   FileHandle handle_;
@@ -81,13 +80,9 @@ class SystemFiles final : public FileSystem {
   Result<OpenFile> open(const fs::path& path) override { return openFile(path, O_RDWR); }
   Result<OpenFile> create(const fs::path& path) override { return openFile(path, O_RDWR | O_CREAT | O_TRUNC); }
   Result<void> rename(const fs::path& from, const fs::path& to) override {
-    if (::rename(from.c_str(), to.c_str()) != 0) return failed(from);
-    return {};
+    return outcome(::rename(from.c_str(), to.c_str()), from);
   }
-  Result<void> remove(const fs::path& path) override {
-    if (::unlink(path.c_str()) != 0) return failed(path);
-    return {};
-  }
+  Result<void> remove(const fs::path& path) override { return outcome(::unlink(path.c_str()), path); }
   Result<void> allocate(const fs::path& path, std::size_t bytes) override {
     const auto file = openHandle(path, O_RDWR | O_CREAT | O_TRUNC);
     if (!file) return tl::unexpected(file.error());
@@ -121,8 +116,7 @@ class SystemFiles final : public FileSystem {
   Result<void> syncFolder(const fs::path& folder) override {
     const auto opened = openHandle(folder, O_RDONLY | O_DIRECTORY);
     if (!opened) return tl::unexpected(opened.error());
-    if (::fsync(opened->descriptor()) != 0) return failed(folder);
-    return {};
+    return outcome(::fsync(opened->descriptor()), folder);
   }
   Result<OpenFile> lock(const fs::path& path) override {
     auto file = openHandle(path, O_RDWR | O_CREAT);

@@ -1,8 +1,6 @@
 #include "haptic_server/state/record_chain.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
 #include <span>
 
 namespace haptics {

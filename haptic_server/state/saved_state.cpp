@@ -90,9 +90,7 @@ Result<SceneHistory> historyIn(const v1::Checkpoint& checkpoint) {
 /// A state on its way from record to record.
 struct Replay {
   SceneHistory history;
-  EditDeduplicator memory;
-  ObjectId nextId = 1;
-  std::vector<std::shared_ptr<const ObjectRecord>> lost;
+  SequencerState state;  // but for its history
 
   Result<void> begin(const v1::Checkpoint& checkpoint) {
     auto read = historyIn(checkpoint);
@@ -101,14 +99,14 @@ struct Replay {
     for (const auto& message : checkpoint.session()) {
       auto session = resultsFrom(message);
       if (!session) return tl::unexpected(std::move(session).error());
-      memory.remember(*std::move(session));
+      state.memory.remember(*std::move(session));
     }
     for (const auto& object : checkpoint.lost()) {
       auto record = fromWire(object);
       if (!record) return tl::unexpected(std::move(record).error().within("lost."));
-      lost.push_back(std::make_shared<const ObjectRecord>(*std::move(record)));
+      state.lost.push_back(std::make_shared<const ObjectRecord>(*std::move(record)));
     }
-    nextId = checkpoint.next_object_id();
+    state.nextId = checkpoint.next_object_id();
     return {};
   }
 
@@ -121,8 +119,8 @@ struct Replay {
     if (!next) return tl::unexpected(std::move(next).error().within("commit."));
     if (next->root() != commit.root) return refused("commit.root", "is not what the commit leads to");
 
-    memory.remember((*edit)->session, {(*edit)->clientSeq, commit.revision, commit.root});
-    nextId = (*edit)->nextId;
+    state.memory.remember((*edit)->session, {(*edit)->clientSeq, commit.revision, commit.root});
+    state.nextId = (*edit)->nextId;
     history.append(*std::move(edit), *std::move(next));
     return {};
   }
@@ -184,10 +182,8 @@ Result<SavedState> readLog(std::string_view log) {
     good = reader.offset();
     writer = RecordWriter(reader.chain());
   }
-  SavedState saved{{std::make_shared<const SceneHistory>(std::move(replay.history)), std::move(replay.memory),
-                    replay.nextId, std::move(replay.lost)},
-                   writer,
-                   {}};
+  replay.state.history = std::make_shared<const SceneHistory>(std::move(replay.history));
+  SavedState saved{std::move(replay.state), writer, {}};
   if (good < log.size()) {
     const bool torn = misfit.empty() && reader.end() == LogEnd::kTorn;
     if (misfit.empty()) misfit = torn ? "the record is incomplete" : "what follows is not what was written";

@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_set>
 
 #include "common/error/error.h"
 #include "haptic_server/scene/edit_journal.h"

@@ -35,8 +35,6 @@ class StateScrubber {
 
   explicit StateScrubber(Options options);  ///< Starts.
   ~StateScrubber();                         ///< Stops.
-  StateScrubber(const StateScrubber&) = delete;
-  StateScrubber& operator=(const StateScrubber&) = delete;
 
  private:
   struct LogCheck {

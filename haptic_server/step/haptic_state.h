@@ -98,7 +98,7 @@ struct HipEstimate {
 /// What the contact core met.
 struct ContactReport {
   std::uint64_t object = 0;            ///< Id of what was touched in the last tick, 0 when free.
-  std::uint64_t behind = 0;            ///< Ticks that spent their allowance.
+  std::uint64_t allowanceSpent = 0;    ///< Ticks that spent their allowance.
   std::uint64_t depenetrated = 0;      ///< Times that the IHIP was put out of a body;
   std::uint64_t depenetratedFrom = 0;  ///< id of the last one.
 };
@@ -173,8 +173,8 @@ struct HapticState {
 
   /// The allowance did not last for all that is felt: the tick is counted, and the step of the force slewed.
   [[gnu::cold]] void fallBehind(ContactWork& work) noexcept {
-    if (!work.behind) ++report.behind;
-    work.behind = true;
+    if (!work.allowanceSpent) ++report.allowanceSpent;
+    work.allowanceSpent = true;
     limits.slew.begin();
   }
 

@@ -81,7 +81,7 @@ void attach(HapticState& state, Vec3 position) noexcept {
 }
 
 void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
-  if (work.behind) ++state.report.behind;
+  if (work.allowanceSpent) ++state.report.allowanceSpent;
   if (work.depenetrated) {
     ++state.report.depenetrated;
     state.report.depenetratedFrom = scene.objects[static_cast<std::size_t>(work.insideOf)].id;
@@ -105,7 +105,8 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
   if (!isFinite(force)) [[unlikely]]
     state.supervision.fault = Fault::kNonFiniteForce;
   if (state.supervision.fault == Fault::kNone) [[likely]] {
-    const bool jumps = state.adoption.contactBroken || result.contact.work.depenetrated || result.contact.work.behind ||
+    const bool jumps = state.adoption.contactBroken || result.contact.work.depenetrated ||
+                       result.contact.work.allowanceSpent ||
                        (state.adoption.now && (state.adoption.detailEdited || result.object != state.report.object));
     if (jumps) state.limits.slew.begin();
     if (state.limits.slew.active()) {
@@ -162,7 +163,7 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
   result.contact.work.allowance = contactAllowance(state, result);
   followContact({state.bodies.data(), state.adoption.bodyCount}, state.contact, state.estimate.hip, result.contact,
                 cache);
-  if (result.contact.work.depenetrated | result.contact.work.behind) [[unlikely]]
+  if (result.contact.work.depenetrated | result.contact.work.allowanceSpent) [[unlikely]]
     noteLimits(scene, state, result.contact.work);
 }
 
@@ -256,7 +257,7 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
       .device = input.device.status,
       .depenetrated = state.report.depenetrated,
       .depenetratedFrom = state.report.depenetratedFrom,
-      .behind = state.report.behind};
+      .allowanceSpent = state.report.allowanceSpent};
 }
 
 }  // namespace

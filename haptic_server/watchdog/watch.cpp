@@ -5,12 +5,12 @@
 #include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <ctime>
+#include <thread>
 #include <utility>
 
 #include "common/clock/monotonic.h"
@@ -19,12 +19,7 @@
 namespace haptics {
 namespace {
 
-/// A command that the device does not take for so long is of no use.
-constexpr unsigned kSendTimeOut_ms = 10;
-
-[[nodiscard]] timespec spanOf(std::uint64_t time_ns) noexcept {
-  return {static_cast<time_t>(time_ns / 1'000'000'000), static_cast<long>(time_ns % 1'000'000'000)};
-}
+constexpr unsigned kSendTimeOut_ms = 10;  // a command that the device does not take for so long is of no use
 
 [[nodiscard]] std::string inMilliseconds(std::uint64_t time_ns) {
   return std::to_string(time_ns / 1'000'000) + '.' + std::to_string(time_ns / 100'000 % 10) + " ms";
@@ -42,13 +37,10 @@ void Watch::run() {
 /// @return False: the server has ended, or wants no watchdog any more.
 bool Watch::waitForOrders() {
   const std::uint64_t now_ns = monotonicNow_ns();
-  const timespec left = spanOf(nextPoll_ns_ > now_ns ? nextPoll_ns_ - now_ns : 0);
+  const std::uint64_t left_ns = nextPoll_ns_ > now_ns ? nextPoll_ns_ - now_ns : 0;
+  const timespec left{static_cast<time_t>(left_ns / 1'000'000'000), static_cast<long>(left_ns % 1'000'000'000)};
   pollfd server{socket_, POLLIN, 0};
   if (ppoll(&server, 1, &left, nullptr) <= 0) return true;
-  return takeOrders();
-}
-
-bool Watch::takeOrders() {
   bool ended = false;
   while (auto received = receiveOrder(socket_, ended)) take(*std::move(received));
   return !ended && !dismissed_;
@@ -135,16 +127,12 @@ void Watch::sendZeroForce() {
   (void)ioctl(armed_->node.descriptor(), USBDEVFS_BULK, &transfer);  // one that was unplugged has no force
 }
 
-/// The server has ended without a word.
 void Watch::handleServerDeath() {
   const std::uint64_t noticed_ns = monotonicNow_ns();
   if (armed_) {
     tripped_ = true;
     for (std::uint64_t i = 0; i < kZeroCommands; ++i) {
-      if (i > 0) {
-        const timespec pause = spanOf(kBetweenCommands_ns);
-        nanosleep(&pause, nullptr);
-      }
+      if (i > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(kBetweenCommands_ns));
       sendZeroForce();
     }
     armed_.reset();  // a server that is started anew may have the device

@@ -17,8 +17,7 @@ namespace haptics {
 /// no longer does, or the server has ended. In that case it also records the last seconds. One thread.
 class Watch {
  public:
-  /// Between two polls while there is a device.
-  static constexpr std::uint64_t kPoll_ns = 3'000'000;
+  static constexpr std::uint64_t kPoll_ns = 3'000'000;  ///< Between two polls while there is a device.
   /// A servo that did not tick from one poll to the next so many times together, and for kSilentPeriods of its own, hangs:
   /// 18 to 21 ms at 1 kHz. Polls, not time: where the machine holds up the watchdog too, nothing is known of the servo.
   static constexpr std::uint64_t kMissedPolls = 6, kSilentPeriods = 3;
@@ -47,7 +46,6 @@ class Watch {
   };
 
   [[nodiscard]] bool waitForOrders();
-  [[nodiscard]] bool takeOrders();
   void take(ReceivedOrder received);
   void poll();
   void trip(const std::string& why);

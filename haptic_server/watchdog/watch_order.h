@@ -11,8 +11,7 @@
 // The socket's end is the server's death, unless kDismiss was the last order.
 namespace haptics {
 
-/// Descriptor at which the watchdog finds its socket.
-inline constexpr int kWatchSocket = 3;
+inline constexpr int kWatchSocket = 3;  ///< Descriptor at which the watchdog finds its socket.
 
 struct WatchOrder {
   enum class Kind : std::uint8_t {

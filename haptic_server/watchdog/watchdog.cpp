@@ -10,10 +10,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <new>
-#include <string>
 #include <system_error>
 #include <utility>
 
@@ -24,10 +22,8 @@
 namespace haptics {
 namespace {
 
-/// One that ends sooner after its start is not started again.
-constexpr std::uint64_t kSoon_ns = 1'000'000'000;
-/// One that has not polled for so long hangs.
-constexpr int kPatience_ms = 1'000;
+constexpr std::uint64_t kSoon_ns = 1'000'000'000;  // one that ends sooner after its start is not started again
+constexpr int kPatience_ms = 1'000;                // one that has not polled for so long hangs
 static_assert(kPatience_ms * 1'000'000ULL >= 5 * WatchPage::kSlowestPoll_ns);
 
 [[nodiscard]] SharedMemory newPage() {
@@ -94,7 +90,6 @@ bool Watchdog::startProgram() {
   return false;
 }
 
-/// All that the new process needs to know.
 void Watchdog::instruct(pid_t process) {
   process_ = process;
   const int socket = socket_.descriptor();

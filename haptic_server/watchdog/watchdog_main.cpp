@@ -6,12 +6,12 @@
 
 #include <cstdio>
 
+#include "haptic_server/app_log.h"
 #include "haptic_server/watchdog/watch.h"
 
 namespace {
 
-/// Above the servo's: a servo that computes without end must not keep it from looking.
-constexpr int kPriority = 81;
+constexpr int kPriority = 81;  // above the servo's: a servo that computes without end must not keep it from looking
 
 }  // namespace
 
@@ -29,9 +29,7 @@ int main(int argc, char** argv) {
   sched_setscheduler(0, SCHED_FIFO, &priority);  // where the servo may be a real-time one
   spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_watchdog"));
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
-  haptics::Watch({haptics::kWatchSocket,
-                  {.recordings = argv[1],
-                   .info = [](const std::string& line) { spdlog::info("{}", line); },
-                   .warning = [](const std::string& line) { spdlog::warn("{}", line); }}})
+  haptics::Watch(
+      {haptics::kWatchSocket, {.recordings = argv[1], .info = haptics::logInfo, .warning = haptics::logWarning}})
       .run();
 }

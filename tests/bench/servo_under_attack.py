@@ -83,7 +83,7 @@ def run_block(options, cpus, folder):
     ours = servo_rates.server_figures(summary)
     ours["late"] = late_ticks(recording)
     run = json.loads(summary.read_text())
-    ours.update({key: run[key] for key in ("behind", "contact_ticks", "faults")}, fifo=run["realtime"]["fifo"],
+    ours.update({key: run[key] for key in ("allowance_spent", "contact_ticks", "faults")}, fifo=run["realtime"]["fifo"],
                 tick_max_us=run["tick_ns"]["max"] / 1e3)
     theirs = servo_rates.cyclictest_figures(report, options.rate)
     theirs["late"] = theirs["late_wake_ups"]

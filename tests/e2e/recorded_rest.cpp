@@ -1,7 +1,6 @@
 #include "tests/e2e/recorded_rest.h"
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <utility>
 

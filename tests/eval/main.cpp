@@ -28,8 +28,7 @@ constexpr int kExitFailed = 1;
 constexpr int kCoarsestMesh = 12;  ///< Triangles.
 
 struct Arguments {
-  std::uint64_t seed = 1;
-  std::filesystem::path out = ".";
+  std::filesystem::path out = ".";  ///< Of verbs whose options have none.
   FailuresOptions failures;
   AccuracyOptions accuracy;
   CombinationsOptions combinations;
@@ -81,11 +80,11 @@ struct Verb {
 };
 
 /// @param calledAs  With the verb that it is below, where it is below one.
-CLI::App* addVerb(CLI::App& app, const Verb& of, Arguments& arguments, const std::string& calledAs = "") {
+CLI::App* addVerb(CLI::App& app, const Verb& of, std::filesystem::path& out, const std::string& calledAs = "") {
   const std::string name = calledAs.empty() ? of.name : calledAs;
   CLI::App* verb = app.add_subcommand(of.name, of.about);
-  verb->parse_complete_callback([&arguments] { makeFolder(arguments.out); });
-  verb->add_option("--out", arguments.out,
+  verb->parse_complete_callback([&out] { makeFolder(out); });
+  verb->add_option("--out", out,
                    "Folder for " + name.substr(0, name.find(' ')) + ".json and what else it writes; made when missing")
       ->type_name("DIR")
       ->capture_default_str();
@@ -93,18 +92,30 @@ CLI::App* addVerb(CLI::App& app, const Verb& of, Arguments& arguments, const std
   return verb;
 }
 
-void addSeed(CLI::App* verb, Arguments& arguments) {
-  verb->add_option("--seed", arguments.seed, "Decides places, orientations, directions and speeds")
+void addSeed(CLI::App* verb, std::uint64_t& seed) {
+  verb->add_option("--seed", seed, "Decides places, orientations, directions and speeds")
       ->type_name("S")
       ->check(wholeNumber(0))
       ->capture_default_str();
 }
 
-void addFinest(CLI::App* verb, int& finest) {
-  verb->add_option("--finest", finest, "Leave out meshes of more triangles; there are some up to 10 million")
+template <class Number>
+void addCount(CLI::App* verb, const char* name, Number& count, const char* about) {
+  verb->add_option(name, count, about)->type_name("N")->check(wholeNumber(1))->capture_default_str();
+}
+
+void addSeeds(CLI::App* verb, int& seeds) { addCount(verb, "--seeds", seeds, "How many seeds, from --seed on"); }
+
+void addFinest(CLI::App* verb, int& finest,
+               const char* about = "Leave out meshes of more triangles; there are some up to 10 million") {
+  verb->add_option("--finest", finest, about)
       ->type_name("TRIANGLES")
       ->check(wholeNumber(kCoarsestMesh))
       ->capture_default_str();
+}
+
+CLI::Option* addFile(CLI::App* verb, const char* name, std::filesystem::path& file, const char* about) {
+  return verb->add_option(name, file, about)->type_name("FILE")->check(CLI::ExistingFile);
 }
 
 void addFailures(CLI::App& app, Arguments& arguments) {
@@ -113,19 +124,12 @@ void addFailures(CLI::App& app, Arguments& arguments) {
       {"failures", "Scripted motion that breaks methods of rendering: who holds where", "--seeds 20 --out results",
        "The scenes are S1 to S22, S31 and S32; S13 to S15 are for methods that have surface properties, S16 for those\n"
        "whose bodies yield, S18 to S20 for ours. Ten seeds wander a million ticks in S20."},
-      arguments);
+      arguments.failures.out);
   FailuresOptions& options = arguments.failures;
-  addSeed(verb, arguments);
-  verb->add_option("--seeds", options.seeds, "How many seeds, from --seed on")
-      ->check(wholeNumber(1))
-      ->type_name("N")
-      ->capture_default_str();
+  addSeed(verb, options.seed);
+  addSeeds(verb, options.seeds);
   verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
-  verb->callback([&arguments, &options] {
-    options.seed = arguments.seed;
-    options.out = arguments.out;
-    arguments.good = runFailures(options);
-  });
+  verb->callback([&arguments, &options] { arguments.good = runFailures(options); });
 }
 
 void addAccuracy(CLI::App& app, Arguments& arguments) {
@@ -137,16 +141,12 @@ void addAccuracy(CLI::App& app, Arguments& arguments) {
                "that of the sphere of as many triangles), both of the default device in nobody's hand behind the\n"
                "server's stabiliser; ticks of the stroke that took the thread more than a period, 1 ms, of processor\n"
                "time (deadline_misses)."},
-              arguments);
+              arguments.accuracy.out);
   AccuracyOptions& options = arguments.accuracy;
-  addSeed(verb, arguments);
+  addSeed(verb, options.seed);
   addFinest(verb, options.finest);
   verb->add_option("--method", options.method, "Only this one, such as ours")->type_name("NAME");
-  verb->callback([&arguments, &options] {
-    options.seed = arguments.seed;
-    options.out = arguments.out;
-    arguments.good = runAccuracy(options);
-  });
+  verb->callback([&arguments, &options] { arguments.good = runAccuracy(options); });
 }
 
 void addCombinations(CLI::App& app, Arguments& arguments) {
@@ -160,31 +160,24 @@ void addCombinations(CLI::App& app, Arguments& arguments) {
        "parameters. With --ablate only the pairs run that it is about, and each has to fail.\n"
        "  haptic_eval combinations --pair shading-softness --seeds 5\n"
        "  haptic_eval combinations --ablate facets"},
-      arguments);
+      arguments.combinations.out);
   CombinationsOptions& options = arguments.combinations;
-  addSeed(verb, arguments);
-  verb->add_option("--seeds", options.seeds, "How many seeds, from --seed on")
-      ->check(wholeNumber(1))
-      ->type_name("N")
-      ->capture_default_str();
+  addSeed(verb, options.seed);
+  addSeeds(verb, options.seeds);
   verb->add_option("--pair", options.pair, "Only this one, such as texture-softness")->type_name("NAME");
   verb->add_option("--ablate", options.ablate, "Switch one thing off: " + namesOf(ablationNames()))
       ->check(CLI::IsMember(ablationNames()))
       ->type_name("NAME");
-  verb->callback([&arguments, &options] {
-    options.seed = arguments.seed;
-    options.out = arguments.out;
-    arguments.good = runCombinations(options);
-  });
+  verb->callback([&arguments, &options] { arguments.good = runCombinations(options); });
 }
 
 void addTextures(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(
       app,
       {"textures", "Texture families, friction and force shading, measured, with a contact sheet", "--out results"},
-      arguments);
-  addSeed(verb, arguments);
-  verb->callback([&arguments] { arguments.good = runTextures({arguments.seed, arguments.out}); });
+      arguments.textures.out);
+  addSeed(verb, arguments.textures.seed);
+  verb->callback([&arguments] { arguments.good = runTextures(arguments.textures); });
 }
 
 void addChart(CLI::App& app, Arguments& arguments) {
@@ -194,43 +187,29 @@ void addChart(CLI::App& app, Arguments& arguments) {
        "--kept tests/eval/worst/kept.json --out results",
        "A disc passes every failure scene; a diamond does so too, but rings on a mesh (limit_cycle_um of accuracy); a\n"
        "cross fails a scene."},
-      arguments);
-  addSeed(verb, arguments);
+      arguments.chart.out);
   ChartOptions& options = arguments.chart;
+  addSeed(verb, options.seed);
   addFinest(verb, options.finest);
-  CLI::Option* kept = verb->add_option("--kept", options.kept,
-                                       "Mark ours' worst tick: that of these scenes, worst.json of haptic_eval worst")
-                          ->type_name("FILE")
-                          ->check(CLI::ExistingFile);
-  verb->add_option("--from", options.from, "Draw this chart.csv of an earlier run again, and measure nothing")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile)
+  CLI::Option* kept = addFile(verb, "--kept", options.kept,
+                              "Mark ours' worst tick: that of these scenes, worst.json of haptic_eval worst");
+  addFile(verb, "--from", options.from, "Draw this chart.csv of an earlier run again, and measure nothing")
       ->excludes(kept);
-  verb->callback([&arguments, &options] {
-    options.seed = arguments.seed;
-    options.out = arguments.out;
-    runChart(options);
-  });
+  verb->callback([&options] { runChart(options); });
 }
 
 void addTable1(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(app,
                            {"table1", "The paper's Table I: rates of the servo loop with the viewer connected",
                             "--seconds 10 --out results", "Ctrl-C ends it early: what was measured is written."},
-                           arguments);
+                           arguments.table1.out);
   Table1Options& options = arguments.table1;
   verb->add_option("--seconds", options.seconds, "For each object")->check(moreThanZero())->capture_default_str();
-  verb->add_option("--runs", options.runs, "As many times that long")
-      ->type_name("N")
-      ->check(wholeNumber(1))
-      ->capture_default_str();
+  addCount(verb, "--runs", options.runs, "As many times that long");
   verb->add_flag("--paper", arguments.asInPaper, "Three times three minutes for each object, as in the paper")
       ->excludes("--seconds")
       ->excludes("--runs");
-  verb->add_option("--finest", options.finest, "Leave out spheres of more triangles, besides the paper's objects")
-      ->type_name("TRIANGLES")
-      ->check(wholeNumber(kCoarsestMesh))
-      ->capture_default_str();
+  addFinest(verb, options.finest, "Leave out spheres of more triangles, besides the paper's objects");
   verb->callback([&arguments, &options] {
     constexpr double kPaper_s = 180;
     constexpr int kPaperRuns = 3;
@@ -238,7 +217,6 @@ void addTable1(CLI::App& app, Arguments& arguments) {
       options.seconds = kPaper_s;
       options.runs = kPaperRuns;
     }
-    options.out = arguments.out;
     arguments.good = runTable1(options);
   });
 }
@@ -247,13 +225,10 @@ void addWalk(CLI::App& app, Arguments& arguments) {
   CLI::App* verb = addVerb(app,
                            {"walk", "A random walk over generated and real shapes against a reference",
                             "--models /var/tmp/models --out results"},
-                           arguments);
+                           arguments.out);
   WalkOptions& options = arguments.walk;
-  addSeed(verb, arguments);
-  verb->add_option("--ticks", options.ticks, "Of all scenes together")
-      ->type_name("N")
-      ->check(wholeNumber(1))
-      ->capture_default_str();
+  addSeed(verb, options.seed);
+  addCount(verb, "--ticks", options.ticks, "Of all scenes together");
   verb->add_option(
           "--models", options.models,
           "Folder that deploy/models/fetch_and_report filled; without it only the generated shapes are walked over, "
@@ -264,10 +239,7 @@ void addWalk(CLI::App& app, Arguments& arguments) {
   verb->add_option("--method", options.method, "Ours or a baseline, as failures names them")
       ->type_name("NAME")
       ->capture_default_str();
-  verb->callback([&arguments, &options] {
-    options.seed = arguments.seed;
-    arguments.good = runWalk(options, arguments.out);
-  });
+  verb->callback([&arguments, &options] { arguments.good = runWalk(options, arguments.out); });
 }
 
 void addStability(CLI::App& app, Arguments& arguments) {
@@ -277,18 +249,13 @@ void addStability(CLI::App& app, Arguments& arguments) {
        "--out results",
        "The whole takes some minutes, --full an hour. Exit status 0: every limit of ours is kept and the plant agrees\n"
        "with the formulas of the literature."},
-      arguments);
+      arguments.stability.out);
   StabilityOptions& options = arguments.stability;
   CLI::Option* shortRun =
       verb->add_flag("--short", options.shortRun, "Three devices and the least of everything; draws nothing");
   verb->add_flag("--full", options.full, "Every hand, rate and delay")->excludes(shortRun);
-  verb->add_option("--from", options.from, "Draw this stability.json of an earlier run again, and measure nothing")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile);
-  verb->callback([&arguments, &options] {
-    options.out = arguments.out;
-    arguments.good = runStability(options);
-  });
+  addFile(verb, "--from", options.from, "Draw this stability.json of an earlier run again, and measure nothing");
+  verb->callback([&arguments, &options] { arguments.good = runStability(options); });
 }
 
 void addAdvise(CLI::App& app, Arguments& arguments) {
@@ -302,7 +269,7 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
        "deploy/scenes/demo.scene --out results",
        "It looks at the shape, the stiffness and the damping of each object: no correction of the contact can be\n"
        "switched off, and force shading, friction and texture are left out."},
-      arguments);
+      arguments.advise.out);
   verb->add_option("SCENE", options.scene, "Scene file, as haptic_server takes it")->required();
   verb->add_option("--assets", options.assets, "Folder of meshes that the scene names, besides the scene's own")
       ->type_name("DIR")
@@ -314,10 +281,7 @@ void addAdvise(CLI::App& app, Arguments& arguments) {
                    "How far a copy may stray from the scene's mesh, as a part of the object's longest side")
       ->check(moreThanZero())
       ->capture_default_str();
-  verb->callback([&arguments, &options] {
-    options.out = arguments.out;
-    runAdvise(options);
-  });
+  verb->callback([&options] { runAdvise(options); });
 }
 
 void addReplay(CLI::App& app, Arguments& arguments) {
@@ -325,7 +289,7 @@ void addReplay(CLI::App& app, Arguments& arguments) {
                            {"replay", "A recording of haptic_server again: is every force the same, bit for bit?",
                             "ticks.haptics --telemetry felt",
                             "haptic_server --record FILE makes recordings, and so do faults and hapticctl dump."},
-                           arguments);
+                           arguments.out);
   ReplayOptions& options = arguments.replay;
   verb->add_option("FILE", options.recording, "Recording")->required();
   verb->add_option("--telemetry", options.telemetry,
@@ -335,11 +299,8 @@ void addReplay(CLI::App& app, Arguments& arguments) {
 }
 
 void addFuzzScenes(CLI::App* verb, Arguments& arguments) {
-  addSeed(verb, arguments);
-  verb->add_option("--scenes", arguments.fuzz.scenes, "How many, each drawn from its own seed, from --seed on")
-      ->type_name("N")
-      ->check(wholeNumber(1))
-      ->capture_default_str();
+  addSeed(verb, arguments.fuzz.seed);
+  addCount(verb, "--scenes", arguments.fuzz.scenes, "How many, each drawn from its own seed, from --seed on");
 }
 
 void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
@@ -349,7 +310,7 @@ void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
        "--scenes 40000 --out results",
        "A scene has 2,000 ticks. Bodies at rest and moving, at up to 1 and 4 m/s, come by turns: 40,000 scenes are\n"
        "10,000 of each of the four, 80 million ticks. Ctrl-C ends it early: what was found is written."},
-      arguments, "fuzz contact");
+      arguments.out, "fuzz contact");
   addFuzzScenes(verb, arguments);
   verb->add_option_function<std::string>(
           "--moving",
@@ -363,10 +324,7 @@ void addFuzzContact(CLI::App& fuzz, Arguments& arguments) {
                    "Top speed of the HIP in m/s; 1 and 4 by turns when left out")
       ->type_name("V")
       ->check(moreThanZero());
-  verb->callback([&arguments] {
-    arguments.fuzz.seed = arguments.seed;
-    arguments.good = runFuzzContact(arguments.fuzz, arguments.out);
-  });
+  verb->callback([&arguments] { arguments.good = runFuzzContact(arguments.fuzz, arguments.out); });
 }
 
 void addFuzzEdits(CLI::App& fuzz, Arguments& arguments) {
@@ -377,19 +335,16 @@ void addFuzzEdits(CLI::App& fuzz, Arguments& arguments) {
        "A scene has 12 edits. Rates, devices, the stabiliser, softness, textures, friction, shading and bodies that "
        "the\n"
        "step moves come at random. Ctrl-C ends it early: what was found is written."},
-      arguments, "fuzz edits");
+      arguments.out, "fuzz edits");
   addFuzzScenes(verb, arguments);
-  verb->callback([&arguments] {
-    arguments.fuzz.seed = arguments.seed;
-    arguments.good = runFuzzEdits(arguments.fuzz, arguments.out);
-  });
+  verb->callback([&arguments] { arguments.good = runFuzzEdits(arguments.fuzz, arguments.out); });
 }
 
 void addFuzzReplay(CLI::App& fuzz, Arguments& arguments) {
   CLI::App* verb = addVerb(fuzz,
                            {"replay", "A finding again: does it still fail?", "results/fuzz-inside-1095",
                             "fuzz contact and fuzz edits write such folders for what they find."},
-                           arguments, "fuzz replay");
+                           arguments.out, "fuzz replay");
   verb->add_option("FOLDER", arguments.fuzzRecording, "A finding's folder")->required()->check(CLI::ExistingDirectory);
   verb->callback([&arguments] { arguments.good = runFuzzReplay(arguments.fuzzRecording, arguments.out); });
 }
@@ -417,9 +372,9 @@ void addWorst(CLI::App& app, Arguments& arguments) {
        "With --import: the slowest import of a mesh, which may take 2 s for 100,000 triangles and grow with the power "
        "1.2\n"
        "of their number."},
-      arguments);
-  addSeed(verb, arguments);
+      arguments.worst.out);
   WorstOptions& options = arguments.worst;
+  addSeed(verb, options.seed);
   verb->add_option("--seconds", options.seconds, "Of the hunt; counting and drawing come after it")
       ->check(moreThanZero())
       ->capture_default_str();
@@ -432,19 +387,9 @@ void addWorst(CLI::App& app, Arguments& arguments) {
   verb->add_flag("--import", arguments.worstImport, "Imports of meshes in place of ticks")
       ->excludes(rate)
       ->excludes(without);
-  verb->add_option("--kept", options.kept, "The worst ones of an earlier hunt again: its worst.json")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile);
-  verb->callback([&arguments, &options] {
-    options.seed = arguments.seed;
-    options.out = arguments.out;
-    arguments.good = arguments.worstImport ? runWorstImport({.seed = options.seed,
-                                                             .seconds = options.seconds,
-                                                             .family = options.family,
-                                                             .kept = options.kept,
-                                                             .out = options.out})
-                                           : runWorst(options);
-  });
+  addFile(verb, "--kept", options.kept, "The worst ones of an earlier hunt again: its worst.json");
+  verb->callback(
+      [&arguments, &options] { arguments.good = arguments.worstImport ? runWorstImport(options) : runWorst(options); });
 }
 
 void mustBeVerb(const CLI::App& app, const std::string& name) {

@@ -205,6 +205,8 @@ def main():
         "upload_half": envelope("asset_upload", chunk=half),
         "upload_rest": envelope("asset_upload", chunk=rest),
         "upload_cancel": envelope("asset_upload", cancel=digest),
+        "lead_hand": envelope("lead_hand", lead=True),
+        "hand_target": envelope("hand_target", "position { x: 0.1 } normal { z: 1 } press_N: 2"),
         **{f"edit_{name}": envelope("edit_request", client_seq=1, transaction=transaction(name)) for name in SCENES},
     }
     objects = 'object { id: 1 name: "a" revision: 1 stiffness_N_per_m: 800 damping_Ns_per_m: 0.5 ' \
@@ -239,6 +241,7 @@ def main():
         "heartbeat": envelope("heartbeat", "epoch: 1001 revision: 1", root=bytes(32)),
         "clock_reply": envelope("clock_reply", "client_send_ns: 1 server_receive_ns: 2 server_send_ns: 3"),
         "status": envelope("status", 'uptime_s: 1 ticks: 5 tick_ns { p50: 1 } device: "d"'),
+        "hand_leader": envelope("hand_leader", 'client_name: "c" led: true you: true refused: "r"'),
         "upload_reply": envelope("asset_upload_reply", hash=digest, accepted=True),
     }
     for name, message in client.items():

@@ -29,6 +29,7 @@ from google.protobuf.message import DecodeError
 
 from haptic_assets import UploadQueue, UploadRefused  # noqa: F401
 from haptic_edits import Closed, Conflict, EditQueue, Rejected, StateLost, awaited  # noqa: F401  (callers catch them)
+from haptic_hand import REPEAT_S, Hand, HandLead, NotLeading, xyz  # noqa: F401
 from haptic_scene import LimitExceeded, OutOfStep, Record, Scene, check_limits
 from haptic_text import printable
 from haptics.v1 import envelope_pb2, scene_pb2, telemetry_pb2
@@ -69,6 +70,8 @@ class Client:
         self._uploads = UploadQueue()
         self._samples, self._sample_bytes = collections.deque(), 0  # serialised: their memory is then their size
         self._bodies = {}  # by object id
+        self._hip = None   # of the newest sample
+        self._hand = HandLead()
         self._scene = Scene()
         self._live = self._closing = False
         self._end = None  # why there is no more to wait for
@@ -183,6 +186,38 @@ class Client:
                     raise Closed(self._end)
             yield from map(telemetry_pb2.Telemetry.FromString, ready)
 
+    def hand(self):
+        """The simulated hand, to be led in a `with` block, with move_to(), press() and stroke(): see haptic_hand. Needs
+        telemetry. Raises NotLeading, which says who leads or that there is no hand to lead; Closed, TimeoutError."""
+        if not self._subscribe.rate_hz:
+            raise ValueError("a hand feels by telemetry; give the client telemetry_hz=100 or more")
+        return Hand(lambda seconds: list(self.samples(seconds)), self._lead_hand, self._command_hand, self._where_hand_is)
+
+    def _lead_hand(self, lead, timeout_s=5.0):
+        with self._changed:
+            self._hand.ask(lead)
+            self._wake()
+            answered = self._changed.wait_for(lambda: self._hand.leader or self._end or not self._live, timeout_s)
+            if not lead:
+                return
+            if self._end:
+                raise Closed(self._end)
+            if not answered:
+                raise TimeoutError("the server has not said who leads the hand")
+            self._hand.check(self._trouble)
+
+    def _command_hand(self, target):
+        with self._changed:
+            self._hand.check(self._trouble)
+            self._hand.command(target)
+        self._wake()
+
+    def _where_hand_is(self, timeout_s=5.0):
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._hip or self._end, timeout_s):
+                raise TimeoutError("the server has sent no telemetry")
+            return self._hip
+
     # ---- the client's thread ----
 
     def _run(self):
@@ -219,6 +254,7 @@ class Client:
     def _lost(self, error):
         with self._changed:
             self._live = False
+            self._hand.connection_lost()
             if not isinstance(error, (OSError, ConnectionLost, DecodeError)):
                 self._scene = Scene()
             self._refused = self._refused or isinstance(error, LimitExceeded)
@@ -248,7 +284,7 @@ class Client:
         heard = beaten = time.monotonic()
         while not self._closing:
             pending = isinstance(connection, ssl.SSLSocket) and connection.pending()
-            ready = select.select([connection, self._wake_receiver], [], [], 0 if pending else 0.1)[0]
+            ready = select.select([connection, self._wake_receiver], [], [], 0 if pending else REPEAT_S if self._hand.leader else 0.1)[0]
             if self._wake_receiver in ready:
                 self._wake_receiver.recv(4096)
             now = time.monotonic()
@@ -357,6 +393,7 @@ class Client:
     def _take_telemetry(self, sample):
         if sample.tick > self._tick:
             self._tick = sample.tick
+            self._hip = xyz(sample.hip)
             self._keep(sample.SerializeToString())
             for body in sample.body:
                 if self._scene.moves(body.object):
@@ -378,12 +415,18 @@ class Client:
     def _take_edit_live(self, live):
         self._edits.live(live)
 
+    def _take_hand_leader(self, leader):
+        self._hand.told(leader)
+
     def _send_edits(self, connection):
         if self._phase == "hello":
             return
         with self._changed:
+            bodies = self._hand.take_unsent()
             requests = self._edits.take_unsent()
             chunks = self._uploads.take_unsent()
+        for body in bodies:
+            self._send(connection, **body)
         for request in requests:
             self._send(connection, edit_request=request)
         for chunk in chunks:

@@ -254,7 +254,7 @@ bool followFreeOrSeveral(std::span<const Body> bodies, ContactState& state, cons
   const Vec3 before = state.hip;
   const bool wasFree = state.mode == ContactState::Mode::kFree;
   followGuarded(bodies, state, hip, result);
-  const bool settled = !result.work.behind && !result.work.depenetrated && !state.unchecked;
+  const bool settled = !result.work.allowanceSpent && !result.work.depenetrated && !state.unchecked;
   if (wasFree && settled && state.mode == ContactState::Mode::kFree) {
     lookForClearance(bodies, state, glm::distance(before, state.hip), result.work.allowance);
   }

@@ -19,6 +19,10 @@ struct DeviceCalibration {
   std::optional<double> motorUnitsPerNm{};
   /// Axes that turn the other way than the driver thinks, encoder and motor both.
   std::array<bool, 3> reversed{};
+  /// -1 for each of these, else 1.
+  [[nodiscard]] Vec3 sense() const noexcept {
+    return {reversed[0] ? -1 : 1, reversed[1] ? -1 : 1, reversed[2] ? -1 : 1};
+  }
 };
 
 /// From the device's frame to the world and back, for positions and forces.

@@ -6,12 +6,6 @@
 namespace haptics {
 namespace {
 
-[[nodiscard]] std::string addressOf(const UsbPlace& place) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%03u/%03u", place.bus, place.address);
-  return text;
-}
-
 [[nodiscard]] std::string listed(std::span<const UsbPlace> places) {
   std::string text;
   for (const UsbPlace& place : places) text += (text.empty() ? "" : ", ") + describe(place);
@@ -19,6 +13,12 @@ namespace {
 }
 
 }  // namespace
+
+std::string addressOf(const UsbPlace& place) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%03u/%03u", place.bus, place.address);
+  return text;
+}
 
 std::string describe(const UsbPlace& place) {
   return addressOf(place) + " (port " + place.path + (place.serial.empty() ? "" : ", serial " + place.serial) + ")";

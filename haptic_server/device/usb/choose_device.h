@@ -8,6 +8,8 @@
 
 namespace haptics {
 
+/// "001/004", as lsusb prints it and /dev/bus/usb names it.
+[[nodiscard]] std::string addressOf(const UsbPlace& place);
 /// "001/004 (port 1-4.2, serial FTX1)".
 [[nodiscard]] std::string describe(const UsbPlace& place);
 

@@ -1,6 +1,5 @@
 #include "haptic_server/device/usb/delta_kinematics.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/matrix.hpp>
@@ -100,13 +99,9 @@ struct Linearised {
 }  // namespace
 
 std::optional<Vec3> DeltaKinematics::anglesAt(Vec3 position) noexcept {
-  Vec3 angles;
-  for (int i = 0; i < 3; ++i) {
-    const auto joints = jointsAt(Arm(static_cast<std::size_t>(i)).toArm(position));
-    if (!joints) return std::nullopt;
-    angles[i] = joints->thigh;
-  }
-  return angles;
+  const auto at = linearise(position);
+  if (!at) return std::nullopt;
+  return at->angles;
 }
 
 glm::dmat3 DeltaKinematics::anglesByPosition(Vec3 position) noexcept {

@@ -19,8 +19,7 @@ struct DeltaKinematics {
   static constexpr double kSideOffset_m = -0.025;    ///< f
   static constexpr double kBaseRadius_m = 0.0400;    ///< r
   static constexpr double kBaseOffset_m = -0.02309;  ///< s
-  /// Middle of the workspace.
-  static constexpr Vec3 kCentre{0, 0, 0.13};
+  static constexpr Vec3 kCentre{0, 0, 0.13};         ///< Middle of the workspace.
 
   /// Angles of the three thighs at a position; none where the arms do not reach.
   [[nodiscard]] static std::optional<Vec3> anglesAt(Vec3 position) noexcept;
@@ -36,7 +35,6 @@ struct DeltaKinematics {
   /// Torques of the three axes (N m, along growing angles) that push the hand with a force (N): J^T F, J = dx/dangle.
   /// Zero at a singular position.
   [[nodiscard]] static Vec3 torquesFor(Vec3 force_N, Vec3 position) noexcept;
-
   static constexpr double kMaxStep_m = 0.02;
 };
 

@@ -1,7 +1,6 @@
 #include "haptic_server/device/usb/falcon.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -15,6 +14,7 @@ namespace {
 constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 constexpr double kZeroAngle = 35 * kRadiansPerDegree;
 constexpr double kRadiansPerCount = 0.0364347 * kRadiansPerDegree;
+constexpr int kForgetCommands = 20;            // it forgets its homing when a command does not ask for it
 constexpr std::size_t kModemStatus_bytes = 2;  // at the head of each packet of the serial converter
 /// The device's z comes out towards the user, its y is up.
 const Quat kUpright = glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0));
@@ -32,18 +32,6 @@ const Quat kUpright = glm::angleAxis(std::numbers::pi / 2, Vec3(1, 0, 0));
           kExchangeDelay_s};
 }
 
-/// It forgets its homing when a command does not ask for it.
-void forgetHoming(UsbPort& port, UsbBus& bus) {
-  constexpr int kCommands = 20;
-  constexpr std::uint64_t kPause_ns = 2'000'000;
-  for (int i = 0; i < kCommands; ++i) {
-    if (port.send(encode(FalconCommand{})) == UsbOutcome::kGone) return;
-    const std::uint64_t until_ns = bus.clock_ns() + kPause_ns;
-    while (bus.clock_ns() < until_ns && port.next(until_ns).kind == UsbArrival::Kind::kBytes) {
-    }
-  }
-}
-
 }  // namespace
 
 Vec3 falconAngles(const std::array<std::int16_t, 3>& counts) noexcept {
@@ -56,7 +44,7 @@ Falcon::Falcon(const DeviceCalibration& calibration, std::optional<FalconFirmwar
     : firmware_(std::move(firmware)),
       motorUnitsPerNm_(calibration.motorUnitsPerNm.value_or(kMotorUnitsPerNm)),
       forceScale_(calibration.forceScale.value_or(1)),
-      reversed_(calibration.reversed),
+      sense_(calibration.sense()),
       placement_(calibration, kUpright, DeltaKinematics::kCentre),
       info_(describe(calibration, placement_.scale())),
       position_(DeltaKinematics::kCentre) {}
@@ -65,7 +53,7 @@ std::optional<UsbRefusal> Falcon::start(UsbPort& port, UsbBus& bus) {
   reader_ = {};
   position_ = DeltaKinematics::kCentre;
   if (auto refused = bootFalcon(port, bus, firmware_)) return refused;
-  if (homeAnew_) forgetHoming(port, bus);
+  if (homeAnew_) sendAgain(port, bus, encode(FalconCommand{}), kForgetCommands);
   homeAnew_ = false;
   return std::nullopt;
 }
@@ -73,7 +61,7 @@ std::optional<UsbRefusal> Falcon::start(UsbPort& port, UsbBus& bus) {
 bool Falcon::take(std::span<const std::uint8_t> bytes, const std::function<void(const DeviceReply&)>& found) {
   const std::uint64_t skippedBefore = reader_.skippedBytes();
   for (std::size_t i = kModemStatus_bytes; i < bytes.size(); ++i) {
-    if (const auto reply = reader_.take(bytes[i])) found({reply->counts, reply->buttons, reply->homedAxes});
+    if (const auto reply = reader_.take(bytes[i])) found(*reply);
   }
   return reader_.skippedBytes() != skippedBefore;
 }
@@ -81,7 +69,7 @@ bool Falcon::take(std::span<const std::uint8_t> bytes, const std::function<void(
 std::optional<Vec3> Falcon::locate(const DeviceReply& reply) {
   std::array<std::int16_t, 3> counts = reply.counts;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (reversed_[i]) counts[i] = static_cast<std::int16_t>(-std::max<int>(counts[i], -32'767));
+    if (sense_[static_cast<int>(i)] < 0) counts[i] = static_cast<std::int16_t>(-std::max<int>(counts[i], -32'767));
   }
   const auto position = DeltaKinematics::positionAt(falconAngles(counts), position_);
   if (position) position_ = *position;
@@ -90,10 +78,7 @@ std::optional<Vec3> Falcon::locate(const DeviceReply& reply) {
 
 std::span<const std::uint8_t> Falcon::command(Vec3 force_N, DeviceLight light) {
   // The motors' numbers count against the angles.
-  Vec3 units = DeltaKinematics::torquesFor(forceScale_ * force_N, position_) * -motorUnitsPerNm_;
-  for (int i = 0; i < 3; ++i) {
-    if (reversed_[static_cast<std::size_t>(i)]) units[i] = -units[i];
-  }
+  const Vec3 units = DeltaKinematics::torquesFor(forceScale_ * force_N, position_) * -motorUnitsPerNm_ * sense_;
   FalconCommand command{.motors = motorNumbers(units, kMotorLimit), .homing = true};
   command.green = light == DeviceLight::kReady;
   command.blue = light == DeviceLight::kHoming;

@@ -42,7 +42,7 @@ class Falcon final : public UsbProtocol {
   std::optional<FalconFirmware> firmware_;
   double motorUnitsPerNm_;
   double forceScale_;
-  std::array<bool, 3> reversed_;
+  Vec3 sense_;
   Placement placement_;
   DeviceInfo info_;
   FalconReplyReader reader_;

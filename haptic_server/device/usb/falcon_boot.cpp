@@ -16,15 +16,8 @@ constexpr int kGreetings = 100;             // the loader needs some before it l
 constexpr int kRunningTries = 5;            // frames sent to a device that may be running
 
 // Requests of the FT232R serial converter.
-enum Ftdi : std::uint8_t {
-  kReset = 0,
-  kModemControl = 1,
-  kFlowControl = 2,
-  kBaud = 3,
-  kData = 4,
-  kEventChar = 6,
-  kLatency = 9
-};
+constexpr std::uint8_t kReset = 0, kModemControl = 1, kFlowControl = 2, kBaud = 3, kData = 4, kEventChar = 6,
+                       kLatency = 9;
 constexpr std::uint16_t kPurgeReceived = 1, kPurgeSent = 2;
 constexpr std::uint16_t kDtrLow = 0x0100, kDtrHigh = 0x0101, kRtsLow = 0x0200;
 constexpr std::uint16_t kBaudGreeting = 0x4138, kBaudLoader = 0x0015, kBaudRunning = 0x0002;  // divisors
@@ -59,7 +52,7 @@ class Boot {
   }
 
  private:
-  bool request(Ftdi what, std::uint16_t value) {
+  bool request(std::uint8_t what, std::uint16_t value) {
     const UsbOutcome outcome = port_.control({.type = 0x40, .request = what, .value = value});
     gone_ = gone_ || outcome == UsbOutcome::kGone;
     return outcome == UsbOutcome::kDone;

@@ -1,7 +1,7 @@
 #include "haptic_server/device/usb/falcon_firmware.h"
 
+#include <cstdio>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <utility>
 
@@ -17,9 +17,8 @@ constexpr std::size_t kBlockHead_words = 3;
 }
 
 [[nodiscard]] std::string hex(unsigned number) {
-  constexpr const char* kHexDigits = "0123456789ABCDEF";
-  std::string text = "0x";
-  for (int shift = 12; shift >= 0; shift -= 4) text += kHexDigits[number >> shift & 0xF];
+  char text[16];
+  std::snprintf(text, sizeof text, "0x%04X", number);
   return text;
 }
 

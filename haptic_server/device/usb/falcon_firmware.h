@@ -12,8 +12,7 @@ namespace haptics {
 /// on with this program: the user brings the file.
 using FalconFirmware = std::vector<std::uint8_t>;
 
-/// More would not fit the controller's memory (bytes).
-inline constexpr std::size_t kMaxFirmware_bytes = 256U << 10;
+inline constexpr std::size_t kMaxFirmware_bytes = 256U << 10;  ///< More would not fit the controller's memory.
 
 /// Refused, naming the offset and what belongs there: anything but a boot stream of the TMS320C28x, which is
 /// little-endian 16-bit words: the key 0x08AA, eight reserved words, the entry point (two words), blocks of a length, an

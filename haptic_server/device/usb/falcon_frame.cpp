@@ -1,7 +1,5 @@
 #include "haptic_server/device/usb/falcon_frame.h"
 
-#include <algorithm>
-
 namespace haptics {
 namespace {
 
@@ -42,12 +40,12 @@ FalconFrame encode(const FalconCommand& command) noexcept {
   return frame;
 }
 
-std::optional<FalconReply> FalconReplyReader::take(std::uint8_t byte) noexcept {
+std::optional<DeviceReply> FalconReplyReader::take(std::uint8_t byte) noexcept {
   frame_[filled_++] = byte;
   while (filled_ > 0 && !fits(filled_ - 1, frame_[filled_ - 1])) drop();
   if (filled_ < kFalconFrame_bytes) return std::nullopt;
   filled_ = 0;
-  FalconReply reply;
+  DeviceReply reply;
   for (std::size_t axis = 0; axis < 3; ++axis) reply.counts[axis] = numberAt(frame_, axis);
   const unsigned flags = frame_[kFlags] - kZero;
   reply.buttons = flags & 0xF;

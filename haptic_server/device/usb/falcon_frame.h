@@ -4,7 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
+
+#include "haptic_server/device/usb/usb_protocol.h"
 
 namespace haptics {
 
@@ -16,26 +17,19 @@ struct FalconCommand {
   bool green = false, blue = false, red = false;
 };
 
-/// What comes back.
-struct FalconReply {
-  std::array<std::int16_t, 3> counts{};
-  std::uint8_t buttons = 0;    ///< Bits: 0 plus, 1 forward, 2 centre, 3 minus.
-  std::uint8_t homedAxes = 0;  ///< Bit per axis.
-};
-
 inline constexpr std::size_t kFalconFrame_bytes = 16;
 using FalconFrame = std::array<std::uint8_t, kFalconFrame_bytes>;
 
 [[nodiscard]] FalconFrame encode(const FalconCommand& command) noexcept;
 
 /// Finds replies in a stream of bytes of which some may be missing, doubled or wrong. A frame is 16 bytes from '<' to '>'
-/// with digits between them; whatever is not is skipped up to the next '<', and counted.
+/// with digits between them; whatever is not is skipped up to the next '<', and counted. Bits of the buttons: 0 plus,
+/// 1 forward, 2 centre, 3 minus.
 class FalconReplyReader {
  public:
   /// Takes one byte; the reply that it completes, if it does.
-  [[nodiscard]] std::optional<FalconReply> take(std::uint8_t byte) noexcept;
+  [[nodiscard]] std::optional<DeviceReply> take(std::uint8_t byte) noexcept;
   [[nodiscard]] std::uint64_t skippedBytes() const noexcept { return skipped_; }
-  void forget() noexcept { filled_ = 0; }
 
  private:
   void drop() noexcept;

@@ -7,12 +7,11 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <cstdio>
 #include <string>
 #include <thread>
 
-#include "common/clock/monotonic.h"
 #include "common/process/file_handle.h"
+#include "haptic_server/device/usb/choose_device.h"
 #include "haptic_server/device/usb/libusb_port.h"
 
 namespace haptics {
@@ -22,20 +21,6 @@ namespace {
   libusb_context* context = nullptr;
   if (libusb_init(&context) != LIBUSB_SUCCESS) return nullptr;
   return UsbContext(context);
-}
-
-/// Calls `visit` with each device of the model until it returns true.
-template <class Visit>
-void forEach(libusb_context* context, const UsbModel& model, const Visit& visit) {
-  libusb_device** devices = nullptr;
-  const ssize_t count = libusb_get_device_list(context, &devices);
-  for (ssize_t i = 0; i < count; ++i) {
-    libusb_device_descriptor descriptor;
-    if (libusb_get_device_descriptor(devices[i], &descriptor) != LIBUSB_SUCCESS) continue;
-    if (descriptor.idVendor != model.vendor || descriptor.idProduct != model.product) continue;
-    if (visit(devices[i], descriptor)) break;
-  }
-  if (count >= 0) libusb_free_device_list(devices, 1);
 }
 
 [[nodiscard]] std::string pathOf(libusb_device* device) {
@@ -58,11 +43,7 @@ void forEach(libusb_context* context, const UsbModel& model, const Visit& visit)
   return length > 0 ? std::string(text.begin(), text.begin() + length) : std::string();
 }
 
-[[nodiscard]] std::string nodeOf(const UsbPlace& place) {
-  char text[32];
-  std::snprintf(text, sizeof text, "/dev/bus/usb/%03u/%03u", place.bus, place.address);
-  return text;
-}
+[[nodiscard]] std::string nodeOf(const UsbPlace& place) { return "/dev/bus/usb/" + addressOf(place); }
 
 /// Error number of open(2) for one of libusb.
 [[nodiscard]] int errorOf(int number) noexcept {
@@ -93,8 +74,6 @@ void forEach(libusb_context* context, const UsbModel& model, const Visit& visit)
 
 void UsbContextEnd::operator()(libusb_context* context) const noexcept { libusb_exit(context); }
 
-std::uint64_t LibusbBus::clock_ns() noexcept { return monotonicNow_ns(); }
-
 void LibusbBus::sleepUntil(std::uint64_t time_ns) {
   if (const std::uint64_t now_ns = monotonicNow_ns(); now_ns < time_ns) {
     std::this_thread::sleep_for(std::chrono::nanoseconds(time_ns - now_ns));
@@ -105,11 +84,17 @@ std::vector<UsbPlace> LibusbBus::list(const UsbModel& model) {
   std::vector<UsbPlace> places;
   const UsbContext context = newContext();
   if (!context) return places;
-  forEach(context.get(), model, [&](libusb_device* device, const libusb_device_descriptor& descriptor) {
+  libusb_device** devices = nullptr;
+  const ssize_t count = libusb_get_device_list(context.get(), &devices);
+  for (ssize_t i = 0; i < count; ++i) {
+    libusb_device* const device = devices[i];
+    libusb_device_descriptor descriptor;
+    if (libusb_get_device_descriptor(device, &descriptor) != LIBUSB_SUCCESS) continue;
+    if (descriptor.idVendor != model.vendor || descriptor.idProduct != model.product) continue;
     places.push_back({libusb_get_bus_number(device), libusb_get_device_address(device), pathOf(device),
                       serialOf(device, descriptor.iSerialNumber)});
-    return false;
-  });
+  }
+  if (count >= 0) libusb_free_device_list(devices, 1);
   std::ranges::sort(places, {}, [](const UsbPlace& place) { return std::pair(place.bus, place.address); });
   return places;
 }

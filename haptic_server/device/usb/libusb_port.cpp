@@ -13,8 +13,7 @@ namespace haptics {
 namespace {
 
 constexpr unsigned kControlTimeOut_ms = 100;
-/// A command that the device does not take for so long is of no use any more.
-constexpr unsigned kSendTimeOut_ms = 50;
+constexpr unsigned kSendTimeOut_ms = 50;  // a command that the device does not take for so long is of no use any more
 
 [[nodiscard]] UsbOutcome outcomeOf(int error) noexcept {
   switch (error) {
@@ -110,13 +109,9 @@ UsbOutcome LibusbPort::clearStall() {
 bool LibusbPort::submit(Transfer& transfer, std::size_t length) {
   const std::uint8_t endpoint = transfer.in ? model_.in : model_.out;
   const unsigned timeOut_ms = transfer.in ? 0 : kSendTimeOut_ms;
-  if (model_.interrupt) {
-    libusb_fill_interrupt_transfer(transfer.transfer, handle_, endpoint, transfer.bytes.data(),
-                                   static_cast<int>(length), &LibusbPort::completed, &transfer, timeOut_ms);
-  } else {
-    libusb_fill_bulk_transfer(transfer.transfer, handle_, endpoint, transfer.bytes.data(), static_cast<int>(length),
-                              &LibusbPort::completed, &transfer, timeOut_ms);
-  }
+  libusb_fill_bulk_transfer(transfer.transfer, handle_, endpoint, transfer.bytes.data(), static_cast<int>(length),
+                            &LibusbPort::completed, &transfer, timeOut_ms);
+  if (model_.interrupt) transfer.transfer->type = LIBUSB_TRANSFER_TYPE_INTERRUPT;
   const int error = libusb_submit_transfer(transfer.transfer);
   transfer.underWay = error == LIBUSB_SUCCESS;
   gone_ = gone_ || error == LIBUSB_ERROR_NO_DEVICE;
@@ -134,31 +129,27 @@ void LibusbPort::keepReceiving() {
 
 void LibusbPort::completed(libusb_transfer* transfer) {
   auto& ours = *static_cast<Transfer*>(transfer->user_data);
-  ours.port->complete(ours);
-}
-
-void LibusbPort::complete(Transfer& transfer) {
-  transfer.underWay = false;
-  switch (transfer.transfer->status) {
+  LibusbPort& port = *ours.port;
+  ours.underWay = false;
+  switch (transfer->status) {
     case LIBUSB_TRANSFER_COMPLETED:
-      if (transfer.in) arrived_.push_back(&transfer);
+      if (ours.in) port.arrived_.push_back(&ours);
       break;
     case LIBUSB_TRANSFER_NO_DEVICE:
-      gone_ = true;
+      port.gone_ = true;
       break;
     case LIBUSB_TRANSFER_STALL:
-      halted_ = true;
-      happened_.push_back(UsbArrival::Kind::kStalled);
+      port.halted_ = true;
+      port.happened_.push_back(UsbArrival::Kind::kStalled);
       break;
     case LIBUSB_TRANSFER_CANCELLED:
     case LIBUSB_TRANSFER_TIMED_OUT:
       break;
     default:
-      happened_.push_back(UsbArrival::Kind::kFailed);
+      port.happened_.push_back(UsbArrival::Kind::kFailed);
   }
 }
 
-/// Waits for one of libusb's descriptors, at most until the deadline, and lets libusb handle what there is.
 void LibusbPort::handleEvents(std::uint64_t deadline_ns) {
   const std::uint64_t now_ns = monotonicNow_ns();
   const std::uint64_t left_ns = deadline_ns > now_ns ? deadline_ns - now_ns : 0;

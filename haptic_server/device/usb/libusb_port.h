@@ -51,7 +51,6 @@ class LibusbPort final : public UsbPort {
   };
 
   static void completed(libusb_transfer* transfer);
-  void complete(Transfer& transfer);
   bool submit(Transfer& transfer, std::size_t length);
   void keepReceiving();
   void handleEvents(std::uint64_t deadline_ns);

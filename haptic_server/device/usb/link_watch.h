@@ -17,8 +17,7 @@ class LinkWatch {
   static constexpr std::uint64_t kSilence_ns = 3'000'000;
   /// Replies to commands that are older count as late; one period more than is in flight on a full-speed bus.
   static constexpr std::uint64_t kLate_ns = 4'500'000;
-  /// Good replies in a row after which a fault is over.
-  static constexpr int kRecovery = 25;
+  static constexpr int kRecovery = 25;  ///< Good replies in a row after which a fault is over.
   /// A reply that never came is forgotten after this time: more than four a second are told from late ones.
   static constexpr std::uint64_t kForget_ns = 250'000'000;
   /// While replies are late, nothing is sent until none has come for so long: then all are in.

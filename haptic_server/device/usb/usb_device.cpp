@@ -38,10 +38,10 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
     while (!stop && bus_.clock_ns() < until_ns) bus_.sleepUntil(std::min(until_ns, bus_.clock_ns() + kNap_ns));
   };
   const auto absent = [&](const UsbRefusal& refusal) {
-    const std::uint64_t connections = counters_.connections.load(std::memory_order_relaxed);
+    const std::uint64_t connections = shared_.counters.connections.load(std::memory_order_relaxed);
     const bool unplugged = refusal.fault == DeviceFault::kNotFound && connections > 0;
-    reports_.put({.status = {.fault = unplugged ? DeviceFault::kUnplugged : refusal.fault, .homed = false},
-                  .replies = counters_.replies.load(std::memory_order_relaxed)});
+    shared_.reports.put({.status = {.fault = unplugged ? DeviceFault::kUnplugged : refusal.fault, .homed = false},
+                         .replies = shared_.counters.replies.load(std::memory_order_relaxed)});
     if (refusal.fault != last) {  // the same one again is no news
       settings_.warning(unplugged ? info().name + " may be plugged in again at any time" : refusal.error.text());
     }
@@ -66,23 +66,24 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
     last = DeviceFault::kNone;
     // Plugged in again, it has another address; the same one is meant.
     settings_.wanted = place->serial.empty() ? place->path : place->serial;
-    counters_.connections.fetch_add(1, std::memory_order_relaxed);
+    shared_.counters.connections.fetch_add(1, std::memory_order_relaxed);
     settings_.info(info().name + " at USB " + describe(*place) + " works");
-    if (watchdog_ != nullptr) {
-      watchdog_->arm((*port)->descriptor(), protocol_->model().out, protocol_->command(Vec3(0), DeviceLight::kFault));
+    if (shared_.watchdog != nullptr) {
+      shared_.watchdog->arm((*port)->descriptor(), protocol_->model().out,
+                            protocol_->command(Vec3(0), DeviceLight::kFault));
     }
-    UsbExchange exchange(bus_, **port, *protocol_, reports_, orders_, counters_, settings_, watchdog_, handledTrips_);
-    exchange.run(stop, stopped_);
-    if (watchdog_ != nullptr) watchdog_->disarm();
+    UsbExchange(bus_, **port, *protocol_, shared_, settings_).run(stop, stopped_);
+    if (shared_.watchdog != nullptr) shared_.watchdog->disarm();
     port->reset();
     wait(kRetry_ns / 2);
   }
 }
 
 DeviceReading UsbDevice::read(std::uint64_t) noexcept {
-  const DeviceReport& report = reports_.newest();
+  const DeviceReport& report = shared_.reports.newest();
   DeviceReading reading{report.position, report.state, report.status};
-  if (watchdog_ != nullptr && watchdog_->trips() != handledTrips_.load(std::memory_order_relaxed)) {
+  if (shared_.watchdog != nullptr &&
+      shared_.watchdog->trips() != shared_.handledTrips.load(std::memory_order_relaxed)) {
     reading.state = DeviceState::kAbsent;
     reading.status.fault = DeviceFault::kWatchdog;
   }
@@ -92,14 +93,14 @@ DeviceReading UsbDevice::read(std::uint64_t) noexcept {
       static_cast<std::uint32_t>(std::min<std::uint64_t>(age_us, std::numeric_limits<std::uint32_t>::max()));
   if (report.replies != repliesRead_) {
     repliesRead_ = report.replies;
-    counters_.used.fetch_add(1, std::memory_order_relaxed);
+    shared_.counters.used.fetch_add(1, std::memory_order_relaxed);
   }
   return reading;
 }
 
 void UsbDevice::write(Vec3 force_N) noexcept {
   if (!stopped_.load(std::memory_order_relaxed)) {
-    orders_.put({isFinite(force_N) ? force_N : Vec3(0), bus_.clock_ns()});
+    shared_.orders.put({isFinite(force_N) ? force_N : Vec3(0), bus_.clock_ns()});
   }
 }
 

@@ -40,6 +40,16 @@ struct UsbDeviceCounters {
   std::atomic<std::uint64_t> faults{0};       ///< Times that it stopped to.
 };
 
+/// What the driver shares with the servo, the watchdog and those who ask for a status.
+struct UsbShared {
+  TripleBuffer<DeviceReport> reports;
+  TripleBuffer<DeviceOrder> orders;
+  UsbDeviceCounters counters;
+  OutputWatchdog* watchdog = nullptr;
+  /// OutputWatchdog::trips() after which the driver has taken the force away too.
+  std::atomic<std::uint64_t> handledTrips{0};
+};
+
 struct UsbDeviceSettings {
   std::string wanted;      ///< Serial number, "BUS/ADDRESS" or port path; empty: the only one.
   double period_s = 1e-3;  ///< Of the servo.
@@ -61,30 +71,25 @@ class UsbDevice final : public Device {
   ~UsbDevice() override;  ///< Motors off.
 
   /// Before start(). Outlives the device; without it, nobody takes the force away when the process no longer can.
-  void setWatchdog(OutputWatchdog& watchdog) noexcept { watchdog_ = &watchdog; }
+  void setWatchdog(OutputWatchdog& watchdog) noexcept { shared_.watchdog = &watchdog; }
   /// Starts the thread. `become` is called on it first, to make it a real-time one.
   void start(std::function<void()> become);
   /// The driver itself, until `stop`; start() runs it.
   void drive(const std::atomic<bool>& stop);
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return protocol_->info(); }
-  [[nodiscard]] bool hasNewSample() noexcept override { return reports_.newest().replies != repliesRead_; }
+  [[nodiscard]] bool hasNewSample() noexcept override { return shared_.reports.newest().replies != repliesRead_; }
   [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
   void write(Vec3 force_N) noexcept override;
   void stop() noexcept override;
 
-  [[nodiscard]] const UsbDeviceCounters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const UsbDeviceCounters& counters() const noexcept { return shared_.counters; }
 
  private:
   UsbBus& bus_;
   std::unique_ptr<UsbProtocol> protocol_;
   UsbDeviceSettings settings_;
-  TripleBuffer<DeviceReport> reports_;
-  TripleBuffer<DeviceOrder> orders_;
-  UsbDeviceCounters counters_;
-  OutputWatchdog* watchdog_ = nullptr;
-  std::atomic<std::uint64_t> handledTrips_{
-      0};                          // OutputWatchdog::trips() after which the driver has taken the force away too
+  UsbShared shared_;
   std::uint64_t repliesRead_ = 0;  // the servo's
   std::atomic<bool> stopped_{false};
   std::atomic<bool> quit_{false};

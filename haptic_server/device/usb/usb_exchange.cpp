@@ -7,6 +7,8 @@
 namespace haptics {
 namespace {
 
+constexpr int kOffCommands = 5;  // at the end
+
 void add(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, std::memory_order_relaxed); }
 
 /// As often as the bus carries, a whole number of times a servo period.
@@ -17,23 +19,17 @@ void add(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, st
 
 }  // namespace
 
-UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, TripleBuffer<DeviceReport>& reports,
-                         TripleBuffer<DeviceOrder>& orders, UsbDeviceCounters& counters,
-                         const UsbDeviceSettings& settings, const OutputWatchdog* watchdog,
-                         std::atomic<std::uint64_t>& handledTrips)
+UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, UsbShared& shared,
+                         const UsbDeviceSettings& settings)
     : bus_(bus),
       port_(port),
       protocol_(protocol),
-      reports_(reports),
-      orders_(orders),
-      counters_(counters),
+      shared_(shared),
       settings_(settings),
-      watchdog_(watchdog),
-      handledTrips_(handledTrips),
       period_ns_(exchangePeriod_ns(settings.period_s)),
       watch_(bus.clock_ns(), period_ns_, protocol.answersEachCommand()),
       cycleBegan_ns_(bus.clock_ns()) {
-  report_.replies = counters.replies.load(std::memory_order_relaxed);
+  report_.replies = shared.counters.replies.load(std::memory_order_relaxed);
   report_.status = {.homed = false};
 }
 
@@ -48,35 +44,35 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
     const bool there = receiveUntilOrdered(deadline_ns);
     watch_.cycle();
     judge(bus_.clock_ns());
-    publish();
+    shared_.reports.put(report_);
     const bool absent = report_.state == DeviceState::kAbsent;
     if (!there || (absent && bus_.clock_ns() - faultSince_ns_ > kGiveUp_ns)) break;
   }
-  motorsOff();
+  sendAgain(port_, bus_, protocol_.command(Vec3(0), DeviceLight::kOff), kOffCommands);
   if (glm::length(jumped_) > kSameAgain_m) protocol_.invalidateHoming();
   if (fault_ != DeviceFault::kNone) return;
   report_.state = DeviceState::kAbsent;
   report_.status.fault = DeviceFault::kNone;
-  reports_.put(report_);
+  shared_.reports.put(report_);
 }
 
 /// Once the watchdog has taken the force away there is none before the servo has written again, and has found the fault.
 /// @return False: there is to be no force.
 bool UsbExchange::handleTrip(std::uint64_t now_ns) {
-  if (watchdog_ == nullptr) return true;
-  const std::uint64_t trips = watchdog_->trips();
-  if (trips == handledTrips_.load(std::memory_order_relaxed)) return true;
+  if (shared_.watchdog == nullptr) return true;
+  const std::uint64_t trips = shared_.watchdog->trips();
+  if (trips == shared_.handledTrips.load(std::memory_order_relaxed)) return true;
   if (trips != trips_) tripped_ns_ = now_ns;
   trips_ = trips;
   gain_.cut();
   watch_.raise(DeviceFault::kWatchdog);
   faultSince_ns_ = now_ns;  // the device is well
-  if (orders_.newest().written_ns > tripped_ns_) handledTrips_.store(trips, std::memory_order_relaxed);
+  if (shared_.orders.newest().written_ns > tripped_ns_) shared_.handledTrips.store(trips, std::memory_order_relaxed);
   return false;
 }
 
 void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
-  const DeviceOrder& order = orders_.newest();
+  const DeviceOrder& order = shared_.orders.newest();
   ordered_ns_ = order.written_ns;
   const bool servoAlive = now_ns - std::min(now_ns, order.written_ns) < kServoSilence_ns;
   const bool feelable = handleTrip(now_ns) && report_.state == DeviceState::kReady && !stopped && servoAlive;
@@ -89,7 +85,7 @@ void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
   if (port_.send(protocol_.command(force, light)) != UsbOutcome::kDone) return;
   silenced_ = gain <= 0;
   watch_.sent();
-  add(counters_.commands);
+  add(shared_.counters.commands);
 }
 
 /// Until the deadline, or up to half a period longer while the servo, which is late, has not written: its force would wait
@@ -98,7 +94,7 @@ bool UsbExchange::receiveUntilOrdered(std::uint64_t deadline_ns) {
   const std::uint64_t latest_ns = deadline_ns + period_ns_ / 2;
   while (receiveUntil(deadline_ns)) {
     const std::uint64_t now_ns = bus_.clock_ns();
-    const std::uint64_t written_ns = orders_.newest().written_ns;
+    const std::uint64_t written_ns = shared_.orders.newest().written_ns;
     const bool servoLate = written_ns == ordered_ns_ && now_ns - std::min(now_ns, written_ns) < kServoSilence_ns;
     if (!servoLate || now_ns >= latest_ns) return true;
     deadline_ns = now_ns + kLookAgain_ns;
@@ -129,7 +125,7 @@ bool UsbExchange::receiveUntil(std::uint64_t deadline_ns) {
       case UsbArrival::Kind::kBytes:
         if (protocol_.take(arrival.bytes, [&](const DeviceReply& reply) { take(reply, now_ns); })) {
           watch_.garbled(now_ns);
-          add(counters_.garbled);
+          add(shared_.counters.garbled);
         }
     }
   }
@@ -139,20 +135,20 @@ void UsbExchange::take(const DeviceReply& reply, std::uint64_t now_ns) {
   const auto position = protocol_.locate(reply);
   if (!position) {  // counts that no pose has: a reply that was damaged on its way
     watch_.garbled(now_ns);
-    add(counters_.garbled);
+    add(shared_.counters.garbled);
     return;
   }
   watch_.reply(now_ns);
   watchHoming(reply);
   if (homedReplies_ >= kHomedReplies) watchMove(*position, now_ns);
-  add(counters_.replies);
+  add(shared_.counters.replies);
   report_.position = protocol_.placement().toWorld(*position);
   report_.arrived_ns = now_ns;
-  report_.replies = counters_.replies.load(std::memory_order_relaxed);
+  report_.replies = shared_.counters.replies.load(std::memory_order_relaxed);
   report_.status.homedAxes = reply.homedAxes;
   report_.status.buttons = reply.buttons;
   judge(now_ns);
-  publish();
+  shared_.reports.put(report_);
 }
 
 /// Coordinates jump at homing, and one reply's word is not enough: a bit may be wrong.
@@ -192,7 +188,7 @@ void UsbExchange::judge(std::uint64_t now_ns) {
   if (judged != fault_) {
     if (judged != DeviceFault::kNone) {
       settings_.warning(protocol_.info().name + ": " + inWords(judged));
-      add(counters_.faults);
+      add(shared_.counters.faults);
       if (report_.state != DeviceState::kAbsent) faultSince_ns_ = now_ns;
       guided_ = false;
     } else {
@@ -206,14 +202,12 @@ void UsbExchange::judge(std::uint64_t now_ns) {
   report_.state = !exchanging ? DeviceState::kAbsent : homed ? DeviceState::kReady : DeviceState::kHoming;
 }
 
-void UsbExchange::publish() { reports_.put(report_); }
-
 /// A period after the last one, drawn gently to kAfterServo_ns after the servo writes.
 std::uint64_t UsbExchange::nextDeadline(std::uint64_t last_ns) noexcept {
   const std::uint64_t now_ns = bus_.clock_ns();
   auto next = static_cast<std::int64_t>(last_ns + period_ns_);
   if (next <= static_cast<std::int64_t>(now_ns)) next = static_cast<std::int64_t>(now_ns + period_ns_);
-  const std::uint64_t written_ns = orders_.newest().written_ns;
+  const std::uint64_t written_ns = shared_.orders.newest().written_ns;
   if (written_ns != 0) {
     const auto period = static_cast<std::int64_t>(period_ns_);
     std::int64_t off = (next - static_cast<std::int64_t>(written_ns) - kAfterServo_ns) % period;
@@ -223,18 +217,6 @@ std::uint64_t UsbExchange::nextDeadline(std::uint64_t last_ns) noexcept {
     next -= off / kSoftness;
   }
   return static_cast<std::uint64_t>(next);
-}
-
-void UsbExchange::motorsOff() {
-  constexpr int kTries = 5;
-  constexpr std::uint64_t kPause_ns = 2'000'000;
-  for (int i = 0; i < kTries; ++i) {
-    if (port_.send(protocol_.command(Vec3(0), DeviceLight::kOff)) == UsbOutcome::kGone) return;
-    const std::uint64_t until_ns = bus_.clock_ns() + kPause_ns;
-    while (bus_.clock_ns() < until_ns) {
-      if (port_.next(until_ns).kind == UsbArrival::Kind::kGone) return;
-    }
-  }
 }
 
 }  // namespace haptics

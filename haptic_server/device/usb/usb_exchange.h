@@ -15,8 +15,7 @@ class UsbExchange {
   /// After the servo wrote, so long until the command goes out (ns): more than its jitter, so that a command carries this
   /// tick's force and the reply is there before the next tick.
   static constexpr std::int64_t kAfterServo_ns = 100'000;
-  /// Between looks for the force of a servo that is late.
-  static constexpr std::uint64_t kLookAgain_ns = 50'000;
+  static constexpr std::uint64_t kLookAgain_ns = 50'000;  ///< Between looks for the force of a servo that is late.
   /// A servo that wrote nothing for longer has died: the force is taken away.
   static constexpr std::uint64_t kServoSilence_ns = 25'000'000;
   /// A device with a fault that lasts longer is closed and brought up anew.
@@ -25,12 +24,9 @@ class UsbExchange {
   /// to within kSameAgain_m, or it was homed anew.
   static constexpr double kMaxSpeed_m_per_s = 5;
   static constexpr double kSameAgain_m = 0.002;
-  /// Replies in a row that must say that it is homed.
-  static constexpr int kHomedReplies = 25;
+  static constexpr int kHomedReplies = 25;  ///< In a row, that must say that it is homed.
 
-  UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, TripleBuffer<DeviceReport>& reports,
-              TripleBuffer<DeviceOrder>& orders, UsbDeviceCounters& counters, const UsbDeviceSettings& settings,
-              const OutputWatchdog* watchdog, std::atomic<std::uint64_t>& handledTrips);
+  UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, UsbShared& shared, const UsbDeviceSettings& settings);
 
   /// Until `quit`, or until the device is gone or to be brought up anew. Once `stopped`, or at the end, the motors are
   /// off.
@@ -45,19 +41,13 @@ class UsbExchange {
   void watchHoming(const DeviceReply& reply);
   void watchMove(Vec3 to, std::uint64_t now_ns) noexcept;
   void judge(std::uint64_t now_ns);
-  void publish();
   [[nodiscard]] std::uint64_t nextDeadline(std::uint64_t last_ns) noexcept;
-  void motorsOff();
 
   UsbBus& bus_;
   UsbPort& port_;
   UsbProtocol& protocol_;
-  TripleBuffer<DeviceReport>& reports_;
-  TripleBuffer<DeviceOrder>& orders_;
-  UsbDeviceCounters& counters_;
+  UsbShared& shared_;
   const UsbDeviceSettings& settings_;
-  const OutputWatchdog* watchdog_;  // null: there is none
-  std::atomic<std::uint64_t>& handledTrips_;
 
   std::uint64_t period_ns_;
   LinkWatch watch_;

@@ -58,6 +58,9 @@ class UsbProtocol {
   [[nodiscard]] virtual std::span<const std::uint8_t> command(Vec3 force_N, DeviceLight light) = 0;
 };
 
+/// Sends a command again and again, 2 ms apart, and drops what comes meanwhile: for what has to arrive.
+void sendAgain(UsbPort& port, UsbBus& bus, std::span<const std::uint8_t> command, int times);
+
 /// Numbers for three motors, shortened together so that none exceeds the limit: the direction is kept.
 [[nodiscard]] std::array<std::int16_t, 3> motorNumbers(Vec3 wanted, double limit) noexcept;
 

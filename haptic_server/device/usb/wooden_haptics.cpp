@@ -21,8 +21,7 @@ constexpr double kAssumedMass_kg = 0.2, kAssumedViscous_Ns_per_m = 0.1, kAssumed
 constexpr std::uint64_t kFirstReport_ns = 500'000'000;
 /// The device's x comes towards the user, its y to the user's right.
 const Quat kUpright = glm::angleAxis(-std::numbers::pi / 2, Vec3(0, 0, 1));
-/// Middle of the workspace in the device's frame, which has its origin there.
-constexpr Vec3 kCentre{0};
+constexpr Vec3 kCentre{0};  // middle of the workspace in the device's frame, which has its origin there
 
 [[nodiscard]] std::int16_t numberAt(std::span<const std::uint8_t> bytes, std::size_t index) noexcept {
   return static_cast<std::int16_t>(static_cast<std::uint16_t>(bytes[2 * index] | bytes[2 * index + 1] << 8));
@@ -49,8 +48,7 @@ Vec3 woodenCounts(Vec3 angles) noexcept { return (angles - ArmKinematics::kRestA
 
 WoodenHaptics::WoodenHaptics(const DeviceCalibration& calibration)
     : forceScale_(calibration.forceScale.value_or(1)),
-      turn_{calibration.reversed[0] ? -1.0 : 1.0, calibration.reversed[1] ? -1.0 : 1.0,
-            calibration.reversed[2] ? -1.0 : 1.0},
+      sense_(calibration.sense()),
       placement_(calibration, kUpright, kCentre),
       info_(describe(calibration, placement_.scale())),
       angles_(ArmKinematics::kRestAngles) {}
@@ -91,23 +89,16 @@ void WoodenHaptics::watchRest(const std::array<std::int16_t, 3>& counts) noexcep
 }
 
 std::optional<Vec3> WoodenHaptics::locate(const DeviceReply& reply) {
-  Vec3 counts;
-  for (int i = 0; i < 3; ++i) {
-    const auto axis = static_cast<std::size_t>(i);
-    counts[i] = homed_ ? turn_[axis] * (reply.counts[axis] - rest_[axis]) : 0;
-  }
-  angles_ = woodenAngles(counts);
+  const auto& [a, b, c] = reply.counts;
+  angles_ = woodenAngles(homed_ ? sense_ * Vec3(a - rest_[0], b - rest_[1], c - rest_[2]) : Vec3(0));
   return ArmKinematics::positionAt(angles_);
 }
 
 std::span<const std::uint8_t> WoodenHaptics::command(Vec3 force_N, DeviceLight) {
-  Vec3 wanted(0);
-  if (!ArmKinematics::nearSingular(angles_)) {
-    wanted =
-        ArmKinematics::torquesFor(forceScale_ * force_N, angles_) * kGear * kSense * (1e3 / kTorqueConstant_Nm_per_A);
-  }
-  for (int i = 0; i < 3; ++i) wanted[i] *= turn_[static_cast<std::size_t>(i)];
-  const auto milliamperes = motorNumbers(wanted, kMaxCurrent_mA);
+  Vec3 torques(0);
+  if (!ArmKinematics::nearSingular(angles_)) torques = ArmKinematics::torquesFor(forceScale_ * force_N, angles_);
+  const auto milliamperes =
+      motorNumbers(torques * kGear * kSense * (1e3 / kTorqueConstant_Nm_per_A) * sense_, kMaxCurrent_mA);
   for (std::size_t i = 0; i < milliamperes.size(); ++i) {
     const auto number = static_cast<std::uint16_t>(milliamperes[i]);
     report_[2 * i] = static_cast<std::uint8_t>(number & 0xFF);

@@ -47,7 +47,7 @@ class WoodenHaptics final : public UsbProtocol {
   void watchRest(const std::array<std::int16_t, 3>& counts) noexcept;
 
   double forceScale_;
-  std::array<double, 3> turn_;  // +1, or -1 for axes that are reversed
+  Vec3 sense_;
   Placement placement_;
   DeviceInfo info_;
   Vec3 angles_;

@@ -1,7 +1,6 @@
 #include <sys/stat.h>
 
 #include <chrono>
-#include <cmath>
 #include <random>
 #include <thread>
 

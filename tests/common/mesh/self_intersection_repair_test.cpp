@@ -1,6 +1,5 @@
 #include "common/mesh/self_intersection_repair.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "common/mesh/crossings.h"

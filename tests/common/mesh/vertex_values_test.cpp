@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <limits>
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "common/surface/make_field.h"
 #include "field_checks.h"
 

@@ -20,8 +20,7 @@ using ::testing::HasSubstr;
 
 constexpr double kRadius_m = 0.02;
 constexpr int kCount = 600;
-constexpr double kSpacing_m = 0.0031;  // of so many samples on such a sphere
-constexpr float kReach_m = 0.0062F;
+constexpr float kReach_m = 0.0062F;  // twice the spacing of so many samples on such a sphere
 
 /// Evenly spaced over a sphere, along a spiral.
 std::vector<PointSample> onSphere(const std::function<float(Vec3)>& valueAt) {

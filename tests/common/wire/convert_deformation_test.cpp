@@ -1,5 +1,3 @@
-#include "common/wire/convert_deformation.h"
-
 #include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +6,7 @@
 
 #include "common/deform/free_form.h"
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
 
 namespace haptics {
 namespace {

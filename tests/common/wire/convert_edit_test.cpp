@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 #include <google/protobuf/text_format.h>
 
-#include <cmath>
-
 #include "common/wire/convert.h"
 
 namespace haptics {
@@ -50,93 +48,90 @@ std::string mesh(const std::string& source) { return add("mesh { " + source + " 
 std::string material(const std::string& fields) { return add(kBox + " material { " + fields + " }"); }
 std::string pose(const std::string& fields) { return add(kBox + " pose { " + fields + " }"); }
 
-INSTANTIATE_TEST_SUITE_P(
-    Shape, RefusedEdit,
-    testing::Values(
-        BadEdit{"", "operations", "at least one"},  //
-        BadEdit{"operations {}", "operations[0].op", "give add, remove"},
-        BadEdit{"operations { remove { object { id: 1 } } } operations { remove {} }", "operations[1].remove.object",
-                "its id or its name"},
-        BadEdit{"operations { remove { object { id: 0 } } }", "operations[0].remove.object.id", "start at 1"},
-        BadEdit{"operations { remove { object { name: '' } } }", "operations[0].remove.object.name", "is missing"},
-        BadEdit{"operations { remesh { mesh { sphere { radius_m: 1 } } } }", "operations[0].remesh.object", "missing"},
-        BadEdit{"operations { remesh { object { id: 1 } } }", "operations[0].remesh.mesh.source", "is missing"},
-        BadEdit{"operations { set_pose { pose { position {} } } }", "operations[0].set_pose.object", "is missing"},
-        BadEdit{"operations { set_pose { object { id: 1 } } }", "operations[0].set_pose.pose", "position, rotation"},
-        BadEdit{"operations { set_material { object { id: 1 } } }", "operations[0].set_material.material", "is empty"},
-        BadEdit{"operations { set_material { object { id: 2 } material { stiffness_N_per_m: -1 } } }",
-                "operations[0].set_material.material.stiffness_N_per_m", "more than 0"},
-        BadEdit{"preconditions {} operations { remove { object { id: 1 } } }", "preconditions[0].object", "is missing"},
-        BadEdit{"preconditions { object { id: 1 } expected_hash: 'short' } operations { remove { object { id: 1 } } }",
-                "preconditions[0].expected_hash", "has 5 bytes"}));
+const std::string kMesh = "operations[0].add.mesh.", kPose = "operations[0].add.pose.",
+                  kMaterial = "operations[0].add.material.";
 
 INSTANTIATE_TEST_SUITE_P(
-    Name, RefusedEdit,
-    testing::Values(BadEdit{"operations { add { " + kBox + " } }", "operations[0].add.name", "is missing"},
-                    BadEdit{"operations { add { name: 'a b' " + kBox + " } }", "operations[0].add.name", "A-Z"},
-                    BadEdit{"operations { add { name: '../a/' " + kBox + " } }", "operations[0].add.name", "A-Z"},
-                    BadEdit{"operations { add { name: '" + std::string(65, 'x') + "' " + kBox + " } }",
-                            "operations[0].add.name", "has 65 characters"}));
+    Shape, RefusedEdit,
+    testing::ValuesIn(std::vector<BadEdit>{
+        {"", "operations", "at least one"},  //
+        {"operations {}", "operations[0].op", "give add, remove"},
+        {"operations { remove { object { id: 1 } } } operations { remove {} }", "operations[1].remove.object",
+         "its id or its name"},
+        {"operations { remove { object { id: 0 } } }", "operations[0].remove.object.id", "start at 1"},
+        {"operations { remove { object { name: '' } } }", "operations[0].remove.object.name", "is missing"},
+        {"operations { remesh { mesh { sphere { radius_m: 1 } } } }", "operations[0].remesh.object", "missing"},
+        {"operations { remesh { object { id: 1 } } }", "operations[0].remesh.mesh.source", "is missing"},
+        {"operations { set_pose { pose { position {} } } }", "operations[0].set_pose.object", "is missing"},
+        {"operations { set_pose { object { id: 1 } } }", "operations[0].set_pose.pose", "position, rotation"},
+        {"operations { set_material { object { id: 1 } } }", "operations[0].set_material.material", "is empty"},
+        {"operations { set_material { object { id: 2 } material { stiffness_N_per_m: -1 } } }",
+         "operations[0].set_material.material.stiffness_N_per_m", "more than 0"},
+        {"preconditions {} operations { remove { object { id: 1 } } }", "preconditions[0].object", "is missing"},
+        {"preconditions { object { id: 1 } expected_hash: 'short' } operations { remove { object { id: 1 } } }",
+         "preconditions[0].expected_hash", "has 5 bytes"}}));
+
+INSTANTIATE_TEST_SUITE_P(Name, RefusedEdit,
+                         testing::ValuesIn(std::vector<BadEdit>{
+                             {"operations { add { " + kBox + " } }", "operations[0].add.name", "is missing"},
+                             {"operations { add { name: 'a b' " + kBox + " } }", "operations[0].add.name", "A-Z"},
+                             {"operations { add { name: '../a/' " + kBox + " } }", "operations[0].add.name", "A-Z"},
+                             {"operations { add { name: '" + std::string(65, 'x') + "' " + kBox + " } }",
+                              "operations[0].add.name", "has 65 characters"}}));
 
 INSTANTIATE_TEST_SUITE_P(
     Mesh, RefusedEdit,
-    testing::Values(
-        BadEdit{add(""), "operations[0].add.mesh.source", "give file, asset, box"},
-        BadEdit{mesh("file: ''"), "operations[0].add.mesh.file", "is empty"},
-        BadEdit{mesh("file: '/etc/passwd'"), "operations[0].add.mesh.file", "absolute"},
-        BadEdit{mesh("file: '..'"), "operations[0].add.mesh.file", "leaves"},
-        BadEdit{mesh("file: 'a/../../b.obj'"), "operations[0].add.mesh.file", "leaves"},
-        BadEdit{mesh("file: 'a\\000.obj'"), "operations[0].add.mesh.file", "zero byte"},
-        BadEdit{mesh("file: '" + std::string(256, 'x') + "'"), "operations[0].add.mesh.file", "255"},
-        BadEdit{mesh("file: 'a.obj' unit_m: 0"), "operations[0].add.mesh.unit_m", "more than 0"},
-        BadEdit{mesh("file: 'a.obj' unit_m: nan"), "operations[0].add.mesh.unit_m", "nan"},
-        BadEdit{mesh("file: 'a.obj' largest_extent_m: -1"), "operations[0].add.mesh.largest_extent_m", "more than 0"},
-        BadEdit{mesh("file: 'a.obj' unit_m: 1 largest_extent_m: 1"), "operations[0].add.mesh.largest_extent_m",
-                "one of them"},
-        BadEdit{mesh("sphere { radius_m: 1 } unit_m: 1"), "operations[0].add.mesh.unit_m", "files only"},
-        BadEdit{mesh("sphere { radius_m: 1 } largest_extent_m: 1"), "operations[0].add.mesh.largest_extent_m",
-                "files only"},
-        BadEdit{mesh("asset: 'x'"), "operations[0].add.mesh.asset", "has 32"},
-        BadEdit{mesh("box {}"), "operations[0].add.mesh.box.size_m", "is missing"},
-        BadEdit{mesh("box { size_m { x: 1 y: 0 z: 1 } }"), "operations[0].add.mesh.box.size_m.y", "more than 0"},
-        BadEdit{mesh("box { size_m { x: 1 y: 1 z: inf } }"), "operations[0].add.mesh.box.size_m.z", "inf"},
-        BadEdit{mesh("box { size_m { x: -1 y: 1 z: 1 } }"), "operations[0].add.mesh.box.size_m.x", "more than 0"},
-        BadEdit{mesh("box { size_m { x: 1 y: 1 z: 1 } segments: 4000000000 }"), "operations[0].add.mesh.box.segments",
-                "1 to 1024"},
-        BadEdit{mesh("sphere {}"), "operations[0].add.mesh.sphere.radius_m", "more than 0"},
-        BadEdit{mesh("sphere { radius_m: 1001 }"), "operations[0].add.mesh.sphere.radius_m", "at most 1000"},
-        BadEdit{mesh("sphere { radius_m: 1 segments: 1025 }"), "operations[0].add.mesh.sphere.segments", "1024"},
-        BadEdit{mesh("cylinder { radius_m: 1 }"), "operations[0].add.mesh.cylinder.height_m", "more than 0"},
-        BadEdit{mesh("cylinder { height_m: 1 }"), "operations[0].add.mesh.cylinder.radius_m", "more than 0"},
-        BadEdit{mesh("cylinder { radius_m: 1 height_m: 1 segments: 2 }"), "operations[0].add.mesh.cylinder.segments",
-                "3 to"},
-        BadEdit{mesh("torus { minor_radius_m: 1 }"), "operations[0].add.mesh.torus.major_radius_m", "more than 0"},
-        BadEdit{mesh("torus { major_radius_m: 1 }"), "operations[0].add.mesh.torus.minor_radius_m", "more than 0"},
-        BadEdit{mesh("torus { major_radius_m: 1 minor_radius_m: 1 }"), "operations[0].add.mesh.torus.minor_radius_m",
-                "below major_radius_m"},
-        BadEdit{mesh("torus { major_radius_m: 1 minor_radius_m: 0.1 major_segments: 2 }"),
-                "operations[0].add.mesh.torus.major_segments", "3 to"},
-        BadEdit{mesh("torus { major_radius_m: 1 minor_radius_m: 0.1 minor_segments: 2 }"),
-                "operations[0].add.mesh.torus.minor_segments", "3 to"}));
+    testing::ValuesIn(std::vector<BadEdit>{
+        {add(""), kMesh + "source", "give file, asset, box"},
+        {mesh("file: ''"), kMesh + "file", "is empty"},
+        {mesh("file: '/etc/passwd'"), kMesh + "file", "absolute"},
+        {mesh("file: '..'"), kMesh + "file", "leaves"},
+        {mesh("file: 'a/../../b.obj'"), kMesh + "file", "leaves"},
+        {mesh("file: 'a\\000.obj'"), kMesh + "file", "zero byte"},
+        {mesh("file: '" + std::string(256, 'x') + "'"), kMesh + "file", "255"},
+        {mesh("file: 'a.obj' unit_m: 0"), kMesh + "unit_m", "more than 0"},
+        {mesh("file: 'a.obj' unit_m: nan"), kMesh + "unit_m", "nan"},
+        {mesh("file: 'a.obj' largest_extent_m: -1"), kMesh + "largest_extent_m", "more than 0"},
+        {mesh("file: 'a.obj' unit_m: 1 largest_extent_m: 1"), kMesh + "largest_extent_m", "one of them"},
+        {mesh("sphere { radius_m: 1 } unit_m: 1"), kMesh + "unit_m", "files only"},
+        {mesh("sphere { radius_m: 1 } largest_extent_m: 1"), kMesh + "largest_extent_m", "files only"},
+        {mesh("asset: 'x'"), kMesh + "asset", "has 32"},
+        {mesh("box {}"), kMesh + "box.size_m", "is missing"},
+        {mesh("box { size_m { x: 1 y: 0 z: 1 } }"), kMesh + "box.size_m.y", "more than 0"},
+        {mesh("box { size_m { x: 1 y: 1 z: inf } }"), kMesh + "box.size_m.z", "inf"},
+        {mesh("box { size_m { x: -1 y: 1 z: 1 } }"), kMesh + "box.size_m.x", "more than 0"},
+        {mesh("box { size_m { x: 1 y: 1 z: 1 } segments: 4000000000 }"), kMesh + "box.segments", "1 to 1024"},
+        {mesh("sphere {}"), kMesh + "sphere.radius_m", "more than 0"},
+        {mesh("sphere { radius_m: 1001 }"), kMesh + "sphere.radius_m", "at most 1000"},
+        {mesh("sphere { radius_m: 1 segments: 1025 }"), kMesh + "sphere.segments", "1024"},
+        {mesh("cylinder { radius_m: 1 }"), kMesh + "cylinder.height_m", "more than 0"},
+        {mesh("cylinder { height_m: 1 }"), kMesh + "cylinder.radius_m", "more than 0"},
+        {mesh("cylinder { radius_m: 1 height_m: 1 segments: 2 }"), kMesh + "cylinder.segments", "3 to"},
+        {mesh("torus { minor_radius_m: 1 }"), kMesh + "torus.major_radius_m", "more than 0"},
+        {mesh("torus { major_radius_m: 1 }"), kMesh + "torus.minor_radius_m", "more than 0"},
+        {mesh("torus { major_radius_m: 1 minor_radius_m: 1 }"), kMesh + "torus.minor_radius_m", "below major_radius_m"},
+        {mesh("torus { major_radius_m: 1 minor_radius_m: 0.1 major_segments: 2 }"), kMesh + "torus.major_segments",
+         "3 to"},
+        {mesh("torus { major_radius_m: 1 minor_radius_m: 0.1 minor_segments: 2 }"), kMesh + "torus.minor_segments",
+         "3 to"}}));
 
-INSTANTIATE_TEST_SUITE_P(
-    PoseAndMaterial, RefusedEdit,
-    testing::Values(
-        BadEdit{pose("position { x: nan }"), "operations[0].add.pose.position.x", "nan"},
-        BadEdit{pose("position { y: -inf }"), "operations[0].add.pose.position.y", "-inf"},
-        BadEdit{pose("position { z: 1001 }"), "operations[0].add.pose.position.z", "from -1000 to 1000"},
-        BadEdit{pose("rotation {}"), "operations[0].add.pose.rotation", "length 0"},
-        BadEdit{pose("rotation { w: 1 x: 1 }"), "operations[0].add.pose.rotation", "unit quaternion"},
-        BadEdit{pose("rotation { w: 1.002 }"), "operations[0].add.pose.rotation", "unit quaternion"},
-        BadEdit{pose("rotation { w: nan }"), "operations[0].add.pose.rotation", "nan"},
-        BadEdit{material("stiffness_N_per_m: 0"), "operations[0].add.material.stiffness_N_per_m", "more than 0"},
-        BadEdit{material("stiffness_N_per_m: 100001"), "operations[0].add.material.stiffness_N_per_m", "100000 N/m"},
-        BadEdit{material("stiffness_N_per_m: nan"), "operations[0].add.material.stiffness_N_per_m", "nan"},
-        BadEdit{material("damping_Ns_per_m: -0.1"), "operations[0].add.material.damping_Ns_per_m", "0 to 1000"},
-        BadEdit{material("damping_Ns_per_m: inf"), "operations[0].add.material.damping_Ns_per_m", "0 to 1000"},
-        BadEdit{material("color { red: 1.1 }"), "operations[0].add.material.color.red", "0 to 1"},
-        BadEdit{material("color { green: -0.1 }"), "operations[0].add.material.color.green", "0 to 1"},
-        BadEdit{material("color { blue: nan }"), "operations[0].add.material.color.blue", "0 to 1"}));
+INSTANTIATE_TEST_SUITE_P(PoseAndMaterial, RefusedEdit,
+                         testing::ValuesIn(std::vector<BadEdit>{
+                             {pose("position { x: nan }"), kPose + "position.x", "nan"},
+                             {pose("position { y: -inf }"), kPose + "position.y", "-inf"},
+                             {pose("position { z: 1001 }"), kPose + "position.z", "from -1000 to 1000"},
+                             {pose("rotation {}"), kPose + "rotation", "length 0"},
+                             {pose("rotation { w: 1 x: 1 }"), kPose + "rotation", "unit quaternion"},
+                             {pose("rotation { w: 1.002 }"), kPose + "rotation", "unit quaternion"},
+                             {pose("rotation { w: nan }"), kPose + "rotation", "nan"},
+                             {material("stiffness_N_per_m: 0"), kMaterial + "stiffness_N_per_m", "more than 0"},
+                             {material("stiffness_N_per_m: 100001"), kMaterial + "stiffness_N_per_m", "100000 N/m"},
+                             {material("stiffness_N_per_m: nan"), kMaterial + "stiffness_N_per_m", "nan"},
+                             {material("damping_Ns_per_m: -0.1"), kMaterial + "damping_Ns_per_m", "0 to 1000"},
+                             {material("damping_Ns_per_m: inf"), kMaterial + "damping_Ns_per_m", "0 to 1000"},
+                             {material("color { red: 1.1 }"), kMaterial + "color.red", "0 to 1"},
+                             {material("color { green: -0.1 }"), kMaterial + "color.green", "0 to 1"},
+                             {material("color { blue: nan }"), kMaterial + "color.blue", "0 to 1"}}));
 
 TEST(RefusedEdits, IncludeMoreOperationsThanATransactionTakes) {
   v1::Transaction message;

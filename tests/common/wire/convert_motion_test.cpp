@@ -1,5 +1,3 @@
-#include "common/wire/convert_motion.h"
-
 #include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <variant>
 
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
 
 namespace haptics {
 namespace {

@@ -154,7 +154,7 @@ TelemetrySample sample() {
   s.device = {DeviceFault::kJumped, false, 5, 10, 4'321};
   s.depenetrated = 12;
   s.depenetratedFrom = 13;
-  s.behind = 14;
+  s.allowanceSpent = 14;
   s.wait_s = 1.5;
   s.missedTicks = 10;
   s.droppedSamples = 11;
@@ -191,7 +191,7 @@ void expectSame(const TelemetrySample& a, const TelemetrySample& b) {
   EXPECT_EQ(a.device, b.device);
   EXPECT_EQ(a.depenetrated, b.depenetrated);
   EXPECT_EQ(a.depenetratedFrom, b.depenetratedFrom);
-  EXPECT_EQ(a.behind, b.behind);
+  EXPECT_EQ(a.allowanceSpent, b.allowanceSpent);
   EXPECT_EQ(a.wait_s, b.wait_s);
   EXPECT_EQ(a.missedTicks, b.missedTicks);
   EXPECT_EQ(a.droppedSamples, b.droppedSamples);

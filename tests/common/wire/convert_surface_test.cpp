@@ -1,12 +1,10 @@
-#include "common/wire/convert_surface.h"
-
 #include <gmock/gmock.h>
 #include <google/protobuf/text_format.h>
 
-#include <limits>
 #include <numbers>
 
 #include "common/wire/convert.h"
+#include "common/wire/convert_properties.h"
 
 namespace haptics {
 namespace {
@@ -53,116 +51,108 @@ const std::string kGrain = "grain { grain_m: 1e-3 }";
 const std::string kPlane = " mapping { shape: MAPPING_SHAPE_PLANE tile_m: 0.01 }";
 const std::string kField = "texture.field.";
 
-INSTANTIATE_TEST_SUITE_P(
-    Shading, RefusedProperty,
-    testing::Values(BadProperty{"shading { crease_rad: -0.1 }", "shading.crease_rad", "more than 0"},
-                    BadProperty{"shading { crease_rad: 3.2 }", "shading.crease_rad", "3.14"},
-                    BadProperty{"shading { crease_rad: nan }", "shading.crease_rad", "nan"},
-                    BadProperty{"shading { creases { first: 1 second: 2 } }", "shading.crease_rad", "more than 0"},
-                    BadProperty{
-                        "shading { crease_rad: 1 creases { first: 1 second: 2 } creases { first: 3 second: 3 } }",
-                        "shading.creases[1]", "vertex 3 twice"}));
+INSTANTIATE_TEST_SUITE_P(Shading, RefusedProperty,
+                         testing::ValuesIn(std::vector<BadProperty>{
+                             {"shading { crease_rad: -0.1 }", "shading.crease_rad", "more than 0"},
+                             {"shading { crease_rad: 3.2 }", "shading.crease_rad", "3.14"},
+                             {"shading { crease_rad: nan }", "shading.crease_rad", "nan"},
+                             {"shading { creases { first: 1 second: 2 } }", "shading.crease_rad", "more than 0"},
+                             {"shading { crease_rad: 1 creases { first: 1 second: 2 } creases { first: 3 second: 3 } }",
+                              "shading.creases[1]", "vertex 3 twice"}}));
 
 INSTANTIATE_TEST_SUITE_P(
     Friction, RefusedProperty,
-    testing::Values(
-        BadProperty{"friction { mu_static: 0.3 mu_dynamic: 0.4 }", "friction.mu_dynamic", "at most mu_static"},
-        BadProperty{"friction { mu_dynamic: 0.4 }", "friction.mu_dynamic", "at most mu_static"},
-        BadProperty{"friction { mu_static: -1 }", "friction.mu_static", "0 to 10"},
-        BadProperty{"friction { mu_static: 11 }", "friction.mu_static", "0 to 10"},
-        BadProperty{"friction { mu_static: nan }", "friction.mu_static", "nan"},
-        BadProperty{"friction { mu_static: 1 mu_dynamic: -inf }", "friction.mu_dynamic", "0 to 10"},
-        BadProperty{"friction { mu_static: 1 variation: 0.5 }", "friction.variation", "give field"},
-        BadProperty{"friction { mu_static: 1 field { " + kGrain + " } }", "friction.variation", "change nothing"},
-        BadProperty{"friction { mu_static: 1 variation: nan field { " + kGrain + " } }", "friction.variation", "nan"},
-        BadProperty{"friction { mu_static: 1 variation: 1 field {} }", "friction.field.family", "give fourier"},
-        BadProperty{"friction { mu_static: 1 per_vertex {} }", "friction.per_vertex.source", "give values"},
-        BadProperty{"friction { mu_static: 1 per_vertex { asset: 'x' } }", "friction.per_vertex.asset", "32"},
-        BadProperty{"friction { mu_static: 1 per_vertex { values {} } }", "friction.per_vertex.values.value",
-                    "is empty"},
-        BadProperty{"friction { mu_static: 1 per_vertex { values { value: [1, -1] } } }",
-                    "friction.per_vertex.values.value[1]", "0 to 10"},
-        BadProperty{"friction { mu_static: 1 per_vertex { values { value: [nan] } } }",
-                    "friction.per_vertex.values.value[0]", "nan"}));
+    testing::ValuesIn(std::vector<BadProperty>{
+        {"friction { mu_static: 0.3 mu_dynamic: 0.4 }", "friction.mu_dynamic", "at most mu_static"},
+        {"friction { mu_dynamic: 0.4 }", "friction.mu_dynamic", "at most mu_static"},
+        {"friction { mu_static: -1 }", "friction.mu_static", "0 to 10"},
+        {"friction { mu_static: 11 }", "friction.mu_static", "0 to 10"},
+        {"friction { mu_static: nan }", "friction.mu_static", "nan"},
+        {"friction { mu_static: 1 mu_dynamic: -inf }", "friction.mu_dynamic", "0 to 10"},
+        {"friction { mu_static: 1 variation: 0.5 }", "friction.variation", "give field"},
+        {"friction { mu_static: 1 field { " + kGrain + " } }", "friction.variation", "change nothing"},
+        {"friction { mu_static: 1 variation: nan field { " + kGrain + " } }", "friction.variation", "nan"},
+        {"friction { mu_static: 1 variation: 1 field {} }", "friction.field.family", "give fourier"},
+        {"friction { mu_static: 1 per_vertex {} }", "friction.per_vertex.source", "give values"},
+        {"friction { mu_static: 1 per_vertex { asset: 'x' } }", "friction.per_vertex.asset", "32"},
+        {"friction { mu_static: 1 per_vertex { values {} } }", "friction.per_vertex.values.value", "is empty"},
+        {"friction { mu_static: 1 per_vertex { values { value: [1, -1] } } }", "friction.per_vertex.values.value[1]",
+         "0 to 10"},
+        {"friction { mu_static: 1 per_vertex { values { value: [nan] } } }", "friction.per_vertex.values.value[0]",
+         "nan"}}));
 
 INSTANTIATE_TEST_SUITE_P(
     Texture, RefusedProperty,
-    testing::Values(
-        BadProperty{texture(kGrain, ""), "texture.amplitude_m", "more than 0"},
-        BadProperty{texture(kGrain, "amplitude_m: -1e-3"), "texture.amplitude_m", "more than 0"},
-        BadProperty{texture(kGrain, "amplitude_m: inf"), "texture.amplitude_m", "inf"},
-        BadProperty{texture(kGrain, "amplitude_m: 0.2"), "texture.amplitude_m", "at most 0.1 m"},
-        BadProperty{texture(kGrain, "amplitude_m: 1e-3 gain_K: 0"), "texture.gain_K", "more than 0"},
-        BadProperty{texture(kGrain, "amplitude_m: 1e-3 gain_K: 2.1"), "texture.gain_K", "at most 2"},
-        BadProperty{texture(kGrain, "amplitude_m: 1e-3 law: 9"), "texture.law", "give TEXTURE_LAW_HO1999"},
-        BadProperty{"texture { amplitude_m: 1e-3 }", "texture.field.family", "give fourier"},
-        BadProperty{texture("fourier {}"), kField + "fourier.terms", "1 to 64"},
-        BadProperty{wave("wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "length 0"},
-        BadProperty{wave("direction { x: 2 } wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "length 2"},
-        BadProperty{wave("direction { x: nan } wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "nan"},
-        BadProperty{wave("direction { x: 1 }"), kField + "fourier.terms[0].wavelength_m", "is 0"},
-        BadProperty{wave("direction { x: 1 } wavelength_m: -1"), kField + "fourier.terms[0].wavelength_m", "1e-05 to"},
-        BadProperty{wave("direction { x: 1 } wavelength_m: nan"), kField + "fourier.terms[0].wavelength_m", "nan"},
-        BadProperty{wave("direction { x: 1 } wavelength_m: 1 amplitude: 0"), kField + "fourier.terms[0].amplitude",
-                    "leave it out"},
-        BadProperty{wave("direction { x: 1 } wavelength_m: 1 phase_rad: inf"), kField + "fourier.terms[0].phase_rad",
-                    "inf"},
-        BadProperty{texture("noise {}"), kField + "noise.wavelength_m", "is 0"},
-        BadProperty{texture("noise { wavelength_m: 1 octaves: 0 }"), kField + "noise.octaves", "1 to 12"},
-        BadProperty{texture("noise { wavelength_m: 1 octaves: 13 }"), kField + "noise.octaves", "1 to 12"},
-        BadProperty{texture("noise { wavelength_m: 1 persistence: 1.5 }"), kField + "noise.persistence", "to 1"},
-        BadProperty{texture("cellular {}"), kField + "cellular.cell_m", "is 0"},
-        BadProperty{texture("cellular { cell_m: 1 smoothness: 0 }"), kField + "cellular.smoothness", "0.001 to 1"},
-        BadProperty{texture("grain { grain_m: inf }"), kField + "grain.grain_m", "inf"}));
+    testing::ValuesIn(std::vector<BadProperty>{
+        {texture(kGrain, ""), "texture.amplitude_m", "more than 0"},
+        {texture(kGrain, "amplitude_m: -1e-3"), "texture.amplitude_m", "more than 0"},
+        {texture(kGrain, "amplitude_m: inf"), "texture.amplitude_m", "inf"},
+        {texture(kGrain, "amplitude_m: 0.2"), "texture.amplitude_m", "at most 0.1 m"},
+        {texture(kGrain, "amplitude_m: 1e-3 gain_K: 0"), "texture.gain_K", "more than 0"},
+        {texture(kGrain, "amplitude_m: 1e-3 gain_K: 2.1"), "texture.gain_K", "at most 2"},
+        {texture(kGrain, "amplitude_m: 1e-3 law: 9"), "texture.law", "give TEXTURE_LAW_HO1999"},
+        {"texture { amplitude_m: 1e-3 }", "texture.field.family", "give fourier"},
+        {texture("fourier {}"), kField + "fourier.terms", "1 to 64"},
+        {wave("wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "length 0"},
+        {wave("direction { x: 2 } wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "length 2"},
+        {wave("direction { x: nan } wavelength_m: 1e-3"), kField + "fourier.terms[0].direction", "nan"},
+        {wave("direction { x: 1 }"), kField + "fourier.terms[0].wavelength_m", "is 0"},
+        {wave("direction { x: 1 } wavelength_m: -1"), kField + "fourier.terms[0].wavelength_m", "1e-05 to"},
+        {wave("direction { x: 1 } wavelength_m: nan"), kField + "fourier.terms[0].wavelength_m", "nan"},
+        {wave("direction { x: 1 } wavelength_m: 1 amplitude: 0"), kField + "fourier.terms[0].amplitude",
+         "leave it out"},
+        {wave("direction { x: 1 } wavelength_m: 1 phase_rad: inf"), kField + "fourier.terms[0].phase_rad", "inf"},
+        {texture("noise {}"), kField + "noise.wavelength_m", "is 0"},
+        {texture("noise { wavelength_m: 1 octaves: 0 }"), kField + "noise.octaves", "1 to 12"},
+        {texture("noise { wavelength_m: 1 octaves: 13 }"), kField + "noise.octaves", "1 to 12"},
+        {texture("noise { wavelength_m: 1 persistence: 1.5 }"), kField + "noise.persistence", "to 1"},
+        {texture("cellular {}"), kField + "cellular.cell_m", "is 0"},
+        {texture("cellular { cell_m: 1 smoothness: 0 }"), kField + "cellular.smoothness", "0.001 to 1"},
+        {texture("grain { grain_m: inf }"), kField + "grain.grain_m", "inf"}}));
 
 INSTANTIATE_TEST_SUITE_P(
     Mapped, RefusedProperty,
-    testing::Values(
-        BadProperty{mapped(kPlane), kField + "mapped.source", "give image"},
-        BadProperty{mapped("image: ''" + kPlane), kField + "mapped.image", "is empty"},
-        BadProperty{mapped("image: '/a.png'" + kPlane), kField + "mapped.image", "absolute"},
-        BadProperty{mapped("image: 'a/../../b.png'" + kPlane), kField + "mapped.image", "leaves"},
-        BadProperty{mapped("asset: 'short'" + kPlane), kField + "mapped.asset", "has 5 bytes"},
-        BadProperty{mapped("image: 'a.png'"), kField + "mapped.mapping.shape", "give MAPPING_SHAPE_PLANE"},
-        BadProperty{mapped("image: 'a.png' mapping { shape: 7 }"), kField + "mapped.mapping.shape", "is 7"},
-        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE }"), kField + "mapped.mapping.tile_m",
-                    "is 0"},
-        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: nan }"),
-                    kField + "mapped.mapping.tile_m", "nan"},
-        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 centre { y: inf } }"),
-                    kField + "mapped.mapping.centre.y", "inf"},
-        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 size_m { x: 1 y: 1 } }"),
-                    kField + "mapped.mapping.size_m.z", "more than 0"},
-        BadProperty{mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 rotation { w: 2 } }"),
-                    kField + "mapped.mapping.rotation", "unit quaternion"},
-        BadProperty{mapped("reaction_diffusion { pattern: 5 }" + kPlane), kField + "mapped.reaction_diffusion.pattern",
-                    "is 5"},
-        BadProperty{mapped("reaction_diffusion { cells: 33 }" + kPlane), kField + "mapped.reaction_diffusion.cells",
-                    "2 to 32"},
-        BadProperty{mapped("reaction_diffusion { resolution: 4000000000 }" + kPlane),
-                    kField + "mapped.reaction_diffusion.resolution", "32 to 1024"},
-        BadProperty{mapped("reaction_diffusion { cells: 32 resolution: 128 }" + kPlane),
-                    kField + "mapped.reaction_diffusion.resolution", "256 or more"},
-        BadProperty{mapped("spot_noise { elongation: 0.5 }" + kPlane), kField + "mapped.spot_noise.elongation",
-                    "1 to 8"},
-        BadProperty{mapped("spot_noise { cells: 1 }" + kPlane), kField + "mapped.spot_noise.cells", "2 to 32"}));
+    testing::ValuesIn(std::vector<BadProperty>{
+        {mapped(kPlane), kField + "mapped.source", "give image"},
+        {mapped("image: ''" + kPlane), kField + "mapped.image", "is empty"},
+        {mapped("image: '/a.png'" + kPlane), kField + "mapped.image", "absolute"},
+        {mapped("image: 'a/../../b.png'" + kPlane), kField + "mapped.image", "leaves"},
+        {mapped("asset: 'short'" + kPlane), kField + "mapped.asset", "has 5 bytes"},
+        {mapped("image: 'a.png'"), kField + "mapped.mapping.shape", "give MAPPING_SHAPE_PLANE"},
+        {mapped("image: 'a.png' mapping { shape: 7 }"), kField + "mapped.mapping.shape", "is 7"},
+        {mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE }"), kField + "mapped.mapping.tile_m", "is 0"},
+        {mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: nan }"), kField + "mapped.mapping.tile_m",
+         "nan"},
+        {mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 centre { y: inf } }"),
+         kField + "mapped.mapping.centre.y", "inf"},
+        {mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 size_m { x: 1 y: 1 } }"),
+         kField + "mapped.mapping.size_m.z", "more than 0"},
+        {mapped("image: 'a.png' mapping { shape: MAPPING_SHAPE_CUBE tile_m: 1 rotation { w: 2 } }"),
+         kField + "mapped.mapping.rotation", "unit quaternion"},
+        {mapped("reaction_diffusion { pattern: 5 }" + kPlane), kField + "mapped.reaction_diffusion.pattern", "is 5"},
+        {mapped("reaction_diffusion { cells: 33 }" + kPlane), kField + "mapped.reaction_diffusion.cells", "2 to 32"},
+        {mapped("reaction_diffusion { resolution: 4000000000 }" + kPlane),
+         kField + "mapped.reaction_diffusion.resolution", "32 to 1024"},
+        {mapped("reaction_diffusion { cells: 32 resolution: 128 }" + kPlane),
+         kField + "mapped.reaction_diffusion.resolution", "256 or more"},
+        {mapped("spot_noise { elongation: 0.5 }" + kPlane), kField + "mapped.spot_noise.elongation", "1 to 8"},
+        {mapped("spot_noise { cells: 1 }" + kPlane), kField + "mapped.spot_noise.cells", "2 to 32"}}));
 
 const MappedSource& mappedIn(const FamilySource& source) { return std::get<MappedSource>(source); }
 
 std::string grown(const std::string& rest) { return texture("grown { " + rest + " }"); }
 
 INSTANTIATE_TEST_SUITE_P(Grown, RefusedProperty,
-                         testing::Values(BadProperty{grown(""), kField + "grown.source",
-                                                     "give asset or reaction_diffusion"},
-                                         BadProperty{grown("asset: 'short'"), kField + "grown.asset", "has 5 bytes"},
-                                         BadProperty{grown("reaction_diffusion {}"),
-                                                     kField + "grown.reaction_diffusion.wavelength_m", "is 0"},
-                                         BadProperty{grown("reaction_diffusion { wavelength_m: nan }"),
-                                                     kField + "grown.reaction_diffusion.wavelength_m", "nan"},
-                                         BadProperty{grown("reaction_diffusion { wavelength_m: -1e-3 }"),
-                                                     kField + "grown.reaction_diffusion.wavelength_m", "1e-05 to"},
-                                         BadProperty{grown("reaction_diffusion { wavelength_m: 1e-3 pattern: 5 }"),
-                                                     kField + "grown.reaction_diffusion.pattern", "is 5"}));
+                         testing::ValuesIn(std::vector<BadProperty>{
+                             {grown(""), kField + "grown.source", "give asset or reaction_diffusion"},
+                             {grown("asset: 'short'"), kField + "grown.asset", "has 5 bytes"},
+                             {grown("reaction_diffusion {}"), kField + "grown.reaction_diffusion.wavelength_m", "is 0"},
+                             {grown("reaction_diffusion { wavelength_m: nan }"),
+                              kField + "grown.reaction_diffusion.wavelength_m", "nan"},
+                             {grown("reaction_diffusion { wavelength_m: -1e-3 }"),
+                              kField + "grown.reaction_diffusion.wavelength_m", "1e-05 to"},
+                             {grown("reaction_diffusion { wavelength_m: 1e-3 pattern: 5 }"),
+                              kField + "grown.reaction_diffusion.pattern", "is 5"}}));
 
 std::string layers(const std::string& rest) { return texture("layers { " + rest + " }"); }
 std::string layer(const std::string& family, const std::string& rest = "") {
@@ -172,63 +162,57 @@ const std::string kLayers = kField + "layers.layer";
 
 INSTANTIATE_TEST_SUITE_P(
     Layered, RefusedProperty,
-    testing::Values(
-        BadProperty{layers(""), kLayers, "has 0 entries; give 2 to 4"},
-        BadProperty{layers(layer(kGrain)), kLayers, "has 1 entries; give 2 to 4"},
-        BadProperty{layers(layer(kGrain) + layer(kGrain) + layer(kGrain) + layer(kGrain) + layer(kGrain)), kLayers,
-                    "has 5 entries; give 2 to 4"},
-        BadProperty{layers("combination: 3" + layer(kGrain) + layer(kGrain)), kField + "layers.combination",
-                    "is 3; give LAYER_COMBINATION_SUM"},
-        BadProperty{layers(layer(kGrain) + layer(kGrain, "weight: nan")), kLayers + "[1].weight",
-                    "is nan; give -1000 to 1000"},
-        BadProperty{layers(layer(kGrain, "weight: -inf") + layer(kGrain)), kLayers + "[0].weight", "-1000 to 1000"},
-        BadProperty{layers(layer(kGrain, "weight: 1001") + layer(kGrain)), kLayers + "[0].weight", "-1000 to 1000"},
-        BadProperty{layers(layer(kGrain, "weight: 0") + layer(kGrain)), kLayers + "[0].weight", "leave the layer out"},
-        BadProperty{layers(layer(kGrain) + layer("layers {" + layer(kGrain) + layer(kGrain) + "}")),
-                    kLayers + "[1].field.layers", "is layered within a layer; give a layer a field of another family"},
-        BadProperty{layers(layer(kGrain) + layer("")), kLayers + "[1].field.family", "give fourier"},
-        BadProperty{layers(layer("mapped {" + kPlane + "}") + layer(kGrain)), kLayers + "[0].field.mapped.source",
-                    "give image"},
-        BadProperty{
-            "friction { mu_static: 1 variation: 1 field { layers {" + layer(kGrain) + layer("noise {}") + "} } }",
-            "friction.field.layers.layer[1].field.noise.wavelength_m", "is 0"}));
+    testing::ValuesIn(std::vector<BadProperty>{
+        {layers(""), kLayers, "has 0 entries; give 2 to 4"},
+        {layers(layer(kGrain)), kLayers, "has 1 entries; give 2 to 4"},
+        {layers(layer(kGrain) + layer(kGrain) + layer(kGrain) + layer(kGrain) + layer(kGrain)), kLayers,
+         "has 5 entries; give 2 to 4"},
+        {layers("combination: 3" + layer(kGrain) + layer(kGrain)), kField + "layers.combination",
+         "is 3; give LAYER_COMBINATION_SUM"},
+        {layers(layer(kGrain) + layer(kGrain, "weight: nan")), kLayers + "[1].weight", "is nan; give -1000 to 1000"},
+        {layers(layer(kGrain, "weight: -inf") + layer(kGrain)), kLayers + "[0].weight", "-1000 to 1000"},
+        {layers(layer(kGrain, "weight: 1001") + layer(kGrain)), kLayers + "[0].weight", "-1000 to 1000"},
+        {layers(layer(kGrain, "weight: 0") + layer(kGrain)), kLayers + "[0].weight", "leave the layer out"},
+        {layers(layer(kGrain) + layer("layers {" + layer(kGrain) + layer(kGrain) + "}")), kLayers + "[1].field.layers",
+         "is layered within a layer; give a layer a field of another family"},
+        {layers(layer(kGrain) + layer("")), kLayers + "[1].field.family", "give fourier"},
+        {layers(layer("mapped {" + kPlane + "}") + layer(kGrain)), kLayers + "[0].field.mapped.source", "give image"},
+        {"friction { mu_static: 1 variation: 1 field { layers {" + layer(kGrain) + layer("noise {}") + "} } }",
+         "friction.field.layers.layer[1].field.noise.wavelength_m", "is 0"}}));
 
 INSTANTIATE_TEST_SUITE_P(
     DynamicFriction, RefusedProperty,
-    testing::Values(BadProperty{"friction { mu_static: 1 dynamic_variation: 0.5 }", "friction.dynamic_variation",
-                                "give dynamic_field"},
-                    BadProperty{"friction { mu_static: 1 dynamic_field { " + kGrain + " } }",
-                                "friction.dynamic_variation", "change nothing"},
-                    BadProperty{"friction { mu_static: 1 dynamic_variation: 11 dynamic_field { " + kGrain + " } }",
-                                "friction.dynamic_variation", "-10 to 10"},
-                    BadProperty{"friction { mu_static: 1 dynamic_variation: nan dynamic_field { " + kGrain + " } }",
-                                "friction.dynamic_variation", "nan"},
-                    BadProperty{"friction { mu_static: 1 dynamic_variation: 1 dynamic_field {} }",
-                                "friction.dynamic_field.family", "give fourier"},
-                    BadProperty{"friction { mu_static: 1 dynamic_per_vertex {} }", "friction.dynamic_per_vertex.source",
-                                "give values"},
-                    BadProperty{"friction { mu_static: 1 dynamic_per_vertex { values { value: [1, nan] } } }",
-                                "friction.dynamic_per_vertex.values.value[1]", "nan"}));
+    testing::ValuesIn(std::vector<BadProperty>{
+        {"friction { mu_static: 1 dynamic_variation: 0.5 }", "friction.dynamic_variation", "give dynamic_field"},
+        {"friction { mu_static: 1 dynamic_field { " + kGrain + " } }", "friction.dynamic_variation", "change nothing"},
+        {"friction { mu_static: 1 dynamic_variation: 11 dynamic_field { " + kGrain + " } }",
+         "friction.dynamic_variation", "-10 to 10"},
+        {"friction { mu_static: 1 dynamic_variation: nan dynamic_field { " + kGrain + " } }",
+         "friction.dynamic_variation", "nan"},
+        {"friction { mu_static: 1 dynamic_variation: 1 dynamic_field {} }", "friction.dynamic_field.family",
+         "give fourier"},
+        {"friction { mu_static: 1 dynamic_per_vertex {} }", "friction.dynamic_per_vertex.source", "give values"},
+        {"friction { mu_static: 1 dynamic_per_vertex { values { value: [1, nan] } } }",
+         "friction.dynamic_per_vertex.values.value[1]", "nan"}}));
 
 std::string over(const std::string& rest) { return "stiffness_over { " + rest + " }"; }
 
 INSTANTIATE_TEST_SUITE_P(
     StiffnessAndSoftness, RefusedProperty,
-    testing::Values(
-        BadProperty{over("variation: 0.5"), "stiffness_over.variation", "give field"},
-        BadProperty{over("field { " + kGrain + " }"), "stiffness_over.variation", "change nothing"},
-        BadProperty{over("variation: nan field { " + kGrain + " }"), "stiffness_over.variation", "nan"},
-        BadProperty{over("variation: -11 field { " + kGrain + " }"), "stiffness_over.variation", "-10 to 10"},
-        BadProperty{over("variation: 1 field {}"), "stiffness_over.field.family", "give fourier"},
-        BadProperty{over("variation: 1 field { noise {} }"), "stiffness_over.field.noise.wavelength_m", "is 0"},
-        BadProperty{over("variation: 1 per_vertex { values { value: 1 } }"), "stiffness_over.variation", "give field"},
-        BadProperty{over("per_vertex {}"), "stiffness_over.per_vertex.source", "give values"},
-        BadProperty{over("per_vertex { values {} }"), "stiffness_over.per_vertex.values.value", "is empty"},
-        BadProperty{over("per_vertex { values { value: [1, 11] } }"), "stiffness_over.per_vertex.values.value[1]",
-                    "0 to 10"},
-        BadProperty{"softness_over { per_vertex { values { value: [1, nan] } } }",
-                    "softness_over.per_vertex.values.value[1]", "nan"},
-        BadProperty{"softness_over { variation: inf field { " + kGrain + " } }", "softness_over.variation", "inf"}));
+    testing::ValuesIn(std::vector<BadProperty>{
+        {over("variation: 0.5"), "stiffness_over.variation", "give field"},
+        {over("field { " + kGrain + " }"), "stiffness_over.variation", "change nothing"},
+        {over("variation: nan field { " + kGrain + " }"), "stiffness_over.variation", "nan"},
+        {over("variation: -11 field { " + kGrain + " }"), "stiffness_over.variation", "-10 to 10"},
+        {over("variation: 1 field {}"), "stiffness_over.field.family", "give fourier"},
+        {over("variation: 1 field { noise {} }"), "stiffness_over.field.noise.wavelength_m", "is 0"},
+        {over("variation: 1 per_vertex { values { value: 1 } }"), "stiffness_over.variation", "give field"},
+        {over("per_vertex {}"), "stiffness_over.per_vertex.source", "give values"},
+        {over("per_vertex { values {} }"), "stiffness_over.per_vertex.values.value", "is empty"},
+        {over("per_vertex { values { value: [1, 11] } }"), "stiffness_over.per_vertex.values.value[1]", "0 to 10"},
+        {"softness_over { per_vertex { values { value: [1, nan] } } }", "softness_over.per_vertex.values.value[1]",
+         "nan"},
+        {"softness_over { variation: inf field { " + kGrain + " } }", "softness_over.variation", "inf"}}));
 
 TEST(SurfaceProperty, OfAStiffnessThatVariesIsTakenAwayByAnEmptyMessageAndKeptByNone) {
   const SurfaceEdit given = edit("stiffness_over {} softness_over { per_vertex { values { value: [1, 0.5] } } }");

@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 
-#include <cstdio>
 #include <fstream>
 
 #include "common/wire/convert.h"

@@ -30,16 +30,20 @@ class Tcp : public testing::Test {
     ASSERT_TRUE(condition()) << "not within 30 s";
   }
 
-  void connect() {
-    std::unique_ptr<Transport> accepted;
+  /// The accepted end is not started, and so not read.
+  void connect(std::unique_ptr<Transport>& connected, std::unique_ptr<Transport>& accepted) {
     auto listener = TcpListener::open(loop_, {"127.0.0.1", 0}, [&](auto t) { accepted = std::move(t); });
     ASSERT_TRUE(listener) << listener.error().text();
-    std::unique_ptr<Transport> connected;
     const TcpConnector connector(loop_, (*listener)->local(), [&](Result<std::unique_ptr<Transport>> result) {
       ASSERT_TRUE(result) << result.error().text();
       connected = std::move(*result);
     });
     serveUntil([&] { return accepted && connected; });
+  }
+
+  void connect() {
+    std::unique_ptr<Transport> connected, accepted;
+    connect(connected, accepted);
     client_.emplace(std::move(connected));
     server_.emplace(std::move(accepted));
   }
@@ -77,12 +81,8 @@ TEST_F(Tcp, CarriesMegabytesInOrder) {
 }
 
 TEST_F(Tcp, ShowsABacklogSoonWhenThePeerDoesNotRead) {
-  std::unique_ptr<Transport> accepted;  // never started, so never read
-  auto listener = TcpListener::open(loop_, {"127.0.0.1", 0}, [&](auto t) { accepted = std::move(t); });
-  ASSERT_TRUE(listener);
-  std::unique_ptr<Transport> connected;
-  const TcpConnector connector(loop_, (*listener)->local(), [&](auto result) { connected = std::move(*result); });
-  serveUntil([&] { return accepted && connected; });
+  std::unique_ptr<Transport> connected, accepted;
+  connect(connected, accepted);
   End client(std::move(connected));
   std::size_t sent_bytes = 0;
   int idle = 0;
@@ -136,12 +136,8 @@ TEST_F(Tcp, HearsNothingAfterItsClose) {
 
 TEST_F(Tcp, GivesUpOnAPeerThatDoesNotReadWithinTheGrace) {
   connect();
-  std::unique_ptr<Transport> accepted;
-  auto listener = TcpListener::open(loop_, {"127.0.0.1", 0}, [&](auto t) { accepted = std::move(t); });
-  ASSERT_TRUE(listener);
-  std::unique_ptr<Transport> connected;
-  const TcpConnector connector(loop_, (*listener)->local(), [&](auto result) { connected = std::move(*result); });
-  serveUntil([&] { return accepted && connected; });
+  std::unique_ptr<Transport> connected, accepted;
+  connect(connected, accepted);
   End client(std::move(connected));
   client.transport->send(std::string(64U << 20, 'x'));
   client.transport->close("no patience");
@@ -159,12 +155,8 @@ TEST_F(Tcp, NoticesThatThePeerIsGone) {
 
 TEST_F(Tcp, MayBeDestroyedByItsOwnCallback) {
   connect();
-  std::unique_ptr<Transport> accepted;
-  auto listener = TcpListener::open(loop_, {"127.0.0.1", 0}, [&](auto t) { accepted = std::move(t); });
-  ASSERT_TRUE(listener);
-  std::unique_ptr<Transport> connected;
-  const TcpConnector connector(loop_, (*listener)->local(), [&](auto result) { connected = std::move(*result); });
-  serveUntil([&] { return accepted && connected; });
+  std::unique_ptr<Transport> connected, accepted;
+  connect(connected, accepted);
   End client(std::move(connected));
   accepted->start({.received = [&](std::span<const char>) { accepted.reset(); }, .drained = {}, .closed = {}});
   client.transport->send("go");

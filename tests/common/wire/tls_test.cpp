@@ -6,14 +6,12 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <filesystem>
-#include <optional>
 #include <utility>
 
 #include "common/credentials/credentials.h"
-#include "common/wire/memory_link.h"
 #include "common/wire/tcp.h"
 #include "tests/common/temporary_folder.h"
+#include "tests/common/wire/memory_link.h"
 #include "tests/common/wire/transport_end.h"
 
 namespace haptics {

@@ -1,7 +1,6 @@
 #include "tests/eval/advise/steadiness.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "haptic_server/device/simulated_device.h"

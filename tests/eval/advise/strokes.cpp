@@ -49,7 +49,8 @@ std::vector<HandStroke> strokesOver(const LoadedObject& object) {
     // The planner looks along its own axes: another direction is the same object turned about the vertical.
     const Quat turn = glm::angleAxis(i * std::numbers::pi / kDirections, kUp);
     const ExploredObject turned{1, object.surface, {turn * object.pose.rotation, turn * object.pose.position}};
-    for (const Stroke& stroke : makeExplorationPlan({&turned, 1}).strokes) {
+    const ExplorationPlan plan = ExplorationPlanner().plan({&turned, 1});
+    for (const Stroke& stroke : plan.strokes) {
       std::vector<Vec3> points;
       for (const Vec3 p : stroke.points) points.push_back(glm::conjugate(turn) * p);
       strokes.push_back(along(points, kPress_N / object.material.stiffness_N_per_m));

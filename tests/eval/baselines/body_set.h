@@ -60,4 +60,18 @@ class BodySet {
   std::vector<Pose> poses_;
 };
 
+/// A published method.
+class Baseline : public Renderer {
+ public:
+  explicit Baseline(SegmentTest test = SegmentTest::kWatertight) : bodies_(test) {}
+  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
+             Vec3 hip) override {
+    bodies_.set(bodies, poses);
+    place(hip);
+  }
+
+ protected:
+  BodySet bodies_;
+};
+
 }  // namespace haptics::eval

@@ -29,12 +29,6 @@ Vec3 nearestInCone(const std::vector<Vec3>& normals, Vec3 to) {
 
 }  // namespace
 
-void FiniteProxy::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
-                        Vec3 hip) {
-  bodies_.set(bodies, poses);
-  place(hip);
-}
-
 void FiniteProxy::place(Vec3 hip) {
   proxy_ = hip;
   for (int i = 0; i < kMaxMoves; ++i) {  // a HIP nearer to a surface than the radius

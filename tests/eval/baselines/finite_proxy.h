@@ -11,12 +11,10 @@ namespace haptics::eval {
 ///
 /// Deviation, in its favour: the IHIP is the point of the sphere that is nearest to the HIP. As published it is the
 /// sphere's centre, and everything is felt a radius before it is there, by 1 N at kSpring_N_per_m.
-class FiniteProxy final : public Renderer {
+class FiniteProxy final : public Baseline {
  public:
   static constexpr double kRadius_m = 0.001;
 
-  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
-             Vec3 hip) override;
   void place(Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 
@@ -32,7 +30,6 @@ class FiniteProxy final : public Renderer {
   [[nodiscard]] std::vector<Vec3> touchedPlanes();
   [[nodiscard]] double firstTouch(Vec3 way) const;
 
-  BodySet bodies_;
   Vec3 proxy_{0};  // the sphere's centre, world
 };
 

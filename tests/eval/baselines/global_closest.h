@@ -6,12 +6,8 @@ namespace haptics::eval {
 
 /// The penalty method (Massie and Salisbury, The PHANToM haptic interface, 1994): inside a body the force points to its
 /// closest surface point. It remembers nothing. Of several bodies the one that the HIP is deepest in.
-class GlobalClosest final : public Renderer {
+class GlobalClosest final : public Baseline {
  public:
-  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
-             Vec3 /*hip*/) override {
-    bodies_.set(bodies, poses);
-  }
   void place(Vec3 /*hip*/) override {}
   Felt tick(std::span<const Pose> poses, Vec3 hip) override {
     bodies_.setPoses(poses);
@@ -19,9 +15,6 @@ class GlobalClosest final : public Renderer {
     if (!nearest.inside) return {false, hip, Vec3(0), nearest.triangles};
     return {true, nearest.point, spring_N_per_m() * (nearest.point - hip), nearest.triangles};
   }
-
- private:
-  BodySet bodies_;
 };
 
 }  // namespace haptics::eval

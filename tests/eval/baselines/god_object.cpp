@@ -2,12 +2,6 @@
 
 namespace haptics::eval {
 
-void GodObject::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
-                      Vec3 hip) {
-  bodies_.set(bodies, poses);
-  place(hip);
-}
-
 Felt GodObject::tick(std::span<const Pose> poses, Vec3 hip) {
   bodies_.setPoses(poses);
   for (int i = 0; i < kMaxMoves; ++i) {

@@ -10,11 +10,9 @@ namespace haptics::eval {
 /// towards the HIP; each polygon in its way becomes an active constraint, and the goal becomes the point nearest to the
 /// HIP on up to three of their planes, by Lagrange multipliers. Deviations, in its favour: it moves until it settles,
 /// not once a tick, and planes are lifted by a skin of 2^-20 of the extent, so that it never lies below what it touches.
-class GodObject : public Renderer {
+class GodObject : public Baseline {
  public:
-  explicit GodObject(SegmentTest test = SegmentTest::kWatertight) : bodies_(test) {}
-  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
-             Vec3 hip) override;
+  using Baseline::Baseline;
   void place(Vec3 hip) override { god_ = hip; }
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 
@@ -29,7 +27,6 @@ class GodObject : public Renderer {
   [[nodiscard]] Plane planeOf(const BodySet::Hit& hit) const;
   [[nodiscard]] Vec3 goal(Vec3 hip) const;
 
-  BodySet bodies_;
   Vec3 god_{0};
   std::array<Plane, kMaxActive> active_{};
   int activeCount_ = 0;

@@ -8,13 +8,8 @@ namespace haptics::eval {
 /// 1995; Mark et al., Adding force feedback to graphics systems, 1996): a slow process puts a tangent plane at the
 /// closest surface point, and the servo feels that plane until the next one. No force is faded in when it changes.
 template <int kRate_Hz>
-class IntermediatePlane final : public Renderer {
+class IntermediatePlane final : public Baseline {
  public:
-  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
-             Vec3 hip) override {
-    bodies_.set(bodies, poses);
-    place(hip);
-  }
   void place(Vec3 hip) override {
     tick_ = 0;
     updatePlane(hip);
@@ -37,7 +32,6 @@ class IntermediatePlane final : public Renderer {
     return nearest.triangles;
   }
 
-  BodySet bodies_;
   Vec3 point_{0};
   Vec3 normal_{0};
   int tick_ = 0;

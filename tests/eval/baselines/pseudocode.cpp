@@ -7,13 +7,6 @@
 namespace haptics::eval {
 
 template <Primitives kPrimitives>
-void Pseudocode<kPrimitives>::begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies,
-                                    std::span<const Pose> poses, Vec3 hip) {
-  bodies_.set(bodies, poses);
-  place(hip);
-}
-
-template <Primitives kPrimitives>
 void Pseudocode<kPrimitives>::place(Vec3 hip) {
   collision_ = false;
   previousHip_ = hip;

@@ -16,10 +16,8 @@ enum class Primitives {
 /// search follows the printed neighbours with the printed comparison, the sign is that of the primitive's normal, and
 /// neither other bodies nor the motion of this one are looked at after first contact.
 template <Primitives kPrimitives>
-class Pseudocode final : public Renderer {
+class Pseudocode final : public Baseline {
  public:
-  void begin(std::span<const std::shared_ptr<const CollisionMesh>> bodies, std::span<const Pose> poses,
-             Vec3 hip) override;
   void place(Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
 
@@ -41,7 +39,6 @@ class Pseudocode final : public Renderer {
   [[nodiscard]] Felt firstContact(Vec3 hip);
   [[nodiscard]] Felt search(Vec3 hip);
 
-  BodySet bodies_;
   bool collision_ = false;
   Vec3 previousHip_{0};
   int body_ = 0;

@@ -1,7 +1,6 @@
 #include "tests/eval/combinations/combinations.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>

@@ -30,13 +30,13 @@ void ContactTally::add(const ContactResult& result, const ContactVerdict& verdic
   ++ticks_;
   touching_ += result.touching ? 1 : 0;
   inside_ += insideInARow > 0 ? 1 : 0;
-  insideNotPutOut_ += insideInARow > 0 && !work.depenetrated ? 1 : 0;
+  insideNotDepenetrated_ += insideInARow > 0 && !work.depenetrated ? 1 : 0;
   episodes_ += insideInARow == 1 ? 1 : 0;
   longestEpisode_ = std::max(longestEpisode_, insideInARow);
-  putOut_ += work.depenetrated ? 1 : 0;
-  unsettled_ += work.notConverged ? 1 : 0;
+  depenetrated_ += work.depenetrated ? 1 : 0;
+  notConverged_ += work.notConverged ? 1 : 0;
   crossings_ += verdict.crossed && !work.depenetrated ? 1 : 0;
-  crossingsPutOut_ += verdict.crossed && work.depenetrated ? 1 : 0;
+  crossingsDepenetrated_ += verdict.crossed && work.depenetrated ? 1 : 0;
   notFinite_ += verdict.finite ? 0 : 1;
   deepest_m_ = std::max(deepest_m_, verdict.inside_m);
   maxTriangles_ = std::max(maxTriangles_, work.triangles);
@@ -53,14 +53,14 @@ Record ContactTally::record() const {
           {"ticks", ticks_},
           {"contact_ticks", touching_},
           {"inside_ticks", inside_},
-          {"inside_not_put_out_ticks", insideNotPutOut_},
+          {"inside_not_depenetrated_ticks", insideNotDepenetrated_},
           {"inside_episodes", episodes_},
           {"longest_episode_ticks", longestEpisode_},
           {"deepest_mm", deepest_m_ * kMillimetres},
-          {"put_out_ticks", putOut_},
-          {"unsettled_ticks", unsettled_},
+          {"depenetrated_ticks", depenetrated_},
+          {"not_converged_ticks", notConverged_},
           {"sheet_crossings", crossings_},
-          {"sheet_crossings_put_out", crossingsPutOut_},
+          {"sheet_crossings_depenetrated", crossingsDepenetrated_},
           {"nan_ticks", notFinite_},
           {"most_triangles", maxTriangles_},
           {"most_segments", maxSegments_},

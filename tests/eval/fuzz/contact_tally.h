@@ -47,13 +47,13 @@ class ContactTally {
   std::int64_t ticks_ = 0;
   std::int64_t touching_ = 0;
   std::int64_t inside_ = 0;
-  std::int64_t insideNotPutOut_ = 0;
+  std::int64_t insideNotDepenetrated_ = 0;
   std::int64_t episodes_ = 0;
   std::int64_t longestEpisode_ = 0;
-  std::int64_t putOut_ = 0;
-  std::int64_t unsettled_ = 0;
+  std::int64_t depenetrated_ = 0;
+  std::int64_t notConverged_ = 0;
   std::int64_t crossings_ = 0;
-  std::int64_t crossingsPutOut_ = 0;
+  std::int64_t crossingsDepenetrated_ = 0;
   std::int64_t notFinite_ = 0;
   double deepest_m_ = 0;
   int maxTriangles_ = 0;

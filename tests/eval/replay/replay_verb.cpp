@@ -7,7 +7,7 @@
 
 #include "haptic_server/recording/mapped_file.h"
 #include "haptic_server/recording/replay.h"
-#include "haptic_server/recording/telemetry_file.h"
+#include "tests/eval/replay/telemetry_file.h"
 #include "tests/eval/report.h"
 
 namespace haptics::eval {

@@ -1,7 +1,6 @@
 #include "tests/eval/stability/support.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 
 #include "haptic_server/motion/rigid_motion.h"

@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
-#include <span>
 #include <stdexcept>
 
 #include "tests/eval/figure/virtual_display.h"
@@ -14,6 +12,7 @@
 #include "tests/eval/table1/interruption.h"
 #include "tests/eval/table1/rates.h"
 #include "tests/eval/table1/viewer_process.h"
+#include "tests/eval/timing.h"
 
 namespace haptics::eval {
 namespace {
@@ -24,12 +23,6 @@ constexpr std::size_t kTakingTurns = 4;    // the paper's objects; larger ones t
 constexpr double kViewerPatience_s = 300;  // 10 million triangles
 
 double secondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-double threadTime_s() {
-  timespec time;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
-}
 
 /// Turns of short blocks, so that what else the machine does falls on all alike.
 std::size_t turnsIn(double seconds) {

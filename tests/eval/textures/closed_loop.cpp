@@ -1,6 +1,5 @@
 #include "tests/eval/textures/closed_loop.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -1,6 +1,5 @@
 #include "tests/eval/textures/plane_transform.h"
 
-#include <cmath>
 #include <kissfft/kissfft.hh>
 
 namespace haptics::eval {

@@ -1,7 +1,6 @@
 #include "tests/eval/textures/reference_field.h"
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <complex>
 #include <numbers>

@@ -1,7 +1,6 @@
 #include "tests/eval/textures/smoothness.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace haptics::eval {

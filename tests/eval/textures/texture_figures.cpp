@@ -1,6 +1,5 @@
 #include "tests/eval/textures/texture_figures.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

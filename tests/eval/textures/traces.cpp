@@ -1,6 +1,5 @@
 #include "tests/eval/textures/traces.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

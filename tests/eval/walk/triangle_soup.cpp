@@ -1,7 +1,6 @@
 #include "tests/eval/walk/triangle_soup.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "tests/eval/closest_on_triangle.h"

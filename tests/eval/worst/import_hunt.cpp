@@ -5,13 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <vector>
 
 #include "common/mesh/import.h"
 #include "tests/eval/random.h"
 #include "tests/eval/report.h"
 #include "tests/eval/table1/interruption.h"
+#include "tests/eval/timing.h"
 #include "tests/eval/worst/growth_picture.h"
 #include "tests/eval/worst/import_families.h"
 
@@ -28,12 +28,6 @@ constexpr int kMaxRounds = 8;
 
 using ImportGenes = std::array<double, ImportFamily::kGenes>;
 
-double processorTime_s() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 struct Import {
   double triangles = 0;
   double s = 0;
@@ -42,9 +36,9 @@ struct Import {
 
 Import import(const ImportFamily& family, const ImportGenes& genes, int triangles) {
   const MeshFile file = family.make(genes, triangles);
-  const double begin_s = processorTime_s();
+  const double begin_s = threadTime_s();
   const auto imported = importMesh(file.bytes, file.format, {});
-  const double s = processorTime_s() - begin_s;
+  const double s = threadTime_s() - begin_s;
   return {imported ? static_cast<double>(imported->report.trianglesInFile) : triangles, s,
           imported ? imported->report.text() : imported.error().reason};
 }
@@ -59,7 +53,7 @@ class ImportHunt {
   [[nodiscard]] double worst_s() const { return worst_s_; }
 
   void importOneMore() {
-    const double begin_s = processorTime_s();
+    const double begin_s = threadTime_s();
     const ImportGenes genes = files_ == 0 || random_.below(4) == 0 ? some() : changed(worst_);
     const Import imported = import(family_, genes, kHunted);
     const double s = imported.s / imported.triangles * 1e5;
@@ -68,7 +62,7 @@ class ImportHunt {
       worst_ = genes;
     }
     ++files_;
-    spent_s_ += processorTime_s() - begin_s;
+    spent_s_ += threadTime_s() - begin_s;
   }
   void take(const ImportGenes& kept) { worst_ = kept; }
 
@@ -123,7 +117,7 @@ class ImportHunt {
   double spent_s_ = 0;
 };
 
-std::vector<ImportHunt> huntsOf(const WorstImportOptions& options) {
+std::vector<ImportHunt> huntsOf(const WorstOptions& options) {
   std::vector<ImportHunt> hunts;
   if (!options.kept.empty()) {
     for (const Record& record : readRecords(options.kept)) {
@@ -164,7 +158,7 @@ void print(const Record& record) {
 
 }  // namespace
 
-bool runWorstImport(const WorstImportOptions& options) {
+bool runWorstImport(const WorstOptions& options) {
   std::vector<ImportHunt> hunts = huntsOf(options);
   if (options.kept.empty()) hunt(hunts, options.seconds);
   std::vector<Record> records;

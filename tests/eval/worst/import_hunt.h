@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <string>
+#include "tests/eval/worst/worst.h"
 
 namespace haptics::eval {
 
@@ -10,20 +8,13 @@ namespace haptics::eval {
 inline constexpr double kWorstImport_s = 2;
 inline constexpr double kWorstGrowth = 1.2;
 
-struct WorstImportOptions {
-  std::uint64_t seed = 1;
-  double seconds = 60;         ///< Of the hunt; what comes after it takes some more.
-  std::string family;          ///< Only this one; empty: all.
-  std::filesystem::path kept;  ///< A worst_import.json of an earlier hunt: its files again, no hunt.
-  std::filesystem::path out = ".";
-};
-
 /// Hunts for the slowest import: files of every family, changed towards more time of the processor for each triangle; the
 /// worst of each then in sizes that double. Writes DIR/worst_import.json with their genes, and without `kept`
 /// worst_import.png and .svg: time over triangles.
+/// @param options  Of which `kept` is a worst_import.json; neither rate nor allowance counts.
 /// @return Whether none took more than kWorstImport_s and kWorstGrowth.
 /// Throws std::runtime_error naming what cannot be read, written or drawn; std::invalid_argument where there is no such
 /// family.
-[[nodiscard]] bool runWorstImport(const WorstImportOptions& options);
+[[nodiscard]] bool runWorstImport(const WorstOptions& options);
 
 }  // namespace haptics::eval

@@ -70,10 +70,10 @@ std::int64_t Play::run(Servo& servo, Vec3 hip) const {
 
 Play::Tick Play::tick() {
   hip_ = hand_.next(servo_->state.contact.ihip, config_.period_s);
-  const std::uint64_t behind = servo_->state.report.behind;
+  const std::uint64_t spentBefore = servo_->state.report.allowanceSpent;
   Tick tick;
   tick.ns = nsOf([&] { tick.units = run(*servo_, hip_); });
-  tick.behind = servo_->state.report.behind != behind;
+  tick.allowanceSpent = servo_->state.report.allowanceSpent != spentBefore;
   ++tick_;
   return tick;
 }

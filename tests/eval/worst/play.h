@@ -51,7 +51,7 @@ class Play {
   struct Tick {
     double ns = 0;
     std::int64_t units = 0;  ///< Spent by the contact and what follows it.
-    bool behind = false;
+    bool allowanceSpent = false;
   };
 
   Play(std::shared_ptr<const ServoScene> scene, const Genome& genome, const Settings& settings);

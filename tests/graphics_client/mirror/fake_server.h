@@ -11,9 +11,9 @@
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/scene.h"
 #include "common/wire/framing.h"
-#include "common/wire/memory_link.h"
 #include "common/wire/transport.h"
 #include "graphics_client/mirror/client_session.h"
+#include "tests/common/wire/memory_link.h"
 
 namespace haptics {
 

@@ -3,10 +3,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <filesystem>
 #include <future>
-#include <mutex>
 #include <thread>
 
 #include "common/clock/monotonic.h"

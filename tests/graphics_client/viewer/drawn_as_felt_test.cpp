@@ -48,8 +48,7 @@ double farthest_m(const TriMesh& shape, const std::vector<Vec3f>& material) {
   DentedPoints points(data);
   points.drawIn(data);
 
-  VirtualServo servo(rub, kConfig);
-  servo.adopt(sceneOf(1, {pad}));
+  VirtualServo servo(rub, kConfig, sceneOf(1, {pad}));
   double farthest = 0;
   while (servo.tick() < 2000) {
     const TelemetrySample sample = servo.step();
@@ -101,8 +100,7 @@ TEST(DrawnAsFelt, NormalsOfASoftSphere) {
   DentedPoints points(data);
   points.drawIn(data);
 
-  VirtualServo servo(aboutSphere, kConfig);
-  servo.adopt(sceneOf(1, {ball}));
+  VirtualServo servo(aboutSphere, kConfig, sceneOf(1, {ball}));
   double squares = 0;
   int count = 0;
   while (servo.tick() < 2000) {

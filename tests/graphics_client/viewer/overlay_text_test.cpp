@@ -59,11 +59,11 @@ TEST_F(Touching, WhatTheServerSaysOfItselfIsEscapedAndCutBetweenCharacters) {
   EXPECT_THAT(bannerFor(view, kFresh_s, false, false).text, HasSubstr(R"(\x1b)"));
 }
 
-TEST_F(Touching, AnIhipThatWasPutOutOfABodyIsCountedAndTheBodyNamed) {
-  EXPECT_EQ(status("IHIP put out").value, "(no such line)");
+TEST_F(Touching, ADepenetratedIhipIsCountedAndTheBodyNamed) {
+  EXPECT_EQ(status("IHIP depenetrated").value, "(no such line)");
   view.sample->depenetrated = 3;
   view.sample->depenetratedFrom = box;
-  EXPECT_EQ(status("IHIP put out"), (OverlayLine{"IHIP put out", "3 times, last of box", Tone::kWarning}));
+  EXPECT_EQ(status("IHIP depenetrated"), (OverlayLine{"IHIP depenetrated", "3 times, last from box", Tone::kWarning}));
 }
 
 TEST_F(Touching, HashesAreSaidToBeEqualOnlyWhenTheyAreAndTheLinkIsLive) {

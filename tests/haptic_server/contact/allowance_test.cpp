@@ -25,7 +25,7 @@ class Bounded {
     for (Body& body : bodies) {
       body.previous = reached < 1 ? interpolate(body.previous, body.current, reached) : body.current;
     }
-    behind_ += result.work.behind ? 1 : 0;
+    behind_ += result.work.allowanceSpent ? 1 : 0;
     return result;
   }
   [[nodiscard]] int behind() const { return behind_; }
@@ -53,8 +53,7 @@ shapes::Shape soupBehindAWall(int triangles) {
 }
 
 TEST(Allowance, IsNotNeededWhereThereIsNothing) {
-  World world;
-  world.add(shapes::sphere(0.05, 20));
+  World world(shapes::sphere(0.05, 20));
   world.place({0, 0, 0.3});
   Bounded bounded(world, 4000);
   for (int i = 0; i < 1000; ++i) {
@@ -65,8 +64,7 @@ TEST(Allowance, IsNotNeededWhereThereIsNothing) {
 }
 
 TEST(Allowance, ThatWasSpentBeforeItWasSeenWhetherTheIhipIsInsideLeavesThatToTheNextTick) {
-  World world;
-  world.add(shapes::sphere(0.05, 20));
+  World world(shapes::sphere(0.05, 20));
   world.place({0, 0, 0.06});
   world.tick({0, 0, 0.049});
   ASSERT_EQ(world.state().mode, ContactState::Mode::kOneSurface);
@@ -80,8 +78,7 @@ TEST(Allowance, ThatWasSpentBeforeItWasSeenWhetherTheIhipIsInsideLeavesThatToThe
 
 TEST(Allowance, ThatIsSpentKeepsTheIhipOnItsSide) {
   for (const std::int64_t units : {3'000, 10'000, 30'000, 100'000}) {
-    World world;
-    world.add(soupBehindAWall(400));
+    World world(soupBehindAWall(400));
     world.place({0.01, 0.02, 0.09});
     Bounded bounded(world, units);
     std::mt19937_64 random(7);
@@ -105,14 +102,13 @@ TEST(Allowance, ThatIsSpentKeepsTheIhipOnItsSide) {
 
 TEST(Allowance, ThatIsSpentLeavesTheRestOfTheWayToTheNextTicks) {
   for (const std::int64_t units : {100'000, 200'000}) {  // some ten queries, or twenty
-    World world;
-    world.add(soupBehindAWall(2'000));
+    World world(soupBehindAWall(2'000));
     const Vec3 from(-0.06, 0.001, 0.002), to(0.06, 0.002, 0.003);
     world.place(from);
     Bounded bounded(world, units);
     EXPECT_NE(bounded.tick(to).ihip, to);
     int ticks = 0;
-    for (; ticks < 20'000 && bounded.tick(to).work.behind; ++ticks) {
+    for (; ticks < 20'000 && bounded.tick(to).work.allowanceSpent; ++ticks) {
     }
     EXPECT_LT(ticks, 20'000) << units;
     EXPECT_GT(bounded.tick(to).ihip.x, from.x + 0.01) << "held somewhere on the way";

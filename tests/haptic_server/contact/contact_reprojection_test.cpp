@@ -235,8 +235,7 @@ TEST(Reseat, ComesBackOutOnItsOwnSideOfAThinShell) {
   };
   const Vec3 direction = glm::normalize(Vec3(0.074, 0.076, 1));  // over the middle of a facet of the coarse dome
   const auto pressed = [&](double wall) {
-    World world;
-    world.add(dome(8, wall));
+    World world(dome(8, wall));
     press(world, direction * 0.052, direction * 0.046);
     return world;
   };

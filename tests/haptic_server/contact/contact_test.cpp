@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "tests/haptic_server/contact/world.h"
 
@@ -17,8 +15,7 @@ constexpr double kTouchable = 1e-7;  // m: skin of the 0.1 m scenes below, and t
 Pose at(Vec3 position) { return {{1, 0, 0, 0}, position}; }
 
 TEST(Contact, IsFreeOutsideAndFollowsTheHipThere) {
-  World world;
-  world.add(shapes::sphere(0.05, 8));
+  World world(shapes::sphere(0.05, 8));
   world.place({0, 0, 0.08});
   world.lead({0, 0, 0.08}, {0.08, 0, 0.02}, 0.001, [](const ContactResult& r, Vec3 hip) {
     EXPECT_FALSE(r.touching);
@@ -30,8 +27,7 @@ TEST(Contact, IsFreeOutsideAndFollowsTheHipThere) {
 }
 
 TEST(Contact, TouchesInTheTickOfTheCrossingWithTheIhipAtItsPlace) {
-  World world;
-  world.add(shapes::box({0.1, 0.1, 0.1}, 4));
+  World world(shapes::box({0.1, 0.1, 0.1}, 4));
   world.place({0.011, 0.017, 0.0501});
   const ContactResult r = world.tick({0.012, 0.017, 0.048});
   ASSERT_TRUE(r.touching);
@@ -44,8 +40,7 @@ TEST(Contact, TouchesInTheTickOfTheCrossingWithTheIhipAtItsPlace) {
 
 TEST(Contact, NamesThePrimitiveInTheMeshsOwnOrder) {
   const shapes::Shape cube = shapes::box({0.1, 0.1, 0.1}, 4);
-  World world;
-  world.add(cube);
+  World world(cube);
   world.place({0.011, 0.017, 0.051});
   world.lead({0.011, 0.017, 0.051}, {0.011, 0.017, 0.049}, 0.001, [](const ContactResult&, Vec3) {});
   world.lead({0.011, 0.017, 0.049}, {0.049, -0.04, 0.049}, 0.0005, [&](const ContactResult& r, Vec3) {
@@ -68,8 +63,7 @@ TEST(Contact, NamesThePrimitiveInTheMeshsOwnOrder) {
 TEST(Contact, SlidesOffACubeWithoutAGhostAndDoesNotLag) {  // S1
   for (const int n : {1, 7}) {
     for (const Vec3 to : {Vec3(0.06, 0.003, 0.048), Vec3(0.06, 0.06, 0.048), Vec3(-0.06, 0.06, 0.048)}) {
-      World world;
-      world.add(shapes::box({0.1, 0.1, 0.1}, n));
+      World world(shapes::box({0.1, 0.1, 0.1}, n));
       const Vec3 from{-0.4 * to.x, -0.4 * to.y, 0.048};
       world.place(from + Vec3(0, 0, 0.004));
       world.tick(from);
@@ -187,8 +181,7 @@ TEST(Contact, IsPushedAlongByAPlateThinnerThanItsStep) {  // S4
 
 TEST(Contact, BoundsItsWorkInFansOfAnyValence) {  // S6
   for (const int valence : {8, 64, 700, 4096}) {
-    World world;
-    world.add(shapes::cone(0.05, 0.02, valence));
+    World world(shapes::cone(0.05, 0.02, valence));
     world.place({0, 0, 0.021});
     world.tick({0.0001, 0, 0.015});
     for (int i = 0; i < 400; ++i) {
@@ -212,8 +205,7 @@ TEST(Contact, BoundsItsWorkInFansOfAnyValence) {  // S6
 TEST(Contact, HoldsWhileAFanIsSearchedOverSeveralTicks) {  // S6
   // A pit of 4,096 triangles; the HIP runs through the solid from under one wall to under the other. Until the search
   // has been around the apex, its normal says nothing of the sign.
-  World world;
-  world.add(shapes::cone(0.02, 1, 4096).mapped([](Vec3 v) {
+  World world(shapes::cone(0.02, 1, 4096).mapped([](Vec3 v) {
     const bool rim = v.x != 0 || v.y != 0;
     return rim ? v : Vec3(0, 0, v.z > 0 ? -0.01 : -0.04);
   }));
@@ -262,8 +254,7 @@ TEST(Contact, FollowsFastMotionAsItFollowsSlow) {
 }
 
 TEST(Contact, HoldsDeepAndFastOverAFineMesh) {  // S7
-  World world;
-  world.add(shapes::sphere(0.05, 40));
+  World world(shapes::sphere(0.05, 40));
   world.place({0, 0, 0.051});
   world.lead({0, 0, 0.051}, {0, 0, 0.01}, 0.005, [](const ContactResult& r, Vec3) { EXPECT_TRUE(r.touching); });
   for (int i = 0; i < 1000; ++i) {
@@ -278,8 +269,7 @@ TEST(Contact, HoldsDeepAndFastOverAFineMesh) {  // S7
 
 TEST(Contact, DoesNotFlipAtTheMedialAxis) {  // S8
   for (const int n : {1, 6}) {
-    World world;
-    world.add(shapes::box({0.1, 0.1, 0.1}, n));
+    World world(shapes::box({0.1, 0.1, 0.1}, n));
     world.place({0.02, 0.001, 0.06});
     world.lead({0.02, 0.001, 0.06}, {0.02, 0.001, 0.03}, 0.001, [](const ContactResult&, Vec3) {});
     // 20 mm under the top, to 1 mm from the side: nearer to the side by far, still held by the top.
@@ -298,8 +288,7 @@ TEST(Contact, DoesNotFlipAtTheMedialAxis) {  // S8
 TEST(Contact, DoesNotPopThroughThinPlates) {  // S9
   for (const double thickness : {0.0005, 0.001}) {
     for (const int n : {1, 9}) {
-      World world;
-      world.add(shapes::box({0.1, 0.1, thickness}, n));
+      World world(shapes::box({0.1, 0.1, thickness}, n));
       const double top = thickness / 2;
       const auto check = [&](const ContactResult& r, Vec3 hip) {
         if (hip.z > top - kTouchable) return;
@@ -317,8 +306,7 @@ TEST(Contact, DoesNotPopThroughThinPlates) {  // S9
 
 TEST(Contact, ReleasesASheetOnTheSideFromWhichItWasTouched) {
   for (const double side : {1.0, -1.0}) {
-    World world;
-    world.add(shapes::sheet(0.1, 5));
+    World world(shapes::sheet(0.1, 5));
     const auto check = [&](const ContactResult& r, Vec3 hip) {
       if (std::abs(hip.z) < 1e-12) return;  // on the sheet: held or not
       EXPECT_EQ(r.touching, hip.z * side < 0);
@@ -339,8 +327,7 @@ TEST(Contact, ReleasesASheetOnTheSideFromWhichItWasTouched) {
 }
 
 TEST(Contact, FallsOffTheRimOfASheet) {
-  World world;
-  world.add(shapes::sheet(0.1, 5));
+  World world(shapes::sheet(0.1, 5));
   world.place({0.03, 0.004, 0.002});
   world.tick({0.03, 0.004, -0.003});
   world.lead({0.03, 0.004, -0.003}, {0.06, 0.004, -0.003}, 0.0005, [](const ContactResult& r, Vec3 hip) {
@@ -354,8 +341,7 @@ TEST(Contact, FallsOffTheRimOfASheet) {
 }
 
 TEST(Contact, TakesAHipThatIsNoPlaceForOneThatDidNotMove) {
-  World world;
-  world.add(shapes::sphere(0.05, 8));
+  World world(shapes::sphere(0.05, 8));
   world.place({0, 0, 0.051});
   const ContactResult before = world.tick({0, 0, 0.048});
   const double nan = std::numeric_limits<double>::quiet_NaN();

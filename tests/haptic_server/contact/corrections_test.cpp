@@ -47,8 +47,7 @@ TEST(Corrections, WithAllOfThemTheGeneralPathIsTheProductionStep) {
 
 constexpr Corrections kWithoutFeatureCodes{.featureCodes = false};
 TEST(Corrections, WithoutFeatureCodesTheIhipNeverLeavesItsFirstPolygon) {
-  World world;
-  world.add(shapes::box({0.1, 0.1, 0.1}, 4));
+  World world(shapes::box({0.1, 0.1, 0.1}, 4));
   Apprentice printed(kWithoutFeatureCodes, world, {0, 0.003, 0.051});
   ContactResult r;
   for (int i = 0; i < 100; ++i) r = printed.tick({0.0004 * i, 0.003, 0.049});
@@ -59,8 +58,7 @@ constexpr Corrections kWithoutPseudonormals{.pseudonormals = false};
 /// Of a hand so fast that steps do not divide its motion.
 bool isHeldBeyondATip(Corrections corrections) {
   corrections.substeps = false;
-  World world;
-  world.add(shapes::cone(0.01, 0.05, 5));
+  World world(shapes::cone(0.01, 0.05, 5));
   Apprentice pricked(corrections, world, {0.004, 0.0003, 0.046});
   EXPECT_TRUE(pricked.tick({0.0002, 0.0003, 0.045}).touching);
   return pricked.tick({-0.001, 0.0003, 0.051}).touching;
@@ -72,8 +70,7 @@ TEST(Corrections, WithoutPseudonormalsASpikesTipHoldsAHipThatIsBeyondIt) {
 
 constexpr Corrections kWithoutSameTickSearch{.sameTickSearch = false};
 TEST(Corrections, WithoutTheSameTickSearchTheFirstForceIsATickLate) {
-  World world;
-  world.add(shapes::box({0.1, 0.1, 0.1}, 4));
+  World world(shapes::box({0.1, 0.1, 0.1}, 4));
   Apprentice late(kWithoutSameTickSearch, world, {0.01, 0.003, 0.051});
   EXPECT_FALSE(late.tick({0.01, 0.003, 0.048}).touching);
   EXPECT_TRUE(late.full().touching);
@@ -133,8 +130,7 @@ TEST(Corrections, WithOneSurfaceABlockedIhipDoesNotSlideAlongTheWall) {
 constexpr Corrections kWithoutABudget{.boundedSearch = false};
 TEST(Corrections, WithoutABudgetATickLooksAtMore) {
   const auto looked = [](const Corrections& corrections) {
-    World world;
-    world.add(shapes::cone(0.05, 0.02, 8 * kSearchBudget));
+    World world(shapes::cone(0.05, 0.02, 8 * kSearchBudget));
     Apprentice hand(corrections, world, {0.001, 0.0003, 0.0201});
     return hand.tick({-0.0001, 0, 0.019}).work.triangles;
   };
@@ -143,8 +139,7 @@ TEST(Corrections, WithoutABudgetATickLooksAtMore) {
 }
 constexpr Corrections kWithoutSubsteps{.substeps = false};
 TEST(Corrections, WithoutSubstepsATickIsOneStep) {
-  World world;
-  world.add(shapes::sphere(0.05, 100));
+  World world(shapes::sphere(0.05, 100));
   Apprentice leaping(kWithoutSubsteps, world, {0, 0, 0.051});
   (void)leaping.tick({0, 0, 0.049});
   EXPECT_EQ(leaping.tick({0.005, 0, 0.049}).work.steps, 1);
@@ -168,8 +163,7 @@ TEST(Corrections, WithAbsoluteTolerancesTheResultDependsOnTheUnit) {
 
 bool entersNothing(Vec3, Vec3, const TriangleRecord&, bool, Crossing&) noexcept { return false; }
 TEST(Corrections, TheSegmentTestIsTheOneThatIsNamed) {
-  World world;
-  world.add(shapes::box({0.1, 0.1, 0.1}, 4));
+  World world(shapes::box({0.1, 0.1, 0.1}, 4));
   Apprentice blind({.segmentTest = entersNothing}, world, {0.01, 0.003, 0.051});
   EXPECT_FALSE(blind.tick({0.01, 0.003, 0.048}).touching);
   EXPECT_TRUE(blind.full().touching);
@@ -182,8 +176,7 @@ ClosestPoint highFoot(const TriangleRecord& record, std::uint32_t triangle, Vec3
   return foot;
 }
 TEST(Corrections, TheSearchsClosestPointIsOfTheOneThatIsNamed) {
-  World world;
-  world.add(shapes::box({0.1, 0.1, 0.1}, 4));
+  World world(shapes::box({0.1, 0.1, 0.1}, 4));
   Apprentice high({.regionSteps = false, .closestPoint = highFoot}, world, {0.01, 0.003, 0.051});
   EXPECT_NEAR(high.tick({0.01, 0.003, 0.048}).ihip.z, 0.051, 1e-9);
 }

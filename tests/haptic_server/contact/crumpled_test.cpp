@@ -46,8 +46,7 @@ TEST_P(Crumpled, BallIsNeverEntered) {
   constexpr double kDeepest = 2e-7;  // m: the skin and the vertices' rounding
   const auto surface = crumpledBall(GetParam()).build();
   ASSERT_TRUE(surface->anySelfIntersecting());
-  World world;
-  world.add(surface);
+  World world(surface);
   std::mt19937_64 random(3);
   std::normal_distribution<double> push(0, 1);
   Vec3 hip(0.001, 0.002, 0.09);

@@ -54,8 +54,7 @@ TEST(Scale, ByPowersOfTwoChangesNoBit) {
 TEST(Scale, ByPowersOfTenChangesTheFifthDigitAtMost) {
   // Rounding the vertices anew changes the shape by 2^-24; a walk on a sphere stays the same walk.
   const auto slide = [](double scale) {
-    World world;
-    world.add(shapes::sphere(0.05, 16).scaled(scale));
+    World world(shapes::sphere(0.05, 16).scaled(scale));
     world.place(Vec3(0, 0, 0.051) * scale);
     std::vector<Vec3> ihips;
     for (int i = 0; i < 1000; ++i) {

@@ -219,8 +219,7 @@ TEST(SeveralBodies, OfOneMeshBentIntoItselfAreGuardedToo) {
     return Vec3(std::min(way, kArcBegins_m) + inwards * std::sin(angle), v.y,
                 kArcRadius_m - inwards * std::cos(angle) - beyond);
   });
-  World world;
-  world.add(refitCollisionMesh(*straight.build(), bent.vertices));
+  World world(refitCollisionMesh(*straight.build(), bent.vertices));
   world.place({0.05, 0.003, 0.011});
   world.tick({0.05, 0.003, 0.007});
   world.lead({0.05, 0.003, 0.007}, {0.2, 0.003, 0.007}, 0.001, [&](const ContactResult& r, Vec3 hip) {

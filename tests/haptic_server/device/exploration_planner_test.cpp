@@ -23,6 +23,10 @@ std::shared_ptr<const CollisionMesh> boxSurface(Vec3 size) { return surfaceOf(ma
 std::shared_ptr<const CollisionMesh> sphereSurface() { return surfaceOf(makeSphere(0.05, 24)); }
 std::shared_ptr<const CollisionMesh> torusSurface() { return surfaceOf(makeTorus(0.042, 0.018, 128, 64)); }
 
+ExplorationPlan makeExplorationPlan(std::span<const ExploredObject> objects) {
+  return ExplorationPlanner().plan(objects);
+}
+
 double length(const Stroke& stroke) { return glm::distance(stroke.points.front(), stroke.points.back()); }
 
 /// Metres from a point to a surface.

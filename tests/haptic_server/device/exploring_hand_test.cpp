@@ -24,6 +24,12 @@ std::unique_ptr<ExplorationPlan> planOf(std::vector<Stroke> strokes, double clea
   return std::make_unique<ExplorationPlan>(ExplorationPlan{std::move(strokes), clearHeight});
 }
 
+ExploringHand following(const std::unique_ptr<ExplorationPlan>& plan) {
+  ExploringHand hand(nominal(), 3.3);
+  hand.follow(plan.get());
+  return hand;
+}
+
 /// A hand without inertia over a springy ground: it is where it intends to be, less what its own compliance yields.
 class Rubbing {
  public:
@@ -83,8 +89,7 @@ TEST(ExploringHand, RestsWithoutAPlan) {
 
 TEST(ExploringHand, BeginsAboveTheFirstStroke) {
   const auto plan = planOf({row(1, {0.3, 0.1, 0.02})}, 0.08);
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   EXPECT_EQ(hand.next(0, Vec3(0)).position, Vec3(0.3, 0.1, 0.08));
 }
 
@@ -97,8 +102,7 @@ TEST(ExploringHand, SparesAWeakDeviceAndALooseHand) {
 
 TEST(ExploringHand, PressesToItsTargetStrokesAndLifts) {
   const auto plan = planOf({row(1, Vec3(0))}, 0.06);
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   Rubbing world;
   double force = 0, lowest = 1, highest = -1, farthest = 0;
   int pressing = 0;
@@ -119,8 +123,7 @@ TEST(ExploringHand, PressesToItsTargetStrokesAndLifts) {
 
 TEST(ExploringHand, VisitsTheStrokesInTurnForEver) {
   const auto plan = planOf({row(1, {0, 0, 0}), row(2, {0.2, 0, 0}), row(7, {0, 0.2, 0}, 1)});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   Rubbing world;
   std::vector<int> visits;
   for (int i = 0; i < 40000; ++i) {
@@ -134,8 +137,7 @@ TEST(ExploringHand, VisitsTheStrokesInTurnForEver) {
 
 TEST(ExploringHand, GoesOnWhenItMeetsNothing) {
   const auto plan = planOf({row(1, {0, 0, 0}), row(2, {0.2, 0, 0})});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   std::vector<int> visits;
   for (int i = 0; i < 20000; ++i) {
     const Vec3 p = hand.next(kPeriod, Vec3(0)).position;
@@ -146,29 +148,21 @@ TEST(ExploringHand, GoesOnWhenItMeetsNothing) {
   EXPECT_GE(visits.size(), 4U);
 }
 
-TEST(ExploringHand, LiftsWhenTheSurfaceGoesAway) {
+/// Whether the hand goes on to the next stroke where the surface under it moves so far up.
+bool leavesWhereTheSurfaceMoves(double up_m) {
   const auto plan = planOf({row(1, Vec3(0)), row(2, {0.2, 0, 0})});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   Rubbing world;
   runIntoStroke(hand, world, Vec3(0));
-  world.moveGround(-1);
+  world.moveGround(up_m);
   bool left = false;
   for (int i = 0; i < 3000 && !left; ++i) left = world.tick(hand).x > 0.15;
-  EXPECT_TRUE(left);
+  return left;
 }
 
-TEST(ExploringHand, GivesWayToASurfaceThatRises) {
-  const auto plan = planOf({row(1, Vec3(0)), row(2, {0.2, 0, 0})});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
-  Rubbing world;
-  runIntoStroke(hand, world, Vec3(0));
-  world.moveGround(0.05);
-  bool left = false;
-  for (int i = 0; i < 3000 && !left; ++i) left = world.tick(hand).x > 0.15;
-  EXPECT_TRUE(left);
-}
+TEST(ExploringHand, LiftsWhenTheSurfaceGoesAway) { EXPECT_TRUE(leavesWhereTheSurfaceMoves(-1)); }
+
+TEST(ExploringHand, GivesWayToASurfaceThatRises) { EXPECT_TRUE(leavesWhereTheSurfaceMoves(0.05)); }
 
 TEST(ExploringHand, GoesOnWithAStrokeThatANewPlanHoldsUnchanged) {
   auto plan = planOf({row(1, Vec3(0)), row(2, {0.2, 0, 0})});
@@ -195,8 +189,7 @@ TEST(ExploringHand, GoesOnWithAStrokeThatANewPlanHoldsUnchanged) {
 
 TEST(ExploringHand, LiftsAndBeginsAnewWhenTheObjectUnderItChanged) {
   auto plan = planOf({row(1, {0.5, 0, 0}), row(2, Vec3(0)), row(3, {0, 0.5, 0})});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   Rubbing world;
   for (int i = 0; i < 20000 && !(world.force() > 1 && world.tick(hand).x < 0.05); ++i) world.tick(hand);
   plan = planOf({row(1, {0.5, 0, 0}), row(2, {0, 0.1, 0}), row(3, {0, 0.5, 0})});
@@ -225,8 +218,7 @@ void runUntilPressedAt(ExploringHand& hand, Rubbing& world, double x) {
 
 TEST(ExploringHand, GoesToTheNextObjectWhenTheOneUnderItIsRemoved) {
   auto plan = planOf({row(1, Vec3(0)), row(2, {0.2, 0, 0}), row(3, {0.4, 0, 0})});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   Rubbing world;
   runUntilPressedAt(hand, world, 0.2);
   plan = planOf({row(1, Vec3(0)), row(3, {0.4, 0, 0})});
@@ -238,8 +230,7 @@ TEST(ExploringHand, GoesToTheNextObjectWhenTheOneUnderItIsRemoved) {
 
 TEST(ExploringHand, GoesOnInTheOrderOfTheNewPlan) {
   auto plan = planOf({row(1, Vec3(0)), row(2, {0.2, 0, 0})});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   Rubbing world;
   runUntilPressedAt(hand, world, 0.2);
   plan = planOf({row(2, {0.2, 0, 0}), row(3, {0.4, 0, 0})});
@@ -255,8 +246,7 @@ TEST(ExploringHand, GoesOnInTheOrderOfTheNewPlan) {
 
 TEST(ExploringHand, LiftsAndWaitsWhenNothingIsLeftAndResumes) {
   auto plan = planOf({row(4, Vec3(0))});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   Rubbing world;
   runIntoStroke(hand, world, Vec3(0));
   hand.follow(nullptr);
@@ -273,8 +263,7 @@ TEST(ExploringHand, LiftsAndWaitsWhenNothingIsLeftAndResumes) {
 
 TEST(ExploringHand, ClearsAnObjectThatAppearsInItsWay) {
   auto plan = planOf({row(1, Vec3(0), 1), row(2, {0.4, 0, 0})}, 0.05);
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   Rubbing world;
   Vec3 p(0);
   for (int i = 0; i < 20000 && p.x < 0.1; ++i) p = world.tick(hand);
@@ -292,8 +281,7 @@ TEST(ExploringHand, PushesFromBesideGoesBackAndLifts) {
   Stroke push = row(1, {0.2, 0, 0.03});
   push.isPush = true;
   const auto plan = planOf({push, row(2, {0, 0, 0})});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   double farthest = 0, lowest = 1;
   bool retreated = false;
   Vec3 last = hand.next(0, Vec3(0)).position;
@@ -315,8 +303,7 @@ TEST(ExploringHand, GivesUpAPushAgainstWhatStandsFast) {
   Stroke push = row(1, {0.2, 0, 0.03});
   push.isPush = true;
   const auto plan = planOf({push});
-  ExploringHand hand(nominal(), 3.3);
-  hand.follow(plan.get());
+  ExploringHand hand = following(plan);
   double farthest = 0;
   for (int i = 0; i < 4000; ++i) {
     const double wall_N = 300 * std::max(0.0, farthest > 0 ? farthest - 0.21 : 0);

@@ -1,6 +1,6 @@
-#include "haptic_server/net/handshake_limit.h"
-
 #include <gtest/gtest.h>
+
+#include "haptic_server/net/rate_limit.h"
 
 namespace haptics {
 namespace {

@@ -305,6 +305,79 @@ TEST_F(SessionLive, TellsTimeAndStatus) {
   EXPECT_EQ(status.root(), history()->version.root().asBytes());
 }
 
+class SessionHand : public SessionLive {
+ protected:
+  [[nodiscard]] Result<void> leadHand(bool lead) override {
+    if (lead && otherLeads) return haptics::refused("lead_hand", "the hand is led by other");
+    leads = lead;
+    return {};
+  }
+  void commandHand(const HandCommand& command) override { commands.push_back(command); }
+  [[nodiscard]] std::optional<Leader> handLeader() const override {
+    if (otherLeads) return Leader{"other", session.id() + 1};
+    return leads ? std::optional(Leader{session.name(), session.id()}) : std::nullopt;
+  }
+  v1::HandLeader ask(bool lead) {
+    v1::Envelope envelope;
+    envelope.mutable_lead_hand()->set_lead(lead);
+    client.send(envelope);
+    link.settle();
+    return client.all(Kind::kHandLeader).back().hand_leader();
+  }
+  void command(double x, double normal_z, double press_N) {
+    v1::Envelope envelope;
+    envelope.mutable_hand_target()->mutable_position()->set_x(x);
+    envelope.mutable_hand_target()->mutable_normal()->set_z(normal_z);
+    envelope.mutable_hand_target()->set_press_n(press_N);
+    client.send(envelope);
+    link.settle();
+  }
+
+  bool leads = false, otherLeads = false;
+  std::vector<HandCommand> commands;
+};
+
+TEST_F(SessionHand, IsLedByAClientThatAsks) {
+  EXPECT_TRUE(ask(true).you());
+  command(0.1, 1, 2);
+  command(0.2, 0, 0);
+  ASSERT_EQ(commands.size(), 2U);
+  EXPECT_EQ(commands[0].position, Vec3(0.1, 0, 0));
+  EXPECT_EQ(commands[0].normal, Vec3(0, 0, 1));
+  EXPECT_EQ(commands[0].press_N, 2);
+  EXPECT_TRUE(commands[1].leads);
+  EXPECT_EQ(commands[1].press_N, 0);
+  EXPECT_FALSE(ask(false).led());
+}
+
+TEST_F(SessionHand, IsRefusedNamingItsLeaderAndFollowedFromThenOn) {
+  session.handLeaderChanged();
+  link.settle();
+  EXPECT_EQ(client.count(Kind::kHandLeader), 0U) << "nobody asked";
+  otherLeads = true;
+  const v1::HandLeader refused = ask(true);
+  EXPECT_EQ(refused.refused(), "lead_hand: the hand is led by other");
+  EXPECT_EQ(refused.client_name(), "other");
+  EXPECT_FALSE(refused.you());
+  otherLeads = false;
+  session.handLeaderChanged();
+  link.settle();
+  EXPECT_FALSE(client.all(Kind::kHandLeader).back().hand_leader().led());
+}
+
+TEST_F(SessionHand, RefusesTargetsThatAreNone) {
+  ask(true);
+  command(std::numeric_limits<double>::quiet_NaN(), 1, 1);
+  EXPECT_THAT(client.refusal().field(), ::testing::StartsWith("hand_target.position"));
+  EXPECT_TRUE(commands.empty());
+}
+
+TEST_F(SessionHand, RefusesAPressWithoutANormal) {
+  ask(true);
+  command(0, 0.5, 1);
+  EXPECT_THAT(client.refusal().field(), ::testing::StartsWith("hand_target.normal"));
+}
+
 TEST(AdoptionTracker, RemembersAdoptionsForEditsWhoseAcceptanceComesLate) {
   AdoptionTracker watch;
   watch.adopted(1, 10);

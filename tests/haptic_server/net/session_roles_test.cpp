@@ -39,6 +39,18 @@ TEST_F(SessionRoles, ComeWithTheToken) {
   EXPECT_EQ(client.count(Kind::kSnapshotEnd), 1U) << "a viewer sees the scene";
 }
 
+TEST_F(SessionRoles, AViewerDoesNotLeadTheHand) {
+  role = Role::kView;
+  hello("");
+  v1::Envelope envelope;
+  envelope.mutable_lead_hand()->set_lead(true);
+  client.send(envelope);
+  link.settle();
+  const v1::HandLeader answer = client.all(v1::Envelope::kHandLeader).at(0).hand_leader();
+  EXPECT_EQ(answer.refused().substr(0, 14), "role: is view;");
+  EXPECT_FALSE(answer.led());
+}
+
 TEST_F(SessionRoles, EditorsMayEdit) {
   hello("");
   EXPECT_TRUE(client.all(Kind::kWelcome)[0].welcome().may_edit());

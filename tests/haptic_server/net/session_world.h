@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -12,8 +11,8 @@
 
 #include "common/wire/convert.h"
 #include "common/wire/framing.h"
-#include "common/wire/memory_link.h"
 #include "haptic_server/net/server_session.h"
+#include "tests/common/wire/memory_link.h"
 #include "tests/haptic_server/scene/scene_edits.h"
 
 namespace haptics::test {

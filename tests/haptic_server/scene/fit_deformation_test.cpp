@@ -1,9 +1,8 @@
-#include "haptic_server/scene/fit_deformation.h"
-
 #include <gtest/gtest.h>
 
 #include "common/deform/free_form.h"
 #include "common/mesh/generators.h"
+#include "haptic_server/scene/fit_to_mesh.h"
 
 namespace haptics {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/generators.h"
-#include "haptic_server/scene/motion_warnings.h"
+#include "haptic_server/scene/surface_warnings.h"
 
 namespace haptics {
 namespace {

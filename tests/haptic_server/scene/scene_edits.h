@@ -23,6 +23,24 @@ inline Operation add(std::string name, MeshSource mesh = box()) {
 }
 inline Operation moveTo(std::string name, Vec3 position) { return SetPose{named(std::move(name)), {position, {}}}; }
 inline Operation remove(std::string name) { return RemoveObject{named(std::move(name))}; }
+inline Operation setSurface(SurfaceEdit surface, std::string name = "a") {
+  MaterialEdit material;
+  material.surface = std::move(surface);
+  return SetMaterial{named(std::move(name)), std::move(material)};
+}
+
+/// Of each of so many vertices.
+inline VertexValuesSource sameValues(float value, std::size_t count = 8) {
+  return {GivenValues{std::vector<float>(count, value)}};
+}
+inline MappedSource spots(std::uint32_t seed) { return {SpotNoiseSource{.seed = seed}, true, true}; }
+/// A texture of spots, and friction by the vertices of a box.
+inline SurfaceEdit spottedSurface() {
+  SurfaceEdit surface;
+  surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3}, {spots(5)}};
+  surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}}, sameValues(0.5F)};
+  return surface;
+}
 
 template <class... Operations>
 Transaction edit(Operations... operations) {

@@ -89,21 +89,17 @@ TEST(ServoSceneBuilder, KeepsWhatASurfaceIsMadeOfUntilItIsEdited) {
     sequencer.submit(kAlice, ++seq, transaction);
     return maker.make(sequencer, 0, kNewPlan)->objects.at(0).detail;
   };
-  const auto surface = [](SurfaceEdit change) {
-    return SetMaterial{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = std::move(change)}};
-  };
   EXPECT_EQ(detailAfter(edit(add("a"))), nullptr);
   SurfaceEdit change;
   change.shading = Shading{0.5, {}};
-  const auto shaded = detailAfter(edit(surface(change)));
+  const auto shaded = detailAfter(edit(setSurface(change)));
   ASSERT_NE(shaded, nullptr);
   EXPECT_EQ(detailAfter(edit(moveTo("a", {1, 0, 0}))), shaded);
 
   change.shading.reset();
-  change.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
-                                 VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+  change.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}}, sameValues(0.5F)};
   change.texture = TextureEdit{Texture{.family = GrainFamily{0.01, 1}, .amplitude_m = 1e-3}, {}};
-  const auto rubbed = detailAfter(edit(surface(change)));
+  const auto rubbed = detailAfter(edit(setSurface(change)));
   EXPECT_EQ(rubbed->shading, shaded->shading) << "normals of a large mesh take their time";
   EXPECT_EQ(rubbed->friction->most(), 0.3);
   EXPECT_TRUE(rubbed->texture);
@@ -113,7 +109,7 @@ TEST(ServoSceneBuilder, KeepsWhatASurfaceIsMadeOfUntilItIsEdited) {
   change.friction.emplace();
   change.texture.emplace();
   change.shading.emplace();
-  EXPECT_EQ(detailAfter(edit(surface(change))), nullptr);
+  EXPECT_EQ(detailAfter(edit(setSurface(change))), nullptr);
 }
 
 TEST(ServoSceneBuilder, PlansTheExplorationOncePerRevision) {
@@ -212,15 +208,20 @@ class Servo {
   const ServoScene* scene_ = nullptr;
 };
 
+/// Waits for the reply.
+EditOutcome submitTo(SceneService& sceneService, std::uint64_t seq, const Transaction& transaction) {
+  auto reply = std::make_shared<std::promise<EditOutcome>>();
+  EXPECT_TRUE(
+      sceneService.submitEdit(kAlice, seq, transaction, [reply](const EditOutcome& o) { reply->set_value(o); }));
+  auto future = reply->get_future();
+  if (future.wait_for(kPatience) != std::future_status::ready) throw std::runtime_error("no reply");
+  return future.get();
+}
+
 class SceneServiceTest : public ::testing::Test {
  protected:
   EditOutcome submit(std::uint64_t seq, const Transaction& transaction) {
-    auto reply = std::make_shared<std::promise<EditOutcome>>();
-    EXPECT_TRUE(
-        sceneService.submitEdit(kAlice, seq, transaction, [reply](const EditOutcome& o) { reply->set_value(o); }));
-    auto future = reply->get_future();
-    if (future.wait_for(kPatience) != std::future_status::ready) throw std::runtime_error("no reply");
-    return future.get();
+    return submitTo(sceneService, seq, transaction);
   }
 
   SceneMailbox mailbox;
@@ -320,10 +321,8 @@ TEST(SceneService, AnswersAStiffnessBeyondWhatTheDefaultDeviceBearsWithWhatIsFel
   SceneService sceneService({.assetFolders = {}, .makePlan = {}, .device = device, .log = {}}, mailbox);
   ASSERT_TRUE(sceneService.loadStartScene(edit(add("a"))));
   sceneService.start();
-  std::promise<EditOutcome> replied;
   const SetMaterial stiffer{named("a"), {.stiffness_N_per_m = 90'000, .damping_Ns_per_m = {}, .surface = {}}};
-  ASSERT_TRUE(sceneService.submitEdit(kAlice, 1, edit(stiffer), [&](const EditOutcome& o) { replied.set_value(o); }));
-  const EditOutcome outcome = replied.get_future().get();
+  const EditOutcome outcome = submitTo(sceneService, 1, edit(stiffer));
   ASSERT_TRUE(std::holds_alternative<Accepted>(outcome));
   const double felt_N_per_m = servo.look()->objects.at(0).stiffness_N_per_m;
   EXPECT_EQ(felt_N_per_m, limits.stiffness_N_per_m);
@@ -368,9 +367,7 @@ TEST(SceneService, NoEditWaitsForThePlan) {
   SceneService sceneService({.assetFolders = {}, .makePlan = makePlan, .log = {}}, mailbox);
   ASSERT_TRUE(sceneService.loadStartScene(edit(add("a"))));
   sceneService.start();
-  std::promise<void> replied;
-  ASSERT_TRUE(sceneService.submitEdit(kAlice, 1, edit(add("b")), [&](const EditOutcome&) { replied.set_value(); }));
-  ASSERT_EQ(replied.get_future().wait_for(kPatience), std::future_status::ready);
+  (void)submitTo(sceneService, 1, edit(add("b")));
   EXPECT_EQ(servo.look()->revision, 2U);
   EXPECT_EQ(servo.look()->plan->clearHeight_m, 1) << "of the scene before";
   release.set_value();
@@ -588,10 +585,7 @@ TEST(SceneService, GoesOnWhenAServoSceneCannotBeMadeAndMakesItLater) {
   ASSERT_TRUE(sceneService.loadStartScene(edit(add("a"))));
   failures = 2;
   sceneService.start();
-  std::promise<EditOutcome> replied;
-  ASSERT_TRUE(
-      sceneService.submitEdit(kAlice, 1, edit(remove("a")), [&](const EditOutcome& o) { replied.set_value(o); }));
-  EXPECT_TRUE(std::holds_alternative<Accepted>(replied.get_future().get()));
+  EXPECT_TRUE(std::holds_alternative<Accepted>(submitTo(sceneService, 1, edit(remove("a")))));
   EXPECT_EQ(servo.look()->revision, 1U) << "the scene before";
   EXPECT_TRUE(servo.waitFor([](const ServoScene& scene) { return scene.revision == 2; }));
   EXPECT_LE(servo.look()->objects.size(), 1U) << "leaving once";
@@ -629,11 +623,7 @@ TEST(SceneService, ThatIsFixedShowsWhatItIsGivenAndRefusesEdits) {
   sceneService.start();
   made.submit(kAlice, 2, edit(add("b")));
   ASSERT_TRUE(sceneService.show(made.history()->version, {}));
-  std::promise<EditOutcome> replied;
-  ASSERT_TRUE(sceneService.submitEdit(kAlice, 1, edit(add("c")), [&](const EditOutcome& o) { replied.set_value(o); }));
-  auto reply = replied.get_future();
-  ASSERT_EQ(reply.wait_for(kPatience), std::future_status::ready);
-  EXPECT_EQ(std::get<Error>(reply.get()).reason, "it is a recording");
+  EXPECT_EQ(std::get<Error>(submitTo(sceneService, 1, edit(add("c")))).reason, "it is a recording");
   EXPECT_EQ(sceneService.history()->version.root(), made.history()->version.root());
   EXPECT_EQ(mailbox.newest(), nullptr) << "the servo has its scenes from elsewhere";
 }

@@ -26,12 +26,6 @@ MappedFamily mapped(Vec3 centre = {}, Vec3 size = Vec3(1)) {
   return {{}, {Mapping::Shape::kSphere, centre, {1, 0, 0, 0}, size, 0.01}};
 }
 
-Operation setSurface(SurfaceEdit surface, std::string name = "a") {
-  MaterialEdit material;
-  material.surface = std::move(surface);
-  return SetMaterial{named(std::move(name)), std::move(material)};
-}
-
 SurfaceEdit textured(std::uint32_t seed, MappedFamily family = mapped(), bool ofMesh = false) {
   SurfaceEdit edit;
   edit.texture = TextureEdit{Texture{.family = family, .amplitude_m = 1e-3},
@@ -50,8 +44,7 @@ SurfaceEdit grown(std::uint32_t seed, double wavelength_m = 0.01) {
 
 SurfaceEdit perVertex(std::size_t values) {
   SurfaceEdit edit;
-  edit.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
-                               VertexValuesSource{GivenValues{std::vector<float>(values, 0.5F)}}};
+  edit.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}}, sameValues(0.5F, values)};
   return edit;
 }
 

@@ -10,9 +10,7 @@
 namespace haptics {
 namespace {
 
-using testing::objectOf;
-using testing::sceneOf;
-using testing::surfaceOf;
+using namespace testing;
 
 constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 3.3};
 

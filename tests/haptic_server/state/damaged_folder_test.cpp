@@ -7,7 +7,6 @@
 #include <map>
 #include <optional>
 #include <random>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -150,17 +149,11 @@ struct Original {
     if (i < 6) return edit(add(numbered("o", i), box(0.011 * static_cast<double>(i))));
     if (i == 6) return edit(add("o0"));
     if (i == 9) {
-      SurfaceEdit surface;
-      surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
-                                    {MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
-      surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
-                                      VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
+      SurfaceEdit surface = spottedSurface();
       surface.stiffnessOver =
-          SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
-                         std::vector<FamilySource>{MappedSource{SpotNoiseSource{.seed = 6}, true, true}}};
-      surface.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}},
-                                            VertexValuesSource{GivenValues{std::vector<float>(8, 0.25F)}}};
-      return edit(SetMaterial{named(name), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}});
+          SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}}, std::vector<FamilySource>{spots(6)}};
+      surface.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}}, sameValues(0.25F)};
+      return edit(setSurface(surface, name));
     }
     if (i % 11 == 0) return edit(RemeshObject{named(name), box(0.01 + 0.001 * static_cast<double>(i))});
     return edit(moveTo(name, {static_cast<double>(i), 0, 0}));

@@ -58,6 +58,19 @@ class FullDisk {
 class StateFolderTest : public ::testing::Test {
  protected:
   [[nodiscard]] std::size_t logSize() const { return fs::file_size(folder / "log"); }
+  void keepABox() const { KeptScene(folder.path(), 41).accept(kAlice, 1, edit(add("a"))); }
+  /// Of a box with the surface, whose assets are so many, after another start.
+  [[nodiscard]] ObjectAssets assetsKeptOf(const SurfaceEdit& surface, std::size_t count) const {
+    ContentHash root;
+    {
+      KeptScene first(folder.path());
+      root = first.accept(kAlice, 1, edit(add("a"), setSurface(surface)))->commit.root;
+      EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(count));
+    }
+    KeptScene second(folder.path());
+    EXPECT_EQ(second.version().root(), root);
+    return second.sequencer.assetsOf(second.version().find("a")->id);
+  }
   TemporaryFolder folder;
 };
 
@@ -160,10 +173,7 @@ TEST_F(StateFolderTest, ADamagedBeginningIsRestoredFromItsCopy) {
 }
 
 TEST_F(StateFolderTest, ADamagedCopyIsReplaced) {
-  {
-    KeptScene first(folder.path(), 41);
-    first.accept(kAlice, 1, edit(add("a")));
-  }
+  keepABox();
   flipByte(folder / "checkpoint", 30);
   { const KeptScene second(folder.path(), 42); }
   flipByte(folder / "log", 30);
@@ -173,10 +183,7 @@ TEST_F(StateFolderTest, ADamagedCopyIsReplaced) {
 }
 
 TEST_F(StateFolderTest, ZerosInPlaceOfALastRecordAreNotCalledLost) {
-  {
-    KeptScene first(folder.path(), 41);
-    first.accept(kAlice, 1, edit(add("a")));
-  }
+  keepABox();
   std::ofstream(folder / "log", std::ios::binary | std::ios::app) << std::string(4096, '\0');
   const KeptScene second(folder.path(), 42);
   EXPECT_EQ(second.version().revision(), 1U);
@@ -226,10 +233,7 @@ TEST_F(StateFolderTest, WhatCannotBeReadAtAllIsKeptAsideAndTheServerStarts) {
 }
 
 TEST_F(StateFolderTest, AssetsWithoutALogAreSaidAndKept) {
-  {
-    KeptScene first(folder.path(), 41);
-    first.accept(kAlice, 1, edit(add("a")));
-  }
+  keepABox();
   fs::remove(folder / "log");
   fs::remove(folder / "checkpoint");
   const KeptScene second(folder.path(), 42);
@@ -329,21 +333,7 @@ TEST_F(StateFolderTest, ACheckpointThatFindsNoRoomLetsTheLogGrow) {
 }
 
 TEST_F(StateFolderTest, KeepsTheFieldsAndValuesOfSurfaces) {
-  SurfaceEdit surface;
-  surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
-                                {MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
-  surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
-                                  VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
-  const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
-  ContentHash root;
-  {
-    KeptScene first(folder.path());
-    root = first.accept(kAlice, 1, edit(add("a"), textured))->commit.root;
-    EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(3));
-  }
-  KeptScene second(folder.path());
-  EXPECT_EQ(second.version().root(), root);
-  const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
+  const ObjectAssets assets = assetsKeptOf(spottedSurface(), 3);
   EXPECT_NE(assets.textureField, nullptr);
   EXPECT_EQ(*assets.frictionScale->values, std::vector<float>(8, 0.5F));
 }
@@ -355,18 +345,9 @@ TEST_F(StateFolderTest, KeepsLayersAndTheMapOfTheDynamicCoefficient) {
   surface.texture = TextureEdit{Texture{.family = layers, .amplitude_m = 1e-3},
                                 {MappedSource{SpotNoiseSource{.seed = 5}, true, true, 0},
                                  MappedSource{SpotNoiseSource{.seed = 6}, true, true, 1}}};
-  surface.friction = FrictionEdit{.friction = {0.6, 0.3, 0, std::monostate{}, 0, PerVertexScale{}},
-                                  .dynamicSource = VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
-  const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
-  ContentHash root;
-  {
-    KeptScene first(folder.path());
-    root = first.accept(kAlice, 1, edit(add("a"), textured))->commit.root;
-    EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(4));
-  }
-  KeptScene second(folder.path());
-  EXPECT_EQ(second.version().root(), root);
-  const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
+  surface.friction =
+      FrictionEdit{.friction = {0.6, 0.3, 0, std::monostate{}, 0, PerVertexScale{}}, .dynamicSource = sameValues(0.5F)};
+  const ObjectAssets assets = assetsKeptOf(surface, 4);
   EXPECT_NE(assets.textureField, nullptr);
   EXPECT_EQ(*assets.dynamicFrictionScale->values, std::vector<float>(8, 0.5F));
 }
@@ -375,11 +356,10 @@ TEST_F(StateFolderTest, KeepsWhatIsGrownOrGivesUpTheTextureWithIt) {
   SurfaceEdit surface;
   surface.texture = TextureEdit{Texture{.family = GrownFamily{}, .amplitude_m = 1e-3},
                                 {GrownSource{GrownReactionDiffusionSource{.wavelength_m = 0.01, .seed = 5}}}};
-  const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
   Commit commit;
   {
     KeptScene first(folder.path());
-    commit = first.accept(kAlice, 1, edit(add("a"), textured))->commit;
+    commit = first.accept(kAlice, 1, edit(add("a"), setSurface(surface)))->commit;
     EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(2));
   }
   {
@@ -396,20 +376,9 @@ TEST_F(StateFolderTest, KeepsWhatIsGrownOrGivesUpTheTextureWithIt) {
 TEST_F(StateFolderTest, KeepsWhatStiffnessAndSoftnessFollow) {
   SurfaceEdit surface;
   surface.stiffnessOver =
-      SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}},
-                     std::vector<FamilySource>{MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
-  surface.softnessOver =
-      SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}}, VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
-  const SetMaterial varying{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
-  ContentHash root;
-  {
-    KeptScene first(folder.path());
-    root = first.accept(kAlice, 1, edit(add("a"), varying))->commit.root;
-    EXPECT_THAT(namesIn(folder / "assets"), testing::SizeIs(3));
-  }
-  KeptScene second(folder.path());
-  EXPECT_EQ(second.version().root(), root);
-  const auto& assets = second.sequencer.assetsOf(second.version().find("a")->id);
+      SurfaceMapEdit{SurfaceMap{0.5, MappedFamily{{}, {.tile_m = 0.01}}}, std::vector<FamilySource>{spots(5)}};
+  surface.softnessOver = SurfaceMapEdit{SurfaceMap{0, PerVertexScale{}}, sameValues(0.5F)};
+  const ObjectAssets assets = assetsKeptOf(surface, 3);
   EXPECT_NE(assets.stiffnessField, nullptr);
   EXPECT_EQ(*assets.softnessScale->values, std::vector<float>(8, 0.5F));
 }
@@ -455,16 +424,10 @@ TEST_F(StateFolderTest, ADamagedMeshCostsItsObjectUntilItIsHereAgain) {
 }
 
 TEST_F(StateFolderTest, AMissingFieldCostsOnlyTheTexture) {
-  SurfaceEdit surface;
-  surface.texture = TextureEdit{Texture{.family = MappedFamily{{}, {.tile_m = 0.01}}, .amplitude_m = 1e-3},
-                                {MappedSource{SpotNoiseSource{.seed = 5}, true, true}}};
-  surface.friction = FrictionEdit{Friction{0.6, 0.3, 0, PerVertexScale{}},
-                                  VertexValuesSource{GivenValues{std::vector<float>(8, 0.5F)}}};
-  const SetMaterial textured{named("a"), {.stiffness_N_per_m = {}, .damping_Ns_per_m = {}, .surface = surface}};
   ContentHash mesh, field;
   {
     KeptScene first(folder.path());
-    const auto accepted = first.accept(kAlice, 1, edit(add("a"), textured));
+    const auto accepted = first.accept(kAlice, 1, edit(add("a"), setSurface(spottedSurface())));
     mesh = accepted->commit.put[0].mesh;
     field = assetsOf(SurfaceProperties{{}, {}, accepted->commit.put[0].material.surface.texture})[0].hash;
   }

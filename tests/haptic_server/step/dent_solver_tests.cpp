@@ -22,11 +22,6 @@ struct Wall {
   [[nodiscard]] Vec3 normal() const { return {std::sin(lean_rad), 0, std::cos(lean_rad)}; }
 };
 
-std::shared_ptr<const CollisionMesh> fineBlock() {
-  static const auto surface = surfaceOf(makeBox(Vec3(0.1), 60).value());
-  return surface;
-}
-
 /// A block whose upper side is the wall; it begins 5 mm below the line x = z = 0 and rises away from it.
 ServoObject blockOf(std::uint64_t id, const Wall& wall) {
   const double away = wall.lean_rad > 0 ? -1 : 1;
@@ -61,9 +56,9 @@ TEST(DentSolver, SpringsOfAllThatHoldTheIhipAreInSeriesWithTheirOwnTissue) {
   };
   for (const auto& [left, right] : grooves) {
     for (const bool swapped : {false, true}) {
-      VirtualServo servo(down(0.002), kConfig);
-      servo.adopt(swapped ? sceneOf(1, {blockOf(1, right), blockOf(2, left)})
-                          : sceneOf(1, {blockOf(1, left), blockOf(2, right)}));
+      VirtualServo servo(down(0.002), kConfig,
+                         swapped ? sceneOf(1, {blockOf(1, right), blockOf(2, left)})
+                                 : sceneOf(1, {blockOf(1, left), blockOf(2, right)}));
       const TelemetrySample sample = servo.run(400);
       const Vec3 expected = force_N(left, right, Vec3(0, 0, -0.002));
       EXPECT_LE(glm::distance(sample.force.spring, expected), 0.02 * glm::length(expected))
@@ -81,8 +76,8 @@ TEST(DentSolver, HasNoStepFromOneSoftWallToTheOther) {
     return Vec3(0.003 * std::sin(6 * t), 0.002 * std::sin(2 * t), 0.004 - 0.006 * std::min(1.0, 4 * t));
   };
   for (const double second_N_per_m : {0.0, 300.0}) {
-    VirtualServo servo(across, kConfig);
-    servo.adopt(sceneOf(1, {blockOf(1, {0.785, 1000, 400}), blockOf(2, {-0.785, 800, second_N_per_m})}));
+    VirtualServo servo(across, kConfig,
+                       sceneOf(1, {blockOf(1, {0.785, 1000, 400}), blockOf(2, {-0.785, 800, second_N_per_m})}));
     Vec3 before = servo.run(250).force.contact;
     double most_N = 0;
     while (servo.tick() < 3000) {
@@ -100,8 +95,7 @@ TEST(DentSolver, AndClosedLoopsGiveTheHandNoEnergy) {
     const double in = std::min(1.0, 4 * t);
     return Vec3(0.0015 * std::sin(5 * t), 0, 0.004 - 0.006 * in + 0.001 * (1 - std::cos(5 * t)));
   };
-  VirtualServo servo(around, kConfig);
-  servo.adopt(sceneOf(1, {blockOf(1, {0.785, 1000, 400}), blockOf(2, {-0.6, 800, 300})}));
+  VirtualServo servo(around, kConfig, sceneOf(1, {blockOf(1, {0.785, 1000, 400}), blockOf(2, {-0.6, 800, 300})}));
   const auto loop = static_cast<std::uint64_t>(std::lround(2 * std::numbers::pi / 5 * 1000));
   TelemetrySample last = servo.run(300);
   double work_J = 0;
@@ -123,8 +117,7 @@ TEST(DentSolver, EndsAtWhatLiesBelowTheSurface) {
   skin.tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.03, 2), 250, 0});
   static const auto nodule = surfaceOf(makeSphere(0.01, 20).value());
   const ServoObject hard = objectOf(2, nodule, Vec3(0, 0, -0.013), 1000);
-  VirtualServo servo(down(0.006), kConfig);
-  servo.adopt(sceneOf(1, {skin, hard}));
+  VirtualServo servo(down(0.006), kConfig, sceneOf(1, {skin, hard}));
   double before_N = 0;
   while (servo.tick() < 400) {
     const TelemetrySample sample = servo.step();
@@ -134,8 +127,7 @@ TEST(DentSolver, EndsAtWhatLiesBelowTheSurface) {
   }
   EXPECT_NEAR(before_N, 1000 * 0.003, 0.03);
 
-  VirtualServo beside(down(0.006, 0.025), kConfig);
-  beside.adopt(sceneOf(1, {skin, hard}));
+  VirtualServo beside(down(0.006, 0.025), kConfig, sceneOf(1, {skin, hard}));
   EXPECT_NEAR(beside.run(400).force.contact.z, 0.006 / (1 / 1000.0 + 1 / 250.0), 0.05);
 }
 

@@ -9,10 +9,7 @@
 namespace haptics {
 namespace {
 
-using testing::objectOf;
-using testing::sceneOf;
-using testing::surfaceOf;
-using testing::VirtualServo;
+using namespace testing;
 
 constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 100};
 constexpr double kRadius_m = 0.05;
@@ -68,8 +65,7 @@ class EditUnderTheStylus : public ::testing::Test {
   /// In the tick of the adoption nothing but what the trajectory itself does, and later no more than it does on one of
   /// the two scenes: stiffer or coarser surfaces have larger steps of their own.
   void expectNoStep(const Steps& with, std::vector<ServoObject> objects) const {
-    VirtualServo always(stroke, kConfig);
-    always.adopt(sceneOf(1, std::move(objects)));
+    VirtualServo always(stroke, kConfig, sceneOf(1, std::move(objects)));
     const TelemetrySample before = always.run(kEditTick);
     const double own_N = std::max(without_.contact_N, watch(always, before).contact_N);
     EXPECT_LE(with.adoption_N, 1.1 * without_.contact_N + 0.05);
@@ -132,8 +128,7 @@ TEST_F(EditUnderTheStylus, AnObjectMovedAndRemovedInOneAdoptionFadesAndIsGone) {
 }
 
 TEST_F(EditUnderTheStylus, AnObjectAddedAroundAFreeStylusPushesItOutGently) {
-  VirtualServo servo([](std::uint64_t) { return Vec3(0.002, 0.003, 0.045); }, kConfig);
-  servo.adopt(sceneOf(1, {}));
+  VirtualServo servo([](std::uint64_t) { return Vec3(0.002, 0.003, 0.045); }, kConfig, sceneOf(1, {}));
   const TelemetrySample free = servo.run(10);
   servo.adopt(sceneOf(2, {sphere_}));
   const Steps with = watch(servo, free);

@@ -62,8 +62,7 @@ TEST(EnergyAccount, OfAllSourcesIsTheWorkOfTheForceAsWritten) {
   const auto way = strokeAlongX(0.002, 0.02);
   StepConfig config = kConfig;
   config.maxForce_N = 1.3;  // reached
-  VirtualServo servo(way, config);
-  servo.adopt(sceneOf(1, {withGrating(slab(), 0.003, 0.0002, 1.5, properties)}));
+  VirtualServo servo(way, config, sceneOf(1, {withGrating(slab(), 0.003, 0.0002, 1.5, properties)}));
   double work_J = workOf(servo, way, 600);
   ServoObject softer = withGrating(slab(), 0.004, 0.0003, 1.5, properties);
   softer.stiffness_N_per_m /= 2;
@@ -82,8 +81,7 @@ TEST(EnergyAccount, OfAllSourcesIsTheWorkOfTheForceAsWritten) {
 }
 
 TEST(EnergyAccount, NamesAnEditThatStiffensWhatIsPressed) {
-  VirtualServo servo(pressAndLift(0.002), kConfig);
-  servo.adopt(sceneOf(1, {undamped(slab())}));
+  VirtualServo servo(pressAndLift(0.002), kConfig, sceneOf(1, {undamped(slab())}));
   servo.run(500);
   EXPECT_EQ(of(servo, EnergyFeature::kEdit), 0);
   ServoObject stiffer = undamped(slab());
@@ -99,8 +97,7 @@ TEST(EnergyAccount, NamesAnEditThatStiffensWhatIsPressed) {
 }
 
 TEST(EnergyAccount, NamesAnEditThatMovesAWallIntoTheHand) {
-  VirtualServo servo(pressAndLift(0.001), kConfig);
-  servo.adopt(sceneOf(1, {undamped(slab(7))}));
+  VirtualServo servo(pressAndLift(0.001), kConfig, sceneOf(1, {undamped(slab(7))}));
   servo.run(500);
   servo.adopt(sceneOf(2, {undamped(slab(7, Vec3(0, 0, -0.049)))}));
   servo.run(400);
@@ -137,8 +134,7 @@ TEST(EnergyAccount, NamesABodyThatPushesTheHandBack) {
   const auto way = [](std::uint64_t tick) {
     return Vec3(0.001, 0.002, 0.0002 + 0.015 * ramp(tick, 100, 1100) + 0.03 * ramp(tick, 1100, 1400));
   };
-  VirtualServo servo(way, kConfig);
-  servo.adopt(sceneOf(1, {driven}));
+  VirtualServo servo(way, kConfig, sceneOf(1, {driven}));
   servo.run(1500);
   EXPECT_NEAR(of(servo, EnergyFeature::kMotion), 0.2 * 5 * 0.015, 0.2 * 0.2 * 5 * 0.015);
   EXPECT_GT(sum(servo.state().energy.all_J()), 0.01);
@@ -153,8 +149,7 @@ TEST(EnergyAccount, NamesATextureThatGivesMoreThanItTook) {
     const double x = 0.5 * kWave_m + 0.5 * kWave_m * ramp(tick, 300, 800);
     return Vec3(x, 0.0123, 0.003 - 0.005 * (ramp(tick, 0, 200) - ramp(tick, 900, 1100)));
   };
-  VirtualServo servo(way, kConfig);
-  servo.adopt(sceneOf(1, {undamped(withGrating(slab(4), kWave_m, 0.0003))}));
+  VirtualServo servo(way, kConfig, sceneOf(1, {undamped(withGrating(slab(4), kWave_m, 0.0003))}));
   servo.run(1200);
   EXPECT_GT(sum(servo.state().energy.all_J()), 1e-5);
   EXPECT_EQ(culprit(servo).feature, EnergyFeature::kTexture);
@@ -167,8 +162,7 @@ TEST(EnergyAccount, NamesFrictionThatIsShakenBetweenTicks) {
     const double aside = tick > 300 && tick < 2000 && tick % 2 == 0 ? 0.0002 : 0;
     return Vec3(aside, 0.0123, 0.003 - 0.005 * (ramp(tick, 0, 200) - ramp(tick, 2100, 2300)));
   };
-  VirtualServo servo(way, kConfig);
-  servo.adopt(sceneOf(1, {undamped(with(slab(6), friction(0.8, 0.8)))}));
+  VirtualServo servo(way, kConfig, sceneOf(1, {undamped(with(slab(6), friction(0.8, 0.8)))}));
   servo.run(2400);
   EXPECT_GT(sum(servo.state().energy.all_J()), 1e-3);
   EXPECT_EQ(culprit(servo).feature, EnergyFeature::kFriction);
@@ -177,8 +171,7 @@ TEST(EnergyAccount, NamesFrictionThatIsShakenBetweenTicks) {
 
 TEST(EnergyAccount, NamesTheContactThatIsHeldFromTickToTick) {
   const auto way = [](std::uint64_t tick) { return Vec3(0.001, 0.0123, tick % 2 == 0 ? 0.0005 : -0.0005); };
-  VirtualServo servo(way, kConfig);
-  servo.adopt(sceneOf(1, {undamped(slab(2))}));
+  VirtualServo servo(way, kConfig, sceneOf(1, {undamped(slab(2))}));
   servo.run(200);
   EXPECT_GT(of(servo, EnergyFeature::kContact), 0.03);
   EXPECT_EQ(culprit(servo).feature, EnergyFeature::kContact);
@@ -199,8 +192,7 @@ TEST(EnergyAccount, NamesShadingThatTurnsTheForceAlongTheWay) {
   const auto way = [=](std::uint64_t tick) {
     return out * (0.06 - 0.013 * ramp(tick, 0, 200)) + along * (0.008 * ramp(tick, 300, 800)) + Vec3(0, 0, 0.001);
   };
-  VirtualServo servo(way, kConfig);
-  servo.adopt(sceneOf(1, {object}));
+  VirtualServo servo(way, kConfig, sceneOf(1, {object}));
   servo.run(250);
   servo.adopt(sceneOf(2, {with(object, shading(1.2))}));
   servo.run(550);

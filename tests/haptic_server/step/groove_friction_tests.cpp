@@ -58,9 +58,9 @@ TEST(GrooveFriction, IsThatOfEachWallUnderItsOwnNormalForce) {
   };
   for (const auto& [left, right] : grooves) {
     for (const bool swapped : {false, true}) {
-      VirtualServo servo(alongGroove, kConfig);
-      servo.adopt(swapped ? sceneOf(1, {blockOf(1, right), blockOf(2, left)})
-                          : sceneOf(1, {blockOf(1, left), blockOf(2, right)}));
+      VirtualServo servo(alongGroove, kConfig,
+                         swapped ? sceneOf(1, {blockOf(1, right), blockOf(2, left)})
+                                 : sceneOf(1, {blockOf(1, left), blockOf(2, right)}));
       const auto [left_N, right_N] = pressing_N(left, right, Vec3(0, 0, -kDeep_m));
       double most_N = 0;
       TelemetrySample sample;
@@ -80,8 +80,7 @@ TEST(GrooveFriction, IsThatOfEachWallUnderItsOwnNormalForce) {
 
 TEST(GrooveFriction, BreaksAwayAtTheSumOfWhatSticks) {
   const Wall left{0.8, 0.5, 0.4}, right{-0.8, 0.5, 0.4};
-  VirtualServo servo(alongGroove, kConfig);
-  servo.adopt(sceneOf(1, {blockOf(1, left), blockOf(2, right)}));
+  VirtualServo servo(alongGroove, kConfig, sceneOf(1, {blockOf(1, left), blockOf(2, right)}));
   const auto [left_N, right_N] = pressing_N(left, right, Vec3(0, 0, -kDeep_m));
   double most_N = 0;
   while (servo.tick() < kTicks) most_N = std::max(most_N, -servo.step().force.friction.y);
@@ -97,8 +96,8 @@ Vec3 fromWallToWall(std::uint64_t tick) {
 
 TEST(GrooveFriction, HasNoStepWhereTheOtherWallPushesMostOrOneLetsGo) {
   for (const double mu : {0.0, kLow_mu, kHigh_mu}) {
-    VirtualServo servo(fromWallToWall, kConfig);
-    servo.adopt(sceneOf(1, {blockOf(1, {0.8, mu, mu, 500}), blockOf(2, {-0.8, kHigh_mu, kHigh_mu, 1000})}));
+    VirtualServo servo(fromWallToWall, kConfig,
+                       sceneOf(1, {blockOf(1, {0.8, mu, mu, 500}), blockOf(2, {-0.8, kHigh_mu, kHigh_mu, 1000})}));
     Vec3 before_N = servo.run(250).force.friction;
     bool hasSticking = false, hasSliding = false, hasOne = false, hasSeveral = false;
     while (servo.tick() < 2500) {

@@ -11,10 +11,7 @@
 namespace haptics {
 namespace {
 
-using testing::objectOf;
-using testing::sceneOf;
-using testing::surfaceOf;
-using testing::VirtualServo;
+using namespace testing;
 
 constexpr StepConfig kConfig{.period_s = 1e-3, .maxForce_N = 3.3};
 
@@ -27,8 +24,7 @@ ServoObject slab(std::uint64_t id = 1) {
 Vec3 pressDown(std::uint64_t tick) { return {0.01, 0.012, std::max(0.005 - 5e-5 * static_cast<double>(tick), -0.002)}; }
 
 TEST(HapticStep, GivesHookesLawOnAHeldSurface) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   const TelemetrySample sample = servo.run(1000);
   EXPECT_EQ(sample.object, 1U);
   EXPECT_EQ(sample.sceneRevision, 1U);
@@ -39,8 +35,7 @@ TEST(HapticStep, GivesHookesLawOnAHeldSurface) {
 }
 
 TEST(HapticStep, FeelsTheSurfaceInTheVeryTickOfFirstContact) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   for (int i = 0; i < 200; ++i) {
     const TelemetrySample sample = servo.step();
     if (sample.hip.z < -1e-9) {
@@ -56,8 +51,7 @@ TEST(HapticStep, FeelsTheSurfaceInTheVeryTickOfFirstContact) {
 
 TEST(HapticStep, NeverWritesMoreThanTheDeviceTakes) {
   VirtualServo servo([](std::uint64_t tick) { return Vec3(0.01, 0.012, 0.005 - 5e-5 * static_cast<double>(tick)); },
-                     kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+                     kConfig, sceneOf(1, {slab()}));
   const TelemetrySample sample = servo.run(500);
   EXPECT_GT(glm::length(sample.force.contact), 10);
   EXPECT_NEAR(glm::length(sample.force.written), kConfig.maxForce_N, 1e-9);
@@ -65,8 +59,7 @@ TEST(HapticStep, NeverWritesMoreThanTheDeviceTakes) {
 
 TEST(HapticStep, TakesTheForceAwayOnAnImpossibleReadingAndComesBackWithoutAKick) {
   for (const double impossible : {std::numeric_limits<double>::quiet_NaN(), 1e5, -1e87}) {
-    VirtualServo servo(pressDown, kConfig);
-    servo.adopt(sceneOf(1, {slab()}));
+    VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
     servo.run(500);
     double last = 1.6;
     for (int i = 0; i < 40; ++i) {
@@ -84,8 +77,7 @@ TEST(HapticStep, TakesTheForceAwayOnAnImpossibleReadingAndComesBackWithoutAKick)
 }
 
 TEST(HapticStep, FinishesTheRampOfAFaultThatLastsOneTick) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   servo.run(500);
   (void)servo.stepAt(Vec3(std::numeric_limits<double>::infinity()), DeviceState::kReady);
   double last = 1.6;
@@ -98,8 +90,7 @@ TEST(HapticStep, FinishesTheRampOfAFaultThatLastsOneTick) {
 }
 
 TEST(HapticStep, TakesTheForceAwayAfterTooManyMissedTicksInARowAndComesBack) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   servo.run(500);
   servo.skip(30);
   EXPECT_EQ(servo.step().fault, Fault::kNone);
@@ -113,8 +104,7 @@ TEST(HapticStep, TakesTheForceAwayAfterTooManyMissedTicksInARowAndComesBack) {
 }
 
 TEST(HapticStep, KeepsTheForceAwayWhereMissedTicksTakeItAwayAgainAndAgain) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   servo.run(500);
   const auto takeAway = [&] {
     servo.skip(60);
@@ -135,8 +125,7 @@ TEST(HapticStep, KeepsTheForceAwayWhereMissedTicksTakeItAwayAgainAndAgain) {
 TEST(HapticStep, LetsTheForceComeSlowlyAfterAttach) {
   StepConfig config = kConfig;
   config.rise_s = 0.4;
-  VirtualServo servo(pressDown, config);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, config, sceneOf(1, {slab()}));
   servo.run(199);  // begins at tick 0; on the way in
   const TelemetrySample half = servo.step();
   EXPECT_NEAR(half.force.written.z, half.force.contact.z / 2, 1e-6);
@@ -145,8 +134,7 @@ TEST(HapticStep, LetsTheForceComeSlowlyAfterAttach) {
 }
 
 TEST(HapticStep, WritesNoForceThroughADeviceThatReportsAFaultOrIsNotHomed) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   servo.run(500);
   DeviceReading reading{pressDown(500), DeviceState::kReady, {}};
   reading.status.fault = DeviceFault::kGarbled;
@@ -159,8 +147,7 @@ TEST(HapticStep, WritesNoForceThroughADeviceThatReportsAFaultOrIsNotHomed) {
 }
 
 TEST(HapticStep, TreatsALostDeviceAsAFault) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   servo.run(500);
   TelemetrySample sample;
   for (int i = 0; i < 31; ++i) sample = servo.stepAt(pressDown(1000), DeviceState::kAbsent);
@@ -169,8 +156,7 @@ TEST(HapticStep, TreatsALostDeviceAsAFault) {
 }
 
 TEST(HapticStep, TakesTheForceAwayWhenThePositionIsOlderThanFiveMilliseconds) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   servo.run(500);
   const auto aged = [&](std::uint32_t age_us) {
     return servo.stepWith({pressDown(1000), DeviceState::kReady, {.age_us = age_us}});
@@ -188,8 +174,7 @@ TEST(HapticStep, GoesOnBitForBitFromACopyOfItsState) {
     const double angle = 0.003 * static_cast<double>(tick);
     return Vec3(0.03 * std::cos(angle), 0.03 * std::sin(angle), -0.002 + 0.003 * std::cos(7 * angle));
   };
-  VirtualServo servo(circle, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(circle, kConfig, sceneOf(1, {slab()}));
   servo.run(777);
   VirtualServo copy = servo;
   for (int i = 0; i < 2000; ++i) {
@@ -227,8 +212,7 @@ TEST(HapticStep, SaysSinceWhenARevisionIsFeltAlsoWhenItIsPublishedAgain) {
 }
 
 TEST(HapticStep, AccountsTheWorkOfThePress) {
-  VirtualServo servo(pressDown, kConfig);
-  servo.adopt(sceneOf(1, {slab()}));
+  VirtualServo servo(pressDown, kConfig, sceneOf(1, {slab()}));
   const TelemetrySample sample = servo.run(1000);
   // The hand put 1/2 k p^2 into the spring, less what the hold of each force over a tick misses, plus the damper.
   EXPECT_NEAR(sample.energyGiven_J[0], -0.5 * 800 * 0.002 * 0.002, 0.2e-3);

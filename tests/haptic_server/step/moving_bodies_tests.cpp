@@ -44,8 +44,7 @@ VirtualServo::Trajectory way(Vec3 from, Vec3 to, double seconds) {
 const RigidState& bodyState(const VirtualServo& servo, std::size_t i = 0) { return servo.state().moving[i].state; }
 
 TEST(MovingBody, GainsTheMomentumThatTheHandGives) {
-  VirtualServo servo(way({0.01, 0, 0.05}, {0.01, 0, 0.0}, 0.5), kConfig);
-  servo.adopt(sceneOf(1, {floatingBox()}));
+  VirtualServo servo(way({0.01, 0, 0.05}, {0.01, 0, 0.0}, 0.5), kConfig, sceneOf(1, {floatingBox()}));
   Vec3 given(0);
   int touched = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -92,8 +91,7 @@ TEST(MovingBody, DroppedOnAStillHandIsFeltAndHeld) {
   heavy.freedom = Freedom::kSlider;
   heavy.joint.axis = {0, 0, 1};
   box.motion = std::make_shared<RigidBody>(heavy);
-  VirtualServo servo(way(Vec3(0), Vec3(0), 1), kConfig);
-  servo.adopt(sceneOf(1, {box}));
+  VirtualServo servo(way(Vec3(0), Vec3(0), 1), kConfig, sceneOf(1, {box}));
   const TelemetrySample sample = servo.run(8000);
   EXPECT_EQ(sample.object, 1U);
   EXPECT_NEAR(sample.force.contact.z, -kMass_kg * 9.81, 0.01 * kMass_kg * 9.81);
@@ -113,8 +111,7 @@ TEST(MovingBody, IsDraggedByFriction) {
           const double t = 1e-3 * static_cast<double>(tick);
           return Vec3(0.03 * std::clamp(t - 1, 0.0, 1.0), 0, std::max(0.018, 0.03 - 0.02 * t));
         },
-        kConfig);
-    servo.adopt(sceneOf(1, {plate}));
+        kConfig, sceneOf(1, {plate}));
     servo.run(2100);
     const double x = servo.state().bodies[0].current.position.x;
     if (rough) {
@@ -131,8 +128,8 @@ TEST(MovingBody, OnAHingeOpensLikeADoor) {
   door.freedom = Freedom::kHinge;
   door.joint = {{-0.1, 0, 0}, {0, 0, 1}, 0, 1.5};
   door.angularDamping_per_s = 1;
-  VirtualServo servo(way({0.08, -0.02, 0}, {0.08, 0.04, 0}, 0.5), kConfig);
-  servo.adopt(sceneOf(1, {moving(objectOf(1, surfaceOf(mesh), Vec3(0)), door)}));
+  VirtualServo servo(way({0.08, -0.02, 0}, {0.08, 0.04, 0}, 0.5), kConfig,
+                     sceneOf(1, {moving(objectOf(1, surfaceOf(mesh), Vec3(0)), door)}));
   servo.run(600);
   EXPECT_GT(bodyState(servo).coordinate, 0.15);
   const Vec3 onAxis(-0.1, 0, 0.1);
@@ -180,8 +177,7 @@ TEST(MovingBody, ThatLeavesTheWorldIsStoppedNamedAndFadesFromUnderTheHand) {
   RigidBody slow = *box.motion;
   slow.linearDamping_per_s = 100;  // it stays with the hand, whose way alone adds less than fades
   box.motion = std::make_shared<RigidBody>(slow);
-  VirtualServo servo(way({edge - 0.044, 0, 0}, {edge - 0.02, 0, 0}, 1), kConfig);
-  servo.adopt(sceneOf(1, {box}));
+  VirtualServo servo(way({edge - 0.044, 0, 0}, {edge - 0.02, 0, 0}, 1), kConfig, sceneOf(1, {box}));
   MotionState motion;
   double last_N = 0;
   int stopped = 0;
@@ -237,8 +233,8 @@ TEST(MovingBody, MovesInTurnWithOthersWhereTheAllowanceIsShort) {
 }
 
 TEST(MovingBody, IsDescribedWhereTheContactWasSolvedAndOnlyWhenItChanges) {
-  VirtualServo servo(way({0, 0, 0.05}, {0, 0, 0.02}, 0.3), kConfig);
-  servo.adopt(sceneOf(1, {slab(1, {0.5, 0, 0}), floatingBox(Vec3(0), 2)}));
+  VirtualServo servo(way({0, 0, 0.05}, {0, 0, 0.02}, 0.3), kConfig,
+                     sceneOf(1, {slab(1, {0.5, 0, 0}), floatingBox(Vec3(0), 2)}));
   MotionState motion;
   servo.run(2);
   EXPECT_TRUE(describeMotion(servo.state(), 2, motion));
@@ -270,8 +266,7 @@ TEST(MovingBody, WhoseMotionIsTakenAwayGoesBackToWhereTheSceneHasIt) {
 }
 
 TEST(MovingBody, GoesOnInACopyOfTheStateBitForBit) {
-  VirtualServo servo(way({0.02, 0.01, 0.05}, {0, 0, 0.0}, 0.4), kConfig);
-  servo.adopt(sceneOf(1, {floatingBox()}));
+  VirtualServo servo(way({0.02, 0.01, 0.05}, {0, 0, 0.0}, 0.4), kConfig, sceneOf(1, {floatingBox()}));
   servo.run(300);
   VirtualServo copy = servo;
   for (int i = 0; i < 500; ++i) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "common/mesh/generators.h"
@@ -12,10 +11,7 @@
 namespace haptics {
 namespace {
 
-using testing::objectOf;
-using testing::sceneOf;
-using testing::surfaceOf;
-using testing::VirtualServo;
+using namespace testing;
 
 constexpr double kRadius_m = 0.05;
 constexpr double kContact_N_per_m = 1000;
@@ -68,8 +64,7 @@ double depthOf(const BodyDent& dent) { return glm::length(Vec3(dent.dent.displac
 
 TEST(PlasticBody, KeepsItsPartOfTheDeepestDent) {
   for (const double plastic : {0.4, 1.0}) {
-    VirtualServo servo([](std::uint64_t tick) { return pressed(tick, 0.003); }, kConfig);
-    servo.adopt(claySphere(clay(plastic)));
+    VirtualServo servo([](std::uint64_t tick) { return pressed(tick, 0.003); }, kConfig, claySphere(clay(plastic)));
     double deepest = 0;
     for (int i = 0; i < 1200; ++i) {
       static_cast<void>(servo.step());
@@ -83,8 +78,7 @@ TEST(PlasticBody, KeepsItsPartOfTheDeepestDent) {
 }
 
 TEST(PlasticBody, UnloadsByTheContactsSpringAloneAndIsLeftWhereItStays) {
-  VirtualServo servo([](std::uint64_t tick) { return pressed(tick, 0.003); }, kConfig);
-  servo.adopt(claySphere(clay()));
+  VirtualServo servo([](std::uint64_t tick) { return pressed(tick, 0.003); }, kConfig, claySphere(clay()));
   TelemetrySample sample = servo.run(201);
   const double most_N = sample.force.spring.z;
   EXPECT_NEAR(most_N, 0.003 / (1 / kContact_N_per_m + 1 / kTissue_N_per_m), 0.03);
@@ -101,8 +95,7 @@ TEST(PlasticBody, UnloadsByTheContactsSpringAloneAndIsLeftWhereItStays) {
 
 TEST(PlasticBody, IsAtRestInItsNewShapeForTheNextContact) {
   const auto twice = [](std::uint64_t tick) { return pressed(tick % 1000, 0.003); };
-  VirtualServo servo(twice, kConfig);
-  servo.adopt(claySphere(clay()));
+  VirtualServo servo(twice, kConfig, claySphere(clay()));
   static_cast<void>(servo.run(1000));
   double surface = 0;
   TelemetrySample sample;
@@ -187,8 +180,7 @@ TEST(PlasticBody, IsLeftWithAGrooveByAHandThatSlides) {
     const double down = std::min(1.0, 10 * t), up = std::clamp(10 * (t - 1.6), 0.0, 1.0);
     return over(kTo * std::clamp((t - 0.2) / 1.2, 0.0, 1.0), 0.001 - (kDepth_m + 0.001) * down + 0.005 * up);
   };
-  VirtualServo servo(slide, kConfig);
-  servo.adopt(claySphere(tissue));
+  VirtualServo servo(slide, kConfig, claySphere(tissue));
   double least_N = 1e9, most_N = 0;
   for (int i = 0; i < 3000; ++i) {
     const double force = glm::length(servo.step().force.contact);
@@ -218,8 +210,7 @@ TEST(PlasticBody, GivesTheHandNoEnergy) {
       return (kRadius_m + 0.002 - 0.005 * std::abs(std::sin(0.01 * double(tick)))) *
              Vec3(std::sin(angle), 0.1, std::cos(angle)) / std::sqrt(1.01);
     };
-    VirtualServo servo(hip, kConfig);
-    servo.adopt(claySphere(clay(plastic)));
+    VirtualServo servo(hip, kConfig, claySphere(clay(plastic)));
     double work_J = 0, most_J = 0;
     Vec3 lastHip = hip(0), lastForce(0);
     for (std::uint64_t tick = 0; tick < 3142; ++tick) {

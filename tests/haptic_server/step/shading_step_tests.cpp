@@ -10,20 +10,11 @@
 namespace haptics {
 namespace {
 
-using testing::kConfig;
-using testing::objectOf;
-using testing::overSphere;
-using testing::sceneOf;
-using testing::shading;
-using testing::slab;
-using testing::surfaceOf;
-using testing::VirtualServo;
-using testing::with;
+using namespace testing;
 
 TEST(ShadingInTheStep, MakesACoarseSphereRound) {
   const ServoObject sphere = objectOf(1, surfaceOf(makeSphere(0.05, 12).value()), Vec3(0));
-  VirtualServo servo(overSphere, kConfig);
-  servo.adopt(sceneOf(1, {with(sphere, shading(std::numbers::pi))}));
+  VirtualServo servo(overSphere, kConfig, sceneOf(1, {with(sphere, shading(std::numbers::pi))}));
   servo.run(500);
   for (int i = 0; i < 1000; ++i) {
     const TelemetrySample s = servo.step();
@@ -61,8 +52,7 @@ TEST(ShadingInTheStep, KeepsTheRimOfACylinderSharp) {
   const auto pressOn = [&](Vec3 place, Vec3 inward) {
     VirtualServo servo(
         [=](std::uint64_t tick) { return place + inward * std::min(0.0004, 2e-5 * static_cast<double>(tick) - 0.002); },
-        kConfig);
-    servo.adopt(sceneOf(1, {cylinder}));
+        kConfig, sceneOf(1, {cylinder}));
     const TelemetrySample s = servo.run(400);
     return glm::normalize(s.force.contact);
   };

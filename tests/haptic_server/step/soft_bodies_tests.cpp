@@ -13,9 +13,7 @@
 namespace haptics {
 namespace {
 
-using testing::sceneOf;
-using testing::surfaceOf;
-using testing::VirtualServo;
+using namespace testing;
 
 constexpr double kRadius_m = 0.05;
 constexpr double kContact_N_per_m = 1000;
@@ -45,8 +43,7 @@ TEST(SoftBody, IsFeltAsItsTwoSpringsInSeries) {
   const double depth = 0.003;
   VirtualServo servo(
       [&](std::uint64_t tick) { return Vec3(0, 0, kRadius_m + 0.01 - 0.013 * std::min(1.0, double(tick) / 200)); },
-      kConfig);
-  servo.adopt(softSphere(elastic(250)));
+      kConfig, softSphere(elastic(250)));
   const TelemetrySample sample = servo.run(300);
   EXPECT_EQ(sample.object, 1U);
   const double expected = depth / (1 / kContact_N_per_m + 1 / 250.0);
@@ -78,8 +75,7 @@ TEST(SoftBody, TurnsHardBeforeItTurnsInsideOut) {
 /// contact would be lost.
 TEST(SoftBody, KeepsTheContactWhileTheSurfaceMovesMoreInATickThanTheHipIsBelowIt) {
   const auto height = [](std::uint64_t tick) { return kRadius_m - 0.003 * std::sin(0.2 * double(tick)); };
-  VirtualServo servo([&](std::uint64_t tick) { return Vec3(0, 0, height(tick)); }, kConfig);
-  servo.adopt(softSphere(elastic(20)));
+  VirtualServo servo([&](std::uint64_t tick) { return Vec3(0, 0, height(tick)); }, kConfig, softSphere(elastic(20)));
   int falseExits = 0, touching = 0, fast = 0;
   double lastSurface = kRadius_m, lastDepth = 0;
   for (std::uint64_t tick = 0; tick < 2000; ++tick) {
@@ -112,8 +108,8 @@ TEST(SoftBody, EndsItsDentAtWhatIsBelow) {
   const auto depth = [](std::uint64_t tick) {
     return tick < 2000 ? std::min(2e-5 * double(tick) - 0.002, 0.006) : 0.004;
   };
-  VirtualServo servo([&](std::uint64_t tick) { return Vec3(0.0002, 0.0003, kRadius_m - depth(tick)); }, kConfig);
-  servo.adopt(withBlock());
+  VirtualServo servo([&](std::uint64_t tick) { return Vec3(0.0002, 0.0003, kRadius_m - depth(tick)); }, kConfig,
+                     withBlock());
   for (const double below_m : {0.003, 0.001}) {
     const TelemetrySample within = servo.run(servo.tick() == 0 ? 2000 : 1);
     EXPECT_EQ(within.object, 1U);
@@ -129,8 +125,7 @@ TEST(SoftBody, LetsWhatReachesIntoItsDentBeMetThere) {
     if (tick < 1505) return Vec3(-0.0055, 0.0003, kRadius_m + 0.03);
     return Vec3(0.0002, 0.0003, kRadius_m - 0.004);
   };
-  VirtualServo servo(at, kConfig);
-  servo.adopt(withBlock());
+  VirtualServo servo(at, kConfig, withBlock());
   EXPECT_EQ(servo.run(1500).object, 1U);
   EXPECT_EQ(servo.run(5).object, 0U);
   const TelemetrySample within = servo.run(1);
@@ -162,8 +157,7 @@ TEST(SoftBody, HasItsIhipWhereTheDentedMeshIsNearest) {
       const double r = kRadius_m + 0.002 - 0.005 * std::abs(std::sin(5 * t));
       return r * Vec3(std::sin(angle), 0.3 * std::sin(angle), std::cos(angle));
     };
-    VirtualServo servo(hip, kConfig);
-    servo.adopt(softSphere(tissue));
+    VirtualServo servo(hip, kConfig, softSphere(tissue));
     double worst = 0;
     for (std::uint64_t tick = 0; tick < 2000; ++tick) {
       const TelemetrySample sample = servo.step();
@@ -184,8 +178,7 @@ TEST(SoftBody, ThatIsViscousLeavesADentThatComesBackToAStillHandWithoutAStep) {
     if (tick < 500) return Vec3(0, 0, kRadius_m - 0.003 * std::min(1.0, double(tick) / 300));
     return Vec3(0, 0, kRadius_m - 0.001);  // 2 mm back at once: out of the dent
   };
-  VirtualServo servo(hip, kConfig);
-  servo.adopt(softSphere(tissue));
+  VirtualServo servo(hip, kConfig, softSphere(tissue));
   for (int i = 0; i < 500; ++i) EXPECT_TRUE(servo.step().object != 0 || i < 5);
   TelemetrySample sample = servo.step();
   EXPECT_EQ(sample.object, 0U);
@@ -211,8 +204,7 @@ TEST(SoftBody, IsAsItWasOnceEveryDentHasGoneBack) {
     const double along = tick < 3000 ? 0.04 * std::sin(0.001 * double(tick)) : 0.5;
     return Vec3(along, 0, kRadius_m - 0.002 + 0.003 * std::sin(0.05 * double(tick)));
   };
-  VirtualServo servo(hip, kConfig);
-  servo.adopt(softSphere(tissue));
+  VirtualServo servo(hip, kConfig, softSphere(tissue));
   std::size_t most = 0;
   for (int i = 0; i < 3000; ++i) {
     static_cast<void>(servo.step());
@@ -234,8 +226,7 @@ Work workOnASlidingHand(const std::shared_ptr<const ServoScene>& scene) {
     return (kRadius_m + 0.002 - 0.005 * std::abs(std::sin(0.01 * double(tick)))) *
            Vec3(std::sin(angle), 0.1, std::cos(angle)) / std::sqrt(1.01);
   };
-  VirtualServo servo(hip, kConfig);
-  servo.adopt(scene);
+  VirtualServo servo(hip, kConfig, scene);
   Work work;
   Vec3 lastHip = hip(0), lastForce(0);
   for (std::uint64_t tick = 0; tick < 3142; ++tick) {
@@ -274,8 +265,7 @@ TEST(SoftBody, EditedUnderTheStylusGoesOnWithoutAKick) {
   // Down first: a hand does not begin inside.
   VirtualServo hand(
       [](std::uint64_t tick) { return Vec3(0, 0, kRadius_m + 0.001 - 0.003 * std::min(1.0, double(tick) / 100)); },
-      kConfig);
-  hand.adopt(before);
+      kConfig, before);
   double last = hand.run(300).force.written.z;
   ASSERT_GT(last, 0.3);
   const auto steepestOver = [&](std::shared_ptr<const ServoScene> scene) {
@@ -299,8 +289,7 @@ TEST(SoftBody, GoesOnTheSameFromACopyOfTheState) {
       [](std::uint64_t tick) {
         return Vec3(1e-5 * double(tick), 0, kRadius_m - 0.002 * std::sin(0.02 * double(tick)));
       },
-      kConfig);
-  servo.adopt(scene);
+      kConfig, scene);
   static_cast<void>(servo.run(700));
   HapticState copy(kConfig);
   copy.copyInUse(servo.state());

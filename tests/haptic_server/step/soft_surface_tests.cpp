@@ -49,8 +49,7 @@ TEST(SoftSurface, HasTheHeightOfTheMaterialHoweverFarItGivesWay) {
   properties.texture = acrossDepth();
   const ServoObject textured = pad(properties, {depthField(), nullptr, nullptr});
   for (const bool isSoft : {false, true}) {
-    VirtualServo servo(rub, kConfig);
-    servo.adopt(sceneOf(1, {isSoft ? soft(textured) : textured}));
+    VirtualServo servo(rub, kConfig, sceneOf(1, {isSoft ? soft(textured) : textured}));
     double least_m = 1, most_m = 0;
     while (servo.tick() < 2000) {
       const TelemetrySample sample = servo.step();
@@ -82,8 +81,7 @@ TEST(SoftSurface, HasTheHeightOfTheMaterialUnderALattice) {
       makeSurfaceDetail(*tilted.surface, properties,
                         {depthField(), nullptr, nullptr, std::make_shared<const std::vector<Vec3f>>(mesh.vertices)});
   for (const bool isSoft : {false, true}) {
-    VirtualServo servo(rub, kConfig);
-    servo.adopt(sceneOf(1, {isSoft ? soft(tilted) : tilted}));
+    VirtualServo servo(rub, kConfig, sceneOf(1, {isSoft ? soft(tilted) : tilted}));
     while (servo.tick() < 2000) {
       const TelemetrySample sample = servo.step();
       if (servo.tick() < 300) continue;
@@ -100,8 +98,7 @@ double rippleOf(const ServoObject& object) {
     const double along = tick > 500 ? 0.13e-3 * static_cast<double>(tick - 500) : 0;
     return Vec3(-0.025 + along, 0.0113 + 0.1 * along, 0.001 - 0.0076 * down);
   };
-  VirtualServo servo(stroke, kConfig);
-  servo.adopt(sceneOf(1, {object}));
+  VirtualServo servo(stroke, kConfig, sceneOf(1, {object}));
   double least_N = std::numeric_limits<double>::max(), most_N = -least_N;
   while (servo.tick() < 850) {
     const TelemetrySample sample = servo.step();
@@ -125,8 +122,7 @@ TEST(SoftSurface, IsShadedBySphereAndDentTogether) {
   ServoObject ball = objectOf(1, surfaceOf(mesh), Vec3(0), kPad_N_per_m);
   ball.damping_Ns_per_m = 0;
   ball.detail = makeSurfaceDetail(*ball.surface, shading(1), {});
-  VirtualServo servo(aboutSphere, kConfig);
-  servo.adopt(sceneOf(1, {soft(ball)}));
+  VirtualServo servo(aboutSphere, kConfig, sceneOf(1, {soft(ball)}));
   double squares = 0;
   int count = 0;
   while (servo.tick() < 2000) {

@@ -12,10 +12,7 @@
 namespace haptics {
 namespace {
 
-using testing::objectOf;
-using testing::sceneOf;
-using testing::surfaceOf;
-using testing::VirtualServo;
+using namespace testing;
 
 constexpr double kRate_Hz = 1000;
 
@@ -100,8 +97,7 @@ StepConfig stabilised() {
 }
 
 TEST(StabilisedStep, TellsTheMeasuredHipBesideTheForeseenOneAtWhichItFeels) {
-  VirtualServo servo(pressAndStroke, stabilised());
-  servo.adopt(sceneOf(1, {slab(800)}));
+  VirtualServo servo(pressAndStroke, stabilised(), sceneOf(1, {slab(800)}));
   bool touched = false;
   for (int i = 0; i < 300; ++i) {
     const TelemetrySample sample = servo.step();
@@ -115,8 +111,7 @@ TEST(StabilisedStep, TellsTheMeasuredHipBesideTheForeseenOneAtWhichItFeels) {
     EXPECT_NEAR(sample.force.spring.z, 800 * sample.penetration_m, 1e-9);
   }
   EXPECT_TRUE(touched);
-  VirtualServo bare(pressAndStroke, StepConfig{});
-  bare.adopt(sceneOf(1, {slab(800)}));
+  VirtualServo bare(pressAndStroke, StepConfig{}, sceneOf(1, {slab(800)}));
   for (int i = 0; i < 300; ++i) {
     const TelemetrySample sample = bare.step();
     EXPECT_EQ(sample.predictedHip, sample.hip);
@@ -125,8 +120,7 @@ TEST(StabilisedStep, TellsTheMeasuredHipBesideTheForeseenOneAtWhichItFeels) {
 
 TEST(StabilisedStep, GivesHookesLawOnAHeldSurface) {
   VirtualServo servo([](std::uint64_t tick) { return pressAndStroke(std::min<std::uint64_t>(tick, 200)); },
-                     stabilised());
-  servo.adopt(sceneOf(1, {slab(800)}));
+                     stabilised(), sceneOf(1, {slab(800)}));
   // What the observer cannot explain, it takes for the hand's force: at rest nothing of it is left.
   EXPECT_NEAR(servo.run(1000).force.written.z, 800 * 0.002, 1e-6);
 }

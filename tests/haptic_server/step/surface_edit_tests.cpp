@@ -10,20 +10,7 @@
 namespace haptics {
 namespace {
 
-using testing::friction;
-using testing::kConfig;
-using testing::kStiffness;
-using testing::objectOf;
-using testing::overSphere;
-using testing::pressThenAside;
-using testing::sceneOf;
-using testing::shading;
-using testing::slab;
-using testing::strokeAlongX;
-using testing::surfaceOf;
-using testing::VirtualServo;
-using testing::with;
-using testing::withGrating;
+using namespace testing;
 
 /// What an edit may change the written force by in a tick.
 constexpr double kLetIn_N = EditSlew::kRate_N_per_s * 1e-3 + 1e-9;
@@ -43,8 +30,7 @@ class SurfaceEdit : public ::testing::Test {
 
  private:
   static Steps largest(const ServoObject& before, const ServoObject& after) {
-    VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
-    servo.adopt(sceneOf(1, {before}));
+    VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig, sceneOf(1, {before}));
     servo.run(600);
     Steps steps;
     ForceComponents last = servo.step().force;
@@ -89,8 +75,8 @@ TEST_F(SurfaceEdit, OfFrictionMakesNoStep) {
 }
 
 TEST_F(SurfaceEdit, ToATallerTextureIsFeltByAStylusThatHoversOverIt) {
-  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0005); }, kConfig);
-  servo.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0001)}));
+  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0005); }, kConfig,
+                     sceneOf(1, {withGrating(slab(), 0.004, 0.0001)}));
   EXPECT_EQ(servo.run(100).object, 0U);
   servo.adopt(sceneOf(2, {withGrating(slab(), 0.004, 0.0004)}));
   const TelemetrySample after = servo.run(100);
@@ -100,8 +86,7 @@ TEST_F(SurfaceEdit, ToATallerTextureIsFeltByAStylusThatHoversOverIt) {
 
 TEST_F(SurfaceEdit, OfThePoseMakesNoStepWhereOnlyABumpReachesTheStylus) {
   const ServoObject object = withGrating(slab(), 0.004, 0.0004);
-  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0005); }, kConfig);
-  servo.adopt(sceneOf(1, {object}));
+  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0005); }, kConfig, sceneOf(1, {object}));
   double last = servo.run(100).force.written.z;
   EXPECT_NEAR(last, kStiffness * 0.0003, 1e-6);
   ServoObject lower = object;
@@ -116,8 +101,7 @@ TEST_F(SurfaceEdit, OfThePoseMakesNoStepWhereOnlyABumpReachesTheStylus) {
 }
 
 TEST_F(SurfaceEdit, ThatBringsFrictionBackKnowsNothingOfTheOldStickingPoint) {
-  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
-  servo.adopt(sceneOf(1, {with(slab(), friction(0.9, 0.9))}));
+  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig, sceneOf(1, {with(slab(), friction(0.9, 0.9))}));
   servo.run(500);
   servo.adopt(sceneOf(2, {slab()}));
   servo.run(500);
@@ -129,8 +113,7 @@ TEST_F(SurfaceEdit, OfShadingMakesNoStep) {
   const auto largest = [](bool before, bool after) {
     const ServoObject faceted = objectOf(1, surfaceOf(makeSphere(0.05, 5).value()), Vec3(0));
     const ServoObject round = with(faceted, shading(std::numbers::pi));
-    VirtualServo servo(overSphere, kConfig);
-    servo.adopt(sceneOf(1, {before ? round : faceted}));
+    VirtualServo servo(overSphere, kConfig, sceneOf(1, {before ? round : faceted}));
     servo.run(700);
     double most = 0;
     Vec3 last = servo.step().force.written;
@@ -147,8 +130,7 @@ TEST_F(SurfaceEdit, OfShadingMakesNoStep) {
 }
 
 TEST_F(SurfaceEdit, OfTheMeshKeepsTheStickingPoint) {
-  VirtualServo servo(pressThenAside, kConfig);
-  servo.adopt(sceneOf(1, {with(slab(), friction(0.9, 0.8))}));
+  VirtualServo servo(pressThenAside, kConfig, sceneOf(1, {with(slab(), friction(0.9, 0.8))}));
   const TelemetrySample before = servo.run(400);
   const ServoObject finer = objectOf(1, surfaceOf(makeBox(Vec3(0.1), 20).value()), Vec3(0, 0, -0.05));
   servo.adopt(sceneOf(2, {with(finer, friction(0.9, 0.8))}));

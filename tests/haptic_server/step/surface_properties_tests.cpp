@@ -13,17 +13,7 @@
 namespace haptics {
 namespace {
 
-using testing::friction;
-using testing::kConfig;
-using testing::kStiffness;
-using testing::pressThenAside;
-using testing::sceneOf;
-using testing::shading;
-using testing::slab;
-using testing::strokeAlongX;
-using testing::VirtualServo;
-using testing::with;
-using testing::withGrating;
+using namespace testing;
 
 TEST(SurfaceProperties, ChangeNothingWhereAnotherObjectHasThem) {
   const auto run = [](bool detailed) {
@@ -41,8 +31,7 @@ TEST(SurfaceProperties, ChangeNothingWhereAnotherObjectHasThem) {
 }
 
 TEST(SurfaceProperties, FrictionBreaksAwayAtTheStaticAndSlidesAtTheDynamicCoefficient) {
-  VirtualServo servo(strokeAlongX(0.002, 0.005), kConfig);
-  servo.adopt(sceneOf(1, {with(slab(), friction(0.6, 0.3))}));
+  VirtualServo servo(strokeAlongX(0.002, 0.005), kConfig, sceneOf(1, {with(slab(), friction(0.6, 0.3))}));
   double most = 0;
   TelemetrySample sample;
   for (int i = 0; i < 3000; ++i) {
@@ -63,8 +52,8 @@ TEST(SurfaceProperties, FrictionFollowsAFieldOverTheSurface) {
   SurfaceProperties properties = friction(0.6, 0.3);
   properties.friction->variation = 0.5;
   properties.friction->over = FieldFamily{FourierFamily{}};
-  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
-  servo.adopt(sceneOf(1, {with(slab(), properties, {nullptr, testing::gratingField(0.01), nullptr})}));
+  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig,
+                     sceneOf(1, {with(slab(), properties, {nullptr, testing::gratingField(0.01), nullptr})}));
   servo.run(500);
   for (int i = 0; i < 1000; ++i) {
     const TelemetrySample s = servo.step();
@@ -79,8 +68,8 @@ TEST(SurfaceProperties, FrictionFollowsAScaleGivenByVertex) {
   const TriMesh mesh = makeBox(Vec3(0.1), 8).value();
   auto scale = std::make_shared<std::vector<float>>();
   for (const Vec3f v : mesh.vertices) scale->push_back(1 + 10 * v.x);  // from 0.5 to 1.5
-  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
-  servo.adopt(sceneOf(1, {with(box, friction(0.6, 0.3), {nullptr, nullptr, scale})}));
+  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig,
+                     sceneOf(1, {with(box, friction(0.6, 0.3), {nullptr, nullptr, scale})}));
   servo.run(500);
   for (int i = 0; i < 1000; ++i) {
     const TelemetrySample s = servo.step();
@@ -111,8 +100,7 @@ TEST(SurfaceProperties, FrictionBreaksAwayAndSlidesByAMapOfEachCoefficient) {
           const double t = static_cast<double>(tick);
           return Vec3(start + 2e-6 * std::max(0.0, t - 300), 0.0123, 0.003 - 0.005 * std::min(1.0, t / 200));
         },
-        kConfig);
-    servo.adopt(sceneOf(1, {withTwoFrictionMaps()}));
+        kConfig, sceneOf(1, {withTwoFrictionMaps()}));
     double broke = 0;
     for (int i = 0; i < 4000; ++i) {
       const TelemetrySample s = servo.step();
@@ -130,10 +118,9 @@ TEST(SurfaceProperties, TheDynamicCoefficientFollowsValuesPerVertexOfItsOwn) {
   auto scale = std::make_shared<std::vector<float>>();
   const TriMesh mesh = makeBox(Vec3(0.1), 8).value();
   for (const Vec3f v : mesh.vertices) scale->push_back(1 + 10 * v.x);  // from 0.5 to 1.5
-  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig);
-  servo.adopt(sceneOf(
-      1, {with(slab(), friction(0.4, 0.3),
-               {.texture = nullptr, .friction = nullptr, .frictionScale = nullptr, .dynamicFrictionScale = scale})}));
+  DetailFields fields;
+  fields.dynamicFrictionScale = scale;
+  VirtualServo servo(strokeAlongX(0.002, 0.05), kConfig, sceneOf(1, {with(slab(), friction(0.4, 0.3), fields)}));
   servo.run(500);
   for (int i = 0; i < 1500; ++i) {
     const TelemetrySample s = servo.step();
@@ -153,8 +140,7 @@ TEST(SurfaceProperties, FrictionWithTwoMapsStepsNoMoreThanWithOneOfBoth) {
     int stuckAgain = 0;
   };
   const auto run = [&](const ServoObject& object) {
-    VirtualServo servo(path, kConfig);
-    servo.adopt(sceneOf(1, {object}));
+    VirtualServo servo(path, kConfig, sceneOf(1, {object}));
     TelemetrySample last = servo.run(300);
     Run result;
     for (int i = 0; i < 20'000; ++i) {
@@ -183,8 +169,8 @@ TEST(SurfaceProperties, ATextureOfLayersHasTheHeightOfTheirSum) {
   const LayeredFamily layers{LayeredFamily::Combination::kSum, {{1, wave(0.011)}, {-0.3, wave(0.002)}}};
   SurfaceProperties properties;
   properties.texture = Texture{.family = layers, .amplitude_m = 0.0002};
-  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
-  servo.adopt(
+  VirtualServo servo(
+      strokeAlongX(0.002, 0.02), kConfig,
       sceneOf(1, {with(slab(), properties,
                        {.texture = makeField(layers, {}).value(), .friction = nullptr, .frictionScale = nullptr})}));
   servo.run(400);
@@ -214,8 +200,8 @@ TEST(SurfaceProperties, AGrownTextureIsFeltAtItsHeightWithoutAllocating) {
       std::make_shared<const GrownField>(std::make_shared<const PointField>(PointField::make(0.002F, samples).value()));
   SurfaceProperties properties;
   properties.texture = Texture{.family = GrownFamily{}, .amplitude_m = 0.0002};
-  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
-  servo.adopt(
+  VirtualServo servo(
+      strokeAlongX(0.002, 0.02), kConfig,
       sceneOf(1, {with(slab(), properties, {.texture = field, .friction = nullptr, .frictionScale = nullptr})}));
   servo.run(400);
   double lowest_m = 1, highest_m = 0, worst_m = 0;
@@ -291,8 +277,7 @@ TEST(SurfaceProperties, TheStickingPointMovesWithItsObject) {
 TEST(SurfaceProperties, TextureIsFeltOnBumpsOutsideOfTheSurfaceAndNotInPits) {
   // h from 0 to 0.4 mm, highest at x = 0 and every 4 mm, with the HIP 0.2 mm above the polygons.
   const auto above = [](std::uint64_t tick) { return Vec3(-0.04 + 2e-5 * static_cast<double>(tick), 0.0123, 0.0002); };
-  VirtualServo servo(above, kConfig);
-  servo.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0002)}));
+  VirtualServo servo(above, kConfig, sceneOf(1, {withGrating(slab(), 0.004, 0.0002)}));
   servo.run(250);  // what is there at first fades in
   int felt = 0, free = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -311,8 +296,7 @@ TEST(SurfaceProperties, TextureIsFeltOnBumpsOutsideOfTheSurfaceAndNotInPits) {
       [](std::uint64_t tick) {
         return Vec3(-0.04 + 2e-5 * static_cast<double>(tick), 0.0123, tick < 20 ? 0.001 : -0.0001);
       },
-      kConfig);
-  pits.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0002, 1.5, {}, true)}));
+      kConfig, sceneOf(1, {withGrating(slab(), 0.004, 0.0002, 1.5, {}, true)}));
   pits.run(100);
   for (int i = 0; i < 1000; ++i) {
     const TelemetrySample s = pits.step();
@@ -338,8 +322,7 @@ TEST(SurfaceProperties, BumpsForWhichTheAllowanceIsShortAreLeftOutWithoutAStep) 
   const auto run = [&](double units) {
     StepConfig config = kConfig;
     config.work_per_s = units / config.period_s;
-    VirtualServo servo(down, config);
-    servo.adopt(sceneOf(1, slabs));
+    VirtualServo servo(down, config, sceneOf(1, slabs));
     double before_N = 0, step_N = 0;
     for (int i = 0; i < 2000; ++i) {
       const double force_N = servo.step().force.written.z;
@@ -347,7 +330,7 @@ TEST(SurfaceProperties, BumpsForWhichTheAllowanceIsShortAreLeftOutWithoutAStep) 
       before_N = force_N;
     }
     EXPECT_LE(step_N, 0.031) << units << " units";  // 30 N/s
-    return std::pair(before_N, servo.state().report.behind);
+    return std::pair(before_N, servo.state().report.allowanceSpent);
   };
   const auto [all_N, noneBehind] = run(1e9);
   const auto [some_N, behind] = run(3000);
@@ -360,8 +343,7 @@ TEST(SurfaceProperties, BumpsForWhichTheAllowanceIsShortAreLeftOutWithoutAStep) 
 
 TEST(SurfaceProperties, TextureIsContinuousThroughTheSurface) {
   VirtualServo servo([](std::uint64_t tick) { return Vec3(0.0005, 0.0123, 0.001 - 1e-6 * static_cast<double>(tick)); },
-                     kConfig);
-  servo.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0002)}));
+                     kConfig, sceneOf(1, {withGrating(slab(), 0.004, 0.0002)}));
   Vec3 last(0);
   for (int i = 0; i < 2000; ++i) {
     const TelemetrySample s = servo.step();
@@ -383,16 +365,14 @@ TEST(SurfaceProperties, TextureKeepsItsDirectionWhereTheHipLiesOnThePolygonsButF
           const double z = tick < kThere ? 1e-5 * static_cast<double>(kThere - tick) : -below_m;
           return toWorld(object.pose, Vec3(0.004 * (i % 5), 0.0123 + 1e-4 * i, kTop_m + z));
         },
-        kConfig);
-    servo.adopt(sceneOf(1, {object}));
+        kConfig, sceneOf(1, {object}));
     const Vec3 force = servo.run(kThere + 1).force.texture;
     EXPECT_LE(glm::distance(force, object.pose.rotation * Vec3(0, 0, kStiffness * 0.0004)), 1e-4) << i;
   }
 }
 
 TEST(SurfaceProperties, TextureGivesEquation4aSideways) {
-  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig);
-  servo.adopt(sceneOf(1, {withGrating(slab(), 0.003, 0.0002, 1.5)}));
+  VirtualServo servo(strokeAlongX(0.002, 0.02), kConfig, sceneOf(1, {withGrating(slab(), 0.003, 0.0002, 1.5)}));
   servo.run(400);
   for (int i = 0; i < 1000; ++i) {
     const TelemetrySample s = servo.step();
@@ -471,8 +451,8 @@ TEST(SurfaceProperties, AllFeaturesTogetherAllocateNothing) {
 }
 
 TEST(SurfaceProperties, ATextureInWhichTheStylusAppearsFadesIn) {
-  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0001); }, kConfig);
-  servo.adopt(sceneOf(1, {withGrating(slab(), 0.004, 0.0003)}));
+  VirtualServo servo([](std::uint64_t) { return Vec3(0, 0.0123, 0.0001); }, kConfig,
+                     sceneOf(1, {withGrating(slab(), 0.004, 0.0003)}));
   double last = 0;
   for (int i = 0; i < 100; ++i) {
     const double now = servo.step().force.contact.z;

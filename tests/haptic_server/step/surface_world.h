@@ -20,6 +20,11 @@ inline ServoObject slab(std::uint64_t id = 1, Vec3 at = Vec3(0, 0, -0.05)) {
   return objectOf(id, surface, at, kStiffness);
 }
 
+inline std::shared_ptr<const CollisionMesh> fineBlock() {
+  static const auto surface = surfaceOf(makeBox(Vec3(0.1), 60).value());
+  return surface;
+}
+
 inline ServoObject with(ServoObject object, const SurfaceProperties& properties, const DetailFields& fields = {}) {
   object.detail = makeSurfaceDetail(*object.surface, properties, fields);
   return object;

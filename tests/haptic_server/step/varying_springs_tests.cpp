@@ -20,11 +20,6 @@ using namespace testing;
 constexpr double kTissue_N_per_m = 500;
 constexpr double kDepth_m = 0.003;
 
-std::shared_ptr<const CollisionMesh> fineBlock() {
-  static const auto surface = surfaceOf(makeBox(Vec3(0.1), 60).value());
-  return surface;
-}
-
 /// Waves of 25 mm and more in all directions of the plane, f from -1 to 1.
 std::shared_ptr<const ScalarField> smoothField(std::uint32_t seed) {
   std::mt19937 random(seed);
@@ -78,8 +73,7 @@ const Vec3 kPlaces[] = {
 TEST(VaryingSprings, PushWithTheStiffnessOfThePlaceAndToWhereItIsSofter) {
   const auto field = smoothField(1);
   for (const Vec3& place : kPlaces) {
-    VirtualServo servo(downAt(place), kConfig);
-    servo.adopt(sceneOf(1, {blockWith({.stiffness = {field}})}));
+    VirtualServo servo(downAt(place), kConfig, sceneOf(1, {blockWith({.stiffness = {field}})}));
     const Vec3 force = servo.run(300).force.spring;
     // In the object's frame the top is at z = 50 mm.
     const FieldSample f = field->at(place + Vec3(0, 0, 0.05));
@@ -98,8 +92,7 @@ TEST(VaryingSprings, PushByValuesPerVertexLinearInBetweenAndNoLessThanTheLeast) 
     scale->push_back(std::max(0.0F, 1 + 40 * v.x));  // 0 from x = -25 mm down
   }
   for (const Vec3& place : kPlaces) {
-    VirtualServo servo(downAt(place), kConfig);
-    servo.adopt(sceneOf(1, {blockWith({.stiffness = {nullptr, scale}})}));
+    VirtualServo servo(downAt(place), kConfig, sceneOf(1, {blockWith({.stiffness = {nullptr, scale}})}));
     const Vec3 force = servo.run(300).force.spring;
     const double factor = std::max(kMinStiffnessFactor, 1 + 40 * place.x);
     EXPECT_NEAR(force.z, kStiffness * factor * kDepth_m, 0.01 * kStiffness * factor * kDepth_m) << place.x;
@@ -114,8 +107,7 @@ TEST(VaryingSprings, AreInSeriesWithTissueThatVariesToo) {
   for (const Maps& maps : {Maps{.stiffness = {stiffness}}, Maps{.softness = {softness}},
                            Maps{.stiffness = {stiffness}, .softness = {softness}}}) {
     for (const Vec3& place : kPlaces) {
-      VirtualServo servo(downAt(place), kConfig);
-      servo.adopt(sceneOf(1, {blockWith(maps, kTissue_N_per_m)}));
+      VirtualServo servo(downAt(place), kConfig, sceneOf(1, {blockWith(maps, kTissue_N_per_m)}));
       const double force_N = servo.run(300).force.spring.z;
       const Vec3 onBlock = place + Vec3(0, 0, 0.05);
       const double k = kStiffness * factorAt(maps.stiffness.field, 0.8, onBlock);
@@ -131,8 +123,7 @@ TEST(VaryingSprings, AreNowhereStifferThanTheDeviceBears) {
   ServoObject block = blockWith({.stiffness = {field}});
   block.highestFactor = 1.25;
   for (const double x : {0.0, 0.004, 0.012, 0.02}) {
-    VirtualServo servo(downAt({x, 0.0123, 0}), kConfig);
-    servo.adopt(sceneOf(1, {block}));
+    VirtualServo servo(downAt({x, 0.0123, 0}), kConfig, sceneOf(1, {block}));
     const Vec3 force = servo.run(300).force.spring;
     const double factor = 1 + 0.8 * std::cos(2 * std::numbers::pi * x / 0.04);
     EXPECT_NEAR(force.z, kStiffness * std::min(factor, 1.25) * kDepth_m, 1e-6) << x;
@@ -147,8 +138,7 @@ TEST(VaryingSprings, DampInTheSameRatio) {
   ServoObject block = blockWith({.stiffness = {field}});
   block.damping_Ns_per_m = 2;
   for (const double x : {0.0, 0.02}) {
-    VirtualServo servo(downAt({x, 0.0123, 0}), kConfig);
-    servo.adopt(sceneOf(1, {block}));
+    VirtualServo servo(downAt({x, 0.0123, 0}), kConfig, sceneOf(1, {block}));
     const TelemetrySample pressing = servo.run(150);  // at 25 mm/s
     const double factor = 1 + 0.8 * std::cos(2 * std::numbers::pi * x / 0.04);
     EXPECT_NEAR(pressing.force.damping.z, 2 * factor * 0.025, 0.002) << x;
@@ -212,8 +202,7 @@ TEST(VaryingSprings, GiveTheHandNoEnergyWhereItPressesOnASoftPlaceAndLetsGoOfASt
   for (const auto& [from, to] :
        {std::pair(Vec3(0.02, 0.0123, 0), Vec3(0, 0.0123, 0)), std::pair(Vec3(0, 0.0123, 0), Vec3(0.02, 0.02, 0))}) {
     const auto path = pressDragRelease(from, to);
-    VirtualServo servo(path, kConfig);
-    servo.adopt(sceneOf(1, {blockWith({.stiffness = {field}})}));
+    VirtualServo servo(path, kConfig, sceneOf(1, {blockWith({.stiffness = {field}})}));
     servo.run(1);
     EXPECT_NEAR(loop_J(servo, path, kLoop), 0, kMax_J);
   }
@@ -225,8 +214,7 @@ TEST(VaryingSprings, OfSoftBodiesGiveTheHandNoEnergyEither) {
   for (const Maps& maps : {Maps{}, Maps{.stiffness = {field}}, Maps{.softness = {field}}}) {
     for (const bool up : {false, true}) {
       const auto path = up ? pressDragRelease(trough, crest) : pressDragRelease(crest, trough);
-      VirtualServo servo(path, kConfig);
-      servo.adopt(sceneOf(1, {blockWith(maps, kTissue_N_per_m)}));
+      VirtualServo servo(path, kConfig, sceneOf(1, {blockWith(maps, kTissue_N_per_m)}));
       servo.run(1);
       EXPECT_LE(loop_J(servo, path, kLoop), kMax_J) << (maps.stiffness.field != nullptr) << up;
     }
@@ -242,8 +230,7 @@ TEST(VaryingSprings, OfViscousAndPlasticTissueOnlyTakeEnergy) {
       ServoObject block = blockWith({.stiffness = {field}, .softness = {field}}, kTissue_N_per_m);
       block.tissue =
           std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.03, 2), kTissue_N_per_m, return_s, plastic});
-      VirtualServo servo(path, kConfig);
-      servo.adopt(sceneOf(1, {block}));
+      VirtualServo servo(path, kConfig, sceneOf(1, {block}));
       servo.run(1);
       for (int loop = 0; loop < 3; ++loop) {
         EXPECT_LE(loop_J(servo, path, kLoop), kMax_J) << return_s << ' ' << plastic << ' ' << up << ' ' << loop;
@@ -257,8 +244,7 @@ TEST(VaryingSprings, GiveTheHandNoEnergyOnRandomLoopsOverSmoothMaps) {
     const Maps maps{.stiffness = {smoothField(seed)}, .softness = {smoothField(seed + 100)}, .variation = 0.6};
     for (const double tissue_N_per_m : {0.0, kTissue_N_per_m}) {
       const auto path = randomLoop(seed);
-      VirtualServo servo(path, kConfig);
-      servo.adopt(sceneOf(1, {blockWith(maps, tissue_N_per_m)}));
+      VirtualServo servo(path, kConfig, sceneOf(1, {blockWith(maps, tissue_N_per_m)}));
       servo.run(1200);
       EXPECT_LE(loop_J(servo, path, 2000), kMax_J) << seed << " on " << tissue_N_per_m;
     }
@@ -289,8 +275,7 @@ TEST(VaryingSprings, OfAValleyGiveTheHandNoEnergy) {
     const std::size_t leg = std::min<std::size_t>(tick / 1000, std::size(way) - 2);
     return glm::mix(way[leg], way[leg + 1], std::min(1.0, static_cast<double>(tick - 1000 * leg) / 1000));
   };
-  VirtualServo servo(path, kConfig);
-  servo.adopt(sceneOf(1, {with(object, properties, fields)}));
+  VirtualServo servo(path, kConfig, sceneOf(1, {with(object, properties, fields)}));
   servo.run(1);
   EXPECT_NEAR(loop_J(servo, path, 8000), 0, kMax_J);
 }
@@ -316,8 +301,7 @@ TEST(VaryingSprings, OfAShadedSphereGiveTheHandNoEnergy) {
       if (t < 3) return at(0, 0.047 + 0.004 * (t - 2));
       return at(-0.4 * (t - 3), 0.051);
     };
-    VirtualServo servo(path, kConfig);
-    servo.adopt(sceneOf(1, {with(object, properties, fields)}));
+    VirtualServo servo(path, kConfig, sceneOf(1, {with(object, properties, fields)}));
     servo.run(1);
     EXPECT_LE(loop_J(servo, path, 4000), kMax_J);
   }
@@ -348,8 +332,7 @@ TEST(VaryingSprings, StayWithinTheLateralStiffnessThatTheDeviceBears) {
   StepConfig config = kConfig;
   config.stableLateral_N_per_m = 500;
   const auto field = gratingField(0.003);
-  VirtualServo servo(downAt({0.00075, 0.0123, 0}), config);
-  servo.adopt(sceneOf(1, {blockWith({.stiffness = {field}})}));
+  VirtualServo servo(downAt({0.00075, 0.0123, 0}), config, sceneOf(1, {blockWith({.stiffness = {field}})}));
   const double q = 2 * std::numbers::pi / 0.003;
   const double lateral = kStiffness * 0.8 * (q * q * kDepth_m * kDepth_m / 2 + q * kDepth_m);
   const double whole_N = kStiffness * 0.8 * q * kDepth_m * kDepth_m / 2;
@@ -359,8 +342,7 @@ TEST(VaryingSprings, StayWithinTheLateralStiffnessThatTheDeviceBears) {
 // ---- Edits ----
 
 double largestStep_N(const ServoObject& before, const ServoObject& after) {
-  VirtualServo servo(downAt({0.013, 0.0123, 0}, 0.002), kConfig);
-  servo.adopt(sceneOf(1, {before}));
+  VirtualServo servo(downAt({0.013, 0.0123, 0}, 0.002), kConfig, sceneOf(1, {before}));
   Vec3 last = servo.run(400).force.written;
   servo.adopt(sceneOf(2, {after}));
   double most_N = 0;
@@ -369,8 +351,7 @@ double largestStep_N(const ServoObject& before, const ServoObject& after) {
     most_N = std::max(most_N, glm::distance(now, last));
     last = now;
   }
-  VirtualServo settled(downAt({0.013, 0.0123, 0}, 0.002), kConfig);
-  settled.adopt(sceneOf(1, {after}));
+  VirtualServo settled(downAt({0.013, 0.0123, 0}, 0.002), kConfig, sceneOf(1, {after}));
   EXPECT_NEAR(glm::distance(last, settled.run(400).force.written), 0, 1e-6);
   return most_N;
 }
@@ -399,8 +380,7 @@ TEST(VaryingSprings, NameTheJoulesThatAnEditOfTheStiffnessPutsIntoThem) {
   ServoObject stiff = soft;
   stiff.stiffness_N_per_m *= 2;
   const double factor = 1 + 0.8 * std::cos(2 * std::numbers::pi * 0.013 / 0.04);
-  VirtualServo servo(downAt({0.013, 0.0123, 0}, 0.002), kConfig);
-  servo.adopt(sceneOf(1, {soft}));
+  VirtualServo servo(downAt({0.013, 0.0123, 0}, 0.002), kConfig, sceneOf(1, {soft}));
   servo.run(400);
   servo.adopt(sceneOf(2, {stiff}));
   const TelemetrySample after = servo.run(400);
@@ -410,8 +390,7 @@ TEST(VaryingSprings, NameTheJoulesThatAnEditOfTheStiffnessPutsIntoThem) {
 
 TEST(VaryingSprings, AllocateNothing) {
   const Maps maps{.stiffness = {smoothField(1)}, .softness = {smoothField(2)}};
-  VirtualServo servo(randomLoop(3), kConfig);
-  servo.adopt(sceneOf(1, {blockWith(maps, kTissue_N_per_m)}));
+  VirtualServo servo(randomLoop(3), kConfig, sceneOf(1, {blockWith(maps, kTissue_N_per_m)}));
   servo.run(10);
   const std::uint64_t before = AllocationTripwire::count();
   {

@@ -31,8 +31,10 @@ class VirtualServo {
  public:
   using Trajectory = std::function<Vec3(std::uint64_t tick)>;
 
-  VirtualServo(Trajectory trajectory, StepConfig config)
-      : trajectory_(std::move(trajectory)), config_(config), state_(config) {}
+  VirtualServo(Trajectory trajectory, StepConfig config, std::shared_ptr<const ServoScene> scene = nullptr)
+      : trajectory_(std::move(trajectory)), config_(config), state_(config), next_(std::move(scene)) {
+    tryToAdopt();
+  }
 
   /// Now, or as soon as the contact that it would break has been let go.
   void adopt(std::shared_ptr<const ServoScene> scene) {

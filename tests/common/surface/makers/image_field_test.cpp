@@ -6,7 +6,6 @@
 #include <turbojpeg.h>
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 

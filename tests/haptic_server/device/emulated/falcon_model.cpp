@@ -135,17 +135,10 @@ void FalconModel::takeByte(std::uint8_t byte, std::uint64_t now_ns) {
       return;
     }
     case Mode::kRunning:
-      if (heard_.empty() && byte != '<') {
-        ++badFrames_;
-        return;
-      }
+      if (heard_.empty() && byte != '<') return;
       heard_.push_back(byte);
       if (heard_.size() < 16) return;
-      if (byte == '>') {
-        takeCommand(now_ns);
-      } else {
-        ++badFrames_;
-      }
+      if (byte == '>') takeCommand(now_ns);
       heard_.clear();
   }
 }

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <deque>
-#include <random>
 
 #include "tests/haptic_server/device/emulated/mechanics.h"
 #include "tests/haptic_server/device/emulated/usb_model.h"
@@ -31,9 +30,7 @@ class FalconModel final : public EmulatedUsb {
   [[nodiscard]] Vec3 motorForce_N() const override { return motor_N_; }
   [[nodiscard]] bool motorsOn() const override { return motors_ != std::array<std::int16_t, 3>{}; }
   [[nodiscard]] std::uint64_t replies() const override { return replies_; }
-  [[nodiscard]] std::uint64_t badFrames() const { return badFrames_; }
   [[nodiscard]] std::size_t firmwareBytes() const { return firmwareBytes_; }
-  [[nodiscard]] unsigned lights() const { return lights_; }
   /// What the homed bits say from now on, whatever is true.
   void setHomedBits(bool homed) { saysHomed_ = homed; }
   void press(unsigned buttons) { buttons_ = buttons; }
@@ -70,7 +67,7 @@ class FalconModel final : public EmulatedUsb {
   bool halted_ = false;
   std::optional<bool> saysHomed_;
   int jump_ = 0;
-  std::uint64_t replies_ = 0, badFrames_ = 0;
+  std::uint64_t replies_ = 0;
   std::size_t firmwareBytes_ = 0;
 };
 

@@ -21,8 +21,8 @@ Bytes replyOf(std::array<std::int16_t, 3> counts, unsigned buttons, unsigned hom
   return bytes;
 }
 
-std::vector<FalconReply> readAll(FalconReplyReader& reader, const Bytes& bytes) {
-  std::vector<FalconReply> replies;
+std::vector<DeviceReply> readAll(FalconReplyReader& reader, const Bytes& bytes) {
+  std::vector<DeviceReply> replies;
   for (const std::uint8_t byte : bytes) {
     if (const auto reply = reader.take(byte)) replies.push_back(*reply);
   }

@@ -8,6 +8,8 @@
 #include "common/error/error.h"
 #include "common/mesh/tri_mesh.h"
 #include "common/scene/deformation_properties.h"
+#include "common/scene/surface_edits.h"
+#include "common/scene/surface_properties.h"
 
 namespace haptics {
 
@@ -23,5 +25,8 @@ namespace haptics {
 /// counted unless they are known.
 [[nodiscard]] std::vector<std::string> deformationWarnings(const DeformationProperties& properties, const TriMesh& mesh,
                                                            std::optional<std::size_t> flattened = std::nullopt);
+
+/// What an edit left open of a mapping's intermediate surface becomes that of the mesh's box in its frame.
+void fitToMesh(const MappedSource& source, const TriMesh& mesh, Mapping& mapping);
 
 }  // namespace haptics

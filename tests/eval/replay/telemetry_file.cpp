@@ -1,10 +1,10 @@
-#include "haptic_server/recording/telemetry_file.h"
+#include "tests/eval/replay/telemetry_file.h"
 
 #include <google/protobuf/util/delimited_message_util.h>
 
 #include "common/wire/convert.h"
 
-namespace haptics {
+namespace haptics::eval {
 
 Result<TelemetryFile> TelemetryFile::open(const std::string& file) {
   TelemetryFile telemetry;
@@ -27,4 +27,4 @@ bool TelemetryFile::close() {
   return !out_.fail();
 }
 
-}  // namespace haptics
+}  // namespace haptics::eval

@@ -10,7 +10,7 @@
 namespace haptics {
 
 /// Two transports in one process and one thread, joined by queues that move only when pumped: client and server code
-/// run together in tests, in simulation and embedded. The ends may outlive the link.
+/// run together. The ends may outlive the link.
 class MemoryLink {
  public:
   static constexpr std::size_t kEverything = std::numeric_limits<std::size_t>::max();

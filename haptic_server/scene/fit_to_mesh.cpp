@@ -1,7 +1,8 @@
-#include "haptic_server/scene/fit_deformation.h"
+#include "haptic_server/scene/fit_to_mesh.h"
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "common/interruption/interruption.h"
 #include "haptic_server/scene/surface_warnings.h"
@@ -12,17 +13,21 @@ namespace {
 /// Edges of the mesh that a falloff's radius should span: fewer show a dent as a few corners.
 constexpr double kEdgesInRadius = 3;
 
+/// A flat mesh has no thickness, and a mapping's box needs one.
+constexpr double kMinMappingSide_m = 1e-6;
+
 struct Bounds {
-  Vec3 low, high;
+  Vec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
 };
 
-Bounds boundsOf(const TriMesh& mesh) {
-  Vec3f low = mesh.vertices.front(), high = low;
-  for (const Vec3f v : mesh.vertices) {
-    low = glm::min(low, v);
-    high = glm::max(high, v);
+Bounds boundsOf(const TriMesh& mesh, const Quat& toFrame = Quat(1, 0, 0, 0)) {
+  Bounds bounds;
+  for (const Vec3f& vertex : mesh.vertices) {
+    const Vec3 at = toFrame * Vec3(vertex);
+    bounds.low = glm::min(bounds.low, at);
+    bounds.high = glm::max(bounds.high, at);
   }
-  return {Vec3(low), Vec3(high)};
+  return bounds;
 }
 
 std::array<Vec3, 3> corners(const std::vector<Vec3f>& vertices, const TriangleIndices& t) {
@@ -87,6 +92,13 @@ std::vector<std::string> deformationWarnings(const DeformationProperties& proper
     if (flat > 0) warnings.push_back("the lattice leaves " + std::to_string(flat) + " triangles without an area");
   }
   return warnings;
+}
+
+void fitToMesh(const MappedSource& source, const TriMesh& mesh, Mapping& mapping) {
+  if (!source.centreOfMesh && !source.sizeOfMesh) return;
+  const auto [low, high] = boundsOf(mesh, glm::conjugate(mapping.rotation));
+  if (source.centreOfMesh) mapping.centre = mapping.rotation * ((low + high) / 2.0);
+  if (source.sizeOfMesh) mapping.size_m = glm::max(high - low, Vec3(kMinMappingSide_m));
 }
 
 }  // namespace haptics

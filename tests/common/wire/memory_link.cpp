@@ -1,4 +1,4 @@
-#include "common/wire/memory_link.h"
+#include "tests/common/wire/memory_link.h"
 
 #include <algorithm>
 #include <utility>

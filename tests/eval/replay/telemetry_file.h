@@ -8,7 +8,7 @@
 #include "common/telemetry/telemetry_sample.h"
 #include "haptics/v1/telemetry.pb.h"
 
-namespace haptics {
+namespace haptics::eval {
 
 /// Writes samples to a file: haptics.v1.Telemetry messages, each behind its length as a varint.
 class TelemetryFile {
@@ -24,4 +24,4 @@ class TelemetryFile {
   v1::Telemetry message_;
 };
 
-}  // namespace haptics
+}  // namespace haptics::eval

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "common/maths/vec.h"
+
+namespace haptics {
+
+/// Where a client wants the simulated hand now. World frame.
+struct HandCommand {
+  bool leads = false;  ///< Else nobody leads, and the rest means nothing.
+  Vec3 position{0};    ///< Metres.
+  Vec3 normal{0};  ///< Length 1, towards the hand; of the surface that it presses. Means nothing where press_N is 0.
+  double press_N = 0;  ///< Against the normal; not negative.
+};
+
+}  // namespace haptics

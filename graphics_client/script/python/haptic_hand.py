@@ -1,0 +1,147 @@
+"""The simulated hand, led by a script: Client.hand(). One client at a time leads; a real device is nobody's but its user's.
+
+    with Client(telemetry_hz=100) as client, client.hand() as hand:
+        hand.move_to((0, 0, 0.08))
+        felt = hand.stroke([(0, 0, 0.05), (0.02, 0, 0.05)], normal=(0, 0, 1), force_N=1.5)
+
+Metres, newtons, seconds; world frame. A method returns the telemetry samples of the time that it took: what was felt. The
+hand is let go of at the end of the block, or when the connection ends.
+"""
+import math
+import time
+
+from haptic_text import printable
+from haptics.v1 import envelope_pb2, scene_pb2
+
+TARGET_S = 0.01          # between two targets of a movement
+REPEAT_S = 0.03          # between repetitions of one
+TRAVEL_SPEED = 0.2       # m/s
+LANDING_SPEED = 0.05     # m/s, on a surface
+CONTACT_SHARE = 0.9      # of the force, from which on a stroke starts
+CONTACT_WITHIN_S = 1.5
+
+
+class NotLeading(Exception):
+    """Another client leads the hand, there is none to lead, or the connection was lost: what the server said."""
+
+
+class HandLead:
+    """Whether this client leads, and what it has to send for that. Guarded by the client."""
+
+    def __init__(self):
+        self.leader = None  # the server's last word since the client asked
+        self._request = self._target = None
+        self._due = 0.0     # of the target's next repetition
+
+    def ask(self, lead):
+        self._request, self.leader, self._target = lead, None, None
+
+    def check(self, trouble):
+        if not self.leader:
+            raise NotLeading(f"the hand is let go of: {trouble}")
+        if not self.leader.you:
+            raise NotLeading(printable(self.leader.refused) or f"the hand is led by {printable(self.leader.client_name)}")
+
+    def command(self, target):
+        self._target, self._due = target, 0.0
+
+    def told(self, leader):
+        self.leader = leader
+        if not leader.you:
+            self._target = None
+
+    def connection_lost(self):
+        self.leader = self._target = None
+
+    def take_unsent(self):
+        """Bodies of envelopes."""
+        bodies, now = [], time.monotonic()
+        if self._request is not None:
+            bodies.append({"lead_hand": envelope_pb2.LeadHand(lead=self._request)})
+            self._request = None
+        if self._target and now >= self._due:
+            bodies.append({"hand_target": self._target})
+            self._due = now + REPEAT_S
+        return bodies
+
+
+class Hand:
+    """`felt`: the samples that come within some seconds; `lead`: asks for the lead, or gives it back; `command`: sends a
+    target, again and again; `hip`: where the hand is. The Client's."""
+
+    def __init__(self, felt, lead, command, hip):
+        self._felt, self._lead, self._command, self._hip = felt, lead, command, hip
+        self._at = None  # position of the last target
+
+    def __enter__(self):
+        self._lead(True)
+        self._at = self._hip()
+        return self
+
+    def __exit__(self, *_):
+        self._lead(False)
+
+    def move_to(self, position, speed=TRAVEL_SPEED):
+        """In a straight line, pressing nowhere. `speed` in m/s, at most 0.8."""
+        return self._follow([self._at, position], speed, None, 0)
+
+    def press(self, position, normal, force_N, seconds=1.0):
+        """On a place of a surface, against its normal."""
+        self._land(position, normal, force_N)
+        return self._hold(position, normal, force_N, seconds)
+
+    def stroke(self, points, normal, force_N, speed=0.08):
+        """Along points of a surface. `normal`: of all of them, or one for each. It starts once the hand presses."""
+        normals = normal if hasattr(normal[0], "__len__") else [normal] * len(points)
+        if len(normals) != len(points):
+            raise ValueError(f"{len(points)} points have {len(normals)} normals")
+        self._land(points[0], normals[0], force_N)
+        return self._follow(points, speed, normals, force_N)
+
+    def _land(self, position, normal, force_N):
+        """Slowly, until it presses. Not a part of what was felt."""
+        self._follow([self._at, position], LANDING_SPEED, None, 0)
+        self._hold(position, normal, force_N, CONTACT_WITHIN_S, until_N=CONTACT_SHARE * force_N)
+
+    def _hold(self, position, normal, force_N, seconds, until_N=math.inf):
+        felt, end = [], time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._target(position, normal, force_N)
+            felt += self._felt(TARGET_S)
+            if felt and math.hypot(*xyz(felt[-1].force.written)) >= until_N:
+                break
+        return felt
+
+    def _follow(self, points, speed, normals, force_N):
+        """Along the line through the points, at this speed."""
+        felt = []
+        for index, (begin, end) in enumerate(zip(points, points[1:])):
+            began, seconds, share = time.monotonic(), math.dist(begin, end) / speed, 0
+            while share < 1:
+                share = min((time.monotonic() - began) / seconds, 1) if seconds else 1
+                normal = unit(mix(*normals[index:index + 2], share)) if normals else (0, 0, 0)
+                self._target(mix(begin, end, share), normal, force_N)
+                felt += self._felt(TARGET_S)
+        return felt
+
+    def _target(self, position, normal, force_N):
+        self._at = tuple(position)
+        self._command(envelope_pb2.HandTarget(position=vector(position), normal=vector(normal), press_N=force_N))
+
+
+def mix(a, b, share):
+    return [x + (y - x) * share for x, y in zip(a, b)]
+
+
+def unit(numbers):
+    length = math.hypot(*numbers)
+    return [number / length for number in numbers]
+
+
+def vector(numbers):
+    x, y, z = numbers
+    return scene_pb2.Vector3(x=x, y=y, z=z)
+
+
+def xyz(message):
+    return message.x, message.y, message.z

@@ -1,0 +1,55 @@
+#pragma once
+
+#include "common/mailbox/triple_buffer.h"
+#include "common/telemetry/hand_command.h"
+#include "haptic_server/device/exploring_hand.h"
+
+namespace haptics {
+
+/// A hand that goes where a client commands, and explores while none does. Commands come some 60 times a second, early,
+/// late or not at all; position and speed of the hand stay continuous whatever comes:
+///   - between two commands it moves in the time that has passed between the last ones, so one interval behind;
+///   - a command older than kHeld_s is not followed further: the hand stands still and presses as it does;
+///   - one older than kReleased_s, or the word that nobody leads, lets it go: it retreats from what it presses, as slowly as
+///     it came, lifts and explores.
+/// Where a command presses, the hand goes against the normal until the motors push back with that force.
+class LeadableHand final : public HandIntent {
+ public:
+  static constexpr double kHeld_s = 0.1, kReleased_s = 0.5;
+  static constexpr double kMaxSpeed_m_per_s = 0.8, kMaxAcceleration_m_per_s2 = 30;  ///< Of a hand that is led.
+
+  /// @param maxForce_N  Of the device that it holds: it presses with less.
+  LeadableHand(const HandPreset& hand, double maxForce_N) noexcept;
+
+  /// For one other thread: the newest command wins. Wait-free.
+  void command(const HandCommand& command) noexcept { commands_.put(command); }
+
+  [[nodiscard]] HandTarget next(double dt_s, Vec3 felt_N) noexcept override;
+  void follow(const ExplorationPlan* plan) noexcept override { exploring_.follow(plan); }
+
+ private:
+  void take(const HandCommand& command) noexcept;
+  void release() noexcept;
+  void retreat(double dt_s) noexcept;
+  [[nodiscard]] HandTarget explore(double dt_s, Vec3 felt_N) noexcept;
+  void press(double dt_s) noexcept;
+  [[nodiscard]] Vec3 commanded() const noexcept;
+
+  ExploringHand exploring_;
+  TripleBuffer<HandCommand> commands_;
+  const double maxPress_N_;
+  const double depthPerForce_;  ///< m/s of depth for a newton of error.
+
+  enum class Phase { kExploring, kLed, kRetreating } phase_ = Phase::kExploring;
+  HandCommand command_;   // the newest
+  Vec3 from_{0};          // where the way to it began
+  double interval_s_;     // smoothed, between commands
+  double age_s_ = 0;      // of the newest
+  double depth_m_ = 0;    // of the hand below the commanded position
+  double pressed_N_ = 0;  // smoothed
+  double retreat_m_ = 0;  // so far, from from_
+  Vec3 position_{0}, velocity_{0};
+  Vec3 offset_{0}, offsetVelocity_{0};  // from where the exploring hand is, after it was let go
+};
+
+}  // namespace haptics

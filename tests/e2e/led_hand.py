@@ -1,0 +1,101 @@
+"""The simulated hand, led by a script: what it presses and strokes, who may lead it, and what happens when its leader goes."""
+import math
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import time
+import unittest
+
+import harness
+from haptic_client import Client, NotLeading
+
+GROUND = """
+operations { add { name: "ground" mesh { box { size_m { x: 0.3 y: 0.3 z: 0.04 } segments: 8 } }
+                   pose { position { z: -0.02 } } material { stiffness_N_per_m: 400 damping_Ns_per_m: 0 } } }
+"""
+RATE_HZ = 1000
+# Of the force in a tick: two counts of the encoder, 55 um each, on a ground of 400 N/m, and the hand's own motion.
+MAX_JUMP_N = 0.05
+UP = (0, 0, 1)
+LEADER = """
+import sys, time
+from haptic_client import Client
+with Client(sys.argv[1], "leader", telemetry_hz=100) as client, client.hand() as hand:
+    hand.move_to((-0.05, 0, 0.02))
+    print("strokes", flush=True)
+    while True:
+        hand.stroke([(-0.05, 0, 0), (0.05, 0, 0), (-0.05, 0, 0)], UP, 2)
+""".replace("UP", str(UP))
+
+
+def force_N(sample):
+    return math.hypot(sample.force.written.x, sample.force.written.y, sample.force.written.z)
+
+
+def jumps_N(samples):
+    """Of the force, between ticks that follow each other."""
+    return [abs(force_N(b) - force_N(a)) for a, b in zip(samples, samples[1:]) if b.tick == a.tick + 1]
+
+
+class LedHand(harness.EndToEnd):
+    def setUp(self):
+        super().setUp()
+        self.server = self.start_server(scene=GROUND)
+
+    def client(self, name, rate_hz=RATE_HZ):
+        client = Client(self.server.address, name, telemetry_hz=rate_hz)
+        client.wait_live()
+        self.addCleanup(client.close)
+        return client
+
+    def test_strokes_the_ground_with_the_force_that_is_set(self):
+        client = self.client("stroker")
+        with client.hand() as hand:
+            hand.move_to((-0.05, 0, 0.02))
+            for press_N in (0.5, 2):
+                felt = hand.stroke([(-0.05, 0, 0), (0.05, 0, 0), (0.05, 0.03, 0)], UP, press_N)
+                share = sum(sample.object != 0 for sample in felt) / len(felt)
+                normal_N = statistics.mean(sample.force.contact.z for sample in felt)
+                print(f"\n{press_N} N: contact {100 * share:.1f} %, {normal_N:.3f} N, jumps up to {max(jumps_N(felt)):.4f} N",
+                      end="", flush=True)
+                self.assertGreaterEqual(share, 0.95)
+                self.assertAlmostEqual(normal_N, press_N, delta=0.1 * press_N)
+                self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
+            hand.move_to((0.05, 0.03, 0.05))
+
+    def test_one_client_leads_and_the_others_are_told(self):
+        first, second = self.client("first"), self.client("second")
+        with first.hand():
+            with self.assertRaisesRegex(NotLeading, "the hand is led by first"):
+                with second.hand():
+                    pass
+            self.assertIn("first", self.status())
+        with second.hand():
+            self.assertIn("second", self.status())
+        self.assertNotIn("led by", self.status())
+
+    def test_a_leader_that_is_killed_lets_go_within_600_ms(self):
+        watcher = self.client("watcher")
+        leader = subprocess.Popen([sys.executable, "-B", "-c", LEADER, self.server.address], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(leader.stdout.close)
+        self.assertEqual(leader.stdout.readline(), "strokes\n")
+        felt = list(watcher.samples(2.0))
+        self.assertGreater(force_N(felt[-1]), 1)
+        os.kill(leader.pid, signal.SIGKILL)
+        killed = time.monotonic_ns()
+        leader.wait()
+        felt = list(watcher.samples(1.5))
+        free = next(sample for sample in felt if sample.time_ns > killed and force_N(sample) == 0)
+        print(f"\nno force {1e-6 * (free.time_ns - killed):.0f} ms after the kill, jumps up to {max(jumps_N(felt)):.4f} N",
+              end="", flush=True)
+        self.assertLess(free.time_ns - killed, 600e6)
+        self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
+
+    def status(self):
+        return self.server.ctl("status").output
+
+
+if __name__ == "__main__":
+    unittest.main()
