@@ -75,6 +75,11 @@ class LedHand(harness.EndToEnd):
         with second.hand():
             self.assertIn("second", self.status())
         self.assertNotIn("led by", self.status())
+        for _ in range(50):  # words of a change and answers come in any order
+            with first.hand():
+                pass
+            with second.hand():
+                pass
 
     def test_a_leader_that_is_killed_lets_go_within_600_ms(self):
         watcher = self.client("watcher")

@@ -31,10 +31,11 @@ class HandLead:
     def __init__(self):
         self.leader = None  # the server's last word since the client asked
         self._request = self._target = None
+        self._asks = None   # for the lead, or to give it back; None: answered
         self._due = 0.0     # of the target's next repetition
 
     def ask(self, lead):
-        self._request, self.leader, self._target = lead, None, None
+        self._request, self._asks, self.leader, self._target = lead, lead, None, None
 
     def check(self, trouble):
         if not self.leader:
@@ -46,6 +47,9 @@ class HandLead:
         self._target, self._due = target, 0.0
 
     def told(self, leader):
+        if self._asks is not None and self._asks != leader.you and not leader.refused:
+            return  # of a change before the answer
+        self._asks = None
         self.leader = leader
         if not leader.you:
             self._target = None
