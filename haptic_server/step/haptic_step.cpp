@@ -7,7 +7,7 @@
 #include "haptic_server/step/moving_bodies.h"
 #include "haptic_server/step/separation_speed.h"
 #include "haptic_server/step/soft_bodies.h"
-#include "haptic_server/step/surface_forces.h"
+#include "haptic_server/step/surface_stages.h"
 #include "haptic_server/step/varying_springs.h"
 
 namespace haptics {

@@ -4,38 +4,15 @@
 #include <array>
 #include <span>
 
-#include "haptic_server/step/edited_objects.h"
 #include "haptic_server/step/varying_springs.h"
 
 namespace haptics {
-
-void SurfaceForceModel::addSpringDamper() noexcept {
-  updateTouchedStiffness();
-  for (std::size_t i = 0; i < count_; ++i) addForce(touches_[i]);
-  if (state_.features.varyingStiffness) pushAlong();
-  if (severalBodiesHold(state_)) tick_.force.spring += otherSprings_N(state_, held_m_);
-  if (count_ > 0 && state_.adoption.bodyCount > 1) fadeSwitch();
-}
 
 /// To the stiffness at what is felt: a bump that reaches the HIP, or a shaded point.
 void SurfaceForceModel::varyBeside(const SurfaceContact& touch) noexcept {
   if (!hasVaryingStiffness(touch.body)) return;
   state_.objects[touch.body].stiffness.vary(
       stiffnessFactorAt(object(touch.body), state_.bodies[touch.body], touch.triangle, touch.ihip()).value);
-}
-
-/// Moves every object's felt stiffness towards its own.
-void SurfaceForceModel::updateTouchedStiffness() noexcept {
-  if (state_.adoption.fadingOut) fadeHeld(state_, config_, held_m_);
-  for (std::size_t i = 0; i < state_.adoption.bodyCount; ++i) {
-    const bool isOwn = state_.objects[i].stiffness.mean() == ownStiffness(scene_, state_, i);
-    if (isOwn || (state_.adoption.fadingOut && holdsIhip(state_, i))) continue;
-    const auto end = touches_.begin() + static_cast<std::ptrdiff_t>(count_);
-    const auto touch = std::find_if(touches_.begin(), end, [i](const SurfaceContact& f) { return f.body == i; });
-    const bool shares = holdsIhip(state_, i) && severalBodiesHold(state_) && !hasTexture(i);
-    const double depth_m = shares ? heldDepth_m(state_, i, held_m_) : touch != end ? touch->depth_m : 0;
-    haptics::updateTouchedStiffness(scene_, state_, config_, i, depth_m, touch != end ? touch->speed_m_per_s : 0);
-  }
 }
 
 void SurfaceForceModel::addForce(const SurfaceContact& touch) noexcept {
@@ -82,25 +59,6 @@ void SurfaceForceModel::pushAlong() noexcept {
   const bool byCore = contact_.touching && !holding.empty() && holding.front().body == contact_.body;
   if (!byCore || (!severalBodiesHold(state_) && isShadedRigid(touches_[0].body))) return;
   tick_.force.spring += contactPushAlong_N(scene_, state_, config_, held_m_, std::max(0.0, touches_[0].depth_m));
-}
-
-void SurfaceForceModel::addFriction() noexcept {
-  memory_.object = count_ > 0 ? object(touches_[0].body).id : 0;
-  const bool onSeveral = contact_.touching && state_.contact.holdingCount > 1;
-  if (count_ == 0 || (!onSeveral && (detail(touches_[0].body) == nullptr || !detail(touches_[0].body)->friction))) {
-    if (memory_.friction[0].object != 0) memory_.friction = {};
-    return;
-  }
-  const SurfaceContact& touch = touches_[0];
-  const auto along = springDamper(touch.depth_m, touch.normal, touch.speed_m_per_s, stiffness(touch));
-  const double pressing_N = touch.depth_m > 0 ? std::max(0.0, glm::dot(along.spring + along.damping, touch.normal)) : 0;
-  const bool isKnown = touch.body == nowBody_ && touch.triangle == nowTriangle_;
-  const PressedSurface all{touch.body, touch.triangle, touch.normal, pressing_N, isKnown ? &now_ : nullptr};
-  if (onSeveral) {
-    computeFrictionOnEach(all, touch.ihip());
-  } else {
-    computeFriction(scene_, state_, config_, touch.ihip(), {&all, 1}, tick_);
-  }
 }
 
 /// On each surface that holds the IHIP, with its part of what presses.

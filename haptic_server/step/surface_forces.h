@@ -12,7 +12,7 @@ namespace haptics {
 
 /// Section 4 of the paper, for scenes in which some object has surface properties, moves or is soft. Its stages, in this order:
 /// force shading gives the direction N_s, a texture adds its height to the depth and turns the force, a spring with a
-/// damper acts along N_s, and friction follows from what is felt along it.
+/// damper acts along N_s, and friction follows from what is felt along it. The stages are in surface_stages.h.
 class SurfaceForceModel {
  public:
   /// @param[in,out] tick  Its contact as it is held; after describe() as it is felt: IHIP, N_s and depth with shading and
@@ -87,8 +87,11 @@ class SurfaceForceModel {
     return memory_.fade.how == ShadingFade::How::kAlone && object(body).tissue == nullptr;
   }
 
-  // surface_shading.cpp
+  // surface_stages.h
   void shadeTouched(SurfaceContact& touch) noexcept;
+  void updateTouchedStiffness() noexcept;
+
+  // surface_shading.cpp
   [[nodiscard]] bool shadeTogether(SurfaceContact& touch) noexcept;
   /// Returns whether there is a shading normal.
   [[nodiscard]] bool shadeAt(SurfaceContact& touch, const ClosestPoint& foot, int side) const noexcept;
@@ -105,7 +108,6 @@ class SurfaceForceModel {
 
   // surface_forces.cpp
   void varyBeside(const SurfaceContact& touch) noexcept;
-  void updateTouchedStiffness() noexcept;
   void addForce(const SurfaceContact& touch) noexcept;
   void pushAlong() noexcept;
   void computeFrictionOnEach(const PressedSurface& all, const Vec3& ihip) noexcept;
@@ -125,23 +127,5 @@ class SurfaceForceModel {
   bool switched_ = false;  // from one body's shading to that of several together, or back
   std::uint32_t nowTriangle_ = kNoTriangle;
 };
-
-inline void SurfaceForceModel::describe() noexcept {
-  ForceComponents& force = tick_.force;
-  force.contact = force.spring + force.damping + (force.friction + force.texture);
-  memory_.frictionForce_N = force.friction;
-  if (count_ == 0) return;
-  const SurfaceContact& touch = touches_[0];
-  const Body& body = state_.bodies[touch.body];
-  contact_.ihip = touch.ihip();
-  contact_.normal = touch.normal;
-  contact_.penetration_m = touch.depth_m;
-  if (!contact_.touching) {
-    contact_.touching = true;
-    contact_.body = static_cast<int>(touch.body);
-    contact_.primitive = {PrimitiveKind::kPolygon, 0, body.surface->canonical(touch.triangle)};
-  }
-  tick_.height_m = touch.height_m;
-}
 
 }  // namespace haptics

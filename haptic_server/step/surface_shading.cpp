@@ -9,59 +9,6 @@
 
 namespace haptics {
 
-void SurfaceForceModel::addShading() noexcept {
-  if (!contact_.touching) return;
-  SurfaceContact& touch = touches_[count_++];
-  touch = {};
-  touch.body = static_cast<std::size_t>(contact_.body);
-  touch.triangle = contact_.triangle == kNoTriangle ? state_.contact.holding[0].triangle : contact_.triangle;
-  touch.from = state_.estimate.hip;
-  touch.geometric_m = contact_.penetration_m;
-  const bool alongWay = !contact_.alongNormal && exceedsRounding(touch.geometric_m, touch.body);
-  touch.normal = alongWay ? (contact_.ihip - state_.estimate.hip) / touch.geometric_m : contact_.normal;
-  unshaded_m_ = touch.geometric_m * touch.normal;
-  shadeTouched(touch);
-  if (state_.features.varyingStiffness && isShadedRigid(touch.body)) varyBeside(touch);
-}
-
-/// With force shading where there is a shading normal, and without a step where that begins or ends.
-void SurfaceForceModel::shadeTouched(SurfaceContact& touch) noexcept {
-  ShadingFade& fade = memory_.fade;
-  const Feature feature = contact_.triangle == kNoTriangle ? state_.contact.feature : featureOf(contact_.primitive);
-  const Vec3 unshaded = touch.normal;
-  const double unshaded_m = touch.geometric_m;
-  ShadingFade::How how = ShadingFade::How::kNot;
-  if (severalBodiesHold(state_)) {
-    if (shadeTogether(touch)) how = ShadingFade::How::kTogether;
-  } else if (state_.features.soft && state_.deformedContact.between) {
-    how = ShadingFade::How::kBetween;
-  } else if (hasShading(touch.body) && state_.contact.mode == ContactState::Mode::kOneSurface &&
-             shadeAt(touch, {touch.triangle, feature, contact_.primitive.localIndex}, state_.contact.holding[0].side)) {
-    how = ShadingFade::How::kAlone;
-  }
-  const Vec3 turn = touch.normal - unshaded;
-  const double deepening_m = touch.geometric_m + touch.bulge_m - unshaded_m;
-  if (memory_.object == 0) {
-    fade = {};
-  } else if (how != fade.how && std::max(how, fade.how) >= ShadingFade::How::kBetween) {
-    fade.turnLeft = Vec3(0);
-    fade.deepeningLeft_m = 0;
-    switched_ = true;
-  } else if (how != fade.how || state_.adoption.detailEdited) {
-    fade.turnLeft += fade.turn - turn;
-    fade.deepeningLeft_m += fade.deepening_m - deepening_m;
-  }
-  fade.how = how;
-  fade.turn = turn;
-  fade.deepening_m = deepening_m;
-  if (fade.turnLeft == Vec3(0) && fade.deepeningLeft_m == 0) return;
-  touch.normal = unitOrZero(touch.normal + fade.turnLeft);
-  touch.geometric_m += fade.deepeningLeft_m;
-  const double left = 1 - std::min(1.0, config_.period_s / ShadingFade::kTime_s);
-  fade.turnLeft *= left;
-  fade.deepeningLeft_m *= left;
-}
-
 /// Shades several bodies that hold the IHIP.
 bool SurfaceForceModel::shadeTogether(SurfaceContact& touch) noexcept {
   Vec3 ihip = contact_.ihip;

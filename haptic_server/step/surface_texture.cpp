@@ -24,19 +24,6 @@ void rescaleAfterEdit(BumpState& watch, double height_m) noexcept {
 
 }  // namespace
 
-void SurfaceForceModel::addTexture() noexcept {
-  if (contact_.touching) {
-    SurfaceContact& touch = touches_[0];
-    BumpState& watch = state_.bumps[touch.body];
-    watch.triangle = touch.triangle;
-    watch.clear_m = 0;
-    addTextureHeight(touch, watch);
-    const Vec3 shaded_m = std::max(0.0, touch.geometric_m) * touch.normal;
-    tick_.shadingForce_N = stiffness(touch).spring_N_per_m * (shaded_m - unshaded_m_);
-  }
-  if (state_.features.bumps) computeBumpForces();
-}
-
 void SurfaceForceModel::computeBumpForces() noexcept {
   for (std::size_t i = 0; i < state_.adoption.bodyCount && count_ < kMaxTouches; ++i) {
     if (detail(i) == nullptr || !(detail(i)->highest_m() > 0) || state_.bodies[i].pendingRemoval) continue;

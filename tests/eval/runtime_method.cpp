@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "haptic_server/scene/servo_scene_builder.h"
-#include "haptic_server/step/surface_forces.h"
+#include "haptic_server/step/surface_stages.h"
 #include "tests/eval/step_config.h"
 
 namespace haptics::eval {
