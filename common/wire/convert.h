@@ -47,6 +47,7 @@ inline constexpr std::size_t kMaxLayers = 4;  ///< Of a field: each costs the ti
 [[nodiscard]] TelemetrySample fromWire(const v1::Telemetry& message);
 
 void toWire(const ObjectRecord& record, v1::ObjectState& message);
+void toWire(const HandCommand& command, v1::HandTarget& message);
 void toWire(const Commit& commit, v1::Commit& message);
 [[nodiscard]] std::size_t wireSizeOf(const ObjectRecord& record);  ///< Bytes of its ObjectState.
 void toWire(const TelemetrySample& sample,

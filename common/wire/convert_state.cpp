@@ -169,6 +169,12 @@ Result<HandCommand> fromWire(const v1::HandTarget& message) {
   return command;
 }
 
+void toWire(const HandCommand& command, v1::HandTarget& message) {
+  toWire(command.position, *message.mutable_position());
+  toWire(command.normal, *message.mutable_normal());
+  message.set_press_n(command.press_N);
+}
+
 TelemetrySample fromWire(const v1::Telemetry& message) {
   TelemetrySample sample;
   sample.tick = message.tick();

@@ -64,6 +64,7 @@ void ClientSession::poll(std::uint64_t now_ns) {
   uploads_.poll(now_ns);
   pumpEdits();
   pumpUploads();
+  pumpHand(now_ns);
 }
 
 void ClientSession::datagramReceived(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns) {
@@ -114,6 +115,7 @@ void ClientSession::connectionLost(const std::string& why) {
   assets_.connectionLost();
   uploads_.connectionLost();
   datagrams_.connectionLost();
+  hand_.connectionLost();
   byDatagram_ = false;
   trouble_ = why;
   if (!refused_) linkText_ = why;
@@ -162,6 +164,17 @@ void ClientSession::setTelemetryRate(double rate_Hz) {
   if (phase_ == Phase::kLive) sendSubscribe();
 }
 
+void ClientSession::leadHand(bool lead, std::uint64_t now_ns) {
+  if (phase_ != Phase::kSyncing && phase_ != Phase::kLive) return;
+  hand_.ask(lead);
+  pumpHand(now_ns);
+}
+
+void ClientSession::commandHand(const HandCommand& command, std::uint64_t now_ns) {
+  hand_.command(command);
+  pumpHand(now_ns);
+}
+
 MirrorView ClientSession::view(std::uint64_t now_ns) const {
   MirrorView view = mirror_.contents();
   view.link = phase_ == Phase::kLive      ? LinkState::kLive
@@ -181,6 +194,7 @@ MirrorView ClientSession::view(std::uint64_t now_ns) const {
   view.maxForce_N = welcome_.max_force_n();
   view.servoRate_Hz = welcome_.servo_rate_hz();
   view.mayEdit = welcome_.may_edit();
+  view.hand = hand_.leader();
   view.telemetryByDatagram = byDatagram_;
   view.forgedDatagrams = datagrams_.forged();
   view.datagramPathsLost = datagramPathsLost_;
@@ -225,6 +239,10 @@ void ClientSession::pumpUploads() {
     *envelope.mutable_asset_upload() = std::move(*chunk);
     send(envelope);
   }
+}
+
+void ClientSession::pumpHand(std::uint64_t now_ns) {
+  while (auto envelope = hand_.next(now_ns)) send(*envelope);
 }
 
 void ClientSession::sendHello() {

@@ -15,6 +15,7 @@
 #include "graphics_client/mirror/client_limits.h"
 #include "graphics_client/mirror/datagram_path.h"
 #include "graphics_client/mirror/edit_outbox.h"
+#include "graphics_client/mirror/hand_lead.h"
 #include "graphics_client/mirror/mirror.h"
 
 namespace haptics {
@@ -52,6 +53,7 @@ class ClientSession {
     double telemetryRate_Hz = 60;  ///< 0: none.
     bool fetchAssets = true;
     bool datagrams = false;          ///< Telemetry by UDP where the server offers it and the network lets it through.
+    bool followsHand = false;        ///< Hears who leads the simulated hand without asking for the lead.
     SharedAssets sharedAssets = {};  ///< Asked before an asset is fetched. Empty: the server is in another process.
     FrameLimits frames = {};         ///< Others than the protocol's are for tests.
   };
@@ -86,6 +88,11 @@ class ClientSession {
   /// Asked again after a reconnect until it is answered.
   void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
+  /// Asks for the lead of the simulated hand, or gives it back; MirrorView::hand says what came of it. Without a
+  /// connection, and for the time after one is lost, nobody leads.
+  void leadHand(bool lead, std::uint64_t now_ns);
+  /// Ignored while another leads.
+  void commandHand(const HandCommand& command, std::uint64_t now_ns);
 
   [[nodiscard]] const Mirror& mirror() const noexcept { return mirror_; }
   [[nodiscard]] MirrorView view(std::uint64_t now_ns) const;
@@ -109,6 +116,7 @@ class ClientSession {
   AssetFetcher assets_;
   AssetUploader uploads_;
   DatagramPath datagrams_;
+  HandLead hand_;
   std::uint64_t datagramPathsLost_ = 0;
   std::vector<StatusCallback> statusWaiters_;
   bool statusDeformed_ = false;
@@ -156,6 +164,7 @@ class ClientSession {
   void requestAssets();
   void pumpEdits();
   void pumpUploads();
+  void pumpHand(std::uint64_t now_ns);
   void sendHello();
   void sendSubscribe();
   void sendStatusRequest();

@@ -46,6 +46,10 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
     case v1::Envelope::kAssetUploadReply:
       uploads_.replied(envelope.asset_upload_reply(), now_ns);
       return pumpUploads();
+    case v1::Envelope::kHandLeader:
+      hand_.answered(envelope.hand_leader());
+      ++changes_;
+      return;
     case v1::Envelope::kRefusal:
       return handle(envelope.refusal());
     default:
@@ -102,6 +106,7 @@ void ClientSession::handle(const v1::Welcome& welcome, std::uint64_t now_ns) {
   pumpUploads();
   if (!statusWaiters_.empty()) sendStatusRequest();
   if (!dumpWaiters_.empty()) sendDumpRequest();
+  if (options_.followsHand) leadHand(false, now_ns);
   if (welcome.resumed()) sceneChanged();
 }
 

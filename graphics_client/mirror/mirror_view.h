@@ -17,6 +17,7 @@
 #include "common/surface/sampled_field.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
+#include "graphics_client/mirror/hand_lead.h"
 
 namespace haptics {
 
@@ -55,6 +56,7 @@ struct MirrorView {
   double maxForce_N = 0;
   double servoRate_Hz = 0;  ///< Nominal.
   bool mayEdit = false;
+  HandLeader hand;  ///< Known to a client that asked for the lead, or follows it (Options::followsHand).
   bool telemetryByDatagram = false;     ///< Else over the connection.
   std::uint64_t forgedDatagrams = 0;    ///< Ignored: not this server's, or no datagram of this connection.
   std::uint64_t datagramPathsLost = 0;  ///< Times that no datagram came for a second, and telemetry took TCP.

@@ -39,7 +39,7 @@ struct ServerLink::Worker {
         begin(options.connect ? std::move(options.connect) : overTcp(options.server)),
         session({randomSession(), std::move(options.clientName),
                  options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
-                 options.fetchAssets, options.datagrams, std::move(options.sharedAssets)}) {
+                 options.fetchAssets, options.datagrams, options.followsHand, std::move(options.sharedAssets)}) {
     if (options.credentials) tls = TlsContext::client(options.credentials->serverCertificatePem).value();
     MirrorView first;
     first.linkText = "connecting to " + server.text();
@@ -188,5 +188,11 @@ void ServerLink::requestStatus(StatusCallback callback, bool deformed) {
 void ServerLink::requestDump(DumpCallback callback) { worker_->ask(&ClientSession::requestDump, std::move(callback)); }
 
 void ServerLink::setTelemetryRate(double rate_Hz) { worker_->ask(&ClientSession::setTelemetryRate, rate_Hz); }
+
+void ServerLink::leadHand(bool lead) { worker_->ask(&ClientSession::leadHand, lead, monotonicNow_ns()); }
+
+void ServerLink::commandHand(const HandCommand& command) {
+  worker_->ask(&ClientSession::commandHand, command, monotonicNow_ns());
+}
 
 }  // namespace haptics

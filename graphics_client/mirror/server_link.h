@@ -33,6 +33,7 @@ class ServerLink {
     double telemetryRate_Hz = 60;                    ///< 0: none.
     bool fetchAssets = true;                         ///< false: records only; hashesEqual then stays false.
     bool datagrams = false;       ///< Telemetry by UDP where the server offers it and the network lets it through.
+    bool followsHand = false;     ///< Hears who leads the simulated hand without asking for the lead.
     Connect connect{};            ///< Another way than TCP to `server`: a server in this process. Empty: TCP.
     SharedAssets sharedAssets{};  ///< Of a server in this process; called on the link's thread. Empty: all are fetched.
   };
@@ -59,6 +60,9 @@ class ServerLink {
   void requestStatus(StatusCallback callback, bool deformed = false);
   void requestDump(DumpCallback callback);
   void setTelemetryRate(double rate_Hz);
+  /// As ClientSession::leadHand() and commandHand().
+  void leadHand(bool lead);
+  void commandHand(const HandCommand& command);
 
  private:
   struct Worker;
