@@ -17,7 +17,8 @@ constexpr int kRounds = 40;
 constexpr int kMinRounds = 2;
 // Units (Allowance).
 constexpr std::int64_t kPoint = 3;                            ///< To see whether a support point is by a plane;
-constexpr std::int64_t kPointByPlane = 12;                    ///< what one that is costs besides.
+constexpr std::int64_t kPointByPlane = 5;                     ///< what one that is costs besides,
+constexpr std::int64_t kCandidate = 10;                       ///< and what one that may be chosen does.
 constexpr std::int64_t kRound = 64;                           ///< A round, of a point that bears the body;
 constexpr std::int64_t kBearing = 112 + kMinRounds * kRound;  ///< all that such a point costs with the least rounds.
 /// The rounds end when they change the impulses by less than this part. At rest the first guess is right: two do.
@@ -27,6 +28,8 @@ constexpr double kSlop = 1e-4;
 /// Points nearer to a plane than that, of the body's radius, count as on it even when the body stands still. 0 would let
 /// a body rock between points that take turns in bearing it.
 constexpr double kNear = 1e-3;
+/// Beside the deepest point so many are enough to choose from while a body is fast: where it lands is known once it is near.
+constexpr std::size_t kFastCandidates = 128;
 /// The fraction of a greater depth that is taken away in a tick. 1 would throw a body that was put into a plane out of
 /// it.
 constexpr double kLift = 0.1;
@@ -107,8 +110,10 @@ struct Above {
 class Footprint {
  public:
   /// @param next  At the tick's end, if the plane were not there.
-  Footprint(const RigidBody& body, const Above& now, const Above& next, double reach) noexcept
+  /// @param reach  m, how far the body gets in the tick, besides what counts as near.
+  Footprint(const RigidBody& body, const Above& now, const Above& next, double reach_m) noexcept
       : support_(body.support), normal_(now.normal), next_(next) {
+    const double near_m = kNear * body.radius_m, reach = reach_m + near_m;
     const auto count = static_cast<std::uint16_t>(std::min<std::size_t>(support_.size(), near_.size()));
     std::uint16_t i = 0;
     // Two at once: of bodies with many points this is most of the work.
@@ -126,37 +131,48 @@ class Footprint {
       if ((near & 2) != 0) near_[count_++] = static_cast<std::uint16_t>(i + 1);
     }
     if (i < count && now(support_[i]) <= reach) near_[count_++] = i;
+    if (reach_m > near_m) stride_ = 1 + count_ / kFastCandidates;
   }
 
   /// Units (Allowance) of looking for them.
   [[nodiscard]] std::int64_t units() const noexcept {
-    return kPoint * static_cast<std::int64_t>(support_.size()) + kPointByPlane * static_cast<std::int64_t>(count_);
+    return kPoint * static_cast<std::int64_t>(support_.size()) + kPointByPlane * static_cast<std::int64_t>(count_) +
+           kCandidate * static_cast<std::int64_t>(count_ / stride_);
   }
 
   /// Calls `take` with the point that would go deepest; the one farthest from it; the ones farthest to both sides of these two.
   template <class Take>
   void choose(Take take) const noexcept {
     if (count_ == 0) return;
-    const std::uint16_t a = best([&](std::uint16_t i) { return -next_(support_[i]); });
+    const std::uint16_t a = best(1, [&](std::uint16_t i) { return -next_(support_[i]); });
     take(a);
-    const std::uint16_t b = best([&](std::uint16_t i) { return squaredLength(support_[i] - support_[a]); });
+    const std::uint16_t b = best(stride_, [&](std::uint16_t i) { return squaredLength(support_[i] - support_[a]); });
     if (b == a) return;
     take(b);
     const Vec3 across = glm::cross(normal_, support_[b] - support_[a]);
-    const auto side = [&](std::uint16_t i) { return glm::dot(across, support_[i] - support_[a]); };
     const double least = 1e-6 * squaredLength(across);  // beside the line by more than rounding
-    const std::uint16_t left = best(side);
-    if (side(left) > least) take(left);
-    const std::uint16_t right = best([&](std::uint16_t i) { return -side(i); });
-    if (-side(right) > least) take(right);
+    std::uint16_t left = a, right = a;
+    double mostLeft = least, mostRight = -least;
+    for (std::size_t k = 0; k < count_; k += stride_) {
+      const double side = glm::dot(across, support_[near_[k]] - support_[a]);
+      if (side > mostLeft) {
+        mostLeft = side;
+        left = near_[k];
+      } else if (side < mostRight) {
+        mostRight = side;
+        right = near_[k];
+      }
+    }
+    if (left != a) take(left);
+    if (right != a) take(right);
   }
 
  private:
   template <class Score>
-  [[nodiscard]] std::uint16_t best(Score score) const noexcept {
+  [[nodiscard]] std::uint16_t best(std::size_t stride, Score score) const noexcept {
     std::uint16_t which = near_[0];
     double most = score(which);
-    for (std::size_t k = 1; k < count_; ++k) {
+    for (std::size_t k = stride; k < count_; k += stride) {
       const double here = score(near_[k]);
       if (here > most) {
         most = here;
@@ -171,6 +187,7 @@ class Footprint {
   Above next_;
   std::array<std::uint16_t, kSupportDirections> near_;  // NOLINT: filled as far as count_
   std::size_t count_ = 0;
+  std::size_t stride_ = 1;  // of those that are chosen from
 };
 
 /// What this point was given in the last tick.
@@ -241,16 +258,16 @@ using Touches = std::array<Touch, kMaxPlanes * kPointsOnPlane>;
 [[nodiscard]] std::size_t findTouches(const RigidBody& body, const RigidState& state, const Impulses& impulses,
                                       double period_s, Touches& touches, Allowance& allowance) noexcept {
   std::size_t count = 0;
-  const double reach = impulses.reach(body.radius_m, period_s) + kNear * body.radius_m;
+  const double reach_m = impulses.reach(body.radius_m, period_s);
   for (std::size_t p = 0; p < body.planeCount; ++p) {
     const Plane& plane = body.planes[p];
     const double height = glm::dot(plane.normal, state.centre_m) - plane.offset_m;
-    if (height - body.radius_m > reach) continue;
+    if (height - body.radius_m > reach_m + kNear * body.radius_m) continue;
     const Quat toOwn = glm::conjugate(state.axes);
     const Above now{height, toOwn * plane.normal};
     const Above next{height + period_s * glm::dot(plane.normal, impulses.linear()),
                      now.normal + period_s * (toOwn * glm::cross(plane.normal, impulses.angular()))};
-    const Footprint footprint(body, now, next, reach);
+    const Footprint footprint(body, now, next, reach_m);
     allowance.spend(footprint.units());
     footprint.choose([&](std::uint16_t point) {
       const double closing = std::max(now(body.support[point]), 0.0) / period_s;
@@ -276,7 +293,7 @@ std::int64_t leastPlaneUnits(const RigidBody& body, const RigidState& state) noe
     partsByPlanes += std::min(1.0, below_m / (2 * body.radius_m));
   }
   const auto points = static_cast<double>(body.support.size());
-  return static_cast<std::int64_t>(points * (kPoint * parts + kPointByPlane * partsByPlanes)) +
+  return static_cast<std::int64_t>(points * (kPoint * parts + (kPointByPlane + kCandidate) * partsByPlanes)) +
          kBearing * static_cast<std::int64_t>(state.touchingCount);
 }
 

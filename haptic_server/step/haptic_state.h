@@ -35,7 +35,7 @@ inline constexpr double kFarthest_m = 1e4;
 
 /// With it the slowest ticks that haptic_eval worst found (tests/eval/worst/kept.json) end within 250 us at 1 kHz (AMD EPYC,
 /// 2.4 GHz). Less makes dense scenes slower to go through; more leaves less time to everything else.
-inline constexpr double kWork_per_s = 270e6;
+inline constexpr double kWork_per_s = 250e6;
 
 /// Fixed for a session.
 struct StepConfig {

@@ -82,7 +82,7 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
     if (state.objects[moving.body].beingMoved) continue;
     const Push push{reaction.on(moving.body), contact.ihip};
     if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
-    if (allowance.least.isSpent() && !push.any()) {
+    if (k > 0 && !push.any() && allowance.least.left() < leastMotionUnits(*moving.what, moving.state)) {
       if (!inTurn) next = i;
       inTurn = true;
       ++moving.waited;
