@@ -16,6 +16,7 @@
 #include "common/text/printable.h"
 #include "common/text/printable_log.h"
 #include "common/wire/endpoint.h"
+#include "graphics_client/application/application.h"
 #include "graphics_client/embedded_server.h"
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/viewer/viewer.h"
@@ -41,7 +42,7 @@ Examples:
   xvfb-run -a -s "-screen 0 1280x1024x24" graphics_client --offscreen --seconds 20 --screenshot view.png
       draws for 20 s without a screen and writes a picture
 
-In the window: drag to orbit, h shows the keys. SIGINT and SIGTERM end it in order: picture and summary are written.
+In the window: press on an object to touch it, drag with the right button to orbit; h shows the keys. SIGINT and SIGTERM end it in order: picture and summary are written.
 Exit status: 0 done, 1 failed, 2 wrong usage, 3 --seconds are over and there never was a connection.)";
 
 struct Arguments {
@@ -138,6 +139,7 @@ int run(const Arguments& arguments) {
                                    .telemetryRate_Hz = kWindowFrames_Hz,
                                    .fetchAssets = true,
                                    .datagrams = arguments.udp,
+                                   .followsHand = !arguments.offscreen,
                                    .connect = embedded ? embedded->connect() : haptics::ServerLink::Connect{},
                                    .sharedAssets = embedded ? embedded->sharedAssets() : haptics::SharedAssets{}});
   HeldScene held;
@@ -146,7 +148,9 @@ int run(const Arguments& arguments) {
     held.announce(*view);
     return view;
   };
-  const Result<haptics::RunSummary> summary = haptics::runViewer(*options, newest, stopRequested);
+  const Result<haptics::RunSummary> summary = arguments.offscreen
+                                                  ? haptics::runOffscreen(*options, newest, stopRequested)
+                                                  : haptics::runApplication(*options, *link, newest, stopRequested);
   const std::string linkText = link->latest()->linkText;
   link.reset();
   const Result<void> stopped = embedded ? embedded->stop() : Result<void>{};

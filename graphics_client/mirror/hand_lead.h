@@ -2,20 +2,12 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "common/telemetry/hand_command.h"
+#include "graphics_client/mirror/hand_leader.h"
 #include "haptics/v1/envelope.pb.h"
 
 namespace haptics {
-
-/// Who leads the simulated hand, as the server last said.
-struct HandLeader {
-  bool led = false;        ///< By somebody; else the hand explores.
-  bool isSelf = false;     ///< By this client.
-  std::string clientName;  ///< Of the leader.
-  std::string refused;     ///< Why this client does not lead; empty: it was not refused.
-};
 
 /// A client's half of leading the hand: what it asked for, what it was answered, and its newest target, repeated so that
 /// the server does not take it for silent. The lead ends with the connection; who wants it back asks again.

@@ -17,7 +17,7 @@
 #include "common/surface/sampled_field.h"
 #include "common/telemetry/motion_state.h"
 #include "common/telemetry/telemetry_sample.h"
-#include "graphics_client/mirror/hand_lead.h"
+#include "graphics_client/mirror/hand_leader.h"
 
 namespace haptics {
 

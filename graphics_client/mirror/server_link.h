@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/credentials/credentials.h"
+#include "common/telemetry/hand_command.h"
 #include "common/wire/endpoint.h"
 #include "common/wire/event_loop.h"
 #include "common/wire/transport.h"

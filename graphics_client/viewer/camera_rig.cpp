@@ -22,6 +22,10 @@ constexpr double kCentreTime_s = 0.08, kNormalTime_s = 0.5, kFollowTime_s = 0.3;
 /// The close-up looks down on the surface at this angle (radians).
 constexpr double kCloseUpElevation_rad = 0.6;
 
+constexpr double kOrbit_deg_per_px = 0.35;
+/// Looking straight down the z axis there is no right and left.
+constexpr double kSteepest_deg = 85;
+
 /// The clipping range is wider than what it holds by this share at both ends, and twice that before it is made anew.
 constexpr double kLoose = 0.8;
 
@@ -46,6 +50,42 @@ void CameraRig::frame(std::span<const Vec3> points, std::span<const PictureArea>
   camera->SetPosition(place.position.x, place.position.y, place.position.z);
   camera->SetFocalPoint(place.focus.x, place.focus.y, place.focus.z);
   camera->SetViewUp(place.up.x, place.up.y, place.up.z);
+}
+
+void CameraRig::orbit(double right_px, double up_px) {
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
+  camera->SetViewUp(0, 0, 1);
+  camera->Azimuth(-kOrbit_deg_per_px * right_px);
+  const double elevation_deg = glm::degrees(std::asin(std::clamp(-direction().z, -1.0, 1.0)));
+  camera->Elevation(std::clamp(elevation_deg - kOrbit_deg_per_px * up_px, -kSteepest_deg, kSteepest_deg) -
+                    elevation_deg);
+}
+
+void CameraRig::pan(double right_px, double up_px) {
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
+  const Vec3 focus = toVec(camera->GetFocalPoint());
+  const double centre_x = renderWindow_.width_px() / 2.0, centre_y = renderWindow_.height_px() / 2.0;
+  const Vec3 step = focus - onPictureThrough(focus, centre_x + right_px, centre_y + up_px);
+  const Vec3 position = toVec(camera->GetPosition()) + step, to = focus + step;
+  camera->SetPosition(position.x, position.y, position.z);
+  camera->SetFocalPoint(to.x, to.y, to.z);
+}
+
+void CameraRig::zoom(double factor) { renderWindow_.world().solid->GetActiveCamera()->Dolly(factor); }
+
+Vec3 CameraRig::direction() {
+  return toVec(renderWindow_.world().solid->GetActiveCamera()->GetDirectionOfProjection());
+}
+
+Vec3 CameraRig::onPictureThrough(Vec3 place, double x_px, double y_px) {
+  vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
+  const Vec3 eye = toVec(camera->GetPosition()), into = direction();
+  const Vec3 right = glm::normalize(glm::cross(into, toVec(camera->GetViewUp())));
+  const Vec3 up = glm::cross(right, into);
+  const double perPixel = 2 * std::tan(glm::radians(camera->GetViewAngle()) / 2) / renderWindow_.height_px();
+  const Vec3 ray = into + right * ((x_px - renderWindow_.width_px() / 2.0) * perPixel) +
+                   up * ((y_px - renderWindow_.height_px() / 2.0) * perPixel);
+  return eye + ray * std::max(glm::dot(place - eye, into), kSmallestDistance_m);
 }
 
 void CameraRig::update(const TelemetrySample* sample, double dt_s) {

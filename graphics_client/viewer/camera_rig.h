@@ -22,9 +22,19 @@ class CameraRig {
   /// Moves with the contact, keeping direction and distance.
   void setFollow(bool on) { follow_ = on; }
 
+  /// Around the focus with z up, along the picture, towards the focus: as far as a pointer went, in pixels.
+  void orbit(double right_px, double up_px);
+  void pan(double right_px, double up_px);
+  /// @param factor  > 1: nearer.
+  void zoom(double factor);
+
   /// Once a frame, after the actors were placed. `dt_s` since the last one; no sample: the cameras stay.
   void update(const TelemetrySample* sample, double dt_s);
 
+  /// Where the ray of a pixel (from the lower left corner) meets the plane of the picture through a place, world frame.
+  [[nodiscard]] Vec3 onPictureThrough(Vec3 place, double x_px, double y_px);
+  /// From the eye into the picture, unit.
+  [[nodiscard]] Vec3 direction();
   /// Scale of the world's camera at a point, and of the close-up's at its centre.
   [[nodiscard]] double worldMetresPerPixel(Vec3 place);
   [[nodiscard]] double closeUpMetresPerPixel();

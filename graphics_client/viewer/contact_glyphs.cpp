@@ -1,13 +1,10 @@
 #include "graphics_client/viewer/contact_glyphs.h"
 
 #include <vtkConeSource.h>
-#include <vtkLineSource.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPointData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
-#include <vtkSphereSource.h>
-#include <vtkTubeFilter.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
@@ -27,6 +24,7 @@ constexpr double kPrimitiveOpacity = 0.6;
 constexpr double kSmallestArrow_N = 0.03;
 /// The arrow tip's length and radius in shaft radii. A short arrow is all tip.
 constexpr double kTipLength = 6, kTipRadius = 2.6;
+constexpr int kTipSides = 20;
 /// Full colour when the server told no limit (newtons).
 constexpr double kFullScale_N = 5;
 constexpr double kPrimitiveLift_px = 1.2;
@@ -34,29 +32,6 @@ constexpr float kPolygonOutline_px = 2, kPrimitiveLine_px = 5, kVertexPoint_px =
                 kSpringLine_px = 2.5F;
 /// The pin at the sticking point: its length, and the radii of its needle, head and thread (pixels).
 constexpr double kPin_px = 26, kNeedle_px = 1.2, kPinHead_px = 4.5, kThread_px = 1;
-constexpr int kRoundness = 20;  // facets around the markers
-
-vtkSmartPointer<vtkPolyData> unitSphere() {
-  vtkNew<vtkSphereSource> source;
-  source->SetRadius(1);
-  source->SetThetaResolution(kRoundness);
-  source->SetPhiResolution(kRoundness);
-  source->Update();
-  return source->GetOutput();
-}
-
-/// Along +x from 0 to 1, radius 1.
-vtkSmartPointer<vtkPolyData> unitCylinder() {
-  vtkNew<vtkLineSource> axis;
-  axis->SetPoint1(0, 0, 0);
-  axis->SetPoint2(1, 0, 0);
-  vtkNew<vtkTubeFilter> tube;
-  tube->SetInputConnection(axis->GetOutputPort());
-  tube->SetRadius(1);
-  tube->SetNumberOfSides(kRoundness);
-  tube->Update();
-  return tube->GetOutput();
-}
 
 /// Along +x from 0 to 1, radius 1 at the base.
 vtkSmartPointer<vtkPolyData> unitCone() {
@@ -64,7 +39,7 @@ vtkSmartPointer<vtkPolyData> unitCone() {
   source->SetHeight(1);
   source->SetRadius(1);
   source->SetCenter(0.5, 0, 0);
-  source->SetResolution(kRoundness);
+  source->SetResolution(kTipSides);
   source->Update();
   return source->GetOutput();
 }

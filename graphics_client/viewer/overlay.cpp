@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "graphics_client/viewer/controls.h"
 #include "graphics_client/viewer/floor.h"
 #include "graphics_client/viewer/poly_data.h"
 
@@ -38,7 +37,7 @@ Overlay::Overlay(RenderWindow& renderWindow, bool showKeys)
       status_(renderWindow.overlay(), {7.9, 13.0}),
       contact_(renderWindow.overlay(), {6.8, 11.2}),
       legend_(renderWindow.overlay(), {5.2, 15.2}),
-      keys_(renderWindow.overlay(), {4.0, 12.5}),
+      keys_(renderWindow.overlay(), {5.2, 16.0}),
       frictionLegend_(renderWindow.overlay()),
       labels_(renderWindow.overlay(), renderWindow.world().solid),
       bannerBackground_(renderWindow.overlay(), palette::kBad, 0.92),
@@ -46,9 +45,7 @@ Overlay::Overlay(RenderWindow& renderWindow, bool showKeys)
       helpVisible_(showKeys) {
   legend_.setDots({palette::kHip, palette::kIhip, palette::kForceMiddle, palette::kSticking, palette::kPrimitive,
                    palette::kTrail, palette::kFloorBoldLine});
-  std::vector<OverlayLine> keys;
-  for (const KeyHelp& key : Controls::help()) keys.push_back({key.key, key.does});
-  keys_.setLines(keys);
+  keys_.setLines(controlLines());
   setUpText(bannerText_, renderWindow.overlay(), palette::kCard);
   bannerText_->GetTextProperty()->SetJustificationToCentered();
   bannerText_->GetTextProperty()->SetVerticalJustificationToCentered();

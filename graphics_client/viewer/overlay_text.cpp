@@ -242,4 +242,17 @@ Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateW
   return {};
 }
 
+const std::vector<OverlayLine>& controlLines() {
+  static const std::vector<OverlayLine> lines = {
+      {"press", "on an object: touch it"},
+      {"wheel", "then: press harder; else: zoom"},
+      {"right drag", "orbit; middle: pan"},
+      {"t", "touch in space, or on surfaces"},
+      {"Esc", "let go of the hand"},
+      {"r", "show all"},
+      {"h", "hide this help"},
+  };
+  return lines;
+}
+
 }  // namespace haptics

@@ -20,6 +20,9 @@ struct OverlayLine {
   bool operator==(const OverlayLine&) const = default;
 };
 
+/// What the mouse and the keys do in the window.
+[[nodiscard]] const std::vector<OverlayLine>& controlLines();
+
 /// A notice across the top of the picture; empty text: none.
 struct Banner {
   std::string text;

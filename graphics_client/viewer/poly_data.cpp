@@ -1,9 +1,12 @@
 #include "graphics_client/viewer/poly_data.h"
 
 #include <vtkCellArray.h>
+#include <vtkLineSource.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
+#include <vtkSphereSource.h>
+#include <vtkTubeFilter.h>
 #include <vtkTypeInt32Array.h>
 
 #include <algorithm>
@@ -12,6 +15,8 @@
 
 namespace haptics {
 namespace {
+
+constexpr int kRoundness = 20;  // facets around the markers
 
 vtkSmartPointer<vtkPoints> pointsOf(std::span<const Vec3f> places) {
   vtkNew<vtkPoints> points;
@@ -100,6 +105,27 @@ vtkSmartPointer<vtkPolyData> vertexAt(Vec3 point) {
   data->SetPoints(pointsOf({&point, 1}));
   data->SetVerts(cells);
   return data;
+}
+
+vtkSmartPointer<vtkPolyData> unitSphere() {
+  vtkNew<vtkSphereSource> source;
+  source->SetRadius(1);
+  source->SetThetaResolution(kRoundness);
+  source->SetPhiResolution(kRoundness);
+  source->Update();
+  return source->GetOutput();
+}
+
+vtkSmartPointer<vtkPolyData> unitCylinder() {
+  vtkNew<vtkLineSource> axis;
+  axis->SetPoint1(0, 0, 0);
+  axis->SetPoint2(1, 0, 0);
+  vtkNew<vtkTubeFilter> tube;
+  tube->SetInputConnection(axis->GetOutputPort());
+  tube->SetRadius(1);
+  tube->SetNumberOfSides(kRoundness);
+  tube->Update();
+  return tube->GetOutput();
 }
 
 vtkSmartPointer<vtkMatrix4x4> matrixOf(const Pose& pose) {

@@ -34,6 +34,11 @@ namespace haptics {
 
 [[nodiscard]] vtkSmartPointer<vtkPolyData> vertexAt(Vec3 point);
 
+/// Radius 1, about the origin.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> unitSphere();
+/// Along +x from 0 to 1, radius 1.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> unitCylinder();
+
 [[nodiscard]] vtkSmartPointer<vtkMatrix4x4> matrixOf(const Pose& pose);
 
 /// Turns +x into `axis` (unit), scales by `length` along it and by `radius` across it, and moves the origin to `start`.

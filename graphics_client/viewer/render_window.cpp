@@ -95,6 +95,8 @@ RenderWindow::RenderWindow(const ViewerOptions& options) : still_(window_, world
   placeCloseUp();
 }
 
+void RenderWindow::embedIn(unsigned long window) { window_->SetParentInfo(std::to_string(window).c_str()); }
+
 int RenderWindow::width_px() const { return window_.Get()->GetSize()[0]; }
 int RenderWindow::height_px() const { return window_.Get()->GetSize()[1]; }
 

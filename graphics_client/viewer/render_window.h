@@ -38,6 +38,10 @@ class RenderWindow {
   [[nodiscard]] int width_px() const;
   [[nodiscard]] int height_px() const;
 
+  /// Draws into that window of the X server instead of one of its own; before the first picture.
+  void embedIn(unsigned long window);
+  void resize(int width_px, int height_px) { window_->SetSize(width_px, height_px); }
+
   void showCloseUp(bool show);
   [[nodiscard]] bool closeUpShown() const { return closeUpShown_; }
   /// The close-up's square, from the lower left corner of the window; follows the window's size.

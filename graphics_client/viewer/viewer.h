@@ -21,19 +21,19 @@ struct ViewerOptions {
   bool displacement = false;         ///< Soft objects are coloured by how far they are displaced; the d key.
   std::filesystem::path
       sheet;  ///< Pictures of the run on one sheet, written at the end when not empty; needs a duration.
-  std::filesystem::path screenshot;  ///< Written at the end when not empty; also where the s key writes.
+  std::filesystem::path screenshot;  ///< Written at the end when not empty.
 };
 
 /// The newest picture of the mirror; never null. Called once a frame, from the thread that runs the viewer.
 using ViewSource = std::function<std::shared_ptr<const MirrorView>()>;
 
 /// Why no window can be opened, in words for the user; nothing when the X display answers. To be asked before
-/// runViewer: VTK ends the process where there is none, offscreen too.
+/// a SceneView is made: VTK ends the process where there is none, offscreen too.
 [[nodiscard]] Result<void> checkDisplay();
 
-/// Shows what `source` gives until the time is over, the user quits, or `stop` is set (by a signal handler). Errors:
-/// the screenshot could not be written.
-[[nodiscard]] Result<RunSummary> runViewer(const ViewerOptions& options, const ViewSource& source,
-                                           const std::atomic<bool>& stop);
+/// Draws what `source` gives, without a window, until the time is over or `stop` is set (by a signal handler). The
+/// screenshot is the newest frame of a contact that shows well. Errors: a picture could not be written.
+[[nodiscard]] Result<RunSummary> runOffscreen(const ViewerOptions& options, const ViewSource& source,
+                                              const std::atomic<bool>& stop);
 
 }  // namespace haptics

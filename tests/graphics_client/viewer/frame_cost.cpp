@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
   int frame = 0;
   double before_s = 0;
   std::uint64_t before_ns = 0;
-  const auto summary = runViewer(
+  const auto summary = runOffscreen(
       options,
       [&] {
         if (frame == kWarmUp) {

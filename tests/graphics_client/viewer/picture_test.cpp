@@ -34,7 +34,7 @@ struct Picture : testing::Test {
     options.screenshot = file;
     constexpr std::uint64_t kFrames = 5;
     std::atomic<bool> stop{false};
-    const Result<RunSummary> summary = runViewer(
+    const Result<RunSummary> summary = runOffscreen(
         options,
         [&] {
           mirror.view().takenAt_ns = monotonicNow_ns();

@@ -1,0 +1,67 @@
+#include "graphics_client/application/hand_steering.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptics {
+namespace {
+
+/// m/s. Of the hand that comes down and lifts; and from far above, until it is this near.
+constexpr double kLandSpeed_m_per_s = 0.05, kLiftSpeed_m_per_s = 0.1, kApproachSpeed_m_per_s = 0.3;
+/// It comes along the line of sight, where nothing is between, from at most so far; and not before it is beside the line by
+/// less than this.
+constexpr double kLongestApproach_m = 0.08, kBeside_m = 0.02;
+/// Seconds. What normals from pixel to pixel are smoothed over.
+constexpr double kNormalTime_s = 0.05;
+
+}  // namespace
+
+void HandSteering::setPress_N(double press_N) { press_N_ = std::clamp(press_N, kLeastPress_N, kMostPress_N); }
+
+void HandSteering::begin(Vec3 hip) {
+  hand_ = hip;
+  wasPressed_ = touched_ = false;
+}
+
+HandCommand HandSteering::next(const Pointer& pointer, Vec3 hip, double dt_s) {
+  const HandCommand command = mapping_ == Mapping::kSurface ? onSurface(pointer, hip, dt_s) : inSpace(pointer);
+  wasPressed_ = pointer.pressed;
+  hand_ = command.position;
+  return command;
+}
+
+HandCommand HandSteering::onSurface(const Pointer& pointer, Vec3 hip, double dt_s) {
+  const bool presses = pointer.pressed && pointer.surface;
+  if (pointer.surface && (presses || !pointer.pressed)) {
+    const double share = touched_ ? 1 - std::exp(-dt_s / kNormalTime_s) : 1;
+    const Vec3 turned = glm::mix(normal_, pointer.surface->normal, share);
+    if (glm::length(turned) > 0) normal_ = glm::normalize(turned);
+    place_ = pointer.surface->position;
+    touched_ = true;
+  }
+  if (!touched_) return {.leads = true, .position = hand_};
+  if (presses && !wasPressed_) {
+    clearance_m_ = std::clamp(glm::distance(hip, place_), clearance_m_, kLongestApproach_m);
+  }
+  const bool isFar = clearance_m_ > kHover_m;
+  const Vec3 along = isFar ? glm::normalize(pointer.eye - place_) : normal_;
+  if (presses) {
+    const double beside = glm::distance(hip, place_ + along * clearance_m_);
+    if (!isFar) {
+      clearance_m_ = std::max(0.0, clearance_m_ - kLandSpeed_m_per_s * dt_s);
+    } else if (beside < kBeside_m) {
+      clearance_m_ = std::max(kHover_m, clearance_m_ - kApproachSpeed_m_per_s * dt_s);
+    }
+  } else {
+    clearance_m_ = std::min(std::max(kHover_m, clearance_m_), clearance_m_ + kLiftSpeed_m_per_s * dt_s);
+  }
+  const double press_N = presses && clearance_m_ == 0 ? press_N_ : 0;
+  return {.leads = true, .position = place_ + along * clearance_m_, .normal = normal_, .press_N = press_N};
+}
+
+HandCommand HandSteering::inSpace(const Pointer& pointer) {
+  if (pointer.pressed && !wasPressed_) grabbedAt_ = hand_ - pointer.onPicture;
+  return {.leads = true, .position = pointer.pressed ? pointer.onPicture + grabbedAt_ : hand_};
+}
+
+}  // namespace haptics

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <QMainWindow>
+#include <QTimer>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "graphics_client/application/hand_steering.h"
+#include "graphics_client/application/plot_panel.h"
+#include "graphics_client/application/property_panel.h"
+#include "graphics_client/application/view_widget.h"
+#include "graphics_client/mirror/server_link.h"
+
+class QLabel;
+class QTreeWidget;
+
+namespace haptics {
+
+/// The viewer's window: the picture, which is touched with the mouse, the objects and their properties, curves, and how
+/// the connection stands.
+class MainWindow : public QMainWindow {
+  Q_OBJECT
+
+ public:
+  /// @param newest  As runOffscreen(); called once a frame.
+  MainWindow(const ViewerOptions& options, ServerLink& link, std::function<std::shared_ptr<const MirrorView>()> newest);
+  ~MainWindow() override;
+
+  [[nodiscard]] SceneView& scene() { return scene_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  ViewerOptions options_;
+  ServerLink& link_;
+  std::function<std::shared_ptr<const MirrorView>()> newest_;
+  SceneView scene_;
+  ViewWidget* view_;
+  QTreeWidget* objects_;
+  PropertyPanel* properties_;
+  PlotPanel* plots_;
+  QLabel *linkText_, *sceneText_, *servoText_, *handText_;
+  QTimer timer_;
+  Clock::time_point start_ = Clock::now();
+  HandSteering steering_;
+  /// kRefused: not asked for again before the button is pressed again.
+  enum class Lead { kNone, kAsked, kLed, kRefused } lead_ = Lead::kNone;
+  std::shared_ptr<const MirrorView> view_shown_;
+  std::uint64_t plottedTick_ = 0;
+  std::uint64_t listedRevision_ = 0, listedEpoch_ = 0;
+  double refreshed_s_ = 0, drawn_s_ = 0;
+  int screenshots_ = 0;
+  QString selected_;
+  std::shared_ptr<bool> isHere_ = std::make_shared<bool>(true);  // callbacks from the link's thread outlive the window
+
+  void makeDocks();
+  void makeMenus();
+  void frame();
+  void lead(const MirrorView& view, double dt_s);
+  void letGo();
+  void plot(const MirrorView& view, double now_s);
+  [[nodiscard]] bool changed(const MirrorView& view) const;
+  [[nodiscard]] std::optional<SurfacePoint> surfaceUnderPointer();
+  [[nodiscard]] QString objectAt(Vec3 place) const;
+  void list(const MirrorView& view);
+  void select(const QString& name);
+  void refresh(const MirrorView& view);
+  void submit(const QString& what, const v1::Transaction& transaction);
+  void say(const QString& what, const v1::EditReply& reply);
+  void saveScreenshot();
+  void toggle(bool SceneView::Style::*how);
+};
+
+}  // namespace haptics

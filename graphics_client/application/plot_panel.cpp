@@ -1,0 +1,92 @@
+#include "graphics_client/application/plot_panel.h"
+
+#include <qwt_legend.h>
+#include <qwt_plot.h>
+#include <qwt_plot_curve.h>
+#include <qwt_plot_grid.h>
+#include <qwt_plot_renderer.h>
+#include <qwt_plot_zoomer.h>
+#include <qwt_text.h>
+
+#include <QHBoxLayout>
+#include <utility>
+
+namespace haptics {
+namespace {
+
+constexpr double kShown_s = 10;
+constexpr double kText = 0.85;  // of the window's text
+
+}  // namespace
+
+PlotPanel::PlotPanel() {
+  setObjectName("plots");
+  new QHBoxLayout(this);
+  layout()->setContentsMargins(0, 0, 0, 0);
+  addPlot("Force", "N",
+          {{"written", Qt::black, &Sample::written_N},
+           {"spring", Qt::blue, &Sample::spring_N},
+           {"friction", Qt::red, &Sample::friction_N},
+           {"texture", Qt::darkGreen, &Sample::texture_N}});
+  addPlot("Depth", "mm", {{"HIP below IHIP", Qt::darkMagenta, &Sample::depth_mm}});
+  addPlot("Energy given", "mJ", {{"by all", Qt::darkCyan, &Sample::energy_mJ}});
+}
+
+void PlotPanel::addPlot(const QString& title, const QString& unit, std::vector<Curve> curves) {
+  auto* plot = new QwtPlot;
+  QFont small = font();
+  small.setPointSizeF(kText * small.pointSizeF());
+  const auto write = [&](const QString& words) {
+    QwtText text(words);
+    text.setFont(small);
+    return text;
+  };
+  plot->setTitle(write(title + " (" + unit + ")"));
+  for (const int axis : {QwtPlot::yLeft, QwtPlot::xBottom}) plot->setAxisFont(axis, small);
+  plot->setMinimumSize(120, 90);
+  plot->setToolTip("Drag a rectangle to zoom; right click: back");
+  if (curves.size() > 1) {
+    auto* legend = new QwtLegend;
+    legend->setFont(small);
+    plot->insertLegend(legend, QwtPlot::RightLegend);
+  }
+  auto* grid = new QwtPlotGrid;
+  grid->setMajorPen(Qt::lightGray, 0, Qt::DotLine);
+  grid->attach(plot);
+  for (Curve& curve : curves) {
+    curve.drawn = new QwtPlotCurve(curve.name);
+    curve.drawn->setPen(curve.color, 1.2);
+    curve.drawn->attach(plot);
+  }
+  new QwtPlotZoomer(plot->canvas());
+  layout()->addWidget(plot);
+  plots_.push_back({plot, std::move(curves)});
+}
+
+void PlotPanel::add(const Sample& sample) {
+  if (paused_) return;
+  samples_.push_back(sample);
+  while (samples_.front().time_s < sample.time_s - kShown_s) samples_.pop_front();
+}
+
+void PlotPanel::refresh() {
+  if (paused_ || samples_.empty() || !isVisible()) return;
+  QVector<double> times;
+  for (const Sample& sample : samples_) times.push_back(sample.time_s);
+  for (const Plot& plot : plots_) {
+    for (const Curve& curve : plot.curves) {
+      QVector<double> values;
+      for (const Sample& sample : samples_) values.push_back(sample.*curve.value);
+      curve.drawn->setSamples(times, values);
+    }
+    plot.plot->setAxisScale(QwtPlot::xBottom, times.back() - kShown_s, times.back());
+    plot.plot->replot();
+  }
+}
+
+void PlotPanel::save(const QString& file) {
+  QwtPlotRenderer renderer;
+  renderer.renderDocument(plots_.front().plot, file, QSizeF(200, 120));
+}
+
+}  // namespace haptics

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <QWidget>
+#include <deque>
+#include <vector>
+
+class QwtPlot;
+class QwtPlotCurve;
+
+namespace haptics {
+
+// Qwt's headers are no C++20: this one and its source file get along without it.
+/// Curves of the last seconds: force and its parts, depth, energy. Stands still while paused.
+class PlotPanel : public QWidget {
+  Q_OBJECT
+
+ public:
+  PlotPanel();
+
+  struct Sample {
+    double time_s;
+    double written_N, spring_N, friction_N, texture_N;
+    double depth_mm, energy_mJ;
+  };
+  void add(const Sample& sample);
+  void setPaused(bool paused) { paused_ = paused; }
+  /// Draws what has been added.
+  void refresh();
+  /// As a picture, by its ending: .png, .svg, .pdf.
+  void save(const QString& file);
+
+ private:
+  struct Curve {
+    const char* name;
+    Qt::GlobalColor color;
+    double Sample::*value;
+    QwtPlotCurve* drawn = nullptr;
+  };
+  struct Plot {
+    QwtPlot* plot = nullptr;
+    std::vector<Curve> curves;
+  };
+  std::vector<Plot> plots_;
+  std::deque<Sample> samples_;
+  bool paused_ = false;
+
+  void addPlot(const QString& title, const QString& unit, std::vector<Curve> curves);
+};
+
+}  // namespace haptics

@@ -1,0 +1,169 @@
+#include "graphics_client/viewer/scene_view.h"
+
+#include <vtkPolyData.h>
+
+#include "common/clock/monotonic.h"
+#include "graphics_client/viewer/poly_data.h"
+
+namespace haptics {
+namespace {
+
+/// How long a server restart is told (seconds).
+constexpr double kResetNotice_s = 6;
+/// Frames a second are counted over this long (seconds).
+constexpr double kRateWindow_s = 1;
+/// Time in which the close-up's camera comes to rest (seconds).
+constexpr double kSettled_s = 10;
+/// Triangles for the textures of all objects together, half of which face away: what leaves software rendering on two
+/// cores some 15 frames a second, and what a graphics card does or a picture is worth.
+constexpr std::size_t kSoftwareTriangles = 150'000, kStillTriangles = 1'000'000;
+/// Sizes in the close-up: larger markers, and arrows that stay inside it.
+constexpr GlyphSizes kCloseUpSizes{.marker_px = 6, .arrow_mPerN = 0.0025, .arrowRadius_px = 2.8};
+/// Radius of the pointer's mark and of the line from it to the hand.
+constexpr double kPointer_px = 5, kPull_px = 1;
+
+}  // namespace
+
+SceneView::SceneView(const ViewerOptions& options)
+    : renderWindow_(options),
+      objects_(renderWindow_.world().solid, renderWindow_.closeUp().solid),
+      probe_(renderWindow_.world()),
+      glyphs_(renderWindow_.world(), GlyphSizes{}),
+      closeUpGlyphs_(renderWindow_.closeUp(), kCloseUpSizes),
+      pointerGlyph_(renderWindow_.world(), unitSphere(), Glyph::Kind::kAbove),
+      pullGlyph_(renderWindow_.world(), unitCylinder(), Glyph::Kind::kAbove),
+      cameras_(renderWindow_),
+      overlay_(renderWindow_, !options.offscreen),
+      resetAt_s_(-kResetNotice_s) {
+  pointerGlyph_.setVisible(false);
+  pullGlyph_.setVisible(false);
+  setStyle({.displacement = options.displacement});
+}
+
+void SceneView::drawFrame(const std::shared_ptr<const MirrorView>& newest, double now_s) {
+  const double dt_s = now_s - now_s_;
+  now_s_ = now_s;
+  const std::uint64_t now_ns = monotonicNow_ns();
+  snapshot_.view = playback_.at(newest, now_ns);
+  snapshot_.age_s = newest->telemetryAgeAt_s(now_ns);
+  noteChanges(*snapshot_.view);
+  if (newest->sample) snapshot_.trail.add(*newest->sample, now_s_);
+  show(snapshot_, dt_s);
+  if (summary_.frames() == 0) adaptToCard();
+  summary_.addFrame(newest, snapshot_.age_s, now_s_);
+  summary_.addContact(*snapshot_.view);
+  ++rateFrames_;
+  if (now_s_ - rateFrom_s_ >= kRateWindow_s) {
+    framesPerSecond_ = static_cast<double>(rateFrames_) / (now_s_ - rateFrom_s_);
+    rateFrom_s_ = now_s_;
+    rateFrames_ = 0;
+  }
+}
+
+void SceneView::adaptToCard() {
+  smooth_ = !renderWindow_.drawsInSoftware();
+  renderWindow_.smoothOutlines(smooth_);
+  objects_.setMaxTriangles(smooth_ ? kStillTriangles : kSoftwareTriangles);
+  objects_.setVertexLighting(!smooth_);
+}
+
+void SceneView::setStyle(const Style& style) {
+  cameras_.setFollow(style.follow);
+  if (style.wireframe != style_.wireframe) objects_.setWireframe(style.wireframe);
+  if (style.edges != style_.edges) objects_.setEdges(style.edges);
+  if (style.displacement != style_.displacement) objects_.setDisplacement(style.displacement);
+  style_ = style;
+}
+
+void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
+  const MirrorView& view = *snapshot.view;
+  const bool current = isCurrent(view, snapshot.age_s);
+  if (objects_.update(view, current || !wasLive_)) {
+    probe_.lookLast();
+    glyphs_.drawLast();
+    closeUpGlyphs_.drawLast();
+  }
+  overlay_.update(view,
+                  {.age_s = snapshot.age_s,
+                   .framesPerSecond = framesPerSecond_,
+                   .gridSpacing_m = objects_.gridSpacing_m(),
+                   .closeUpMetresPerPixel = cameras_.closeUpMetresPerPixel(),
+                   .friction = objects_.frictionRange(),
+                   .coarse = objects_.coarsestDetail(),
+                   .pitsFeltAsBumps = objects_.anyPitsFeltAsBumps(),
+                   .wasLive = wasLive_,
+                   .stateWasReset = now_s_ - resetAt_s_ < kResetNotice_s},
+                  now_s_);
+  if (!framed_ && view.link == LinkState::kLive && !objects_.isSettling() && !objects_.outline().empty()) {
+    frameAll();
+    framed_ = true;
+  }
+  cameras_.update(view.sample ? &*view.sample : nullptr, dt_s);
+  overlay_.label(objects_.boxes());
+  objects_.showFor(cameras_.worldPosition(), cameras_.closeUpPosition());
+  const double scale = view.sample ? cameras_.worldMetresPerPixel(view.sample->ihip) : 1;
+  glyphs_.update(view, snapshot.trail, scale, current);
+  closeUpGlyphs_.update(view, snapshot.trail, cameras_.closeUpMetresPerPixel(), current);
+  showPointer(view, scale);
+  renderWindow_.render();
+}
+
+/// Stretched as the surface resists: the hand stays behind the pointer.
+void SceneView::showPointer(const MirrorView& view, double metresPerPixel) {
+  pointerGlyph_.setVisible(false);
+  pullGlyph_.setVisible(false);
+  if (!pointer_ || !view.sample) return;
+  const Vec3 from = pointer_->position, way = view.sample->hip - from;
+  pointerGlyph_.show(palette::kTrail,
+                     alongAxis(from, {1, 0, 0}, kPointer_px * metresPerPixel, kPointer_px * metresPerPixel));
+  const double length = glm::length(way);
+  if (length > 0) {
+    pullGlyph_.show(palette::kTrail, alongAxis(from, way / length, length, kPull_px * metresPerPixel));
+  }
+}
+
+void SceneView::noteChanges(const MirrorView& view) {
+  if (view.stateResets != stateResets_) {
+    stateResets_ = view.stateResets;
+    resetAt_s_ = now_s_;
+    snapshot_.trail.clear();
+    framed_ = false;
+  }
+  if (view.link == LinkState::kLive) wasLive_ = true;
+}
+
+/// The objects, and above them the arrow of the largest force.
+void SceneView::frameAll() {
+  std::vector<Vec3> points = objects_.outline();
+  const double room_m = GlyphSizes{}.arrow_mPerN * (snapshot_.view ? snapshot_.view->maxForce_N : 0);
+  const std::size_t count = points.size();
+  for (std::size_t i = 0; i < count; ++i) points.push_back(points[i] + Vec3(0, 0, room_m));
+  cameras_.frame(points, overlay_.freeAreas());
+}
+
+vtkSmartPointer<vtkImageData> SceneView::picture(const FrameSnapshot& snapshot, double settle_s) {
+  renderWindow_.smoothOutlines(true);
+  overlay_.refresh();
+  show(snapshot, settle_s);
+  vtkSmartPointer<vtkImageData> picture = renderWindow_.grab();
+  renderWindow_.smoothOutlines(smooth_);
+  return picture;
+}
+
+vtkSmartPointer<vtkImageData> SceneView::finePicture(const FrameSnapshot& snapshot) {
+  objects_.setMaxTriangles(kStillTriangles);
+  objects_.setVertexLighting(false);
+  objects_.settle(*snapshot.view, isCurrent(*snapshot.view, snapshot.age_s) || !wasLive_);
+  vtkSmartPointer<vtkImageData> picture = this->picture(snapshot, kSettled_s);
+  adaptToCard();
+  return picture;
+}
+
+vtkSmartPointer<vtkImageData> SceneView::smallPicture() {
+  overlay_.toggle();
+  vtkSmartPointer<vtkImageData> small = picture(snapshot_, kSettled_s);
+  overlay_.toggle();
+  return small;
+}
+
+}  // namespace haptics

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "graphics_client/mirror/playback.h"
+#include "graphics_client/viewer/camera_rig.h"
+#include "graphics_client/viewer/contact_glyphs.h"
+#include "graphics_client/viewer/overlay.h"
+#include "graphics_client/viewer/render_window.h"
+#include "graphics_client/viewer/run_summary.h"
+#include "graphics_client/viewer/scene_actors.h"
+#include "graphics_client/viewer/surface_probe.h"
+#include "graphics_client/viewer/trail.h"
+
+namespace haptics {
+
+/// Draws what a client holds, frame by frame, with what was felt: objects, markers, close-up, overlay.
+class SceneView {
+ public:
+  /// What one frame shows.
+  struct FrameSnapshot {
+    std::shared_ptr<const MirrorView> view;
+    double age_s = 0;  ///< Of its sample.
+    Trail trail;
+  };
+  /// What of it is drawn, and how.
+  struct Style {
+    bool follow = false, wireframe = false, edges = false, displacement = false;
+    bool operator==(const Style&) const = default;
+  };
+
+  explicit SceneView(const ViewerOptions& options);
+
+  /// A frame of the newest view, played back to now.
+  /// @param now_s  Since the start of the run.
+  void drawFrame(const std::shared_ptr<const MirrorView>& newest, double now_s);
+  void setStyle(const Style& style);
+  [[nodiscard]] const Style& style() const { return style_; }
+  /// Shows all objects.
+  void frameAll();
+
+  [[nodiscard]] RenderWindow& renderWindow() { return renderWindow_; }
+  [[nodiscard]] CameraRig& cameras() { return cameras_; }
+  [[nodiscard]] Overlay& overlay() { return overlay_; }
+  [[nodiscard]] const SceneActors& objects() const { return objects_; }
+  [[nodiscard]] SurfaceProbe& probe() { return probe_; }
+  /// Where the pointer is on the surface, and where it pulls the hand from; nothing: it leads no hand.
+  void showPointer(const std::optional<SurfacePoint>& pointer) { pointer_ = pointer; }
+  [[nodiscard]] RunSummary& summary() { return summary_; }
+  [[nodiscard]] double framesPerSecond() const { return framesPerSecond_; }
+  /// Drawn last.
+  [[nodiscard]] const FrameSnapshot& snapshot() const { return snapshot_; }
+
+  /// A picture of it with smooth outlines. `settle_s` lets the close-up's camera come to rest.
+  [[nodiscard]] vtkSmartPointer<vtkImageData> picture(const FrameSnapshot& snapshot, double settle_s);
+  /// The same with every surface as fine as it can be drawn.
+  [[nodiscard]] vtkSmartPointer<vtkImageData> finePicture(const FrameSnapshot& snapshot);
+  /// Without the overlay, whose text would be too small to be read.
+  [[nodiscard]] vtkSmartPointer<vtkImageData> smallPicture();
+
+ private:
+  Playback playback_;
+  RenderWindow renderWindow_;
+  SceneActors objects_;
+  SurfaceProbe probe_;
+  ContactGlyphs glyphs_, closeUpGlyphs_;
+  Glyph pointerGlyph_, pullGlyph_;
+  CameraRig cameras_;
+  Overlay overlay_;
+  RunSummary summary_;
+
+  FrameSnapshot snapshot_;
+  Style style_;
+  std::optional<SurfacePoint> pointer_;
+  bool framed_ = false, wasLive_ = false, smooth_ = false;
+  std::uint64_t stateResets_ = 0;
+  double resetAt_s_;
+  double now_s_ = 0, rateFrom_s_ = 0, framesPerSecond_ = 0;
+  std::uint64_t rateFrames_ = 0;
+
+  void show(const FrameSnapshot& snapshot, double dt_s);
+  void showPointer(const MirrorView& view, double metresPerPixel);
+  void noteChanges(const MirrorView& view);
+  void adaptToCard();
+};
+
+}  // namespace haptics
