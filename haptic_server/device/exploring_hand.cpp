@@ -2,31 +2,21 @@
 
 #include <algorithm>
 
+#include "haptic_server/device/press_control.h"
+
 namespace haptics {
 namespace {
 
 constexpr double kPressForce = 2;  // newtons with which the hand wants to press: a light, deliberate touch
-/// A device that cannot give that force with this much to spare is pressed with kShareOfWeakDevice of what it can.
-constexpr double kForceReserve = 1.2;
+/// A device that cannot give that force with kForceReserve is pressed with this share of what it can.
 constexpr double kShareOfWeakDevice = 0.6;
-/// Metres that the hand's own spring yields at most while it presses: a loose hand presses lightly. Pressed with N, a
-/// hand of stiffness k slips off ridges whose radius is less than N/k, since nothing but its spring holds it sideways.
-constexpr double kLargestYield = 0.01;
 constexpr double kNoticedForce = 0.15;  // newtons from which on the hand notices that it touches something
 /// Share of the wanted force at which it starts to stroke, and the seconds after which it does so anyway (soft
 /// objects).
 constexpr double kPressedShare = 0.9;
 constexpr double kLongestPress = 1.5;
-/// 1/s. How fast it corrects the force, if all compliance were its own; people need some tenths of a second. Faster
-/// follows bumps better and starts to oscillate on the lag of kFeltSmoothing.
-constexpr double kForceCorrection = 6;
-constexpr double kFeltSmoothing = 0.03;  // seconds: time constant of the felt force
-/// Metres that it yields into an object (besides its own compliance) before it concludes that there is none.
-constexpr double kDeepestIndentation = 0.015;
-constexpr double kGreatestDepth = kLargestYield + kDeepestIndentation;  // below the stroke
 constexpr double kApproachHeight = 0.015;  // metres above the surface from which it approaches slowly
-/// m/s: the approach; mean speed of strokes and of movements in the air.
-constexpr double kApproachSpeed = 0.05;
+/// m/s: mean speed of strokes and of movements in the air.
 constexpr double kStrokeSpeed = 0.08;
 constexpr double kTravelSpeed = 0.25;
 /// Seconds: the shortest movement, however near; how long it rubs an object before it finishes the pass and lifts.
@@ -38,7 +28,7 @@ constexpr double kMaxPush = 1.3;
 constexpr Vec3 kRestingPlace{0, 0, 0.2};  // where it waits when nothing was ever there to explore; metres, world frame
 
 double pressForce(const HandPreset& hand, double maxForce_N) noexcept {
-  const double wanted = std::min(kPressForce, kLargestYield * hand.stiffness_N_per_m);
+  const double wanted = std::min(kPressForce, kMaxYield_m * hand.stiffness_N_per_m);
   return maxForce_N >= kForceReserve * wanted ? wanted : kShareOfWeakDevice * maxForce_N;
 }
 
@@ -53,7 +43,7 @@ double Reach::fraction() const noexcept {
 
 ExploringHand::ExploringHand(const HandPreset& hand, double maxForce_N) noexcept
     : targetForce_(pressForce(hand, maxForce_N)),
-      forceGain_(hand.stiffness_N_per_m > 0 ? kForceCorrection / hand.stiffness_N_per_m : 0),
+      forceGain_(hand.stiffness_N_per_m > 0 ? kForceCorrection_per_s / hand.stiffness_N_per_m : 0),
       clearHeight_(kRestingPlace.z),
       position_(kRestingPlace) {}
 
@@ -87,7 +77,7 @@ void ExploringHand::follow(const ExplorationPlan* plan) noexcept {
 }
 
 HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
-  felt_ += (glm::length(felt_N) - felt_) * (dt_s / (kFeltSmoothing + dt_s));
+  felt_ += (glm::length(felt_N) - felt_) * (dt_s / (kFeltSmoothing_s + dt_s));
   switch (phase_) {
     case Phase::kNotStarted:
       phase_ = Phase::kResting;
@@ -170,22 +160,22 @@ void ExploringHand::move(double dt_s) noexcept {
 }
 
 void ExploringHand::approach(double dt_s) noexcept {
-  depth_ = std::min(depth_ + kApproachSpeed * dt_s, kGreatestDepth);
+  depth_ = std::min(depth_ + kPressSpeed_m_per_s * dt_s, kMaxPressDepth_m);
   position_ = points_[0] - Vec3(0, 0, depth_);
   if (felt_ > kNoticedForce) {
     phase_ = Phase::kRubbing;
     reach_ = {};
     pressed_ = rubbed_ = 0;
     stroking_ = backwards_ = false;
-  } else if (depth_ >= kGreatestDepth) {
+  } else if (depth_ >= kMaxPressDepth_m) {
     goOn();
   }
 }
 
 void ExploringHand::rub(double dt_s) noexcept {
-  depth_ += std::clamp(forceGain_ * (targetForce_ - felt_), -kTravelSpeed, kApproachSpeed) * dt_s;
-  depth_ = std::min(depth_, kGreatestDepth);
-  const bool lost = depth_ >= kGreatestDepth && felt_ < kNoticedForce;
+  depth_ += std::clamp(forceGain_ * (targetForce_ - felt_), -kTravelSpeed, kPressSpeed_m_per_s) * dt_s;
+  depth_ = std::min(depth_, kMaxPressDepth_m);
+  const bool lost = depth_ >= kMaxPressDepth_m && felt_ < kNoticedForce;
   const bool pushedAway = depth_ < -kApproachHeight;
   if (lost || pushedAway) return goOn();
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "haptic_server/device/press_control.h"
+
 namespace haptics {
 namespace {
 
@@ -10,12 +12,7 @@ constexpr double kRate_per_s = 150;
 /// Seconds. What the time between commands is taken for at least, and before the second one has come.
 constexpr double kShortestInterval_s = 0.004, kUsualInterval_s = 1.0 / 60;
 constexpr double kNewIntervalShare = 0.2;
-/// 1/s, s, N, m/s, m: as of the exploring hand's control of its force.
-constexpr double kForceCorrection_per_s = 6;
-constexpr double kFeltSmoothing_s = 0.03;
-constexpr double kForceReserve = 1.2;
-constexpr double kPressSpeed_m_per_s = 0.05, kLiftSpeed_m_per_s = 0.1;
-constexpr double kMaxDepth_m = 0.025;
+constexpr double kLiftSpeed_m_per_s = 0.1;
 /// Newtons below which a retreat is at its end, and the metres after which it is given up.
 constexpr double kNoPress_N = 0.02, kLongestRetreat_m = 0.04;
 /// Metres: an offset that no encoder resolves.
@@ -119,7 +116,7 @@ void LeadableHand::press(double dt_s) noexcept {
   if (command_.press_N > 0) {
     const double speed = depthPerForce_ * (command_.press_N - pressed_N_);
     depth_m_ += std::clamp(speed, -kLiftSpeed_m_per_s, kPressSpeed_m_per_s) * dt_s;
-    depth_m_ = std::clamp(depth_m_, -kMaxDepth_m, kMaxDepth_m);
+    depth_m_ = std::clamp(depth_m_, -kMaxPressDepth_m, kMaxPressDepth_m);
   } else {
     const double most = kLiftSpeed_m_per_s * dt_s;
     depth_m_ -= std::clamp(depth_m_, -most, most);

@@ -318,7 +318,7 @@ void ServerSession::handle(const v1::LeadHand& request) {
   followsHandLeader_ = true;
   auto led = request.lead() && role_ != Role::kEdit ? Result<void>(tl::unexpected(notAnEditor()))
                                                     : host_.leadHand(request.lead());
-  tellHandLeader(led ? "" : led.error().text());
+  sendHandLeader(led ? "" : led.error().text());
 }
 
 void ServerSession::handle(const v1::HandTarget& target) {
@@ -328,10 +328,10 @@ void ServerSession::handle(const v1::HandTarget& target) {
 }
 
 void ServerSession::handLeaderChanged() {
-  if (phase_ == Phase::kLive && followsHandLeader_) tellHandLeader("");
+  if (phase_ == Phase::kLive && followsHandLeader_) sendHandLeader("");
 }
 
-void ServerSession::tellHandLeader(const std::string& refused) {
+void ServerSession::sendHandLeader(const std::string& refused) {
   v1::Envelope envelope;
   v1::HandLeader& message = *envelope.mutable_hand_leader();
   if (const auto leader = host_.handLeader()) {

@@ -72,7 +72,7 @@ class ServerSession {
   void editProgress(std::uint64_t clientSeq, WorkStage stage, double share);
   void assetDecided(const ContentHash& hash, Result<std::shared_ptr<const Asset>> outcome);
   void dumped(const Result<std::string>& file);  ///< The file with the last seconds, or why there is none.
-  /// Somebody else leads the simulated hand, or nobody any more: told to a client that has asked.
+  /// Somebody else leads the simulated hand, or nobody any more: a client that has asked is notified.
   void handLeaderChanged();
   /// Sends a Refusal naming the bad field and closes; reported to the host.
   void refuse(const std::string& field, const std::string& reason);
@@ -129,7 +129,7 @@ class ServerSession {
   void handle(const v1::ClockProbe& probe);
   void handle(const v1::LeadHand& request);
   void handle(const v1::HandTarget& target);
-  void tellHandLeader(const std::string& refused);
+  void sendHandLeader(const std::string& refused);
   void reportStatus(bool deformed);
   void dump();
 

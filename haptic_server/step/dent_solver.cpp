@@ -189,7 +189,8 @@ double DentSolver::remainingDepth_m(const Dent& rest, Vec3 foot) const noexcept 
   return depth_m(rest) * tissue_.falloff.at(foot - Vec3(rest.centre));
 }
 
-/// How deep this dent may be, so that with those of the body that are going back it stays within maxDentDepth_m().
+/// How deep this dent may be, so that with those of the body that are going back it stays within maxDentDepth_m(). It may be
+/// as deep as it is: where one that stayed is released beside it, it waits until that has gone back.
 double DentSolver::room_m() const noexcept {
   double left = maxDentDepth_m(tissue_.falloff);
   for (std::size_t i = 0; i < state_.denting.count; ++i) {
@@ -197,7 +198,7 @@ double DentSolver::room_m() const noexcept {
     if (i == *at_ || other.body != pressed_.body) continue;
     left -= std::max(0.0, depth_m(other.dent) - depth_m(other.rest));
   }
-  return std::max(0.0, left);
+  return std::max(depth_m(dent().dent), left);
 }
 
 /// What there is of a dent at a foot on this mesh, which has only its vertices to show it.

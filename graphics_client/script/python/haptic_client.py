@@ -16,11 +16,9 @@ import collections
 import contextlib
 import os
 import random
-import re
 import select
 import socket
 import ssl
-import struct
 import threading
 import time
 
@@ -28,16 +26,14 @@ from google.protobuf import text_format
 from google.protobuf.message import DecodeError
 
 from haptic_assets import UploadQueue, UploadRefused  # noqa: F401
+from haptic_connection import PROTOCOL_VERSION, ConnectionLost, TurnedAway, connect, frames, in_words, send_frame, token_in
 from haptic_edits import Closed, Conflict, EditQueue, Rejected, StateLost, awaited  # noqa: F401  (callers catch them)
 from haptic_hand import REPEAT_S, Hand, HandLead, NotLeading, xyz  # noqa: F401
 from haptic_scene import LimitExceeded, OutOfStep, Record, Scene, check_limits
 from haptic_text import printable
 from haptics.v1 import envelope_pb2, scene_pb2, telemetry_pb2
 
-PROTOCOL_VERSION = 1
-MAX_FRAME_BYTES = 1 << 20
 MAX_KEPT_SAMPLES, MAX_KEPT_BYTES = 10_000, 16 << 20  # 10 s at 1000 Hz; beyond, the oldest are dropped
-MAX_SENT_AT_ONCE = 1 << 16
 HEARTBEAT_S = 1.0
 SILENCE_S = 3.0           # dead after this long without a byte
 RECONNECT_S = (0.05, 0.6)
@@ -46,14 +42,6 @@ REFUSED_RECONNECT_S = 5.0  # a person has to change something first
 
 class Refused(Exception):
     """The server turned this client away, or there is none: what to change."""
-
-
-class ConnectionLost(Exception):
-    pass
-
-
-class TurnedAway(ConnectionLost):
-    pass
 
 
 class Client:
@@ -70,8 +58,7 @@ class Client:
         self._uploads = UploadQueue()
         self._samples, self._sample_bytes = collections.deque(), 0  # serialised: their memory is then their size
         self._bodies = {}  # by object id
-        self._hip = None   # of the newest sample
-        self._hand = HandLead()
+        self._hand = HandLead(self._changed, self._wake, lambda: (self._live, self._end, self._trouble))
         self._scene = Scene()
         self._live = self._closing = False
         self._end = None  # why there is no more to wait for
@@ -191,32 +178,7 @@ class Client:
         telemetry. Raises NotLeading, which says who leads or that there is no hand to lead; Closed, TimeoutError."""
         if not self._subscribe.rate_hz:
             raise ValueError("a hand feels by telemetry; give the client telemetry_hz=100 or more")
-        return Hand(lambda seconds: list(self.samples(seconds)), self._lead_hand, self._command_hand, self._where_hand_is)
-
-    def _lead_hand(self, lead, timeout_s=5.0):
-        with self._changed:
-            self._hand.ask(lead)
-            self._wake()
-            answered = self._changed.wait_for(lambda: self._hand.leader or self._end or not self._live, timeout_s)
-            if not lead:
-                return
-            if self._end:
-                raise Closed(self._end)
-            if not answered:
-                raise TimeoutError("the server has not said who leads the hand")
-            self._hand.check(self._trouble)
-
-    def _command_hand(self, target):
-        with self._changed:
-            self._hand.check(self._trouble)
-            self._hand.command(target)
-        self._wake()
-
-    def _where_hand_is(self, timeout_s=5.0):
-        with self._changed:
-            if not self._changed.wait_for(lambda: self._hip or self._end, timeout_s):
-                raise TimeoutError("the server has sent no telemetry")
-            return self._hip
+        return Hand(lambda seconds: list(self.samples(seconds)), self._hand)
 
     # ---- the client's thread ----
 
@@ -225,7 +187,7 @@ class Client:
         try:
             while not self._closing:
                 try:
-                    with contextlib.closing(self._connect()) as connection:
+                    with contextlib.closing(connect(self._server, self._credentials, SILENCE_S)) as connection:
                         self._speak(connection)
                 except Exception as error:  # whatever it is, waits go on and the next connection may do better
                     self._lost(error)
@@ -243,14 +205,6 @@ class Client:
             self._uploads.end(Closed(why))
             self._changed.notify_all()
 
-    def _connect(self):
-        connection = socket.create_connection(self._server, timeout=SILENCE_S)
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if not self._credentials:
-            return connection
-        context = ssl.create_default_context(cafile=self._credentials)
-        return context.wrap_socket(connection, server_hostname="haptic_server")
-
     def _lost(self, error):
         with self._changed:
             self._live = False
@@ -264,18 +218,9 @@ class Client:
             self._uploads.connection_lost()
             self._changed.notify_all()
 
-    def _token(self):
-        if not self._credentials:
-            return b""
-        with open(self._credentials, encoding="ascii") as file:
-            token = re.search(r"^token: ([0-9a-f]{64})$", file.read(), re.MULTILINE)
-        if not token:
-            raise ConnectionLost(f"{self._credentials}: has no token; give what hapticctl credentials made")
-        return bytes.fromhex(token[1])
-
     def _speak(self, connection):
         self._messages, self._snapshot, self._phase, self._tick = 0, None, "hello", 0
-        hello = envelope_pb2.Hello(token=self._token())
+        hello = envelope_pb2.Hello(token=token_in(self._credentials))
         hello.MergeFrom(self._hello)
         if self._scene.epoch:
             hello.epoch, hello.revision, hello.root = self._scene.epoch, self._scene.revision, self._scene.root
@@ -284,7 +229,8 @@ class Client:
         heard = beaten = time.monotonic()
         while not self._closing:
             pending = isinstance(connection, ssl.SSLSocket) and connection.pending()
-            ready = select.select([connection, self._wake_receiver], [], [], 0 if pending else REPEAT_S if self._hand.leader else 0.1)[0]
+            wait_s = 0 if pending else REPEAT_S if self._hand.leader else 0.1
+            ready = select.select([connection, self._wake_receiver], [], [], wait_s)[0]
             if self._wake_receiver in ready:
                 self._wake_receiver.recv(4096)
             now = time.monotonic()
@@ -393,7 +339,7 @@ class Client:
     def _take_telemetry(self, sample):
         if sample.tick > self._tick:
             self._tick = sample.tick
-            self._hip = xyz(sample.hip)
+            self._hand.position = xyz(sample.hip)
             self._keep(sample.SerializeToString())
             for body in sample.body:
                 if self._scene.moves(body.object):
@@ -416,7 +362,7 @@ class Client:
         self._edits.live(live)
 
     def _take_hand_leader(self, leader):
-        self._hand.told(leader)
+        self._hand.answered(leader)
 
     def _send_edits(self, connection):
         if self._phase == "hello":
@@ -436,37 +382,8 @@ class Client:
 
     def _send(self, connection, **body):
         self._messages += 1
-        data = envelope_pb2.Envelope(protocol_version=PROTOCOL_VERSION, message_id=self._messages,
-                                     **body).SerializeToString()
-        data = struct.pack("<I", len(data)) + data
-        for at in range(0, len(data), MAX_SENT_AT_ONCE):  # each has SILENCE_S
-            connection.sendall(data[at:at + MAX_SENT_AT_ONCE])
+        send_frame(connection, self._messages, **body)
 
     def _wake(self):
         with contextlib.suppress(OSError):  # enough wake-ups are waiting, or the client is closed
             self._wake_sender.send(b"\0")
-
-
-def in_words(error):
-    if isinstance(error, OutOfStep):
-        return f"out of step, asking for a snapshot: {error}"
-    if isinstance(error, DecodeError):
-        return f"the server does not speak this protocol: {error}"
-    if isinstance(error, (OSError, ConnectionLost, LimitExceeded)) and str(error):
-        return str(error)
-    return f"{type(error).__name__}: {error}"
-
-
-def frames(buffer):
-    """The whole envelopes at the buffer's beginning, which are taken from it."""
-    while len(buffer) >= 4:
-        size = struct.unpack_from("<I", buffer)[0]
-        if not 0 < size <= MAX_FRAME_BYTES:
-            raise ConnectionLost(f"a frame of {size} bytes")
-        if len(buffer) < 4 + size:
-            return
-        envelope = envelope_pb2.Envelope()
-        if envelope.MergeFromString(bytes(buffer[4:4 + size])) != size:
-            raise DecodeError("a frame holds more than its message")
-        del buffer[:4 + size]
-        yield envelope

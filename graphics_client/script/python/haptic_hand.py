@@ -10,6 +10,7 @@ hand is let go of at the end of the block, or when the connection ends.
 import math
 import time
 
+from haptic_edits import Closed
 from haptic_text import printable
 from haptics.v1 import envelope_pb2, scene_pb2
 
@@ -17,6 +18,7 @@ TARGET_S = 0.01          # between two targets of a movement
 REPEAT_S = 0.03          # between repetitions of one
 TRAVEL_SPEED = 0.2       # m/s
 LANDING_SPEED = 0.05     # m/s, on a surface
+SAME_PLACE_M = 0.005     # of a surface: pressed on without a lift in between
 CONTACT_SHARE = 0.9      # of the force, from which on a stroke starts
 CONTACT_WITHIN_S = 1.5
 
@@ -26,27 +28,56 @@ class NotLeading(Exception):
 
 
 class HandLead:
-    """Whether this client leads, and what it has to send for that. Guarded by the client."""
+    """Whether this client leads, what it has to send for that, and where the hand is. `changed` is the client's condition,
+    which its thread holds; `state` says (live, why there is no more to wait for, trouble)."""
 
-    def __init__(self):
-        self.leader = None  # the server's last word since the client asked
+    def __init__(self, changed, wake, state):
+        self._changed, self._wake, self._state = changed, wake, state
+        self.position = None  # of the device in the newest sample
+        self.leader = None    # the server's last word since the client asked
         self._request = self._target = None
-        self._asks = None   # for the lead, or to give it back; None: answered
-        self._due = 0.0     # of the target's next repetition
+        self._asks = None     # for the lead, or to give it back; None: answered
+        self._due = 0.0       # of the target's next repetition
 
-    def ask(self, lead):
-        self._request, self._asks, self.leader, self._target = lead, lead, None, None
+    def lead(self, lead, timeout_s=5.0):
+        """Asks for the lead and waits for the answer, or gives it back. Raises NotLeading, Closed, TimeoutError."""
+        with self._changed:
+            self._request, self._asks, self.leader, self._target = lead, lead, None, None
+            self._wake()
+            answered = self._changed.wait_for(lambda: self.leader or self._end() or not self._state()[0], timeout_s)
+            if not lead:
+                return
+            if self._end():
+                raise Closed(self._end())
+            if not answered:
+                raise TimeoutError("the server has not said who leads the hand")
+            self._check()
 
-    def check(self, trouble):
+    def command(self, target):
+        """Sends a target, again and again."""
+        with self._changed:
+            self._check()
+            self._target, self._due = target, 0.0
+        self._wake()
+
+    def where(self, timeout_s=5.0):
+        with self._changed:
+            if not self._changed.wait_for(lambda: self.position or self._end(), timeout_s):
+                raise TimeoutError("the server has sent no telemetry")
+            return self.position
+
+    def _end(self):
+        return self._state()[1]
+
+    def _check(self):
         if not self.leader:
-            raise NotLeading(f"the hand is let go of: {trouble}")
+            raise NotLeading(f"the hand is let go of: {self._state()[2]}")
         if not self.leader.you:
             raise NotLeading(printable(self.leader.refused) or f"the hand is led by {printable(self.leader.client_name)}")
 
-    def command(self, target):
-        self._target, self._due = target, 0.0
+    # ---- the client's thread ----
 
-    def told(self, leader):
+    def answered(self, leader):
         if self._asks is not None and self._asks != leader.you and not leader.refused:
             return  # of a change before the answer
         self._asks = None
@@ -70,20 +101,24 @@ class HandLead:
 
 
 class Hand:
-    """`felt`: the samples that come within some seconds; `lead`: asks for the lead, or gives it back; `command`: sends a
-    target, again and again; `hip`: where the hand is. The Client's."""
+    """`felt`: the samples that come within some seconds. The Client's."""
 
-    def __init__(self, felt, lead, command, hip):
-        self._felt, self._lead, self._command, self._hip = felt, lead, command, hip
-        self._at = None  # position of the last target
+    def __init__(self, felt, lead):
+        self._felt, self._lead = felt, lead
+        self._at, self._presses = None, False  # position of the last target, and whether it presses there
 
     def __enter__(self):
-        self._lead(True)
-        self._at = self._hip()
+        self._lead.lead(True)
+        self._at = self._lead.where()
         return self
 
     def __exit__(self, *_):
-        self._lead(False)
+        self._lead.lead(False)
+
+    @property
+    def position(self):
+        """Where the device is, as measured last."""
+        return self._lead.where()
 
     def move_to(self, position, speed=TRAVEL_SPEED):
         """In a straight line, pressing nowhere. `speed` in m/s, at most 0.8."""
@@ -103,8 +138,9 @@ class Hand:
         return self._follow(points, speed, normals, force_N)
 
     def _land(self, position, normal, force_N):
-        """Slowly, until it presses. Not a part of what was felt."""
-        self._follow([self._at, position], LANDING_SPEED, None, 0)
+        """Slowly, until it presses; a hand that presses there already does not lift. Not a part of what was felt."""
+        if not self._presses or math.dist(self._at, position) > SAME_PLACE_M:
+            self._follow([self._at, position], LANDING_SPEED, None, 0)
         self._hold(position, normal, force_N, CONTACT_WITHIN_S, until_N=CONTACT_SHARE * force_N)
 
     def _hold(self, position, normal, force_N, seconds, until_N=math.inf):
@@ -129,8 +165,8 @@ class Hand:
         return felt
 
     def _target(self, position, normal, force_N):
-        self._at = tuple(position)
-        self._command(envelope_pb2.HandTarget(position=vector(position), normal=vector(normal), press_N=force_N))
+        self._at, self._presses = tuple(position), force_N > 0
+        self._lead.command(envelope_pb2.HandTarget(position=vector(position), normal=vector(normal), press_N=force_N))
 
 
 def mix(a, b, share):

@@ -165,6 +165,26 @@ TEST(PlasticBody, DoesNotJumpUnderAHandInTheHollowOrBesideItEither) {
   }
 }
 
+TEST(PlasticBody, DoesNotJumpUnderAHandThatPressesWhileADentBesideItIsReleased) {
+  const auto hand = [](std::uint64_t tick) {
+    return tick < 1000 ? pressed(tick, 0.003) : over(0.8, 0.001 - 0.004 * std::min(1.0, double(tick - 1000) / 200));
+  };
+  const std::shared_ptr<const ServoScene> scene = claySphere(clay());
+  VirtualServo servo(hand, kConfig, scene);
+  const TelemetrySample before = servo.run(1500);
+  ASSERT_EQ(servo.state().denting.count, 2U);
+  ASSERT_TRUE(servo.state().dents[0].stays);
+  const auto released = std::make_shared<ServoScene>(*scene);
+  ++released->revision;
+  released->objects.front().baked.releasedUpTo = servo.state().dents[0].number;
+  servo.adopt(released);
+  for (int i = 0; i < 500; ++i) {
+    EXPECT_NEAR(glm::distance(servo.step().force.written, before.force.written), 0, 0.02) << "tick " << i;
+    if (HasFailure()) break;
+  }
+  EXPECT_FALSE(servo.state().dents[0].stays);
+}
+
 /// Depth of the dented sphere below the sphere, along the way of the hand.
 double grooveAt(const HapticState& state, const SoftTissue& tissue, double angle) {
   std::vector<Dent> dents;

@@ -1,0 +1,77 @@
+"""A connection to haptic_server: how it is made, its frames, and why it ended."""
+import re
+import socket
+import ssl
+import struct
+
+from google.protobuf.message import DecodeError
+
+from haptic_scene import LimitExceeded, OutOfStep
+from haptics.v1 import envelope_pb2
+
+PROTOCOL_VERSION = 1
+MAX_FRAME_BYTES = 1 << 20
+MAX_SENT_AT_ONCE = 1 << 16
+
+
+class ConnectionLost(Exception):
+    pass
+
+
+class TurnedAway(ConnectionLost):
+    pass
+
+
+def connect(server, credentials, timeout_s):
+    """To (host, port); with a file of credentials by TLS."""
+    connection = socket.create_connection(server, timeout=timeout_s)
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    if not credentials:
+        return connection
+    context = ssl.create_default_context(cafile=credentials)
+    return context.wrap_socket(connection, server_hostname="haptic_server")
+
+
+def token_in(credentials):
+    """Bytes for the Hello; none without a file of credentials."""
+    if not credentials:
+        return b""
+    with open(credentials, encoding="ascii") as file:
+        token = re.search(r"^token: ([0-9a-f]{64})$", file.read(), re.MULTILINE)
+    if not token:
+        raise ConnectionLost(f"{credentials}: has no token; give what hapticctl credentials made")
+    return bytes.fromhex(token[1])
+
+
+def send_frame(connection, number, **body):
+    """An envelope; each MAX_SENT_AT_ONCE bytes have the connection's timeout."""
+    data = envelope_pb2.Envelope(protocol_version=PROTOCOL_VERSION, message_id=number, **body).SerializeToString()
+    data = struct.pack("<I", len(data)) + data
+    for at in range(0, len(data), MAX_SENT_AT_ONCE):
+        connection.sendall(data[at:at + MAX_SENT_AT_ONCE])
+
+
+def frames(buffer):
+    """The whole envelopes at the buffer's beginning, which are taken from it."""
+    while len(buffer) >= 4:
+        size = struct.unpack_from("<I", buffer)[0]
+        if not 0 < size <= MAX_FRAME_BYTES:
+            raise ConnectionLost(f"a frame of {size} bytes")
+        if len(buffer) < 4 + size:
+            return
+        envelope = envelope_pb2.Envelope()
+        if envelope.MergeFromString(bytes(buffer[4:4 + size])) != size:
+            raise DecodeError("a frame holds more than its message")
+        del buffer[:4 + size]
+        yield envelope
+
+
+def in_words(error):
+    """Why a connection ended."""
+    if isinstance(error, OutOfStep):
+        return f"out of step, asking for a snapshot: {error}"
+    if isinstance(error, DecodeError):
+        return f"the server does not speak this protocol: {error}"
+    if isinstance(error, (OSError, ConnectionLost, LimitExceeded)) and str(error):
+        return str(error)
+    return f"{type(error).__name__}: {error}"
