@@ -143,18 +143,18 @@ int run(const Arguments& arguments) {
                                    .connect = embedded ? embedded->connect() : haptics::ServerLink::Connect{},
                                    .sharedAssets = embedded ? embedded->sharedAssets() : haptics::SharedAssets{}});
   HeldScene held;
+  std::shared_ptr<const haptics::MirrorView> last = link->latest();
   const auto newest = [&] {
-    auto view = link->latest();
-    held.announce(*view);
-    return view;
+    last = link->latest();
+    held.announce(*last);
+    return last;
   };
   const Result<haptics::RunSummary> summary = arguments.offscreen
                                                   ? haptics::runOffscreen(*options, newest, stopRequested)
-                                                  : haptics::runApplication(*options, *link, newest, stopRequested);
-  const std::string linkText = link->latest()->linkText;
+                                                  : haptics::runApplication(*options, link, newest, stopRequested);
   link.reset();
   const Result<void> stopped = embedded ? embedded->stop() : Result<void>{};
-  const int code = stopped ? report(arguments, summary, linkText) : fail(stopped.error(), kFailed);
+  const int code = stopped ? report(arguments, summary, last->linkText) : fail(stopped.error(), kFailed);
   if (embedded && embedded->isStillBuilding()) std::_Exit(code);
   return code;
 }

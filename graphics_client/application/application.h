@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/viewer/viewer.h"
@@ -9,7 +10,8 @@ namespace haptics {
 
 /// The viewer in a window, until it is closed, the time is over, or `stop` is set (by a signal handler). Errors: the
 /// screenshot could not be written.
-[[nodiscard]] Result<RunSummary> runApplication(const ViewerOptions& options, ServerLink& link,
+/// @param link  Ends with the window: what it calls back is of the window's.
+[[nodiscard]] Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<ServerLink>& link,
                                                 const ViewSource& source, const std::atomic<bool>& stop);
 
 }  // namespace haptics

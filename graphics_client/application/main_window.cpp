@@ -2,6 +2,7 @@
 
 #include <QAction>
 #include <QDockWidget>
+#include <QFileDialog>
 #include <QLabel>
 #include <QMenuBar>
 #include <QMessageBox>
@@ -12,7 +13,11 @@
 #include <numeric>
 #include <utility>
 
+#include "common/assets/asset_content.h"
 #include "common/text/printable.h"
+#include "common/wire/convert.h"
+#include "graphics_client/editing/scene_file.h"
+#include "graphics_client/editing/scene_text.h"
 
 namespace haptics {
 namespace {
@@ -26,6 +31,9 @@ constexpr double kPressPerClick = 1.2;
 constexpr double kStepPerClick_m = 0.004;
 /// Around an object's box a place on its drawn surface may be (metres): bumps, dents.
 constexpr double kAround_m = 0.002;
+/// Of an object that is added (metres).
+constexpr double kSize_m = 0.05;
+constexpr int kMessage_ms = 5000;
 
 QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
@@ -46,6 +54,13 @@ double volume(const NamedBox& box) {
   double product = 1;
   for (const std::size_t axis : {1, 2, 4}) product *= glm::distance(box.corners[axis], box.corners[0]);
   return product;
+}
+
+/// "cup", or "cup-2", "cup-3" ... where there is one.
+std::string freeName(const SceneVersion& scene, const std::string& wanted) {
+  std::string name = wanted;
+  for (int i = 2; scene.find(name); ++i) name = wanted + "-" + std::to_string(i);
+  return name;
 }
 
 QDockWidget* dock(const QString& title, QWidget* content) {
@@ -70,7 +85,8 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       linkText_(new QLabel),
       sceneText_(new QLabel),
       servoText_(new QLabel),
-      handText_(new QLabel) {
+      handText_(new QLabel),
+      history_(port()) {
   setWindowTitle("Haptic viewer");
   resize(options.width_px, options.height_px);
   setCentralWidget(view_);
@@ -94,15 +110,14 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       steering_.moveBy(scene_.cameras().direction() * (kStepPerClick_m * clicks));
     }
   });
+  connect(properties_, &PropertyPanel::finished, [this] { finishDrag(); });
   connect(properties_, &PropertyPanel::edited,
-          [this](const QString& what, const v1::Transaction& t) { submit(what, t); });
+          [this](const QString& what, const v1::Transaction& value) { drag(what, value); });
   connect(&timer_, &QTimer::timeout, [this] { frame(); });
   timer_.setTimerType(Qt::PreciseTimer);
   timer_.start(static_cast<int>(1000 / options.frameLimit_Hz));
   view_->setFocus();
 }
-
-MainWindow::~MainWindow() { *isHere_ = false; }
 
 void MainWindow::makeDocks() {
   objects_->setObjectName("objects");
@@ -122,19 +137,45 @@ void MainWindow::makeDocks() {
   resizeDocks({docks[2]}, {170}, Qt::Vertical);
 }
 
+QAction* MainWindow::addAction(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
+                               std::function<void()> does) {
+  QAction* action = menu->addAction(title);
+  action->setShortcut(key);
+  action->setToolTip(tip);
+  action->setStatusTip(tip);
+  connect(action, &QAction::triggered, [does = std::move(does)] { does(); });
+  return action;
+}
+
+void MainWindow::makeEditMenu() {
+  QMenu* edit = menuBar()->addMenu("&Edit");
+  undo_ = addAction(edit, "&Undo", QKeySequence::Undo, "Takes back your last edit, if nobody else has touched it since",
+                    [this] { history_.undo(said("undo")); });
+  redo_ = addAction(edit, "&Redo", QKeySequence::Redo, "Makes the edit again that was taken back",
+                    [this] { history_.redo(said("redo")); });
+  edit->addSeparator();
+  QMenu* objects = edit->addMenu("&Add");
+  for (const char* kind : {"Sphere", "Box", "Cylinder", "Torus"}) {
+    addAction(objects, kind, {}, "Adds one above the scene", [this, kind] { addObject(kind); });
+  }
+  addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
+            [this] { duplicate(); });
+  addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object", [this] { remove(); });
+}
+
 void MainWindow::makeMenus() {
-  const auto add = [this](QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip, auto does) {
-    QAction* action = menu->addAction(title, this, does, key);
-    action->setToolTip(tip);
-    action->setStatusTip(tip);
-    return action;
-  };
+  const auto add = [this](auto... arguments) { return addAction(arguments...); };
   QMenu* file = menuBar()->addMenu("&File");
+  add(file, "&Open scene...", QKeySequence::Open, "Takes the objects of a scene file in place of the present ones",
+      [this] { open(); });
+  add(file, "Save scene &as...", QKeySequence::SaveAs, "Writes a scene file, with its meshes beside it",
+      [this] { save(); });
   add(file, "&Save picture", Qt::Key_S, "Writes haptic_view_N.png in this folder", [this] { saveScreenshot(); });
   add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",
       [this] { plots_->save("haptic_plots.pdf"); });
   add(file, "&Quit", Qt::Key_Q, "Ends the viewer; the server goes on", [this] { close(); });
 
+  makeEditMenu();
   QMenu* view = menuBar()->addMenu("&View");
   add(view, "Show &all", Qt::Key_R, "Moves the camera so that all objects are seen", [this] { scene_.frameAll(); });
   add(view, "&Follow the contact", Qt::Key_F, "The camera moves with the contact",
@@ -309,6 +350,11 @@ void MainWindow::select(const QString& name) {
 
 void MainWindow::refresh(const MirrorView& view) {
   properties_->show(selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString()), view.mayEdit);
+  for (const auto& [action, verb, offer] :
+       {std::tuple{undo_, "&Undo ", history_.undoOffer()}, std::tuple{redo_, "&Redo ", history_.redoOffer()}}) {
+    action->setEnabled(offer.has_value());
+    action->setText(verb + (offer ? text(offer->text) : QString()));
+  }
   linkText_->setText(text(view.linkText));
   sceneText_->setText(QString("revision %1, %2")
                           .arg(view.scene->revision())
@@ -329,26 +375,119 @@ void MainWindow::refresh(const MirrorView& view) {
   }
 }
 
-void MainWindow::submit(const QString& what, const v1::Transaction& transaction) {
-  const auto onThisThread = [this, isHere = isHere_](auto does) {
-    QMetaObject::invokeMethod(this, [isHere, does] {
-      if (*isHere) does();
-    });
+EditPort MainWindow::port() {
+  // Callbacks come on the link's thread, which ends before the application does.
+  const auto here = [this](auto callback) -> decltype(callback) {
+    if (!callback) return nullptr;
+    return [this, callback](const auto&... arguments) {
+      QMetaObject::invokeMethod(this, [callback, arguments...] { callback(arguments...); });
+    };
   };
-  const auto replied = [this, what, onThisThread](const v1::EditReply& reply) {
-    onThisThread([this, what, reply] { say(what, reply); });
-  };
-  link_.submit(transaction, {.replied = replied, .live = nullptr});
+  return {.view = [this] { return link_.latest(); },
+          .submit =
+              [this, here](v1::Transaction transaction, EditCallbacks callbacks) {
+                link_.submit(std::move(transaction), {.replied = here(std::move(callbacks.replied)),
+                                                      .live = here(std::move(callbacks.live)),
+                                                      .stateLost = here(std::move(callbacks.stateLost)),
+                                                      .progress = here(std::move(callbacks.progress))});
+              },
+          .upload =
+              [this, here](const AssetContent& content, UploadCallbacks callbacks) {
+                link_.upload(
+                    kindOf(content), canonicalBytes(content).copy(),
+                    {.progress = here(std::move(callbacks.progress)), .finished = here(std::move(callbacks.finished))});
+              }};
 }
 
-void MainWindow::say(const QString& what, const v1::EditReply& reply) {
-  if (reply.has_accepted()) {
-    properties_->say(what + ": set", false);
-  } else if (reply.has_conflict()) {
-    properties_->say(what + ": somebody else has changed the object", true);
-  } else {
-    properties_->say(what + ": " + text(reply.rejected().field() + ": " + reply.rejected().reason()), true);
+void MainWindow::drag(const QString& what, const v1::Transaction& value) {
+  if (!drag_ || dragged_ != what) {
+    dragged_ = what;
+    drag_.emplace(history_, what.toStdString(), said(what));
   }
+  drag_->set(value);
+}
+
+void MainWindow::finishDrag() { drag_.reset(); }
+
+void MainWindow::submit(const QString& what, v1::Operation operation) {
+  Edit edit{.transaction = {}, .text = what.toStdString()};
+  *edit.transaction.add_operations() = std::move(operation);
+  history_.submit(std::move(edit), said(what));
+}
+
+EditDone MainWindow::said(const QString& what) {
+  return [this, what](const Result<v1::Accepted>& outcome) {
+    const std::string words = outcome ? "done" : outcome.error().text();
+    properties_->say(what + ": " + text(words), !outcome);
+    if (!outcome) statusBar()->showMessage(what + ": " + text(words), kMessage_ms);
+  };
+}
+
+void MainWindow::addObject(const QString& kind) {
+  v1::Operation operation;
+  v1::AddObject& add = *operation.mutable_add();
+  add.set_name(freeName(*link_.latest()->scene, kind.toLower().toStdString()));
+  v1::MeshSource& mesh = *add.mutable_mesh();
+  if (kind == "Sphere") mesh.mutable_sphere()->set_radius_m(kSize_m / 2);
+  if (kind == "Box") {
+    for (const auto set : {&v1::Vector3::set_x, &v1::Vector3::set_y, &v1::Vector3::set_z}) {
+      (mesh.mutable_box()->mutable_size_m()->*set)(kSize_m);
+    }
+  }
+  if (kind == "Cylinder") {
+    mesh.mutable_cylinder()->set_radius_m(kSize_m / 2);
+    mesh.mutable_cylinder()->set_height_m(kSize_m);
+  }
+  if (kind == "Torus") {
+    mesh.mutable_torus()->set_major_radius_m(kSize_m / 2);
+    mesh.mutable_torus()->set_minor_radius_m(kSize_m / 6);
+  }
+  double top_m = 0;
+  for (const NamedBox& box : scene_.objects().boxes()) {
+    for (const Vec3& corner : box.corners) top_m = std::max(top_m, corner.z);
+  }
+  add.mutable_pose()->mutable_position()->set_z(top_m + kSize_m);
+  select(QString::fromStdString(add.name()));
+  submit("add " + kind.toLower(), std::move(operation));
+}
+
+void MainWindow::duplicate() {
+  const auto view = link_.latest();
+  const SceneVersion::Object object = view->scene->find(selected_.toStdString());
+  if (!object) return properties_->say("Nothing is selected to be duplicated", true);
+  v1::Transaction transaction;
+  auto parsed = parseSceneText(sceneText(*view->scene, object->name), "duplicate");
+  if (!parsed) return properties_->say(text(parsed.error().text()), true);
+  v1::Operation operation = parsed->operations(0);
+  operation.mutable_add()->set_name(freeName(*view->scene, object->name));
+  v1::Vector3& position = *operation.mutable_add()->mutable_pose()->mutable_position();
+  position.set_x(position.x() + kSize_m);
+  submit("duplicate " + selected_, std::move(operation));
+}
+
+void MainWindow::remove() {
+  if (selected_.isEmpty()) return properties_->say("Nothing is selected to be deleted", true);
+  v1::Operation operation;
+  operation.mutable_remove()->mutable_object()->set_name(selected_.toStdString());
+  submit("delete " + selected_, std::move(operation));
+}
+
+void MainWindow::open() {
+  const QString file = QFileDialog::getOpenFileName(this, "Open scene", {}, "Scenes (*.scene)");
+  if (file.isEmpty()) return;
+  Result<Edit> edit = openScene(file.toStdString(), *link_.latest()->scene);
+  if (!edit) {
+    QMessageBox::warning(this, "Open scene", text(edit.error().text()));
+    return;
+  }
+  history_.submit(*std::move(edit), said("open"));
+}
+
+void MainWindow::save() {
+  const QString file = QFileDialog::getSaveFileName(this, "Save scene as", "scene.scene", "Scenes (*.scene)");
+  if (file.isEmpty()) return;
+  const Result<void> saved = saveScene(*link_.latest(), file.toStdString());
+  if (!saved) QMessageBox::warning(this, "Save scene as", text(saved.error().text()));
 }
 
 void MainWindow::saveScreenshot() {

@@ -12,6 +12,8 @@
 #include "graphics_client/application/plot_panel.h"
 #include "graphics_client/application/property_panel.h"
 #include "graphics_client/application/view_widget.h"
+#include "graphics_client/editing/edit_history.h"
+#include "graphics_client/editing/latest_edit.h"
 #include "graphics_client/mirror/server_link.h"
 
 class QLabel;
@@ -27,7 +29,6 @@ class MainWindow : public QMainWindow {
  public:
   /// @param newest  As runOffscreen(); called once a frame.
   MainWindow(const ViewerOptions& options, ServerLink& link, std::function<std::shared_ptr<const MirrorView>()> newest);
-  ~MainWindow() override;
 
   [[nodiscard]] SceneView& scene() { return scene_; }
 
@@ -54,10 +55,16 @@ class MainWindow : public QMainWindow {
   double refreshed_s_ = 0, drawn_s_ = 0;
   int screenshots_ = 0;
   QString selected_;
-  std::shared_ptr<bool> isHere_ = std::make_shared<bool>(true);  // callbacks from the link's thread outlive the window
+  EditHistory history_;
+  std::optional<LatestEdit> drag_;  // of a slider that is held
+  QString dragged_;
+  QAction *undo_ = nullptr, *redo_ = nullptr;
 
   void makeDocks();
   void makeMenus();
+  QAction* addAction(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
+                     std::function<void()> does);
+  void makeEditMenu();
   void frame();
   void lead(const MirrorView& view, double dt_s);
   void letGo();
@@ -68,8 +75,18 @@ class MainWindow : public QMainWindow {
   void list(const MirrorView& view);
   void select(const QString& name);
   void refresh(const MirrorView& view);
-  void submit(const QString& what, const v1::Transaction& transaction);
-  void say(const QString& what, const v1::EditReply& reply);
+  [[nodiscard]] EditPort port();
+  /// A value of a property; the values until finishDrag() are one edit.
+  void drag(const QString& what, const v1::Transaction& value);
+  void finishDrag();
+  void submit(const QString& what, v1::Operation operation);
+  /// Says what came of an edit, beside the properties.
+  [[nodiscard]] EditDone said(const QString& what);
+  void addObject(const QString& kind);
+  void duplicate();
+  void remove();
+  void open();
+  void save();
   void saveScreenshot();
   void toggle(bool SceneView::Style::*how);
 };
