@@ -6,8 +6,8 @@
 namespace haptics {
 namespace {
 
-/// m/s. Of the hand that comes down and lifts; and from far above, until it is this near.
-constexpr double kLandSpeed_m_per_s = 0.05, kLiftSpeed_m_per_s = 0.1, kApproachSpeed_m_per_s = 0.3;
+/// m/s. Of the hand that comes from far above; the last bit down is the server's, which lands slowly.
+constexpr double kApproachSpeed_m_per_s = 0.3;
 /// It comes along the line of sight, where nothing is between, from at most so far; and not before it is beside the line by
 /// less than this.
 constexpr double kLongestApproach_m = 0.08, kBeside_m = 0.02;
@@ -46,17 +46,11 @@ HandCommand HandSteering::onSurface(const Pointer& pointer, Vec3 hip, double dt_
   const bool isFar = clearance_m_ > kHover_m;
   const Vec3 along = isFar ? glm::normalize(pointer.eye - place_) : normal_;
   if (presses) {
+    if (!isFar) return {.leads = true, .position = place_, .normal = normal_, .press_N = press_N_};
     const double beside = glm::distance(hip, place_ + along * clearance_m_);
-    if (!isFar) {
-      clearance_m_ = std::max(0.0, clearance_m_ - kLandSpeed_m_per_s * dt_s);
-    } else if (beside < kBeside_m) {
-      clearance_m_ = std::max(kHover_m, clearance_m_ - kApproachSpeed_m_per_s * dt_s);
-    }
-  } else {
-    clearance_m_ = std::min(std::max(kHover_m, clearance_m_), clearance_m_ + kLiftSpeed_m_per_s * dt_s);
+    if (beside < kBeside_m) clearance_m_ = std::max(kHover_m, clearance_m_ - kApproachSpeed_m_per_s * dt_s);
   }
-  const double press_N = presses && clearance_m_ == 0 ? press_N_ : 0;
-  return {.leads = true, .position = place_ + along * clearance_m_, .normal = normal_, .press_N = press_N};
+  return {.leads = true, .position = place_ + along * clearance_m_};
 }
 
 HandCommand HandSteering::inSpace(const Pointer& pointer) {

@@ -12,7 +12,10 @@ constexpr double kRate_per_s = 150;
 /// Seconds. What the time between commands is taken for at least, and before the second one has come.
 constexpr double kShortestInterval_s = 0.004, kUsualInterval_s = 1.0 / 60;
 constexpr double kNewIntervalShare = 0.2;
-constexpr double kLiftSpeed_m_per_s = 0.1;
+constexpr double kLiftSpeed_m_per_s = 0.06;
+/// 1/s. Above the commanded place it comes down faster the higher it is, beyond this height.
+constexpr double kLandRate_per_s = 3, kSlowHeight_m = 0.005;
+constexpr double kLargestHeight_m = 0.1;
 /// Newtons below which a retreat is at its end, and the metres after which it is given up.
 constexpr double kNoPress_N = 0.02, kLongestRetreat_m = 0.04;
 /// Metres: an offset that no encoder resolves.
@@ -82,11 +85,17 @@ void LeadableHand::take(const HandCommand& command) noexcept {
   } else {
     from_ = position_;
     interval_s_ = kUsualInterval_s;
-    depth_m_ = pressed_N_ = 0;
+    depth_m_ = pressed_N_ = command_.press_N = 0;
     phase_ = Phase::kLed;
   }
   // A command that presses nowhere goes on away from the surface that was pressed.
-  const Vec3 normal = command.press_N > 0 ? command.normal : command_.normal;
+  const bool presses = command.press_N > 0;
+  const Vec3 normal = presses ? command.normal : command_.normal;
+  if (presses != command_.press_N > 0) {  // it lands and lifts slowly, however late the commands come
+    const Vec3 now = from_ - command_.normal * depth_m_;
+    depth_m_ = std::clamp(glm::dot(command.position - now, normal), -kLargestHeight_m, kLargestHeight_m);
+    from_ = now + normal * depth_m_;
+  }
   command_ = command;
   command_.normal = normal;
   command_.press_N = std::min(command.press_N, maxPress_N_);
@@ -115,8 +124,11 @@ void LeadableHand::retreat(double dt_s) noexcept {
 void LeadableHand::press(double dt_s) noexcept {
   if (command_.press_N > 0) {
     const double speed = depthPerForce_ * (command_.press_N - pressed_N_);
-    depth_m_ += std::clamp(speed, -kLiftSpeed_m_per_s, kPressSpeed_m_per_s) * dt_s;
-    depth_m_ = std::clamp(depth_m_, -kMaxPressDepth_m, kMaxPressDepth_m);
+    const double landing = std::max(kPressSpeed_m_per_s, kLandRate_per_s * (-depth_m_ - kSlowHeight_m));
+    depth_m_ += depth_m_ < 0 && pressed_N_ < kNoPress_N
+                    ? landing * dt_s
+                    : std::clamp(speed, -kLiftSpeed_m_per_s, kPressSpeed_m_per_s) * dt_s;
+    depth_m_ = std::clamp(depth_m_, -kLargestHeight_m, kMaxPressDepth_m);
   } else {
     const double most = kLiftSpeed_m_per_s * dt_s;
     depth_m_ -= std::clamp(depth_m_, -most, most);

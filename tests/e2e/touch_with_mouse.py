@@ -1,4 +1,5 @@
 """The viewer's window, used as a person does: pointer and keys of an X server of its own."""
+import math
 import os
 import signal
 import statistics
@@ -9,7 +10,9 @@ import unittest
 
 import harness
 from haptic_client import Client
+from haptic_hand import xyz
 from led_hand import GROUND, MAX_JUMP_N, force_N, jumps_N
+from slow_link import SlowLink
 
 WIDTH, HEIGHT = 1270, 950
 
@@ -39,9 +42,14 @@ class Window(harness.Process):
 
 
 class TouchWithMouse(harness.EndToEnd):
-    def start(self, scene):
+    def start(self, scene, slow=None):
         self.server = self.start_server(scene=scene)
-        self.window = Window(self.server.address, self.start_display())
+        address = self.server.address
+        if slow:
+            link = SlowLink(self.server, **slow)
+            self.addCleanup(link.close)
+            address = link.address
+        self.window = Window(address, self.start_display())
         self.addCleanup(self.window.kill)
         self.watcher = Client(self.server.address, "watcher", telemetry_hz=1000)
         self.watcher.wait_live()
@@ -64,17 +72,25 @@ class TouchWithMouse(harness.EndToEnd):
                 return
         self.fail("the hand does not press")
 
-    def test_strokes_flat_ground_with_the_force_that_is_set(self):
-        self.start(GROUND)
+    def stroke_ground(self):
+        """What was felt of a stroke of 3 s with 1 N."""
         self.press((760, 400))
         list(self.watcher.samples(1))
         felt = self.felt_during(self.window.stroke, (760, 400), (900, 440), 3)
         share = sum(sample.object != 0 for sample in felt) / len(felt)
         normal_N = statistics.mean(sample.force.contact.z for sample in felt)
-        print(f"\ncontact {100 * share:.1f} %, {normal_N:.3f} N, jumps up to {max(jumps_N(felt)):.4f} N", end="", flush=True)
+        speed = max(math.dist(xyz(a.hip), xyz(b.hip)) * 1e9 / (b.time_ns - a.time_ns)
+                    for a, b in zip(felt, felt[1:]) if b.tick == a.tick + 1)
+        print(f"\ncontact {100 * share:.1f} %, {normal_N:.3f} N, jumps up to {max(jumps_N(felt)):.4f} N, {speed:.2f} m/s",
+              end="", flush=True)
         self.assertGreaterEqual(share, 0.95)
         self.assertAlmostEqual(normal_N, 1, delta=0.1)
         self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
+        self.assertLess(speed, 1)
+
+    def test_strokes_flat_ground_and_lets_go_when_it_is_killed(self):
+        self.start(GROUND)
+        self.stroke_ground()
         os.kill(self.window.process.pid, signal.SIGKILL)
         killed = time.monotonic_ns()
         felt = list(self.watcher.samples(1.5))
@@ -83,6 +99,10 @@ class TouchWithMouse(harness.EndToEnd):
               end="", flush=True)
         self.assertLess(free.time_ns - killed, 600e6)
         self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
+
+    def test_strokes_it_over_a_bad_link(self):
+        self.start(GROUND, {"rtt_s": 0.2, "jitter_s": 0.025, "loss": 0.05})
+        self.stroke_ground()
 
 
 if __name__ == "__main__":
