@@ -1,4 +1,4 @@
-#include "graphics_client/script/scene_text.h"
+#include "graphics_client/editing/scene_text.h"
 
 #include <gtest/gtest.h>
 
