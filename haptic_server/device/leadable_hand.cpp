@@ -14,7 +14,7 @@ constexpr double kShortestInterval_s = 0.004, kUsualInterval_s = 1.0 / 60;
 constexpr double kNewIntervalShare = 0.2;
 constexpr double kLiftSpeed_m_per_s = 0.06;
 /// 1/s. Above the commanded place it comes down faster the higher it is, beyond this height.
-constexpr double kLandRate_per_s = 3, kSlowHeight_m = 0.005;
+constexpr double kLandRate_per_s = 8, kSlowHeight_m = 0.005;
 constexpr double kLargestHeight_m = 0.1;
 /// Newtons below which a retreat is at its end, and the metres after which it is given up.
 constexpr double kNoPress_N = 0.02, kLongestRetreat_m = 0.04;
@@ -46,10 +46,15 @@ HandTarget LeadableHand::next(double dt_s, Vec3 felt_N) noexcept {
   if (dt_s == 0) return explore(dt_s, felt_N);
   age_s_ += dt_s;
   if (const HandCommand* const newest = commands_.takeNew()) {
-    if (newest->leads) {
-      take(*newest);
-    } else {
+    const double felt = glm::length(felt_N);
+    if (!newest->leads) {
       release();
+    } else if (phase_ == Phase::kExploring && felt > kNoPress_N) {
+      command_.normal = felt_N / felt;
+      pressed_N_ = felt;
+      beginRetreat();
+    } else if (phase_ != Phase::kRetreating) {
+      take(*newest);
     }
   }
   if (phase_ == Phase::kLed && age_s_ > kReleased_s) release();
@@ -91,7 +96,7 @@ void LeadableHand::take(const HandCommand& command) noexcept {
   // A command that presses nowhere goes on away from the surface that was pressed.
   const bool presses = command.press_N > 0;
   const Vec3 normal = presses ? command.normal : command_.normal;
-  if (presses != command_.press_N > 0) {  // it lands and lifts slowly, however late the commands come
+  if (presses != (command_.press_N > 0)) {  // it lands and lifts slowly, however late the commands come
     const Vec3 now = from_ - command_.normal * depth_m_;
     depth_m_ = std::clamp(glm::dot(command.position - now, normal), -kLargestHeight_m, kLargestHeight_m);
     from_ = now + normal * depth_m_;
@@ -103,7 +108,10 @@ void LeadableHand::take(const HandCommand& command) noexcept {
 }
 
 void LeadableHand::release() noexcept {
-  if (phase_ != Phase::kLed) return;
+  if (phase_ == Phase::kLed) beginRetreat();
+}
+
+void LeadableHand::beginRetreat() noexcept {
   phase_ = Phase::kRetreating;
   from_ = position_;
   retreat_m_ = 0;

@@ -12,11 +12,12 @@ namespace haptics {
 ///   - a command older than kHeld_s is not followed further: the hand stands still and presses as it does;
 ///   - one older than kReleased_s, or the word that nobody leads, lets it go: it retreats from what it presses, as slowly as
 ///     it came, lifts and explores.
+/// It lets go of what the exploring hand presses before it follows the first command, and lands and lifts slowly.
 /// Where a command presses, the hand goes against the normal until the motors push back with that force.
 class LeadableHand final : public HandIntent {
  public:
   static constexpr double kHeld_s = 0.1, kReleased_s = 0.5;
-  static constexpr double kMaxSpeed_m_per_s = 0.8, kMaxAcceleration_m_per_s2 = 30;  ///< Of a hand that is led.
+  static constexpr double kMaxSpeed_m_per_s = 0.6, kMaxAcceleration_m_per_s2 = 30;  ///< Of a hand that is led.
 
   /// @param maxForce_N  Of the device that it holds: it presses with less.
   LeadableHand(const HandPreset& hand, double maxForce_N) noexcept;
@@ -30,6 +31,7 @@ class LeadableHand final : public HandIntent {
  private:
   void take(const HandCommand& command) noexcept;
   void release() noexcept;
+  void beginRetreat() noexcept;
   void retreat(double dt_s) noexcept;
   [[nodiscard]] HandTarget explore(double dt_s, Vec3 felt_N) noexcept;
   void press(double dt_s) noexcept;

@@ -121,7 +121,7 @@ class Hand:
         return self._lead.where()
 
     def move_to(self, position, speed=TRAVEL_SPEED):
-        """In a straight line, pressing nowhere. `speed` in m/s, at most 0.8."""
+        """In a straight line, pressing nowhere. `speed` in m/s, at most 0.6."""
         return self._follow([self._at, position], speed, None, 0)
 
     def press(self, position, normal, force_N, seconds=1.0):
