@@ -99,10 +99,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(view_, &ViewWidget::pressed, [this] {
     if (lead_ != Lead::kLed) lead_ = Lead::kNone;
   });
-  connect(view_, &ViewWidget::released, [this](bool moved) {
-    if (moved) return;
-    if (const auto place = scene_.probe().found()) select(objectAt(place->position));
-  });
+  connect(view_, &ViewWidget::released, [this](bool moved) { clicked_ = !moved; });
   connect(view_, &ViewWidget::wheelTurned, [this](double clicks) {
     if (steering_.mapping() == HandSteering::Mapping::kSurface) {
       steering_.setPress_N(steering_.press_N() * std::pow(kPressPerClick, clicks));
@@ -229,6 +226,9 @@ void MainWindow::frame() {
   const bool dirty = view_->takeDirty() || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;
   if (dirty) {
     scene_.drawFrame(view, now_s);
+    if (std::exchange(clicked_, false)) {
+      if (const auto place = scene_.probe().found()) select(objectAt(place->position));
+    }
     view_shown_ = view;
     drawn_s_ = now_s;
   }
@@ -272,7 +272,7 @@ bool MainWindow::changed(const MirrorView& view) const {
 /// Leads the hand where the pointer is, once the server gives it.
 void MainWindow::lead(const MirrorView& view, double dt_s) {
   const bool isLed = view.hand.isSelf && view.sample.has_value();
-  scene_.probe().aim(view_->isPressed() || isLed ? view_->pointer() : std::nullopt);
+  scene_.probe().aim(view_->isPressed() || isLed || clicked_ ? view_->pointer() : std::nullopt);
   const auto surface = surfaceUnderPointer();
   if (lead_ == Lead::kNone && view_->isPressed() && surface && view.link == LinkState::kLive) {
     link_.leadHand(true);

@@ -54,6 +54,7 @@ class MainWindow : public QMainWindow {
   std::uint64_t listedRevision_ = 0, listedEpoch_ = 0;
   double refreshed_s_ = 0, drawn_s_ = 0;
   int screenshots_ = 0;
+  bool clicked_ = false;  // since the last frame
   QString selected_;
   EditHistory history_;
   std::optional<LatestEdit> drag_;  // of a slider that is held
