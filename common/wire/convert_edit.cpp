@@ -153,7 +153,7 @@ Result<PoseEdit> poseFrom(const v1::Pose& message) {
   }
   if (message.has_rotation()) {
     if (auto bad = checkRotation(message.rotation(), "pose.rotation")) return refuse(bad);
-    edit.rotation = glm::normalize(rotationFrom(message.rotation()));
+    edit.rotation = normalised(rotationFrom(message.rotation()));
   }
   return edit;
 }

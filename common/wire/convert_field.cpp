@@ -305,10 +305,10 @@ Result<FieldEdit> fieldFrom(const v1::ScalarField& message) {
 
 void normalise(FieldFamily& family) {
   if (auto* fourier = std::get_if<FourierFamily>(&family)) {
-    for (FourierTerm& term : fourier->terms) term.direction = glm::normalize(term.direction);
+    for (FourierTerm& term : fourier->terms) term.direction = normalised(term.direction);
   }
   if (auto* mapped = std::get_if<MappedFamily>(&family)) {
-    mapped->mapping.rotation = glm::normalize(mapped->mapping.rotation);
+    mapped->mapping.rotation = normalised(mapped->mapping.rotation);
   }
   if (auto* layered = std::get_if<LayeredFamily>(&family)) {
     for (FieldLayer& layer : layered->layers) normalise(layer.family);

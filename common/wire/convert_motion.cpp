@@ -124,8 +124,8 @@ Result<MotionProperties> announcedMotionFrom(const v1::Motion& message) {
 Result<MotionProperties> motionFrom(const v1::Motion& message) {
   auto motion = announcedMotionFrom(message);
   if (!motion) return motion;
-  if (motion->joint) motion->joint->axis = glm::normalize(motion->joint->axis);
-  for (PlaneProperties& plane : motion->planes) plane.normal = glm::normalize(plane.normal);
+  if (motion->joint) motion->joint->axis = normalised(motion->joint->axis);
+  for (PlaneProperties& plane : motion->planes) plane.normal = normalised(plane.normal);
   return motion;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,6 +37,15 @@ template <class Message, class T>
 [[nodiscard]] inline Vec3 vectorFrom(const v1::Vector3& message) { return {message.x(), message.y(), message.z()}; }
 [[nodiscard]] inline Quat rotationFrom(const v1::Quaternion& message) {
   return {message.w(), message.x(), message.y(), message.z()};
+}
+
+/// To length 1. What has it but for rounding stays as it is: a state that an edit gives back is the same state.
+/// \param value  Of a length near 1.
+template <class T>
+[[nodiscard]] T normalised(const T& value) {
+  // Several times what glm::normalize leaves; larger would take lengths for 1 that can be told from it.
+  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+  return std::abs(glm::dot(value, value) - 1) <= kRounding ? value : glm::normalize(value);
 }
 
 inline void toWire(const Vec3& vector, v1::Vector3& message) {
