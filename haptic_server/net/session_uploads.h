@@ -18,7 +18,8 @@ namespace haptics {
 /// given back to the host's budget.
 class SessionUploads {
  public:
-  static constexpr std::size_t kMaxHeld = 16;  ///< Uploads that no edit has named; beyond, the oldest is freed.
+  /// Uploads that no edit has named; beyond, the oldest is freed. As many as one edit may need to open a scene.
+  static constexpr std::size_t kMaxHeld = 1000;
 
   /// An upload without a chunk for this long is given up, nanoseconds.
   static constexpr std::uint64_t kStalled_ns = 10'000'000'000;
