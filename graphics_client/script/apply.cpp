@@ -9,6 +9,7 @@
 #include "common/clock/monotonic.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
+#include "graphics_client/editing/edit_reply.h"
 #include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/progress_bar.h"
@@ -84,15 +85,6 @@ Result<std::optional<v1::EditReply>> awaitReply(Connection& connection, const st
       answers->reply.get_future(), [&] { line.look(); }, Interrupt::interrupted);
 }
 
-int refuse(const v1::EditReply& reply) {
-  if (reply.has_rejected()) return fail(kRefused, {reply.rejected().field(), reply.rejected().reason()});
-  std::string now;
-  for (const auto& object : reply.conflict().current()) {
-    now += "; \"" + object.name() + "\" is at revision " + std::to_string(object.revision());
-  }
-  return fail(kRefused, {"preconditions", reply.conflict().reason() + now});
-}
-
 }  // namespace
 
 int apply(const CommonOptions& common, const ApplyOptions& options) {
@@ -116,20 +108,20 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
                             }});
   const auto heard = awaitReply(connection, answers);
   if (!heard) return fail(kNoConnection, heard.error());
-  const auto& reply = *heard;
-  if (!reply) {
+  if (!*heard) {
     return fail(kInterrupted, {"", "interrupted: the server gives the edit up, unless it has just accepted it"});
   }
-  if (!reply->has_accepted()) return refuse(*reply);
+  const auto accepted = outcomeOf(**heard);
+  if (!accepted) return fail(kRefused, accepted.error());
 
   auto live = answers->live.get_future();
   if (live.wait_for(connection.timeout()) != std::future_status::ready) {
-    return fail(kNoConnection, {"", "accepted as revision " + std::to_string(reply->accepted().revision()) +
+    return fail(kNoConnection, {"", "accepted as revision " + std::to_string(accepted->revision()) +
                                         ", but the servo has not taken it up in time"});
   }
   const auto felt = live.get();
   if (!felt) return fail(kNoConnection, {"", "accepted, but the server has restarted without its state"});
-  print(reply->accepted(), *felt, common.json);
+  print(*accepted, *felt, common.json);
   return kDone;
 }
 

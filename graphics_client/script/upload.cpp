@@ -11,6 +11,7 @@
 #include "common/importer/importer.h"
 #include "common/surface/field_asset.h"
 #include "common/text/printable.h"
+#include "graphics_client/editing/named_assets.h"
 #include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/progress_bar.h"
 
@@ -21,25 +22,6 @@ v1::MeshSource* meshOf(v1::Operation& operation) {
   if (operation.has_add()) return operation.mutable_add()->mutable_mesh();
   if (operation.has_remesh()) return operation.mutable_remesh()->mutable_mesh();
   return nullptr;
-}
-
-/// The mapped fields in the message that are to be images.
-void addImagesIn(google::protobuf::Message& message, std::vector<v1::MappedField*>& images) {
-  auto* mapped = dynamic_cast<v1::MappedField*>(&message);
-  if (mapped != nullptr && mapped->source_case() == v1::MappedField::kImage) images.push_back(mapped);
-  const google::protobuf::Reflection& reflection = *message.GetReflection();
-  std::vector<const google::protobuf::FieldDescriptor*> fields;
-  reflection.ListFields(message, &fields);
-  for (const auto* field : fields) {
-    if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
-    if (!field->is_repeated()) {
-      addImagesIn(*reflection.MutableMessage(&message, field), images);
-      continue;
-    }
-    for (int i = 0; i < reflection.FieldSize(message, field); ++i) {
-      addImagesIn(*reflection.MutableRepeatedMessage(&message, field, i), images);
-    }
-  }
 }
 
 constexpr double kMegabyte = 1e6;
@@ -125,7 +107,10 @@ Result<void> uploadFiles(Connection& connection, const std::map<std::string, std
       if (!sent) return sent;
     }
     std::vector<v1::MappedField*> images;
-    addImagesIn(operation, images);
+    forEachMessage(operation, [&images](google::protobuf::Message& message) {
+      auto* mapped = dynamic_cast<v1::MappedField*>(&message);
+      if (mapped != nullptr && mapped->source_case() == v1::MappedField::kImage) images.push_back(mapped);
+    });
     for (v1::MappedField* field : images) {
       auto sent =
           upload(std::string(field->image()), fieldIn, [&](const std::string& hash) { field->set_asset(hash); });

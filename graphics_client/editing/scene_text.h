@@ -3,8 +3,12 @@
 #include <string>
 
 #include "common/scene/scene.h"
+#include "haptics/v1/scene.pb.h"
 
 namespace haptics {
+
+/// Adds an object with this content, of assets that are named by their hash.
+[[nodiscard]] v1::AddObject additionOf(const ObjectRecord& record);
 
 /// A scene as a file that `hapticctl apply` and `haptic_server --scene` take: one `add` for each object (only the named
 /// one when `name` is not empty). Meshes are named by their hash, so a server takes it that holds them.

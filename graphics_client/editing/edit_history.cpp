@@ -1,0 +1,219 @@
+#include "graphics_client/editing/edit_history.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/wire/convert.h"
+
+namespace haptics {
+namespace {
+
+/// Adds what of these assets the view holds.
+void gather(const MirrorView& view, const std::set<AssetName>& names, NamedAssets& assets) {
+  for (const AssetName& name : names) {
+    if (auto content = assetIn(view, name)) assets.emplace(name, *std::move(content));
+  }
+}
+
+std::set<AssetName> assetsOf(const SceneVersion::Object& object) {
+  if (!object) return {};
+  const auto names = object->assets();
+  return {names.begin(), names.end()};
+}
+
+/// Named before or after the changes, not both: an object names the others while the changes can be undone or redone.
+std::set<AssetName> changedAssets(const Changes& changes) {
+  std::set<AssetName> names;
+  for (const ObjectChange& change : changes) {
+    const auto before = assetsOf(change.before), after = assetsOf(change.after);
+    std::ranges::set_symmetric_difference(before, after, std::inserter(names, names.end()));
+  }
+  return names;
+}
+
+/// The object after the edit, null where it is removed. Nothing: neither the reply nor the mirror tells.
+std::optional<SceneVersion::Object> objectAfter(const EditedObject& edited, const v1::Accepted& accepted,
+                                                const MirrorView& view) {
+  if (edited.isRemoved) return nullptr;
+  for (const v1::ObjectState& state : accepted.object()) {
+    if (state.name() != edited.name) continue;
+    auto record = fromWire(state);
+    if (!record) return std::nullopt;
+    return std::make_shared<const ObjectRecord>(*std::move(record));
+  }
+  if (view.scene->revision() < accepted.revision()) return std::nullopt;
+  return view.scene->find(edited.name);
+}
+
+}  // namespace
+
+void EditHistory::submit(Edit edit, EditDone done) {
+  forgetMirrored();
+  auto submittedAt = port_.view();
+  auto objects = objectsEditedBy(edit.transaction, *submittedAt->scene);
+  auto entry = std::make_shared<Entry>();
+  entry->text = std::move(edit.text);
+  entry->group = edit.group;
+  send(std::move(edit.transaction), std::move(edit.uploads),
+       [this, submittedAt = std::move(submittedAt), objects = std::move(objects), entry,
+        done = std::move(done)](const Result<v1::Accepted>& outcome) {
+         if (outcome) {
+           entry->changes = take(objects, *submittedAt, *outcome);
+           gather(*submittedAt, changedAssets(entry->changes), entry->assets);
+           add(entry);
+         }
+         if (done) done(outcome);
+       });
+}
+
+/// Uploads first, one refused upload refuses the edit.
+void EditHistory::send(v1::Transaction transaction, std::vector<AssetContent> uploads, EditDone done) {
+  ++inFlight_;
+  struct Sending {
+    v1::Transaction transaction;
+    EditDone done;
+    std::size_t uploadsLeft;
+    std::optional<Error> failure;
+  };
+  const auto sending =
+      std::make_shared<Sending>(Sending{std::move(transaction), std::move(done), uploads.size(), std::nullopt});
+  const auto finish = [this, sending](const Result<v1::Accepted>& outcome) {
+    --inFlight_;
+    if (outcome) {
+      epoch_ = port_.view()->epoch;
+      revision_ = std::max(revision_, outcome->revision());
+    }
+    if (sending->done) sending->done(outcome);
+  };
+  const auto go = [this, sending, finish] {
+    if (sending->failure) return finish(tl::unexpected(*sending->failure));
+    EditCallbacks callbacks;
+    callbacks.replied = [finish](const v1::EditReply& reply) { finish(outcomeOf(reply)); };
+    port_.submit(std::move(sending->transaction), std::move(callbacks));
+  };
+  if (uploads.empty()) return go();
+  for (AssetContent& content : uploads) {
+    UploadCallbacks callbacks;
+    callbacks.finished = [sending, go, name = canonicalBytes(content).hash()](const v1::AssetUploadReply& reply) {
+      if (!reply.accepted() && !sending->failure) {
+        sending->failure = Error{"upload of " + name.hex() + ": " + reply.field(), reply.reason()};
+      }
+      if (--sending->uploadsLeft == 0) go();
+    };
+    port_.upload(std::move(content), std::move(callbacks));
+  }
+}
+
+/// What the transaction did to the objects.
+Changes EditHistory::take(const std::vector<EditedObject>& objects, const MirrorView& submittedAt,
+                          const v1::Accepted& accepted) {
+  Changes changes;
+  for (const EditedObject& edited : objects) {
+    const auto after = objectAfter(edited, accepted, *port_.view());
+    if (!after) continue;
+    Known& known = known_[edited.name];
+    // Edits that were on their way when this one was submitted come before it.
+    const bool isNewer = known.revision > submittedAt.scene->revision();
+    const auto change = changeOf(edited, isNewer ? known.object : edited.before, *after);
+    known = {accepted.revision(), *after};
+    if (isChange(change)) changes.push_back(change);
+  }
+  return changes;
+}
+
+void EditHistory::add(std::shared_ptr<Entry> entry) {
+  redo_.clear();
+  if (entry->group != 0 && !undo_.empty() && undo_.back()->group == entry->group) {
+    Entry& newest = *undo_.back();
+    newest.changes = joined(std::move(newest.changes), entry->changes);
+    newest.assets.merge(entry->assets);
+    const auto needed = changedAssets(newest.changes);
+    std::erase_if(newest.assets, [&](const auto& asset) { return !needed.contains(asset.first); });
+    newest.text = std::move(entry->text);
+  } else {
+    undo_.push_back(std::move(entry));
+  }
+  if (undo_.back()->changes.empty()) undo_.pop_back();
+  if (undo_.size() > kMaxEntries) undo_.pop_front();
+}
+
+/// Known objects that the mirror has by now: edits are submitted from its scene.
+void EditHistory::forgetMirrored() {
+  const auto view = port_.view();
+  if (view->epoch != epoch_) {
+    known_.clear();
+    revision_ = 0;
+  }
+  if (inFlight_ > 0) return;
+  std::erase_if(known_, [&](const auto& known) { return known.second.revision <= view->scene->revision(); });
+}
+
+EditHistory::Step EditHistory::undone(bool redo) const {
+  const Entries& entries = redo ? redo_ : undo_;
+  return {entries.empty() ? nullptr : entries.back(), redo};
+}
+
+std::optional<EditHistory::Offer> EditHistory::offer(const Step& step) const {
+  if (!step.entry) return std::nullopt;
+  Offer offer{step.entry->text, std::nullopt};
+  if (auto applies = check(step); !applies) offer.refusal = std::move(applies).error();
+  return offer;
+}
+
+Result<void> EditHistory::check(const Step& step) const {
+  if (!step.entry) return refused("", step.redo ? "there is nothing to redo" : "there is nothing to undo");
+  if (inFlight_ > 0) return refused("", "an edit is on its way to the server; wait for its answer");
+  const auto view = port_.view();
+  if (view->epoch == epoch_ && view->scene->revision() < revision_) {
+    return refused("", "the last edit has not come back from the server yet; wait for it");
+  }
+  return checkApplies(step.changes(), *view->scene, skipped_);
+}
+
+void EditHistory::turn(bool redo, EditDone done) {
+  const Step step = undone(redo);
+  if (auto applies = check(step); !applies) {
+    if (done) done(tl::unexpected(std::move(applies).error()));
+    return;
+  }
+  forgetMirrored();
+  const auto view = port_.view();
+  const SceneVersion& scene = *view->scene;
+  const v1::Transaction transaction = transactionFor(step.changes(), scene);
+  gather(*view, changedAssets(step.entry->changes), step.entry->assets);
+  const auto held = assetsNamedBy(scene);
+  std::vector<AssetContent> uploads;
+  for (const AssetName& name : assetsNamedBy(transaction)) {
+    const auto asset = step.entry->assets.find(name);
+    if (!held.contains(name) && asset != step.entry->assets.end()) uploads.push_back(asset->second);
+  }
+  auto objects = objectsEditedBy(transaction, scene);
+  send(transaction, std::move(uploads),
+       [this, step, view, objects = std::move(objects), done = std::move(done)](const Result<v1::Accepted>& outcome) {
+         if (outcome) {
+           take(objects, *view, *outcome);
+           turned(step);
+         }
+         if (done) done(outcome);
+       });
+}
+
+/// The entry may have been dropped meanwhile, or an edit may have been accepted, after which nothing is redone.
+void EditHistory::turned(const Step& step) {
+  Entries& from = step.redo ? redo_ : undo_;
+  Entries& to = step.redo ? undo_ : redo_;
+  const auto at = std::ranges::find(from, step.entry);
+  if (at == from.end()) return;
+  const bool isNewest = std::next(at) == from.end();
+  from.erase(at);
+  step.entry->group = 0;
+  if (isNewest) to.push_back(step.entry);
+}
+
+void EditHistory::drop(Entries& entries) {
+  if (entries.empty()) return;
+  for (const ObjectChange& change : entries.back()->changes) skipped_.insert(change.name);
+  entries.pop_back();
+}
+
+}  // namespace haptics

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/assets/asset_content.h"
+#include "common/error/error.h"
+#include "graphics_client/editing/edit_reply.h"
+#include "graphics_client/editing/named_assets.h"
+#include "graphics_client/editing/object_change.h"
+#include "graphics_client/mirror/client_callbacks.h"
+#include "graphics_client/mirror/mirror_view.h"
+
+namespace haptics {
+
+/// What edits need of the application: a ServerLink, whose callbacks it hands to the thread that edits.
+struct EditPort {
+  std::function<std::shared_ptr<const MirrorView>()> view;  ///< The newest; never null.
+  std::function<void(v1::Transaction, EditCallbacks)> submit;
+  /// Sends the content's canonical bytes.
+  std::function<void(AssetContent, UploadCallbacks)> upload;
+};
+
+struct Edit {
+  v1::Transaction transaction;
+  std::string text;  ///< For a menu: "Move cup".
+  /// Named by the transaction and perhaps not held by the server: they are sent before it.
+  std::vector<AssetContent> uploads = {};
+  std::uint64_t group = 0;  ///< Not 0: one entry of the history together with the newest, if that is of the same group.
+};
+
+/// Submits this user's edits and undoes them. An entry holds, for each object that its edit changed, the record before
+/// and after. It is undone by one transaction, provided that the objects still have the content that the edit left:
+/// what others did since is not overwritten. One thread, on which the port's callbacks come too; none of them comes
+/// after this is gone.
+class EditHistory {
+ public:
+  static constexpr std::size_t kMaxEntries = 1000;  ///< Beyond, the oldest is dropped.
+
+  explicit EditHistory(EditPort port) : port_(std::move(port)) {}
+  EditHistory(const EditHistory&) = delete;
+  EditHistory& operator=(const EditHistory&) = delete;
+
+  /// Uploads, then submits. Accepted, it becomes the newest entry, and nothing is left to redo.
+  void submit(Edit edit, EditDone done = {});
+  [[nodiscard]] std::uint64_t newGroup() noexcept { return ++lastGroup_; }
+
+  struct Offer {
+    std::string text;  ///< Of the edit.
+    std::optional<Error>
+        refusal;  ///< Why it cannot be undone or redone now; names the object that somebody else changed.
+  };
+  /// Of the newest entry, by the port's view. Nothing: there is no entry.
+  [[nodiscard]] std::optional<Offer> undoOffer() const { return offer(undone(false)); }
+  [[nodiscard]] std::optional<Offer> redoOffer() const { return offer(undone(true)); }
+  /// The entry changes sides when the server accepts; in conflict or rejected it stays. `done` is told why, also when
+  /// the offer is a refusal.
+  void undo(EditDone done = {}) { turn(false, std::move(done)); }
+  void redo(EditDone done = {}) { turn(true, std::move(done)); }
+  /// Skips the newest entry, so that those before it can be undone or redone, unless they are of the same objects.
+  void dropUndo() { drop(undo_); }
+  void dropRedo() { drop(redo_); }
+
+ private:
+  struct Entry {
+    std::string text;
+    std::uint64_t group = 0;
+    Changes changes;
+    NamedAssets assets;  // named on one side of the changes only: the server may not hold them any more
+  };
+  using Entries = std::deque<std::shared_ptr<Entry>>;  // the newest last
+  struct Known {
+    std::uint64_t revision = 0;
+    SceneVersion::Object object;  // null: it is not there
+  };
+  struct Step {
+    std::shared_ptr<Entry> entry;
+    bool redo = false;
+    [[nodiscard]] Changes changes() const { return redo ? entry->changes : reversed(entry->changes); }
+  };
+
+  EditPort port_;
+  Entries undo_, redo_;
+  std::uint64_t lastGroup_ = 0;
+  std::set<std::string> skipped_;  // objects of dropped entries
+  std::size_t inFlight_ = 0;
+  // Of the newest accepted transaction. The mirror may hear of it after the reply.
+  std::uint64_t epoch_ = 0, revision_ = 0;
+  std::map<std::string, Known> known_;  // by accepted transactions that the mirror may lack, by name
+
+  void send(v1::Transaction transaction, std::vector<AssetContent> uploads, EditDone done);
+  void turn(bool redo, EditDone done);
+  void turned(const Step& step);
+  [[nodiscard]] Step undone(bool redo) const;
+  [[nodiscard]] std::optional<Offer> offer(const Step& step) const;
+  [[nodiscard]] Result<void> check(const Step& step) const;
+  void forgetMirrored();
+  Changes take(const std::vector<EditedObject>& objects, const MirrorView& submittedAt, const v1::Accepted& accepted);
+  void add(std::shared_ptr<Entry> entry);
+  void drop(Entries& entries);
+};
+
+}  // namespace haptics

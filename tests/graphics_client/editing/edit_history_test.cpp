@@ -1,0 +1,196 @@
+#include "graphics_client/editing/edit_history.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/graphics_client/editing/edit_server.h"
+
+namespace haptics {
+namespace {
+
+using namespace test;
+using ::testing::HasSubstr;
+
+/// Empty: it was done.
+std::string refusalOf(const Result<void>& outcome) { return outcome ? "" : outcome.error().text(); }
+
+class EditHistoryTest : public ::testing::Test {
+ protected:
+  EditHistoryTest() {
+    for (const char* name : {"ball", "cup"}) EXPECT_TRUE(other.submit(addBox(name)));
+  }
+
+  [[nodiscard]] double stiffness(const std::string& name) const {
+    return server.scene().find(name)->material.stiffness_N_per_m;
+  }
+  [[nodiscard]] double position(const std::string& name) const { return server.scene().find(name)->pose.position.x; }
+  [[nodiscard]] std::string undoRefusal() const {
+    const auto offer = editor.history.undoOffer();
+    return offer && offer->refusal ? offer->refusal->text() : "";
+  }
+
+  EditServer server;
+  Editor editor{server, 1}, other{server, 2};
+};
+
+TEST_F(EditHistoryTest, OffersNothingAtFirst) {
+  EXPECT_FALSE(editor.history.undoOffer());
+  EXPECT_FALSE(editor.history.redoOffer());
+  EXPECT_EQ(refusalOf(editor.undo()), "there is nothing to undo");
+  EXPECT_EQ(refusalOf(editor.redo()), "there is nothing to redo");
+}
+
+TEST_F(EditHistoryTest, SaysWhatWouldBeUndone) {
+  editor.history.submit({moveTo("cup", 1), "Move cup"});
+  EXPECT_FALSE(editor.history.undoOffer()) << "not accepted yet";
+  editor.client.deliverAll();
+  ASSERT_TRUE(editor.history.undoOffer());
+  EXPECT_EQ(editor.history.undoOffer()->text, "Move cup");
+  EXPECT_EQ(undoRefusal(), "");
+}
+
+TEST_F(EditHistoryTest, RefusesByNameToUndoWhatSomebodyElseChangedAndLosesNothingOfIt) {
+  ASSERT_TRUE(editor.submit(moveTo("ball", 1)));
+  ASSERT_TRUE(editor.submit(moveTo("cup", 2)));
+  ASSERT_TRUE(editor.submit(setStiffness("ball", 300)));
+  ASSERT_TRUE(other.submit(setStiffness("cup", 500)));
+
+  ASSERT_TRUE(editor.undo());  // of the ball
+  EXPECT_EQ(undoRefusal(), "object \"cup\": was changed by somebody else since; that is not overwritten");
+  EXPECT_EQ(refusalOf(editor.undo()), undoRefusal());
+  EXPECT_EQ(stiffness("cup"), 500);
+  EXPECT_EQ(position("cup"), 2);
+
+  editor.history.dropUndo();
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(position("ball"), 0);
+  EXPECT_EQ(stiffness("ball"), 800);
+  EXPECT_EQ(stiffness("cup"), 500);
+}
+
+TEST_F(EditHistoryTest, RefusesToUndoOfSeveralObjectsAnyIfSomebodyElseRemovedOne) {
+  v1::Transaction both = moveTo("ball", 1);
+  both.MergeFrom(moveTo("cup", 2));
+  ASSERT_TRUE(editor.submit(both));
+  ASSERT_TRUE(other.submit(removal("cup")));
+  EXPECT_THAT(refusalOf(editor.undo()), HasSubstr("\"cup\": was removed by somebody else"));
+  EXPECT_EQ(position("ball"), 1);
+}
+
+TEST_F(EditHistoryTest, RefusesToAddAnObjectAgainWhoseNameSomebodyElseGave) {
+  ASSERT_TRUE(editor.submit(removal("cup")));
+  ASSERT_TRUE(other.submit(addBox("cup")));
+  EXPECT_THAT(refusalOf(editor.undo()), HasSubstr("\"cup\": was added by somebody else"));
+}
+
+TEST_F(EditHistoryTest, UndoesWhatSomebodyElseChangedAndBroughtBack) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 2)));
+  ASSERT_TRUE(other.submit(setStiffness("cup", 500)));
+  EXPECT_NE(undoRefusal(), "");
+  ASSERT_TRUE(other.undo());
+  EXPECT_EQ(undoRefusal(), "");
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(position("cup"), 0);
+}
+
+TEST_F(EditHistoryTest, KeepsAnEntryWhoseUndoIsInConflict) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 2)));
+  std::optional<Result<v1::Accepted>> outcome;
+  editor.history.undo([&](const auto& answer) { outcome = answer; });
+  ASSERT_TRUE(other.submit(setStiffness("cup", 500)));  // comes before it
+  editor.client.deliverAll();
+  ASSERT_TRUE(outcome && !*outcome);
+  EXPECT_EQ(outcome->error().field, "preconditions");
+  EXPECT_THAT(outcome->error().reason, HasSubstr("stands at revision"));
+  EXPECT_EQ(position("cup"), 2);
+  EXPECT_EQ(stiffness("cup"), 500);
+  ASSERT_TRUE(other.undo());
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(position("cup"), 0);
+}
+
+TEST_F(EditHistoryTest, TakesBackNoPropertyThatSomebodyElseChangedWhileTheEditWasUnderWay) {
+  editor.history.submit({moveTo("cup", 2), "Move cup"});
+  ASSERT_TRUE(other.submit(setStiffness("cup", 500)));
+  editor.client.deliverAll();
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(position("cup"), 0);
+  EXPECT_EQ(stiffness("cup"), 500);
+}
+
+TEST_F(EditHistoryTest, UndoesEditsThatWereUnderWayTogetherOneByOne) {
+  editor.history.submit({moveTo("cup", 1), "first"});
+  editor.history.submit({moveTo("cup", 2), "second"});
+  EXPECT_EQ(refusalOf(editor.undo()), "there is nothing to undo");
+  editor.client.deliverAll();
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(position("cup"), 1);
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(position("cup"), 0);
+}
+
+TEST_F(EditHistoryTest, WaitsForTheMirrorBeforeItUndoes) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 1)));
+  editor.client.holdMirror();
+  ASSERT_TRUE(editor.submit(moveTo("cup", 2)));
+  EXPECT_THAT(undoRefusal(), HasSubstr("has not come back from the server yet"));
+  ASSERT_TRUE(editor.submit(moveTo("cup", 3)));
+  ASSERT_TRUE(editor.submit(removal("ball")));
+  editor.client.releaseMirror();
+  ASSERT_TRUE(editor.undo());
+  EXPECT_TRUE(server.scene().find("ball"));
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(position("cup"), 2) << "before is the record that the mirror did not have yet";
+}
+
+TEST_F(EditHistoryTest, WaitsForAnEditThatIsUnderWayBeforeItUndoes) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 1)));
+  editor.history.submit({moveTo("ball", 1), "Move ball"});
+  EXPECT_THAT(undoRefusal(), HasSubstr("on its way"));
+  editor.client.deliverAll();
+  EXPECT_EQ(undoRefusal(), "");
+}
+
+TEST_F(EditHistoryTest, RejectedEditIsReportedWithItsFieldAndIsNoEntry) {
+  EXPECT_THAT(refusalOf(editor.submit(setStiffness("cup", -1))),
+              HasSubstr("operations[0].set_material.material.stiffness_N_per_m: "));
+  EXPECT_FALSE(editor.history.undoOffer());
+}
+
+TEST_F(EditHistoryTest, EditThatChangesNothingIsNoEntry) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 0)));
+  EXPECT_FALSE(editor.history.undoOffer());
+}
+
+TEST_F(EditHistoryTest, NewEditLeavesNothingToRedo) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 1)));
+  ASSERT_TRUE(editor.undo());
+  ASSERT_TRUE(editor.history.redoOffer());
+  ASSERT_TRUE(editor.submit(moveTo("ball", 1)));
+  EXPECT_FALSE(editor.history.redoOffer());
+}
+
+TEST_F(EditHistoryTest, UploadsAgainOnlyWhatTheServerDoesNotHoldAnyMore) {
+  const ContentHash mesh = server.scene().find("cup")->mesh;
+  ASSERT_TRUE(editor.submit(removal("cup")));
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(server.uploads, 0U) << "the ball has the same mesh";
+  ASSERT_TRUE(editor.redo());
+  ASSERT_TRUE(editor.submit(removal("ball")));
+  EXPECT_FALSE(server.holds(mesh));
+  ASSERT_TRUE(editor.undo());
+  EXPECT_EQ(server.uploads, 1U);
+  EXPECT_EQ(server.scene().find("ball")->mesh, mesh);
+}
+
+TEST_F(EditHistoryTest, ForgetsTheOldestBeyondItsSize) {
+  for (std::size_t i = 1; i <= EditHistory::kMaxEntries + 1; ++i) {
+    ASSERT_TRUE(editor.submit(moveTo("cup", static_cast<double>(i) / 10)));
+  }
+  for (std::size_t i = 0; i < EditHistory::kMaxEntries; ++i) ASSERT_TRUE(editor.undo());
+  EXPECT_FALSE(editor.history.undoOffer());
+  EXPECT_EQ(position("cup"), 0.1);
+}
+
+}  // namespace
+}  // namespace haptics
