@@ -167,7 +167,7 @@ Result<void> EditHistory::check(const Step& step) const {
   if (view->epoch == epoch_ && view->scene->revision() < revision_) {
     return refused("", "the last edit has not come back from the server yet; wait for it");
   }
-  return checkApplies(step.changes(), *view->scene);
+  return checkApplies(step.changes(), *view->scene, skipped_);
 }
 
 void EditHistory::turn(bool redo, EditDone done) {
@@ -211,7 +211,9 @@ void EditHistory::turned(const Step& step) {
 }
 
 void EditHistory::drop(Entries& entries) {
-  if (!entries.empty()) entries.pop_back();
+  if (entries.empty()) return;
+  for (const ObjectChange& change : entries.back()->changes) skipped_.insert(change.name);
+  entries.pop_back();
 }
 
 }  // namespace haptics

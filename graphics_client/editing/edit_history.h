@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,8 +37,9 @@ struct Edit {
 };
 
 /// Submits this user's edits and undoes them. An entry holds, for each object that its edit changed, the record before
-/// and after. It is undone by one transaction, provided that the objects still have the content that the edit left; what
-/// others did since is not overwritten. One thread, on which the port's callbacks come too; none comes after this is gone.
+/// and after. It is undone by one transaction, provided that the objects still have the content that the edit left:
+/// what others did since is not overwritten. One thread, on which the port's callbacks come too; none of them comes
+/// after this is gone.
 class EditHistory {
  public:
   static constexpr std::size_t kMaxEntries = 1000;  ///< Beyond, the oldest is dropped.
@@ -62,7 +64,7 @@ class EditHistory {
   /// the offer is a refusal.
   void undo(EditDone done = {}) { turn(false, std::move(done)); }
   void redo(EditDone done = {}) { turn(true, std::move(done)); }
-  /// Forgets the newest entry, so that those before it can be undone or redone.
+  /// Skips the newest entry, so that those before it can be undone or redone, unless they are of the same objects.
   void dropUndo() { drop(undo_); }
   void dropRedo() { drop(redo_); }
 
@@ -87,6 +89,7 @@ class EditHistory {
   EditPort port_;
   Entries undo_, redo_;
   std::uint64_t lastGroup_ = 0;
+  std::set<std::string> skipped_;  // objects of dropped entries
   std::size_t inFlight_ = 0;
   // Of the newest accepted transaction. The mirror may hear of it after the reply.
   std::uint64_t epoch_ = 0, revision_ = 0;
@@ -101,7 +104,7 @@ class EditHistory {
   void forgetMirrored();
   Changes take(const std::vector<EditedObject>& objects, const MirrorView& submittedAt, const v1::Accepted& accepted);
   void add(std::shared_ptr<Entry> entry);
-  static void drop(Entries& entries);
+  void drop(Entries& entries);
 };
 
 }  // namespace haptics

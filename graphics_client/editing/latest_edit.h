@@ -7,9 +7,9 @@
 
 namespace haptics {
 
-/// One drag of a slider: it may give values faster than the server answers. One transaction is in flight at most; while it
-/// is, a newer value replaces the one that waits. The last value is always sent, also when this is gone before. The whole
-/// drag is one entry of the history.
+/// One drag of a slider: it may give values faster than the server answers. One transaction is in flight at most; while
+/// it is, a newer value replaces the one that waits. The last value is always sent, also when this is gone before. The
+/// whole drag is one entry of the history.
 class LatestEdit {
  public:
   /// The history outlives the callbacks.

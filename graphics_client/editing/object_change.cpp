@@ -179,10 +179,6 @@ SceneVersion::Object joinedBefore(const ObjectChange& first, const ObjectChange&
   return withProperties(*second.before, differences(*first.before, *first.after), *first.before);
 }
 
-tl::unexpected<Error> changedByOthers(const std::string& name, const std::string& how) {
-  return refused("object \"" + name + "\"", "was " + how + " by somebody else since; that is not overwritten");
-}
-
 }  // namespace
 
 std::vector<EditedObject> objectsEditedBy(const v1::Transaction& transaction, const SceneVersion& scene) {
@@ -231,13 +227,17 @@ bool isChange(const ObjectChange& change) {
   return differences(*change.before, *change.after).any();
 }
 
-Result<void> checkApplies(const Changes& changes, const SceneVersion& scene) {
+Result<void> checkApplies(const Changes& changes, const SceneVersion& scene, const std::set<std::string>& skipped) {
   for (const ObjectChange& change : changes) {
     const auto present = scene.find(change.name);
-    if (!present && !change.before) continue;
-    if (!change.before) return changedByOthers(change.name, "added");
-    if (!present) return changedByOthers(change.name, "removed");
-    if (differences(*present, *change.before).reset(kResidue).any()) return changedByOthers(change.name, "changed");
+    const char* what = nullptr;
+    if (present && !change.before) what = "added";
+    if (!present && change.before) what = "removed";
+    if (present && change.before && differences(*present, *change.before).reset(kResidue).any()) what = "changed";
+    if (what == nullptr) continue;
+    const char* who = skipped.contains(change.name) ? "somebody else, or an edit that was skipped," : "somebody else";
+    return refused("object \"" + change.name + "\"",
+                   std::string("was ") + what + " by " + who + " since; that is not overwritten");
   }
   return {};
 }

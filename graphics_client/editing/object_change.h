@@ -1,6 +1,7 @@
 #pragma once
 
 #include <bitset>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,7 +46,9 @@ using Changes = std::vector<ObjectChange>;
 
 /// Refused: the scene's objects are not what they are before the changes, so that the changes would overwrite what
 /// somebody else did. The field names the object. A residue may be another: the server itself changes it.
-[[nodiscard]] Result<void> checkApplies(const Changes& changes, const SceneVersion& scene);
+/// \param skipped  Objects that may stand otherwise by an edit of this user's own that is not undone.
+[[nodiscard]] Result<void> checkApplies(const Changes& changes, const SceneVersion& scene,
+                                        const std::set<std::string>& skipped);
 /// Makes the changes, on condition that each object still stands as the scene has it. The changes apply to the scene.
 [[nodiscard]] v1::Transaction transactionFor(const Changes& changes, const SceneVersion& scene);
 

@@ -6,9 +6,9 @@
 #include "graphics_client/editing/edit_history.h"
 #include "graphics_client/mirror/mirror_view.h"
 
-// Scene files that a server can be given that holds none of their assets. Beside NAME.scene lie the assets that it names,
-// each in a file of its canonical bytes that is named by their hash: "4f...e1.mesh", ".field", ".values", ".moved" or
-// ".points". Scene files of one folder share them. Any thread; errors name the file.
+// Scene files that a server can be given that holds none of their assets. Beside NAME.scene lie the assets that it
+// names, each in a file of its canonical bytes that is named by their hash: "4f...e1.mesh", ".field", ".values",
+// ".moved" or ".points". Scene files of one folder share them. Any thread; errors name the file.
 namespace haptics {
 
 /// Writes the file, if there is one instead of it, and its assets. Refused: an asset of the scene is not here yet.

@@ -1,8 +1,8 @@
 #include <iostream>
 
 #include "common/wire/convert.h"
-#include "graphics_client/script/message_json.h"
 #include "graphics_client/editing/scene_text.h"
+#include "graphics_client/script/message_json.h"
 #include "graphics_client/script/verbs.h"
 
 namespace haptics {

@@ -198,6 +198,24 @@ TEST(Edits, ComeOutWithRotationsOfUnitLength) {
   EXPECT_NEAR(glm::length(*std::get<AddObject>(transaction->operations[0]).pose.rotation), 1, 1e-15);
 }
 
+TEST(Edits, KeepARotationThatWasNormalisedBitForBit) {
+  int others = 0;  // that glm::normalize does not leave as they are
+  for (int i = 0; i < 1000; ++i) {
+    const Quat rotation = glm::normalize(Quat(1, 0.001 * i, 0.3, -0.007 * i));
+    if (glm::normalize(rotation) != rotation) ++others;
+    v1::Transaction message = parse(pose("rotation {}"));
+    v1::Quaternion& given = *message.mutable_operations(0)->mutable_add()->mutable_pose()->mutable_rotation();
+    given.set_w(rotation.w);
+    given.set_x(rotation.x);
+    given.set_y(rotation.y);
+    given.set_z(rotation.z);
+    const auto transaction = fromWire(message);
+    ASSERT_TRUE(transaction) << transaction.error().text();
+    EXPECT_EQ(*std::get<AddObject>(transaction->operations[0]).pose.rotation, rotation);
+  }
+  EXPECT_GT(others, 0);
+}
+
 TEST(Edits, CarryEveryKindOfMesh) {
   const ContentHash hash = Hasher().add(std::uint64_t{1}).finish();
   const auto transaction = fromWire(

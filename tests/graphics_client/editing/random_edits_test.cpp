@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <string>
 
@@ -60,6 +62,59 @@ TEST_P(RandomlyEdited, SceneIsUndoneToTheFirstContentAndRedoneToTheLast) {
   }
   EXPECT_EQ(contentHash(server.scene()), last);
   EXPECT_FALSE(editor.history.redoOffer());
+}
+
+/// Content of each object, by name.
+std::map<std::string, ContentHash> contents(const SceneVersion& scene) {
+  std::map<std::string, ContentHash> hashes;
+  for (const auto& object : scene.objects()) {
+    ObjectRecord record = *object;
+    record.id = record.revision = 0;
+    hashes[record.name] = record.hash();
+  }
+  return hashes;
+}
+
+TEST_P(RandomlyEdited, SceneKeepsWhatSomebodyElseDidBetweenWhenTheRestIsUndone) {
+  EditServer server;
+  Editor editor(server, 1), other(server, 2);
+  fill(editor);
+  RandomEdits random(GetParam());
+  constexpr int kEditsPerOther = 8;
+  std::map<std::string, ContentHash> others;  // objects as the other editor left them
+  for (int i = 0; i < 2 * kEdits; ++i) {
+    const RandomEdit edit = random.next(server.scene());
+    (void)editor.submit(edit.transaction, edit.uploads);
+    if (i % kEditsPerOther != kEditsPerOther - 1 || server.scene().objects().empty()) continue;
+    const std::string name =
+        server.scene().objects()[static_cast<std::size_t>(i) % server.scene().objects().size()]->name;
+    ASSERT_TRUE(other.submit(setStiffness(name, 1000 + i)));
+    others[name] = contents(server.scene()).at(name);
+  }
+  const auto before = contents(server.scene());
+  std::map<std::string, ContentHash> kept;
+  std::ranges::set_intersection(others, before, std::inserter(kept, kept.end()));
+  ASSERT_FALSE(kept.empty());
+
+  int undone = 0;
+  while (editor.history.undoOffer()) {
+    const auto outcome = editor.undo();
+    if (outcome) {
+      ++undone;
+      continue;
+    }
+    const std::string text = outcome.error().text();
+    const bool isOthers = std::ranges::any_of(
+        others, [&](const auto& its) { return text.starts_with("object \"" + its.first + "\": "); });
+    EXPECT_TRUE(isOthers || text.find("an edit that was skipped") != std::string::npos) << text;
+    editor.history.dropUndo();
+  }
+  EXPECT_GT(undone, 0);
+  const auto after = contents(server.scene());
+  for (const auto& [name, content] : kept) {
+    ASSERT_TRUE(after.contains(name)) << name;
+    EXPECT_EQ(after.at(name), content) << name;
+  }
 }
 
 TEST_P(RandomlyEdited, SceneIsSavedAndOpenedOnAServerThatHoldsNoneOfIt) {

@@ -48,7 +48,7 @@ TEST(SceneText, IsReadBackToTheSameObjects) {
     EXPECT_EQ(add.motion, object.motion);
     const Pose pose = edited(Pose{}, add.pose);
     EXPECT_EQ(pose.position, object.pose.position);
-    EXPECT_LT(glm::length(pose.rotation - object.pose.rotation), 1e-15);  // normalised anew on reading
+    EXPECT_EQ(pose.rotation, object.pose.rotation);
   }
 }
 

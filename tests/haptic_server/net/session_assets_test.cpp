@@ -139,6 +139,20 @@ TEST_F(SessionAssets, AnUploadMayBeNamedByAnEdit) {
   EXPECT_EQ(reserved, 0U);
 }
 
+TEST_F(SessionAssets, UploadsOfAWholeSceneAreHeldUntilOneEditNamesThem) {
+  constexpr int kUploads = 256;
+  std::vector<ContentHash> hashes;
+  for (int i = 0; i < kUploads; ++i) {
+    const SampledField field = BoxResolver::smallField(static_cast<float>(i + 1));
+    const std::string bytes = encodeField(field);
+    hashes.push_back(hashOf(field));
+    client.upload(hashes.back(), bytes.size(), 0, bytes, v1::ASSET_KIND_SCALAR_FIELD);
+    link.settle();
+    decideAssets();
+  }
+  for (const ContentHash& hash : hashes) EXPECT_NE(findAsset(hash), nullptr);
+}
+
 TEST_F(SessionAssets, AFieldIsUploadedAndSentLikeAMesh) {
   const SampledField field = BoxResolver::smallField(3);
   const std::string bytes = encodeField(field);
