@@ -16,7 +16,7 @@ constexpr double kNormalTime_s = 0.05;
 
 }  // namespace
 
-void HandSteering::setPress_N(double press_N) { press_N_ = std::clamp(press_N, kLeastPress_N, kMostPress_N); }
+void HandSteering::setPress_N(double press_N) { press_N_ = std::clamp(press_N, kMinPress_N, kMaxPress_N); }
 
 void HandSteering::begin(Vec3 hip) {
   hand_ = hip;

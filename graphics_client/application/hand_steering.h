@@ -14,7 +14,7 @@ namespace haptics {
 class HandSteering {
  public:
   enum class Mapping { kSurface, kSpace };
-  static constexpr double kLeastPress_N = 0.2, kMostPress_N = 5;
+  static constexpr double kMinPress_N = 0.2, kMaxPress_N = 5;
   static constexpr double kHover_m = 0.015;  ///< Of a lifted hand, above the surface.
 
   /// Of one frame. World frame.

@@ -286,8 +286,8 @@ void MainWindow::lead(const MirrorView& view, double dt_s) {
   scene_.showPointer(lead_ == Lead::kLed ? surface : std::nullopt);
   if (lead_ != Lead::kLed) return;
   if (const auto pressure = view_->penPressure()) {
-    steering_.setPress_N(HandSteering::kLeastPress_N +
-                         *pressure * (HandSteering::kMostPress_N - HandSteering::kLeastPress_N));
+    steering_.setPress_N(HandSteering::kMinPress_N +
+                         *pressure * (HandSteering::kMaxPress_N - HandSteering::kMinPress_N));
   }
   HandSteering::Pointer pointer{.pressed = view_->isPressed(), .surface = surface};
   pointer.eye = scene_.cameras().worldPosition();
