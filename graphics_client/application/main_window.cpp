@@ -13,11 +13,7 @@
 #include <numeric>
 #include <utility>
 
-#include "common/assets/asset_content.h"
 #include "common/text/printable.h"
-#include "common/wire/convert.h"
-#include "graphics_client/editing/scene_file.h"
-#include "graphics_client/editing/scene_text.h"
 
 namespace haptics {
 namespace {
@@ -31,8 +27,6 @@ constexpr double kPressPerClick = 1.2;
 constexpr double kStepPerClick_m = 0.004;
 /// Around an object's box a place on its drawn surface may be (metres): bumps, dents.
 constexpr double kAround_m = 0.002;
-/// Of an object that is added (metres).
-constexpr double kSize_m = 0.05;
 constexpr int kMessage_ms = 5000;
 
 QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
@@ -54,13 +48,6 @@ double volume(const NamedBox& box) {
   double product = 1;
   for (const std::size_t axis : {1, 2, 4}) product *= glm::distance(box.corners[axis], box.corners[0]);
   return product;
-}
-
-/// "cup", or "cup-2", "cup-3" ... where there is one.
-std::string freeName(const SceneVersion& scene, const std::string& wanted) {
-  std::string name = wanted;
-  for (int i = 2; scene.find(name); ++i) name = wanted + "-" + std::to_string(i);
-  return name;
 }
 
 QDockWidget* dock(const QString& title, QWidget* content) {
@@ -86,7 +73,10 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       sceneText_(new QLabel),
       servoText_(new QLabel),
       handText_(new QLabel),
-      history_(port()) {
+      editor_(this, link, [this](const QString& edit, const QString& words, bool isError) {
+        properties_->say(edit + ": " + words, isError);
+        if (isError) statusBar()->showMessage(edit + ": " + words, kMessage_ms);
+      }) {
   setWindowTitle("Haptic viewer");
   resize(options.width_px, options.height_px);
   setCentralWidget(view_);
@@ -107,9 +97,9 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       steering_.moveBy(scene_.cameras().direction() * (kStepPerClick_m * clicks));
     }
   });
-  connect(properties_, &PropertyPanel::finished, [this] { finishDrag(); });
+  connect(properties_, &PropertyPanel::finished, [this] { editor_.finishDrag(); });
   connect(properties_, &PropertyPanel::edited,
-          [this](const QString& what, const v1::Transaction& value) { drag(what, value); });
+          [this](const QString& edit, const v1::Transaction& value) { editor_.drag(edit, value); });
   connect(&timer_, &QTimer::timeout, [this] { frame(); });
   timer_.setTimerType(Qt::PreciseTimer);
   timer_.start(static_cast<int>(1000 / options.frameLimit_Hz));
@@ -147,17 +137,20 @@ QAction* MainWindow::addAction(QMenu* menu, const QString& title, const QKeySequ
 void MainWindow::makeEditMenu() {
   QMenu* edit = menuBar()->addMenu("&Edit");
   undo_ = addAction(edit, "&Undo", QKeySequence::Undo, "Takes back your last edit, if nobody else has touched it since",
-                    [this] { history_.undo(said("undo")); });
+                    [this] { editor_.undo(); });
   redo_ = addAction(edit, "&Redo", QKeySequence::Redo, "Makes the edit again that was taken back",
-                    [this] { history_.redo(said("redo")); });
+                    [this] { editor_.redo(); });
   edit->addSeparator();
   QMenu* objects = edit->addMenu("&Add");
   for (const char* kind : {"Sphere", "Box", "Cylinder", "Torus"}) {
-    addAction(objects, kind, {}, "Adds one above the scene", [this, kind] { addObject(kind); });
+    addAction(objects, kind, {}, "Adds one above the scene", [this, kind] {
+      select(QString::fromStdString(editor_.add(QString(kind).toLower().toStdString(), top_m())));
+    });
   }
   addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
-            [this] { duplicate(); });
-  addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object", [this] { remove(); });
+            [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); });
+  addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object",
+            [this] { withSelected([this](const std::string& object) { editor_.remove(object); }); });
 }
 
 void MainWindow::makeMenus() {
@@ -351,7 +344,7 @@ void MainWindow::select(const QString& name) {
 void MainWindow::refresh(const MirrorView& view) {
   properties_->show(selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString()), view.mayEdit);
   for (const auto& [action, verb, offer] :
-       {std::tuple{undo_, "&Undo ", history_.undoOffer()}, std::tuple{redo_, "&Redo ", history_.redoOffer()}}) {
+       {std::tuple{undo_, "&Undo ", editor_.undoOffer()}, std::tuple{redo_, "&Redo ", editor_.redoOffer()}}) {
     action->setEnabled(offer.has_value());
     action->setText(verb + (offer ? text(offer->text) : QString()));
   }
@@ -375,119 +368,33 @@ void MainWindow::refresh(const MirrorView& view) {
   }
 }
 
-EditPort MainWindow::port() {
-  // Callbacks come on the link's thread, which ends before the application does.
-  const auto here = [this](auto callback) -> decltype(callback) {
-    if (!callback) return nullptr;
-    return [this, callback](const auto&... arguments) {
-      QMetaObject::invokeMethod(this, [callback, arguments...] { callback(arguments...); });
-    };
-  };
-  return {.view = [this] { return link_.latest(); },
-          .submit =
-              [this, here](v1::Transaction transaction, EditCallbacks callbacks) {
-                link_.submit(std::move(transaction), {.replied = here(std::move(callbacks.replied)),
-                                                      .live = here(std::move(callbacks.live)),
-                                                      .stateLost = here(std::move(callbacks.stateLost)),
-                                                      .progress = here(std::move(callbacks.progress))});
-              },
-          .upload =
-              [this, here](const AssetContent& content, UploadCallbacks callbacks) {
-                link_.upload(
-                    kindOf(content), canonicalBytes(content).copy(),
-                    {.progress = here(std::move(callbacks.progress)), .finished = here(std::move(callbacks.finished))});
-              }};
-}
-
-void MainWindow::drag(const QString& what, const v1::Transaction& value) {
-  if (!drag_ || dragged_ != what) {
-    dragged_ = what;
-    drag_.emplace(history_, what.toStdString(), said(what));
-  }
-  drag_->set(value);
-}
-
-void MainWindow::finishDrag() { drag_.reset(); }
-
-void MainWindow::submit(const QString& what, v1::Operation operation) {
-  Edit edit{.transaction = {}, .text = what.toStdString()};
-  *edit.transaction.add_operations() = std::move(operation);
-  history_.submit(std::move(edit), said(what));
-}
-
-EditDone MainWindow::said(const QString& what) {
-  return [this, what](const Result<v1::Accepted>& outcome) {
-    const std::string words = outcome ? "done" : outcome.error().text();
-    properties_->say(what + ": " + text(words), !outcome);
-    if (!outcome) statusBar()->showMessage(what + ": " + text(words), kMessage_ms);
-  };
-}
-
-void MainWindow::addObject(const QString& kind) {
-  v1::Operation operation;
-  v1::AddObject& add = *operation.mutable_add();
-  add.set_name(freeName(*link_.latest()->scene, kind.toLower().toStdString()));
-  v1::MeshSource& mesh = *add.mutable_mesh();
-  if (kind == "Sphere") mesh.mutable_sphere()->set_radius_m(kSize_m / 2);
-  if (kind == "Box") {
-    for (const auto set : {&v1::Vector3::set_x, &v1::Vector3::set_y, &v1::Vector3::set_z}) {
-      (mesh.mutable_box()->mutable_size_m()->*set)(kSize_m);
-    }
-  }
-  if (kind == "Cylinder") {
-    mesh.mutable_cylinder()->set_radius_m(kSize_m / 2);
-    mesh.mutable_cylinder()->set_height_m(kSize_m);
-  }
-  if (kind == "Torus") {
-    mesh.mutable_torus()->set_major_radius_m(kSize_m / 2);
-    mesh.mutable_torus()->set_minor_radius_m(kSize_m / 6);
-  }
+double MainWindow::top_m() const {
   double top_m = 0;
   for (const NamedBox& box : scene_.objects().boxes()) {
     for (const Vec3& corner : box.corners) top_m = std::max(top_m, corner.z);
   }
-  add.mutable_pose()->mutable_position()->set_z(top_m + kSize_m);
-  select(QString::fromStdString(add.name()));
-  submit("add " + kind.toLower(), std::move(operation));
+  return top_m;
 }
 
-void MainWindow::duplicate() {
-  const auto view = link_.latest();
-  const SceneVersion::Object object = view->scene->find(selected_.toStdString());
-  if (!object) return properties_->say("Nothing is selected to be duplicated", true);
-  v1::Transaction transaction;
-  auto parsed = parseSceneText(sceneText(*view->scene, object->name), "duplicate");
-  if (!parsed) return properties_->say(text(parsed.error().text()), true);
-  v1::Operation operation = parsed->operations(0);
-  operation.mutable_add()->set_name(freeName(*view->scene, object->name));
-  v1::Vector3& position = *operation.mutable_add()->mutable_pose()->mutable_position();
-  position.set_x(position.x() + kSize_m);
-  submit("duplicate " + selected_, std::move(operation));
-}
-
-void MainWindow::remove() {
-  if (selected_.isEmpty()) return properties_->say("Nothing is selected to be deleted", true);
-  v1::Operation operation;
-  operation.mutable_remove()->mutable_object()->set_name(selected_.toStdString());
-  submit("delete " + selected_, std::move(operation));
+void MainWindow::withSelected(const std::function<void(const std::string&)>& does) {
+  if (selected_.isEmpty()) return properties_->say("No object is selected", true);
+  does(selected_.toStdString());
 }
 
 void MainWindow::open() {
   const QString file = QFileDialog::getOpenFileName(this, "Open scene", {}, "Scenes (*.scene)");
   if (file.isEmpty()) return;
-  Result<Edit> edit = openScene(file.toStdString(), *link_.latest()->scene);
-  if (!edit) {
-    QMessageBox::warning(this, "Open scene", text(edit.error().text()));
-    return;
+  if (const Result<void> opened = editor_.open(file.toStdString()); !opened) {
+    QMessageBox::warning(this, "Open scene", text(opened.error().text()));
   }
-  history_.submit(*std::move(edit), said("open"));
 }
 
 void MainWindow::save() {
   const QString file = QFileDialog::getSaveFileName(this, "Save scene as", "scene.scene", "Scenes (*.scene)");
   if (file.isEmpty()) return;
-  const Result<void> saved = saveScene(*link_.latest(), file.toStdString());
-  if (!saved) QMessageBox::warning(this, "Save scene as", text(saved.error().text()));
+  if (const Result<void> saved = editor_.save(file.toStdString()); !saved) {
+    QMessageBox::warning(this, "Save scene as", text(saved.error().text()));
+  }
 }
 
 void MainWindow::saveScreenshot() {

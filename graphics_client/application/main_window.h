@@ -11,9 +11,8 @@
 #include "graphics_client/application/hand_steering.h"
 #include "graphics_client/application/plot_panel.h"
 #include "graphics_client/application/property_panel.h"
+#include "graphics_client/application/scene_editor.h"
 #include "graphics_client/application/view_widget.h"
-#include "graphics_client/editing/edit_history.h"
-#include "graphics_client/editing/latest_edit.h"
 #include "graphics_client/mirror/server_link.h"
 
 class QLabel;
@@ -56,9 +55,7 @@ class MainWindow : public QMainWindow {
   int screenshots_ = 0;
   bool clicked_ = false;  // since the last frame
   QString selected_;
-  EditHistory history_;
-  std::optional<LatestEdit> drag_;  // of a slider that is held
-  QString dragged_;
+  SceneEditor editor_;
   QAction *undo_ = nullptr, *redo_ = nullptr;
 
   void makeDocks();
@@ -76,16 +73,9 @@ class MainWindow : public QMainWindow {
   void list(const MirrorView& view);
   void select(const QString& name);
   void refresh(const MirrorView& view);
-  [[nodiscard]] EditPort port();
-  /// A value of a property; the values until finishDrag() are one edit.
-  void drag(const QString& what, const v1::Transaction& value);
-  void finishDrag();
-  void submit(const QString& what, v1::Operation operation);
-  /// Says what came of an edit, beside the properties.
-  [[nodiscard]] EditDone said(const QString& what);
-  void addObject(const QString& kind);
-  void duplicate();
-  void remove();
+  /// Of all objects.
+  [[nodiscard]] double top_m() const;
+  void withSelected(const std::function<void(const std::string&)>& does);
   void open();
   void save();
   void saveScreenshot();

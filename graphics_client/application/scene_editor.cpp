@@ -1,0 +1,130 @@
+#include "graphics_client/application/scene_editor.h"
+
+#include <QMetaObject>
+#include <utility>
+
+#include "common/assets/asset_content.h"
+#include "common/text/printable.h"
+#include "common/wire/convert.h"
+#include "graphics_client/editing/scene_file.h"
+#include "graphics_client/editing/scene_text.h"
+
+namespace haptics {
+namespace {
+
+/// Of an object that is added, and from an object to its duplicate.
+constexpr double kSize_m = 0.05;
+
+/// "cup", or "cup-2", "cup-3" ... where there is one.
+std::string freeName(const SceneVersion& scene, const std::string& wanted) {
+  std::string name = wanted;
+  for (int i = 2; scene.find(name); ++i) name = wanted + "-" + std::to_string(i);
+  return name;
+}
+
+void generate(const std::string& kind, v1::MeshSource& mesh) {
+  if (kind == "sphere") mesh.mutable_sphere()->set_radius_m(kSize_m / 2);
+  if (kind == "box") {
+    v1::Vector3& size = *mesh.mutable_box()->mutable_size_m();
+    size.set_x(kSize_m);
+    size.set_y(kSize_m);
+    size.set_z(kSize_m);
+  }
+  if (kind == "cylinder") {
+    mesh.mutable_cylinder()->set_radius_m(kSize_m / 2);
+    mesh.mutable_cylinder()->set_height_m(kSize_m);
+  }
+  if (kind == "torus") {
+    mesh.mutable_torus()->set_major_radius_m(kSize_m / 3);
+    mesh.mutable_torus()->set_minor_radius_m(kSize_m / 6);
+  }
+}
+
+}  // namespace
+
+SceneEditor::SceneEditor(QObject* window, ServerLink& link, Say say)
+    : window_(window), link_(link), say_(std::move(say)), history_(port()) {}
+
+/// Callbacks come on the link's thread, which ends before the application does.
+EditPort SceneEditor::port() {
+  const auto here = [this](auto callback) -> decltype(callback) {
+    if (!callback) return nullptr;
+    return [this, callback](const auto&... arguments) {
+      QMetaObject::invokeMethod(window_, [callback, arguments...] { callback(arguments...); });
+    };
+  };
+  return {.view = [this] { return link_.latest(); },
+          .submit =
+              [this, here](v1::Transaction transaction, EditCallbacks callbacks) {
+                link_.submit(std::move(transaction), {.replied = here(std::move(callbacks.replied)),
+                                                      .live = here(std::move(callbacks.live)),
+                                                      .stateLost = here(std::move(callbacks.stateLost)),
+                                                      .progress = here(std::move(callbacks.progress))});
+              },
+          .upload =
+              [this, here](const AssetContent& content, UploadCallbacks callbacks) {
+                link_.upload(
+                    kindOf(content), canonicalBytes(content).copy(),
+                    {.progress = here(std::move(callbacks.progress)), .finished = here(std::move(callbacks.finished))});
+              }};
+}
+
+EditDone SceneEditor::said(const QString& edit) {
+  return [this, edit](const Result<v1::Accepted>& outcome) {
+    say_(edit, outcome ? "done" : QString::fromStdString(printable(outcome.error().text())), !outcome);
+  };
+}
+
+void SceneEditor::drag(const QString& edit, const v1::Transaction& value) {
+  if (!drag_ || dragged_ != edit) {
+    dragged_ = edit;
+    drag_.emplace(history_, edit.toStdString(), said(edit));
+  }
+  drag_->set(value);
+}
+
+void SceneEditor::submit(const QString& edit, v1::Operation operation) {
+  Edit made{.transaction = {}, .text = edit.toStdString()};
+  *made.transaction.add_operations() = std::move(operation);
+  history_.submit(std::move(made), said(edit));
+}
+
+std::string SceneEditor::add(const std::string& kind, double z_m) {
+  v1::Operation operation;
+  v1::AddObject& add = *operation.mutable_add();
+  add.set_name(freeName(*link_.latest()->scene, kind));
+  generate(kind, *add.mutable_mesh());
+  add.mutable_pose()->mutable_position()->set_z(z_m + kSize_m);
+  std::string name = add.name();
+  submit("add " + QString::fromStdString(name), std::move(operation));
+  return name;
+}
+
+void SceneEditor::duplicate(const std::string& object) {
+  const auto view = link_.latest();
+  const QString edit = "duplicate " + QString::fromStdString(printable(object));
+  auto parsed = parseSceneText(sceneText(*view->scene, object), object);
+  if (!parsed || parsed->operations().empty()) return say_(edit, "there is no such object", true);
+  v1::Operation operation = parsed->operations(0);
+  operation.mutable_add()->set_name(freeName(*view->scene, object));
+  v1::Vector3& position = *operation.mutable_add()->mutable_pose()->mutable_position();
+  position.set_x(position.x() + kSize_m);
+  submit(edit, std::move(operation));
+}
+
+void SceneEditor::remove(const std::string& object) {
+  v1::Operation operation;
+  operation.mutable_remove()->mutable_object()->set_name(object);
+  submit("delete " + QString::fromStdString(printable(object)), std::move(operation));
+}
+
+Result<void> SceneEditor::open(const std::string& file) {
+  Result<Edit> edit = openScene(file, *link_.latest()->scene);
+  if (!edit) return tl::unexpected(edit.error());
+  history_.submit(*std::move(edit), said("open"));
+  return {};
+}
+
+Result<void> SceneEditor::save(const std::string& file) const { return saveScene(*link_.latest(), file); }
+
+}  // namespace haptics

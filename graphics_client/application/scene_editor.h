@@ -1,0 +1,55 @@
+#pragma once
+
+#include <QObject>
+#include <QString>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "graphics_client/editing/edit_history.h"
+#include "graphics_client/editing/latest_edit.h"
+#include "graphics_client/mirror/server_link.h"
+
+namespace haptics {
+
+/// The edits of the window's user. All on the window's thread.
+class SceneEditor {
+ public:
+  /// Tells what came of an edit: its name, and what the server said.
+  using Say = std::function<void(const QString& edit, const QString& words, bool isError)>;
+
+  /// @param window  On whose thread callbacks come; none comes after it is gone.
+  SceneEditor(QObject* window, ServerLink& link, Say say);
+
+  /// A value of a property that is being dragged; the values until finishDrag() are one edit.
+  void drag(const QString& edit, const v1::Transaction& value);
+  void finishDrag() { drag_.reset(); }
+  /// A generated object, 50 mm large, above z.
+  /// @param kind  "sphere", "box", "cylinder" or "torus".
+  /// @return Its name.
+  std::string add(const std::string& kind, double z_m);
+  void duplicate(const std::string& object);
+  void remove(const std::string& object);
+  /// In place of the present objects. Errors name the file, or what is wrong in it.
+  [[nodiscard]] Result<void> open(const std::string& file);
+  [[nodiscard]] Result<void> save(const std::string& file) const;
+
+  void undo() { history_.undo(said("undo")); }
+  void redo() { history_.redo(said("redo")); }
+  [[nodiscard]] std::optional<EditHistory::Offer> undoOffer() const { return history_.undoOffer(); }
+  [[nodiscard]] std::optional<EditHistory::Offer> redoOffer() const { return history_.redoOffer(); }
+
+ private:
+  QObject* window_;
+  ServerLink& link_;
+  Say say_;
+  EditHistory history_;
+  std::optional<LatestEdit> drag_;
+  QString dragged_;
+
+  [[nodiscard]] EditPort port();
+  [[nodiscard]] EditDone said(const QString& edit);
+  void submit(const QString& edit, v1::Operation operation);
+};
+
+}  // namespace haptics
