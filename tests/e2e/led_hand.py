@@ -71,7 +71,7 @@ class LedHand(harness.EndToEnd):
         with client.hand() as hand:
             hand.move_to((-0.02, 0, 0.02))
             first = hand.stroke([(-0.02, 0, 0), (0, 0, 0)], UP, 2)
-            last = hand.stroke([(0, 0, 0), (0.02, 0, 0)], UP, 2)
+            last = hand.stroke([(-0.004, 0, 0), (0.02, 0, 0)], UP, 2)
         strokes = [sample for sample in watcher.samples(0.1) if first[0].tick <= sample.tick <= last[-1].tick]
         least_N = min(map(force_N, strokes))
         print(f"\nat least {least_N:.3f} N of 2 N", end="", flush=True)
