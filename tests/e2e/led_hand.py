@@ -18,6 +18,7 @@ operations { add { name: "ground" mesh { box { size_m { x: 0.3 y: 0.3 z: 0.04 } 
 RATE_HZ = 1000
 # Of the force in a tick: two counts of the encoder, 55 um each, on a ground of 400 N/m, and the hand's own motion.
 MAX_JUMP_N = 0.05
+MIN_HELD = 0.85  # of the force, from one stroke to the next
 UP = (0, 0, 1)
 LEADER = """
 import sys, time
@@ -64,6 +65,17 @@ class LedHand(harness.EndToEnd):
                 self.assertAlmostEqual(normal_N, press_N, delta=0.1 * press_N)
                 self.assertLess(max(jumps_N(felt)), MAX_JUMP_N)
             hand.move_to((0.05, 0.03, 0.05))
+
+    def test_a_stroke_goes_on_where_the_hand_presses(self):
+        client, watcher = self.client("stroker"), self.client("watcher")
+        with client.hand() as hand:
+            hand.move_to((-0.02, 0, 0.02))
+            first = hand.stroke([(-0.02, 0, 0), (0, 0, 0)], UP, 2)
+            last = hand.stroke([(-0.004, 0, 0), (0.02, 0, 0)], UP, 2)
+        strokes = [sample for sample in watcher.samples(0.1) if first[0].tick <= sample.tick <= last[-1].tick]
+        least_N = min(map(force_N, strokes))
+        print(f"\nat least {least_N:.3f} N of 2 N", end="", flush=True)
+        self.assertGreater(least_N, MIN_HELD * 2)
 
     def test_one_client_leads_and_the_others_are_told(self):
         first, second = self.client("first"), self.client("second")

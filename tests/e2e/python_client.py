@@ -330,6 +330,18 @@ class PythonClient(harness.EndToEnd):
         self.assertEqual(self.server.status()["revision"], before + poses + 1)
         self.assertEqual(self.server.ctl("get", "torus").json()["object"][0]["pose"]["position"], home)
 
+    def test_example_strokes_an_object_until_ctrl_c_and_lets_the_hand_go(self):
+        stroking = self.example("stroke_scene", "--seconds", "600", "box")
+        harness.wait_until(lambda: stroking.find(r"^box: contact [\d.]+ %  force [\d.]+ N  step [\d.]+ N$"), 120, stroking.text)
+        self.assertEqual(self.server.status()["hand_leader"], "stroke_scene")
+        stroking.send(signal.SIGINT)
+        self.assertEqual(stroking.wait(), 0, stroking.text())
+        self.assertEqual(stroking.errors, [])
+        harness.wait_until(lambda: not self.server.status()["hand_leader"], 10, "the hand is led still")
+        unknown = self.example("stroke_scene", "lid")
+        self.assertEqual(unknown.wait(), 1)
+        self.assertRegex(unknown.text(), "there is no lid; there are .*box")
+
     def test_example_twists_a_bar_and_takes_the_lattice_away(self):
         self.server.ctl("apply", "-", text='operations { add { name: "bar" mesh { box { size_m { x: 0.04 y: 0.04 z: 0.16 } '
                         'segments: 8 } } pose { position { x: 0.3 } } } }').json()

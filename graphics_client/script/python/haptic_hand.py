@@ -28,8 +28,8 @@ class NotLeading(Exception):
 
 
 class HandLead:
-    """Whether this client leads, what it has to send for that, and where the hand is. `changed` is the client's condition,
-    which its thread holds; `state` says (live, why there is no more to wait for, trouble)."""
+    """Whether this client leads, what it has to send for that, and where the hand is. `changed`: the client's condition,
+    which its thread holds; `state`: (live, why there is no more to wait for, trouble)."""
 
     def __init__(self, changed, wake, state):
         self._changed, self._wake, self._state = changed, wake, state
@@ -73,7 +73,7 @@ class HandLead:
         if not self.leader:
             raise NotLeading(f"the hand is let go of: {self._state()[2]}")
         if not self.leader.you:
-            raise NotLeading(printable(self.leader.refused) or f"the hand is led by {printable(self.leader.client_name)}")
+            raise NotLeading(printable(self.leader.refused or f"the hand is led by {self.leader.client_name}"))
 
     # ---- the client's thread ----
 
