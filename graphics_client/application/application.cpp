@@ -1,10 +1,22 @@
 #include "graphics_client/application/application.h"
 
+#include <spdlog/spdlog.h>
+
 #include <QApplication>
 
 #include "graphics_client/application/main_window.h"
 
 namespace haptics {
+namespace {
+
+/// Qt's words go where the program's go. That a session without a login has no folder of its own is no trouble here.
+void log(QtMsgType type, const QMessageLogContext& /*context*/, const QString& words) {
+  if (words.startsWith("QStandardPaths: XDG_RUNTIME_DIR")) return;
+  spdlog::log(type == QtDebugMsg || type == QtInfoMsg ? spdlog::level::debug : spdlog::level::warn, "{}",
+              words.toStdString());
+}
+
+}  // namespace
 
 Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<ServerLink>& link,
                                   const ViewSource& source, const std::atomic<bool>& stop) {
@@ -12,6 +24,7 @@ Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<
   char name[] = "graphics_client";
   char* argv[] = {name, nullptr};
   qputenv("QT_QPA_PLATFORM", "xcb");  // VTK draws into windows of X
+  qInstallMessageHandler(log);
   QApplication application(argc, argv);
   MainWindow window(options, *link, source);
   window.show();
