@@ -19,6 +19,9 @@ constexpr std::uint16_t kFirstPause = 8;
 constexpr std::uint16_t kLongestPause = 256;
 /// The part of a clearance that is certain: rounding may have added the rest.
 constexpr double kSure = 1 - 0x1p-18;
+/// What is found of the squared distance, at least: a fine surface seen from afar has many triangles that are nearly the
+/// nearest, and the search leaves them out.
+constexpr double kShareFound = 0.64;
 
 /// That no point of a body has gone farther than from the last tick to this one (m).
 [[nodiscard]] double motionOf(const Body& body) noexcept {
@@ -27,16 +30,16 @@ constexpr double kSure = 1 - 0x1p-18;
   return way + 2 * body.surface->radius_m() * glm::length(Vec3(turn.x, turn.y, turn.z));
 }
 
-/// Squared distance from h (body frame) to the nearest triangle where that is less than `bound`, else `bound`; m^2. Not
-/// looked for any farther once it is below `least`.
-[[nodiscard]] double nearest2(const CollisionMesh& surface, Vec3 h, double bound, double least,
-                              Allowance& allowance) noexcept {
+/// At most the squared distance from h (body frame) to the nearest triangle, and at least kShareFound of it; `bound` where
+/// that is less; m^2. Not looked for any farther once it is below `least`.
+[[nodiscard]] double withinNearest2(const CollisionMesh& surface, Vec3 h, double bound, double least,
+                                    Allowance& allowance) noexcept {
   surface.hierarchy().visitNear(
       h, allowance,
       [&](std::uint32_t begin, std::uint32_t end) noexcept {
         allowance.spend(Allowance::kNearTriangle * (end - begin));
         for (std::uint32_t t = begin; t < end; ++t) {
-          bound = std::min(bound, closestOn(surface.triangle(t), t, h).squaredDistance);
+          bound = std::min(bound, kShareFound * closestOn(surface.triangle(t), t, h).squaredDistance);
         }
         return bound < least ? -1.0 : bound;
       },
@@ -75,7 +78,7 @@ void lookForClearance(std::span<const Body> bodies, ContactState& state, double 
     if (gap2 >= near2) continue;
     // Inside of a body it is not clear, however far the surface is: the next tick may have to put the IHIP out.
     if (gap2 == 0 && s.closed() && !body.pendingRemoval && windingNumber(s, h, allowance) > 0) near2 = 0;
-    near2 = nearest2(s, h, near2, least2, allowance);
+    near2 = withinNearest2(s, h, near2, least2, allowance);
     if (near2 < least2 || allowance.isSpent()) break;
   }
   if (near2 < least2 || allowance.isSpent()) {
