@@ -80,7 +80,21 @@ void ContactTick::makeSteps() noexcept {
   state_.reached = now * stride_;
   work_.allowanceSpent = state_.reached < 1;
   state_.hip = hipAt(now);
-  if (work_.allowanceSpent) setTime(now);
+  if (work_.allowanceSpent) [[unlikely]] {
+    setTime(now);
+    if (near_.count() == 1) carryWithBody();
+  }
+}
+
+/// Where the allowance ends with one body in reach: HIP and IHIP go along with what is left of its motion, as that changes
+/// nothing between the three, and the body does not pass over an IHIP that waits. The next tick goes on from there.
+void ContactTick::carryWithBody() noexcept {
+  const Body& body = bodies_[static_cast<std::size_t>(near_[0].body)];
+  if (!body.moving) return;
+  const Pose tested = interpolate(body.previous, body.current, state_.reached);
+  for (Vec3* const point : {&state_.hip, &state_.ihip}) *point = toWorld(body.current, toLocal(tested, *point));
+  near_.setTime(bodies_, 1);
+  state_.reached = 1;
 }
 
 void ContactTick::start() noexcept {

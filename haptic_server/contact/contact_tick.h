@@ -51,6 +51,7 @@ class ContactTick {
   // contact_tick.cpp: the tick in steps
   void start() noexcept;
   void makeSteps() noexcept;
+  void carryWithBody() noexcept;
   [[nodiscard]] Checkpoint checkpoint() const noexcept;
   void restore(const Checkpoint& before) noexcept;
   [[nodiscard]] double shortStepEnd(double now) const noexcept;

@@ -142,6 +142,22 @@ TEST(Allowance, ThatIsSpentHoldsMovingBodiesBackToo) {
   }
 }
 
+TEST(Allowance, ThatIsSpentLetsOneBodyThatTurnsCarryTheIhip) {
+  for (const std::int64_t units : {20, 60, 200}) {
+    World world(shapes::bumpy(0.03, 24));
+    const Vec3 hip(0, 0.001, 0.02);
+    world.place({0, 0.001, 0.05});
+    world.tick(hip);
+    ASSERT_NE(world.state().mode, ContactState::Mode::kFree);
+    Bounded bounded(world, units);
+    for (int i = 0; i < 200; ++i) {
+      world.move(0, {glm::angleAxis(0.05 * i, glm::normalize(Vec3(1, 0.5, 0))), Vec3(1e-4 * i, 0, 0)});
+      ASSERT_LT(world.depthInside(bounded.tick(hip).ihip), 1e-6) << units << " units, tick " << i;
+    }
+    EXPECT_GT(bounded.behind(), 0) << units;
+  }
+}
+
 TEST(Allowance, ThatIsSpentOnTheWayOutOfBodiesThatCloseInLeavesAWholeState) {
   for (std::int64_t units = 500; units < 200'000; units *= 2) {
     World world;
