@@ -184,7 +184,7 @@ void MainWindow::makeMenus() {
       [this] { importMesh(); });
   add(file, "&Cancel import", QKeySequence("Ctrl+Shift+I"),
       "Ends the imports that are under way; the scene stays as it is", [this] { importer_->cancel(); });
-  add(file, "Save scene &as...", QKeySequence::SaveAs, "Writes a scene file, with its meshes beside it",
+  add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",
       [this] { save(); });
   add(file, "&Save picture", Qt::Key_S, "Writes haptic_view_N.png in this folder", [this] { saveScreenshot(); });
   add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",

@@ -19,6 +19,8 @@ constexpr int kBar_px = 160;
 
 QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
+QString nameOf(const QString& file) { return text(QFileInfo(file).fileName().toStdString()); }
+
 }  // namespace
 
 MeshImporter::MeshImporter(ServerLink& link, SceneEditor& editor)
@@ -124,9 +126,9 @@ void MeshImporter::cancel() {
 }
 
 void MeshImporter::fail(const std::string& why) {
-  const QString file = imports_.front()->file;
+  const QString file = nameOf(imports_.front()->file);
   next();
-  emit failed(text(file.toStdString()), text(why));
+  emit failed(file, text(why));
 }
 
 void MeshImporter::next() {
@@ -136,7 +138,7 @@ void MeshImporter::next() {
 }
 
 void MeshImporter::show(const QString& stage, std::optional<double> share) {
-  what_->setText(stage + " " + text(QFileInfo(imports_.front()->file).fileName().toStdString()));
+  what_->setText(stage + " " + nameOf(imports_.front()->file));
   bar_->setRange(0, share ? kSteps : 0);
   bar_->setValue(share ? static_cast<int>(std::lround(kSteps * *share)) : 0);
   setVisible(true);

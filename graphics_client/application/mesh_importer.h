@@ -36,6 +36,7 @@ class MeshImporter : public QWidget {
   /// @param report  What was kept of the file, and the server's remarks.
   void imported(const QString& object, const QString& report);
   /// Nothing was changed.
+  /// @param file  Its name, without the folder.
   void failed(const QString& file, const QString& why);
 
  private:

@@ -12,7 +12,7 @@ from viewer_window import Window
 BOX = """operations { add { name: "box" mesh { box { size_m { x: 0.07 y: 0.07 z: 0.05 } segments: 4 } }
                             pose { position { z: 0.025 } } } }"""
 CENTRE = (790, 420)  # of the picture, where the box is seen
-Z_HANDLES = (42, 84, 248)  # as the screen shows them
+Z_HANDLES = (42, 84, 252)  # as the screen shows them
 LIT = (255, 210, 0)
 SIDE_MM = 40
 TETRAHEDRON_OBJ = "".join(f"v {x} {y} {z}\n" for x, y, z in [(0, 0, 0), (SIDE_MM, 0, 0), (0, SIDE_MM, 0), (0, 0, SIDE_MM)])
@@ -91,6 +91,9 @@ class EditWithMouse(harness.EndToEnd):
         time.sleep(1)
         self.window.do("key", "ctrl+z")
         self.wait_until(lambda: self.position() == before, "one undo does not take the steps back")
+        time.sleep(1)
+        self.window.do("key", "ctrl+y")
+        self.wait_until(lambda: self.position()[2] - before[2] > 5e-3, "no redo")
 
     def test_the_button_touches_where_there_is_no_handle(self):
         self.select_box()
