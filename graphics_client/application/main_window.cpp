@@ -95,7 +95,9 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   statusBar()->addPermanentWidget(importer_);
   connect(importer_, &MeshImporter::failed, [this](auto file, auto why) { say("import " + file, why, true); });
   connect(importer_, &MeshImporter::imported, [this](const QString& object, const QString& report) {
-    spdlog::info("import {}: {}", object.toStdString(), report.toStdString());
+    for (const QString& line : report.split('\n')) {
+      spdlog::info("import {}: {}", object.toStdString(), line.toStdString());
+    }
     select(object);
     report_ = report;
   });
@@ -156,7 +158,7 @@ void MainWindow::makeEditMenu() {
                       gizmo_.finishSteps();
                       editor_.undo();
                     });
-  redo_ = addAction(edit, "&Redo", QKeySequence::Redo, "Makes the edit again that was taken back", [this] {
+  redo_ = addAction(edit, "&Redo", QKeySequence("Ctrl+Y"), "Makes the edit again that was taken back", [this] {
     gizmo_.finishSteps();
     editor_.redo();
   });

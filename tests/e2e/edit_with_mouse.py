@@ -119,6 +119,7 @@ class EditWithMouse(harness.EndToEnd):
         x, y, z = self.position("my_part")
         self.assertAlmostEqual(x, -SIDE_MM / 2000, delta=1e-6)
         self.assertGreater(z, 0.05)  # above the box
+        time.sleep(1)
         self.window.do("key", "ctrl+z")
         self.wait_until(lambda: "my_part" not in self.watcher.objects(), "undo does not take it back")
 
@@ -177,6 +178,8 @@ class EditWithMouse(harness.EndToEnd):
         self.addCleanup(other.kill)
         self.assertEqual(other.ctl("apply", file).code, 0)
         self.assertIn('"box"', other.ctl("get").output)
+        remove = 'operations { remove { object { name: "box" } } }'
+        self.assertEqual(other.ctl("apply", "-", text=remove).code, 0)
         next(self.folder.glob("*.mesh")).write_text("damaged")
         answer = other.ctl("apply", file)
         self.assertEqual(answer.code, 1)
