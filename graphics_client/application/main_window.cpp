@@ -347,7 +347,10 @@ QString MainWindow::objectAt(Vec3 place) const {
 }
 
 void MainWindow::list(const MirrorView& view) {
-  if (view.scene->revision() == listedRevision_ && view.epoch == listedEpoch_) return;
+  if (view.scene->revision() == listedRevision_ && view.epoch == listedEpoch_ && view.meshes.size() == listedMeshes_) {
+    return;
+  }
+  listedMeshes_ = view.meshes.size();
   listedRevision_ = view.scene->revision();
   listedEpoch_ = view.epoch;
   const QSignalBlocker quiet(objects_);

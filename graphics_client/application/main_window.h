@@ -55,6 +55,7 @@ class MainWindow : public QMainWindow {
   std::shared_ptr<const MirrorView> view_shown_;
   std::uint64_t plottedTick_ = 0;
   std::uint64_t listedRevision_ = 0, listedEpoch_ = 0;
+  std::size_t listedMeshes_ = 0;
   double refreshed_s_ = 0, drawn_s_ = 0;
   int screenshots_ = 0;
   bool clicked_ = false;  // since the last frame

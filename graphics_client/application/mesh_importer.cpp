@@ -79,7 +79,8 @@ void MeshImporter::upload(Result<LocalMesh> mesh) {
                {[this, import](std::uint64_t sent_bytes, std::uint64_t total_bytes) {
                   const double share = static_cast<double>(sent_bytes) / static_cast<double>(total_bytes);
                   QMetaObject::invokeMethod(this, [this, import, share] {
-                    if (isUnderWay(import)) show("sending", share);
+                    if (!isUnderWay(import)) return;
+                    share < 1 ? show("sending", share) : show("the server checks", std::nullopt);
                   });
                 },
                 [this, import](const v1::AssetUploadReply& reply) {
