@@ -123,13 +123,12 @@ Pose GizmoDrag::moveTo(const PictureCamera& camera, PicturePoint pointer) {
   const bool turns = handle_.kind == GizmoHandle::Kind::kTurn;
   const bool onPlane = turns && !radius_m_;
   if (const auto place = onPlane ? angleOf(camera, pointer) : nearestOnLine(line_, along_, camera, pointer)) {
-    if (onPlane && now_) turned_ += std::remainder(*place - *now_, 2 * std::numbers::pi);
     if (!begin_) begin_ = place;
     now_ = onPlane ? *place : std::clamp(*place, *begin_ - kFarthest_m, *begin_ + kFarthest_m);
-    if (turns && radius_m_) turned_ = (*now_ - *begin_) / *radius_m_;
   }
   if (!turns) return {pose_.rotation, pose_.position + centre() - centre_};
-  const Quat turn = glm::angleAxis(turned_, axis_);
+  const double turned = begin_ ? (*now_ - *begin_) / radius_m_.value_or(1) : 0;
+  const Quat turn = glm::angleAxis(turned, axis_);
   return {glm::normalize(turn * pose_.rotation), centre_ + turn * (pose_.position - centre_)};
 }
 

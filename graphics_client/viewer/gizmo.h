@@ -63,7 +63,6 @@ class GizmoDrag {
   Vec3 line_{0}, along_{0};         // what the pointer is projected onto: the axis, or a tangent of a ring seen edge-on
   std::optional<double> radius_m_;  // of that ring
   std::optional<double> begin_, now_;  // on the line (m), or the angle on the ring (rad), as last known
-  double turned_ = 0;                  // since the press
 
   [[nodiscard]] std::optional<double> angleOf(const PictureCamera& camera, PicturePoint pointer) const;
 };

@@ -51,16 +51,19 @@ class Window(harness.Process):
         dialog = harness.wait_until(lambda: self.windows(title), harness.START_TIMEOUT_S, f"no dialog {title!r}")[0]
         self.do("windowfocus", "--sync", dialog, "type", "--delay", 5, text)
         self.do("key", "Return")
-        harness.wait_until(lambda: not self.windows(title), harness.START_TIMEOUT_S, f"{title!r} stays open")
+        harness.wait_until(lambda: not self.windows(title) and not self.windows(title), harness.START_TIMEOUT_S,
+                           f"{title!r} stays open")
         self.focus()
 
     def windows(self, title):
+        """Those that are seen. None, too, where one goes while they are looked at."""
         found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", f"^{re.escape(title)}$"],
                                env={**os.environ, **self.env}, capture_output=True, text=True, check=False)
         return found.stdout.split()
 
     def focus(self):
-        self.do("windowfocus", "--sync", self.windows("Haptic viewer")[0])
+        windows = harness.wait_until(lambda: self.windows("Haptic viewer"), harness.START_TIMEOUT_S, "no window")
+        self.do("windowfocus", "--sync", windows[0])
 
     def said(self, pattern, timeout_s=harness.START_TIMEOUT_S):
         """A line of the log."""
