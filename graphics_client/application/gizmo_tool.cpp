@@ -72,7 +72,7 @@ bool GizmoTool::update(const MirrorView& view, const std::string& object, const 
       const bool turns = drag_->handle().kind == GizmoHandle::Kind::kTurn;
       submit(turns ? "turn " : "move ", drag_->moveTo(camera, placeOf(*pointer)), turns);
     }
-    picture.emplace(drag_ ? drag_->centre() : centre_);
+    picture = GizmoPicture{drag_ ? drag_->centre() : centre_, std::nullopt};
     if (drag_) {
       picture->lit = drag_->handle();
     } else if (pointer) {
