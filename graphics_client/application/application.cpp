@@ -34,6 +34,7 @@ Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<
   });
   stopping.start(50);
   QApplication::exec();
+  window.finish();
   link.reset();
   SceneView& scene = window.scene();
   if (!options.screenshot.empty() && scene.snapshot().view) {

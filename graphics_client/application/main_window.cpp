@@ -1,5 +1,7 @@
 #include "graphics_client/application/main_window.h"
 
+#include <spdlog/spdlog.h>
+
 #include <QAction>
 #include <QDockWidget>
 #include <QFileDialog>
@@ -14,6 +16,7 @@
 #include <utility>
 
 #include "common/text/printable.h"
+#include "graphics_client/application/file_drop.h"
 
 namespace haptics {
 namespace {
@@ -28,6 +31,10 @@ constexpr double kStepPerClick_m = 0.004;
 /// Around an object's box a place on its drawn surface may be (metres): bumps, dents.
 constexpr double kAround_m = 0.002;
 constexpr int kMessage_ms = 5000;
+/// Between the highest object and one that is imported (metres).
+constexpr double kAboveScene_m = 0.02;
+constexpr const char* kMeshFiles =
+    "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.OBJ *.PLY *.STL *.OFF *.OM *.IV);;All files (*)";
 
 QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
@@ -73,10 +80,9 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       sceneText_(new QLabel),
       servoText_(new QLabel),
       handText_(new QLabel),
-      editor_(this, link, [this](const QString& edit, const QString& words, bool isError) {
-        properties_->say(edit + ": " + words, isError);
-        if (isError) statusBar()->showMessage(edit + ": " + words, kMessage_ms);
-      }) {
+      editor_(this, link, [this](auto... words) { say(words...); }),
+      gizmo_(scene_, editor_, newest_),
+      importer_(new MeshImporter(link, editor_)) {
   setWindowTitle("Haptic viewer");
   resize(options.width_px, options.height_px);
   setCentralWidget(view_);
@@ -86,10 +92,21 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
     label->setTextFormat(Qt::PlainText);
     statusBar()->addWidget(label);
   }
+  statusBar()->addPermanentWidget(importer_);
+  connect(importer_, &MeshImporter::failed, [this](auto file, auto why) { say("import " + file, why, true); });
+  connect(importer_, &MeshImporter::imported, [this](const QString& object, const QString& report) {
+    for (const QString& line : report.split('\n')) {
+      spdlog::info("import {}: {}", object.toStdString(), line.toStdString());
+    }
+    select(object);
+    report_ = report;
+  });
+  connect(new FileDrop(this), &FileDrop::dropped, [this](auto files, auto place) { drop(files, place); });
   connect(view_, &ViewWidget::pressed, [this] {
+    if (gizmo_.press(*view_->pointer())) return;
     if (lead_ != Lead::kLed) lead_ = Lead::kNone;
   });
-  connect(view_, &ViewWidget::released, [this](bool moved) { clicked_ = !moved; });
+  connect(view_, &ViewWidget::released, [this](bool moved) { clicked_ = !gizmo_.release() && !moved; });
   connect(view_, &ViewWidget::wheelTurned, [this](double clicks) {
     if (steering_.mapping() == HandSteering::Mapping::kSurface) {
       steering_.setPress_N(steering_.press_N() * std::pow(kPressPerClick, clicks));
@@ -137,9 +154,14 @@ QAction* MainWindow::addAction(QMenu* menu, const QString& title, const QKeySequ
 void MainWindow::makeEditMenu() {
   QMenu* edit = menuBar()->addMenu("&Edit");
   undo_ = addAction(edit, "&Undo", QKeySequence::Undo, "Takes back your last edit, if nobody else has touched it since",
-                    [this] { editor_.undo(); });
-  redo_ = addAction(edit, "&Redo", QKeySequence::Redo, "Makes the edit again that was taken back",
-                    [this] { editor_.redo(); });
+                    [this] {
+                      gizmo_.finishSteps();
+                      editor_.undo();
+                    });
+  redo_ = addAction(edit, "&Redo", QKeySequence("Ctrl+Y"), "Makes the edit again that was taken back", [this] {
+    gizmo_.finishSteps();
+    editor_.redo();
+  });
   edit->addSeparator();
   QMenu* objects = edit->addMenu("&Add");
   for (const char* kind : {"Sphere", "Box", "Cylinder", "Torus"}) {
@@ -151,6 +173,8 @@ void MainWindow::makeEditMenu() {
             [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); });
   addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object",
             [this] { withSelected([this](const std::string& object) { editor_.remove(object); }); });
+  edit->addSeparator();
+  gizmo_.addActions(edit, view_);
 }
 
 void MainWindow::makeMenus() {
@@ -158,7 +182,11 @@ void MainWindow::makeMenus() {
   QMenu* file = menuBar()->addMenu("&File");
   add(file, "&Open scene...", QKeySequence::Open, "Takes the objects of a scene file in place of the present ones",
       [this] { open(); });
-  add(file, "Save scene &as...", QKeySequence::SaveAs, "Writes a scene file, with its meshes beside it",
+  add(file, "&Import mesh...", QKeySequence("Ctrl+I"), "Adds the mesh of a file to the scene; or drop files here",
+      [this] { importMesh(); });
+  add(file, "&Cancel import", QKeySequence("Ctrl+Shift+I"),
+      "Ends the imports that are under way; the scene stays as it is", [this] { importer_->cancel(); });
+  add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",
       [this] { save(); });
   add(file, "&Save picture", Qt::Key_S, "Writes haptic_view_N.png in this folder", [this] { saveScreenshot(); });
   add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",
@@ -215,13 +243,15 @@ void MainWindow::frame() {
     return;
   }
   const auto view = newest_();
+  const bool gizmoChanged = gizmo_.update(*view, selected_.toStdString(), view_->pointer());
   lead(*view, now_s - drawn_s_);
-  const bool dirty = view_->takeDirty() || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;
+  const bool dirty = view_->takeDirty() || gizmoChanged || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;
   if (dirty) {
     scene_.drawFrame(view, now_s);
     if (std::exchange(clicked_, false)) {
       if (const auto place = scene_.probe().found()) select(objectAt(place->position));
     }
+    import(std::exchange(dropped_, {}), surfaceUnderPointer());
     view_shown_ = view;
     drawn_s_ = now_s;
   }
@@ -265,9 +295,11 @@ bool MainWindow::changed(const MirrorView& view) const {
 /// Leads the hand where the pointer is, once the server gives it.
 void MainWindow::lead(const MirrorView& view, double dt_s) {
   const bool isLed = view.hand.isSelf && view.sample.has_value();
-  scene_.probe().aim(view_->isPressed() || isLed || clicked_ ? view_->pointer() : std::nullopt);
-  const auto surface = surfaceUnderPointer();
-  if (lead_ == Lead::kNone && view_->isPressed() && surface && view.link == LinkState::kLive) {
+  const bool isPressed = view_->isPressed() && !gizmo_.isDragging();
+  const bool looks = isPressed || isLed || clicked_ || !dropped_.isEmpty();
+  scene_.probe().aim(looks ? view_->pointer() : std::nullopt);
+  const auto surface = gizmo_.isDragging() ? std::nullopt : surfaceUnderPointer();
+  if (lead_ == Lead::kNone && isPressed && surface && view.link == LinkState::kLive) {
     link_.leadHand(true);
     lead_ = Lead::kAsked;
   }
@@ -282,7 +314,7 @@ void MainWindow::lead(const MirrorView& view, double dt_s) {
     steering_.setPress_N(HandSteering::kMinPress_N +
                          *pressure * (HandSteering::kMaxPress_N - HandSteering::kMinPress_N));
   }
-  HandSteering::Pointer pointer{.pressed = view_->isPressed(), .surface = surface};
+  HandSteering::Pointer pointer{.pressed = isPressed, .surface = surface};
   pointer.eye = scene_.cameras().worldPosition();
   if (const auto pixel = view_->pointer()) {
     pointer.onPicture = scene_.cameras().onPictureThrough(steering_.hand(), (*pixel)[0], (*pixel)[1]);
@@ -315,7 +347,10 @@ QString MainWindow::objectAt(Vec3 place) const {
 }
 
 void MainWindow::list(const MirrorView& view) {
-  if (view.scene->revision() == listedRevision_ && view.epoch == listedEpoch_) return;
+  if (view.scene->revision() == listedRevision_ && view.epoch == listedEpoch_ && view.meshes.size() == listedMeshes_) {
+    return;
+  }
+  listedMeshes_ = view.meshes.size();
   listedRevision_ = view.scene->revision();
   listedEpoch_ = view.epoch;
   const QSignalBlocker quiet(objects_);
@@ -343,6 +378,9 @@ void MainWindow::select(const QString& name) {
 
 void MainWindow::refresh(const MirrorView& view) {
   properties_->show(selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString()), view.mayEdit);
+  if (!report_.isEmpty() && view.scene->find(selected_.toStdString())) {
+    properties_->say(std::exchange(report_, {}), false);
+  }
   for (const auto& [action, verb, offer] :
        {std::tuple{undo_, "&Undo ", editor_.undoOffer()}, std::tuple{redo_, "&Redo ", editor_.redoOffer()}}) {
     action->setEnabled(offer.has_value());
@@ -381,9 +419,51 @@ void MainWindow::withSelected(const std::function<void(const std::string&)>& doe
   does(selected_.toStdString());
 }
 
+void MainWindow::say(const QString& edit, const QString& words, bool isError) {
+  properties_->say(edit + ": " + words, isError);
+  if (!isError) return;
+  statusBar()->showMessage(edit + ": " + words, kMessage_ms);
+  spdlog::warn("{}: {}", edit.toStdString(), words.toStdString());
+}
+
+void MainWindow::finish() {
+  importer_->finish();
+  editor_.finish();
+}
+
+void MainWindow::importMesh() {
+  import(QFileDialog::getOpenFileNames(this, "Import mesh", {}, kMeshFiles), std::nullopt);
+}
+
+/// Meshes come where the pointer is once the next frame has found the surface there.
+void MainWindow::drop(const QStringList& files, const QPoint& place) {
+  QStringList meshes;
+  for (const QString& file : files) {
+    if (file.endsWith(".scene", Qt::CaseInsensitive)) {
+      open(file);
+    } else {
+      meshes << file;
+    }
+  }
+  const QPoint inView = view_->mapFrom(this, place);
+  if (!view_->rect().contains(inView)) return import(meshes, std::nullopt);
+  view_->pointTo(inView);
+  dropped_ += meshes;
+}
+
+/// Onto a surface, else above the scene.
+void MainWindow::import(const QStringList& files, const std::optional<SurfacePoint>& onto) {
+  for (const QString& file : files) {
+    importer_->import(file, onto ? onto->position : Vec3(0, 0, top_m() + kAboveScene_m));
+  }
+}
+
 void MainWindow::open() {
   const QString file = QFileDialog::getOpenFileName(this, "Open scene", {}, "Scenes (*.scene)");
-  if (file.isEmpty()) return;
+  if (!file.isEmpty()) open(file);
+}
+
+void MainWindow::open(const QString& file) {
   if (const Result<void> opened = editor_.open(file.toStdString()); !opened) {
     QMessageBox::warning(this, "Open scene", text(opened.error().text()));
   }

@@ -8,7 +8,9 @@
 #include <optional>
 #include <string>
 
+#include "graphics_client/application/gizmo_tool.h"
 #include "graphics_client/application/hand_steering.h"
+#include "graphics_client/application/mesh_importer.h"
 #include "graphics_client/application/plot_panel.h"
 #include "graphics_client/application/property_panel.h"
 #include "graphics_client/application/scene_editor.h"
@@ -30,6 +32,8 @@ class MainWindow : public QMainWindow {
   MainWindow(const ViewerOptions& options, ServerLink& link, std::function<std::shared_ptr<const MirrorView>()> newest);
 
   [[nodiscard]] SceneView& scene() { return scene_; }
+  /// Waits until nothing uses the link any more.
+  void finish();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -51,11 +55,16 @@ class MainWindow : public QMainWindow {
   std::shared_ptr<const MirrorView> view_shown_;
   std::uint64_t plottedTick_ = 0;
   std::uint64_t listedRevision_ = 0, listedEpoch_ = 0;
+  std::size_t listedMeshes_ = 0;
   double refreshed_s_ = 0, drawn_s_ = 0;
   int screenshots_ = 0;
   bool clicked_ = false;  // since the last frame
   QString selected_;
   SceneEditor editor_;
+  GizmoTool gizmo_;
+  MeshImporter* importer_;
+  QStringList dropped_;  // files, where the pointer is
+  QString report_;       // of the import that is selected, until its object is here
   QAction *undo_ = nullptr, *redo_ = nullptr;
 
   void makeDocks();
@@ -76,7 +85,12 @@ class MainWindow : public QMainWindow {
   /// Of all objects.
   [[nodiscard]] double top_m() const;
   void withSelected(const std::function<void(const std::string&)>& does);
+  void say(const QString& edit, const QString& words, bool isError);
+  void importMesh();
+  void drop(const QStringList& files, const QPoint& place);
+  void import(const QStringList& files, const std::optional<SurfacePoint>& onto);
   void open();
+  void open(const QString& file);
   void save();
   void saveScreenshot();
   void toggle(bool SceneView::Style::*how);

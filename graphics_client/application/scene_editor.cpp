@@ -63,9 +63,11 @@ EditPort SceneEditor::port() {
               },
           .upload =
               [this, here](const AssetContent& content, UploadCallbacks callbacks) {
-                link_.upload(
-                    kindOf(content), canonicalBytes(content).copy(),
-                    {.progress = here(std::move(callbacks.progress)), .finished = here(std::move(callbacks.finished))});
+                UploadCallbacks answers{.progress = here(std::move(callbacks.progress)),
+                                        .finished = here(std::move(callbacks.finished))};
+                encoding_.start([this, content, answers = std::move(answers)] {
+                  link_.upload(kindOf(content), canonicalBytes(content).copy(), answers);
+                });
               }};
 }
 
@@ -98,6 +100,24 @@ std::string SceneEditor::add(const std::string& kind, double z_m) {
   std::string name = add.name();
   submit("add " + QString::fromStdString(name), std::move(operation));
   return name;
+}
+
+void SceneEditor::addMesh(const std::string& wantedName, const ContentHash& mesh, Vec3 position_m,
+                          std::function<void(const v1::EditProgress&)> progress,
+                          std::function<void(const std::string& name, const Result<v1::Accepted>&)> done) {
+  Edit edit;
+  v1::AddObject& add = *edit.transaction.add_operations()->mutable_add();
+  add.set_name(freeName(*link_.latest()->scene, wantedName));
+  add.mutable_mesh()->set_asset(mesh.asBytes());
+  v1::Vector3& position = *add.mutable_pose()->mutable_position();
+  position.set_x(position_m.x);
+  position.set_y(position_m.y);
+  position.set_z(position_m.z);
+  edit.text = "import " + add.name();
+  edit.progress = std::move(progress);
+  const std::string name = add.name();
+  history_.submit(std::move(edit),
+                  [name, done = std::move(done)](const Result<v1::Accepted>& outcome) { done(name, outcome); });
 }
 
 void SceneEditor::duplicate(const std::string& object) {

@@ -2,6 +2,7 @@
 
 #include <QObject>
 #include <QString>
+#include <QThreadPool>
 #include <functional>
 #include <optional>
 #include <string>
@@ -28,11 +29,17 @@ class SceneEditor {
   /// @param kind  "sphere", "box", "cylinder" or "torus".
   /// @return Its name.
   std::string add(const std::string& kind, double z_m);
+  /// An object of a mesh that the server was sent. `done` is told its name, and the outcome.
+  void addMesh(const std::string& wantedName, const ContentHash& mesh, Vec3 position_m,
+               std::function<void(const v1::EditProgress&)> progress,
+               std::function<void(const std::string& name, const Result<v1::Accepted>&)> done);
   void duplicate(const std::string& object);
   void remove(const std::string& object);
   /// In place of the present objects. Errors name the file, or what is wrong in it.
   [[nodiscard]] Result<void> open(const std::string& file);
   [[nodiscard]] Result<void> save(const std::string& file) const;
+  /// Waits until nothing uses the link any more.
+  void finish() { encoding_.waitForDone(); }
 
   void undo() { history_.undo(said("undo")); }
   void redo() { history_.redo(said("redo")); }
@@ -46,6 +53,7 @@ class SceneEditor {
   EditHistory history_;
   std::optional<LatestEdit> drag_;
   QString dragged_;
+  QThreadPool encoding_;
 
   [[nodiscard]] EditPort port();
   [[nodiscard]] EditDone said(const QString& edit);

@@ -21,6 +21,8 @@ class ViewWidget : public QWidget {
   [[nodiscard]] bool isPressed() const { return pressed_; }
   /// 0 to 1, of a tablet's pen while it touches; nothing: of a mouse.
   [[nodiscard]] std::optional<double> penPressure() const { return penPressure_; }
+  /// As if the pointer were there, in this widget.
+  void pointTo(const QPoint& place) { follow(place); }
   /// Something moved the camera or the picture since the last call.
   [[nodiscard]] bool takeDirty();
 

@@ -52,31 +52,31 @@ void EditHistory::submit(Edit edit, EditDone done) {
   auto submittedAt = port_.view();
   auto objects = objectsEditedBy(edit.transaction, *submittedAt->scene);
   auto entry = std::make_shared<Entry>();
-  entry->text = std::move(edit.text);
+  entry->text = edit.text;
   entry->group = edit.group;
-  send(std::move(edit.transaction), std::move(edit.uploads),
-       [this, submittedAt = std::move(submittedAt), objects = std::move(objects), entry,
-        done = std::move(done)](const Result<v1::Accepted>& outcome) {
-         if (outcome) {
-           entry->changes = take(objects, *submittedAt, *outcome);
-           gather(*submittedAt, changedAssets(entry->changes), entry->assets);
-           add(entry);
-         }
-         if (done) done(outcome);
-       });
+  send(std::move(edit), [this, submittedAt = std::move(submittedAt), objects = std::move(objects), entry,
+                         done = std::move(done)](const Result<v1::Accepted>& outcome) {
+    if (outcome) {
+      entry->changes = take(objects, *submittedAt, *outcome);
+      gather(*submittedAt, changedAssets(entry->changes), entry->assets);
+      add(entry);
+    }
+    if (done) done(outcome);
+  });
 }
 
 /// Uploads first, one refused upload refuses the edit.
-void EditHistory::send(v1::Transaction transaction, std::vector<AssetContent> uploads, EditDone done) {
+void EditHistory::send(Edit edit, EditDone done) {
   ++inFlight_;
   struct Sending {
     v1::Transaction transaction;
+    std::function<void(const v1::EditProgress&)> progress;
     EditDone done;
     std::size_t uploadsLeft;
     std::optional<Error> failure;
   };
-  const auto sending =
-      std::make_shared<Sending>(Sending{std::move(transaction), std::move(done), uploads.size(), std::nullopt});
+  const auto sending = std::make_shared<Sending>(Sending{std::move(edit.transaction), std::move(edit.progress),
+                                                         std::move(done), edit.uploads.size(), std::nullopt});
   const auto finish = [this, sending](const Result<v1::Accepted>& outcome) {
     --inFlight_;
     if (outcome) {
@@ -89,13 +89,15 @@ void EditHistory::send(v1::Transaction transaction, std::vector<AssetContent> up
     if (sending->failure) return finish(tl::unexpected(*sending->failure));
     EditCallbacks callbacks;
     callbacks.replied = [finish](const v1::EditReply& reply) { finish(outcomeOf(reply)); };
+    callbacks.progress = std::move(sending->progress);
     port_.submit(std::move(sending->transaction), std::move(callbacks));
   };
-  if (uploads.empty()) return go();
-  for (AssetContent& content : uploads) {
+  if (edit.uploads.empty()) return go();
+  for (AssetContent& content : edit.uploads) {
     UploadCallbacks callbacks;
-    callbacks.finished = [sending, go, name = canonicalBytes(content).hash()](const v1::AssetUploadReply& reply) {
+    callbacks.finished = [sending, go](const v1::AssetUploadReply& reply) {
       if (!reply.accepted() && !sending->failure) {
+        const ContentHash name = ContentHash::fromBytes(reply.hash()).value_or(ContentHash{});
         sending->failure = Error{"upload of " + name.hex() + ": " + reply.field(), reply.reason()};
       }
       if (--sending->uploadsLeft == 0) go();
@@ -188,7 +190,7 @@ void EditHistory::turn(bool redo, EditDone done) {
     if (!held.contains(name) && asset != step.entry->assets.end()) uploads.push_back(asset->second);
   }
   auto objects = objectsEditedBy(transaction, scene);
-  send(transaction, std::move(uploads),
+  send({transaction, {}, std::move(uploads)},
        [this, step, view, objects = std::move(objects), done = std::move(done)](const Result<v1::Accepted>& outcome) {
          if (outcome) {
            take(objects, *view, *outcome);

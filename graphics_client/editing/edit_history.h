@@ -24,7 +24,7 @@ namespace haptics {
 struct EditPort {
   std::function<std::shared_ptr<const MirrorView>()> view;  ///< The newest; never null.
   std::function<void(v1::Transaction, EditCallbacks)> submit;
-  /// Sends the content's canonical bytes.
+  /// Sends the content's canonical bytes, which may take long to make: not on this thread.
   std::function<void(AssetContent, UploadCallbacks)> upload;
 };
 
@@ -34,6 +34,8 @@ struct Edit {
   /// Named by the transaction and perhaps not held by the server: they are sent before it.
   std::vector<AssetContent> uploads = {};
   std::uint64_t group = 0;  ///< Not 0: one entry of the history together with the newest, if that is of the same group.
+  /// Of an edit that takes the server long.
+  std::function<void(const v1::EditProgress&)> progress = nullptr;
 };
 
 /// Submits this user's edits and undoes them. An entry holds, for each object that its edit changed, the record before
@@ -95,7 +97,7 @@ class EditHistory {
   std::uint64_t epoch_ = 0, revision_ = 0;
   std::map<std::string, Known> known_;  // by accepted transactions that the mirror may lack, by name
 
-  void send(v1::Transaction transaction, std::vector<AssetContent> uploads, EditDone done);
+  void send(Edit edit, EditDone done);
   void turn(bool redo, EditDone done);
   void turned(const Step& step);
   [[nodiscard]] Step undone(bool redo) const;

@@ -70,6 +70,23 @@ Result<AssetContent> read(const AssetName& asset, const fs::path& file) {
   return content;
 }
 
+/// The assets that the transaction names and the present scene does not.
+/// @param mayLack  Those that do not lie beside the file are left out, not refused.
+Result<std::vector<AssetContent>> readAssets(const fs::path& file, const v1::Transaction& transaction,
+                                             const SceneVersion& present, bool mayLack) {
+  std::vector<AssetContent> assets;
+  const auto held = assetsNamedBy(present);
+  for (const AssetName& name : assetsNamedBy(transaction)) {
+    std::error_code ignored;
+    const fs::path beside = fileOf(name, file);
+    if (held.contains(name) || (mayLack && !fs::exists(beside, ignored))) continue;
+    auto content = read(name, beside);
+    if (!content) return tl::unexpected(std::move(content).error());
+    assets.push_back(*std::move(content));
+  }
+  return assets;
+}
+
 }  // namespace
 
 Result<void> saveScene(const MirrorView& view, const fs::path& file) {
@@ -92,18 +109,19 @@ Result<void> saveScene(const MirrorView& view, const fs::path& file) {
 Result<Edit> openScene(const fs::path& file, const SceneVersion& present) {
   auto transaction = readSceneFile(file.string());
   if (!transaction) return tl::unexpected(std::move(transaction).error());
-  Edit edit{{}, "Open " + file.filename().string()};
-  for (const AssetName& name : assetsNamedBy(*transaction)) {
-    if (assetsNamedBy(present).contains(name)) continue;
-    auto content = read(name, fileOf(name, file));
-    if (!content) return tl::unexpected(std::move(content).error());
-    edit.uploads.push_back(*std::move(content));
-  }
+  auto uploads = readAssets(file, *transaction, present, false);
+  if (!uploads) return tl::unexpected(std::move(uploads).error());
+  Edit edit{{}, "Open " + file.filename().string(), *std::move(uploads)};
   for (const auto& object : present.objects()) {
     edit.transaction.add_operations()->mutable_remove()->mutable_object()->set_id(object->id);
   }
   edit.transaction.MergeFrom(*transaction);
   return edit;
+}
+
+Result<std::vector<AssetContent>> assetsBeside(const fs::path& file, const v1::Transaction& transaction,
+                                               const SceneVersion& present) {
+  return readAssets(file, transaction, present, true);
 }
 
 }  // namespace haptics

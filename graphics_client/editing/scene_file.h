@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "common/error/error.h"
 #include "graphics_client/editing/edit_history.h"
@@ -17,5 +18,11 @@ namespace haptics {
 /// An edit that removes the present objects and carries out the file's transaction, with uploads of the assets that the
 /// present scene does not name. Refused: an asset is missing, damaged, or of another kind than its name says.
 [[nodiscard]] Result<Edit> openScene(const std::filesystem::path& file, const SceneVersion& present);
+
+/// The assets that the transaction of a scene file names, lie beside it, and are not named by the present scene. Refused:
+/// one is damaged, or of another kind than its name says.
+[[nodiscard]] Result<std::vector<AssetContent>> assetsBeside(const std::filesystem::path& file,
+                                                             const v1::Transaction& transaction,
+                                                             const SceneVersion& present);
 
 }  // namespace haptics

@@ -92,10 +92,11 @@ int apply(const CommonOptions& common, const ApplyOptions& options) {
   if (!transaction) return fail(kRefused, transaction.error());
 
   Connection connection(common, {});
-  if (const auto opened = connection.open(); !opened) return fail(kNoConnection, opened.error());
-  if (const auto sent = uploadFiles(connection, options.uploads, *transaction); !sent) {
-    return fail(Interrupt::interrupted() ? kInterrupted : kRefused, sent.error());
-  }
+  const auto opened = connection.open();
+  if (!opened) return fail(kNoConnection, opened.error());
+  auto sent = uploadFiles(connection, options.uploads, *transaction);
+  if (sent && options.scene != "-") sent = uploadBeside(connection, options.scene, *transaction, *(*opened)->scene);
+  if (!sent) return fail(Interrupt::interrupted() ? kInterrupted : kRefused, sent.error());
 
   const auto answers = std::make_shared<Answers>();
   connection.link().submit(std::move(*transaction),

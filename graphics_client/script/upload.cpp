@@ -4,14 +4,15 @@
 #include <future>
 #include <memory>
 #include <set>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include "common/importer/importer.h"
 #include "common/surface/field_asset.h"
 #include "common/text/printable.h"
+#include "graphics_client/editing/local_asset.h"
 #include "graphics_client/editing/named_assets.h"
+#include "graphics_client/editing/scene_file.h"
 #include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/progress_bar.h"
 
@@ -32,21 +33,11 @@ void showUpload(const std::string& name, std::uint64_t sent_bytes, std::uint64_t
   showProgress("uploading " + name, static_cast<double>(sent_bytes) / static_cast<double>(total_bytes), total);
 }
 
-/// Canonical bytes of what a local file holds.
-struct LocalAsset {
-  AssetKind kind;
-  std::string bytes;
-};
-
 Result<LocalAsset> meshIn(const std::filesystem::path& file, const v1::MeshSource& source) {
-  ImportOptions options;
-  if (source.has_unit_m()) options.unit_m = source.unit_m();
-  if (source.has_largest_extent_m()) options.largestExtent_m = source.largest_extent_m();
-  options.keepCrossings = source.keep_crossings();
-  auto imported = importMeshFile(file, options);
-  if (!imported) return tl::unexpected(std::move(imported).error());
-  std::fprintf(stderr, "%s: %s\n", file.c_str(), printable(imported->report.text()).c_str());
-  return LocalAsset{AssetKind::kMesh, std::move(imported->bytes)};
+  auto mesh = readMeshFile(file, importOptionsOf(source));
+  if (!mesh) return tl::unexpected(std::move(mesh).error());
+  std::fprintf(stderr, "%s: %s\n", file.c_str(), printable(mesh->report.text()).c_str());
+  return std::move(mesh->asset);
 }
 
 Result<LocalAsset> fieldIn(const std::filesystem::path& file) {
@@ -55,13 +46,12 @@ Result<LocalAsset> fieldIn(const std::filesystem::path& file) {
   const auto field = decodeField(*bytes);
   if (!field) return refused(file.string(), field.error().text());
   std::fprintf(stderr, "%s: %u x %u samples\n", file.c_str(), field->width(), field->height());
-  return LocalAsset{AssetKind::kScalarField, *std::move(bytes)};
+  return localAsset(AssetKind::kScalarField, *std::move(bytes));
 }
 
-/// @return Its hash, once the server holds it.
-Result<ContentHash> uploadOne(Connection& connection, const std::string& name, const std::filesystem::path& file,
-                              LocalAsset asset) {
-  const ContentHash hash = Hasher().add(std::as_bytes(std::span(asset.bytes))).finish();
+/// Returns once the server holds it.
+Result<void> uploadOne(Connection& connection, const std::string& name, const std::filesystem::path& file,
+                       LocalAsset asset) {
   const Interrupt interrupt;
   const auto finished = std::make_shared<std::promise<v1::AssetUploadReply>>();
   connection.link().upload(asset.kind, std::move(asset.bytes),
@@ -70,13 +60,12 @@ Result<ContentHash> uploadOne(Connection& connection, const std::string& name, c
                             },
                             [finished](const v1::AssetUploadReply& reply) { finished->set_value(reply); }});
   const auto reply = connection.await(finished->get_future(), [&] {
-    if (Interrupt::interrupted()) connection.link().cancelUpload(hash);
+    if (Interrupt::interrupted()) connection.link().cancelUpload(asset.hash);
   });
   endProgress();
   if (Interrupt::interrupted()) return refused(file.string(), "the upload was cancelled; nothing was changed");
   if (!reply) return tl::unexpected(reply.error());
-  if (!reply->accepted()) return refused(file.string() + ": " + reply->field(), reply->reason());
-  return hash;
+  return outcomeOf(*reply, file);
 }
 
 }  // namespace
@@ -90,9 +79,9 @@ Result<void> uploadFiles(Connection& connection, const std::map<std::string, std
     used.insert(name);
     auto asset = read(file->second);
     if (!asset) return tl::unexpected(std::move(asset).error());
-    const auto hash = uploadOne(connection, file->first, file->second, *std::move(asset));
-    if (!hash) return tl::unexpected(hash.error());
-    put(hash->asBytes());
+    const ContentHash hash = asset->hash;
+    if (auto sent = uploadOne(connection, file->first, file->second, *std::move(asset)); !sent) return sent;
+    put(hash.asBytes());
     return {};
   };
   for (auto& operation : *transaction.mutable_operations()) {
@@ -119,6 +108,18 @@ Result<void> uploadFiles(Connection& connection, const std::map<std::string, std
   }
   for (const auto& [name, file] : files) {
     if (!used.contains(name)) return refused("--upload " + name, "no mesh or image of the scene names this file");
+  }
+  return {};
+}
+
+Result<void> uploadBeside(Connection& connection, const std::filesystem::path& scene,
+                          const v1::Transaction& transaction, const SceneVersion& present) {
+  const auto assets = assetsBeside(scene, transaction, present);
+  if (!assets) return tl::unexpected(assets.error());
+  for (const AssetContent& content : *assets) {
+    LocalAsset asset = localAsset(kindOf(content), canonicalBytes(content).copy());
+    const std::string name = asset.hash.hex();
+    if (auto sent = uploadOne(connection, name, scene, std::move(asset)); !sent) return sent;
   }
   return {};
 }

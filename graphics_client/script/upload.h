@@ -16,4 +16,8 @@ namespace haptics {
                                        const std::map<std::string, std::filesystem::path>& files,
                                        v1::Transaction& transaction);
 
+/// Uploads the assets that lie beside a scene file (editing/scene_file.h) and that the present scene does not name.
+[[nodiscard]] Result<void> uploadBeside(Connection& connection, const std::filesystem::path& scene,
+                                        const v1::Transaction& transaction, const SceneVersion& present);
+
 }  // namespace haptics

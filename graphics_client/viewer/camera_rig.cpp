@@ -77,15 +77,21 @@ Vec3 CameraRig::direction() {
   return toVec(renderWindow_.world().solid->GetActiveCamera()->GetDirectionOfProjection());
 }
 
-Vec3 CameraRig::onPictureThrough(Vec3 place, double x_px, double y_px) {
+PictureCamera CameraRig::picture() {
   vtkCamera* camera = renderWindow_.world().solid->GetActiveCamera();
-  const Vec3 eye = toVec(camera->GetPosition()), into = direction();
-  const Vec3 right = glm::normalize(glm::cross(into, toVec(camera->GetViewUp())));
-  const Vec3 up = glm::cross(right, into);
-  const double perPixel = 2 * std::tan(glm::radians(camera->GetViewAngle()) / 2) / renderWindow_.height_px();
-  const Vec3 ray = into + right * ((x_px - renderWindow_.width_px() / 2.0) * perPixel) +
-                   up * ((y_px - renderWindow_.height_px() / 2.0) * perPixel);
-  return eye + ray * std::max(glm::dot(place - eye, into), kSmallestDistance_m);
+  PictureCamera picture;
+  picture.eye = toVec(camera->GetPosition());
+  picture.into = direction();
+  picture.right = glm::normalize(glm::cross(picture.into, toVec(camera->GetViewUp())));
+  picture.up = glm::cross(picture.right, picture.into);
+  picture.pixelWidth = 2 * std::tan(glm::radians(camera->GetViewAngle()) / 2) / renderWindow_.height_px();
+  picture.size_px = PicturePoint(renderWindow_.width_px(), renderWindow_.height_px());
+  return picture;
+}
+
+Vec3 CameraRig::onPictureThrough(Vec3 place, double x_px, double y_px) {
+  const PictureCamera camera = picture();
+  return camera.eye + camera.ray({x_px, y_px}) * std::max(camera.depth_m(place), kSmallestDistance_m);
 }
 
 void CameraRig::update(const TelemetrySample* sample, double dt_s) {

@@ -7,6 +7,7 @@
 #include "common/maths/vec.h"
 #include "common/telemetry/telemetry_sample.h"
 #include "graphics_client/viewer/camera_fit.h"
+#include "graphics_client/viewer/picture_camera.h"
 #include "graphics_client/viewer/render_window.h"
 
 namespace haptics {
@@ -33,6 +34,8 @@ class CameraRig {
 
   /// Where the ray of a pixel (from the lower left corner) meets the plane of the picture through a place, world frame.
   [[nodiscard]] Vec3 onPictureThrough(Vec3 place, double x_px, double y_px);
+  /// Of the world.
+  [[nodiscard]] PictureCamera picture();
   /// From the eye into the picture, unit.
   [[nodiscard]] Vec3 direction();
   /// Scale of the world's camera at a point, and of the close-up's at its centre.

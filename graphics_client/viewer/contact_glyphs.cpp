@@ -1,6 +1,5 @@
 #include "graphics_client/viewer/contact_glyphs.h"
 
-#include <vtkConeSource.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPointData.h>
 #include <vtkPolyDataMapper.h>
@@ -24,7 +23,6 @@ constexpr double kPrimitiveOpacity = 0.6;
 constexpr double kSmallestArrow_N = 0.03;
 /// The arrow tip's length and radius in shaft radii. A short arrow is all tip.
 constexpr double kTipLength = 6, kTipRadius = 2.6;
-constexpr int kTipSides = 20;
 /// Full colour when the server told no limit (newtons).
 constexpr double kFullScale_N = 5;
 constexpr double kPrimitiveLift_px = 1.2;
@@ -32,17 +30,6 @@ constexpr float kPolygonOutline_px = 2, kPrimitiveLine_px = 5, kVertexPoint_px =
                 kSpringLine_px = 2.5F;
 /// The pin at the sticking point: its length, and the radii of its needle, head and thread (pixels).
 constexpr double kPin_px = 26, kNeedle_px = 1.2, kPinHead_px = 4.5, kThread_px = 1;
-
-/// Along +x from 0 to 1, radius 1 at the base.
-vtkSmartPointer<vtkPolyData> unitCone() {
-  vtkNew<vtkConeSource> source;
-  source->SetHeight(1);
-  source->SetRadius(1);
-  source->SetCenter(0.5, 0, 0);
-  source->SetResolution(kTipSides);
-  source->Update();
-  return source->GetOutput();
-}
 
 palette::Shade shadeIf(bool current, palette::Shade shade) { return current ? shade : palette::kFaded; }
 

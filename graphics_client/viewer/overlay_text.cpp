@@ -248,6 +248,7 @@ const std::vector<OverlayLine>& controlLines() {
       {"wheel", "then: press harder; else: zoom"},
       {"right drag", "orbit; middle: pan"},
       {"t", "touch in space, or on surfaces"},
+      {"g", "move, turn the selected one"},
       {"Esc", "let go of the hand"},
       {"r", "show all"},
       {"h", "hide this help"},

@@ -43,6 +43,10 @@ inline constexpr Shade kSticking{0.55, 0.20, 0.62};  // the sticking point
 inline constexpr Shade kSliding{0.95, 0.55, 0.10};
 inline constexpr Shade kFaded{0.62, 0.64, 0.66};  // what is shown but no longer true
 
+/// Of handles: along or about x, y, z, and the one under the pointer.
+inline constexpr std::array kAxes{Shade{0.85, 0.15, 0.15}, Shade{0.10, 0.60, 0.15}, Shade{0.15, 0.30, 0.90}};
+inline constexpr Shade kLitHandle{1.00, 0.75, 0.00};
+
 inline constexpr Shade kCard{1, 1, 1};
 inline constexpr Shade kText{0.10, 0.12, 0.15};
 inline constexpr Shade kLabel{0.40, 0.44, 0.49};

@@ -1,6 +1,7 @@
 #include "graphics_client/viewer/poly_data.h"
 
 #include <vtkCellArray.h>
+#include <vtkConeSource.h>
 #include <vtkLineSource.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -126,6 +127,16 @@ vtkSmartPointer<vtkPolyData> unitCylinder() {
   tube->SetNumberOfSides(kRoundness);
   tube->Update();
   return tube->GetOutput();
+}
+
+vtkSmartPointer<vtkPolyData> unitCone() {
+  vtkNew<vtkConeSource> source;
+  source->SetHeight(1);
+  source->SetRadius(1);
+  source->SetCenter(0.5, 0, 0);
+  source->SetResolution(kRoundness);
+  source->Update();
+  return source->GetOutput();
 }
 
 vtkSmartPointer<vtkMatrix4x4> matrixOf(const Pose& pose) {

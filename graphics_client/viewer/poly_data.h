@@ -38,6 +38,8 @@ namespace haptics {
 [[nodiscard]] vtkSmartPointer<vtkPolyData> unitSphere();
 /// Along +x from 0 to 1, radius 1.
 [[nodiscard]] vtkSmartPointer<vtkPolyData> unitCylinder();
+/// Along +x from 0 to 1, radius 1 at the base.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> unitCone();
 
 [[nodiscard]] vtkSmartPointer<vtkMatrix4x4> matrixOf(const Pose& pose);
 

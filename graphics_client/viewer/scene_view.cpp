@@ -32,6 +32,7 @@ SceneView::SceneView(const ViewerOptions& options)
       closeUpGlyphs_(renderWindow_.closeUp(), kCloseUpSizes),
       pointerGlyph_(renderWindow_.world(), unitSphere(), Glyph::Kind::kAbove),
       pullGlyph_(renderWindow_.world(), unitCylinder(), Glyph::Kind::kAbove),
+      gizmoGlyphs_(renderWindow_.world()),
       cameras_(renderWindow_),
       overlay_(renderWindow_, !options.offscreen),
       resetAt_s_(-kResetNotice_s) {
@@ -105,6 +106,7 @@ void SceneView::show(const FrameSnapshot& snapshot, double dt_s) {
   glyphs_.update(view, snapshot.trail, scale, current);
   closeUpGlyphs_.update(view, snapshot.trail, cameras_.closeUpMetresPerPixel(), current);
   showPointer(view, scale);
+  gizmoGlyphs_.update(gizmo_, cameras_.picture());
   renderWindow_.render();
 }
 

@@ -7,6 +7,7 @@
 #include "graphics_client/mirror/playback.h"
 #include "graphics_client/viewer/camera_rig.h"
 #include "graphics_client/viewer/contact_glyphs.h"
+#include "graphics_client/viewer/gizmo_glyphs.h"
 #include "graphics_client/viewer/overlay.h"
 #include "graphics_client/viewer/render_window.h"
 #include "graphics_client/viewer/run_summary.h"
@@ -48,6 +49,8 @@ class SceneView {
   [[nodiscard]] SurfaceProbe& probe() { return probe_; }
   /// Where the pointer is on the surface, and where it pulls the hand from; nothing: it leads no hand.
   void showPointer(const std::optional<SurfacePoint>& pointer) { pointer_ = pointer; }
+  /// Nothing: none.
+  void showGizmo(const std::optional<GizmoPicture>& gizmo) { gizmo_ = gizmo; }
   [[nodiscard]] RunSummary& summary() { return summary_; }
   [[nodiscard]] double framesPerSecond() const { return framesPerSecond_; }
   /// Drawn last.
@@ -67,6 +70,7 @@ class SceneView {
   SurfaceProbe probe_;
   ContactGlyphs glyphs_, closeUpGlyphs_;
   Glyph pointerGlyph_, pullGlyph_;
+  GizmoGlyphs gizmoGlyphs_;
   CameraRig cameras_;
   Overlay overlay_;
   RunSummary summary_;
@@ -74,6 +78,7 @@ class SceneView {
   FrameSnapshot snapshot_;
   Style style_;
   std::optional<SurfacePoint> pointer_;
+  std::optional<GizmoPicture> gizmo_;
   bool framed_ = false, wasLive_ = false, smooth_ = false;
   std::uint64_t stateResets_ = 0;
   double resetAt_s_;

@@ -203,17 +203,21 @@ def token_of(file):
 
 
 class Display:
-    """An X server of its own; viewers get it by DISPLAY."""
+    """An X server of its own; viewers get it by DISPLAY. Its screen lies in a file, as xwd writes it."""
 
-    def __init__(self):
+    def __init__(self, folder):
+        self.folder = Path(tempfile.mkdtemp(prefix="screen-", dir=folder))
         reader, writer = os.pipe()
         self.process = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "1280x1024x24", "-nolisten",
-                                         "tcp"], pass_fds=(writer,), stderr=subprocess.DEVNULL)
+                                         "tcp", "-fbdir", self.folder], pass_fds=(writer,), stderr=subprocess.DEVNULL)
         os.close(writer)
         with os.fdopen(reader) as stream:
             self.name = ":" + stream.readline().strip()
         if self.name == ":":
             raise AssertionError("Xvfb does not start")
+
+    def screen_file(self):
+        return self.folder / "Xvfb_screen0"
 
     def close(self):
         self.process.terminate()
@@ -343,7 +347,7 @@ class EndToEnd(unittest.TestCase):
         return server
 
     def start_display(self):
-        display = Display()
+        display = Display(self.folder)
         self.addCleanup(display.close)
         return display
 

@@ -3,7 +3,6 @@ import math
 import os
 import signal
 import statistics
-import subprocess
 import threading
 import time
 import unittest
@@ -13,32 +12,7 @@ from haptic_client import Client
 from haptic_hand import xyz
 from led_hand import GROUND, MAX_JUMP_N, force_N, jumps_N
 from slow_link import SlowLink
-
-WIDTH, HEIGHT = 1270, 950
-
-
-class Window(harness.Process):
-    """graphics_client, in a window."""
-
-    def __init__(self, address, display):
-        self.env = {"DISPLAY": display.name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE}
-        super().__init__([harness.BIN / "graphics_client", "--connect", address, "--size", f"{WIDTH}x{HEIGHT}",
-                          "--fps-limit", "60"], env=self.env)
-        harness.wait_until(lambda: self.find(r"^scene revision \d+ root \w+ equal$"), harness.START_TIMEOUT_S,
-                           lambda: f"the viewer holds no scene:\n{self.text()}")
-        time.sleep(2)  # until the objects are drawn, and the camera shows them
-
-    def do(self, *events):
-        subprocess.run(["xdotool", *map(str, events)], env={**os.environ, **self.env}, check=True)
-
-    def move_to(self, x, y):
-        self.do("mousemove", x, y)
-
-    def stroke(self, begin, end, seconds):
-        steps = int(seconds * 60)
-        for i in range(steps + 1):
-            self.move_to(*(round(a + (b - a) * i / steps) for a, b in zip(begin, end)))
-            time.sleep(1 / 60)
+from viewer_window import Window
 
 
 class TouchWithMouse(harness.EndToEnd):

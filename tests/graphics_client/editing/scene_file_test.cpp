@@ -7,6 +7,8 @@
 #include <fstream>
 #include <string>
 
+#include "common/wire/convert.h"
+#include "graphics_client/editing/scene_text.h"
 #include "tests/graphics_client/editing/edit_server.h"
 
 namespace haptics {
@@ -63,6 +65,17 @@ TEST_F(SceneFile, NamesAFileThatIsMissingOrDamaged) {
   EXPECT_THAT(openingError(), HasSubstr(mesh.string() + ": there is no such file"));
   std::ofstream(file) << "operations { grow { } }";
   EXPECT_THAT(openingError(), HasSubstr(file.string() + ":1:"));
+}
+
+TEST_F(SceneFile, OffersTheAssetsBesideItThatThePresentSceneDoesNotName) {
+  const auto transaction = parseSceneText(sceneText(server.scene(), ""), "test");
+  ASSERT_TRUE(transaction);
+  EXPECT_TRUE(assetsBeside(file, *transaction, server.scene())->empty());
+  ASSERT_EQ(assetsBeside(file, *transaction, SceneVersion())->size(), 1U);
+  std::fstream(mesh, std::ios::in | std::ios::out | std::ios::binary).seekp(20) << 'x';
+  EXPECT_FALSE(assetsBeside(file, *transaction, SceneVersion()));
+  fs::remove(mesh);
+  EXPECT_TRUE(assetsBeside(file, *transaction, SceneVersion())->empty()) << "the server may hold it";
 }
 
 TEST_F(SceneFile, IsNotWrittenBeforeItsAssetsAreHere) {

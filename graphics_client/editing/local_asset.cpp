@@ -1,0 +1,75 @@
+#include "graphics_client/editing/local_asset.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+
+#include "common/importer/importer.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kMillimetre_m = 1e-3;
+/// Of an object's name, less what is put behind it where it is taken.
+constexpr std::size_t kLongestName = 58;
+
+double longestSide_m(const MeshReport& report) {
+  const Vec3 size = report.boxMax_m - report.boxMin_m;
+  return std::max({size.x, size.y, size.z});
+}
+
+}  // namespace
+
+LocalAsset localAsset(AssetKind kind, std::string bytes) {
+  const ContentHash hash = Hasher().add(std::as_bytes(std::span(bytes))).finish();
+  return {kind, std::move(bytes), hash};
+}
+
+ImportOptions importOptionsOf(const v1::MeshSource& source) {
+  ImportOptions options;
+  if (source.has_unit_m()) options.unit_m = source.unit_m();
+  if (source.has_largest_extent_m()) options.largestExtent_m = source.largest_extent_m();
+  options.keepCrossings = source.keep_crossings();
+  return options;
+}
+
+Result<LocalMesh> readMeshFile(const std::filesystem::path& file, const ImportOptions& options,
+                               const std::stop_token& stop) {
+  auto imported = importMeshFile(file, file.parent_path(), options, stop);
+  if (!imported) return tl::unexpected(std::move(imported).error());
+  return LocalMesh{localAsset(AssetKind::kMesh, std::move(imported->bytes)), imported->report};
+}
+
+Result<LocalMesh> readMeshFileOfAnyUnit(const std::filesystem::path& file, const std::stop_token& stop) {
+  auto inMetres = readMeshFile(file, {}, stop);
+  if (!inMetres) return inMetres;
+  const double side_m = longestSide_m(inMetres->report);
+  if (side_m <= kLargest_m) return inMetres;
+  ImportOptions options;
+  if (side_m * kMillimetre_m <= kLargest_m) {
+    options.unit_m = kMillimetre_m;
+  } else {
+    options.largestExtent_m = kScaledTo_m;
+  }
+  return readMeshFile(file, options, stop);
+}
+
+Result<void> outcomeOf(const v1::AssetUploadReply& reply, const std::filesystem::path& file) {
+  if (!reply.accepted()) return refused(file.string() + ": " + reply.field(), reply.reason());
+  return {};
+}
+
+std::string objectNameOf(const std::filesystem::path& file) {
+  std::string name = file.stem().string().substr(0, kLongestName);
+  std::ranges::replace_if(
+      name,
+      [](char c) {
+        const bool isLetter = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+        return !isLetter && (c < '0' || c > '9') && c != '-' && c != '.' && c != '_';
+      },
+      '_');
+  return name.empty() ? "mesh" : name;
+}
+
+}  // namespace haptics

@@ -1,0 +1,88 @@
+"""The viewer's window on an X server of its own, used as a person does: pointer, keys, and what is seen."""
+import os
+import re
+import struct
+import subprocess
+import time
+
+import harness
+
+WIDTH, HEIGHT = 1270, 950
+
+
+class Window(harness.Process):
+    """graphics_client, in a window; it writes its files into `folder`."""
+
+    def __init__(self, address, display, folder=None):
+        self.display = display
+        self.env = {"DISPLAY": display.name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE}
+        super().__init__([harness.BIN / "graphics_client", "--connect", address, "--size", f"{WIDTH}x{HEIGHT}",
+                          "--fps-limit", "60"], env=self.env, cwd=folder)
+        harness.wait_until(lambda: self.find(r"^scene revision \d+ root \w+ equal$"), harness.START_TIMEOUT_S,
+                           lambda: f"the viewer holds no scene:\n{self.text()}")
+        time.sleep(2)  # until the objects are drawn, and the camera shows them
+
+    def do(self, *events):
+        return subprocess.run(["xdotool", *map(str, events)], env={**os.environ, **self.env}, check=True,
+                              capture_output=True, text=True).stdout
+
+    def move_to(self, x, y):
+        self.do("mousemove", x, y)
+
+    def click(self, x, y):
+        self.do("mousemove", x, y, "sleep", 0.2, "click", 1)
+
+    def stroke(self, begin, end, seconds):
+        steps = int(seconds * 60)
+        for i in range(steps + 1):
+            self.move_to(*(round(a + (b - a) * i / steps) for a, b in zip(begin, end)))
+            time.sleep(1 / 60)
+
+    def drag(self, begin, end, seconds=0.5):
+        self.move_to(*begin)
+        time.sleep(0.2)
+        self.do("mousedown", 1)
+        self.stroke(begin, end, seconds)
+        time.sleep(0.2)
+        self.do("mouseup", 1)
+
+    def type_into_dialog(self, title, text):
+        """Into the field that has the focus when the dialog opens, with Return. There is no window manager to give it."""
+        dialog = harness.wait_until(lambda: self.windows(title), harness.START_TIMEOUT_S, f"no dialog {title!r}")[0]
+        self.do("windowfocus", "--sync", dialog, "type", "--delay", 5, text)
+        self.do("key", "Return")
+        harness.wait_until(lambda: not self.windows(title) and not self.windows(title), harness.START_TIMEOUT_S,
+                           f"{title!r} stays open")
+        self.focus()
+
+    def windows(self, title):
+        """Those that are seen. None, too, where one goes while they are looked at."""
+        found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", f"^{re.escape(title)}$"],
+                               env={**os.environ, **self.env}, capture_output=True, text=True, check=False)
+        return found.stdout.split()
+
+    def focus(self):
+        windows = harness.wait_until(lambda: self.windows("Haptic viewer"), harness.START_TIMEOUT_S, "no window")
+        self.do("windowfocus", "--sync", windows[0])
+
+    def said(self, pattern, timeout_s=harness.START_TIMEOUT_S):
+        """A line of the log."""
+        def find():
+            return next((match for line in [*self.lines, *self.errors] if (match := re.search(pattern, line))), None)
+        return harness.wait_until(find, timeout_s, lambda: f"never said {pattern!r}:\n{self.text()}", pause_s=0.005)
+
+    def pixels(self, red, green, blue):
+        """Where the screen has exactly this colour, as (x, y) from its upper left corner."""
+        data = self.display.screen_file().read_bytes()
+        header = struct.unpack(">25I", data[:100])
+        width, bits, line_bytes, colors = header[4], header[11], header[12], header[19]
+        if (bits, header[7]) != (32, 0):
+            raise AssertionError("the screen's pixels are not four bytes, blue first")
+        start = header[0] + 12 * colors
+        found = []
+        for match in re.finditer(re.escape(bytes((blue, green, red))), data[start:]):
+            if match.start() % 4 == 0:
+                y, x = divmod(match.start(), line_bytes)
+                if x // 4 < width:
+                    found.append((x // 4, y))
+        return found
