@@ -1,4 +1,6 @@
-"""The viewer's window on an X server of its own, used as a person does: pointer, keys, and what is seen."""
+"""The viewer's window on an X server of its own, used as a person does: pointer, keys, and what is seen, or what a screen
+reader finds (AT-SPI)."""
+import contextlib
 import os
 import re
 import struct
@@ -13,11 +15,11 @@ WIDTH, HEIGHT = 1270, 950
 class Window(harness.Process):
     """graphics_client, in a window; it writes its files into `folder`."""
 
-    def __init__(self, address, display, folder=None):
+    def __init__(self, address, display, folder=None, size=(WIDTH, HEIGHT), env=None):
         self.display = display
-        self.env = {"DISPLAY": display.name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE}
-        super().__init__([harness.BIN / "graphics_client", "--connect", address, "--size", f"{WIDTH}x{HEIGHT}",
-                          "--fps-limit", "60"], env=self.env, cwd=folder)
+        self.env = {"DISPLAY": display.name, "LP_NUM_THREADS": "1", **harness.FOREIGN_CODE, **(env or {})}
+        super().__init__([harness.BIN / "graphics_client", "--connect", address, "--size", "%dx%d" % size, "--fps-limit",
+                          "60"], env=self.env, cwd=folder)
         harness.wait_until(lambda: self.find(r"^scene revision \d+ root \w+ equal$"), harness.START_TIMEOUT_S,
                            lambda: f"the viewer holds no scene:\n{self.text()}")
         time.sleep(2)  # until the objects are drawn, and the camera shows them
@@ -86,3 +88,59 @@ class Window(harness.Process):
                 if x // 4 < width:
                     found.append((x // 4, y))
         return found
+
+
+class Reader:
+    """A message bus of its own, on which applications say what they show. One a process: the library connects once."""
+
+    def __init__(self, display):
+        self.bus = subprocess.Popen(["dbus-daemon", "--session", "--nofork", "--print-address"], stdout=subprocess.PIPE,
+                                    stderr=subprocess.DEVNULL, text=True)
+        self.env = {"DBUS_SESSION_BUS_ADDRESS": self.bus.stdout.readline().strip(),
+                    "QT_LINUX_ACCESSIBILITY_ALWAYS_ON": "1"}
+        os.environ.update(self.env, DISPLAY=display.name)
+        import pyatspi
+        self.registry = pyatspi.Registry
+
+    def close(self):
+        self.bus.terminate()
+        self.bus.wait()
+        self.bus.stdout.close()
+
+
+class ReadableWindow(Window):
+    """Whose words and widgets are found by role ("slider", "menu item", "label") and name."""
+
+    def __init__(self, address, display, reader, **window):
+        self.reader = reader
+        super().__init__(address, display, env={**reader.env, **window.pop("env", {})}, **window)
+
+    def widgets(self, within=None):
+        """All, the outer before the inner."""
+        if within is None:
+            applications = [each for each in self.reader.registry.getDesktop(0) if each is not None]
+            within = next(each for each in applications if each.get_process_id() == self.process.pid)
+        yield within
+        for child in within:
+            if child is not None:
+                yield from self.widgets(child)
+
+    def widget(self, role, name, timeout_s=30):
+        """The first of this role whose name matches."""
+        def found():
+            with contextlib.suppress(Exception):  # it changes while it is read
+                for each in self.widgets():
+                    if each.getRoleName() == role and re.search(name, each.name):
+                        return each
+            return None
+        return harness.wait_until(found, timeout_s, f"a {role} {name!r} in the window")
+
+    @staticmethod
+    def place(widget):
+        """(x, y, width, height) on the screen."""
+        box = widget.queryComponent().getExtents(0)
+        return box.x, box.y, box.width, box.height
+
+    def middle(self, widget):
+        x, y, width, height = self.place(widget)
+        return x + width // 2, y + height // 2
