@@ -1,6 +1,7 @@
 #include "graphics_client/application/object_list.h"
 
 #include <QHeaderView>
+#include <QKeyEvent>
 #include <QSignalBlocker>
 #include <QStyle>
 #include <utility>
@@ -40,6 +41,14 @@ ObjectList::ObjectList() {
   connect(this, &QTreeWidget::itemChanged, [this](QTreeWidgetItem* item, int column) {
     if (column == kName) setVisible(item->text(kName).toStdString(), item->checkState(kName) == Qt::Checked);
   });
+}
+
+bool ObjectList::event(QEvent* event) {
+  if (event->type() == QEvent::ShortcutOverride && static_cast<QKeyEvent*>(event)->key() == Qt::Key_Space) {
+    event->accept();
+    return true;
+  }
+  return QTreeWidget::event(event);
 }
 
 void ObjectList::show(const MirrorView& view) {

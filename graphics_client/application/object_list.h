@@ -32,6 +32,10 @@ class ObjectList : public QTreeWidget {
   /// All names that are hidden.
   void hiddenChanged(const std::set<std::string>& names);
 
+ protected:
+  /// Space checks and unchecks the box.
+  bool event(QEvent* event) override;
+
  private:
   ObjectWarnings warnings_;
   std::set<std::string> hidden_;

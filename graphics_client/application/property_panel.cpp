@@ -1,16 +1,19 @@
 #include "graphics_client/application/property_panel.h"
 
-#include <QAbstractSpinBox>
+#include <QAbstractButton>
 #include <QComboBox>
+#include <QDoubleSpinBox>
 #include <QEvent>
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFormLayout>
 #include <QKeyEvent>
 #include <QLabel>
+#include <QRegularExpression>
 #include <QScrollArea>
 #include <QSlider>
 #include <QVBoxLayout>
+#include <algorithm>
 #include <utility>
 
 #include "common/text/printable.h"
@@ -19,6 +22,8 @@
 
 namespace haptics {
 namespace {
+
+constexpr int kAnswerLines = 5;
 
 QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
@@ -34,13 +39,11 @@ PropertyPanel::PropertyPanel() : title_(new QLabel), answer_(new QLabel), rowsOf
   form_ = new QFormLayout(rowsOf_);
   form_->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
   for (const PropertyGroup& group : propertyGroups()) addRows(group);
-  for (QWidget* widget : rowsOf_->findChildren<QWidget*>()) {
-    const bool turns =
-        qobject_cast<QAbstractSpinBox*>(widget) || qobject_cast<QSlider*>(widget) || qobject_cast<QComboBox*>(widget);
-    if (!turns) continue;
-    widget->setFocusPolicy(Qt::StrongFocus);
-    widget->installEventFilter(this);
-  }
+  followEventsOfRows();
+  const auto fields = rowsOf_->findChildren<QDoubleSpinBox*>();
+  const auto byWidth = [](const auto* a, const auto* b) { return a->maximumWidth() < b->maximumWidth(); };
+  const int widest = (*std::ranges::max_element(fields, byWidth))->maximumWidth();
+  for (QDoubleSpinBox* field : fields) field->setFixedWidth(widest);
   auto* scroll = new QScrollArea;
   scroll->setWidget(rowsOf_);
   scroll->setWidgetResizable(true);
@@ -50,12 +53,31 @@ PropertyPanel::PropertyPanel() : title_(new QLabel), answer_(new QLabel), rowsOf
   answer_->setTextFormat(Qt::PlainText);
   answer_->setWordWrap(true);
   answer_->setObjectName("answer");
+  answer_->setAlignment(Qt::AlignTop);
+  answer_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  auto* answers = new QScrollArea;
+  answers->setWidget(answer_);
+  answers->setWidgetResizable(true);
+  answers->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  answers->setFrameShape(QFrame::NoFrame);
+  answers->setFixedHeight(kAnswerLines * fontMetrics().lineSpacing());  // the rows stay where they are
+  answers->setToolTip("What the server said of the last edit");
+  answers->setAccessibleName("answer of the server");
   auto* layout = new QVBoxLayout(this);
   layout->addWidget(title_);
-  layout->addWidget(answer_);
   layout->addWidget(scroll, 1);
+  layout->addWidget(answers);
   show(nullptr, nullptr, 0);
   setMinimumWidth(rowsOf_->minimumSizeHint().width() + 40);
+}
+
+void PropertyPanel::followEventsOfRows() {
+  for (QWidget* widget : rowsOf_->findChildren<QWidget*>()) {
+    const bool turns =
+        qobject_cast<QDoubleSpinBox*>(widget) || qobject_cast<QSlider*>(widget) || qobject_cast<QComboBox*>(widget);
+    if (turns) widget->setFocusPolicy(Qt::StrongFocus);
+    if (turns || qobject_cast<QAbstractButton*>(widget)) widget->installEventFilter(this);
+  }
 }
 
 void PropertyPanel::addRows(const PropertyGroup& group) {
@@ -151,7 +173,8 @@ void PropertyPanel::showRows(bool withHeld) {
 }
 
 void PropertyPanel::say(const QString& text, bool isError) {
-  answer_->setText(text);
+  // The path of a field is one long word: it may be broken at its points.
+  answer_->setText(QString(text).replace(QRegularExpression("\\.(?=[a-z])"), ".\u200b"));
   answer_->setStyleSheet(isError ? "color: #b00020" : "");
   if (isError) showRows(true);
 }
@@ -161,6 +184,12 @@ bool PropertyPanel::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::Wheel && !row->hasFocus()) {
     event->ignore();
     return true;
+  }
+  if (event->type() == QEvent::ShortcutOverride) {
+    auto* key = static_cast<QKeyEvent*>(event);
+    const bool isScenes = key->matches(QKeySequence::Undo) || key->matches(QKeySequence::Redo);
+    event->setAccepted(key->key() == Qt::Key_Space);
+    if (isScenes || event->isAccepted()) return true;
   }
   if (event->type() == QEvent::KeyRelease && !static_cast<QKeyEvent*>(event)->isAutoRepeat() &&
       qobject_cast<QSlider*>(watched)) {

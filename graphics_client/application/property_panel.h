@@ -26,7 +26,7 @@ class PropertyPanel : public QWidget {
   /// What it shows: an object of the view, or none. A row that a person holds is left as it is.
   /// @param floor_m  World z: what is made to move comes to rest there.
   void show(const SceneVersion::Object& object, const std::shared_ptr<const MirrorView>& view, double floor_m);
-  /// Above the rows: what the server said of the last edit. After an error the rows show what holds.
+  /// Below the rows: what the server said of the last edit. After an error the rows show what holds.
   void say(const QString& text, bool isError);
   /// A height map of the object that is shown, once it is read.
   void setImage(const QString& file);
@@ -40,7 +40,8 @@ class PropertyPanel : public QWidget {
   void uploaded(const QString& edit, const haptics::v1::Transaction& change, const haptics::AssetContent& asset);
 
  protected:
-  /// The wheel scrolls the panel unless the row has the focus; a key that moves a slider ends its edit.
+  /// The wheel scrolls the panel unless the row has the focus. A key that moves a slider ends its edit. Space is the row's,
+  /// undo and redo are the scene's.
   bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
@@ -54,6 +55,7 @@ class PropertyPanel : public QWidget {
   double floor_m_ = 0;
   QThreadPool readers_;  // of images; waits for them when it goes
 
+  void followEventsOfRows();
   void addRows(const PropertyGroup& group);
   void addGallery();
   void chooseImage();

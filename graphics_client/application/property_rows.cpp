@@ -30,7 +30,7 @@ NumberRow::NumberRow(const NumberProperty& number, QFormLayout* form, std::funct
   box_->setDecimals(number.decimals);
   box_->setSuffix(QString::fromUtf8(number.unit));
   box_->setRange(number.least, number.most);
-  box_->setFixedWidth(box_->sizeHint().width());
+  box_->setMaximumWidth(box_->sizeHint().width());
   box_->setRange(-kLargest, kLargest);
   box_->setStepType(QAbstractSpinBox::AdaptiveDecimalStepType);
   box_->setKeyboardTracking(false);

@@ -51,7 +51,9 @@ TextureGallery::TextureGallery(QFormLayout* form, const std::function<void(const
   entries->setResizeMode(QListView::Adjust);
   gallery_->setView(entries);
   const int rows = (ownEntry() + kColumns) / kColumns;
-  entries->setMinimumSize((kColumns + 0.5) * kEntryWidth_px, rows * kEntryHeight_px);
+  entries->setMinimumSize((2 * kColumns + 1) * kEntryWidth_px / 2, rows * kEntryHeight_px);
+  gallery_->setMaxVisibleItems(rows);
+  gallery_->setStyleSheet("QComboBox { combobox-popup: 0; }");  // else it is as high as all entries in one column
   gallery_->setIconSize({kPicture_px, kPicture_px});
   gallery_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   gallery_->addItem("none");
@@ -71,7 +73,7 @@ TextureGallery::TextureGallery(QFormLayout* form, const std::function<void(const
   layout->setContentsMargins(0, 0, 0, 0);
   layout->addWidget(gallery_, 1);
   layout->addWidget(image);
-  form->addRow("texture", row);
+  form->addRow(row);
   QObject::connect(image, &QPushButton::clicked, chooseImage);
   QObject::connect(gallery_, QOverload<int>::of(&QComboBox::activated), [this, choose](int entry) {
     if (entry == shown_) return;
