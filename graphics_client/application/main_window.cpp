@@ -6,6 +6,7 @@
 #include <QLabel>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QScrollArea>
 #include <QStatusBar>
 #include <algorithm>
 #include <cmath>
@@ -56,6 +57,16 @@ QDockWidget* dock(const QString& title, QWidget* content) {
   return dock;
 }
 
+/// So that a small screen has room for the window.
+QWidget* scrolled(QWidget* content) {
+  content->setMinimumSize(600, 120);
+  auto* scroll = new QScrollArea;
+  scroll->setWidget(content);
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  return scroll;
+}
+
 }  // namespace
 
 MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
@@ -86,6 +97,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   makeMenus();
   for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) {
     label->setTextFormat(Qt::PlainText);
+    label->setMinimumWidth(1);
     statusBar()->addWidget(label);
   }
   connect(view_, &ViewWidget::pressed, [this] {
@@ -120,11 +132,11 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
 void MainWindow::makeDocks() {
   addDockWidget(Qt::LeftDockWidgetArea, dock("Objects", objects_));
   addDockWidget(Qt::LeftDockWidgetArea, dock("Properties", properties_));
-  addDockWidget(Qt::BottomDockWidgetArea, dock("Plots", plots_));
+  addDockWidget(Qt::BottomDockWidgetArea, dock("Plots", scrolled(plots_)));
   setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
   const auto docks = findChildren<QDockWidget*>();
   resizeDocks({docks[0], docks[1]}, {1, 3}, Qt::Vertical);
-  resizeDocks({docks[0], docks[2]}, {300, 150}, Qt::Horizontal);
+  resizeDocks({docks[0], docks[2]}, {350, 150}, Qt::Horizontal);
   resizeDocks({docks[2]}, {170}, Qt::Vertical);
 }
 
@@ -362,6 +374,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   } else {
     handText_->setText("press on an object to touch it");
   }
+  for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) label->setToolTip(label->text());
 }
 
 double MainWindow::top_m() const {

@@ -47,9 +47,9 @@ PropertyPanel::PropertyPanel() : title_(new QLabel), answer_(new QLabel), rowsOf
   auto* scroll = new QScrollArea;
   scroll->setWidget(rowsOf_);
   scroll->setWidgetResizable(true);
-  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   scroll->setFrameShape(QFrame::NoFrame);
   title_->setTextFormat(Qt::PlainText);
+  title_->setWordWrap(true);
   answer_->setTextFormat(Qt::PlainText);
   answer_->setWordWrap(true);
   answer_->setObjectName("answer");
@@ -68,7 +68,6 @@ PropertyPanel::PropertyPanel() : title_(new QLabel), answer_(new QLabel), rowsOf
   layout->addWidget(scroll, 1);
   layout->addWidget(answers);
   show(nullptr, nullptr, 0);
-  setMinimumWidth(rowsOf_->minimumSizeHint().width() + 40);
 }
 
 void PropertyPanel::followEventsOfRows() {
