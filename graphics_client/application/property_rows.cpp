@@ -24,7 +24,7 @@ QString nameOf(const char* label) { return QString::fromUtf8(label); }
 }  // namespace
 
 NumberRow::NumberRow(const NumberProperty& number, QFormLayout* form, std::function<void(double)> change,
-                     std::function<void()> finished)
+                     const std::function<void()>& finished)
     : number_(number), box_(new QDoubleSpinBox), slider_(new QSlider(Qt::Horizontal)) {
   box_->setObjectName(number.label);
   box_->setDecimals(number.decimals);

@@ -32,7 +32,7 @@ class NumberRow : public PropertyRow {
   /// @param change    Called while the slider is dragged, and when the field is left.
   /// @param finished  The slider or the field is let go of.
   NumberRow(const NumberProperty& number, QFormLayout* form, std::function<void(double)> change,
-            std::function<void()> finished);
+            const std::function<void()>& finished);
 
   void show(const ObjectRecord& object, const MirrorView& view) override;
   [[nodiscard]] bool isHeld() const override;
