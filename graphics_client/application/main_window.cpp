@@ -8,8 +8,8 @@
 #include <QLabel>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QScrollArea>
 #include <QStatusBar>
-#include <QTreeWidget>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -64,6 +64,16 @@ QDockWidget* dock(const QString& title, QWidget* content) {
   return dock;
 }
 
+/// So that a small screen has room for the window.
+QWidget* scrolled(QWidget* content) {
+  content->setMinimumSize(600, 120);
+  auto* scroll = new QScrollArea;
+  scroll->setWidget(content);
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  return scroll;
+}
+
 }  // namespace
 
 MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
@@ -73,14 +83,16 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       newest_(std::move(newest)),
       scene_(options),
       view_(new ViewWidget(scene_)),
-      objects_(new QTreeWidget),
+      objects_(new ObjectList),
       properties_(new PropertyPanel),
       plots_(new PlotPanel),
       linkText_(new QLabel),
       sceneText_(new QLabel),
       servoText_(new QLabel),
       handText_(new QLabel),
-      editor_(this, link, [this](auto... words) { say(words...); }),
+      editor_(
+          this, link, [this](auto... words) { say(words...); },
+          [this](const v1::Accepted& accepted) { objects_->addWarnings(accepted); }),
       gizmo_(scene_, editor_, newest_),
       importer_(new MeshImporter(link, editor_)) {
   setWindowTitle("Haptic viewer");
@@ -90,6 +102,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   makeMenus();
   for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) {
     label->setTextFormat(Qt::PlainText);
+    label->setMinimumWidth(1);
     statusBar()->addWidget(label);
   }
   statusBar()->addPermanentWidget(importer_);
@@ -117,6 +130,15 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(properties_, &PropertyPanel::finished, [this] { editor_.finishDrag(); });
   connect(properties_, &PropertyPanel::edited,
           [this](const QString& edit, const v1::Transaction& value) { editor_.drag(edit, value); });
+  connect(properties_, &PropertyPanel::uploaded,
+          [this](const QString& edit, const v1::Transaction& change, const AssetContent& asset) {
+            editor_.submit(edit, change, asset);
+          });
+  connect(objects_, &ObjectList::selected, [this](const QString& name) { select(name); });
+  connect(objects_, &ObjectList::hiddenChanged, [this](const std::set<std::string>& names) {
+    scene_.hide(names);
+    view_shown_ = nullptr;
+  });
   connect(&timer_, &QTimer::timeout, [this] { frame(); });
   timer_.setTimerType(Qt::PreciseTimer);
   timer_.start(static_cast<int>(1000 / options.frameLimit_Hz));
@@ -124,20 +146,13 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
 }
 
 void MainWindow::makeDocks() {
-  objects_->setObjectName("objects");
-  objects_->setHeaderLabels({"object", "triangles", "kind"});
-  objects_->setRootIsDecorated(false);
-  objects_->setToolTip("The objects of the scene: click to see one's properties");
-  connect(objects_, &QTreeWidget::currentItemChanged, [this](QTreeWidgetItem* item) {
-    if (item != nullptr) select(item->text(0));
-  });
   addDockWidget(Qt::LeftDockWidgetArea, dock("Objects", objects_));
   addDockWidget(Qt::LeftDockWidgetArea, dock("Properties", properties_));
-  addDockWidget(Qt::BottomDockWidgetArea, dock("Plots", plots_));
+  addDockWidget(Qt::BottomDockWidgetArea, dock("Plots", scrolled(plots_)));
   setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
   const auto docks = findChildren<QDockWidget*>();
   resizeDocks({docks[0], docks[1]}, {1, 3}, Qt::Vertical);
-  resizeDocks({docks[0], docks[2]}, {300, 150}, Qt::Horizontal);
+  resizeDocks({docks[0], docks[2]}, {350, 150}, Qt::Horizontal);
   resizeDocks({docks[2]}, {170}, Qt::Vertical);
 }
 
@@ -169,12 +184,23 @@ void MainWindow::makeEditMenu() {
       select(QString::fromStdString(editor_.add(QString(kind).toLower().toStdString(), top_m())));
     });
   }
-  addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
-            [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); });
-  addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object",
-            [this] { withSelected([this](const std::string& object) { editor_.remove(object); }); });
+  objects_->addAction(
+      addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
+                [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); }));
+  objects_->addAction(addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object", [this] {
+    withSelected([this](const std::string& object) { editor_.remove(object); });
+  }));
   edit->addSeparator();
   gizmo_.addActions(edit, view_);
+}
+
+void MainWindow::addHiding(QMenu* menu) {
+  objects_->addAction(addAction(
+      menu, "&Hide or show the object", QKeySequence("Ctrl+H"), "The selected object, in this picture only", [this] {
+        withSelected([this](const std::string& object) { objects_->toggleVisible(QString::fromStdString(object)); });
+      }));
+  objects_->addAction(addAction(menu, "Show hidden &objects", QKeySequence("Ctrl+Shift+H"),
+                                "All objects that are hidden in this picture", [this] { objects_->showAll(); }));
 }
 
 void MainWindow::makeMenus() {
@@ -206,6 +232,7 @@ void MainWindow::makeMenus() {
       [this] { toggle(&SceneView::Style::displacement); });
   add(view, "&Names", Qt::Key_N, "Of the objects", [this] { scene_.overlay().toggleLabels(); });
   add(view, "&Overlay", Qt::Key_O, "All words over the picture", [this] { scene_.overlay().toggle(); });
+  addHiding(view);
   view->addSeparator();
   for (QDockWidget* panel : findChildren<QDockWidget*>()) view->addAction(panel->toggleViewAction());
 
@@ -258,8 +285,8 @@ void MainWindow::frame() {
   plot(*view, now_s);
   if (now_s - refreshed_s_ < kRefresh_s) return;
   refreshed_s_ = now_s;
-  list(*view);
-  refresh(*view);
+  objects_->show(*view);
+  refresh(view);
   plots_->refresh();
 }
 
@@ -346,38 +373,15 @@ QString MainWindow::objectAt(Vec3 place) const {
   return QString::fromStdString(name);
 }
 
-void MainWindow::list(const MirrorView& view) {
-  if (view.scene->revision() == listedRevision_ && view.epoch == listedEpoch_ && view.meshes.size() == listedMeshes_) {
-    return;
-  }
-  listedMeshes_ = view.meshes.size();
-  listedRevision_ = view.scene->revision();
-  listedEpoch_ = view.epoch;
-  const QSignalBlocker quiet(objects_);
-  objects_->clear();
-  for (const SceneVersion::Object& object : view.scene->objects()) {
-    const auto mesh = view.meshes.find(object->mesh);
-    QStringList kind;
-    if (object->motion) kind << "moves";
-    if (object->deformation.softness || object->deformation.lattice) kind << "soft";
-    auto* item = new QTreeWidgetItem(
-        objects_,
-        {text(object->name), mesh == view.meshes.end() ? "..." : QString::number(mesh->second->triangles.size()),
-         kind.join(", ")});
-    if (text(object->name) == selected_) objects_->setCurrentItem(item);
-  }
-  for (int column = 0; column < objects_->columnCount(); ++column) objects_->resizeColumnToContents(column);
-}
-
 void MainWindow::select(const QString& name) {
   selected_ = name;
-  const auto items = objects_->findItems(name, Qt::MatchExactly);
-  const QSignalBlocker quiet(objects_);
-  objects_->setCurrentItem(items.isEmpty() ? nullptr : items.first());
+  objects_->select(name);
 }
 
-void MainWindow::refresh(const MirrorView& view) {
-  properties_->show(selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString()), view.mayEdit);
+void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
+  const MirrorView& view = *now;
+  properties_->show(selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString()), now,
+                    scene_.objects().floor_m());
   if (!report_.isEmpty() && view.scene->find(selected_.toStdString())) {
     properties_->say(std::exchange(report_, {}), false);
   }
@@ -404,6 +408,7 @@ void MainWindow::refresh(const MirrorView& view) {
   } else {
     handText_->setText("press on an object to touch it");
   }
+  for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) label->setToolTip(label->text());
 }
 
 double MainWindow::top_m() const {

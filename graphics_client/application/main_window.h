@@ -11,6 +11,7 @@
 #include "graphics_client/application/gizmo_tool.h"
 #include "graphics_client/application/hand_steering.h"
 #include "graphics_client/application/mesh_importer.h"
+#include "graphics_client/application/object_list.h"
 #include "graphics_client/application/plot_panel.h"
 #include "graphics_client/application/property_panel.h"
 #include "graphics_client/application/scene_editor.h"
@@ -18,7 +19,6 @@
 #include "graphics_client/mirror/server_link.h"
 
 class QLabel;
-class QTreeWidget;
 
 namespace haptics {
 
@@ -43,7 +43,7 @@ class MainWindow : public QMainWindow {
   std::function<std::shared_ptr<const MirrorView>()> newest_;
   SceneView scene_;
   ViewWidget* view_;
-  QTreeWidget* objects_;
+  ObjectList* objects_;
   PropertyPanel* properties_;
   PlotPanel* plots_;
   QLabel *linkText_, *sceneText_, *servoText_, *handText_;
@@ -54,8 +54,6 @@ class MainWindow : public QMainWindow {
   enum class Lead { kNone, kAsked, kLed, kRefused } lead_ = Lead::kNone;
   std::shared_ptr<const MirrorView> view_shown_;
   std::uint64_t plottedTick_ = 0;
-  std::uint64_t listedRevision_ = 0, listedEpoch_ = 0;
-  std::size_t listedMeshes_ = 0;
   double refreshed_s_ = 0, drawn_s_ = 0;
   int screenshots_ = 0;
   bool clicked_ = false;  // since the last frame
@@ -72,6 +70,7 @@ class MainWindow : public QMainWindow {
   QAction* addAction(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
                      std::function<void()> does);
   void makeEditMenu();
+  void addHiding(QMenu* menu);
   void frame();
   void lead(const MirrorView& view, double dt_s);
   void letGo();
@@ -79,9 +78,8 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] bool changed(const MirrorView& view) const;
   [[nodiscard]] std::optional<SurfacePoint> surfaceUnderPointer();
   [[nodiscard]] QString objectAt(Vec3 place) const;
-  void list(const MirrorView& view);
   void select(const QString& name);
-  void refresh(const MirrorView& view);
+  void refresh(const std::shared_ptr<const MirrorView>& now);
   /// Of all objects.
   [[nodiscard]] double top_m() const;
   void withSelected(const std::function<void(const std::string&)>& does);

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <QThreadPool>
 #include <QWidget>
-#include <functional>
 #include <memory>
 #include <vector>
 
+#include "common/assets/asset_content.h"
 #include "common/scene/scene.h"
+#include "graphics_client/application/property_rows.h"
+#include "graphics_client/mirror/mirror_view.h"
 #include "haptics/v1/scene.pb.h"
 
 class QFormLayout;
@@ -20,33 +23,44 @@ class PropertyPanel : public QWidget {
  public:
   PropertyPanel();
 
-  /// What it shows: an object as the mirror has it, or none. A row that a person holds is left as it is.
-  void show(const SceneVersion::Object& object, bool mayEdit);
-  /// Beside the rows: what the server said of the last edit.
+  /// What it shows: an object of the view, or none. A row that a person holds is left as it is.
+  /// @param floor_m  World z: what is made to move comes to rest there.
+  void show(const SceneVersion::Object& object, const std::shared_ptr<const MirrorView>& view, double floor_m);
+  /// Below the rows: what the server said of the last edit. After an error the rows show what holds.
   void say(const QString& text, bool isError);
-
-  /// One property of an object.
-  class Row {
-   public:
-    virtual ~Row() = default;
-    virtual void show(const ObjectRecord& object) = 0;
-    [[nodiscard]] virtual bool isHeld() const = 0;
-  };
+  /// A height map of the object that is shown, once it is read.
+  void setImage(const QString& file);
 
  signals:
   /// @param property  "stiffness of torus".
   void edited(const QString& property, const haptics::v1::Transaction& change);
   /// The slider or field is let go of.
   void finished();
+  /// An edit with an asset that the server may not hold.
+  void uploaded(const QString& edit, const haptics::v1::Transaction& change, const haptics::AssetContent& asset);
+
+ protected:
+  /// The wheel scrolls the panel unless the row has the focus. A key that moves a slider ends its edit. Space is the row's,
+  /// undo and redo are the scene's.
+  bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
   QFormLayout* form_;
   QLabel* title_;
   QLabel* answer_;
   QWidget* rowsOf_;
-  std::vector<std::unique_ptr<Row>> rows_;
+  std::vector<std::unique_ptr<PropertyRow>> rows_;
   SceneVersion::Object shown_;
+  std::shared_ptr<const MirrorView> view_;  // that has it
+  double floor_m_ = 0;
+  QThreadPool readers_;  // of images; waits for them when it goes
 
+  void followEventsOfRows();
+  void addRows(const PropertyGroup& group);
+  void addGallery();
+  void chooseImage();
+  void takeImage(const std::string& object, const Result<AssetContent>& image);
+  void showRows(bool withHeld);
   void change(const QString& property, v1::Operation operation);
 };
 

@@ -40,10 +40,19 @@ void generate(const std::string& kind, v1::MeshSource& mesh) {
   }
 }
 
+/// The server's warnings, without what it tells of meshes and fields.
+QString wordsOf(const v1::Accepted& accepted) {
+  QString words = "done";
+  for (const std::string& line : accepted.report()) {
+    if (line.find(": warning: ") != std::string::npos) words += "\n" + QString::fromStdString(printable(line));
+  }
+  return words;
+}
+
 }  // namespace
 
-SceneEditor::SceneEditor(QObject* window, ServerLink& link, Say say)
-    : window_(window), link_(link), say_(std::move(say)), history_(port()) {}
+SceneEditor::SceneEditor(QObject* window, ServerLink& link, Say say, Accepted accepted)
+    : window_(window), link_(link), say_(std::move(say)), accepted_(std::move(accepted)), history_(port()) {}
 
 /// Callbacks come on the link's thread, which ends before the application does.
 EditPort SceneEditor::port() {
@@ -73,7 +82,8 @@ EditPort SceneEditor::port() {
 
 EditDone SceneEditor::said(const QString& edit) {
   return [this, edit](const Result<v1::Accepted>& outcome) {
-    say_(edit, outcome ? "done" : QString::fromStdString(printable(outcome.error().text())), !outcome);
+    say_(edit, outcome ? wordsOf(*outcome) : QString::fromStdString(printable(outcome.error().text())), !outcome);
+    if (outcome) accepted_(*outcome);
   };
 }
 
@@ -89,6 +99,10 @@ void SceneEditor::submit(const QString& edit, v1::Operation operation) {
   Edit made{.transaction = {}, .text = edit.toStdString()};
   *made.transaction.add_operations() = std::move(operation);
   history_.submit(std::move(made), said(edit));
+}
+
+void SceneEditor::submit(const QString& edit, const v1::Transaction& transaction, const AssetContent& asset) {
+  history_.submit({.transaction = transaction, .text = edit.toStdString(), .uploads = {asset}}, said(edit));
 }
 
 std::string SceneEditor::add(const std::string& kind, double z_m) {

@@ -18,13 +18,16 @@ class SceneEditor {
  public:
   /// Tells what came of an edit: its name, and what the server said.
   using Say = std::function<void(const QString& edit, const QString& words, bool isError)>;
+  using Accepted = std::function<void(const v1::Accepted&)>;
 
   /// @param window  On whose thread callbacks come; none comes after it is gone.
-  SceneEditor(QObject* window, ServerLink& link, Say say);
+  SceneEditor(QObject* window, ServerLink& link, Say say, Accepted accepted);
 
   /// A value of a property that is being dragged; the values until finishDrag() are one edit.
   void drag(const QString& edit, const v1::Transaction& value);
   void finishDrag() { drag_.reset(); }
+  /// An edit with an asset that the server may not hold.
+  void submit(const QString& edit, const v1::Transaction& transaction, const AssetContent& asset);
   /// A generated object, 50 mm large, above z.
   /// @param kind  "sphere", "box", "cylinder" or "torus".
   /// @return Its name.
@@ -50,6 +53,7 @@ class SceneEditor {
   QObject* window_;
   ServerLink& link_;
   Say say_;
+  Accepted accepted_;
   EditHistory history_;
   std::optional<LatestEdit> drag_;
   QString dragged_;

@@ -123,7 +123,8 @@ void ObjectActors::paint(const Paint& paint) {
   }
   const palette::Shade rims = edgeOf(shade, kEdgeDarkening);
   rims_->GetProperty()->SetColor(rims.red, rims.green, rims.blue);
-  rims_->SetVisibility(paint.edges);
+  rims_->SetVisibility(paint.edges && !paint.hidden);
+  hidden_ = paint.hidden;
 }
 
 void ObjectActors::colorPoints(const Paint& paint) {
@@ -210,7 +211,7 @@ void ObjectActors::place(vtkMatrix4x4* object, vtkMatrix4x4* shadow) {
 void ObjectActors::showFor(Vec3 worldEye, Vec3 closeUpEye) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const auto isSeen = [&](Vec3 eye) {
-      return parts_[i].isDented || !facesAway(*renderMesh_, renderMesh_->pieces[i], eye);
+      return !hidden_ && (parts_[i].isDented || !facesAway(*renderMesh_, renderMesh_->pieces[i], eye));
     };
     parts_[i].world->SetVisibility(isSeen(worldEye));
     parts_[i].closeUp->SetVisibility(isSeen(closeUpEye));

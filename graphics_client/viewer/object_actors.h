@@ -33,6 +33,7 @@ class ObjectActors {
     std::optional<FrictionRange> friction;  ///< Of all objects.
     bool displacement = false;              ///< Of a soft object: coloured by how far its points are displaced.
     bool vertexLighting = false;            ///< Where the triangles are fine.
+    bool hidden = false;                    ///< From the next showFor() on.
   };
 
   ObjectActors(vtkRenderer* world, vtkRenderer* closeUp, std::shared_ptr<const RenderMesh> renderMesh);
@@ -42,7 +43,7 @@ class ObjectActors {
 
   void paint(const Paint& paint);
   void place(vtkMatrix4x4* object, vtkMatrix4x4* shadow);
-  void setShadowVisible(bool visible) { shadow_->SetVisibility(visible); }
+  void setShadowVisible(bool visible) { shadow_->SetVisibility(visible && !hidden_); }
   /// Shows a soft object with these dents. Its shadow stays that of the shape at rest: it would have to be drawn anew in every
   /// frame, for a few pixels of its outline.
   void dent(std::span<const Dent> dents, const Falloff& falloff);
@@ -64,6 +65,7 @@ class ObjectActors {
   std::vector<Part> parts_;
   vtkNew<vtkActor> rims_;
   vtkSmartPointer<vtkActor> shadow_;
+  bool hidden_ = false;
   std::unique_ptr<DentedPoints> dentedRims_;      // likewise
   std::optional<palette::Shade> displacementOn_;  // coloured by displacement, over this
   std::optional<Color> colored_;                  // what the points' colours were made of

@@ -151,13 +151,14 @@ void SceneActors::updateFrictionRange() {
 
 void SceneActors::paintAll() {
   for (const auto& [id, shown] : shown_) {
-    if (shown.actors) paint(shown);
+    if (shown.actors && shown.record) paint(shown);
   }
 }
 
 void SceneActors::paint(const Shown& shown) const {
   ObjectActors::Paint own = paint_;
   own.color = shown.record->material.color;
+  own.hidden = hidden_.contains(shown.record->name);
   own.displacement = paint_.displacement && shown.record->deformation.softness;
   shown.actors->paint(own);
 }
@@ -186,6 +187,12 @@ void SceneActors::placeFloor() {
   }
 }
 
+void SceneActors::hide(std::set<std::string> names) {
+  if (names == hidden_) return;
+  hidden_ = std::move(names);
+  paintAll();
+}
+
 void SceneActors::paintWith(bool ObjectActors::Paint::*how, bool on) {
   paint_.*how = on;
   paintAll();
@@ -203,7 +210,7 @@ std::vector<Vec3> SceneActors::outline() const {
 std::vector<NamedBox> SceneActors::boxes() const {
   std::vector<NamedBox> boxes;
   for (const auto& [id, shown] : shown_) {
-    if (!shown.actors) continue;
+    if (!shown.actors || !shown.record || hidden_.contains(shown.record->name)) continue;
     const RenderMesh& renderMesh = shown.actors->renderMesh();
     NamedBox& box = boxes.emplace_back(NamedBox{shown.record->name, {}});
     for (std::size_t i = 0; i < box.corners.size(); ++i) {

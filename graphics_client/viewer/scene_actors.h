@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,8 @@ class SceneActors {
   void setEdges(bool on) { paintWith(&ObjectActors::Paint::edges, on); }
   /// Colours soft objects by how far they are displaced.
   void setDisplacement(bool on) { paintWith(&ObjectActors::Paint::displacement, on); }
+  /// Objects of these names are not drawn, have no box, and leave the floor where it is.
+  void hide(std::set<std::string> names);
   /// Lights fine surfaces at their vertices (vertex_lighting.h).
   void setVertexLighting(bool on) { paintWith(&ObjectActors::Paint::vertexLighting, on); }
 
@@ -52,10 +55,13 @@ class SceneActors {
   [[nodiscard]] std::vector<Vec3> outline() const;
   /// Distance between the floor's grid lines; 0 without a floor.
   [[nodiscard]] double gridSpacing_m() const { return shown_.empty() ? 0 : floor_.spacing_m(); }
+  /// World z of the floor.
+  [[nodiscard]] double floor_m() const { return floor_.height_m(); }
   /// Leaves out what the cameras cannot see. Shadows are above the floor: hidden when seen from below.
   void showFor(Vec3 worldCamera, Vec3 closeUpCamera);
   /// Over the surfaces whose friction varies; nothing when there are none.
   [[nodiscard]] std::optional<FrictionRange> frictionRange() const { return paint_.friction; }
+  /// Of those that are not hidden.
   [[nodiscard]] std::vector<NamedBox> boxes() const;
   /// The one that is drawn farthest from what is felt.
   [[nodiscard]] std::optional<CoarseDetail> coarsestDetail() const;
@@ -80,7 +86,8 @@ class SceneActors {
   RenderMeshBuilder builder_;
   std::map<ObjectId, Shown> shown_;
   std::size_t maxTriangles_ = 0;
-  ObjectActors::Paint paint_;  ///< For all objects, but for their colour.
+  std::set<std::string> hidden_;  // by name: an object that is removed and added again has another id
+  ObjectActors::Paint paint_;     ///< For all objects, but for their colour.
 
   bool follow(Shown& shown, const SceneVersion::Object& object, const MirrorView& view, std::size_t maxTriangles);
   bool takeRenderMesh(Shown& shown);

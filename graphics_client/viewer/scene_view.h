@@ -2,7 +2,9 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "graphics_client/mirror/playback.h"
 #include "graphics_client/viewer/camera_rig.h"
@@ -39,6 +41,8 @@ class SceneView {
   void drawFrame(const std::shared_ptr<const MirrorView>& newest, double now_s);
   void setStyle(const Style& style);
   [[nodiscard]] const Style& style() const { return style_; }
+  /// Objects of these names are not drawn.
+  void hide(std::set<std::string> names) { objects_.hide(std::move(names)); }
   /// Shows all objects.
   void frameAll();
 

@@ -59,6 +59,38 @@ TEST_F(Shown, AreWhereTheServoHasThemWithoutMovingTheFloor) {
   EXPECT_EQ(actors.gridSpacing_m(), grid_m);
 }
 
+TEST_F(Shown, AreHiddenByTheirNames) {
+  mirror.add("other", makeBox({0.1, 0.05, 0.1}, 1).value(), {}, {});
+  settle();
+  const auto visible = [&] {
+    actors.showFor({1, 1, 1}, {1, 1, 1});
+    vtkActorCollection* all = world->GetActors();
+    vtkCollectionSimpleIterator at;
+    all->InitTraversal(at);
+    int count = 0;
+    while (vtkActor* actor = all->GetNextActor(at)) count += actor->GetVisibility();
+    return count;
+  };
+  const int both = visible();
+  actors.hide({"box", "absent"});
+  const int one = visible();
+  EXPECT_EQ(actors.boxes().size(), 1U);
+  EXPECT_EQ(actors.boxes().at(0).name, "other");
+  actors.setEdges(true);
+  actors.setEdges(false);
+  mirror.setSurface(box, rough(0.02, 0.2));
+  settle();
+  EXPECT_EQ(visible(), one) << "also with another render mesh";
+  actors.hide({"box", "other"});
+  const int none = visible();
+  EXPECT_EQ(both - one, 2) << "with its shadow";
+  EXPECT_EQ(one - none, 2);
+  actors.hide({});
+  mirror.setSurface(box, {});
+  settle();
+  EXPECT_EQ(visible(), both);
+}
+
 TEST_F(Shown, KeepTheirLookUntilTheNextOneIsMade) {
   settle();
   mirror.setSurface(box, imaged(ContentHash{}));  // the field is still on its way

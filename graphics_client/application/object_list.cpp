@@ -1,0 +1,114 @@
+#include "graphics_client/application/object_list.h"
+
+#include <QHeaderView>
+#include <QKeyEvent>
+#include <QSignalBlocker>
+#include <QStyle>
+#include <utility>
+
+#include "common/text/printable.h"
+
+namespace haptics {
+namespace {
+
+enum Column { kName, kTriangles, kKind, kWarnings };
+
+QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
+
+QString kindOf(const ObjectRecord& object) {
+  QStringList kind;
+  if (object.motion) kind << "moves";
+  if (object.deformation.softness || object.deformation.lattice) kind << "soft";
+  return kind.join(", ");
+}
+
+}  // namespace
+
+ObjectList::ObjectList() {
+  setObjectName("objects");
+  setAccessibleName("objects");
+  setHeaderLabels({"object", "triangles", "kind", "warnings"});
+  setRootIsDecorated(false);
+  setUniformRowHeights(true);
+  setToolTip("The objects of the scene: click to see one's properties; the box shows or hides it in this picture");
+  setContextMenuPolicy(Qt::ActionsContextMenu);
+  header()->setStretchLastSection(false);
+  connect(this, &QTreeWidget::currentItemChanged, [this](QTreeWidgetItem* item) {
+    if (item == nullptr) return;
+    selected_ = item->text(kName);
+    emit selected(selected_);
+  });
+  connect(this, &QTreeWidget::itemChanged, [this](QTreeWidgetItem* item, int column) {
+    if (column == kName) setVisible(item->text(kName).toStdString(), item->checkState(kName) == Qt::Checked);
+  });
+}
+
+bool ObjectList::event(QEvent* event) {
+  if (event->type() == QEvent::ShortcutOverride && static_cast<QKeyEvent*>(event)->key() == Qt::Key_Space) {
+    event->accept();
+    return true;
+  }
+  return QTreeWidget::event(event);
+}
+
+void ObjectList::show(const MirrorView& view) {
+  const Shown now{view.epoch, view.scene->revision(), view.meshes.size()};
+  if (now == shown_ && !isStale_) return;
+  shown_ = now;
+  isStale_ = false;
+  const QSignalBlocker quiet(this);
+  clear();
+  for (const SceneVersion::Object& object : view.scene->objects()) addItem(*object, view);
+  for (int column = 0; column < columnCount(); ++column) resizeColumnToContents(column);
+}
+
+void ObjectList::addItem(const ObjectRecord& object, const MirrorView& view) {
+  const auto mesh = view.meshes.find(object.mesh);
+  const auto& warnings = warnings_.of(object.name);
+  auto* item = new QTreeWidgetItem(
+      this, {text(object.name), mesh == view.meshes.end() ? "..." : QString::number(mesh->second->triangles.size()),
+             kindOf(object), warnings.empty() ? QString() : QString::number(warnings.size())});
+  item->setTextAlignment(kTriangles, Qt::AlignRight | Qt::AlignVCenter);
+  item->setFlags(item->flags() | Qt::ItemIsUserCheckable);
+  item->setCheckState(kName, hidden_.contains(object.name) ? Qt::Unchecked : Qt::Checked);
+  if (!warnings.empty()) {
+    QStringList lines;
+    for (const std::string& warning : warnings) lines << text(warning);
+    item->setIcon(kWarnings, style()->standardIcon(QStyle::SP_MessageBoxWarning));
+    for (int column = 0; column < columnCount(); ++column) item->setToolTip(column, lines.join("\n\n"));
+    item->setData(kWarnings, Qt::AccessibleDescriptionRole, lines.join(" "));
+  }
+  if (text(object.name) == selected_) setCurrentItem(item);
+}
+
+void ObjectList::select(const QString& name) {
+  selected_ = name;
+  const auto items = findItems(name, Qt::MatchExactly, kName);
+  const QSignalBlocker quiet(this);
+  setCurrentItem(items.isEmpty() ? nullptr : items.first());
+}
+
+void ObjectList::addWarnings(const v1::Accepted& accepted) {
+  warnings_.add(accepted);
+  isStale_ = true;
+}
+
+void ObjectList::setVisible(const std::string& name, bool visible) {
+  const bool changed = visible ? hidden_.erase(name) > 0 : hidden_.insert(name).second;
+  if (!changed) return;
+  isStale_ = true;
+  emit hiddenChanged(hidden_);
+}
+
+void ObjectList::toggleVisible(const QString& name) {
+  setVisible(name.toStdString(), hidden_.contains(name.toStdString()));
+}
+
+void ObjectList::showAll() {
+  if (hidden_.empty()) return;
+  hidden_.clear();
+  isStale_ = true;
+  emit hiddenChanged(hidden_);
+}
+
+}  // namespace haptics

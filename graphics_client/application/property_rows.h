@@ -1,0 +1,67 @@
+#pragma once
+
+#include <QElapsedTimer>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "common/scene/scene.h"
+#include "graphics_client/application/object_properties.h"
+#include "graphics_client/mirror/mirror_view.h"
+
+class QCheckBox;
+class QDoubleSpinBox;
+class QFormLayout;
+class QSlider;
+
+namespace haptics {
+
+/// One property of an object.
+class PropertyRow {
+ public:
+  virtual ~PropertyRow() = default;
+  /// @param view  That holds the object.
+  virtual void show(const ObjectRecord& object, const MirrorView& view) = 0;
+  /// By a person: what is shown is left as it is.
+  [[nodiscard]] virtual bool isHeld() const = 0;
+};
+
+/// A slider and a field for a number. The field takes what the slider does not: the server decides on it.
+class NumberRow : public PropertyRow {
+ public:
+  /// @param change    Called while the slider is dragged, and when the field is left.
+  /// @param finished  The slider or the field is let go of.
+  NumberRow(const NumberProperty& number, QFormLayout* form, std::function<void(double)> change,
+            const std::function<void()>& finished);
+
+  void show(const ObjectRecord& object, const MirrorView& view) override;
+  [[nodiscard]] bool isHeld() const override;
+
+ private:
+  static constexpr int kSteps = 1000;
+
+  const NumberProperty& number_;
+  QDoubleSpinBox* box_;
+  QSlider* slider_;
+  bool isTyping_ = false;
+  QElapsedTimer sinceChange_;  // by a person; not valid before the first
+
+  void show(double value);
+  [[nodiscard]] double valueAt(int step) const;
+  [[nodiscard]] int stepAt(double value) const;
+};
+
+/// A check box for what an object has or has not.
+class SwitchRow : public PropertyRow {
+ public:
+  SwitchRow(const SwitchProperty& property, QFormLayout* form, const std::function<void(bool)>& change);
+
+  void show(const ObjectRecord& object, const MirrorView& view) override;
+  [[nodiscard]] bool isHeld() const override { return false; }
+
+ private:
+  const SwitchProperty& property_;
+  QCheckBox* box_;
+};
+
+}  // namespace haptics
