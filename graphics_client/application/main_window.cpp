@@ -1,19 +1,23 @@
 #include "graphics_client/application/main_window.h"
 
+#include <spdlog/spdlog.h>
+
 #include <QAction>
+#include <QApplication>
+#include <QCloseEvent>
 #include <QDockWidget>
-#include <QFileDialog>
 #include <QLabel>
 #include <QMenuBar>
 #include <QMessageBox>
 #include <QStatusBar>
 #include <QTreeWidget>
+#include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "common/text/printable.h"
+#include "graphics_client/application/plotted_sample.h"
 
 namespace haptics {
 namespace {
@@ -27,7 +31,7 @@ constexpr double kPressPerClick = 1.2;
 constexpr double kStepPerClick_m = 0.004;
 /// Around an object's box a place on its drawn surface may be (metres): bumps, dents.
 constexpr double kAround_m = 0.002;
-constexpr int kMessage_ms = 5000;
+constexpr int kMessage_ms = 5000, kLongMessage_ms = 20'000;
 
 QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
 
@@ -73,13 +77,20 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       sceneText_(new QLabel),
       servoText_(new QLabel),
       handText_(new QLabel),
-      editor_(this, link, [this](const QString& edit, const QString& words, bool isError) {
-        properties_->say(edit + ": " + words, isError);
-        if (isError) statusBar()->showMessage(edit + ": " + words, kMessage_ms);
-      }) {
+      editor_(this, link, [this](auto... words) { say(words...); }),
+      files_(this, editor_),
+      connection_(this, link, files_),
+      replay_(new ReplayPanel) {
   setWindowTitle("Haptic viewer");
   resize(options.width_px, options.height_px);
-  setCentralWidget(view_);
+  auto* centre = new QWidget;
+  auto* rows = new QVBoxLayout(centre);
+  rows->setContentsMargins(0, 0, 0, 0);
+  rows->setSpacing(0);
+  rows->addWidget(connection_.notice());
+  rows->addWidget(view_, 1);
+  rows->addWidget(replay_);
+  setCentralWidget(centre);
   makeDocks();
   makeMenus();
   for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) {
@@ -100,6 +111,14 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(properties_, &PropertyPanel::finished, [this] { editor_.finishDrag(); });
   connect(properties_, &PropertyPanel::edited,
           [this](const QString& edit, const v1::Transaction& value) { editor_.drag(edit, value); });
+  connect(&files_, &SceneFiles::said, [this](auto... words) { say(words...); });
+  connect(&connection_, &ConnectionControl::said, [this](const QString& what, const QString& words, bool isError) {
+    say(what, words, isError);
+    statusBar()->showMessage(what + ": " + words, kLongMessage_ms);
+  });
+  connect(&connection_, &ConnectionControl::replaced, [this] { showOtherServer(); });
+  connect(replay_, &ReplayPanel::said, [this](auto... words) { say(words...); });
+  connect(replay_, &ReplayPanel::changed, [this] { showOtherSource(); });
   connect(&timer_, &QTimer::timeout, [this] { frame(); });
   timer_.setTimerType(Qt::PreciseTimer);
   timer_.start(static_cast<int>(1000 / options.frameLimit_Hz));
@@ -153,18 +172,41 @@ void MainWindow::makeEditMenu() {
             [this] { withSelected([this](const std::string& object) { editor_.remove(object); }); });
 }
 
-void MainWindow::makeMenus() {
+void MainWindow::makeFileMenu() {
   const auto add = [this](auto... arguments) { return addAction(arguments...); };
   QMenu* file = menuBar()->addMenu("&File");
   add(file, "&Open scene...", QKeySequence::Open, "Takes the objects of a scene file in place of the present ones",
-      [this] { open(); });
-  add(file, "Save scene &as...", QKeySequence::SaveAs, "Writes a scene file, with its meshes beside it",
-      [this] { save(); });
+      [this] { files_.open(); });
+  add(file, "Open &recording...", QKeySequence("Ctrl+Shift+O"),
+      "Shows what a server recorded, on a time line, in place of the server", [this] { replay_->open(); });
+  add(file, "Sa&ve scene", QKeySequence("Ctrl+S"), "Writes the scene to the file that was opened or saved last",
+      [this] { files_.save(); });
+  add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",
+      [this] { files_.saveAs(); });
   add(file, "&Save picture", Qt::Key_S, "Writes haptic_view_N.png in this folder", [this] { saveScreenshot(); });
   add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",
       [this] { plots_->save("haptic_plots.pdf"); });
   add(file, "&Quit", Qt::Key_Q, "Ends the viewer; the server goes on", [this] { close(); });
+}
 
+void MainWindow::makeSessionMenu() {
+  QMenu* session = menuBar()->addMenu("&Session");
+  QAction* connecting = addAction(session, "&Connect...", QKeySequence("Ctrl+K"), "Shows another server",
+                                  [this] { connection_.askForServer(); });
+  QAction* leaving = addAction(session, "&Disconnect", QKeySequence("Ctrl+Shift+K"), "Leaves the server, which goes on",
+                               [this] { connection_.disconnectFromServer(); });
+  for (QAction* action : {connecting, leaving}) action->setEnabled(!link_.isInProcess());
+  session->addSeparator();
+  addAction(session, "Save the &last 10 seconds", QKeySequence("Ctrl+R"),
+            "The server writes what it felt into a recording, on its own machine",
+            [this] { connection_.saveLastSeconds(); });
+  QMenu* replay = session->addMenu("&Replay");
+  replay_->addActions(replay, [this](auto... arguments) { return addAction(arguments...); });
+}
+
+void MainWindow::makeMenus() {
+  const auto add = [this](auto... arguments) { return addAction(arguments...); };
+  makeFileMenu();
   makeEditMenu();
   QMenu* view = menuBar()->addMenu("&View");
   add(view, "Show &all", Qt::Key_R, "Moves the camera so that all objects are seen", [this] { scene_.frameAll(); });
@@ -193,10 +235,11 @@ void MainWindow::makeMenus() {
       [this] { steering_.setPress_N(steering_.press_N() / kPressPerClick); });
   add(hand, "Let &go", Qt::Key_Escape, "Gives the hand back; it explores by itself", [this] { letGo(); });
 
+  makeSessionMenu();
   QMenu* plots = menuBar()->addMenu("&Plots");
-  QAction* pause = add(plots, "&Pause", Qt::Key_Space, "The curves stand still", [] {});
-  pause->setCheckable(true);
-  connect(pause, &QAction::toggled, [this](bool on) { plots_->setPaused(on); });
+  pausePlots_ = add(plots, "&Pause", Qt::Key_Space, "The curves stand still", [] {});
+  pausePlots_->setCheckable(true);
+  connect(pausePlots_, &QAction::toggled, [this](bool on) { plots_->setPaused(on); });
 
   QMenu* help = menuBar()->addMenu("&Help");
   add(help, "&Keys", Qt::Key_H, "What the mouse and the keys do", [this] { scene_.overlay().toggleHelp(); });
@@ -210,11 +253,9 @@ void MainWindow::toggle(bool SceneView::Style::*how) {
 
 void MainWindow::frame() {
   const double now_s = std::chrono::duration<double>(Clock::now() - start_).count();
-  if (options_.duration_s && now_s >= *options_.duration_s) {
-    close();
-    return;
-  }
-  const auto view = newest_();
+  if (options_.duration_s && now_s >= *options_.duration_s) return end();
+  const auto view = replay_->isShown() ? replay_->next(now_s - framed_s_) : newest_();
+  framed_s_ = now_s;
   lead(*view, now_s - drawn_s_);
   const bool dirty = view_->takeDirty() || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;
   if (dirty) {
@@ -225,26 +266,19 @@ void MainWindow::frame() {
     view_shown_ = view;
     drawn_s_ = now_s;
   }
-  plot(*view, now_s);
+  if (!replay_->isShown()) plot(*view, now_s);
   if (now_s - refreshed_s_ < kRefresh_s) return;
   refreshed_s_ = now_s;
   list(*view);
   refresh(*view);
+  if (replay_->isShown()) plots_->replace(replay_->curves());
   plots_->refresh();
 }
 
 void MainWindow::plot(const MirrorView& view, double now_s) {
   if (!view.sample || view.sample->tick == plottedTick_) return;
-  const TelemetrySample& sample = *view.sample;
-  plottedTick_ = sample.tick;
-  const double energy_J = std::accumulate(sample.energyGiven_J.begin(), sample.energyGiven_J.end(), 0.0);
-  plots_->add({.time_s = now_s,
-               .written_N = glm::length(sample.force.written),
-               .spring_N = glm::length(sample.force.spring),
-               .friction_N = glm::length(sample.force.friction),
-               .texture_N = glm::length(sample.force.texture),
-               .depth_mm = 1e3 * sample.penetration_m,
-               .energy_mJ = 1e3 * energy_J});
+  plottedTick_ = view.sample->tick;
+  plots_->add(plotted(*view.sample, now_s));
 }
 
 /// Whether the picture would be another one.
@@ -267,7 +301,7 @@ void MainWindow::lead(const MirrorView& view, double dt_s) {
   const bool isLed = view.hand.isSelf && view.sample.has_value();
   scene_.probe().aim(view_->isPressed() || isLed || clicked_ ? view_->pointer() : std::nullopt);
   const auto surface = surfaceUnderPointer();
-  if (lead_ == Lead::kNone && view_->isPressed() && surface && view.link == LinkState::kLive) {
+  if (lead_ == Lead::kNone && view_->isPressed() && surface && view.link == LinkState::kLive && !replay_->isShown()) {
     link_.leadHand(true);
     lead_ = Lead::kAsked;
   }
@@ -345,19 +379,32 @@ void MainWindow::refresh(const MirrorView& view) {
   properties_->show(selected_.isEmpty() ? nullptr : view.scene->find(selected_.toStdString()), view.mayEdit);
   for (const auto& [action, verb, offer] :
        {std::tuple{undo_, "&Undo ", editor_.undoOffer()}, std::tuple{redo_, "&Redo ", editor_.redoOffer()}}) {
-    action->setEnabled(offer.has_value());
+    action->setEnabled(offer.has_value() && !replay_->isShown());
     action->setText(verb + (offer ? text(offer->text) : QString()));
   }
-  linkText_->setText(text(view.linkText));
-  sceneText_->setText(QString("revision %1, %2")
-                          .arg(view.scene->revision())
-                          .arg(view.hashesEqual ? "equal to the server's" : "not equal yet"));
+  const bool isReplay = replay_->isShown();
+  connection_.refresh(*editor_.view(), isReplay);
+  editor_.refuseAll(isReplay                          ? "a replay is shown; go back to the server to edit"
+                    : view.link == LinkState::kClosed ? "not connected to a server"
+                                                      : "");
+  linkText_->setText(isReplay ? replay_->status() : text(view.linkText));
+  sceneText_->setText(QString("revision %1").arg(view.scene->revision()) + (isReplay ? ""
+                                                                            : view.hashesEqual
+                                                                                ? ", equal to the server's"
+                                                                                : ", not equal yet"));
   QString servo = QString("%1 frames/s").arg(scene_.framesPerSecond(), 0, 'f', 0);
   if (view.sample && view.sample->fault != Fault::kNone) servo += ", no force: a fault of the servo";
   servoText_->setText(servo);
+  sayHand(view);
+}
+
+void MainWindow::sayHand(const MirrorView& view) {
+  if (replay_->isShown()) return handText_->setText("the hand is the recorded one");
   const QString press = QString("%1 N").arg(steering_.press_N(), 0, 'f', 1);
   if (!view.hand.refused.empty()) {
-    handText_->setText("hand: " + text(view.hand.refused));
+    const QString words = "hand: " + text(view.hand.refused);
+    if (handText_->text() != words) spdlog::warn("{}", words.toStdString());
+    handText_->setText(words);
   } else if (lead_ == Lead::kLed) {
     handText_->setText("the hand is yours, " +
                        (steering_.mapping() == HandSteering::Mapping::kSurface ? "presses with " + press : "in space"));
@@ -381,20 +428,42 @@ void MainWindow::withSelected(const std::function<void(const std::string&)>& doe
   does(selected_.toStdString());
 }
 
-void MainWindow::open() {
-  const QString file = QFileDialog::getOpenFileName(this, "Open scene", {}, "Scenes (*.scene)");
-  if (file.isEmpty()) return;
-  if (const Result<void> opened = editor_.open(file.toStdString()); !opened) {
-    QMessageBox::warning(this, "Open scene", text(opened.error().text()));
-  }
+void MainWindow::say(const QString& edit, const QString& words, bool isError) {
+  properties_->say(edit + ": " + words, isError);
+  if (!isError) return;
+  statusBar()->showMessage(edit + ": " + words, kMessage_ms);
+  spdlog::warn("{}: {}", edit.toStdString(), words.toStdString());
 }
 
-void MainWindow::save() {
-  const QString file = QFileDialog::getSaveFileName(this, "Save scene as", "scene.scene", "Scenes (*.scene)");
-  if (file.isEmpty()) return;
-  if (const Result<void> saved = editor_.save(file.toStdString()); !saved) {
-    QMessageBox::warning(this, "Save scene as", text(saved.error().text()));
-  }
+void MainWindow::showOtherServer() {
+  editor_.startAnew();
+  files_.forget();
+  replay_->leave();
+  showOtherSource();
+}
+
+/// A server, or a recording.
+void MainWindow::showOtherSource() {
+  if (replay_->isShown()) letGo();
+  lead_ = Lead::kNone;
+  select({});
+  view_shown_ = nullptr;
+  scene_.startAnew();
+  plots_->replace({});
+  pausePlots_->setChecked(false);
+  pausePlots_->setEnabled(!replay_->isShown());
+}
+
+void MainWindow::end() {
+  ending_ = true;
+  close();
+  QApplication::quit();  // also out of a dialog
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  if (ending_ || editor_.isSaved()) return event->accept();
+  event->ignore();
+  files_.askBeforeLoss("Quitting", [this] { end(); });
 }
 
 void MainWindow::saveScreenshot() {

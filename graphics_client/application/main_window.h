@@ -8,10 +8,13 @@
 #include <optional>
 #include <string>
 
+#include "graphics_client/application/connection_control.h"
 #include "graphics_client/application/hand_steering.h"
 #include "graphics_client/application/plot_panel.h"
 #include "graphics_client/application/property_panel.h"
+#include "graphics_client/application/replay_panel.h"
 #include "graphics_client/application/scene_editor.h"
+#include "graphics_client/application/scene_files.h"
 #include "graphics_client/application/view_widget.h"
 #include "graphics_client/mirror/server_link.h"
 
@@ -30,6 +33,14 @@ class MainWindow : public QMainWindow {
   MainWindow(const ViewerOptions& options, ServerLink& link, std::function<std::shared_ptr<const MirrorView>()> newest);
 
   [[nodiscard]] SceneView& scene() { return scene_; }
+  /// Shows a recording in place of the server.
+  void openRecording(const QString& file) { replay_->open(file); }
+  /// Closes it without a question.
+  void end();
+
+ protected:
+  /// Asks first where edits would be lost.
+  void closeEvent(QCloseEvent* event) override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -51,18 +62,24 @@ class MainWindow : public QMainWindow {
   std::shared_ptr<const MirrorView> view_shown_;
   std::uint64_t plottedTick_ = 0;
   std::uint64_t listedRevision_ = 0, listedEpoch_ = 0;
-  double refreshed_s_ = 0, drawn_s_ = 0;
+  double refreshed_s_ = 0, drawn_s_ = 0, framed_s_ = 0;
   int screenshots_ = 0;
   bool clicked_ = false;  // since the last frame
   QString selected_;
   SceneEditor editor_;
-  QAction *undo_ = nullptr, *redo_ = nullptr;
+  SceneFiles files_;
+  ConnectionControl connection_;
+  ReplayPanel* replay_;
+  bool ending_ = false;
+  QAction *undo_ = nullptr, *redo_ = nullptr, *pausePlots_ = nullptr;
 
   void makeDocks();
   void makeMenus();
   QAction* addAction(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
                      std::function<void()> does);
+  void makeFileMenu();
   void makeEditMenu();
+  void makeSessionMenu();
   void frame();
   void lead(const MirrorView& view, double dt_s);
   void letGo();
@@ -76,8 +93,10 @@ class MainWindow : public QMainWindow {
   /// Of all objects.
   [[nodiscard]] double top_m() const;
   void withSelected(const std::function<void(const std::string&)>& does);
-  void open();
-  void save();
+  void say(const QString& edit, const QString& words, bool isError);
+  void sayHand(const MirrorView& view);
+  void showOtherServer();
+  void showOtherSource();
   void saveScreenshot();
   void toggle(bool SceneView::Style::*how);
 };

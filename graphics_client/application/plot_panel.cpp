@@ -14,7 +14,6 @@
 namespace haptics {
 namespace {
 
-constexpr double kShown_s = 10;
 constexpr double kText = 0.85;  // of the window's text
 
 }  // namespace
@@ -67,6 +66,10 @@ void PlotPanel::add(const Sample& sample) {
   if (paused_) return;
   samples_.push_back(sample);
   while (samples_.front().time_s < sample.time_s - kShown_s) samples_.pop_front();
+}
+
+void PlotPanel::replace(const std::vector<Sample>& samples) {
+  if (!paused_) samples_.assign(samples.begin(), samples.end());
 }
 
 void PlotPanel::refresh() {

@@ -30,9 +30,19 @@ class SceneEditor {
   std::string add(const std::string& kind, double z_m);
   void duplicate(const std::string& object);
   void remove(const std::string& object);
-  /// In place of the present objects. Errors name the file, or what is wrong in it.
-  [[nodiscard]] Result<void> open(const std::string& file);
-  [[nodiscard]] Result<void> save(const std::string& file) const;
+  /// What a scene file holds, in place of the present objects.
+  /// @param done  Once the server has accepted it.
+  void open(Edit edit, const std::function<void()>& done);
+
+  [[nodiscard]] std::shared_ptr<const MirrorView> view() const { return link_.latest(); }
+  /// As EditHistory's.
+  [[nodiscard]] std::uint64_t state() const { return history_.state(); }
+  void markSaved(std::uint64_t state) { history_.markSaved(state); }
+  [[nodiscard]] bool isSaved() const { return history_.isSaved(); }
+  /// The link is to another server: nothing can be undone, and no outcome of before comes any more.
+  void startAnew();
+  /// Every edit is refused with these words. Empty: edits go to the server.
+  void refuseAll(std::string why) { refusal_ = std::move(why); }
 
   void undo() { history_.undo(said("undo")); }
   void redo() { history_.redo(said("redo")); }
@@ -46,6 +56,8 @@ class SceneEditor {
   EditHistory history_;
   std::optional<LatestEdit> drag_;
   QString dragged_;
+  std::string refusal_;
+  std::shared_ptr<int> server_ = std::make_shared<int>();  // its lifetime is that of the present server's callbacks
 
   [[nodiscard]] EditPort port();
   [[nodiscard]] EditDone said(const QString& edit);

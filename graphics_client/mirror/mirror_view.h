@@ -21,8 +21,9 @@
 
 namespace haptics {
 
-/// kRefused: the server turned this client away (MirrorView::linkText says why); the link tries again, slowly.
-enum class LinkState { kConnecting, kSyncing, kLive, kRefused };
+/// kRefused: the server turned this client away (MirrorView::linkText says why); the link tries again, slowly. kClosed:
+/// there is no server to connect to.
+enum class LinkState { kConnecting, kSyncing, kLive, kRefused, kClosed };
 
 /// What a client holds and knows at one moment: an immutable picture that the network thread hands to the viewer.
 struct MirrorView {

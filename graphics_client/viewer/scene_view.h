@@ -40,6 +40,8 @@ class SceneView {
   [[nodiscard]] const Style& style() const { return style_; }
   /// Shows all objects.
   void frameAll();
+  /// The views that follow are of another source: nothing that came of those before is shown with them.
+  void startAnew();
 
   [[nodiscard]] RenderWindow& renderWindow() { return renderWindow_; }
   [[nodiscard]] CameraRig& cameras() { return cameras_; }
@@ -75,7 +77,7 @@ class SceneView {
   Style style_;
   std::optional<SurfacePoint> pointer_;
   bool framed_ = false, wasLive_ = false, smooth_ = false;
-  std::uint64_t stateResets_ = 0;
+  std::optional<std::uint64_t> stateResets_;  // nothing: of no view yet
   double resetAt_s_;
   double now_s_ = 0, rateFrom_s_ = 0, framesPerSecond_ = 0;
   std::uint64_t rateFrames_ = 0;
