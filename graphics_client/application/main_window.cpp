@@ -301,7 +301,7 @@ void MainWindow::lead(const MirrorView& view, double dt_s) {
   const bool isLed = view.hand.isSelf && view.sample.has_value();
   scene_.probe().aim(view_->isPressed() || isLed || clicked_ ? view_->pointer() : std::nullopt);
   const auto surface = surfaceUnderPointer();
-  if (lead_ == Lead::kNone && view_->isPressed() && surface && view.link == LinkState::kLive && !replay_->isShown()) {
+  if (lead_ == Lead::kNone && view_->isPressed() && surface && view.link == LinkState::kLive && !view.isReplay) {
     link_.leadHand(true);
     lead_ = Lead::kAsked;
   }

@@ -73,7 +73,7 @@ void PlotPanel::replace(const std::vector<Sample>& samples) {
 }
 
 void PlotPanel::refresh() {
-  if (paused_ || samples_.empty() || !isVisible()) return;
+  if (paused_ || !isVisible()) return;
   QVector<double> times;
   for (const Sample& sample : samples_) times.push_back(sample.time_s);
   for (const Plot& plot : plots_) {
@@ -82,7 +82,7 @@ void PlotPanel::refresh() {
       for (const Sample& sample : samples_) values.push_back(sample.*curve.value);
       curve.drawn->setSamples(times, values);
     }
-    plot.plot->setAxisScale(QwtPlot::xBottom, times.back() - kShown_s, times.back());
+    if (!times.empty()) plot.plot->setAxisScale(QwtPlot::xBottom, times.back() - kShown_s, times.back());
     plot.plot->replot();
   }
 }

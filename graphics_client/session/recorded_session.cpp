@@ -187,6 +187,7 @@ std::shared_ptr<const MirrorView> RecordedSession::view(std::size_t moment, std:
   const RecordedMoment& shown = moments_.list()[moment];
   auto view = std::make_shared<MirrorView>(*scenes_[shown.scene]);
   view->link = LinkState::kLive;
+  view->isReplay = true;
   view->linkText = status(shown.time_s);
   view->sample = shown.sample;
   view->takenAt_ns = now_ns;

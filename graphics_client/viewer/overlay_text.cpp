@@ -37,7 +37,7 @@ std::string shortened(const std::string& name, std::size_t longest = kLongestNam
 OverlayLine linkLine(const MirrorView& view) {
   switch (view.link) {
     case LinkState::kLive:
-      return {"Link", "live", Tone::kGood};
+      return {"Link", view.isReplay ? "a replay" : "live", Tone::kGood};
     case LinkState::kSyncing:
       return {"Link", "receiving the scene", Tone::kWarning};
     case LinkState::kRefused:

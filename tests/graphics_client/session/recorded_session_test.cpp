@@ -71,12 +71,10 @@ TEST(RecordedSession, MarksAFaultWhereItBegins) {
 TEST(RecordedSession, ShowsWhatIsWholeOfADamagedFileAndSaysSo) {
   RecordedServo servo;
   servo.run(6000);
-  std::string bytes = servo.recording();
-  bytes[bytes.size() - 2000] ^= 1;
   const TemporaryFolder folder;
-  const auto session = RecordedSession::read(fileOf(folder, bytes), {});
+  const auto session = RecordedSession::read(fileOf(folder, servo.recording() + std::string(100, 'x')), {});
   ASSERT_TRUE(session) << session.error().text();
-  EXPECT_LT(session->duration_s(), 5.999);
+  EXPECT_NEAR(session->duration_s(), 5.996, 1e-9);
   EXPECT_THAT(session->verdict(), HasSubstr("; it ends early: "));
 }
 
