@@ -68,7 +68,6 @@ ConnectDialog::ConnectDialog(QWidget* parent, const RecentServers& recent)
 
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Cancel);
   auto* connecting = buttons->addButton("Co&nnect", QDialogButtonBox::AcceptRole);
-  connecting->setDefault(true);
   connect(buttons, &QDialogButtonBox::accepted, [this] { check(); });
   connect(buttons, &QDialogButtonBox::rejected, [this] { reject(); });
 
@@ -88,6 +87,7 @@ ConnectDialog::ConnectDialog(QWidget* parent, const RecentServers& recent)
   form->addWidget(buttons, 4, 0, 1, 3);
   form->setColumnStretch(1, 1);
   resize(480, 0);
+  connecting->setDefault(true);  // within the dialog by now
   address_->setFocus();
   address_->lineEdit()->selectAll();
 }

@@ -176,7 +176,8 @@ void ServerLink::connectTo(const Endpoint& server, std::optional<ClientCredentia
     const std::lock_guard lock(mutex_);
     worker_.swap(next);
   }
-  leaving_ = std::jthread([before = std::move(next)]() mutable { before.reset(); });
+  // The farewell of one that is still leaving is waited for there too.
+  leaving_ = std::jthread([before = std::move(next), earlier = std::move(leaving_)]() mutable { before.reset(); });
 }
 
 std::shared_ptr<const MirrorView> ServerLink::latest() const {
