@@ -75,6 +75,8 @@ QWidget* ReplayPanel::makePlaying() {
   });
   time_ = new QLabel;
   time_->setObjectName("replay time");
+  time_->setMinimumWidth(time_->fontMetrics().horizontalAdvance("0000.000 s of 0000.000 s"));
+  time_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
   speed_ = new QComboBox;
   speed_->setObjectName("speed");
   speed_->setToolTip("How fast it plays, against the time in which it was recorded");
