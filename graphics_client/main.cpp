@@ -39,6 +39,8 @@ Examples:
       shows a server elsewhere
   graphics_client --embedded-server --scene deploy/scenes/demo.scene --assets /usr/share/inventor/data
       server and viewer in one process
+  graphics_client --recording session.haptics
+      shows a recording on a time line
   xvfb-run -a -s "-screen 0 1280x1024x24" graphics_client --offscreen --seconds 20 --screenshot view.png
       draws for 20 s without a screen and writes a picture
 
@@ -48,9 +50,9 @@ Exit status: 0 done, 1 failed, 2 wrong usage, 3 --seconds are over and there nev
 struct Arguments {
   std::string connect = "127.0.0.1:7654";
   std::string size = "1280x1024";
-  std::string credentials, screenshot, sheet, summary;
+  std::string credentials, screenshot, sheet, summary, recording;
   bool offscreen = false, udp = false, displacement = false;
-  bool embeddedServer = false;
+  bool embeddedServer = false, isServerGiven = false;
   haptics::ServerOptions serverOptions;  // of the embedded one
   std::optional<double> seconds, frameLimit_Hz;
 };
@@ -108,6 +110,9 @@ int report(const Arguments& arguments, const Result<haptics::RunSummary>& summar
     const Result<void> written = haptics::writeFile(arguments.summary, summary->json());
     if (!written) return fail(written.error(), kFailed);
   }
+  if (arguments.seconds && !summary->wasConnected() && !arguments.recording.empty()) {
+    return fail({"--recording", arguments.recording + " was not shown; the log says why"}, kFailed);
+  }
   if (arguments.seconds && !summary->wasConnected()) {
     const std::string server = arguments.embeddedServer ? "the server in this process" : arguments.connect;
     return fail({"--connect", "there never was a connection to " + server + "; " + linkText}, kNeverConnected);
@@ -120,6 +125,7 @@ int run(const Arguments& arguments) {
   if (!options) return fail(options.error(), kBadUsage);
   const Result<haptics::Endpoint> server = haptics::parseEndpoint(arguments.connect);
   if (!server) return fail(Error(server.error()).within("--connect: "), kBadUsage);
+  const bool connects = arguments.recording.empty() || arguments.isServerGiven;
   std::optional<haptics::ClientCredentials> credentials;
   if (!arguments.credentials.empty()) {
     auto read = haptics::readClientCredentials(arguments.credentials);
@@ -133,7 +139,7 @@ int run(const Arguments& arguments) {
   std::optional<haptics::EmbeddedServer> embedded;  // outlives the link
   if (arguments.embeddedServer) embedded.emplace(arguments.serverOptions, [] { stopRequested = true; });
   auto link = std::make_unique<haptics::ServerLink>(
-      haptics::ServerLink::Options{.server = *server,
+      haptics::ServerLink::Options{.server = connects ? *server : haptics::Endpoint{},
                                    .clientName = "graphics_client",
                                    .credentials = std::move(credentials),
                                    .telemetryRate_Hz = kWindowFrames_Hz,
@@ -149,9 +155,9 @@ int run(const Arguments& arguments) {
     held.announce(*last);
     return last;
   };
-  const Result<haptics::RunSummary> summary = arguments.offscreen
-                                                  ? haptics::runOffscreen(*options, newest, stopRequested)
-                                                  : haptics::runApplication(*options, link, newest, stopRequested);
+  const Result<haptics::RunSummary> summary =
+      arguments.offscreen ? haptics::runOffscreen(*options, newest, stopRequested)
+                          : haptics::runApplication(*options, link, newest, stopRequested, arguments.recording);
   link.reset();
   const Result<void> stopped = embedded ? embedded->stop() : Result<void>{};
   const int code = stopped ? report(arguments, summary, last->linkText) : fail(stopped.error(), kFailed);
@@ -185,11 +191,16 @@ int main(int argc, char** argv) {
   app.add_option("--credentials", arguments.credentials,
                  "Of a server that has some: its viewer.credentials or editor.credentials")
       ->type_name("FILE");
+  app.add_option("--recording", arguments.recording,
+                 "Show what a server recorded, on a time line; without --connect no server")
+      ->type_name("FILE")
+      ->excludes(embedded);
   app.add_flag("--udp", arguments.udp,
                "Telemetry by UDP where the server offers it (without TLS) and the network lets it through");
   app.add_flag("--displacement", arguments.displacement,
                "Colour soft objects by how far they are displaced (the d key)");
-  app.add_flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)");
+  app.add_flag("--offscreen", arguments.offscreen, "Draw without a window (an X display is still needed)")
+      ->excludes(app.get_option("--recording"));
   app.add_option("--seconds", arguments.seconds, "End by itself after this long")
       ->type_name("S")
       ->check(CLI::PositiveNumber);
@@ -211,6 +222,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kBadUsage;
   }
+  arguments.isServerGiven = connect->count() > 0;
   struct sigaction action = {};
   action.sa_handler = [](int) { stopRequested = true; };
   sigaction(SIGINT, &action, nullptr);

@@ -19,7 +19,8 @@ void log(QtMsgType type, const QMessageLogContext& /*context*/, const QString& w
 }  // namespace
 
 Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<ServerLink>& link,
-                                  const ViewSource& source, const std::atomic<bool>& stop) {
+                                  const ViewSource& source, const std::atomic<bool>& stop,
+                                  const std::string& recording) {
   int argc = 1;
   char name[] = "graphics_client";
   char* argv[] = {name, nullptr};
@@ -28,9 +29,10 @@ Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<
   QApplication application(argc, argv);
   MainWindow window(options, *link, source);
   window.show();
+  if (!recording.empty()) window.openRecording(QString::fromStdString(recording));
   QTimer stopping;
   QObject::connect(&stopping, &QTimer::timeout, [&] {
-    if (stop) window.close();
+    if (stop) window.end();
   });
   stopping.start(50);
   QApplication::exec();

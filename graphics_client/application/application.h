@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <memory>
+#include <string>
 
 #include "graphics_client/mirror/server_link.h"
 #include "graphics_client/viewer/viewer.h"
@@ -10,8 +11,10 @@ namespace haptics {
 
 /// The viewer in a window, until it is closed, the time is over, or `stop` is set (by a signal handler). Errors: the
 /// screenshot could not be written.
-/// @param link  Ends with the window: what it calls back is of the window's.
+/// @param link       Ends with the window: what it calls back is of the window's.
+/// @param recording  File that is shown first, in place of the server; empty: none.
 [[nodiscard]] Result<RunSummary> runApplication(const ViewerOptions& options, std::unique_ptr<ServerLink>& link,
-                                                const ViewSource& source, const std::atomic<bool>& stop);
+                                                const ViewSource& source, const std::atomic<bool>& stop,
+                                                const std::string& recording = {});
 
 }  // namespace haptics

@@ -18,6 +18,11 @@ constexpr double kNormalTime_s = 0.05;
 
 void HandSteering::setPress_N(double press_N) { press_N_ = std::clamp(press_N, kMinPress_N, kMaxPress_N); }
 
+void HandSteering::changePress(double clicks) {
+  constexpr double kPerClick = 1.2;
+  setPress_N(press_N_ * std::pow(kPerClick, clicks));
+}
+
 void HandSteering::begin(Vec3 hip) {
   hand_ = hip;
   wasPressed_ = touched_ = false;

@@ -29,6 +29,8 @@ class HandSteering {
   [[nodiscard]] Mapping mapping() const { return mapping_; }
   /// Newtons; clamped to what there is.
   void setPress_N(double press_N);
+  /// By a fifth for each click of a wheel.
+  void changePress(double clicks);
   [[nodiscard]] double press_N() const { return press_N_; }
   /// In space: along the line of sight.
   void moveBy(Vec3 way_m) { hand_ += way_m; }

@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <QAction>
+#include <QApplication>
+#include <QCloseEvent>
 #include <QDockWidget>
 #include <QFileDialog>
 #include <QLabel>
@@ -10,13 +12,14 @@
 #include <QMessageBox>
 #include <QScrollArea>
 #include <QStatusBar>
+#include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "common/text/printable.h"
 #include "graphics_client/application/file_drop.h"
+#include "graphics_client/application/plotted_sample.h"
 
 namespace haptics {
 namespace {
@@ -25,54 +28,15 @@ namespace {
 constexpr double kRefresh_s = 0.1;
 /// A picture that nothing has changed is drawn anew after so long: its words may have aged (seconds).
 constexpr double kIdleFrame_s = 1;
-constexpr double kPressPerClick = 1.2;
 /// In space: of the hand, for a click of the wheel (metres).
 constexpr double kStepPerClick_m = 0.004;
-/// Around an object's box a place on its drawn surface may be (metres): bumps, dents.
-constexpr double kAround_m = 0.002;
-constexpr int kMessage_ms = 5000;
+constexpr int kMessage_ms = 5000, kLongMessage_ms = 20'000;
 /// Between the highest object and one that is imported (metres).
 constexpr double kAboveScene_m = 0.02;
 constexpr const char* kMeshFiles =
     "Meshes (*.obj *.ply *.stl *.off *.om *.iv *.OBJ *.PLY *.STL *.OFF *.OM *.IV);;All files (*)";
 
 QString text(const std::string& untrusted) { return QString::fromStdString(printable(untrusted)); }
-
-/// Whether a place is within the box that these are the corners of.
-bool isWithin(const NamedBox& box, Vec3 place) {
-  const Vec3 from = place - box.corners[0];
-  for (const std::size_t axis : {1, 2, 4}) {
-    const Vec3 side = box.corners[axis] - box.corners[0];
-    const double length = glm::length(side);
-    if (!(length > 0)) continue;
-    const double along = glm::dot(from, side) / length;
-    if (along < -kAround_m || along > length + kAround_m) return false;
-  }
-  return true;
-}
-
-double volume(const NamedBox& box) {
-  double product = 1;
-  for (const std::size_t axis : {1, 2, 4}) product *= glm::distance(box.corners[axis], box.corners[0]);
-  return product;
-}
-
-QDockWidget* dock(const QString& title, QWidget* content) {
-  auto* dock = new QDockWidget(title);
-  dock->setObjectName(title);
-  dock->setWidget(content);
-  return dock;
-}
-
-/// So that a small screen has room for the window.
-QWidget* scrolled(QWidget* content) {
-  content->setMinimumSize(600, 120);
-  auto* scroll = new QScrollArea;
-  scroll->setWidget(content);
-  scroll->setWidgetResizable(true);
-  scroll->setFrameShape(QFrame::NoFrame);
-  return scroll;
-}
 
 }  // namespace
 
@@ -93,11 +57,21 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
       editor_(
           this, link, [this](auto... words) { say(words...); },
           [this](const v1::Accepted& accepted) { objects_->addWarnings(accepted); }),
+      files_(this, editor_),
+      connection_(this, link, files_),
+      replay_(new ReplayPanel),
       gizmo_(scene_, editor_, newest_),
       importer_(new MeshImporter(link, editor_)) {
   setWindowTitle("Haptic viewer");
   resize(options.width_px, options.height_px);
-  setCentralWidget(view_);
+  auto* centre = new QWidget;
+  auto* rows = new QVBoxLayout(centre);
+  rows->setContentsMargins(0, 0, 0, 0);
+  rows->setSpacing(0);
+  rows->addWidget(connection_.notice());
+  rows->addWidget(view_, 1);
+  rows->addWidget(replay_);
+  setCentralWidget(centre);
   makeDocks();
   makeMenus();
   for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) {
@@ -122,7 +96,7 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
   connect(view_, &ViewWidget::released, [this](bool moved) { clicked_ = !gizmo_.release() && !moved; });
   connect(view_, &ViewWidget::wheelTurned, [this](double clicks) {
     if (steering_.mapping() == HandSteering::Mapping::kSurface) {
-      steering_.setPress_N(steering_.press_N() * std::pow(kPressPerClick, clicks));
+      steering_.changePress(clicks);
     } else {
       steering_.moveBy(scene_.cameras().direction() * (kStepPerClick_m * clicks));
     }
@@ -139,122 +113,18 @@ MainWindow::MainWindow(const ViewerOptions& options, ServerLink& link,
     scene_.hide(names);
     view_shown_ = nullptr;
   });
+  connect(&files_, &SceneFiles::said, [this](auto... words) { say(words...); });
+  connect(&connection_, &ConnectionControl::said, [this](const QString& what, const QString& words, bool isError) {
+    say(what, words, isError);
+    statusBar()->showMessage(what + ": " + words, kLongMessage_ms);
+  });
+  connect(&connection_, &ConnectionControl::replaced, [this] { showOtherServer(); });
+  connect(replay_, &ReplayPanel::said, [this](auto... words) { say(words...); });
+  connect(replay_, &ReplayPanel::changed, [this] { showOtherSource(); });
   connect(&timer_, &QTimer::timeout, [this] { frame(); });
   timer_.setTimerType(Qt::PreciseTimer);
   timer_.start(static_cast<int>(1000 / options.frameLimit_Hz));
   view_->setFocus();
-}
-
-void MainWindow::makeDocks() {
-  addDockWidget(Qt::LeftDockWidgetArea, dock("Objects", objects_));
-  addDockWidget(Qt::LeftDockWidgetArea, dock("Properties", properties_));
-  addDockWidget(Qt::BottomDockWidgetArea, dock("Plots", scrolled(plots_)));
-  setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
-  const auto docks = findChildren<QDockWidget*>();
-  resizeDocks({docks[0], docks[1]}, {1, 3}, Qt::Vertical);
-  resizeDocks({docks[0], docks[2]}, {350, 150}, Qt::Horizontal);
-  resizeDocks({docks[2]}, {170}, Qt::Vertical);
-}
-
-QAction* MainWindow::addAction(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
-                               std::function<void()> does) {
-  QAction* action = menu->addAction(title);
-  action->setShortcut(key);
-  action->setToolTip(tip);
-  action->setStatusTip(tip);
-  connect(action, &QAction::triggered, [does = std::move(does)] { does(); });
-  return action;
-}
-
-void MainWindow::makeEditMenu() {
-  QMenu* edit = menuBar()->addMenu("&Edit");
-  undo_ = addAction(edit, "&Undo", QKeySequence::Undo, "Takes back your last edit, if nobody else has touched it since",
-                    [this] {
-                      gizmo_.finishSteps();
-                      editor_.undo();
-                    });
-  redo_ = addAction(edit, "&Redo", QKeySequence("Ctrl+Y"), "Makes the edit again that was taken back", [this] {
-    gizmo_.finishSteps();
-    editor_.redo();
-  });
-  edit->addSeparator();
-  QMenu* objects = edit->addMenu("&Add");
-  for (const char* kind : {"Sphere", "Box", "Cylinder", "Torus"}) {
-    addAction(objects, kind, {}, "Adds one above the scene", [this, kind] {
-      select(QString::fromStdString(editor_.add(QString(kind).toLower().toStdString(), top_m())));
-    });
-  }
-  objects_->addAction(
-      addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
-                [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); }));
-  objects_->addAction(addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object", [this] {
-    withSelected([this](const std::string& object) { editor_.remove(object); });
-  }));
-  edit->addSeparator();
-  gizmo_.addActions(edit, view_);
-}
-
-void MainWindow::addHiding(QMenu* menu) {
-  objects_->addAction(addAction(
-      menu, "&Hide or show the object", QKeySequence("Ctrl+H"), "The selected object, in this picture only", [this] {
-        withSelected([this](const std::string& object) { objects_->toggleVisible(QString::fromStdString(object)); });
-      }));
-  objects_->addAction(addAction(menu, "Show hidden &objects", QKeySequence("Ctrl+Shift+H"),
-                                "All objects that are hidden in this picture", [this] { objects_->showAll(); }));
-}
-
-void MainWindow::makeMenus() {
-  const auto add = [this](auto... arguments) { return addAction(arguments...); };
-  QMenu* file = menuBar()->addMenu("&File");
-  add(file, "&Open scene...", QKeySequence::Open, "Takes the objects of a scene file in place of the present ones",
-      [this] { open(); });
-  add(file, "&Import mesh...", QKeySequence("Ctrl+I"), "Adds the mesh of a file to the scene; or drop files here",
-      [this] { importMesh(); });
-  add(file, "&Cancel import", QKeySequence("Ctrl+Shift+I"),
-      "Ends the imports that are under way; the scene stays as it is", [this] { importer_->cancel(); });
-  add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",
-      [this] { save(); });
-  add(file, "&Save picture", Qt::Key_S, "Writes haptic_view_N.png in this folder", [this] { saveScreenshot(); });
-  add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",
-      [this] { plots_->save("haptic_plots.pdf"); });
-  add(file, "&Quit", Qt::Key_Q, "Ends the viewer; the server goes on", [this] { close(); });
-
-  makeEditMenu();
-  QMenu* view = menuBar()->addMenu("&View");
-  add(view, "Show &all", Qt::Key_R, "Moves the camera so that all objects are seen", [this] { scene_.frameAll(); });
-  add(view, "&Follow the contact", Qt::Key_F, "The camera moves with the contact",
-      [this] { toggle(&SceneView::Style::follow); });
-  add(view, "&Close-up", Qt::Key_C, "The contact, large, in the corner",
-      [this] { scene_.renderWindow().showCloseUp(!scene_.renderWindow().closeUpShown()); });
-  add(view, "&Wireframe", Qt::Key_W, "Lines only", [this] { toggle(&SceneView::Style::wireframe); });
-  add(view, "Polygon &edges", Qt::Key_E, "Lines of the mesh", [this] { toggle(&SceneView::Style::edges); });
-  add(view, "&Displacement", Qt::Key_D, "Colours soft objects by how far they are displaced",
-      [this] { toggle(&SceneView::Style::displacement); });
-  add(view, "&Names", Qt::Key_N, "Of the objects", [this] { scene_.overlay().toggleLabels(); });
-  add(view, "&Overlay", Qt::Key_O, "All words over the picture", [this] { scene_.overlay().toggle(); });
-  addHiding(view);
-  view->addSeparator();
-  for (QDockWidget* panel : findChildren<QDockWidget*>()) view->addAction(panel->toggleViewAction());
-
-  QMenu* hand = menuBar()->addMenu("&Hand");
-  add(hand, "On surfaces, or in &space", Qt::Key_T,
-      "The pointer strokes surfaces, or moves the hand in the picture's plane", [this] {
-        const bool onSurface = steering_.mapping() == HandSteering::Mapping::kSurface;
-        steering_.setMapping(onSurface ? HandSteering::Mapping::kSpace : HandSteering::Mapping::kSurface);
-      });
-  add(hand, "Press &harder", Qt::Key_Plus, "As the wheel while the button is down",
-      [this] { steering_.setPress_N(steering_.press_N() * kPressPerClick); });
-  add(hand, "Press &less", Qt::Key_Minus, "As the wheel while the button is down",
-      [this] { steering_.setPress_N(steering_.press_N() / kPressPerClick); });
-  add(hand, "Let &go", Qt::Key_Escape, "Gives the hand back; it explores by itself", [this] { letGo(); });
-
-  QMenu* plots = menuBar()->addMenu("&Plots");
-  QAction* pause = add(plots, "&Pause", Qt::Key_Space, "The curves stand still", [] {});
-  pause->setCheckable(true);
-  connect(pause, &QAction::toggled, [this](bool on) { plots_->setPaused(on); });
-
-  QMenu* help = menuBar()->addMenu("&Help");
-  add(help, "&Keys", Qt::Key_H, "What the mouse and the keys do", [this] { scene_.overlay().toggleHelp(); });
 }
 
 void MainWindow::toggle(bool SceneView::Style::*how) {
@@ -265,43 +135,36 @@ void MainWindow::toggle(bool SceneView::Style::*how) {
 
 void MainWindow::frame() {
   const double now_s = std::chrono::duration<double>(Clock::now() - start_).count();
-  if (options_.duration_s && now_s >= *options_.duration_s) {
-    close();
-    return;
-  }
-  const auto view = newest_();
-  const bool gizmoChanged = gizmo_.update(*view, selected_.toStdString(), view_->pointer());
+  if (options_.duration_s && now_s >= *options_.duration_s) return end();
+  const auto view = replay_->isShown() ? replay_->next(now_s - framed_s_) : newest_();
+  framed_s_ = now_s;
+  const bool gizmoChanged =
+      gizmo_.update(*view, replay_->isShown() ? std::string() : selected_.toStdString(), view_->pointer());
   lead(*view, now_s - drawn_s_);
   const bool dirty = view_->takeDirty() || gizmoChanged || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;
   if (dirty) {
     scene_.drawFrame(view, now_s);
     if (std::exchange(clicked_, false)) {
-      if (const auto place = scene_.probe().found()) select(objectAt(place->position));
+      if (const auto place = scene_.probe().found())
+        select(QString::fromStdString(scene_.objects().objectAt(place->position)));
     }
     import(std::exchange(dropped_, {}), surfaceUnderPointer());
     view_shown_ = view;
     drawn_s_ = now_s;
   }
-  plot(*view, now_s);
+  if (!replay_->isShown()) plot(*view, now_s);
   if (now_s - refreshed_s_ < kRefresh_s) return;
   refreshed_s_ = now_s;
   objects_->show(*view);
   refresh(view);
+  if (replay_->isShown()) plots_->replace(replay_->curves());
   plots_->refresh();
 }
 
 void MainWindow::plot(const MirrorView& view, double now_s) {
   if (!view.sample || view.sample->tick == plottedTick_) return;
-  const TelemetrySample& sample = *view.sample;
-  plottedTick_ = sample.tick;
-  const double energy_J = std::accumulate(sample.energyGiven_J.begin(), sample.energyGiven_J.end(), 0.0);
-  plots_->add({.time_s = now_s,
-               .written_N = glm::length(sample.force.written),
-               .spring_N = glm::length(sample.force.spring),
-               .friction_N = glm::length(sample.force.friction),
-               .texture_N = glm::length(sample.force.texture),
-               .depth_mm = 1e3 * sample.penetration_m,
-               .energy_mJ = 1e3 * energy_J});
+  plottedTick_ = view.sample->tick;
+  plots_->add(plotted(*view.sample, now_s));
 }
 
 /// Whether the picture would be another one.
@@ -326,7 +189,7 @@ void MainWindow::lead(const MirrorView& view, double dt_s) {
   const bool looks = isPressed || isLed || clicked_ || !dropped_.isEmpty();
   scene_.probe().aim(looks ? view_->pointer() : std::nullopt);
   const auto surface = gizmo_.isDragging() ? std::nullopt : surfaceUnderPointer();
-  if (lead_ == Lead::kNone && isPressed && surface && view.link == LinkState::kLive) {
+  if (lead_ == Lead::kNone && isPressed && surface && view.link == LinkState::kLive && !view.isReplay) {
     link_.leadHand(true);
     lead_ = Lead::kAsked;
   }
@@ -357,20 +220,8 @@ void MainWindow::letGo() {
 /// Of an object: the floor is none.
 std::optional<SurfacePoint> MainWindow::surfaceUnderPointer() {
   const auto place = scene_.probe().found();
-  if (!place || objectAt(place->position).isEmpty()) return std::nullopt;
+  if (!place || scene_.objects().objectAt(place->position).empty()) return std::nullopt;
   return place;
-}
-
-/// The smallest whose box holds the place.
-QString MainWindow::objectAt(Vec3 place) const {
-  std::string name;
-  double smallest = 0;
-  for (const NamedBox& box : scene_.objects().boxes()) {
-    if (!isWithin(box, place) || (!name.empty() && volume(box) >= smallest)) continue;
-    smallest = volume(box);
-    name = box.name;
-  }
-  return QString::fromStdString(name);
 }
 
 void MainWindow::select(const QString& name) {
@@ -387,19 +238,32 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   }
   for (const auto& [action, verb, offer] :
        {std::tuple{undo_, "&Undo ", editor_.undoOffer()}, std::tuple{redo_, "&Redo ", editor_.redoOffer()}}) {
-    action->setEnabled(offer.has_value());
+    action->setEnabled(offer.has_value() && !replay_->isShown());
     action->setText(verb + (offer ? text(offer->text) : QString()));
   }
-  linkText_->setText(text(view.linkText));
-  sceneText_->setText(QString("revision %1, %2")
-                          .arg(view.scene->revision())
-                          .arg(view.hashesEqual ? "equal to the server's" : "not equal yet"));
+  const bool isReplay = replay_->isShown();
+  connection_.refresh(*editor_.view(), isReplay);
+  editor_.refuseAll(isReplay                          ? "a replay is shown; go back to the server to edit"
+                    : view.link == LinkState::kClosed ? "not connected to a server"
+                                                      : "");
+  linkText_->setText(isReplay ? replay_->status() : text(view.linkText));
+  sceneText_->setText(QString("revision %1").arg(view.scene->revision()) + (isReplay ? ""
+                                                                            : view.hashesEqual
+                                                                                ? ", equal to the server's"
+                                                                                : ", not equal yet"));
   QString servo = QString("%1 frames/s").arg(scene_.framesPerSecond(), 0, 'f', 0);
   if (view.sample && view.sample->fault != Fault::kNone) servo += ", no force: a fault of the servo";
   servoText_->setText(servo);
+  sayHand(view);
+}
+
+void MainWindow::sayHand(const MirrorView& view) {
+  if (replay_->isShown()) return handText_->setText("the hand is the recorded one");
   const QString press = QString("%1 N").arg(steering_.press_N(), 0, 'f', 1);
   if (!view.hand.refused.empty()) {
-    handText_->setText("hand: " + text(view.hand.refused));
+    const QString words = "hand: " + text(view.hand.refused);
+    if (handText_->text() != words) spdlog::warn("{}", words.toStdString());
+    handText_->setText(words);
   } else if (lead_ == Lead::kLed) {
     handText_->setText("the hand is yours, " +
                        (steering_.mapping() == HandSteering::Mapping::kSurface ? "presses with " + press : "in space"));
@@ -445,7 +309,7 @@ void MainWindow::drop(const QStringList& files, const QPoint& place) {
   QStringList meshes;
   for (const QString& file : files) {
     if (file.endsWith(".scene", Qt::CaseInsensitive)) {
-      open(file);
+      files_.open(file);
     } else {
       meshes << file;
     }
@@ -463,23 +327,35 @@ void MainWindow::import(const QStringList& files, const std::optional<SurfacePoi
   }
 }
 
-void MainWindow::open() {
-  const QString file = QFileDialog::getOpenFileName(this, "Open scene", {}, "Scenes (*.scene)");
-  if (!file.isEmpty()) open(file);
+void MainWindow::showOtherServer() {
+  editor_.startAnew();
+  files_.forget();
+  replay_->leave();
+  showOtherSource();
 }
 
-void MainWindow::open(const QString& file) {
-  if (const Result<void> opened = editor_.open(file.toStdString()); !opened) {
-    QMessageBox::warning(this, "Open scene", text(opened.error().text()));
-  }
+/// A server, or a recording.
+void MainWindow::showOtherSource() {
+  if (replay_->isShown()) letGo();
+  lead_ = Lead::kNone;
+  select({});
+  view_shown_ = nullptr;
+  scene_.startAnew();
+  plots_->replace({});
+  pausePlots_->setChecked(false);
+  pausePlots_->setEnabled(!replay_->isShown());
 }
 
-void MainWindow::save() {
-  const QString file = QFileDialog::getSaveFileName(this, "Save scene as", "scene.scene", "Scenes (*.scene)");
-  if (file.isEmpty()) return;
-  if (const Result<void> saved = editor_.save(file.toStdString()); !saved) {
-    QMessageBox::warning(this, "Save scene as", text(saved.error().text()));
-  }
+void MainWindow::end() {
+  ending_ = true;
+  close();
+  QApplication::quit();  // also out of a dialog
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  if (ending_ || editor_.isSaved()) return event->accept();
+  event->ignore();
+  files_.askBeforeLoss("Quitting", [this] { end(); });
 }
 
 void MainWindow::saveScreenshot() {

@@ -8,13 +8,16 @@
 #include <optional>
 #include <string>
 
+#include "graphics_client/application/connection_control.h"
 #include "graphics_client/application/gizmo_tool.h"
 #include "graphics_client/application/hand_steering.h"
 #include "graphics_client/application/mesh_importer.h"
 #include "graphics_client/application/object_list.h"
 #include "graphics_client/application/plot_panel.h"
 #include "graphics_client/application/property_panel.h"
+#include "graphics_client/application/replay_panel.h"
 #include "graphics_client/application/scene_editor.h"
+#include "graphics_client/application/scene_files.h"
 #include "graphics_client/application/view_widget.h"
 #include "graphics_client/mirror/server_link.h"
 
@@ -32,8 +35,16 @@ class MainWindow : public QMainWindow {
   MainWindow(const ViewerOptions& options, ServerLink& link, std::function<std::shared_ptr<const MirrorView>()> newest);
 
   [[nodiscard]] SceneView& scene() { return scene_; }
+  /// Shows a recording in place of the server.
+  void openRecording(const QString& file) { replay_->open(file); }
   /// Waits until nothing uses the link any more.
   void finish();
+  /// Closes it without a question.
+  void end();
+
+ protected:
+  /// Asks first where edits would be lost.
+  void closeEvent(QCloseEvent* event) override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -54,30 +65,35 @@ class MainWindow : public QMainWindow {
   enum class Lead { kNone, kAsked, kLed, kRefused } lead_ = Lead::kNone;
   std::shared_ptr<const MirrorView> view_shown_;
   std::uint64_t plottedTick_ = 0;
-  double refreshed_s_ = 0, drawn_s_ = 0;
+  double refreshed_s_ = 0, drawn_s_ = 0, framed_s_ = 0;
   int screenshots_ = 0;
   bool clicked_ = false;  // since the last frame
   QString selected_;
   SceneEditor editor_;
+  SceneFiles files_;
+  ConnectionControl connection_;
+  ReplayPanel* replay_;
   GizmoTool gizmo_;
   MeshImporter* importer_;
   QStringList dropped_;  // files, where the pointer is
   QString report_;       // of the import that is selected, until its object is here
-  QAction *undo_ = nullptr, *redo_ = nullptr;
+  bool ending_ = false;
+  QAction *undo_ = nullptr, *redo_ = nullptr, *pausePlots_ = nullptr;
 
   void makeDocks();
   void makeMenus();
   QAction* addAction(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
                      std::function<void()> does);
+  void makeFileMenu();
   void makeEditMenu();
   void addHiding(QMenu* menu);
+  void makeSessionMenu();
   void frame();
   void lead(const MirrorView& view, double dt_s);
   void letGo();
   void plot(const MirrorView& view, double now_s);
   [[nodiscard]] bool changed(const MirrorView& view) const;
   [[nodiscard]] std::optional<SurfacePoint> surfaceUnderPointer();
-  [[nodiscard]] QString objectAt(Vec3 place) const;
   void select(const QString& name);
   void refresh(const std::shared_ptr<const MirrorView>& now);
   /// Of all objects.
@@ -87,9 +103,9 @@ class MainWindow : public QMainWindow {
   void importMesh();
   void drop(const QStringList& files, const QPoint& place);
   void import(const QStringList& files, const std::optional<SurfacePoint>& onto);
-  void open();
-  void open(const QString& file);
-  void save();
+  void sayHand(const MirrorView& view);
+  void showOtherServer();
+  void showOtherSource();
   void saveScreenshot();
   void toggle(bool SceneView::Style::*how);
 };

@@ -14,7 +14,6 @@
 namespace haptics {
 namespace {
 
-constexpr double kShown_s = 10;
 constexpr double kText = 0.85;  // of the window's text
 
 }  // namespace
@@ -69,8 +68,12 @@ void PlotPanel::add(const Sample& sample) {
   while (samples_.front().time_s < sample.time_s - kShown_s) samples_.pop_front();
 }
 
+void PlotPanel::replace(const std::vector<Sample>& samples) {
+  if (!paused_) samples_.assign(samples.begin(), samples.end());
+}
+
 void PlotPanel::refresh() {
-  if (paused_ || samples_.empty() || !isVisible()) return;
+  if (paused_ || !isVisible()) return;
   QVector<double> times;
   for (const Sample& sample : samples_) times.push_back(sample.time_s);
   for (const Plot& plot : plots_) {
@@ -79,7 +82,7 @@ void PlotPanel::refresh() {
       for (const Sample& sample : samples_) values.push_back(sample.*curve.value);
       curve.drawn->setSamples(times, values);
     }
-    plot.plot->setAxisScale(QwtPlot::xBottom, times.back() - kShown_s, times.back());
+    if (!times.empty()) plot.plot->setAxisScale(QwtPlot::xBottom, times.back() - kShown_s, times.back());
     plot.plot->replot();
   }
 }

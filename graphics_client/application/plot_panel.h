@@ -22,7 +22,10 @@ class PlotPanel : public QWidget {
     double written_N, spring_N, friction_N, texture_N;
     double depth_mm, energy_mJ;
   };
+  static constexpr double kShown_s = 10;
   void add(const Sample& sample);
+  /// These instead of what was added, in order of time.
+  void replace(const std::vector<Sample>& samples);
   void setPaused(bool paused) { paused_ = paused; }
   /// Draws what has been added.
   void refresh();

@@ -6,7 +6,6 @@
 #include "common/assets/asset_content.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
-#include "graphics_client/editing/scene_file.h"
 #include "graphics_client/editing/scene_text.h"
 
 namespace haptics {
@@ -58,13 +57,20 @@ SceneEditor::SceneEditor(QObject* window, ServerLink& link, Say say, Accepted ac
 EditPort SceneEditor::port() {
   const auto here = [this](auto callback) -> decltype(callback) {
     if (!callback) return nullptr;
-    return [this, callback](const auto&... arguments) {
-      QMetaObject::invokeMethod(window_, [callback, arguments...] { callback(arguments...); });
+    return [this, callback, server = std::weak_ptr(server_)](const auto&... arguments) {
+      QMetaObject::invokeMethod(window_, [callback, server, arguments...] {
+        if (!server.expired()) callback(arguments...);
+      });
     };
   };
   return {.view = [this] { return link_.latest(); },
           .submit =
               [this, here](v1::Transaction transaction, EditCallbacks callbacks) {
+                if (!refusal_.empty()) {
+                  v1::EditReply reply;
+                  reply.mutable_rejected()->set_reason(refusal_);
+                  return here(std::move(callbacks.replied))(reply);
+                }
                 link_.submit(std::move(transaction), {.replied = here(std::move(callbacks.replied)),
                                                       .live = here(std::move(callbacks.live)),
                                                       .stateLost = here(std::move(callbacks.stateLost)),
@@ -72,6 +78,11 @@ EditPort SceneEditor::port() {
               },
           .upload =
               [this, here](const AssetContent& content, UploadCallbacks callbacks) {
+                if (!refusal_.empty()) {
+                  v1::AssetUploadReply reply;
+                  reply.set_reason(refusal_);
+                  return here(std::move(callbacks.finished))(reply);
+                }
                 UploadCallbacks answers{.progress = here(std::move(callbacks.progress)),
                                         .finished = here(std::move(callbacks.finished))};
                 encoding_.start([this, content, answers = std::move(answers)] {
@@ -152,13 +163,19 @@ void SceneEditor::remove(const std::string& object) {
   submit("delete " + QString::fromStdString(printable(object)), std::move(operation));
 }
 
-Result<void> SceneEditor::open(const std::string& file) {
-  Result<Edit> edit = openScene(file, *link_.latest()->scene);
-  if (!edit) return tl::unexpected(edit.error());
-  history_.submit(*std::move(edit), said("open"));
-  return {};
+void SceneEditor::open(Edit edit, const std::function<void()>& done) {
+  history_.submit(std::move(edit), [this, done, say = said("open")](const Result<v1::Accepted>& outcome) {
+    say(outcome);
+    if (!outcome) return;
+    markSaved(state());
+    done();
+  });
 }
 
-Result<void> SceneEditor::save(const std::string& file) const { return saveScene(*link_.latest(), file); }
+void SceneEditor::startAnew() {
+  server_ = std::make_shared<int>();
+  finishDrag();
+  history_.clear();
+}
 
 }  // namespace haptics

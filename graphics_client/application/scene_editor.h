@@ -38,9 +38,19 @@ class SceneEditor {
                std::function<void(const std::string& name, const Result<v1::Accepted>&)> done);
   void duplicate(const std::string& object);
   void remove(const std::string& object);
-  /// In place of the present objects. Errors name the file, or what is wrong in it.
-  [[nodiscard]] Result<void> open(const std::string& file);
-  [[nodiscard]] Result<void> save(const std::string& file) const;
+  /// What a scene file holds, in place of the present objects.
+  /// @param done  Once the server has accepted it.
+  void open(Edit edit, const std::function<void()>& done);
+
+  [[nodiscard]] std::shared_ptr<const MirrorView> view() const { return link_.latest(); }
+  /// As EditHistory's.
+  [[nodiscard]] std::uint64_t state() const { return history_.state(); }
+  void markSaved(std::uint64_t state) { history_.markSaved(state); }
+  [[nodiscard]] bool isSaved() const { return history_.isSaved(); }
+  /// The link is to another server: nothing can be undone, and no outcome of before comes any more.
+  void startAnew();
+  /// Every edit is refused with these words. Empty: edits go to the server.
+  void refuseAll(std::string why) { refusal_ = std::move(why); }
   /// Waits until nothing uses the link any more.
   void finish() { encoding_.waitForDone(); }
 
@@ -57,6 +67,8 @@ class SceneEditor {
   EditHistory history_;
   std::optional<LatestEdit> drag_;
   QString dragged_;
+  std::string refusal_;
+  std::shared_ptr<int> server_ = std::make_shared<int>();  // its lifetime is that of the present server's callbacks
   QThreadPool encoding_;
 
   [[nodiscard]] EditPort port();

@@ -2,6 +2,7 @@
 
 #include <QMouseEvent>
 #include <QTabletEvent>
+#include <QTimer>
 #include <QWheelEvent>
 #include <cmath>
 #include <utility>
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double kZoomPerClick = 1.12;
 constexpr double kAngleOfClick = 120;  // QWheelEvent's eighths of a degree
-constexpr int kMoved_px = 4;
+constexpr int kMoved_px = 4, kResized_ms = 100;
 
 }  // namespace
 
@@ -39,6 +40,8 @@ void ViewWidget::resizeEvent(QResizeEvent* /*event*/) {
   const double ratio = devicePixelRatioF();
   scene_.renderWindow().resize(static_cast<int>(width() * ratio), static_cast<int>(height() * ratio));
   dirty_ = true;
+  // The X server may not have resized the window when the next frame is drawn.
+  QTimer::singleShot(kResized_ms, this, [this] { dirty_ = true; });
 }
 
 void ViewWidget::follow(const QPointF& place) {

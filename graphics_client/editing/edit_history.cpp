@@ -132,11 +132,16 @@ void EditHistory::add(std::shared_ptr<Entry> entry) {
     const auto needed = changedAssets(newest.changes);
     std::erase_if(newest.assets, [&](const auto& asset) { return !needed.contains(asset.first); });
     newest.text = std::move(entry->text);
+    newest.number = ++lastNumber_;
   } else {
+    entry->number = ++lastNumber_;
     undo_.push_back(std::move(entry));
   }
   if (undo_.back()->changes.empty()) undo_.pop_back();
-  if (undo_.size() > kMaxEntries) undo_.pop_front();
+  if (undo_.size() > kMaxEntries) {
+    oldest_ = undo_.front()->number;
+    undo_.pop_front();
+  }
 }
 
 /// Known objects that the mirror has by now: edits are submitted from its scene.
@@ -215,7 +220,21 @@ void EditHistory::turned(const Step& step) {
 void EditHistory::drop(Entries& entries) {
   if (entries.empty()) return;
   for (const ObjectChange& change : entries.back()->changes) skipped_.insert(change.name);
+  const bool wasSaved = saved_ == state();
   entries.pop_back();
+  // The scene keeps the edit: it is not the one that the entries before would have left.
+  if (&entries == &undo_) saved_ = wasSaved ? std::optional(state()) : std::nullopt;
+}
+
+void EditHistory::clear() {
+  undo_.clear();
+  redo_.clear();
+  known_.clear();
+  skipped_.clear();
+  inFlight_ = 0;
+  epoch_ = revision_ = 0;
+  oldest_ = ++lastNumber_;
+  markSaved(oldest_);
 }
 
 }  // namespace haptics

@@ -70,10 +70,20 @@ class EditHistory {
   void dropUndo() { drop(undo_); }
   void dropRedo() { drop(redo_); }
 
+  /// The scene as this user's accepted edits have left it, by a number: another one after each.
+  [[nodiscard]] std::uint64_t state() const { return undo_.empty() ? oldest_ : undo_.back()->number; }
+  /// The scene of this state is in a file.
+  void markSaved(std::uint64_t state) { saved_ = state; }
+  /// Nothing is lost when the scene is: there is no edit since markSaved(), none under way, or they were undone.
+  [[nodiscard]] bool isSaved() const { return inFlight_ == 0 && saved_ == state(); }
+  /// The scene is another server's: there is nothing to undo in it. Outcomes of before must not come any more.
+  void clear();
+
  private:
   struct Entry {
     std::string text;
     std::uint64_t group = 0;
+    std::uint64_t number = 0;  // another one whenever its changes are
     Changes changes;
     NamedAssets assets;  // named on one side of the changes only: the server may not hold them any more
   };
@@ -90,7 +100,9 @@ class EditHistory {
 
   EditPort port_;
   Entries undo_, redo_;
-  std::uint64_t lastGroup_ = 0;
+  std::uint64_t lastGroup_ = 0, lastNumber_ = 0;
+  std::uint64_t oldest_ = 0;  // number of the entry before the oldest that can be undone
+  std::optional<std::uint64_t> saved_ = 0;
   std::set<std::string> skipped_;  // objects of dropped entries
   std::size_t inFlight_ = 0;
   // Of the newest accepted transaction. The mirror may hear of it after the reply.

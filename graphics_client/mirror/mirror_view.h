@@ -21,12 +21,14 @@
 
 namespace haptics {
 
-/// kRefused: the server turned this client away (MirrorView::linkText says why); the link tries again, slowly.
-enum class LinkState { kConnecting, kSyncing, kLive, kRefused };
+/// kRefused: the server turned this client away (MirrorView::linkText says why); the link tries again, slowly. kClosed:
+/// there is no server to connect to.
+enum class LinkState { kConnecting, kSyncing, kLive, kRefused, kClosed };
 
 /// What a client holds and knows at one moment: an immutable picture that the network thread hands to the viewer.
 struct MirrorView {
   LinkState link = LinkState::kConnecting;
+  bool isReplay = false;    ///< Of a recording, as if it were live.
   std::string linkText;     ///< "connecting to host:port", why it was refused, ...
   std::uint64_t epoch = 0;  ///< Of the server that `scene` came from; 0: nothing came yet.
   std::shared_ptr<const SceneVersion> scene = std::make_shared<const SceneVersion>();  ///< Never null.

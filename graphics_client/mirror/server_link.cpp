@@ -36,13 +36,15 @@ ServerLink::Connect overTcp(const Endpoint& server) {
 struct ServerLink::Worker {
   explicit Worker(Options options)
       : server(options.server),
+        overOtherWay(options.connect),
         begin(options.connect ? std::move(options.connect) : overTcp(options.server)),
         session({randomSession(), std::move(options.clientName),
                  options.credentials ? std::move(options.credentials->token) : "", options.telemetryRate_Hz,
                  options.fetchAssets, options.datagrams, options.followsHand, std::move(options.sharedAssets)}) {
     if (options.credentials) tls = TlsContext::client(options.credentials->serverCertificatePem).value();
     MirrorView first;
-    first.linkText = "connecting to " + server.text();
+    if (isClosed()) first.link = LinkState::kClosed;
+    first.linkText = isClosed() ? "not connected" : "connecting to " + server.text();
     newest = std::make_shared<const MirrorView>(std::move(first));
     thread = std::thread([this] { run(); });
   }
@@ -54,7 +56,7 @@ struct ServerLink::Worker {
 
   void run() {
     pollTimer = loop.every(std::chrono::nanoseconds(ClientSession::kPoll_ns), [this] { poll(); });
-    connect();
+    if (!isClosed()) connect();
     loop.run();
     pollTimer = {};
     retryTimer = {};
@@ -62,6 +64,9 @@ struct ServerLink::Worker {
     datagrams.reset();
     transport.reset();
   }
+
+  /// There is no server to connect to.
+  [[nodiscard]] bool isClosed() const { return server.host.empty() && !overOtherWay; }
 
   void connect() {
     connector = begin(loop, [this](Result<std::unique_ptr<Transport>> result) {
@@ -81,6 +86,7 @@ struct ServerLink::Worker {
   }
 
   void poll() {
+    if (isClosed()) return;
     const std::uint64_t now_ns = monotonicNow_ns();
     session.poll(now_ns);
     if (const auto datagram = session.nextDatagram(now_ns)) send(*datagram);
@@ -139,6 +145,7 @@ struct ServerLink::Worker {
   }
 
   Endpoint server;
+  bool overOtherWay;  // than TCP
   Connect begin;
   std::optional<TlsContext> tls;
   EventLoop loop;
@@ -156,11 +163,26 @@ struct ServerLink::Worker {
   std::thread thread;
 };
 
-ServerLink::ServerLink(Options options) : worker_(std::make_unique<Worker>(std::move(options))) {}
+ServerLink::ServerLink(Options options) : options_(std::move(options)), worker_(std::make_unique<Worker>(options_)) {}
 ServerLink::~ServerLink() = default;
 
+void ServerLink::connectTo(const Endpoint& server, std::optional<ClientCredentials> credentials) {
+  options_.server = server;
+  options_.credentials = std::move(credentials);
+  options_.connect = nullptr;
+  options_.sharedAssets = nullptr;
+  auto next = std::make_unique<Worker>(options_);
+  {
+    const std::lock_guard lock(mutex_);
+    worker_.swap(next);
+  }
+  // The farewell of one that is still leaving is waited for there too.
+  leaving_ = std::jthread([before = std::move(next), earlier = std::move(leaving_)]() mutable { before.reset(); });
+}
+
 std::shared_ptr<const MirrorView> ServerLink::latest() const {
-  const std::lock_guard lock(worker_->mutex);
+  const std::shared_lock lock(mutex_);
+  const std::lock_guard ofView(worker_->mutex);
   return worker_->newest;
 }
 
@@ -172,26 +194,42 @@ std::shared_ptr<const MirrorView> ServerLink::waitUntil(const std::function<bool
 }
 
 void ServerLink::submit(v1::Transaction transaction, EditCallbacks callbacks) {
+  const std::shared_lock lock(mutex_);
   worker_->ask(&ClientSession::submit, std::move(transaction), std::move(callbacks));
 }
 
 void ServerLink::upload(AssetKind kind, std::string bytes, UploadCallbacks callbacks) {
+  const std::shared_lock lock(mutex_);
   worker_->ask(&ClientSession::upload, kind, std::move(bytes), std::move(callbacks));
 }
 
-void ServerLink::cancelUpload(const ContentHash& asset) { worker_->ask(&ClientSession::cancelUpload, asset); }
+void ServerLink::cancelUpload(const ContentHash& asset) {
+  const std::shared_lock lock(mutex_);
+  worker_->ask(&ClientSession::cancelUpload, asset);
+}
 
 void ServerLink::requestStatus(StatusCallback callback, bool deformed) {
+  const std::shared_lock lock(mutex_);
   worker_->ask(&ClientSession::requestStatus, std::move(callback), deformed);
 }
 
-void ServerLink::requestDump(DumpCallback callback) { worker_->ask(&ClientSession::requestDump, std::move(callback)); }
+void ServerLink::requestDump(DumpCallback callback) {
+  const std::shared_lock lock(mutex_);
+  worker_->ask(&ClientSession::requestDump, std::move(callback));
+}
 
-void ServerLink::setTelemetryRate(double rate_Hz) { worker_->ask(&ClientSession::setTelemetryRate, rate_Hz); }
+void ServerLink::setTelemetryRate(double rate_Hz) {
+  const std::shared_lock lock(mutex_);
+  worker_->ask(&ClientSession::setTelemetryRate, rate_Hz);
+}
 
-void ServerLink::leadHand(bool lead) { worker_->ask(&ClientSession::leadHand, lead, monotonicNow_ns()); }
+void ServerLink::leadHand(bool lead) {
+  const std::shared_lock lock(mutex_);
+  worker_->ask(&ClientSession::leadHand, lead, monotonicNow_ns());
+}
 
 void ServerLink::commandHand(const HandCommand& command) {
+  const std::shared_lock lock(mutex_);
   worker_->ask(&ClientSession::commandHand, command, monotonicNow_ns());
 }
 

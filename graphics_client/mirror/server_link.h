@@ -4,7 +4,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <shared_mutex>
 #include <string>
+#include <thread>
 
 #include "common/credentials/credentials.h"
 #include "common/telemetry/hand_command.h"
@@ -28,7 +30,7 @@ class ServerLink {
   using Connect = std::function<std::shared_ptr<void>(EventLoop&, Connected)>;
 
   struct Options {
-    Endpoint server;
+    Endpoint server;                                 ///< Without a host: none, as after disconnect().
     std::string clientName;                          ///< For the server's log, at most 64 bytes.
     std::optional<ClientCredentials> credentials{};  ///< Of the server; nothing: it is spoken to without TLS.
     double telemetryRate_Hz = 60;                    ///< 0: none.
@@ -43,6 +45,14 @@ class ServerLink {
   ~ServerLink();
   ServerLink(const ServerLink&) = delete;
   ServerLink& operator=(const ServerLink&) = delete;
+
+  /// Leaves the server for another one, over TCP; all else is as the options say. The view starts anew; what was asked
+  /// of the one before may never be answered. Waits for no server. Not while a thread is in waitUntil().
+  void connectTo(const Endpoint& server, std::optional<ClientCredentials> credentials);
+  /// Leaves the server. LinkState::kClosed follows.
+  void disconnect() { connectTo({}, {}); }
+  /// Another way than TCP was given.
+  [[nodiscard]] bool isInProcess() const { return static_cast<bool>(options_.connect); }
 
   /// The newest view; never null. Holding it keeps it, it does not change.
   [[nodiscard]] std::shared_ptr<const MirrorView> latest() const;
@@ -67,7 +77,10 @@ class ServerLink {
 
  private:
   struct Worker;
+  Options options_;
+  mutable std::shared_mutex mutex_;  // guards which worker it is
   std::unique_ptr<Worker> worker_;
+  std::jthread leaving_;  // says farewell to the server before
 };
 
 }  // namespace haptics

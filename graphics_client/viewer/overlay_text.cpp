@@ -37,11 +37,13 @@ std::string shortened(const std::string& name, std::size_t longest = kLongestNam
 OverlayLine linkLine(const MirrorView& view) {
   switch (view.link) {
     case LinkState::kLive:
-      return {"Link", "live", Tone::kGood};
+      return {"Link", view.isReplay ? "a replay" : "live", Tone::kGood};
     case LinkState::kSyncing:
       return {"Link", "receiving the scene", Tone::kWarning};
     case LinkState::kRefused:
       return {"Link", "refused", Tone::kBad};
+    case LinkState::kClosed:
+      return {"Link", "not connected", Tone::kWarning};
     case LinkState::kConnecting:
       break;
   }
@@ -228,11 +230,11 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
 Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateWasReset) {
   const std::string linkText = printable(view.linkText);
   if (view.link == LinkState::kRefused) return {linkText, Tone::kBad};
-  if (view.link != LinkState::kLive && wasLive) {
+  if (view.link != LinkState::kLive && view.link != LinkState::kClosed && wasLive) {
     return {"LINK LOST: showing the last known state; " + (linkText.empty() ? std::string("reconnecting") : linkText),
             Tone::kBad};
   }
-  if (view.link == LinkState::kConnecting) {
+  if (view.link == LinkState::kConnecting || view.link == LinkState::kClosed) {
     return {linkText.empty() ? "Connecting" : linkText, Tone::kWarning};
   }
   if (view.link == LinkState::kSyncing) return {"Receiving the scene", Tone::kWarning};

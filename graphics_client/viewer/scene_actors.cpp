@@ -57,6 +57,28 @@ std::optional<RenderMeshRequest> requestFor(const ObjectRecord& object, const Mi
   return request;
 }
 
+/// Around an object's box a place on its drawn surface may be (metres): bumps, dents.
+constexpr double kAround_m = 0.002;
+
+/// Whether a place is within the box that these are the corners of.
+bool isWithin(const NamedBox& box, Vec3 place) {
+  const Vec3 from = place - box.corners[0];
+  for (const std::size_t axis : {1, 2, 4}) {
+    const Vec3 side = box.corners[axis] - box.corners[0];
+    const double length = glm::length(side);
+    if (!(length > 0)) continue;
+    const double along = glm::dot(from, side) / length;
+    if (along < -kAround_m || along > length + kAround_m) return false;
+  }
+  return true;
+}
+
+double volume(const NamedBox& box) {
+  double product = 1;
+  for (const std::size_t axis : {1, 2, 4}) product *= glm::distance(box.corners[axis], box.corners[0]);
+  return product;
+}
+
 }  // namespace
 
 SceneActors::SceneActors(vtkRenderer* world, vtkRenderer* closeUp)
@@ -248,6 +270,17 @@ bool SceneActors::anyPitsFeltAsBumps() const {
   return std::ranges::any_of(shown_, [](const auto& entry) {
     return entry.second.actors && entry.second.actors->renderMesh().pitsAreFeltAsBumps;
   });
+}
+
+std::string SceneActors::objectAt(Vec3 place) const {
+  std::string name;
+  double smallest = 0;
+  for (const NamedBox& box : boxes()) {
+    if (!isWithin(box, place) || (!name.empty() && volume(box) >= smallest)) continue;
+    smallest = volume(box);
+    name = box.name;
+  }
+  return name;
 }
 
 }  // namespace haptics

@@ -63,6 +63,8 @@ class SceneActors {
   [[nodiscard]] std::optional<FrictionRange> frictionRange() const { return paint_.friction; }
   /// Of those that are not hidden.
   [[nodiscard]] std::vector<NamedBox> boxes() const;
+  /// The name of the smallest whose box holds the place (world, metres), its bumps and dents included; empty: none does.
+  [[nodiscard]] std::string objectAt(Vec3 place) const;
   /// The one that is drawn farthest from what is felt.
   [[nodiscard]] std::optional<CoarseDetail> coarsestDetail() const;
   /// Whether there is one that is drawn with pits that are felt as bumps.

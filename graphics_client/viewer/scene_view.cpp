@@ -2,6 +2,8 @@
 
 #include <vtkPolyData.h>
 
+#include <utility>
+
 #include "common/clock/monotonic.h"
 #include "graphics_client/viewer/poly_data.h"
 
@@ -125,13 +127,19 @@ void SceneView::showPointer(const MirrorView& view, double metresPerPixel) {
 }
 
 void SceneView::noteChanges(const MirrorView& view) {
-  if (view.stateResets != stateResets_) {
-    stateResets_ = view.stateResets;
+  if (std::exchange(stateResets_, view.stateResets).value_or(view.stateResets) != view.stateResets) {
     resetAt_s_ = now_s_;
     snapshot_.trail.clear();
     framed_ = false;
   }
   if (view.link == LinkState::kLive) wasLive_ = true;
+}
+
+void SceneView::startAnew() {
+  stateResets_.reset();
+  resetAt_s_ = -kResetNotice_s;
+  snapshot_.trail.clear();
+  framed_ = wasLive_ = false;
 }
 
 /// The objects, and above them the arrow of the largest force.

@@ -45,6 +45,8 @@ class SceneView {
   void hide(std::set<std::string> names) { objects_.hide(std::move(names)); }
   /// Shows all objects.
   void frameAll();
+  /// The views that follow are of another source: nothing that came of those before is shown with them.
+  void startAnew();
 
   [[nodiscard]] RenderWindow& renderWindow() { return renderWindow_; }
   [[nodiscard]] CameraRig& cameras() { return cameras_; }
@@ -84,7 +86,7 @@ class SceneView {
   std::optional<SurfacePoint> pointer_;
   std::optional<GizmoPicture> gizmo_;
   bool framed_ = false, wasLive_ = false, smooth_ = false;
-  std::uint64_t stateResets_ = 0;
+  std::optional<std::uint64_t> stateResets_;  // nothing: of no view yet
   double resetAt_s_;
   double now_s_ = 0, rateFrom_s_ = 0, framesPerSecond_ = 0;
   std::uint64_t rateFrames_ = 0;

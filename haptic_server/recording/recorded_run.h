@@ -44,6 +44,7 @@ class RecordedRun {
   /// Releases the scenes before this one (ServoScene::number): none is in use any more.
   void letGoBefore(std::uint64_t number) { given_.erase(given_.begin(), given_.lower_bound(number)); }
 
+  [[nodiscard]] double share() const noexcept { return reader_.share(); }  ///< Of the bytes that were read.
   [[nodiscard]] std::uint64_t scenes() const noexcept { return scenesMade_; }
   /// Once next() has returned nothing: the last part was being written when the server ended.
   [[nodiscard]] bool cutOff() const noexcept { return reader_.cutOff(); }

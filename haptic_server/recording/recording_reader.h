@@ -21,10 +21,15 @@ class RecordingReader {
   [[nodiscard]] Result<const v1::RecordingPart*> next();
   /// Once next() has returned null: the last part was being written when the server ended.
   [[nodiscard]] bool cutOff() const noexcept { return records_.end() == LogEnd::kTorn; }
+  /// Of the bytes that next() has been through, 0 to 1.
+  [[nodiscard]] double share() const noexcept {
+    return static_cast<double>(records_.offset()) / static_cast<double>(size_);
+  }
 
  private:
-  explicit RecordingReader(std::string_view bytes) : records_(bytes, kRecordingHead) {}
+  explicit RecordingReader(std::string_view bytes) : size_(bytes.size()), records_(bytes, kRecordingHead) {}
 
+  std::size_t size_;
   RecordReader records_;
   v1::RecordingPart part_;
   RecordingFacts facts_;

@@ -17,7 +17,8 @@ class ReplayedServo {
   ReplayedServo(RecordedRun& run, ReplayOutcome& outcome, const OnReplayedTick& onTick)
       : run_(run), outcome_(outcome), onTick_(onTick), state_(std::make_unique<HapticState>(outcome.facts.config)) {}
 
-  void take(const RecordedRunTick& tick) {
+  /// False: it is to end.
+  [[nodiscard]] bool take(const RecordedRunTick& tick) {
     if (outcome_.ticks == 0) begin();
     const StepInput& input = tick.recorded.input;
     if (tick.given != nullptr) next_ = tick.given->scene.get();
@@ -27,11 +28,10 @@ class ReplayedServo {
     }
     const TelemetrySample sample = hapticStep(*scene_, *state_, outcome_.facts.config, input);
     account(tick.recorded, sample);
-    if (onTick_) {
-      const bool moved = describeMotion(*state_, input.tick, motion_);
-      const bool gave = describeDents(*state_, input.tick, motion_);
-      onTick_(sample, moved || gave ? &motion_ : nullptr);
-    }
+    if (!onTick_) return true;
+    const bool moved = describeMotion(*state_, input.tick, motion_);
+    const bool gave = describeDents(*state_, input.tick, motion_);
+    return onTick_({sample, moved || gave ? &motion_ : nullptr, run_.find(scene_->number), run_.share()});
   }
 
  private:
@@ -80,9 +80,9 @@ Result<ReplayOutcome> replay(std::string_view recording, const OnReplayedTick& o
   outcome.sameStep = run.sameStep();
   ReplayedServo servo(run, outcome, onTick);
   auto tick = run.next();
-  for (; tick && *tick; tick = run.next()) servo.take(**tick);
+  while (tick && *tick && servo.take(**tick)) tick = run.next();
   outcome.scenes = run.scenes();
-  outcome.cutOff = tick && run.cutOff();
+  outcome.cutOff = tick && !*tick && run.cutOff();
   if (!tick) outcome.refusal = tick.error();
   return outcome;
 }

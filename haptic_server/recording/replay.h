@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "common/error/error.h"
+#include "haptic_server/recording/recorded_scenes.h"
 #include "haptic_server/recording/recording_format.h"
 
 namespace haptics {
@@ -32,8 +33,16 @@ struct ReplayOutcome {
   std::optional<Error> refusal;  ///< Why it was not replayed to its end.
 };
 
-/// What was felt in a tick, and where the objects that move were; null when nothing has changed since the last call.
-using OnReplayedTick = std::function<void(const TelemetrySample&, const MotionState*)>;
+/// A tick that was computed again. Valid during the call.
+struct ReplayedTick {
+  const TelemetrySample& sample;
+  const MotionState* motion;  ///< Where the objects that move are; null: as in the last call.
+  const RemadeScene* scene;   ///< That the servo had adopted; null: the empty one.
+  double share;               ///< Of the recording's bytes that were read, 0 to 1.
+};
+
+/// False ends the replay with this tick.
+using OnReplayedTick = std::function<bool(const ReplayedTick&)>;
 
 /// Runs the step over a recording as fast as it goes, with what the servo computed with, and compares the forces bit for
 /// bit. Untrusted bytes are welcome. Refused: no recording of this version.

@@ -75,8 +75,9 @@ bool runReplay(const ReplayOptions& options, const std::filesystem::path& out) {
     telemetry = *std::move(opened);
   }
   const auto began = std::chrono::steady_clock::now();
-  const auto outcome = replay(file->bytes(), [&](const TelemetrySample& sample, const MotionState* motion) {
-    if (telemetry) telemetry->write(sample, motion);
+  const auto outcome = replay(file->bytes(), [&](const ReplayedTick& tick) {
+    if (telemetry) telemetry->write(tick.sample, tick.motion);
+    return true;
   });
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   if (!outcome) throw std::runtime_error(options.recording.string() + ": " + outcome.error().text());

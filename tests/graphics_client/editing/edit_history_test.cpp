@@ -192,5 +192,54 @@ TEST_F(EditHistoryTest, ForgetsTheOldestBeyondItsSize) {
   EXPECT_EQ(position("cup"), 0.1);
 }
 
+TEST_F(EditHistoryTest, IsSavedUntilAnEditAndAgainWhereThatIsUndone) {
+  EXPECT_TRUE(editor.history.isSaved());
+  ASSERT_TRUE(other.submit(moveTo("ball", 1)));
+  EXPECT_TRUE(editor.history.isSaved()) << "another's edit is not this user's to save";
+  editor.history.submit({moveTo("cup", 1), "Move cup"});
+  EXPECT_FALSE(editor.history.isSaved()) << "on its way";
+  editor.client.deliverAll();
+  EXPECT_FALSE(editor.history.isSaved());
+  ASSERT_TRUE(editor.undo());
+  EXPECT_TRUE(editor.history.isSaved());
+  ASSERT_TRUE(editor.redo());
+  EXPECT_FALSE(editor.history.isSaved());
+  editor.history.markSaved(editor.history.state());
+  EXPECT_TRUE(editor.history.isSaved());
+  ASSERT_TRUE(editor.undo());
+  EXPECT_FALSE(editor.history.isSaved()) << "the file has the edit";
+}
+
+TEST_F(EditHistoryTest, WhatIsSavedIsTheStateThatWasWritten) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 1)));
+  const std::uint64_t written = editor.history.state();
+  ASSERT_TRUE(editor.submit(moveTo("cup", 2)));
+  editor.history.markSaved(written);
+  EXPECT_FALSE(editor.history.isSaved());
+}
+
+TEST_F(EditHistoryTest, AnEditThatIsSkippedIsStillInNoFile) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 1)));
+  editor.history.dropUndo();
+  EXPECT_FALSE(editor.history.isSaved());
+}
+
+TEST_F(EditHistoryTest, AValueThatIsDraggedOnIsAnotherState) {
+  const std::uint64_t group = editor.history.newGroup();
+  for (const double stiffness : {300.0, 400.0}) {
+    editor.history.submit({setStiffness("cup", stiffness), "Stiffness", {}, group});
+    editor.client.deliverAll();
+    EXPECT_FALSE(editor.history.isSaved());
+    editor.history.markSaved(editor.history.state());
+  }
+}
+
+TEST_F(EditHistoryTest, ForgetsEverythingWithAnotherServer) {
+  ASSERT_TRUE(editor.submit(moveTo("cup", 1)));
+  editor.history.clear();
+  EXPECT_FALSE(editor.history.undoOffer());
+  EXPECT_TRUE(editor.history.isSaved());
+}
+
 }  // namespace
 }  // namespace haptics

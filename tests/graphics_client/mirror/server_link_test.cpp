@@ -202,6 +202,22 @@ TEST(ServerLink, WithCredentialsSaysAtOnceThatTheServerSpeaksPlainly) {
   EXPECT_THAT(view->linkText, HasSubstr("does not speak TLS"));
 }
 
+TEST(ServerLink, LeavesAServerForAnotherOneAndForNone) {
+  const TcpFakeServer one, other;
+  ServerLink link(to(one.where()));
+  ASSERT_TRUE(link.waitUntil(inStep, kPatience));
+  link.connectTo(other.where(), std::nullopt);
+  EXPECT_EQ(link.latest()->epoch, 0U) << "nothing of the one before";
+  const auto view = link.waitUntil(inStep, kPatience);
+  ASSERT_TRUE(view);
+  EXPECT_THAT(view->linkText, HasSubstr(other.where().text()));
+  link.disconnect();
+  EXPECT_EQ(link.latest()->link, LinkState::kClosed);
+  EXPECT_FALSE(
+      link.waitUntil([](const MirrorView& v) { return v.link != LinkState::kClosed; }, std::chrono::milliseconds(700)))
+      << "it is not tried again";
+}
+
 TEST(ServerLink, HasAViewFromTheFirstMoment) {
   const ServerLink link(to({"127.0.0.1", 1}));
   ASSERT_TRUE(link.latest());

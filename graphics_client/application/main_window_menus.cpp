@@ -1,0 +1,167 @@
+#include <QAction>
+#include <QDockWidget>
+#include <QMenuBar>
+#include <QScrollArea>
+#include <utility>
+
+#include "graphics_client/application/main_window.h"
+
+namespace haptics {
+namespace {
+
+QDockWidget* dock(const QString& title, QWidget* content) {
+  auto* dock = new QDockWidget(title);
+  dock->setObjectName(title);
+  dock->setWidget(content);
+  return dock;
+}
+
+/// So that a small screen has room for the window.
+QWidget* scrolled(QWidget* content) {
+  content->setMinimumSize(600, 120);
+  auto* scroll = new QScrollArea;
+  scroll->setWidget(content);
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  return scroll;
+}
+
+}  // namespace
+
+void MainWindow::makeDocks() {
+  addDockWidget(Qt::LeftDockWidgetArea, dock("Objects", objects_));
+  addDockWidget(Qt::LeftDockWidgetArea, dock("Properties", properties_));
+  addDockWidget(Qt::BottomDockWidgetArea, dock("Plots", scrolled(plots_)));
+  setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
+  const auto docks = findChildren<QDockWidget*>();
+  resizeDocks({docks[0], docks[1]}, {1, 3}, Qt::Vertical);
+  resizeDocks({docks[0], docks[2]}, {350, 150}, Qt::Horizontal);
+  resizeDocks({docks[2]}, {170}, Qt::Vertical);
+}
+
+QAction* MainWindow::addAction(QMenu* menu, const QString& title, const QKeySequence& key, const QString& tip,
+                               std::function<void()> does) {
+  QAction* action = menu->addAction(title);
+  action->setShortcut(key);
+  action->setToolTip(tip);
+  action->setStatusTip(tip);
+  connect(action, &QAction::triggered, [does = std::move(does)] { does(); });
+  return action;
+}
+
+void MainWindow::makeEditMenu() {
+  QMenu* edit = menuBar()->addMenu("&Edit");
+  undo_ = addAction(edit, "&Undo", QKeySequence::Undo, "Takes back your last edit, if nobody else has touched it since",
+                    [this] {
+                      gizmo_.finishSteps();
+                      editor_.undo();
+                    });
+  redo_ = addAction(edit, "&Redo", QKeySequence("Ctrl+Y"), "Makes the edit again that was taken back", [this] {
+    gizmo_.finishSteps();
+    editor_.redo();
+  });
+  edit->addSeparator();
+  QMenu* objects = edit->addMenu("&Add");
+  for (const char* kind : {"Sphere", "Box", "Cylinder", "Torus"}) {
+    addAction(objects, kind, {}, "Adds one above the scene", [this, kind] {
+      select(QString::fromStdString(editor_.add(QString(kind).toLower().toStdString(), top_m())));
+    });
+  }
+  objects_->addAction(
+      addAction(edit, "&Duplicate", QKeySequence("Ctrl+D"), "Another object like the selected one, beside it",
+                [this] { withSelected([this](const std::string& object) { editor_.duplicate(object); }); }));
+  objects_->addAction(addAction(edit, "&Delete", QKeySequence::Delete, "Removes the selected object", [this] {
+    withSelected([this](const std::string& object) { editor_.remove(object); });
+  }));
+  edit->addSeparator();
+  gizmo_.addActions(edit, view_);
+}
+
+void MainWindow::addHiding(QMenu* menu) {
+  objects_->addAction(addAction(
+      menu, "&Hide or show the object", QKeySequence("Ctrl+H"), "The selected object, in this picture only", [this] {
+        withSelected([this](const std::string& object) { objects_->toggleVisible(QString::fromStdString(object)); });
+      }));
+  objects_->addAction(addAction(menu, "Show hidden &objects", QKeySequence("Ctrl+Shift+H"),
+                                "All objects that are hidden in this picture", [this] { objects_->showAll(); }));
+}
+
+void MainWindow::makeFileMenu() {
+  const auto add = [this](auto... arguments) { return addAction(arguments...); };
+  QMenu* file = menuBar()->addMenu("&File");
+  add(file, "&Open scene...", QKeySequence::Open, "Takes the objects of a scene file in place of the present ones",
+      [this] { files_.open(); });
+  add(file, "Open &recording...", QKeySequence("Ctrl+Shift+O"),
+      "Shows what a server recorded, on a time line, in place of the server", [this] { replay_->open(); });
+  add(file, "&Import mesh...", QKeySequence("Ctrl+I"), "Adds the mesh of a file to the scene; or drop files here",
+      [this] { importMesh(); });
+  add(file, "&Cancel import", QKeySequence("Ctrl+Shift+I"),
+      "Ends the imports that are under way; the scene stays as it is", [this] { importer_->cancel(); });
+  add(file, "Sa&ve scene", QKeySequence("Ctrl+S"), "Writes the scene to the file that was opened or saved last",
+      [this] { files_.save(); });
+  add(file, "Save scene &as...", QKeySequence("Ctrl+Shift+S"), "Writes a scene file, with its meshes beside it",
+      [this] { files_.saveAs(); });
+  add(file, "&Save picture", Qt::Key_S, "Writes haptic_view_N.png in this folder", [this] { saveScreenshot(); });
+  add(file, "Save p&lots", QKeySequence("Ctrl+L"), "Writes haptic_plots.pdf in this folder",
+      [this] { plots_->save("haptic_plots.pdf"); });
+  add(file, "&Quit", Qt::Key_Q, "Ends the viewer; the server goes on", [this] { close(); });
+}
+
+void MainWindow::makeSessionMenu() {
+  QMenu* session = menuBar()->addMenu("&Session");
+  QAction* connecting = addAction(session, "&Connect...", QKeySequence("Ctrl+K"), "Shows another server",
+                                  [this] { connection_.askForServer(); });
+  QAction* leaving = addAction(session, "&Disconnect", QKeySequence("Ctrl+Shift+K"), "Leaves the server, which goes on",
+                               [this] { connection_.disconnectFromServer(); });
+  for (QAction* action : {connecting, leaving}) action->setEnabled(!link_.isInProcess());
+  session->addSeparator();
+  addAction(session, "Save the &last 10 seconds", QKeySequence("Ctrl+R"),
+            "The server writes what it felt into a recording, on its own machine",
+            [this] { connection_.saveLastSeconds(); });
+  QMenu* replay = session->addMenu("&Replay");
+  replay_->addActions(replay, [this](auto... arguments) { return addAction(arguments...); });
+}
+
+void MainWindow::makeMenus() {
+  const auto add = [this](auto... arguments) { return addAction(arguments...); };
+  makeFileMenu();
+  makeEditMenu();
+  QMenu* view = menuBar()->addMenu("&View");
+  add(view, "Show &all", Qt::Key_R, "Moves the camera so that all objects are seen", [this] { scene_.frameAll(); });
+  add(view, "&Follow the contact", Qt::Key_F, "The camera moves with the contact",
+      [this] { toggle(&SceneView::Style::follow); });
+  add(view, "&Close-up", Qt::Key_C, "The contact, large, in the corner",
+      [this] { scene_.renderWindow().showCloseUp(!scene_.renderWindow().closeUpShown()); });
+  add(view, "&Wireframe", Qt::Key_W, "Lines only", [this] { toggle(&SceneView::Style::wireframe); });
+  add(view, "Polygon &edges", Qt::Key_E, "Lines of the mesh", [this] { toggle(&SceneView::Style::edges); });
+  add(view, "&Displacement", Qt::Key_D, "Colours soft objects by how far they are displaced",
+      [this] { toggle(&SceneView::Style::displacement); });
+  add(view, "&Names", Qt::Key_N, "Of the objects", [this] { scene_.overlay().toggleLabels(); });
+  add(view, "&Overlay", Qt::Key_O, "All words over the picture", [this] { scene_.overlay().toggle(); });
+  addHiding(view);
+  view->addSeparator();
+  for (QDockWidget* panel : findChildren<QDockWidget*>()) view->addAction(panel->toggleViewAction());
+
+  QMenu* hand = menuBar()->addMenu("&Hand");
+  add(hand, "On surfaces, or in &space", Qt::Key_T,
+      "The pointer strokes surfaces, or moves the hand in the picture's plane", [this] {
+        const bool onSurface = steering_.mapping() == HandSteering::Mapping::kSurface;
+        steering_.setMapping(onSurface ? HandSteering::Mapping::kSpace : HandSteering::Mapping::kSurface);
+      });
+  add(hand, "Press &harder", Qt::Key_Plus, "As the wheel while the button is down",
+      [this] { steering_.changePress(1); });
+  add(hand, "Press &less", Qt::Key_Minus, "As the wheel while the button is down",
+      [this] { steering_.changePress(-1); });
+  add(hand, "Let &go", Qt::Key_Escape, "Gives the hand back; it explores by itself", [this] { letGo(); });
+
+  makeSessionMenu();
+  QMenu* plots = menuBar()->addMenu("&Plots");
+  pausePlots_ = add(plots, "&Pause", Qt::Key_Space, "The curves stand still", [] {});
+  pausePlots_->setCheckable(true);
+  connect(pausePlots_, &QAction::toggled, [this](bool on) { plots_->setPaused(on); });
+
+  QMenu* help = menuBar()->addMenu("&Help");
+  add(help, "&Keys", Qt::Key_H, "What the mouse and the keys do", [this] { scene_.overlay().toggleHelp(); });
+}
+
+}  // namespace haptics

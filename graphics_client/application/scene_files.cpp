@@ -1,0 +1,100 @@
+#include "graphics_client/application/scene_files.h"
+
+#include <spdlog/spdlog.h>
+
+#include <QFileDialog>
+#include <QMessageBox>
+#include <memory>
+#include <utility>
+
+#include "common/text/printable.h"
+#include "graphics_client/editing/scene_file.h"
+
+namespace haptics {
+namespace {
+
+const QString kScenes = "Scenes (*.scene)";
+
+}  // namespace
+
+SceneFiles::SceneFiles(QWidget* window, SceneEditor& editor) : window_(window), editor_(editor) {
+  files_.setMaxThreadCount(1);
+}
+
+void SceneFiles::open() {
+  auto* dialog = new QFileDialog(window_, "Open scene", {}, kScenes);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setFileMode(QFileDialog::ExistingFile);
+  connect(dialog, &QFileDialog::fileSelected, this, [this](const QString& file) { open(file); });
+  dialog->open();
+}
+
+void SceneFiles::open(const QString& file) {
+  askBeforeLoss("Opening a scene", [this, file] {
+    files_.start([this, file, view = editor_.view()] {
+      auto edit = std::make_shared<Result<Edit>>(openScene(file.toStdString(), *view->scene));
+      QMetaObject::invokeMethod(this, [this, file, edit] {
+        if (!*edit) return fail("Open scene", edit->error());
+        editor_.open(**std::move(edit), [this, file] {
+          file_ = file;
+          spdlog::info("opened {}", file.toStdString());
+        });
+      });
+    });
+  });
+}
+
+void SceneFiles::save(const std::function<void()>& then) {
+  if (file_.isEmpty()) return saveAs(then);
+  write(file_, then);
+}
+
+void SceneFiles::saveAs(const std::function<void()>& then) {
+  auto* dialog = new QFileDialog(window_, "Save scene as", {}, kScenes);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setAcceptMode(QFileDialog::AcceptSave);
+  dialog->setDefaultSuffix("scene");
+  dialog->selectFile(file_.isEmpty() ? "scene.scene" : file_);
+  connect(dialog, &QFileDialog::fileSelected, this, [this, then](const QString& file) { write(file, then); });
+  dialog->open();
+}
+
+void SceneFiles::write(const QString& file, const std::function<void()>& then) {
+  const auto state = editor_.state();
+  files_.start([this, file, then, state, view = editor_.view()] {
+    auto saved = std::make_shared<Result<void>>(saveScene(*view, file.toStdString()));
+    QMetaObject::invokeMethod(this, [this, file, then, state, saved] {
+      if (!*saved) return fail("Save scene", saved->error());
+      file_ = file;
+      editor_.markSaved(state);
+      spdlog::info("saved {}", file.toStdString());
+      emit said("save", file + " is written", false);
+      if (then) then();
+    });
+  });
+}
+
+void SceneFiles::askBeforeLoss(const QString& what, const std::function<void()>& then) {
+  if (editor_.isSaved()) return then();
+  auto* question = new QMessageBox(QMessageBox::Question, "Save the scene?",
+                                   what + " leaves edits of yours behind that are in no file. Save the scene first?",
+                                   QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, window_);
+  question->setAttribute(Qt::WA_DeleteOnClose);
+  question->setDefaultButton(QMessageBox::Save);
+  spdlog::info("asks: {}", question->text().toStdString());
+  connect(question, &QMessageBox::finished, this, [this, then](int answer) {
+    if (answer == QMessageBox::Save) save(then);
+    if (answer == QMessageBox::Discard) then();
+  });
+  question->open();
+}
+
+void SceneFiles::fail(const QString& what, const Error& error) {
+  const QString words = QString::fromStdString(printable(error.text()));
+  emit said(what, words, true);
+  auto* warning = new QMessageBox(QMessageBox::Warning, what, words, QMessageBox::Ok, window_);
+  warning->setAttribute(Qt::WA_DeleteOnClose);
+  warning->open();
+}
+
+}  // namespace haptics
