@@ -43,6 +43,7 @@ class SceneEditor {
   void startAnew();
   /// Every edit is refused with these words. Empty: edits go to the server.
   void refuseAll(std::string why) { refusal_ = std::move(why); }
+  [[nodiscard]] const std::string& refusal() const { return refusal_; }
 
   void undo() { history_.undo(said("undo")); }
   void redo() { history_.redo(said("redo")); }
