@@ -12,8 +12,8 @@ class QWidget;
 
 namespace haptics {
 
-/// Which server the window shows: connects to another one, disconnects, and says over the picture what is wrong with the
-/// connection.
+/// Which server the window shows: connects to another one, disconnects, and says over the picture what is wrong with
+/// the connection.
 class ConnectionControl : public QObject {
   Q_OBJECT
 

@@ -243,7 +243,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   }
   const bool isReplay = replay_->isShown();
   connection_.refresh(*editor_.view(), isReplay);
-  editor_.refuseAll(isReplay                          ? "a replay is shown; go back to the server to edit"
+  editor_.refuseAll(isReplay                          ? "a replay is shown; go back to the server first"
                     : view.link == LinkState::kClosed ? "not connected to a server"
                                                       : "");
   linkText_->setText(isReplay ? replay_->status() : text(view.linkText));

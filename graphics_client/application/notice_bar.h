@@ -7,8 +7,8 @@ class QPushButton;
 
 namespace haptics {
 
-/// A line over the picture that cannot be overlooked, with a button. Hidden while it has nothing to say; what it says is
-/// logged.
+/// A line over the picture that cannot be overlooked, with a button. Hidden while it has nothing to say; what it says
+/// is logged.
 class NoticeBar : public QFrame {
   Q_OBJECT
 

@@ -51,6 +51,7 @@ class SceneEditor {
   void startAnew();
   /// Every edit is refused with these words. Empty: edits go to the server.
   void refuseAll(std::string why) { refusal_ = std::move(why); }
+  [[nodiscard]] const std::string& refusal() const { return refusal_; }
   /// Waits until nothing uses the link any more.
   void finish() { encoding_.waitForDone(); }
 

@@ -45,11 +45,13 @@ void SceneFiles::open(const QString& file) {
 }
 
 void SceneFiles::save(const std::function<void()>& then) {
+  if (isRefused()) return;
   if (file_.isEmpty()) return saveAs(then);
   write(file_, then);
 }
 
 void SceneFiles::saveAs(const std::function<void()>& then) {
+  if (isRefused()) return;
   auto* dialog = new QFileDialog(window_, "Save scene as", {}, kScenes);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setAcceptMode(QFileDialog::AcceptSave);
@@ -57,6 +59,13 @@ void SceneFiles::saveAs(const std::function<void()>& then) {
   dialog->selectFile(file_.isEmpty() ? "scene.scene" : file_);
   connect(dialog, &QFileDialog::fileSelected, this, [this, then](const QString& file) { write(file, then); });
   dialog->open();
+}
+
+/// What is seen is not the server's scene.
+bool SceneFiles::isRefused() {
+  if (editor_.refusal().empty()) return false;
+  emit said("save", QString::fromStdString(editor_.refusal()), true);
+  return true;
 }
 
 void SceneFiles::write(const QString& file, const std::function<void()>& then) {

@@ -11,8 +11,8 @@ class QWidget;
 
 namespace haptics {
 
-/// Opens and saves scene files, and asks before edits are lost that are in none. Files are read and written on a thread of
-/// its own; every dialog is answered later.
+/// Opens and saves scene files, and asks before edits are lost that are in none. Files are read and written on a thread
+/// of its own; every dialog is answered later.
 class SceneFiles : public QObject {
   Q_OBJECT
 
@@ -27,8 +27,8 @@ class SceneFiles : public QObject {
   /// @param then  Once the file is written.
   void save(const std::function<void()>& then = {});
   void saveAs(const std::function<void()>& then = {});
-  /// Goes on at once where this user has made no edit since the last save, else asks whether to save, to discard or not to
-  /// go on.
+  /// Goes on at once where this user has made no edit since the last save, else asks whether to save, to discard or not
+  /// to go on.
   /// @param what  "Quitting".
   void askBeforeLoss(const QString& what, const std::function<void()>& then);
   /// The scene is another server's.
@@ -43,6 +43,7 @@ class SceneFiles : public QObject {
   QString file_;
   QThreadPool files_;
 
+  [[nodiscard]] bool isRefused();
   void write(const QString& file, const std::function<void()>& then);
   void fail(const QString& what, const Error& error);
 };

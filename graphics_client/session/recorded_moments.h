@@ -24,8 +24,8 @@ struct RecordedMoment {
   std::size_t scene = 0;                         ///< Index of its scene.
 };
 
-/// Moments of a recording at display rate, within a bound of memory: where they would pass it, every other one is dropped,
-/// and those that follow come half as often.
+/// Moments of a recording at display rate, within a bound of memory: where they would pass it, every other one is
+/// dropped, and those that follow come half as often.
 class RecordedMoments {
  public:
   static constexpr double kInterval_s = 1.0 / 250;                  ///< Between moments that are kept, at first.

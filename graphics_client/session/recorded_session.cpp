@@ -16,6 +16,9 @@
 namespace haptics {
 namespace {
 
+/// Of an object in a scene, beside its assets, generously: scenes share records, but not what finds them.
+constexpr std::size_t kObject_bytes = 512;
+
 /// Scenes of each recording that is opened are others than any before.
 std::uint64_t epochOfRecording() {
   static std::atomic<std::uint64_t> opened{0};
@@ -68,7 +71,7 @@ class RecordedSession::Reader {
   std::optional<std::uint64_t> first_;
   std::uint64_t lastTick_ = 0, missed_ = 0;
   double period_s_ = 1e-3;
-  std::size_t assets_bytes_ = 0;
+  std::size_t scenes_bytes_ = 0;
   Fault fault_ = Fault::kNone;
   MotionState newest_;
   bool hasMotion_ = false, motionIsNew_ = false;
@@ -94,11 +97,11 @@ class RecordedSession::Reader {
       const std::size_t before = mirror_.contents().assetBytes;
       held = mirror_.addAsset(name, asset->content());
       if (!held) break;
-      assets_bytes_ += mirror_.contents().assetBytes - before;
+      scenes_bytes_ += mirror_.contents().assetBytes - before;
     }
-    if (held && assets_bytes_ > kMaxAssets_bytes) {
-      held =
-          refused("", "what its scenes are made of takes more than " + std::to_string(kMaxAssets_bytes >> 20) + " MiB");
+    scenes_bytes_ += kObject_bytes * version.objects().size();
+    if (held && scenes_bytes_ > kMaxScenes_bytes) {
+      held = refused("", "its scenes take more than " + std::to_string(kMaxScenes_bytes >> 20) + " MiB");
     }
     if (!held) {
       session_.endedEarly_ = held.error().text();

@@ -25,11 +25,11 @@ class RecordedSession {
     std::string text;
   };
   static constexpr std::size_t kMaxMarks = 10'000;  ///< Those beyond are left out.
-  /// Of the assets of all scenes. Where they would be more, the session ends before the scene.
-  static constexpr std::size_t kMaxAssets_bytes = std::size_t{2} << 30;
+  /// Of all scenes together. Where they would be more, the session ends before the scene.
+  static constexpr std::size_t kMaxScenes_bytes = std::size_t{2} << 30;
 
-  /// Runs the step over the whole file. Refused, naming the file: it cannot be read, is no recording, or has no tick that
-  /// could be run.
+  /// Runs the step over the whole file. Refused, naming the file: it cannot be read, is no recording, or has no tick
+  /// that could be run.
   /// @param stop      Refused with "cancelled" soon after it says so.
   /// @param progress  Gets the share of the file that is done, for each tick.
   [[nodiscard]] static Result<RecordedSession> read(const std::filesystem::path& file, const std::stop_token& stop,

@@ -1,4 +1,4 @@
-"""The viewer's window and its servers: what it says of them, what it asks before edits are lost, and what it replays."""
+"""The viewer's window and its servers: what it says of them, asks before edits are lost, and replays."""
 import os
 import re
 import struct
@@ -34,7 +34,8 @@ def colours(png):
             corner = before[i - size] if i >= size else 0
             if filtered == 4:
                 guess = left + above - corner
-                near = min((abs(guess - left), 0, left), (abs(guess - above), 1, above), (abs(guess - corner), 2, corner))
+                near = min((abs(guess - left), 0, left), (abs(guess - above), 1, above),
+                           (abs(guess - corner), 2, corner))
                 row[i] = value + near[2] & 255
             else:
                 row[i] = value + (0, left, above, (left + above) // 2)[filtered] & 255
@@ -197,7 +198,7 @@ class ViewerSession(harness.EndToEnd):
         window.do("mousemove", 30, 74, "click", 1)
         time.sleep(0.5)
         window.press("Delete")
-        window.wait_for(r"delete \w+: a replay is shown; go back to the server to edit")
+        window.wait_for(r"delete \w+: a replay is shown; go back to the server first")
         window.press("ctrl+b")
         window.wait_for(r"back to the server")
         self.assertEqual(server.status()["revision"], 1)

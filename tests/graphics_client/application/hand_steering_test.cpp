@@ -36,8 +36,12 @@ TEST_F(Steered, PressesWithTheSetForceOnceItHasComeNear) {
   do {
     const double before_m = hip_.z;
     command = frame(true, kGround);
-    if (command.press_N == 0) EXPECT_GE(command.position.z, 0.5 * HandSteering::kHover_m);
-    if (frames > 1 && command.press_N == 0) EXPECT_LE(command.position.z, before_m);
+    if (command.press_N == 0) {
+      EXPECT_GE(command.position.z, 0.5 * HandSteering::kHover_m);
+    }
+    if (frames > 1 && command.press_N == 0) {
+      EXPECT_LE(command.position.z, before_m);
+    }
   } while (command.press_N == 0 && ++frames < 120);
   EXPECT_EQ(command.press_N, 2);
   EXPECT_EQ(command.position, kGround.position);
