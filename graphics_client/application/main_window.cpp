@@ -27,7 +27,7 @@ namespace {
 /// How often words and curves change (seconds).
 constexpr double kRefresh_s = 0.1;
 /// A picture that nothing has changed is drawn anew after so long: its words may have aged (seconds).
-constexpr double kIdleFrame_s = 1;
+constexpr double kIdleFrame_s = 2;
 /// In space: of the hand, for a click of the wheel (metres).
 constexpr double kStepPerClick_m = 0.004;
 constexpr int kMessage_ms = 5000, kLongMessage_ms = 20'000;

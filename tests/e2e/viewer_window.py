@@ -1,11 +1,13 @@
 """The viewer's window on an X server of its own, used as a person does: pointer, keys, and what is seen, or what a screen
 reader finds (AT-SPI)."""
-import contextlib
+import json
 import os
 import re
 import struct
 import subprocess
+import sys
 import time
+from pathlib import Path
 
 import harness
 
@@ -90,57 +92,40 @@ class Window(harness.Process):
         return found
 
 
-class Reader:
-    """A message bus of its own, on which applications say what they show. One a process: the library connects once."""
+class MessageBus:
+    """On which applications say what they show."""
 
-    def __init__(self, display):
-        self.bus = subprocess.Popen(["dbus-daemon", "--session", "--nofork", "--print-address"], stdout=subprocess.PIPE,
-                                    stderr=subprocess.DEVNULL, text=True)
-        self.env = {"DBUS_SESSION_BUS_ADDRESS": self.bus.stdout.readline().strip(),
-                    "QT_LINUX_ACCESSIBILITY_ALWAYS_ON": "1"}
-        os.environ.update(self.env, DISPLAY=display.name)
-        import pyatspi
-        self.registry = pyatspi.Registry
+    def __init__(self):
+        self.process = subprocess.Popen(["dbus-daemon", "--session", "--nofork", "--print-address"],
+                                        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        self.address = self.process.stdout.readline().strip()
 
     def close(self):
-        self.bus.terminate()
-        self.bus.wait()
-        self.bus.stdout.close()
+        self.process.terminate()
+        self.process.wait()
+        self.process.stdout.close()
 
 
 class ReadableWindow(Window):
     """Whose words and widgets are found by role ("slider", "menu item", "label") and name."""
 
-    def __init__(self, address, display, reader, **window):
-        self.reader = reader
-        super().__init__(address, display, env={**reader.env, **window.pop("env", {})}, **window)
+    def __init__(self, address, display, bus):
+        super().__init__(address, display, env={"DBUS_SESSION_BUS_ADDRESS": bus.address,
+                                                "QT_LINUX_ACCESSIBILITY_ALWAYS_ON": "1"})
 
-    def widgets(self, within=None):
+    def widgets(self):
         """All, the outer before the inner."""
-        if within is None:
-            applications = [each for each in self.reader.registry.getDesktop(0) if each is not None]
-            within = next(each for each in applications if each.get_process_id() == self.process.pid)
-        yield within
-        for child in within:
-            if child is not None:
-                yield from self.widgets(child)
+        read = subprocess.run([sys.executable, Path(__file__).with_name("read_window.py"), str(self.process.pid)],
+                              env={**os.environ, **self.env}, capture_output=True, text=True)
+        return json.loads(read.stdout) if read.returncode == 0 else []  # it may change while it is read
 
-    def widget(self, role, name, timeout_s=30):
+    def widget(self, role, name):
         """The first of this role whose name matches."""
         def found():
-            with contextlib.suppress(Exception):  # it changes while it is read
-                for each in self.widgets():
-                    if each.getRoleName() == role and re.search(name, each.name):
-                        return each
-            return None
-        return harness.wait_until(found, timeout_s, f"a {role} {name!r} in the window")
+            return next((each for each in self.widgets() if each["role"] == role and re.search(name, each["name"])), None)
+        return harness.wait_until(found, harness.START_TIMEOUT_S, f"a {role} {name!r} in the window")
 
     @staticmethod
-    def place(widget):
-        """(x, y, width, height) on the screen."""
-        box = widget.queryComponent().getExtents(0)
-        return box.x, box.y, box.width, box.height
-
-    def middle(self, widget):
-        x, y, width, height = self.place(widget)
+    def middle(widget):
+        x, y, width, height = widget["box"]
         return x + width // 2, y + height // 2

