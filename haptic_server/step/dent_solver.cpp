@@ -18,12 +18,17 @@ constexpr double kHurried_s = 0.01;
 /// makes new ones of a hand that bounces.
 constexpr double kSamePlace = 0.97;
 
+/// Units (Allowance) of the closest point of a triangle with as many dents.
+[[nodiscard]] std::int64_t unitsOfTriangle(std::size_t dents) noexcept {
+  constexpr std::int64_t kDent = 10;
+  return Allowance::kNearTriangle + kDent * static_cast<std::int64_t>(dents);
+}
+
 /// Triangles that a search may look at: a quarter of what is left of the allowance, for there are several of them in a tick,
 /// and a few where nothing is.
-[[nodiscard]] int affordable(const Allowance& allowance) noexcept {
+[[nodiscard]] int affordable(const Allowance& allowance, std::int64_t unitsOfEach) noexcept {
   constexpr std::int64_t kMin = 4;
-  return static_cast<int>(
-      std::clamp<std::int64_t>(allowance.left() / (4 * Allowance::kNearTriangle), kMin, DentedSurface::kBudget));
+  return static_cast<int>(std::clamp<std::int64_t>(allowance.left() / (4 * unitsOfEach), kMin, DentedSurface::kBudget));
 }
 
 }  // namespace
@@ -60,11 +65,12 @@ DentSolver::Nearest DentSolver::nearest(const BodyDents& dents, const Vec3& poin
   DentedSurface deformed(*body_.surface, dents.all(), tissue_.falloff);
   Nearest found;
   int spent = 0;
-  const int most = affordable(work_.allowance);
+  const std::int64_t unitsOfEach = unitsOfTriangle(dents.count);
+  const int most = affordable(work_.allowance, unitsOfEach);
   found.foot = deformed.closestFrom(pressed_.atRest.triangle, point, spent, most);
   if (spent == most && most < DentedSurface::kBudget) state_.fallBehind(work_);
   work_.triangles += spent;
-  work_.allowance.spend(Allowance::kNearTriangle * spent);
+  work_.allowance.spend(unitsOfEach * spent);
   found.normal = unitOrZero(deformed.normal(found.foot)) * double(pressed_.side);
   found.outside = glm::dot(point - found.foot.point, found.normal) >= 0 && pressed_.below;
   return found;

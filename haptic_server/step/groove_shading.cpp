@@ -10,8 +10,8 @@ namespace haptics {
 namespace {
 
 constexpr int kRounds = 2;
-/// Units (Allowance) of shading at one surface, over some polygons.
-constexpr std::int64_t kShade = 1'000;
+/// Units (Allowance) of shading at one surface, over some polygons, and of each dent in it.
+constexpr std::int64_t kShade = 1'000, kShadeDent = 400;
 
 class ShadedGroove {
  public:
@@ -21,7 +21,8 @@ class ShadedGroove {
   [[nodiscard]] bool run(Vec3& ihip) noexcept {
     if (!hasShading()) return false;
     for (int round = 0; round < kRounds; ++round) {
-      work_.allowance.spend(kShade * state_.contact.holdingCount);
+      const auto dents = static_cast<std::int64_t>(state_.denting.count);
+      work_.allowance.spend((kShade + kShadeDent * dents) * state_.contact.holdingCount);
       if (work_.allowance.isSpent()) {
         state_.fallBehind(work_);
         break;

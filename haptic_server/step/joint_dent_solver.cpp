@@ -13,6 +13,10 @@ namespace {
 
 /// Rounds in which the IHIP is looked for on several dented surfaces: they are not flat.
 constexpr int kRounds = 2;
+/// Steps, at most, towards an IHIP that is inside of a dented surface, each as far as the surface is away; and how far inside
+/// (m) counts.
+constexpr int kClearSteps = 3;
+constexpr double kOnSurface_m = 1e-6;
 /// Rounds, at most, in which what different springs push is looked for, and of it what a round may still change.
 constexpr int kSpringRounds = 40;
 constexpr double kSpringChange = 1e-5;
@@ -193,12 +197,36 @@ class JointDentSolver {
     for (int round = 0; round < kRounds; ++round) {
       ihip = planesAt(ihip).nearestOutside(state_.estimate.hip, planeParts);
     }
+    if (obstructed_) ihip = clearOfDent(ihip);
     contact_.penetration_m = glm::distance(ihip, state_.estimate.hip);
     if (!(contact_.penetration_m > 0)) return lose(state_, static_cast<std::size_t>(contact_.body), contact_);
     contact_.alongNormal = false;
     contact_.ihip = ihip;
     contact_.normal = (ihip - state_.estimate.hip) / contact_.penetration_m;
     if (obstructed_ && !(planeParts[0] > 0)) meet(parts_[1].held);
+  }
+
+  /// As far of the way from the obstruction's place in the dent to `ihip` as is outside of the dented surface, which is not
+  /// flat: its planes may leave `ihip` inside.
+  [[nodiscard]] Vec3 clearOfDent(Vec3 ihip) noexcept {
+    const Body& body = state_.bodies[bodyOf(parts_[0])];
+    const PressedBody pressed = pressedBody(parts_[0]);
+    DentSolver yielding(scene_, state_, config_, contact_.work, pressed);
+    const auto clearance_m = [&](Vec3 place) noexcept {
+      const Vec3 local = body.frame.toLocal(place);
+      const DentSolver::Nearest at = yielding.nearestTo(local);
+      return glm::dot(local - at.foot.point, at.normal);
+    };
+    if (clearance_m(ihip) > -kOnSurface_m) return ihip;
+    Vec3 clear = parts_[1].point;
+    const Vec3 way = ihip - clear;
+    const double way_m = glm::length(way);
+    double gone_m = 0;
+    for (int step = 0; step < kClearSteps && gone_m < way_m; ++step) {
+      gone_m += std::clamp(clearance_m(clear), 0.0, way_m - gone_m);
+      clear = parts_[1].point + way * (gone_m / way_m);
+    }
+    return clear;
   }
 
   /// The dent is not as deep as what is in the way, and holds the IHIP alone.

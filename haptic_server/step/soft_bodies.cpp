@@ -115,8 +115,10 @@ void deformAtContact(const ServoScene& scene, HapticState& state, const StepConf
   const std::size_t countBefore = state.denting.count;
   std::ranges::transform(state.allDents(), before.begin(), &whereIs);
   relaxDents(scene, state, config);
+  const bool wasBetween = state.deformedContact.between;
   state.deformedContact = {};
   if (contact.touching) yield(scene, state, config, tick);
+  if (state.adoption.now && wasBetween && !state.deformedContact.between) state.adoption.contactBroken = true;
   if (!std::ranges::equal(std::span(before).first(countBefore), state.allDents(), {}, {}, &whereIs)) {
     ++state.denting.revision;
   }

@@ -77,8 +77,8 @@ class Renderer {
   virtual Felt tick(std::span<const Pose> poses, Vec3 hip) = 0;
   /// Of a body, in the order of the poses, in its frame, after the last tick.
   [[nodiscard]] virtual std::vector<Dent> dents(std::size_t /*body*/) const { return {}; }
-  /// The IHIP is on the smooth surface of force shading, off the polygons.
-  [[nodiscard]] virtual bool isShaded() const { return false; }
+  /// The smooth surface of force shading is nowhere farther off the body's polygons (m).
+  [[nodiscard]] virtual double highestBulge_m(std::size_t /*body*/) const { return 0; }
 
  protected:
   [[nodiscard]] double spring_N_per_m() const { return spring_N_per_m_; }

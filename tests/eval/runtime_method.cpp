@@ -89,6 +89,11 @@ std::vector<Dent> RuntimeMethod::dents(std::size_t body) const {
   return dents;
 }
 
+double RuntimeMethod::highestBulge_m(std::size_t body) const {
+  const ServoObject& object = *std::ranges::find(scene_->objects, ids_[body], &ServoObject::id);
+  return object.detail && object.detail->shading ? object.detail->shading->highestBulge_m() : 0;
+}
+
 void RuntimeMethod::adopt() {
   if (next_ && adoptScene(*next_, state_, tick_)) scene_ = std::move(next_);
 }

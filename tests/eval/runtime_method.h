@@ -25,7 +25,7 @@ class RuntimeMethod : public Renderer {
   void edit(const EditedScene& scene, Vec3 hip) override;
   Felt tick(std::span<const Pose> poses, Vec3 hip) override;
   [[nodiscard]] std::vector<Dent> dents(std::size_t body) const override;
-  [[nodiscard]] bool isShaded() const override { return shading_.has_value(); }
+  [[nodiscard]] double highestBulge_m(std::size_t body) const override;
 
  protected:
   StepConfig& config() noexcept { return config_; }

@@ -23,6 +23,7 @@ struct Others {
 bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hip, Others& others,
                 Allowance& allowance) noexcept {
   allowance.spend(Allowance::kPlace * static_cast<std::int64_t>(bodies.size()));
+  if (allowance.isSpent()) return false;
   const double reach = reachOf(state, hip);
   const Body* held = &bodies[static_cast<std::size_t>(state.holding[0].body)];
   for (const Body& body : bodies) {
@@ -51,8 +52,8 @@ bool findOthers(std::span<const Body> bodies, const ContactState& state, Vec3 hi
     const Vec3 to = body.frame.toWorld(point.place + lift);
     for (const Body* other : others.all()) {
       if (other->surface->firstCrossing(other->frame.toLocal(from), other->frame.toLocal(to), allowance)) return false;
+      if (allowance.isSpent()) return false;
     }
-    if (allowance.isSpent()) return false;
     from = to;
   }
   return true;

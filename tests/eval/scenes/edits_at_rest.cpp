@@ -267,55 +267,78 @@ class RestingHip {
     const bool held = glm::length(felt.force_N) > kSame_N;
     double depth = 0;
     double hipDepth = 0;
-    double hipAway = std::numeric_limits<double>::infinity();
-    double away = std::numeric_limits<double>::infinity();
+    double hipAbove = std::numeric_limits<double>::infinity();
+    double above = std::numeric_limits<double>::infinity();
     bool inHollow = false;
+    int dented = 0;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
-      const WindingMesh mesh = asRendered(i);
-      const Vec3 local = toLocal(objects_[i].pose, felt.ihip);
-      const double deep = mesh.depthInside(local);
-      inHollow = inHollow || (deep < kOnSurface_m && atRest(i).depthInside(local) > kOnSurface_m);
+      const Place ihip = placeOf(i, felt.ihip);
+      // Where objects overlap, the hollow that the HIP makes in one is one in all.
+      inHollow = inHollow || (ihip.depth < onSurface_m() && ihip.depthAtRest > onSurface_m());
       const bool isOther = kind_.soft && held && method_.dents(i).empty();
-      if (!isOther) depth = std::max(depth, deep);
-      const Vec3 localHip = toLocal(objects_[i].pose, hip_);
-      hipDepth = std::max(hipDepth, mesh.depthInside(localHip));
-      hipAway = std::min(hipAway, mesh.distanceTo(localHip));
-      away = std::min(away, mesh.distanceTo(local));
+      if (!isOther) depth = std::max(depth, ihip.depth);
+      dented += method_.dents(i).empty() ? 0 : 1;
+      const Place hip = placeOf(i, hip_);
+      hipDepth = std::max(hipDepth, hip.depth);
+      const double bulge_m = method_.highestBulge_m(i);
+      hipAbove = std::min(hipAbove, hip.away - bulge_m);
+      above = std::min(above, ihip.away - (kind_.soft ? bulge_m : 0));
     }
-    counts.inside = depth > (kind_.soft ? kOnTissue_m : kWithin_m) && !inHollow ? 1 : 0;
-    const bool onBulge = hipDepth == 0 && hipAway < kBulge_m;
-    const bool rightly = held ? away < onSurface_m() || onBulge : hipDepth < kHardlyInside_m;
+    counts.inside = depth > (kind_.soft ? onSurface_m() : kWithin_m) && !inHollow ? 1 : 0;
+    const bool onBulge = hipDepth == 0 && hipAbove < 0;
+    const double onSeveral_m = dented > 1 ? kOnSeveral_m : 0;
+    const bool rightly = held ? above < onSurface_m() + onSeveral_m || onBulge : hipDepth < kHardlyInside_m;
     counts.notFelt = rightly ? 0 : 1;
   }
 
-  [[nodiscard]] double onSurface_m() const {
-    if (!kind_.soft) return kOnSurface_m + kind_.relief_m;
-    return kOnTissue_m + (method_.isShaded() ? kBulge_m : 0);
+  [[nodiscard]] double onSurface_m() const { return kOnSurface_m + kind_.relief_m; }
+
+  /// Of a point and a body, m. A dent is between the chords of its moved vertices and the exact map of the shape at rest:
+  /// what is inside of both is inside, what is on either or between the two is on the surface.
+  struct Place {
+    double depth = 0;
+    double away = 0;
+    double depthAtRest = 0;
+  };
+  [[nodiscard]] Place placeOf(std::size_t body, Vec3 point) const {
+    const Object& object = objects_[body];
+    const Vec3 local = toLocal(object.pose, point);
+    const WindingMesh atRest(object.shape.vertices, object.shape.triangles);
+    const double depth = atRest.depthInside(local);
+    const std::vector<Dent> dents = method_.dents(body);
+    if (dents.empty()) return {depth, atRest.distanceTo(local), depth};
+    std::vector<Vec3f> vertices = object.shape.vertices;
+    for (Vec3f& v : vertices) v = dented(v, dents, felt_.tissue->falloff);
+    const WindingMesh chords(vertices, object.shape.triangles);
+    const Vec3 exact = undented(body, local);
+    const double inChords = chords.depthInside(local);
+    const double inExact = atRest.depthInside(exact);
+    const bool isBetween = (inChords > 0) != (inExact > 0);
+    const double away = isBetween ? 0 : std::min(chords.distanceTo(local), atRest.distanceTo(exact));
+    return {std::min(inChords, inExact), away, depth};
   }
 
-  [[nodiscard]] WindingMesh atRest(std::size_t body) const {
-    return {objects_[body].shape.vertices, objects_[body].shape.triangles};
-  }
-
-  /// With its dents. Where objects overlap, the hollow that the HIP makes in one is one in all.
-  [[nodiscard]] WindingMesh asRendered(std::size_t body) const {
-    std::vector<Vec3f> vertices = objects_[body].shape.vertices;
-    if (felt_.tissue) {
-      const std::vector<Dent> dents = method_.dents(body);
-      for (Vec3f& v : vertices) v = dented(v, dents, felt_.tissue->falloff);
+  /// Where a place of the body (object frame) is without its dents: each is undone by the fixed point of
+  /// x = y - displacement(x), which kMaxDentGradient makes a contraction.
+  [[nodiscard]] Vec3 undented(std::size_t body, Vec3 place) const {
+    constexpr int kIterations = 60;
+    std::vector<Dent> dents = method_.dents(body);
+    for (; !dents.empty(); dents.pop_back()) {
+      const Vec3 yielded = place;
+      for (int i = 0; i < kIterations; ++i) {
+        place = yielded - displacementBy(dents.back(), felt_.tissue->falloff, place);
+      }
     }
-    return {vertices, objects_[body].shape.triangles};
+    return place;
   }
 
   /// Outside of all.
   static constexpr double kFar_m = 0.15;
   static constexpr double kOnSurface_m = 1e-6;
+  /// Where several dented bodies hold the IHIP, it is on the planes of their lines and vertices.
+  static constexpr double kOnSeveral_m = 2e-4;
   /// A HIP that is deeper is to be held: deeper than the relief, and with the softest spring of more than kSame_N.
   static constexpr double kHardlyInside_m = 1e-3;
-  /// Shading lifts the rendered surface off the polygons by less.
-  static constexpr double kBulge_m = 1e-3;
-  /// The IHIP is where the tissue yields to, the triangles are its chords.
-  static constexpr double kOnTissue_m = 1e-4;
 
   Renderer& method_;
   Kind kind_;

@@ -131,5 +131,22 @@ TEST(DentSolver, EndsAtWhatLiesBelowTheSurface) {
   EXPECT_NEAR(beside.run(400).force.contact.z, 0.006 / (1 / 1000.0 + 1 / 250.0), 0.05);
 }
 
+TEST(DentSolver, WhatAnEditTakesFromBelowTheSurfaceIsMissedWithoutAKick) {
+  ServoObject skin = objectOf(1, fineBlock(), Vec3(0, 0, -0.05), 1000);
+  skin.tissue = std::make_shared<const SoftTissue>(SoftTissue{Falloff(0.03, 2), 250, 0});
+  ServoObject hard = objectOf(2, surfaceOf(makeSphere(0.01, 20).value()), Vec3(0, 0, -0.013), 1000);
+  VirtualServo servo(down(0.006), kConfig, sceneOf(1, {skin, hard}));
+  Vec3 before_N = servo.run(400).force.written;
+  hard.pose.position.z -= 0.04;
+  hard.poseRevision = 2;
+  servo.adopt(sceneOf(2, {skin, hard}));
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 now_N = servo.step().force.written;
+    EXPECT_LE(glm::distance(now_N, before_N), RateLimitedStiffness::kRate_N_per_s * kConfig.period_s + 1e-9) << i;
+    before_N = now_N;
+  }
+  EXPECT_NEAR(before_N.z, 0.006 / (1 / 1000.0 + 1 / 250.0), 0.05);
+}
+
 }  // namespace
 }  // namespace haptics
