@@ -140,6 +140,7 @@ void MainWindow::frame() {
   framed_s_ = now_s;
   const bool gizmoChanged =
       gizmo_.update(*view, replay_->isShown() ? std::string() : selected_.toStdString(), view_->pointer());
+  editor_.turnAsked();
   lead(*view, now_s - drawn_s_);
   const bool dirty = view_->takeDirty() || gizmoChanged || changed(*view) || now_s - drawn_s_ >= kIdleFrame_s;
   if (dirty) {
@@ -238,7 +239,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   }
   for (const auto& [action, verb, offer] :
        {std::tuple{undo_, "&Undo ", editor_.undoOffer()}, std::tuple{redo_, "&Redo ", editor_.redoOffer()}}) {
-    action->setEnabled(offer.has_value() && !replay_->isShown());
+    action->setEnabled((offer || !editor_.isSettled()) && !replay_->isShown());
     action->setText(verb + (offer ? text(offer->text) : QString()));
   }
   const bool isReplay = replay_->isShown();
@@ -270,7 +271,9 @@ void MainWindow::sayHand(const MirrorView& view) {
   } else if (view.hand.led) {
     handText_->setText("hand: led by " + text(view.hand.clientName));
   } else {
-    handText_->setText("press on an object to touch it");
+    handText_->setText(steering_.mapping() == HandSteering::Mapping::kSurface
+                           ? "press on an object to touch it with " + press
+                           : "press in the picture to lead the hand in space");
   }
   for (QLabel* label : {linkText_, sceneText_, servoText_, handText_}) label->setToolTip(label->text());
 }

@@ -62,8 +62,9 @@ void MainWindow::makeEditMenu() {
   });
   edit->addSeparator();
   QMenu* objects = edit->addMenu("&Add");
+  int number = 0;
   for (const char* kind : {"Sphere", "Box", "Cylinder", "Torus"}) {
-    addAction(objects, kind, {}, "Adds one above the scene", [this, kind] {
+    addAction(objects, kind, Qt::CTRL + Qt::Key_1 + number++, "Adds one above the scene", [this, kind] {
       select(QString::fromStdString(editor_.add(QString(kind).toLower().toStdString(), top_m())));
     });
   }
@@ -140,7 +141,14 @@ void MainWindow::makeMenus() {
   add(view, "&Overlay", Qt::Key_O, "All words over the picture", [this] { scene_.overlay().toggle(); });
   addHiding(view);
   view->addSeparator();
-  for (QDockWidget* panel : findChildren<QDockWidget*>()) view->addAction(panel->toggleViewAction());
+  int number = 0;
+  for (QDockWidget* panel : findChildren<QDockWidget*>()) {
+    QAction* shown = panel->toggleViewAction();
+    shown->setShortcut(Qt::ALT + Qt::Key_1 + number++);
+    shown->setToolTip("Shows or hides this panel");
+    shown->setStatusTip(shown->toolTip());
+    view->addAction(shown);
+  }
 
   QMenu* hand = menuBar()->addMenu("&Hand");
   add(hand, "On surfaces, or in &space", Qt::Key_T,

@@ -69,6 +69,7 @@ QWidget* ReplayPanel::makePlaying() {
   play_->setObjectName("play");
   connect(play_, &QPushButton::clicked, [this] { togglePlaying(); });
   slider_ = new TimeSlider;
+  slider_->setAccessibleName("time");
   connect(slider_, &TimeSlider::sought, [this](double time_s) {
     clock_.seek(time_s);
     refresh();

@@ -14,13 +14,6 @@ namespace {
 /// Of an object that is added, and from an object to its duplicate.
 constexpr double kSize_m = 0.05;
 
-/// "cup", or "cup-2", "cup-3" ... where there is one.
-std::string freeName(const SceneVersion& scene, const std::string& wanted) {
-  std::string name = wanted;
-  for (int i = 2; scene.find(name); ++i) name = wanted + "-" + std::to_string(i);
-  return name;
-}
-
 void generate(const std::string& kind, v1::MeshSource& mesh) {
   if (kind == "sphere") mesh.mutable_sphere()->set_radius_m(kSize_m / 2);
   if (kind == "box") {
@@ -116,6 +109,13 @@ void SceneEditor::submit(const QString& edit, const v1::Transaction& transaction
   history_.submit({.transaction = transaction, .text = edit.toStdString(), .uploads = {asset}}, said(edit));
 }
 
+std::string SceneEditor::freeName(const SceneVersion& scene, const std::string& wanted) {
+  std::string name = wanted;
+  for (int i = 2; scene.find(name) || given_.contains(name); ++i) name = wanted + "-" + std::to_string(i);
+  given_.insert(name);
+  return name;
+}
+
 std::string SceneEditor::add(const std::string& kind, double z_m) {
   v1::Operation operation;
   v1::AddObject& add = *operation.mutable_add();
@@ -172,7 +172,27 @@ void SceneEditor::open(Edit edit, const std::function<void()>& done) {
   });
 }
 
+void SceneEditor::ask(bool redo) {
+  if (asked_.size() < EditHistory::kMaxEntries) asked_.push_back(redo);
+  turnAsked();
+}
+
+void SceneEditor::turnAsked() {
+  if (!history_.isSettled()) return;
+  given_.clear();
+  if (asked_.empty()) return;
+  const bool redo = asked_.front();
+  asked_.pop_front();
+  if (redo) {
+    history_.redo(said("redo"));
+  } else {
+    history_.undo(said("undo"));
+  }
+}
+
 void SceneEditor::startAnew() {
+  asked_.clear();
+  given_.clear();
   server_ = std::make_shared<int>();
   finishDrag();
   history_.clear();

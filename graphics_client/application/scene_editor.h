@@ -3,8 +3,10 @@
 #include <QObject>
 #include <QString>
 #include <QThreadPool>
+#include <deque>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "graphics_client/editing/edit_history.h"
@@ -55,8 +57,12 @@ class SceneEditor {
   /// Waits until nothing uses the link any more.
   void finish() { encoding_.waitForDone(); }
 
-  void undo() { history_.undo(said("undo")); }
-  void redo() { history_.redo(said("redo")); }
+  /// As soon as the last edit is answered; see turnAsked().
+  void undo() { ask(false); }
+  void redo() { ask(true); }
+  /// Undoes or redoes the next that was asked for, once that can be done. To be called again and again.
+  void turnAsked();
+  [[nodiscard]] bool isSettled() const { return history_.isSettled(); }
   [[nodiscard]] std::optional<EditHistory::Offer> undoOffer() const { return history_.undoOffer(); }
   [[nodiscard]] std::optional<EditHistory::Offer> redoOffer() const { return history_.redoOffer(); }
 
@@ -71,7 +77,12 @@ class SceneEditor {
   std::string refusal_;
   std::shared_ptr<int> server_ = std::make_shared<int>();  // its lifetime is that of the present server's callbacks
   QThreadPool encoding_;
+  std::deque<bool> asked_;       // redo, or undo
+  std::set<std::string> given_;  // names of objects that are on their way to the server
 
+  void ask(bool redo);
+  /// "cup", or "cup-2", "cup-3" ... where there is one.
+  [[nodiscard]] std::string freeName(const SceneVersion& scene, const std::string& wanted);
   [[nodiscard]] EditPort port();
   [[nodiscard]] EditDone said(const QString& edit);
   void submit(const QString& edit, v1::Operation operation);

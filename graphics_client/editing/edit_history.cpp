@@ -169,12 +169,17 @@ std::optional<EditHistory::Offer> EditHistory::offer(const Step& step) const {
 
 Result<void> EditHistory::check(const Step& step) const {
   if (!step.entry) return refused("", step.redo ? "there is nothing to redo" : "there is nothing to undo");
+  if (auto settled = checkSettled(); !settled) return settled;
+  return checkApplies(step.changes(), *port_.view()->scene, skipped_);
+}
+
+Result<void> EditHistory::checkSettled() const {
   if (inFlight_ > 0) return refused("", "an edit is on its way to the server; wait for its answer");
   const auto view = port_.view();
   if (view->epoch == epoch_ && view->scene->revision() < revision_) {
     return refused("", "the last edit has not come back from the server yet; wait for it");
   }
-  return checkApplies(step.changes(), *view->scene, skipped_);
+  return {};
 }
 
 void EditHistory::turn(bool redo, EditDone done) {

@@ -62,6 +62,8 @@ class EditHistory {
   /// Of the newest entry, by the port's view. Nothing: there is no entry.
   [[nodiscard]] std::optional<Offer> undoOffer() const { return offer(undone(false)); }
   [[nodiscard]] std::optional<Offer> redoOffer() const { return offer(undone(true)); }
+  /// The last edit is answered, and the view has it: until then nothing can be undone or redone.
+  [[nodiscard]] bool isSettled() const { return checkSettled().has_value(); }
   /// The entry changes sides when the server accepts; in conflict or rejected it stays. `done` is told why, also when
   /// the offer is a refusal.
   void undo(EditDone done = {}) { turn(false, std::move(done)); }
@@ -115,6 +117,7 @@ class EditHistory {
   [[nodiscard]] Step undone(bool redo) const;
   [[nodiscard]] std::optional<Offer> offer(const Step& step) const;
   [[nodiscard]] Result<void> check(const Step& step) const;
+  [[nodiscard]] Result<void> checkSettled() const;
   void forgetMirrored();
   Changes take(const std::vector<EditedObject>& objects, const MirrorView& submittedAt, const v1::Accepted& accepted);
   void add(std::shared_ptr<Entry> entry);

@@ -97,6 +97,17 @@ class EditWithMouse(harness.EndToEnd):
         self.window.do("key", "ctrl+y")
         self.wait_until(lambda: self.position()[2] - before[2] > 5e-3, "no redo")
 
+    def test_undo_comes_after_edits_that_are_on_their_way(self):
+        self.select_box()
+        self.server.send(signal.SIGSTOP)
+        self.addCleanup(self.server.send, signal.SIGCONT)
+        self.window.do("key", "ctrl+d", "key", "ctrl+d", "key", "ctrl+z")
+        time.sleep(0.5)
+        self.assertEqual(set(self.watcher.objects()), {"box"})
+        self.server.send(signal.SIGCONT)
+        self.wait_until(lambda: self.watcher.revision_and_root()[0] == 4, "not two edits and an undo")
+        self.assertEqual(set(self.watcher.objects()), {"box", "box-2"})
+
     def test_the_button_touches_where_there_is_no_handle(self):
         self.select_box()
         tip = self.z_arrow()

@@ -7,7 +7,8 @@ import pyatspi
 
 
 def described(widget):
-    described = {"role": widget.getRoleName(), "name": widget.name}
+    described = {"role": widget.getRoleName(), "name": widget.name,
+                 "showing": widget.getState().contains(pyatspi.STATE_SHOWING)}
     try:
         box = widget.queryComponent().getExtents(pyatspi.DESKTOP_COORDS)
         described["box"] = [box.x, box.y, box.width, box.height]
@@ -21,11 +22,11 @@ def described(widget):
     return described
 
 
-def walk(widget):
-    yield described(widget)
+def walk(widget, depth=0):
+    yield {**described(widget), "depth": depth}
     for child in widget:
         if child is not None:
-            yield from walk(child)
+            yield from walk(child, depth + 1)
 
 
 process = int(sys.argv[1])

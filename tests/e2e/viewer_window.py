@@ -75,16 +75,25 @@ class Window(harness.Process):
             return next((match for line in [*self.lines, *self.errors] if (match := re.search(pattern, line))), None)
         return harness.wait_until(find, timeout_s, lambda: f"never said {pattern!r}:\n{self.text()}", pause_s=0.005)
 
-    def pixels(self, red, green, blue):
-        """Where the screen has exactly this colour, as (x, y) from its upper left corner."""
+    def read_screen(self):
+        """Four bytes a pixel, blue first; the screen's width in pixels; bytes of a line."""
         data = self.display.screen_file().read_bytes()
         header = struct.unpack(">25I", data[:100])
         width, bits, line_bytes, colors = header[4], header[11], header[12], header[19]
         if (bits, header[7]) != (32, 0):
             raise AssertionError("the screen's pixels are not four bytes, blue first")
-        start = header[0] + 12 * colors
+        return data[header[0] + 12 * colors:], width, line_bytes
+
+    def part_of_screen(self, left, top, right, bottom):
+        """Bytes of its pixels."""
+        data, _, line_bytes = self.read_screen()
+        return b"".join(data[y * line_bytes + 4 * left:y * line_bytes + 4 * right] for y in range(top, bottom))
+
+    def pixels(self, red, green, blue):
+        """Where the screen has exactly this colour, as (x, y) from its upper left corner."""
+        data, width, line_bytes = self.read_screen()
         found = []
-        for match in re.finditer(re.escape(bytes((blue, green, red))), data[start:]):
+        for match in re.finditer(re.escape(bytes((blue, green, red))), data):
             if match.start() % 4 == 0:
                 y, x = divmod(match.start(), line_bytes)
                 if x // 4 < width:
@@ -109,9 +118,9 @@ class MessageBus:
 class ReadableWindow(Window):
     """Whose words and widgets are found by role ("slider", "menu item", "label") and name."""
 
-    def __init__(self, address, display, bus):
-        super().__init__(address, display, env={"DBUS_SESSION_BUS_ADDRESS": bus.address,
-                                                "QT_LINUX_ACCESSIBILITY_ALWAYS_ON": "1"})
+    def __init__(self, address, display, bus, folder=None):
+        super().__init__(address, display, folder=folder, env={"DBUS_SESSION_BUS_ADDRESS": bus.address,
+                                                               "QT_LINUX_ACCESSIBILITY_ALWAYS_ON": "1"})
 
     def widgets(self):
         """All, the outer before the inner."""

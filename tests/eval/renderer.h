@@ -29,6 +29,8 @@ struct Felt {
   bool sliding = false;  ///< Of friction.
   /// What the device is given; none: the force as it is.
   std::optional<Vec3> written_N = std::nullopt;
+  /// How far the contact has followed the HIP, where the tick's allowance did not last to its end.
+  std::optional<Vec3> followed = std::nullopt;
 
   [[nodiscard]] Vec3 onDevice_N() const { return written_N.value_or(force_N); }
 };

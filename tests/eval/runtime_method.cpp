@@ -130,9 +130,13 @@ Felt RuntimeMethod::step(Vec3 hip) {
   // Shading turns the force; where the contact is it leaves as it is. A tissue that yields does not.
   const bool isOfContact = (shading_ && !tissue_) || sample.object == 0;
   const Vec3 ihip = isOfContact ? state_.contact.ihip : sample.ihip;
-  return {
-      sample.object != 0,  ihip, sample.force.contact, work.triangles, sample.frictionState == FrictionState::kSliding,
-      sample.force.written};
+  return {sample.object != 0,
+          ihip,
+          sample.force.contact,
+          work.triangles,
+          sample.frictionState == FrictionState::kSliding,
+          sample.force.written,
+          state_.contact.reached < 1 ? std::optional(state_.contact.hip) : std::nullopt};
 }
 
 /// Of the step no more than the contact and its force.
