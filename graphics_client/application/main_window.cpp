@@ -239,7 +239,7 @@ void MainWindow::refresh(const std::shared_ptr<const MirrorView>& now) {
   }
   for (const auto& [action, verb, offer] :
        {std::tuple{undo_, "&Undo ", editor_.undoOffer()}, std::tuple{redo_, "&Redo ", editor_.redoOffer()}}) {
-    action->setEnabled((offer || !editor_.isSettled()) && !replay_->isShown());
+    action->setEnabled(!replay_->isShown());  // also without an offer: an edit may be on its way
     action->setText(verb + (offer ? text(offer->text) : QString()));
   }
   const bool isReplay = replay_->isShown();

@@ -62,7 +62,6 @@ class SceneEditor {
   void redo() { ask(true); }
   /// Undoes or redoes the next that was asked for, once that can be done. To be called again and again.
   void turnAsked();
-  [[nodiscard]] bool isSettled() const { return history_.isSettled(); }
   [[nodiscard]] std::optional<EditHistory::Offer> undoOffer() const { return history_.undoOffer(); }
   [[nodiscard]] std::optional<EditHistory::Offer> redoOffer() const { return history_.redoOffer(); }
 
