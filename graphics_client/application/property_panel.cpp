@@ -34,7 +34,8 @@ QString titleOf(const SceneVersion::Object& object, bool mayEdit) {
 
 }  // namespace
 
-PropertyPanel::PropertyPanel() : title_(new QLabel), answer_(new QLabel), rowsOf_(new QWidget) {
+PropertyPanel::PropertyPanel()
+    : title_(new QLabel), answer_(new QLabel), rowsOf_(new QWidget), scroll_(new QScrollArea) {
   setObjectName("properties");
   form_ = new QFormLayout(rowsOf_);
   form_->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
@@ -44,10 +45,12 @@ PropertyPanel::PropertyPanel() : title_(new QLabel), answer_(new QLabel), rowsOf
   const auto byWidth = [](const auto* a, const auto* b) { return a->maximumWidth() < b->maximumWidth(); };
   const int widest = (*std::ranges::max_element(fields, byWidth))->maximumWidth();
   for (QDoubleSpinBox* field : fields) field->setFixedWidth(widest);
-  auto* scroll = new QScrollArea;
-  scroll->setWidget(rowsOf_);
-  scroll->setWidgetResizable(true);
-  scroll->setFrameShape(QFrame::NoFrame);
+  scroll_->setWidget(rowsOf_);
+  scroll_->setWidgetResizable(true);
+  scroll_->setFrameShape(QFrame::NoFrame);
+  QSizePolicy policy = scroll_->sizePolicy();
+  policy.setRetainSizeWhenHidden(true);
+  scroll_->setSizePolicy(policy);
   title_->setTextFormat(Qt::PlainText);
   title_->setWordWrap(true);
   answer_->setTextFormat(Qt::PlainText);
@@ -65,7 +68,7 @@ PropertyPanel::PropertyPanel() : title_(new QLabel), answer_(new QLabel), rowsOf
   answers->setAccessibleName("answer of the server");
   auto* layout = new QVBoxLayout(this);
   layout->addWidget(title_);
-  layout->addWidget(scroll, 1);
+  layout->addWidget(scroll_, 1);
   layout->addWidget(answers);
   show(nullptr, nullptr, 0);
 }
@@ -158,7 +161,7 @@ void PropertyPanel::show(const SceneVersion::Object& object, const std::shared_p
   view_ = view;
   floor_m_ = floor_m;
   if (isAnother) answer_->clear();
-  rowsOf_->setVisible(object != nullptr);
+  scroll_->setVisible(object != nullptr);
   rowsOf_->setEnabled(mayEdit);
   title_->setText(titleOf(object, mayEdit));
   showRows(isAnother);

@@ -13,6 +13,7 @@
 
 class QFormLayout;
 class QLabel;
+class QScrollArea;
 
 namespace haptics {
 
@@ -49,6 +50,7 @@ class PropertyPanel : public QWidget {
   QLabel* title_;
   QLabel* answer_;
   QWidget* rowsOf_;
+  QScrollArea* scroll_;  // of the rows
   std::vector<std::unique_ptr<PropertyRow>> rows_;
   SceneVersion::Object shown_;
   std::shared_ptr<const MirrorView> view_;  // that has it
