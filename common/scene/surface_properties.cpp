@@ -155,12 +155,6 @@ void take(std::optional<T>& property, const std::optional<std::optional<Edit>>& 
 
 }  // namespace
 
-// Not within the class: clang 14 does not end where a variant is compared within one of its own alternatives.
-bool FieldLayer::operator==(const FieldLayer&) const = default;
-bool LayeredFamily::operator==(const LayeredFamily&) const = default;
-
-std::string layerField(std::size_t layer) { return "layers.layer[" + std::to_string(layer) + "].field."; }
-
 std::string fieldName(const FamilySource& source) {
   const char* family = std::holds_alternative<MappedSource>(source) ? "mapped" : "grown";
   const auto layer = layerOf(source);

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string_view>
+
+namespace haptics {
+
+/// What a World was given and cannot take; what() names the field, what is wrong, and what would be right.
+class InvalidInput : public std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Bodies, and the force on a hand that touches them: the haptic server's step (Ho, Basdogan & Srinivasan 1999, 3 to 4)
+/// for a program that has a loop and a device of its own. The same positions give the same forces as the server's, bit
+/// for bit. SI units, right-handed world frame. One thread at a time.
+///
+/// step() and run() belong into the loop: they do not allocate, lock, throw or call the system, and their time is bounded.
+/// Everything else may take milliseconds, a large mesh seconds, and is felt from the next step() on: without a step of the
+/// force, for which a contact that the edit would break fades for up to 0.25 s.
+class World {
+ public:
+  using Vector = std::array<double, 3>;
+
+  /// The device whose force this is, and the rate of its loop. With its dynamics the force is computed where the HIP will
+  /// be while the force is held, and surfaces are no stiffer than the device bears; without (a mass of 0) neither is done.
+  struct Device {
+    double rate_Hz = 1000;    ///< Of step().
+    double maxForce_N = 3.3;  ///< No force is larger.
+    double resolution_m = 0;  ///< Position quantum; 0: not known.
+    double delay_s = 0;       ///< From reading a position to the motors' force.
+    double mass_kg = 0;       ///< Apparent, as at a point; 0: not known.
+    double viscousFriction_Ns_per_m = 0;
+    double coulombFriction_N = 0;
+    double maxStiffness_N_per_m = 0;  ///< As its maker says; 0: not known.
+
+    /// One of the server's presets: "omni", "touch", "premium-1.5", "desktop", "falcon", "omega.3".
+    /// @throws InvalidInput a name that is none of them.
+    [[nodiscard]] static Device named(std::string_view name);
+  };
+
+  /// Triangles, counter-clockwise seen from outside: metres, body frame. Vertices at one place are one; triangles without
+  /// area are left out. Closed meshes have an inside, others are felt from both sides.
+  struct Mesh {
+    std::span<const std::array<float, 3>> vertices;
+    std::span<const std::array<std::uint32_t, 3>> triangles;
+  };
+
+  /// Body frame to world: x_world = rotation * x_body + position.
+  struct Pose {
+    Vector position_m{};
+    std::array<double, 4> rotation{1, 0, 0, 0};  ///< Unit quaternion w, x, y, z.
+  };
+
+  struct Material {
+    double stiffness_N_per_m = 800;
+    double damping_Ns_per_m = 0.5;
+    double staticFriction = 0;   ///< Coefficient, 0 to 10, not below the dynamic one; 0: none.
+    double dynamicFriction = 0;  ///< Coefficient.
+    /// Lines whose faces' normals differ by less are felt rounded (4.1, force shading); 0: none, at most pi.
+    double roundedBelow_rad = 0;
+  };
+
+  /// Why the force was taken away, smoothly. It comes back once the reason is gone.
+  enum class Fault : std::uint8_t {
+    kNone = 0,
+    kNonFiniteHip = 1,  ///< Or farther than 10 km from the origin.
+    kNonFiniteForce = 2,
+    kMissedTicks = 3,  ///< Too many between two steps.
+  };
+
+  /// One tick.
+  struct Sample {
+    Vector force_N{};            ///< On the hand.
+    Vector ihip_m{};             ///< Ideal haptic interface point: on the surface while it is touched, else the HIP.
+    Vector normal{};             ///< Of the touched surface, unit, outward; zero when free.
+    double penetration_m = 0;    ///< Of the HIP.
+    std::uint64_t body = 0;      ///< The touched one; 0: none.
+    std::uint32_t triangle = 0;  ///< The touched one, in the order of the mesh without what was left out.
+    Fault fault = Fault::kNone;
+    bool sliding = false;         ///< Friction slides; else it sticks, or there is none.
+    bool allowanceSpent = false;  ///< The tick's allowance ended on the way: the next one goes on from there.
+  };
+
+  /// @throws InvalidInput a value out of range.
+  explicit World(const Device& device);
+  World() : World(Device{}) {}
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  /// @param name  Of 1 to 64 bytes, another one than that of every other body.
+  /// @return The body's number, which no other one gets.
+  /// @throws InvalidInput a mesh without triangles, or of more than 50 million, a vertex that is not finite or not there, a
+  /// value out of range, a name that is taken, more than 256 bodies.
+  std::uint64_t add(std::string_view name, const Mesh& mesh, const Material& material, const Pose& pose);
+  std::uint64_t add(std::string_view name, const Mesh& mesh, const Material& material) {
+    return add(name, mesh, material, Pose{});
+  }
+  std::uint64_t add(std::string_view name, const Mesh& mesh) { return add(name, mesh, Material{}, Pose{}); }
+  /// @throws InvalidInput a body that is not there; a value out of range. Here and below.
+  void setPose(std::uint64_t body, const Pose& pose);
+  void setMaterial(std::uint64_t body, const Material& material);
+  void remove(std::uint64_t body);
+
+  /// The tick after the last one, with the HIP there (m, world).
+  Sample step(const Vector& hip_m) noexcept;
+  /// The same after `missedTicks` in which the loop was late and the device held its force.
+  Sample step(const Vector& hip_m, std::uint64_t missedTicks) noexcept;
+  /// A tick for each position, as many as both hold.
+  void run(std::span<const Vector> hips_m, std::span<Sample> samples) noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// In words; "none" where there is none.
+[[nodiscard]] const char* faultInWords(World::Fault fault) noexcept;
+
+}  // namespace haptics

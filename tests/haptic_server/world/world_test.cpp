@@ -1,0 +1,196 @@
+#include "haptic_server/world/world.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/mesh/generators.h"
+#include "haptic_server/servo/allocation_tripwire.h"
+
+namespace haptics {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kRadius_m = 0.05;
+
+struct Sphere {
+  std::vector<std::array<float, 3>> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  explicit Sphere(double radius_m = kRadius_m) {
+    const TriMesh mesh = makeSphere(radius_m, 16).value();
+    for (const Vec3f& v : mesh.vertices) vertices.push_back({v.x, v.y, v.z});
+    triangles = mesh.triangles;
+  }
+  [[nodiscard]] World::Mesh mesh() const { return {vertices, triangles}; }
+};
+
+template <class Call>
+std::string refusalOf(Call call) {
+  try {
+    call();
+  } catch (const InvalidInput& refusal) {
+    return refusal.what();
+  }
+  return "";
+}
+
+/// From above down to `depth_m` below the top of the sphere at 0.1 m/s, then at rest: the last sample.
+World::Sample press(World& world, double depth_m, int ticks = 600) {
+  World::Sample sample;
+  for (int i = 0; i < ticks; ++i) {
+    sample = world.step({0, 0, std::max(kRadius_m - depth_m, kRadius_m + 0.01 - 1e-4 * i)});
+  }
+  return sample;
+}
+
+TEST(World, PushesOutOfASphereByStiffnessTimesDepth) {
+  World world;
+  const auto body = world.add("ball", Sphere().mesh(), {.stiffness_N_per_m = 500});
+  const World::Sample sample = press(world, 0.004);
+  EXPECT_EQ(sample.body, body);
+  EXPECT_NEAR(sample.penetration_m, 0.004, 1e-4);
+  EXPECT_NEAR(std::hypot(sample.force_N[0], sample.force_N[1], sample.force_N[2]), 500 * sample.penetration_m, 1e-6);
+  EXPECT_NEAR(sample.normal[2], 1, 0.02);
+  EXPECT_EQ(sample.fault, World::Fault::kNone);
+}
+
+TEST(World, IsEmptyAtFirstAndFree) {
+  World world;
+  const World::Sample sample = world.step({0.1, 0.2, 0.3});
+  EXPECT_EQ(sample.body, 0U);
+  EXPECT_EQ(sample.force_N, (World::Vector{}));
+  EXPECT_EQ(sample.ihip_m, (World::Vector{0.1, 0.2, 0.3}));
+}
+
+TEST(World, TakesAwayTheForceForAHipThatIsNotFiniteAndGivesItBack) {
+  World world;
+  world.add("ball", Sphere().mesh());
+  double before = press(world, 0.002).force_N[2];
+  ASSERT_GT(before, 1);
+  World::Sample sample;
+  for (int i = 0; i < 100; ++i) {
+    sample = world.step({0, std::numeric_limits<double>::quiet_NaN(), 0});
+    EXPECT_EQ(sample.fault, World::Fault::kNonFiniteHip);
+    EXPECT_LE(std::abs(sample.force_N[2] - before), 0.25);
+    before = sample.force_N[2];
+  }
+  EXPECT_EQ(sample.force_N, (World::Vector{}));
+  EXPECT_STREQ(faultInWords(sample.fault), "the device's position is not finite, or more than 10 km away");
+  EXPECT_EQ(world.step({0, 0, 0.06}).fault, World::Fault::kNone);
+  EXPECT_GT(press(world, 0.002, 1000).force_N[2], 1);
+}
+
+TEST(World, TakesAwayTheForceAfterManyMissedTicks) {
+  World world;
+  world.add("ball", Sphere().mesh());
+  press(world, 0.002);
+  EXPECT_EQ(world.step({0, 0, kRadius_m - 0.002}, 500).fault, World::Fault::kMissedTicks);
+}
+
+TEST(World, FeelsEditsWithoutAStepOfTheForce) {
+  World world;
+  const auto body = world.add("ball", Sphere().mesh());
+  const World::Vector hip{0, 0, kRadius_m - 0.002};
+  World::Vector before = press(world, 0.002).force_N;
+  double largest = 0;
+  const auto hold = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      const World::Vector now = world.step(hip).force_N;
+      largest = std::max(largest, std::hypot(now[0] - before[0], now[1] - before[1], now[2] - before[2]));
+      before = now;
+    }
+  };
+  world.setMaterial(body, {.stiffness_N_per_m = 300});
+  hold(300);
+  EXPECT_NEAR(before[2], 0.6, 0.05);
+  world.setPose(body, {.position_m = {0, 0, 0.001}});
+  hold(300);
+  EXPECT_NEAR(before[2], 0.9, 0.05);
+  world.remove(body);
+  hold(1000);
+  EXPECT_EQ(before, (World::Vector{}));
+  EXPECT_LT(largest, 0.05);
+}
+
+TEST(World, HasRoomAgainWhereBodiesWereRemoved) {
+  World world;
+  const Sphere small(0.001);
+  std::vector<std::uint64_t> bodies;
+  for (int i = 0; i < 256; ++i) bodies.push_back(world.add("ball " + std::to_string(i), small.mesh()));
+  EXPECT_THAT(refusalOf([&] { world.add("one more", small.mesh()); }), HasSubstr("256 already"));
+  for (int i = 0; i < 10; ++i) {
+    world.remove(bodies[static_cast<std::size_t>(i)]);
+    world.add("ball " + std::to_string(i), small.mesh());
+  }
+  EXPECT_EQ(world.step({1, 1, 1}).fault, World::Fault::kNone);
+}
+
+TEST(World, RefusesBadInputAndNamesIt) {
+  World world;
+  const Sphere sphere;
+  const auto body = world.add("ball", sphere.mesh());
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refusalOf([&] { world.add("ball", sphere.mesh()); }), HasSubstr("\"ball\" is already there"));
+  EXPECT_THAT(refusalOf([&] { world.add("", sphere.mesh()); }), HasSubstr("name: has 0 bytes"));
+  EXPECT_THAT(refusalOf([&] { world.add("none", {}); }), HasSubstr("mesh: holds no face"));
+  // A length that nobody has memory for is refused before anything is read.
+  EXPECT_THAT(refusalOf([&] {
+                world.add("huge", {sphere.vertices, {sphere.triangles.data(), 1'000'000'000}});
+              }),
+              HasSubstr("mesh: has 1000000000 triangles"));
+  EXPECT_THAT(refusalOf([&] { world.setPose(7, {}); }), HasSubstr("no body 7"));
+  EXPECT_THAT(refusalOf([&] { world.setPose(body, {.position_m = {0, nan, 0}}); }), HasSubstr("pose.position_m[1]"));
+  EXPECT_THAT(refusalOf([&] { world.setPose(body, {.rotation = {0, 0, 0, 0}}); }), HasSubstr("pose.rotation"));
+  EXPECT_THAT(refusalOf([&] { world.setMaterial(body, {.stiffness_N_per_m = nan}); }), HasSubstr("stiffness_N_per_m"));
+  EXPECT_THAT(refusalOf([&] { world.setMaterial(body, {.dynamicFriction = 0.1}); }), HasSubstr("dynamicFriction"));
+  EXPECT_THAT(refusalOf([] { World bad({.rate_Hz = 1}); }), HasSubstr("device.rate_Hz"));
+  EXPECT_THAT(refusalOf([] { (void)World::Device::named("omny"); }), HasSubstr("omni, touch"));
+  Sphere broken;
+  broken.triangles[3][1] = 1'000'000;
+  EXPECT_THAT(refusalOf([&] { world.add("broken", broken.mesh()); }), HasSubstr("mesh.triangles[3]"));
+  broken = Sphere();
+  broken.vertices[2][0] = std::numeric_limits<float>::infinity();
+  EXPECT_THAT(refusalOf([&] { world.add("broken", broken.mesh()); }), HasSubstr("vertex 2"));
+  EXPECT_GT(press(world, 0.002).force_N[2], 1);  // and goes on
+}
+
+TEST(World, RunIsAStepForEachPosition) {
+  World one, other;
+  const Sphere sphere;
+  one.add("ball", sphere.mesh(), {.staticFriction = 0.5, .dynamicFriction = 0.4, .roundedBelow_rad = 1});
+  other.add("ball", sphere.mesh(), {.staticFriction = 0.5, .dynamicFriction = 0.4, .roundedBelow_rad = 1});
+  std::vector<World::Vector> hips;
+  for (int i = 0; i < 2000; ++i) hips.push_back({1e-5 * i, 0, kRadius_m + 0.002 - 5e-6 * i});
+  std::vector<World::Sample> samples(hips.size());
+  one.run(hips, samples);
+  bool touched = false;
+  for (std::size_t i = 0; i < hips.size(); ++i) {
+    const World::Sample sample = other.step(hips[i]);
+    ASSERT_EQ(sample.force_N, samples[i].force_N) << i;
+    touched = touched || samples[i].body != 0;
+  }
+  EXPECT_TRUE(touched);
+}
+
+TEST(World, StepsWithoutAllocating) {
+  World world(World::Device::named("omni"));
+  const auto body = world.add("ball", Sphere().mesh(), {.roundedBelow_rad = 1});
+  press(world, 0.002);
+  world.setMaterial(body, {.stiffness_N_per_m = 400});  // the next step adopts it
+  const std::uint64_t allocations = AllocationTripwire::count();
+  {
+    const AllocationTripwire armed;
+    press(world, 0.003);
+  }
+  EXPECT_EQ(AllocationTripwire::count(), allocations);
+}
+
+}  // namespace
+}  // namespace haptics
