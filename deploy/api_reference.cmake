@@ -12,6 +12,8 @@ set(public_headers
   common/telemetry/energy_state.h
   common/telemetry/motion_state.h
   common/telemetry/telemetry_sample.h
+  # A program with a loop and a device of its own.
+  haptic_server/world/world.h
   # The step and its scene.
   common/deform/dent.h
   common/deform/soft_tissue.h
@@ -51,7 +53,7 @@ set(public_headers
 list(TRANSFORM public_headers PREPEND ${PROJECT_SOURCE_DIR}/)
 
 set(DOXYGEN_PROJECT_BRIEF
-  "Begin with hapticStep() to compute forces, Device to bring hardware, ServerApp for the server, ServerLink for a client")
+  "Begin with World to compute forces, Device to bring hardware, ServerApp for the server, ServerLink for a client")
 set(DOXYGEN_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/api_reference)
 set(DOXYGEN_STRIP_FROM_PATH ${PROJECT_SOURCE_DIR})
 set(DOXYGEN_STRIP_FROM_INC_PATH ${PROJECT_SOURCE_DIR})

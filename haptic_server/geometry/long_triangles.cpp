@@ -219,7 +219,9 @@ std::vector<std::uint32_t> longTriangles(std::span<const Vec3f> vertices,
   if (found.size() < kFew) return {};
   std::vector<std::uint8_t> uses(vertices.size(), 0);
   for (const auto& triangle : triangles) {
-    for (const std::uint32_t v : triangle) uses[v] += uses[v] <= kMaxAtVertex ? 1 : 0;
+    for (const std::uint32_t v : triangle) {
+      if (uses[v] <= kMaxAtVertex) ++uses[v];
+    }
   }
   std::erase_if(found, [&](std::uint32_t t) {
     return std::ranges::any_of(triangles[t], [&](std::uint32_t v) { return uses[v] > kMaxAtVertex; });

@@ -17,7 +17,8 @@ OTHERS_OPTIONS = {"--benchmark_out"}
 # A build makes them.
 GENERATED = ("build/", "out/")
 EXPECTED = ["README.md", "haptic_server/README.md", "haptic_server/contact/README.md", "haptic_server/surface/README.md",
-            "haptic_server/motion/README.md", "haptic_server/step/README.md", "graphics_client/README.md", "proto/README.md",
+            "haptic_server/motion/README.md", "haptic_server/step/README.md", "haptic_server/world/README.md",
+            "graphics_client/README.md", "proto/README.md",
             "tests/README.md", "deploy/README.md", "deploy/CHANGELOG.md", ".github/CONTRIBUTING.md"]
 
 

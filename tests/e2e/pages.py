@@ -67,7 +67,8 @@ def lay_out_clone(clone):
     build.mkdir(parents=True)
     (build / "bin").symlink_to(BIN)
     (build / "python").symlink_to(os.environ["PYTHONPATH"].split(":")[0])
-    for folder in ("deploy", "graphics_client", "tests"):
+    (build / "cmake_install.cmake").symlink_to(BIN.parent / "cmake_install.cmake")
+    for folder in ("deploy", "graphics_client", "haptic_server", "tests"):
         (clone / folder).symlink_to(PROJECT / folder)
 
 

@@ -1,0 +1,166 @@
+"""haptics.World from Python: forces, what is refused, arrays in place, threads, lifetimes.
+
+usage: PYTHONPATH=build/release/python python_world_test.py [-v]
+"""
+import gc
+import sys
+import threading
+import tracemalloc
+import unittest
+import weakref
+
+import numpy
+
+import haptics
+
+
+def box(half=0.05):
+    corners = numpy.array([(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)])
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, numpy.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+
+def press(depth, ticks=1000):
+    """From above the box to `depth` below its top, then at rest."""
+    positions = numpy.zeros((ticks, 3))
+    positions[:, 2] = numpy.maximum(0.05 - depth, 0.06 - 1e-4 * numpy.arange(ticks))
+    return positions
+
+
+class PythonWorld(unittest.TestCase):
+    def setUp(self):
+        self.world = haptics.World()
+        self.body = self.world.add("box", *box(), haptics.Material(stiffness_N_per_m=500))
+
+    def test_force_is_stiffness_times_depth(self):
+        last = self.world.run(press(0.004))[-1]
+        self.assertEqual(last["body"], self.body)
+        self.assertAlmostEqual(last["force_N"][2], 2, places=6)
+        self.assertAlmostEqual(last["penetration_m"], 0.004)
+        numpy.testing.assert_allclose(last["normal"], (0, 0, 1))
+        self.assertEqual(haptics.Fault(last["fault"]), haptics.Fault.NONE)
+
+    def test_edits_are_felt(self):
+        self.world.run(press(0.004))
+        at_rest = press(0.004)[-500:]
+        self.world.set_material(self.body, haptics.Material(stiffness_N_per_m=250))
+        self.assertAlmostEqual(self.world.run(at_rest)[-1]["force_N"][2], 1, places=3)
+        self.world.set_pose(self.body, haptics.Pose(position_m=(0, 0, -0.002)))
+        self.assertAlmostEqual(self.world.run(at_rest)[-1]["force_N"][2], 0.5, places=3)
+        self.world.remove(self.body)
+        self.assertEqual(self.world.run(at_rest)[-1]["body"], 0)
+
+    def test_what_it_cannot_take_is_named(self):
+        corners, triangles = box()
+        for field, call in {
+            '"box" is already there': lambda: self.world.add("box", corners, triangles),
+            "vertices: is (8, 2)": lambda: self.world.add("other", corners[:, :2], triangles),
+            "triangles: names vertex -1": lambda: self.world.add("other", corners, triangles - 1),
+            "triangles: is (12, 3) of float64": lambda: self.world.add("other", corners, triangles * 1.0),
+            "mesh.triangles[": lambda: self.world.add("other", corners[:4], triangles),
+            "stiffness_N_per_m: is nan": lambda: self.world.set_material(
+                self.body, haptics.Material(stiffness_N_per_m=float("nan"))),
+            "there is no body 99": lambda: self.world.remove(99),
+            "positions: is (10, 3) of float32": lambda: self.world.run(numpy.zeros((10, 3), numpy.float32)),
+            "positions: is (10, 2)": lambda: self.world.run(numpy.zeros((10, 2))),
+            "positions: is (5, 3)": lambda: self.world.run(numpy.zeros((10, 3))[::2]),
+            "omni, touch": lambda: haptics.Device.named("omny"),
+            "device.rate_Hz": lambda: haptics.World(haptics.Device(rate_Hz=0)),
+        }.items():
+            with self.subTest(field), self.assertRaises(ValueError) as refusal:
+                call()
+            self.assertIn(field, str(refusal.exception))
+        self.assertAlmostEqual(self.world.run(press(0.004))[-1]["force_N"][2], 2, places=6)
+
+    def test_a_position_that_is_not_finite_takes_the_force_away(self):
+        positions = press(0.004)
+        positions[800:, 1] = numpy.nan
+        samples = self.world.run(positions)
+        self.assertEqual(haptics.Fault(samples[-1]["fault"]), haptics.Fault.NON_FINITE_HIP)
+        self.assertEqual(tuple(samples[-1]["force_N"]), (0, 0, 0))
+        self.assertTrue(numpy.isfinite(samples["force_N"]).all())
+        self.assertLess(abs(numpy.diff(samples["force_N"][790:], axis=0)).max(), 0.3)
+
+    def test_positions_are_read_in_place(self):
+        positions = press(0.001, 1_000_000)
+        positions.flags.writeable = False
+        self.world.run(positions[:10])
+        references = sys.getrefcount(positions)
+        tracemalloc.start()
+        samples = self.world.run(positions)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        self.assertGreaterEqual(peak, samples.nbytes)  # numpy's memory is seen
+        self.assertLess(peak, samples.nbytes + 1e5)
+        self.assertEqual(sys.getrefcount(positions), references)
+        self.assertEqual(sys.getrefcount(samples), 2)
+
+    def test_worlds_of_several_threads_run_at_once_and_come_to_the_same(self):
+        expected = self.world.run(press(0.004))
+        worlds = [haptics.World() for _ in range(4)]
+        for world in worlds:
+            world.add("box", *box(), haptics.Material(stiffness_N_per_m=500))
+        results = [None] * len(worlds)
+
+        def run(i):
+            results[i] = worlds[i].run(press(0.004))
+
+        self.in_threads(run, len(worlds))
+        for result in results:
+            numpy.testing.assert_array_equal(result["force_N"], expected["force_N"])
+
+    def test_threads_may_share_a_world_and_edit_it(self):
+        positions, errors = press(0.004), []
+
+        def work(i):
+            try:
+                for step in range(20):
+                    body = self.world.add(f"box {i} {step}", *box(0.01), pose=haptics.Pose((0.2 + 0.1 * i, 0, 0)))
+                    samples = self.world.run(positions)
+                    if not numpy.isfinite(samples["force_N"]).all():
+                        errors.append("a force is not finite")
+                    self.world.remove(body)
+            except Exception as error:
+                errors.append(repr(error))
+
+        self.in_threads(work, 4)
+        self.assertEqual(errors, [])
+
+    def test_python_goes_on_while_a_world_runs(self):
+        counted, stop = [0], threading.Event()
+
+        def count():
+            while not stop.is_set():
+                counted[0] += 1
+
+        counter = threading.Thread(target=count)
+        positions = press(0.001, 2_000_000)
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(1e-4)
+        counter.start()
+        before = counted[0]
+        self.world.run(positions)
+        during = counted[0] - before
+        stop.set()
+        counter.join()
+        sys.setswitchinterval(interval)
+        self.assertGreater(during, 1000)
+
+    def test_samples_outlive_their_world_and_worlds_end(self):
+        samples = self.world.run(press(0.004))
+        ended = weakref.ref(self.world)
+        del self.world
+        gc.collect()
+        self.assertIsNone(ended())
+        self.assertAlmostEqual(samples[-1]["force_N"][2], 2, places=6)
+
+    def in_threads(self, work, count):
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(count)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+
+
+if __name__ == "__main__":
+    unittest.main()
