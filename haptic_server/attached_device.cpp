@@ -12,6 +12,7 @@
 #include "haptic_server/app_log.h"
 #include "haptic_server/calibration_file.h"
 #include "haptic_server/device/leadable_hand.h"
+#include "haptic_server/device/plugin/plugin_link.h"
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/device/usb/choose_device.h"
 #include "haptic_server/device/usb/falcon.h"
@@ -31,7 +32,7 @@ struct UsbKind {
 constexpr std::array kUsbKinds{UsbKind{"falcon", "Novint Falcon", kFalconModel},
                                UsbKind{"wooden", "WoodenHaptics", kWoodenHapticsModel}};
 
-constexpr std::string_view kReplay = "replay";
+constexpr std::string_view kReplay = "replay", kPlugin = "plugin";
 
 struct DeviceName {
   std::string_view kind, which;
@@ -64,10 +65,11 @@ class Simulated final : public AttachedDevice {
   SimulatedDevice device_;
 };
 
-class OnUsb final : public AttachedDevice {
+/// On USB, or behind a plug-in.
+class Driven final : public AttachedDevice {
  public:
-  OnUsb(std::unique_ptr<UsbProtocol> protocol, UsbDeviceSettings settings)
-      : device_(bus_, std::move(protocol), std::move(settings)) {}
+  Driven(std::unique_ptr<UsbBus> bus, std::unique_ptr<UsbProtocol> protocol, UsbDeviceSettings settings)
+      : bus_(std::move(bus)), device_(*bus_, std::move(protocol), std::move(settings)) {}
   [[nodiscard]] Device& device() noexcept override { return device_; }
   void setWatchdog(OutputWatchdog& watchdog) override { device_.setWatchdog(watchdog); }
   void start() override {
@@ -89,7 +91,7 @@ class OnUsb final : public AttachedDevice {
   }
 
  private:
-  LibusbBus bus_;
+  std::unique_ptr<UsbBus> bus_;
   UsbDevice device_;
 };
 
@@ -132,18 +134,44 @@ class Recorded final : public AttachedDevice {
   return {};
 }
 
+[[nodiscard]] Result<DeviceCalibration> calibrationOf(const ServerOptions& options) {
+  if (options.calibration.empty()) return DeviceCalibration{};
+  auto read = readCalibration(options.calibration);
+  if (!read) return tl::unexpected(std::move(read.error()).within("--calibration "));
+  return read;
+}
+
+[[nodiscard]] Result<std::unique_ptr<AttachedDevice>> attachPlugin(const ServerOptions& options) {
+  const auto [file, which] = split(split(options.device).which);
+  if (file.empty()) return refused("--device", "plugin:FILE[:WHICH] names the shared library of a plug-in");
+  auto library = PluginLibrary::load(std::string(file));
+  if (!library) return tl::unexpected(std::move(library.error()).within("--device plugin:"));
+  const auto description = library->describe(std::string(which));
+  if (!description) return tl::unexpected(Error(description.error()).within("--device plugin:"));
+  if (rateOf(options) > description->max_rate_Hz) {
+    return refused("--rate", "is " + std::to_string(std::lround(rateOf(options))) + " Hz; the " + description->name +
+                                 " exchanges positions and forces at most " +
+                                 std::to_string(std::lround(description->max_rate_Hz)) + " times a second");
+  }
+  const auto calibration = calibrationOf(options);
+  if (!calibration) return tl::unexpected(calibration.error());
+  return std::make_unique<Driven>(std::make_unique<PluginBus>(*std::move(library), std::string(which), logWarning),
+                                  std::make_unique<PluginProtocol>(*description, *calibration),
+                                  UsbDeviceSettings{.wanted = {},
+                                                    .period_s = 1 / rateOf(options),
+                                                    .maxRate_Hz = description->max_rate_Hz,
+                                                    .info = logInfo,
+                                                    .warning = logWarning});
+}
+
 [[nodiscard]] Result<std::unique_ptr<AttachedDevice>> attachUsb(const UsbKind& kind, const ServerOptions& options) {
   if (rateOf(options) > UsbDevice::kMaxRate_Hz) {
     return refused("--rate", "is " + std::to_string(std::lround(rateOf(options))) + " Hz; a " +
                                  std::string(kind.title) + " exchanges positions and forces at most " +
                                  std::to_string(std::lround(UsbDevice::kMaxRate_Hz)) + " times a second");
   }
-  DeviceCalibration calibration;
-  if (!options.calibration.empty()) {
-    auto read = readCalibration(options.calibration);
-    if (!read) return tl::unexpected(std::move(read.error()).within("--calibration "));
-    calibration = *std::move(read);
-  }
+  const auto calibration = calibrationOf(options);
+  if (!calibration) return tl::unexpected(calibration.error());
   std::unique_ptr<UsbProtocol> protocol;
   if (kind.name == "falcon") {
     std::optional<FalconFirmware> firmware;
@@ -152,14 +180,14 @@ class Recorded final : public AttachedDevice {
       if (!read) return tl::unexpected(std::move(read.error()).within("--firmware "));
       firmware = *std::move(read);
     }
-    protocol = std::make_unique<Falcon>(calibration, std::move(firmware));
+    protocol = std::make_unique<Falcon>(*calibration, std::move(firmware));
   } else {
-    protocol = std::make_unique<WoodenHaptics>(calibration);
+    protocol = std::make_unique<WoodenHaptics>(*calibration);
   }
   const std::string which(split(options.device).which);
   if (auto there = tryToOpen(kind, which); !there) return tl::unexpected(there.error());
-  return std::make_unique<OnUsb>(
-      std::move(protocol),
+  return std::make_unique<Driven>(
+      std::make_unique<LibusbBus>(), std::move(protocol),
       UsbDeviceSettings{.wanted = which, .period_s = 1 / rateOf(options), .info = logInfo, .warning = logWarning});
 }
 
@@ -192,13 +220,14 @@ Result<std::unique_ptr<AttachedDevice>> AttachedDevice::attach(const ServerOptio
                                             " Hz the stabiliser looks ahead by at most " + std::to_string(longest_ms) +
                                             " ms; lower --rate, or go without it by --no-stabiliser");
   }
+  if (split(options.device).kind == kPlugin) return attachPlugin(options);
   const UsbKind* kind = usbKind(split(options.device).kind);
   return kind == nullptr ? simulate(options) : attachUsb(*kind, options);
 }
 
 bool isDeviceName(const std::string& name) {
   const std::string_view kind = split(name).kind;
-  return name == "simulated" || kind == kReplay || usbKind(kind) != nullptr;
+  return name == "simulated" || kind == kReplay || kind == kPlugin || usbKind(kind) != nullptr;
 }
 
 void listDevices(std::ostream& out) {

@@ -24,6 +24,7 @@ Examples:
   haptic_server --list-devices
   haptic_server --scene my.scene --device falcon --firmware falcon.bin
   haptic_server --scene my.scene --state /var/lib/haptics
+  haptic_server --device plugin:./libmy_device.so --scene my.scene
   haptic_server --device replay:session.haptics
   haptic_server --scene my.scene --listen 192.168.1.5:7654 --credentials my_server
 
@@ -45,16 +46,17 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   app.add_option("--assets", options.assets,
                  "Folder where scenes and clients may name mesh files (besides the scene file's)")
       ->check(CLI::ExistingDirectory);
-  app.add_option(
-         "--device", options.device,
-         "Force-feedback device: simulated, falcon or wooden; :WHICH after it chooses one of several by serial "
-         "number, BUS/ADDRESS or port. Or replay:FILE: plays a recording, positions, buttons, scene and edits, and "
-         "says at its end whether every force was the recorded one")
+  app.add_option("--device", options.device,
+                 "Force-feedback device: simulated, falcon or wooden; :WHICH after it chooses one of several by serial "
+                 "number, BUS/ADDRESS or port. Or plugin:FILE[:WHICH]: the shared library FILE drives it "
+                 "(haptic_server/device/plugin/README.md). Or replay:FILE: plays a recording, positions, buttons, "
+                 "scene and edits, and "
+                 "says at its end whether every force was the recorded one")
       ->check(CLI::Validator(
           [](const std::string& name) {
             return isDeviceName(name) ? std::string() : "there is no device \"" + name + "\"";
           },
-          "simulated|falcon[:WHICH]|wooden[:WHICH]|replay:FILE"))
+          "simulated|falcon[:WHICH]|wooden[:WHICH]|plugin:FILE[:WHICH]|replay:FILE"))
       ->capture_default_str();
   app.add_flag_callback(
       "--list-devices",

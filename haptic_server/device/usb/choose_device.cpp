@@ -21,6 +21,7 @@ std::string addressOf(const UsbPlace& place) {
 }
 
 std::string describe(const UsbPlace& place) {
+  if (place.bus == 0) return place.path;
   return addressOf(place) + " (port " + place.path + (place.serial.empty() ? "" : ", serial " + place.serial) + ")";
 }
 

@@ -67,13 +67,14 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
     // Plugged in again, it has another address; the same one is meant.
     settings_.wanted = place->serial.empty() ? place->path : place->serial;
     shared_.counters.connections.fetch_add(1, std::memory_order_relaxed);
-    settings_.info(info().name + " at USB " + describe(*place) + " works");
-    if (shared_.watchdog != nullptr) {
+    settings_.info(info().name + " at " + (place->bus == 0 ? "" : "USB ") + describe(*place) + " works");
+    const bool watched = shared_.watchdog != nullptr && (*port)->descriptor() >= 0;
+    if (watched) {
       shared_.watchdog->arm((*port)->descriptor(), protocol_->model().out,
                             protocol_->command(Vec3(0), DeviceLight::kFault));
     }
     UsbExchange(bus_, **port, *protocol_, shared_, settings_).run(stop, stopped_);
-    if (shared_.watchdog != nullptr) shared_.watchdog->disarm();
+    if (watched) shared_.watchdog->disarm();
     port->reset();
     wait(kRetry_ns / 2);
   }

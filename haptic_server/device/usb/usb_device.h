@@ -51,8 +51,9 @@ struct UsbShared {
 };
 
 struct UsbDeviceSettings {
-  std::string wanted;      ///< Serial number, "BUS/ADDRESS" or port path; empty: the only one.
-  double period_s = 1e-3;  ///< Of the servo.
+  std::string wanted;       ///< Serial number, "BUS/ADDRESS" or port path; empty: the only one.
+  double period_s = 1e-3;   ///< Of the servo.
+  double maxRate_Hz = 1e3;  ///< Exchanges a second that the link can carry; of USB kMaxRate_Hz.
   std::function<void(const std::string&)> info, warning;  ///< Lines for the log, from the driver's thread.
 };
 

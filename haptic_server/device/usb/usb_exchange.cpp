@@ -12,8 +12,8 @@ constexpr int kOffCommands = 5;  // at the end
 void add(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, std::memory_order_relaxed); }
 
 /// As often as the bus carries, a whole number of times a servo period.
-[[nodiscard]] std::uint64_t exchangePeriod_ns(double servoPeriod_s) noexcept {
-  const double times = std::max(1.0, std::floor(servoPeriod_s * UsbDevice::kMaxRate_Hz + 1e-9));
+[[nodiscard]] std::uint64_t exchangePeriod_ns(double servoPeriod_s, double maxRate_Hz) noexcept {
+  const double times = std::max(1.0, std::floor(servoPeriod_s * maxRate_Hz + 1e-9));
   return static_cast<std::uint64_t>(std::llround(servoPeriod_s / times * 1e9));
 }
 
@@ -26,7 +26,7 @@ UsbExchange::UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, UsbS
       protocol_(protocol),
       shared_(shared),
       settings_(settings),
-      period_ns_(exchangePeriod_ns(settings.period_s)),
+      period_ns_(exchangePeriod_ns(settings.period_s, settings.maxRate_Hz)),
       watch_(bus.clock_ns(), period_ns_, protocol.answersEachCommand()),
       cycleBegan_ns_(bus.clock_ns()) {
   report_.replies = shared.counters.replies.load(std::memory_order_relaxed);
@@ -143,7 +143,7 @@ void UsbExchange::take(const DeviceReply& reply, std::uint64_t now_ns) {
   if (homedReplies_ >= kHomedReplies) watchMove(*position, now_ns);
   add(shared_.counters.replies);
   report_.position = protocol_.placement().toWorld(*position);
-  report_.arrived_ns = now_ns;
+  report_.arrived_ns = now_ns - std::min(now_ns, std::uint64_t{1'000} * reply.age_us);
   report_.replies = shared_.counters.replies.load(std::memory_order_relaxed);
   report_.status.homedAxes = reply.homedAxes;
   report_.status.buttons = reply.buttons;

@@ -22,6 +22,7 @@ struct DeviceReply {
   std::array<std::int16_t, 3> counts{};
   std::uint8_t buttons = 0;
   std::uint8_t homedAxes = 0;  ///< kAllAxes: its coordinates are referenced.
+  std::uint32_t age_us = 0;    ///< When it arrived, by the device's own account.
 };
 inline constexpr std::uint8_t kAllAxes = 0b111;
 

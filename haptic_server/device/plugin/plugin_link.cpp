@@ -1,0 +1,211 @@
+#include "haptic_server/device/plugin/plugin_link.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+#include "common/clock/monotonic.h"
+
+namespace haptics {
+namespace {
+
+constexpr const char* kSymbol = "haptics_device_plugin";
+constexpr double kMaxForce_N = 100;
+/// No arm reaches farther from the middle of its workspace.
+constexpr double kFarthest_m = 10;
+/// Between looks at a plug-in that does not wait by itself.
+constexpr std::uint64_t kLookAgain_ns = 100'000;
+/// A call that took so much longer than it was allowed to has kept the force from being written.
+constexpr std::uint64_t kTooLong_ns = 4'000'000;
+constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
+
+[[nodiscard]] tl::unexpected<Error> outOfRange(const char* field, double value, double most) {
+  return refused(field,
+                 "is " + std::to_string(value) + "; the plug-in is to say a number from 0 to " + std::to_string(most));
+}
+
+[[nodiscard]] Result<void> check(const haptics_device_info& info) {
+  if (std::memchr(info.name, 0, sizeof info.name) == nullptr || info.name[0] == 0)
+    return refused("name", "is empty, or does not end");
+  const std::tuple<const char*, double, double> numbers[] = {
+      {"max_force_N", info.max_force_N, kMaxForce_N},
+      {"max_rate_Hz", info.max_rate_Hz, 2e4},
+      {"max_stiffness_N_per_m", info.max_stiffness_N_per_m, 1e6},
+      {"max_damping_Ns_per_m", info.max_damping_Ns_per_m, 1e4},
+      {"resolution_m", info.resolution_m, 0.1},
+      {"mass_kg", info.mass_kg, 100},
+      {"viscous_friction_Ns_per_m", info.viscous_friction_Ns_per_m, 1e3},
+      {"coulomb_friction_N", info.coulomb_friction_N, 1e3},
+      {"delay_s", info.delay_s, 0.1}};
+  for (const auto& [field, value, most] : numbers) {
+    if (!(value >= 0 && value <= most)) return outOfRange(field, value, most);
+  }
+  if (info.max_force_N == 0) return refused("max_force_N", "is 0; give what the device can do");
+  if (info.max_rate_Hz < 100) return refused("max_rate_Hz", "is below 100; no surface is felt so");
+  if (info.degrees != 3 && info.degrees != 6)
+    return refused("degrees", "is " + std::to_string(info.degrees) + "; 3 or 6 will do");
+  return {};
+}
+
+class PluginPort final : public UsbPort {
+ public:
+  PluginPort(const haptics_device_functions& functions, void* device, std::string name,
+             const std::function<void(const std::string&)>& warning)
+      : functions_(functions), device_(device), name_(std::move(name)), warning_(warning) {}
+  ~PluginPort() override { functions_.close(device_); }
+  PluginPort(const PluginPort&) = delete;
+  PluginPort& operator=(const PluginPort&) = delete;
+
+  [[nodiscard]] UsbOutcome control(const UsbRequest& /*request*/) override { return UsbOutcome::kDone; }
+  [[nodiscard]] UsbOutcome clearStall() override { return UsbOutcome::kDone; }
+
+  [[nodiscard]] UsbOutcome send(std::span<const std::uint8_t> bytes) override {
+    std::array<double, 3> force_N;
+    constexpr std::array<double, 3> kNoTorque{};
+    std::memcpy(force_N.data(), bytes.data(), sizeof force_N);
+    const std::uint64_t began_ns = monotonicNow_ns();
+    const int outcome = functions_.write(device_, force_N.data(), kNoTorque.data());
+    noteTime("write", began_ns);
+    if (outcome == HAPTICS_DEVICE_DONE) return UsbOutcome::kDone;
+    return outcome == HAPTICS_DEVICE_GONE ? UsbOutcome::kGone : UsbOutcome::kFailed;
+  }
+
+  [[nodiscard]] UsbArrival next(std::uint64_t deadline_ns) override {
+    for (;;) {
+      const std::uint64_t now_ns = monotonicNow_ns();
+      // One that always has something new would be read without end; one that is late is still read once.
+      if (now_ns >= deadline_ns && std::exchange(read_, false)) return {UsbArrival::Kind::kDeadline, {}};
+      read_ = true;
+      const std::uint64_t timeout_ns = deadline_ns - std::min(deadline_ns, now_ns);
+      const int outcome = functions_.read(device_, timeout_ns, &state_);
+      noteTime("read", now_ns + timeout_ns);
+      if (outcome == HAPTICS_DEVICE_DONE) {
+        return {UsbArrival::Kind::kBytes, {reinterpret_cast<const std::uint8_t*>(&state_), sizeof state_}};
+      }
+      if (outcome == HAPTICS_DEVICE_GONE) return {UsbArrival::Kind::kGone, {}};
+      const std::uint64_t later_ns = monotonicNow_ns();
+      if (outcome != HAPTICS_DEVICE_NOTHING) return {UsbArrival::Kind::kFailed, {}};
+      if (later_ns >= deadline_ns) continue;
+      std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(kLookAgain_ns, deadline_ns - later_ns)));
+    }
+  }
+
+ private:
+  const haptics_device_functions& functions_;
+  void* device_;
+  std::string name_;
+  const std::function<void(const std::string&)>& warning_;
+  haptics_device_state state_{};
+  std::uint64_t warned_ns_ = 0;
+  bool read_ = false;  // since the last deadline
+
+  void noteTime(const char* function, std::uint64_t until_ns) {
+    const std::uint64_t now_ns = monotonicNow_ns();
+    if (now_ns < until_ns + kTooLong_ns || (warned_ns_ != 0 && now_ns - warned_ns_ < kWarnAgain_ns)) return;
+    warned_ns_ = now_ns;
+    warning_(name_ + ": its plug-in's " + function + "() took " + std::to_string((now_ns - until_ns) / 1'000'000) +
+             " ms longer than it may");
+  }
+};
+
+[[nodiscard]] DeviceInfo infoOf(const haptics_device_info& said, const DeviceCalibration& calibration, double scale) {
+  return {.name = said.name,
+          .maxForce_N = std::min(said.max_force_N, calibration.maxForce_N.value_or(said.max_force_N)),
+          .maxStiffness_N_per_m = said.max_stiffness_N_per_m / scale,
+          .maxDamping_Ns_per_m = said.max_damping_Ns_per_m / scale,
+          .resolution_m = said.resolution_m * scale,
+          .apparentMass_kg = said.mass_kg / scale,
+          .viscousFriction_Ns_per_m = said.viscous_friction_Ns_per_m / scale,
+          .coulombFriction_N = said.coulomb_friction_N,
+          .delay_s = said.delay_s};
+}
+
+}  // namespace
+
+Result<PluginLibrary> PluginLibrary::load(const std::string& file) {
+  // With a slash in it dlopen() looks nowhere else.
+  const std::string path = file.find('/') == std::string::npos ? "./" + file : file;
+  void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) return refused(file, std::string("cannot be loaded: ") + dlerror());
+  using Entry = const haptics_device_functions* (*)();
+  const auto entry = reinterpret_cast<Entry>(dlsym(library, kSymbol));
+  if (entry == nullptr)
+    return refused(file, std::string("has no function ") + kSymbol + "(); see haptics/device_plugin.h");
+  const haptics_device_functions* functions = entry();
+  if (functions == nullptr) return refused(file, std::string(kSymbol) + "() returns nothing");
+  if (functions->abi != HAPTICS_DEVICE_ABI) {
+    return refused(file, "is a plug-in of version " + std::to_string(functions->abi) + "; this server has version " +
+                             std::to_string(HAPTICS_DEVICE_ABI) + ": build it with this server's device_plugin.h");
+  }
+  if (!functions->open || !functions->read || !functions->write || !functions->close)
+    return refused(file, "lacks one of open, read, write and close");
+  return PluginLibrary(file, functions);
+}
+
+Result<haptics_device_info> PluginLibrary::describe(const std::string& which) const {
+  void* device = nullptr;
+  haptics_device_info info{};
+  if (const char* reason = functions_->open(which.c_str(), &device, &info)) return refused(file_, reason);
+  functions_->close(device);
+  if (auto checked = check(info); !checked) return tl::unexpected(std::move(checked.error()).within(file_ + ": "));
+  return info;
+}
+
+std::uint64_t PluginBus::clock_ns() noexcept { return monotonicNow_ns(); }
+
+void PluginBus::sleepUntil(std::uint64_t time_ns) {
+  if (const std::uint64_t now_ns = monotonicNow_ns(); now_ns < time_ns) {
+    std::this_thread::sleep_for(std::chrono::nanoseconds(time_ns - now_ns));
+  }
+}
+
+std::vector<UsbPlace> PluginBus::list(const UsbModel& /*model*/) { return {{.path = library_.file(), .serial = {}}}; }
+
+tl::expected<std::unique_ptr<UsbPort>, UsbRefusal> PluginBus::open(const UsbModel& /*model*/,
+                                                                   const UsbPlace& /*place*/) {
+  void* device = nullptr;
+  haptics_device_info info{};
+  if (const char* reason = library_.functions().open(which_.c_str(), &device, &info)) {
+    return tl::unexpected(UsbRefusal{DeviceFault::kNotAnswering, {library_.file(), reason}});
+  }
+  return std::make_unique<PluginPort>(library_.functions(), device, info.name, warning_);
+}
+
+PluginProtocol::PluginProtocol(const haptics_device_info& description, const DeviceCalibration& calibration)
+    : placement_(calibration, Quat(1, 0, 0, 0), Vec3(0)),
+      forceScale_(calibration.forceScale.value_or(1)),
+      info_(infoOf(description, calibration, placement_.scale())) {}
+
+bool PluginProtocol::take(std::span<const std::uint8_t> bytes, const std::function<void(const DeviceReply&)>& found) {
+  haptics_device_state state;
+  if (bytes.size() != sizeof state) return true;
+  std::memcpy(&state, bytes.data(), sizeof state);
+  position_ = {state.position_m[0], state.position_m[1], state.position_m[2]};
+  DeviceReply reply;
+  reply.buttons = static_cast<std::uint8_t>(state.buttons);
+  reply.homedAxes = state.homed != 0 ? kAllAxes : 0;
+  reply.age_us = state.age_us;
+  found(reply);
+  return false;
+}
+
+std::optional<Vec3> PluginProtocol::locate(const DeviceReply& /*reply*/) {
+  if (!(glm::length(position_) <= kFarthest_m)) return std::nullopt;  // also of NaN
+  return position_;
+}
+
+std::span<const std::uint8_t> PluginProtocol::command(Vec3 force_N, DeviceLight /*light*/) {
+  const double length = glm::length(force_N);
+  const double share = length > info_.maxForce_N ? info_.maxForce_N / length : 1;
+  const Vec3 scaled = std::isfinite(length) ? forceScale_ * share * force_N : Vec3(0);
+  force_N_ = {scaled.x, scaled.y, scaled.z};
+  return {reinterpret_cast<const std::uint8_t*>(force_N_.data()), sizeof force_N_};
+}
+
+}  // namespace haptics

@@ -1,0 +1,239 @@
+"""A device plug-in that is built outside of the project, from the installed header, and its device in another process: felt,
+broken in every way, and brought up again without a restart. Plug-ins that are none are refused with a reason.
+
+HAPTICS_FAULTS: how often each fault is injected. HAPTICS_BUILD: the project's build folder.
+"""
+import os
+import queue
+import shutil
+import subprocess
+import threading
+import time
+import unittest
+
+import harness
+import haptic_recording
+from haptic_client import Client
+
+TIMES = int(os.environ.get("HAPTICS_FAULTS", "2"))
+DETECTED_MS, ZERO_MS = 5, 30
+EXAMPLE = harness.PROJECT / "haptic_server" / "examples" / "udp_device"
+PORT = "17171"
+
+# The hand goes in and out of this box.
+SCENE = """
+operations { add { name: "box" mesh { box { size_m { x: 0.2 y: 0.2 z: 0.1 } segments: 4 } } material { stiffness_N_per_m: 300 } } }
+"""
+
+# What the device does, for how long (ms), and what the recording says: Fault and DeviceFault of common/telemetry.
+STALE, LOST = 4, 5
+FAULTS = {"silence": (60, {(LOST, 8), (STALE, 0), (STALE, 8)}), "nan": (60, {(LOST, 9), (STALE, 9), (STALE, 0)}),
+          "garbled": (60, {(LOST, 9), (STALE, 9), (STALE, 0)}), "old": (60, {(STALE, 0)}),
+          "unhomed": (60, {(LOST, 12)}), "jump": (60, {(LOST, 13)})}
+
+PLUGIN = """
+#include <haptics/device_plugin.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <unistd.h>
+static const char* open_it(const char* which, void** device, struct haptics_device_info* info) {
+  static const struct haptics_device_info what = {.name = "test", .max_force_N = FORCE, .max_rate_Hz = 1000, .degrees = DEGREES};
+  static int here;
+  if (which[0] == 'x') return "it is in the cupboard";
+  *device = &here; *info = what;
+  return NULL;
+}
+static int read_it(void* device, uint64_t timeout_ns, struct haptics_device_state* state) {
+  static int calls;
+  (void)device; (void)timeout_ns;
+  if (++calls % 3000 > 2990) usleep(BLOCK_US);
+  *state = (struct haptics_device_state){.position_m = {0, 0, 0.01 * cos(calls / 200.0)}, .orientation = {1}, .homed = 1};
+  usleep(900);
+  return HAPTICS_DEVICE_DONE;
+}
+static int write_it(void* device, const double* force_N, const double* torque_Nm) {
+  (void)device; (void)force_N; (void)torque_Nm;
+  return HAPTICS_DEVICE_DONE;
+}
+static void close_it(void* device) { (void)device; }
+const struct haptics_device_functions* NAME(void) {
+  static const struct haptics_device_functions all = {ABI, open_it, read_it, WRITE, close_it};
+  return &all;
+}
+"""
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "BLOCK_US": "0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+                          "NAME": "haptics_device_plugin"}
+
+
+class Arm:
+    """The process of the device."""
+
+    def __init__(self, program):
+        self.process = subprocess.Popen([program, PORT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+        self.said = queue.Queue()
+        threading.Thread(target=self.listen, daemon=True).start()
+        assert self.said.get(timeout=10)[0] == "ready"
+
+    def listen(self):
+        for line in self.process.stdout:
+            self.said.put(line.split())
+
+    def tell(self, text):
+        self.process.stdin.write(text + "\n")
+
+    def hears(self, word):
+        said = self.said.get(timeout=5)
+        assert said[0] == word, f"{said} instead of {word}"
+        return int(said[1])
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout):
+            pipe.close()
+
+
+class DevicePlugin(harness.EndToEnd):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.place = harness.Path(harness.tempfile.mkdtemp(prefix="haptics-plugin-"))
+        cls.addClassCleanup(shutil.rmtree, cls.place, True)
+        source, build = cls.place / "udp_device", cls.place / "build"
+        shutil.copytree(EXAMPLE, source)
+        for command in (["cmake", "--install", os.environ["HAPTICS_BUILD"], "--prefix", cls.place / "prefix", "--component",
+                         "library"],
+                        ["cmake", "-S", source, "-B", build, f"-DCMAKE_PREFIX_PATH={cls.place / 'prefix'}",
+                         "-DCMAKE_C_FLAGS=-Wall -Wextra -Werror"],
+                        ["cmake", "--build", build]):
+            done = subprocess.run(command, capture_output=True, text=True)
+            if done.returncode != 0:
+                raise AssertionError(done.stdout + done.stderr)
+        cls.plugin, cls.arm_program = build / "libudp_device.so", build / "udp_arm"
+
+    def start_arm(self):
+        arm = Arm(self.arm_program)
+        self.addCleanup(arm.kill)
+        return arm
+
+    def start_felt(self):
+        """A server with the plug-in, once the hand is in the box."""
+        self.arm = self.start_arm()
+        self.record = self.folder / "ticks.haptics"
+        server = self.start_server(scene=SCENE, device=f"plugin:{self.plugin}:{PORT}", options=["--record", self.record])
+        client = Client(server.address, "watcher", telemetry_hz=200)
+        self.addCleanup(client.close)
+        self.samples = client.samples()
+        self.wait_for_force()
+        return server
+
+    def wait_for(self, condition, timeout_s, what):
+        deadline = time.monotonic() + timeout_s
+        for sample in self.samples:
+            if condition(sample):
+                return
+            self.assertLess(time.monotonic(), deadline, f"{what} is not there: {sample}")
+
+    def wait_for_force(self):
+        self.wait_for(lambda sample: sample.fault == 0 and sample.force.written.z > 1, 15, "a force")
+
+    def test_it_is_felt_and_its_buttons_arrive(self):
+        server = self.start_felt()
+        self.arm.tell("buttons 5")
+        self.wait_for(lambda sample: sample.device_buttons == 5, 5, "the button")
+        self.stop_and_check(server)
+        ticks = list(haptic_recording.ticks(self.record))
+        self.assertEqual(ticks[-1].buttons, 5)
+        largest = max(sum(f * f for f in tick.force) ** 0.5 for tick in ticks)
+        self.assertLessEqual(largest, 5)
+        self.assertGreater(largest, 1)
+
+    def test_each_fault_is_seen_and_named_and_the_force_taken_away_in_time(self):
+        server = self.start_felt()
+        injected = []
+        for _ in range(TIMES):
+            for fault, (time_ms, _) in FAULTS.items():
+                self.arm.tell(f"{fault} {time_ms}")
+                began_ns, zero_ns = self.arm.hears(fault), self.arm.hears("zero")
+                injected.append((fault, began_ns, zero_ns))
+                time.sleep(time_ms * 1e-3)
+                self.wait_for_force()  # recovered, without a restart
+        self.stop_and_check(server)
+        ticks = [tick for tick in haptic_recording.ticks(self.record)]
+        late, worst_seen, worst_zero = [], {}, {}
+        for fault, began_ns, zero_ns in injected:
+            after = next(tick for tick in ticks if tick.time_ns >= began_ns and tick.fault != 0)
+            seen_ms, zero_ms = (after.time_ns - began_ns) * 1e-6, (zero_ns - began_ns) * 1e-6
+            worst_seen[fault] = max(worst_seen.get(fault, 0), seen_ms)
+            worst_zero[fault] = max(worst_zero.get(fault, 0), zero_ms)
+            names = {(tick.fault, tick.device_fault) for tick in ticks
+                     if began_ns <= tick.time_ns < began_ns + 50e6 and tick.fault != 0}
+            if seen_ms > DETECTED_MS or zero_ms > ZERO_MS or not names & FAULTS[fault][1]:
+                late.append((fault, seen_ms, zero_ms, names))
+        for fault in FAULTS:
+            print(f"{fault}: {TIMES} times, seen within {worst_seen[fault]:.1f} ms, no force within {worst_zero[fault]:.1f} ms")
+        self.assertEqual(late, [])
+        steps = [max(abs(a - b) for a, b in zip(one.force, other.force)) for one, other in zip(ticks, ticks[1:])
+                 if other.tick == one.tick + 1]
+        self.assertLess(max(steps), 0.5)
+
+    def test_its_process_may_die_and_come_back(self):
+        server = self.start_felt()
+        for _ in range(TIMES):
+            self.arm.kill()
+            self.wait_for(lambda sample: sample.fault != 0 and sample.force.written.z == 0, 1, "the fault")
+            time.sleep(0.1)
+            self.arm = self.start_arm()
+            self.wait_for_force()
+        self.stop_and_check(server)
+
+    def build_plugin(self, **differences):
+        source, library = self.folder / "plugin.c", self.folder / "plugin.so"
+        source.write_text(PLUGIN)
+        subprocess.run(["cc", "-shared", "-fPIC", f"-I{self.place / 'prefix' / 'include'}",
+                        *(f"-D{name}={value}" for name, value in {**PLUGIN_AS_IT_SHOULD_BE, **differences}.items()),
+                        source, "-o", library, "-lm"], check=True)
+        return library
+
+    def refusal_of(self, device, *options):
+        done = subprocess.run([harness.BIN / "haptic_server", "--listen", "127.0.0.1:0", "--device", device, *options],
+                              capture_output=True, text=True, timeout=harness.START_TIMEOUT_S)
+        self.assertNotEqual(done.returncode, 0, done.stdout)
+        return done.stderr
+
+    def test_what_is_no_plugin_is_refused_with_a_reason(self):
+        no_library = self.folder / "no_library.so"
+        no_library.write_text("hello")
+        for said, refusal in {
+            "plugin:FILE[:WHICH] names": lambda: self.refusal_of("plugin:"),
+            "cannot open shared object file": lambda: self.refusal_of("plugin:gone.so"),
+            "cannot be loaded: ": lambda: self.refusal_of(f"plugin:{no_library}"),
+            "has no function haptics_device_plugin()": lambda: self.refusal_of(f"plugin:{self.build_plugin(NAME='other')}"),
+            "is a plug-in of version 7; this server has version 1": lambda: self.refusal_of(f"plugin:{self.build_plugin(ABI='7')}"),
+            "lacks one of open, read, write and close": lambda: self.refusal_of(f"plugin:{self.build_plugin(WRITE='NULL')}"),
+            "max_force_N: is 1000000000": lambda: self.refusal_of(f"plugin:{self.build_plugin(FORCE='1e9')}"),
+            "max_force_N: is nan": lambda: self.refusal_of(f"plugin:{self.build_plugin(FORCE='(0.0/0.0)')}"),
+            "degrees: is 7": lambda: self.refusal_of(f"plugin:{self.build_plugin(DEGREES='7')}"),
+            "it is in the cupboard": lambda: self.refusal_of(f"plugin:{self.build_plugin()}:x"),
+            "at most 1000 times a second": lambda: self.refusal_of(f"plugin:{self.build_plugin()}", "--rate", "4000"),
+            f"no device answers at UDP port {PORT}": lambda: self.refusal_of(f"plugin:{self.plugin}:{PORT}"),
+            "a port is wanted": lambda: self.refusal_of(f"plugin:{self.plugin}:elsewhere"),
+        }.items():
+            with self.subTest(said):
+                self.assertIn(said, refusal())
+
+    def test_a_call_that_blocks_takes_the_force_away_and_is_named(self):
+        library = self.build_plugin(BLOCK_US="40000")
+        record = self.folder / "ticks.haptics"
+        server = self.start_server(scene=SCENE, device=f"plugin:{library}", options=["--record", record])
+        time.sleep(8)
+        self.stop_and_check(server)
+        self.assertIn("its plug-in's read() took", server.text())
+        ticks = list(haptic_recording.ticks(record))
+        self.assertTrue(any(tick.fault == STALE for tick in ticks))
+        self.assertTrue(any(tick.force[2] > 1 for tick in ticks[-3000:]))
+
+
+if __name__ == "__main__":
+    unittest.main()
