@@ -31,6 +31,7 @@ set(public_headers
   haptic_server/step/servo_scene.h
   haptic_server/surface/surface_detail.h
   # A device.
+  haptic_server/device/plugin/device_plugin.h
   haptic_server/device/device.h
   haptic_server/device/usb/usb_protocol.h
   # The whole server.

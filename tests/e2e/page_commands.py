@@ -47,6 +47,9 @@ class PageCommands(harness.EndToEnd):
     def test_motion(self):
         self.follow("haptic_server/motion/README.md")
 
+    def test_device_plugin(self):
+        self.follow("haptic_server/device/plugin/README.md")
+
     def test_world(self):
         self.follow("haptic_server/world/README.md")
 

@@ -19,6 +19,8 @@ extern "C" {
 
 #define HAPTICS_DEVICE_ABI 1u
 
+/* Names as C has them. NOLINTBEGIN(readability-identifier-naming) */
+
 /* What does not change while the device is open. A value of 0 says that it is not known, but for the first two. */
 struct haptics_device_info {
   char name[64];          /* For people; ends with 0. */
@@ -67,6 +69,8 @@ struct haptics_device_functions {
 
 /* What the library exports. Valid as long as it is loaded, which is to the end of the process. */
 const struct haptics_device_functions* haptics_device_plugin(void);
+
+/* NOLINTEND(readability-identifier-naming) */
 
 #ifdef __cplusplus
 }
