@@ -13,6 +13,7 @@
 #include "common/clock/monotonic.h"
 #include "common/interruption/interruption.h"
 #include "common/text/printable_log.h"
+#include "haptic_server/check_device.h"
 #include "haptic_server/doctor/doctor.h"
 #include "haptic_server/options.h"
 #include "haptic_server/server_app.h"
@@ -96,6 +97,7 @@ int main(int argc, char** argv) {
   google::protobuf::SetLogHandler(nullptr);  // it would write a line for each bad string that a client sends
   spdlog::set_formatter(haptics::printableLog("%H:%M:%S.%e %^%l%$ %v"));
   if (argc > 1 && std::string_view(argv[1]) == "doctor") return haptics::runDoctor(argc - 1, argv + 1);
+  if (argc > 1 && std::string_view(argv[1]) == "check-device") return haptics::runCheckDevice(argc - 1, argv + 1);
   const auto options = haptics::parseServerOptions(argc, argv);
   if (const int* code = std::get_if<int>(&options)) return *code;
   try {

@@ -29,6 +29,7 @@ Examples:
   haptic_server --scene my.scene --listen 192.168.1.5:7654 --credentials my_server
 
   haptic_server doctor                     # can this machine run a real-time servo?
+  haptic_server check-device falcon        # what does the device tell, and which way does it push?
 
 Runs until Ctrl-C, for --seconds, or to a recording's end; then stops the device and writes the summary.)";
 

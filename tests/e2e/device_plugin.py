@@ -188,6 +188,30 @@ class DevicePlugin(harness.EndToEnd):
             self.wait_for_force()
         self.stop_and_check(server)
 
+    def test_check_device_tells_rate_age_directions_and_stop(self):
+        arm = self.start_arm()
+        arm.tell("rest 1")
+        arm.tell("buttons 2")
+        done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.plugin}:{PORT}", "--seconds", "1",
+                               "--force", "1"], input="\n", capture_output=True, text=True, timeout=60)
+        print(done.stdout)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        for said in ("at most 5 N", "no fault in 1000 ticks", "buttons seen    1", "+x pushes the right way",
+                     "+y pushes the right way", "+z pushes the right way", "the force ends within 30 ms", "All is well."):
+            self.assertIn(said, done.stdout)
+        rate = float(done.stdout.split("new positions")[1].split()[0])
+        self.assertGreater(rate, 900)
+
+    def test_check_device_finds_a_device_without_force(self):
+        arm = self.start_arm()
+        arm.tell("rest 1")
+        turned = self.folder / "calibration.text"
+        turned.write_text("force_scale: 0\n")
+        done = subprocess.run([harness.BIN / "haptic_server", "check-device", f"plugin:{self.plugin}:{PORT}", "--seconds", "0.5",
+                               "--force", "1", "--calibration", turned], input="\n", capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("BAD   +x does not move the hand", done.stdout)
+
     def build_plugin(self, **differences):
         source, library = self.folder / "plugin.c", self.folder / "plugin.so"
         source.write_text(PLUGIN)

@@ -2,7 +2,7 @@
  * middle of the workspace, against the force. It feels no force that is older than 25 ms.
  *
  * For tests a line on standard input breaks it: "silence MS", "nan MS", "jump MS", "old MS", "garbled MS", "unhomed MS",
- * "buttons BITS". Then it prints when that began and when the force that it feels was 0 (CLOCK_MONOTONIC, ns). */
+ * "buttons BITS"; "rest 1" keeps the hand in one place. Then it prints when that began and when the force that it feels was 0 (CLOCK_MONOTONIC, ns). */
 #include <arpa/inet.h>
 #include <math.h>
 #include <poll.h>
@@ -18,6 +18,7 @@
 
 #define PERIOD_NS 1000000u
 #define FORGET_NS 25000000u
+#define STEP_M 2e-5 /* of its encoders */
 
 static volatile sig_atomic_t ended;
 static void end(int signal) { ended = signal; }
@@ -29,11 +30,12 @@ static uint64_t now_ns(void) {
 }
 
 /* The mass is dragged by a spring and a damper to the hand, which goes round once in 4 s, and up and down. */
-static void move(double position[3], double velocity[3], const double force[3], double t) {
+static void move(double position[3], double velocity[3], const double force[3], double t, int resting) {
   const double mass = 0.25, spring = 400, damper = 6, dt = 1e-3;
   const double hand[3] = {0.02 * cos(1.57 * t), 0.02 * sin(1.57 * t), 0.012 * cos(5 * t) - 0.002};
   for (int i = 0; i < 3; ++i) {
-    velocity[i] += dt / mass * (force[i] + spring * (hand[i] - position[i]) - damper * velocity[i]);
+    const double towards = resting ? 0 : hand[i];
+    velocity[i] += dt / mass * (force[i] + spring * (towards - position[i]) - damper * velocity[i]);
     position[i] += dt * velocity[i];
   }
 }
@@ -43,7 +45,7 @@ int main(int argc, char** argv) {
   char fault[16] = "", line[64];
   uint64_t begun = now_ns(), next = begun, forced = 0, until = 0;
   uint32_t buttons = 0;
-  int watching = 0, has_peer = 0, listening = 1;
+  int resting = 0, watching = 0, has_peer = 0, listening = 1;
   struct sockaddr_in address, peer;
   const int sock = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   memset(&address, 0, sizeof address);
@@ -57,6 +59,7 @@ int main(int argc, char** argv) {
   signal(SIGINT, end);
   signal(SIGTERM, end);
   setvbuf(stdout, NULL, _IOLBF, 0);
+  setvbuf(stdin, NULL, _IONBF, 0); /* poll() sees no line that a buffer holds */
   puts("ready");
   while (!ended) {
     struct udp_force wanted;
@@ -78,13 +81,15 @@ int main(int argc, char** argv) {
       printf("zero %llu\n", (unsigned long long)now);
       watching = 0;
     }
-    move(position, velocity, force, (double)(now - begun) * 1e-9);
+    move(position, velocity, force, (double)(now - begun) * 1e-9, resting);
     if (listening && poll(&input, 1, 0) == 1) {
       double value = 0;
       if (!fgets(line, sizeof line, stdin)) {
         listening = 0;
       } else if (sscanf(line, "%15s %lf", fault, &value) == 2) {
-        if (strcmp(fault, "buttons") == 0) {
+        if (strcmp(fault, "rest") == 0) {
+          resting = value != 0;
+        } else if (strcmp(fault, "buttons") == 0) {
           buttons = (uint32_t)value;
         } else {
           until = now + (uint64_t)(value * 1e6);
@@ -94,8 +99,9 @@ int main(int argc, char** argv) {
       }
     }
     if (has_peer) {
-      struct udp_state state = {now, {position[0], position[1], position[2]}, buttons, 1};
+      struct udp_state state = {now, {0, 0, 0}, buttons, 1};
       size_t size = sizeof state;
+      for (int i = 0; i < 3; ++i) state.position_m[i] = STEP_M * round(position[i] / STEP_M);
       if (now < until) {
         if (strcmp(fault, "silence") == 0) continue;
         if (strcmp(fault, "nan") == 0) state.position_m[1] = NAN;
