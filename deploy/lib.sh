@@ -9,16 +9,18 @@ fail() {
   exit 1
 }
 
+# missing_packages [SECTION...]: of these sections of deploy/packages, or of all.
 missing_packages() {
-  comm -23 <(sed 's/#.*//' "$top/deploy/packages" | tr -d ' ' | grep . | sort -u) \
+  comm -23 <(awk -v wanted=" $* " '/^# [A-Z][a-z]*$/ { on = wanted == "  " || index(wanted, " " $2 " ") }
+      on { sub(/#.*/, ""); gsub(/ /, ""); if ($0 != "") print }' "$top/deploy/packages" | sort -u) \
     <(dpkg-query -W -f '${db:Status-Abbrev}${Package}\n' | sed -n 's/^ii *//p' | sort -u)
 }
 
-# Touches the network only when a package is missing.
+# install_missing [SECTION...]: touches the network only when a package is missing.
 install_missing() {
   command -v dpkg-query >/dev/null || fail "this script installs Debian 12 packages; install those of deploy/packages by hand and build with CMake"
   local missing
-  mapfile -t missing < <(missing_packages)
+  mapfile -t missing < <(missing_packages "$@")
   [ ${#missing[@]} -eq 0 ] || install_packages "${missing[@]}"
 }
 
@@ -51,12 +53,13 @@ install_protobufjs() {
     echo "deploy/$(basename "$0"): protobufjs could not be fetched; EndToEnd.Stranger will be skipped" >&2
 }
 
-# build_preset PRESET [TARGET...]: configures and builds below build/PRESET.
+# build_preset PRESET [TARGET...]: configures and builds below build/PRESET; without tests where their packages are missing.
 build_preset() {
-  local preset=$1 targets=()
+  local preset=$1 targets=() tests=ON
   shift
+  [ -z "$(missing_packages Test)" ] || tests=OFF
   [ $# -eq 0 ] || targets=(--target "$@")
   say "Building $preset"
-  (cd "$top" && cmake --preset "$preset" --log-level=NOTICE >/dev/null &&
+  (cd "$top" && cmake --preset "$preset" "-DHAPTICS_TESTS=$tests" --log-level=NOTICE >/dev/null &&
     NINJA_STATUS='[%f/%t, %es] ' cmake --build --preset "$preset" "${targets[@]}")
 }

@@ -171,6 +171,7 @@ int main(int argc, char** argv) {
   spdlog::set_formatter(haptics::printableLog("[%Y-%m-%d %H:%M:%S.%e] [%^%l%$] %v"));
   Arguments arguments;
   CLI::App app("Shows the objects, the stylus, the contact and the force of a haptic_server.", "graphics_client");
+  app.set_version_flag("--version", "graphics_client " HAPTICS_VERSION);
   app.footer(kExamples);
   app.add_option("--connect", arguments.connect, "The server")->type_name("HOST:PORT")->capture_default_str();
   auto* connect = app.get_option("--connect");

@@ -39,6 +39,7 @@ std::variant<ServerOptions, int> parseServerOptions(int argc, char** argv) {
   ServerOptions options;
   CLI::App app{
       "The haptic server: reads the force-feedback device, finds the contact, writes the force, keeps the scene."};
+  app.set_version_flag("--version", "haptic_server " HAPTICS_VERSION);
   app.footer(kExamples);
   app.add_option("--scene", options.scene, "Scene file to start with (protobuf text format); \"-\" for standard input");
   app.add_option("--state", options.state,

@@ -97,6 +97,7 @@ int main(int argc, char** argv) {
       "Reads mesh files as haptic_server does and prints a row for each: what was kept and dropped, or why the file "
       "was "
       "refused."};
+  app.set_version_flag("--version", "mesh_report " HAPTICS_VERSION);
   app.footer("Example: mesh_report --unit 0.001 part.stl bunny.off");
   std::vector<std::string> files;
   haptics::ImportOptions options;

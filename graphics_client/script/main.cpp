@@ -103,6 +103,7 @@ CLI::App* addCredentials(CLI::App& app, std::string& folder) {
 
 int main(int argc, char** argv) {
   CLI::App app("Scripted client of haptic_server", "hapticctl");
+  app.set_version_flag("--version", "hapticctl " HAPTICS_VERSION);
   app.require_subcommand(1);
   app.fallthrough();
   app.footer(

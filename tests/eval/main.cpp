@@ -404,6 +404,7 @@ void mustBeVerb(const CLI::App& app, const std::string& name) {
 int run(int argc, char** argv) {
   CLI::App app{"Evaluates the haptic step and baselines in virtual time, and the server's loop against the paper's.",
                "haptic_eval"};
+  app.set_version_flag("--version", "haptic_eval " HAPTICS_VERSION);
   app.require_subcommand(1);
   app.footer("Exit status 1: ours failed somewhere, or a baseline passed or failed where it is not expected to.");
   Arguments arguments;
