@@ -23,28 +23,28 @@ extern "C" {
 
 /* What does not change while the device is open. A value of 0 says that it is not known, but for the first two. */
 struct haptics_device_info {
-  char name[64];          /* For people; ends with 0. */
-  double max_force_N;     /* Above 0, at most 100: no larger force is written. */
-  double max_rate_Hz;     /* Above 0: of reads and writes. The server's own rate is no higher. */
+  char name[64];      /* For people; ends with 0. */
+  double max_force_N; /* Above 0, at most 100: no larger force is written. */
+  double max_rate_Hz; /* Above 0: of reads and writes. The server's own rate is no higher. */
   double max_stiffness_N_per_m;
   double max_damping_Ns_per_m;
-  double resolution_m;    /* Position quantum. */
-  double mass_kg;         /* Apparent mass, as at a point, and friction. With the mass the server predicts the hand and */
+  double resolution_m; /* Position quantum. */
+  double mass_kg;      /* Apparent mass, as at a point, and friction. With the mass the server predicts the hand and */
   double viscous_friction_Ns_per_m; /* limits the stiffness of surfaces to what the device bears; without, neither. */
   double coulomb_friction_N;
-  double delay_s;         /* From a position to the motors' force that it led to. */
-  uint32_t degrees;       /* Of freedom that it feels: 3 or 6. The server writes no torque yet. */
-  uint32_t reserved;      /* 0. */
+  double delay_s;    /* From a position to the motors' force that it led to. */
+  uint32_t degrees;  /* Of freedom that it feels: 3 or 6. The server writes no torque yet. */
+  uint32_t reserved; /* 0. */
 };
 
 /* One position. */
 struct haptics_device_state {
   double position_m[3];
-  double orientation[4];  /* Unit quaternion w, x, y, z; 1, 0, 0, 0 where there is none. */
-  uint32_t age_us;        /* How long ago it was measured. */
-  uint32_t buttons;       /* A bit per button, the first eight. */
-  uint32_t homed;         /* 0: coordinates are not referenced yet; there is no force before they are. */
-  uint32_t reserved;      /* 0. */
+  double orientation[4]; /* Unit quaternion w, x, y, z; 1, 0, 0, 0 where there is none. */
+  uint32_t age_us;       /* How long ago it was measured. */
+  uint32_t buttons;      /* A bit per button, the first eight. */
+  uint32_t homed;        /* 0: coordinates are not referenced yet; there is no force before they are. */
+  uint32_t reserved;     /* 0. */
 };
 
 enum haptics_device_outcome {
