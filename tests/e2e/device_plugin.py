@@ -157,6 +157,7 @@ class DevicePlugin(harness.EndToEnd):
                 self.arm.tell(f"{fault} {time_ms}")
                 began_ns, zero_ns = self.arm.hears(fault), self.arm.hears("zero")
                 injected.append((fault, began_ns, zero_ns))
+                self.wait_for(lambda sample: sample.fault != 0, 5, "the fault")  # those before it lie ready still
                 time.sleep(time_ms * 1e-3)
                 self.wait_for_force()  # recovered, without a restart
         self.stop_and_check(server)
