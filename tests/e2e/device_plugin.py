@@ -67,10 +67,12 @@ PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "BLOCK_US": "0", "ABI": 
 
 
 class Arm:
-    """The process of the device."""
+    """The process of the device, real-time like a device's own where that is permitted."""
 
     def __init__(self, program):
-        self.process = subprocess.Popen([program, PORT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+        realtime = ["chrt", "--fifo", "50"]
+        prefix = realtime if subprocess.run([*realtime, "true"], capture_output=True).returncode == 0 else []
+        self.process = subprocess.Popen([*prefix, program, PORT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
         self.said = queue.Queue()
         threading.Thread(target=self.listen, daemon=True).start()
         assert self.said.get(timeout=10)[0] == "ready"
