@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <optional>
@@ -76,13 +77,15 @@ class Import {
   ChildProcess child_;
   int includes_ = 0;
 
-  /// Beside this one.
+  /// Where the user says; beside this one; where it was installed, for programs that link the library.
   static fs::path programFor(const ImportRequest& request) {
     const auto* mesh = std::get_if<MeshFileRequest>(&request);
     const bool inventor = mesh != nullptr && mesh->format == MeshFormat::kInventor;
+    const char* const name = inventor ? "inventor_importer" : "asset_importer";
+    if (const char* const folder = std::getenv("HAPTICS_PROGRAMS")) return fs::path(folder) / name;
     std::error_code error;
-    return fs::read_symlink("/proc/self/exe", error).parent_path() /
-           (inventor ? "inventor_importer" : "asset_importer");
+    const fs::path beside = fs::read_symlink("/proc/self/exe", error).parent_path() / name;
+    return fs::exists(beside, error) ? beside : fs::path(HAPTICS_PROGRAMS_FOLDER) / name;
   }
 
   Result<EncodedMesh> answer(const Surroundings* around) {

@@ -10,8 +10,9 @@
 #include "common/scene/surface_edits.h"
 
 // Files from anywhere, and what else takes long because its input says so, in a process of its own: the programs
-// asset_importer and inventor_importer, which lie beside the running one. It may be killed at any time, gets a file's descriptor and not its
-// path, can open nothing, has no privileges and little priority (sandbox.h). So a file that crashes a library, or makes
+// asset_importer and inventor_importer, in the folder that the environment variable HAPTICS_PROGRAMS names, beside the
+// running program, or where they were installed. It may be killed at any time, gets a file's descriptor and not its path,
+// can open nothing, has no privileges and little priority (sandbox.h). So a file that crashes a library, or makes
 // it compute for ever, costs its own import. All block the calling thread only, take five minutes at the most, and end at
 // once when `stop` asks for it. Thread-safe.
 namespace haptics {

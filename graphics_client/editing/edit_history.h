@@ -12,10 +12,10 @@
 
 #include "common/assets/asset_content.h"
 #include "common/error/error.h"
-#include "graphics_client/editing/edit_reply.h"
 #include "graphics_client/editing/named_assets.h"
 #include "graphics_client/editing/object_change.h"
 #include "graphics_client/mirror/client_callbacks.h"
+#include "graphics_client/mirror/edit_reply.h"
 #include "graphics_client/mirror/mirror_view.h"
 
 namespace haptics {

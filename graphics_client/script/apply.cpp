@@ -9,7 +9,7 @@
 #include "common/clock/monotonic.h"
 #include "common/text/printable.h"
 #include "common/wire/convert.h"
-#include "graphics_client/editing/edit_reply.h"
+#include "graphics_client/mirror/edit_reply.h"
 #include "graphics_client/script/interrupt.h"
 #include "graphics_client/script/message_json.h"
 #include "graphics_client/script/progress_bar.h"

@@ -1,6 +1,6 @@
-"""haptics.World computes forces in this process; haptics.v1 holds the protocol's messages, for haptic_client."""
+"""World and SceneWorld compute forces in this process; haptics.v1 holds the protocol's messages, for haptic_client."""
 
-_OF_WORLD = ("Device", "Fault", "Material", "Pose", "SAMPLE", "World")
+_OF_WORLD = ("Body", "Device", "Fault", "Material", "Pose", "SAMPLE", "SceneWorld", "World")
 
 
 def __getattr__(name):

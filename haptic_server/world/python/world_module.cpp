@@ -1,4 +1,5 @@
-// haptics._world: World for Python. Positions and samples are arrays of numpy that C++ reads and writes in place.
+// haptics._world: World and SceneWorld for Python. Positions and samples are arrays of numpy that C++ reads and writes in
+// place.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -6,17 +7,19 @@
 #include <mutex>
 #include <string>
 
-#include "haptic_server/world/world.h"
+#include "haptic_server/world/input_checks.h"
+#include "haptic_server/world/scene_world.h"
 
 namespace py = pybind11;
 
 namespace haptics {
 namespace {
 
-/// A World that several Python threads may call: one at a time has it, the others wait without the GIL.
-class SharedWorld {
+/// A World or SceneWorld that several Python threads may call: one at a time has it, the others wait without the GIL.
+template <class Kind>
+class Shared {
  public:
-  explicit SharedWorld(const World::Device& device) : world_(device) {}
+  explicit Shared(Kind world) : world_(std::move(world)) {}
 
   template <class Call>
   auto with(Call call) {
@@ -29,13 +32,11 @@ class SharedWorld {
   }
 
  private:
-  World world_;
+  Kind world_;
   std::mutex mutex_;
 };
-
-[[noreturn]] void refuse(const std::string& field, const std::string& reason) {
-  throw InvalidInput(field + ": " + reason);
-}
+using SharedWorld = Shared<World>;
+using SharedSceneWorld = Shared<SceneWorld>;
 
 [[nodiscard]] std::string shapeText(const py::array& array) {
   return py::str(py::tuple(array.attr("shape"))).cast<std::string>() + " of " +
@@ -79,7 +80,8 @@ std::uint64_t add(SharedWorld& shared, const std::string& name, const Rows<float
 }
 
 /// In place: other types and layouts are refused, not copied.
-py::array_t<World::Sample> run(SharedWorld& shared, const py::array& positions) {
+template <class Kind>
+py::array_t<World::Sample> run(Shared<Kind>& shared, const py::array& positions) {
   const bool inPlace = py::isinstance<py::array_t<double>>(positions) && positions.ndim() == 2 &&
                        positions.shape(1) == 3 && (positions.flags() & py::array::c_style) != 0;
   if (!inPlace) {
@@ -90,7 +92,7 @@ py::array_t<World::Sample> run(SharedWorld& shared, const py::array& positions) 
   const std::span hips(static_cast<const World::Vector*>(positions.data()),
                        static_cast<std::size_t>(positions.shape(0)));
   const std::span out(samples.mutable_data(), hips.size());
-  shared.with([&](World& world) {
+  shared.with([&](Kind& world) {
     const py::gil_scoped_release released;
     world.run(hips, out);
   });
@@ -100,6 +102,8 @@ py::array_t<World::Sample> run(SharedWorld& shared, const py::array& positions) 
 }  // namespace
 
 PYBIND11_MODULE(_world, module) {
+  constexpr const char* kRunIs =
+      "A tick for each of positions (n, 3), float64 in rows, read in place: samples (n,) of SAMPLE.";
   PYBIND11_NUMPY_DTYPE(World::Sample, force_N, ihip_m, normal, penetration_m, body, triangle, fault, sliding,
                        allowanceSpent);
   module.doc() = "Bodies, and the force on a hand that touches them: the haptic server's step in this process.";
@@ -141,12 +145,15 @@ PYBIND11_MODULE(_world, module) {
              return World::Pose{position_m, rotation};
            }),
            py::arg("position_m") = World::Vector{}, py::arg("rotation") = std::array<double, 4>{1, 0, 0, 0},
-           "rotation: unit quaternion w, x, y, z");
+           "rotation: unit quaternion w, x, y, z")
+      .def_readonly("position_m", &World::Pose::position_m)
+      .def_readonly("rotation", &World::Pose::rotation);
 
   py::class_<SharedWorld>(module, "World",
                           "Bodies, and the force on a hand that touches them (metres, newtons, world frame). Threads\n"
                           "may share one: one call at a time runs, without the GIL. ValueError names what is refused.")
-      .def(py::init<const World::Device&>(), py::arg("device") = World::Device{})
+      .def(py::init([](const World::Device& device) { return std::make_unique<SharedWorld>(World(device)); }),
+           py::arg("device") = World::Device{})
       .def("add", &add, py::arg("name"), py::arg("vertices"), py::arg("triangles"),
            py::arg("material") = World::Material{}, py::arg("pose") = World::Pose{},
            "vertices (n, 3) in metres, triangles (m, 3) of their numbers, counter-clockwise from outside; returns the\n"
@@ -167,8 +174,39 @@ PYBIND11_MODULE(_world, module) {
           "remove",
           [](SharedWorld& shared, std::uint64_t body) { shared.with([&](World& world) { world.remove(body); }); },
           py::arg("body"))
-      .def("run", &run, py::arg("positions"),
-           "A tick for each of positions (n, 3), float64 in rows, read in place: samples (n,) of SAMPLE.");
+      .def("run", &run<World>, py::arg("positions"), kRunIs);
+
+  py::class_<SceneWorld::Body>(module, "Body", "Of a SceneWorld.")
+      .def_readonly("number", &SceneWorld::Body::number)
+      .def_readonly("name", &SceneWorld::Body::name)
+      .def_readonly("pose", &SceneWorld::Body::pose);
+
+  py::class_<SharedSceneWorld>(
+      module, "SceneWorld",
+      "The scene of a scene file, with all that one can say. Files that it names are below its\n"
+      "folder or the given ones. Threads and errors as World's.")
+      .def(py::init([](const std::string& file, const World::Device& device, std::vector<std::string> folders) {
+             const py::gil_scoped_release released;
+             return std::make_unique<SharedSceneWorld>(SceneWorld::load(file, device, std::move(folders)));
+           }),
+           py::arg("file"), py::arg("device") = World::Device{}, py::arg("folders") = std::vector<std::string>{})
+      .def(
+          "apply",
+          [](SharedSceneWorld& shared, const std::string& edit) {
+            return shared.with([&](SceneWorld& world) {
+              const py::gil_scoped_release released;
+              return world.apply(edit);
+            });
+          },
+          py::arg("edit"), "One edit in the text of scene files, all of it or none; returns what it kept and dropped.")
+      .def(
+          "bodies",
+          [](SharedSceneWorld& shared) { return shared.with([](SceneWorld& world) { return world.bodies(); }); },
+          "With their poses now.")
+      .def(
+          "keep_dents", [](SharedSceneWorld& shared) { shared.with([](SceneWorld& world) { world.keepDents(); }); },
+          "Makes the dents that stay in plastic bodies part of their shapes; until then 6 are held.")
+      .def("run", &run<SceneWorld>, py::arg("positions"), kRunIs);
 }
 
 }  // namespace haptics

@@ -1,13 +1,15 @@
-"""haptics.World from Python: forces, what is refused, arrays in place, threads, lifetimes.
+"""haptics.World and haptics.SceneWorld from Python: forces, what is refused, arrays in place, threads, lifetimes.
 
 usage: PYTHONPATH=build/release/python python_world_test.py [-v]
 """
 import gc
 import sys
+import tempfile
 import threading
 import tracemalloc
 import unittest
 import weakref
+from pathlib import Path
 
 import numpy
 
@@ -160,6 +162,63 @@ class PythonWorld(unittest.TestCase):
             thread.start()
         for thread in threads:
             thread.join()
+
+
+SCENE = """
+operations { add { name: "plate" mesh { box { size_m { x: 0.2 y: 0.2 z: 0.02 } } }
+                   material { stiffness_N_per_m: 500
+                              texture { amplitude_m: 0.0005
+                                        field { fourier { terms { direction { x: 1 } wavelength_m: 0.01 } } } } } } }
+operations { add { name: "ball" mesh { sphere { radius_m: 0.02 } } pose { position { z: 0.5 } } motion { mass_kg: 0.1 } } }
+"""
+
+
+class PythonSceneWorld(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        file = Path(folder.name) / "plate.scene"
+        file.write_text(SCENE)
+        self.world = haptics.SceneWorld(str(file), haptics.Device.named("omni"))
+
+    def test_what_a_scene_file_says_is_felt(self):
+        positions = numpy.zeros((2000, 3))
+        positions[:, 2] = numpy.maximum(0.008, 0.02 - 1e-4 * numpy.arange(2000))
+        positions[1000:, 0] = 5e-5 * numpy.arange(1000)
+        stroke = self.world.run(positions)[1000:]
+        self.assertTrue((stroke["body"] == self.world.bodies()[0].number).all())
+        self.assertGreater(numpy.ptp(stroke["force_N"][:, 2]), 0.1)
+
+    def test_bodies_move(self):
+        self.world.run(numpy.full((100, 3), 1.0))
+        plate, ball = self.world.bodies()
+        self.assertEqual((plate.name, ball.name), ("plate", "ball"))
+        self.assertEqual(plate.pose.position_m, [0, 0, 0])
+        self.assertAlmostEqual(ball.pose.position_m[2], 0.5 - 9.81 * 0.1**2 / 2, delta=0.005)
+
+    def test_edits_are_applied_whole_or_not_at_all(self):
+        remove = 'operations { remove { object { name: "%s" } } }'
+        self.world.apply(remove % "ball")
+        self.assertEqual([body.name for body in self.world.bodies()], ["plate"])
+        with self.assertRaisesRegex(ValueError, "ball"):
+            self.world.apply(remove % "plate" + remove % "ball")
+        self.assertEqual([body.name for body in self.world.bodies()], ["plate"])
+
+    def test_what_it_cannot_take_is_named(self):
+        with self.assertRaisesRegex(ValueError, "edit:1:.*no field \"oops\""):
+            self.world.apply("oops { }")
+        with self.assertRaisesRegex(ValueError, "no such file"):
+            haptics.SceneWorld("missing.scene")
+        with self.assertRaisesRegex(ValueError, "file"):
+            self.world.apply('operations { add { name: "head" mesh { file: "missing.stl" } } }')
+
+    def test_it_takes_the_protocols_messages_as_text(self):
+        from google.protobuf import text_format
+        from haptics.v1 import scene_pb2
+        edit = scene_pb2.Transaction()
+        edit.operations.add().remove.object.name = "ball"
+        self.world.apply(text_format.MessageToString(edit))
+        self.assertEqual([body.name for body in self.world.bodies()], ["plate"])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-#include "graphics_client/editing/edit_reply.h"
+#include "graphics_client/mirror/edit_reply.h"
 
 #include <string>
 

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "haptic_server/servo/stiffness_limit.h"
+#include "haptic_server/step/haptic_state.h"
+#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/world/world.h"
+
+namespace haptics {
+
+/// Checked, for the step; errors name the field below "device".
+/// @throws InvalidInput
+[[nodiscard]] DeviceInfo infoOf(const World::Device& device);
+
+[[nodiscard]] inline Vec3 vec(const World::Vector& v) noexcept { return {v[0], v[1], v[2]}; }
+[[nodiscard]] inline World::Vector vectorOf(Vec3 v) noexcept { return {v.x, v.y, v.z}; }
+
+/// A scene, the state that follows it, and the scene that is to come. One thread.
+class SteppedScene {
+ public:
+  /// @throws InvalidInput a value out of range.
+  explicit SteppedScene(const World::Device& device);
+
+  [[nodiscard]] const StepConfig& config() const noexcept { return config_; }
+  [[nodiscard]] const SurfaceLimits& limits() const noexcept { return limits_; }  ///< What the device bears.
+  [[nodiscard]] const HapticState& state() const noexcept { return *state_; }
+  [[nodiscard]] std::uint64_t tick() const noexcept { return tick_; }  ///< The next one.
+
+  /// Felt from the next step on.
+  void publish(std::unique_ptr<const ServoScene> scene);
+  void miss(std::uint64_t ticks) noexcept { tick_ += ticks; }
+  [[nodiscard]] World::Sample step(const World::Vector& hip_m) noexcept;
+  void run(std::span<const World::Vector> hips_m, std::span<World::Sample> samples) noexcept;
+
+ private:
+  StepConfig config_;
+  SurfaceLimits limits_;
+  std::uint64_t tick_ = 0, allowanceSpent_ = 0;
+  std::unique_ptr<HapticState> state_;
+  std::unique_ptr<const ServoScene> scene_;  // that the state has adopted
+  std::unique_ptr<const ServoScene> next_;   // that it is to adopt
+  std::unique_ptr<const ServoScene> last_;   // that it had adopted before: step() frees nothing
+};
+
+}  // namespace haptics
