@@ -15,6 +15,8 @@ function(install_programs component)
   foreach(program IN LISTS ARG_STARTED)
     file(CREATE_LINK ../${programs_folder}/${program} ${CMAKE_BINARY_DIR}/links/${program} SYMBOLIC)
     install(FILES ${CMAKE_BINARY_DIR}/links/${program} DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${component})
+    install(FILES deploy/completion/haptics.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+      RENAME ${program} COMPONENT ${component})
   endforeach()
 endfunction()
 

@@ -20,10 +20,11 @@ def missing(*sections):
 
 class Packages(unittest.TestCase):
     def test_running_installs_at_most_half_of_the_list(self):
-        run, everything = missing("Build", "Run"), missing()
+        run, everything = missing("Build", "Run"), missing("Build", "Run", "Test")
         self.assertLess(set(run), set(everything))
         self.assertLessEqual(len(run), len(everything) / 2)
         self.assertEqual(sorted([*run, *missing("Test")]), sorted(everything))
+        self.assertEqual(sorted([*everything, *missing("Package")]), sorted(missing()))
 
     def test_what_runs_needs_is_there_and_what_tests_need_is_not(self):
         run = missing("Build", "Run")
