@@ -9,7 +9,7 @@ cd /tmp
 say "Install"
 apt-get update -qq
 apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0 /packages/*.deb inventor-data xvfb xauth bash-completion \
-  g++ cmake >/dev/null
+  g++ make cmake libprotobuf-dev libopenmesh-dev libssl-dev >/dev/null
 [ -z "$(find /etc/systemd -name '*haptic*')" ] || fail "the service was enabled without being asked for"
 
 say "Every program, its manual and its completion"
@@ -59,7 +59,10 @@ positions[:, 0] = [body.pose.position_m[0] for body in world.bodies() if body.na
 positions[:, 2] = 0.2 - 0.0001 * numpy.arange(2000)
 print("largest force", abs(world.run(positions)["force_N"]).max(), "N")
 assert world.run(positions)["body"].max() > 0'
-cmake -S /packages/own_loop -B own_loop >/dev/null && cmake --build own_loop >/dev/null
+for example in own_loop scene_loop follow_force; do
+  cmake -S "/packages/$example" -B "$example" >/dev/null
+  cmake --build "$example" >/dev/null
+done
 
 say "Purge"
 apt-get purge -y -qq haptics-server haptics-viewer haptics-tools libhaptics-dev python3-haptics >/dev/null
