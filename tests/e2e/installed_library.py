@@ -17,7 +17,8 @@ TICKS = int(os.environ.get("HAPTICS_TICKS", "8000"))
 SERVER_EXAMPLES = harness.PROJECT / "haptic_server" / "examples"
 MODELS = "/usr/share/inventor/data"
 SCENE_TICKS = min(TICKS, 3000)
-SCENES = ("demo", "texture_wall", "skin", "doughnut", "door", "table", "soft", "ffd_bar")  # one of each kind
+SCENES = ("demo", "skin", "table") if TICKS < 10_000 else (
+    "demo", "texture_wall", "skin", "doughnut", "door", "table", "soft", "ffd_bar")
 STANDARD = {"linux-vdso", "libstdc++", "libm", "libgcc_s", "libc", "ld-linux-x86-64"}
 AROUND, ACROSS = 256, 126  # 64,512 triangles
 

@@ -150,7 +150,7 @@ Figure figureOf(const ChartData& data) {
   }
   figure.legendNotes = {"Disc: passes every scripted failure scene.",
                         "Diamond: so it does, but rings: under 1 N",
-                        "the HIP moves by more than 2 encoder steps.",
+                        "the HIP moves over 2 encoder steps.",
                         "Cross: fails some; the scenes are those of",
                         "haptic_eval failures.",
                         "Upright: this runtime's worst tick of what",

@@ -245,7 +245,7 @@ class Accuracy(Verb):
         self.assertEqual({r["scene"] for r in self.records("accuracy") if not r["steady"]}, {"torus"})
 
 
-class Chart(Verb):
+class ChartMeasured(Verb):
     def test_has_every_method_priced_and_judged(self):
         kept = json.loads((HERE / "worst" / "kept.json").read_text())
         self.out.mkdir()
@@ -285,6 +285,14 @@ class Chart(Verb):
         said = self.run_well("chart", "--from", str(self.out / "kept.csv"))
         self.assertRegex(said, "god_object +passes all 1 failure scenes\n")
         self.assertEqual((self.out / "chart.csv").read_text(), (self.out / "kept.csv").read_text())
+
+
+class Chart(Verb):
+    def test_is_drawn_again_from_its_table(self):
+        kept = HERE.parents[1] / "deploy" / "pictures" / "chart.csv"
+        self.run_well("chart", "--from", str(kept))
+        self.check_pictures("chart")
+        self.assertEqual((self.out / "chart.csv").read_text(), kept.read_text())
 
     def test_says_which_line_of_a_table_is_wrong(self):
         self.out.mkdir()
