@@ -1,0 +1,276 @@
+#include "haptic_server/tool/tool_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "haptic_server/contact/neighborhood_watch.h"
+#include "haptic_server/contact/tolerances.h"
+
+namespace haptics {
+namespace {
+
+/// Poses that are tried in a tick. More let a fast tool come nearer to where it is to be in the same tick.
+constexpr int kMaxRounds = 16;
+/// Times that the planes are taken anew at the pose found for them: rotation is not linear.
+constexpr int kMaxTurns = 4;
+/// A point is asked how far everything is from it in every so many ticks in which it had to be tested.
+constexpr std::uint64_t kClearanceEvery = 8;
+/// Nothing is looked for farther away, m.
+constexpr double kFarthestClearance_m = 0.05;
+/// Triangles that the search of a touching point may look at.
+constexpr int kTouchBudget = 64;
+/// A proxy that moved by less than this part of the way to its device has come to rest.
+constexpr double kRest = 1e-3;
+
+/// As a rotation vector, rad, by the shorter way.
+[[nodiscard]] Vec3 rotationVector(const Quat& q) noexcept {
+  const Vec3 axis(q.x, q.y, q.z);
+  const double sine = glm::length(axis);
+  if (sine == 0) return Vec3(0);
+  const double angle = 2 * std::atan2(sine, std::abs(q.w));
+  return axis * ((q.w < 0 ? -angle : angle) / sine);
+}
+
+[[nodiscard]] Quat rotationBy(Vec3 vector) noexcept {
+  const double angle = glm::length(vector);
+  if (angle == 0) return {1, 0, 0, 0};
+  const Vec3 v = vector * (std::sin(angle / 2) / angle);
+  return {std::cos(angle / 2), v.x, v.y, v.z};
+}
+
+/// How far a rotation takes a place that is a metre from its axis at most.
+[[nodiscard]] double chord(const Quat& from, const Quat& to) noexcept {
+  const Quat turn = to * glm::conjugate(from);
+  return 2 * glm::length(Vec3(turn.x, turn.y, turn.z));
+}
+
+/// The foot on a triangle's plane, as if it went on for ever.
+[[nodiscard]] ClosestPoint onPlaneOf(const CollisionMesh& surface, std::uint32_t triangle, Vec3 at) noexcept {
+  const Vec3 normal = surface.faceNormal(triangle);
+  const double height = glm::dot(normal, at - surface.triangle(triangle).corner(0));
+  return {triangle, Feature::kPolygon, 0, at - height * normal, height * height};
+}
+
+}  // namespace
+
+ToolContact::ToolContact(std::shared_ptr<const ToolShell> shell)
+    : shell_(std::move(shell)),
+      clearTo_(shell_->points.size()),
+      place_(shell_->points.size()),
+      next_(shell_->points.size()) {
+  touches_.reserve(kMaxHalfSpaces);
+  halfSpaces_.reserve(kMaxHalfSpaces);
+}
+
+void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexcept {
+  proxy_ = device;
+  const Frame frame(proxy_);
+  for (std::size_t i = 0; i < place_.size(); ++i) place_[i] = frame.toWorld(shell_->points[i]);
+  touches_.clear();
+  forget(bodies);
+}
+
+void ToolContact::forget(std::span<const Body> bodies) noexcept {
+  travelled_ = 0;
+  std::fill(clearTo_.begin(), clearTo_.end(), -1.0);
+  for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
+}
+
+ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+                               Allowance allowance) noexcept {
+  ++tick_;
+  gather(bodies, device);
+  ToolResult result;
+  bool settled = false;
+  for (int round = 0; round < kMaxRounds && !settled && !allowance.isSpent(); ++round) {
+    const double reach = farthestMove(device);
+    refreshTouches(bodies, reach, allowance);
+    Pose next = proxy_;
+    if (!solve(device, coupling, next)) break;
+    const double bound = farthestMove(next);
+    if (isClear(bodies, next, bound, allowance)) {
+      moveTo(bodies, next, bound, allowance);
+      settled = touches_.empty() || bound <= kRest * reach + skin_;
+    } else if (!addHits()) {
+      const Pose part = interpolate(proxy_, next, firstHit_ / 2);
+      const double partly = farthestMove(part);
+      if (!isClear(bodies, part, partly, allowance)) break;
+      moveTo(bodies, part, partly, allowance);
+    }
+  }
+  result.proxy = proxy_;
+  result.force_N = coupling.stiffness_N_per_m * (proxy_.position - device.position);
+  result.torque_Nm = coupling.torsion_Nm_per_rad * rotationVector(proxy_.rotation * glm::conjugate(device.rotation));
+  for (const Touch& touch : touches_) {
+    result.touching += glm::dot(touch.normal, place_[touch.point]) - touch.offset < kTouchMargin * skin_ ? 1 : 0;
+  }
+  result.waits = !settled;
+  result.allowance = allowance;
+  return result;
+}
+
+/// The skin by the largest coordinate in reach, and how far bodies have come since the proxy moved last.
+void ToolContact::gather(std::span<const Body> bodies, const Pose& device) noexcept {
+  double extent = std::max(glm::length(device.position), glm::length(proxy_.position)) + shell_->radius_m;
+  double moved = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    extent = std::max(extent, bodies[b].extent_m);
+    if (bodies[b].current == bodyAt_[b]) continue;
+    moved = std::max(moved, glm::distance(bodies[b].current.position, bodyAt_[b].position) +
+                                chord(bodyAt_[b].rotation, bodies[b].current.rotation) * bodies[b].surface->extent_m());
+  }
+  skin_ = kSkin * extent;
+  travelled_ += moved_ = moved;
+}
+
+/// Follows the points that touch over the surfaces, and takes their planes. Those that are farther than the tool can come
+/// are let go of.
+void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < touches_.size() && !allowance.isSpent(); ++i) {
+    Touch touch = touches_[i];
+    const Body& body = bodies[touch.body];
+    const CollisionMesh& surface = *body.surface;
+    const Vec3 at = body.frame.toLocal(place_[touch.point]);
+    int looked = 0;
+    const ClosestPoint foot = touch.hitIn == tick_
+                                  ? onPlaneOf(surface, touch.triangle, at)
+                                  : neighborhoodWatch(surface, touch.triangle, at, nullptr, looked, kTouchBudget).foot;
+    allowance.spend(Allowance::kNearTriangle * (looked + 1));
+    touch.triangle = foot.triangle;
+    const double distance = std::sqrt(foot.squaredDistance);
+    Vec3 normal = surface.faceNormal(foot.triangle) * static_cast<double>(touch.side);
+    if (foot.feature != Feature::kPolygon && distance > kTouchMargin * skin_ &&
+        surface.isOutside(foot, at, touch.side)) {
+      normal = (at - foot.point) / distance;
+    }
+    touch.normal = body.frame.rotate(normal);
+    touch.offset = glm::dot(touch.normal, body.frame.toWorld(foot.point));
+    if (glm::dot(touch.normal, place_[touch.point]) - touch.offset > reach + kTouchMargin * skin_) continue;
+    if (kept > 0 && touches_[kept - 1].point == touch.point && touches_[kept - 1].triangle == touch.triangle &&
+        touches_[kept - 1].body == touch.body) {
+      continue;
+    }
+    touches_[kept++] = touch;
+  }
+  if (!allowance.isSpent()) touches_.resize(kept);
+}
+
+/// The pose nearest to the device's in which all that touch are a skin above their planes. False: there is none, or it was
+/// not found.
+bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next) noexcept {
+  const double perMove = 1 / std::sqrt(coupling.stiffness_N_per_m);
+  const double perTurn = 1 / std::sqrt(coupling.torsion_Nm_per_rad);
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
+    const Vec3 move = device.position - next.position;
+    const Vec3 rotation = rotationVector(device.rotation * glm::conjugate(next.rotation));
+    const Frame frame(next);
+    halfSpaces_.clear();
+    double lowest = skin_;
+    for (const Touch& touch : touches_) {
+      const Vec3 arm = frame.rotate(shell_->points[touch.point]);
+      const Vec3 lever = glm::cross(arm, touch.normal);
+      const double above = glm::dot(touch.normal, arm + next.position) - touch.offset;
+      lowest = std::min(lowest, above);
+      const Vec3 a = touch.normal * perMove, b = lever * perTurn;
+      halfSpaces_.push_back(
+          {{a.x, a.y, a.z, b.x, b.y, b.z}, skin_ - above - glm::dot(touch.normal, move) - glm::dot(lever, rotation)});
+    }
+    const LeastDistance nearest = leastDistance(halfSpaces_);
+    if (!nearest.exists) return false;
+    const Vec3 by = move + perMove * Vec3(nearest.x[0], nearest.x[1], nearest.x[2]);
+    const Vec3 turned = rotation + perTurn * Vec3(nearest.x[3], nearest.x[4], nearest.x[5]);
+    next = {glm::normalize(rotationBy(turned) * next.rotation), next.position + by};
+    const double bend = glm::dot(turned, turned) * shell_->radius_m;  // what the linear step leaves out, twice
+    if (bend < kConstraintTolerance * skin_) return true;
+  }
+  return true;
+}
+
+double ToolContact::farthestMove(const Pose& next) const noexcept {
+  return glm::distance(proxy_.position, next.position) + chord(proxy_.rotation, next.rotation) * shell_->radius_m;
+}
+
+/// Does no point enter a surface on its way to that pose, as seen from each body? Else hits_ are the first ones found.
+bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
+  hitCount_ = 0;
+  firstHit_ = 1;
+  const double travelled = travelled_ + bound;
+  const Frame frame(next);
+  const auto count = static_cast<std::uint16_t>(place_.size());
+  for (std::uint16_t i = 0; i < count; ++i) {
+    next_[i] = frame.toWorld(shell_->points[i]);
+    if (travelled < clearTo_[i]) continue;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const Body& body = bodies[b];
+      const double radius = body.surface->radius_m() + bound + moved_;
+      if (body.pendingRemoval || squaredLength(next_[i] - body.centre) > radius * radius) continue;
+      const Vec3 from = toLocal(bodyAt_[b], place_[i]);
+      const Vec3 to = body.frame.toLocal(next_[i]);
+      const Crossing crossing = body.surface->firstCrossing(from, to, allowance);
+      if (allowance.isSpent()) return false;
+      if (!crossing) continue;
+      firstHit_ = std::min(firstHit_, crossing.time);
+      if (hitCount_ == kMaxHits) return false;
+      hits_[hitCount_++] = {i, static_cast<std::uint16_t>(b), crossing.triangle, crossing.side, tick_, {}, 0};
+    }
+  }
+  return hitCount_ == 0;
+}
+
+/// False: no new one is among them, and the planes that are known do not keep the points where they are to be.
+bool ToolContact::addHits() noexcept {
+  bool added = false;
+  for (std::size_t h = 0; h < hitCount_; ++h) {
+    const Touch& hit = hits_[h];
+    const auto same = [&](const Touch& touch) {
+      return touch.point == hit.point && touch.body == hit.body && touch.triangle == hit.triangle;
+    };
+    const auto at =
+        std::find_if(touches_.begin(), touches_.end(), [&](const Touch& t) { return t.point >= hit.point; });
+    auto end = at;
+    while (end != touches_.end() && end->point == hit.point) ++end;
+    if (std::any_of(at, end, same) || touches_.size() == kMaxHalfSpaces) continue;
+    touches_.insert(end, hit);
+    added = true;
+  }
+  return added;
+}
+
+void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
+  proxy_ = next;
+  place_.swap(next_);
+  travelled_ += bound;
+  for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
+  for (std::size_t i = tick_ % kClearanceEvery; i < place_.size(); i += kClearanceEvery) {
+    if (travelled_ >= clearTo_[i] && !allowance.isSpent())
+      clearTo_[i] = travelled_ + clearance(bodies, place_[i], allowance);
+  }
+}
+
+/// How far the place may move before it can meet anything; a lower bound.
+double ToolContact::clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept {
+  constexpr double kNearEnough = 0.64;  // of the squared distance: what is hardly nearer is not looked for
+  double clear = kFarthestClearance_m;
+  for (const Body& body : bodies) {
+    if (glm::distance(place, body.centre) - body.surface->radius_m() > clear) continue;
+    const Vec3 at = body.frame.toLocal(place);
+    double nearest = clear * clear / kNearEnough;
+    allowance.spend(Allowance::kQuery);
+    body.surface->hierarchy().visitNear(
+        at, allowance,
+        [&](std::uint32_t begin, std::uint32_t end) noexcept {
+          allowance.spend(Allowance::kNearTriangle * (end - begin));
+          for (std::uint32_t t = begin; t < end; ++t)
+            nearest = std::min(nearest, closestOn(body.surface->triangle(t), t, at).squaredDistance);
+          return kNearEnough * nearest;
+        },
+        kNearEnough * nearest);
+    if (allowance.isSpent()) return 0;
+    clear = std::min(clear, std::sqrt(kNearEnough * nearest));
+  }
+  return clear;
+}
+
+}  // namespace haptics

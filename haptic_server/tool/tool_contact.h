@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "haptic_server/contact/body.h"
+#include "haptic_server/geometry/allowance.h"
+#include "haptic_server/tool/least_distance.h"
+#include "haptic_server/tool/tool_shell.h"
+
+namespace haptics {
+
+/// How a tool is held to its device; both positive.
+struct ToolCoupling {
+  double stiffness_N_per_m = 800;
+  double torsion_Nm_per_rad = 1;
+};
+
+struct ToolResult {
+  Pose proxy;           ///< Of the tool, world: it passes nothing.
+  Vec3 force_N{0};      ///< On the hand.
+  Vec3 torque_Nm{0};    ///< On the hand, about the proxy's origin.
+  int touching = 0;     ///< Points that surfaces hold.
+  bool waits = false;   ///< The allowance or the rounds ended before the proxy was where it is to be.
+  Allowance allowance;  ///< What is left.
+};
+
+/// A tool of many points: its proxy is the rigid pose nearest to the device's, measured by the coupling's energy, to which
+/// it comes on a way on which no point of the shell passes a surface (Ortega, Redon & Coquillart 2007, with Gauss' least
+/// constraint over the planes of points that touch; the guard and the neighborhood watch are those of the point contact).
+/// Constructed on the builder's thread; follow() neither allocates nor locks.
+class ToolContact {
+ public:
+  explicit ToolContact(std::shared_ptr<const ToolShell> shell);
+
+  /// The proxy is put there, and touches nothing.
+  void reset(const Pose& device, std::span<const Body> bodies) noexcept;
+  /// The bodies are others from now on, or other ones.
+  void forget(std::span<const Body> bodies) noexcept;
+
+  /// One tick. Bodies that move push the proxy.
+  [[nodiscard]] ToolResult follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
+                                  Allowance allowance = {}) noexcept;
+
+  [[nodiscard]] const Pose& proxy() const noexcept { return proxy_; }
+  [[nodiscard]] const ToolShell& shell() const noexcept { return *shell_; }
+
+ private:
+  static constexpr std::size_t kMaxBodies = 256;
+  static constexpr std::size_t kMaxHits = 64;
+
+  /// A point on a surface.
+  struct Touch {
+    std::uint16_t point;
+    std::uint16_t body;
+    std::uint32_t triangle;
+    int side;
+    std::uint64_t hitIn;  // tick: until it ends, the point stays above this triangle
+    Vec3 normal;          // world, of the plane above which the point stays
+    double offset;        // m
+  };
+
+  std::shared_ptr<const ToolShell> shell_;
+  Pose proxy_;
+  double moved_ = 0;                     // m, at most, of any body since the proxy moved last
+  double travelled_ = 0;                 // m, at most, of any point against any body, since forget()
+  std::vector<double> clearTo_;          // travelled_ until which a point can meet nothing
+  std::vector<Vec3> place_;              // of the points at the proxy, world
+  std::vector<Vec3> next_;               // and at the pose that is tried
+  std::array<Pose, kMaxBodies> bodyAt_;  // when the proxy moved last
+  std::vector<Touch> touches_;           // of capacity kMaxHalfSpaces
+  std::vector<HalfSpace6> halfSpaces_;
+  std::array<Touch, kMaxHits> hits_;
+  std::size_t hitCount_ = 0;
+  double firstHit_ = 1;  // fraction of the way
+  std::uint64_t tick_ = 0;
+  double skin_ = 0;  // m
+
+  void gather(std::span<const Body> bodies, const Pose& device) noexcept;
+  void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
+  [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next) noexcept;
+  [[nodiscard]] double farthestMove(const Pose& next) const noexcept;
+  [[nodiscard]] bool isClear(std::span<const Body> bodies, const Pose& next, double bound,
+                             Allowance& allowance) noexcept;
+  void moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept;
+  [[nodiscard]] double clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept;
+  [[nodiscard]] bool addHits() noexcept;
+};
+
+}  // namespace haptics

@@ -1,0 +1,215 @@
+#include "haptic_server/tool/tool_contact.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "common/mesh/generators.h"
+
+namespace haptics {
+namespace {
+
+constexpr ToolCoupling kCoupling{.stiffness_N_per_m = 1000, .torsion_Nm_per_rad = 2};
+
+std::shared_ptr<const ToolShell> shellOf(const TriMesh& mesh, double spacing_m) {
+  return std::make_shared<const ToolShell>(makeToolShell(mesh, spacing_m).value());
+}
+
+Body bodyOf(const std::shared_ptr<const CollisionMesh>& surface, const Pose& pose = {}) {
+  Body body;
+  body.surface = surface.get();
+  body.previous = body.current = pose;
+  body.update();
+  return body;
+}
+
+std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
+  return buildCollisionMesh(mesh.vertices, mesh.triangles);
+}
+
+Quat about(Vec3 axis, double angle_rad) { return glm::angleAxis(angle_rad, glm::normalize(axis)); }
+
+/// A slab whose top is z = 0.
+struct Ground {
+  std::shared_ptr<const CollisionMesh> surface = surfaceOf(makeBox({0.4, 0.4, 0.1}, 4).value());
+  std::vector<Body> bodies{bodyOf(surface, {{1, 0, 0, 0}, {0, 0, -0.05}})};
+};
+
+/// From `from` to `to` at 0.1 m/s and 1 rad/s, then at rest: the last tick.
+ToolResult bring(ToolContact& tool, const std::vector<Body>& bodies, const Pose& from, const Pose& to,
+                 const ToolCoupling& coupling = kCoupling) {
+  tool.reset(from, bodies);
+  constexpr int kTicks = 500;
+  ToolResult result;
+  for (int i = 1; i <= kTicks + 100; ++i)
+    result = tool.follow(bodies, interpolate(from, to, std::min(1.0, static_cast<double>(i) / kTicks)), coupling);
+  return result;
+}
+
+/// How deep the deepest point of the tool is in a closed surface, m; 0: none is inside.
+double deepest(const ToolContact& tool, const Body& body) {
+  double depth = 0;
+  for (const Vec3& point : tool.shell().points) {
+    const Vec3 at = body.frame.toLocal(toWorld(tool.proxy(), point));
+    int looked = 0;
+    const ClosestPoint foot = body.surface->closestFoot(at, 1 << 20, looked);
+    if (!body.surface->isOutside(foot, at)) depth = std::max(depth, std::sqrt(foot.squaredDistance));
+  }
+  return depth;
+}
+
+TEST(ToolContact, GoesWithItsDeviceWhereNothingIs) {
+  const Ground ground;
+  ToolContact tool(shellOf(makeSphere(0.02, 8).value(), 0.004));
+  const Pose to{about({1, 2, 3}, 0.5), {0.02, 0.01, 0.1}};
+  const ToolResult result = bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.2}}, to);
+  EXPECT_NEAR(glm::distance(result.proxy.position, to.position), 0, 1e-12);
+  EXPECT_NEAR(glm::length(result.force_N) + glm::length(result.torque_Nm), 0, 1e-9);
+  EXPECT_EQ(result.touching, 0);
+}
+
+TEST(ToolContact, BoxRestsOnAFace) {
+  const Ground ground;
+  ToolContact tool(shellOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005));
+  const ToolResult result = bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {{1, 0, 0, 0}, {0.01, 0, 0.003}});
+  EXPECT_NEAR(result.proxy.position.z, 0.005, 1e-6);
+  EXPECT_NEAR(result.force_N.z, 2, 0.002);
+  EXPECT_NEAR(glm::length(result.torque_Nm), 0, 1e-5);
+  EXPECT_GE(result.touching, 4);
+}
+
+TEST(ToolContact, TiltedDeviceIsTurnedBackByAFaceUntilItLifts) {
+  const Ground ground;
+  ToolContact tool(shellOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005));
+  // Pressed with 3 N, a lever of 20 mm holds the face down against torques up to 0.06 Nm.
+  const ToolResult flat =
+      bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {about({0, 1, 0}, 0.02), {0, 0, 0.002}});
+  EXPECT_NEAR(flat.force_N.z, 3, 0.003);
+  EXPECT_NEAR(flat.torque_Nm.y, -0.04, 1e-4);
+  EXPECT_GE(flat.touching, 4);
+  const ToolResult lifted =
+      bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {about({0, 1, 0}, 0.1), {0, 0, 0.002}});
+  EXPECT_NEAR(std::abs(lifted.torque_Nm.y), 0.02 * lifted.force_N.z, 0.02 * 0.02 * lifted.force_N.z);  // about the edge
+  EXPECT_GE(lifted.touching, 2);
+  EXPECT_LT(lifted.touching, 6);
+}
+
+TEST(ToolContact, BoxRestsOnAnEdgeAndOnACorner) {
+  const Ground ground;
+  const TriMesh box = makeBox({0.02, 0.02, 0.02}, 2).value();
+  ToolContact tool(shellOf(box, 0.004));
+  const Quat onEdge = about({1, 0, 0}, std::acos(-1) / 4);
+  const ToolResult edge =
+      bring(tool, ground.bodies, {onEdge, {0, 0, 0.03}}, {onEdge, {0, 0, 0.01 * std::sqrt(2) - 0.002}});
+  EXPECT_NEAR(edge.force_N.z, 2, 0.002);
+  EXPECT_NEAR(glm::length(edge.torque_Nm), 0, 1e-4);
+  const Quat onCorner = about({1, -1, 0}, std::acos(1 / std::sqrt(3)));
+  const ToolResult corner =
+      bring(tool, ground.bodies, {onCorner, {0, 0, 0.03}}, {onCorner, {0, 0, 0.01 * std::sqrt(3) - 0.002}});
+  EXPECT_NEAR(corner.force_N.z, 2, 0.002);
+  EXPECT_NEAR(glm::length(corner.torque_Nm), 0, 1e-4);
+}
+
+TEST(ToolContact, IsTurnedByWhatTouchesItBesideItsMiddle) {
+  const Ground ground;
+  ToolContact tool(shellOf(makeBox({0.1, 0.004, 0.004}, 2).value(), 0.004));
+  // Held at one end: the frame's origin is the device's.
+  const Quat tilted = about({0, 1, 0}, 0.3);
+  const ToolResult result = bring(tool, ground.bodies, {tilted, {0, 0, 0.05}}, {tilted, {0, 0, 0.01}});
+  EXPECT_GT(result.force_N.z, 0.1);
+  EXPECT_GT(std::abs(result.torque_Nm.y), 0.8 * 0.05 * result.force_N.z * std::cos(0.3));
+  EXPECT_LT(deepest(tool, ground.bodies[0]), 1e-12);
+}
+
+TEST(ToolContact, NeverPassesAThinPlateHoweverFast) {
+  const auto plate = surfaceOf(makeBox({0.4, 0.4, 0.0005}, 8).value());
+  const std::vector<Body> bodies{bodyOf(plate)};
+  const auto shell = shellOf(makeSphere(0.02, 24).value(), 0.0018);
+  ASSERT_GE(shell->points.size(), 900U);
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int seed = 0; seed < 20; ++seed) {
+    ToolContact tool(shell);
+    const Vec3 axis(unit(random), unit(random), unit(random));
+    const Vec3 sideways = 0.5 * Vec3(unit(random), unit(random), 0);
+    tool.reset({{1, 0, 0, 0}, {0, 0, 0.05}}, bodies);
+    for (int i = 1; i <= 50; ++i) {  // 2 m/s, 20 rad/s
+      const double t = 1e-3 * i;
+      const ToolResult result =
+          tool.follow(bodies, {about(axis, 20 * t), Vec3(0, 0, 0.05 - 2 * t) + sideways * t}, kCoupling);
+      for (const Vec3& point : shell->points)
+        ASSERT_GT(toWorld(result.proxy, point).z, 0.00025) << "seed " << seed << ", tick " << i;
+    }
+    EXPECT_NEAR(tool.proxy().position.z, 0.02025, 0.001);
+  }
+}
+
+TEST(ToolContact, IsNeverInsideOfATorusInARandomWalk) {
+  const auto torus = surfaceOf(makeTorus(0.04, 0.015, 96, 48).value());
+  const std::vector<Body> bodies{bodyOf(torus)};
+  const auto shell = shellOf(makeBox({0.03, 0.01, 0.01}, 2).value(), 0.002);
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  ToolContact tool(shell);
+  Pose device{{1, 0, 0, 0}, {0.04, 0, 0.03}};
+  tool.reset(device, bodies);
+  Vec3 velocity(0), spin(0), before(0);
+  int waits = 0, touching = 0;
+  double jump = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    velocity += 0.02 * Vec3(normal(random), normal(random), normal(random)) - 0.01 * velocity -
+                0.1 * (device.position - Vec3(0.04, 0, 0));
+    spin += 0.4 * Vec3(normal(random), normal(random), normal(random)) - 0.01 * spin;
+    device.position += 1e-3 * velocity;
+    device.rotation = glm::normalize(
+        glm::angleAxis(1e-3 * glm::length(spin) + 1e-12, glm::normalize(spin + Vec3(1e-9))) * device.rotation);
+    const ToolResult result = tool.follow(bodies, device, kCoupling);
+    waits += result.waits ? 1 : 0;
+    touching += result.touching > 0 ? 1 : 0;
+    jump = std::max(jump, glm::distance(result.force_N, before));
+    before = result.force_N;
+    if (i % 10 == 0) {
+      ASSERT_LT(deepest(tool, bodies[0]), 1e-9) << "tick " << i;
+    }
+  }
+  EXPECT_GT(touching, 5'000);
+  std::printf("%d of 20000 touch, %d wait, largest change of force %.3f N\n", touching, waits, jump);
+}
+
+TEST(ToolContact, IsPushedByABodyThatMoves) {
+  const auto wall = surfaceOf(makeBox({0.1, 0.1, 0.1}, 4).value());
+  std::vector<Body> bodies{bodyOf(wall, {{1, 0, 0, 0}, {0, 0, -0.08}})};
+  ToolContact tool(shellOf(makeSphere(0.02, 16).value(), 0.003));
+  const Pose device{};
+  tool.reset(device, bodies);
+  ToolResult result;
+  for (int i = 1; i <= 300; ++i) {
+    bodies[0].previous = bodies[0].current;
+    bodies[0].current.position.z += 1e-4;  // 0.1 m/s, 30 mm in all
+    bodies[0].update();
+    result = tool.follow(bodies, device, kCoupling);
+    ASSERT_LT(deepest(tool, bodies[0]), 1e-9) << i;
+  }
+  EXPECT_NEAR(result.proxy.position.z, 0.02, 0.001);
+  EXPECT_NEAR(result.force_N.z, 20, 1);
+}
+
+TEST(ToolContact, EndsATickWhoseAllowanceIsSpentAtAClearPlace) {
+  const Ground ground;
+  ToolContact tool(shellOf(makeSphere(0.02, 24).value(), 0.0022));
+  tool.reset({{1, 0, 0, 0}, {0, 0, 0.05}}, ground.bodies);
+  ToolResult result;
+  int waits = 0;
+  for (int i = 1; i <= 200; ++i) {
+    result = tool.follow(ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.05 - 2e-4 * i}}, kCoupling, Allowance(100'000));
+    waits += result.waits ? 1 : 0;
+    ASSERT_LT(deepest(tool, ground.bodies[0]), 1e-12);
+  }
+  EXPECT_GT(waits, 0);
+}
+
+}  // namespace
+}  // namespace haptics
