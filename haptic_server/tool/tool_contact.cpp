@@ -68,13 +68,25 @@ void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexce
   const Frame frame(proxy_);
   for (std::size_t i = 0; i < place_.size(); ++i) place_[i] = frame.toWorld(shell_->points[i]);
   touches_.clear();
-  forget(bodies);
+  for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
+  forgetClearances();
 }
 
-void ToolContact::forget(std::span<const Body> bodies) noexcept {
+void ToolContact::forgetClearances() noexcept {
   travelled_ = 0;
   std::fill(clearTo_.begin(), clearTo_.end(), -1.0);
-  for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
+}
+
+void ToolContact::adopt(std::span<const Body> bodies, std::span<const int> origin) noexcept {
+  const auto before = bodyAt_;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    bodyAt_[b] = origin[b] < 0 ? bodies[b].current : before[static_cast<std::size_t>(origin[b])];
+  std::erase_if(touches_, [&](Touch& touch) {
+    const auto now = std::find(origin.begin(), origin.end(), static_cast<int>(touch.body));
+    touch.body = static_cast<std::uint16_t>(now - origin.begin());
+    return now == origin.end();
+  });
+  forgetClearances();
 }
 
 ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,

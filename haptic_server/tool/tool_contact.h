@@ -38,8 +38,9 @@ class ToolContact {
 
   /// The proxy is put there, and touches nothing.
   void reset(const Pose& device, std::span<const Body> bodies) noexcept;
-  /// The bodies are others from now on, or other ones.
-  void forget(std::span<const Body> bodies) noexcept;
+  /// The bodies are these from now on. `origin[i]` is the place that bodies[i] had among those before, with the same surface,
+  /// or -1: it is new, and pushes only what comes to it from outside.
+  void adopt(std::span<const Body> bodies, std::span<const int> origin) noexcept;
 
   /// One tick. Bodies that move push the proxy.
   [[nodiscard]] ToolResult follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
@@ -66,7 +67,7 @@ class ToolContact {
   std::shared_ptr<const ToolShell> shell_;
   Pose proxy_;
   double moved_ = 0;                     // m, at most, of any body since the proxy moved last
-  double travelled_ = 0;                 // m, at most, of any point against any body, since forget()
+  double travelled_ = 0;                 // m, at most, of any point against any body, since adopt()
   std::vector<double> clearTo_;          // travelled_ until which a point can meet nothing
   std::vector<Vec3> place_;              // of the points at the proxy, world
   std::vector<Vec3> next_;               // and at the pose that is tried
@@ -79,6 +80,7 @@ class ToolContact {
   std::uint64_t tick_ = 0;
   double skin_ = 0;  // m
 
+  void forgetClearances() noexcept;
   void gather(std::span<const Body> bodies, const Pose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
   [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next) noexcept;

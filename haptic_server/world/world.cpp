@@ -11,6 +11,7 @@
 #include "common/mesh/import.h"
 #include "common/telemetry/fault_words.h"
 #include "haptic_server/device/presets.h"
+#include "haptic_server/world/held_tool.h"
 #include "haptic_server/world/input_checks.h"
 #include "haptic_server/world/stepped_scene.h"
 
@@ -48,7 +49,7 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCo
   return properties;
 }
 
-[[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceOf(const World::Mesh& mesh) {
+[[nodiscard]] TriMesh triMeshOf(const World::Mesh& mesh) {
   if (mesh.triangles.size() > kMaxTriangles || mesh.vertices.size() > kMaxVertices) {
     refuse("mesh", "has " + std::to_string(mesh.triangles.size()) + " triangles and " +
                        std::to_string(mesh.vertices.size()) + " vertices; at most " + std::to_string(kMaxTriangles) +
@@ -66,9 +67,14 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCo
   std::vector<Vec3> vertices;
   vertices.reserve(mesh.vertices.size());
   for (const auto& v : mesh.vertices) vertices.emplace_back(v[0], v[1], v[2]);
-  const auto made = canonicalise(vertices, {mesh.triangles.begin(), mesh.triangles.end()}, {});
+  auto made = canonicalise(vertices, {mesh.triangles.begin(), mesh.triangles.end()}, {});
   if (!made) refuse("mesh", made.error().text());
-  return buildCollisionMesh(made->mesh.vertices, made->mesh.triangles);
+  return std::move(made->mesh);
+}
+
+[[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceOf(const World::Mesh& mesh) {
+  const TriMesh made = triMeshOf(mesh);
+  return buildCollisionMesh(made.vertices, made.triangles);
 }
 
 }  // namespace
@@ -99,6 +105,7 @@ struct World::Impl {
   std::vector<Removal> removals;
   std::uint64_t lastBody = 0, revision = 0;
   SteppedScene scene;
+  std::optional<HeldTool> tool;
 
   [[nodiscard]] ServoObject& find(std::uint64_t body) {
     const auto at = std::ranges::find(bodies, body, &ServoObject::id);
@@ -123,6 +130,7 @@ struct World::Impl {
     auto made = std::make_unique<ServoScene>();
     made->number = made->revision = ++revision;
     made->objects = bodies;
+    if (tool) tool->adopt(*made);
     scene.publish(std::move(made));
   }
 };
@@ -174,6 +182,18 @@ void World::remove(std::uint64_t body) {
   impl_->publish();
 }
 
+std::size_t World::hold(const Mesh& mesh, const Tool& tool) {
+  HeldTool held(triMeshOf(mesh), tool, impl_->scene.config());
+  const std::size_t points = held.points();
+  impl_->tool = std::move(held);
+  impl_->publish();
+  return points;
+}
+
+World::ToolSample World::stepTool(const Pose& device) noexcept {
+  return impl_->tool ? impl_->tool->step(device) : ToolSample{};
+}
+
 World::Sample World::step(const Vector& hip_m) noexcept { return impl_->scene.step(hip_m); }
 
 World::Sample World::step(const Vector& hip_m, std::uint64_t missedTicks) noexcept {
@@ -183,6 +203,11 @@ World::Sample World::step(const Vector& hip_m, std::uint64_t missedTicks) noexce
 
 void World::run(std::span<const Vector> hips_m, std::span<Sample> samples) noexcept {
   impl_->scene.run(hips_m, samples);
+}
+
+void World::runTool(std::span<const Pose> devices, std::span<ToolSample> samples) noexcept {
+  const std::size_t count = std::min(devices.size(), samples.size());
+  for (std::size_t i = 0; i < count; ++i) samples[i] = stepTool(devices[i]);
 }
 
 const char* faultInWords(World::Fault fault) noexcept {

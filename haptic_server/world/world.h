@@ -85,6 +85,25 @@ class World {
     bool allowanceSpent = false;  ///< The tick's allowance ended on the way: the next one goes on from there.
   };
 
+  /// A tool with a shape, in place of a point. Its proxy is the pose nearest to the device's in which it has passed nothing;
+  /// two springs hold the device to it. What stiffness a device bears in rotation is for its user to know.
+  struct Tool {
+    double spacing_m = 0.002;        ///< Of the points of its surface that are followed; at most 8,192 come of it.
+    double stiffness_N_per_m = 800;  ///< Against moving,
+    double torsion_Nm_per_rad = 1;   ///< and against turning.
+    double maxTorque_Nm = 0.2;       ///< No torque is larger.
+  };
+
+  /// One tick of a tool.
+  struct ToolSample {
+    Vector force_N{};            ///< On the hand,
+    Vector torque_Nm{};          ///< and about the origin of the tool's frame; world frame.
+    Pose proxy;                  ///< Of the tool.
+    std::uint32_t touching = 0;  ///< Points that surfaces hold.
+    Fault fault = Fault::kNone;
+    bool waits = false;  ///< The tick's allowance ended on the way: the next one goes on from there.
+  };
+
   /// @throws InvalidInput a value out of range.
   explicit World(const Device& device);
   World() : World(Device{}) {}
@@ -105,13 +124,20 @@ class World {
   void setPose(std::uint64_t body, const Pose& pose);
   void setMaterial(std::uint64_t body, const Material& material);
   void remove(std::uint64_t body);
+  /// The hand holds this tool from now on, for stepTool(); the mesh in the tool's frame, in whose origin the device holds it.
+  /// @return How many points are followed.
+  /// @throws InvalidInput a mesh without triangles, a value out of range, more than 8,192 points.
+  std::size_t hold(const Mesh& mesh, const Tool& tool);
 
   /// The tick after the last one, with the HIP there (m, world).
   Sample step(const Vector& hip_m) noexcept;
   /// The same after `missedTicks` in which the loop was late and the device held its force.
   Sample step(const Vector& hip_m, std::uint64_t missedTicks) noexcept;
-  /// A tick for each position, as many as both hold.
+  /// A tick of the tool, with the device's pose there (world). Bodies that setPose() moves push it. No force without a tool.
+  ToolSample stepTool(const Pose& device) noexcept;
+  /// A tick for each position or pose, as many as both hold.
   void run(std::span<const Vector> hips_m, std::span<Sample> samples) noexcept;
+  void runTool(std::span<const Pose> devices, std::span<ToolSample> samples) noexcept;
 
  private:
   struct Impl;

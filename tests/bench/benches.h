@@ -14,6 +14,8 @@ void registerPhases(std::span<const std::uint32_t> sizes);
 void registerPeers(std::span<const std::uint32_t> sizes);
 /// From the device's position to the force in the server's loop, which sleeps between ticks; with and without pre-touch.
 void registerServo(std::span<const std::uint32_t> sizes);
+/// Tools of many points.
+void registerTools();
 /// The database's build, and its size.
 void registerBuild(std::span<const std::uint32_t> sizes);
 

@@ -45,6 +45,7 @@ int main(int argc, char** argv) {
   bench::registerPhases(sizes);
   bench::registerPeers(sizes);
   bench::registerServo(sizes);
+  bench::registerTools();
   bench::registerBuild(sizes);
   bench::registerProtocol();
   bench::registerStructures(sizes);

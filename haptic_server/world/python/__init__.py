@@ -1,6 +1,7 @@
 """World and SceneWorld compute forces in this process; haptics.v1 holds the protocol's messages, for haptic_client."""
 
-_OF_WORLD = ("Body", "Device", "Fault", "Material", "Pose", "SAMPLE", "SceneWorld", "World")
+_OF_WORLD = ("Body", "Device", "Fault", "Material", "Pose", "SAMPLE", "SceneWorld", "TOOL_SAMPLE", "Tool",
+             "World")
 
 
 def __getattr__(name):

@@ -80,21 +80,48 @@ std::uint64_t add(SharedWorld& shared, const std::string& name, const Rows<float
 }
 
 /// In place: other types and layouts are refused, not copied.
+template <class Row>
+[[nodiscard]] std::span<const Row> inPlace(const py::array& array, const std::string& field) {
+  constexpr py::ssize_t kColumns = sizeof(Row) / sizeof(double);
+  const bool isThere = py::isinstance<py::array_t<double>>(array) && array.ndim() == 2 && array.shape(1) == kColumns &&
+                       (array.flags() & py::array::c_style) != 0;
+  if (!isThere) {
+    refuse(field, "is " + shapeText(array) + "; (n, " + std::to_string(kColumns) +
+                      ") of float64 in rows is wanted: numpy.ascontiguousarray(" + field + ", float)");
+  }
+  return {static_cast<const Row*>(array.data()), static_cast<std::size_t>(array.shape(0))};
+}
+
 template <class Kind>
 py::array_t<World::Sample> run(Shared<Kind>& shared, const py::array& positions) {
-  const bool inPlace = py::isinstance<py::array_t<double>>(positions) && positions.ndim() == 2 &&
-                       positions.shape(1) == 3 && (positions.flags() & py::array::c_style) != 0;
-  if (!inPlace) {
-    refuse("positions", "is " + shapeText(positions) +
-                            "; (n, 3) of float64 in rows is wanted: numpy.ascontiguousarray(positions, float)");
-  }
+  const auto hips = inPlace<World::Vector>(positions, "positions");
   py::array_t<World::Sample> samples(positions.shape(0));
-  const std::span hips(static_cast<const World::Vector*>(positions.data()),
-                       static_cast<std::size_t>(positions.shape(0)));
   const std::span out(samples.mutable_data(), hips.size());
   shared.with([&](Kind& world) {
     const py::gil_scoped_release released;
     world.run(hips, out);
+  });
+  return samples;
+}
+
+std::size_t hold(SharedWorld& shared, const Rows<float>& vertices, const py::array& triangles,
+                 const World::Tool& tool) {
+  const auto corners = rowsOf(vertices, "vertices");
+  const Rows<std::uint32_t> indices = indicesOf(triangles);
+  const World::Mesh mesh{corners, rowsOf(indices, "triangles")};
+  return shared.with([&](World& world) {
+    const py::gil_scoped_release released;
+    return world.hold(mesh, tool);
+  });
+}
+
+py::array_t<World::ToolSample> runTool(SharedWorld& shared, const py::array& poses) {
+  const auto devices = inPlace<World::Pose>(poses, "poses");
+  py::array_t<World::ToolSample> samples(poses.shape(0));
+  const std::span out(samples.mutable_data(), devices.size());
+  shared.with([&](World& world) {
+    const py::gil_scoped_release released;
+    world.runTool(devices, out);
   });
   return samples;
 }
@@ -106,8 +133,11 @@ PYBIND11_MODULE(_world, module) {
       "A tick for each of positions (n, 3), float64 in rows, read in place: samples (n,) of SAMPLE.";
   PYBIND11_NUMPY_DTYPE(World::Sample, force_N, ihip_m, normal, penetration_m, body, triangle, fault, sliding,
                        allowanceSpent);
+  PYBIND11_NUMPY_DTYPE(World::Pose, position_m, rotation);
+  PYBIND11_NUMPY_DTYPE(World::ToolSample, force_N, torque_Nm, proxy, touching, fault, waits);
   module.doc() = "Bodies, and the force on a hand that touches them: the haptic server's step in this process.";
   module.attr("SAMPLE") = py::dtype::of<World::Sample>();
+  module.attr("TOOL_SAMPLE") = py::dtype::of<World::ToolSample>();
 
   py::enum_<World::Fault>(module, "Fault")
       .value("NONE", World::Fault::kNone)
@@ -149,6 +179,13 @@ PYBIND11_MODULE(_world, module) {
       .def_readonly("position_m", &World::Pose::position_m)
       .def_readonly("rotation", &World::Pose::rotation);
 
+  py::class_<World::Tool>(module, "Tool", "A tool with a shape, in place of a point. SI units.")
+      .def(py::init([](double spacing_m, double stiffness, double torsion, double maxTorque_Nm) {
+             return World::Tool{spacing_m, stiffness, torsion, maxTorque_Nm};
+           }),
+           py::kw_only(), py::arg("spacing_m") = 0.002, py::arg("stiffness_N_per_m") = 800,
+           py::arg("torsion_Nm_per_rad") = 1, py::arg("max_torque_Nm") = 0.2);
+
   py::class_<SharedWorld>(module, "World",
                           "Bodies, and the force on a hand that touches them (metres, newtons, world frame). Threads\n"
                           "may share one: one call at a time runs, without the GIL. ValueError names what is refused.")
@@ -174,7 +211,12 @@ PYBIND11_MODULE(_world, module) {
           "remove",
           [](SharedWorld& shared, std::uint64_t body) { shared.with([&](World& world) { world.remove(body); }); },
           py::arg("body"))
-      .def("run", &run<World>, py::arg("positions"), kRunIs);
+      .def("run", &run<World>, py::arg("positions"), kRunIs)
+      .def("hold", &hold, py::arg("vertices"), py::arg("triangles"), py::arg("tool") = World::Tool{},
+           "The hand holds this tool from now on, for run_tool(); returns how many of its points are followed.")
+      .def("run_tool", &runTool, py::arg("poses"),
+           "A tick for each of poses (n, 7), x y z and w x y z, float64 in rows, read in place: samples (n,) of\n"
+           "TOOL_SAMPLE.");
 
   py::class_<SceneWorld::Body>(module, "Body", "Of a SceneWorld.")
       .def_readonly("number", &SceneWorld::Body::number)

@@ -52,6 +52,21 @@ class PythonWorld(unittest.TestCase):
         self.world.remove(self.body)
         self.assertEqual(self.world.run(at_rest)[-1]["body"], 0)
 
+    def test_a_tool_is_turned_by_what_it_touches(self):
+        points = self.world.hold(*box(0.01), haptics.Tool(spacing_m=0.004, torsion_Nm_per_rad=2))
+        self.assertGreater(points, 20)
+        poses = numpy.zeros((3000, 7))
+        poses[:, 3] = 1
+        poses[:, 0] = 0.05  # half of it beyond the edge of the body
+        poses[:, 2] = numpy.maximum(0.057, 0.07 - 1e-5 * numpy.arange(3000))
+        samples = self.world.run_tool(poses)
+        self.assertEqual(samples.dtype, haptics.TOOL_SAMPLE)
+        self.assertGreater(samples[-1]["force_N"][2], 1)
+        self.assertGreater(abs(samples[-1]["torque_Nm"][1]), 1e-3)
+        self.assertFalse(samples["waits"].any())
+        with self.assertRaisesRegex(ValueError, r"poses: is .*\(n, 7\) of float64"):
+            self.world.run_tool(poses[:, :3])
+
     def test_what_it_cannot_take_is_named(self):
         corners, triangles = box()
         for field, call in {

@@ -119,6 +119,88 @@ TEST(World, FeelsEditsWithoutAStepOfTheForce) {
   EXPECT_LT(largest, 0.05);
 }
 
+/// A box of 40 x 20 x 10 mm as a tool, 40 mm above a slab whose top is z = 0.
+struct ToolOverSlab {
+  TriMesh slab = makeBox({0.4, 0.4, 0.1}, 4).value(), box = makeBox({0.04, 0.02, 0.01}, 2).value();
+  World world{World::Device{.maxForce_N = 20}};
+  std::uint64_t ground = 0;
+  std::size_t points = 0;
+
+  static World::Mesh meshOf(const TriMesh& mesh, std::vector<std::array<float, 3>>& vertices) {
+    for (const Vec3f& v : mesh.vertices) vertices.push_back({v.x, v.y, v.z});
+    return {vertices, mesh.triangles};
+  }
+  ToolOverSlab() {
+    std::vector<std::array<float, 3>> ofSlab, ofBox;
+    ground = world.add("ground", meshOf(slab, ofSlab), {}, {.position_m = {0, 0, -0.05}});
+    points = world.hold(meshOf(box, ofBox), {.spacing_m = 0.005, .stiffness_N_per_m = 1000, .torsion_Nm_per_rad = 2});
+  }
+  /// Down to z at 0.1 m/s, then at rest.
+  World::ToolSample press(double z, int ticks = 1500) {
+    World::ToolSample sample;
+    for (int i = 0; i < ticks; ++i) sample = world.stepTool({.position_m = {0, 0, std::max(z, 0.04 - 1e-4 * i)}});
+    return sample;
+  }
+};
+
+TEST(World, ToolRestsOnItsFace) {
+  ToolOverSlab scene;
+  EXPECT_GT(scene.points, 40U);
+  const World::ToolSample sample = scene.press(0.003);
+  EXPECT_NEAR(sample.force_N[2], 2, 0.002);
+  EXPECT_NEAR(sample.proxy.position_m[2], 0.005, 1e-6);
+  EXPECT_GE(sample.touching, 4U);
+  EXPECT_FALSE(sample.waits);
+}
+
+TEST(World, ToolFeelsEditsWithoutAStep) {
+  ToolOverSlab scene;
+  double before = scene.press(0.003).force_N[2], largest = 0;
+  const auto hold = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      const double now = scene.world.stepTool({.position_m = {0, 0, 0.003}}).force_N[2];
+      largest = std::max(largest, std::abs(now - before));
+      before = now;
+    }
+    return before;
+  };
+  scene.world.setPose(scene.ground, {.position_m = {0, 0, -0.049}});
+  EXPECT_NEAR(hold(300), 3, 0.003);
+  scene.world.remove(scene.ground);
+  EXPECT_NEAR(hold(1000), 0, 1e-9);
+  EXPECT_LT(largest, 0.05);
+}
+
+TEST(World, ToolLosesItsForceSmoothlyWhereItsPoseIsNone) {
+  ToolOverSlab scene;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const World::Pose& bad : {World::Pose{.position_m = {nan, 0, 0}}, World::Pose{.rotation = {0, 0, 0, 0}}}) {
+    EXPECT_EQ(scene.world.stepTool({.position_m = {0, 0, 0.03}}).fault, World::Fault::kNone);
+    double before = scene.press(0.003).force_N[2];
+    EXPECT_NEAR(before, 2, 0.01);
+    for (int i = 0; i < 40; ++i) {
+      const World::ToolSample sample = scene.world.stepTool(bad);
+      EXPECT_EQ(sample.fault, World::Fault::kNonFiniteHip);
+      EXPECT_LE(std::abs(sample.force_N[2] - before), 0.11);
+      before = sample.force_N[2];
+    }
+    EXPECT_EQ(before, 0);
+  }
+}
+
+TEST(World, ToolThatCannotBeHeldIsRefused) {
+  ToolOverSlab scene;
+  std::vector<std::array<float, 3>> vertices;
+  const World::Mesh mesh = ToolOverSlab::meshOf(scene.box, vertices);
+  EXPECT_THAT(refusalOf([&] { scene.world.hold(mesh, {.spacing_m = 0}); }), HasSubstr("tool.spacing_m: is 0"));
+  EXPECT_THAT(refusalOf([&] { scene.world.hold(mesh, {.spacing_m = 1e-4}); }), HasSubstr("more than 8192 points"));
+  EXPECT_THAT(refusalOf([&] { scene.world.hold(mesh, {.maxTorque_Nm = 0}); }), HasSubstr("tool.maxTorque_Nm: is 0"));
+  EXPECT_THAT(refusalOf([&] { scene.world.hold(mesh, {.torsion_Nm_per_rad = -1}); }),
+              HasSubstr("tool.torsion_Nm_per_rad"));
+  EXPECT_THAT(refusalOf([&] { scene.world.hold({}, {}); }), HasSubstr("mesh: holds no face"));
+  EXPECT_NEAR(scene.press(0.003).force_N[2], 2, 0.002);
+}
+
 TEST(World, HasRoomAgainWhereBodiesWereRemoved) {
   World world;
   const Sphere small(0.001);
@@ -188,6 +270,18 @@ TEST(World, StepsWithoutAllocating) {
   {
     const AllocationTripwire armed;
     press(world, 0.003);
+  }
+  EXPECT_EQ(AllocationTripwire::count(), allocations);
+}
+
+TEST(World, StepsAToolWithoutAllocating) {
+  ToolOverSlab scene;
+  scene.press(0.003, 100);
+  scene.world.setPose(scene.ground, {.position_m = {0, 0, -0.049}});
+  const std::uint64_t allocations = AllocationTripwire::count();
+  {
+    const AllocationTripwire armed;
+    scene.press(0.003);
   }
   EXPECT_EQ(AllocationTripwire::count(), allocations);
 }

@@ -1,0 +1,110 @@
+#include "haptic_server/world/held_tool.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "haptic_server/world/input_checks.h"
+#include "haptic_server/world/stepped_scene.h"
+
+namespace haptics {
+namespace {
+
+constexpr double kMaxStiffness_N_per_m = 1e5, kMaxTorsion_Nm_per_rad = 1e3, kMaxTorque_Nm = 100;
+/// Of a fault's end, as the server's devices.
+constexpr double kRise_s = 0.5;
+
+[[nodiscard]] std::shared_ptr<const ToolShell> shellOf(const TriMesh& mesh, double spacing_m) {
+  auto shell = makeToolShell(mesh, spacing_m);
+  if (!shell) refuse("tool." + shell.error().field, shell.error().reason);
+  return std::make_shared<const ToolShell>(*std::move(shell));
+}
+
+[[nodiscard]] bool isPose(const World::Pose& pose) noexcept {
+  const auto& [w, x, y, z] = pose.rotation;
+  const double squared = w * w + x * x + y * y + z * z;
+  return isWithinWorld(vec(pose.position_m)) && squared > 0.5 && squared < 2;  // not for NaN
+}
+
+}  // namespace
+
+void HeldTool::Rest::shrink(double by) noexcept {
+  const double length = glm::length(value);
+  value = length > by ? value * (1 - by / length) : Vec3(0);
+}
+
+HeldTool::HeldTool(const TriMesh& mesh, const World::Tool& tool, const StepConfig& config)
+    : coupling_{tool.stiffness_N_per_m, tool.torsion_Nm_per_rad},
+      maxForce_N_(config.maxForce_N),
+      maxTorque_Nm_(tool.maxTorque_Nm),
+      period_s_(config.period_s),
+      allowance_(config.allowance()),
+      contact_(shellOf(mesh, tool.spacing_m)) {
+  constexpr double kLeast = 1e-6;  // a spring that is none holds nothing
+  check(tool.stiffness_N_per_m, kLeast, kMaxStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
+  check(tool.torsion_Nm_per_rad, kLeast, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
+  check(tool.maxTorque_Nm, kLeast, kMaxTorque_Nm, " Nm, what the device bears", "tool.maxTorque_Nm");
+}
+
+void HeldTool::adopt(const ServoScene& scene) {
+  std::vector<int> origin;
+  const auto before = std::exchange(numbers_, {});
+  surfaces_.clear();
+  bodies_.clear();
+  for (const ServoObject& object : scene.objects) {
+    const auto at = std::ranges::find(before, object.id);
+    origin.push_back(at == before.end() ? -1 : static_cast<int>(at - before.begin()));
+    numbers_.push_back(object.id);
+    surfaces_.push_back(object.surface);
+    Body& body = bodies_.emplace_back();
+    body.surface = object.surface.get();
+    body.previous = body.current = object.pose;
+    body.pendingRemoval = object.pendingRemoval;
+    body.update();
+  }
+  contact_.adopt(bodies_, origin);
+  mayJump_ = true;
+}
+
+World::ToolSample HeldTool::step(const World::Pose& device) noexcept {
+  const bool faulty = !isPose(device);
+  World::ToolSample sample;
+  Wrench wrench = felt_;
+  if (!faulty) {
+    const auto& [w, x, y, z] = device.rotation;
+    const Pose pose{glm::normalize(Quat(w, x, y, z)), vec(device.position_m)};
+    if (!attached_) {
+      contact_.reset(pose, bodies_);
+      forceRamp_.begin(kRise_s);
+      torqueRamp_.begin(kRise_s);
+      felt_ = {};
+      force_ = torque_ = {};
+      attached_ = true;
+    }
+    const ToolResult result = contact_.follow(bodies_, pose, coupling_, allowance_);
+    wrench = {limitMagnitude(result.force_N, maxForce_N_), limitMagnitude(result.torque_Nm, maxTorque_Nm_)};
+    if (mayJump_) {
+      force_.value += felt_.force - wrench.force;
+      torque_.value += felt_.torque - wrench.torque;
+    }
+    mayJump_ = result.waits;
+    felt_ = wrench;
+    const double rate_N = EditSlew::kRate_N_per_s * period_s_;
+    force_.shrink(rate_N);
+    torque_.shrink(rate_N * contact_.shell().radius_m);
+    sample.touching = static_cast<std::uint32_t>(result.touching);
+    sample.waits = result.waits;
+  } else {
+    sample.fault = World::Fault::kNonFiniteHip;
+  }
+  sample.force_N =
+      vectorOf(limitMagnitude(forceRamp_.apply(faulty, wrench.force + force_.value, period_s_), maxForce_N_));
+  sample.torque_Nm =
+      vectorOf(limitMagnitude(torqueRamp_.apply(faulty, wrench.torque + torque_.value, period_s_), maxTorque_Nm_));
+  if (faulty && forceRamp_.atZero()) attached_ = false;
+  const Pose& proxy = contact_.proxy();
+  sample.proxy = {vectorOf(proxy.position), {proxy.rotation.w, proxy.rotation.x, proxy.rotation.y, proxy.rotation.z}};
+  return sample;
+}
+
+}  // namespace haptics

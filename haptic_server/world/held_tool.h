@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "haptic_server/force/output_chain.h"
+#include "haptic_server/step/haptic_state.h"
+#include "haptic_server/step/servo_scene.h"
+#include "haptic_server/tool/tool_contact.h"
+#include "haptic_server/world/world.h"
+
+namespace haptics {
+
+/// A tool in the hand of a World: what it touches, and what stands between its force and the device.
+class HeldTool {
+ public:
+  /// @throws InvalidInput a value out of range, too many points.
+  HeldTool(const TriMesh& mesh, const World::Tool& tool, const StepConfig& config);
+
+  /// The bodies are those of the scene from the next step on; what is felt of that comes without a step of the force.
+  void adopt(const ServoScene& scene);
+  [[nodiscard]] World::ToolSample step(const World::Pose& device) noexcept;
+  [[nodiscard]] std::size_t points() const noexcept { return contact_.shell().points.size(); }
+
+ private:
+  /// Force and torque, N and Nm.
+  struct Wrench {
+    Vec3 force{0}, torque{0};
+  };
+  /// What a change that is not the hand's took from the wrench, and is given back at a bounded rate.
+  struct Rest {
+    Vec3 value{0};
+    void shrink(double by) noexcept;
+  };
+
+  ToolCoupling coupling_;
+  double maxForce_N_, maxTorque_Nm_, period_s_;
+  Allowance allowance_;
+  ToolContact contact_;
+  std::vector<Body> bodies_;
+  std::vector<std::uint64_t> numbers_;  // of the bodies
+  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
+  Wrench felt_;
+  Rest force_, torque_;
+  FaultRamp forceRamp_, torqueRamp_;
+  bool attached_ = false;
+  bool mayJump_ = false;  // for another reason than the hand
+};
+
+}  // namespace haptics
