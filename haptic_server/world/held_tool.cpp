@@ -52,6 +52,7 @@ void HeldTool::adopt(const ServoScene& scene) {
   surfaces_.clear();
   bodies_.clear();
   for (const ServoObject& object : scene.objects) {
+    if (object.pendingRemoval) continue;
     const auto at = std::ranges::find(before, object.id);
     origin.push_back(at == before.end() ? -1 : static_cast<int>(at - before.begin()));
     numbers_.push_back(object.id);
@@ -59,7 +60,6 @@ void HeldTool::adopt(const ServoScene& scene) {
     Body& body = bodies_.emplace_back();
     body.surface = object.surface.get();
     body.previous = body.current = object.pose;
-    body.pendingRemoval = object.pendingRemoval;
     body.update();
   }
   contact_.adopt(bodies_, origin);

@@ -57,7 +57,7 @@ class PythonWorld(unittest.TestCase):
         self.assertGreater(points, 20)
         poses = numpy.zeros((3000, 7))
         poses[:, 3] = 1
-        poses[:, 0] = 0.05  # half of it beyond the edge of the body
+        poses[:, 0] = 0.055  # its middle beyond the edge of the body
         poses[:, 2] = numpy.maximum(0.057, 0.07 - 1e-5 * numpy.arange(3000))
         samples = self.world.run_tool(poses)
         self.assertEqual(samples.dtype, haptics.TOOL_SAMPLE)
