@@ -40,10 +40,10 @@ HeldTool::HeldTool(const TriMesh& mesh, const World::Tool& tool, const StepConfi
       period_s_(config.period_s),
       allowance_(config.allowance()),
       contact_(shellOf(mesh, tool.spacing_m)) {
-  constexpr double kLeast = 1e-6;  // a spring that is none holds nothing
-  check(tool.stiffness_N_per_m, kLeast, kMaxStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
-  check(tool.torsion_Nm_per_rad, kLeast, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
-  check(tool.maxTorque_Nm, kLeast, kMaxTorque_Nm, " Nm, what the device bears", "tool.maxTorque_Nm");
+  constexpr double kMin = 1e-6;  // a spring that is none holds nothing
+  check(tool.stiffness_N_per_m, kMin, kMaxStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
+  check(tool.torsion_Nm_per_rad, kMin, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
+  check(tool.maxTorque_Nm, kMin, kMaxTorque_Nm, " Nm, what the device bears", "tool.maxTorque_Nm");
 }
 
 void HeldTool::adopt(const ServoScene& scene) {
