@@ -47,7 +47,13 @@ class EditWithMouse(harness.EndToEnd):
         self.window.focus()
         self.window.click(*CENTRE)
         self.window.do("key", "g")
-        self.wait_until(lambda: self.window.pixels(*Z_HANDLES), "no handles are seen")
+        self.wait_until(self.handles_stand, "no handles are seen, or they do not come to rest")
+
+    def handles_stand(self):
+        """Drawn whole, and where they stay."""
+        before = self.window.pixels(*Z_HANDLES)
+        time.sleep(0.3)
+        return before and before == self.window.pixels(*Z_HANDLES)
 
     def z_arrow(self):
         """Its tip is the highest of the blue handles."""
