@@ -54,13 +54,30 @@ constexpr double kRest = 1e-3;
 
 }  // namespace
 
-ToolContact::ToolContact(std::shared_ptr<const ToolShell> shell)
-    : shell_(std::move(shell)),
+ToolContact::ToolContact(std::shared_ptr<const CollisionMesh> surface, std::shared_ptr<const ToolShell> shell)
+    : surface_(std::move(surface)),
+      shell_(std::move(shell)),
       clearTo_(shell_->points.size()),
       place_(shell_->points.size()),
       next_(shell_->points.size()) {
   touches_.reserve(kMaxHalfSpaces);
   halfSpaces_.reserve(kMaxHalfSpaces);
+}
+
+void ToolContact::adopt(std::span<const Obstacle> obstacles) {
+  const auto before = bodyAt_;
+  sharp_.clear();
+  for (std::size_t b = 0; b < obstacles.size(); ++b) {
+    const auto& [body, sharp, origin] = obstacles[b];
+    bodyAt_[b] = origin < 0 ? body.current : before[static_cast<std::size_t>(origin)];
+    sharp_.push_back({sharp, std::vector<double>(sharp->size())});
+  }
+  std::erase_if(touches_, [&](Touch& touch) {
+    const auto now = std::ranges::find(obstacles, static_cast<int>(touch.body), &Obstacle::origin);
+    touch.body = static_cast<std::uint16_t>(now - obstacles.begin());
+    return now == obstacles.end();
+  });
+  forgetClearances();
 }
 
 void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexcept {
@@ -75,18 +92,7 @@ void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexce
 void ToolContact::forgetClearances() noexcept {
   travelled_ = 0;
   std::fill(clearTo_.begin(), clearTo_.end(), -1.0);
-}
-
-void ToolContact::adopt(std::span<const Body> bodies, std::span<const int> origin) noexcept {
-  const auto before = bodyAt_;
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    bodyAt_[b] = origin[b] < 0 ? bodies[b].current : before[static_cast<std::size_t>(origin[b])];
-  std::erase_if(touches_, [&](Touch& touch) {
-    const auto now = std::find(origin.begin(), origin.end(), static_cast<int>(touch.body));
-    touch.body = static_cast<std::uint16_t>(now - origin.begin());
-    return now == origin.end();
-  });
-  forgetClearances();
+  for (Sharp& sharp : sharp_) std::fill(sharp.clearTo.begin(), sharp.clearTo.end(), -1.0);
 }
 
 ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
@@ -114,9 +120,8 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   result.proxy = proxy_;
   result.force_N = coupling.stiffness_N_per_m * (proxy_.position - device.position);
   result.torque_Nm = coupling.torsion_Nm_per_rad * rotationVector(proxy_.rotation * glm::conjugate(device.rotation));
-  for (const Touch& touch : touches_) {
-    result.touching += glm::dot(touch.normal, place_[touch.point]) - touch.offset < kTouchMargin * skin_ ? 1 : 0;
-  }
+  const Frame tool(proxy_);
+  for (const Touch& touch : touches_) result.touching += height(touch, tool) < kTouchMargin * skin_ ? 1 : 0;
   result.waits = !settled;
   result.allowance = allowance;
   return result;
@@ -139,34 +144,44 @@ void ToolContact::gather(std::span<const Body> bodies, const Pose& device) noexc
 /// Follows the points that touch over the surfaces, and takes their planes. Those that are farther than the tool can come
 /// are let go of.
 void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept {
+  const Frame tool(proxy_);
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < touches_.size() && !allowance.isSpent(); ++i) {
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
     Touch touch = touches_[i];
-    const Body& body = bodies[touch.body];
-    const CollisionMesh& surface = *body.surface;
-    const Vec3 at = body.frame.toLocal(place_[touch.point]);
-    int looked = 0;
-    const ClosestPoint foot = touch.hitIn == tick_
-                                  ? onPlaneOf(surface, touch.triangle, at)
-                                  : neighborhoodWatch(surface, touch.triangle, at, nullptr, looked, kTouchBudget).foot;
-    allowance.spend(Allowance::kNearTriangle * (looked + 1));
-    touch.triangle = foot.triangle;
-    const double distance = std::sqrt(foot.squaredDistance);
-    Vec3 normal = surface.faceNormal(foot.triangle) * static_cast<double>(touch.side);
-    if (foot.feature != Feature::kPolygon && distance > kTouchMargin * skin_ &&
-        surface.isOutside(foot, at, touch.side)) {
-      normal = (at - foot.point) / distance;
-    }
-    touch.normal = body.frame.rotate(normal);
-    touch.offset = glm::dot(touch.normal, body.frame.toWorld(foot.point));
-    if (glm::dot(touch.normal, place_[touch.point]) - touch.offset > reach + kTouchMargin * skin_) continue;
-    if (kept > 0 && touches_[kept - 1].point == touch.point && touches_[kept - 1].triangle == touch.triangle &&
-        touches_[kept - 1].body == touch.body) {
-      continue;
+    if (!allowance.isSpent()) {
+      refreshTouch(bodies[touch.body], touch, allowance);
+      if (height(touch, tool) > reach + kTouchMargin * skin_) continue;
+      if (kept > 0 && touches_[kept - 1].isOf(touch) && touches_[kept - 1].triangle == touch.triangle) continue;
     }
     touches_[kept++] = touch;
   }
-  if (!allowance.isSpent()) touches_.resize(kept);
+  touches_.resize(kept);
+}
+
+void ToolContact::refreshTouch(const Body& body, Touch& touch, Allowance& allowance) const noexcept {
+  const CollisionMesh& surface = touch.ofBody ? *surface_ : *body.surface;
+  if (touch.ofBody) touch.place = body.frame.toWorld((*sharp_[touch.body].points)[touch.point]);
+  const Vec3 at = touch.ofBody ? toLocal(proxy_, touch.place) : body.frame.toLocal(place_[touch.point]);
+  int looked = 0;
+  const ClosestPoint foot = touch.hitIn == tick_
+                                ? onPlaneOf(surface, touch.triangle, at)
+                                : neighborhoodWatch(surface, touch.triangle, at, nullptr, looked, kTouchBudget).foot;
+  allowance.spend(Allowance::kNearTriangle * (looked + 1));
+  touch.triangle = foot.triangle;
+  const double distance = std::sqrt(foot.squaredDistance);
+  touch.normal = surface.faceNormal(foot.triangle) * static_cast<double>(touch.side);
+  if (foot.feature != Feature::kPolygon && distance > kTouchMargin * skin_ && surface.isOutside(foot, at, touch.side))
+    touch.normal = (at - foot.point) / distance;
+  touch.offset = glm::dot(touch.normal, foot.point);
+  if (touch.ofBody) return;
+  touch.normal = body.frame.rotate(touch.normal);
+  touch.offset = glm::dot(touch.normal, body.frame.toWorld(foot.point));
+}
+
+/// Of the point above its plane, with the tool there; m.
+double ToolContact::height(const Touch& touch, const Frame& tool) const noexcept {
+  const Vec3 at = touch.ofBody ? tool.toLocal(touch.place) : tool.toWorld(shell_->points[touch.point]);
+  return glm::dot(touch.normal, at) - touch.offset;
 }
 
 /// The pose nearest to the device's in which all that touch are a skin above their planes. False: there is none, or it was
@@ -179,15 +194,13 @@ bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& 
     const Vec3 rotation = rotationVector(device.rotation * glm::conjugate(next.rotation));
     const Frame frame(next);
     halfSpaces_.clear();
-    double lowest = skin_;
     for (const Touch& touch : touches_) {
-      const Vec3 arm = frame.rotate(shell_->points[touch.point]);
-      const Vec3 lever = glm::cross(arm, touch.normal);
-      const double above = glm::dot(touch.normal, arm + next.position) - touch.offset;
-      lowest = std::min(lowest, above);
-      const Vec3 a = touch.normal * perMove, b = lever * perTurn;
-      halfSpaces_.push_back(
-          {{a.x, a.y, a.z, b.x, b.y, b.z}, skin_ - above - glm::dot(touch.normal, move) - glm::dot(lever, rotation)});
+      const Vec3 arm = touch.ofBody ? touch.place - next.position : frame.rotate(shell_->points[touch.point]);
+      const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;  // on the tool
+      const Vec3 lever = glm::cross(arm, push);
+      const Vec3 a = push * perMove, b = lever * perTurn;
+      halfSpaces_.push_back({{a.x, a.y, a.z, b.x, b.y, b.z},
+                             skin_ - height(touch, frame) - glm::dot(push, move) - glm::dot(lever, rotation)});
     }
     const LeastDistance nearest = leastDistance(halfSpaces_);
     if (!nearest.exists) return false;
@@ -204,7 +217,8 @@ double ToolContact::farthestMove(const Pose& next) const noexcept {
   return glm::distance(proxy_.position, next.position) + chord(proxy_.rotation, next.rotation) * shell_->radius_m;
 }
 
-/// Does no point enter a surface on its way to that pose, as seen from each body? Else hits_ are the first ones found.
+/// Does no point enter a surface on its way to that pose, as seen from each body and from the tool? Else hits_ are the first
+/// ones found.
 bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
   hitCount_ = 0;
   firstHit_ = 1;
@@ -223,28 +237,64 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
       const Crossing crossing = body.surface->firstCrossing(from, to, allowance);
       if (allowance.isSpent()) return false;
       if (!crossing) continue;
-      firstHit_ = std::min(firstHit_, crossing.time);
-      if (hitCount_ == kMaxHits) return false;
-      hits_[hitCount_++] = {i, static_cast<std::uint16_t>(b), crossing.triangle, crossing.side, tick_, {}, 0};
+      addHit({false, i, static_cast<std::uint16_t>(b), crossing.triangle, crossing.side, tick_, {}, {}, 0},
+             crossing.time);
     }
   }
-  return hitCount_ == 0;
+  testBodysPoints(bodies, frame, bound, allowance);
+  return hitCount_ == 0 && !allowance.isSpent();
+}
+
+/// The sharp points of bodies, against the tool's own surface.
+void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
+                                  Allowance& allowance) noexcept {
+  const double travelled = travelled_ + bound;
+  const double reach = shell_->radius_m + bound + moved_;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Body& body = bodies[b];
+    auto& [points, clearTo] = sharp_[b];
+    if (points->empty() || glm::distance(body.centre, tool.origin) > body.surface->radius_m() + reach) continue;
+    for (std::size_t j = 0; j < points->size(); ++j) {
+      if (travelled < clearTo[j]) continue;
+      const Vec3 place = body.frame.toWorld((*points)[j]);
+      const double beyond = glm::distance(place, tool.origin) - reach;
+      if (beyond > 0) {
+        clearTo[j] = travelled_ + beyond;
+        continue;
+      }
+      const Vec3 from = toLocal(proxy_, toWorld(bodyAt_[b], (*points)[j]));
+      const Crossing crossing = surface_->firstCrossing(from, tool.toLocal(place), allowance);
+      if (allowance.isSpent()) return;
+      if (!crossing) continue;
+      addHit({true,
+              static_cast<std::uint16_t>(j),
+              static_cast<std::uint16_t>(b),
+              crossing.triangle,
+              crossing.side,
+              tick_,
+              place,
+              {},
+              0},
+             crossing.time);
+    }
+  }
+}
+
+void ToolContact::addHit(const Touch& hit, double time) noexcept {
+  firstHit_ = std::min(firstHit_, time);
+  if (hitCount_ < kMaxHits) hits_[hitCount_++] = hit;
 }
 
 /// False: no new one is among them, and the planes that are known do not keep the points where they are to be.
 bool ToolContact::addHits() noexcept {
   bool added = false;
-  for (std::size_t h = 0; h < hitCount_; ++h) {
-    const Touch& hit = hits_[h];
-    const auto same = [&](const Touch& touch) {
-      return touch.point == hit.point && touch.body == hit.body && touch.triangle == hit.triangle;
-    };
-    const auto at =
-        std::find_if(touches_.begin(), touches_.end(), [&](const Touch& t) { return t.point >= hit.point; });
-    auto end = at;
-    while (end != touches_.end() && end->point == hit.point) ++end;
-    if (std::any_of(at, end, same) || touches_.size() == kMaxHalfSpaces) continue;
-    touches_.insert(end, hit);
+  for (const Touch& hit : std::span(hits_).first(hitCount_)) {
+    const auto last =
+        std::find_if(touches_.rbegin(), touches_.rend(), [&](const Touch& t) { return t.isOf(hit); }).base();
+    const bool known =
+        std::any_of(touches_.begin(), last, [&](const Touch& t) { return t.isOf(hit) && t.triangle == hit.triangle; });
+    if (known || touches_.size() == kMaxHalfSpaces) continue;
+    touches_.insert(last == touches_.begin() ? touches_.end() : last, hit);  // those of a point one after another
     added = true;
   }
   return added;

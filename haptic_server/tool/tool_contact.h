@@ -29,42 +29,69 @@ struct ToolResult {
 };
 
 /// A tool of many points: its proxy is the rigid pose nearest to the device's, measured by the coupling's energy, to which
-/// it comes on a way on which no point of the shell passes a surface (Ortega, Redon & Coquillart 2007, with Gauss' least
-/// constraint over the planes of points that touch; the guard and the neighborhood watch are those of the point contact).
-/// Constructed on the builder's thread; follow() neither allocates nor locks.
+/// it comes on a way on which no point of the shell passes a surface of a body, and no sharp point of a body the tool's
+/// (Ortega, Redon & Coquillart 2007, with Gauss' least constraint over the planes of points that touch; the guard and the
+/// neighborhood watch are those of the point contact). All but follow() and reset() on the builder's thread; those two
+/// neither allocate nor lock.
 class ToolContact {
  public:
-  explicit ToolContact(std::shared_ptr<const ToolShell> shell);
+  /// What the tool may meet.
+  struct Obstacle {
+    Body body;
+    std::shared_ptr<const std::vector<Vec3>> sharp;  ///< sharpPoints(), body frame.
+    /// The place that it had among those before, with the same surface; -1: it is new, and pushes only what comes to it from
+    /// outside.
+    int origin = -1;
+  };
 
-  /// The proxy is put there, and touches nothing.
+  /// @param surface  The tool's, of which the shell is.
+  ToolContact(std::shared_ptr<const CollisionMesh> surface, std::shared_ptr<const ToolShell> shell);
+
+  /// The obstacles are these from now on; at most 256.
+  void adopt(std::span<const Obstacle> obstacles);
+  /// The proxy is put there, and touches nothing. Bodies as for follow().
   void reset(const Pose& device, std::span<const Body> bodies) noexcept;
-  /// The bodies are these from now on. `origin[i]` is the place that bodies[i] had among those before, with the same surface,
-  /// or -1: it is new, and pushes only what comes to it from outside.
-  void adopt(std::span<const Body> bodies, std::span<const int> origin) noexcept;
 
-  /// One tick. Bodies that move push the proxy.
+  /// One tick. Bodies are those of the obstacles, at their poses now; those that move push the proxy.
   [[nodiscard]] ToolResult follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
                                   Allowance allowance = {}) noexcept;
 
   [[nodiscard]] const Pose& proxy() const noexcept { return proxy_; }
   [[nodiscard]] const ToolShell& shell() const noexcept { return *shell_; }
+  /// Of an obstacle.
+  [[nodiscard]] const std::shared_ptr<const std::vector<Vec3>>& sharp(std::size_t body) const {
+    return sharp_[body].points;
+  }
 
  private:
   static constexpr std::size_t kMaxBodies = 256;
   static constexpr std::size_t kMaxHits = 64;
 
-  /// A point on a surface.
+  /// A point on a surface: of the tool on a body's, or a sharp one of a body on the tool's.
   struct Touch {
+    bool ofBody;
     std::uint16_t point;
     std::uint16_t body;
-    std::uint32_t triangle;
+    std::uint32_t triangle;  // of the surface
     int side;
     std::uint64_t hitIn;  // tick: until it ends, the point stays above this triangle
-    Vec3 normal;          // world, of the plane above which the point stays
+    Vec3 place;           // of a body's point, world
+    Vec3 normal;          // of the plane above which the point stays: world, or the tool's frame
     double offset;        // m
+
+    [[nodiscard]] bool isOf(const Touch& other) const noexcept {
+      return ofBody == other.ofBody && point == other.point && body == other.body;
+    }
+  };
+  /// Of a body.
+  struct Sharp {
+    std::shared_ptr<const std::vector<Vec3>> points;
+    std::vector<double> clearTo;  // as the tool's
   };
 
+  std::shared_ptr<const CollisionMesh> surface_;
   std::shared_ptr<const ToolShell> shell_;
+  std::vector<Sharp> sharp_;  // by body
   Pose proxy_;
   double moved_ = 0;                     // m, at most, of any body since the proxy moved last
   double travelled_ = 0;                 // m, at most, of any point against any body, since adopt()
@@ -81,6 +108,10 @@ class ToolContact {
   double skin_ = 0;  // m
 
   void forgetClearances() noexcept;
+  void refreshTouch(const Body& body, Touch& touch, Allowance& allowance) const noexcept;
+  [[nodiscard]] double height(const Touch& touch, const Frame& tool) const noexcept;
+  void testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound, Allowance& allowance) noexcept;
+  void addHit(const Touch& hit, double time) noexcept;
   void gather(std::span<const Body> bodies, const Pose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
   [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next) noexcept;

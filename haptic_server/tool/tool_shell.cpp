@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -60,26 +59,41 @@ class Disks {
 };
 
 struct Line {
-  std::uint32_t a, b;
+  Vec3 a, b;
 };
 
-[[nodiscard]] Vec3 areaNormal(const TriMesh& mesh, const TriangleIndices& t) {
-  const Vec3 a(mesh.vertices[t[0]]), b(mesh.vertices[t[1]]), c(mesh.vertices[t[2]]);
-  return glm::cross(b - a, c - a);
-}
-
-/// Lines that bend by more than kSharp_rad, and those at which no two triangles meet.
-[[nodiscard]] std::vector<Line> sharpLines(const TriMesh& mesh) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<Vec3>> normals;
-  for (const TriangleIndices& t : mesh.triangles) {
-    const Vec3 normal = glm::normalize(areaNormal(mesh, t));
-    for (std::size_t k = 0; k < 3; ++k) normals[std::minmax(t[k], t[(k + 1) % 3])].push_back(normal);
-  }
+/// Lines that bend by more than kSharp_rad, and those at which no two triangles meet; each once.
+[[nodiscard]] std::vector<Line> sharpLines(const CollisionMesh& mesh) {
   std::vector<Line> sharp;
-  for (const auto& [ends, of] : normals) {
-    if (of.size() != 2 || glm::dot(of[0], of[1]) < std::cos(kSharp_rad)) sharp.push_back({ends.first, ends.second});
+  const double leastCosine = std::cos(kSharp_rad);
+  for (std::uint32_t t = 0; t < mesh.triangleCount(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t other = mesh.triangle(t).neighbour(k);
+      const bool joined = other != kNoTriangle;
+      if (joined && (other < t || glm::dot(mesh.faceNormal(t), mesh.faceNormal(other)) >= leastCosine)) continue;
+      sharp.push_back({mesh.triangle(t).corner(k), mesh.triangle(t).corner(nextCorner(k))});
+    }
   }
   return sharp;
+}
+
+/// The ends of the lines first, then places along them. False: there are too many.
+[[nodiscard]] bool addAlong(const std::vector<Line>& lines, double spacing_m, Disks& disks) {
+  const auto add = [&](Vec3 place) {
+    if (disks.hasRoomAt(place)) disks.add(place);
+    return disks.points().size() <= kMaxToolPoints;
+  };
+  for (const Line& line : lines) {
+    if (!add(line.a) || !add(line.b)) return false;
+  }
+  for (const Line& line : lines) {
+    const double parts = std::floor(glm::distance(line.a, line.b) / spacing_m);
+    if (parts > static_cast<double>(kMaxToolPoints)) return false;
+    for (double part = 1; part < parts; ++part) {
+      if (!add(glm::mix(line.a, line.b, part / parts))) return false;
+    }
+  }
+  return true;
 }
 
 /// Fractions in [0, 1), the same for the same number (R2 sequence, Roberts 2018).
@@ -91,42 +105,34 @@ struct Line {
 
 }  // namespace
 
-Result<ToolShell> makeToolShell(const TriMesh& mesh, double spacing_m) {
+std::vector<Vec3> sharpPoints(const CollisionMesh& mesh, double spacing_m) {
+  const std::vector<Line> lines = sharpLines(mesh);
+  for (double spacing = spacing_m;; spacing *= 2) {
+    Disks disks(spacing);
+    if (addAlong(lines, spacing, disks)) return std::move(disks.points());
+  }
+}
+
+Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m) {
   if (!(spacing_m > 0)) return refused("spacing_m", "is " + std::to_string(spacing_m) + "; it has to be positive");
-  const auto refuseCount = [&](std::size_t points) {
-    return refused("spacing_m", "gives more than " + std::to_string(points) + " points; at most " +
-                                    std::to_string(kMaxToolPoints) + " are followed: take a wider one");
+  const auto tooMany = [] {
+    return refused("spacing_m", "gives more than " + std::to_string(kMaxToolPoints) + " points; take a wider one");
   };
   Disks disks(spacing_m);
-  const std::vector<Line> sharp = sharpLines(mesh);
-  for (const Line& line : sharp) {
-    for (const std::uint32_t v : {line.a, line.b}) {
-      const Vec3 place(mesh.vertices[v]);
-      if (disks.hasRoomAt(place)) disks.add(place);
-      if (disks.points().size() > kMaxToolPoints) return refuseCount(kMaxToolPoints);
-    }
-  }
-  for (const Line& line : sharp) {
-    const Vec3 a(mesh.vertices[line.a]), b(mesh.vertices[line.b]);
-    const double parts = std::floor(glm::distance(a, b) / spacing_m);
-    if (parts > static_cast<double>(kMaxToolPoints)) return refuseCount(kMaxToolPoints);
-    for (double part = 1; part < parts; ++part) {
-      const Vec3 place = glm::mix(a, b, part / parts);
-      if (disks.hasRoomAt(place)) disks.add(place);
-    }
-    if (disks.points().size() > kMaxToolPoints) return refuseCount(kMaxToolPoints);
-  }
+  if (!addAlong(sharpLines(mesh), spacing_m, disks)) return tooMany();
 
   double area = 0;
-  for (const TriangleIndices& t : mesh.triangles) area += 0.5 * glm::length(areaNormal(mesh, t));
+  const std::uint32_t triangles = mesh.triangleCount();
+  for (std::uint32_t t = 0; t < triangles; ++t) area += 0.5 * glm::length(mesh.triangle(t).areaNormal());
   const double wanted = kDartsPerDisk * area / (spacing_m * spacing_m);
-  if (!(wanted <= static_cast<double>(kMaxDarts))) return refuseCount(kMaxToolPoints);
+  if (!(wanted <= static_cast<double>(kMaxDarts))) return tooMany();
   double due = 0;
   std::uint64_t number = 0;
   std::vector<Vec3> darts;
-  for (const TriangleIndices& t : mesh.triangles) {
-    const Vec3 a(mesh.vertices[t[0]]), b(mesh.vertices[t[1]]), c(mesh.vertices[t[2]]);
-    for (due += wanted * 0.5 * glm::length(areaNormal(mesh, t)) / area; due >= 1; --due) {
+  for (std::uint32_t t = 0; t < triangles; ++t) {
+    const TriangleRecord& r = mesh.triangle(t);
+    const Vec3 a = r.corner(0), b = r.corner(1), c = r.corner(2);
+    for (due += wanted * 0.5 * glm::length(r.areaNormal()) / area; due >= 1; --due) {
       auto [u, v] = fractions(number++);
       if (u + v > 1) u = 1 - u, v = 1 - v;
       darts.push_back(a + u * (b - a) + v * (c - a));
@@ -138,9 +144,9 @@ Result<ToolShell> makeToolShell(const TriMesh& mesh, double spacing_m) {
   for (std::size_t i = 0, at = 0; i < count; ++i, at = (at + kStride) % count) {
     if (!disks.hasRoomAt(darts[at])) continue;
     disks.add(darts[at]);
-    if (disks.points().size() > kMaxToolPoints) return refuseCount(kMaxToolPoints);
+    if (disks.points().size() > kMaxToolPoints) return tooMany();
   }
-  if (disks.points().empty()) disks.add(Vec3(mesh.vertices.front()));
+  if (disks.points().empty()) disks.add(mesh.triangle(0).corner(0));
 
   ToolShell shell{std::move(disks.points())};
   for (const Vec3& point : shell.points) shell.radius_m = std::max(shell.radius_m, glm::length(point));

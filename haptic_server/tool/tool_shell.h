@@ -5,7 +5,7 @@
 
 #include "common/error/error.h"
 #include "common/maths/vec.h"
-#include "common/mesh/tri_mesh.h"
+#include "haptic_server/geometry/collision_mesh.h"
 
 namespace haptics {
 
@@ -25,6 +25,11 @@ inline constexpr double kSharp_rad = 0.5235987755982988;
 /// and lines that are sharp come first. **Deviation** from sampling every vertex: those within smooth parts are places like
 /// any other, or a tool of fine triangles would have more points than its spacing says.
 /// Refused: a spacing that is not positive, a shell of more than kMaxToolPoints.
-[[nodiscard]] Result<ToolShell> makeToolShell(const TriMesh& mesh, double spacing_m);
+[[nodiscard]] Result<ToolShell> makeToolShell(const CollisionMesh& mesh, double spacing_m);
+
+/// The sharp corners and points of sharp lines alone, of what a tool of this spacing may meet: what is thin enough to come
+/// between two of its points has some. Object frame. Where there are more than kMaxToolPoints the spacing is doubled until
+/// there are not.
+[[nodiscard]] std::vector<Vec3> sharpPoints(const CollisionMesh& mesh, double spacing_m);
 
 }  // namespace haptics

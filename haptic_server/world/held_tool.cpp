@@ -14,7 +14,7 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxTorsion_Nm_per_rad = 1e3, kMax
 /// Of a fault's end, as the server's devices.
 constexpr double kRise_s = 0.5;
 
-[[nodiscard]] std::shared_ptr<const ToolShell> shellOf(const TriMesh& mesh, double spacing_m) {
+[[nodiscard]] std::shared_ptr<const ToolShell> shellOf(const CollisionMesh& mesh, double spacing_m) {
   auto shell = makeToolShell(mesh, spacing_m);
   if (!shell) refuse("tool." + shell.error().field, shell.error().reason);
   return std::make_shared<const ToolShell>(*std::move(shell));
@@ -33,13 +33,14 @@ void HeldTool::Rest::shrink(double by) noexcept {
   value = length > by ? value * (1 - by / length) : Vec3(0);
 }
 
-HeldTool::HeldTool(const TriMesh& mesh, const World::Tool& tool, const StepConfig& config)
+HeldTool::HeldTool(std::shared_ptr<const CollisionMesh> surface, const World::Tool& tool, const StepConfig& config)
     : coupling_{tool.stiffness_N_per_m, tool.torsion_Nm_per_rad},
       maxForce_N_(config.maxForce_N),
       maxTorque_Nm_(tool.maxTorque_Nm),
       period_s_(config.period_s),
       allowance_(config.allowance()),
-      contact_(shellOf(mesh, tool.spacing_m)) {
+      spacing_m_(tool.spacing_m),
+      contact_(surface, shellOf(*surface, tool.spacing_m)) {
   constexpr double kMin = 1e-6;  // a spring that is none holds nothing
   check(tool.stiffness_N_per_m, kMin, kMaxStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
   check(tool.torsion_Nm_per_rad, kMin, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
@@ -47,22 +48,24 @@ HeldTool::HeldTool(const TriMesh& mesh, const World::Tool& tool, const StepConfi
 }
 
 void HeldTool::adopt(const ServoScene& scene) {
-  std::vector<int> origin;
-  const auto before = std::exchange(numbers_, {});
-  surfaces_.clear();
+  std::vector<ToolContact::Obstacle> obstacles;
+  std::vector<Known> known;
   bodies_.clear();
   for (const ServoObject& object : scene.objects) {
     if (object.pendingRemoval) continue;
-    const auto at = std::ranges::find(before, object.id);
-    origin.push_back(at == before.end() ? -1 : static_cast<int>(at - before.begin()));
-    numbers_.push_back(object.id);
-    surfaces_.push_back(object.surface);
+    const auto before = std::ranges::find(known_, object.id, &Known::number);
+    const bool isKnown = before != known_.end();
+    known.push_back({object.id, object.surface,
+                     isKnown ? before->sharp
+                             : std::make_shared<const std::vector<Vec3>>(sharpPoints(*object.surface, spacing_m_))});
     Body& body = bodies_.emplace_back();
     body.surface = object.surface.get();
     body.previous = body.current = object.pose;
     body.update();
+    obstacles.push_back({body, known.back().sharp, isKnown ? static_cast<int>(before - known_.begin()) : -1});
   }
-  contact_.adopt(bodies_, origin);
+  contact_.adopt(obstacles);
+  known_ = std::move(known);
   mayJump_ = true;
 }
 

@@ -16,7 +16,7 @@ namespace haptics {
 class HeldTool {
  public:
   /// @throws InvalidInput a value out of range, too many points.
-  HeldTool(const TriMesh& mesh, const World::Tool& tool, const StepConfig& config);
+  HeldTool(std::shared_ptr<const CollisionMesh> surface, const World::Tool& tool, const StepConfig& config);
 
   /// The bodies are those of the scene from the next step on; what is felt of that comes without a step of the force.
   void adopt(const ServoScene& scene);
@@ -34,13 +34,20 @@ class HeldTool {
     void shrink(double by) noexcept;
   };
 
+  /// A body of the scene.
+  struct Known {
+    std::uint64_t number;
+    std::shared_ptr<const CollisionMesh> surface;
+    std::shared_ptr<const std::vector<Vec3>> sharp;
+  };
+
   ToolCoupling coupling_;
   double maxForce_N_, maxTorque_Nm_, period_s_;
   Allowance allowance_;
+  double spacing_m_;
   ToolContact contact_;
   std::vector<Body> bodies_;
-  std::vector<std::uint64_t> numbers_;  // of the bodies
-  std::vector<std::shared_ptr<const CollisionMesh>> surfaces_;
+  std::vector<Known> known_;  // in their order
   Wrench felt_;
   Rest force_, torque_;
   FaultRamp forceRamp_, torqueRamp_;

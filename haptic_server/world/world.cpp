@@ -49,7 +49,7 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCo
   return properties;
 }
 
-[[nodiscard]] TriMesh triMeshOf(const World::Mesh& mesh) {
+[[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceOf(const World::Mesh& mesh) {
   if (mesh.triangles.size() > kMaxTriangles || mesh.vertices.size() > kMaxVertices) {
     refuse("mesh", "has " + std::to_string(mesh.triangles.size()) + " triangles and " +
                        std::to_string(mesh.vertices.size()) + " vertices; at most " + std::to_string(kMaxTriangles) +
@@ -67,14 +67,9 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxDamping_Ns_per_m = 1e3, kMaxCo
   std::vector<Vec3> vertices;
   vertices.reserve(mesh.vertices.size());
   for (const auto& v : mesh.vertices) vertices.emplace_back(v[0], v[1], v[2]);
-  auto made = canonicalise(vertices, {mesh.triangles.begin(), mesh.triangles.end()}, {});
+  const auto made = canonicalise(vertices, {mesh.triangles.begin(), mesh.triangles.end()}, {});
   if (!made) refuse("mesh", made.error().text());
-  return std::move(made->mesh);
-}
-
-[[nodiscard]] std::shared_ptr<const CollisionMesh> surfaceOf(const World::Mesh& mesh) {
-  const TriMesh made = triMeshOf(mesh);
-  return buildCollisionMesh(made.vertices, made.triangles);
+  return buildCollisionMesh(made->mesh.vertices, made->mesh.triangles);
 }
 
 }  // namespace
@@ -183,7 +178,7 @@ void World::remove(std::uint64_t body) {
 }
 
 std::size_t World::hold(const Mesh& mesh, const Tool& tool) {
-  HeldTool held(triMeshOf(mesh), tool, impl_->scene.config());
+  HeldTool held(surfaceOf(mesh), tool, impl_->scene.config());
   const std::size_t points = held.points();
   impl_->tool = std::move(held);
   impl_->publish();

@@ -1,5 +1,6 @@
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -49,7 +50,9 @@ void tickOfATool(benchmark::State& state, const ToolMotion& motion, std::uint32_
   body.surface = surface.get();
   body.update();
   const std::span<const Body> bodies(&body, 1);
-  ToolContact tool(ellipsoid(motion.semiAxes_m, points));
+  const TriMesh ball = makeSphere(1, 8).value();  // whose points are the ellipsoid's own
+  ToolContact tool(buildCollisionMesh(ball.vertices, ball.triangles), ellipsoid(motion.semiAxes_m, points));
+  tool.adopt(std::array{ToolContact::Obstacle{body, std::make_shared<const std::vector<Vec3>>(), -1}});
   tool.reset(poseAt(motion, 0), bodies);
   Stopwatch stopwatch;
   double touching = 0, waits = 0;

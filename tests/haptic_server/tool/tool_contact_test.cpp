@@ -14,10 +14,6 @@ namespace {
 
 constexpr ToolCoupling kCoupling{.stiffness_N_per_m = 1000, .torsion_Nm_per_rad = 2};
 
-std::shared_ptr<const ToolShell> shellOf(const TriMesh& mesh, double spacing_m) {
-  return std::make_shared<const ToolShell>(makeToolShell(mesh, spacing_m).value());
-}
-
 Body bodyOf(const std::shared_ptr<const CollisionMesh>& surface, const Pose& pose = {}) {
   Body body;
   body.surface = surface.get();
@@ -28,6 +24,17 @@ Body bodyOf(const std::shared_ptr<const CollisionMesh>& surface, const Pose& pos
 
 std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
   return buildCollisionMesh(mesh.vertices, mesh.triangles);
+}
+
+/// A tool among these bodies.
+ToolContact toolOf(const TriMesh& mesh, double spacing_m, const std::vector<Body>& bodies) {
+  const auto surface = surfaceOf(mesh);
+  ToolContact tool(surface, std::make_shared<const ToolShell>(makeToolShell(*surface, spacing_m).value()));
+  std::vector<ToolContact::Obstacle> obstacles;
+  for (const Body& body : bodies)
+    obstacles.push_back({body, std::make_shared<const std::vector<Vec3>>(sharpPoints(*body.surface, spacing_m)), -1});
+  tool.adopt(obstacles);
+  return tool;
 }
 
 Quat about(Vec3 axis, double angle_rad) { return glm::angleAxis(angle_rad, glm::normalize(axis)); }
@@ -63,7 +70,7 @@ double deepest(const ToolContact& tool, const Body& body) {
 
 TEST(ToolContact, GoesWithItsDeviceWhereNothingIs) {
   const Ground ground;
-  ToolContact tool(shellOf(makeSphere(0.02, 8).value(), 0.004));
+  ToolContact tool = toolOf(makeSphere(0.02, 8).value(), 0.004, ground.bodies);
   const Pose to{about({1, 2, 3}, 0.5), {0.02, 0.01, 0.1}};
   const ToolResult result = bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.2}}, to);
   EXPECT_NEAR(glm::distance(result.proxy.position, to.position), 0, 1e-12);
@@ -73,7 +80,7 @@ TEST(ToolContact, GoesWithItsDeviceWhereNothingIs) {
 
 TEST(ToolContact, BoxRestsOnAFace) {
   const Ground ground;
-  ToolContact tool(shellOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005));
+  ToolContact tool = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, ground.bodies);
   const ToolResult result = bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {{1, 0, 0, 0}, {0.01, 0, 0.003}});
   EXPECT_NEAR(result.proxy.position.z, 0.005, 1e-6);
   EXPECT_NEAR(result.force_N.z, 2, 0.002);
@@ -83,7 +90,7 @@ TEST(ToolContact, BoxRestsOnAFace) {
 
 TEST(ToolContact, TiltedDeviceIsTurnedBackByAFaceUntilItLifts) {
   const Ground ground;
-  ToolContact tool(shellOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005));
+  ToolContact tool = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, ground.bodies);
   // Pressed with 3 N, a lever of 20 mm holds the face down against torques up to 0.06 Nm.
   const ToolResult flat =
       bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {about({0, 1, 0}, 0.02), {0, 0, 0.002}});
@@ -100,7 +107,7 @@ TEST(ToolContact, TiltedDeviceIsTurnedBackByAFaceUntilItLifts) {
 TEST(ToolContact, BoxRestsOnAnEdgeAndOnACorner) {
   const Ground ground;
   const TriMesh box = makeBox({0.02, 0.02, 0.02}, 2).value();
-  ToolContact tool(shellOf(box, 0.004));
+  ToolContact tool = toolOf(box, 0.004, ground.bodies);
   const Quat onEdge = about({1, 0, 0}, std::acos(-1) / 4);
   const ToolResult edge =
       bring(tool, ground.bodies, {onEdge, {0, 0, 0.03}}, {onEdge, {0, 0, 0.01 * std::sqrt(2) - 0.002}});
@@ -115,7 +122,7 @@ TEST(ToolContact, BoxRestsOnAnEdgeAndOnACorner) {
 
 TEST(ToolContact, IsTurnedByWhatTouchesItBesideItsMiddle) {
   const Ground ground;
-  ToolContact tool(shellOf(makeBox({0.1, 0.004, 0.004}, 2).value(), 0.004));
+  ToolContact tool = toolOf(makeBox({0.1, 0.004, 0.004}, 2).value(), 0.004, ground.bodies);
   // Held at one end: the frame's origin is the device's.
   const Quat tilted = about({0, 1, 0}, 0.3);
   const ToolResult result = bring(tool, ground.bodies, {tilted, {0, 0, 0.05}}, {tilted, {0, 0, 0.01}});
@@ -127,12 +134,11 @@ TEST(ToolContact, IsTurnedByWhatTouchesItBesideItsMiddle) {
 TEST(ToolContact, NeverPassesAThinPlateHoweverFast) {
   const auto plate = surfaceOf(makeBox({0.4, 0.4, 0.0005}, 8).value());
   const std::vector<Body> bodies{bodyOf(plate)};
-  const auto shell = shellOf(makeSphere(0.02, 24).value(), 0.0018);
-  ASSERT_GE(shell->points.size(), 900U);
+  ToolContact tool = toolOf(makeSphere(0.02, 24).value(), 0.0018, bodies);
+  ASSERT_GE(tool.shell().points.size(), 900U);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int seed = 0; seed < 20; ++seed) {
-    ToolContact tool(shell);
     const Vec3 axis(unit(random), unit(random), unit(random));
     const Vec3 sideways = 0.5 * Vec3(unit(random), unit(random), 0);
     tool.reset({{1, 0, 0, 0}, {0, 0, 0.05}}, bodies);
@@ -140,7 +146,7 @@ TEST(ToolContact, NeverPassesAThinPlateHoweverFast) {
       const double t = 1e-3 * i;
       const ToolResult result =
           tool.follow(bodies, {about(axis, 20 * t), Vec3(0, 0, 0.05 - 2 * t) + sideways * t}, kCoupling);
-      for (const Vec3& point : shell->points)
+      for (const Vec3& point : tool.shell().points)
         ASSERT_GT(toWorld(result.proxy, point).z, 0.00025) << "seed " << seed << ", tick " << i;
     }
     EXPECT_NEAR(tool.proxy().position.z, 0.02025, 0.001);
@@ -150,10 +156,9 @@ TEST(ToolContact, NeverPassesAThinPlateHoweverFast) {
 TEST(ToolContact, IsNeverInsideOfATorusInARandomWalk) {
   const auto torus = surfaceOf(makeTorus(0.04, 0.015, 96, 48).value());
   const std::vector<Body> bodies{bodyOf(torus)};
-  const auto shell = shellOf(makeBox({0.03, 0.01, 0.01}, 2).value(), 0.002);
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
-  ToolContact tool(shell);
+  ToolContact tool = toolOf(makeBox({0.03, 0.01, 0.01}, 2).value(), 0.002, bodies);
   Pose device{{1, 0, 0, 0}, {0.04, 0, 0.03}};
   tool.reset(device, bodies);
   Vec3 velocity(0), spin(0), before(0);
@@ -179,10 +184,39 @@ TEST(ToolContact, IsNeverInsideOfATorusInARandomWalk) {
   std::printf("%d of 20000 touch, %d wait, largest change of force %.3f N\n", touching, waits, jump);
 }
 
+TEST(ToolContact, RestsOnABladeBetweenItsPoints) {
+  const auto blade = surfaceOf(makeBox({0.2, 0.0004, 0.04}, 1).value());  // its edge up, at z = 0
+  const std::vector<Body> bodies{bodyOf(blade, {{1, 0, 0, 0}, {0, 0.0025, -0.02}})};
+  ToolContact tool = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, bodies);
+  const ToolResult result = bring(tool, bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {{1, 0, 0, 0}, {0, 0, 0.004}});
+  EXPECT_NEAR(result.force_N.z, 1, 0.2);  // it hangs over to the side
+  EXPECT_NEAR(result.torque_Nm.x, 0.0025 * result.force_N.z, 0.0003);
+  // Sideways over its edge: never through it.
+  for (int i = 1; i <= 300; ++i) {
+    (void)tool.follow(bodies, {{1, 0, 0, 0}, {0, 1e-4 * i, 0.004}}, kCoupling);
+    for (const Vec3& corner : *tool.sharp(0)) {
+      const Vec3 at = toLocal(tool.proxy(), bodies[0].frame.toWorld(corner));
+      const Vec3 within = Vec3(0.02, 0.01, 0.005) - glm::abs(at);
+      ASSERT_LT(std::min({within.x, within.y, within.z}), 1e-9) << i;
+    }
+  }
+}
+
+TEST(ToolContact, RestsOnANeedleBetweenItsPoints) {
+  const auto needle = surfaceOf(makeBox({0.0004, 0.0004, 0.04}, 1).value());
+  const std::vector<Body> bodies{bodyOf(needle, {{1, 0, 0, 0}, {0.0121, 0.0023, -0.02}})};
+  ToolContact tool = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, bodies);
+  const ToolCoupling stiff{.stiffness_N_per_m = 1000, .torsion_Nm_per_rad = 100};
+  const ToolResult result = bring(tool, bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {{1, 0, 0, 0}, {0, 0, 0.003}}, stiff);
+  EXPECT_NEAR(result.force_N.z, 2, 0.02);
+  EXPECT_NEAR(result.torque_Nm.y, -0.0121 * result.force_N.z, 0.001);
+  EXPECT_GE(result.touching, 1);
+}
+
 TEST(ToolContact, IsPushedByABodyThatMoves) {
   const auto wall = surfaceOf(makeBox({0.1, 0.1, 0.1}, 4).value());
   std::vector<Body> bodies{bodyOf(wall, {{1, 0, 0, 0}, {0, 0, -0.08}})};
-  ToolContact tool(shellOf(makeSphere(0.02, 16).value(), 0.003));
+  ToolContact tool = toolOf(makeSphere(0.02, 16).value(), 0.003, bodies);
   const Pose device{};
   tool.reset(device, bodies);
   ToolResult result;
@@ -199,7 +233,7 @@ TEST(ToolContact, IsPushedByABodyThatMoves) {
 
 TEST(ToolContact, EndsATickWhoseAllowanceIsSpentAtAClearPlace) {
   const Ground ground;
-  ToolContact tool(shellOf(makeSphere(0.02, 24).value(), 0.0022));
+  ToolContact tool = toolOf(makeSphere(0.02, 24).value(), 0.0022, ground.bodies);
   tool.reset({{1, 0, 0, 0}, {0, 0, 0.05}}, ground.bodies);
   ToolResult result;
   int waits = 0;
