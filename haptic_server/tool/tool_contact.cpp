@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/contact/tolerances.h"
@@ -14,14 +15,23 @@ namespace {
 constexpr int kMaxRounds = 16;
 /// Times that the planes are taken anew at the pose found for them: rotation is not linear.
 constexpr int kMaxTurns = 4;
-/// A point is asked how far everything is from it in every so many ticks in which it had to be tested.
-constexpr std::uint64_t kClearanceEvery = 8;
+/// Of the points one in so many is asked how far everything is from it, each time that the tool moves.
+constexpr std::size_t kClearanceEvery = 8;
+/// In a tick after one that did not come to its end, as many as take this part of the allowance.
+constexpr double kForClearances = 0.4;
+/// What the test of a point takes at most, in all but the densest places; units of the allowance.
+constexpr std::int64_t kTest = 2'000;
+/// The device counts as turned from the proxy by no more than this in a round, rad: the planes are taken anew then.
+constexpr double kMaxTurn_rad = 0.3;
+/// Parts of a way that are tried where the allowance does not last for all points on the whole of it.
+constexpr int kMaxHalvings = 10;
 /// Nothing is looked for farther away, m.
 constexpr double kFarthestClearance_m = 0.05;
 /// Triangles that the search of a touching point may look at.
 constexpr int kTouchBudget = 64;
-/// A proxy that moved by less than this part of the way to its device has come to rest.
-constexpr double kRest = 1e-3;
+/// A move that lowers the energy by less than this part of it is the last one of a tick. Smaller lets a point that is held
+/// by an edge go to and fro between its faces.
+constexpr double kRest = 1e-2;
 
 /// As a rotation vector, rad, by the shorter way.
 [[nodiscard]] Vec3 rotationVector(const Quat& q) noexcept {
@@ -39,6 +49,12 @@ constexpr double kRest = 1e-3;
   return {std::cos(angle / 2), v.x, v.y, v.z};
 }
 
+/// Of the two springs, twice; J.
+[[nodiscard]] double energy(const Pose& proxy, const Pose& device, const ToolCoupling& coupling) noexcept {
+  return coupling.stiffness_N_per_m * squaredLength(proxy.position - device.position) +
+         coupling.torsion_Nm_per_rad * squaredLength(rotationVector(proxy.rotation * glm::conjugate(device.rotation)));
+}
+
 /// How far a rotation takes a place that is a metre from its axis at most.
 [[nodiscard]] double chord(const Quat& from, const Quat& to) noexcept {
   const Quat turn = to * glm::conjugate(from);
@@ -50,6 +66,29 @@ constexpr double kRest = 1e-3;
   const Vec3 normal = surface.faceNormal(triangle);
   const double height = glm::dot(normal, at - surface.triangle(triangle).corner(0));
   return {triangle, Feature::kPolygon, 0, at - height * normal, height * height};
+}
+
+/// Of a place from a triangle's plane.
+[[nodiscard]] double heightOver(const CollisionMesh& surface, std::uint32_t triangle, Vec3 at) noexcept {
+  return std::abs(glm::dot(surface.faceNormal(triangle), at - surface.triangle(triangle).corner(0)));
+}
+
+/// Of a place from a surface, as far as `farthest`; a lower bound, 0 once the allowance is spent.
+[[nodiscard]] double distanceFrom(const CollisionMesh& surface, Vec3 at, double farthest,
+                                  Allowance& allowance) noexcept {
+  constexpr double kNearEnough = 0.64;  // of the squared distance: what is hardly nearer is not looked for
+  double nearest = farthest * farthest / kNearEnough;
+  allowance.spend(Allowance::kQuery);
+  surface.hierarchy().visitNear(
+      at, allowance,
+      [&](std::uint32_t begin, std::uint32_t end) noexcept {
+        allowance.spend(Allowance::kNearTriangle * (end - begin));
+        for (std::uint32_t t = begin; t < end; ++t)
+          nearest = std::min(nearest, closestOn(surface.triangle(t), t, at).squaredDistance);
+        return kNearEnough * nearest;
+      },
+      kNearEnough * nearest);
+  return allowance.isSpent() ? 0 : std::sqrt(kNearEnough * nearest);
 }
 
 }  // namespace
@@ -67,10 +106,12 @@ ToolContact::ToolContact(std::shared_ptr<const CollisionMesh> surface, std::shar
 void ToolContact::adopt(std::span<const Obstacle> obstacles) {
   const auto before = bodyAt_;
   sharp_.clear();
+  sharpCount_ = cursor_ = 0;
   for (std::size_t b = 0; b < obstacles.size(); ++b) {
     const auto& [body, sharp, origin] = obstacles[b];
     bodyAt_[b] = origin < 0 ? body.current : before[static_cast<std::size_t>(origin)];
     sharp_.push_back({sharp, std::vector<double>(sharp->size())});
+    sharpCount_ += sharp->size();
   }
   std::erase_if(touches_, [&](Touch& touch) {
     const auto now = std::ranges::find(obstacles, static_cast<int>(touch.body), &Obstacle::origin);
@@ -100,17 +141,31 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   ++tick_;
   gather(bodies, device);
   ToolResult result;
+  if (waited_) {
+    const auto left = static_cast<std::int64_t>((1 - kForClearances) * static_cast<double>(allowance.left()));
+    renewClearances(bodies, clearTo_.size() + sharpCount_, left, allowance);
+  }
   bool settled = false;
   for (int round = 0; round < kMaxRounds && !settled && !allowance.isSpent(); ++round) {
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
     Pose next = proxy_;
     if (!solve(device, coupling, next)) break;
-    const double bound = farthestMove(next);
+    double bound = farthestMove(next);
+    bool whole = true;
+    for (int k = 0; k < kMaxHalvings && allowance.left() < kTest * testsWithin(bound); ++k) {
+      next = interpolate(proxy_, next, 0.5);
+      bound = farthestMove(next);
+      whole = false;
+    }
+    if (allowance.left() < kTest * testsWithin(bound)) break;
     if (isClear(bodies, next, bound, allowance)) {
+      const double before = energy(proxy_, device, coupling);
       moveTo(bodies, next, bound, allowance);
-      settled = touches_.empty() || bound <= kRest * reach + skin_;
+      settled = whole && (touches_.empty() || energy(proxy_, device, coupling) >= (1 - kRest) * before);
     } else if (!addHits()) {
+      // Half of the way to the hit, unless it is there already: so near to a surface rounding would take it through.
+      if (lowestHit_ < skin_ / 2) break;
       const Pose part = interpolate(proxy_, next, firstHit_ / 2);
       const double partly = farthestMove(part);
       if (!isClear(bodies, part, partly, allowance)) break;
@@ -122,7 +177,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   result.torque_Nm = coupling.torsion_Nm_per_rad * rotationVector(proxy_.rotation * glm::conjugate(device.rotation));
   const Frame tool(proxy_);
   for (const Touch& touch : touches_) result.touching += height(touch, tool) < kTouchMargin * skin_ ? 1 : 0;
-  result.waits = !settled;
+  result.waits = waited_ = !settled;
   result.allowance = allowance;
   return result;
 }
@@ -189,9 +244,13 @@ double ToolContact::height(const Touch& touch, const Frame& tool) const noexcept
 bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next) noexcept {
   const double perMove = 1 / std::sqrt(coupling.stiffness_N_per_m);
   const double perTurn = 1 / std::sqrt(coupling.torsion_Nm_per_rad);
+  const Vec3 whole = rotationVector(device.rotation * glm::conjugate(next.rotation));
+  const double angle = glm::length(whole);
+  const bool isFar = angle > kMaxTurn_rad;
+  const Quat target = isFar ? rotationBy(whole * (kMaxTurn_rad / angle)) * next.rotation : device.rotation;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const Vec3 move = device.position - next.position;
-    const Vec3 rotation = rotationVector(device.rotation * glm::conjugate(next.rotation));
+    const Vec3 rotation = rotationVector(target * glm::conjugate(next.rotation));
     const Frame frame(next);
     halfSpaces_.clear();
     for (const Touch& touch : touches_) {
@@ -222,6 +281,7 @@ double ToolContact::farthestMove(const Pose& next) const noexcept {
 bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
   hitCount_ = 0;
   firstHit_ = 1;
+  lowestHit_ = std::numeric_limits<double>::infinity();
   const double travelled = travelled_ + bound;
   const Frame frame(next);
   const auto count = static_cast<std::uint16_t>(place_.size());
@@ -238,7 +298,7 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
       if (allowance.isSpent()) return false;
       if (!crossing) continue;
       addHit({false, i, static_cast<std::uint16_t>(b), crossing.triangle, crossing.side, tick_, {}, {}, 0},
-             crossing.time);
+             crossing.time, heightOver(*body.surface, crossing.triangle, from));
     }
   }
   testBodysPoints(bodies, frame, bound, allowance);
@@ -266,22 +326,16 @@ void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& too
       const Crossing crossing = surface_->firstCrossing(from, tool.toLocal(place), allowance);
       if (allowance.isSpent()) return;
       if (!crossing) continue;
-      addHit({true,
-              static_cast<std::uint16_t>(j),
-              static_cast<std::uint16_t>(b),
-              crossing.triangle,
-              crossing.side,
-              tick_,
-              place,
-              {},
-              0},
-             crossing.time);
+      const auto point = static_cast<std::uint16_t>(j), of = static_cast<std::uint16_t>(b);
+      addHit({true, point, of, crossing.triangle, crossing.side, tick_, place, {}, 0}, crossing.time,
+             heightOver(*surface_, crossing.triangle, from));
     }
   }
 }
 
-void ToolContact::addHit(const Touch& hit, double time) noexcept {
+void ToolContact::addHit(const Touch& hit, double time, double height) noexcept {
   firstHit_ = std::min(firstHit_, time);
+  lowestHit_ = std::min(lowestHit_, height);
   if (hitCount_ < kMaxHits) hits_[hitCount_++] = hit;
 }
 
@@ -305,32 +359,51 @@ void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double 
   place_.swap(next_);
   travelled_ += bound;
   for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
-  for (std::size_t i = tick_ % kClearanceEvery; i < place_.size(); i += kClearanceEvery) {
-    if (travelled_ >= clearTo_[i] && !allowance.isSpent())
-      clearTo_[i] = travelled_ + clearance(bodies, place_[i], allowance);
+  const std::size_t all = clearTo_.size() + sharpCount_;
+  renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, allowance);
+}
+
+/// How many points would have to be tested on a way of this length.
+std::int64_t ToolContact::testsWithin(double bound) const noexcept {
+  const double travelled = travelled_ + bound;
+  const auto due = [&](double clearTo) { return clearTo <= travelled; };
+  auto count = std::count_if(clearTo_.begin(), clearTo_.end(), due);
+  for (const Sharp& sharp : sharp_) count += std::count_if(sharp.clearTo.begin(), sharp.clearTo.end(), due);
+  return count;
+}
+
+/// Asks the next `count` points, in turn, how far everything is from them, those that may have met something by now; as long
+/// as the allowance has more than `keep` left.
+void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
+                                  Allowance& allowance) noexcept {
+  const std::size_t all = clearTo_.size() + sharpCount_;
+  const Frame tool(proxy_);
+  for (std::size_t i = 0; i < count && allowance.left() > keep; ++i) {
+    std::size_t at = cursor_;
+    cursor_ = cursor_ + 1 == all ? 0 : cursor_ + 1;
+    if (at < clearTo_.size()) {
+      if (travelled_ >= clearTo_[at]) clearTo_[at] = travelled_ + clearance(bodies, place_[at], allowance);
+      continue;
+    }
+    at -= clearTo_.size();
+    std::size_t b = 0;
+    for (; at >= sharp_[b].clearTo.size(); ++b) at -= sharp_[b].clearTo.size();
+    double& clearTo = sharp_[b].clearTo[at];
+    if (travelled_ < clearTo) continue;
+    const Vec3 place = tool.toLocal(bodies[b].frame.toWorld((*sharp_[b].points)[at]));
+    const double arm = glm::length(place), radius = shell_->radius_m;
+    const double distance = distanceFrom(*surface_, place, kFarthestClearance_m, allowance);
+    // Beyond the tool's sphere a turn takes it farther than the tool's own points.
+    clearTo = travelled_ + std::max(arm - radius, distance * std::min(1.0, radius / (arm + distance)));
   }
 }
 
 /// How far the place may move before it can meet anything; a lower bound.
 double ToolContact::clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept {
-  constexpr double kNearEnough = 0.64;  // of the squared distance: what is hardly nearer is not looked for
   double clear = kFarthestClearance_m;
   for (const Body& body : bodies) {
-    if (glm::distance(place, body.centre) - body.surface->radius_m() > clear) continue;
-    const Vec3 at = body.frame.toLocal(place);
-    double nearest = clear * clear / kNearEnough;
-    allowance.spend(Allowance::kQuery);
-    body.surface->hierarchy().visitNear(
-        at, allowance,
-        [&](std::uint32_t begin, std::uint32_t end) noexcept {
-          allowance.spend(Allowance::kNearTriangle * (end - begin));
-          for (std::uint32_t t = begin; t < end; ++t)
-            nearest = std::min(nearest, closestOn(body.surface->triangle(t), t, at).squaredDistance);
-          return kNearEnough * nearest;
-        },
-        kNearEnough * nearest);
-    if (allowance.isSpent()) return 0;
-    clear = std::min(clear, std::sqrt(kNearEnough * nearest));
+    if (glm::distance(place, body.centre) - body.surface->radius_m() < clear)
+      clear = distanceFrom(*body.surface, body.frame.toLocal(place), clear, allowance);
   }
   return clear;
 }

@@ -91,7 +91,9 @@ class ToolContact {
 
   std::shared_ptr<const CollisionMesh> surface_;
   std::shared_ptr<const ToolShell> shell_;
-  std::vector<Sharp> sharp_;  // by body
+  std::vector<Sharp> sharp_;                 // by body
+  std::size_t sharpCount_ = 0, cursor_ = 0;  // of all bodies; the point whose clearance is next
+  bool waited_ = false;                      // in the last tick
   Pose proxy_;
   double moved_ = 0;                     // m, at most, of any body since the proxy moved last
   double travelled_ = 0;                 // m, at most, of any point against any body, since adopt()
@@ -103,7 +105,8 @@ class ToolContact {
   std::vector<HalfSpace6> halfSpaces_;
   std::array<Touch, kMaxHits> hits_;
   std::size_t hitCount_ = 0;
-  double firstHit_ = 1;  // fraction of the way
+  double firstHit_ = 1;   // fraction of the way
+  double lowestHit_ = 0;  // of the points that hit, above what they hit, before; m
   std::uint64_t tick_ = 0;
   double skin_ = 0;  // m
 
@@ -111,7 +114,7 @@ class ToolContact {
   void refreshTouch(const Body& body, Touch& touch, Allowance& allowance) const noexcept;
   [[nodiscard]] double height(const Touch& touch, const Frame& tool) const noexcept;
   void testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound, Allowance& allowance) noexcept;
-  void addHit(const Touch& hit, double time) noexcept;
+  void addHit(const Touch& hit, double time, double height) noexcept;
   void gather(std::span<const Body> bodies, const Pose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
   [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next) noexcept;
@@ -121,6 +124,9 @@ class ToolContact {
   void moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept;
   [[nodiscard]] double clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept;
   [[nodiscard]] bool addHits() noexcept;
+  [[nodiscard]] std::int64_t testsWithin(double bound) const noexcept;
+  void renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
+                       Allowance& allowance) noexcept;
 };
 
 }  // namespace haptics
