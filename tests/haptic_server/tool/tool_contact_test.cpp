@@ -184,6 +184,59 @@ TEST(ToolContact, IsNeverInsideOfATorusInARandomWalk) {
   std::printf("%d of 20000 touch, %d wait, largest change of force %.3f N\n", touching, waits, jump);
 }
 
+/// A sphere with bumps and a roughness that makes most of its vertices sharp.
+TriMesh roughBall(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  TriMesh ball = makeSphere(0.04, 24).value();
+  for (Vec3f& v : ball.vertices) {
+    const Vec3 d = glm::normalize(Vec3(v));
+    const double bump = 0.004 * std::sin(40 * d.x) * std::sin(37 * d.y) * std::sin(31 * d.z);
+    v = Vec3f(d * (0.04 + bump + 0.0004 * unit(random)));
+  }
+  return ball;
+}
+
+TEST(ToolContact, IsOutsideOfARoughBallAndTheBallOfItWhileItsAllowanceIsTooSmall) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  const auto ball = surfaceOf(roughBall(random));
+  const std::vector<Body> bodies{bodyOf(ball)};
+  const auto torus = surfaceOf(makeTorus(0.014, 0.005, 32, 16).value());
+  ToolContact tool = toolOf(makeTorus(0.014, 0.005, 32, 16).value(), 0.0015, bodies);
+  ASSERT_GT(tool.sharp(0)->size(), 500U);
+  Pose device{{1, 0, 0, 0}, {0, 0, 0.07}};
+  tool.reset(device, bodies);
+  Vec3 velocity(0), spin(0);
+  int waits = 0, touching = 0;
+  double way = 0;
+  for (int i = 0; i < 4'000; ++i) {
+    const Vec3 to = 0.042 * glm::normalize(device.position);
+    velocity +=
+        0.02 * Vec3(normal(random), normal(random), normal(random)) - 0.01 * velocity - 0.1 * (device.position - to);
+    spin += 0.6 * Vec3(normal(random), normal(random), normal(random)) - 0.01 * spin;
+    device.position += 1e-3 * velocity;
+    device.rotation = glm::normalize(about(spin + Vec3(1e-9), 1e-3 * glm::length(spin)) * device.rotation);
+    const Pose before = tool.proxy();  // a hand does not get farther from it than this
+    const double far = glm::distance(device.position, before.position);
+    device = interpolate(before, device, std::min(1.0, 0.008 / far));
+    const ToolResult result = tool.follow(bodies, device, kCoupling, Allowance(250'000));
+    waits += result.waits ? 1 : 0;
+    touching += result.touching > 0 ? 1 : 0;
+    way += glm::distance(before.position, result.proxy.position);
+    if (i % 20 != 0) continue;
+    ASSERT_LT(deepest(tool, bodies[0]), 1e-12) << i;
+    for (const Vec3& corner : *tool.sharp(0)) {
+      const Vec3 at = toLocal(tool.proxy(), corner);
+      int looked = 0;
+      const ClosestPoint foot = torus->closestFoot(at, 1 << 20, looked);
+      ASSERT_TRUE(torus->isOutside(foot, at) || foot.squaredDistance < 1e-24) << i;
+    }
+  }
+  EXPECT_GT(waits, 1'000);
+  EXPECT_GT(touching, 1'000);
+  EXPECT_GT(way, 0.05);
+}
+
 TEST(ToolContact, RestsOnABladeBetweenItsPoints) {
   const auto blade = surfaceOf(makeBox({0.2, 0.0004, 0.04}, 1).value());  // its edge up, at z = 0
   const std::vector<Body> bodies{bodyOf(blade, {{1, 0, 0, 0}, {0, 0.0025, -0.02}})};
