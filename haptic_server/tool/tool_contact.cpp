@@ -141,7 +141,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   ++tick_;
   gather(bodies, device);
   ToolResult result;
-  if (waited_) {
+  if (waited_ && moved_ == 0) {  // else where bodies are is not yet where the proxy was tested against them
     const auto left = static_cast<std::int64_t>((1 - kForClearances) * static_cast<double>(allowance.left()));
     renewClearances(bodies, clearTo_.size() + sharpCount_, left, allowance);
   }
