@@ -16,6 +16,7 @@ void runInThreads(int threads, const Work& work) {
   std::vector<std::exception_ptr> thrown(threads > 1 ? static_cast<std::size_t>(threads - 1) : 0);
   {
     std::vector<std::jthread> others;
+    others.reserve(thrown.size());
     for (std::exception_ptr& mine : thrown) {
       others.emplace_back([&work, &mine, token = Interruptible::token()] {
         const Interruptible as(token);

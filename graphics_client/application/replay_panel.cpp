@@ -131,7 +131,7 @@ void ReplayPanel::open(const QString& file) {
           shown = percent;
           QMetaObject::invokeMethod(this, [this, percent] { progress_->setValue(percent); });
         }));
-    QMetaObject::invokeMethod(this, [this, file, session] { take(file, *std::move(session)); });
+    QMetaObject::invokeMethod(this, [this, file, session] { take(file, std::move(*session)); });
   });
 }
 

@@ -35,7 +35,7 @@ void SceneFiles::open(const QString& file) {
       auto edit = std::make_shared<Result<Edit>>(openScene(file.toStdString(), *view->scene));
       QMetaObject::invokeMethod(this, [this, file, edit] {
         if (!*edit) return fail("Open scene", edit->error());
-        editor_.open(**std::move(edit), [this, file] {
+        editor_.open(std::move(**edit), [this, file] {
           file_ = file;
           spdlog::info("opened {}", file.toStdString());
         });

@@ -1,14 +1,13 @@
 #include "graphics_client/session/recent_servers.h"
 
 #include <algorithm>
-#include <ranges>
 #include <utility>
 
 namespace haptics {
 
 RecentServers::RecentServers(const std::vector<RecentServer>& list) {
-  for (const RecentServer& server : std::views::reverse(list)) {
-    if (!server.address.empty()) add(server);
+  for (auto server = list.rbegin(); server != list.rend(); ++server) {
+    if (!server->address.empty()) add(*server);
   }
 }
 

@@ -27,7 +27,7 @@ const std::string kNothing = "-";
 }
 
 std::string shortened(const std::string& name, std::size_t longest = kLongestName) {
-  const std::string text = printable(name);
+  std::string text = printable(name);
   if (text.size() <= longest) return text;
   std::size_t end = longest - 3;
   while ((static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;  // not within a character

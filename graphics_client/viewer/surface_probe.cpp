@@ -24,7 +24,7 @@ constexpr double kLargestStep_px = 12;
 using Block = std::array<std::optional<Vec3>, static_cast<std::size_t>(kSide_px* kSide_px)>;
 
 const std::optional<Vec3>& at(const Block& block, int x, int y) {
-  return block[static_cast<std::size_t>(y * kSide_px + x)];
+  return block[static_cast<std::size_t>(y) * kSide_px + static_cast<std::size_t>(x)];
 }
 
 std::optional<SurfacePoint> surfaceIn(const Block& block, Vec3 eye, double pixel_m) {
@@ -76,7 +76,7 @@ class SurfaceProbe::Reader : public vtkProp {
     Block places;
     for (int row = 0; row < kSide_px; ++row) {
       for (int column = 0; column < kSide_px; ++column) {
-        const std::size_t i = static_cast<std::size_t>(row * kSide_px + column);
+        const std::size_t i = static_cast<std::size_t>(row) * kSide_px + static_cast<std::size_t>(column);
         if (!(depths[i] < 1)) continue;
         const double seen[4] = {2 * (x - kReach_px + column + 0.5) / size[0] - 1,
                                 2 * (y - kReach_px + row + 0.5) / size[1] - 1, 2.0 * depths[i] - 1, 1};

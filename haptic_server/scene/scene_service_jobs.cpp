@@ -283,7 +283,7 @@ void SceneService::work() {
     }
     queueChanged_.notify_one();
     lock.unlock();
-    job.task = {};  // what it holds is freed without the lock
+    job = {};  // what it holds is freed without the lock
     lock.lock();
   }
 }

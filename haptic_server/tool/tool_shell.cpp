@@ -65,12 +65,12 @@ struct Line {
 /// Lines that bend by more than kSharp_rad, and those at which no two triangles meet; each once.
 [[nodiscard]] std::vector<Line> sharpLines(const CollisionMesh& mesh) {
   std::vector<Line> sharp;
-  const double leastCosine = std::cos(kSharp_rad);
+  const double minCosine = std::cos(kSharp_rad);
   for (std::uint32_t t = 0; t < mesh.triangleCount(); ++t) {
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t other = mesh.triangle(t).neighbour(k);
       const bool joined = other != kNoTriangle;
-      if (joined && (other < t || glm::dot(mesh.faceNormal(t), mesh.faceNormal(other)) >= leastCosine)) continue;
+      if (joined && (other < t || glm::dot(mesh.faceNormal(t), mesh.faceNormal(other)) >= minCosine)) continue;
       sharp.push_back({mesh.triangle(t).corner(k), mesh.triangle(t).corner(nextCorner(k))});
     }
   }
