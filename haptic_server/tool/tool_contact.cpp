@@ -19,12 +19,15 @@ constexpr int kMaxTurns = 4;
 constexpr std::size_t kClearanceEvery = 8;
 /// In a tick after one that did not come to its end, as many as take this part of the allowance.
 constexpr double kForClearances = 0.4;
-/// What the test of a point takes at most, in all but the densest places; units of the allowance.
-constexpr std::int64_t kTest = 2'000;
+/// What the test of a point is taken to cost at least; units of the allowance.
+constexpr double kCheapestTest = 100;
+/// Of what tests cost, as margin; and of the estimate, from one way to the next where they cost less.
+constexpr double kTestMargin = 1.5, kTestDecay = 0.95;
 /// The device counts as turned from the proxy by no more than this in a round, rad: the planes are taken anew then.
 constexpr double kMaxTurn_rad = 0.3;
 /// Parts of a way that are tried where the allowance does not last for all points on the whole of it.
 constexpr int kMaxHalvings = 10;
+constexpr double kMinPart = 1.0 / (1 << kMaxHalvings);
 /// Nothing is looked for farther away, m.
 constexpr double kFarthestClearance_m = 0.05;
 /// Triangles that the search of a touching point may look at.
@@ -118,6 +121,7 @@ void ToolContact::adopt(std::span<const Obstacle> obstacles) {
     touch.body = static_cast<std::uint16_t>(now - obstacles.begin());
     return now == obstacles.end();
   });
+  here_.resize(obstacles.size());
   forgetClearances();
 }
 
@@ -141,10 +145,12 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   ++tick_;
   gather(bodies, device);
   ToolResult result;
-  if (waited_ && moved_ == 0) {  // else where bodies are is not yet where the proxy was tested against them
+  if (waited_) {
     const auto left = static_cast<std::int64_t>((1 - kForClearances) * static_cast<double>(allowance.left()));
     renewClearances(bodies, clearTo_.size() + sharpCount_, left, allowance);
   }
+  const bool arrived = moved_ == 0 || (bodiesPart_ == 1 && canTest(0, allowance));
+  if (!arrived) bodies = takePartOfTheWay(bodies, allowance);
   bool settled = false;
   for (int round = 0; round < kMaxRounds && !settled && !allowance.isSpent(); ++round) {
     const double reach = farthestMove(device);
@@ -153,12 +159,12 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
     if (!solve(device, coupling, next)) break;
     double bound = farthestMove(next);
     bool whole = true;
-    for (int k = 0; k < kMaxHalvings && allowance.left() < kTest * testsWithin(bound); ++k) {
+    for (int k = 0; k < kMaxHalvings && !canTest(bound, allowance); ++k) {
       next = interpolate(proxy_, next, 0.5);
       bound = farthestMove(next);
       whole = false;
     }
-    if (allowance.left() < kTest * testsWithin(bound)) break;
+    if (!canTest(bound, allowance)) break;
     if (isClear(bodies, next, bound, allowance)) {
       const double before = energy(proxy_, device, coupling);
       moveTo(bodies, next, bound, allowance);
@@ -177,7 +183,8 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   result.torque_Nm = coupling.torsion_Nm_per_rad * rotationVector(proxy_.rotation * glm::conjugate(device.rotation));
   const Frame tool(proxy_);
   for (const Touch& touch : touches_) result.touching += height(touch, tool) < kTouchMargin * skin_ ? 1 : 0;
-  result.waits = waited_ = !settled;
+  bodiesPart_ = moved_ == 0 ? std::min(1.0, 2 * bodiesPart_) : std::max(kMinPart, bodiesPart_ / 2);
+  result.waits = waited_ = !settled || !arrived;
   result.allowance = allowance;
   return result;
 }
@@ -185,15 +192,34 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
 /// The skin by the largest coordinate in reach, and how far bodies have come since the proxy moved last.
 void ToolContact::gather(std::span<const Body> bodies, const Pose& device) noexcept {
   double extent = std::max(glm::length(device.position), glm::length(proxy_.position)) + shell_->radius_m;
+  for (const Body& body : bodies) extent = std::max(extent, body.extent_m);
+  skin_ = kSkin * extent;
+  moved_ = farthestMove(bodies);
+}
+
+double ToolContact::farthestMove(std::span<const Body> bodies) const noexcept {
   double moved = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    extent = std::max(extent, bodies[b].extent_m);
     if (bodies[b].current == bodyAt_[b]) continue;
     moved = std::max(moved, glm::distance(bodies[b].current.position, bodyAt_[b].position) +
                                 chord(bodyAt_[b].rotation, bodies[b].current.rotation) * bodies[b].surface->extent_m());
   }
-  skin_ = kSkin * extent;
-  travelled_ += moved_ = moved;
+  return moved;
+}
+
+/// Where the allowance does not last for where the bodies have come, or no pose was found there in the last tick, they come a
+/// part of the way in this tick.
+std::span<const Body> ToolContact::takePartOfTheWay(std::span<const Body> bodies, const Allowance& allowance) noexcept {
+  for (double part = bodiesPart_; part >= kMinPart; part /= 2) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      here_[b] = bodies[b];
+      here_[b].current = interpolate(bodyAt_[b], bodies[b].current, part);
+      here_[b].update();
+    }
+    moved_ = farthestMove({here_.data(), bodies.size()});
+    if (canTest(moved_, allowance)) break;  // the tool goes as far as they do
+  }
+  return {here_.data(), bodies.size()};
 }
 
 /// Follows the points that touch over the surfaces, and takes their planes. Those that are farther than the tool can come
@@ -279,10 +305,11 @@ double ToolContact::farthestMove(const Pose& next) const noexcept {
 /// Does no point enter a surface on its way to that pose, as seen from each body and from the tool? Else hits_ are the first
 /// ones found.
 bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
+  const std::int64_t before = allowance.left();
   hitCount_ = 0;
   firstHit_ = 1;
   lowestHit_ = std::numeric_limits<double>::infinity();
-  const double travelled = travelled_ + bound;
+  const double travelled = travelled_ + moved_ + bound;
   const Frame frame(next);
   const auto count = static_cast<std::uint16_t>(place_.size());
   for (std::uint16_t i = 0; i < count; ++i) {
@@ -295,20 +322,21 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
       const Vec3 from = toLocal(bodyAt_[b], place_[i]);
       const Vec3 to = body.frame.toLocal(next_[i]);
       const Crossing crossing = body.surface->firstCrossing(from, to, allowance);
-      if (allowance.isSpent()) return false;
+      if (allowance.isSpent()) break;
       if (!crossing) continue;
       addHit({false, i, static_cast<std::uint16_t>(b), crossing.triangle, crossing.side, tick_, {}, {}, 0},
              crossing.time, heightOver(*body.surface, crossing.triangle, from));
     }
   }
-  testBodysPoints(bodies, frame, bound, allowance);
+  if (!allowance.isSpent()) testBodysPoints(bodies, frame, bound, allowance);
+  learnTestCost(testsWithin(bound), before - allowance.left(), allowance.isSpent());
   return hitCount_ == 0 && !allowance.isSpent();
 }
 
 /// The sharp points of bodies, against the tool's own surface.
 void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
                                   Allowance& allowance) noexcept {
-  const double travelled = travelled_ + bound;
+  const double travelled = travelled_ + moved_ + bound;
   const double reach = shell_->radius_m + bound + moved_;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
@@ -357,7 +385,8 @@ bool ToolContact::addHits() noexcept {
 void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
   proxy_ = next;
   place_.swap(next_);
-  travelled_ += bound;
+  travelled_ += moved_ + bound;
+  moved_ = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
   const std::size_t all = clearTo_.size() + sharpCount_;
   renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, allowance);
@@ -365,15 +394,25 @@ void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double 
 
 /// How many points would have to be tested on a way of this length.
 std::int64_t ToolContact::testsWithin(double bound) const noexcept {
-  const double travelled = travelled_ + bound;
+  const double travelled = travelled_ + moved_ + bound;
   const auto due = [&](double clearTo) { return clearTo <= travelled; };
   auto count = std::count_if(clearTo_.begin(), clearTo_.end(), due);
   for (const Sharp& sharp : sharp_) count += std::count_if(sharp.clearTo.begin(), sharp.clearTo.end(), due);
   return count;
 }
 
-/// Asks the next `count` points, in turn, how far everything is from them, those that may have met something by now; as long
-/// as the allowance has more than `keep` left.
+/// Does the allowance last for the tests of a way of this length?
+bool ToolContact::canTest(double bound, const Allowance& allowance) const noexcept {
+  return static_cast<double>(allowance.left()) >= testCost_ * static_cast<double>(testsWithin(bound));
+}
+
+void ToolContact::learnTestCost(std::int64_t tests, std::int64_t spent, bool unfinished) noexcept {
+  const double measured = static_cast<double>(spent) / static_cast<double>(std::max<std::int64_t>(tests, 1));
+  testCost_ = unfinished ? 2 * testCost_ : std::max({kCheapestTest, kTestDecay * testCost_, kTestMargin * measured});
+}
+
+/// Asks the next `count` points, in turn, how far everything was from them when the proxy moved last, those that may have met
+/// something by then; as long as the allowance has more than `keep` left.
 void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
                                   Allowance& allowance) noexcept {
   const std::size_t all = clearTo_.size() + sharpCount_;
@@ -390,7 +429,7 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
     for (; at >= sharp_[b].clearTo.size(); ++b) at -= sharp_[b].clearTo.size();
     double& clearTo = sharp_[b].clearTo[at];
     if (travelled_ < clearTo) continue;
-    const Vec3 place = tool.toLocal(bodies[b].frame.toWorld((*sharp_[b].points)[at]));
+    const Vec3 place = tool.toLocal(toWorld(bodyAt_[b], (*sharp_[b].points)[at]));
     const double arm = glm::length(place), radius = shell_->radius_m;
     const double distance = distanceFrom(*surface_, place, kFarthestClearance_m, allowance);
     // Beyond the tool's sphere a turn takes it farther than the tool's own points.
@@ -401,9 +440,11 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
 /// How far the place may move before it can meet anything; a lower bound.
 double ToolContact::clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept {
   double clear = kFarthestClearance_m;
-  for (const Body& body : bodies) {
-    if (glm::distance(place, body.centre) - body.surface->radius_m() < clear)
-      clear = distanceFrom(*body.surface, body.frame.toLocal(place), clear, allowance);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const CollisionMesh& surface = *bodies[b].surface;
+    const Vec3 at = toLocal(bodyAt_[b], place);
+    if (glm::distance(at, surface.centre()) - surface.radius_m() < clear)
+      clear = distanceFrom(surface, at, clear, allowance);
   }
   return clear;
 }

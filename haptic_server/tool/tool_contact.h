@@ -58,6 +58,8 @@ class ToolContact {
 
   [[nodiscard]] const Pose& proxy() const noexcept { return proxy_; }
   [[nodiscard]] const ToolShell& shell() const noexcept { return *shell_; }
+  /// Where the proxy is clear of a body: the body's own, or behind it after a tick that waited.
+  [[nodiscard]] const Pose& testedAt(std::size_t body) const { return bodyAt_[body]; }
   /// Of an obstacle.
   [[nodiscard]] const std::shared_ptr<const std::vector<Vec3>>& sharp(std::size_t body) const {
     return sharp_[body].points;
@@ -95,12 +97,15 @@ class ToolContact {
   std::size_t sharpCount_ = 0, cursor_ = 0;  // of all bodies; the point whose clearance is next
   bool waited_ = false;                      // in the last tick
   Pose proxy_;
-  double moved_ = 0;                     // m, at most, of any body since the proxy moved last
-  double travelled_ = 0;                 // m, at most, of any point against any body, since adopt()
-  std::vector<double> clearTo_;          // travelled_ until which a point can meet nothing
-  std::vector<Vec3> place_;              // of the points at the proxy, world
-  std::vector<Vec3> next_;               // and at the pose that is tried
+  double moved_ = 0;             // m, at most, of any body since the proxy moved last
+  double travelled_ = 0;         // m, at most, of any point against any body, from adopt() to the proxy's last move
+  std::vector<double> clearTo_;  // travelled_ until which a point can meet nothing
+  std::vector<Vec3> place_;      // of the points at the proxy, world
+  std::vector<Vec3> next_;       // and at the pose that is tried
   std::array<Pose, kMaxBodies> bodyAt_;  // when the proxy moved last
+  std::vector<Body> here_;               // bodies that come a part of their way
+  double bodiesPart_ = 1;                // of the way of bodies that a tick tries
+  double testCost_ = 500;                // units of the allowance; follows what tests cost
   std::vector<Touch> touches_;           // of capacity kMaxHalfSpaces
   std::vector<HalfSpace6> halfSpaces_;
   std::array<Touch, kMaxHits> hits_;
@@ -118,6 +123,9 @@ class ToolContact {
   void gather(std::span<const Body> bodies, const Pose& device) noexcept;
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
   [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next) noexcept;
+  [[nodiscard]] double farthestMove(std::span<const Body> bodies) const noexcept;
+  [[nodiscard]] std::span<const Body> takePartOfTheWay(std::span<const Body> bodies,
+                                                       const Allowance& allowance) noexcept;
   [[nodiscard]] double farthestMove(const Pose& next) const noexcept;
   [[nodiscard]] bool isClear(std::span<const Body> bodies, const Pose& next, double bound,
                              Allowance& allowance) noexcept;
@@ -125,6 +133,8 @@ class ToolContact {
   [[nodiscard]] double clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept;
   [[nodiscard]] bool addHits() noexcept;
   [[nodiscard]] std::int64_t testsWithin(double bound) const noexcept;
+  [[nodiscard]] bool canTest(double bound, const Allowance& allowance) const noexcept;
+  void learnTestCost(std::int64_t tests, std::int64_t spent, bool unfinished) noexcept;
   void renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
                        Allowance& allowance) noexcept;
 };
