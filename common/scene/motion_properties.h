@@ -44,6 +44,13 @@ struct PlaneProperties {
   bool operator==(const PlaneProperties&) const = default;
 };
 
+/// Where an object meets others.
+struct CollisionProperties {
+  double friction = 0.5;
+  double rolling_m = 2e-4;
+  bool operator==(const CollisionProperties&) const = default;
+};
+
 struct MotionProperties {
   double mass_kg = 0;
   std::optional<GivenInertia> inertia = std::nullopt;  ///< Default: of the closed mesh, evenly filled.
@@ -52,6 +59,8 @@ struct MotionProperties {
   SpringProperties spring = {};
   std::optional<JointProperties> joint = std::nullopt;  ///< Default: free.
   std::vector<PlaneProperties> planes = {};
+  bool fixed = false;  ///< Stays where the scene has it; nothing of the above counts.
+  std::optional<CollisionProperties> collision = std::nullopt;  ///< Default: others pass through it.
   bool operator==(const MotionProperties&) const = default;
 };
 

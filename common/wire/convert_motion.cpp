@@ -92,10 +92,39 @@ Refusal addPlanes(const v1::Motion& message, MotionProperties& motion) {
   return std::nullopt;
 }
 
+Result<CollisionProperties> collisionFrom(const v1::Collision& message) {
+  CollisionProperties collision;
+  if (message.has_friction()) collision.friction = message.friction();
+  if (message.has_rolling_m()) collision.rolling_m = message.rolling_m();
+  if (auto bad = checkRange(collision.friction, kFriction, "friction")) return refuse(bad);
+  if (auto bad = checkRange(collision.rolling_m, kRolling, "rolling_m")) return refuse(bad);
+  return collision;
+}
+
+/// What is fixed has nothing that only a body that moves has.
+Refusal checkFixed(const v1::Motion& message) {
+  if (!message.has_collision()) {
+    return Error{"collision", "is missing beside `fixed`; give one (collision {}), or leave the motion out"};
+  }
+  v1::Motion rest = message;
+  rest.clear_fixed();
+  rest.clear_collision();
+  if (rest.ByteSizeLong() == 0) return std::nullopt;
+  return Error{"fixed", "is true beside what only moves a body; leave out all but `collision`, or `fixed`"};
+}
+
 }  // namespace
 
 Result<MotionProperties> announcedMotionFrom(const v1::Motion& message) {
   MotionProperties motion;
+  if (message.has_collision()) {
+    if (auto bad = take(collisionFrom(message.collision()), motion.collision, "collision.")) return refuse(bad);
+  }
+  motion.fixed = message.fixed();
+  if (motion.fixed) {
+    if (auto bad = checkFixed(message)) return refuse(bad);
+    return motion;
+  }
   motion.mass_kg = message.mass_kg();
   if (auto bad = checkAbove0(motion.mass_kg, kMaxMass_kg, " kg", "mass_kg")) return refuse(bad);
   if (message.has_inertia()) {
@@ -131,6 +160,14 @@ Result<MotionProperties> motionFrom(const v1::Motion& message) {
 
 void toWire(const MotionProperties& motion, v1::Motion& message) {
   message.Clear();
+  if (motion.collision) {
+    message.mutable_collision()->set_friction(motion.collision->friction);
+    message.mutable_collision()->set_rolling_m(motion.collision->rolling_m);
+  }
+  if (motion.fixed) {
+    message.set_fixed(true);
+    return;
+  }
   message.set_mass_kg(motion.mass_kg);
   if (motion.inertia) {
     toWire(motion.inertia->centre_m, *message.mutable_inertia()->mutable_centre_m());

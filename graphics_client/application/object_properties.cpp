@@ -197,6 +197,8 @@ const SwitchProperty kIsSoft = {"soft", "Yields to the stylus; else rigid",
                                   softness.set_radius_m(kUsualDent_m);
                                 }};
 
+bool moves(const ObjectRecord& object) { return object.motion && !object.motion->fixed; }
+
 v1::Motion& motionIn(v1::Operation& operation, const ObjectRecord& object) {
   v1::Motion& motion = *operation.mutable_set_motion()->mutable_motion();
   if (object.motion) toWire(*object.motion, motion);
@@ -205,13 +207,13 @@ v1::Motion& motionIn(v1::Operation& operation, const ObjectRecord& object) {
 
 const NumberProperty kMotion[] = {
     {"mass", "Of an object that moves, evenly filled", " kg", 0.001, 10, 3, true,
-     [](const ObjectRecord& object) { return object.motion ? std::optional(object.motion->mass_kg) : std::nullopt; },
+     [](const ObjectRecord& object) { return moves(object) ? std::optional(object.motion->mass_kg) : std::nullopt; },
      [](const ObjectRecord& object, double value, v1::Operation& operation) {
        motionIn(operation, object).set_mass_kg(value);
      }},
     {"gravity", "Downwards, of this object", " m/s²", 0, 20, 2, false,
      [](const ObjectRecord& object) -> std::optional<double> {
-       if (!object.motion) return {};
+       if (!moves(object)) return {};
        const Vec3& gravity = object.motion->gravity_m_per_s2;
        if (gravity.x != 0 || gravity.y != 0) return {};
        return 0 - gravity.z;
@@ -223,8 +225,7 @@ const NumberProperty kMotion[] = {
 
 const SwitchProperty kMoves = {"moves",
                                "Is pushed by the stylus, falls and comes to rest on the floor; else stays where it is",
-                               [](const ObjectRecord& object) { return object.motion.has_value(); },
-                               [](bool on, double floor_m, v1::Operation& operation) {
+                               moves, [](bool on, double floor_m, v1::Operation& operation) {
                                  v1::Motion& motion = *operation.mutable_set_motion()->mutable_motion();
                                  if (!on) return;
                                  motion.set_mass_kg(kUsualMass_kg);

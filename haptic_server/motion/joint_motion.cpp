@@ -37,7 +37,7 @@ struct Along {
 
 }  // namespace
 
-void moveOnJoint(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept {
+void driveOnJoint(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept {
   const bool hinge = body.freedom == Freedom::kHinge;
   const Along a = hinge ? alongHinge(body, state, push) : alongSlider(body, state, push);
   const double stiffness = std::min(a.stiffness, a.inertia / (period_s * period_s));
@@ -45,6 +45,9 @@ void moveOnJoint(const RigidBody& body, RigidState& state, const Push& push, dou
 
   state.rate_per_s += period_s * (a.drive - stiffness * state.coordinate) / a.inertia;
   state.rate_per_s /= 1 + period_s * fading;  // implicit: no damping is too much
+}
+
+void advanceOnJoint(const RigidBody& body, RigidState& state, double period_s) noexcept {
   state.coordinate += period_s * state.rate_per_s;
   if (state.coordinate < body.joint.lowest) {
     state.coordinate = body.joint.lowest;
@@ -53,6 +56,16 @@ void moveOnJoint(const RigidBody& body, RigidState& state, const Push& push, dou
     state.coordinate = body.joint.highest;
     state.rate_per_s = std::min(state.rate_per_s, 0.0);
   }
+}
+
+double inertiaOnJoint(const RigidBody& body, const RigidState& state) noexcept {
+  return body.freedom == Freedom::kHinge ? alongHinge(body, state, {}).inertia : body.mass.mass_kg;
+}
+
+Vec3 directionOnJoint(const RigidBody& body, const RigidState& state, Vec3 place_m) noexcept {
+  const Vec3 axis = worldAxis(body, state);
+  if (body.freedom == Freedom::kSlider) return axis;
+  return glm::cross(axis, place_m - toWorld(state.rest, body.joint.anchor_m));
 }
 
 Pose jointPose(const RigidBody& body, const RigidState& state) noexcept {

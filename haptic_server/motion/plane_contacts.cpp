@@ -254,10 +254,10 @@ void resistRolling(std::span<const Touch> touches, Vec3& rolling, Impulses& impu
 
 using Touches = std::array<Touch, kMaxPlanes * kPointsOnPlane>;
 
-/// @return How many there are.
-[[nodiscard]] std::size_t findTouches(const RigidBody& body, const RigidState& state, const Impulses& impulses,
-                                      double period_s, Touches& touches, Allowance& allowance) noexcept {
-  std::size_t count = 0;
+/// Calls `take(plane, point, gap)` for support points that may reach a plane within the tick.
+template <class Take>
+void visitNearPlanes(const RigidBody& body, const RigidState& state, const Impulses& impulses, double period_s,
+                     Allowance& allowance, Take take) noexcept {
   const double reach_m = impulses.reach(body.radius_m, period_s);
   for (std::size_t p = 0; p < body.planeCount; ++p) {
     const Plane& plane = body.planes[p];
@@ -269,19 +269,40 @@ using Touches = std::array<Touch, kMaxPlanes * kPointsOnPlane>;
                      now.normal + period_s * (toOwn * glm::cross(plane.normal, impulses.angular()))};
     const Footprint footprint(body, now, next, reach_m);
     allowance.spend(footprint.units());
-    footprint.choose([&](std::uint16_t point) {
-      const double closing = std::max(now(body.support[point]), 0.0) / period_s;
-      Touch& touch = touches[count++];
-      touch = makeTouch(plane, impulses.arm(body.support[point]), closing, lastImpulse(state, p, point), impulses);
-      touch.plane = static_cast<std::uint16_t>(p);
-      touch.point = point;
-    });
+    footprint.choose(
+        [&](std::uint16_t point) { take(static_cast<std::uint16_t>(p), point, now(body.support[point])); });
   }
+}
+
+/// @return How many there are.
+[[nodiscard]] std::size_t findTouches(const RigidBody& body, const RigidState& state, const Impulses& impulses,
+                                      double period_s, Touches& touches, Allowance& allowance) noexcept {
+  std::size_t count = 0;
+  visitNearPlanes(body, state, impulses, period_s, allowance, [&](std::uint16_t p, std::uint16_t point, double gap) {
+    const double closing = std::max(gap, 0.0) / period_s;
+    Touch& touch = touches[count++];
+    touch =
+        makeTouch(body.planes[p], impulses.arm(body.support[point]), closing, lastImpulse(state, p, point), impulses);
+    touch.plane = p;
+    touch.point = point;
+  });
   allowance.spend(kBearing * static_cast<std::int64_t>(count));
   return count;
 }
 
 }  // namespace
+
+std::size_t findNearPlanes(const RigidBody& body, const RigidState& state, double period_s, NearPlanes& found,
+                           Allowance& allowance) noexcept {
+  if (body.planeCount == 0) return 0;
+  RigidState same = state;
+  const Impulses impulses(body, same);
+  std::size_t count = 0;
+  visitNearPlanes(body, state, impulses, period_s, allowance, [&](std::uint16_t p, std::uint16_t point, double gap) {
+    found[count++] = {p, point, impulses.arm(body.support[point]), gap, lastImpulse(state, p, point)};
+  });
+  return count;
+}
 
 std::int64_t leastPlaneUnits(const RigidBody& body, const RigidState& state) noexcept {
   double parts = 0, partsByPlanes = 0;  // of the body's points

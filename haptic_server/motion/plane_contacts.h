@@ -19,6 +19,19 @@ struct MotionAllowance {
 /// @param state  Momenta after this tick's other forces; written: momenta and `touching`.
 void solvePlaneContacts(const RigidBody& body, RigidState& state, double period_s, MotionAllowance& allowance) noexcept;
 
+/// A support point by a plane.
+struct NearPlane {
+  std::uint16_t plane = 0;
+  std::uint16_t point = 0;  ///< Index into RigidBody::support.
+  Vec3 arm_m{0};            ///< From the centre of mass, world.
+  double gap_m = 0;         ///< Above the plane; below it negative.
+  Vec3 last_Ns{0};          ///< Impulse of the last tick, world.
+};
+using NearPlanes = std::array<NearPlane, kMaxPlanes * kPointsOnPlane>;
+/// Those that may reach their plane within the tick, and span what the body stands on. Returns how many there are.
+[[nodiscard]] std::size_t findNearPlanes(const RigidBody& body, const RigidState& state, double period_s,
+                                         NearPlanes& found, Allowance& allowance) noexcept;
+
 /// About what solvePlaneContacts() will spend of MotionAllowance::least, units.
 [[nodiscard]] std::int64_t leastPlaneUnits(const RigidBody& body, const RigidState& state) noexcept;
 

@@ -13,12 +13,6 @@ namespace {
          haptics::isFinite(s.angularMomentum_Nms) && std::isfinite(s.coordinate) && std::isfinite(s.rate_per_s);
 }
 
-void stop(RigidState& state, BodyCondition why) noexcept {
-  state.momentum_Ns = state.angularMomentum_Nms = Vec3(0);
-  state.rate_per_s = 0;
-  state.condition = why;
-}
-
 /// Momentum of everything but the planes; then damping.
 void drive(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept {
   const MassProperties& mass = body.mass;
@@ -62,23 +56,55 @@ void turnAndMove(const RigidBody& body, RigidState& state, double period_s) noex
          2 * radius_m * glm::length(Vec3(turn.x, turn.y, turn.z));
 }
 
-void sleepWhenStill(const RigidBody& body, RigidState& state, const Push& push, const Pose& pose,
-                    double period_s) noexcept {
+/// Units (Allowance) of a motion, planes apart.
+constexpr std::int64_t kMotion = 1'200;
+
+}  // namespace
+
+void stop(RigidState& state, BodyCondition why) noexcept {
+  state.momentum_Ns = state.angularMomentum_Nms = Vec3(0);
+  state.rate_per_s = 0;
+  state.condition = why;
+}
+
+void driveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept {
+  if (body.freedom == Freedom::kFree) {
+    drive(body, state, push, period_s);
+  } else {
+    driveOnJoint(body, state, push, period_s);
+  }
+}
+
+void advanceRigidBody(const RigidBody& body, RigidState& state, double period_s) noexcept {
+  if (body.freedom == Freedom::kFree) {
+    turnAndMove(body, state, period_s);
+  } else {
+    advanceOnJoint(body, state, period_s);
+  }
+}
+
+bool keepInWorld(const RigidBody& body, RigidState& state, const RigidPlace& before) noexcept {
+  const bool finite = isFinite(state);
+  if (finite && squaredLength(poseOf(body, state).position) <= kWorldRadius_m * kWorldRadius_m) return true;
+  state.centre_m = before.centre_m;
+  state.axes = before.axes;
+  state.coordinate = before.coordinate;
+  stop(state, finite ? BodyCondition::kOutOfBounds : BodyCondition::kNonFinite);
+  return false;
+}
+
+bool isStill(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept {
+  const Pose pose = poseOf(body, state);
   const Vec3 m = body.mass.moments;
   const double gyration = std::sqrt((m.x + m.y + m.z) / body.mass.mass_kg);
   if (push.any() || moved(state.still, pose, body.mass.centre, std::max(body.radius_m, gyration)) > kStill_m) {
     state.still = pose;
     state.still_s = 0;
-    return;
+    return false;
   }
   state.still_s += period_s;
-  if (state.still_s >= kStill_s) stop(state, BodyCondition::kAsleep);
+  return state.still_s >= kStill_s;
 }
-
-/// Units (Allowance) of a motion, planes apart.
-constexpr std::int64_t kMotion = 1'200;
-
-}  // namespace
 
 std::int64_t leastMotionUnits(const RigidBody& body, const RigidState& state) noexcept {
   return kMotion + (body.freedom == Freedom::kFree ? leastPlaneUnits(body, state) : 0);
@@ -90,28 +116,12 @@ void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, d
   if (state.condition == BodyCondition::kAsleep && push.any()) state.condition = BodyCondition::kAwake;
   if (state.condition != BodyCondition::kAwake) return;
 
-  const RigidState before = state;
-  if (body.freedom == Freedom::kFree) {
-    drive(body, state, push, period_s);
-    solvePlaneContacts(body, state, period_s, allowance);
-    turnAndMove(body, state, period_s);
-    leavePlanes(body, state);
-  } else {
-    moveOnJoint(body, state, push, period_s);
-  }
-
-  if (!isFinite(state)) {
-    state = before;
-    stop(state, BodyCondition::kNonFinite);
-    return;
-  }
-  const Pose pose = poseOf(body, state);
-  if (squaredLength(pose.position) > kWorldRadius_m * kWorldRadius_m) {
-    state = before;
-    stop(state, BodyCondition::kOutOfBounds);
-    return;
-  }
-  sleepWhenStill(body, state, push, pose, period_s);
+  const RigidPlace before = placeOf(state);
+  driveRigidBody(body, state, push, period_s);
+  if (body.freedom == Freedom::kFree) solvePlaneContacts(body, state, period_s, allowance);
+  advanceRigidBody(body, state, period_s);
+  if (body.freedom == Freedom::kFree) leavePlanes(body, state);
+  if (keepInWorld(body, state, before) && isStill(body, state, push, period_s)) stop(state, BodyCondition::kAsleep);
 }
 
 }  // namespace haptics

@@ -7,7 +7,7 @@ namespace haptics {
 
 /// One tick of a body under gravity, damping, springs, joints, planes and the stylus' push (paper 5c: "dynamical
 /// equations are solved using the Euler integration technique, and the state of each object is updated at every
-/// iteration"). Wait-free, bounded work. Bodies know nothing of each other.
+/// iteration"). Wait-free, bounded work. Bodies that meet one another: haptic_server/collision.
 ///
 /// Deviations from the paper:
 ///  - Semi-implicit (symplectic) Euler: the new velocity moves the body. Explicit Euler, with the old one, gains energy
@@ -21,6 +21,28 @@ namespace haptics {
 /// @param allowance  Of the tick: what the motion takes is spent of it.
 void moveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s,
                    MotionAllowance& allowance) noexcept;
+
+// ---- Its parts, for bodies that meet others in between ----
+
+/// Momentum (on a joint: rate) after a tick of everything but what the body meets.
+void driveRigidBody(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept;
+/// Moves and turns it by a tick with the momentum that it has.
+void advanceRigidBody(const RigidBody& body, RigidState& state, double period_s) noexcept;
+/// Where a body is, free or on a joint.
+struct RigidPlace {
+  Vec3 centre_m;
+  Quat axes;
+  double coordinate;
+};
+[[nodiscard]] inline RigidPlace placeOf(const RigidState& state) noexcept {
+  return {state.centre_m, state.axes, state.coordinate};
+}
+/// False: the body is not finite, or beyond the world, and has been stopped where it was before.
+[[nodiscard]] bool keepInWorld(const RigidBody& body, RigidState& state, const RigidPlace& before) noexcept;
+/// Whether it has been still for kStill_s, this tick included.
+[[nodiscard]] bool isStill(const RigidBody& body, RigidState& state, const Push& push, double period_s) noexcept;
+/// It has no momentum from here on.
+void stop(RigidState& state, BodyCondition why) noexcept;
 
 /// About what moveRigidBody() will spend of MotionAllowance::least, units.
 [[nodiscard]] std::int64_t leastMotionUnits(const RigidBody& body, const RigidState& state) noexcept;

@@ -41,7 +41,8 @@ requires std::is_trivially_copyable_v<T>
   for (std::size_t i = 0; i < adoption.bodyCount; ++i) {
     whole = whole && areFlags({&state.bodies[i].pendingRemoval, &state.bodies[i].moving, &state.objects[i].beingMoved});
   }
-  for (std::size_t i = 0; i < state.motion.count; ++i) whole = whole && areFlags({&state.moving[i].moved});
+  for (std::size_t i = 0; i < state.motion.count; ++i)
+    whole = whole && areFlags({&state.moving[i].moved, &state.moving[i].collides});
   for (const BodyDent& dent : state.allDents()) whole = whole && areFlags({&dent.stays, &dent.pressed});
   return whole && state.surface.fade.how <= ShadingFade::How::kTogether;
 }
@@ -76,6 +77,33 @@ requires std::is_trivially_copyable_v<T>
   return true;
 }
 
+/// Lists the bodies that collide as adoptScene() does. False: pairs name others.
+[[nodiscard]] bool connectCollisions(HapticState& state, const ServoScene& scene) {
+  std::size_t count = 0, moving = 0;
+  for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
+    while (moving < state.motion.count && state.moving[moving].body < i) ++moving;
+    const bool moves = moving < state.motion.count && state.moving[moving].body == i;
+    const CollisionPoints* points = scene.objects[i].collision.get();
+    if (moves && state.moving[moving].collides != (points != nullptr)) return false;
+    if (points != nullptr) state.colliding[count++] = {i, moves ? static_cast<int>(moving) : -1, points};
+  }
+  if (count != state.motion.collidingCount) return false;
+  for (const BodyPair& pair : state.pairs.all()) {
+    if (pair.used == 0) continue;
+    if (pair.used > 1 || pair.first >= count || pair.second >= count || pair.count > kPointsOfPair) return false;
+    if (state.colliding[pair.first].moving < 0 || !isPose(pair.relative) || !isWithinWorld(pair.rolling_Nms))
+      return false;
+    for (const BodyContact& at : std::span(pair.contact).first(pair.count)) {
+      const CollidingBody& on = state.colliding[at.second == 0 ? pair.first : pair.second];
+      if (at.second > 1 || at.point >= on.points->points.size()) return false;
+      for (const Vec3& v : {at.place, at.foot, at.normal, at.impulse_Ns}) {
+        if (!isWithinWorld(v)) return false;
+      }
+    }
+  }
+  return true;
+}
+
 /// Gives the pointers back, and what follows from the rest. False: what they belong to is not in the scene.
 [[nodiscard]] bool connect(HapticState& state, const ServoScene& scene) {
   for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
@@ -97,6 +125,7 @@ requires std::is_trivially_copyable_v<T>
     moving.what = scene.objects[moving.body].motion.get();
     if (moving.what == nullptr || !isMotionOf(moving.state, *moving.what)) return false;
   }
+  if (!connectCollisions(state, scene)) return false;
   for (const BodyDent& dent : state.allDents()) {
     if (dent.body >= state.adoption.bodyCount || !scene.objects[dent.body].tissue) return false;
     for (const Dent& place : {dent.dent, dent.rest, dent.begun}) {
@@ -127,6 +156,9 @@ requires std::is_trivially_copyable_v<T>
   }
   for (std::size_t i = 0; i < state.motion.count; ++i) whole = whole && take(image, state.moving[i]);
   for (std::size_t i = 0; i < state.denting.count; ++i) whole = whole && take(image, state.dents[i]);
+  whole = whole && take(image, state.pairs.end) && take(image, state.pairs.next) && take(image, state.pairs.leftOut);
+  whole = whole && state.pairs.end <= kMaxPairs && (state.pairs.next == 0 || state.pairs.next < state.pairs.end);
+  for (std::size_t i = 0; whole && i < state.pairs.end; ++i) whole = take(image, state.pairs.pair[i]);
   if (!whole || !take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
   return (state.observer.active() ? takeObserver(image, state.observer) : true) && image.empty();
 }
@@ -136,10 +168,17 @@ requires std::is_trivially_copyable_v<T>
 std::uint64_t stateLayout() noexcept {
   using Parts = decltype(HapticState::partsOf(std::declval<const HapticState&>()));
   constexpr auto kSizes = []<class... Part>(std::type_identity<std::tuple<Part...>>) {
-    return std::array{
-        sizeof(Part)...,       sizeof(ContactState),      sizeof(Body),     sizeof(HapticState::ObjectState),
-        sizeof(BumpState),     sizeof(MovingBody),        sizeof(BodyDent), sizeof(SurfaceMemory),
-        sizeof(EnergyAccount), sizeof(PredictiveObserver)};
+    return std::array{sizeof(Part)...,
+                      sizeof(ContactState),
+                      sizeof(Body),
+                      sizeof(HapticState::ObjectState),
+                      sizeof(BumpState),
+                      sizeof(MovingBody),
+                      sizeof(BodyPair),
+                      sizeof(BodyDent),
+                      sizeof(SurfaceMemory),
+                      sizeof(EnergyAccount),
+                      sizeof(PredictiveObserver)};
   }(std::type_identity<Parts>());
   std::uint64_t layout = 0;
   for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;
@@ -168,6 +207,14 @@ std::string stateImage(const HapticState& state) {
     put(image, moving);
   }
   for (const BodyDent& dent : state.allDents()) put(image, dent);
+  put(image, state.pairs.end);
+  put(image, state.pairs.next);
+  put(image, state.pairs.leftOut);
+  for (BodyPair pair : state.pairs.all()) {
+    if (pair.used == 0) pair = {};
+    std::fill(pair.contact.begin() + pair.count, pair.contact.end(), BodyContact{});
+    put(image, pair);
+  }
   put(image, state.features.detail ? state.surface : SurfaceMemory{});
   put(image, state.energy);
   if (state.observer.active()) put(image, state.observer);

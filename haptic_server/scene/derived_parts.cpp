@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "haptic_server/collision/collision_points.h"
 #include "haptic_server/motion/coupling.h"
 #include "haptic_server/motion/support_points.h"
 #include "haptic_server/scene/fit_to_mesh.h"
@@ -12,14 +13,23 @@
 namespace haptics {
 namespace {
 
-std::shared_ptr<const Result<RigidBodyAndMass>> makeBody(const MotionProperties& motion, const MeshAsset& asset) {
+std::shared_ptr<const Result<BodyParts>> makeBody(const MotionProperties& motion, const MeshAsset& asset) {
   const TriMesh& mesh = *asset.mesh;
+  BodyParts parts;
+  if (motion.collision) {
+    const auto surface = asset.surface ? asset.surface : buildCollisionMesh(mesh.vertices, mesh.triangles);
+    CollisionPoints points = makeCollisionPoints(*surface);
+    points.friction = motion.collision->friction;
+    points.rolling_m = motion.collision->rolling_m;
+    parts.collision = std::make_shared<const CollisionPoints>(std::move(points));
+  }
+  if (motion.fixed) return std::make_shared<const Result<BodyParts>>(std::move(parts));
   auto body = rigidBodyFrom(motion, mesh, asset.surface && asset.surface->closed());
-  if (!body) return std::make_shared<const Result<RigidBodyAndMass>>(tl::unexpected<Error>(std::move(body.error())));
+  if (!body) return std::make_shared<const Result<BodyParts>>(tl::unexpected<Error>(std::move(body.error())));
   if (body->planeCount > 0) body->setSupport(supportPoints(mesh.vertices));
-  const double apparentMass_kg = minApparentMass_kg(*body, mesh.vertices);
-  return std::make_shared<const Result<RigidBodyAndMass>>(
-      RigidBodyAndMass{std::make_shared<const RigidBody>(*std::move(body)), apparentMass_kg});
+  parts.apparentMass_kg = minApparentMass_kg(*body, mesh.vertices);
+  parts.body = std::make_shared<const RigidBody>(*std::move(body));
+  return std::make_shared<const Result<BodyParts>>(std::move(parts));
 }
 
 /// On which shading normals stand; null: it has not been made.
@@ -102,8 +112,7 @@ void derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const Kn
   deriver.addNormals();
 }
 
-std::shared_ptr<const Result<RigidBodyAndMass>> rigidBodyAndMassOf(const ObjectRecord& record,
-                                                                   const ObjectAssets& assets) {
+std::shared_ptr<const Result<BodyParts>> bodyPartsOf(const ObjectRecord& record, const ObjectAssets& assets) {
   if (!record.motion) return nullptr;
   return assets.derived.body ? assets.derived.body : makeBody(*record.motion, *assets.mesh);
 }

@@ -16,18 +16,19 @@ struct RigidBody;
 class ShadingNormals;
 class CollisionMesh;
 
-/// An object that moves, as it is felt.
-struct RigidBodyAndMass {
-  std::shared_ptr<const RigidBody> body;  ///< With its support points.
-  double apparentMass_kg = 0;             ///< minApparentMass_kg().
+/// An object that moves or collides, as it is felt.
+struct BodyParts {
+  std::shared_ptr<const RigidBody> body;             ///< With its support points; null: it stays where it is.
+  double apparentMass_kg = 0;                        ///< minApparentMass_kg(), of what moves.
+  std::shared_ptr<const CollisionPoints> collision;  ///< Null: others pass through it.
 };
 
 /// What is computed of an object's record and assets, in time that grows with its mesh. Each is null where the object has
 /// none, or it has not been made yet.
 struct DerivedParts {
-  std::shared_ptr<const Result<RigidBodyAndMass>> body;  ///< Refused: what rigidBodyFrom() refuses.
-  std::shared_ptr<const CollisionMesh> shape;            ///< Of the mesh as lattice and residue have it.
-  std::optional<std::size_t> flattened;                  ///< Triangles that the lattice leaves without an area.
+  std::shared_ptr<const Result<BodyParts>> body;  ///< Refused: what rigidBodyFrom() refuses.
+  std::shared_ptr<const CollisionMesh> shape;     ///< Of the mesh as lattice and residue have it.
+  std::optional<std::size_t> flattened;           ///< Triangles that the lattice leaves without an area.
   std::shared_ptr<const ShadingNormals> normals;
 };
 
@@ -48,7 +49,7 @@ void derive(const ObjectRecord& record, ObjectAssets& assets, std::span<const Kn
             const BeforeWork& beforeWork);
 
 /// assets.derived.body, or made now; null: it does not move.
-[[nodiscard]] std::shared_ptr<const Result<RigidBodyAndMass>> rigidBodyAndMassOf(const ObjectRecord& record,
-                                                                                 const ObjectAssets& assets);
+[[nodiscard]] std::shared_ptr<const Result<BodyParts>> bodyPartsOf(const ObjectRecord& record,
+                                                                   const ObjectAssets& assets);
 
 }  // namespace haptics

@@ -59,7 +59,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
     addBakedDents(known, record->id, before);
     const auto [stiffness, highestFactor] = stableStiffness(record->material, known.detail.get());
     const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
-    const auto& [body, apparentMass_kg] = known.body;
+    const auto& [body, apparentMass_kg, collision] = known.body;
     const double share = body ? stableStiffnessShare(apparentMass_kg, highestFactor * stiffness_N_per_m,
                                                      highestFactor * damping_Ns_per_m, device_.period_s)
                               : 1;
@@ -71,6 +71,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
                               .pendingRemoval = pendingRemoval,
                               .detail = known.detail,
                               .motion = body,
+                              .collision = collision,
                               .poseRevision = poseRevision,
                               .tissue = known.tissue,
                               .baked = known.baked,
@@ -177,7 +178,7 @@ void ServoSceneBuilder::addBody(CachedObject& cached, const ObjectRecord& record
   if (!record.motion) return;
   if (!assets.derived.body && before && before->surface == cached.surface && before->motion == record.motion) {
     cached.body = before->body;
-  } else if (const auto made = rigidBodyAndMassOf(record, assets); *made) {  // the sequencer refuses what makes none
+  } else if (const auto made = bodyPartsOf(record, assets); *made) {  // the sequencer refuses what makes none
     cached.body = **made;
   }
 }

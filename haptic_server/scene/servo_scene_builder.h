@@ -69,7 +69,7 @@ class ServoSceneBuilder {
     SurfaceProperties properties;
     std::shared_ptr<const SurfaceDetail> detail;
     std::optional<MotionProperties> motion = std::nullopt;
-    RigidBodyAndMass body = {};
+    BodyParts body = {};
     std::shared_ptr<const CollisionMesh> atRest = nullptr;  ///< Of the mesh: `surface` is as the lattice has it.
     DeformationProperties deformation = {};
     std::shared_ptr<const SoftTissue> tissue = nullptr;

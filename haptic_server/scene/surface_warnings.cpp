@@ -187,8 +187,8 @@ std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const Objec
 
 std::vector<std::string> motionWarnings(const ObjectRecord& record, const ObjectAssets& assets,
                                         const DeviceLimits& device) {
-  const auto body = rigidBodyAndMassOf(record, assets);
-  if (!body || !*body) return {};
+  const auto body = bodyPartsOf(record, assets);
+  if (!body || !*body || !(*body)->body) return {};
   const double mass_kg = (*body)->apparentMass_kg;
   const double stiffness = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
   const double damping = std::min(record.material.damping_Ns_per_m, device.maxDamping_Ns_per_m);

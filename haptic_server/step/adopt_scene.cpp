@@ -35,6 +35,7 @@ class StateTransfer {
       takeDetail(i, next.objects[i]);
       takeMotion(i, next.objects[i]);
       dropBakedDents(i, next.objects[i]);
+      takeCollision(i, next.objects[i]);
     }
     contact_ = state.contact;
     broken_ = reprojectContact(contact_, bodies(), {origins_.data(), count_}, allowance());
@@ -76,6 +77,7 @@ class StateTransfer {
     if (!state.features.detail) state.surface = {};  // it was not kept
     if (detailEdited_) state.surface.object = state.report.object;
     std::copy_n(moving_.begin(), movingCount_, state.moving.begin());
+    if (collidingCount_ + state.motion.collidingCount > 0) applyCollisions(state);
     state.motion.count = movingCount_;
     std::copy_n(dents_.begin(), dentCount_, state.dents.begin());
     state.denting.count = dentCount_;
@@ -254,6 +256,50 @@ class StateTransfer {
     bodies_[i].pendingRemoval = bodies_[i].pendingRemoval || isStopped(moving.state.condition);
   }
 
+  void takeCollision(std::size_t i, const ServoObject& object) noexcept {
+    const bool moves = object.motion != nullptr && movingCount_ > 0 && moving_[movingCount_ - 1].body == i;
+    if (moves) moving_[movingCount_ - 1].collides = object.collision != nullptr;
+    if (object.collision == nullptr) return;
+    colliding_[collidingCount_++] = {i, moves ? static_cast<int>(movingCount_ - 1) : -1, object.collision.get()};
+  }
+
+  /// Pairs go on with their contacts where both bodies are the same. Where anything that others may lie on has changed, all
+  /// bodies that collide wake.
+  void applyCollisions(HapticState& state) const noexcept {
+    std::array<int, kMaxColliders> now;  // of those before
+    std::fill_n(now.begin(), state.motion.collidingCount, -1);
+    bool changed = collidingCount_ != state.motion.collidingCount;
+    for (std::size_t i = 0; i < collidingCount_; ++i) {
+      const CollidingBody& is = colliding_[i];
+      const auto end = state.colliding.begin() + static_cast<std::ptrdiff_t>(state.motion.collidingCount);
+      const auto was = std::find_if(state.colliding.begin(), end, [&](const CollidingBody& c) {
+        return static_cast<int>(c.body) == origins_[is.body].before && c.points == is.points &&
+               (c.moving < 0) == (is.moving < 0);
+      });
+      if (was != end) now[static_cast<std::size_t>(was - state.colliding.begin())] = static_cast<int>(i);
+      changed = changed || was == end || origins_[is.body].changed;
+    }
+    for (BodyPair& pair : state.pairs.all()) {
+      if (pair.used == 0) continue;
+      const int first = now[pair.first], second = now[pair.second];
+      pair.used = first >= 0 && second >= 0 ? 1 : 0;
+      if (pair.used == 0) continue;
+      pair.first = static_cast<std::uint16_t>(first);
+      pair.second = static_cast<std::uint16_t>(second);
+      if (origins_[colliding_[pair.first].body].changed || origins_[colliding_[pair.second].body].changed)
+        pair.range_m = -1;
+    }
+    std::copy_n(colliding_.begin(), collidingCount_, state.colliding.begin());
+    state.motion.collidingCount = collidingCount_;
+    if (!changed) return;
+    for (std::size_t i = 0; i < movingCount_; ++i) {
+      RigidState& moving = state.moving[i].state;
+      if (!state.moving[i].collides || moving.condition != BodyCondition::kAsleep) continue;
+      moving.condition = BodyCondition::kAwake;
+      moving.still_s = 0;
+    }
+  }
+
   /// At its place in the scene, at rest.
   void put(std::size_t i, const ServoObject& object) noexcept {
     objects_[i].scenePose = object.pose;
@@ -273,6 +319,8 @@ class StateTransfer {
   std::array<BumpState, kMaxServoObjects> bumps_;
   std::array<MovingBody, kMaxMovingBodies> moving_;
   std::size_t movingCount_ = 0;
+  std::array<CollidingBody, kMaxColliders> colliding_;
+  std::size_t collidingCount_ = 0;
   std::array<BodyDent, kMaxDents> dents_;
   std::size_t dentCount_ = 0;
   bool anySoft_ = false;

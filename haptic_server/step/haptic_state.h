@@ -13,6 +13,7 @@
 #include "common/deform/dent.h"
 #include "common/deform/soft_tissue.h"
 #include "common/telemetry/telemetry_sample.h"
+#include "haptic_server/collision/body_pairs.h"
 #include "haptic_server/contact/contact.h"
 #include "haptic_server/force/output_chain.h"
 #include "haptic_server/force/predictive_observer.h"
@@ -118,6 +119,14 @@ struct ForceLimits {
 struct Motion {
   std::size_t count = 0;
   std::size_t next = 0;  ///< Where they move in turn.
+  std::size_t collidingCount = 0;
+};
+
+/// A body that meets others. Written by adoptScene().
+struct CollidingBody {
+  std::size_t body = 0;  ///< Index into bodies.
+  int moving = -1;       ///< Index into moving; -1: it stands still.
+  const CollisionPoints* points = nullptr;
 };
 
 /// Of HapticState::dents.
@@ -133,6 +142,7 @@ struct MovingBody {
   const RigidBody* what = nullptr;  ///< of the scene.
   RigidState state;
   bool moved = false;        ///< In the last tick: it has a new pose.
+  bool collides = false;     ///< It is one of HapticState::colliding. Written by adoptScene().
   std::uint16_t waited = 0;  ///< Ticks since, where bodies move in turn.
 
   /// Copies where another body is, and what its motion depends on.
@@ -192,6 +202,8 @@ struct HapticState {
     std::copy_n(other.objects.begin(), adoption.bodyCount, objects.begin());
     std::copy_n(other.moving.begin(), motion.count, moving.begin());
     if (features.bumps) std::copy_n(other.bumps.begin(), adoption.bodyCount, bumps.begin());
+    std::copy_n(other.colliding.begin(), motion.collidingCount, colliding.begin());
+    pairs.copyInUse(other.pairs);
   }
 
   /// Of a state that this one is a copy of, and that has gone on since without an adoption or an edit under the stylus: as
@@ -249,6 +261,8 @@ struct HapticState {
   std::array<ObjectState, kMaxServoObjects> objects;
   std::array<BumpState, kMaxServoObjects> bumps;
   std::array<MovingBody, kMaxMovingBodies> moving;
+  std::array<CollidingBody, kMaxColliders> colliding;
+  BodyPairs pairs;
   std::array<BodyDent, kMaxDents> dents;
   SurfaceMemory surface;
   EnergyAccount energy;

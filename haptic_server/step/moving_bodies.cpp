@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "haptic_server/collision/moving_together.h"
 #include "haptic_server/motion/rigid_motion.h"
 #include "haptic_server/step/held_springs.h"
 
@@ -44,6 +45,33 @@ void nameWork(HapticState& state, const MovingBody& moving, const Push& push, do
   state.energy.attribute(state.objects[moving.body].id, EnergyFeature::kMotion, -part * glm::dot(push.force_N, way));
 }
 
+/// Bodies that meet one another, all in one tick.
+void moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, Vec3 ihip, double part,
+                         const MotionAllowance& motion) noexcept {
+  std::array<Collider, kMaxColliders> colliders;
+  const std::size_t count = state.motion.collidingCount;
+  for (std::size_t i = 0; i < count; ++i) {
+    const CollidingBody& is = state.colliding[i];
+    const Body& body = state.bodies[is.body];
+    MovingBody* moving = is.moving < 0 ? nullptr : &state.moving[static_cast<std::size_t>(is.moving)];
+    colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval};
+    if (moving == nullptr || state.objects[is.body].beingMoved) continue;
+    colliders[i].what = moving->what;
+    colliders[i].state = &moving->state;
+    colliders[i].pose = poseOf(*moving->what, moving->state);
+    colliders[i].push = {reaction.on(is.body), ihip};
+  }
+  CollisionAllowance allowance{Allowance(state.allowance.left() / 4), motion};
+  moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (colliders[i].state == nullptr) continue;
+    MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];
+    moving.moved = !(poseOf(*moving.what, moving.state) == colliders[i].pose);
+    if (colliders[i].push.any()) nameWork(state, moving, colliders[i].push, part);
+    if (isStopped(moving.state.condition)) state.bodies[moving.body].pendingRemoval = true;
+  }
+}
+
 }  // namespace
 
 void takeMovedPoses(HapticState& state) noexcept {
@@ -64,6 +92,7 @@ std::int64_t unitsOfMotion(const HapticState& state) noexcept {
     const MovingBody& moving = state.moving[i];
     if (moving.state.condition == BodyCondition::kAwake) units += leastMotionUnits(*moving.what, moving.state);
   }
+  if (state.motion.collidingCount > 0) units += leastCollisionUnits(state.pairs);
   return std::min(units, motionUnits(state));
 }
 
@@ -73,11 +102,14 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
   const Reaction reaction(state, contact, force.contact);
   const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
+  const double part = writtenFraction(force.written, force.contact);
+  if (state.motion.collidingCount > 0) moveCollidingBodies(state, config, reaction, contact.ihip, part, allowance);
   std::size_t next = 0;
   bool inTurn = false;
   for (std::size_t k = 0; k < state.motion.count; ++k) {
     const std::size_t i = (state.motion.next + k) % state.motion.count;
     MovingBody& moving = state.moving[i];
+    if (moving.collides) continue;
     moving.moved = false;
     if (state.objects[moving.body].beingMoved) continue;
     const Push push{reaction.on(moving.body), contact.ihip};
@@ -91,7 +123,7 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
     moveRigidBody(*moving.what, moving.state, push, config.period_s * (1 + moving.waited), allowance);
     moving.waited = 0;
     moving.moved = true;
-    if (push.any()) nameWork(state, moving, push, writtenFraction(force.written, force.contact));
+    if (push.any()) nameWork(state, moving, push, part);
     if (isStopped(moving.state.condition)) state.bodies[moving.body].pendingRemoval = true;
   }
   state.motion.next = next;

@@ -8,6 +8,7 @@
 #include "common/deform/soft_tissue.h"
 #include "common/maths/vec.h"
 #include "common/telemetry/motion_state.h"
+#include "haptic_server/collision/collision_points.h"
 #include "haptic_server/geometry/collision_mesh.h"
 #include "haptic_server/motion/rigid_body.h"
 #include "haptic_server/surface/surface_detail.h"
@@ -38,6 +39,8 @@ struct ServoObject {
   std::shared_ptr<const SurfaceDetail> detail = nullptr;
   /// What moves it; null for nothing: it stays where the scene has it. The same pointer likewise.
   std::shared_ptr<const RigidBody> motion = nullptr;
+  /// Where it meets others; null: they pass through it. The same pointer likewise.
+  std::shared_ptr<const CollisionPoints> collision = nullptr;
   /// Revision that last set its pose. What moves starts anew from there also when the pose is the same.
   std::uint64_t poseRevision = 0;
   /// What it yields like; null for a rigid one. The same pointer likewise.

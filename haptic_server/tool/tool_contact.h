@@ -38,7 +38,8 @@ class ToolContact {
   /// What the tool may meet.
   struct Obstacle {
     Body body;
-    std::shared_ptr<const std::vector<Vec3>> sharp;  ///< sharpPoints(), body frame.
+    /// sharpPoints() at the tool's spacing, body frame: what is thin enough to come between two of its points has some.
+    std::shared_ptr<const std::vector<Vec3>> sharp;
     /// The place that it had among those before, with the same surface; -1: it is new, and pushes only what comes to it from
     /// outside.
     int origin = -1;

@@ -57,7 +57,8 @@ void HeldTool::adopt(const ServoScene& scene) {
     const bool isKnown = before != known_.end();
     known.push_back({object.id, object.surface,
                      isKnown ? before->sharp
-                             : std::make_shared<const std::vector<Vec3>>(sharpPoints(*object.surface, spacing_m_))});
+                             : std::make_shared<const std::vector<Vec3>>(
+                                   sharpPoints(*object.surface, spacing_m_, kMaxToolPoints))});
     Body& body = bodies_.emplace_back();
     body.surface = object.surface.get();
     body.previous = body.current = object.pose;

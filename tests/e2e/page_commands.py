@@ -11,6 +11,8 @@ import pages
 
 USUAL = "127.0.0.1:7654"
 COMMAND_TIMEOUT_S = 300
+# Fails where somebody else's work holds the processes up, which here are no real-time ones.
+TIMED, TIMED_TRIES = "haptic_server check-device", 3
 
 
 class PageCommands(harness.EndToEnd):
@@ -28,6 +30,9 @@ class PageCommands(harness.EndToEnd):
         for command, shown in commands:
             with self.subTest(command):
                 status, output = shell.run(command, COMMAND_TIMEOUT_S)
+                for _ in range(TIMED_TRIES - 1 if command.startswith(TIMED) else 0):
+                    if status:
+                        status, output = shell.run(command, COMMAND_TIMEOUT_S)
                 self.assertEqual(status, 0, output)
                 if shown:
                     self.assertTrue(pages.is_as_shown(output, shown), "\n".join(["shown:", *shown, "printed:", output]))

@@ -32,7 +32,8 @@ ToolContact toolOf(const TriMesh& mesh, double spacing_m, const std::vector<Body
   ToolContact tool(surface, std::make_shared<const ToolShell>(makeToolShell(*surface, spacing_m).value()));
   std::vector<ToolContact::Obstacle> obstacles;
   for (const Body& body : bodies)
-    obstacles.push_back({body, std::make_shared<const std::vector<Vec3>>(sharpPoints(*body.surface, spacing_m)), -1});
+    obstacles.push_back(
+        {body, std::make_shared<const std::vector<Vec3>>(sharpPoints(*body.surface, spacing_m, kMaxToolPoints)), -1});
   tool.adopt(obstacles);
   return tool;
 }

@@ -53,15 +53,15 @@ TEST(ToolShell, IsTheSameEachTime) {
 
 TEST(SharpPoints, AreThoseOfCornersAndEdges) {
   const auto box = surfaceOf(makeBox({0.04, 0.02, 0.01}, 4).value());
-  const std::vector<Vec3> points = sharpPoints(*box, 0.004);
+  const std::vector<Vec3> points = sharpPoints(*box, 0.004, kMaxToolPoints);
   EXPECT_GE(points.size(), 45U);
   for (const Vec3& p : points) {
     const int onFaces = (std::abs(std::abs(p.x) - 0.02) < 1e-8) + (std::abs(std::abs(p.y) - 0.01) < 1e-8) +
                         (std::abs(std::abs(p.z) - 0.005) < 1e-8);
     EXPECT_GE(onFaces, 2);
   }
-  EXPECT_TRUE(sharpPoints(*surfaceOf(makeSphere(0.02, 16).value()), 0.002).empty());
-  EXPECT_LE(sharpPoints(*box, 1e-7).size(), kMaxToolPoints);
+  EXPECT_TRUE(sharpPoints(*surfaceOf(makeSphere(0.02, 16).value()), 0.002, kMaxToolPoints).empty());
+  EXPECT_LE(sharpPoints(*box, 1e-7, kMaxToolPoints).size(), kMaxToolPoints);
 }
 
 TEST(ToolShell, RefusesASpacingThatIsNoneOrGivesTooManyPoints) {

@@ -1,0 +1,355 @@
+#include "haptic_server/collision/body_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "haptic_server/contact/frame.h"
+
+namespace haptics {
+namespace {
+
+/// Points are looked for anew once a body has moved so far against the other, of the smaller one's radius. Smaller looks
+/// more often; larger lets round bodies roll on points that are no longer the lowest.
+constexpr double kStaleAfter = 0.01;
+/// Near points that are chosen from.
+constexpr std::size_t kMaxNear = 96;
+/// Normals are much the same where their cosine is larger.
+constexpr double kSameSide = 0.9;
+/// A point within the others' area is taken, too, where it is deeper by so much, m.
+constexpr double kDeeper_m = 1e-6;
+
+/// A body and what the search needs of it.
+struct Moving {
+  Vec3 centre;  // of the sphere, world
+  double radius_m;
+  Vec3 velocity;    // of the centre of mass
+  double spin_m_s;  // of the farthest point about it
+
+  explicit Moving(const Collider& body) noexcept
+      : centre(toWorld(body.pose, body.surface->centre())),
+        radius_m(body.surface->radius_m()),
+        velocity(0),
+        spin_m_s(0) {
+    if (!isAwake(body)) return;
+    const RigidVelocity v = velocityOf(*body.what, *body.state);
+    velocity = v.linear;
+    const Vec3 massCentre = toWorld(body.pose, body.what->mass.centre);
+    spin_m_s = glm::length(v.angular) * (radius_m + glm::distance(centre, massCentre));
+  }
+  Moving() = default;
+};
+
+/// How far two bodies get against each other in a tick, at most; m.
+[[nodiscard]] double reachOf(const Moving& a, const Moving& b, double period_s) noexcept {
+  return period_s * (glm::distance(a.velocity, b.velocity) + a.spin_m_s + b.spin_m_s);
+}
+
+/// The places of pairs by their bodies.
+class PlaceTable {
+ public:
+  explicit PlaceTable(const BodyPairs& pairs) noexcept {
+    for (std::size_t i = 0; i < pairs.end; ++i) {
+      if (pairs.pair[i].used != 0) slot(pairs.pair[i].first, pairs.pair[i].second) = static_cast<std::uint8_t>(i + 1);
+    }
+  }
+  /// 0: it has none; else one more than it.
+  [[nodiscard]] std::uint8_t& slot(std::size_t first, std::size_t second) noexcept {
+    std::size_t at = (first * 31 + second) % kSize;
+    while (place_[at] != 0 && key_[at] != keyOf(first, second)) at = at + 1 == kSize ? 0 : at + 1;
+    key_[at] = keyOf(first, second);
+    return place_[at];
+  }
+
+ private:
+  static constexpr std::size_t kSize = 509;  // prime, and more than twice kMaxPairs
+  std::array<std::uint8_t, kSize> place_{};
+  std::array<std::uint32_t, kSize> key_;
+
+  [[nodiscard]] static std::uint32_t keyOf(std::size_t first, std::size_t second) noexcept {
+    return static_cast<std::uint32_t>(first << 16U | second);
+  }
+};
+static_assert(kMaxPairs < 255);
+
+[[nodiscard]] Pose relativePose(const Pose& first, const Pose& second) noexcept {
+  const Quat back = glm::conjugate(second.rotation);
+  return {glm::normalize(back * first.rotation), back * (first.position - second.position)};
+}
+
+[[nodiscard]] Pose inverse(const Pose& pose) noexcept {
+  const Quat back = glm::conjugate(pose.rotation);
+  return {back, back * -pose.position};
+}
+
+/// How far any place within `extent_m` of the first body's origin has moved against the second.
+[[nodiscard]] double movedBy(const Pose& was, const Pose& is, double extent_m) noexcept {
+  const Quat turn = is.rotation * glm::conjugate(was.rotation);
+  return glm::distance(was.position, is.position) + 2 * extent_m * glm::length(Vec3(turn.x, turn.y, turn.z));
+}
+
+/// A point near a surface, ready to be chosen.
+struct Near {
+  BodyContact contact;
+  double gap_m;
+  Vec3 at;      // in the second body's frame, as the next
+  Vec3 normal;  // on the first body
+};
+
+class NearPoints {
+ public:
+  /// @param pose  Of the points' body in the surface's frame.
+  /// @param depth_m  Points that are inside are found so deep.
+  void find(const CollisionPoints& points, const CollisionMesh& surface, const Pose& pose, double range_m,
+            double depth_m, bool ofSecond, Allowance& allowance) noexcept {
+    const Frame frame(pose);
+    const Vec3 middle = surface.centre();
+    const double farthest = std::max(range_m, depth_m);
+    for (std::uint32_t n = 0; n < points.nodes.size() && !allowance.isSpent();) {
+      const CollisionPoints::Node& node = points.nodes[n];
+      const Vec3 centre = frame.toWorld(node.centre);
+      const double reach = node.radius_m + farthest;
+      const double bound = surface.radius_m() + reach;
+      allowance.spend(Allowance::kSphere);
+      if (squaredLength(centre - middle) > bound * bound || !isNear(surface, centre, reach, allowance)) {
+        n = node.next;
+        continue;
+      }
+      ++n;
+      if (n != node.next) continue;  // it has others below it
+      for (std::uint32_t p = node.begin; p < node.end; ++p) {
+        const Vec3 at = frame.toWorld(points.points[p].place), out = frame.rotate(points.points[p].normal);
+        const ClosestPoint foot = footWithin(surface, at, out, farthest, allowance);
+        if (foot.triangle == kNoTriangle || allowance.isSpent() || count_ == near_.size()) continue;
+        if (nearAt(points, p, surface, at, out, foot, pose, ofSecond, near_[count_]) && near_[count_].gap_m <= range_m)
+          ++count_;
+      }
+    }
+  }
+
+  /// Of points whose normals are much the same those that span the largest area, and the deepest one. Where bodies are deep in
+  /// each other, only the shortest way out counts.
+  void choose(double range_m, BodyPair& pair) noexcept {
+    struct Side {
+      std::span<const Near> near;
+      Vec3 normal;
+      double depth_m;
+    };
+    std::array<Side, kPointsOfPair> sides;
+    std::size_t count = 0;
+    double shortest = std::numeric_limits<double>::infinity();
+    for (auto left = std::span(near_).first(count_); !left.empty() && count < sides.size();) {
+      const Near deepest = *std::ranges::min_element(left, {}, &Near::gap_m);
+      const auto rest = std::partition(left.begin(), left.end(),
+                                       [&](const Near& n) { return glm::dot(n.normal, deepest.normal) > kSameSide; });
+      const auto own = static_cast<std::size_t>(rest - left.begin());
+      sides[count++] = {left.first(own), deepest.normal, -deepest.gap_m};
+      if (deepest.gap_m < 0) shortest = std::min(shortest, -deepest.gap_m);
+      left = left.subspan(own);
+    }
+    const BodyPair before = pair;
+    pair.count = 0;
+    pair.depth_m = 0;
+    for (const Side& side : std::span(sides).first(count)) {
+      if (side.depth_m > shortest + range_m) continue;
+      pair.depth_m = std::max(pair.depth_m, side.depth_m);
+      chooseOf(side.near, side.normal, before, pair);
+    }
+  }
+
+ private:
+  std::array<Near, kMaxNear> near_;
+  std::size_t count_ = 0;
+
+  static void chooseOf(std::span<const Near> near, Vec3 normal, const BodyPair& before, BodyPair& pair) noexcept {
+    Vec3 mean(0);
+    for (const Near& n : near) mean += n.at / static_cast<double>(near.size());
+    const auto farthestFrom = [&](Vec3 place) {
+      return std::ranges::max_element(near, {}, [&](const Near& n) { return squaredLength(n.at - place); });
+    };
+    const auto a = farthestFrom(mean), b = farthestFrom(a->at);
+    const Vec3 across = glm::cross(normal, b->at - a->at);
+    const auto aside = [&](const Near& n) { return glm::dot(across, n.at - a->at); };
+    const auto [right, left] = std::ranges::minmax_element(near, {}, aside);
+    const auto deepest = std::ranges::min_element(near, {}, &Near::gap_m);
+    const double least = 1e-6 * squaredLength(across);  // beside the line by more than rounding
+    double gap = a->gap_m;
+    const auto add = [&](auto which) {
+      gap = std::min(gap, which->gap_m);
+      take(which->contact, before, pair);
+    };
+    add(a);
+    if (b != a) add(b);
+    if (aside(*left) > least) add(left);
+    if (aside(*right) < -least) add(right);
+    if (deepest->gap_m < gap - kDeeper_m) add(deepest);
+  }
+
+  [[nodiscard]] static bool isNear(const CollisionMesh& surface, Vec3 at, double range_m,
+                                   Allowance& allowance) noexcept {
+    bool near = false;
+    allowance.spend(Allowance::kQuery);
+    surface.hierarchy().visitNear(
+        at, allowance,
+        [&](std::uint32_t begin, std::uint32_t end) noexcept {
+          allowance.spend(Allowance::kNearTriangle * (end - begin));
+          for (std::uint32_t t = begin; t < end && !near; ++t)
+            near = closestOn(surface.triangle(t), t, at).squaredDistance <= range_m * range_m;
+          return near ? -1 : range_m * range_m;
+        },
+        range_m * range_m);
+    return near;
+  }
+
+  /// The closest place of those faces that a body may meet there that has this normal: they look the other way.
+  [[nodiscard]] static ClosestPoint footWithin(const CollisionMesh& surface, Vec3 at, Vec3 out, double range_m,
+                                               Allowance& allowance) noexcept {
+    ClosestPoint nearest;
+    nearest.squaredDistance = range_m * range_m;
+    allowance.spend(Allowance::kQuery);
+    surface.hierarchy().visitNear(
+        at, allowance,
+        [&](std::uint32_t begin, std::uint32_t end) noexcept {
+          allowance.spend(Allowance::kNearTriangle * (end - begin));
+          for (std::uint32_t t = begin; t < end; ++t) {
+            if (!faces(surface.faceNormal(t), out)) continue;
+            const ClosestPoint point = closestOn(surface.triangle(t), t, at);
+            if (point.squaredDistance < nearest.squaredDistance) nearest = point;
+          }
+          return nearest.squaredDistance;
+        },
+        nearest.squaredDistance);
+    return nearest;
+  }
+  [[nodiscard]] static bool faces(Vec3 normal, Vec3 out) noexcept {
+    constexpr double kAgainst = -0.1;  // of 1; 0 would let rounding decide about faces at right angles
+    return glm::dot(normal, out) < kAgainst;
+  }
+
+  /// False: the point is beside the face, where another one is met.
+  [[nodiscard]] static bool nearAt(const CollisionPoints& points, std::uint32_t point, const CollisionMesh& surface,
+                                   Vec3 at, Vec3 out, const ClosestPoint& foot, const Pose& pose, bool ofSecond,
+                                   Near& near) noexcept {
+    const double distance = std::sqrt(foot.squaredDistance);
+    Vec3 normal = surface.faceNormal(foot.triangle);
+    const double height = glm::dot(normal, at - foot.point);
+    double gap = height;
+    constexpr double kRounding = 1e-9;  // m: nearer ones have no direction
+    const bool beside = squaredLength(at - foot.point - height * normal) > kRounding * kRounding;
+    if (beside && height < 0) return false;
+    if (beside) {
+      normal = (at - foot.point) / distance;
+      gap = distance;
+      if (!faces(normal, out)) return false;
+    }
+    near.contact = {static_cast<std::uint16_t>(point),
+                    static_cast<std::uint16_t>(ofSecond ? 1 : 0),
+                    points.points[point].place,
+                    foot.point,
+                    normal,
+                    Vec3(0)};
+    near.gap_m = gap;
+    const Pose back = inverse(pose);
+    near.at = ofSecond ? toWorld(back, at) : at;
+    near.normal = ofSecond ? back.rotation * -normal : normal;
+    return true;
+  }
+
+  /// With what it was given in the last tick.
+  static void take(const BodyContact& contact, const BodyPair& before, BodyPair& pair) noexcept {
+    if (pair.count == kPointsOfPair) return;
+    BodyContact& taken = pair.contact[pair.count++];
+    taken = contact;
+    for (const BodyContact& was : std::span(before.contact).first(before.count)) {
+      if (was.point == contact.point && was.second == contact.second) taken.impulse_Ns = was.impulse_Ns;
+    }
+  }
+};
+
+void look(const Collider& first, const Collider& second, const Pose& relative, double range_m, BodyPair& pair,
+          Allowance& allowance) noexcept {
+  const double radius_m = std::min(first.surface->radius_m(), second.surface->radius_m());
+  // Bodies that are new may be inside each other; others get no deeper than they were.
+  const double depth_m = pair.range_m < 0 ? radius_m : range_m + pair.depth_m;
+  NearPoints near;
+  near.find(*first.points, *second.surface, relative, range_m, depth_m, false, allowance);
+  near.find(*second.points, *first.surface, inverse(relative), range_m, depth_m, true, allowance);
+  if (allowance.isSpent()) return;  // the pair keeps what it had
+  near.choose(range_m, pair);
+  pair.range_m = range_m;
+  pair.relative = relative;
+}
+
+/// A free place, or that of no pair: kMaxPairs.
+[[nodiscard]] std::size_t freePlace(BodyPairs& pairs) noexcept {
+  std::size_t place = 0;
+  while (place < pairs.end && pairs.pair[place].used != 0) ++place;
+  if (place == pairs.end && pairs.end < kMaxPairs) ++pairs.end;
+  return place;
+}
+
+}  // namespace
+
+void findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
+                      Allowance& allowance) noexcept {
+  std::array<Moving, kMaxColliders> moving;
+  for (std::size_t i = 0; i < bodies.size(); ++i) moving[i] = Moving(bodies[i]);
+  PlaceTable places(pairs);
+  bool leftOut = false;
+  for (std::size_t a = 0; a < bodies.size(); ++a) {
+    if (bodies[a].state == nullptr) continue;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      if (b == a || (b < a && bodies[b].state != nullptr)) continue;  // of two that move the first one comes first
+      const bool awake = isAwake(bodies[a]) || isAwake(bodies[b]);
+      if (!awake) continue;
+      const double apart = moving[a].radius_m + moving[b].radius_m + reachOf(moving[a], moving[b], period_s);
+      const bool near =
+          !bodies[a].absent && !bodies[b].absent && squaredLength(moving[a].centre - moving[b].centre) < apart * apart;
+      std::uint8_t& slot = places.slot(a, b);
+      if (!near) {
+        if (slot != 0) pairs.pair[slot - 1U].used = 0;
+        continue;
+      }
+      if (slot != 0) continue;
+      const std::size_t place = freePlace(pairs);
+      if (place == kMaxPairs) {
+        leftOut = true;
+        continue;
+      }
+      BodyPair& pair = pairs.pair[place];
+      pair.first = static_cast<std::uint16_t>(a);
+      pair.second = static_cast<std::uint16_t>(b);
+      pair.count = 0;
+      pair.used = 1;
+      pair.range_m = -1;
+      pair.rolling_Nms = Vec3(0);
+      slot = static_cast<std::uint8_t>(place + 1);
+    }
+  }
+  while (pairs.end > 0 && pairs.pair[pairs.end - 1].used == 0) --pairs.end;
+
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < pairs.end; ++k) {
+    const std::size_t i = (pairs.next + k) % pairs.end;
+    BodyPair& pair = pairs.pair[i];
+    if (pair.used == 0) continue;
+    const Collider &first = bodies[pair.first], &second = bodies[pair.second];
+    if (!isAwake(first) && !isAwake(second)) continue;
+    const Pose relative = relativePose(first.pose, second.pose);
+    const double reach = reachOf(moving[pair.first], moving[pair.second], period_s);
+    const bool known =
+        pair.range_m >= 0 && movedBy(pair.relative, relative, first.surface->extent_m()) + reach <= pair.range_m;
+    if (known) continue;
+    const double stale = kStaleAfter * std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+    if (!allowance.isSpent()) look(first, second, relative, std::max(2 * reach, stale), pair, allowance);
+    if (allowance.isSpent() && !leftOut) {
+      leftOut = true;
+      next = i;
+    }
+  }
+  pairs.next = next;
+  if (leftOut) ++pairs.leftOut;
+}
+
+}  // namespace haptics

@@ -1,0 +1,201 @@
+#include "haptic_server/collision/contact_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "haptic_server/collision/moving_together.h"
+#include "haptic_server/motion/joint_motion.h"
+
+namespace haptics {
+namespace {
+
+// The spring that pushes overlapping bodies apart (Catto 2024): stiffer ones overshoot, softer ones let bodies at rest sink
+// in by more. At 1 kHz a body lies 4 um deep.
+constexpr double kPeriodsOfSpring = 2;  ///< Ticks of its period; fewer cannot be followed.
+constexpr double kDampingRatio = 10;
+/// Overlap that is left alone, m: 0 would let points at rest come and go.
+constexpr double kSlop_m = 1e-6;
+
+struct Softness {
+  double rate_per_s, massScale, impulseScale;
+};
+[[nodiscard]] constexpr Softness softness(double period_s) noexcept {
+  const double omega = 2 * std::numbers::pi / (kPeriodsOfSpring * period_s);
+  const double a = 2 * kDampingRatio + period_s * omega;
+  const double b = period_s * omega * a;
+  return {omega / a, b / (1 + b), 1 / (1 + b)};
+}
+
+}  // namespace
+
+Mover::Mover(const RigidBody& body, RigidState& state, double period_s) noexcept
+    : state_(&state), freedom_(body.freedom) {
+  if (freedom_ == Freedom::kFree) {
+    centre_ = state.centre_m;
+    perMass_ = 1 / body.mass.mass_kg;
+    const glm::dmat3 turn = glm::mat3_cast(state.axes);
+    const Vec3 m = body.mass.moments;
+    perInertia_ = glm::dmat3(turn[0] / m.x, turn[1] / m.y, turn[2] / m.z) * glm::transpose(turn);
+    linear_ = perMass_ * state.momentum_Ns;
+    angular_ = perInertia_ * state.angularMomentum_Nms;
+    return;
+  }
+  axis_ = state.rest.rotation * body.joint.axis;
+  anchor_ = toWorld(state.rest, body.joint.anchor_m);
+  perAlong_ = 1 / inertiaOnJoint(body, state);
+  lowest_ = (body.joint.lowest - state.coordinate) / period_s;
+  highest_ = (body.joint.highest - state.coordinate) / period_s;
+  rate_ = state.rate_per_s = std::clamp(state.rate_per_s, lowest_, highest_);
+  if (freedom_ == Freedom::kHinge) perInertia_ = perAlong_ * glm::outerProduct(axis_, axis_);
+}
+
+Vec3 Mover::velocityAt(Vec3 place) const noexcept {
+  return freedom_ == Freedom::kFree ? linear_ + glm::cross(angular_, place - centre_) : rate_ * direction(place);
+}
+
+double Mover::perMass(Vec3 place, Vec3 along) const noexcept {
+  if (freedom_ != Freedom::kFree) {
+    const double part = glm::dot(direction(place), along);
+    return perAlong_ * part * part;
+  }
+  const Vec3 lever = glm::cross(place - centre_, along);
+  return perMass_ + glm::dot(lever, perInertia_ * lever);
+}
+
+void Mover::push(Vec3 place, Vec3 impulse_Ns) noexcept {
+  if (state_ == nullptr) return;
+  if (freedom_ != Freedom::kFree) {
+    rate_ = std::clamp(rate_ + perAlong_ * glm::dot(direction(place), impulse_Ns), lowest_, highest_);
+    state_->rate_per_s = rate_;
+    return;
+  }
+  const Vec3 turning = glm::cross(place - centre_, impulse_Ns);
+  state_->momentum_Ns += impulse_Ns;
+  state_->angularMomentum_Nms += turning;
+  linear_ += perMass_ * impulse_Ns;
+  angular_ += perInertia_ * turning;
+}
+
+void Mover::turn(Vec3 impulse_Nms) noexcept {
+  if (state_ == nullptr || freedom_ == Freedom::kSlider) return;
+  if (freedom_ == Freedom::kHinge) {
+    rate_ = std::clamp(rate_ + perAlong_ * glm::dot(axis_, impulse_Nms), lowest_, highest_);
+    state_->rate_per_s = rate_;
+    return;
+  }
+  state_->angularMomentum_Nms += impulse_Nms;
+  angular_ += perInertia_ * impulse_Nms;
+}
+
+bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 normal, double gap_m, double friction,
+                        double rolling_m, Vec3 lastImpulse_Ns) noexcept {
+  if (count_ == kMaxContacts) return false;
+  ContactConstraint& c = contacts_[count_++];
+  c.a = a;
+  c.b = b;
+  c.place = place;
+  c.normal = normal;
+  const Vec3 aside = std::abs(normal.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  c.along[0] = glm::normalize(glm::cross(normal, aside));
+  c.along[1] = glm::cross(normal, c.along[0]);
+  c.gap_m = gap_m;
+  c.friction = friction;
+  c.rolling_m = rolling_m;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 direction = k == 0 ? normal : c.along[k - 1];
+    const double perMass = movers_[a].perMass(place, direction) + movers_[b].perMass(place, direction);
+    c.mass_kg[k] = perMass > 0 ? 1 / perMass : 0;  // none of the two can go there
+  }
+  c.pressing_Ns = std::max(glm::dot(lastImpulse_Ns, normal), 0.0);
+  const double most = friction * c.pressing_Ns;
+  for (int k = 0; k < 2; ++k) c.rubbing_Ns[k] = glm::dot(lastImpulse_Ns, c.along[k]);
+  const double wanted = std::hypot(c.rubbing_Ns[0], c.rubbing_Ns[1]);
+  if (wanted > most) {
+    for (double& part : c.rubbing_Ns) part *= most / wanted;
+  }
+  return true;
+}
+
+void ContactSolver::addRolling(std::uint32_t begin, Vec3 lastTurning_Nms) noexcept {
+  const auto presses = [](const ContactConstraint& c) { return c.rolling_m > 0; };
+  if (rollingCount_ == kMaxRolling || std::none_of(contacts_.begin() + begin, contacts_.begin() + count_, presses))
+    return;
+  const std::uint16_t a = contacts_[begin].a, b = contacts_[begin].b;
+  const glm::dmat3 perInertia = movers_[a].perInertia() + movers_[b].perInertia();
+  const double determinant = glm::determinant(perInertia);
+  if (!(std::abs(determinant) > 0)) return;  // on a joint
+  rolling_[rollingCount_++] = {a, b, begin, count_, glm::inverse(perInertia), lastTurning_Nms};
+}
+
+void ContactSolver::warmStart() noexcept {
+  for (std::uint32_t i = 0; i < count_; ++i) push(contacts_[i], contacts_[i].impulse());
+  for (std::uint32_t i = 0; i < rollingCount_; ++i) {
+    movers_[rolling_[i].a].turn(rolling_[i].turning_Nms);
+    movers_[rolling_[i].b].turn(-rolling_[i].turning_Nms);
+  }
+}
+
+double ContactSolver::solve(bool soft) noexcept {
+  double change = 0, pressing = 0;
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    change += solve(contacts_[i], soft);
+    pressing += contacts_[i].pressing_Ns;
+  }
+  for (std::uint32_t i = 0; i < rollingCount_; ++i) solve(rolling_[i]);
+  return pressing > 0 ? change / pressing : 0;
+}
+
+double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
+  double closing_m_per_s = 0, massScale = 1, impulseScale = 0;
+  if (c.gap_m > 0) {
+    closing_m_per_s = c.gap_m / period_s_;
+  } else if (soft) {
+    const Softness spring = softness(period_s_);
+    closing_m_per_s = std::max(spring.rate_per_s * std::min(c.gap_m + kSlop_m, 0.0), -kPushApart_m_per_s);
+    massScale = spring.massScale;
+    impulseScale = spring.impulseScale;
+  }
+  const double approach = glm::dot(velocity(c), c.normal) + closing_m_per_s;
+  const double pressing =
+      std::max(c.pressing_Ns - c.mass_kg[0] * massScale * approach - impulseScale * c.pressing_Ns, 0.0);
+  push(c, (pressing - c.pressing_Ns) * c.normal);
+  double change = std::abs(pressing - c.pressing_Ns);
+  c.pressing_Ns = pressing;
+
+  const Vec3 sliding = velocity(c);
+  double rubbing[2];
+  for (int k = 0; k < 2; ++k) rubbing[k] = c.rubbing_Ns[k] - c.mass_kg[k + 1] * glm::dot(sliding, c.along[k]);
+  const double most = c.friction * c.pressing_Ns;
+  const double wanted = std::hypot(rubbing[0], rubbing[1]);
+  const double part = wanted > most ? most / wanted : 1;
+  Vec3 across(0);
+  for (int k = 0; k < 2; ++k) {
+    across += (part * rubbing[k] - c.rubbing_Ns[k]) * c.along[k];
+    change += std::abs(part * rubbing[k] - c.rubbing_Ns[k]);
+    c.rubbing_Ns[k] = part * rubbing[k];
+  }
+  push(c, across);
+  return change;
+}
+
+void ContactSolver::solve(RollingConstraint& r) noexcept {
+  double most = 0;
+  for (std::uint32_t i = r.begin; i < r.end; ++i) most += contacts_[i].rolling_m * contacts_[i].pressing_Ns;
+  const Vec3 spin = movers_[r.a].angularVelocity() - movers_[r.b].angularVelocity();
+  const Vec3 wanted = r.turning_Nms - r.inertia * spin;
+  const double size = glm::length(wanted);
+  const Vec3 given = size > most ? most / size * wanted : wanted;
+  movers_[r.a].turn(given - r.turning_Nms);
+  movers_[r.b].turn(r.turning_Nms - given);
+  r.turning_Nms = given;
+}
+
+void ContactSolver::moved() noexcept {
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    ContactConstraint& c = contacts_[i];
+    c.gap_m += period_s_ * glm::dot(velocity(c), c.normal);
+  }
+}
+
+}  // namespace haptics

@@ -1,0 +1,275 @@
+#include "haptic_server/collision/moving_together.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "haptic_server/collision/contact_solver.h"
+#include "haptic_server/contact/frame.h"
+#include "haptic_server/motion/rigid_motion.h"
+
+namespace haptics {
+namespace {
+
+/// Rounds with the spring, at most and at least, and without it. More lets stacks stand stiffer, and takes longer.
+constexpr int kRounds = 12, kMinRounds = 2, kRelaxRounds = 4;
+/// Rounds end when they change the impulses by less than this part.
+constexpr double kSettled = 1e-5;
+// Units (Allowance).
+constexpr std::int64_t kContactRound = 60;  ///< A round, of a contact;
+constexpr std::int64_t kContact = 200;      ///< all else that a contact costs.
+constexpr std::int64_t kLeastOfContact = kContact + (kMinRounds + kRelaxRounds) * kContactRound;
+/// Nearer than that bodies touch, m: they sleep and wake together.
+constexpr double kTouching_m = 2e-5;
+
+/// Where a pair's contact is now: its plane goes along with one body, its point with the other. World.
+struct Place {
+  Vec3 place{0}, normal{0};
+  double gap_m = 0;
+};
+[[nodiscard]] Place nowAt(const BodyContact& contact, const Pose& pointsBody, const Pose& surfacesBody) noexcept {
+  const Vec3 point = toWorld(pointsBody, contact.place);
+  const Vec3 foot = toWorld(surfacesBody, contact.foot);
+  const Vec3 normal = surfacesBody.rotation * contact.normal;
+  const double gap = glm::dot(normal, point - foot);
+  return {point - (0.5 * gap) * normal, normal, gap};
+}
+
+/// Bodies that touch, directly or through others.
+class Islands {
+ public:
+  explicit Islands(std::size_t bodies) noexcept {
+    for (std::size_t i = 0; i < bodies; ++i) root_[i] = static_cast<std::uint16_t>(i);
+  }
+  [[nodiscard]] std::uint16_t of(std::uint16_t body) noexcept {
+    while (root_[body] != body) body = root_[body] = root_[root_[body]];
+    return body;
+  }
+  void join(std::uint16_t a, std::uint16_t b) noexcept {
+    a = of(a), b = of(b);
+    root_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::array<std::uint16_t, kMaxColliders> root_;
+};
+
+[[nodiscard]] bool isTouching(const BodyPair& pair, std::span<const Collider> bodies) noexcept {
+  const Collider &first = bodies[pair.first], &second = bodies[pair.second];
+  return std::any_of(pair.contact.begin(), pair.contact.begin() + pair.count, [&](const BodyContact& contact) {
+    if (contact.impulse_Ns != Vec3(0)) return true;
+    const bool swapped = contact.second != 0;
+    return nowAt(contact, swapped ? second.pose : first.pose, swapped ? first.pose : second.pose).gap_m < kTouching_m;
+  });
+}
+
+/// Those that move, by what touches.
+[[nodiscard]] Islands islandsOf(std::span<const Collider> bodies, const BodyPairs& pairs) noexcept {
+  Islands islands(bodies.size());
+  for (const BodyPair& pair : pairs.all()) {
+    const bool bothMove = pair.used != 0 && bodies[pair.second].state != nullptr;
+    if (bothMove && isTouching(pair, bodies)) islands.join(pair.first, pair.second);
+  }
+  return islands;
+}
+
+/// What is pushed wakes, and so does what touches a body that is awake.
+void wake(std::span<Collider> bodies, const BodyPairs& pairs) noexcept {
+  bool any = false, all = true;
+  for (Collider& body : bodies) {
+    if (body.state == nullptr) continue;
+    if (body.state->condition == BodyCondition::kAsleep && body.push.any())
+      body.state->condition = BodyCondition::kAwake;
+    any = any || isAwake(body);
+    all = all && body.state->condition != BodyCondition::kAsleep;
+  }
+  if (!any || all) return;
+  Islands islands = islandsOf(bodies, pairs);
+  std::array<bool, kMaxColliders> awake{};
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (isAwake(bodies[i])) awake[islands.of(static_cast<std::uint16_t>(i))] = true;
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].state == nullptr || bodies[i].state->condition != BodyCondition::kAsleep) continue;
+    if (awake[islands.of(static_cast<std::uint16_t>(i))]) bodies[i].state->condition = BodyCondition::kAwake;
+  }
+}
+
+void sleep(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
+  std::array<bool, kMaxColliders> still{};
+  bool any = false;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!isAwake(bodies[i])) continue;
+    still[i] = isStill(*bodies[i].what, *bodies[i].state, bodies[i].push, period_s);
+    any = any || still[i];
+  }
+  if (!any) return;
+  Islands islands = islandsOf(bodies, pairs);
+  std::array<bool, kMaxColliders> restless{};
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (isAwake(bodies[i]) && !still[i]) restless[islands.of(static_cast<std::uint16_t>(i))] = true;
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (still[i] && !restless[islands.of(static_cast<std::uint16_t>(i))])
+      stop(*bodies[i].state, BodyCondition::kAsleep);
+  }
+}
+
+/// The mover of what stands still.
+constexpr std::uint16_t kGround = 0;
+
+/// One tick's constraints, and where their impulses are kept.
+class Contacts {
+ public:
+  Contacts(std::span<Collider> bodies, BodyPairs& pairs, double period_s) noexcept
+      : bodies_(bodies), pairs_(pairs), solver_(movers_, period_s), period_s_(period_s) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (!isAwake(bodies[i])) continue;
+      mover_[i] = moverCount_++;
+      movers_[mover_[i]] = Mover(*bodies[i].what, *bodies[i].state, period_s);
+    }
+  }
+
+  void add(Allowance& allowance) noexcept {
+    for (std::size_t p = 0; p < pairs_.end; ++p) addPair(p);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (isAwake(bodies_[i]) && bodies_[i].what->freedom == Freedom::kFree) addPlanes(i, allowance);
+    }
+    allowance.spend(kLeastOfContact * static_cast<std::int64_t>(solver_.size()));
+  }
+
+  void solve(Allowance& rounds) noexcept {
+    solver_.warmStart();
+    for (int round = 0; round < kRounds && solver_.size() > 0; ++round) {
+      if (round >= kMinRounds) {
+        if (rounds.isSpent()) break;
+        rounds.spend(kContactRound * static_cast<std::int64_t>(solver_.size()));
+      }
+      if (solver_.solve(true) <= kSettled) break;
+    }
+  }
+
+  void relax() noexcept {
+    solver_.moved();
+    for (int round = 0; round < kRelaxRounds && solver_.size() > 0; ++round) {
+      if (solver_.solve(false) <= kSettled) break;
+    }
+  }
+
+  void keep() noexcept {
+    for (std::size_t p = 0; p < pairs_.end; ++p) {
+      if (!isSolved(p)) continue;
+      BodyPair& pair = pairs_.pair[p];
+      for (std::uint16_t k = 0; k < pair.count; ++k)
+        pair.contact[k].impulse_Ns = begin_[p] + k < end_[p] ? solver_.contact(begin_[p] + k).impulse() : Vec3(0);
+      pair.rolling_Nms = turningOf(begin_[p]);
+    }
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (!isAwake(bodies_[i])) continue;
+      RigidState& state = *bodies_[i].state;
+      state.touchingCount = planesEnd_[i] - planesBegin_[i];
+      for (std::size_t k = 0; k < state.touchingCount; ++k)
+        state.touching[k].impulse_Ns = solver_.contact(planesBegin_[i] + static_cast<std::uint32_t>(k)).impulse();
+      state.rolling_Nms = turningOf(planesBegin_[i]);
+    }
+  }
+
+ private:
+  std::span<Collider> bodies_;
+  BodyPairs& pairs_;
+  std::array<Mover, kMaxMovingBodies + 1> movers_;  // [kGround] stands still
+  std::uint16_t moverCount_ = 1;
+  std::array<std::uint16_t, kMaxColliders> mover_{};
+  std::array<std::uint32_t, kMaxPairs> begin_, end_;
+  std::array<std::uint32_t, kMaxColliders> planesBegin_{}, planesEnd_{};
+  ContactSolver solver_;
+  double period_s_;
+
+  [[nodiscard]] bool isSolved(std::size_t p) const noexcept {
+    const BodyPair& pair = pairs_.pair[p];
+    return pair.used != 0 && (mover_[pair.first] != kGround || mover_[pair.second] != kGround);
+  }
+
+  void addPair(std::size_t p) noexcept {
+    begin_[p] = solver_.size();
+    if (isSolved(p)) {
+      const BodyPair& pair = pairs_.pair[p];
+      const Collider &first = bodies_[pair.first], &second = bodies_[pair.second];
+      const double friction = std::sqrt(first.points->friction * second.points->friction);
+      const double rolling = (first.points->rolling_m + second.points->rolling_m) / 2;
+      for (const BodyContact& contact : std::span(pair.contact).first(pair.count)) {
+        const bool swapped = contact.second != 0;
+        const Collider &on = swapped ? second : first, &under = swapped ? first : second;
+        const Place at = nowAt(contact, on.pose, under.pose);
+        const double sign = swapped ? -1 : 1;  // a is the pair's first body
+        if (!solver_.add(mover_[pair.first], mover_[pair.second], at.place, sign * at.normal, at.gap_m, friction,
+                         rolling, contact.impulse_Ns))
+          break;
+      }
+      if (solver_.size() > begin_[p]) solver_.addRolling(begin_[p], pair.rolling_Nms);
+    }
+    end_[p] = solver_.size();
+  }
+
+  void addPlanes(std::size_t i, Allowance& allowance) noexcept {
+    const RigidBody& body = *bodies_[i].what;
+    RigidState& state = *bodies_[i].state;
+    NearPlanes near;
+    const std::size_t count = findNearPlanes(body, state, period_s_, near, allowance);
+    planesBegin_[i] = solver_.size();
+    for (std::size_t k = 0; k < count; ++k) {
+      const Plane& plane = body.planes[near[k].plane];
+      if (!solver_.add(mover_[i], kGround, state.centre_m + near[k].arm_m, plane.normal, near[k].gap_m, plane.friction,
+                       plane.rolling_m, near[k].last_Ns))
+        break;
+      state.touching[k].plane = near[k].plane;
+      state.touching[k].point = near[k].point;
+    }
+    if (solver_.size() > planesBegin_[i]) solver_.addRolling(planesBegin_[i], state.rolling_Nms);
+    planesEnd_[i] = solver_.size();
+  }
+
+  [[nodiscard]] Vec3 turningOf(std::uint32_t begin) const noexcept {
+    for (std::uint32_t i = 0; i < solver_.rollingSize(); ++i) {
+      if (solver_.rolling(i).begin == begin && solver_.rolling(i).end > begin) return solver_.rolling(i).turning_Nms;
+    }
+    return Vec3(0);
+  }
+};
+
+}  // namespace
+
+std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept {
+  std::int64_t contacts = 0;
+  for (const BodyPair& pair : pairs.all()) contacts += pair.used * pair.count;
+  return kLeastOfContact * contacts;
+}
+
+bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
+                  CollisionAllowance& allowance) noexcept {
+  wake(bodies, pairs);
+  if (std::ranges::none_of(bodies, isAwake)) return false;
+  std::array<RigidPlace, kMaxMovingBodies> before;
+  std::size_t count = 0;
+  for (Collider& body : bodies) {
+    if (!isAwake(body)) continue;
+    before[count++] = placeOf(*body.state);
+    driveRigidBody(*body.what, *body.state, body.push, period_s);
+  }
+  findBodyContacts(bodies, pairs, period_s, allowance.search);
+  Contacts contacts(bodies, pairs, period_s);
+  contacts.add(allowance.motion.least);
+  contacts.solve(allowance.motion.rounds);
+  for (Collider& body : bodies) {
+    if (isAwake(body)) advanceRigidBody(*body.what, *body.state, period_s);
+  }
+  contacts.relax();
+  contacts.keep();
+  count = 0;
+  for (Collider& body : bodies) {
+    if (isAwake(body)) static_cast<void>(keepInWorld(*body.what, *body.state, before[count++]));
+  }
+  sleep(bodies, pairs, period_s);
+  return true;
+}
+
+}  // namespace haptics

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+
+#include "haptic_server/collision/body_pairs.h"
+#include "haptic_server/motion/plane_contacts.h"
+
+namespace haptics {
+
+/// What is left out where bodies that meet take more than they may.
+struct CollisionAllowance {
+  Allowance search;  ///< Of the points at which bodies touch; those of the other pairs are as they were.
+  MotionAllowance motion;
+};
+
+/// One tick of bodies that meet one another: forces, contacts, and where they get to. A tick is one substep of the soft step
+/// (Catto 2024, Box2D 3): sequential impulses with the last tick's as first guess, points that are still apart may close
+/// their gap and no more, overlap goes by a damped spring of at most kPushApart_m_per_s; the bodies move; and the impulses
+/// are solved again without the spring, so that what pushed bodies apart leaves them no speed. Coulomb friction, no rebound.
+/// Bodies in contact sleep together, once all of them are still, and wake together. Wait-free.
+/// @param bodies  At most kMaxColliders; their poses are those at the tick's start.
+/// @return Whether any of them was awake.
+bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
+                  CollisionAllowance& allowance) noexcept;
+
+/// About what moveTogether() will spend of MotionAllowance::least, motions apart; units.
+[[nodiscard]] std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept;
+
+/// Bodies that overlap come apart at this speed at most.
+inline constexpr double kPushApart_m_per_s = 0.1;
+
+}  // namespace haptics
