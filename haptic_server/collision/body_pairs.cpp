@@ -13,8 +13,10 @@ namespace {
 /// Points are looked for anew once a body has moved so far against the other, of the smaller one's radius. Smaller looks
 /// more often; larger lets round bodies roll on points that are no longer the lowest.
 constexpr double kStaleAfter = 0.01;
-/// Near points that are chosen from.
-constexpr std::size_t kMaxNear = 96;
+/// A range lasts for so many ticks but one, unless bodies are faster than it is worth.
+constexpr double kTicksOfRange = 4;
+/// Units (Allowance) of beginning a search that ranks nothing.
+constexpr std::int64_t kQuery = 64;
 /// Normals are much the same where their cosine is larger.
 constexpr double kSameSide = 0.9;
 /// A point within the others' area is taken, too, where it is deeper by so much, m.
@@ -89,60 +91,57 @@ static_assert(kMaxPairs < 255);
   return glm::distance(was.position, is.position) + 2 * extent_m * glm::length(Vec3(turn.x, turn.y, turn.z));
 }
 
-/// A point near a surface, ready to be chosen.
-struct Near {
-  BodyContact contact;
-  double gap_m;
-  Vec3 at;      // in the second body's frame, as the next
-  Vec3 normal;  // on the first body
-};
-
+/// Finds the points of two bodies that are near each other's surfaces, in as many ticks as it takes.
 class NearPoints {
  public:
+  explicit NearPoints(PairSearch& search) noexcept : search_(search) {}
+
   /// @param pose  Of the points' body in the surface's frame.
-  /// @param depth_m  Points that are inside are found so deep.
-  void find(const CollisionPoints& points, const CollisionMesh& surface, const Pose& pose, double range_m,
-            double depth_m, bool ofSecond, Allowance& allowance) noexcept {
+  /// @return False: the allowance is spent on the way.
+  [[nodiscard]] bool find(const CollisionPoints& points, const CollisionMesh& surface, const Pose& pose, bool ofSecond,
+                          Allowance& allowance) noexcept {
     const Frame frame(pose);
     const Vec3 middle = surface.centre();
-    const double farthest = std::max(range_m, depth_m);
-    for (std::uint32_t n = 0; n < points.nodes.size() && !allowance.isSpent();) {
+    const double farthest = std::max(search_.range_m, search_.depth_m);
+    std::uint32_t hint = kNoTriangle;  // one that was near
+    std::uint32_t& n = search_.node;
+    while (n < points.nodes.size()) {
       const CollisionPoints::Node& node = points.nodes[n];
+      const std::uint32_t found = search_.count;
       const Vec3 centre = frame.toWorld(node.centre);
       const double reach = node.radius_m + farthest;
       const double bound = surface.radius_m() + reach;
       allowance.spend(Allowance::kSphere);
-      if (squaredLength(centre - middle) > bound * bound || !isNear(surface, centre, reach, allowance)) {
-        n = node.next;
-        continue;
+      const bool near =
+          squaredLength(centre - middle) <= bound * bound && isNear(surface, centre, reach, hint, allowance);
+      const bool isLeaf = node.next == n + 1;
+      for (std::uint32_t p = node.begin; near && isLeaf && p < node.end; ++p)
+        add(points, p, surface, frame, pose, ofSecond, hint, allowance);
+      if (allowance.isSpent()) {
+        search_.count = found;
+        return false;
       }
-      ++n;
-      if (n != node.next) continue;  // it has others below it
-      for (std::uint32_t p = node.begin; p < node.end; ++p) {
-        const Vec3 at = frame.toWorld(points.points[p].place), out = frame.rotate(points.points[p].normal);
-        const ClosestPoint foot = footWithin(surface, at, out, farthest, allowance);
-        if (foot.triangle == kNoTriangle || allowance.isSpent() || count_ == near_.size()) continue;
-        if (nearAt(points, p, surface, at, out, foot, pose, ofSecond, near_[count_]) && near_[count_].gap_m <= range_m)
-          ++count_;
-      }
+      n = near ? n + 1 : node.next;
     }
+    n = 0;
+    return true;
   }
 
   /// Of points whose normals are much the same those that span the largest area, and the deepest one. Where bodies are deep in
   /// each other, only the shortest way out counts.
-  void choose(double range_m, BodyPair& pair) noexcept {
+  void choose(BodyPair& pair) noexcept {
     struct Side {
-      std::span<const Near> near;
+      std::span<const NearPoint> near;
       Vec3 normal;
       double depth_m;
     };
     std::array<Side, kPointsOfPair> sides;
     std::size_t count = 0;
     double shortest = std::numeric_limits<double>::infinity();
-    for (auto left = std::span(near_).first(count_); !left.empty() && count < sides.size();) {
-      const Near deepest = *std::ranges::min_element(left, {}, &Near::gap_m);
-      const auto rest = std::partition(left.begin(), left.end(),
-                                       [&](const Near& n) { return glm::dot(n.normal, deepest.normal) > kSameSide; });
+    for (auto left = std::span(search_.near).first(search_.count); !left.empty() && count < sides.size();) {
+      const NearPoint deepest = *std::ranges::min_element(left, {}, &NearPoint::gap_m);
+      const auto rest = std::partition(
+          left.begin(), left.end(), [&](const NearPoint& n) { return glm::dot(n.normal, deepest.normal) > kSameSide; });
       const auto own = static_cast<std::size_t>(rest - left.begin());
       sides[count++] = {left.first(own), deepest.normal, -deepest.gap_m};
       if (deepest.gap_m < 0) shortest = std::min(shortest, -deepest.gap_m);
@@ -152,27 +151,26 @@ class NearPoints {
     pair.count = 0;
     pair.depth_m = 0;
     for (const Side& side : std::span(sides).first(count)) {
-      if (side.depth_m > shortest + range_m) continue;
+      if (side.depth_m > shortest + search_.range_m) continue;
       pair.depth_m = std::max(pair.depth_m, side.depth_m);
       chooseOf(side.near, side.normal, before, pair);
     }
   }
 
  private:
-  std::array<Near, kMaxNear> near_;
-  std::size_t count_ = 0;
+  PairSearch& search_;
 
-  static void chooseOf(std::span<const Near> near, Vec3 normal, const BodyPair& before, BodyPair& pair) noexcept {
+  static void chooseOf(std::span<const NearPoint> near, Vec3 normal, const BodyPair& before, BodyPair& pair) noexcept {
     Vec3 mean(0);
-    for (const Near& n : near) mean += n.at / static_cast<double>(near.size());
+    for (const NearPoint& n : near) mean += n.at / static_cast<double>(near.size());
     const auto farthestFrom = [&](Vec3 place) {
-      return std::ranges::max_element(near, {}, [&](const Near& n) { return squaredLength(n.at - place); });
+      return std::ranges::max_element(near, {}, [&](const NearPoint& n) { return squaredLength(n.at - place); });
     };
     const auto a = farthestFrom(mean), b = farthestFrom(a->at);
     const Vec3 across = glm::cross(normal, b->at - a->at);
-    const auto aside = [&](const Near& n) { return glm::dot(across, n.at - a->at); };
+    const auto aside = [&](const NearPoint& n) { return glm::dot(across, n.at - a->at); };
     const auto [right, left] = std::ranges::minmax_element(near, {}, aside);
-    const auto deepest = std::ranges::min_element(near, {}, &Near::gap_m);
+    const auto deepest = std::ranges::min_element(near, {}, &NearPoint::gap_m);
     const double least = 1e-6 * squaredLength(across);  // beside the line by more than rounding
     double gap = a->gap_m;
     const auto add = [&](auto which) {
@@ -186,51 +184,72 @@ class NearPoints {
     if (deepest->gap_m < gap - kDeeper_m) add(deepest);
   }
 
-  [[nodiscard]] static bool isNear(const CollisionMesh& surface, Vec3 at, double range_m,
+  void add(const CollisionPoints& points, std::uint32_t point, const CollisionMesh& surface, const Frame& frame,
+           const Pose& pose, bool ofSecond, std::uint32_t& hint, Allowance& allowance) noexcept {
+    const Vec3 at = frame.toWorld(points.points[point].place), out = frame.rotate(points.points[point].normal);
+    const double farthest = std::max(search_.range_m, search_.depth_m);
+    const ClosestPoint foot = footWithin(surface, at, out, farthest, hint, allowance);
+    if (foot.triangle == kNoTriangle || search_.count == search_.near.size()) return;
+    NearPoint& near = search_.near[search_.count];
+    if (nearAt(points, point, surface, at, out, foot, pose, ofSecond, near) && near.gap_m <= search_.range_m)
+      ++search_.count;
+  }
+
+  [[nodiscard]] static bool isNear(const CollisionMesh& surface, Vec3 at, double range_m, std::uint32_t& hint,
                                    Allowance& allowance) noexcept {
+    const double squared = range_m * range_m;
+    allowance.spend(Allowance::kNearTriangle);
+    if (hint != kNoTriangle && closestOn(surface.triangle(hint), hint, at).squaredDistance <= squared) return true;
     bool near = false;
-    allowance.spend(Allowance::kQuery);
+    allowance.spend(kQuery);
     surface.hierarchy().visitNear(
         at, allowance,
         [&](std::uint32_t begin, std::uint32_t end) noexcept {
           allowance.spend(Allowance::kNearTriangle * (end - begin));
-          for (std::uint32_t t = begin; t < end && !near; ++t)
-            near = closestOn(surface.triangle(t), t, at).squaredDistance <= range_m * range_m;
-          return near ? -1 : range_m * range_m;
+          for (std::uint32_t t = begin; t < end && !near; ++t) {
+            near = closestOn(surface.triangle(t), t, at).squaredDistance <= squared;
+            if (near) hint = t;
+          }
+          return near ? -1 : squared;
         },
-        range_m * range_m);
+        squared);
     return near;
   }
 
   /// The closest place of those faces that a body may meet there that has this normal: they look the other way.
   [[nodiscard]] static ClosestPoint footWithin(const CollisionMesh& surface, Vec3 at, Vec3 out, double range_m,
-                                               Allowance& allowance) noexcept {
+                                               std::uint32_t& hint, Allowance& allowance) noexcept {
     ClosestPoint nearest;
     nearest.squaredDistance = range_m * range_m;
-    allowance.spend(Allowance::kQuery);
+    const auto look = [&](std::uint32_t t) noexcept {
+      if (!faces(surface.triangle(t).areaNormal(), out)) return;
+      const ClosestPoint point = closestOn(surface.triangle(t), t, at);
+      if (point.squaredDistance < nearest.squaredDistance) nearest = point;
+    };
+    allowance.spend(kQuery + Allowance::kNearTriangle);
+    if (hint != kNoTriangle) look(hint);
     surface.hierarchy().visitNear(
         at, allowance,
         [&](std::uint32_t begin, std::uint32_t end) noexcept {
           allowance.spend(Allowance::kNearTriangle * (end - begin));
-          for (std::uint32_t t = begin; t < end; ++t) {
-            if (!faces(surface.faceNormal(t), out)) continue;
-            const ClosestPoint point = closestOn(surface.triangle(t), t, at);
-            if (point.squaredDistance < nearest.squaredDistance) nearest = point;
-          }
+          for (std::uint32_t t = begin; t < end; ++t) look(t);
           return nearest.squaredDistance;
         },
         nearest.squaredDistance);
+    if (nearest.triangle != kNoTriangle) hint = nearest.triangle;
     return nearest;
   }
+  /// @param normal  Of any length.
   [[nodiscard]] static bool faces(Vec3 normal, Vec3 out) noexcept {
-    constexpr double kAgainst = -0.1;  // of 1; 0 would let rounding decide about faces at right angles
-    return glm::dot(normal, out) < kAgainst;
+    constexpr double kAgainst = 0.1;  // cosine; 0 would let rounding decide about faces at right angles
+    const double along = glm::dot(normal, out);
+    return along < 0 && along * along > kAgainst * kAgainst * squaredLength(normal);
   }
 
   /// False: the point is beside the face, where another one is met.
   [[nodiscard]] static bool nearAt(const CollisionPoints& points, std::uint32_t point, const CollisionMesh& surface,
                                    Vec3 at, Vec3 out, const ClosestPoint& foot, const Pose& pose, bool ofSecond,
-                                   Near& near) noexcept {
+                                   NearPoint& near) noexcept {
     const double distance = std::sqrt(foot.squaredDistance);
     Vec3 normal = surface.faceNormal(foot.triangle);
     const double height = glm::dot(normal, at - foot.point);
@@ -267,18 +286,20 @@ class NearPoints {
   }
 };
 
-void look(const Collider& first, const Collider& second, const Pose& relative, double range_m, BodyPair& pair,
-          Allowance& allowance) noexcept {
-  const double radius_m = std::min(first.surface->radius_m(), second.surface->radius_m());
-  // Bodies that are new may be inside each other; others get no deeper than they were.
-  const double depth_m = pair.range_m < 0 ? radius_m : range_m + pair.depth_m;
-  NearPoints near;
-  near.find(*first.points, *second.surface, relative, range_m, depth_m, false, allowance);
-  near.find(*second.points, *first.surface, inverse(relative), range_m, depth_m, true, allowance);
-  if (allowance.isSpent()) return;  // the pair keeps what it had
-  near.choose(range_m, pair);
-  pair.range_m = range_m;
+/// Looks for the contacts of a pair, or goes on with that. False: the allowance is spent, and the pair is as it was.
+[[nodiscard]] bool look(const Collider& first, const Collider& second, const Pose& relative, PairSearch& search,
+                        BodyPair& pair, Allowance& allowance) noexcept {
+  NearPoints near(search);
+  if (search.reverse == 0) {
+    if (!near.find(*first.points, *second.surface, relative, false, allowance)) return false;
+    search.reverse = 1;
+  }
+  if (!near.find(*second.points, *first.surface, inverse(relative), true, allowance)) return false;
+  near.choose(pair);
+  pair.range_m = search.range_m;
   pair.relative = relative;
+  search.pair = 0;
+  return true;
 }
 
 /// A free place, or that of no pair: kMaxPairs.
@@ -291,12 +312,11 @@ void look(const Collider& first, const Collider& second, const Pose& relative, d
 
 }  // namespace
 
-void findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
+bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
                       Allowance& allowance) noexcept {
   std::array<Moving, kMaxColliders> moving;
   for (std::size_t i = 0; i < bodies.size(); ++i) moving[i] = Moving(bodies[i]);
   PlaceTable places(pairs);
-  bool leftOut = false;
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     if (bodies[a].state == nullptr) continue;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -314,7 +334,7 @@ void findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
       if (slot != 0) continue;
       const std::size_t place = freePlace(pairs);
       if (place == kMaxPairs) {
-        leftOut = true;
+        ++pairs.leftOut;
         continue;
       }
       BodyPair& pair = pairs.pair[place];
@@ -323,33 +343,38 @@ void findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
       pair.count = 0;
       pair.used = 1;
       pair.range_m = -1;
+      pair.depth_m = 0;
       pair.rolling_Nms = Vec3(0);
       slot = static_cast<std::uint8_t>(place + 1);
     }
   }
   while (pairs.end > 0 && pairs.pair[pairs.end - 1].used == 0) --pairs.end;
 
-  std::size_t next = 0;
   for (std::size_t k = 0; k < pairs.end; ++k) {
     const std::size_t i = (pairs.next + k) % pairs.end;
     BodyPair& pair = pairs.pair[i];
     if (pair.used == 0) continue;
     const Collider &first = bodies[pair.first], &second = bodies[pair.second];
     if (!isAwake(first) && !isAwake(second)) continue;
+    if (first.isPut || second.isPut) {
+      pair.range_m = -1;
+      pair.depth_m = std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+    }
     const Pose relative = relativePose(first.pose, second.pose);
     const double reach = reachOf(moving[pair.first], moving[pair.second], period_s);
-    const bool known =
-        pair.range_m >= 0 && movedBy(pair.relative, relative, first.surface->extent_m()) + reach <= pair.range_m;
-    if (known) continue;
-    const double stale = kStaleAfter * std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
-    if (!allowance.isSpent()) look(first, second, relative, std::max(2 * reach, stale), pair, allowance);
-    if (allowance.isSpent() && !leftOut) {
-      leftOut = true;
-      next = i;
+    const double extent_m = first.surface->extent_m();
+    if (pair.range_m >= 0 && movedBy(pair.relative, relative, extent_m) + reach <= pair.range_m) continue;
+    if (pairs.search.pair != i + 1) {
+      const double stale = kStaleAfter * std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+      const double range_m = std::max(reach, std::clamp(kTicksOfRange * reach, stale, kTicksOfRange * stale));
+      pairs.search.begin(i, range_m, range_m + pair.depth_m);
     }
+    if (look(first, second, relative, pairs.search, pair, allowance) && reach <= pair.range_m) continue;
+    pairs.next = i;
+    return false;
   }
-  pairs.next = next;
-  if (leftOut) ++pairs.leftOut;
+  pairs.next = 0;
+  return true;
 }
 
 }  // namespace haptics

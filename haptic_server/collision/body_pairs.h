@@ -24,6 +24,7 @@ struct Collider {
   RigidState* state = nullptr;      ///< Likewise.
   Push push;
   bool absent = false;  ///< Meets nothing in this tick.
+  bool isPut = false;   ///< It has not moved to where it is: it may be inside others.
 };
 
 /// At most so many bodies meet one another, those that stand still included.
@@ -48,24 +49,56 @@ struct BodyPair {
   std::uint16_t count = 0;              ///< Of `contact`.
   std::uint16_t used = 0;               ///< 0: this place is free.
   double range_m = -1;                  ///< No other points were nearer when they were looked for; negative: never.
-  double depth_m = 0;                   ///< Of the deepest point then.
+  double depth_m = 0;                   ///< Of the deepest point then; before, how deep it may be.
   Pose relative;                        ///< Of the first body in the second's frame then.
   Vec3 rolling_Nms{0};                  ///< What resistance to rolling gave the first one in the last tick.
   std::array<BodyContact, kPointsOfPair> contact;
+};
+
+/// A point near the other body's surface, of which contacts are chosen.
+struct NearPoint {
+  BodyContact contact;
+  double gap_m;
+  Vec3 at;      ///< In the second body's frame, as the next.
+  Vec3 normal;  ///< On the first body.
+};
+
+/// The search for a pair's contacts, which may take several ticks.
+struct PairSearch {
+  std::uint16_t pair = 0;     ///< One more than its place; 0: none.
+  std::uint16_t reverse = 0;  ///< 1: of the second body's points, at the first one's surface.
+  std::uint32_t node = 0;     ///< Of the tree of points: the next one.
+  std::uint32_t count = 0;    ///< Of `near`.
+  double range_m = 0;         ///< Farther points are not looked for,
+  double depth_m = 0;         ///< nor ones that are deeper inside.
+  std::array<NearPoint, 96> near;
+
+  [[nodiscard]] std::span<const NearPoint> found() const noexcept { return std::span(near).first(count); }
+  void begin(std::size_t place, double range, double depth) noexcept {
+    pair = static_cast<std::uint16_t>(place + 1);
+    reverse = 0;
+    node = count = 0;
+    range_m = range;
+    depth_m = depth;
+  }
 };
 
 /// What bodies that meet leave from one tick to the next.
 struct BodyPairs {
   std::size_t end = 0;        ///< Places of `pair` from here on are free.
   std::size_t next = 0;       ///< Whose contacts are looked for first in the next tick.
-  std::uint64_t leftOut = 0;  ///< Ticks in which the allowance, or the room, did not last for all pairs.
+  std::uint64_t waits = 0;    ///< Ticks in which the allowance did not last for all of them, and no body moved.
+  std::uint64_t leftOut = 0;  ///< Times that there was no room for one.
   std::array<BodyPair, kMaxPairs> pair;
+  PairSearch search;
 
   void copyInUse(const BodyPairs& other) noexcept {
     end = other.end;
     next = other.next;
+    waits = other.waits;
     leftOut = other.leftOut;
     std::copy_n(other.pair.begin(), end, pair.begin());
+    search = other.search;
   }
   [[nodiscard]] std::span<BodyPair> all() noexcept { return {pair.data(), end}; }
   [[nodiscard]] std::span<const BodyPair> all() const noexcept { return {pair.data(), end}; }
@@ -79,8 +112,9 @@ static_assert(std::is_trivially_copyable_v<BodyPairs>, "recorded, and copied to 
 /// Finds the pairs of which one body is awake and which may touch within the tick, and the points at which they do. Those of
 /// pairs that have hardly moved against each other since are kept. Wait-free.
 /// @param bodies  With their momenta for the tick.
-/// @param allowance  Once it is spent, the other pairs keep the points that they had.
-void findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
-                      Allowance& allowance) noexcept;
+/// @return False: the allowance is spent before all pairs were looked at. The bodies are not to be moved, and the next call
+/// goes on with the others.
+[[nodiscard]] bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double period_s,
+                                    Allowance& allowance) noexcept;
 
 }  // namespace haptics

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <span>
 #include <utility>
 
@@ -15,14 +16,15 @@ namespace {
 constexpr double kFlat_rad = 1e-3;
 constexpr std::size_t kPointsOfLeaf = 4;
 
-/// Vertices at lines that bend, whether they are sharp or not.
+/// Vertices at lines that bend, and are not sharp.
 void addRoundVertices(const CollisionMesh& mesh, SpacedPoints& points) {
-  const double flat = std::cos(kFlat_rad);
+  const double flat = std::cos(kFlat_rad), sharp = std::cos(kSharp_rad);
   for (std::uint32_t t = 0; t < mesh.triangleCount() && points.size() <= kMaxCollisionPoints; ++t) {
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t other = mesh.triangle(t).neighbour(k);
       if (other == kNoTriangle || other < t) continue;
-      if (glm::dot(mesh.faceNormal(t), mesh.faceNormal(other)) >= flat) continue;
+      const double cosine = glm::dot(mesh.faceNormal(t), mesh.faceNormal(other));
+      if (cosine >= flat || cosine < sharp) continue;
       points.add(mesh.triangle(t).corner(k));
       points.add(mesh.triangle(t).corner(nextCorner(k)));
     }
@@ -61,13 +63,15 @@ void addRoundVertices(const CollisionMesh& mesh, SpacedPoints& points) {
 }
 
 [[nodiscard]] std::vector<Vec3> placesOf(const CollisionMesh& mesh) {
-  for (double spacing = kCollisionSpacing * mesh.radius_m();; spacing *= 2) {
-    SpacedPoints points(spacing);
-    if (!addSharpPoints(mesh, spacing, kMaxCollisionPoints, points)) continue;
-    addRoundVertices(mesh, points);
-    if (points.size() > kMaxCollisionPoints) continue;
-    if (points.size() == 0) points.add(mesh.triangle(0).corner(0));
-    return points.take();
+  for (double scale = mesh.radius_m();; scale *= 2) {
+    SpacedPoints sharp(kSharpSpacing * scale), round(kRoundSpacing * scale);
+    if (!addSharpPoints(mesh, kSharpSpacing * scale, kMaxCollisionPoints, sharp)) continue;
+    addRoundVertices(mesh, round);
+    if (sharp.size() + round.size() > kMaxCollisionPoints) continue;
+    std::vector<Vec3> places = sharp.take();
+    std::ranges::copy(round.take(), std::back_inserter(places));
+    if (places.empty()) places.push_back(mesh.triangle(0).corner(0));
+    return places;
   }
 }
 

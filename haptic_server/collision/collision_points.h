@@ -30,10 +30,11 @@ struct CollisionPoints {
 };
 
 inline constexpr std::size_t kMaxCollisionPoints = 1024;
-/// Points are so far apart, of the mesh's radius. Closer finds where two edges cross each other sooner, and takes longer.
-inline constexpr double kCollisionSpacing = 1.0 / 16;
+/// Points are so far apart, of the mesh's radius: on sharp lines, where closer ones find sooner that two of them cross, and on
+/// what is round, where closer ones let it roll smoother. Both take longer.
+inline constexpr double kSharpSpacing = 1.0 / 16, kRoundSpacing = 1.0 / 8;
 
-/// Without friction and rolling. Deterministic. Where there are too many points, the spacing is doubled until there are not.
+/// Without friction and rolling. Deterministic. Where there are too many points, the spacings are doubled until there are not.
 /// For the builder thread.
 [[nodiscard]] CollisionPoints makeCollisionPoints(const CollisionMesh& mesh);
 

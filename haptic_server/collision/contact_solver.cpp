@@ -27,6 +27,8 @@ struct Softness {
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
+[[nodiscard]] double length(const double (&v)[2]) noexcept { return std::sqrt(v[0] * v[0] + v[1] * v[1]); }
+
 }  // namespace
 
 Mover::Mover(const RigidBody& body, RigidState& state, double period_s) noexcept
@@ -110,7 +112,7 @@ bool ContactSolver::add(std::uint16_t a, std::uint16_t b, Vec3 place, Vec3 norma
   c.pressing_Ns = std::max(glm::dot(lastImpulse_Ns, normal), 0.0);
   const double most = friction * c.pressing_Ns;
   for (int k = 0; k < 2; ++k) c.rubbing_Ns[k] = glm::dot(lastImpulse_Ns, c.along[k]);
-  const double wanted = std::hypot(c.rubbing_Ns[0], c.rubbing_Ns[1]);
+  const double wanted = length(c.rubbing_Ns);
   if (wanted > most) {
     for (double& part : c.rubbing_Ns) part *= most / wanted;
   }
@@ -167,7 +169,7 @@ double ContactSolver::solve(ContactConstraint& c, bool soft) noexcept {
   double rubbing[2];
   for (int k = 0; k < 2; ++k) rubbing[k] = c.rubbing_Ns[k] - c.mass_kg[k + 1] * glm::dot(sliding, c.along[k]);
   const double most = c.friction * c.pressing_Ns;
-  const double wanted = std::hypot(rubbing[0], rubbing[1]);
+  const double wanted = length(rubbing);
   const double part = wanted > most ? most / wanted : 1;
   Vec3 across(0);
   for (int k = 0; k < 2; ++k) {

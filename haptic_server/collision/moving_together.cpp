@@ -236,6 +236,19 @@ class Contacts {
   }
 };
 
+/// Of a body that is awake.
+struct Before {
+  RigidPlace place;
+  Vec3 momentum_Ns, angularMomentum_Nms;
+  double rate_per_s;
+
+  void restoreMomentum(RigidState& state) const noexcept {
+    state.momentum_Ns = momentum_Ns;
+    state.angularMomentum_Nms = angularMomentum_Nms;
+    state.rate_per_s = rate_per_s;
+  }
+};
+
 }  // namespace
 
 std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept {
@@ -244,18 +257,26 @@ std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept {
   return kLeastOfContact * contacts;
 }
 
-bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
+void moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
                   CollisionAllowance& allowance) noexcept {
   wake(bodies, pairs);
-  if (std::ranges::none_of(bodies, isAwake)) return false;
-  std::array<RigidPlace, kMaxMovingBodies> before;
+  if (std::ranges::none_of(bodies, isAwake)) return;
+  std::array<Before, kMaxMovingBodies> before;
   std::size_t count = 0;
   for (Collider& body : bodies) {
     if (!isAwake(body)) continue;
-    before[count++] = placeOf(*body.state);
+    before[count++] = {placeOf(*body.state), body.state->momentum_Ns, body.state->angularMomentum_Nms,
+                       body.state->rate_per_s};
     driveRigidBody(*body.what, *body.state, body.push, period_s);
   }
-  findBodyContacts(bodies, pairs, period_s, allowance.search);
+  if (!findBodyContacts(bodies, pairs, period_s, allowance.search)) {
+    ++pairs.waits;
+    count = 0;
+    for (Collider& body : bodies) {
+      if (isAwake(body)) before[count++].restoreMomentum(*body.state);
+    }
+    return;
+  }
   Contacts contacts(bodies, pairs, period_s);
   contacts.add(allowance.motion.least);
   contacts.solve(allowance.motion.rounds);
@@ -266,10 +287,9 @@ bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   contacts.keep();
   count = 0;
   for (Collider& body : bodies) {
-    if (isAwake(body)) static_cast<void>(keepInWorld(*body.what, *body.state, before[count++]));
+    if (isAwake(body)) static_cast<void>(keepInWorld(*body.what, *body.state, before[count++].place));
   }
   sleep(bodies, pairs, period_s);
-  return true;
 }
 
 }  // namespace haptics

@@ -9,7 +9,7 @@ namespace haptics {
 
 /// What is left out where bodies that meet take more than they may.
 struct CollisionAllowance {
-  Allowance search;  ///< Of the points at which bodies touch; those of the other pairs are as they were.
+  Allowance search;  ///< Of the points at which bodies touch. Where it does not last, the bodies wait for a tick.
   MotionAllowance motion;
 };
 
@@ -19,8 +19,7 @@ struct CollisionAllowance {
 /// are solved again without the spring, so that what pushed bodies apart leaves them no speed. Coulomb friction, no rebound.
 /// Bodies in contact sleep together, once all of them are still, and wake together. Wait-free.
 /// @param bodies  At most kMaxColliders; their poses are those at the tick's start.
-/// @return Whether any of them was awake.
-bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
+void moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
                   CollisionAllowance& allowance) noexcept;
 
 /// About what moveTogether() will spend of MotionAllowance::least, motions apart; units.

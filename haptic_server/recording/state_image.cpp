@@ -77,6 +77,14 @@ requires std::is_trivially_copyable_v<T>
   return true;
 }
 
+[[nodiscard]] bool isContactOf(const BodyContact& contact, const BodyPair& pair, const HapticState& state) {
+  if (contact.second > 1) return false;
+  const CollidingBody& on = state.colliding[contact.second == 0 ? pair.first : pair.second];
+  if (contact.point >= on.points->points.size()) return false;
+  return isWithinWorld(contact.place) && isWithinWorld(contact.foot) && isWithinWorld(contact.normal) &&
+         isWithinWorld(contact.impulse_Ns);
+}
+
 /// Lists the bodies that collide as adoptScene() does. False: pairs name others.
 [[nodiscard]] bool connectCollisions(HapticState& state, const ServoScene& scene) {
   std::size_t count = 0, moving = 0;
@@ -93,15 +101,17 @@ requires std::is_trivially_copyable_v<T>
     if (pair.used > 1 || pair.first >= count || pair.second >= count || pair.count > kPointsOfPair) return false;
     if (state.colliding[pair.first].moving < 0 || !isPose(pair.relative) || !isWithinWorld(pair.rolling_Nms))
       return false;
-    for (const BodyContact& at : std::span(pair.contact).first(pair.count)) {
-      const CollidingBody& on = state.colliding[at.second == 0 ? pair.first : pair.second];
-      if (at.second > 1 || at.point >= on.points->points.size()) return false;
-      for (const Vec3& v : {at.place, at.foot, at.normal, at.impulse_Ns}) {
-        if (!isWithinWorld(v)) return false;
-      }
-    }
+    if (!std::ranges::all_of(std::span(pair.contact).first(pair.count),
+                             [&](const BodyContact& contact) { return isContactOf(contact, pair, state); }))
+      return false;
   }
-  return true;
+  const PairSearch& search = state.pairs.search;
+  if (search.pair == 0) return true;
+  if (search.pair > state.pairs.end || state.pairs.pair[search.pair - 1U].used == 0) return false;
+  return std::ranges::all_of(search.found(), [&](const NearPoint& near) {
+    return isContactOf(near.contact, state.pairs.pair[search.pair - 1U], state) && isWithinWorld(near.at) &&
+           isWithinWorld(near.normal) && std::isfinite(near.gap_m);
+  });
 }
 
 /// Gives the pointers back, and what follows from the rest. False: what they belong to is not in the scene.
@@ -156,9 +166,15 @@ requires std::is_trivially_copyable_v<T>
   }
   for (std::size_t i = 0; i < state.motion.count; ++i) whole = whole && take(image, state.moving[i]);
   for (std::size_t i = 0; i < state.denting.count; ++i) whole = whole && take(image, state.dents[i]);
-  whole = whole && take(image, state.pairs.end) && take(image, state.pairs.next) && take(image, state.pairs.leftOut);
+  whole = whole && take(image, state.pairs.end) && take(image, state.pairs.next) && take(image, state.pairs.waits) &&
+          take(image, state.pairs.leftOut);
   whole = whole && state.pairs.end <= kMaxPairs && (state.pairs.next == 0 || state.pairs.next < state.pairs.end);
   for (std::size_t i = 0; whole && i < state.pairs.end; ++i) whole = take(image, state.pairs.pair[i]);
+  PairSearch& search = state.pairs.search;
+  whole = whole && take(image, search.pair) && take(image, search.reverse) && take(image, search.node) &&
+          take(image, search.count) && take(image, search.range_m) && take(image, search.depth_m);
+  whole = whole && search.count <= search.near.size();
+  for (std::size_t i = 0; whole && i < search.count; ++i) whole = take(image, search.near[i]);
   if (!whole || !take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
   return (state.observer.active() ? takeObserver(image, state.observer) : true) && image.empty();
 }
@@ -209,12 +225,21 @@ std::string stateImage(const HapticState& state) {
   for (const BodyDent& dent : state.allDents()) put(image, dent);
   put(image, state.pairs.end);
   put(image, state.pairs.next);
+  put(image, state.pairs.waits);
   put(image, state.pairs.leftOut);
   for (BodyPair pair : state.pairs.all()) {
     if (pair.used == 0) pair = {};
     std::fill(pair.contact.begin() + pair.count, pair.contact.end(), BodyContact{});
     put(image, pair);
   }
+  const PairSearch& search = state.pairs.search;
+  put(image, search.pair);
+  put(image, search.reverse);
+  put(image, search.node);
+  put(image, search.count);
+  put(image, search.range_m);
+  put(image, search.depth_m);
+  for (const NearPoint& near : search.found()) put(image, near);
   put(image, state.features.detail ? state.surface : SurfaceMemory{});
   put(image, state.energy);
   if (state.observer.active()) put(image, state.observer);

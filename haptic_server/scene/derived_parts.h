@@ -15,6 +15,7 @@ struct ObjectRecord;
 struct RigidBody;
 class ShadingNormals;
 class CollisionMesh;
+struct CollisionPoints;
 
 /// An object that moves or collides, as it is felt.
 struct BodyParts {

@@ -260,7 +260,8 @@ class StateTransfer {
     const bool moves = object.motion != nullptr && movingCount_ > 0 && moving_[movingCount_ - 1].body == i;
     if (moves) moving_[movingCount_ - 1].collides = object.collision != nullptr;
     if (object.collision == nullptr) return;
-    colliding_[collidingCount_++] = {i, moves ? static_cast<int>(movingCount_ - 1) : -1, object.collision.get()};
+    colliding_[collidingCount_++] = {i, moves ? static_cast<int>(movingCount_ - 1) : -1, object.collision.get(),
+                                     origins_[i].changed};
   }
 
   /// Pairs go on with their contacts where both bodies are the same. Where anything that others may lie on has changed, all
@@ -289,6 +290,7 @@ class StateTransfer {
       if (origins_[colliding_[pair.first].body].changed || origins_[colliding_[pair.second].body].changed)
         pair.range_m = -1;
     }
+    state.pairs.search.pair = 0;
     std::copy_n(colliding_.begin(), collidingCount_, state.colliding.begin());
     state.motion.collidingCount = collidingCount_;
     if (!changed) return;

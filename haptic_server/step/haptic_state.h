@@ -127,6 +127,7 @@ struct CollidingBody {
   std::size_t body = 0;  ///< Index into bodies.
   int moving = -1;       ///< Index into moving; -1: it stands still.
   const CollisionPoints* points = nullptr;
+  bool isPut = false;  ///< By an edit, in this tick.
 };
 
 /// Of HapticState::dents.

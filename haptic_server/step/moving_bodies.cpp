@@ -51,17 +51,18 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
   std::array<Collider, kMaxColliders> colliders;
   const std::size_t count = state.motion.collidingCount;
   for (std::size_t i = 0; i < count; ++i) {
-    const CollidingBody& is = state.colliding[i];
+    CollidingBody& is = state.colliding[i];
     const Body& body = state.bodies[is.body];
     MovingBody* moving = is.moving < 0 ? nullptr : &state.moving[static_cast<std::size_t>(is.moving)];
-    colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval};
+    colliders[i] = {body.surface, is.points, body.current, nullptr, nullptr, {}, body.pendingRemoval, is.isPut};
+    is.isPut = false;
     if (moving == nullptr || state.objects[is.body].beingMoved) continue;
     colliders[i].what = moving->what;
     colliders[i].state = &moving->state;
     colliders[i].pose = poseOf(*moving->what, moving->state);
     colliders[i].push = {reaction.on(is.body), ihip};
   }
-  CollisionAllowance allowance{Allowance(state.allowance.left() / 4), motion};
+  CollisionAllowance allowance{Allowance(state.allowance.left() / 2), motion};
   moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance);
   for (std::size_t i = 0; i < count; ++i) {
     if (colliders[i].state == nullptr) continue;

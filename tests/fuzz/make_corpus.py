@@ -65,6 +65,8 @@ SCENES = {
              'lowest: -1 highest: 0.5 } } } }',
     "slider": 'operations { add { name: "d" mesh { box { size_m { x: 0.1 y: 0.1 z: 0.1 } } } motion { mass_kg: 1 slider { axis { '
               'x: 1 } } } } }',
+    "collision": 'operations { set_motion { object { id: 1 } motion { mass_kg: 0.3 collision { friction: 0.4 rolling_m: 1e-3 } } } } '
+                 'operations { set_motion { object { name: "a" } motion { fixed: true collision {} } } }',
     "stop": 'operations { set_motion { object { id: 1 } motion {} } }',
     "softness": 'operations { set_deformation { object { id: 1 } deformation { softness { stiffness_N_per_m: 200 radius_m: 0.01 '
                 'degree: 3 return_s: 0.5 } } } }',
@@ -289,7 +291,7 @@ def main():
         write("apply", name, pieces([transaction(name).SerializeToString()]))
         write("scene_text", name, SCENES[name].encode())
     row = ["add", "pose", "material", "per_vertex", "spots", "layers", "dynamic", "stiffness", "remesh", "noise", "take_away",
-           "hinge", "motion", "stop", "softness", "plastic", "residue", "lattice", "rigid", "condition", "remove"]
+           "hinge", "motion", "collision", "stop", "softness", "plastic", "residue", "lattice", "rigid", "condition", "remove"]
     named_a = [text_format.Parse(SCENES["add"].replace('"new"', '"a"'), scene_pb2.Transaction()), *map(transaction, row)]
     write("apply", "row", pieces(t.SerializeToString() for t in named_a))
     write("scene_text", "comment", b"# a comment\noperations { remove { object { id: 7 } } }\n")

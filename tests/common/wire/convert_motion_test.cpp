@@ -1,6 +1,7 @@
 #include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
+#include <set>
 #include <string>
 #include <variant>
 
@@ -35,6 +36,27 @@ TEST(MotionOnTheWire, ComesBackAsItWent) {
   MotionProperties brick{.mass_kg = 0.2, .planes = {{{0, 0, 1}, 0.01, 0.3, 1e-3}, {{-1, 0, 0}, -0.2}}};
   toWire(brick, wire);
   EXPECT_EQ(announcedMotionFrom(wire).value(), brick);
+  brick.collision = CollisionProperties{0.7, 1e-3};
+  toWire(brick, wire);
+  EXPECT_EQ(announcedMotionFrom(wire).value(), brick);
+  const MotionProperties ground{.fixed = true, .collision = CollisionProperties{}};
+  toWire(ground, wire);
+  EXPECT_EQ(announcedMotionFrom(wire).value(), ground);
+  EXPECT_EQ(motionFrom(message("fixed: true collision {}")).value(), ground);
+}
+
+TEST(MotionOnTheWire, HasAHashOfItsOwnForEachThatDiffers) {
+  std::set<std::string> hashes;
+  for (const MotionProperties& motion :
+       {MotionProperties{.mass_kg = 1}, MotionProperties{.mass_kg = 1, .collision = CollisionProperties{}},
+        MotionProperties{.mass_kg = 1, .collision = CollisionProperties{0.6}},
+        MotionProperties{.mass_kg = 1, .collision = CollisionProperties{0.5, 1e-3}},
+        MotionProperties{.fixed = true, .collision = CollisionProperties{}}}) {
+    Hasher hasher;
+    addTo(hasher, motion);
+    hashes.insert(hasher.finish().hex());
+  }
+  EXPECT_EQ(hashes.size(), 5U);
 }
 
 TEST(MotionOnTheWire, NeedsOnlyAMass) {
@@ -54,6 +76,10 @@ TEST(MotionOnTheWire, IsRefusedWhereItIsWrongAndSaysWhere) {
   EXPECT_EQ(fieldAtFault("mass_kg: 1 planes { normal { z: 1 } friction: -1 }"), "planes[0].friction");
   EXPECT_EQ(fieldAtFault("mass_kg: 1 spring { stiffness_N_per_m: inf }"), "spring.stiffness_N_per_m");
   EXPECT_EQ(fieldAtFault("mass_kg: 1 gravity_m_per_s2 { z: -1e9 }"), "gravity_m_per_s2.z");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 collision { friction: 11 }"), "collision.friction");
+  EXPECT_EQ(fieldAtFault("mass_kg: 1 collision { rolling_m: nan }"), "collision.rolling_m");
+  EXPECT_EQ(fieldAtFault("fixed: true"), "collision");
+  EXPECT_EQ(fieldAtFault("fixed: true collision {} mass_kg: 1"), "fixed");
 }
 
 Result<Transaction> transaction(const std::string& text) { return fromWire(parseSceneText(text, "test").value()); }

@@ -117,10 +117,14 @@ std::string RandomEdits::material(RandomEdit& edit) {
 }
 
 std::string RandomEdits::motion() {
-  switch (below(3)) {
+  switch (below(5)) {
     case 0:
       return "{ }";
     case 1:
+      return "{ fixed: true collision { friction: " + text(number(0, 1)) + " } }";
+    case 2:
+      return "{ mass_kg: " + text(number(0.1, 1)) + " collision { } }";
+    case 3:
       return "{ mass_kg: " + text(number(0.1, 1)) + " planes { normal " + unit() + " offset_m: -1 } }";
     default:
       return "{ mass_kg: " + text(number(0.1, 1)) + " hinge { axis " + unit() + " lowest: -1 highest: 1 } }";

@@ -41,9 +41,11 @@ class World {
       colliders.push_back(
           {p.surface.get(), &p.points, pose(i), p.moves ? &p.body : nullptr, p.moves ? &p.state : nullptr, p.push});
     }
-    CollisionAllowance endless;
-    moveTogether(colliders, pairs_, kPeriod_s, endless);
+    CollisionAllowance allowance{search_, {}};
+    moveTogether(colliders, pairs_, kPeriod_s, allowance);
+    isFirst_ = false;
   }
+  void allowForSearch(std::int64_t units) { search_ = Allowance(units); }
   void run(double seconds) {
     for (int i = 0; i < std::lround(seconds / kPeriod_s); ++i) tick();
   }
@@ -75,6 +77,8 @@ class World {
   };
   std::deque<Part> parts_;
   BodyPairs pairs_;
+  bool isFirst_ = true;
+  Allowance search_;
 };
 
 [[nodiscard]] Pose at(Vec3 place) { return {{1, 0, 0, 0}, place}; }
@@ -141,9 +145,13 @@ TEST(Collision, OverlapGoesSlowly) {
     world.tick();
     EXPECT_LT(glm::length(world.state(a).momentum_Ns) / 0.1, 0.11);
   }
-  for (const BodyPair& pair : world.pairs().all()) { EXPECT_LT(pair.depth_m, 1e-5); std::printf("depth %g\n", pair.depth_m); }
+  for (const BodyPair& pair : world.pairs().all()) {
+    EXPECT_LT(pair.depth_m, 1e-5);
+    std::printf("depth %g\n", pair.depth_m);
+  }
   const Pose pa = world.pose(a), pb = world.pose(b);
-  std::printf("%g %g %g / %g %g %g  rot %g %g\n", pa.position.x, pa.position.y, pa.position.z, pb.position.x, pb.position.y, pb.position.z, pa.rotation.w, pb.rotation.w);
+  std::printf("%g %g %g / %g %g %g  rot %g %g\n", pa.position.x, pa.position.y, pa.position.z, pb.position.x,
+              pb.position.y, pb.position.z, pa.rotation.w, pb.rotation.w);
   EXPECT_LT(glm::length(world.momentum()), 1e-12);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/geometry/spaced_points.h"
 
 namespace haptics {
 namespace {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/mesh/generators.h"
+#include "haptic_server/geometry/spaced_points.h"
 
 namespace haptics {
 namespace {
