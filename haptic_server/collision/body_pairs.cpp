@@ -17,6 +17,8 @@ constexpr double kStaleAfter = 0.01;
 constexpr double kTicksOfRange = 4;
 /// Units (Allowance) of beginning a search that ranks nothing.
 constexpr std::int64_t kQuery = 64;
+/// What the four points of a leaf may take in the worst case.
+constexpr std::int64_t kOneNode = 60'000;
 /// Normals are much the same where their cosine is larger.
 constexpr double kSameSide = 0.9;
 /// A point within the others' area is taken, too, where it is deeper by so much, m.
@@ -94,7 +96,8 @@ static_assert(kMaxPairs < 255);
 /// Finds the points of two bodies that are near each other's surfaces, in as many ticks as it takes.
 class NearPoints {
  public:
-  explicit NearPoints(PairSearch& search) noexcept : search_(search) {}
+  /// @param mayExceed  The first node is searched whatever it takes up to kOneNode: each tick gets on.
+  NearPoints(PairSearch& search, bool mayExceed) noexcept : search_(search), mayExceed_(mayExceed) {}
 
   /// @param pose  Of the points' body in the surface's frame.
   /// @return False: the allowance is spent on the way.
@@ -111,16 +114,19 @@ class NearPoints {
       const Vec3 centre = frame.toWorld(node.centre);
       const double reach = node.radius_m + farthest;
       const double bound = surface.radius_m() + reach;
-      allowance.spend(Allowance::kSphere);
-      const bool near =
-          squaredLength(centre - middle) <= bound * bound && isNear(surface, centre, reach, hint, allowance);
+      Allowance left = mayExceed_ ? Allowance(std::max(allowance.left(), kOneNode)) : allowance;
+      const std::int64_t before = left.left();
+      left.spend(Allowance::kSphere);
+      const bool near = squaredLength(centre - middle) <= bound * bound && isNear(surface, centre, reach, hint, left);
       const bool isLeaf = node.next == n + 1;
       for (std::uint32_t p = node.begin; near && isLeaf && p < node.end; ++p)
-        add(points, p, surface, frame, pose, ofSecond, hint, allowance);
-      if (allowance.isSpent()) {
+        add(points, p, surface, frame, pose, ofSecond, hint, left);
+      allowance.spend(before - left.left());
+      if (left.isSpent()) {
         search_.count = found;
-        return false;
+        if (!mayExceed_) return false;  // else what it holds is left out, or nothing would ever go on
       }
+      mayExceed_ = false;
       n = near ? n + 1 : node.next;
     }
     n = 0;
@@ -159,6 +165,7 @@ class NearPoints {
 
  private:
   PairSearch& search_;
+  bool mayExceed_;
 
   static void chooseOf(std::span<const NearPoint> near, Vec3 normal, const BodyPair& before, BodyPair& pair) noexcept {
     Vec3 mean(0);
@@ -288,8 +295,8 @@ class NearPoints {
 
 /// Looks for the contacts of a pair, or goes on with that. False: the allowance is spent, and the pair is as it was.
 [[nodiscard]] bool look(const Collider& first, const Collider& second, const Pose& relative, PairSearch& search,
-                        BodyPair& pair, Allowance& allowance) noexcept {
-  NearPoints near(search);
+                        bool isFirst, BodyPair& pair, Allowance& allowance) noexcept {
+  NearPoints near(search, isFirst);
   if (search.reverse == 0) {
     if (!near.find(*first.points, *second.surface, relative, false, allowance)) return false;
     search.reverse = 1;
@@ -350,16 +357,19 @@ bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
   }
   while (pairs.end > 0 && pairs.pair[pairs.end - 1].used == 0) --pairs.end;
 
+  for (BodyPair& pair : pairs.all()) {
+    if (pair.used == 0 || (!bodies[pair.first].isPut && !bodies[pair.second].isPut)) continue;
+    pair.range_m = -1;
+    pair.depth_m = std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
+  }
+
+  bool isFirst = true;
   for (std::size_t k = 0; k < pairs.end; ++k) {
     const std::size_t i = (pairs.next + k) % pairs.end;
     BodyPair& pair = pairs.pair[i];
     if (pair.used == 0) continue;
     const Collider &first = bodies[pair.first], &second = bodies[pair.second];
     if (!isAwake(first) && !isAwake(second)) continue;
-    if (first.isPut || second.isPut) {
-      pair.range_m = -1;
-      pair.depth_m = std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
-    }
     const Pose relative = relativePose(first.pose, second.pose);
     const double reach = reachOf(moving[pair.first], moving[pair.second], period_s);
     const double extent_m = first.surface->extent_m();
@@ -369,7 +379,9 @@ bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
       const double range_m = std::max(reach, std::clamp(kTicksOfRange * reach, stale, kTicksOfRange * stale));
       pairs.search.begin(i, range_m, range_m + pair.depth_m);
     }
-    if (look(first, second, relative, pairs.search, pair, allowance) && reach <= pair.range_m) continue;
+    const bool found = look(first, second, relative, pairs.search, isFirst, pair, allowance);
+    isFirst = false;
+    if (found && reach <= pair.range_m) continue;
     pairs.next = i;
     return false;
   }

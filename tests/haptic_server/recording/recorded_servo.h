@@ -26,6 +26,14 @@ operations { add { name: "ball" mesh { sphere { radius_m: 0.02 segments: 8 } } p
 inline const std::string kBlock = R"(
 operations { add { name: "block" mesh { box { size_m { x: 0.02 y: 0.02 z: 0.02 } } } pose { position { x: -0.035 z: 0.01 } }
   motion { mass_kg: 0.1 planes { normal { z: 1 } friction: 0.4 } } } })";
+/// Two that meet, and one that stands still.
+inline const std::string kBricks = R"(
+operations { add { name: "left" mesh { box { size_m { x: 0.02 y: 0.02 z: 0.02 } } } pose { position { x: -0.035 z: 0.012 } }
+  motion { mass_kg: 0.1 planes { normal { z: 1 } friction: 0.4 } collision {} } } }
+operations { add { name: "right" mesh { sphere { radius_m: 0.01 segments: 12 } } pose { position { x: -0.034 z: 0.035 } }
+  motion { mass_kg: 0.1 planes { normal { z: 1 } } collision {} } } }
+operations { add { name: "wall" mesh { box { size_m { x: 0.02 y: 0.1 z: 0.04 } } } pose { position { x: -0.07 z: 0.02 } }
+  motion { fixed: true collision { friction: 0.1 } } } })";
 inline const std::string kCushion = R"(
 operations { add { name: "cushion" mesh { sphere { radius_m: 0.02 segments: 16 } } pose { position { x: -0.035 z: -0.008 } }
   deformation { softness { stiffness_N_per_m: 300 radius_m: 0.01 return_s: 0.2 } } } })";

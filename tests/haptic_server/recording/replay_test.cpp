@@ -62,8 +62,18 @@ TEST(Replay, MakesTheForcesOfBodiesThatMoveAgain) {
       << "the block must have been pushed";
 }
 
+TEST(Replay, MakesTheForcesOfBodiesThatMeetAgain) {
+  RecordedServo servo(kScene + kBricks);
+  runWithEdits(servo);
+  const auto outcome = replay(servo.recording());
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_GT(servo.state().pairs.end, 0U);
+  EXPECT_GT(outcome->contactTicks, 1000U);
+}
+
 TEST(Replay, GoesOnFromTheStateInARecordingOfTheLastSeconds) {
-  RecordedServo servo(kScene + kBlock);
+  RecordedServo servo(kScene + kBricks);
   servo.run(9000);
   runWithEdits(servo);
   std::promise<std::filesystem::path> written;
