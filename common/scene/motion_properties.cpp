@@ -20,21 +20,23 @@ void addTo(Hasher& h, const MotionProperties& p) {
   h.add(p.linearDamping_per_s).add(p.angularDamping_per_s);
   h.add(p.spring.stiffness_N_per_m).add(p.spring.damping_Ns_per_m);
   h.add(p.spring.stiffness_Nm_per_rad).add(p.spring.damping_Nms_per_rad);
-  // What is there, in one number: joints came first, and scenes without the others keep their hashes.
-  constexpr std::size_t kFixed = 4, kCollides = 8;
-  const std::size_t joint = p.joint ? static_cast<std::size_t>(p.joint->kind) : 0;
-  addCount(h, joint + (p.fixed ? kFixed : 0) + (p.collision ? kCollides : 0));
+  addCount(h, p.joint ? static_cast<std::size_t>(p.joint->kind) : 0);
   if (p.joint) {
     add(h, p.joint->anchor_m);
     add(h, p.joint->axis);
     h.add(p.joint->lowest).add(p.joint->highest);
   }
-  if (p.collision) h.add(p.collision->friction).add(p.collision->rolling_m);
   addCount(h, p.planes.size());
   for (const PlaneProperties& plane : p.planes) {
     add(h, plane.normal);
     h.add(plane.offset_m).add(plane.friction).add(plane.rolling_m);
   }
+  constexpr std::size_t kCollision = 10, kFixed = 11;  // after the surface's, the motion's and the deformation's numbers
+  if (p.collision) {
+    addCount(h, kCollision);
+    h.add(p.collision->friction).add(p.collision->rolling_m);
+  }
+  if (p.fixed) addCount(h, kFixed);
 }
 
 }  // namespace haptics

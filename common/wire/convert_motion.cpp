@@ -123,6 +123,7 @@ Result<MotionProperties> announcedMotionFrom(const v1::Motion& message) {
   motion.fixed = message.fixed();
   if (motion.fixed) {
     if (auto bad = checkFixed(message)) return refuse(bad);
+    motion.gravity_m_per_s2 = Vec3(0);
     return motion;
   }
   motion.mass_kg = message.mass_kg();

@@ -59,7 +59,8 @@ const motion = all(
   doubles('linear_damping_per_s', 'angular_damping_per_s'),
   within('spring', doubles('stiffness_N_per_m', 'damping_Ns_per_m', 'stiffness_Nm_per_rad', 'damping_Nms_per_rad')),
   oneOf(['hinge', 1, ...joint], ['slider', 2, ...joint]),
-  list('planes', vectors('normal'), doubles('offset_m', 'friction', 'rolling_m')));
+  list('planes', vectors('normal'), doubles('offset_m', 'friction', 'rolling_m')),
+  tagged('collision', 10, doubles('friction', 'rolling_m')), when((message) => message.fixed, 11));
 const plastic = when((softness) => softness.plastic > 0, 8, doubles('plastic'));
 const object = all(
   wholes('id'), texts('name'), wholes('revision'), raw('mesh'), within('pose', quaternions('rotation'), vectors('position')),

@@ -40,6 +40,8 @@ OBJECTS = (
     f"motion {{ mass_kg: 1 {INERTIA} {SPRING} hinge {{ anchor_m {{ x: 0.1 }} axis {{ z: 1 }} lowest: -1 highest: 0.5 }} }}",
     "motion { mass_kg: 0.5 gravity_m_per_s2 {} linear_damping_per_s: 0.5 slider { axis { x: 0.6 y: 0.8 } } }",
     "motion { mass_kg: 0.1 planes { normal { z: 1 } } planes { normal { x: -1 } offset_m: -0.5 friction: 0 rolling_m: 1e-3 } }",
+    "motion { mass_kg: 0.1 collision { friction: 0.4 rolling_m: 1e-3 } planes { normal { z: 1 } } }",
+    "motion { fixed: true collision {} }",
     "pose { position { x: -0.0 y: 1e-300 } rotation { w: 0.6 z: 0.8 } }",
 )
 

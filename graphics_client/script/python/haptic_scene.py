@@ -156,7 +156,7 @@ def motion_bytes(state):
     data += doubles(*vector(motion.gravity_m_per_s2), motion.linear_damping_per_s, motion.angular_damping_per_s,
                     spring.stiffness_N_per_m, spring.damping_Ns_per_m, spring.stiffness_Nm_per_rad,
                     spring.damping_Nms_per_rad)
-    kind = motion.WhichOneof("joint")
+    kind = next((kind for kind in ("hinge", "slider") if motion.HasField(kind)), None)
     data += numbers((None, "hinge", "slider").index(kind))
     if kind:
         joint = getattr(motion, kind)
@@ -164,6 +164,10 @@ def motion_bytes(state):
     data += numbers(len(motion.planes))
     for plane in motion.planes:
         data += doubles(*vector(plane.normal), plane.offset_m, plane.friction, plane.rolling_m)
+    if motion.HasField("collision"):
+        data += numbers(10) + doubles(motion.collision.friction, motion.collision.rolling_m)
+    if motion.fixed:
+        data += numbers(11)
     return data
 
 

@@ -39,7 +39,7 @@ TEST(MotionOnTheWire, ComesBackAsItWent) {
   brick.collision = CollisionProperties{0.7, 1e-3};
   toWire(brick, wire);
   EXPECT_EQ(announcedMotionFrom(wire).value(), brick);
-  const MotionProperties ground{.fixed = true, .collision = CollisionProperties{}};
+  const MotionProperties ground{.gravity_m_per_s2 = Vec3(0), .fixed = true, .collision = CollisionProperties{}};
   toWire(ground, wire);
   EXPECT_EQ(announcedMotionFrom(wire).value(), ground);
   EXPECT_EQ(motionFrom(message("fixed: true collision {}")).value(), ground);
