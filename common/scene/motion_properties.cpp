@@ -31,7 +31,7 @@ void addTo(Hasher& h, const MotionProperties& p) {
     add(h, plane.normal);
     h.add(plane.offset_m).add(plane.friction).add(plane.rolling_m);
   }
-  constexpr std::size_t kCollision = 10, kFixed = 11;  // after the surface's, the motion's and the deformation's numbers
+  constexpr std::size_t kCollision = 10, kFixed = 11;  // beyond those of all other properties
   if (p.collision) {
     addCount(h, kCollision);
     h.add(p.collision->friction).add(p.collision->rolling_m);

@@ -17,7 +17,7 @@ constexpr double kSettled = 1e-5;
 // Units (Allowance).
 constexpr std::int64_t kContactRound = 60;  ///< A round, of a contact;
 constexpr std::int64_t kContact = 200;      ///< all else that a contact costs.
-constexpr std::int64_t kLeastOfContact = kContact + (kMinRounds + kRelaxRounds) * kContactRound;
+constexpr std::int64_t kMinOfContact = kContact + (kMinRounds + kRelaxRounds) * kContactRound;
 /// Nearer than that bodies touch, m: they sleep and wake together.
 constexpr double kTouching_m = 2e-5;
 
@@ -134,7 +134,7 @@ class Contacts {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       if (isAwake(bodies_[i]) && bodies_[i].what->freedom == Freedom::kFree) addPlanes(i, allowance);
     }
-    allowance.spend(kLeastOfContact * static_cast<std::int64_t>(solver_.size()));
+    allowance.spend(kMinOfContact * static_cast<std::int64_t>(solver_.size()));
   }
 
   void solve(Allowance& rounds) noexcept {
@@ -254,7 +254,7 @@ struct Before {
 std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept {
   std::int64_t contacts = 0;
   for (const BodyPair& pair : pairs.all()) contacts += pair.used * pair.count;
-  return kLeastOfContact * contacts;
+  return kMinOfContact * contacts;
 }
 
 void moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
