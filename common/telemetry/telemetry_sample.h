@@ -68,10 +68,11 @@ struct TelemetrySample {
   DeviceStatus device;
   std::uint64_t depenetrated = 0;      ///< Times that the IHIP was found inside a body and put outside, since start.
   std::uint64_t depenetratedFrom = 0;  ///< Id of the object that the IHIP was inside of the last time.
-  std::uint64_t allowanceSpent = 0;    ///< Ticks that left a part of the HIP's path to the next one, since start.
-  std::uint64_t missedTicks = 0;       ///< Since start.
-  std::uint64_t droppedSamples = 0;    ///< By the queue to the network thread, since start.
-  double servoRate_Hz = 0;             ///< Ticks run in the last second.
+  std::uint64_t allowanceSpent =
+      0;  ///< Ticks that left a part of the HIP's path, or bodies that collide, to the next one.
+  std::uint64_t missedTicks = 0;     ///< Since start.
+  std::uint64_t droppedSamples = 0;  ///< By the queue to the network thread, since start.
+  double servoRate_Hz = 0;           ///< Ticks run in the last second.
 };
 
 static_assert(std::is_trivially_copyable_v<TelemetrySample>, "crosses threads by copy");

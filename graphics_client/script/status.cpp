@@ -78,7 +78,9 @@ void printForPeople(const v1::Status& status, const SceneVersion& scene) {
   }
   if (status.allowance_spent() > 0) {
     std::printf(
-        "allowance  spent in %llu ticks, which left a part of the HIP's path to the next: the scene is dense there\n",
+        "allowance  spent in %llu ticks, which left a part of the HIP's path, or bodies that collide, to the next: the "
+        "scene is "
+        "dense there\n",
         count(status.allowance_spent()));
   }
   std::printf("contact    %.1f %% of ticks, at most %.2f N\n", share, status.max_force_n());

@@ -324,6 +324,7 @@ bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
   std::array<Moving, kMaxColliders> moving;
   for (std::size_t i = 0; i < bodies.size(); ++i) moving[i] = Moving(bodies[i]);
   PlaceTable places(pairs);
+  pairs.isFull = false;
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     if (bodies[a].state == nullptr) continue;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -336,12 +337,13 @@ bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
       std::uint8_t& slot = places.slot(a, b);
       if (!near) {
         if (slot != 0) pairs.pair[slot - 1U].used = 0;
+        if (slot != 0 && pairs.search.pair == slot) pairs.search.pair = 0;
         continue;
       }
       if (slot != 0) continue;
       const std::size_t place = freePlace(pairs);
       if (place == kMaxPairs) {
-        ++pairs.leftOut;
+        pairs.isFull = true;
         continue;
       }
       BodyPair& pair = pairs.pair[place];
@@ -374,10 +376,10 @@ bool findBodyContacts(std::span<const Collider> bodies, BodyPairs& pairs, double
     const double reach = reachOf(moving[pair.first], moving[pair.second], period_s);
     const double extent_m = first.surface->extent_m();
     if (pair.range_m >= 0 && movedBy(pair.relative, relative, extent_m) + reach <= pair.range_m) continue;
-    if (pairs.search.pair != i + 1) {
+    if (pairs.search.pair != i + 1 || !(pairs.search.relative == relative)) {
       const double stale = kStaleAfter * std::min(moving[pair.first].radius_m, moving[pair.second].radius_m);
       const double range_m = std::max(reach, std::clamp(kTicksOfRange * reach, stale, kTicksOfRange * stale));
-      pairs.search.begin(i, range_m, range_m + pair.depth_m);
+      pairs.search.begin(i, relative, range_m, range_m + pair.depth_m);
     }
     const bool found = look(first, second, relative, pairs.search, isFirst, pair, allowance);
     isFirst = false;

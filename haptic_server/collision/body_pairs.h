@@ -69,13 +69,15 @@ struct PairSearch {
   std::uint16_t reverse = 0;  ///< 1: of the second body's points, at the first one's surface.
   std::uint32_t node = 0;     ///< Of the tree of points: the next one.
   std::uint32_t count = 0;    ///< Of `near`.
+  Pose relative;              ///< As BodyPair::relative; where it is another one by now, the search begins anew.
   double range_m = 0;         ///< Farther points are not looked for,
   double depth_m = 0;         ///< nor ones that are deeper inside.
   std::array<NearPoint, 96> near;
 
   [[nodiscard]] std::span<const NearPoint> found() const noexcept { return std::span(near).first(count); }
-  void begin(std::size_t place, double range, double depth) noexcept {
+  void begin(std::size_t place, const Pose& of, double range, double depth) noexcept {
     pair = static_cast<std::uint16_t>(place + 1);
+    relative = of;
     reverse = 0;
     node = count = 0;
     range_m = range;
@@ -85,18 +87,16 @@ struct PairSearch {
 
 /// What bodies that meet leave from one tick to the next.
 struct BodyPairs {
-  std::size_t end = 0;        ///< Places of `pair` from here on are free.
-  std::size_t next = 0;       ///< Whose contacts are looked for first in the next tick.
-  std::uint64_t waits = 0;    ///< Ticks in which the allowance did not last for all of them, and no body moved.
-  std::uint64_t leftOut = 0;  ///< Times that there was no room for one.
+  std::size_t end = 0;   ///< Places of `pair` from here on are free.
+  std::size_t next = 0;  ///< Whose contacts are looked for first in the next tick.
+  bool isFull = false;   ///< In this tick there was no room for all pairs.
   std::array<BodyPair, kMaxPairs> pair;
   PairSearch search;
 
   void copyInUse(const BodyPairs& other) noexcept {
     end = other.end;
     next = other.next;
-    waits = other.waits;
-    leftOut = other.leftOut;
+    isFull = other.isFull;
     std::copy_n(other.pair.begin(), end, pair.begin());
     search = other.search;
   }

@@ -53,44 +53,56 @@ class Islands {
   std::array<std::uint16_t, kMaxColliders> root_;
 };
 
-[[nodiscard]] bool isTouching(const BodyPair& pair, std::span<const Collider> bodies) noexcept {
+[[nodiscard]] Vec3 velocityAt(const Collider& body, Vec3 place) noexcept {
+  if (!isAwake(body)) return Vec3(0);
+  const RigidVelocity v = velocityOf(*body.what, *body.state);
+  return v.linear + glm::cross(v.angular, place - toWorld(body.pose, body.what->mass.centre));
+}
+
+/// Now, or within this tick and the next at the speeds that they have.
+[[nodiscard]] bool isTouching(const BodyPair& pair, std::span<const Collider> bodies, double period_s) noexcept {
   const Collider &first = bodies[pair.first], &second = bodies[pair.second];
   return std::any_of(pair.contact.begin(), pair.contact.begin() + pair.count, [&](const BodyContact& contact) {
     if (contact.impulse_Ns != Vec3(0)) return true;
-    const bool swapped = contact.second != 0;
-    return nowAt(contact, swapped ? second.pose : first.pose, swapped ? first.pose : second.pose).gap_m < kTouching_m;
+    const Collider &on = contact.second != 0 ? second : first, &under = contact.second != 0 ? first : second;
+    const Place at = nowAt(contact, on.pose, under.pose);
+    const double opening = glm::dot(velocityAt(on, at.place) - velocityAt(under, at.place), at.normal);
+    return at.gap_m + 2 * period_s * std::min(opening, 0.0) < kTouching_m;  // impulses look a tick ahead of the move
   });
 }
 
 /// Those that move, by what touches.
-[[nodiscard]] Islands islandsOf(std::span<const Collider> bodies, const BodyPairs& pairs) noexcept {
+[[nodiscard]] Islands islandsOf(std::span<const Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
   Islands islands(bodies.size());
   for (const BodyPair& pair : pairs.all()) {
     const bool bothMove = pair.used != 0 && bodies[pair.second].state != nullptr;
-    if (bothMove && isTouching(pair, bodies)) islands.join(pair.first, pair.second);
+    if (bothMove && isTouching(pair, bodies, period_s)) islands.join(pair.first, pair.second);
   }
   return islands;
 }
 
 /// What is pushed wakes, and so does what touches a body that is awake.
-void wake(std::span<Collider> bodies, const BodyPairs& pairs) noexcept {
+void wake(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) noexcept {
+  const auto rouse = [](RigidState& state) {
+    state.condition = BodyCondition::kAwake;
+    state.still_s = 0;
+  };
   bool any = false, all = true;
   for (Collider& body : bodies) {
     if (body.state == nullptr) continue;
-    if (body.state->condition == BodyCondition::kAsleep && body.push.any())
-      body.state->condition = BodyCondition::kAwake;
+    if (body.state->condition == BodyCondition::kAsleep && body.push.any()) rouse(*body.state);
     any = any || isAwake(body);
     all = all && body.state->condition != BodyCondition::kAsleep;
   }
   if (!any || all) return;
-  Islands islands = islandsOf(bodies, pairs);
+  Islands islands = islandsOf(bodies, pairs, period_s);
   std::array<bool, kMaxColliders> awake{};
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (isAwake(bodies[i])) awake[islands.of(static_cast<std::uint16_t>(i))] = true;
   }
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (bodies[i].state == nullptr || bodies[i].state->condition != BodyCondition::kAsleep) continue;
-    if (awake[islands.of(static_cast<std::uint16_t>(i))]) bodies[i].state->condition = BodyCondition::kAwake;
+    if (awake[islands.of(static_cast<std::uint16_t>(i))]) rouse(*bodies[i].state);
   }
 }
 
@@ -103,7 +115,7 @@ void sleep(std::span<Collider> bodies, const BodyPairs& pairs, double period_s) 
     any = any || still[i];
   }
   if (!any) return;
-  Islands islands = islandsOf(bodies, pairs);
+  Islands islands = islandsOf(bodies, pairs, period_s);
   std::array<bool, kMaxColliders> restless{};
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (isAwake(bodies[i]) && !still[i]) restless[islands.of(static_cast<std::uint16_t>(i))] = true;
@@ -257,26 +269,24 @@ std::int64_t leastCollisionUnits(const BodyPairs& pairs) noexcept {
   return kMinOfContact * contacts;
 }
 
-void moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
+bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
                   CollisionAllowance& allowance) noexcept {
-  wake(bodies, pairs);
-  if (std::ranges::none_of(bodies, isAwake)) return;
-  std::array<Before, kMaxMovingBodies> before;
-  std::size_t count = 0;
-  for (Collider& body : bodies) {
-    if (!isAwake(body)) continue;
-    before[count++] = {placeOf(*body.state), body.state->momentum_Ns, body.state->angularMomentum_Nms,
-                       body.state->rate_per_s};
-    driveRigidBody(*body.what, *body.state, body.push, period_s);
+  wake(bodies, pairs, period_s);
+  if (std::ranges::none_of(bodies, isAwake)) return true;
+  std::array<Before, kMaxColliders> before;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const RigidState* state = bodies[i].state;
+    if (state == nullptr) continue;
+    before[i] = {placeOf(*state), state->momentum_Ns, state->angularMomentum_Nms, state->rate_per_s};
+    if (isAwake(bodies[i])) driveRigidBody(*bodies[i].what, *bodies[i].state, bodies[i].push, period_s);
   }
   if (!findBodyContacts(bodies, pairs, period_s, allowance.search)) {
-    ++pairs.waits;
-    count = 0;
-    for (Collider& body : bodies) {
-      if (isAwake(body)) before[count++].restoreMomentum(*body.state);
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (isAwake(bodies[i])) before[i].restoreMomentum(*bodies[i].state);
     }
-    return;
+    return false;
   }
+  wake(bodies, pairs, period_s);  // what is met in this tick: a body that sleeps would be a wall
   Contacts contacts(bodies, pairs, period_s);
   contacts.add(allowance.motion.least);
   contacts.solve(allowance.motion.rounds);
@@ -285,11 +295,11 @@ void moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
   }
   contacts.relax();
   contacts.keep();
-  count = 0;
-  for (Collider& body : bodies) {
-    if (isAwake(body)) static_cast<void>(keepInWorld(*body.what, *body.state, before[count++].place));
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (isAwake(bodies[i])) static_cast<void>(keepInWorld(*bodies[i].what, *bodies[i].state, before[i].place));
   }
   sleep(bodies, pairs, period_s);
+  return !pairs.isFull;
 }
 
 }  // namespace haptics

@@ -19,7 +19,9 @@ struct CollisionAllowance {
 /// are solved again without the spring, so that what pushed bodies apart leaves them no speed. Coulomb friction, no rebound.
 /// Bodies in contact sleep together, once all of them are still, and wake together. Wait-free.
 /// @param bodies  At most kMaxColliders; their poses are those at the tick's start.
-void moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
+/// @return False: the allowance did not last, and the bodies wait; or there was no room for some pairs, which pass through
+/// each other.
+bool moveTogether(std::span<Collider> bodies, BodyPairs& pairs, double period_s,
                   CollisionAllowance& allowance) noexcept;
 
 /// About what moveTogether() will spend of MotionAllowance::least, motions apart; units.

@@ -166,13 +166,13 @@ requires std::is_trivially_copyable_v<T>
   }
   for (std::size_t i = 0; i < state.motion.count; ++i) whole = whole && take(image, state.moving[i]);
   for (std::size_t i = 0; i < state.denting.count; ++i) whole = whole && take(image, state.dents[i]);
-  whole = whole && take(image, state.pairs.end) && take(image, state.pairs.next) && take(image, state.pairs.waits) &&
-          take(image, state.pairs.leftOut);
+  whole = whole && take(image, state.pairs.end) && take(image, state.pairs.next);
   whole = whole && state.pairs.end <= kMaxPairs && (state.pairs.next == 0 || state.pairs.next < state.pairs.end);
   for (std::size_t i = 0; whole && i < state.pairs.end; ++i) whole = take(image, state.pairs.pair[i]);
   PairSearch& search = state.pairs.search;
   whole = whole && take(image, search.pair) && take(image, search.reverse) && take(image, search.node) &&
-          take(image, search.count) && take(image, search.range_m) && take(image, search.depth_m);
+          take(image, search.count) && take(image, search.relative) && take(image, search.range_m) &&
+          take(image, search.depth_m);
   whole = whole && search.count <= search.near.size();
   for (std::size_t i = 0; whole && i < search.count; ++i) whole = take(image, search.near[i]);
   if (!whole || !take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
@@ -225,8 +225,6 @@ std::string stateImage(const HapticState& state) {
   for (const BodyDent& dent : state.allDents()) put(image, dent);
   put(image, state.pairs.end);
   put(image, state.pairs.next);
-  put(image, state.pairs.waits);
-  put(image, state.pairs.leftOut);
   for (BodyPair pair : state.pairs.all()) {
     if (pair.used == 0) pair = {};
     std::fill(pair.contact.begin() + pair.count, pair.contact.end(), BodyContact{});
@@ -237,6 +235,7 @@ std::string stateImage(const HapticState& state) {
   put(image, search.reverse);
   put(image, search.node);
   put(image, search.count);
+  put(image, search.relative);
   put(image, search.range_m);
   put(image, search.depth_m);
   for (const NearPoint& near : search.found()) put(image, near);

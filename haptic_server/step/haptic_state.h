@@ -98,9 +98,9 @@ struct HipEstimate {
 
 /// What the contact core met.
 struct ContactReport {
-  std::uint64_t object = 0;            ///< Id of what was touched in the last tick, 0 when free.
-  std::uint64_t allowanceSpent = 0;    ///< Ticks that spent their allowance.
-  std::uint64_t depenetrated = 0;      ///< Times that the IHIP was put out of a body;
+  std::uint64_t object = 0;          ///< Id of what was touched in the last tick, 0 when free.
+  std::uint64_t allowanceSpent = 0;  ///< Ticks that spent their allowance, or had no room for all bodies that collide.
+  std::uint64_t depenetrated = 0;    ///< Times that the IHIP was put out of a body;
   std::uint64_t depenetratedFrom = 0;  ///< id of the last one.
 };
 

@@ -63,7 +63,7 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     colliders[i].push = {reaction.on(is.body), ihip};
   }
   CollisionAllowance allowance{Allowance(state.allowance.left() / 2), motion};
-  moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance);
+  if (!moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance)) ++state.report.allowanceSpent;
   for (std::size_t i = 0; i < count; ++i) {
     if (colliders[i].state == nullptr) continue;
     MovingBody& moving = state.moving[static_cast<std::size_t>(state.colliding[i].moving)];

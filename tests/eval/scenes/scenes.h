@@ -54,6 +54,10 @@ struct FailureScene {
 [[nodiscard]] SceneResult wanderAmongMovingBodies(Renderer& method, Random& random);     ///< S20
 [[nodiscard]] SceneResult exploreSoups(Renderer& method, Random& random);                ///< S21
 [[nodiscard]] SceneResult exploreHeaps(Renderer& method, Random& random);                ///< S22
+[[nodiscard]] SceneResult standOnOneAnother(Renderer& method, Random& random);           ///< S26
+[[nodiscard]] SceneResult squeezeAgainstWall(Renderer& method, Random& random);          ///< S27
+[[nodiscard]] SceneResult passMomentumOn(Renderer& method, Random& random);              ///< S28
+[[nodiscard]] SceneResult fillBowl(Renderer& method, Random& random);                    ///< S30
 [[nodiscard]] SceneResult crushBetweenBoxes(Renderer& method, Random& random);           ///< S31
 [[nodiscard]] SceneResult strokeFoldedMeshes(Renderer& method, Random& random);          ///< S32
 
@@ -85,6 +89,10 @@ inline constexpr std::array kFailureScenes{
                  Concern::kMotion},
     FailureScene{"S21", "1,000 long triangles and walls, pressed, stroked and crossed at 0.1 to 5 m/s", exploreSoups},
     FailureScene{"S22", "256 boxes with every feature in one place", exploreHeaps},
+    FailureScene{"S26", "five bricks on one another for 60 s, and a poke", standOnOneAnother, Concern::kMotion},
+    FailureScene{"S27", "a brick squeezed between the hand and a wall", squeezeAgainstWall, Concern::kMotion},
+    FailureScene{"S28", "a pushed brick pushes others: their momentum", passMomentumOn, Concern::kMotion},
+    FailureScene{"S30", "32 marbles and blocks let into a bowl", fillBowl, Concern::kMotion},
     FailureScene{"S31", "boxes close on the IHIP from all sides", crushBetweenBoxes},
     FailureScene{"S32", "closed meshes that pass through themselves, fixed, moving and dented", strokeFoldedMeshes},
 };

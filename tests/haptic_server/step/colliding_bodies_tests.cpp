@@ -110,7 +110,7 @@ TEST(CollidingBodies, WaitRatherThanPassThroughWhereTheAllowanceIsSmall) {
     servo.step();
     for (std::size_t b = 1; b < objects.size(); ++b) ASSERT_GT(placeOf(servo, b).z, 0.0117) << i;
   }
-  EXPECT_GT(servo.state().pairs.waits, 100U);
+  EXPECT_GT(servo.state().report.allowanceSpent, 100U);
   for (std::size_t b = 1; b < 5; ++b) EXPECT_LT(placeOf(servo, b).z, 0.0125) << "they get there all the same";
 }
 

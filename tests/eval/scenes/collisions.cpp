@@ -1,0 +1,233 @@
+// Bodies that meet one another: S26, S27, S28, S30.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "common/mesh/generators.h"
+#include "haptic_server/collision/collision_points.h"
+#include "tests/eval/moving_world.h"
+#include "tests/eval/scenes/scenes.h"
+#include "tests/eval/stage.h"
+
+namespace haptics::eval {
+namespace {
+
+constexpr Vec3 kGravity{0, 0, -9.81};
+constexpr Vec3 kFarAway{0, 0, 1};
+const Vec3 kBrick_m{0.06, 0.03, 0.02};
+
+TriMesh boxMesh(Vec3 size_m) { return makeBox(size_m, 1).value(); }
+Pose at(Vec3 position) { return {{1, 0, 0, 0}, position}; }
+
+std::uint64_t add(MovingWorld& world, const TriMesh& mesh, double mass_kg, const Pose& pose, Vec3 gravity_m_per_s2) {
+  MovingSolid solid = solidFrom(mesh, std::max(mass_kg, 1e-3));
+  solid.body.gravity_m_per_s2 = gravity_m_per_s2;
+  const std::uint64_t id = world.add(solid, pose, mass_kg > 0);
+  world.object(id).collision = std::make_shared<const CollisionPoints>(makeCollisionPoints(*solid.surface));
+  return id;
+}
+
+std::uint64_t addTable(MovingWorld& world) {
+  return add(world, boxMesh({0.5, 0.5, 0.02}), 0, at({0, 0, -0.01}), Vec3(0));
+}
+
+const MovingBody& movingOf(const MovingWorld& world, std::uint64_t id) {
+  const auto body = static_cast<std::size_t>(world.indexOf(id));
+  return *std::ranges::find(world.state().moving, body, &MovingBody::body);
+}
+
+/// Open upwards, its foot at z = 0: part of a sphere of 80 mm, 5 mm thick.
+constexpr double kInner_m = 0.08, kWall_m = 0.005, kHalfAngle_rad = 0.95;
+TriMesh bowlMesh() {
+  constexpr int kTurns = 48, kSteps = 14;
+  std::vector<std::array<double, 2>> line;  // distance from the axis, height; from inside over the rim to outside
+  for (int i = 0; i <= kSteps; ++i) {
+    const double a = kHalfAngle_rad * i / kSteps;
+    line.push_back({kInner_m * std::sin(a), -kInner_m * std::cos(a)});
+  }
+  for (int i = kSteps; i >= 0; --i) {
+    const double a = kHalfAngle_rad * i / kSteps;
+    line.push_back({(kInner_m + kWall_m) * std::sin(a), -(kInner_m + kWall_m) * std::cos(a)});
+  }
+  TriMesh mesh;
+  const auto add = [&](double x, double y, double z) {
+    mesh.vertices.emplace_back(Vec3(x, y, z + kInner_m + kWall_m));
+    return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+  };
+  const std::uint32_t top = add(0, 0, line.front()[1]), bottom = add(0, 0, line.back()[1]);
+  const std::size_t rings = line.size() - 2;
+  for (std::size_t r = 0; r < rings; ++r) {
+    for (int i = 0; i < kTurns; ++i) {
+      const double a = 2 * std::numbers::pi * i / kTurns;
+      add(line[r + 1][0] * std::cos(a), line[r + 1][0] * std::sin(a), line[r + 1][1]);
+    }
+  }
+  const auto corner = [](std::size_t ring, int i) {
+    return static_cast<std::uint32_t>(2 + ring * kTurns + i % kTurns);
+  };
+  for (int i = 0; i < kTurns; ++i) {
+    mesh.triangles.push_back({top, corner(0, i), corner(0, i + 1)});
+    for (std::size_t r = 0; r + 1 < rings; ++r) {
+      mesh.triangles.push_back({corner(r, i), corner(r + 1, i), corner(r + 1, i + 1)});
+      mesh.triangles.push_back({corner(r, i), corner(r + 1, i + 1), corner(r, i + 1)});
+    }
+    mesh.triangles.push_back({bottom, corner(rings - 1, i + 1), corner(rings - 1, i)});
+  }
+  return mesh;
+}
+
+}  // namespace
+
+/// Five bricks on one another stand for 60 s, fall asleep, and are poked.
+SceneResult standOnOneAnother(Renderer& /*ours*/, Random& random) {
+  constexpr int kTicks = 60'000, kPoke = 1'500;
+  MovingWorld world;
+  addTable(world);
+  std::vector<std::uint64_t> bricks;
+  std::vector<Vec3> begun;
+  for (int i = 0; i < 5; ++i) {
+    const Quat turned = glm::angleAxis(random.between(-0.2, 0.2), Vec3(0, 0, 1));
+    begun.emplace_back(random.between(-0.002, 0.002), random.between(-0.002, 0.002), 0.01 + 0.02 * i);
+    bricks.push_back(add(world, boxMesh(kBrick_m), random.between(0.05, 0.2), {turned, begun.back()}, kGravity));
+  }
+  world.publish();
+  for (int i = 0; i < kTicks; ++i) world.tick(kFarAway);
+  double moved_m = 0;
+  int awake = 0, notFinite = 0;
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    moved_m = std::max(moved_m, glm::distance(world.poseOf(bricks[i]).position, begun[i]));
+    awake += movingOf(world, bricks[i]).state.condition == BodyCondition::kAsleep ? 0 : 1;
+  }
+  double given_N = 0;
+  for (int i = 0; i < kPoke; ++i) {
+    const TelemetrySample sample = world.tick({-0.05 + 4e-5 * i, 0, 0.09});
+    given_N = std::max(given_N, glm::length(sample.force.contact));
+    notFinite += isFinite(sample.force.contact) ? 0 : 1;
+  }
+  const double pushed_m = glm::distance(world.poseOf(bricks[4]).position, begun[4]);
+  SceneResult result;
+  result.measures = {{"moved_in_60_s_mm", 1e3 * moved_m},
+                     {"awake_after_60_s", awake},
+                     {"poked_N", given_N},
+                     {"top_pushed_mm", 1e3 * pushed_m},
+                     {"non_finite_ticks", notFinite}};
+  result.pass = moved_m < 2e-4 && awake == 0 && pushed_m > 0.005 && notFinite == 0;
+  return result;
+}
+
+/// A brick between the hand and a wall: it goes no farther, and the hand feels its own spring.
+SceneResult squeezeAgainstWall(Renderer& /*ours*/, Random& random) {
+  constexpr int kTicks = 4'000, kSettled = 2'500;
+  const double depth_m = random.between(0.002, 0.01), gap_m = random.between(0, 0.01);
+  MovingWorld world;
+  add(world, boxMesh({0.02, 0.2, 0.2}), 0, at({0.04 + gap_m, 0, 0}), Vec3(0));
+  const std::uint64_t brick = add(world, boxMesh(kBrick_m), 0.1, at(Vec3(0)), Vec3(0));
+  world.publish();
+  const Vec3 aside(0, random.between(-0.01, 0.01), random.between(-0.006, 0.006));
+  double entered_m = -1, change_N = 0, error_N = 0;
+  Vec3 before_N(0);
+  for (int i = 0; i < kTicks; ++i) {
+    const double x = std::min(-0.035 + 2e-5 * i, -0.03 + gap_m + depth_m);
+    const TelemetrySample sample = world.tick(Vec3(x, 0, 0) + aside);
+    entered_m = std::max(entered_m, world.poseOf(brick).position.x - gap_m);
+    if (i >= kSettled) {
+      change_N = std::max(change_N, glm::distance(sample.force.contact, before_N));
+      error_N = std::max(error_N, std::abs(-sample.force.contact.x - kSpring_N_per_m * depth_m));
+    }
+    before_N = sample.force.contact;
+  }
+  SceneResult result;
+  result.measures = {{"entered_wall_um", 1e6 * entered_m}, {"change_of_force_N", change_N}, {"force_error_N", error_N}};
+  result.pass = entered_m < 1e-4 && change_N < 0.01 && error_N < 0.05;
+  return result;
+}
+
+/// Bricks that float, pushed one into the next: what the hand gives, but in ticks in which bodies wait, they have together.
+SceneResult passMomentumOn(Renderer& /*ours*/, Random& random) {
+  constexpr int kTicks = 1'500;
+  MovingWorld world;
+  std::vector<std::uint64_t> bricks;
+  for (int i = 0; i < 4; ++i) {
+    const Pose pose{glm::angleAxis(random.between(-0.3, 0.3), Vec3(0, 0, 1)),
+                    {0.075 * i, random.between(-0.01, 0.01), 0}};
+    bricks.push_back(add(world, boxMesh(kBrick_m), random.between(0.05, 0.3), pose, Vec3(0)));
+  }
+  world.publish();
+  Vec3 given(0);
+  const double y = random.between(-0.005, 0.005);
+  for (int i = 0; i < kTicks; ++i) {
+    const std::uint64_t waited = world.state().report.allowanceSpent;
+    const TelemetrySample sample = world.tick({-0.05 + 1.2e-4 * i, y, 0});
+    if (world.state().report.allowanceSpent == waited) given -= kPeriod_s * sample.force.contact;
+  }
+  Vec3 momentum(0);
+  int moving = 0;
+  for (const std::uint64_t brick : bricks) {
+    momentum += movingOf(world, brick).state.momentum_Ns;
+    moving += glm::length(movingOf(world, brick).state.momentum_Ns) > 1e-4 ? 1 : 0;
+  }
+  const double error = glm::distance(momentum, given) / glm::length(given);
+  SceneResult result;
+  result.measures = {{"given_Ns", glm::length(given)},
+                     {"momentum_error", error},
+                     {"bricks_that_move", moving},
+                     {"ticks_that_waited", world.state().report.allowanceSpent}};
+  result.pass = error < 1e-3 && moving >= 2;
+  return result;
+}
+
+/// 32 marbles and blocks are let into a bowl.
+SceneResult fillBowl(Renderer& /*ours*/, Random& random) {
+  constexpr int kTicks = 12'000;
+  constexpr double kRadius_m = 0.008;
+  MovingWorld world;
+  add(world, bowlMesh(), 0, at(Vec3(0)), Vec3(0));
+  std::vector<std::uint64_t> bodies;
+  for (int i = 0; i < 32; ++i) {
+    const bool round = random.below(2) == 0;
+    const TriMesh mesh = round ? makeSphere(kRadius_m, 16).value() : boxMesh(Vec3(0.011, 0.009, 0.008));
+    const Vec3 place(0.02 * (i % 3 - 1) + random.between(-1e-3, 1e-3), 0.02 * (i / 3 % 3 - 1), 0.06 + 0.02 * (i / 9));
+    bodies.push_back(add(world, mesh, 0.01, {random.rotation(), place}, kGravity));
+  }
+  world.publish();
+  world.tick(kFarAway);
+  const auto energy = [&] {
+    double sum = 0;
+    for (const std::uint64_t body : bodies) sum += world.energyOf(body);
+    return sum;
+  };
+  const double begun_J = energy();
+  double gained_J = 0, deepest_m = 0;
+  int notFinite = 0, through = 0;
+  for (int i = 0; i < kTicks; ++i) {
+    world.tick(kFarAway);
+    if (i % 50 != 0) continue;
+    gained_J = std::max(gained_J, energy() - begun_J);
+    for (const std::uint64_t body : bodies) {
+      const Vec3 place = world.poseOf(body).position;
+      notFinite += isFinite(place) ? 0 : 1;
+      const Vec3 fromMiddle = place - Vec3(0, 0, kInner_m + kWall_m);
+      const bool over = std::atan2(std::hypot(fromMiddle.x, fromMiddle.y), -fromMiddle.z) < kHalfAngle_rad;
+      const double beyond_m = glm::length(fromMiddle) + 0.004 - kInner_m;  // the thinnest body's half width
+      if (!over) continue;
+      deepest_m = std::max(deepest_m, beyond_m);
+      through += beyond_m > 0.002 && glm::length(fromMiddle) < kInner_m + 0.02 ? 1 : 0;
+    }
+  }
+  int awake = 0;
+  for (const std::uint64_t body : bodies)
+    awake += movingOf(world, body).state.condition == BodyCondition::kAwake ? 1 : 0;
+  SceneResult result;
+  result.measures = {{"energy_gained_uJ", 1e6 * gained_J},
+                     {"deepest_um", 1e6 * deepest_m},
+                     {"through_the_bowl", through},
+                     {"awake_at_the_end", awake},
+                     {"ticks_that_waited", world.state().report.allowanceSpent},
+                     {"non_finite_ticks", notFinite}};
+  result.pass = gained_J < 1e-6 && through == 0 && deepest_m < 5e-4 && notFinite == 0;
+  return result;
+}
+
+}  // namespace haptics::eval
