@@ -31,12 +31,16 @@ void addTo(Hasher& h, const MotionProperties& p) {
     add(h, plane.normal);
     h.add(plane.offset_m).add(plane.friction).add(plane.rolling_m);
   }
-  constexpr std::size_t kCollision = 10, kFixed = 11;  // beyond those of all other properties
+  constexpr std::size_t kCollision = 10, kFixed = 11, kTool = 12;  // beyond those of all other properties
   if (p.collision) {
     addCount(h, kCollision);
     h.add(p.collision->friction).add(p.collision->rolling_m);
   }
   if (p.fixed) addCount(h, kFixed);
+  if (p.tool) {
+    addCount(h, kTool);
+    h.add(p.tool->spacing_m).add(p.tool->torsion_Nm_per_rad);
+  }
 }
 
 }  // namespace haptics

@@ -51,6 +51,13 @@ struct CollisionProperties {
   bool operator==(const CollisionProperties&) const = default;
 };
 
+/// An object that the hand holds in place of a point. Its pose is where the device and its rotation have it.
+struct ToolProperties {
+  double spacing_m = 0;           ///< Of the points of its surface that touch.
+  double torsion_Nm_per_rad = 1;  ///< Turns it to where the device is turned; its material's stiffness moves it.
+  bool operator==(const ToolProperties&) const = default;
+};
+
 struct MotionProperties {
   double mass_kg = 0;
   std::optional<GivenInertia> inertia = std::nullopt;  ///< Default: of the closed mesh, evenly filled.
@@ -61,6 +68,7 @@ struct MotionProperties {
   std::vector<PlaneProperties> planes = {};
   bool fixed = false;  ///< Stays where the scene has it; nothing of the above counts.
   std::optional<CollisionProperties> collision = std::nullopt;  ///< Default: others pass through it.
+  std::optional<ToolProperties> tool = std::nullopt;  ///< Held; nothing of the above counts.
   bool operator==(const MotionProperties&) const = default;
 };
 

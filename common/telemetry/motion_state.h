@@ -35,6 +35,24 @@ struct BodyState {
   bool operator==(const BodyState&) const = default;
 };
 
+/// How the tool that the hand holds is held itself. World.
+struct ToolState {
+  /// A point that a surface holds.
+  struct Point {
+    Vec3 place{0};
+    Vec3 force_N{0};  ///< On the tool.
+    bool operator==(const Point&) const = default;
+  };
+  static constexpr std::size_t kMaxPoints = 7;  ///< That decide where it is: a pose has six freedoms.
+
+  std::uint64_t object = 0;  ///< Its id; 0: there is none.
+  Vec3 torque_Nm{0};         ///< On the hand, about the tool's origin.
+  std::size_t pointCount = 0;
+  std::array<Point, kMaxPoints> point;
+
+  [[nodiscard]] std::span<const Point> points() const noexcept { return std::span(point).first(pointCount); }
+};
+
 /// What the servo has made of the objects that move or yield since the scene said where they are. As of `tick`, and of
 /// every later one until there is a newer state.
 struct MotionState {
@@ -42,6 +60,7 @@ struct MotionState {
   std::uint64_t sceneRevision = 0;  ///< Adopted then, by a servo in whose scene something yields.
   std::size_t bodyCount = 0;
   std::array<BodyState, kMaxMovingBodies> body;  ///< In order of object id.
+  ToolState tool;
   std::size_t dentCount = 0;
   std::array<ObjectDent, kMaxDents> dent;  ///< An object's come one after another in this order.
   /// Its number, for a dent that stays as it is until its object's surface holds it (ServoObject::baked); else 0.

@@ -59,6 +59,9 @@ void toWire(const EnergySource& source, v1::FeatureEnergy& message);
 /// The bodies that a sample tells of; those whose pose is no pose, and more than kMaxMovingBodies, are left out.
 [[nodiscard]] std::vector<BodyState> bodiesFromWire(const v1::Telemetry& message);
 void toWire(const BodyState& body, v1::BodyPose& message);
+/// None where the message has none, or one with a number that cannot be.
+[[nodiscard]] std::optional<ToolState> toolFromWire(const v1::Telemetry& message);
+void toWire(const ToolState& tool, v1::ToolContact& message);
 /// The dents that a sample tells of; what is no dent, and more than kMaxDents, are left out.
 [[nodiscard]] std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message);
 void toWire(const ObjectDent& dent, v1::Dent& message);

@@ -16,6 +16,7 @@ constexpr Range kSpring{0, 1e6};
 constexpr Range kFriction{0, 10};
 constexpr Range kRolling{0, 0.1, " m"};
 constexpr double kMaxInertia_kg_m2 = 1e6;
+constexpr double kMaxTorsion_Nm_per_rad = 1e3;
 /// Several whole turns: a knob may have them.
 constexpr double kMaxAngle_rad = 200 * std::numbers::pi;
 constexpr int kMaxPlanesOfABody = 4;
@@ -113,10 +114,33 @@ Refusal checkFixed(const v1::Motion& message) {
   return Error{"fixed", "is true beside what only moves a body; leave out all but `collision`, or `fixed`"};
 }
 
+/// The hand moves it, and nothing else does.
+Refusal checkTool(const v1::Motion& message) {
+  v1::Motion rest = message;
+  rest.clear_tool();
+  if (rest.ByteSizeLong() == 0) return std::nullopt;
+  return Error{"tool", "is given beside what moves or meets by itself; leave out all but `tool`, or `tool`"};
+}
+
+Result<ToolProperties> toolFrom(const v1::Tool& message) {
+  ToolProperties tool{.spacing_m = message.spacing_m()};
+  if (message.has_torsion_nm_per_rad()) tool.torsion_Nm_per_rad = message.torsion_nm_per_rad();
+  if (auto bad = checkAbove0(tool.spacing_m, kMaxCoordinate_m, " m", "spacing_m")) return refuse(bad);
+  if (auto bad = checkAbove0(tool.torsion_Nm_per_rad, kMaxTorsion_Nm_per_rad, " Nm/rad", "torsion_Nm_per_rad"))
+    return refuse(bad);
+  return tool;
+}
+
 }  // namespace
 
 Result<MotionProperties> announcedMotionFrom(const v1::Motion& message) {
   MotionProperties motion;
+  if (message.has_tool()) {
+    if (auto bad = checkTool(message)) return refuse(bad);
+    if (auto bad = take(toolFrom(message.tool()), motion.tool, "tool.")) return refuse(bad);
+    motion.gravity_m_per_s2 = Vec3(0);
+    return motion;
+  }
   if (message.has_collision()) {
     if (auto bad = take(collisionFrom(message.collision()), motion.collision, "collision.")) return refuse(bad);
   }
@@ -161,6 +185,11 @@ Result<MotionProperties> motionFrom(const v1::Motion& message) {
 
 void toWire(const MotionProperties& motion, v1::Motion& message) {
   message.Clear();
+  if (motion.tool) {
+    message.mutable_tool()->set_spacing_m(motion.tool->spacing_m);
+    message.mutable_tool()->set_torsion_nm_per_rad(motion.tool->torsion_Nm_per_rad);
+    return;
+  }
   if (motion.collision) {
     message.mutable_collision()->set_friction(motion.collision->friction);
     message.mutable_collision()->set_rolling_m(motion.collision->rolling_m);

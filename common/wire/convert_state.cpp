@@ -259,6 +259,7 @@ void toWire(const TelemetrySample& sample, v1::Telemetry& message) {
   message.set_dropped_samples(sample.droppedSamples);
   message.set_servo_rate_hz(sample.servoRate_Hz);
   message.clear_body();
+  message.clear_tool();
   message.clear_dent();
 }
 
@@ -278,6 +279,29 @@ void toWire(const BodyState& body, v1::BodyPose& message) {
   message.set_object(body.object);
   write(body.pose, *message.mutable_pose());
   message.set_condition(static_cast<v1::BodyCondition>(body.condition));
+}
+
+std::optional<ToolState> toolFromWire(const v1::Telemetry& message) {
+  if (message.tool().object() == 0) return std::nullopt;
+  ToolState tool{.object = message.tool().object(), .torque_Nm = vectorFrom(message.tool().torque_nm()), .point = {}};
+  bool whole = isFinite(tool.torque_Nm);
+  for (const v1::ToolPoint& point : message.tool().point()) {
+    if (tool.pointCount == ToolState::kMaxPoints) break;
+    const ToolState::Point& taken = tool.point[tool.pointCount++] = {vectorFrom(point.place()),
+                                                                     vectorFrom(point.force_n())};
+    whole = whole && !checkPosition(point.place(), "") && isFinite(taken.force_N);
+  }
+  return whole ? std::optional(tool) : std::nullopt;
+}
+
+void toWire(const ToolState& tool, v1::ToolContact& message) {
+  message.set_object(tool.object);
+  toWire(tool.torque_Nm, *message.mutable_torque_nm());
+  for (const ToolState::Point& point : tool.points()) {
+    v1::ToolPoint& to = *message.add_point();
+    toWire(point.place, *to.mutable_place());
+    toWire(point.force_N, *to.mutable_force_n());
+  }
 }
 
 std::vector<ObjectDent> dentsFromWire(const v1::Telemetry& message) {

@@ -70,7 +70,8 @@ void ClientSession::poll(std::uint64_t now_ns) {
 void ClientSession::datagramReceived(std::span<const char> bytes, const Endpoint& from, std::uint64_t now_ns) {
   const auto telemetry = datagrams_.take(bytes, from, now_ns);
   followDatagramPath();
-  if (telemetry && mirror_.take(fromWire(*telemetry), bodiesFromWire(*telemetry), dentsFromWire(*telemetry)))
+  if (telemetry && mirror_.take(fromWire(*telemetry), bodiesFromWire(*telemetry), dentsFromWire(*telemetry),
+                                toolFromWire(*telemetry)))
     ++changes_;
 }
 

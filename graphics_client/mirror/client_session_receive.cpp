@@ -25,7 +25,7 @@ void ClientSession::handle(const v1::Envelope& envelope, std::uint64_t now_ns) {
       return assets_.unavailable(envelope.asset_unavailable().hash());
     case v1::Envelope::kTelemetry:
       if (mirror_.take(fromWire(envelope.telemetry()), bodiesFromWire(envelope.telemetry()),
-                       dentsFromWire(envelope.telemetry())))
+                       dentsFromWire(envelope.telemetry()), toolFromWire(envelope.telemetry())))
         ++changes_;
       return;
     case v1::Envelope::kEditReply:

@@ -140,7 +140,8 @@ Result<void> Mirror::audit(std::size_t assetBytes) {
   return {};
 }
 
-bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodies, std::vector<ObjectDent> dents) {
+bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodies, std::vector<ObjectDent> dents,
+                  const std::optional<ToolState>& tool) {
   if (newestTick_ && sample.tick <= *newestTick_) return false;
   newestTick_ = sample.tick;
   view_.sample = sample;
@@ -148,6 +149,7 @@ bool Mirror::take(const TelemetrySample& sample, std::span<const BodyState> bodi
     if (const auto object = scene().find(body.object); object && object->motion) view_.bodies[body.object] = body;
   }
   view_.dents = std::move(dents);
+  view_.tool = tool;
   ++view_.samplesReceived;
   return true;
 }

@@ -32,7 +32,8 @@ class Mirror {
   /// memory that changed behind the mirror's back. Refused: something is not what it was; such an asset is dropped.
   [[nodiscard]] Result<void> audit(std::size_t assetBytes);
   /// Latest wins: a sample that is not newer than the newest is dropped (false).
-  bool take(const TelemetrySample& sample, std::span<const BodyState> bodies = {}, std::vector<ObjectDent> dents = {});
+  bool take(const TelemetrySample& sample, std::span<const BodyState> bodies = {}, std::vector<ObjectDent> dents = {},
+            const std::optional<ToolState>& tool = std::nullopt);
   /// A new connection: its ticks may start anew (a server that restarted and kept its state).
   void startTelemetry() noexcept { newestTick_.reset(); }
   void countResync() noexcept { ++view_.resyncs; }

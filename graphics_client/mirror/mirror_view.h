@@ -47,6 +47,7 @@ struct MirrorView {
   std::optional<TelemetrySample> sample;  ///< Newest; nothing before the first.
   std::map<ObjectId, BodyState> bodies;   ///< Where the objects that move are, as of `sample` or last heard of.
   std::vector<ObjectDent> dents;          ///< In soft objects, as of `sample`.
+  std::optional<ToolState> tool;          ///< As of `sample`, where the hand holds one.
   std::uint64_t samplesReceived = 0;
   std::uint64_t takenAt_ns = 0;   ///< This host's monotonic clock when the view was taken.
   double telemetryAge_s = 0;      ///< Of `sample` at takenAt_ns, by the estimated clock offset; 0 without a sample.

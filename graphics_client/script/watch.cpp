@@ -68,6 +68,7 @@ void printForScripts(const MirrorView& view, const TelemetrySample& sample) {
   toWire(sample, message);
   for (const auto& [object, body] : view.bodies) toWire(body, *message.add_body());
   for (const ObjectDent& dent : view.dents) toWire(dent, *message.add_dent());
+  if (view.tool) toWire(*view.tool, *message.mutable_tool());
   std::cout << jsonText(toJson(message)) << std::endl;
 }
 

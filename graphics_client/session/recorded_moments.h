@@ -14,6 +14,7 @@ namespace haptics {
 struct RecordedMotion {
   std::vector<BodyState> bodies;
   std::vector<ObjectDent> dents;
+  ToolState tool;
 };
 
 /// What a recording shows of one tick.

@@ -127,7 +127,7 @@ class RecordedSession::Reader {
       const auto bodies = newest_.bodies();
       const auto dents = newest_.dents();
       motion_ = std::make_shared<const RecordedMotion>(
-          RecordedMotion{{bodies.begin(), bodies.end()}, {dents.begin(), dents.end()}});
+          RecordedMotion{{bodies.begin(), bodies.end()}, {dents.begin(), dents.end()}, newest_.tool});
     }
     RecordedMoment moment{time_s, sample, motion_, session_.scenes_.size() - 1};
     moment.sample.missedTicks = missed_;
@@ -205,6 +205,7 @@ std::shared_ptr<const MirrorView> RecordedSession::view(std::size_t moment, std:
     if (const auto object = view->scene->find(body.object); object && object->motion) view->bodies[body.object] = body;
   }
   view->dents = shown.motion->dents;
+  if (shown.motion->tool.object != 0) view->tool = shown.motion->tool;
   return view;
 }
 

@@ -7,6 +7,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "graphics_client/viewer/poly_data.h"
 
@@ -27,7 +28,11 @@ constexpr double kTipLength = 6, kTipRadius = 2.6;
 constexpr double kFullScale_N = 5;
 constexpr double kPrimitiveLift_px = 1.2;
 constexpr float kPolygonOutline_px = 2, kPrimitiveLine_px = 5, kVertexPoint_px = 11, kTrailLine_px = 2.5F,
-                kSpringLine_px = 2.5F;
+                kSpringLine_px = 2.5F, kToolForce_px = 4, kToolPoint_px = 9, kTorque_px = 4;
+/// The arc of a torque: its radius, and how far round it goes (a full turn at most, less its head).
+constexpr double kArc_px = 42, kArc_radPerNm = 30, kLongestArc_rad = 5.5;
+/// Smaller torques show no arc, Nm.
+constexpr double kSmallestArc_Nm = 1e-3;
 /// The pin at the sticking point: its length, and the radii of its needle, head and thread (pixels).
 constexpr double kPin_px = 26, kNeedle_px = 1.2, kPinHead_px = 4.5, kThread_px = 1;
 
@@ -37,6 +42,22 @@ palette::Shade shadeIf(bool current, palette::Shade shade) { return current ? sh
 void show(Glyph& glyph, Vec3 from, Vec3 to, double radius, palette::Shade shade) {
   const double length = glm::distance(from, to);
   if (length > 0) glyph.show(shade, alongAxis(from, (to - from) / length, length, radius));
+}
+
+/// Pairs of ends of an arc about an axis, with a head at its end, as far as the angle.
+std::vector<Vec3> arcAround(Vec3 centre, Vec3 axis, double radius, double angle_rad) {
+  constexpr int kPieces = 32;
+  constexpr double kHead = 0.22;  // of the radius
+  const Vec3 beside = std::abs(axis.z) < 0.9 ? Vec3(0, 0, 1) : Vec3(1, 0, 0);
+  const Vec3 x = glm::normalize(glm::cross(axis, beside)), y = glm::cross(axis, x);
+  const auto at = [&](double angle, double of) { return centre + of * (std::cos(angle) * x + std::sin(angle) * y); };
+  std::vector<Vec3> ends;
+  for (int i = 0; i < kPieces; ++i)
+    ends.insert(ends.end(), {at(angle_rad * i / kPieces, radius), at(angle_rad * (i + 1) / kPieces, radius)});
+  const double before = angle_rad - kHead;
+  for (const double beyond : {1 - kHead, 1 + kHead})
+    ends.insert(ends.end(), {at(angle_rad, radius), at(before, beyond * radius)});
+  return ends;
 }
 
 vtkSmartPointer<vtkMatrix4x4> ball(Vec3 centre, double radius) { return alongAxis(centre, {1, 0, 0}, radius, radius); }
@@ -109,8 +130,14 @@ ContactGlyphs::ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes)
       pin_(pane, unitCylinder(), Glyph::Kind::kBody),
       pinHead_(pane, unitSphere(), Glyph::Kind::kBody),
       shaft_(pane, unitCylinder(), Glyph::Kind::kBody),
-      tip_(pane, unitCone(), Glyph::Kind::kBody) {
+      tip_(pane, unitCone(), Glyph::Kind::kBody),
+      toolForces_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
+      toolPoints_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
+      torque_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kAbove) {
   trail_.setLineWidth(kTrailLine_px);
+  toolForces_.setLineWidth(kToolForce_px);
+  toolPoints_.setLineWidth(kToolPoint_px);
+  torque_.setLineWidth(kTorque_px);
   primitive_.setOpacity(kPrimitiveOpacity);
   ihip_.setOpacity(kOnTopOpacity);
   for (Glyph* glyph : {&thread_, &pin_, &pinHead_, &shaft_, &tip_}) glyph->setOpacity(kOnTopOpacity);
@@ -131,6 +158,7 @@ void ContactGlyphs::update(const MirrorView& view, const Trail& trail, double me
   updatePin(sample, metresPerPixel, current);
   updateForce(view, metresPerPixel, current);
   updatePrimitive(view, metresPerPixel, current);
+  updateTool(view, metresPerPixel, current);
   updateTrail(trail, current);
 }
 
@@ -175,11 +203,32 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixe
     if (!textured) primitive_.show(shade, place);  // its face would cut through the bumps
     corners = {corners[0], corners[1], corners[1], corners[2], corners[2], corners[0]};
   }
-  primitiveOutline_.setShape(corners.size() == 1 ? vertexAt(corners[0]) : segments(corners));
+  primitiveOutline_.setShape(corners.size() == 1 ? vertices(corners) : segments(corners));
   primitiveOutline_.setLineWidth(corners.size() == 1   ? kVertexPoint_px
                                  : corners.size() == 2 ? kPrimitiveLine_px
                                                        : kPolygonOutline_px);
   primitiveOutline_.show(shade, place);
+}
+
+void ContactGlyphs::updateTool(const MirrorView& view, double metresPerPixel, bool current) {
+  if (!view.tool) return;
+  std::vector<Vec3> places, lines;
+  for (const ToolState::Point& point : view.tool->points()) {
+    places.push_back(point.place);
+    lines.insert(lines.end(), {point.place, point.place + sizes_.arrow_mPerN * point.force_N});
+  }
+  const vtkSmartPointer<vtkMatrix4x4> asItIs = matrixOf({});
+  if (!places.empty()) {
+    toolPoints_.setShape(vertices(places));
+    toolPoints_.show(shadeIf(current, palette::kPrimitive), asItIs);
+    toolForces_.setShape(segments(lines));
+    toolForces_.show(shadeIf(current, palette::kSpring), asItIs);
+  }
+  const double torque_Nm = glm::length(view.tool->torque_Nm);
+  if (!(torque_Nm > kSmallestArc_Nm)) return;
+  torque_.setShape(segments(arcAround(view.sample->ihip, view.tool->torque_Nm / torque_Nm, kArc_px * metresPerPixel,
+                                      std::min(kArc_radPerNm * torque_Nm, kLongestArc_rad))));
+  torque_.show(shadeIf(current, palette::kTorque), asItIs);
 }
 
 void ContactGlyphs::updateTrail(const Trail& trail, bool current) {

@@ -41,6 +41,7 @@ inline constexpr Shade kGripping{0.86, 0.66, 0.40};
 inline constexpr Shade kRough{0.48, 0.22, 0.12};
 inline constexpr Shade kSticking{0.55, 0.20, 0.62};  // the sticking point
 inline constexpr Shade kSliding{0.95, 0.55, 0.10};
+inline constexpr Shade kTorque{0.55, 0.20, 0.62};
 inline constexpr Shade kFaded{0.62, 0.64, 0.66};  // what is shown but no longer true
 
 /// Of handles: along or about x, y, z, and the one under the pointer.

@@ -99,11 +99,11 @@ vtkSmartPointer<vtkPolyData> polygon(std::span<const Vec3> points) {
   return data;
 }
 
-vtkSmartPointer<vtkPolyData> vertexAt(Vec3 point) {
+vtkSmartPointer<vtkPolyData> vertices(std::span<const Vec3> points) {
   vtkNew<vtkCellArray> cells;
-  cells->InsertNextCell({vtkIdType{0}});
+  for (std::size_t i = 0; i < points.size(); ++i) cells->InsertNextCell({static_cast<vtkIdType>(i)});
   vtkNew<vtkPolyData> data;
-  data->SetPoints(pointsOf({&point, 1}));
+  data->SetPoints(pointsOf(points));
   data->SetVerts(cells);
   return data;
 }

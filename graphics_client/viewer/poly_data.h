@@ -32,7 +32,8 @@ namespace haptics {
 /// One polygon through the points.
 [[nodiscard]] vtkSmartPointer<vtkPolyData> polygon(std::span<const Vec3> points);
 
-[[nodiscard]] vtkSmartPointer<vtkPolyData> vertexAt(Vec3 point);
+/// A vertex at each of the points.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> vertices(std::span<const Vec3> points);
 
 /// Radius 1, about the origin.
 [[nodiscard]] vtkSmartPointer<vtkPolyData> unitSphere();

@@ -23,8 +23,8 @@ struct Along {
   const Vec3 anchor = toWorld(state.rest, body.joint.anchor_m);
   const Vec3 arm = toWorld(jointPose(body, state), mass.centre) - anchor;
   const Vec3 own = glm::conjugate(mass.principal) * body.joint.axis;  // the axis in the principal frame
-  const Vec3 torque =
-      glm::cross(arm, mass.mass_kg * body.gravity_m_per_s2) + glm::cross(push.place_m - anchor, push.force_N);
+  const Vec3 torque = glm::cross(arm, mass.mass_kg * body.gravity_m_per_s2) +
+                      glm::cross(push.place_m - anchor, push.force_N) + push.torque_Nm;
   return {glm::dot(mass.moments * own, own) + mass.mass_kg * squaredLength(glm::cross(axis, arm)),
           glm::dot(axis, torque), body.spring.stiffness_Nm_per_rad, body.spring.damping_Nms_per_rad};
 }

@@ -106,8 +106,9 @@ static_assert(std::is_trivially_copyable_v<RigidState>, "copied to replay and to
 struct Push {
   Vec3 force_N{0};
   Vec3 place_m{0};
+  Vec3 torque_Nm{0};  ///< Beside that of the force at its place.
 
-  [[nodiscard]] bool any() const noexcept { return force_N != Vec3(0); }
+  [[nodiscard]] bool any() const noexcept { return force_N != Vec3(0) || torque_Nm != Vec3(0); }
 };
 
 /// m/s and rad/s, world; linear is that of the centre of mass.

@@ -18,7 +18,7 @@ void drive(const RigidBody& body, RigidState& state, const Push& push, double pe
   const MassProperties& mass = body.mass;
   const PoseSpring& spring = body.spring;
   Vec3 force = mass.mass_kg * body.gravity_m_per_s2 + push.force_N;
-  Vec3 torque = glm::cross(push.place_m - state.centre_m, push.force_N);
+  Vec3 torque = glm::cross(push.place_m - state.centre_m, push.force_N) + push.torque_Nm;
   const double perTick2 = 1 / (period_s * period_s);
   if (spring.stiffness_N_per_m > 0) {
     const double stiffness = std::min(spring.stiffness_N_per_m, mass.mass_kg * perTick2);

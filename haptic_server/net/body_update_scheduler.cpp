@@ -24,8 +24,12 @@ void BodyUpdateScheduler::add(const MotionState& motion, v1::Telemetry& sample) 
   }
   std::ranges::sort(
       waiting, [](const Waiting& a, const Waiting& b) { return a.isNews != b.isNews ? a.isNews : a.since < b.since; });
-  // A dent takes less than half of what a body does.
-  const std::size_t most = kMax - (motion.dentCount + 1) / 2;
+  std::size_t taken = (motion.dentCount + 1) / 2;  // a dent takes less than half of what a body does,
+  if (motion.tool.object != 0) {
+    toWire(motion.tool, *sample.mutable_tool());
+    taken += motion.tool.pointCount + 1;  // and a point of a tool no more than one
+  }
+  const std::size_t most = taken < kMax ? kMax - taken : 1;
   std::size_t count = 0;
   for (const Waiting& next : waiting) {
     if (count == most) break;

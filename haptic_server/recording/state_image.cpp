@@ -4,31 +4,19 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <span>
 #include <tuple>
 #include <type_traits>
 
+#include "haptic_server/recording/image_bytes.h"
+#include "haptic_server/recording/tool_image.h"
+
 namespace haptics {
 namespace {
 
-template <class T>
-requires std::is_trivially_copyable_v<T>
-void put(std::string& image, const T& value) { image.append(reinterpret_cast<const char*>(&value), sizeof value); }
-
-template <class T>
-requires std::is_trivially_copyable_v<T>
-[[nodiscard]] bool take(std::string_view& image, T& value) {
-  if (image.size() < sizeof value) return false;
-  std::memcpy(static_cast<void*>(&value), image.data(), sizeof value);
-  image.remove_prefix(sizeof value);
-  return true;
-}
-
 /// Whether the bytes of flags that came from elsewhere are ones. To read them as flags before is undefined.
 [[nodiscard]] bool areFlags(std::initializer_list<const bool*> flags) {
-  return std::ranges::all_of(flags,
-                             [](const bool* flag) { return *reinterpret_cast<const unsigned char*>(flag) <= 1; });
+  return std::ranges::all_of(flags, [](const bool* flag) { return isFlag(*flag); });
 }
 
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
@@ -37,7 +25,7 @@ requires std::is_trivially_copyable_v<T>
   bool whole =
       areFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut, &features.detail,
                 &features.soft, &features.bumps, &features.varyingStiffness, &features.beingMoved,
-                &features.pendingRemoval, &state.supervision.attached, &state.groove.shaded});
+                &features.pendingRemoval, &features.tool, &state.supervision.attached, &state.groove.shaded});
   for (std::size_t i = 0; i < adoption.bodyCount; ++i) {
     whole = whole && areFlags({&state.bodies[i].pendingRemoval, &state.bodies[i].moving, &state.objects[i].beingMoved});
   }
@@ -45,11 +33,6 @@ requires std::is_trivially_copyable_v<T>
     whole = whole && areFlags({&state.moving[i].moved, &state.moving[i].collides});
   for (const BodyDent& dent : state.allDents()) whole = whole && areFlags({&dent.stays, &dent.pressed});
   return whole && state.surface.fade.how <= ShadingFade::How::kTogether;
-}
-
-[[nodiscard]] bool isPose(const Pose& pose) {
-  constexpr double kRounding = 1e-3;
-  return isWithinWorld(pose.position) && std::abs(glm::length(pose.rotation) - 1) <= kRounding;
 }
 
 [[nodiscard]] bool isContactOn(const ContactState& contact, const ServoScene& scene) {
@@ -155,10 +138,10 @@ requires std::is_trivially_copyable_v<T>
   return true;
 }
 
-[[nodiscard]] bool takeParts(std::string_view image, HapticState& state, std::size_t objects) {
+[[nodiscard]] bool takeParts(std::string_view image, HapticState& state, const ServoScene& scene) {
   const auto takeAll = [&](auto&... part) { return (take(image, part) && ...); };
   if (!std::apply(takeAll, HapticState::partsOf(state)) || !take(image, state.contact)) return false;
-  if (state.adoption.bodyCount != objects || state.adoption.bodyCount > state.bodies.size()) return false;
+  if (state.adoption.bodyCount != scene.objects.size() || state.adoption.bodyCount > state.bodies.size()) return false;
   if (state.motion.count > state.moving.size() || state.denting.count > state.dents.size()) return false;
   bool whole = true;
   for (std::size_t i = 0; i < state.adoption.bodyCount; ++i) {
@@ -175,7 +158,9 @@ requires std::is_trivially_copyable_v<T>
           take(image, search.depth_m);
   whole = whole && search.count <= search.near.size();
   for (std::size_t i = 0; whole && i < search.count; ++i) whole = take(image, search.near[i]);
-  if (!whole || !take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
+  if (!whole || !isFlag(state.features.tool)) return false;
+  if (state.features.tool && !ToolContactImage::takeFrom(image, scene, state.tool)) return false;
+  if (!take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
   return (state.observer.active() ? takeObserver(image, state.observer) : true) && image.empty();
 }
 
@@ -191,6 +176,7 @@ std::uint64_t stateLayout() noexcept {
                       sizeof(BumpState),
                       sizeof(MovingBody),
                       sizeof(BodyPair),
+                      sizeof(ToolContact),
                       sizeof(BodyDent),
                       sizeof(SurfaceMemory),
                       sizeof(EnergyAccount),
@@ -239,6 +225,7 @@ std::string stateImage(const HapticState& state) {
   put(image, search.range_m);
   put(image, search.depth_m);
   for (const NearPoint& near : search.found()) put(image, near);
+  if (state.features.tool) ToolContactImage::append(state.tool, image);
   put(image, state.features.detail ? state.surface : SurfaceMemory{});
   put(image, state.energy);
   if (state.observer.active()) put(image, state.observer);
@@ -248,7 +235,7 @@ std::string stateImage(const HapticState& state) {
 Result<std::unique_ptr<HapticState>> stateFrom(std::string_view image, const ServoScene& scene,
                                                const StepConfig& config) {
   auto state = std::make_unique<HapticState>(config);
-  if (!takeParts(image, *state, scene.objects.size())) {
+  if (!takeParts(image, *state, scene)) {
     return refused("state.image",
                    "is not that of a state on its scene, with " + std::to_string(scene.objects.size()) + " objects");
   }

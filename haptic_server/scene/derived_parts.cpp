@@ -9,16 +9,30 @@
 #include "haptic_server/scene/make_rigid_body.h"
 #include "haptic_server/scene/object_assets.h"
 #include "haptic_server/surface/shading_normals.h"
+#include "haptic_server/tool/tool_shell.h"
 
 namespace haptics {
 namespace {
 
+std::shared_ptr<const CollisionMesh> surfaceOf(const MeshAsset& asset) {
+  return asset.surface ? asset.surface : buildCollisionMesh(asset.mesh->vertices, asset.mesh->triangles);
+}
+
+Result<BodyParts> makeTool(const ToolProperties& properties, const MeshAsset& asset) {
+  const auto surface = surfaceOf(asset);
+  auto shell = makeToolShell(*surface, properties.spacing_m);
+  if (!shell) return tl::unexpected(Error(shell.error()).within("tool."));
+  BodyParts parts;
+  parts.tool = std::make_shared<const Tool>(Tool{surface, *std::move(shell), properties.torsion_Nm_per_rad});
+  return parts;
+}
+
 std::shared_ptr<const Result<BodyParts>> makeBody(const MotionProperties& motion, const MeshAsset& asset) {
+  if (motion.tool) return std::make_shared<const Result<BodyParts>>(makeTool(*motion.tool, asset));
   const TriMesh& mesh = *asset.mesh;
   BodyParts parts;
   if (motion.collision) {
-    const auto surface = asset.surface ? asset.surface : buildCollisionMesh(mesh.vertices, mesh.triangles);
-    CollisionPoints points = makeCollisionPoints(*surface);
+    CollisionPoints points = makeCollisionPoints(*surfaceOf(asset));
     points.friction = motion.collision->friction;
     points.rolling_m = motion.collision->rolling_m;
     parts.collision = std::make_shared<const CollisionPoints>(std::move(points));

@@ -16,18 +16,20 @@ struct RigidBody;
 class ShadingNormals;
 class CollisionMesh;
 struct CollisionPoints;
+struct Tool;
 
-/// An object that moves or collides, as it is felt.
+/// An object that moves, collides or is held, as it is felt.
 struct BodyParts {
   std::shared_ptr<const RigidBody> body;             ///< With its support points; null: it stays where it is.
   double apparentMass_kg = 0;                        ///< minApparentMass_kg(), of what moves.
   std::shared_ptr<const CollisionPoints> collision;  ///< Null: others pass through it.
+  std::shared_ptr<const Tool> tool;                  ///< Null: the hand does not hold it.
 };
 
 /// What is computed of an object's record and assets, in time that grows with its mesh. Each is null where the object has
 /// none, or it has not been made yet.
 struct DerivedParts {
-  std::shared_ptr<const Result<BodyParts>> body;  ///< Refused: what rigidBodyFrom() refuses.
+  std::shared_ptr<const Result<BodyParts>> body;  ///< Refused: what rigidBodyFrom() and makeToolShell() refuse.
   std::shared_ptr<const CollisionMesh> shape;     ///< Of the mesh as lattice and residue have it.
   std::optional<std::size_t> flattened;           ///< Triangles that the lattice leaves without an area.
   std::shared_ptr<const ShadingNormals> normals;

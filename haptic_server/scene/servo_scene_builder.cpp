@@ -3,9 +3,24 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptic_server/geometry/spaced_points.h"
 #include "haptic_server/motion/coupling.h"
+#include "haptic_server/tool/tool_shell.h"
 
 namespace haptics {
+
+namespace {
+
+/// Stiffness and damping of a tool, where a body that it may push bears less.
+void soften(ServoObject& tool, const BodyParts& body, double period_s) {
+  if (!body.body) return;
+  const double share =
+      stableStiffnessShare(body.apparentMass_kg, tool.stiffness_N_per_m, tool.damping_Ns_per_m, period_s);
+  tool.stiffness_N_per_m *= share;
+  tool.damping_Ns_per_m *= share;
+}
+
+}  // namespace
 
 ServoSceneBuilder::ServoSceneBuilder(MakePlan makePlan, const DeviceLimits& device)
     : makePlan_(std::move(makePlan)), device_(device) {}
@@ -59,7 +74,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
     addBakedDents(known, record->id, before);
     const auto [stiffness, highestFactor] = stableStiffness(record->material, known.detail.get());
     const auto [stiffness_N_per_m, damping_Ns_per_m] = stiffness;
-    const auto& [body, apparentMass_kg, collision] = known.body;
+    const auto& [body, apparentMass_kg, collision, tool] = known.body;
     const double share = body ? stableStiffnessShare(apparentMass_kg, highestFactor * stiffness_N_per_m,
                                                      highestFactor * damping_Ns_per_m, device_.period_s)
                               : 1;
@@ -72,10 +87,17 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
                               .detail = known.detail,
                               .motion = body,
                               .collision = collision,
+                              .tool = tool,
                               .poseRevision = poseRevision,
                               .tissue = known.tissue,
                               .baked = known.baked,
                               .highestFactor = highestFactor});
+  }
+  const auto tool = std::ranges::find_if(
+      scene->objects, [](const ServoObject& object) { return object.tool != nullptr && !object.pendingRemoval; });
+  if (tool != scene->objects.end()) {
+    addSharpPoints(*scene, cached, cached[tool->id].motion->tool->spacing_m);
+    for (const auto& [id, known] : cached) soften(*tool, known.body, device_.period_s);
   }
   cachedObjects_ = std::move(cached);
   std::erase_if(dentStates_, [this](const auto& entry) { return !cachedObjects_.contains(entry.first); });
@@ -135,6 +157,24 @@ std::shared_ptr<const CollisionMesh> ServoSceneBuilder::shapeOf(const ObjectReco
                             assets.shapeAtRest(record.deformation));
 }
 
+/// Of all that the tool may meet.
+void ServoSceneBuilder::addSharpPoints(ServoScene& scene, std::map<ObjectId, CachedObject>& cached,
+                                       double spacing_m) const {
+  for (ServoObject& object : scene.objects) {
+    if (object.tool) continue;
+    CachedObject& known = cached[object.id];
+    const auto last = cachedObjects_.find(object.id);
+    if (last != cachedObjects_.end() && last->second.surface == known.surface && last->second.spacing_m == spacing_m) {
+      known.sharp = last->second.sharp;
+    } else {
+      known.sharp =
+          std::make_shared<const std::vector<Vec3>>(sharpPoints(*known.surface, spacing_m, kMaxToolPoints));
+    }
+    known.spacing_m = spacing_m;
+    object.sharp = known.sharp;
+  }
+}
+
 void ServoSceneBuilder::addTissue(CachedObject& cached, const ObjectRecord& record, const CachedObject* before) const {
   const auto& softness = record.deformation.softness;
   const bool same = before && before->deformation.softness == softness;
@@ -163,7 +203,7 @@ void ServoSceneBuilder::setBakedDents(ObjectId object, const std::optional<Conte
 }
 
 std::shared_ptr<const ExplorationPlan> ServoSceneBuilder::planFor(ServoScene scene) const {
-  std::erase_if(scene.objects, [](const ServoObject& object) { return object.pendingRemoval; });
+  std::erase_if(scene.objects, [](const ServoObject& object) { return object.pendingRemoval || object.tool; });
   for (ServoObject& object : scene.objects) {
     const auto body = bodies_.find(object.id);
     if (object.motion && body != bodies_.end()) object.pose = body->second;
@@ -184,15 +224,23 @@ void ServoSceneBuilder::addBody(CachedObject& cached, const ObjectRecord& record
 }
 
 void ServoSceneBuilder::follow(const MotionState& motion) {
-  const bool allRest = std::ranges::all_of(
-      motion.bodies(), [](const BodyState& body) { return body.condition != BodyCondition::kAwake; });
+  const auto isHeld = [this](const BodyState& body) {
+    const auto known = cachedObjects_.find(body.object);
+    return known != cachedObjects_.end() && known->second.body.tool != nullptr;
+  };
+  const bool allRest = std::ranges::all_of(motion.bodies(), [&](const BodyState& body) {
+    return body.condition != BodyCondition::kAwake || isHeld(body);
+  });
   if (!makePlan_ || !allRest) return;
   for (const BodyState& body : motion.bodies()) {
+    if (isHeld(body)) continue;
     const auto planned = bodies_.find(body.object);
     bodiesMoved_ = bodiesMoved_ || planned == bodies_.end() || !(planned->second == body.pose);
   }
   bodies_.clear();
-  for (const BodyState& body : motion.bodies()) bodies_[body.object] = body.pose;
+  for (const BodyState& body : motion.bodies()) {
+    if (!isHeld(body)) bodies_[body.object] = body.pose;
+  }
 }
 
 std::optional<std::uint64_t> ServoSceneBuilder::nextDeparture_ns() const {

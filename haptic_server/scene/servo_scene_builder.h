@@ -74,6 +74,8 @@ class ServoSceneBuilder {
     DeformationProperties deformation = {};
     std::shared_ptr<const SoftTissue> tissue = nullptr;
     BakedDents baked = {};
+    std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;  ///< Of the surface, at the spacing;
+    double spacing_m = 0;                                      ///< none at 0.
   };
   /// An object's dents as last set.
   struct DentState {
@@ -109,6 +111,7 @@ class ServoSceneBuilder {
   CachedObject detailOf(const ObjectRecord& record, const ObjectAssets& assets, const CachedObject* before) const;
   std::shared_ptr<const CollisionMesh> shapeOf(const ObjectRecord& record, const ObjectAssets& assets,
                                                const CachedObject* before) const;
+  void addSharpPoints(ServoScene& scene, std::map<ObjectId, CachedObject>& cached, double spacing_m) const;
   void addTissue(CachedObject& cached, const ObjectRecord& record, const CachedObject* before) const;
   void addBakedDents(CachedObject& cached, ObjectId object, const CachedObject* before) const;
 };

@@ -11,7 +11,7 @@ void CacheWarmer::operator()(const ServoScene& scene, const HapticState& state) 
     isCopy_ = false;
   }
   const bool affordable = left_.left() >= state.allowance.left() / 4 * 3;
-  if (!state.supervision.attached || !affordable) {
+  if (!state.supervision.attached || !affordable || state.features.tool) {
     isCopy_ = false;  // of what the state goes on to
     return;
   }

@@ -23,6 +23,7 @@ class StateTransfer {
     std::size_t before = 0;  // both lists are in order of id
     for (std::size_t i = 0; i < count_; ++i) {
       const ServoObject& object = next.objects[i];
+      if (object.tool != nullptr && !object.pendingRemoval) toolBody_ = static_cast<int>(i);
       while (before < state.adoption.bodyCount && state.objects[before].id < object.id) ++before;
       const bool known = before < state.adoption.bodyCount && state.objects[before].id == object.id;
       if (known) {
@@ -38,7 +39,8 @@ class StateTransfer {
       takeCollision(i, next.objects[i]);
     }
     contact_ = state.contact;
-    broken_ = reprojectContact(contact_, bodies(), {origins_.data(), count_}, allowance());
+    if (state.features.tool || toolBody_ >= 0) resetContact(contact_, state.estimate.hip);
+    broken_ = toolBody_ < 0 && reprojectContact(contact_, bodies(), {origins_.data(), count_}, allowance());
     if (state.features.varyingStiffness || anyVaryingStiffness_) {
       for (std::size_t i = 0; i < count_; ++i) takeFactor(i, next.objects[i]);
     }
@@ -67,7 +69,10 @@ class StateTransfer {
     }
   }
 
-  void apply(HapticState& state) const noexcept {
+  void apply(const ServoScene& next, HapticState& state) const noexcept {
+    const bool feltThroughTool = state.features.tool || toolBody_ >= 0;
+    if (toolBody_ >= 0) takeTool(next, state);
+    state.features.tool = toolBody_ >= 0;
     std::copy_n(bodies_.begin(), count_, state.bodies.begin());
     std::copy_n(objects_.begin(), count_, state.objects.begin());
     state.adoption.bodyCount = count_;
@@ -81,14 +86,15 @@ class StateTransfer {
     state.motion.count = movingCount_;
     std::copy_n(dents_.begin(), dentCount_, state.dents.begin());
     state.denting.count = dentCount_;
-    state.features.detail = anyDetail_ || movingCount_ > 0 || anySoft_;
+    state.features.detail = anyDetail_ || movingCount_ > 0 || anySoft_ || toolBody_ >= 0;
     state.features.bumps = anyBumps_;
     state.features.soft = anySoft_;
     state.features.varyingStiffness = anyVaryingStiffness_;
-    state.adoption.contactBroken = broken_ || otherDetailEdited_;
+    state.adoption.contactBroken = broken_ || otherDetailEdited_ || feltThroughTool;
     state.features.beingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                             [](const HapticState::ObjectState& o) { return o.beingMoved; });
     state.features.pendingRemoval = std::ranges::any_of(bodies(), &Body::pendingRemoval);
+    if (toolBody_ >= 0) state.bodies[state.tool.body].pendingRemoval = true;  // nothing meets it but by what the hand does
   }
 
  private:
@@ -106,7 +112,8 @@ class StateTransfer {
     const bool sameSurface = state_.bodies[before].surface == object.surface.get();
     const bool tookDents = !sameSurface && hasBakedDents(object, before);
     // What no longer moves goes back to where the scene has it.
-    const bool stopped = object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr;
+    const bool letGo = state_.features.tool && state_.tool.body == before && object.tool == nullptr;
+    const bool stopped = letGo || (object.motion == nullptr && movingBefore(static_cast<int>(before)) != nullptr);
     const bool samePose = isAsSet(object, before) && !stopped;
     bodies_[i] = state_.bodies[before];
     objects_[i] = state_.objects[before];
@@ -302,6 +309,30 @@ class StateTransfer {
     }
   }
 
+  /// The tool goes on where it is; one that was not held before comes to where the device is.
+  void takeTool(const ServoScene& next, HapticState& state) const noexcept {
+    const auto body = static_cast<std::size_t>(toolBody_);
+    const Tool& tool = *next.objects[body].tool;
+    ToolContact& contact = state.tool.contact;
+    const bool wasHeld = state.features.tool;
+    const bool isSame = wasHeld && contact.tool() == &tool;
+    std::array<ToolContact::Obstacle, kMaxServoObjects> obstacles;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const ServoObject& object = next.objects[i];
+      const int before = origins_[i].before;
+      const bool isKnown = isSame && before >= 0 &&
+                           state_.bodies[static_cast<std::size_t>(before)].surface == object.surface.get() &&
+                           (i == body || !state_.bodies[static_cast<std::size_t>(before)].pendingRemoval);
+      obstacles[i] = {bodies_[i].current, object.sharp ? std::span<const Vec3>(*object.sharp) : std::span<const Vec3>(),
+                      isKnown ? before : -1};
+    }
+    const Pose from = wasHeld ? contact.proxy() : Pose{objects_[body].scenePose.rotation, state.estimate.measured};
+    if (!isSame) contact.hold(tool);
+    contact.adopt({obstacles.data(), count_});
+    if (!isSame) contact.reset(from, bodies());
+    state.tool.body = body;
+  }
+
   /// At its place in the scene, at rest.
   void put(std::size_t i, const ServoObject& object) noexcept {
     objects_[i].scenePose = object.pose;
@@ -327,6 +358,7 @@ class StateTransfer {
   std::size_t dentCount_ = 0;
   bool anySoft_ = false;
   ContactState contact_;
+  int toolBody_ = -1;  // the one that the hand holds
   bool detailEdited_ = false;
   bool otherDetailEdited_ = false;
   bool anyDetail_ = false;
@@ -355,7 +387,7 @@ bool adoptScene(const ServoScene& next, HapticState& state, std::uint64_t tick) 
       state.energy.attribute(state.report.object, EnergyFeature::kEdit, -glm::dot(now_N, penetration_m) / 2);
     }
   }
-  transfer.apply(state);
+  transfer.apply(next, state);
   if (next.revision != state.adoption.revision) state.adoption.tick = tick;  // not when a removed object has left
   state.adoption.revision = next.revision;
   state.adoption.now = true;

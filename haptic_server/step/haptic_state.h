@@ -23,6 +23,7 @@
 #include "haptic_server/step/servo_scene.h"
 #include "haptic_server/step/surface_memory.h"
 #include "haptic_server/surface/force_shading.h"
+#include "haptic_server/tool/tool_contact.h"
 
 namespace haptics {
 
@@ -75,12 +76,13 @@ struct Adoption {
 
 /// What some object of the scene has, so that the step passes over what none has.
 struct SceneFeatures {
-  bool detail = false;            ///< Surface properties, a motion, or it is soft.
+  bool detail = false;            ///< Surface properties, a motion, or it is soft; or a tool is felt.
   bool soft = false;              ///< It is soft.
   bool bumps = false;             ///< Bumps that are felt outside of its polygons.
   bool varyingStiffness = false;  ///< A stiffness that varies over its surface.
   bool beingMoved = false;        ///< Edited under the stylus, it is on its way.
   bool pendingRemoval = false;    ///< It leaves the scene.
+  bool tool = false;              ///< The hand holds it, and feels through it.
 };
 
 struct Supervision {
@@ -128,6 +130,19 @@ struct CollidingBody {
   int moving = -1;       ///< Index into moving; -1: it stands still.
   const CollisionPoints* points = nullptr;
   bool isPut = false;  ///< By an edit, in this tick.
+};
+
+/// The tool that the hand holds, where the scene has one.
+struct ToolInHand {
+  std::size_t body = 0;  ///< Index into bodies. Written by adoptScene().
+  ToolContact contact;
+  ToolResult felt;  ///< In this tick.
+
+  void copyInUse(const ToolInHand& other) noexcept {
+    body = other.body;
+    contact.copyInUse(other.contact);
+    felt = other.felt;
+  }
 };
 
 /// Of HapticState::dents.
@@ -205,6 +220,7 @@ struct HapticState {
     if (features.bumps) std::copy_n(other.bumps.begin(), adoption.bodyCount, bumps.begin());
     std::copy_n(other.colliding.begin(), motion.collidingCount, colliding.begin());
     pairs.copyInUse(other.pairs);
+    if (features.tool) tool.copyInUse(other.tool);
   }
 
   /// Of a state that this one is a copy of, and that has gone on since without an adoption or an edit under the stylus: as
@@ -264,6 +280,7 @@ struct HapticState {
   std::array<MovingBody, kMaxMovingBodies> moving;
   std::array<CollidingBody, kMaxColliders> colliding;
   BodyPairs pairs;
+  ToolInHand tool;
   std::array<BodyDent, kMaxDents> dents;
   SurfaceMemory surface;
   EnergyAccount energy;

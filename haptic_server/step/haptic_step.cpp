@@ -8,6 +8,7 @@
 #include "haptic_server/step/separation_speed.h"
 #include "haptic_server/step/soft_bodies.h"
 #include "haptic_server/step/surface_stages.h"
+#include "haptic_server/step/tool_step.h"
 #include "haptic_server/step/varying_springs.h"
 
 namespace haptics {
@@ -29,6 +30,7 @@ void attach(HapticState& state, Vec3 position) noexcept {
   state.estimate.velocity.reset(position);
   if (state.observer.active()) state.observer.reset(position);
   state.estimate.measured = state.estimate.hip = position;
+  if (state.features.tool) attachTool(state, position);
   state.energy.begin(position);
   state.report.object = 0;
   state.release();
@@ -73,11 +75,12 @@ void attach(HapticState& state, Vec3 position) noexcept {
          separationSpeed(state, body, place, normal, config.period_s);
 }
 
-/// Stiffness of the touched object; none when free.
+/// Stiffness of the touched object, or of the tool that touches it; none when free.
 [[gnu::always_inline]] inline Stiffness touchedStiffness(const HapticState& state,
                                                          const ContactResult& contact) noexcept {
   if (!contact.touching) return {};
-  return state.objects[static_cast<std::size_t>(contact.body)].stiffness.value();
+  const std::size_t felt = state.features.tool ? state.tool.body : static_cast<std::size_t>(contact.body);
+  return state.objects[felt].stiffness.value();
 }
 
 void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& work) noexcept {
@@ -273,13 +276,18 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
     estimateHip(state, input.device.position);
     if (state.features.beingMoved | state.features.pendingRemoval) [[unlikely]]
       followEdits(scene, state, config);
-    findContact(scene, state, result, cache);  // 3.2
-    if (state.features.detail) [[unlikely]]
-      deform(scene, state, config, result);  // 5 (d)
+    if (!state.features.tool) [[likely]] {
+      findContact(scene, state, result, cache);  // 3.2
+      if (state.features.detail) [[unlikely]]
+        deform(scene, state, config, result);  // 5 (d)
+    } else {
+      result.contact.work.allowance = contactAllowance(state, result);
+      feelTool(scene, state, config, result);
+    }
     if (state.observer.active()) result.geometricNormal = result.contact.normal;
     if (!state.features.detail) [[likely]] {
       addSpringDamper(scene, state, config, result);  // 3
-    } else {
+    } else if (!state.features.tool) {
       addSurfaceForces(scene, state, config, result);  // 4
     }
   }

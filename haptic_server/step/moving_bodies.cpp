@@ -5,6 +5,7 @@
 #include "haptic_server/collision/moving_together.h"
 #include "haptic_server/motion/rigid_motion.h"
 #include "haptic_server/step/held_springs.h"
+#include "haptic_server/step/tool_step.h"
 
 namespace haptics {
 namespace {
@@ -18,8 +19,17 @@ class Reaction {
   Reaction(const HapticState& state, const ContactResult& contact, Vec3 force_N) noexcept
       : state_(state), contact_(contact), force_N_(contact.touching ? force_N : Vec3(0)) {}
 
-  [[nodiscard]] Vec3 on(std::size_t body) const noexcept {
-    if (!contact_.touching) return Vec3(0);
+  [[nodiscard]] Push on(std::size_t body) const noexcept {
+    if (!contact_.touching) return {};
+    return state_.features.tool ? pushOfTool(state_, body) : Push{ofPoint(body), contact_.ihip};
+  }
+
+ private:
+  const HapticState& state_;
+  const ContactResult& contact_;
+  Vec3 force_N_;
+
+  [[nodiscard]] Vec3 ofPoint(std::size_t body) const noexcept {
     const auto holding = state_.contact.surfaces();
     Vec3 own(0);
     Vec3 others(0);
@@ -31,11 +41,6 @@ class Reaction {
     }
     return static_cast<std::size_t>(contact_.body) == body ? others - force_N_ : -own;
   }
-
- private:
-  const HapticState& state_;
-  const ContactResult& contact_;
-  Vec3 force_N_;
 };
 
 /// Attributes the work that a moving surface does on the hand with the force that is held meanwhile.
@@ -46,7 +51,7 @@ void nameWork(HapticState& state, const MovingBody& moving, const Push& push, do
 }
 
 /// Bodies that meet one another, all in one tick.
-void moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, Vec3 ihip, double part,
+void moveCollidingBodies(HapticState& state, const StepConfig& config, const Reaction& reaction, double part,
                          const MotionAllowance& motion) noexcept {
   std::array<Collider, kMaxColliders> colliders;
   const std::size_t count = state.motion.collidingCount;
@@ -60,7 +65,7 @@ void moveCollidingBodies(HapticState& state, const StepConfig& config, const Rea
     colliders[i].what = moving->what;
     colliders[i].state = &moving->state;
     colliders[i].pose = poseOf(*moving->what, moving->state);
-    colliders[i].push = {reaction.on(is.body), ihip};
+    colliders[i].push = reaction.on(is.body);
   }
   CollisionAllowance allowance{Allowance(state.allowance.left() / 2), motion};
   if (!moveTogether({colliders.data(), count}, state.pairs, config.period_s, allowance)) ++state.report.allowanceSpent;
@@ -104,7 +109,7 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
   const std::int64_t left = result.keptForMotion + std::max<std::int64_t>(0, contact.work.allowance.left());
   MotionAllowance allowance{Allowance(std::min(motionUnits(state), left)), Allowance(state.allowance.left() / 8)};
   const double part = writtenFraction(force.written, force.contact);
-  if (state.motion.collidingCount > 0) moveCollidingBodies(state, config, reaction, contact.ihip, part, allowance);
+  if (state.motion.collidingCount > 0) moveCollidingBodies(state, config, reaction, part, allowance);
   std::size_t next = 0;
   bool inTurn = false;
   for (std::size_t k = 0; k < state.motion.count; ++k) {
@@ -113,7 +118,7 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
     if (moving.collides) continue;
     moving.moved = false;
     if (state.objects[moving.body].beingMoved) continue;
-    const Push push{reaction.on(moving.body), contact.ihip};
+    const Push push = reaction.on(moving.body);
     if (moving.state.condition != BodyCondition::kAwake && !push.any()) continue;
     if (k > 0 && !push.any() && allowance.least.left() < leastMotionUnits(*moving.what, moving.state)) {
       if (!inTurn) next = i;
@@ -131,14 +136,24 @@ void moveBodies(HapticState& state, const StepConfig& config, const ForceResult&
 }
 
 bool describeMotion(const HapticState& state, std::uint64_t tick, MotionState& motion) noexcept {
-  bool changed = motion.bodyCount != state.motion.count;
-  motion.bodyCount = state.motion.count;
+  const std::size_t before = motion.bodyCount;
+  bool changed = false;
+  motion.bodyCount = 0;
+  const auto add = [&](std::size_t body, BodyCondition condition) {
+    const BodyState now{state.objects[body].id, state.bodies[body].current, condition};
+    changed = changed || !(now == motion.body[motion.bodyCount]);
+    motion.body[motion.bodyCount++] = now;
+  };
+  bool isToolDue = state.features.tool;
   for (std::size_t i = 0; i < state.motion.count; ++i) {
     const MovingBody& moving = state.moving[i];
-    const BodyState now{state.objects[moving.body].id, state.bodies[moving.body].current, moving.state.condition};
-    changed = changed || !(now == motion.body[i]);
-    motion.body[i] = now;
+    if (isToolDue && state.tool.body < moving.body) add(state.tool.body, BodyCondition::kAwake);
+    isToolDue = isToolDue && state.tool.body > moving.body;
+    add(moving.body, moving.state.condition);
   }
+  if (isToolDue) add(state.tool.body, BodyCondition::kAwake);
+  changed = describeTool(state, motion.tool) || changed;
+  changed = changed || before != motion.bodyCount;
   if (changed) motion.tick = tick;
   return changed;
 }

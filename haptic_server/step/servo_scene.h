@@ -12,6 +12,7 @@
 #include "haptic_server/geometry/collision_mesh.h"
 #include "haptic_server/motion/rigid_body.h"
 #include "haptic_server/surface/surface_detail.h"
+#include "haptic_server/tool/tool_shell.h"
 
 namespace haptics {
 
@@ -41,6 +42,10 @@ struct ServoObject {
   std::shared_ptr<const RigidBody> motion = nullptr;
   /// Where it meets others; null: they pass through it. The same pointer likewise.
   std::shared_ptr<const CollisionPoints> collision = nullptr;
+  /// The hand holds it; null: it lies in the scene. Of one object at most; the same pointer likewise.
+  std::shared_ptr<const Tool> tool = nullptr;
+  /// Its sharp points at the tool's spacing, where the scene has a tool; null for none. The same pointer likewise.
+  std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;
   /// Revision that last set its pose. What moves starts anew from there also when the pose is the same.
   std::uint64_t poseRevision = 0;
   /// What it yields like; null for a rigid one. The same pointer likewise.

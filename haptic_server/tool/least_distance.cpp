@@ -166,7 +166,10 @@ LeastDistance leastDistance(std::span<const HalfSpace6> halfSpaces) noexcept {
   }
   for (std::size_t k = 0; k < 6; ++k) nearest.x[k] = -farthest * rest[k] / rest[6];
   nearest.tightCount = static_cast<int>(passive.size());
-  for (std::size_t i = 0; i < passive.size(); ++i) nearest.tight[i] = passive.index(i);
+  for (std::size_t i = 0; i < passive.size(); ++i) {
+    nearest.tight[i] = passive.index(i);
+    nearest.multiplier[i] = farthest * passive.factor(i) * perLength[passive.index(i)] / rest[6];
+  }
   return nearest;
 }
 

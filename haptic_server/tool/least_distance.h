@@ -19,6 +19,7 @@ struct LeastDistance {
   Vector6 x{};
   int tightCount = 0;
   std::array<std::uint32_t, 7> tight{};  ///< Those on whose boundary x is held.
+  std::array<double, 7> multiplier{};    ///< Of their normals, which add up to x with it; none is negative.
 };
 
 /// Most half-spaces of one call; more are left out.

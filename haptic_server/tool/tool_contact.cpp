@@ -96,48 +96,70 @@ constexpr double kRest = 1e-2;
 
 }  // namespace
 
-ToolContact::ToolContact(std::shared_ptr<const CollisionMesh> surface, std::shared_ptr<const ToolShell> shell)
-    : surface_(std::move(surface)),
-      shell_(std::move(shell)),
-      clearTo_(shell_->points.size()),
-      place_(shell_->points.size()),
-      next_(shell_->points.size()) {
-  touches_.reserve(kMaxHalfSpaces);
-  halfSpaces_.reserve(kMaxHalfSpaces);
+void ToolContact::hold(const Tool& tool) noexcept {
+  tool_ = &tool;
+  pointCount_ = tool.shell.points.size();
+  bodyCount_ = sharpCount_ = touchCount_ = cursor_ = 0;
 }
 
-void ToolContact::adopt(std::span<const Obstacle> obstacles) {
+void ToolContact::adopt(std::span<const Obstacle> obstacles) noexcept {
   const auto before = bodyAt_;
-  sharp_.clear();
-  sharpCount_ = cursor_ = 0;
-  for (std::size_t b = 0; b < obstacles.size(); ++b) {
-    const auto& [body, sharp, origin] = obstacles[b];
-    bodyAt_[b] = origin < 0 ? body.current : before[static_cast<std::size_t>(origin)];
-    sharp_.push_back({sharp, std::vector<double>(sharp->size())});
-    sharpCount_ += sharp->size();
+  bool isSame = obstacles.size() == bodyCount_;
+  sharpCount_ = 0;
+  bodyCount_ = std::min(obstacles.size(), kMaxBodies);
+  for (std::size_t b = 0; b < bodyCount_; ++b) {
+    const auto& [pose, sharp, origin] = obstacles[b];
+    bodyAt_[b] = origin < 0 ? pose : before[static_cast<std::size_t>(origin)];
+    sharp_[b] = {sharpCount_ + sharp.size() <= kMaxSharpPoints ? sharp : std::span<const Vec3>(), sharpCount_};
+    sharpCount_ += sharp_[b].points.size();
+    isSame = isSame && origin == static_cast<int>(b);
   }
-  std::erase_if(touches_, [&](Touch& touch) {
+  if (isSame) return;
+  const auto end = std::remove_if(touches().begin(), touches().end(), [&](Touch& touch) {
     const auto now = std::ranges::find(obstacles, static_cast<int>(touch.body), &Obstacle::origin);
     touch.body = static_cast<std::uint16_t>(now - obstacles.begin());
     return now == obstacles.end();
   });
-  here_.resize(obstacles.size());
+  touchCount_ = static_cast<std::size_t>(end - touches().begin());
+  cursor_ = 0;
   forgetClearances();
 }
 
 void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexcept {
   proxy_ = device;
-  const Frame frame(proxy_);
-  for (std::size_t i = 0; i < place_.size(); ++i) place_[i] = frame.toWorld(shell_->points[i]);
-  touches_.clear();
+  touchCount_ = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
+  waited_ = false;
+  bodiesPart_ = 1;
   forgetClearances();
 }
 
 void ToolContact::forgetClearances() noexcept {
   travelled_ = 0;
-  std::fill(clearTo_.begin(), clearTo_.end(), -1.0);
-  for (Sharp& sharp : sharp_) std::fill(sharp.clearTo.begin(), sharp.clearTo.end(), -1.0);
+  std::fill_n(clearTo_.begin(), pointCount_, -1.0);
+  std::fill_n(sharpClearTo_.begin(), sharpCount_, -1.0);
+}
+
+void ToolContact::copyInUse(const ToolContact& other) noexcept {
+  tool_ = other.tool_;
+  pointCount_ = other.pointCount_;
+  bodyCount_ = other.bodyCount_;
+  sharpCount_ = other.sharpCount_;
+  touchCount_ = other.touchCount_;
+  cursor_ = other.cursor_;
+  waited_ = other.waited_;
+  proxy_ = other.proxy_;
+  moved_ = other.moved_;
+  travelled_ = other.travelled_;
+  bodiesPart_ = other.bodiesPart_;
+  testCost_ = other.testCost_;
+  tick_ = other.tick_;
+  skin_ = other.skin_;
+  std::copy_n(other.sharp_.begin(), bodyCount_, sharp_.begin());
+  std::copy_n(other.bodyAt_.begin(), bodyCount_, bodyAt_.begin());
+  std::copy_n(other.touches_.begin(), touchCount_, touches_.begin());
+  std::copy_n(other.clearTo_.begin(), pointCount_, clearTo_.begin());
+  std::copy_n(other.sharpClearTo_.begin(), sharpCount_, sharpClearTo_.begin());
 }
 
 ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device, const ToolCoupling& coupling,
@@ -147,7 +169,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   ToolResult result;
   if (waited_) {
     const auto left = static_cast<std::int64_t>((1 - kForClearances) * static_cast<double>(allowance.left()));
-    renewClearances(bodies, clearTo_.size() + sharpCount_, left, allowance);
+    renewClearances(bodies, pointCount_ + sharpCount_, left, allowance);
   }
   const bool arrived = moved_ == 0 || (bodiesPart_ == 1 && canTest(0, allowance));
   if (!arrived) bodies = takePartOfTheWay(bodies, allowance);
@@ -156,7 +178,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
     Pose next = proxy_;
-    if (!solve(device, coupling, next)) break;
+    if (!solve(device, coupling, next, result)) break;
     double bound = farthestMove(next);
     bool whole = true;
     for (int k = 0; k < kMaxHalvings && !canTest(bound, allowance); ++k) {
@@ -168,7 +190,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
     if (isClear(bodies, next, bound, allowance)) {
       const double before = energy(proxy_, device, coupling);
       moveTo(bodies, next, bound, allowance);
-      settled = whole && (touches_.empty() || energy(proxy_, device, coupling) >= (1 - kRest) * before);
+      settled = whole && (touchCount_ == 0 || energy(proxy_, device, coupling) >= (1 - kRest) * before);
     } else if (!addHits()) {
       // Half of the way to the hit, unless it is there already: so near to a surface rounding would take it through.
       if (lowestHit_ < skin_ / 2) break;
@@ -182,7 +204,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   result.force_N = coupling.stiffness_N_per_m * (proxy_.position - device.position);
   result.torque_Nm = coupling.torsion_Nm_per_rad * rotationVector(proxy_.rotation * glm::conjugate(device.rotation));
   const Frame tool(proxy_);
-  for (const Touch& touch : touches_) result.touching += height(touch, tool) < kTouchMargin * skin_ ? 1 : 0;
+  for (const Touch& touch : touches()) result.touching += height(touch, tool) < kTouchMargin * skin_ ? 1 : 0;
   bodiesPart_ = moved_ == 0 ? std::min(1.0, 2 * bodiesPart_) : std::max(kMinPart, bodiesPart_ / 2);
   result.waits = waited_ = !settled || !arrived;
   result.allowance = allowance;
@@ -191,8 +213,10 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
 
 /// The skin by the largest coordinate in reach, and how far bodies have come since the proxy moved last.
 void ToolContact::gather(std::span<const Body> bodies, const Pose& device) noexcept {
-  double extent = std::max(glm::length(device.position), glm::length(proxy_.position)) + shell_->radius_m;
-  for (const Body& body : bodies) extent = std::max(extent, body.extent_m);
+  double extent = std::max(glm::length(device.position), glm::length(proxy_.position)) + tool_->shell.radius_m;
+  for (const Body& body : bodies) {
+    if (!body.pendingRemoval) extent = std::max(extent, body.extent_m);
+  }
   skin_ = kSkin * extent;
   moved_ = farthestMove(bodies);
 }
@@ -200,7 +224,7 @@ void ToolContact::gather(std::span<const Body> bodies, const Pose& device) noexc
 double ToolContact::farthestMove(std::span<const Body> bodies) const noexcept {
   double moved = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (bodies[b].current == bodyAt_[b]) continue;
+    if (bodies[b].pendingRemoval || bodies[b].current == bodyAt_[b]) continue;
     moved = std::max(moved, glm::distance(bodies[b].current.position, bodyAt_[b].position) +
                                 chord(bodyAt_[b].rotation, bodies[b].current.rotation) * bodies[b].surface->extent_m());
   }
@@ -227,22 +251,23 @@ std::span<const Body> ToolContact::takePartOfTheWay(std::span<const Body> bodies
 void ToolContact::refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept {
   const Frame tool(proxy_);
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < touches_.size(); ++i) {
+  for (std::size_t i = 0; i < touchCount_; ++i) {
     Touch touch = touches_[i];
+    if (bodies[touch.body].pendingRemoval) continue;
     if (!allowance.isSpent()) {
-      refreshTouch(bodies[touch.body], touch, allowance);
+      refreshTouch(bodies[touch.body], tool, touch, allowance);
       if (height(touch, tool) > reach + kTouchMargin * skin_) continue;
       if (kept > 0 && touches_[kept - 1].isOf(touch) && touches_[kept - 1].triangle == touch.triangle) continue;
     }
     touches_[kept++] = touch;
   }
-  touches_.resize(kept);
+  touchCount_ = kept;
 }
 
-void ToolContact::refreshTouch(const Body& body, Touch& touch, Allowance& allowance) const noexcept {
-  const CollisionMesh& surface = touch.ofBody ? *surface_ : *body.surface;
-  if (touch.ofBody) touch.place = body.frame.toWorld((*sharp_[touch.body].points)[touch.point]);
-  const Vec3 at = touch.ofBody ? toLocal(proxy_, touch.place) : body.frame.toLocal(place_[touch.point]);
+void ToolContact::refreshTouch(const Body& body, const Frame& tool, Touch& touch, Allowance& allowance) const noexcept {
+  const CollisionMesh& surface = touch.ofBody ? *tool_->surface : *body.surface;
+  if (touch.ofBody) touch.place = body.frame.toWorld(sharp_[touch.body].points[touch.point]);
+  const Vec3 at = touch.ofBody ? toLocal(proxy_, touch.place) : body.frame.toLocal(tool.toWorld(point(touch.point)));
   int looked = 0;
   const ClosestPoint foot = touch.hitIn == tick_
                                 ? onPlaneOf(surface, touch.triangle, at)
@@ -261,45 +286,59 @@ void ToolContact::refreshTouch(const Body& body, Touch& touch, Allowance& allowa
 
 /// Of the point above its plane, with the tool there; m.
 double ToolContact::height(const Touch& touch, const Frame& tool) const noexcept {
-  const Vec3 at = touch.ofBody ? tool.toLocal(touch.place) : tool.toWorld(shell_->points[touch.point]);
+  const Vec3 at = touch.ofBody ? tool.toLocal(touch.place) : tool.toWorld(point(touch.point));
   return glm::dot(touch.normal, at) - touch.offset;
 }
 
-/// The pose nearest to the device's in which all that touch are a skin above their planes. False: there is none, or it was
-/// not found.
-bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next) noexcept {
+/// The pose nearest to the device's in which all that touch are a skin above their planes, and the points that hold it there.
+/// False: there is none, or it was not found.
+bool ToolContact::solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result) noexcept {
   const double perMove = 1 / std::sqrt(coupling.stiffness_N_per_m);
   const double perTurn = 1 / std::sqrt(coupling.torsion_Nm_per_rad);
   const Vec3 whole = rotationVector(device.rotation * glm::conjugate(next.rotation));
   const double angle = glm::length(whole);
   const bool isFar = angle > kMaxTurn_rad;
   const Quat target = isFar ? rotationBy(whole * (kMaxTurn_rad / angle)) * next.rotation : device.rotation;
+  LeastDistance nearest;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const Vec3 move = device.position - next.position;
     const Vec3 rotation = rotationVector(target * glm::conjugate(next.rotation));
     const Frame frame(next);
-    halfSpaces_.clear();
-    for (const Touch& touch : touches_) {
-      const Vec3 arm = touch.ofBody ? touch.place - next.position : frame.rotate(shell_->points[touch.point]);
+    for (std::size_t i = 0; i < touchCount_; ++i) {
+      const Touch& touch = touches_[i];
+      const Vec3 arm = touch.ofBody ? touch.place - next.position : frame.rotate(point(touch.point));
       const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;  // on the tool
       const Vec3 lever = glm::cross(arm, push);
       const Vec3 a = push * perMove, b = lever * perTurn;
-      halfSpaces_.push_back({{a.x, a.y, a.z, b.x, b.y, b.z},
-                             skin_ - height(touch, frame) - glm::dot(push, move) - glm::dot(lever, rotation)});
+      halfSpaces_[i] = {{a.x, a.y, a.z, b.x, b.y, b.z},
+                        skin_ - height(touch, frame) - glm::dot(push, move) - glm::dot(lever, rotation)};
     }
-    const LeastDistance nearest = leastDistance(halfSpaces_);
+    nearest = leastDistance(std::span(halfSpaces_).first(touchCount_));
     if (!nearest.exists) return false;
     const Vec3 by = move + perMove * Vec3(nearest.x[0], nearest.x[1], nearest.x[2]);
     const Vec3 turned = rotation + perTurn * Vec3(nearest.x[3], nearest.x[4], nearest.x[5]);
     next = {glm::normalize(rotationBy(turned) * next.rotation), next.position + by};
-    const double bend = glm::dot(turned, turned) * shell_->radius_m;  // what the linear step leaves out, twice
-    if (bend < kConstraintTolerance * skin_) return true;
+    const double bend = glm::dot(turned, turned) * tool_->shell.radius_m;  // what the linear step leaves out, twice
+    if (bend < kConstraintTolerance * skin_) break;
   }
+  describeHeld(nearest, next, result);
   return true;
 }
 
+/// In the coordinates of solve() a multiplier is the force along its normal: K_t (p - p_d) = sum of m_i n_i.
+void ToolContact::describeHeld(const LeastDistance& nearest, const Pose& next, ToolResult& result) const noexcept {
+  const Frame frame(next);
+  result.heldCount = static_cast<std::size_t>(nearest.tightCount);
+  for (std::size_t i = 0; i < result.heldCount; ++i) {
+    const Touch& touch = touches_[nearest.tight[i]];
+    const Vec3 push = touch.ofBody ? -frame.rotate(touch.normal) : touch.normal;
+    result.held[i] = {touch.body, touch.ofBody ? kNoTriangle : touch.triangle,
+                      touch.ofBody ? touch.place : frame.toWorld(point(touch.point)), nearest.multiplier[i] * push};
+  }
+}
+
 double ToolContact::farthestMove(const Pose& next) const noexcept {
-  return glm::distance(proxy_.position, next.position) + chord(proxy_.rotation, next.rotation) * shell_->radius_m;
+  return glm::distance(proxy_.position, next.position) + chord(proxy_.rotation, next.rotation) * tool_->shell.radius_m;
 }
 
 /// Does no point enter a surface on its way to that pose, as seen from each body and from the tool? Else hits_ are the first
@@ -310,17 +349,16 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
   firstHit_ = 1;
   lowestHit_ = std::numeric_limits<double>::infinity();
   const double travelled = travelled_ + moved_ + bound;
-  const Frame frame(next);
-  const auto count = static_cast<std::uint16_t>(place_.size());
-  for (std::uint16_t i = 0; i < count; ++i) {
-    next_[i] = frame.toWorld(shell_->points[i]);
+  const Frame now(proxy_), frame(next);
+  for (std::uint16_t i = 0; i < pointCount_; ++i) {
     if (travelled < clearTo_[i]) continue;
+    const Vec3 here = now.toWorld(point(i)), there = frame.toWorld(point(i));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const Body& body = bodies[b];
       const double radius = body.surface->radius_m() + bound + moved_;
-      if (body.pendingRemoval || squaredLength(next_[i] - body.centre) > radius * radius) continue;
-      const Vec3 from = toLocal(bodyAt_[b], place_[i]);
-      const Vec3 to = body.frame.toLocal(next_[i]);
+      if (body.pendingRemoval || squaredLength(there - body.centre) > radius * radius) continue;
+      const Vec3 from = toLocal(bodyAt_[b], here);
+      const Vec3 to = body.frame.toLocal(there);
       const Crossing crossing = body.surface->firstCrossing(from, to, allowance);
       if (allowance.isSpent()) break;
       if (!crossing) continue;
@@ -337,26 +375,28 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
 void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
                                   Allowance& allowance) noexcept {
   const double travelled = travelled_ + moved_ + bound;
-  const double reach = shell_->radius_m + bound + moved_;
+  const double reach = tool_->shell.radius_m + bound + moved_;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
-    auto& [points, clearTo] = sharp_[b];
-    if (points->empty() || glm::distance(body.centre, tool.origin) > body.surface->radius_m() + reach) continue;
-    for (std::size_t j = 0; j < points->size(); ++j) {
-      if (travelled < clearTo[j]) continue;
-      const Vec3 place = body.frame.toWorld((*points)[j]);
+    const auto& [points, first] = sharp_[b];
+    if (points.empty() || body.pendingRemoval) continue;
+    if (glm::distance(body.centre, tool.origin) > body.surface->radius_m() + reach) continue;
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      double& clearTo = sharpClearTo_[first + j];
+      if (travelled < clearTo) continue;
+      const Vec3 place = body.frame.toWorld(points[j]);
       const double beyond = glm::distance(place, tool.origin) - reach;
       if (beyond > 0) {
-        clearTo[j] = travelled_ + beyond;
+        clearTo = travelled_ + beyond;
         continue;
       }
-      const Vec3 from = toLocal(proxy_, toWorld(bodyAt_[b], (*points)[j]));
-      const Crossing crossing = surface_->firstCrossing(from, tool.toLocal(place), allowance);
+      const Vec3 from = toLocal(proxy_, toWorld(bodyAt_[b], points[j]));
+      const Crossing crossing = tool_->surface->firstCrossing(from, tool.toLocal(place), allowance);
       if (allowance.isSpent()) return;
       if (!crossing) continue;
       const auto point = static_cast<std::uint16_t>(j), of = static_cast<std::uint16_t>(b);
       addHit({true, point, of, crossing.triangle, crossing.side, tick_, place, {}, 0}, crossing.time,
-             heightOver(*surface_, crossing.triangle, from));
+             heightOver(*tool_->surface, crossing.triangle, from));
     }
   }
 }
@@ -371,12 +411,16 @@ void ToolContact::addHit(const Touch& hit, double time, double height) noexcept 
 bool ToolContact::addHits() noexcept {
   bool added = false;
   for (const Touch& hit : std::span(hits_).first(hitCount_)) {
-    const auto last =
-        std::find_if(touches_.rbegin(), touches_.rend(), [&](const Touch& t) { return t.isOf(hit); }).base();
-    const bool known =
-        std::any_of(touches_.begin(), last, [&](const Touch& t) { return t.isOf(hit) && t.triangle == hit.triangle; });
-    if (known || touches_.size() == kMaxHalfSpaces) continue;
-    touches_.insert(last == touches_.begin() ? touches_.end() : last, hit);  // those of a point one after another
+    std::size_t end = touchCount_;  // behind the last one of the same point
+    while (end > 0 && !touches_[end - 1].isOf(hit)) --end;
+    const bool known = std::any_of(touches_.begin(), touches_.begin() + static_cast<std::ptrdiff_t>(end),
+                                   [&](const Touch& t) { return t.isOf(hit) && t.triangle == hit.triangle; });
+    if (known || touchCount_ == kMaxHalfSpaces) continue;
+    const std::size_t place = end == 0 ? touchCount_ : end;  // those of a point one after another
+    const auto last = touches_.begin() + static_cast<std::ptrdiff_t>(touchCount_);
+    std::copy_backward(touches_.begin() + static_cast<std::ptrdiff_t>(place), last, last + 1);
+    touches_[place] = hit;
+    ++touchCount_;
     added = true;
   }
   return added;
@@ -384,11 +428,10 @@ bool ToolContact::addHits() noexcept {
 
 void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double bound, Allowance& allowance) noexcept {
   proxy_ = next;
-  place_.swap(next_);
   travelled_ += moved_ + bound;
   moved_ = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
-  const std::size_t all = clearTo_.size() + sharpCount_;
+  const std::size_t all = pointCount_ + sharpCount_;
   renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, allowance);
 }
 
@@ -396,9 +439,8 @@ void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double 
 std::int64_t ToolContact::testsWithin(double bound) const noexcept {
   const double travelled = travelled_ + moved_ + bound;
   const auto due = [&](double clearTo) { return clearTo <= travelled; };
-  auto count = std::count_if(clearTo_.begin(), clearTo_.end(), due);
-  for (const Sharp& sharp : sharp_) count += std::count_if(sharp.clearTo.begin(), sharp.clearTo.end(), due);
-  return count;
+  return std::count_if(clearTo_.begin(), clearTo_.begin() + static_cast<std::ptrdiff_t>(pointCount_), due) +
+         std::count_if(sharpClearTo_.begin(), sharpClearTo_.begin() + static_cast<std::ptrdiff_t>(sharpCount_), due);
 }
 
 /// Does the allowance last for the tests of a way of this length?
@@ -415,23 +457,25 @@ void ToolContact::learnTestCost(std::int64_t tests, std::int64_t spent, bool unf
 /// something by then; as long as the allowance has more than `keep` left.
 void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t count, std::int64_t keep,
                                   Allowance& allowance) noexcept {
-  const std::size_t all = clearTo_.size() + sharpCount_;
+  const std::size_t all = pointCount_ + sharpCount_;
   const Frame tool(proxy_);
   for (std::size_t i = 0; i < count && allowance.left() > keep; ++i) {
     std::size_t at = cursor_;
     cursor_ = cursor_ + 1 == all ? 0 : cursor_ + 1;
-    if (at < clearTo_.size()) {
-      if (travelled_ >= clearTo_[at]) clearTo_[at] = travelled_ + clearance(bodies, place_[at], allowance);
+    if (at < pointCount_) {
+      if (travelled_ >= clearTo_[at])
+        clearTo_[at] = travelled_ + clearance(bodies, tool.toWorld(point(at)), allowance);
       continue;
     }
-    at -= clearTo_.size();
-    std::size_t b = 0;
-    for (; at >= sharp_[b].clearTo.size(); ++b) at -= sharp_[b].clearTo.size();
-    double& clearTo = sharp_[b].clearTo[at];
+    at -= pointCount_;
+    double& clearTo = sharpClearTo_[at];
     if (travelled_ < clearTo) continue;
-    const Vec3 place = tool.toLocal(toWorld(bodyAt_[b], (*sharp_[b].points)[at]));
-    const double arm = glm::length(place), radius = shell_->radius_m;
-    const double distance = distanceFrom(*surface_, place, kFarthestClearance_m, allowance);
+    const auto end = sharp_.begin() + static_cast<std::ptrdiff_t>(bodyCount_);
+    const auto next = std::upper_bound(sharp_.begin(), end, at, [](std::size_t p, const Sharp& s) { return p < s.first; });
+    const auto b = static_cast<std::size_t>(next - sharp_.begin()) - 1;
+    const Vec3 place = tool.toLocal(toWorld(bodyAt_[b], sharp_[b].points[at - sharp_[b].first]));
+    const double arm = glm::length(place), radius = tool_->shell.radius_m;
+    const double distance = distanceFrom(*tool_->surface, place, kFarthestClearance_m, allowance);
     // Beyond the tool's sphere a turn takes it farther than the tool's own points.
     clearTo = travelled_ + std::max(arm - radius, distance * std::min(1.0, radius / (arm + distance)));
   }
@@ -441,6 +485,7 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
 double ToolContact::clearance(std::span<const Body> bodies, Vec3 place, Allowance& allowance) const noexcept {
   double clear = kFarthestClearance_m;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (bodies[b].pendingRemoval) continue;
     const CollisionMesh& surface = *bodies[b].surface;
     const Vec3 at = toLocal(bodyAt_[b], place);
     if (glm::distance(at, surface.centre()) - surface.radius_m() < clear)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "common/error/error.h"
@@ -13,6 +14,13 @@ namespace haptics {
 struct ToolShell {
   std::vector<Vec3> points;
   double radius_m = 0;  ///< Of the sphere about the frame's origin through the farthest point.
+};
+
+/// A mesh that the hand holds in place of a point.
+struct Tool {
+  std::shared_ptr<const CollisionMesh> surface;
+  ToolShell shell;                ///< Of the surface.
+  double torsion_Nm_per_rad = 1;  ///< Of the spring that turns it to where the device is turned.
 };
 
 /// Most points that a shell may have.

@@ -15,10 +15,11 @@ constexpr double kMaxStiffness_N_per_m = 1e5, kMaxTorsion_Nm_per_rad = 1e3, kMax
 /// Of a fault's end, as the server's devices.
 constexpr double kRise_s = 0.5;
 
-[[nodiscard]] std::shared_ptr<const ToolShell> shellOf(const CollisionMesh& mesh, double spacing_m) {
-  auto shell = makeToolShell(mesh, spacing_m);
+[[nodiscard]] std::shared_ptr<const Tool> makeTool(std::shared_ptr<const CollisionMesh> surface,
+                                                   const World::Tool& tool) {
+  auto shell = makeToolShell(*surface, tool.spacing_m);
   if (!shell) refuse("tool." + shell.error().field, shell.error().reason);
-  return std::make_shared<const ToolShell>(*std::move(shell));
+  return std::make_shared<const Tool>(Tool{std::move(surface), *std::move(shell), tool.torsion_Nm_per_rad});
 }
 
 [[nodiscard]] bool isPose(const World::Pose& pose) noexcept {
@@ -41,7 +42,8 @@ HeldTool::HeldTool(std::shared_ptr<const CollisionMesh> surface, const World::To
       period_s_(config.period_s),
       allowance_(config.allowance()),
       spacing_m_(tool.spacing_m),
-      contact_(surface, shellOf(*surface, tool.spacing_m)) {
+      tool_(makeTool(std::move(surface), tool)) {
+  contact_.hold(*tool_);
   constexpr double kMin = 1e-6;  // a spring that is none holds nothing
   check(tool.stiffness_N_per_m, kMin, kMaxStiffness_N_per_m, " N/m", "tool.stiffness_N_per_m");
   check(tool.torsion_Nm_per_rad, kMin, kMaxTorsion_Nm_per_rad, " Nm/rad", "tool.torsion_Nm_per_rad");
@@ -64,7 +66,7 @@ void HeldTool::adopt(const ServoScene& scene) {
     body.surface = object.surface.get();
     body.previous = body.current = object.pose;
     body.update();
-    obstacles.push_back({body, known.back().sharp, isKnown ? static_cast<int>(before - known_.begin()) : -1});
+    obstacles.push_back({body.current, *known.back().sharp, isKnown ? static_cast<int>(before - known_.begin()) : -1});
   }
   contact_.adopt(obstacles);
   known_ = std::move(known);
@@ -96,7 +98,7 @@ World::ToolSample HeldTool::step(const World::Pose& device) noexcept {
     felt_ = wrench;
     const double rate_N = EditSlew::kRate_N_per_s * period_s_;
     force_.shrink(rate_N);
-    torque_.shrink(rate_N * contact_.shell().radius_m);
+    torque_.shrink(rate_N * tool_->shell.radius_m);
     sample.touching = static_cast<std::uint32_t>(result.touching);
     sample.waits = result.waits;
   } else {

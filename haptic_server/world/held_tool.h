@@ -21,7 +21,7 @@ class HeldTool {
   /// The bodies are those of the scene from the next step on; what is felt of that comes without a step of the force.
   void adopt(const ServoScene& scene);
   [[nodiscard]] World::ToolSample step(const World::Pose& device) noexcept;
-  [[nodiscard]] std::size_t points() const noexcept { return contact_.shell().points.size(); }
+  [[nodiscard]] std::size_t points() const noexcept { return tool_->shell.points.size(); }
 
  private:
   /// Force and torque, N and Nm.
@@ -45,6 +45,7 @@ class HeldTool {
   double maxForce_N_, maxTorque_Nm_, period_s_;
   Allowance allowance_;
   double spacing_m_;
+  std::shared_ptr<const Tool> tool_;
   ToolContact contact_;
   std::vector<Body> bodies_;
   std::vector<Known> known_;  // in their order

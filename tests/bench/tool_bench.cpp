@@ -33,13 +33,13 @@ constexpr int kTicks = 6'000;  // of 1 ms
   return {turned, Vec3(0.05 + 0.01 * std::sin(3 * time_s), 0.012 * std::sin(2 * time_s), z)};
 }
 
-[[nodiscard]] std::shared_ptr<const ToolShell> ellipsoid(Vec3 semiAxes_m, int points) {
-  auto shell = std::make_shared<ToolShell>();
+[[nodiscard]] ToolShell ellipsoid(Vec3 semiAxes_m, int points) {
+  ToolShell shell;
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < points; ++i)
-    shell->points.push_back(glm::normalize(Vec3(normal(random), normal(random), normal(random))) * semiAxes_m);
-  shell->radius_m = std::max({semiAxes_m.x, semiAxes_m.y, semiAxes_m.z});
+    shell.points.push_back(glm::normalize(Vec3(normal(random), normal(random), normal(random))) * semiAxes_m);
+  shell.radius_m = std::max({semiAxes_m.x, semiAxes_m.y, semiAxes_m.z});
   return shell;
 }
 
@@ -51,8 +51,11 @@ void tickOfATool(benchmark::State& state, const ToolMotion& motion, std::uint32_
   body.update();
   const std::span<const Body> bodies(&body, 1);
   const TriMesh ball = makeSphere(1, 8).value();  // whose points are the ellipsoid's own
-  ToolContact tool(buildCollisionMesh(ball.vertices, ball.triangles), ellipsoid(motion.semiAxes_m, points));
-  tool.adopt(std::array{ToolContact::Obstacle{body, std::make_shared<const std::vector<Vec3>>(), -1}});
+  const Tool held{buildCollisionMesh(ball.vertices, ball.triangles), ellipsoid(motion.semiAxes_m, points)};
+  const auto contact = std::make_unique<ToolContact>();
+  ToolContact& tool = *contact;
+  tool.hold(held);
+  tool.adopt(std::array{ToolContact::Obstacle{body.current, {}, -1}});
   tool.reset(poseAt(motion, 0), bodies);
   Stopwatch stopwatch;
   double touching = 0, waits = 0;

@@ -60,7 +60,8 @@ const motion = all(
   within('spring', doubles('stiffness_N_per_m', 'damping_Ns_per_m', 'stiffness_Nm_per_rad', 'damping_Nms_per_rad')),
   oneOf(['hinge', 1, ...joint], ['slider', 2, ...joint]),
   list('planes', vectors('normal'), doubles('offset_m', 'friction', 'rolling_m')),
-  tagged('collision', 10, doubles('friction', 'rolling_m')), when((message) => message.fixed, 11));
+  tagged('collision', 10, doubles('friction', 'rolling_m')), when((message) => message.fixed, 11),
+  tagged('tool', 12, doubles('spacing_m', 'torsion_Nm_per_rad')));
 const plastic = when((softness) => softness.plastic > 0, 8, doubles('plastic'));
 const object = all(
   wholes('id'), texts('name'), wholes('revision'), raw('mesh'), within('pose', quaternions('rotation'), vectors('position')),

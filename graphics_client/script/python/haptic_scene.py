@@ -168,6 +168,8 @@ def motion_bytes(state):
         data += numbers(10) + doubles(motion.collision.friction, motion.collision.rolling_m)
     if motion.fixed:
         data += numbers(11)
+    if motion.HasField("tool"):
+        data += numbers(12) + doubles(motion.tool.spacing_m, motion.tool.torsion_Nm_per_rad)
     return data
 
 

@@ -54,6 +54,9 @@ struct FailureScene {
 [[nodiscard]] SceneResult wanderAmongMovingBodies(Renderer& method, Random& random);     ///< S20
 [[nodiscard]] SceneResult exploreSoups(Renderer& method, Random& random);                ///< S21
 [[nodiscard]] SceneResult exploreHeaps(Renderer& method, Random& random);                ///< S22
+[[nodiscard]] SceneResult throwAgainstPlate(Renderer& method, Random& random);           ///< S23
+[[nodiscard]] SceneResult putPegIntoHole(Renderer& method, Random& random);              ///< S24
+[[nodiscard]] SceneResult dragAlongComb(Renderer& method, Random& random);               ///< S25
 [[nodiscard]] SceneResult standOnOneAnother(Renderer& method, Random& random);           ///< S26
 [[nodiscard]] SceneResult squeezeAgainstWall(Renderer& method, Random& random);          ///< S27
 [[nodiscard]] SceneResult passMomentumOn(Renderer& method, Random& random);              ///< S28
@@ -89,6 +92,10 @@ inline constexpr std::array kFailureScenes{
                  Concern::kMotion},
     FailureScene{"S21", "1,000 long triangles and walls, pressed, stroked and crossed at 0.1 to 5 m/s", exploreSoups},
     FailureScene{"S22", "256 boxes with every feature in one place", exploreHeaps},
+    FailureScene{"S23", "a tool of 1,000 points against a thin plate at 2 m/s and 20 rad/s", throwAgainstPlate,
+                 Concern::kMotion},
+    FailureScene{"S24", "a peg into a hole, turned, pushed aside and pulled out", putPegIntoHole, Concern::kMotion},
+    FailureScene{"S25", "a bar along a comb finer than its points", dragAlongComb, Concern::kMotion},
     FailureScene{"S26", "five bricks on one another for 60 s, and a poke", standOnOneAnother, Concern::kMotion},
     FailureScene{"S27", "a brick squeezed between the hand and a wall", squeezeAgainstWall, Concern::kMotion},
     FailureScene{"S28", "a pushed brick pushes others: their momentum", passMomentumOn, Concern::kMotion},

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <list>
 #include <memory>
 #include <random>
 #include <vector>
@@ -27,17 +28,28 @@ std::shared_ptr<const CollisionMesh> surfaceOf(const TriMesh& mesh) {
   return buildCollisionMesh(mesh.vertices, mesh.triangles);
 }
 
-/// A tool among these bodies.
-ToolContact toolOf(const TriMesh& mesh, double spacing_m, const std::vector<Body>& bodies) {
-  const auto surface = surfaceOf(mesh);
-  ToolContact tool(surface, std::make_shared<const ToolShell>(makeToolShell(*surface, spacing_m).value()));
-  std::vector<ToolContact::Obstacle> obstacles;
-  for (const Body& body : bodies)
-    obstacles.push_back(
-        {body, std::make_shared<const std::vector<Vec3>>(sharpPoints(*body.surface, spacing_m, kMaxToolPoints)), -1});
-  tool.adopt(obstacles);
-  return tool;
-}
+/// A tool among bodies, with what it refers to.
+class HeldAmong : public ToolContact {
+ public:
+  HeldAmong(const TriMesh& mesh, double spacing_m, const std::vector<Body>& bodies) : own_(surfaceOf(mesh)) {
+    tool_ = {own_, makeToolShell(*own_, spacing_m).value()};
+    hold(tool_);
+    std::vector<Obstacle> obstacles;
+    for (const Body& body : bodies) {
+      sharp_.push_back(sharpPoints(*body.surface, spacing_m, kMaxToolPoints));
+      obstacles.push_back({body.current, sharp_.back(), -1});
+    }
+    adopt(obstacles);
+  }
+  HeldAmong(const HeldAmong&) = delete;
+  HeldAmong& operator=(const HeldAmong&) = delete;
+  [[nodiscard]] const ToolShell& shell() const { return tool_.shell; }
+
+ private:
+  std::shared_ptr<const CollisionMesh> own_;
+  Tool tool_;
+  std::list<std::vector<Vec3>> sharp_;
+};
 
 Quat about(Vec3 axis, double angle_rad) { return glm::angleAxis(angle_rad, glm::normalize(axis)); }
 
@@ -59,7 +71,7 @@ ToolResult bring(ToolContact& tool, const std::vector<Body>& bodies, const Pose&
 }
 
 /// How deep the deepest point of the tool is in a closed surface, m; 0: none is inside.
-double deepest(const ToolContact& tool, const Body& body) {
+double deepest(const HeldAmong& tool, const Body& body) {
   double depth = 0;
   for (const Vec3& point : tool.shell().points) {
     const Vec3 at = body.frame.toLocal(toWorld(tool.proxy(), point));
@@ -72,7 +84,7 @@ double deepest(const ToolContact& tool, const Body& body) {
 
 TEST(ToolContact, GoesWithItsDeviceWhereNothingIs) {
   const Ground ground;
-  ToolContact tool = toolOf(makeSphere(0.02, 8).value(), 0.004, ground.bodies);
+  HeldAmong tool(makeSphere(0.02, 8).value(), 0.004, ground.bodies);
   const Pose to{about({1, 2, 3}, 0.5), {0.02, 0.01, 0.1}};
   const ToolResult result = bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.2}}, to);
   EXPECT_NEAR(glm::distance(result.proxy.position, to.position), 0, 1e-12);
@@ -82,7 +94,7 @@ TEST(ToolContact, GoesWithItsDeviceWhereNothingIs) {
 
 TEST(ToolContact, BoxRestsOnAFace) {
   const Ground ground;
-  ToolContact tool = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, ground.bodies);
+  HeldAmong tool(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, ground.bodies);
   const ToolResult result = bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {{1, 0, 0, 0}, {0.01, 0, 0.003}});
   EXPECT_NEAR(result.proxy.position.z, 0.005, 1e-6);
   EXPECT_NEAR(result.force_N.z, 2, 0.002);
@@ -92,7 +104,7 @@ TEST(ToolContact, BoxRestsOnAFace) {
 
 TEST(ToolContact, TiltedDeviceIsTurnedBackByAFaceUntilItLifts) {
   const Ground ground;
-  ToolContact tool = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, ground.bodies);
+  HeldAmong tool(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, ground.bodies);
   // Pressed with 3 N, a lever of 20 mm holds the face down against torques up to 0.06 Nm.
   const ToolResult flat =
       bring(tool, ground.bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {about({0, 1, 0}, 0.02), {0, 0, 0.002}});
@@ -109,7 +121,7 @@ TEST(ToolContact, TiltedDeviceIsTurnedBackByAFaceUntilItLifts) {
 TEST(ToolContact, BoxRestsOnAnEdgeAndOnACorner) {
   const Ground ground;
   const TriMesh box = makeBox({0.02, 0.02, 0.02}, 2).value();
-  ToolContact tool = toolOf(box, 0.004, ground.bodies);
+  HeldAmong tool(box, 0.004, ground.bodies);
   const Quat onEdge = about({1, 0, 0}, std::acos(-1) / 4);
   const ToolResult edge =
       bring(tool, ground.bodies, {onEdge, {0, 0, 0.03}}, {onEdge, {0, 0, 0.01 * std::sqrt(2) - 0.002}});
@@ -124,7 +136,7 @@ TEST(ToolContact, BoxRestsOnAnEdgeAndOnACorner) {
 
 TEST(ToolContact, IsTurnedByWhatTouchesItBesideItsMiddle) {
   const Ground ground;
-  ToolContact tool = toolOf(makeBox({0.1, 0.004, 0.004}, 2).value(), 0.004, ground.bodies);
+  HeldAmong tool(makeBox({0.1, 0.004, 0.004}, 2).value(), 0.004, ground.bodies);
   // Held at one end: the frame's origin is the device's.
   const Quat tilted = about({0, 1, 0}, 0.3);
   const ToolResult result = bring(tool, ground.bodies, {tilted, {0, 0, 0.05}}, {tilted, {0, 0, 0.01}});
@@ -136,7 +148,7 @@ TEST(ToolContact, IsTurnedByWhatTouchesItBesideItsMiddle) {
 TEST(ToolContact, NeverPassesAThinPlateHoweverFast) {
   const auto plate = surfaceOf(makeBox({0.4, 0.4, 0.0005}, 8).value());
   const std::vector<Body> bodies{bodyOf(plate)};
-  ToolContact tool = toolOf(makeSphere(0.02, 24).value(), 0.0018, bodies);
+  HeldAmong tool(makeSphere(0.02, 24).value(), 0.0018, bodies);
   ASSERT_GE(tool.shell().points.size(), 900U);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -160,7 +172,7 @@ TEST(ToolContact, IsNeverInsideOfATorusInARandomWalk) {
   const std::vector<Body> bodies{bodyOf(torus)};
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
-  ToolContact tool = toolOf(makeBox({0.03, 0.01, 0.01}, 2).value(), 0.002, bodies);
+  HeldAmong tool(makeBox({0.03, 0.01, 0.01}, 2).value(), 0.002, bodies);
   Pose device{{1, 0, 0, 0}, {0.04, 0, 0.03}};
   tool.reset(device, bodies);
   Vec3 velocity(0), spin(0), before(0);
@@ -205,8 +217,8 @@ void feelRoughBall(bool moves) {
   const auto ball = surfaceOf(roughBall(random));
   std::vector<Body> bodies{bodyOf(ball)};
   const auto torus = surfaceOf(makeTorus(0.014, 0.005, 32, 16).value());
-  ToolContact tool = toolOf(makeTorus(0.014, 0.005, 32, 16).value(), 0.0015, bodies);
-  ASSERT_GT(tool.sharp(0)->size(), 500U);
+  HeldAmong tool(makeTorus(0.014, 0.005, 32, 16).value(), 0.0015, bodies);
+  ASSERT_GT(tool.sharp(0).size(), 500U);
   Pose device{{1, 0, 0, 0}, {0, 0, 0.07}};
   tool.reset(device, bodies);
   Vec3 velocity(0), spin(0);
@@ -235,7 +247,7 @@ void feelRoughBall(bool moves) {
     if (i % 20 != 0) continue;
     const Pose& tested = tool.testedAt(0);
     ASSERT_LT(deepest(tool, bodyOf(ball, tested)), 1e-12) << i;
-    for (const Vec3& corner : *tool.sharp(0)) {
+    for (const Vec3& corner : tool.sharp(0)) {
       const Vec3 at = toLocal(tool.proxy(), toWorld(tested, corner));
       int looked = 0;
       const ClosestPoint foot = torus->closestFoot(at, 1 << 20, looked);
@@ -254,14 +266,14 @@ TEST(ToolContact, IsOutsideOfABallThatComesToItWhileItsAllowanceIsTooSmall) { fe
 TEST(ToolContact, RestsOnABladeBetweenItsPoints) {
   const auto blade = surfaceOf(makeBox({0.2, 0.0004, 0.04}, 1).value());  // its edge up, at z = 0
   const std::vector<Body> bodies{bodyOf(blade, {{1, 0, 0, 0}, {0, 0.0025, -0.02}})};
-  ToolContact tool = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, bodies);
+  HeldAmong tool(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, bodies);
   const ToolResult result = bring(tool, bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {{1, 0, 0, 0}, {0, 0, 0.004}});
   EXPECT_NEAR(result.force_N.z, 1, 0.2);  // it hangs over to the side
   EXPECT_NEAR(result.torque_Nm.x, 0.0025 * result.force_N.z, 0.0003);
   // Sideways over its edge: never through it.
   for (int i = 1; i <= 300; ++i) {
     (void)tool.follow(bodies, {{1, 0, 0, 0}, {0, 1e-4 * i, 0.004}}, kCoupling);
-    for (const Vec3& corner : *tool.sharp(0)) {
+    for (const Vec3& corner : tool.sharp(0)) {
       const Vec3 at = toLocal(tool.proxy(), bodies[0].frame.toWorld(corner));
       const Vec3 within = Vec3(0.02, 0.01, 0.005) - glm::abs(at);
       ASSERT_LT(std::min({within.x, within.y, within.z}), 1e-9) << i;
@@ -272,7 +284,7 @@ TEST(ToolContact, RestsOnABladeBetweenItsPoints) {
 TEST(ToolContact, RestsOnANeedleBetweenItsPoints) {
   const auto needle = surfaceOf(makeBox({0.0004, 0.0004, 0.04}, 1).value());
   const std::vector<Body> bodies{bodyOf(needle, {{1, 0, 0, 0}, {0.0121, 0.0023, -0.02}})};
-  ToolContact tool = toolOf(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, bodies);
+  HeldAmong tool(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.005, bodies);
   const ToolCoupling stiff{.stiffness_N_per_m = 1000, .torsion_Nm_per_rad = 100};
   const ToolResult result = bring(tool, bodies, {{1, 0, 0, 0}, {0, 0, 0.02}}, {{1, 0, 0, 0}, {0, 0, 0.003}}, stiff);
   EXPECT_NEAR(result.force_N.z, 2, 0.02);
@@ -283,7 +295,7 @@ TEST(ToolContact, RestsOnANeedleBetweenItsPoints) {
 TEST(ToolContact, IsPushedByABodyThatMoves) {
   const auto wall = surfaceOf(makeBox({0.1, 0.1, 0.1}, 4).value());
   std::vector<Body> bodies{bodyOf(wall, {{1, 0, 0, 0}, {0, 0, -0.08}})};
-  ToolContact tool = toolOf(makeSphere(0.02, 16).value(), 0.003, bodies);
+  HeldAmong tool(makeSphere(0.02, 16).value(), 0.003, bodies);
   const Pose device{};
   tool.reset(device, bodies);
   ToolResult result;
@@ -300,7 +312,7 @@ TEST(ToolContact, IsPushedByABodyThatMoves) {
 
 TEST(ToolContact, EndsATickWhoseAllowanceIsSpentAtAClearPlace) {
   const Ground ground;
-  ToolContact tool = toolOf(makeSphere(0.02, 24).value(), 0.0022, ground.bodies);
+  HeldAmong tool(makeSphere(0.02, 24).value(), 0.0022, ground.bodies);
   tool.reset({{1, 0, 0, 0}, {0, 0, 0.05}}, ground.bodies);
   ToolResult result;
   int waits = 0;

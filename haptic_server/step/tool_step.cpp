@@ -1,0 +1,107 @@
+#include "haptic_server/step/tool_step.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "haptic_server/force/spring_damper.h"
+
+namespace haptics {
+namespace {
+
+[[nodiscard]] std::span<const Body> bodiesOf(const HapticState& state) noexcept {
+  return {state.bodies.data(), state.adoption.bodyCount};
+}
+
+/// Where it is held most.
+[[nodiscard]] const ToolPoint* strongestOf(const ToolResult& felt) noexcept {
+  const auto end = felt.held.begin() + static_cast<std::ptrdiff_t>(felt.heldCount);
+  const auto strongest = std::max_element(felt.held.begin(), end, [](const ToolPoint& a, const ToolPoint& b) {
+    return squaredLength(a.force_N) < squaredLength(b.force_N);
+  });
+  return strongest == end ? nullptr : &*strongest;
+}
+
+}  // namespace
+
+void attachTool(HapticState& state, Vec3 position) noexcept {
+  const Pose pose = devicePose(state, position);
+  state.tool.contact.reset(pose, bodiesOf(state));
+  state.tool.felt = {};
+  Body& own = state.bodies[state.tool.body];
+  own.previous = own.current = pose;
+  own.update();
+}
+
+void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& result) noexcept {
+  ToolInHand& tool = state.tool;
+  const ServoObject& object = scene.objects[tool.body];
+  const Pose device = devicePose(state, state.estimate.hip);
+  Allowance& allowance = result.contact.work.allowance;
+  tool.felt = tool.contact.follow(bodiesOf(state), device, {object.stiffness_N_per_m, object.tool->torsion_Nm_per_rad},
+                                  allowance);
+  allowance = tool.felt.allowance;
+  Body& own = state.bodies[tool.body];
+  own.previous = own.current;
+  own.current = tool.felt.proxy;
+  own.update();
+  if (tool.felt.waits) {
+    result.contact.work.allowanceSpent = true;
+    ++state.report.allowanceSpent;
+  }
+
+  const Vec3 stretch = own.current.position - device.position;
+  const double depth = glm::length(stretch);
+  const Vec3 direction = depth > 0 ? stretch / depth : Vec3(0);
+  const Vec3 proxyVelocity = (own.current.position - own.previous.position) / config.period_s;
+  const double approach = glm::dot(state.estimate.velocity.velocity() - proxyVelocity, direction);
+  RateLimitedStiffness& stiffness = state.objects[tool.body].stiffness;
+  const double byEdit_J = stiffness.follow({object.stiffness_N_per_m, object.damping_Ns_per_m}, depth, approach,
+                                           config.maxForce_N, config.period_s);
+  if (byEdit_J != 0) state.energy.attribute(object.id, EnergyFeature::kEdit, byEdit_J);
+  const SpringDamper along = springDamper(depth, approach, stiffness.value());
+  result.force.spring = along.spring * direction;
+  result.force.damping = along.damping * direction;
+  result.force.contact = result.force.spring + result.force.damping;
+  const ToolPoint* strongest = strongestOf(tool.felt);
+  if (strongest == nullptr || !(depth > 0)) return;
+  ContactResult& contact = result.contact;
+  contact.touching = true;
+  contact.body = static_cast<int>(strongest->body);
+  contact.ihip = own.current.position;
+  contact.normal = direction;
+  contact.penetration_m = depth;
+  contact.alongNormal = true;
+  const CollisionMesh& surface = *state.bodies[strongest->body].surface;
+  if (strongest->triangle != kNoTriangle)
+    contact.primitive = {PrimitiveKind::kPolygon, surface.canonical(strongest->triangle),
+                         surface.canonical(strongest->triangle)};
+}
+
+Push pushOfTool(const HapticState& state, std::size_t body) noexcept {
+  Push push;
+  const ToolResult& felt = state.tool.felt;
+  for (const ToolPoint& held : std::span(felt.held).first(felt.heldCount)) {
+    if (held.body != body) continue;
+    if (push.force_N == Vec3(0)) push.place_m = held.place;
+    push.force_N -= held.force_N;
+    push.torque_Nm -= glm::cross(held.place - push.place_m, held.force_N);
+  }
+  return push;
+}
+
+bool describeTool(const HapticState& state, ToolState& tool) noexcept {
+  if (!state.features.tool) return std::exchange(tool.object, 0) != 0;
+  const ToolResult& felt = state.tool.felt;
+  tool.object = state.objects[state.tool.body].id;
+  bool changed = tool.torque_Nm != felt.torque_Nm || tool.pointCount != felt.heldCount;
+  tool.torque_Nm = felt.torque_Nm;
+  tool.pointCount = felt.heldCount;
+  for (std::size_t i = 0; i < felt.heldCount; ++i) {
+    const ToolState::Point now{felt.held[i].place, felt.held[i].force_N};
+    changed = changed || !(tool.point[i] == now);
+    tool.point[i] = now;
+  }
+  return changed;
+}
+
+}  // namespace haptics
