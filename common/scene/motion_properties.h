@@ -68,7 +68,7 @@ struct MotionProperties {
   std::vector<PlaneProperties> planes = {};
   bool fixed = false;  ///< Stays where the scene has it; nothing of the above counts.
   std::optional<CollisionProperties> collision = std::nullopt;  ///< Default: others pass through it.
-  std::optional<ToolProperties> tool = std::nullopt;  ///< Held; nothing of the above counts.
+  std::optional<ToolProperties> tool = std::nullopt;            ///< Held; nothing of the above counts.
   bool operator==(const MotionProperties&) const = default;
 };
 

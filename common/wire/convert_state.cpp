@@ -287,8 +287,8 @@ std::optional<ToolState> toolFromWire(const v1::Telemetry& message) {
   bool whole = isFinite(tool.torque_Nm);
   for (const v1::ToolPoint& point : message.tool().point()) {
     if (tool.pointCount == ToolState::kMaxPoints) break;
-    const ToolState::Point& taken = tool.point[tool.pointCount++] = {vectorFrom(point.place()),
-                                                                     vectorFrom(point.force_n())};
+    const ToolState::Point& taken =
+        tool.point[tool.pointCount++] = {vectorFrom(point.place()), vectorFrom(point.force_n())};
     whole = whole && !checkPosition(point.place(), "") && isFinite(taken.force_N);
   }
   return whole ? std::optional(tool) : std::nullopt;

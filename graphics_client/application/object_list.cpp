@@ -17,7 +17,11 @@ QString text(const std::string& untrusted) { return QString::fromStdString(print
 
 QString kindOf(const ObjectRecord& object) {
   QStringList kind;
-  if (object.motion) kind << "moves";
+  if (object.motion && object.motion->tool) {
+    kind << "tool";
+  } else if (object.motion && !object.motion->fixed) {
+    kind << "moves";
+  }
   if (object.deformation.softness || object.deformation.lattice) kind << "soft";
   return kind.join(", ");
 }

@@ -197,7 +197,7 @@ const SwitchProperty kIsSoft = {"soft", "Yields to the stylus; else rigid",
                                   softness.set_radius_m(kUsualDent_m);
                                 }};
 
-bool moves(const ObjectRecord& object) { return object.motion && !object.motion->fixed; }
+bool moves(const ObjectRecord& object) { return object.motion && !object.motion->fixed && !object.motion->tool; }
 
 v1::Motion& motionIn(v1::Operation& operation, const ObjectRecord& object) {
   v1::Motion& motion = *operation.mutable_set_motion()->mutable_motion();

@@ -20,6 +20,8 @@ constexpr double kGhostOpacity = 0.65;
 constexpr double kOnTopOpacity = 0.9;
 /// Opacity of the contacted polygon's face: the surface is seen through it.
 constexpr double kPrimitiveOpacity = 0.6;
+/// And of the tool where the device has it.
+constexpr double kToolAtDeviceOpacity = 0.25;
 /// Weaker forces show no arrow (newtons): below what a hand can feel, its direction is noise.
 constexpr double kSmallestArrow_N = 0.03;
 /// The arrow tip's length and radius in shaft radii. A short arrow is all tip.
@@ -133,11 +135,13 @@ ContactGlyphs::ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes)
       tip_(pane, unitCone(), Glyph::Kind::kBody),
       toolForces_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
       toolPoints_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
-      torque_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kAbove) {
+      torque_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kAbove),
+      toolAtDevice_(pane, vtkNew<vtkPolyData>(), Glyph::Kind::kOnObject) {
   trail_.setLineWidth(kTrailLine_px);
   toolForces_.setLineWidth(kToolForce_px);
   toolPoints_.setLineWidth(kToolPoint_px);
   torque_.setLineWidth(kTorque_px);
+  toolAtDevice_.setOpacity(kToolAtDeviceOpacity);
   primitive_.setOpacity(kPrimitiveOpacity);
   ihip_.setOpacity(kOnTopOpacity);
   for (Glyph* glyph : {&thread_, &pin_, &pinHead_, &shaft_, &tip_}) glyph->setOpacity(kOnTopOpacity);
@@ -212,6 +216,7 @@ void ContactGlyphs::updatePrimitive(const MirrorView& view, double metresPerPixe
 
 void ContactGlyphs::updateTool(const MirrorView& view, double metresPerPixel, bool current) {
   if (!view.tool) return;
+  updateToolAtDevice(view, current);
   std::vector<Vec3> places, lines;
   for (const ToolState::Point& point : view.tool->points()) {
     places.push_back(point.place);
@@ -229,6 +234,18 @@ void ContactGlyphs::updateTool(const MirrorView& view, double metresPerPixel, bo
   torque_.setShape(segments(arcAround(view.sample->ihip, view.tool->torque_Nm / torque_Nm, kArc_px * metresPerPixel,
                                       std::min(kArc_radPerNm * torque_Nm, kLongestArc_rad))));
   torque_.show(shadeIf(current, palette::kTorque), asItIs);
+}
+
+void ContactGlyphs::updateToolAtDevice(const MirrorView& view, bool current) {
+  const SceneVersion::Object object = view.scene->find(view.tool->object);
+  if (!object || view.sample->object == 0) return;
+  const auto mesh = view.meshes.find(object->mesh);
+  if (mesh == view.meshes.end()) return;
+  if (toolShape_ != object->mesh) {
+    toolAtDevice_.setShape(trianglesOf(mesh->second->vertices, mesh->second->triangles));
+    toolShape_ = object->mesh;
+  }
+  toolAtDevice_.show(shadeIf(current, palette::kHip), matrixOf({object->pose.rotation, view.sample->hip}));
 }
 
 void ContactGlyphs::updateTrail(const Trail& trail, bool current) {

@@ -49,8 +49,8 @@ struct GlyphSizes {
 };
 
 /// HIP, IHIP, the line between them, the force at the IHIP, friction's sticking point as a pin with a thread to the IHIP,
-/// the contacted primitive and the trail; where a tool is held, the points that hold it with their forces, and its torque as
-/// an arc. In one pane. Markers keep their size on the screen whatever the zoom.
+/// the contacted primitive and the trail; where a tool is held, the points that hold it with their forces, its torque as an
+/// arc, and pale where the device has it. In one pane. Markers keep their size on the screen whatever the zoom.
 class ContactGlyphs {
  public:
   ContactGlyphs(ScenePane& pane, const GlyphSizes& sizes);
@@ -64,18 +64,20 @@ class ContactGlyphs {
 
  private:
   GlyphSizes sizes_;
-  Glyph trail_, primitive_, primitiveOutline_, hip_, ihip_, spring_, thread_, pin_, pinHead_, shaft_,
-      tip_, toolForces_, toolPoints_, torque_;  // in this order
+  Glyph trail_, primitive_, primitiveOutline_, hip_, ihip_, spring_, thread_, pin_, pinHead_, shaft_, tip_, toolForces_,
+      toolPoints_, torque_, toolAtDevice_;  // in this order
+  ContentHash toolShape_;                   // drawn by toolAtDevice_
 
-  [[nodiscard]] std::array<Glyph*, 14> all() {
-    return {&trail_,   &primitive_, &primitiveOutline_, &hip_, &ihip_,       &spring_,     &thread_,
-            &pin_,     &pinHead_,   &shaft_,            &tip_, &toolForces_, &toolPoints_, &torque_};
+  [[nodiscard]] std::array<Glyph*, 15> all() {
+    return {&trail_, &primitive_, &primitiveOutline_, &hip_,        &ihip_,   &spring_,      &thread_, &pin_, &pinHead_,
+            &shaft_, &tip_,       &toolForces_,       &toolPoints_, &torque_, &toolAtDevice_};
   }
 
   void updateForce(const MirrorView& view, double metresPerPixel, bool current);
   void updatePin(const TelemetrySample& sample, double metresPerPixel, bool current);
   void updatePrimitive(const MirrorView& view, double metresPerPixel, bool current);
   void updateTool(const MirrorView& view, double metresPerPixel, bool current);
+  void updateToolAtDevice(const MirrorView& view, bool current);
   void updateTrail(const Trail& trail, bool current);
 };
 

@@ -169,18 +169,9 @@ namespace {
 std::uint64_t stateLayout() noexcept {
   using Parts = decltype(HapticState::partsOf(std::declval<const HapticState&>()));
   constexpr auto kSizes = []<class... Part>(std::type_identity<std::tuple<Part...>>) {
-    return std::array{sizeof(Part)...,
-                      sizeof(ContactState),
-                      sizeof(Body),
-                      sizeof(HapticState::ObjectState),
-                      sizeof(BumpState),
-                      sizeof(MovingBody),
-                      sizeof(BodyPair),
-                      sizeof(ToolContact),
-                      sizeof(BodyDent),
-                      sizeof(SurfaceMemory),
-                      sizeof(EnergyAccount),
-                      sizeof(PredictiveObserver)};
+    return std::array{sizeof(Part)...,   sizeof(ContactState),  sizeof(Body),          sizeof(HapticState::ObjectState),
+                      sizeof(BumpState), sizeof(MovingBody),    sizeof(BodyPair),      sizeof(ToolContact),
+                      sizeof(BodyDent),  sizeof(SurfaceMemory), sizeof(EnergyAccount), sizeof(PredictiveObserver)};
   }(std::type_identity<Parts>());
   std::uint64_t layout = 0;
   for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;

@@ -58,7 +58,8 @@ bool ToolContactImage::isWhole(const ToolContact& contact, const ServoScene& sce
     return false;
   const auto isNumber = [](double value) { return std::isfinite(value); };
   const auto isTouch = [&](const ToolContact::Touch& touch) {
-    if (!isFlag(touch.ofBody) || touch.body >= contact.bodyCount_ || (touch.side != 1 && touch.side != -1)) return false;
+    if (!isFlag(touch.ofBody) || touch.body >= contact.bodyCount_ || (touch.side != 1 && touch.side != -1))
+      return false;
     const CollisionMesh& surface = touch.ofBody ? *contact.tool_->surface : *scene.objects[touch.body].surface;
     const std::size_t points = touch.ofBody ? contact.sharp_[touch.body].points.size() : contact.pointCount_;
     return touch.triangle < surface.triangleCount() && touch.point < points && isWithinWorld(touch.place) &&

@@ -250,7 +250,8 @@ Result<void> SceneDraft::checkOnlyTool(const ObjectRecord& record, const std::st
     if (stays && isOther(*object)) other = object->name;
   }
   if (other.empty()) return {};
-  return refused(field + "tool", "is one beside " + other + ", which the hand holds; take the motion of that away first");
+  return refused(field + "tool",
+                 "is one beside " + other + ", which the hand holds; take the motion of that away first");
 }
 
 /// To the mesh that the object has after the transaction.

@@ -167,8 +167,7 @@ void ServoSceneBuilder::addSharpPoints(ServoScene& scene, std::map<ObjectId, Cac
     if (last != cachedObjects_.end() && last->second.surface == known.surface && last->second.spacing_m == spacing_m) {
       known.sharp = last->second.sharp;
     } else {
-      known.sharp =
-          std::make_shared<const std::vector<Vec3>>(sharpPoints(*known.surface, spacing_m, kMaxToolPoints));
+      known.sharp = std::make_shared<const std::vector<Vec3>>(sharpPoints(*known.surface, spacing_m, kMaxToolPoints));
     }
     known.spacing_m = spacing_m;
     object.sharp = known.sharp;
@@ -228,9 +227,8 @@ void ServoSceneBuilder::follow(const MotionState& motion) {
     const auto known = cachedObjects_.find(body.object);
     return known != cachedObjects_.end() && known->second.body.tool != nullptr;
   };
-  const bool allRest = std::ranges::all_of(motion.bodies(), [&](const BodyState& body) {
-    return body.condition != BodyCondition::kAwake || isHeld(body);
-  });
+  const bool allRest = std::ranges::all_of(
+      motion.bodies(), [&](const BodyState& body) { return body.condition != BodyCondition::kAwake || isHeld(body); });
   if (!makePlan_ || !allRest) return;
   for (const BodyState& body : motion.bodies()) {
     if (isHeld(body)) continue;

@@ -10,6 +10,7 @@
 #include "haptic_server/motion/coupling.h"
 #include "haptic_server/scene/derived_parts.h"
 #include "haptic_server/surface/surface_detail.h"
+#include "haptic_server/tool/tool_shell.h"
 
 namespace haptics {
 namespace {
@@ -185,10 +186,28 @@ std::vector<std::string> surfaceWarnings(const ObjectRecord& record, const Objec
   return warnings;
 }
 
+namespace {
+
+/// Points of a tool that a tick follows over a million triangles in some 80 us (tool/README.md).
+constexpr double kManyToolPoints = 4'000;
+
+std::vector<std::string> toolWarnings(const Tool& tool, double spacing_m) {
+  const auto points = static_cast<double>(tool.shell.points.size());
+  if (points <= kManyToolPoints) return {};
+  return {written(
+      4, "warning: the tool touches with ", points,
+      " points; on large scenes that may take more than a tick, and the tool lags behind the hand: a spacing_m of ",
+      spacing_m * std::sqrt(points / kManyToolPoints), " has about ", kManyToolPoints)};
+}
+
+}  // namespace
+
 std::vector<std::string> motionWarnings(const ObjectRecord& record, const ObjectAssets& assets,
                                         const DeviceLimits& device) {
   const auto body = bodyPartsOf(record, assets);
-  if (!body || !*body || !(*body)->body) return {};
+  if (!body || !*body) return {};
+  if ((*body)->tool) return toolWarnings(*(*body)->tool, record.motion->tool->spacing_m);
+  if (!(*body)->body) return {};
   const double mass_kg = (*body)->apparentMass_kg;
   const double stiffness = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);
   const double damping = std::min(record.material.damping_Ns_per_m, device.maxDamping_Ns_per_m);

@@ -134,7 +134,8 @@ void ServoLoop::finish(const StepInput& input, const ForceResult& result, std::u
   if (flight_ != nullptr) flight_->add({input, newScene, sample.force.written, sample.fault});
   account(sample);
   if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
-  if (state_.features.tool + state_.motion.count + motion_.bodyCount + state_.denting.count + motion_.dentCount > 0) [[unlikely]] {
+  if (state_.features.tool + state_.motion.count + motion_.bodyCount + state_.denting.count + motion_.dentCount > 0)
+      [[unlikely]] {
     const bool moved = describeMotion(state_, input.tick, motion_);
     const auto staying = motion_.staying;
     const std::uint64_t revision = motion_.sceneRevision;

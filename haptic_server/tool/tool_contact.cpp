@@ -463,15 +463,15 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
     std::size_t at = cursor_;
     cursor_ = cursor_ + 1 == all ? 0 : cursor_ + 1;
     if (at < pointCount_) {
-      if (travelled_ >= clearTo_[at])
-        clearTo_[at] = travelled_ + clearance(bodies, tool.toWorld(point(at)), allowance);
+      if (travelled_ >= clearTo_[at]) clearTo_[at] = travelled_ + clearance(bodies, tool.toWorld(point(at)), allowance);
       continue;
     }
     at -= pointCount_;
     double& clearTo = sharpClearTo_[at];
     if (travelled_ < clearTo) continue;
     const auto end = sharp_.begin() + static_cast<std::ptrdiff_t>(bodyCount_);
-    const auto next = std::upper_bound(sharp_.begin(), end, at, [](std::size_t p, const Sharp& s) { return p < s.first; });
+    const auto next =
+        std::upper_bound(sharp_.begin(), end, at, [](std::size_t p, const Sharp& s) { return p < s.first; });
     const auto b = static_cast<std::size_t>(next - sharp_.begin()) - 1;
     const Vec3 place = tool.toLocal(toWorld(bodyAt_[b], sharp_[b].points[at - sharp_[b].first]));
     const double arm = glm::length(place), radius = tool_->shell.radius_m;

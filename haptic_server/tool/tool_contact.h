@@ -36,7 +36,8 @@ struct ToolResult {
   bool waits = false;   ///< The allowance or the rounds ended before the proxy was where it is to be.
   Allowance allowance;  ///< What is left.
   std::size_t heldCount = 0;
-  std::array<ToolPoint, ToolState::kMaxPoints> held;  ///< Their forces add up to the force, their torques to the torque.
+  std::array<ToolPoint, ToolState::kMaxPoints>
+      held;  ///< Their forces add up to the force, their torques to the torque.
 };
 
 /// Sharp points of all bodies together; those of further bodies are left out.

@@ -182,7 +182,8 @@ class PythonClient(harness.EndToEnd):
                        "mass_kg: 1 hinge { anchor_m { x: 0.1 } axis { z: 1 } lowest: -1 highest: 0.5 }",
                        "mass_kg: 1 slider { axis { x: 0.6 y: 0.8 } }",
                        "mass_kg: 1 planes { normal { z: 1 } } planes { normal { x: -1 } offset_m: -0.5 friction: 0 "
-                       "rolling_m: 1e-3 }", "mass_kg: 0.1 collision { friction: 0.4 }", "fixed: true collision {}", ""):
+                       "rolling_m: 1e-3 }", "mass_kg: 0.1 collision { friction: 0.4 }", "fixed: true collision {}",
+                       "tool { spacing_m: 0.02 torsion_Nm_per_rad: 0.5 }", ""):
             with self.subTest(motion=motion):
                 client.apply('operations { set_motion { object { name: "ball" } motion { %s } } }' % motion)
                 self.assert_in_step(client)

@@ -42,6 +42,7 @@ OBJECTS = (
     "motion { mass_kg: 0.1 planes { normal { z: 1 } } planes { normal { x: -1 } offset_m: -0.5 friction: 0 rolling_m: 1e-3 } }",
     "motion { mass_kg: 0.1 collision { friction: 0.4 rolling_m: 1e-3 } planes { normal { z: 1 } } }",
     "motion { fixed: true collision {} }",
+    "motion { tool { spacing_m: 0.05 } }",
     "pose { position { x: -0.0 y: 1e-300 } rotation { w: 0.6 z: 0.8 } }",
 )
 

@@ -188,8 +188,9 @@ void Editor::changeMotion() {
   const v1::ObjectRef object = operation.set_material().object();
   v1::SetMotion& set = *operation.mutable_set_motion();
   *set.mutable_object() = object;
-  const std::uint64_t kind = stage_.random.below(5);
-  if (kind > 1) set.mutable_motion()->set_mass_kg(stage_.random.uniform(0.01, 1));
+  const std::uint64_t kind = stage_.random.below(6);
+  if (kind == 5) set.mutable_motion()->mutable_tool()->set_spacing_m(stage_.random.uniform(0.01, 0.1));
+  if (kind > 1 && kind < 5) set.mutable_motion()->set_mass_kg(stage_.random.uniform(0.01, 1));
   if (kind == 1) set.mutable_motion()->set_fixed(true);
   if (kind == 1 || kind == 2) set.mutable_motion()->mutable_collision()->set_friction(stage_.random.uniform(0, 1));
   if (kind == 3) set.mutable_motion()->mutable_hinge()->mutable_axis()->set_z(1);

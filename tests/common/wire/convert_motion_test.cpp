@@ -43,6 +43,10 @@ TEST(MotionOnTheWire, ComesBackAsItWent) {
   toWire(ground, wire);
   EXPECT_EQ(announcedMotionFrom(wire).value(), ground);
   EXPECT_EQ(motionFrom(message("fixed: true collision {}")).value(), ground);
+  const MotionProperties tool{.gravity_m_per_s2 = Vec3(0), .tool = ToolProperties{0.002, 0.5}};
+  toWire(tool, wire);
+  EXPECT_EQ(announcedMotionFrom(wire).value(), tool);
+  EXPECT_EQ(motionFrom(message("tool { spacing_m: 0.002 torsion_Nm_per_rad: 0.5 }")).value(), tool);
 }
 
 TEST(MotionOnTheWire, HasAHashOfItsOwnForEachThatDiffers) {
@@ -51,12 +55,14 @@ TEST(MotionOnTheWire, HasAHashOfItsOwnForEachThatDiffers) {
        {MotionProperties{.mass_kg = 1}, MotionProperties{.mass_kg = 1, .collision = CollisionProperties{}},
         MotionProperties{.mass_kg = 1, .collision = CollisionProperties{0.6}},
         MotionProperties{.mass_kg = 1, .collision = CollisionProperties{0.5, 1e-3}},
-        MotionProperties{.fixed = true, .collision = CollisionProperties{}}}) {
+        MotionProperties{.fixed = true, .collision = CollisionProperties{}},
+        MotionProperties{.tool = ToolProperties{0.002}}, MotionProperties{.tool = ToolProperties{0.003}},
+        MotionProperties{.tool = ToolProperties{0.002, 2}}}) {
     Hasher hasher;
     addTo(hasher, motion);
     hashes.insert(hasher.finish().hex());
   }
-  EXPECT_EQ(hashes.size(), 5U);
+  EXPECT_EQ(hashes.size(), 8U);
 }
 
 TEST(MotionOnTheWire, NeedsOnlyAMass) {
@@ -80,6 +86,10 @@ TEST(MotionOnTheWire, IsRefusedWhereItIsWrongAndSaysWhere) {
   EXPECT_EQ(fieldAtFault("mass_kg: 1 collision { rolling_m: nan }"), "collision.rolling_m");
   EXPECT_EQ(fieldAtFault("fixed: true"), "collision");
   EXPECT_EQ(fieldAtFault("fixed: true collision {} mass_kg: 1"), "fixed");
+  EXPECT_EQ(fieldAtFault("tool {}"), "tool.spacing_m");
+  EXPECT_EQ(fieldAtFault("tool { spacing_m: nan }"), "tool.spacing_m");
+  EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 torsion_Nm_per_rad: 0 }"), "tool.torsion_Nm_per_rad");
+  EXPECT_EQ(fieldAtFault("tool { spacing_m: 0.01 } mass_kg: 1"), "tool");
 }
 
 Result<Transaction> transaction(const std::string& text) { return fromWire(parseSceneText(text, "test").value()); }

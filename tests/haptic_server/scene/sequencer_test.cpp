@@ -106,6 +106,23 @@ TEST_F(SequencerTest, RefusesMotionsThatNoBodyHasAndMoreBodiesThanTheServoMoves)
   accept(edit(remove("m0"), SetMotion{named("a"), MotionProperties{.mass_kg = 1}}));
 }
 
+TEST_F(SequencerTest, RefusesASecondToolAndOneOfTooManyPoints) {
+  accept(edit(add("a")));
+  accept(edit(add("b")));
+  const auto tool = [](double spacing_m) { return MotionProperties{.tool = ToolProperties{spacing_m}}; };
+  const Error tooFine = reject(edit(SetMotion{named("a"), tool(1e-5)}));
+  EXPECT_EQ(tooFine.field, "operations[0].set_motion.motion.tool.spacing_m");
+  EXPECT_THAT(tooFine.reason, HasSubstr("more than 8192 points"));
+  accept(edit(SetMotion{named("a"), tool(0.05)}));
+  accept(edit(SetMotion{named("a"), tool(0.06)}));
+  const Error second = reject(edit(SetMotion{named("b"), tool(0.05)}));
+  EXPECT_EQ(second.field, "operations[0].set_motion.motion.tool");
+  EXPECT_THAT(second.reason, HasSubstr("a, which the hand holds"));
+  Transaction exchange;
+  exchange.operations = {SetMotion{named("b"), tool(0.05)}, SetMotion{named("a"), std::nullopt}};
+  accept(exchange);
+}
+
 TEST_F(SequencerTest, AppliesAllOperationsOrNone) {
   accept(edit(add("a")));
   const Error error = reject(edit(moveTo("a", {1, 1, 1}), add("b"), remove("a"), moveTo("a", {2, 2, 2})));

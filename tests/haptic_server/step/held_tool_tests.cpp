@@ -23,11 +23,12 @@ constexpr double kStiffness_N_per_m = 800;
 const StepConfig kConfig{.maxForce_N = 20};
 const TriMesh kBar = makeBox({0.04, 0.02, 0.01}, 2).value();
 
-ServoObject toolOf(std::uint64_t id, const TriMesh& mesh, double spacing_m = kSpacing_m, const Quat& turned = {1, 0, 0, 0}) {
+ServoObject toolOf(std::uint64_t id, const TriMesh& mesh, double spacing_m = kSpacing_m,
+                   const Quat& turned = {1, 0, 0, 0}) {
   ServoObject object = objectOf(id, surfaceOf(mesh), {}, kStiffness_N_per_m);
   object.pose.rotation = turned;
-  object.tool = std::make_shared<const Tool>(
-      Tool{object.surface, makeToolShell(*object.surface, spacing_m).value(), 1});
+  object.tool =
+      std::make_shared<const Tool>(Tool{object.surface, makeToolShell(*object.surface, spacing_m).value(), 1});
   return object;
 }
 
@@ -52,7 +53,9 @@ ServoObject brick(std::uint64_t id, Vec3 at, double mass_kg) {
 }
 
 VirtualServo::Trajectory path(Vec3 from, Vec3 to, double seconds) {
-  return [=](std::uint64_t tick) { return from + std::min(1.0, 1e-3 * static_cast<double>(tick) / seconds) * (to - from); };
+  return [=](std::uint64_t tick) {
+    return from + std::min(1.0, 1e-3 * static_cast<double>(tick) / seconds) * (to - from);
+  };
 }
 
 Pose proxyOf(const VirtualServo& servo, std::size_t tool) { return servo.state().bodies[tool].current; }
@@ -145,7 +148,8 @@ TEST(HeldTool, GoesOnFromACopyAndFromAnImageAlike) {
   const auto scene = [] { return sceneOf(1, {floorOf(1), brick(2, {0, 0.02, 0.02}, 0.1), toolOf(3, kBar)}); };
   const auto circle = [](std::uint64_t tick) {
     const double angle = 2e-3 * static_cast<double>(tick);
-    return Vec3(0.03 * std::cos(angle), 0.03 * std::sin(angle), 0.004);
+    return Vec3(0.03 * std::cos(angle), 0.03 * std::sin(angle),
+                std::max(0.004, 0.02 - 4e-5 * static_cast<double>(tick)));
   };
   const auto shared = std::shared_ptr<const ServoScene>(scene());
   VirtualServo servo(circle, kConfig, shared);

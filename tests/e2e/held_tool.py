@@ -1,0 +1,58 @@
+"""A tool in the hand: the server feels with all of it, clients see how it is held, and recordings of it replay bit for bit."""
+import subprocess
+import unittest
+
+import harness
+
+SCENE = (harness.Path(__file__).resolve().parents[2] / "deploy/scenes/bar.scene").read_text()
+
+
+class HeldTool(harness.EndToEnd):
+    def setUp(self):
+        super().setUp()
+        self.file = self.folder / "ticks.haptics"
+        self.server = self.start_server(scene=SCENE, options=["--record", self.file])
+        self.bar = next(int(item["id"]) for item in self.server.ctl("get").json()["object"] if item["name"] == "bar")
+
+    def heard(self, seconds="0.3"):
+        lines = self.server.ctl("watch", "--rate", "100", "--seconds", seconds).output.splitlines()
+        return [harness.json.loads(line) for line in lines]
+
+    def wait_until_held(self):
+        def held():
+            return next((s for s in self.heard() if len(s.get("tool", {}).get("point", [])) > 1), None)
+        return harness.wait_until(held, 60, "surfaces hold the bar")
+
+    def apply(self, text):
+        return self.server.ctl("apply", "-", text=text).json()
+
+    def test_clients_see_how_it_is_held_and_its_recording_replays(self):
+        viewer = self.start_viewer(self.server.address, self.start_display())
+        sample = self.wait_until_held()
+        self.assertEqual(int(sample["tool"]["object"]), self.bar)
+        self.assertIn(self.bar, [int(body["object"]) for body in sample["body"]])
+        self.assertNotEqual(int(sample["object"]), self.bar, "it does not touch itself")
+        for edit in ('set_material { object { name: "bar" } material { stiffness_N_per_m: 400 } }',
+                     'set_pose { object { name: "bar" } pose { rotation { w: 0.9238795 z: 0.3826834 } } }',
+                     'set_motion { object { name: "bar" } motion { tool { spacing_m: 0.003 } } }',
+                     'set_motion { object { name: "bar" } motion {} }'):
+            self.apply("operations { %s }" % edit)
+            harness.time.sleep(0.5)
+        self.assertTrue(all("tool" not in sample for sample in self.heard()[-3:]), "the point feels again")
+        self.apply('operations { set_motion { object { name: "bar" } motion { tool { spacing_m: 0.002 } } } }')
+        self.wait_until_held()
+        second = self.server.ctl("apply", "-", text='operations { set_motion { object { name: "ring" } motion { '
+                                 'tool { spacing_m: 0.004 } } } }')
+        self.assertNotEqual(second.code, 0)
+        self.assertIn("is one beside bar, which the hand holds", second.output + second.errors)
+        status = self.server.status()
+        viewer.wait_for(status["revision"], status["root"])
+        self.assertEqual(viewer.stop(), 0, viewer.text())
+        self.stop_and_check(self.server)
+        done = subprocess.run([harness.BIN / "haptic_eval", "replay", self.file, "--out", self.folder / "out"],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
