@@ -93,9 +93,9 @@ class StateTransfer {
     state.adoption.contactBroken = broken_ || otherDetailEdited_ || feltThroughTool;
     state.features.beingMoved = std::any_of(objects_.begin(), objects_.begin() + static_cast<std::ptrdiff_t>(count_),
                                             [](const HapticState::ObjectState& o) { return o.beingMoved; });
-    state.features.pendingRemoval = std::ranges::any_of(bodies(), &Body::pendingRemoval);
     if (toolBody_ >= 0)
-      state.bodies[state.tool.body].pendingRemoval = true;  // nothing meets it but by what the hand does
+      state.bodies[state.tool.body].pendingRemoval = true;  // it meets nothing but by what the hand does
+    state.features.pendingRemoval = toolBody_ >= 0 || std::ranges::any_of(bodies(), &Body::pendingRemoval);
   }
 
  private:

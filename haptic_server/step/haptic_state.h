@@ -81,7 +81,7 @@ struct SceneFeatures {
   bool bumps = false;             ///< Bumps that are felt outside of its polygons.
   bool varyingStiffness = false;  ///< A stiffness that varies over its surface.
   bool beingMoved = false;        ///< Edited under the stylus, it is on its way.
-  bool pendingRemoval = false;    ///< It leaves the scene.
+  bool pendingRemoval = false;    ///< It leaves the scene, or is a tool.
   bool tool = false;              ///< The hand holds it, and feels through it.
 };
 
@@ -280,10 +280,10 @@ struct HapticState {
   std::array<MovingBody, kMaxMovingBodies> moving;
   std::array<CollidingBody, kMaxColliders> colliding;
   BodyPairs pairs;
-  ToolInHand tool;
   std::array<BodyDent, kMaxDents> dents;
   SurfaceMemory surface;
   EnergyAccount energy;
+  ToolInHand tool;
 
  private:
   void copyForEveryTick(const HapticState& other) noexcept {

@@ -25,7 +25,7 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 }
 
 /// The proxy is put where the device is: no force until a surface is met anew.
-void attach(HapticState& state, Vec3 position) noexcept {
+[[gnu::noinline, gnu::cold]] void attach(HapticState& state, Vec3 position) noexcept {
   resetContact(state.contact, position);
   state.estimate.velocity.reset(position);
   if (state.observer.active()) state.observer.reset(position);
@@ -210,6 +210,32 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
   surfaceForces.describe();
 }
 
+/// With the tool in place of the point.
+[[gnu::noinline]] void feelThroughTool(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                       ForceResult& result) noexcept {
+  result.contact.work.allowance = contactAllowance(state, result);
+  feelTool(scene, state, config, result);
+  result.geometricNormal = result.contact.normal;
+}
+
+/// Contact and force where the HIP is.
+[[gnu::always_inline]] inline void feel(const ServoScene& scene, HapticState& state, const StepConfig& config,
+                                        ForceResult& result, const TriangleCache* cache) noexcept {
+  if (state.features.beingMoved | state.features.pendingRemoval) [[unlikely]] {
+    followEdits(scene, state, config);
+    if (state.features.tool) return feelThroughTool(scene, state, config, result);
+  }
+  findContact(scene, state, result, cache);  // 3.2
+  if (state.features.detail) [[unlikely]]
+    deform(scene, state, config, result);  // 5 (d)
+  if (state.observer.active()) result.geometricNormal = result.contact.normal;
+  if (!state.features.detail) [[likely]] {
+    addSpringDamper(scene, state, config, result);  // 3
+  } else {
+    addSurfaceForces(scene, state, config, result);  // 4
+  }
+}
+
 /// What an edit and the surface's features have of the force that is now held.
 [[gnu::noinline]] void holdParts(HapticState& state, const StepConfig& config, const ForceResult& result) noexcept {
   const double part = writtenFraction(result.force.written, state.limits.unlimited_N);
@@ -274,22 +300,7 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
   if (state.supervision.fault == Fault::kNone) [[likely]] {
     result.followed = true;
     estimateHip(state, input.device.position);
-    if (state.features.beingMoved | state.features.pendingRemoval) [[unlikely]]
-      followEdits(scene, state, config);
-    if (!state.features.tool) [[likely]] {
-      findContact(scene, state, result, cache);  // 3.2
-      if (state.features.detail) [[unlikely]]
-        deform(scene, state, config, result);  // 5 (d)
-    } else {
-      result.contact.work.allowance = contactAllowance(state, result);
-      feelTool(scene, state, config, result);
-    }
-    if (state.observer.active()) result.geometricNormal = result.contact.normal;
-    if (!state.features.detail) [[likely]] {
-      addSpringDamper(scene, state, config, result);  // 3
-    } else if (!state.features.tool) {
-      addSurfaceForces(scene, state, config, result);  // 4
-    }
+    feel(scene, state, config, result, cache);
   }
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
   result.force.written = limited(state, config, result, input.device.position, result.force.contact);
