@@ -26,7 +26,10 @@ void ToolContactImage::append(const ToolInHand& tool, std::string& image) {
   put(image, tool.body);
   put(image, contact.touchCount_);
   std::apply([&](const auto&... part) { (put(image, part), ...); }, partsOf(contact));
-  for (std::size_t b = 0; b < contact.bodyCount_; ++b) put(image, contact.bodyAt_[b]);
+  for (std::size_t b = 0; b < contact.bodyCount_; ++b) {
+    put(image, contact.bodyAt_[b]);
+    put(image, contact.bodyTravelled_[b]);
+  }
   for (const ToolContact::Touch& touch : contact.touches()) put(image, touch);
   for (std::size_t i = 0; i < contact.pointCount_; ++i) put(image, contact.clearTo_[i]);
   for (std::size_t i = 0; i < contact.sharpCount_; ++i) put(image, contact.sharpClearTo_[i]);
@@ -43,7 +46,9 @@ bool ToolContactImage::takeFrom(std::string_view& image, const ServoScene& scene
   bool whole = take(image, contact.touchCount_) && contact.touchCount_ <= contact.touches_.size();
   const auto takeAll = [&](auto&... part) { return (take(image, part) && ...); };
   whole = whole && std::apply(takeAll, partsOf(contact));
-  for (std::size_t b = 0; whole && b < contact.bodyCount_; ++b) whole = take(image, contact.bodyAt_[b]);
+  for (std::size_t b = 0; whole && b < contact.bodyCount_; ++b)
+    whole = take(image, contact.bodyAt_[b]) && take(image, contact.bodyTravelled_[b]) &&
+            isAmount(contact.bodyTravelled_[b]);
   for (std::size_t i = 0; whole && i < contact.touchCount_; ++i) whole = take(image, contact.touches_[i]);
   for (std::size_t i = 0; whole && i < contact.pointCount_; ++i) whole = take(image, contact.clearTo_[i]);
   for (std::size_t i = 0; whole && i < contact.sharpCount_; ++i) whole = take(image, contact.sharpClearTo_[i]);

@@ -202,10 +202,14 @@ void ServoSceneBuilder::setBakedDents(ObjectId object, const std::optional<Conte
 }
 
 std::shared_ptr<const ExplorationPlan> ServoSceneBuilder::planFor(ServoScene scene) const {
-  std::erase_if(scene.objects, [](const ServoObject& object) { return object.pendingRemoval || object.tool; });
+  std::erase_if(scene.objects, [this](const ServoObject& object) {
+    const auto body = bodies_.find(object.id);
+    const bool hasLeft = object.motion && body != bodies_.end() && isStopped(body->second.condition);
+    return object.pendingRemoval || object.tool || hasLeft;
+  });
   for (ServoObject& object : scene.objects) {
     const auto body = bodies_.find(object.id);
-    if (object.motion && body != bodies_.end()) object.pose = body->second;
+    if (object.motion && body != bodies_.end()) object.pose = body->second.pose;
   }
   return makePlan_(scene);
 }
@@ -233,11 +237,11 @@ void ServoSceneBuilder::follow(const MotionState& motion) {
   for (const BodyState& body : motion.bodies()) {
     if (isHeld(body)) continue;
     const auto planned = bodies_.find(body.object);
-    bodiesMoved_ = bodiesMoved_ || planned == bodies_.end() || !(planned->second == body.pose);
+    bodiesMoved_ = bodiesMoved_ || planned == bodies_.end() || !(planned->second == body);
   }
   bodies_.clear();
   for (const BodyState& body : motion.bodies()) {
-    if (!isHeld(body)) bodies_[body.object] = body.pose;
+    if (!isHeld(body)) bodies_[body.object] = body;
   }
 }
 

@@ -93,8 +93,8 @@ class ServoSceneBuilder {
   std::uint64_t revision_ = 0;      // of the last scene made
   std::uint64_t planRevision_ = 0;  // for which plan_ was made
 
-  std::map<ObjectId, Pose> bodies_;  // where they rested last
-  bool bodiesMoved_ = false;         // since plan_ was made
+  std::map<ObjectId, BodyState> bodies_;  // as they rested last
+  bool bodiesMoved_ = false;              // since plan_ was made
 
   /// What the device bears of a material: at a factor of 1, and the highest factor.
   struct StableStiffness {

@@ -137,6 +137,7 @@ void ToolContact::reset(const Pose& device, std::span<const Body> bodies) noexce
 void ToolContact::forgetClearances() noexcept {
   travelled_ = 0;
   std::fill_n(clearTo_.begin(), pointCount_, -1.0);
+  std::fill_n(bodyTravelled_.begin(), bodyCount_, 0.0);
   std::fill_n(sharpClearTo_.begin(), sharpCount_, -1.0);
 }
 
@@ -157,6 +158,7 @@ void ToolContact::copyInUse(const ToolContact& other) noexcept {
   skin_ = other.skin_;
   std::copy_n(other.sharp_.begin(), bodyCount_, sharp_.begin());
   std::copy_n(other.bodyAt_.begin(), bodyCount_, bodyAt_.begin());
+  std::copy_n(other.bodyTravelled_.begin(), bodyCount_, bodyTravelled_.begin());
   std::copy_n(other.touches_.begin(), touchCount_, touches_.begin());
   std::copy_n(other.clearTo_.begin(), pointCount_, clearTo_.begin());
   std::copy_n(other.sharpClearTo_.begin(), sharpCount_, sharpClearTo_.begin());
@@ -173,7 +175,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
   }
   const bool arrived = moved_ == 0 || (bodiesPart_ == 1 && canTest(0, allowance));
   if (!arrived) bodies = takePartOfTheWay(bodies, allowance);
-  bool settled = false;
+  bool settled = false, tried = false;
   for (int round = 0; round < kMaxRounds && !settled && !allowance.isSpent(); ++round) {
     const double reach = farthestMove(device);
     refreshTouches(bodies, reach, allowance);
@@ -187,6 +189,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
       whole = false;
     }
     if (!canTest(bound, allowance)) break;
+    tried = true;
     if (isClear(bodies, next, bound, allowance)) {
       const double before = energy(proxy_, device, coupling);
       moveTo(bodies, next, bound, allowance);
@@ -200,6 +203,7 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
       moveTo(bodies, part, partly, allowance);
     }
   }
+  if (!tried) testCost_ = std::max(kCheapestTest, testCost_ / 2);  // too dear to be tried: it may have become cheaper
   result.proxy = proxy_;
   result.force_N = coupling.stiffness_N_per_m * (proxy_.position - device.position);
   result.torque_Nm = coupling.torsion_Nm_per_rad * rotationVector(proxy_.rotation * glm::conjugate(device.rotation));
@@ -214,19 +218,29 @@ ToolResult ToolContact::follow(std::span<const Body> bodies, const Pose& device,
 /// The skin by the largest coordinate in reach, and how far bodies have come since the proxy moved last.
 void ToolContact::gather(std::span<const Body> bodies, const Pose& device) noexcept {
   double extent = std::max(glm::length(device.position), glm::length(proxy_.position)) + tool_->shell.radius_m;
-  for (const Body& body : bodies) {
-    if (!body.pendingRemoval) extent = std::max(extent, body.extent_m);
+  moved_ = farthestMove(bodies);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!bodies[b].pendingRemoval && isNear(bodies[b], bodyMoved_[b])) extent = std::max(extent, bodies[b].extent_m);
   }
   skin_ = kSkin * extent;
-  moved_ = farthestMove(bodies);
 }
 
-double ToolContact::farthestMove(std::span<const Body> bodies) const noexcept {
+/// Was the body, on a way of this length to where it is, ever within what is looked for about the tool?
+bool ToolContact::isNear(const Body& body, double moved) const noexcept {
+  const double reach = body.surface->radius_m() + tool_->shell.radius_m + kFarthestClearance_m + moved;
+  return squaredLength(body.centre - proxy_.position) < reach * reach;
+}
+
+/// Of the bodies that are near. The others leave what is known of the tool's points as it is: that is less than they are away.
+double ToolContact::farthestMove(std::span<const Body> bodies) noexcept {
   double moved = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (bodies[b].pendingRemoval || bodies[b].current == bodyAt_[b]) continue;
-    moved = std::max(moved, glm::distance(bodies[b].current.position, bodyAt_[b].position) +
-                                chord(bodyAt_[b].rotation, bodies[b].current.rotation) * bodies[b].surface->extent_m());
+    const Body& body = bodies[b];
+    bodyMoved_[b] = 0;
+    if (body.pendingRemoval || body.current == bodyAt_[b]) continue;
+    bodyMoved_[b] = glm::distance(body.current.position, bodyAt_[b].position) +
+                    chord(bodyAt_[b].rotation, body.current.rotation) * body.surface->extent_m();
+    if (isNear(body, bodyMoved_[b])) moved = std::max(moved, bodyMoved_[b]);
   }
   return moved;
 }
@@ -355,7 +369,7 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
     const Vec3 here = now.toWorld(point(i)), there = frame.toWorld(point(i));
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const Body& body = bodies[b];
-      const double radius = body.surface->radius_m() + bound + moved_;
+      const double radius = body.surface->radius_m() + bound + bodyMoved_[b];
       if (body.pendingRemoval || squaredLength(there - body.centre) > radius * radius) continue;
       const Vec3 from = toLocal(bodyAt_[b], here);
       const Vec3 to = body.frame.toLocal(there);
@@ -374,11 +388,11 @@ bool ToolContact::isClear(std::span<const Body> bodies, const Pose& next, double
 /// The sharp points of bodies, against the tool's own surface.
 void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& tool, double bound,
                                   Allowance& allowance) noexcept {
-  const double travelled = travelled_ + moved_ + bound;
-  const double reach = tool_->shell.radius_m + bound + moved_;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
     const auto& [points, first] = sharp_[b];
+    const double travelled = bodyTravelled_[b] + bodyMoved_[b] + bound;
+    const double reach = tool_->shell.radius_m + bound + bodyMoved_[b];
     if (points.empty() || body.pendingRemoval) continue;
     if (glm::distance(body.centre, tool.origin) > body.surface->radius_m() + reach) continue;
     for (std::size_t j = 0; j < points.size(); ++j) {
@@ -387,7 +401,7 @@ void ToolContact::testBodysPoints(std::span<const Body> bodies, const Frame& too
       const Vec3 place = body.frame.toWorld(points[j]);
       const double beyond = glm::distance(place, tool.origin) - reach;
       if (beyond > 0) {
-        clearTo = travelled_ + beyond;
+        clearTo = bodyTravelled_[b] + beyond;
         continue;
       }
       const Vec3 from = toLocal(proxy_, toWorld(bodyAt_[b], points[j]));
@@ -430,17 +444,26 @@ void ToolContact::moveTo(std::span<const Body> bodies, const Pose& next, double 
   proxy_ = next;
   travelled_ += moved_ + bound;
   moved_ = 0;
-  for (std::size_t b = 0; b < bodies.size(); ++b) bodyAt_[b] = bodies[b].current;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    bodyAt_[b] = bodies[b].current;
+    bodyTravelled_[b] += bodyMoved_[b] + bound;
+    bodyMoved_[b] = 0;
+  }
   const std::size_t all = pointCount_ + sharpCount_;
   renewClearances(bodies, (all + kClearanceEvery - 1) / kClearanceEvery, 0, allowance);
 }
 
 /// How many points would have to be tested on a way of this length.
 std::int64_t ToolContact::testsWithin(double bound) const noexcept {
-  const double travelled = travelled_ + moved_ + bound;
-  const auto due = [&](double clearTo) { return clearTo <= travelled; };
-  return std::count_if(clearTo_.begin(), clearTo_.begin() + static_cast<std::ptrdiff_t>(pointCount_), due) +
-         std::count_if(sharpClearTo_.begin(), sharpClearTo_.begin() + static_cast<std::ptrdiff_t>(sharpCount_), due);
+  const auto countDue = [](const double* clearTo, std::size_t count, double travelled) {
+    return std::count_if(clearTo, clearTo + count, [=](double until) { return until <= travelled; });
+  };
+  auto due = countDue(clearTo_.data(), pointCount_, travelled_ + moved_ + bound);
+  for (std::size_t b = 0; b < bodyCount_; ++b) {
+    due += countDue(sharpClearTo_.data() + sharp_[b].first, sharp_[b].points.size(),
+                    bodyTravelled_[b] + bodyMoved_[b] + bound);
+  }
+  return due;
 }
 
 /// Does the allowance last for the tests of a way of this length?
@@ -468,16 +491,16 @@ void ToolContact::renewClearances(std::span<const Body> bodies, std::size_t coun
     }
     at -= pointCount_;
     double& clearTo = sharpClearTo_[at];
-    if (travelled_ < clearTo) continue;
     const auto end = sharp_.begin() + static_cast<std::ptrdiff_t>(bodyCount_);
     const auto next =
         std::upper_bound(sharp_.begin(), end, at, [](std::size_t p, const Sharp& s) { return p < s.first; });
     const auto b = static_cast<std::size_t>(next - sharp_.begin()) - 1;
+    if (bodyTravelled_[b] < clearTo) continue;
     const Vec3 place = tool.toLocal(toWorld(bodyAt_[b], sharp_[b].points[at - sharp_[b].first]));
     const double arm = glm::length(place), radius = tool_->shell.radius_m;
     const double distance = distanceFrom(*tool_->surface, place, kFarthestClearance_m, allowance);
     // Beyond the tool's sphere a turn takes it farther than the tool's own points.
-    clearTo = travelled_ + std::max(arm - radius, distance * std::min(1.0, radius / (arm + distance)));
+    clearTo = bodyTravelled_[b] + std::max(arm - radius, distance * std::min(1.0, radius / (arm + distance)));
   }
 }
 

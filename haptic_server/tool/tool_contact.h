@@ -119,24 +119,27 @@ class ToolContact {
   std::size_t cursor_ = 0;  // the point whose clearance is next
   bool waited_ = false;     // in the last tick
   Pose proxy_;
-  double moved_ = 0;       // m, at most, of any body since the proxy moved last
-  double travelled_ = 0;   // m, at most, of any point against any body, from adopt() to the proxy's last move
+  double moved_ = 0;  // m, at most, of any body that is near since the proxy moved last
+  double travelled_ =
+      0;  // m, at most, of any point against bodies that are near, from adopt() to the proxy's last move
   double bodiesPart_ = 1;  // of the way of bodies that a tick tries
   double testCost_ = 500;  // units of the allowance; follows what tests cost
   std::uint64_t tick_ = 0;
   double skin_ = 0;  // m
   std::array<Sharp, kMaxBodies> sharp_;
-  std::array<Pose, kMaxBodies> bodyAt_;  // when the proxy moved last
+  std::array<Pose, kMaxBodies> bodyAt_;           // when the proxy moved last
+  std::array<double, kMaxBodies> bodyTravelled_;  // likewise, of the tool against that body
   std::array<Touch, kMaxHalfSpaces> touches_;
-  std::array<double, kMaxToolPoints> clearTo_;  // travelled_ until which a point can meet nothing
-  std::array<double, kMaxSharpPoints> sharpClearTo_;
+  std::array<double, kMaxToolPoints> clearTo_;        // travelled_ until which a point can meet nothing
+  std::array<double, kMaxSharpPoints> sharpClearTo_;  // bodyTravelled_ likewise
 
   // Of a tick.
   std::size_t hitCount_ = 0;
   double firstHit_ = 1;   // fraction of the way
   double lowestHit_ = 0;  // of the points that hit, above what they hit, before; m
   std::array<Touch, kMaxHits> hits_;
-  std::array<Body, kMaxBodies> here_;  // bodies that come a part of their way
+  std::array<double, kMaxBodies> bodyMoved_;  // m, at most, since the proxy moved last
+  std::array<Body, kMaxBodies> here_;         // bodies that come a part of their way
   std::array<HalfSpace6, kMaxHalfSpaces> halfSpaces_;
 
   [[nodiscard]] std::span<Touch> touches() noexcept { return std::span(touches_).first(touchCount_); }
@@ -151,7 +154,8 @@ class ToolContact {
   void refreshTouches(std::span<const Body> bodies, double reach, Allowance& allowance) noexcept;
   [[nodiscard]] bool solve(const Pose& device, const ToolCoupling& coupling, Pose& next, ToolResult& result) noexcept;
   void describeHeld(const LeastDistance& nearest, const Pose& next, ToolResult& result) const noexcept;
-  [[nodiscard]] double farthestMove(std::span<const Body> bodies) const noexcept;
+  [[nodiscard]] bool isNear(const Body& body, double moved) const noexcept;
+  [[nodiscard]] double farthestMove(std::span<const Body> bodies) noexcept;
   [[nodiscard]] std::span<const Body> takePartOfTheWay(std::span<const Body> bodies,
                                                        const Allowance& allowance) noexcept;
   [[nodiscard]] double farthestMove(const Pose& next) const noexcept;

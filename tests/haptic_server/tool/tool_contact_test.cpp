@@ -310,6 +310,34 @@ TEST(ToolContact, IsPushedByABodyThatMoves) {
   EXPECT_NEAR(result.force_N.z, 20, 1);
 }
 
+TEST(ToolContact, PaysNothingForABodyThatMovesFarAwayAndMeetsItWhenItComes) {
+  const auto ball = surfaceOf(makeSphere(0.03, 16).value());
+  const Ground ground;
+  std::vector<Body> bodies{ground.bodies[0], bodyOf(ball, {{1, 0, 0, 0}, {0.6, 0, 0.005}})};
+  HeldAmong tool(makeBox({0.04, 0.02, 0.01}, 2).value(), 0.002, bodies);
+  const Pose device{{1, 0, 0, 0}, {0, 0, 0.003}};
+  tool.reset({{1, 0, 0, 0}, {0, 0, 0.0051}}, bodies);
+  constexpr std::int64_t kAllowance = 250'000;
+  ToolResult result;
+  std::int64_t dearest = 0;
+  for (int i = 1; i <= 600; ++i) {
+    bodies[1].previous = bodies[1].current;
+    bodies[1].current.position.x += (i <= 400 ? i % 40 < 20 : false) ? 0.005 : -0.005;  // 5 m/s, to and fro, then here
+    bodies[1].update();
+    result = tool.follow(bodies, device, kCoupling, Allowance(kAllowance));
+    if (i > 100 && i <= 400) dearest = std::max(dearest, kAllowance - result.allowance.left());
+    for (const Body& body : {ground.bodies[0], bodies[1]}) {
+      // A ball that has come too far for a tick is met where the tool has been tested against it.
+      Body tested = body;
+      tested.current = tool.testedAt(body.surface == ball.get() ? 1 : 0);
+      tested.update();
+      ASSERT_LT(deepest(tool, tested), 1e-9) << i;
+    }
+  }
+  EXPECT_LT(dearest, kAllowance / 10);
+  EXPECT_LT(result.proxy.position.x, -0.004) << "the ball pushes it along, as fast as the allowance lasts";
+}
+
 TEST(ToolContact, EndsATickWhoseAllowanceIsSpentAtAClearPlace) {
   const Ground ground;
   HeldAmong tool(makeSphere(0.02, 24).value(), 0.0022, ground.bodies);
