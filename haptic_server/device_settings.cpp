@@ -20,9 +20,7 @@ namespace {
 }  // namespace
 
 StepConfig stepConfigOf(const ServerOptions& options, const DeviceInfo& device, double rate_Hz) {
-  StepConfig config = serverStepConfig(deviceInfoOf(options, device), rate_Hz);
-  if (!options.stabiliser) config.observer.reset();
-  return config;
+  return serverStepConfig(deviceInfoOf(options, device), rate_Hz, options.stabiliser);
 }
 
 DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, const StepConfig& step, double rate_Hz) {
@@ -37,8 +35,8 @@ DeviceLimits limitsOf(const ServerOptions& options, const DeviceInfo& device, co
         "no surface is felt: by simulation this device comes to rest on no wall at this rate and delay; less delay, a "
         "higher rate or the stabiliser may help");
   }
-  return {step.positionStep_m, step.stableLateral_N_per_m, step.period_s, limits.stiffness_N_per_m,
-          limits.damping_Ns_per_m};
+  return {step.positionStep_m,      step.stableLateral_N_per_m, step.period_s,
+          limits.stiffness_N_per_m, limits.damping_Ns_per_m,    limits.torsion_Nm_per_rad};
 }
 
 }  // namespace haptics

@@ -41,7 +41,10 @@ void addSimulation(Hasher& key, const DeviceInfo& device, double period_s) {
   key.add("surface limits").add(ownStepSources());  // the definition of coming to rest included
   for (const double figure :
        {device.maxForce_N, device.maxStiffness_N_per_m, device.maxDamping_Ns_per_m, device.resolution_m,
-        device.apparentMass_kg, device.viscousFriction_Ns_per_m, device.coulombFriction_N, device.delay_s, rate_Hz}) {
+        device.apparentMass_kg, device.viscousFriction_Ns_per_m, device.coulombFriction_N, device.delay_s,
+        device.rotation.maxTorque_Nm, device.rotation.maxTorsion_Nm_per_rad, device.rotation.resolution_rad,
+        device.rotation.inertia_kgm2, device.rotation.viscousFriction_Nms_per_rad, device.rotation.coulombFriction_Nm,
+        rate_Hz}) {
     key.add(figure);
   }
   addSimulation(key, device, 1 / rate_Hz);
@@ -51,8 +54,8 @@ void addSimulation(Hasher& key, const DeviceInfo& device, double period_s) {
 /// The whole file. Hexadecimal figures are read back bit for bit.
 [[nodiscard]] std::string textOf(const ContentHash& key, const SurfaceLimits& limits) {
   char figures[160];
-  std::snprintf(figures, sizeof figures, "stiffness_N_per_m %a\ndamping_Ns_per_m %a\n", limits.stiffness_N_per_m,
-                limits.damping_Ns_per_m);
+  std::snprintf(figures, sizeof figures, "stiffness_N_per_m %a\ndamping_Ns_per_m %a\ntorsion_Nm_per_rad %a\n",
+                limits.stiffness_N_per_m, limits.damping_Ns_per_m, limits.torsion_Nm_per_rad);
   std::string text = "key " + key.hex() + '\n' + figures;
   return text + "sha256 " + Hasher().add(text).finish().hex() + '\n';
 }
@@ -60,8 +63,8 @@ void addSimulation(Hasher& key, const DeviceInfo& device, double period_s) {
 /// Nothing unless the text is, to the byte, what is written for the limits that it names.
 [[nodiscard]] std::optional<SurfaceLimits> limitsIn(const std::string& text, const ContentHash& key) {
   SurfaceLimits limits;
-  if (std::sscanf(text.c_str(), "key %*64s stiffness_N_per_m %la damping_Ns_per_m %la", &limits.stiffness_N_per_m,
-                  &limits.damping_Ns_per_m) != 2) {
+  if (std::sscanf(text.c_str(), "key %*64s stiffness_N_per_m %la damping_Ns_per_m %la torsion_Nm_per_rad %la",
+                  &limits.stiffness_N_per_m, &limits.damping_Ns_per_m, &limits.torsion_Nm_per_rad) != 3) {
     return std::nullopt;
   }
   return text == textOf(key, limits) ? std::optional(limits) : std::nullopt;

@@ -10,6 +10,7 @@ struct DeviceReading {
   DeviceState state = DeviceState::kAbsent;
   /// Not felt through where it names a fault, is not homed, or is older than the servo's watchdog allows.
   DeviceStatus status{};
+  Quat rotation{1, 0, 0, 0};  ///< Length 1, world frame: (1, 0, 0, 0) of a device that does not sense it.
 };
 
 }  // namespace haptics

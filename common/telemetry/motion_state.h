@@ -45,8 +45,10 @@ struct ToolState {
   };
   static constexpr std::size_t kMaxPoints = 7;  ///< That decide where it is: a pose has six freedoms.
 
-  std::uint64_t object = 0;  ///< Its id; 0: there is none.
-  Vec3 torque_Nm{0};         ///< On the hand, about the tool's origin.
+  std::uint64_t object = 0;         ///< Its id; 0: there is none.
+  Vec3 torque_Nm{0};                ///< On the hand, about the tool's origin.
+  Vec3 written_Nm{0};               ///< Sent to the device: within its limit, none to one that gives no torque.
+  Quat deviceRotation{1, 0, 0, 0};  ///< As the device measured it, from how the scene has the tool turned.
   std::size_t pointCount = 0;
   std::array<Point, kMaxPoints> point;
 

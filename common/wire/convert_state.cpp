@@ -162,6 +162,11 @@ Result<HandCommand> fromWire(const v1::HandTarget& message) {
     return tl::unexpected(*std::move(wrong));
   }
   HandCommand command{.leads = true, .position = vectorFrom(message.position())};
+  if (message.has_rotation()) {
+    if (auto wrong = checkRotation(message.rotation(), "hand_target.rotation"))
+      return tl::unexpected(*std::move(wrong));
+    command.rotation = normalised(rotationFrom(message.rotation()));
+  }
   if (message.press_n() == 0) return command;
   if (auto wrong = checkUnitVector(message.normal(), "hand_target.normal")) return tl::unexpected(*std::move(wrong));
   command.normal = glm::normalize(vectorFrom(message.normal()));
@@ -173,6 +178,7 @@ void toWire(const HandCommand& command, v1::HandTarget& message) {
   toWire(command.position, *message.mutable_position());
   toWire(command.normal, *message.mutable_normal());
   message.set_press_n(command.press_N);
+  if (command.rotation != Quat(1, 0, 0, 0)) toWire(command.rotation, *message.mutable_rotation());
 }
 
 TelemetrySample fromWire(const v1::Telemetry& message) {
@@ -283,8 +289,15 @@ void toWire(const BodyState& body, v1::BodyPose& message) {
 
 std::optional<ToolState> toolFromWire(const v1::Telemetry& message) {
   if (message.tool().object() == 0) return std::nullopt;
-  ToolState tool{.object = message.tool().object(), .torque_Nm = vectorFrom(message.tool().torque_nm()), .point = {}};
-  bool whole = isFinite(tool.torque_Nm);
+  ToolState tool{.object = message.tool().object(),
+                 .torque_Nm = vectorFrom(message.tool().torque_nm()),
+                 .written_Nm = vectorFrom(message.tool().written_nm()),
+                 .point = {}};
+  bool whole = isFinite(tool.torque_Nm) && isFinite(tool.written_Nm);
+  if (message.tool().has_device_rotation()) {
+    whole = whole && !checkRotation(message.tool().device_rotation(), "");
+    tool.deviceRotation = rotationFrom(message.tool().device_rotation());
+  }
   for (const v1::ToolPoint& point : message.tool().point()) {
     if (tool.pointCount == ToolState::kMaxPoints) break;
     const ToolState::Point& taken =
@@ -297,6 +310,8 @@ std::optional<ToolState> toolFromWire(const v1::Telemetry& message) {
 void toWire(const ToolState& tool, v1::ToolContact& message) {
   message.set_object(tool.object);
   toWire(tool.torque_Nm, *message.mutable_torque_nm());
+  toWire(tool.written_Nm, *message.mutable_written_nm());
+  toWire(tool.deviceRotation, *message.mutable_device_rotation());
   for (const ToolState::Point& point : tool.points()) {
     v1::ToolPoint& to = *message.add_point();
     toWire(point.place, *to.mutable_place());

@@ -245,7 +245,8 @@ void ContactGlyphs::updateToolAtDevice(const MirrorView& view, bool current) {
     toolAtDevice_.setShape(trianglesOf(mesh->second->vertices, mesh->second->triangles));
     toolShape_ = object->mesh;
   }
-  toolAtDevice_.show(shadeIf(current, palette::kHip), matrixOf({object->pose.rotation, view.sample->hip}));
+  toolAtDevice_.show(shadeIf(current, palette::kHip),
+                     matrixOf({view.tool->deviceRotation * object->pose.rotation, view.sample->hip}));
 }
 
 void ContactGlyphs::updateTrail(const Trail& trail, bool current) {

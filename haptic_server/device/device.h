@@ -5,6 +5,7 @@
 
 #include "common/maths/vec.h"
 #include "common/telemetry/device_reading.h"
+#include "haptic_server/device/device_rotation.h"
 
 namespace haptics {
 
@@ -18,11 +19,20 @@ struct DeviceInfo {
   /// Dynamics of the device alone, as at a point; a mass of 0 when they are not known.
   double apparentMass_kg = 0, viscousFriction_Ns_per_m = 0, coulombFriction_N = 0;
   double delay_s = 0;  ///< Measured: from reading a position to the motors' force, beyond the hold.
+  DeviceRotation rotation{};
 };
+
+/// The radius (m) on which the device turns as its mass moves, sqrt(I / m); kUsualGyration_m where that is not known.
+[[nodiscard]] double gyration_m(const DeviceInfo& device) noexcept;
+
+/// How the device turns, as the translation of a mass on the radius r = gyration_m(): x = r angle, F = T / r, m = I / r^2,
+/// K = K_r / r^2. Exact where the inertia is the same about all axes, w x I w = 0. So what is known of translations, their
+/// observer and their limits of stiffness, is known of rotations.
+[[nodiscard]] DeviceInfo rotationAsTranslation(const DeviceInfo& device);
 
 struct ExplorationPlan;
 
-/// A force-feedback device as the servo thread sees it: a position to read and a force to write, each tick.
+/// A force-feedback device as the servo thread sees it: a pose to read, a force and a torque to write, each tick.
 /// read, write and stop never wait, allocate, lock or throw.
 class Device {
  public:
@@ -32,6 +42,8 @@ class Device {
   [[nodiscard]] virtual bool hasNewSample() noexcept { return true; }
   /// The newest position. `tick` counts servo periods and may skip: missed ticks.
   [[nodiscard]] virtual DeviceReading read(std::uint64_t tick) noexcept = 0;
+  /// Newton metres on the hand, world frame, from the next write() on. Only where a tool is held: zero until then.
+  virtual void writeTorque(Vec3 /*torque_Nm*/) noexcept {}
   /// Newtons on the hand, world frame, held until the next write.
   virtual void write(Vec3 force_N) noexcept = 0;
   /// What a simulated hand is to explore from now on, null for nothing; valid until the next call. A real device has a

@@ -1,7 +1,10 @@
 #include "haptic_server/device/exploring_hand.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/device/press_control.h"
 
 namespace haptics {
@@ -25,6 +28,9 @@ constexpr double kRubbingTime = 3;
 /// m/s; of the wanted force, at which a push gives up: what it pushes stands fast.
 constexpr double kPushSpeed = 0.06;
 constexpr double kMaxPush = 1.3;
+/// Of the sway: rad, and Hz about x and y, whose quotient makes it go over all inclinations.
+constexpr double kSway_rad = 0.25;
+constexpr double kSwayAboutX_Hz = 0.13, kSwayAboutY_Hz = 0.21;
 constexpr Vec3 kRestingPlace{0, 0, 0.2};  // where it waits when nothing was ever there to explore; metres, world frame
 
 double pressForce(const HandPreset& hand, double maxForce_N) noexcept {
@@ -102,6 +108,13 @@ HandTarget ExploringHand::next(double dt_s, Vec3 felt_N) noexcept {
       break;
   }
   return {position_, Vec3(0)};
+}
+
+Quat ExploringHand::nextRotation(double dt_s) noexcept {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  swayed_ += dt_s;
+  return rotationBy(kSway_rad *
+                    Vec3(std::sin(kTurn * kSwayAboutX_Hz * swayed_), std::sin(kTurn * kSwayAboutY_Hz * swayed_), 0));
 }
 
 void ExploringHand::resumeAt(Vec3 position) noexcept {

@@ -26,13 +26,14 @@ struct Reach {
 /// A hand that explores the objects of a plan, for ever: over the start of a stroke at a clear height, down until it
 /// feels the surface, press to about 2 N (less with a loose hand or a weak device), rub there and back along the stroke
 /// while it keeps that force, lift, next. A push goes along its points, until it meets more force than it wants to give. It feels only the force that the device gives it. When a surface is not where
-/// the plan has it, it lifts and goes on.
+/// the plan has it, it lifts and goes on. A device that turns it sways slowly about both horizontal axes.
 class ExploringHand final : public HandIntent {
  public:
   /// `maxForce_N` of the device that it holds.
   ExploringHand(const HandPreset& hand, double maxForce_N) noexcept;
 
   [[nodiscard]] HandTarget next(double dt_s, Vec3 felt_N) noexcept override;
+  [[nodiscard]] Quat nextRotation(double dt_s) noexcept override;
   /// A stroke that the new plan holds unchanged goes on; from another one the hand lifts.
   void follow(const ExplorationPlan* plan) noexcept override;
   /// Something else has brought the hand here: it lifts, and goes on with its stroke.
@@ -85,6 +86,7 @@ class ExploringHand final : public HandIntent {
   double depth_ = 0;    // m, of the intended position below the stroke; negative above it
   double pressed_ = 0;  // s since the surface was met
   double rubbed_ = 0;   // s of stroking in this visit
+  double swayed_ = 0;   // s
   bool stroking_ = false;
   bool backwards_ = false;
 };

@@ -19,6 +19,8 @@ class HandIntent {
   /// The target `dt_s` seconds after the last one, given the force that the motors put on the hand now (newtons, world
   /// frame). A first call with dt_s = 0 asks where the hand begins.
   [[nodiscard]] virtual HandTarget next(double dt_s, Vec3 felt_N) noexcept = 0;
+  /// How the hand wants the device to be turned, as next(): asked for only where the device senses it. Length 1.
+  [[nodiscard]] virtual Quat nextRotation(double /*dt_s*/) noexcept { return {1, 0, 0, 0}; }
   /// As Device::follow().
   virtual void follow(const ExplorationPlan* /*plan*/) noexcept {}
 };

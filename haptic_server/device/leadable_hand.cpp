@@ -1,7 +1,9 @@
 #include "haptic_server/device/leadable_hand.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/device/press_control.h"
 
 namespace haptics {
@@ -13,6 +15,7 @@ constexpr double kRate_per_s = 150;
 constexpr double kShortestInterval_s = 0.004, kUsualInterval_s = 1.0 / 60;
 constexpr double kNewIntervalShare = 0.2;
 constexpr double kLiftSpeed_m_per_s = 0.06;
+constexpr double kTurnRate_per_s = 15;  // of the way that is left
 /// 1/s. Above the commanded place it comes down faster the higher it is, beyond this height.
 constexpr double kLandRate_per_s = 8, kSlowHeight_m = 0.005;
 constexpr double kLargestHeight_m = 0.1;
@@ -67,6 +70,15 @@ HandTarget LeadableHand::next(double dt_s, Vec3 felt_N) noexcept {
     filter(commanded(), dt_s, position_, velocity_);
   }
   return {position_, Vec3(0)};
+}
+
+Quat LeadableHand::nextRotation(double dt_s) noexcept {
+  const Quat explored = exploring_.nextRotation(phase_ == Phase::kExploring ? dt_s : 0);
+  const Quat wanted = phase_ == Phase::kExploring ? explored : command_.rotation;
+  const Vec3 way = rotationVector(wanted * glm::conjugate(rotation_));
+  const double part = 1 - std::exp(-kTurnRate_per_s * dt_s);
+  rotation_ = glm::normalize(rotationBy(shortened(part * way, kMaxTurn_rad_per_s * dt_s)) * rotation_);
+  return rotation_;
 }
 
 HandTarget LeadableHand::explore(double dt_s, Vec3 felt_N) noexcept {

@@ -13,11 +13,14 @@ namespace haptics {
 ///   - one older than kReleased_s, or the word that nobody leads, lets it go: it retreats from what it presses, as slowly as
 ///     it came, lifts and explores.
 /// It lets go of what the exploring hand presses before it follows the first command, and lands and lifts slowly.
-/// Where a command presses, the hand goes against the normal until the motors push back with that force.
+/// Where a command presses, the hand goes against the normal until the motors push back with that force. It turns to how the
+/// command has it, or the exploring hand, with at most kMaxTurn_rad_per_s.
 class LeadableHand final : public HandIntent {
  public:
   static constexpr double kHeld_s = 0.1, kReleased_s = 0.5;
   static constexpr double kMaxSpeed_m_per_s = 0.6, kMaxAcceleration_m_per_s2 = 30;  ///< Of a hand that is led.
+
+  static constexpr double kMaxTurn_rad_per_s = 2;
 
   /// @param maxForce_N  Of the device that it holds: it presses with less.
   LeadableHand(const HandPreset& hand, double maxForce_N) noexcept;
@@ -26,6 +29,7 @@ class LeadableHand final : public HandIntent {
   void command(const HandCommand& command) noexcept { commands_.put(command); }
 
   [[nodiscard]] HandTarget next(double dt_s, Vec3 felt_N) noexcept override;
+  [[nodiscard]] Quat nextRotation(double dt_s) noexcept override;
   void follow(const ExplorationPlan* plan) noexcept override { exploring_.follow(plan); }
 
  private:
@@ -51,6 +55,7 @@ class LeadableHand final : public HandIntent {
   double pressed_N_ = 0;  // smoothed
   double retreat_m_ = 0;  // so far, from from_
   Vec3 position_{0}, velocity_{0};
+  Quat rotation_{1, 0, 0, 0};
   Vec3 offset_{0}, offsetVelocity_{0};  // from where the exploring hand is, after it was let go
 };
 

@@ -1,6 +1,7 @@
 #include "haptic_server/device/presets.h"
 
 #include <array>
+#include <numbers>
 #include <string>
 
 namespace haptics {
@@ -11,14 +12,24 @@ namespace {
 // resolution at the middle of the workspace). Viscous friction is published for none of them (Diolaiti et al. 2006
 // measured 0.005 N s/m and 0.038 N on a Phantom 1.0 alone), so it is assumed: 0.05 for serial arms, 0.5 for grounded
 // delta devices. Judge stability also at a third and at three times what is assumed here.
+// Rotation: torque limit and torsion as published by the same toolkits, resolution from the data sheets.
+// Inertia and friction about the grip are published for none: assumed are those of the tip on a lever of kUsualGyration_m.
 constexpr double kAssumedSerialViscous = 0.05;  // N s/m
 constexpr double kAssumedDeltaViscous = 0.5;    // N s/m
 constexpr double kAssumedCoulomb = 0.05;        // N, where the maker gives none
 constexpr double kAssumedFalconMass = 0.25;     // kg, estimates of the moving parts differ
 constexpr double kAssumedOmegaMass = 0.2;       // kg
+constexpr double kAssumedWristMass = 0.3;       // kg, of those that turn the hand
+
+constexpr DeviceRotation turning(double maxTorque_Nm, double maxTorsion_Nm_per_rad, double resolution_rad,
+                                 double mass_kg, double viscous, double coulomb) {
+  constexpr double r = kUsualGyration_m;
+  return {true, maxTorque_Nm, maxTorsion_Nm_per_rad, resolution_rad, mass_kg * r * r, viscous * r * r, coulomb * r};
+}
+constexpr double degrees(double angle) { return angle * std::numbers::pi / 180; }
 
 constexpr std::array kDevices{
-    // name, title, F_max N, K N/m, B N s/m, m kg, b N s/m, f_c N, resolution m
+    // name, title, F_max N, K N/m, B N s/m, m kg, b N s/m, f_c N, resolution m, and of rotation T_max Nm, K_r Nm/rad, resolution
     DevicePreset{"omni", "Phantom Omni", 3.3, 700, 5, 0.045, kAssumedSerialViscous, 0.26, 55e-6},
     // The Omni under its later name: the same mechanics, published with lower gains.
     DevicePreset{"touch", "3D Systems Touch", 3.3, 400, 4, 0.045, kAssumedSerialViscous, 0.26, 55e-6},
@@ -28,6 +39,15 @@ constexpr std::array kDevices{
                  60e-6},
     DevicePreset{"omega.3", "Force Dimension omega.3", 12, 5000, 30, kAssumedOmegaMass, kAssumedDeltaViscous,
                  kAssumedCoulomb, 10e-6},
+    DevicePreset{"omega.6", "Force Dimension omega.6", 12, 5000, 30, kAssumedOmegaMass, kAssumedDeltaViscous,
+                 kAssumedCoulomb, 10e-6,
+                 turning(0, 0, degrees(0.09), kAssumedOmegaMass, kAssumedDeltaViscous, kAssumedCoulomb)},
+    DevicePreset{"delta.6", "Force Dimension delta.6", 20, 5000, 30, kAssumedWristMass, kAssumedDeltaViscous,
+                 kAssumedCoulomb, 30e-6,
+                 turning(0.2, 1, degrees(0.04), kAssumedWristMass, kAssumedDeltaViscous, kAssumedCoulomb)},
+    DevicePreset{"sigma.7", "Force Dimension sigma.7", 12, 4000, 30, kAssumedWristMass, kAssumedDeltaViscous,
+                 kAssumedCoulomb, 1.5e-6,
+                 turning(0.2, 1, degrees(0.013), kAssumedWristMass, kAssumedDeltaViscous, kAssumedCoulomb)},
 };
 
 // Mass, stiffness and damping of a hand that holds a stylus: all assumed, from a loose to a tight grip; "none" lets go.

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "common/error/error.h"
+#include "haptic_server/device/device_rotation.h"
 
 namespace haptics {
 
@@ -18,9 +19,11 @@ struct DevicePreset {
   double viscousFriction_Ns_per_m;
   double coulombFriction_N;
   double resolution_m;  ///< Position quantum.
+  DeviceRotation rotation{};
 };
 
-/// A hand holding the device: its mass joined rigidly to the device's, a spring and a damper to where it wants to be.
+/// A hand holding the device: its mass joined rigidly to the device's, a spring and a damper to where it wants to be. A
+/// device that turns is held by these on a lever of kUsualGyration_m.
 struct HandPreset {
   std::string_view name;
   double mass_kg;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "common/maths/rotation.h"
+
 namespace haptics {
 namespace {
 
@@ -16,10 +18,17 @@ DeviceInfo describe(const DevicePreset& preset, double delay_s) {
           preset.apparentMass_kg,
           preset.viscousFriction_Ns_per_m,
           preset.coulombFriction_N,
-          delay_s};
+          delay_s,
+          preset.rotation};
 }
 
 Vec3 quantised(Vec3 position, double quantum) noexcept { return quantum * glm::floor(position / quantum + 0.5); }
+
+/// Shortened to the limit; zero where it is not finite.
+Vec3 bounded(Vec3 output, double limit) noexcept {
+  const double magnitude = glm::length(output);
+  return std::isfinite(magnitude) ? output * std::min(1.0, limit / magnitude) : Vec3(0);
+}
 
 }  // namespace
 
@@ -32,7 +41,8 @@ DevicePreset presetOf(const DeviceInfo& device) noexcept {
           device.apparentMass_kg,
           device.viscousFriction_Ns_per_m,
           device.coulombFriction_N,
-          device.resolution_m};
+          device.resolution_m,
+          device.rotation};
 }
 
 SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent& intent)
@@ -42,13 +52,17 @@ SimulatedDevice::SimulatedDevice(const SimulationSettings& settings, HandIntent&
       period_(settings.period_s),
       substep_(settings.period_s / kSubsteps),
       delay_(static_cast<int>(std::lround(settings.delay_s / settings.period_s * kSubsteps))),
-      written_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, Vec3(0)) {}
+      written_(static_cast<std::size_t>(delay_ / kSubsteps) + 2, Vec3(0)) {
+  if (!info_.rotation.isSensed) return;
+  turning_.emplace(Turning{.plant = SimulatedRotation(info_, settings.hand), .written_Nm = written_});
+}
 
 DeviceReading SimulatedDevice::read(std::uint64_t tick) noexcept {
   if (!started_) {
     started_ = true;
     target_ = intent_.next(0, felt_);
     plant_.place(target_.position);
+    if (turning_) turning_->plant.place(turning_->target = intent_.nextRotation(0));
   } else if (tick > tick_) {
     const std::uint64_t ticks = std::min(tick - tick_, kMaxTicksAtOnce);
     for (std::uint64_t i = 0; i < ticks; ++i) {
@@ -58,17 +72,23 @@ DeviceReading SimulatedDevice::read(std::uint64_t tick) noexcept {
     }
   }
   tick_ = tick;
-  return {quantised(plant_.position(), info_.resolution_m), stopped_ ? DeviceState::kStopped : DeviceState::kReady};
+  DeviceReading reading{quantised(plant_.position(), info_.resolution_m),
+                        stopped_ ? DeviceState::kStopped : DeviceState::kReady};
+  if (turning_) reading.rotation = measuredRotation();
+  return reading;
 }
 
 void SimulatedDevice::write(Vec3 force_N) noexcept {
-  if (stopped_) return;
-  const double magnitude = glm::length(force_N);
-  held_ = std::isfinite(magnitude) ? force_N * std::min(1.0, info_.maxForce_N / magnitude) : Vec3(0);
+  if (!stopped_) held_ = bounded(force_N, info_.maxForce_N);
+}
+
+void SimulatedDevice::writeTorque(Vec3 torque_Nm) noexcept {
+  if (!stopped_ && turning_) turning_->held_Nm = bounded(torque_Nm, info_.rotation.maxTorque_Nm);
 }
 
 void SimulatedDevice::stop() noexcept {
   held_ = Vec3(0);
+  if (turning_) turning_->held_Nm = Vec3(0);
   stopped_ = true;
 }
 
@@ -95,19 +115,41 @@ void SimulatedDevice::beginTick() noexcept {
   from_ = target_;
   target_ = intent_.next(period_, felt_);
   targetVelocity_ = (target_.position - from_.position) / period_;
+  if (turning_) beginTurning();
 }
 
 void SimulatedDevice::integrateSubstep(int substep) noexcept {
   const double middle = (substep + 0.5) / kSubsteps;
   const HandTarget now{glm::mix(from_.position, target_.position, middle), target_.push_N};
   plant_.step(substep_, motorForce(substep), now, targetVelocity_);
+  if (turning_) turn(substep);
 }
 
 // F_ZOH(t - t_d): the force of the tick that t - t_d lies in.
-Vec3 SimulatedDevice::motorForce(int substep) const noexcept {
+std::size_t SimulatedDevice::heldIn(int substep) const noexcept {
   const int ticksAgo = (delay_ - substep + kSubsteps - 1) / kSubsteps;
   const std::size_t ago = static_cast<std::size_t>(std::max(ticksAgo, 0));
-  return written_[newest_ >= ago ? newest_ - ago : newest_ + written_.size() - ago];
+  return newest_ >= ago ? newest_ - ago : newest_ + written_.size() - ago;
+}
+
+void SimulatedDevice::beginTurning() noexcept {
+  Turning& turning = *turning_;
+  turning.written_Nm[newest_] = turning.held_Nm;
+  turning.from = turning.target;
+  turning.target = intent_.nextRotation(period_);
+  turning.targetSpeed = rotationVector(turning.target * glm::conjugate(turning.from)) / period_;
+}
+
+void SimulatedDevice::turn(int substep) noexcept {
+  Turning& turning = *turning_;
+  const double middle = (substep + 0.5) / kSubsteps;
+  const Quat now = rotationBy(middle * period_ * turning.targetSpeed) * turning.from;
+  turning.plant.step(substep_, turning.written_Nm[heldIn(substep)], now, turning.targetSpeed);
+}
+
+/// Encoders count angles from where it is upright.
+Quat SimulatedDevice::measuredRotation() const noexcept {
+  return rotationBy(quantised(rotationVector(turning_->plant.rotation()), info_.rotation.resolution_rad));
 }
 
 }  // namespace haptics

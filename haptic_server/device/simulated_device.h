@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "haptic_server/device/hand_intent.h"
 #include "haptic_server/device/plant.h"
 #include "haptic_server/device/presets.h"
+#include "haptic_server/device/simulated_rotation.h"
 
 namespace haptics {
 
@@ -23,7 +25,8 @@ struct SimulationSettings {
 [[nodiscard]] DevicePreset presetOf(const DeviceInfo& device) noexcept;
 
 /// A device and a hand that exist only here, advanced by the ticks themselves: it has no clock, and the same ticks and
-/// forces give the same positions, bit for bit. It quantises positions and saturates forces as its preset says.
+/// forces give the same positions, bit for bit. It quantises positions and saturates forces as its preset says, rotations and
+/// torques likewise where it has them.
 class SimulatedDevice final : public Device {
  public:
   /// Substeps per tick of the integration; also the resolution of the delay. The plant is smooth within a tick except
@@ -44,17 +47,33 @@ class SimulatedDevice final : public Device {
   static void advanceTogether(std::span<SimulatedDevice* const> devices, std::uint64_t tick) noexcept;
   /// A force beyond the device's limit is shortened to it; one that is not finite is zero.
   void write(Vec3 force_N) noexcept override;
+  void writeTorque(Vec3 torque_Nm) noexcept override;
   void follow(const ExplorationPlan* plan) noexcept override { intent_.follow(plan); }
   /// Later writes are ignored.
   void stop() noexcept override;
 
-  [[nodiscard]] const Plant& plant() const noexcept { return plant_; }  ///< Beneath the encoder, for evaluation.
+  /// Beneath the encoders, for evaluation.
+  [[nodiscard]] const Plant& plant() const noexcept { return plant_; }
+  [[nodiscard]] Quat rotation() const noexcept { return turning_ ? turning_->plant.rotation() : Quat(1, 0, 0, 0); }
 
  private:
+  /// Of a device that turns.
+  struct Turning {
+    SimulatedRotation plant;
+    Quat target{1, 0, 0, 0}, from{1, 0, 0, 0};  // at the end of the tick, and at its start
+    Vec3 targetSpeed{0};                        // rad/s
+    Vec3 held_Nm{0};
+    std::vector<Vec3> written_Nm;  // as written_
+  };
+
   void beginTick() noexcept;
   void integrateSubstep(int substep) noexcept;
   void endTick() noexcept { felt_ = motorForce(kSubsteps - 1); }
-  [[nodiscard]] Vec3 motorForce(int substep) const noexcept;
+  [[nodiscard]] std::size_t heldIn(int substep) const noexcept;
+  [[nodiscard]] Vec3 motorForce(int substep) const noexcept { return written_[heldIn(substep)]; }
+  void beginTurning() noexcept;
+  void turn(int substep) noexcept;
+  [[nodiscard]] Quat measuredRotation() const noexcept;
 
   DeviceInfo info_;
   Plant plant_;
@@ -69,6 +88,7 @@ class SimulatedDevice final : public Device {
   Vec3 felt_{0};               // by the motors at the end of the last tick
   std::vector<Vec3> written_;  // ring: the force of each tick, as far back as the delay reaches
   std::size_t newest_ = 0;
+  std::optional<Turning> turning_;
   std::uint64_t tick_ = 0;
   bool started_ = false;
   bool stopped_ = false;

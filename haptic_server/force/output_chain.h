@@ -121,6 +121,7 @@ class FaultRamp {
     }
     return force * gain_;
   }
+  [[nodiscard]] double gain() const noexcept { return gain_; }
   [[nodiscard]] bool atZero() const noexcept { return gain_ <= 0; }
   [[nodiscard]] bool atOne() const noexcept { return gain_ >= 1; }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/maths/rotation.h"
+
 namespace haptics {
 namespace {
 

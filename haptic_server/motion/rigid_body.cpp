@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/motion/joint_motion.h"
 
 namespace haptics {
@@ -52,23 +53,6 @@ double energyOf(const RigidBody& body, const RigidState& state) noexcept {
   }
   const double stiffness = body.freedom == Freedom::kHinge ? spring.stiffness_Nm_per_rad : spring.stiffness_N_per_m;
   return kinetic + gravity + 0.5 * stiffness * state.coordinate * state.coordinate;
-}
-
-Quat rotationBy(Vec3 angle) noexcept {
-  const double squared = squaredLength(angle) / 4;
-  // sin(x) / x; below, its series is exact to the last bit.
-  const double half = std::sqrt(squared);
-  const double sinc = squared < 1e-8 ? 1 - squared / 6 : std::sin(half) / half;
-  const Vec3 v = 0.5 * sinc * angle;
-  return {std::cos(half), v.x, v.y, v.z};
-}
-
-Vec3 rotationVector(Quat rotation) noexcept {
-  if (rotation.w < 0) rotation = -rotation;
-  const Vec3 v(rotation.x, rotation.y, rotation.z);
-  const double sine = glm::length(v);
-  if (sine < 1e-8) return 2.0 * v;
-  return 2 * std::atan2(sine, rotation.w) / sine * v;
 }
 
 }  // namespace haptics

@@ -134,9 +134,4 @@ inline constexpr double kWorldRadius_m = 10;
   return axes * ((glm::conjugate(axes) * angularMomentum_Nms) / mass.moments);
 }
 
-/// The rotation by a vector's length (rad) about it.
-[[nodiscard]] Quat rotationBy(Vec3 angle) noexcept;
-/// Its inverse: length at most pi.
-[[nodiscard]] Vec3 rotationVector(Quat rotation) noexcept;
-
 }  // namespace haptics

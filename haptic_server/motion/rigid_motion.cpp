@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/motion/joint_motion.h"
 #include "haptic_server/motion/plane_contacts.h"
 

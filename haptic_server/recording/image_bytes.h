@@ -1,11 +1,11 @@
 #pragma once
 
-#include <cmath>
 #include <cstring>
 #include <string>
 #include <string_view>
 #include <type_traits>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/step/haptic_state.h"
 
 namespace haptics {
@@ -27,9 +27,15 @@ requires std::is_trivially_copyable_v<T>
 /// Whether the byte of a flag that came from elsewhere is one. To read it as a flag before is undefined.
 [[nodiscard]] inline bool isFlag(const bool& flag) { return *reinterpret_cast<const unsigned char*>(&flag) <= 1; }
 
-[[nodiscard]] inline bool isPose(const Pose& pose) {
-  constexpr double kRounding = 1e-3;
-  return isWithinWorld(pose.position) && std::abs(glm::length(pose.rotation) - 1) <= kRounding;
+[[nodiscard]] inline bool isPose(const Pose& pose) { return isWithinWorld(pose.position) && isRotation(pose.rotation); }
+
+/// @param observer  As it begins.
+[[nodiscard]] inline bool takeObserver(std::string_view& image, PredictiveObserver& observer) {
+  PredictiveObserver later;
+  if (image.empty() || image.front() != 1) return false;  // its first byte: that it is active
+  if (!take(image, later) || !observer.couldBecome(later)) return false;
+  observer = later;
+  return true;
 }
 
 }  // namespace haptics

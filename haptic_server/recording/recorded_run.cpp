@@ -28,9 +28,13 @@ Result<std::optional<RecordedRunTick>> RecordedRun::next() {
     if (*part == nullptr) return std::nullopt;
     if (auto taken = take(**part); !taken) return tl::unexpected(std::move(taken.error()));
   }
-  const auto tick = tickFrom(ticks_.substr(0, kTickBytes));
+  auto tick = tickFrom(ticks_.substr(0, kTickBytes));
   if (!tick) return tl::unexpected(tick.error());
   ticks_.remove_prefix(kTickBytes);
+  if (!turns_.empty()) {
+    takeTurn(turns_.substr(0, kTurnBytes), *tick);
+    turns_.remove_prefix(kTurnBytes);
+  }
   const std::uint64_t number = tick->input.tick;
   if (lastTick_ && number <= *lastTick_)
     return refused("ticks", "tick " + std::to_string(number) + " comes after tick " + std::to_string(*lastTick_));
@@ -93,7 +97,11 @@ Result<void> RecordedRun::take(const v1::RecordedState& message) {
 
 Result<void> RecordedRun::take(const v1::RecordedTicks& message) {
   if (message.ticks().size() % kTickBytes != 0) return refused("ticks", "has a part of a tick");
+  const std::size_t ticks = message.ticks().size() / kTickBytes;
+  if (!message.turns().empty() && message.turns().size() != ticks * kTurnBytes)
+    return refused("ticks.turns", "is not of as many ticks");
   ticks_ = message.ticks();
+  turns_ = message.turns();
   return {};
 }
 

@@ -62,7 +62,7 @@ class RecordedRun {
   std::map<std::uint64_t, RemadeScene> given_;  // that may still be used, by number
   RecordedBeginning beginning_;
   std::uint64_t scenesMade_ = 0;
-  std::string_view ticks_;  // of the part last read, what is left
+  std::string_view ticks_, turns_;  // of the part last read, what is left
   std::optional<std::uint64_t> lastTick_;
 };
 

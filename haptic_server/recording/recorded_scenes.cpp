@@ -43,9 +43,14 @@ Result<GivenObject> RecordedScenes::objectOf(const v1::RecordedObject& message) 
   const double stiffness = message.stiffness_n_per_m(), damping = message.damping_ns_per_m();
   if (!std::isfinite(stiffness) || stiffness < 0) return refused("stiffness_N_per_m", "is not finite and at least 0");
   if (!std::isfinite(damping) || damping < 0) return refused("damping_Ns_per_m", "is not finite and at least 0");
+  const double torsion = message.torsion_nm_per_rad();
+  const bool isTool = record->motion && record->motion->tool;
+  if (!std::isfinite(torsion) || torsion < 0 || (isTool && torsion == 0))
+    return refused("torsion_Nm_per_rad", "is not finite and at least 0, of a tool above 0");
   return GivenObject{{std::make_shared<const ObjectRecord>(*std::move(record)), *std::move(assets), message.posed_at()},
                      stiffness,
                      damping,
+                     torsion,
                      {message.shape(), message.dents_taken_up_to(), message.dents_loosened_up_to()}};
 }
 
@@ -94,6 +99,7 @@ Result<RemadeScene> RecordedScenes::make(const v1::RecordedScene& message) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     scene->objects[i].stiffness_N_per_m = objects_[i].stiffness_N_per_m;
     scene->objects[i].damping_Ns_per_m = objects_[i].damping_Ns_per_m;
+    scene->objects[i].torsion_Nm_per_rad = objects_[i].torsion_Nm_per_rad;
     scene->objects[i].baked = objects_[i].baked;
   }
   return RemadeScene{std::move(scene), *std::move(version), maker_.parts()};

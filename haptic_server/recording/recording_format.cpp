@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kMaxRate_Hz = 1e6;
 
-static_assert(sizeof(StepInput) == 56, "what is new in it goes into appendTick() and tickFrom()");
-static_assert(sizeof(StepConfig) == 120, "what is new in it goes into toMessage() and factsFrom()");
+static_assert(sizeof(StepInput) == 88, "what is new in it goes into appendTick() and tickFrom()");
+static_assert(sizeof(StepConfig) == 208, "what is new in it goes into toMessage() and factsFrom()");
 
 void putWord(std::string& bytes, std::uint64_t word) {
   for (int i = 0; i < 8; ++i) bytes += static_cast<char>(word >> (8 * i));
@@ -37,6 +37,36 @@ void putVector(std::string& bytes, Vec3 v) {
 [[nodiscard]] bool isAtLeastZero(double value) { return std::isfinite(value) && value >= 0; }
 [[nodiscard]] bool isPositive(double value) { return std::isfinite(value) && value > 0; }
 
+void setLead(const ObserverSettings& lead, v1::RecordedLead& message) {
+  message.set_mass_kg(lead.mass_kg);
+  message.set_viscous_friction_ns_per_m(lead.viscousFriction_Ns_per_m);
+  message.set_delay_s(lead.delay_s);
+  message.set_bandwidth_hz(lead.bandwidth_Hz);
+  message.set_contact_lead_s(lead.contactLead_s);
+  message.set_hard_bandwidth_hz(lead.hardBandwidth_Hz);
+  message.set_soft_up_to_n_per_m(lead.softUpTo_N_per_m);
+  message.set_hard_from_n_per_m(lead.hardFrom_N_per_m);
+}
+
+[[nodiscard]] Result<ObserverSettings> leadFrom(const v1::RecordedLead& lead) {
+  for (const double value : {lead.mass_kg(), lead.viscous_friction_ns_per_m(), lead.delay_s(), lead.contact_lead_s(),
+                             lead.soft_up_to_n_per_m()}) {
+    if (!isAtLeastZero(value)) return refused("lead", "has a number that is not finite and at least 0");
+  }
+  if (!isPositive(lead.bandwidth_hz())) return refused("lead.bandwidth_hz", "is not finite and above 0");
+  if (!isPositive(lead.hard_bandwidth_hz())) return refused("lead.hard_bandwidth_hz", "is not finite and above 0");
+  if (!(lead.hard_from_n_per_m() > lead.soft_up_to_n_per_m()))
+    return refused("lead.hard_from_N_per_m", "is not above soft_up_to_N_per_m");
+  return ObserverSettings{.mass_kg = lead.mass_kg(),
+                          .viscousFriction_Ns_per_m = lead.viscous_friction_ns_per_m(),
+                          .delay_s = lead.delay_s(),
+                          .bandwidth_Hz = lead.bandwidth_hz(),
+                          .hardBandwidth_Hz = lead.hard_bandwidth_hz(),
+                          .softUpTo_N_per_m = lead.soft_up_to_n_per_m(),
+                          .hardFrom_N_per_m = lead.hard_from_n_per_m(),
+                          .contactLead_s = lead.contact_lead_s()};
+}
+
 }  // namespace
 
 std::string_view ownStepSources() noexcept {
@@ -58,16 +88,12 @@ v1::RecordingHead toMessage(const RecordingFacts& facts) {
   head.set_stable_lateral_n_per_m(facts.config.stableLateral_N_per_m);
   head.set_rise_s(facts.config.rise_s);
   head.set_work_per_s(facts.config.work_per_s);
-  if (const auto& lead = facts.config.observer) {
-    v1::RecordedLead& message = *head.mutable_lead();
-    message.set_mass_kg(lead->mass_kg);
-    message.set_viscous_friction_ns_per_m(lead->viscousFriction_Ns_per_m);
-    message.set_delay_s(lead->delay_s);
-    message.set_bandwidth_hz(lead->bandwidth_Hz);
-    message.set_contact_lead_s(lead->contactLead_s);
-    message.set_hard_bandwidth_hz(lead->hardBandwidth_Hz);
-    message.set_soft_up_to_n_per_m(lead->softUpTo_N_per_m);
-    message.set_hard_from_n_per_m(lead->hardFrom_N_per_m);
+  if (facts.config.observer) setLead(*facts.config.observer, *head.mutable_lead());
+  if (const RotationConfig& rotation = facts.config.rotation; rotation.maxTorque_Nm > 0 || rotation.observer) {
+    v1::RecordedRotation& message = *head.mutable_rotation();
+    message.set_radius_m(rotation.radius_m);
+    message.set_max_torque_nm(rotation.maxTorque_Nm);
+    if (rotation.observer) setLead(*rotation.observer, *message.mutable_lead());
   }
   return head;
 }
@@ -98,24 +124,21 @@ Result<RecordingFacts> factsFrom(const v1::RecordingHead& head) {
   facts.config.rise_s = head.rise_s();
   facts.config.work_per_s = work_per_s;
   if (head.has_lead()) {
-    const v1::RecordedLead& lead = head.lead();
-    for (const double value : {lead.mass_kg(), lead.viscous_friction_ns_per_m(), lead.delay_s(), lead.contact_lead_s(),
-                               lead.soft_up_to_n_per_m()}) {
-      if (!isAtLeastZero(value)) return refused("head.lead", "has a number that is not finite and at least 0");
+    auto lead = leadFrom(head.lead());
+    if (!lead) return tl::unexpected(std::move(lead.error()).within("head."));
+    facts.config.observer = *lead;
+  }
+  if (head.has_rotation()) {
+    const v1::RecordedRotation& rotation = head.rotation();
+    if (!isPositive(rotation.radius_m())) return refused("head.rotation.radius_m", "is not finite and above 0");
+    if (!isAtLeastZero(rotation.max_torque_nm()))
+      return refused("head.rotation.max_torque_Nm", "is not finite and at least 0");
+    facts.config.rotation = {.radius_m = rotation.radius_m(), .maxTorque_Nm = rotation.max_torque_nm()};
+    if (rotation.has_lead()) {
+      auto lead = leadFrom(rotation.lead());
+      if (!lead) return tl::unexpected(std::move(lead.error()).within("head.rotation."));
+      facts.config.rotation.observer = *lead;
     }
-    if (!isPositive(lead.bandwidth_hz())) return refused("head.lead.bandwidth_hz", "is not finite and above 0");
-    if (!isPositive(lead.hard_bandwidth_hz()))
-      return refused("head.lead.hard_bandwidth_hz", "is not finite and above 0");
-    if (!(lead.hard_from_n_per_m() > lead.soft_up_to_n_per_m()))
-      return refused("head.lead.hard_from_N_per_m", "is not above soft_up_to_N_per_m");
-    facts.config.observer = ObserverSettings{.mass_kg = lead.mass_kg(),
-                                             .viscousFriction_Ns_per_m = lead.viscous_friction_ns_per_m(),
-                                             .delay_s = lead.delay_s(),
-                                             .bandwidth_Hz = lead.bandwidth_hz(),
-                                             .hardBandwidth_Hz = lead.hard_bandwidth_hz(),
-                                             .softUpTo_N_per_m = lead.soft_up_to_n_per_m(),
-                                             .hardFrom_N_per_m = lead.hard_from_n_per_m(),
-                                             .contactLead_s = lead.contact_lead_s()};
   }
   return facts;
 }
@@ -157,6 +180,24 @@ Result<RecordedTick> tickFrom(std::string_view bytes) {
   device.position = takeVector(bytes);
   tick.force_N = takeVector(bytes);
   return tick;
+}
+
+bool turns(const RecordedTick& tick) noexcept {
+  return tick.input.device.rotation != Quat(1, 0, 0, 0) || tick.torque_Nm != Vec3(0);
+}
+
+void appendTurn(const RecordedTick& tick, std::string& bytes) {
+  const Quat& q = tick.input.device.rotation;
+  putWord(bytes, std::bit_cast<std::uint64_t>(q.w));
+  putVector(bytes, {q.x, q.y, q.z});
+  putVector(bytes, tick.torque_Nm);
+}
+
+void takeTurn(std::string_view bytes, RecordedTick& tick) {
+  const double w = std::bit_cast<double>(takeWord(bytes));
+  const Vec3 v = takeVector(bytes);
+  tick.input.device.rotation = {w, v.x, v.y, v.z};
+  tick.torque_Nm = takeVector(bytes);
 }
 
 bool sameBits(Vec3 a, Vec3 b) noexcept {

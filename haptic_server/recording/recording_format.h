@@ -13,7 +13,8 @@
 namespace haptics {
 
 inline constexpr std::string_view kRecordingHead = "haptics recording 1\n";
-inline constexpr std::size_t kTickBytes = 88;  ///< Of one tick in RecordedTicks.
+inline constexpr std::size_t kTickBytes = 88;  ///< Of one tick in RecordedTicks.ticks,
+inline constexpr std::size_t kTurnBytes = 56;  ///< and in RecordedTicks.turns.
 
 /// What a recording says of itself.
 struct RecordingFacts {
@@ -37,6 +38,12 @@ void appendTick(const RecordedTick& tick, std::string& bytes);
 /// `bytes` are kTickBytes long. Refused: a device state or fault that there is not. Positions are taken as they are: the
 /// step itself refuses those that are no number.
 [[nodiscard]] Result<RecordedTick> tickFrom(std::string_view bytes);
+
+/// What a tick has of rotation: false where that is nothing.
+[[nodiscard]] bool turns(const RecordedTick& tick) noexcept;
+void appendTurn(const RecordedTick& tick, std::string& bytes);
+/// `bytes` are kTurnBytes long. Rotations are taken as they are.
+void takeTurn(std::string_view bytes, RecordedTick& tick);
 
 /// Bit for bit, where == would have a zero equal to one of the other sign, and no NaN to itself.
 [[nodiscard]] bool sameBits(Vec3 a, Vec3 b) noexcept;

@@ -97,7 +97,7 @@ ReplaySource::Next RecordingPlayer::next(Tick& tick) noexcept {
 }
 
 void RecordingPlayer::write(Vec3 force_N) noexcept {
-  if (!sameBits(force_N, now_.recorded.force_N)) {
+  if (!sameBits(force_N, now_.recorded.force_N) || !sameBits(torque_Nm_, now_.recorded.torque_Nm)) {
     if (played_.differing.load(std::memory_order_relaxed) == 0) played_.firstTick = now_.recorded.input.tick;
     played_.differing.fetch_add(1, std::memory_order_relaxed);
   }
@@ -109,7 +109,7 @@ Result<std::string> RecordingPlayer::verdict() const {
   const bool toItsEnd = played_.toItsEnd;
   if (played_.differing > 0) {
     return refused(path_.string(), std::to_string(played_.differing) + " of " + ticks +
-                                       " came to another force than the recorded one, tick " +
+                                       " came to another force or torque than the recorded one, tick " +
                                        std::to_string(played_.firstTick) + " first" +
                                        (sameStep() ? "" : "; it was recorded by another version of the step"));
   }

@@ -58,8 +58,9 @@ class RecordingPlayer final : public Device, public ReplaySource {
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   /// As it was in the tick that next() gave last.
   [[nodiscard]] DeviceReading read(std::uint64_t /*tick*/) noexcept override { return now_.recorded.input.device; }
-  /// Compares the force with the one that was written then.
+  /// Compares force and torque with what was written then.
   void write(Vec3 force_N) noexcept override;
+  void writeTorque(Vec3 torque_Nm) noexcept override { torque_Nm_ = torque_Nm; }
   void stop() noexcept override {}
 
   [[nodiscard]] Next next(Tick& tick) noexcept override;
@@ -99,6 +100,7 @@ class RecordingPlayer final : public Device, public ReplaySource {
   std::atomic<std::uint64_t> used_{0};
 
   RecordedRunTick now_;  // the servo's
+  Vec3 torque_Nm_{0};    // likewise
 };
 
 }  // namespace haptics

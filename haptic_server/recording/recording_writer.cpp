@@ -46,6 +46,8 @@ Result<void> RecordingWriter::flush() {
   if (!ticks_.empty()) {
     v1::RecordingPart part;
     part.mutable_ticks()->set_ticks(std::exchange(ticks_, {}));
+    if (std::exchange(anyTurns_, false)) part.mutable_ticks()->set_turns(turns_);
+    turns_.clear();
     append(part);
   }
   writePending();

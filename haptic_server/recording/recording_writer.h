@@ -26,7 +26,11 @@ class RecordingWriter {
     scenes_.add(scene, [this](const v1::RecordingPart& part) { append(part); });
   }
   void add(const Keyframe& keyframe);
-  void add(const RecordedTick& tick) { appendTick(tick, ticks_); }
+  void add(const RecordedTick& tick) {
+    appendTick(tick, ticks_);
+    appendTurn(tick, turns_);
+    anyTurns_ = anyTurns_ || turns(tick);
+  }
   /// A part of it as another process has encoded it.
   void addPart(std::string_view part);
   /// Refused: the disk is full, or gone. The file then ends with the last part that was written in full.
@@ -40,8 +44,10 @@ class RecordingWriter {
   std::filesystem::path file_;
   FileHandle handle_;
   RecordWriter chain_{kRecordingHead};
-  std::string pending_;  // not written yet, in records
-  std::string ticks_;    // not in a record yet
+  std::string pending_;    // not written yet, in records
+  std::string ticks_;      // not in a record yet
+  std::string turns_;      // of those ticks,
+  bool anyTurns_ = false;  // of which some are told
   SceneParts scenes_;
   std::uint64_t size_ = 0;
   std::optional<Error> failure_;  // of a write

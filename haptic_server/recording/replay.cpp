@@ -7,6 +7,7 @@
 #include "haptic_server/recording/recorded_run.h"
 #include "haptic_server/step/moving_bodies.h"
 #include "haptic_server/step/soft_bodies.h"
+#include "haptic_server/step/tool_step.h"
 
 namespace haptics {
 namespace {
@@ -44,12 +45,15 @@ class ReplayedServo {
   }
 
   void account(const RecordedTick& recorded, const TelemetrySample& sample) {
-    if (!sameBits(recorded.force_N, sample.force.written)) {
+    const Vec3 torque_Nm = writtenTorque_Nm(*state_);
+    if (!sameBits(recorded.force_N, sample.force.written) || !sameBits(recorded.torque_Nm, torque_Nm)) {
       ++outcome_.differing;
       const ForceDifference difference{outcome_.ticks, recorded.input.tick, recorded.force_N, sample.force.written};
       if (!outcome_.first) outcome_.first = difference;
       outcome_.largestDifference_N =
           std::max(outcome_.largestDifference_N, glm::distance(difference.recorded_N, difference.now_N));
+      outcome_.largestDifference_Nm =
+          std::max(outcome_.largestDifference_Nm, glm::distance(recorded.torque_Nm, torque_Nm));
     }
     if (outcome_.ticks != 0) outcome_.missed += recorded.input.tick - lastTick_ - 1;
     if (sample.object != 0) ++outcome_.contactTicks;

@@ -11,7 +11,7 @@
 
 namespace haptics {
 
-/// A tick that came to another force than the one recorded.
+/// A tick that came to another force or torque than the one recorded.
 struct ForceDifference {
   std::uint64_t position = 0;  ///< In the recording, from 0.
   std::uint64_t tick = 0;
@@ -26,9 +26,9 @@ struct ReplayOutcome {
   std::uint64_t missed = 0;  ///< Ticks between them that the servo slept through.
   std::uint64_t contactTicks = 0;
   std::uint64_t scenes = 0;     ///< That the servo was given.
-  std::uint64_t differing = 0;  ///< Ticks whose force differs in any bit.
+  std::uint64_t differing = 0;  ///< Ticks whose force or torque differs in any bit.
   std::optional<ForceDifference> first;
-  double largestDifference_N = 0;
+  double largestDifference_N = 0, largestDifference_Nm = 0;
   bool cutOff = false;           ///< The recording ends within a part, as it does when a server is killed.
   std::optional<Error> refusal;  ///< Why it was not replayed to its end.
 };

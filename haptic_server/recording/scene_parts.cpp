@@ -15,7 +15,8 @@ namespace {
 /// But for whether it is leaving.
 [[nodiscard]] bool isSame(const GivenObject& a, const GivenObject& b) {
   return *a.parts.record == *b.parts.record && a.parts.poseRevision == b.parts.poseRevision &&
-         a.stiffness_N_per_m == b.stiffness_N_per_m && a.damping_Ns_per_m == b.damping_Ns_per_m && a.baked == b.baked;
+         a.stiffness_N_per_m == b.stiffness_N_per_m && a.damping_Ns_per_m == b.damping_Ns_per_m &&
+         a.torsion_Nm_per_rad == b.torsion_Nm_per_rad && a.baked == b.baked;
 }
 
 [[nodiscard]] std::string rootOf(const GivenScene& scene) {
@@ -32,7 +33,8 @@ GivenScene givenScene(const ServoScene& scene, const std::vector<ServoObjectSour
   GivenScene given{scene.number, scene.revision, {}};
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const ServoObject& object = scene.objects[i];
-    given.objects.push_back({parts[i], object.stiffness_N_per_m, object.damping_Ns_per_m, object.baked});
+    given.objects.push_back(
+        {parts[i], object.stiffness_N_per_m, object.damping_Ns_per_m, object.torsion_Nm_per_rad, object.baked});
   }
   return given;
 }
@@ -65,6 +67,7 @@ void SceneParts::add(const GivenScene& scene, const Put& put) {
     changed.set_posed_at(object.parts.poseRevision);
     changed.set_stiffness_n_per_m(object.stiffness_N_per_m);
     changed.set_damping_ns_per_m(object.damping_Ns_per_m);
+    changed.set_torsion_nm_per_rad(object.torsion_Nm_per_rad);
     changed.set_shape(object.baked.shape);
     changed.set_dents_taken_up_to(object.baked.upTo);
     changed.set_dents_loosened_up_to(object.baked.releasedUpTo);

@@ -15,6 +15,7 @@ struct GivenObject {
   ServoObjectSource parts;
   double stiffness_N_per_m = 0;  ///< ServoObject's.
   double damping_Ns_per_m = 0;
+  double torsion_Nm_per_rad = 0;
   BakedDents baked = {};  ///< ServoObject's.
 
   [[nodiscard]] ObjectId id() const noexcept { return parts.record->id; }

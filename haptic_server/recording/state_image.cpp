@@ -22,10 +22,10 @@ namespace {
 [[nodiscard]] bool areFlagsWhole(const HapticState& state) {
   const Adoption& adoption = state.adoption;
   const SceneFeatures& features = state.features;
-  bool whole =
-      areFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut, &features.detail,
-                &features.soft, &features.bumps, &features.varyingStiffness, &features.beingMoved,
-                &features.pendingRemoval, &features.tool, &state.supervision.attached, &state.groove.shaded});
+  bool whole = areFlags({&adoption.now, &adoption.contactBroken, &adoption.detailEdited, &adoption.fadingOut,
+                         &features.detail, &features.soft, &features.bumps, &features.varyingStiffness,
+                         &features.beingMoved, &features.pendingRemoval, &features.tool, &features.torqueFades,
+                         &state.supervision.attached, &state.groove.shaded});
   for (std::size_t i = 0; i < adoption.bodyCount; ++i) {
     whole = whole && areFlags({&state.bodies[i].pendingRemoval, &state.bodies[i].moving, &state.objects[i].beingMoved});
   }
@@ -129,13 +129,11 @@ namespace {
   return isContactOn(state.contact, scene);
 }
 
-/// \param observer  As it begins.
-[[nodiscard]] bool takeObserver(std::string_view& image, PredictiveObserver& observer) {
-  PredictiveObserver later;
-  if (image.empty() || image.front() != 1) return false;  // its first byte: that it is active
-  if (!take(image, later) || !observer.couldBecome(later)) return false;
-  observer = later;
-  return true;
+/// @param torque  As it begins.
+[[nodiscard]] bool takeTorque(std::string_view& image, DeviceTorque& torque) {
+  const auto takeAll = [&](auto&... part) { return (take(image, part) && ...); };
+  if (!std::apply(takeAll, DeviceTorque::partsOf(torque)) || !isRotation(torque.measured())) return false;
+  return !torque.observer().active() || takeObserver(image, torque.observer());
 }
 
 [[nodiscard]] bool takeParts(std::string_view image, HapticState& state, const ServoScene& scene) {
@@ -158,8 +156,9 @@ namespace {
           take(image, search.depth_m);
   whole = whole && search.count <= search.near.size();
   for (std::size_t i = 0; whole && i < search.count; ++i) whole = take(image, search.near[i]);
-  if (!whole || !isFlag(state.features.tool)) return false;
+  if (!whole || !isFlag(state.features.tool) || !isFlag(state.features.torqueFades)) return false;
   if (state.features.tool && !ToolContactImage::takeFrom(image, scene, state.tool)) return false;
+  if ((state.features.tool || state.features.torqueFades) && !takeTorque(image, state.tool.torque)) return false;
   if (!take(image, state.surface) || !take(image, state.energy) || !state.energy.isWhole()) return false;
   return (state.observer.active() ? takeObserver(image, state.observer) : true) && image.empty();
 }
@@ -169,9 +168,11 @@ namespace {
 std::uint64_t stateLayout() noexcept {
   using Parts = decltype(HapticState::partsOf(std::declval<const HapticState&>()));
   constexpr auto kSizes = []<class... Part>(std::type_identity<std::tuple<Part...>>) {
-    return std::array{sizeof(Part)...,   sizeof(ContactState),  sizeof(Body),          sizeof(HapticState::ObjectState),
-                      sizeof(BumpState), sizeof(MovingBody),    sizeof(BodyPair),      sizeof(ToolContact),
-                      sizeof(BodyDent),  sizeof(SurfaceMemory), sizeof(EnergyAccount), sizeof(PredictiveObserver)};
+    return std::array{
+        sizeof(Part)...,     sizeof(ContactState),  sizeof(Body),          sizeof(HapticState::ObjectState),
+        sizeof(BumpState),   sizeof(MovingBody),    sizeof(BodyPair),      sizeof(ToolContact),
+        sizeof(BodyDent),    sizeof(SurfaceMemory), sizeof(EnergyAccount), sizeof(PredictiveObserver),
+        sizeof(DeviceTorque)};
   }(std::type_identity<Parts>());
   std::uint64_t layout = 0;
   for (const std::size_t size : kSizes) layout = layout * 1'000'003 + size;
@@ -217,6 +218,11 @@ std::string stateImage(const HapticState& state) {
   put(image, search.depth_m);
   for (const NearPoint& near : search.found()) put(image, near);
   if (state.features.tool) ToolContactImage::append(state.tool, image);
+  if (state.features.tool || state.features.torqueFades) {
+    const DeviceTorque& torque = state.tool.torque;
+    std::apply([&](const auto&... part) { (put(image, part), ...); }, DeviceTorque::partsOf(torque));
+    if (torque.observer().active()) put(image, torque.observer());
+  }
   put(image, state.features.detail ? state.surface : SurfaceMemory{});
   put(image, state.energy);
   if (state.observer.active()) put(image, state.observer);

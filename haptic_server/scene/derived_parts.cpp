@@ -23,7 +23,7 @@ Result<BodyParts> makeTool(const ToolProperties& properties, const MeshAsset& as
   auto shell = makeToolShell(*surface, properties.spacing_m);
   if (!shell) return tl::unexpected(Error(shell.error()).within("tool."));
   BodyParts parts;
-  parts.tool = std::make_shared<const Tool>(Tool{surface, *std::move(shell), properties.torsion_Nm_per_rad});
+  parts.tool = std::make_shared<const Tool>(Tool{surface, *std::move(shell)});
   return parts;
 }
 

@@ -88,6 +88,7 @@ std::unique_ptr<ServoScene> ServoSceneBuilder::make(std::vector<ServoObjectSourc
                               .motion = body,
                               .collision = collision,
                               .tool = tool,
+                              .torsion_Nm_per_rad = tool ? stableTorsion_Nm_per_rad(*record->motion->tool) : 0,
                               .poseRevision = poseRevision,
                               .tissue = known.tissue,
                               .baked = known.baked,
@@ -117,6 +118,10 @@ ServoSceneBuilder::StableStiffness ServoSceneBuilder::stableStiffness(const Mate
   }
   return {{stiffness_N_per_m, std::min(material.damping_Ns_per_m, device_.maxDamping_Ns_per_m / highestFactor)},
           highestFactor};
+}
+
+double ServoSceneBuilder::stableTorsion_Nm_per_rad(const ToolProperties& tool) const {
+  return std::min(tool.torsion_Nm_per_rad, device_.stiffestTorsion_Nm_per_rad);
 }
 
 /// Making a detail takes milliseconds, and normals of a large mesh more: what did not change is kept.

@@ -191,13 +191,23 @@ namespace {
 /// Points of a tool that a tick follows over a million triangles in some 80 us (tool/README.md).
 constexpr double kManyToolPoints = 4'000;
 
-std::vector<std::string> toolWarnings(const Tool& tool, double spacing_m) {
+std::vector<std::string> toolWarnings(const Tool& tool, const ToolProperties& asked, const DeviceLimits& device) {
+  std::vector<std::string> warnings;
   const auto points = static_cast<double>(tool.shell.points.size());
-  if (points <= kManyToolPoints) return {};
-  return {written(
-      4, "warning: the tool touches with ", points,
-      " points; on large scenes that may take more than a tick, and the tool lags behind the hand: a spacing_m of ",
-      spacing_m * std::sqrt(points / kManyToolPoints), " has about ", kManyToolPoints)};
+  if (points > kManyToolPoints) {
+    warnings.push_back(written(
+        4, "warning: the tool touches with ", points,
+        " points; on large scenes that may take more than a tick, and the tool lags behind the hand: a spacing_m of ",
+        asked.spacing_m * std::sqrt(points / kManyToolPoints), " has about ", kManyToolPoints));
+  }
+  if (asked.torsion_Nm_per_rad > device.stiffestTorsion_Nm_per_rad) {
+    warnings.push_back(
+        written(4, "warning: torsion_Nm_per_rad is felt as ", device.stiffestTorsion_Nm_per_rad, " instead of ",
+                asked.torsion_Nm_per_rad, ": by simulation the device comes to rest with up to ",
+                2 * device.stiffestTorsion_Nm_per_rad,
+                " Nm/rad, and half of that is what a tool may have; a higher rate or less delay allows more"));
+  }
+  return warnings;
 }
 
 }  // namespace
@@ -206,7 +216,7 @@ std::vector<std::string> motionWarnings(const ObjectRecord& record, const Object
                                         const DeviceLimits& device) {
   const auto body = bodyPartsOf(record, assets);
   if (!body || !*body) return {};
-  if ((*body)->tool) return toolWarnings(*(*body)->tool, record.motion->tool->spacing_m);
+  if ((*body)->tool) return toolWarnings(*(*body)->tool, *record.motion->tool, device);
   if (!(*body)->body) return {};
   const double mass_kg = (*body)->apparentMass_kg;
   const double stiffness = std::min(record.material.stiffness_N_per_m, device.stiffest_N_per_m);

@@ -21,7 +21,8 @@ struct DeviceLimits {
   double period_s = 1e-3;  ///< Of the servo.
   /// Surfaces that are stiffer are felt with this: half of what the device bears.
   double stiffest_N_per_m = std::numeric_limits<double>::infinity();
-  double maxDamping_Ns_per_m = std::numeric_limits<double>::infinity();  ///< The same of damping.
+  double maxDamping_Ns_per_m = std::numeric_limits<double>::infinity();         ///< The same of damping,
+  double stiffestTorsion_Nm_per_rad = std::numeric_limits<double>::infinity();  ///< and of what turns a tool.
 };
 
 /// Warnings of a texture, or a map of friction, stiffness or softness, whose finest detail is finer than two steps of the device's encoder, which feel it

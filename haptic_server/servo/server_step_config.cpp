@@ -68,12 +68,16 @@ ObserverSettings observerFor(const DeviceInfo& device, double rate_Hz) noexcept 
   return settings;
 }
 
-StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz) noexcept {
+StepConfig serverStepConfig(const DeviceInfo& device, double rate_Hz, bool stabilised) {
   StepConfig config{.period_s = 1 / rate_Hz,
                     .maxForce_N = device.maxForce_N,
                     .positionStep_m = device.resolution_m,
                     .stableLateral_N_per_m = locallyStableStiffness_N_per_m(device, 1 / rate_Hz)};
-  config.observer = observerFor(device, rate_Hz);
+  if (stabilised) config.observer = observerFor(device, rate_Hz);
+  if (device.rotation.isSensed) {
+    config.rotation = {.radius_m = gyration_m(device), .maxTorque_Nm = device.rotation.maxTorque_Nm};
+    if (stabilised) config.rotation.observer = observerFor(rotationAsTranslation(device), rate_Hz);
+  }
   config.rise_s = kRise_s;
   return config;
 }

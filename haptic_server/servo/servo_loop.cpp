@@ -10,6 +10,7 @@
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/step/moving_bodies.h"
 #include "haptic_server/step/soft_bodies.h"
+#include "haptic_server/step/tool_step.h"
 
 namespace haptics {
 namespace {
@@ -122,6 +123,8 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene
   ForceResult result;
   const StepInput input{index, now_ns, device_.read(index)};
   computeForce(*scene_, state_, config_, input, result, cacheWarmer_ ? &cacheWarmer_->cache() : nullptr);
+  if (state_.features.pendingRemoval) [[unlikely]]
+    device_.writeTorque(writtenTorque_Nm(state_));
   device_.write(result.force.written);
   if (cacheWarmer_) cacheWarmer_->note(result.contact.work.allowance);
   finish(input, result, newest != nullptr ? newest->number : 0);
@@ -131,7 +134,7 @@ void ServoLoop::tick(std::uint64_t index, std::uint64_t now_ns, const ServoScene
 /// Work done after the force is written.
 void ServoLoop::finish(const StepInput& input, const ForceResult& result, std::uint64_t newScene) noexcept {
   TelemetrySample sample = finishStep(*scene_, state_, config_, input, result);
-  if (flight_ != nullptr) flight_->add({input, newScene, sample.force.written, sample.fault});
+  if (flight_ != nullptr) flight_->add({input, newScene, sample.force.written, sample.fault, writtenTorque_Nm(state_)});
   account(sample);
   if (!samples_.push(sample)) add(statistics_.droppedSamples, 1);
   if (state_.features.tool + state_.motion.count + motion_.bodyCount + state_.denting.count + motion_.dentCount > 0)

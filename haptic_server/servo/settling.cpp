@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "common/maths/extent.h"
+#include "common/maths/rotation.h"
 #include "haptic_server/device/simulated_device.h"
 #include "haptic_server/step/haptic_step.h"
+#include "haptic_server/step/tool_step.h"
 
 namespace haptics {
 namespace {
@@ -32,7 +34,8 @@ constexpr double kCubeSide_m = 0.1;
 /// Presses along -z with a constant force, by its spring where it has one; is struck down first for a tap.
 class PressingHand final : public HandIntent {
  public:
-  PressingHand(const Press& press, Vec3 place) : start_{place, Vec3(0)}, pressing_{place, Vec3(0)} {
+  PressingHand(const Press& press, Vec3 place)
+      : start_{place, Vec3(0)}, pressing_{place, Vec3(0)}, rotation_(press.rotation) {
     start_.position.z += press.tap_m_per_s > 0 ? kTapHeight_m : press.device.resolution_m;
     if (press.hand.stiffness_N_per_m > 0) {
       pressing_.position.z -= press.force_N / press.hand.stiffness_N_per_m;
@@ -44,6 +47,7 @@ class PressingHand final : public HandIntent {
       strike_N_.z = -(mass_kg * press.tap_m_per_s / kStrike_s + press.device.coulombFriction_N);
     }
   }
+  Quat nextRotation(double /*dt_s*/) noexcept override { return rotation_; }
   HandTarget next(double dt_s, Vec3 /*felt_N*/) noexcept override {
     if (dt_s == 0) return start_;
     HandTarget now = pressing_;
@@ -55,6 +59,7 @@ class PressingHand final : public HandIntent {
  private:
   HandTarget start_;
   HandTarget pressing_;
+  Quat rotation_;
   Vec3 strike_N_{0};
   double time_s_ = 0;
 };
@@ -65,12 +70,16 @@ class StandstillDetector {
  public:
   explicit StandstillDetector(double period_s) : ticksNeeded_(static_cast<std::uint64_t>(kHeld_s / period_s)) {}
 
-  void add(Vec3 place, Vec3 force_N) {
-    const bool same = place == place_ && glm::distance(force_N, force_N_) <= kSameForce_N;
+  /// @param turned_m, torque_N  On the radius of the rotation.
+  void add(Vec3 place, Vec3 turned_m, Vec3 force_N, Vec3 torque_N) {
+    const bool same = place == place_ && turned_m == turned_m_ && glm::distance(force_N, force_N_) <= kSameForce_N &&
+                      glm::distance(torque_N, torque_N_) <= kSameForce_N;
     ticks_ = same ? ticks_ + 1 : 0;
     if (same) return;
     place_ = place;
+    turned_m_ = turned_m;
     force_N_ = force_N;
+    torque_N_ = torque_N;
   }
   [[nodiscard]] bool standsStill() const { return ticks_ >= ticksNeeded_; }
 
@@ -81,8 +90,8 @@ class StandstillDetector {
 
   std::uint64_t ticksNeeded_;
   std::uint64_t ticks_ = 0;
-  Vec3 place_{std::numeric_limits<double>::infinity()};
-  Vec3 force_N_{0};
+  Vec3 place_{std::numeric_limits<double>::infinity()}, turned_m_{0};
+  Vec3 force_N_{0}, torque_N_{0};
 };
 
 enum class Verdict { kNone, kRests, kMoves };
@@ -96,6 +105,8 @@ class RunningTrial {
         place_(place),
         hand_(press_, place),
         device_({press_.device, press_.hand, press_.period_s, press_.delay_s}, hand_),
+        radius_m_(gyration_m(device_.info())),
+        quantum_m_(std::max(press_.device.resolution_m, radius_m_ * press_.device.rotation.resolution_rad)),
         standstill_(press_.period_s),
         windowTicks_(static_cast<std::uint64_t>(kWindow_s / press_.period_s)) {}
   RunningTrial(const RunningTrial&) = delete;  // the device refers to the hand
@@ -104,25 +115,30 @@ class RunningTrial {
   [[nodiscard]] SimulatedDevice& device() { return device_; }
 
   [[nodiscard]] Verdict tick(std::uint64_t tick) {
-    const Vec3 force_N = renderer_.tick(device_.read(tick).position);
+    const DeviceReading reading = device_.read(tick);
+    renderer_.turn(reading.rotation);
+    const Vec3 force_N = renderer_.tick(reading.position), torque_Nm = renderer_.torque_Nm();
+    device_.writeTorque(torque_Nm);
     device_.write(force_N);
     const Vec3 position = device_.plant().position();
-    if (glm::distance(position, place_) > kThrown_m) return Verdict::kMoves;
-    standstill_.add(position, force_N);
+    const Vec3 turned_m = radius_m_ * rotationVector(device_.rotation());
+    if (std::max(glm::distance(position, place_), glm::length(turned_m)) > kThrown_m) return Verdict::kMoves;
+    standstill_.add(position, turned_m, force_N, torque_Nm / radius_m_);
     if (standstill_.standsStill()) return Verdict::kRests;
     extent_.add(position);
+    turnedExtent_.add(turned_m);
     return (tick + 1) % windowTicks_ == 0 ? endWindow() : Verdict::kNone;
   }
 
  private:
   [[nodiscard]] Verdict endWindow() {
     constexpr double kRounding = 1 + 1e-6;
-    const double cycle_m = extent_.longest();
+    const double cycle_m = std::max(extent_.longest(), turnedExtent_.longest());
     const std::size_t window = windows_++;
     cycle_m_[window] = cycle_m;
-    extent_ = {};
+    extent_ = turnedExtent_ = {};
     if (windows_ < kFewestWindows) return Verdict::kNone;
-    if (cycle_m <= kRounding * std::max(2 * press_.device.resolution_m, kMinCycle_m)) return Verdict::kRests;
+    if (cycle_m <= kRounding * std::max(2 * quantum_m_, kMinCycle_m)) return Verdict::kRests;
     const bool shrinks = cycle_m <= kShrinking * cycle_m_[window - kWindowsBack];
     return shrinks && windows_ < kMaxWindows ? Verdict::kNone : Verdict::kMoves;
   }
@@ -132,10 +148,11 @@ class RunningTrial {
   Vec3 place_;
   PressingHand hand_;
   SimulatedDevice device_;
+  double radius_m_, quantum_m_;
   StandstillDetector standstill_;
   std::uint64_t windowTicks_;
   std::size_t windows_ = 0;
-  Extent extent_;
+  Extent extent_, turnedExtent_;
   std::array<double, kMaxWindows> cycle_m_{};
 };
 
@@ -169,8 +186,11 @@ ProductionStep::ProductionStep(ServoScene scene, const StepConfig& config)
 }
 
 Vec3 ProductionStep::tick(Vec3 measured) {
-  return hapticStep(scene_, *state_, config_, {tick_++, 0, {measured, DeviceState::kReady}}).force.written;
+  const DeviceReading reading{measured, DeviceState::kReady, {}, rotation_};
+  return hapticStep(scene_, *state_, config_, {tick_++, 0, reading}).force.written;
 }
+
+Vec3 ProductionStep::torque_Nm() const { return writtenTorque_Nm(*state_); }
 
 bool allComeToRest(std::span<const PressTrial> trials, Vec3 place) {
   std::vector<std::unique_ptr<RunningTrial>> running;

@@ -17,6 +17,9 @@ class ForceRenderer {
   virtual ~ForceRenderer() = default;
   /// Position (m, world), attached at the first; returns the force (N, world), within the device's limit.
   [[nodiscard]] virtual Vec3 tick(Vec3 measured) = 0;
+  /// How the device is turned in the next tick(), and the torque (Nm) that came of it.
+  virtual void turn(Quat /*measured*/) {}
+  [[nodiscard]] virtual Vec3 torque_Nm() const { return Vec3(0); }
 };
 
 /// hapticStep() on a scene, as the server's loop calls it.
@@ -24,12 +27,15 @@ class ProductionStep final : public ForceRenderer {
  public:
   ProductionStep(ServoScene scene, const StepConfig& config);
   [[nodiscard]] Vec3 tick(Vec3 measured) override;
+  void turn(Quat measured) override { rotation_ = measured; }
+  [[nodiscard]] Vec3 torque_Nm() const override;
 
  private:
   ServoScene scene_;
   StepConfig config_;
   std::unique_ptr<HapticState> state_;
   std::uint64_t tick_ = 0;
+  Quat rotation_{1, 0, 0, 0};
 };
 
 /// A device and a hand that press along -z: as they are, whatever a renderer is told of them.
@@ -41,6 +47,7 @@ struct Press {
   double force_N = 1;
   /// Speed at which it meets the surface, from a little above; 0: begins at rest on it, and the force is there at once.
   double tap_m_per_s = 0;
+  Quat rotation{1, 0, 0, 0};  ///< In which a device that turns begins, and the hand wants it to be.
 };
 
 /// A press, and its own renderer of the surface.
@@ -50,7 +57,8 @@ struct PressTrial {
 };
 
 /// Whether the device comes to rest in every trial: moves by no more than max(2 encoder steps, 20 um) peak to peak along its
-/// worst axis in 0.3 s, beneath the encoder, before it has stopped getting quieter. Not where it is thrown 50 mm off.
+/// worst axis in 0.3 s, beneath the encoder, before it has stopped getting quieter. Not where it is thrown 50 mm off. One that
+/// turns likewise, by that way on the radius gyration_m().
 /// @param place  On the surface (m, world); the way down to it is free.
 [[nodiscard]] bool allComeToRest(std::span<const PressTrial> trials, Vec3 place);
 

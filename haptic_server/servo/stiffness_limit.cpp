@@ -18,9 +18,8 @@ namespace haptics {
 namespace {
 
 [[nodiscard]] StepConfig configFor(const DeviceInfo& device, double rate_Hz, bool stabilised) {
-  StepConfig config = serverStepConfig(device, rate_Hz);
+  StepConfig config = serverStepConfig(device, rate_Hz, stabilised);
   config.rise_s = 0;
-  if (!stabilised) config.observer.reset();
   return config;
 }
 
@@ -101,9 +100,16 @@ double criticalDamping_Ns_per_m(const DeviceInfo& device, double rate_Hz, bool s
   });
 }
 
+double criticalTorsion_Nm_per_rad(const DeviceInfo& device, double rate_Hz, bool stabilised) {
+  if (!(device.rotation.maxTorque_Nm > 0)) return std::numeric_limits<double>::infinity();
+  const double r = gyration_m(device);
+  return r * r * criticalStiffness_N_per_m(rotationAsTranslation(device), rate_Hz, stabilised);
+}
+
 SurfaceLimits surfaceLimits(const DeviceInfo& device, double rate_Hz, bool stabilised) {
   const double stiffest_N_per_m = kStabilityMargin * criticalStiffness_N_per_m(device, rate_Hz, stabilised);
-  return {stiffest_N_per_m, kStabilityMargin * criticalDamping_Ns_per_m(device, rate_Hz, stabilised, stiffest_N_per_m)};
+  return {stiffest_N_per_m, kStabilityMargin * criticalDamping_Ns_per_m(device, rate_Hz, stabilised, stiffest_N_per_m),
+          kStabilityMargin * criticalTorsion_Nm_per_rad(device, rate_Hz, stabilised)};
 }
 
 }  // namespace haptics

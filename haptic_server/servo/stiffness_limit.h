@@ -21,10 +21,15 @@ inline constexpr double kStabilityMargin = 0.5;
 [[nodiscard]] double criticalDamping_Ns_per_m(const DeviceInfo& device, double rate_Hz, bool stabilised,
                                               double stiffest_N_per_m);
 
-/// The most that a surface may have: kStabilityMargin of what is critical.
+/// Largest torsion (Nm/rad) by which a tool that cannot turn may be held: criticalStiffness_N_per_m() of
+/// rotationAsTranslation(). Infinite for a device that gives no torque, or of which the inertia is not known.
+[[nodiscard]] double criticalTorsion_Nm_per_rad(const DeviceInfo& device, double rate_Hz, bool stabilised);
+
+/// The most that a surface may have, and a tool: kStabilityMargin of what is critical.
 struct SurfaceLimits {
   double stiffness_N_per_m = 0;
   double damping_Ns_per_m = 0;
+  double torsion_Nm_per_rad = 0;
 
   bool operator==(const SurfaceLimits&) const = default;
 };

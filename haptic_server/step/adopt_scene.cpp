@@ -72,6 +72,7 @@ class StateTransfer {
   void apply(const ServoScene& next, HapticState& state) const noexcept {
     const bool feltThroughTool = state.features.tool || toolBody_ >= 0;
     if (toolBody_ >= 0) takeTool(next, state);
+    state.features.torqueFades = toolBody_ < 0 && (state.features.tool || state.features.torqueFades);
     state.features.tool = toolBody_ >= 0;
     std::copy_n(bodies_.begin(), count_, state.bodies.begin());
     std::copy_n(objects_.begin(), count_, state.objects.begin());
@@ -95,7 +96,8 @@ class StateTransfer {
                                             [](const HapticState::ObjectState& o) { return o.beingMoved; });
     if (toolBody_ >= 0)
       state.bodies[state.tool.body].pendingRemoval = true;  // it meets nothing but by what the hand does
-    state.features.pendingRemoval = toolBody_ >= 0 || std::ranges::any_of(bodies(), &Body::pendingRemoval);
+    state.features.pendingRemoval =
+        state.features.tool || state.features.torqueFades || std::ranges::any_of(bodies(), &Body::pendingRemoval);
   }
 
  private:
@@ -332,6 +334,7 @@ class StateTransfer {
     contact.adopt({obstacles.data(), count_});
     if (!isSame) contact.reset(from, bodies());
     state.tool.body = body;
+    state.tool.isNew = !wasHeld;
   }
 
   /// At its place in the scene, at rest.

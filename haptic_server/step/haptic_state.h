@@ -15,6 +15,7 @@
 #include "common/telemetry/telemetry_sample.h"
 #include "haptic_server/collision/body_pairs.h"
 #include "haptic_server/contact/contact.h"
+#include "haptic_server/force/device_torque.h"
 #include "haptic_server/force/output_chain.h"
 #include "haptic_server/force/predictive_observer.h"
 #include "haptic_server/force/spring_damper.h"
@@ -51,6 +52,7 @@ struct StepConfig {
   /// What the queries of a tick may cost (Allowance), by time: infinite for as much as they take. Besides, an adoption may
   /// take a third of it, whose tick has a half, and rehearsals of the tick and the bodies' planes a quarter each.
   double work_per_s = kWork_per_s;
+  RotationConfig rotation{};
   /// Seconds in which the force comes after the device was attached or homed, or a fault is over; 0: at once.
   double rise_s = 0;
 
@@ -81,8 +83,9 @@ struct SceneFeatures {
   bool bumps = false;             ///< Bumps that are felt outside of its polygons.
   bool varyingStiffness = false;  ///< A stiffness that varies over its surface.
   bool beingMoved = false;        ///< Edited under the stylus, it is on its way.
-  bool pendingRemoval = false;    ///< It leaves the scene, or is a tool.
+  bool pendingRemoval = false;    ///< It leaves the scene, or is a tool, or was one whose torque fades.
   bool tool = false;              ///< The hand holds it, and feels through it.
+  bool torqueFades = false;       ///< The hand held it, and feels its torque yet.
 };
 
 struct Supervision {
@@ -135,13 +138,17 @@ struct CollidingBody {
 /// The tool that the hand holds, where the scene has one.
 struct ToolInHand {
   std::size_t body = 0;  ///< Index into bodies. Written by adoptScene().
+  bool isNew = false;    ///< It was not held before this tick.
   ToolContact contact;
-  ToolResult felt;  ///< In this tick.
+  ToolResult felt;      ///< In this tick.
+  DeviceTorque torque;  ///< And how the device is turned.
 
   void copyInUse(const ToolInHand& other) noexcept {
     body = other.body;
+    isNew = other.isNew;
     contact.copyInUse(other.contact);
     felt = other.felt;
+    torque = other.torque;
   }
 };
 
@@ -195,6 +202,7 @@ struct HapticState {
     allowance = config.allowance();
     estimate.velocity = VelocityEstimator(config.period_s);
     if (config.observer) observer = PredictiveObserver(*config.observer, config.period_s);
+    tool.torque = DeviceTorque(config.rotation, config.period_s);
   }
 
   /// The allowance did not last for all that is felt: the tick is counted, and the step of the force slewed.

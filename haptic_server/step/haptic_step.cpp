@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/step/edited_objects.h"
 #include "haptic_server/step/held_springs.h"
 #include "haptic_server/step/moving_bodies.h"
@@ -17,20 +18,22 @@ namespace {
 /// Older positions are not felt through: 5 ms at 0.2 m/s are a millimetre, several newtons on a stiff wall.
 constexpr std::uint32_t kStalePosition_us = 5'000;
 
-[[nodiscard]] Fault faultOf(const DeviceReading& device) noexcept {
+[[nodiscard]] Fault faultOf(const DeviceReading& device, bool turnsTool) noexcept {
   if (device.state != DeviceState::kReady) return Fault::kDeviceLost;
   if (device.status.fault != DeviceFault::kNone || !device.status.homed) return Fault::kDeviceLost;
   if (device.status.age_us > kStalePosition_us) return Fault::kDeviceStale;
+  if (turnsTool && !isRotation(device.rotation)) return Fault::kNonFiniteInput;
   return isWithinWorld(device.position) ? Fault::kNone : Fault::kNonFiniteInput;
 }
 
 /// The proxy is put where the device is: no force until a surface is met anew.
-[[gnu::noinline, gnu::cold]] void attach(HapticState& state, Vec3 position) noexcept {
+[[gnu::noinline, gnu::cold]] void attach(HapticState& state, const DeviceReading& device) noexcept {
+  const Vec3 position = device.position;
   resetContact(state.contact, position);
   state.estimate.velocity.reset(position);
   if (state.observer.active()) state.observer.reset(position);
   state.estimate.measured = state.estimate.hip = position;
-  if (state.features.tool) attachTool(state, position);
+  if (state.features.tool) attachTool(state, device);
   state.energy.begin(position);
   state.report.object = 0;
   state.release();
@@ -46,13 +49,14 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
 [[gnu::always_inline]] inline void supervise(HapticState& state, const StepConfig& config,
                                              const StepInput& input) noexcept {
   const std::uint64_t missed = state.supervision.deadlines.missed(input.tick);
-  Fault fault = faultOf(input.device);
+  Fault fault = faultOf(input.device, state.features.tool);
   if (missed > 0 && state.supervision.attached) [[unlikely]] {
     if (state.supervision.deadlines.tooMany(config.period_s)) {
       if (fault == Fault::kNone) fault = Fault::kDeadlinesMissed;
       if (state.supervision.fault == Fault::kNone) state.supervision.deadlines.giveUp(input.tick, config.period_s);
     } else if (state.observer.active()) {
       state.observer.skip(missed);
+      if (state.features.tool) state.tool.torque.skip(missed);
     }
   }
   if (fault != Fault::kNone) {
@@ -61,7 +65,7 @@ constexpr std::uint32_t kStalePosition_us = 5'000;
              (state.supervision.fault != Fault::kNone && state.supervision.ramp.atZero() &&
               state.supervision.deadlines.wait_s(input.tick, config.period_s) == 0)) {
     state.supervision.fault = Fault::kNone;
-    attach(state, input.device.position);
+    attach(state, input.device);
     state.supervision.ramp.begin(config.rise_s);
   }
 }
@@ -212,18 +216,21 @@ void deform(const ServoScene& scene, HapticState& state, const StepConfig& confi
 
 /// With the tool in place of the point.
 [[gnu::noinline]] void feelThroughTool(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                       ForceResult& result) noexcept {
+                                       const DeviceReading& device, ForceResult& result) noexcept {
   result.contact.work.allowance = contactAllowance(state, result);
-  feelTool(scene, state, config, result);
+  feelTool(scene, state, config, device, result);
+  limitTorque(state, result);
   result.geometricNormal = result.contact.normal;
 }
 
 /// Contact and force where the HIP is.
 [[gnu::always_inline]] inline void feel(const ServoScene& scene, HapticState& state, const StepConfig& config,
-                                        ForceResult& result, const TriangleCache* cache) noexcept {
+                                        const DeviceReading& device, ForceResult& result,
+                                        const TriangleCache* cache) noexcept {
   if (state.features.beingMoved | state.features.pendingRemoval) [[unlikely]] {
     followEdits(scene, state, config);
-    if (state.features.tool) return feelThroughTool(scene, state, config, result);
+    if (state.features.tool) return feelThroughTool(scene, state, config, device, result);
+    if (state.features.torqueFades) fadeTorque(state, result);
   }
   findContact(scene, state, result, cache);  // 3.2
   if (state.features.detail) [[unlikely]]
@@ -300,7 +307,9 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
   if (state.supervision.fault == Fault::kNone) [[likely]] {
     result.followed = true;
     estimateHip(state, input.device.position);
-    feel(scene, state, config, result, cache);
+    feel(scene, state, config, input.device, result, cache);
+  } else if (state.features.tool || state.features.torqueFades) {
+    limitTorque(state, result);
   }
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
   result.force.written = limited(state, config, result, input.device.position, result.force.contact);

@@ -44,6 +44,8 @@ struct ServoObject {
   std::shared_ptr<const CollisionPoints> collision = nullptr;
   /// The hand holds it; null: it lies in the scene. Of one object at most; the same pointer likewise.
   std::shared_ptr<const Tool> tool = nullptr;
+  double torsion_Nm_per_rad =
+      0;  ///< Of the spring that turns the tool to where the device is turned; of a tool above 0.
   /// Its sharp points at the tool's spacing, where the scene has a tool; null for none. The same pointer likewise.
   std::shared_ptr<const std::vector<Vec3>> sharp = nullptr;
   /// Revision that last set its pose. What moves starts anew from there also when the pose is the same.

@@ -23,22 +23,29 @@ namespace {
 
 }  // namespace
 
-void attachTool(HapticState& state, Vec3 position) noexcept {
-  const Pose pose = devicePose(state, position);
-  state.tool.contact.reset(pose, bodiesOf(state));
-  state.tool.felt = {};
-  Body& own = state.bodies[state.tool.body];
+void attachTool(HapticState& state, const DeviceReading& device) noexcept {
+  ToolInHand& tool = state.tool;
+  const Pose pose{device.rotation * state.objects[tool.body].scenePose.rotation, device.position};
+  tool.isNew = false;
+  tool.torque.reset(device.rotation);
+  tool.contact.reset(pose, bodiesOf(state));
+  tool.felt = {};
+  Body& own = state.bodies[tool.body];
   own.previous = own.current = pose;
   own.update();
 }
 
-void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, ForceResult& result) noexcept {
+void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& config, const DeviceReading& measured,
+              ForceResult& result) noexcept {
   ToolInHand& tool = state.tool;
+  if (tool.isNew) attachTool(state, measured);
   const ServoObject& object = scene.objects[tool.body];
-  const Pose device = devicePose(state, state.estimate.hip);
+  const Pose device{tool.torque.follow(measured.rotation) * state.objects[tool.body].scenePose.rotation,
+                    state.estimate.hip};
   Allowance& allowance = result.contact.work.allowance;
-  tool.felt = tool.contact.follow(bodiesOf(state), device, {object.stiffness_N_per_m, object.tool->torsion_Nm_per_rad},
-                                  allowance);
+  tool.felt =
+      tool.contact.follow(bodiesOf(state), device, {object.stiffness_N_per_m, object.torsion_Nm_per_rad}, allowance);
+  tool.torque.setTwist(tool.felt.torque_Nm / object.torsion_Nm_per_rad, object.torsion_Nm_per_rad);
   allowance = tool.felt.allowance;
   Body& own = state.bodies[tool.body];
   own.previous = own.current;
@@ -77,6 +84,23 @@ void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& con
                          surface.canonical(strongest->triangle)};
 }
 
+void limitTorque(HapticState& state, const ForceResult& result) noexcept {
+  const bool jumps = state.adoption.now || state.adoption.contactBroken || result.contact.work.depenetrated ||
+                     result.contact.work.allowanceSpent;
+  state.tool.torque.limit(state.supervision.ramp.gain(), state.supervision.fault != Fault::kNone, jumps);
+}
+
+void fadeTorque(HapticState& state, const ForceResult& result) noexcept {
+  DeviceTorque& torque = state.tool.torque;
+  if (torque.written_Nm() == Vec3(0)) {
+    state.features.torqueFades = false;
+    state.features.pendingRemoval = std::ranges::any_of(bodiesOf(state), &Body::pendingRemoval);
+    return;
+  }
+  torque.release();
+  limitTorque(state, result);
+}
+
 Push pushOfTool(const HapticState& state, std::size_t body) noexcept {
   Push push;
   const ToolResult& felt = state.tool.felt;
@@ -93,8 +117,12 @@ bool describeTool(const HapticState& state, ToolState& tool) noexcept {
   if (!state.features.tool) return std::exchange(tool.object, 0) != 0;
   const ToolResult& felt = state.tool.felt;
   tool.object = state.objects[state.tool.body].id;
-  bool changed = tool.torque_Nm != felt.torque_Nm || tool.pointCount != felt.heldCount;
-  tool.torque_Nm = felt.torque_Nm;
+  const DeviceTorque& torque = state.tool.torque;
+  bool changed = tool.torque_Nm != torque.felt_Nm() || tool.written_Nm != torque.written_Nm() ||
+                 tool.deviceRotation != torque.measured() || tool.pointCount != felt.heldCount;
+  tool.torque_Nm = torque.felt_Nm();
+  tool.written_Nm = torque.written_Nm();
+  tool.deviceRotation = torque.measured();
   tool.pointCount = felt.heldCount;
   for (std::size_t i = 0; i < felt.heldCount; ++i) {
     const ToolState::Point now{felt.held[i].place, felt.held[i].force_N};

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "common/maths/rotation.h"
 #include "haptic_server/contact/neighborhood_watch.h"
 #include "haptic_server/contact/tolerances.h"
 
@@ -37,21 +38,6 @@ constexpr int kTouchBudget = 64;
 constexpr double kRest = 1e-2;
 
 /// As a rotation vector, rad, by the shorter way.
-[[nodiscard]] Vec3 rotationVector(const Quat& q) noexcept {
-  const Vec3 axis(q.x, q.y, q.z);
-  const double sine = glm::length(axis);
-  if (sine == 0) return Vec3(0);
-  const double angle = 2 * std::atan2(sine, std::abs(q.w));
-  return axis * ((q.w < 0 ? -angle : angle) / sine);
-}
-
-[[nodiscard]] Quat rotationBy(Vec3 vector) noexcept {
-  const double angle = glm::length(vector);
-  if (angle == 0) return {1, 0, 0, 0};
-  const Vec3 v = vector * (std::sin(angle / 2) / angle);
-  return {std::cos(angle / 2), v.x, v.y, v.z};
-}
-
 /// Of the two springs, twice; J.
 [[nodiscard]] double energy(const Pose& proxy, const Pose& device, const ToolCoupling& coupling) noexcept {
   return coupling.stiffness_N_per_m * squaredLength(proxy.position - device.position) +

@@ -19,8 +19,7 @@ struct ToolShell {
 /// A mesh that the hand holds in place of a point.
 struct Tool {
   std::shared_ptr<const CollisionMesh> surface;
-  ToolShell shell;                ///< Of the surface.
-  double torsion_Nm_per_rad = 1;  ///< Of the spring that turns it to where the device is turned.
+  ToolShell shell;  ///< Of the surface.
 };
 
 /// Most points that a shell may have.

@@ -19,7 +19,7 @@ constexpr double kRise_s = 0.5;
                                                    const World::Tool& tool) {
   auto shell = makeToolShell(*surface, tool.spacing_m);
   if (!shell) refuse("tool." + shell.error().field, shell.error().reason);
-  return std::make_shared<const Tool>(Tool{std::move(surface), *std::move(shell), tool.torsion_Nm_per_rad});
+  return std::make_shared<const Tool>(Tool{std::move(surface), *std::move(shell)});
 }
 
 [[nodiscard]] bool isPose(const World::Pose& pose) noexcept {

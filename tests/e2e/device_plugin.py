@@ -240,7 +240,7 @@ class DevicePlugin(harness.EndToEnd):
             "cannot open shared object file": lambda: self.refusal_of("plugin:gone.so"),
             "cannot be loaded: ": lambda: self.refusal_of(f"plugin:{no_library}"),
             "has no function haptics_device_plugin()": lambda: self.refusal_of(f"plugin:{self.build_plugin(NAME='other')}"),
-            "is a plug-in of version 7; this server has version 1": lambda: self.refusal_of(f"plugin:{self.build_plugin(ABI='7')}"),
+            "is a plug-in of version 7; this server has version 2": lambda: self.refusal_of(f"plugin:{self.build_plugin(ABI='7')}"),
             "lacks one of open, read, write and close": lambda: self.refusal_of(f"plugin:{self.build_plugin(WRITE='NULL')}"),
             "max_force_N: is 1000000000": lambda: self.refusal_of(f"plugin:{self.build_plugin(FORCE='1e9')}"),
             "max_force_N: is nan": lambda: self.refusal_of(f"plugin:{self.build_plugin(FORCE='(0.0/0.0)')}"),

@@ -106,6 +106,8 @@ class Hand:
     def __init__(self, felt, lead):
         self._felt, self._lead = felt, lead
         self._at, self._presses = None, False  # position of the last target, and whether it presses there
+        self._normal, self._force_N = (0, 0, 0), 0  # of the last target
+        self._rotation = None
 
     def __enter__(self):
         self._lead.lead(True)
@@ -123,6 +125,12 @@ class Hand:
     def move_to(self, position, speed=TRAVEL_SPEED):
         """In a straight line, pressing nowhere. `speed` in m/s, at most 0.6."""
         return self._follow([self._at, position], speed, None, 0)
+
+    def turn(self, rotation, seconds=0.5):
+        """A device that senses how it is turned, to the quaternion (w, x, y, z) from upright, from now on; the hand stays where
+        it is, and goes on pressing. At most 2 rad/s."""
+        self._rotation = scene_pb2.Quaternion(**dict(zip("wxyz", rotation)))
+        return self._hold(self._at, self._normal, self._force_N, seconds)
 
     def press(self, position, normal, force_N, seconds=1.0):
         """On a place of a surface, against its normal."""
@@ -166,7 +174,9 @@ class Hand:
 
     def _target(self, position, normal, force_N):
         self._at, self._presses = tuple(position), force_N > 0
-        self._lead.command(envelope_pb2.HandTarget(position=vector(position), normal=vector(normal), press_N=force_N))
+        self._normal, self._force_N = normal, force_N
+        self._lead.command(envelope_pb2.HandTarget(
+            position=vector(position), normal=vector(normal), press_N=force_N, rotation=self._rotation))
 
 
 def mix(a, b, share):

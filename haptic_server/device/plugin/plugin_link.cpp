@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/clock/monotonic.h"
+#include "common/maths/rotation.h"
 
 namespace haptics {
 namespace {
@@ -19,6 +20,7 @@ constexpr const char* kSymbol = "haptics_device_plugin";
 constexpr double kMaxForce_N = 100;
 /// No arm reaches farther from the middle of its workspace.
 constexpr double kFarthest_m = 10;
+constexpr double kMaxTorque_Nm = 20;
 /// Between looks at a plug-in that does not wait by itself.
 constexpr std::uint64_t kLookAgain_ns = 100'000;
 /// A call that took so much longer than it was allowed to has kept the force from being written.
@@ -42,7 +44,13 @@ constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
       {"mass_kg", info.mass_kg, 100},
       {"viscous_friction_Ns_per_m", info.viscous_friction_Ns_per_m, 1e3},
       {"coulomb_friction_N", info.coulomb_friction_N, 1e3},
-      {"delay_s", info.delay_s, 0.1}};
+      {"delay_s", info.delay_s, 0.1},
+      {"rotation.max_torque_Nm", info.rotation.max_torque_Nm, kMaxTorque_Nm},
+      {"rotation.max_torsion_Nm_per_rad", info.rotation.max_torsion_Nm_per_rad, 1e3},
+      {"rotation.resolution_rad", info.rotation.resolution_rad, 1},
+      {"rotation.inertia_kgm2", info.rotation.inertia_kgm2, 10},
+      {"rotation.viscous_friction_Nms_per_rad", info.rotation.viscous_friction_Nms_per_rad, 100},
+      {"rotation.coulomb_friction_Nm", info.rotation.coulomb_friction_Nm, 100}};
   for (const auto& [field, value, most] : numbers) {
     if (!(value >= 0 && value <= most)) return outOfRange(field, value, most);
   }
@@ -50,6 +58,13 @@ constexpr std::uint64_t kWarnAgain_ns = 1'000'000'000;
   if (info.max_rate_Hz < 100) return refused("max_rate_Hz", "is below 100; no surface is felt so");
   if (info.degrees != 3 && info.degrees != 6)
     return refused("degrees", "is " + std::to_string(info.degrees) + "; 3 or 6 will do");
+  if (info.rotation.is_driven > 1)
+    return refused("rotation.is_driven", "is " + std::to_string(info.rotation.is_driven) + "; 0 or 1 will do");
+  if (info.rotation.is_driven == 1 && info.degrees != 6)
+    return refused("rotation.is_driven",
+                   "is 1 of a device that does not sense how it is turned; its degrees should be 6");
+  if (info.rotation.is_driven == 1 && info.rotation.max_torque_Nm == 0)
+    return refused("rotation.max_torque_Nm", "is 0; a device that gives torque has a limit: give what it can do");
   return {};
 }
 
@@ -66,11 +81,10 @@ class PluginPort final : public UsbPort {
   [[nodiscard]] UsbOutcome clearStall() override { return UsbOutcome::kDone; }
 
   [[nodiscard]] UsbOutcome send(std::span<const std::uint8_t> bytes) override {
-    std::array<double, 3> force_N;
-    constexpr std::array<double, 3> kNoTorque{};
-    std::memcpy(force_N.data(), bytes.data(), sizeof force_N);
+    std::array<double, 6> output;
+    std::memcpy(output.data(), bytes.data(), sizeof output);
     const std::uint64_t began_ns = monotonicNow_ns();
-    const int outcome = functions_.write(device_, force_N.data(), kNoTorque.data());
+    const int outcome = functions_.write(device_, output.data(), output.data() + 3);
     noteTime("write", began_ns);
     if (outcome == HAPTICS_DEVICE_DONE) return UsbOutcome::kDone;
     return outcome == HAPTICS_DEVICE_GONE ? UsbOutcome::kGone : UsbOutcome::kFailed;
@@ -114,6 +128,25 @@ class PluginPort final : public UsbPort {
   }
 };
 
+[[nodiscard]] DeviceRotation rotationOf(const haptics_device_info& said) {
+  if (said.degrees != 6) return {};
+  const haptics_device_rotation& rotation = said.rotation;
+  return {.isSensed = true,
+          .maxTorque_Nm = rotation.is_driven == 1 ? rotation.max_torque_Nm : 0,
+          .maxTorsion_Nm_per_rad = rotation.max_torsion_Nm_per_rad,
+          .resolution_rad = rotation.resolution_rad,
+          .inertia_kgm2 = rotation.inertia_kgm2,
+          .viscousFriction_Nms_per_rad = rotation.viscous_friction_Nms_per_rad,
+          .coulombFriction_Nm = rotation.coulomb_friction_Nm};
+}
+
+/// Shortened to the limit, zero where it is not finite.
+[[nodiscard]] Vec3 bounded(Vec3 output, double limit) noexcept {
+  const double length = glm::length(output);
+  if (!std::isfinite(length)) return Vec3(0);
+  return length > limit ? limit / length * output : output;
+}
+
 [[nodiscard]] DeviceInfo infoOf(const haptics_device_info& said, const DeviceCalibration& calibration, double scale) {
   return {.name = said.name,
           .maxForce_N = std::min(said.max_force_N, calibration.maxForce_N.value_or(said.max_force_N)),
@@ -123,7 +156,8 @@ class PluginPort final : public UsbPort {
           .apparentMass_kg = said.mass_kg / scale,
           .viscousFriction_Ns_per_m = said.viscous_friction_Ns_per_m / scale,
           .coulombFriction_N = said.coulomb_friction_N,
-          .delay_s = said.delay_s};
+          .delay_s = said.delay_s,
+          .rotation = rotationOf(said)};
 }
 
 }  // namespace
@@ -187,6 +221,8 @@ bool PluginProtocol::take(std::span<const std::uint8_t> bytes, const std::functi
   if (bytes.size() != sizeof state) return true;
   std::memcpy(&state, bytes.data(), sizeof state);
   position_ = {state.position_m[0], state.position_m[1], state.position_m[2]};
+  const double* q = state.orientation;
+  if (info_.rotation.isSensed) rotation_ = {q[0], q[1], q[2], q[3]};
   DeviceReply reply;
   reply.buttons = static_cast<std::uint8_t>(state.buttons);
   reply.homedAxes = state.homed != 0 ? kAllAxes : 0;
@@ -196,16 +232,20 @@ bool PluginProtocol::take(std::span<const std::uint8_t> bytes, const std::functi
 }
 
 std::optional<Vec3> PluginProtocol::locate(const DeviceReply& /*reply*/) {
-  if (!(glm::length(position_) <= kFarthest_m)) return std::nullopt;  // also of NaN
+  if (!(glm::length(position_) <= kFarthest_m) || !isRotation(rotation_)) return std::nullopt;  // also of NaN
+  rotation_ = glm::normalize(rotation_);
   return position_;
 }
 
+void PluginProtocol::setTorque(Vec3 torque_Nm) noexcept {
+  const Vec3 scaled = forceScale_ * bounded(torque_Nm, info_.rotation.maxTorque_Nm);
+  std::copy_n(&scaled.x, 3, output_.begin() + 3);
+}
+
 std::span<const std::uint8_t> PluginProtocol::command(Vec3 force_N, DeviceLight /*light*/) {
-  const double length = glm::length(force_N);
-  const double share = length > info_.maxForce_N ? info_.maxForce_N / length : 1;
-  const Vec3 scaled = std::isfinite(length) ? forceScale_ * share * force_N : Vec3(0);
-  force_N_ = {scaled.x, scaled.y, scaled.z};
-  return {reinterpret_cast<const std::uint8_t*>(force_N_.data()), sizeof force_N_};
+  const Vec3 scaled = forceScale_ * bounded(force_N, info_.maxForce_N);
+  std::copy_n(&scaled.x, 3, output_.begin());
+  return {reinterpret_cast<const std::uint8_t*>(output_.data()), sizeof output_};
 }
 
 }  // namespace haptics

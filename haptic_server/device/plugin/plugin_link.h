@@ -30,7 +30,7 @@ class PluginLibrary {
   const haptics_device_functions* functions_;
 };
 
-/// Opens the plug-in's device as a port that carries haptics_device_state one way and a force, three doubles, the other.
+/// Opens the plug-in's device as a port that carries haptics_device_state one way and a force and a torque, six doubles, the other.
 class PluginBus final : public UsbBus {
  public:
   /// @param warning  Is told, from the driver's thread, of calls that took too long.
@@ -64,6 +64,8 @@ class PluginProtocol final : public UsbProtocol {
   [[nodiscard]] bool take(std::span<const std::uint8_t> bytes,
                           const std::function<void(const DeviceReply&)>& found) override;
   [[nodiscard]] std::optional<Vec3> locate(const DeviceReply& reply) override;
+  [[nodiscard]] Quat rotation() const noexcept override { return rotation_; }
+  void setTorque(Vec3 torque_Nm) noexcept override;
   [[nodiscard]] std::span<const std::uint8_t> command(Vec3 force_N, DeviceLight light) override;
 
  private:
@@ -72,7 +74,8 @@ class PluginProtocol final : public UsbProtocol {
   DeviceInfo info_;
   UsbModel model_;
   Vec3 position_{0};  // of the newest state
-  std::array<double, 3> force_N_{};
+  Quat rotation_{1, 0, 0, 0};
+  std::array<double, 6> output_{};  // N, Nm
 };
 
 }  // namespace haptics

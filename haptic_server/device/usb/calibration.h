@@ -25,7 +25,7 @@ struct DeviceCalibration {
   }
 };
 
-/// From the device's frame to the world and back, for positions and forces.
+/// From the device's frame to the world and back, for positions and rotations, forces and torques.
 class Placement {
  public:
   /// `upright` turns device axes to world axes for a user at -y; `centre_m` is the middle of the workspace, device frame.
@@ -38,9 +38,11 @@ class Placement {
   [[nodiscard]] Vec3 toWorld(Vec3 position) const noexcept {
     return world_ + scale_ * (rotation_ * (position - centre_));
   }
+  [[nodiscard]] Quat toWorld(Quat rotation) const noexcept { return rotation_ * rotation * glm::conjugate(rotation_); }
   [[nodiscard]] Vec3 toDevice(Vec3 position) const noexcept {
     return centre_ + glm::conjugate(rotation_) * (position - world_) / scale_;
   }
+  /// Of a torque likewise.
   [[nodiscard]] Vec3 forceToDevice(Vec3 force) const noexcept { return glm::conjugate(rotation_) * force; }
   [[nodiscard]] double scale() const noexcept { return scale_; }
 

@@ -82,7 +82,7 @@ void UsbDevice::drive(const std::atomic<bool>& stop) {
 
 DeviceReading UsbDevice::read(std::uint64_t) noexcept {
   const DeviceReport& report = shared_.reports.newest();
-  DeviceReading reading{report.position, report.state, report.status};
+  DeviceReading reading{report.position, report.state, report.status, report.rotation};
   if (shared_.watchdog != nullptr &&
       shared_.watchdog->trips() != shared_.handledTrips.load(std::memory_order_relaxed)) {
     reading.state = DeviceState::kAbsent;
@@ -101,7 +101,7 @@ DeviceReading UsbDevice::read(std::uint64_t) noexcept {
 
 void UsbDevice::write(Vec3 force_N) noexcept {
   if (!stopped_.load(std::memory_order_relaxed)) {
-    shared_.orders.put({isFinite(force_N) ? force_N : Vec3(0), bus_.clock_ns()});
+    shared_.orders.put({isFinite(force_N) ? force_N : Vec3(0), torque_Nm_, bus_.clock_ns()});
   }
 }
 

@@ -18,6 +18,7 @@ namespace haptics {
 /// What the driver tells the servo. World frame.
 struct DeviceReport {
   Vec3 position{0};
+  Quat rotation{1, 0, 0, 0};
   DeviceState state = DeviceState::kAbsent;
   DeviceStatus status{.fault = DeviceFault::kNotFound, .homed = false};
   std::uint64_t arrived_ns = 0;  ///< The reply with this position.
@@ -26,7 +27,8 @@ struct DeviceReport {
 
 /// What the servo tells the driver.
 struct DeviceOrder {
-  Vec3 force_N{0};  ///< On the hand, world frame.
+  Vec3 force_N{0};    ///< On the hand, world frame.
+  Vec3 torque_Nm{0};  ///< Likewise.
   std::uint64_t written_ns = 0;
 };
 
@@ -81,6 +83,7 @@ class UsbDevice final : public Device {
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return protocol_->info(); }
   [[nodiscard]] bool hasNewSample() noexcept override { return shared_.reports.newest().replies != repliesRead_; }
   [[nodiscard]] DeviceReading read(std::uint64_t tick) noexcept override;
+  void writeTorque(Vec3 torque_Nm) noexcept override { torque_Nm_ = isFinite(torque_Nm) ? torque_Nm : Vec3(0); }
   void write(Vec3 force_N) noexcept override;
   void stop() noexcept override;
 
@@ -92,6 +95,7 @@ class UsbDevice final : public Device {
   UsbDeviceSettings settings_;
   UsbShared shared_;
   std::uint64_t repliesRead_ = 0;  // the servo's
+  Vec3 torque_Nm_{0};              // likewise
   std::atomic<bool> stopped_{false};
   std::atomic<bool> quit_{false};
   std::thread thread_;

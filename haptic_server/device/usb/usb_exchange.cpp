@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "common/maths/rotation.h"
+
 namespace haptics {
 namespace {
 
@@ -48,8 +50,9 @@ void UsbExchange::run(const std::atomic<bool>& quit, const std::atomic<bool>& st
     const bool absent = report_.state == DeviceState::kAbsent;
     if (!there || (absent && bus_.clock_ns() - faultSince_ns_ > kGiveUp_ns)) break;
   }
+  protocol_.setTorque(Vec3(0));
   sendAgain(port_, bus_, protocol_.command(Vec3(0), DeviceLight::kOff), kOffCommands);
-  if (glm::length(jumped_) > kSameAgain_m) protocol_.invalidateHoming();
+  if (hasJumped()) protocol_.invalidateHoming();
   if (fault_ != DeviceFault::kNone) return;
   report_.state = DeviceState::kAbsent;
   report_.status.fault = DeviceFault::kNone;
@@ -79,6 +82,7 @@ void UsbExchange::sendCommand(std::uint64_t now_ns, bool stopped) {
   const double gain = gain_.next(!feelable, static_cast<double>(period_ns_) * 1e-9);
   if (!watch_.maySend(now_ns, silenced_)) return;
   const Vec3 force = stopped ? Vec3(0) : gain * protocol_.placement().forceToDevice(order.force_N);
+  protocol_.setTorque(stopped ? Vec3(0) : gain * protocol_.placement().forceToDevice(order.torque_Nm));
   const DeviceLight light = report_.state == DeviceState::kHoming  ? DeviceLight::kHoming
                             : report_.state == DeviceState::kReady ? DeviceLight::kReady
                                                                    : DeviceLight::kFault;
@@ -140,9 +144,10 @@ void UsbExchange::take(const DeviceReply& reply, std::uint64_t now_ns) {
   }
   watch_.reply(now_ns);
   watchHoming(reply);
-  if (homedReplies_ >= kHomedReplies) watchMove(*position, now_ns);
+  if (homedReplies_ >= kHomedReplies) watchMove(*position, protocol_.rotation(), now_ns);
   add(shared_.counters.replies);
   report_.position = protocol_.placement().toWorld(*position);
+  report_.rotation = protocol_.placement().toWorld(protocol_.rotation());
   report_.arrived_ns = now_ns - std::min(now_ns, std::uint64_t{1'000} * reply.age_us);
   report_.replies = shared_.counters.replies.load(std::memory_order_relaxed);
   report_.status.homedAxes = reply.homedAxes;
@@ -157,7 +162,7 @@ void UsbExchange::watchHoming(const DeviceReply& reply) {
     if (homedReplies_ < kHomedReplies && ++homedReplies_ == kHomedReplies) {
       settings_.info(protocol_.info().name + " is homed");
       position_.reset();
-      jumped_ = Vec3(0);
+      jumped_ = jumped_rad_ = Vec3(0);
       homingLost_ = false;
     }
     return;
@@ -168,17 +173,25 @@ void UsbExchange::watchHoming(const DeviceReply& reply) {
   guided_ = true;
 }
 
-void UsbExchange::watchMove(Vec3 to, std::uint64_t now_ns) noexcept {
+void UsbExchange::watchMove(Vec3 to, Quat rotation, std::uint64_t now_ns) noexcept {
   if (position_) {
     // After the driver was held up, replies that lay waiting come in one go.
     const std::uint64_t elapsed_ns =
         std::max({period_ns_, now_ns - positioned_ns_, now_ns - cycleBegan_ns_, longestCycle_ns_});
+    const double elapsed_s = static_cast<double>(elapsed_ns) * 1e-9;
     const Vec3 move = to - *position_;
-    if (glm::length(move) > kMaxSpeed_m_per_s * static_cast<double>(elapsed_ns) * 1e-9) jumped_ += move;
+    if (glm::length(move) > kMaxSpeed_m_per_s * elapsed_s) jumped_ += move;
+    const Vec3 turn = rotationVector(rotation * glm::conjugate(rotation_));
+    if (glm::length(turn) > kMaxTurn_rad_per_s * elapsed_s) jumped_rad_ += turn;
   }
   position_ = to;
+  rotation_ = rotation;
   positioned_ns_ = now_ns;
-  if (glm::length(jumped_) > kSameAgain_m) watch_.raise(DeviceFault::kJumped);
+  if (hasJumped()) watch_.raise(DeviceFault::kJumped);
+}
+
+bool UsbExchange::hasJumped() const noexcept {
+  return glm::length(jumped_) > kSameAgain_m || glm::length(jumped_rad_) > kSameAgain_rad;
 }
 
 void UsbExchange::judge(std::uint64_t now_ns) {

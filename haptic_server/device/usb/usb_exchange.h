@@ -24,6 +24,8 @@ class UsbExchange {
   /// to within kSameAgain_m, or it was homed anew.
   static constexpr double kMaxSpeed_m_per_s = 5;
   static constexpr double kSameAgain_m = 0.002;
+  static constexpr double kMaxTurn_rad_per_s = 50;  ///< The same of how it is turned.
+  static constexpr double kSameAgain_rad = 0.05;
   static constexpr int kHomedReplies = 25;  ///< In a row, that must say that it is homed.
 
   UsbExchange(UsbBus& bus, UsbPort& port, UsbProtocol& protocol, UsbShared& shared, const UsbDeviceSettings& settings);
@@ -39,7 +41,8 @@ class UsbExchange {
   [[nodiscard]] bool receiveUntilOrdered(std::uint64_t deadline_ns);
   void take(const DeviceReply& reply, std::uint64_t now_ns);
   void watchHoming(const DeviceReply& reply);
-  void watchMove(Vec3 to, std::uint64_t now_ns) noexcept;
+  void watchMove(Vec3 to, Quat rotation, std::uint64_t now_ns) noexcept;
+  [[nodiscard]] bool hasJumped() const noexcept;
   void judge(std::uint64_t now_ns);
   [[nodiscard]] std::uint64_t nextDeadline(std::uint64_t last_ns) noexcept;
 
@@ -59,8 +62,9 @@ class UsbExchange {
   std::uint64_t trips_ = 0;       // OutputWatchdog::trips(), handled or not,
   std::uint64_t tripped_ns_ = 0;  // and when that was seen
   std::optional<Vec3> position_;  // of the last reply, device frame
+  Quat rotation_{1, 0, 0, 0};     // likewise
   std::uint64_t positioned_ns_ = 0;
-  Vec3 jumped_{0};  // sum of all jumps
+  Vec3 jumped_{0}, jumped_rad_{0};  // sum of all jumps
   std::uint64_t cycleBegan_ns_ = 0, longestCycle_ns_ = 0;
   int homedReplies_ = 0;
   bool guided_ = false;

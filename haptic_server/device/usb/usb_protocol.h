@@ -54,6 +54,10 @@ class UsbProtocol {
                                   const std::function<void(const DeviceReply&)>& found) = 0;
   /// Position (metres, device frame) of the newest reply; none where no pose of the device gives these counts.
   [[nodiscard]] virtual std::optional<Vec3> locate(const DeviceReply& reply) = 0;
+  /// How it is turned in the newest reply that was located, device frame; upright where it does not sense that.
+  [[nodiscard]] virtual Quat rotation() const noexcept { return {1, 0, 0, 0}; }
+  /// On the hand, device frame, in commands from now on.
+  virtual void setTorque(Vec3 /*torque_Nm*/) noexcept {}
   /// The command that pushes the hand with a force (newtons, device frame) where it was located last. Valid until the
   /// next call.
   [[nodiscard]] virtual std::span<const std::uint8_t> command(Vec3 force_N, DeviceLight light) = 0;

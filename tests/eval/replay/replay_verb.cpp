@@ -28,7 +28,8 @@ namespace {
                    {"contact_ticks", outcome.contactTicks},
                    {"scenes", outcome.scenes},
                    {"differing_ticks", outcome.differing},
-                   {"largest_difference_N", outcome.largestDifference_N}};
+                   {"largest_difference_N", outcome.largestDifference_N},
+                   {"largest_difference_Nm", outcome.largestDifference_Nm}};
   if (outcome.first) {
     record["first_difference_tick"] = outcome.first->tick;
     record["first_difference_N"] = glm::distance(outcome.first->recorded_N, outcome.first->now_N);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "tests/eval/stability/held_tool.h"
 #include "tests/eval/stability/linear_loop.h"
 #include "tests/eval/stability/picture.h"
 #include "tests/eval/stability/strokes.h"
@@ -94,6 +95,7 @@ bool runStability(const StabilityOptions& options) {
              "off_ratio", false);
   printWorst("Theory: on a body that moves, on tissue", magnitude(keep(compareFootings())), "off_ratio", false);
   printWorst("Other grounds, ours", keep(measureGrounds(scope, showProgress)), "K_crit_over_preset", true);
+  printWorst("A plate that is held, ours", keep(measureHeldTool(scope, showProgress)), "K_crit_over_preset", true);
   printWorst("Mass, friction and delay not as told, ours", keep(measureRobustness(scope, showProgress)),
              "K_crit_over_preset", true);
   printWorst("Press, stroke, lift at the maker's stiffness", keep(measureFidelity(scope, showProgress)),

@@ -3,6 +3,7 @@
 #include <deque>
 #include <vector>
 
+#include "common/maths/rotation.h"
 #include "common/mesh/generators.h"
 #include "haptic_server/collision/moving_together.h"
 #include "haptic_server/motion/rigid_motion.h"

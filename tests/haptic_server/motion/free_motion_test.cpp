@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "common/maths/rotation.h"
 #include "tests/haptic_server/motion/bodies.h"
 
 namespace haptics::test {

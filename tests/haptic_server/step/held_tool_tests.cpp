@@ -27,8 +27,8 @@ ServoObject toolOf(std::uint64_t id, const TriMesh& mesh, double spacing_m = kSp
                    const Quat& turned = {1, 0, 0, 0}) {
   ServoObject object = objectOf(id, surfaceOf(mesh), {}, kStiffness_N_per_m);
   object.pose.rotation = turned;
-  object.tool =
-      std::make_shared<const Tool>(Tool{object.surface, makeToolShell(*object.surface, spacing_m).value(), 1});
+  object.tool = std::make_shared<const Tool>(Tool{object.surface, makeToolShell(*object.surface, spacing_m).value()});
+  object.torsion_Nm_per_rad = 1;
   return object;
 }
 
