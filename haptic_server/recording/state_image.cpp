@@ -180,6 +180,8 @@ std::uint64_t stateLayout() noexcept {
 }
 
 std::string stateImage(const HapticState& state) {
+  static const BumpState kNoBumps{};  // static: what lies between their members is 0 too
+  static const SurfaceMemory kNoMemory{};
   std::string image;
   std::apply([&](const auto&... part) { (put(image, part), ...); }, HapticState::partsOf(state));
   ContactState contact = state.contact;
@@ -193,7 +195,7 @@ std::string stateImage(const HapticState& state) {
     object.tissue = nullptr;
     put(image, body);
     put(image, object);
-    put(image, state.features.bumps ? state.bumps[i] : BumpState{});
+    put(image, state.features.bumps ? state.bumps[i] : kNoBumps);
   }
   for (std::size_t i = 0; i < state.motion.count; ++i) {
     MovingBody moving = state.moving[i];
@@ -223,7 +225,7 @@ std::string stateImage(const HapticState& state) {
     std::apply([&](const auto&... part) { (put(image, part), ...); }, DeviceTorque::partsOf(torque));
     if (torque.observer().active()) put(image, torque.observer());
   }
-  put(image, state.features.detail ? state.surface : SurfaceMemory{});
+  put(image, state.features.detail ? state.surface : kNoMemory);
   put(image, state.energy);
   if (state.observer.active()) put(image, state.observer);
   return image;

@@ -126,8 +126,10 @@ void noteLimits(const ServoScene& scene, HapticState& state, const ContactWork& 
   } else {
     force = state.limits.unlimited_N;
   }
-  return limitMagnitude(state.supervision.ramp.apply(state.supervision.fault != Fault::kNone, force, config.period_s),
-                        config.maxForce_N);
+  const bool isFaulty = state.supervision.fault != Fault::kNone;
+  force = limitMagnitude(state.supervision.ramp.apply(isFaulty, force, config.period_s), config.maxForce_N);
+  if (isFaulty && (state.features.tool || state.features.torqueFades)) limitTorque(state, result);
+  return force;
 }
 
 /// Fast path: no stage changes the force.
@@ -308,8 +310,6 @@ void computeForce(const ServoScene& scene, HapticState& state, const StepConfig&
     result.followed = true;
     estimateHip(state, input.device.position);
     feel(scene, state, config, input.device, result, cache);
-  } else if (state.features.tool || state.features.torqueFades) {
-    limitTorque(state, result);
   }
   if (result.contact.touching) result.object = scene.objects[static_cast<std::size_t>(result.contact.body)].id;
   result.force.written = limited(state, config, result, input.device.position, result.force.contact);

@@ -3,6 +3,8 @@ broken in every way, and brought up again without a restart. Plug-ins that are n
 
 HAPTICS_FAULTS: how often each fault is injected. HAPTICS_BUILD: the project's build folder.
 """
+import json
+import math
 import os
 import queue
 import shutil
@@ -36,9 +38,11 @@ PLUGIN = """
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <unistd.h>
 static const char* open_it(const char* which, void** device, struct haptics_device_info* info) {
-  static const struct haptics_device_info what = {.name = "test", .max_force_N = FORCE, .max_rate_Hz = 1000, .degrees = DEGREES};
+  static const struct haptics_device_info what = {.name = "test", .max_force_N = FORCE, .max_rate_Hz = 1000, .degrees = DEGREES,
+    .rotation = {.is_driven = DRIVEN, .max_torque_Nm = TORQUE}};
   static int here;
   if (which[0] == 'x') return "it is in the cupboard";
   *device = &here; *info = what;
@@ -48,21 +52,31 @@ static int read_it(void* device, uint64_t timeout_ns, struct haptics_device_stat
   static int calls;
   (void)device; (void)timeout_ns;
   if (++calls % 3000 > 2990) usleep(BLOCK_US);
-  *state = (struct haptics_device_state){.position_m = {0, 0, 0.01 * cos(calls / 200.0)}, .orientation = {1}, .homed = 1};
+  const double half = 0.04 * sin(calls / 300.0);
+  *state = (struct haptics_device_state){.position_m = {0, 0, 0.01 * cos(calls / 200.0)},
+                                         .orientation = {cos(half), 0, sin(half), 0}, .homed = 1};
   usleep(900);
   return HAPTICS_DEVICE_DONE;
 }
+static double largest_Nm, last_Nm;
 static int write_it(void* device, const double* force_N, const double* torque_Nm) {
-  (void)device; (void)force_N; (void)torque_Nm;
+  (void)device; (void)force_N;
+  const double now = sqrt(torque_Nm[0] * torque_Nm[0] + torque_Nm[1] * torque_Nm[1] + torque_Nm[2] * torque_Nm[2]);
+  if (now > largest_Nm) largest_Nm = now;
+  last_Nm = now;
   return HAPTICS_DEVICE_DONE;
 }
-static void close_it(void* device) { (void)device; }
+static void close_it(void* device) {
+  (void)device;
+  FILE* told = fopen(TOLD, "w");
+  if (told) { fprintf(told, "%.9f %.9f", largest_Nm, last_Nm); fclose(told); }
+}
 const struct haptics_device_functions* NAME(void) {
   static const struct haptics_device_functions all = {ABI, open_it, read_it, WRITE, close_it};
   return &all;
 }
 """
-PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "BLOCK_US": "0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "BLOCK_US": "0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
                           "NAME": "haptics_device_plugin"}
 
 
@@ -245,6 +259,9 @@ class DevicePlugin(harness.EndToEnd):
             "max_force_N: is 1000000000": lambda: self.refusal_of(f"plugin:{self.build_plugin(FORCE='1e9')}"),
             "max_force_N: is nan": lambda: self.refusal_of(f"plugin:{self.build_plugin(FORCE='(0.0/0.0)')}"),
             "degrees: is 7": lambda: self.refusal_of(f"plugin:{self.build_plugin(DEGREES='7')}"),
+            "rotation.max_torque_Nm: is 0": lambda: self.refusal_of(f"plugin:{self.build_plugin(DEGREES='6', DRIVEN='1')}"),
+            "rotation.is_driven: is 1 of": lambda: self.refusal_of(f"plugin:{self.build_plugin(DRIVEN='1', TORQUE='1')}"),
+            "rotation.max_torque_Nm: is 21": lambda: self.refusal_of(f"plugin:{self.build_plugin(DEGREES='6', TORQUE='21')}"),
             "it is in the cupboard": lambda: self.refusal_of(f"plugin:{self.build_plugin()}:x"),
             "at most 1000 times a second": lambda: self.refusal_of(f"plugin:{self.build_plugin()}", "--rate", "4000"),
             f"no device answers at UDP port {PORT}": lambda: self.refusal_of(f"plugin:{self.plugin}:{PORT}"),
@@ -252,6 +269,27 @@ class DevicePlugin(harness.EndToEnd):
         }.items():
             with self.subTest(said):
                 self.assertIn(said, refusal())
+
+    def test_one_that_turns_is_given_the_torque_of_a_held_tool_within_its_limit(self):
+        told = self.folder / "told"
+        library = self.build_plugin(DEGREES="6", DRIVEN="1", TORQUE="0.01", TOLD=f'"{told}"')
+        server = self.start_server(scene="""
+            operations { add { name: "floor" mesh { box { size_m { x: 0.4 y: 0.4 z: 0.04 } } } pose { position { z: 0.025 } } } }
+            operations { add { name: "bar" mesh { box { size_m { x: 0.06 y: 0.04 z: 0.01 } } }
+                               motion { tool { spacing_m: 0.004 torsion_Nm_per_rad: 1 } } } }""",
+                                   device=f"plugin:{library}")
+
+        def turned():
+            lines = server.ctl("watch", "--rate", "100", "--seconds", "0.3").output.splitlines()
+            torques = [json.loads(line).get("tool", {}).get("written_Nm", {}) for line in lines]
+            return any(math.hypot(*torque.values()) > 0.002 for torque in torques)
+        harness.wait_until(turned, 20, "the tool turns the hand")
+        self.stop_and_check(server)
+        largest_Nm, last_Nm = map(float, told.read_text().split())
+        print(f"\nlargest torque {largest_Nm} Nm", end="", flush=True)
+        self.assertGreater(largest_Nm, 0.002)
+        self.assertLessEqual(largest_Nm, 0.01 + 1e-9)
+        self.assertEqual(last_Nm, 0, "the torque ends with the server")
 
     def test_a_call_that_blocks_takes_the_force_away_and_is_named(self):
         library = self.build_plugin(BLOCK_US="40000")

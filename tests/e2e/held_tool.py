@@ -1,10 +1,18 @@
 """A tool in the hand: the server feels with all of it, clients see how it is held, and recordings of it replay bit for bit."""
+import math
 import subprocess
 import unittest
 
 import harness
+from haptic_client import Client
 
 SCENE = (harness.Path(__file__).resolve().parents[2] / "deploy/scenes/bar.scene").read_text()
+
+FLOOR = """
+operations { add { name: "floor" mesh { box { size_m { x: 0.4 y: 0.4 z: 0.04 } segments: 4 } } pose { position { z: -0.02 } } } }
+operations { add { name: "bar" mesh { box { size_m { x: 0.06 y: 0.04 z: 0.01 } } }
+                   motion { tool { spacing_m: 0.004 torsion_Nm_per_rad: 1 } } } }
+"""
 
 
 class HeldTool(harness.EndToEnd):
@@ -50,6 +58,30 @@ class HeldTool(harness.EndToEnd):
         self.assertEqual(viewer.stop(), 0, viewer.text())
         self.stop_and_check(self.server)
         done = subprocess.run([harness.BIN / "haptic_eval", "replay", self.file, "--out", self.folder / "out"],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_a_device_that_turns_turns_it_and_feels_its_torque(self):
+        self.stop_and_check(self.server)
+        file = self.folder / "turned.haptics"
+        server = self.start_server(scene=FLOOR, options=["--record", file, "--device-preset", "delta.6"])
+        with Client(server.address, "turner", telemetry_hz=200) as client, client.hand() as hand:
+            client.wait_live()
+            hand.move_to((0, 0, 0.03))
+            free = hand.turn((math.cos(0.2), 0, 0, math.sin(0.2)), 1.5)[-1].tool
+            self.assertAlmostEqual(free.device_rotation.z, math.sin(0.2), delta=0.01)
+            hand.turn((1, 0, 0, 0), 1.5)
+            hand.press((0, 0, 0.005), (0, 0, 1), 2, 1.0)
+            tilt = 0.02
+            tilted = hand.turn((math.cos(tilt / 2), 0, math.sin(tilt / 2), 0), 1.0)
+            torque = tilted[-1].tool.written_Nm
+            print(f"\ntorque {torque.y:.4f} Nm of {-tilt * 1.0} Nm/rad x rad", end="", flush=True)
+            self.assertLess(torque.y, -0.002, "the floor turns the bar back, and that the hand")
+            self.assertGreaterEqual(torque.y, -tilt)
+            largest = max(math.hypot(s.tool.written_Nm.x, s.tool.written_Nm.y, s.tool.written_Nm.z) for s in tilted)
+            self.assertLessEqual(largest, 0.2 + 1e-9)
+        self.stop_and_check(server)
+        done = subprocess.run([harness.BIN / "haptic_eval", "replay", file, "--out", self.folder / "out"],
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 

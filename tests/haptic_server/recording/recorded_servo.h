@@ -7,10 +7,12 @@
 #include <string>
 #include <utility>
 
+#include "common/maths/rotation.h"
 #include "common/wire/convert.h"
 #include "haptic_server/recording/flight_recorder.h"
 #include "haptic_server/scene/scene_service.h"
 #include "haptic_server/servo/scene_mailbox.h"
+#include "haptic_server/step/tool_step.h"
 #include "tests/common/temporary_folder.h"
 
 namespace haptics::test {
@@ -34,6 +36,9 @@ operations { add { name: "right" mesh { sphere { radius_m: 0.01 segments: 12 } }
   motion { mass_kg: 0.1 planes { normal { z: 1 } } collision {} } } }
 operations { add { name: "wall" mesh { box { size_m { x: 0.02 y: 0.1 z: 0.04 } } } pose { position { x: -0.07 z: 0.02 } }
   motion { fixed: true collision { friction: 0.1 } } } })";
+inline const std::string kTool = R"(
+operations { add { name: "bar" mesh { box { size_m { x: 0.03 y: 0.01 z: 0.006 } } }
+  motion { tool { spacing_m: 0.003 torsion_Nm_per_rad: 0.5 } } } })";
 inline const std::string kCushion = R"(
 operations { add { name: "cushion" mesh { sphere { radius_m: 0.02 segments: 16 } } pose { position { x: -0.035 z: -0.008 } }
   deformation { softness { stiffness_N_per_m: 300 radius_m: 0.01 return_s: 0.2 } } } })";
@@ -63,6 +68,13 @@ class RecordedServo {
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) tick({hand(), DeviceState::kReady, {}});
   }
+  /// With the device turned to and fro.
+  void runTurning(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      const double t = 0.001 * static_cast<double>(tick_);
+      tick({hand(), DeviceState::kReady, {}, rotationBy({0.2 * std::sin(3 * t), 0.3 * std::cos(2 * t), 0.1})});
+    }
+  }
   void tick(const DeviceReading& reading) {
     ring_.beginTick(*state_, scene_->number, next_ != nullptr ? next_->number : 0);
     const ServoScene* newest = mailbox_.newest();
@@ -74,7 +86,8 @@ class RecordedServo {
     const StepInput input{tick_++, 0, reading};
     last_ = hapticStep(*scene_, *state_, config_, input);
     contactTicks_ += last_.object != 0 ? 1 : 0;
-    ring_.add({input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault});
+    ring_.add(
+        {input, newest != nullptr ? newest->number : 0, last_.force.written, last_.fault, writtenTorque_Nm(*state_)});
   }
   void skip(int ticks) { tick_ += static_cast<std::uint64_t>(ticks); }
 
@@ -128,6 +141,9 @@ class RecordedServo {
                                                   .hardBandwidth_Hz = 200,
                                                   .softUpTo_N_per_m = 300,
                                                   .hardFrom_N_per_m = 1300},
+                     .rotation = {.radius_m = 0.05,
+                                  .maxTorque_Nm = 0.05,
+                                  .observer = ObserverSettings{.mass_kg = 0.1, .viscousFriction_Ns_per_m = 0.5}},
                      .rise_s = 0.5};
   FlightRing ring_{kRate_Hz, config_};
   int journal_ = -1;

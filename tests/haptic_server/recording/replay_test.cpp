@@ -72,6 +72,28 @@ TEST(Replay, MakesTheForcesOfBodiesThatMeetAgain) {
   EXPECT_GT(outcome->contactTicks, 1000U);
 }
 
+TEST(Replay, MakesForcesAndTorquesOfAToolThatTheDeviceTurnsAgain) {
+  RecordedServo servo(kScene + kBlock + kTool);
+  servo.run(kWhile);
+  double largest_Nm = 0;
+  for (int i = 0; i < 2 * kWhile; ++i) {
+    servo.runTurning(1);
+    largest_Nm = std::max(largest_Nm, glm::length(writtenTorque_Nm(servo.state())));
+  }
+  EXPECT_GT(largest_Nm, 0.01) << "something must turn the hand";
+  servo.apply(
+      R"(operations { set_motion { object { name: "bar" } motion { tool { spacing_m: 0.003 torsion_Nm_per_rad: 1 } } } })");
+  servo.runTurning(kWhile);
+  servo.apply(R"(operations { remove { object { name: "bar" } } })");
+  servo.runTurning(kWhile);
+  const auto outcome = replay(servo.recording());
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  EXPECT_FALSE(outcome->refusal) << outcome->refusal->text();
+  EXPECT_EQ(outcome->ticks, 5U * kWhile);
+  EXPECT_EQ(outcome->differing, 0U);
+  EXPECT_EQ(outcome->largestDifference_Nm, 0);
+}
+
 TEST(Replay, GoesOnFromTheStateInARecordingOfTheLastSeconds) {
   RecordedServo servo(kScene + kBricks);
   servo.run(9000);

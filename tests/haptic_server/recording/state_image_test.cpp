@@ -16,22 +16,26 @@ int goesOnBitForBit(const std::string& scene) {
   RecordedServo servo(scene);
   int dented = 0;
   for (int round = 0; round < 40; ++round) {
-    servo.run(97);
+    servo.runTurning(97);
     auto state = stateFrom(stateImage(servo.state()), servo.scene(), servo.config());
     EXPECT_TRUE(state) << state.error().text();
     if (!state) return dented;
     HapticState original = servo.state();
     dented += original.denting.count > 0 ? 1 : 0;
     for (int i = 0; i < 50; ++i) {
-      const StepInput input{1, 0, {Vec3(0.001 * i - 0.05, 0, -0.001), DeviceState::kReady, {}}};
+      const StepInput input{
+          1, 0, {Vec3(0.001 * i - 0.05, 0, -0.001), DeviceState::kReady, {}, rotationBy({0, 0.004 * i, 0})}};
       const Vec3 expected = hapticStep(servo.scene(), original, servo.config(), input).force.written;
       EXPECT_EQ(hapticStep(servo.scene(), **state, servo.config(), input).force.written, expected);
+      EXPECT_EQ(writtenTorque_Nm(**state), writtenTorque_Nm(original));
     }
   }
   return dented;
 }
 
 TEST(StateImage, GivesAStateThatGoesOnBitForBit) { goesOnBitForBit(kScene + kBlock); }
+
+TEST(StateImage, GivesAStateWithAToolThatGoesOnBitForBit) { goesOnBitForBit(kScene + kBlock + kTool); }
 
 TEST(StateImage, GivesAStateWithDentsThatGoesOnBitForBit) { EXPECT_GT(goesOnBitForBit(kScene + kCushion), 5); }
 

@@ -53,6 +53,17 @@ TEST(SurfaceLimits, AreHalfOfWhatIsCritical) {
   EXPECT_EQ(limits.damping_Ns_per_m, 0.5 * criticalDamping_Ns_per_m(device, 1000, true, limits.stiffness_N_per_m));
 }
 
+TEST(SurfaceLimits, OfTorsionAreHalfOfWhatIsCriticalWhereTheDeviceGivesTorque) {
+  const DeviceInfo driven = infoOf(findDevicePreset("delta.6").value(), 1e-3);
+  const double limit_Nm_per_rad = surfaceLimits(driven, 1000, true).torsion_Nm_per_rad;
+  EXPECT_EQ(limit_Nm_per_rad, 0.5 * criticalTorsion_Nm_per_rad(driven, 1000, true));
+  EXPECT_GE(limit_Nm_per_rad, 1.5 * driven.rotation.maxTorsion_Nm_per_rad);
+  EXPECT_LT(criticalTorsion_Nm_per_rad(driven, 1000, false), limit_Nm_per_rad)
+      << "without the stabiliser it bears less";
+  const DeviceInfo sensed = infoOf(findDevicePreset("omega.6").value(), 1e-3);
+  EXPECT_EQ(criticalTorsion_Nm_per_rad(sensed, 1000, true), std::numeric_limits<double>::infinity());
+}
+
 TEST(SurfaceLimits, LieInNoUnstableBandBetweenTheStiffnessesThatASearchTries) {
   // At 2 kHz with half a millisecond of delay an Omni rings on some 85 kN/m, half of the largest that is tried.
   const DeviceInfo device = infoOf(findDevicePreset("omni").value(), 0.5e-3);
@@ -62,7 +73,9 @@ TEST(SurfaceLimits, LieInNoUnstableBandBetweenTheStiffnessesThatASearchTries) {
 }
 
 TEST(SurfaceLimits, AreNothingWhereTheSoftestWallRings) {
-  EXPECT_EQ(surfaceLimits(infoOf(findDevicePreset("desktop").value(), 2e-3), 1000, false), SurfaceLimits{});
+  const SurfaceLimits limits = surfaceLimits(infoOf(findDevicePreset("desktop").value(), 2e-3), 1000, false);
+  EXPECT_EQ(limits.stiffness_N_per_m, 0);
+  EXPECT_EQ(limits.damping_Ns_per_m, 0);
 }
 
 TEST(CriticalDamping, IsNotKnownOfADeviceOfUnknownMass) {

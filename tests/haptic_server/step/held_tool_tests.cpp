@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/maths/rotation.h"
 #include "common/mesh/generators.h"
 #include "haptic_server/collision/collision_points.h"
 #include "haptic_server/geometry/spaced_points.h"
@@ -13,6 +14,7 @@
 #include "haptic_server/recording/state_image.h"
 #include "haptic_server/servo/allocation_tripwire.h"
 #include "haptic_server/step/moving_bodies.h"
+#include "haptic_server/step/tool_step.h"
 #include "tests/haptic_server/step/virtual_servo.h"
 
 namespace haptics::testing {
@@ -142,6 +144,120 @@ TEST(HeldTool, NeitherAllocatesNorStepsTheForceAcrossEdits) {
   }
   EXPECT_LT(largest_N, 0.1);
   EXPECT_EQ(AllocationTripwire::count(), allocations);
+}
+
+/// Of a device that turns.
+StepConfig turningConfig(bool stabilised = false) {
+  StepConfig config = kConfig;
+  config.rotation.maxTorque_Nm = 0.02;
+  if (stabilised) {
+    config.observer = ObserverSettings{.mass_kg = 0.3, .viscousFriction_Ns_per_m = 0.5, .delay_s = 1e-3};
+    config.rotation.observer = config.observer;
+  }
+  return config;
+}
+
+DeviceReading turnedTo(Vec3 position, Vec3 angle) { return {position, DeviceState::kReady, {}, rotationBy(angle)}; }
+
+TEST(HeldTool, TurnsWithTheDeviceAndGivesItTheTorqueOfWhatHoldsIt) {
+  for (const bool stabilised : {false, true}) {
+    VirtualServo servo(nullptr, turningConfig(stabilised), sceneOf(1, {floorOf(1), toolOf(2, kBar)}));
+    for (int i = 0; i <= 400; ++i) (void)servo.stepWith(turnedTo({0, 0, 0.05}, {0, 0, 0.001 * i}));
+    EXPECT_NEAR(rotationVector(proxyOf(servo, 1).rotation).z, 0.4, stabilised ? 5e-3 : 1e-9) << "free: as the device";
+    EXPECT_NEAR(glm::length(writtenTorque_Nm(servo.state())), 0, 1e-9);
+    // Pressed flat on the floor with 2 N, and turned about y by less than what tips it.
+    for (int i = 0; i <= 1500; ++i) {
+      const double down = std::min(1.0, i / 500.0), turned = std::min(1.0, std::max(0, i - 500) / 500.0);
+      (void)servo.stepWith(turnedTo({0, 0, 0.05 - down * 0.0475}, {0, turned * 0.01, 0.4 * (1 - down)}));
+    }
+    EXPECT_NEAR(glm::length(rotationVector(proxyOf(servo, 1).rotation)), 0, 1e-4) << "it lies flat";
+    const Vec3 torque_Nm = writtenTorque_Nm(servo.state());
+    EXPECT_NEAR(glm::distance(torque_Nm, Vec3(0, -0.01, 0)), 0, 2e-4) << "1 Nm/rad turns the hand back";
+    MotionState motion;
+    EXPECT_TRUE(describeMotion(servo.state(), 1, motion));
+    EXPECT_EQ(motion.tool.written_Nm, torque_Nm);
+    EXPECT_EQ(motion.tool.deviceRotation, rotationBy({0, 0.01, 0}));
+  }
+}
+
+TEST(HeldTool, GivesNoMoreTorqueThanTheDeviceAndNoneToOneThatGivesNone) {
+  for (const double limit_Nm : {0.02, 0.0}) {
+    StepConfig config = turningConfig();
+    config.rotation.maxTorque_Nm = limit_Nm;
+    VirtualServo servo(nullptr, config, sceneOf(1, {floorOf(1), toolOf(2, kBar)}));
+    for (int i = 0; i <= 1000; ++i) {
+      const double part = std::min(1.0, i / 500.0);
+      (void)servo.stepWith(turnedTo({0, 0, 0.02 - part * 0.035}, {0, part * 0.06, 0}));
+      ASSERT_LE(glm::length(writtenTorque_Nm(servo.state())), limit_Nm * (1 + 1e-12));
+    }
+    EXPECT_NEAR(glm::length(writtenTorque_Nm(servo.state())), limit_Nm, 1e-12);
+    EXPECT_GT(glm::length(servo.state().tool.felt.torque_Nm), 0.03);
+  }
+}
+
+TEST(HeldTool, RampsTheTorqueAwayOnARotationThatIsNoneAndFadesItWhenTheToolGoes) {
+  const ServoObject plain = floorOf(1), bar = toolOf(2, kBar);
+  VirtualServo servo(nullptr, turningConfig(), sceneOf(1, {plain, bar}));
+  constexpr double kMostInATick_Nm = RateLimitedStiffness::kRate_N_per_s * 0.05 * 1e-3;
+  const auto press = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) (void)servo.stepWith(turnedTo({0, 0, 0.0025}, {0, 0.01, 0}));
+  };
+  for (int i = 0; i <= 300; ++i)
+    (void)servo.stepWith(turnedTo({0, 0, 0.02 - i * 0.0175 / 300}, {0, i * 0.01 / 300, 0}));
+  press(300);
+  ASSERT_NEAR(glm::length(writtenTorque_Nm(servo.state())), 0.01, 2e-4);
+
+  DeviceReading none = turnedTo({0, 0, 0.0025}, Vec3(0));
+  none.rotation = Quat(std::nan(""), 0, 0, 0);
+  const Vec3 before = writtenTorque_Nm(servo.state());
+  EXPECT_EQ(servo.stepWith(none).fault, Fault::kNonFiniteInput);
+  EXPECT_LT(glm::length(writtenTorque_Nm(servo.state())), glm::length(before));
+  EXPECT_GT(glm::length(writtenTorque_Nm(servo.state())), 0.9 * glm::length(before));
+  for (int i = 0; i < 30; ++i) (void)servo.stepWith(none);
+  EXPECT_EQ(writtenTorque_Nm(servo.state()), Vec3(0));
+
+  // Attached on the floor it is let out; pressed anew it feels the torque again.
+  for (int i = 0; i <= 300; ++i)
+    (void)servo.stepWith(turnedTo({0, 0, 0.02 - i * 0.0175 / 300}, {0, i * 0.01 / 300, 0}));
+  press(300);
+  ASSERT_NEAR(glm::length(writtenTorque_Nm(servo.state())), 0.01, 2e-4);
+  ServoObject gone = bar;
+  gone.tool = nullptr;
+  gone.pose.position = {0, 0, 0.3};
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(2, {plain, gone}));
+  servo.adopt(scene);
+  Vec3 last = writtenTorque_Nm(servo.state());
+  for (int i = 0; i < 300; ++i) {
+    press(1);
+    const Vec3 now = writtenTorque_Nm(servo.state());
+    ASSERT_LE(glm::distance(now, last), kMostInATick_Nm + 1e-12) << i;
+    last = now;
+  }
+  EXPECT_EQ(last, Vec3(0));
+  EXPECT_FALSE(servo.state().features.torqueFades);
+  EXPECT_FALSE(servo.state().features.pendingRemoval);
+}
+
+TEST(HeldTool, TakesAnEditOfItsTorsionWithoutAStepOfTheTorque) {
+  const ServoObject plain = floorOf(1), bar = toolOf(2, kBar);
+  ServoObject twisted = bar;
+  twisted.torsion_Nm_per_rad = 2;
+  VirtualServo servo(nullptr, turningConfig(), sceneOf(1, {plain, bar}));
+  for (int i = 0; i <= 300; ++i)
+    (void)servo.stepWith(turnedTo({0, 0, 0.02 - i * 0.0175 / 300}, {0, i * 0.004 / 300, 0}));
+  const auto hold = [&] { (void)servo.stepWith(turnedTo({0, 0, 0.0025}, {0, 0.004, 0})); };
+  for (int i = 0; i < 200; ++i) hold();
+  Vec3 last = writtenTorque_Nm(servo.state());
+  ASSERT_NEAR(glm::length(last), 0.004, 1e-4);
+  const auto scene = std::shared_ptr<const ServoScene>(sceneOf(2, {plain, twisted}));
+  servo.adopt(scene);
+  for (int i = 0; i < 200; ++i) {
+    hold();
+    const Vec3 now = writtenTorque_Nm(servo.state());
+    ASSERT_LE(glm::distance(now, last), RateLimitedStiffness::kRate_N_per_s * 0.05 * 1e-3 + 1e-9) << i;
+    last = now;
+  }
+  EXPECT_NEAR(glm::length(last), 0.008, 2e-4);
 }
 
 TEST(HeldTool, GoesOnFromACopyAndFromAnImageAlike) {
