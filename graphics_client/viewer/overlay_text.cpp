@@ -154,6 +154,14 @@ std::string stoppedBody(const MirrorView& view) {
 /// Telemetry says so little that the link must be bad, though no connection was lost.
 bool isStale(const MirrorView& view, double age_s) { return view.sample && age_s > kStaleTelemetry_s; }
 
+/// Of a tool; what the device gives of it, where it gives any.
+std::string torqueText(const ToolState& tool) {
+  constexpr double kMilli = 1e3;
+  const double written_Nm = glm::length(tool.written_Nm);
+  return formatted("%.1f mNm", kMilli * glm::length(tool.torque_Nm)) +
+         (written_Nm > 0 ? formatted(", %.1f given", kMilli * written_Nm) : "");
+}
+
 }  // namespace
 
 bool isCurrent(const MirrorView& view, double age_s) {
@@ -194,8 +202,8 @@ std::vector<OverlayLine> statusLines(const MirrorView& view, double age_s, doubl
                      Tone::kWarning});
   }
   if (sample.allowanceSpent > 0) {
-    lines.push_back({"Allowance spent",
-                     formatted("in %llu ticks", static_cast<unsigned long long>(sample.allowanceSpent)),
+    lines.push_back({"Allowance",
+                     formatted("spent in %llu ticks", static_cast<unsigned long long>(sample.allowanceSpent)),
                      Tone::kWarning});
   }
   return lines;
@@ -212,7 +220,7 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
   const double force_N = glm::length(sample.force.written);
   const bool touching = sample.object != 0;
   const bool atLimit = view.maxForce_N > 0 && force_N >= 0.99 * view.maxForce_N;
-  return {
+  std::vector<OverlayLine> lines{
       {"Force", formatted("%.2f N", force_N) + (atLimit ? "  (at the limit)" : ""),
        atLimit ? Tone::kWarning : Tone::kPlain},
       {"x y z (N)", components(sample.force.written, 1)},
@@ -225,6 +233,8 @@ std::vector<OverlayLine> contactLines(const MirrorView& view) {
       {"HIP (mm)", formatted("%+.1f  %+.1f  %+.1f", sample.hip.x * kMillimetresPerMetre,
                              sample.hip.y * kMillimetresPerMetre, sample.hip.z * kMillimetresPerMetre)},
   };
+  if (view.tool) lines.push_back({"Torque", torqueText(*view.tool)});
+  return lines;
 }
 
 Banner bannerFor(const MirrorView& view, double age_s, bool wasLive, bool stateWasReset) {

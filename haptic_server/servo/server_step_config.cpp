@@ -39,10 +39,12 @@ constexpr double kCoarseContactLead_s = 1.95e-3;
 /// Ramp of the force after attach: long enough to let go of a device that pushes where nothing should.
 constexpr double kRise_s = 0.5;
 
-/// Does a third of the friction still hold three times the maker's stiffness at rest, K <= 2 f_c / step (Abbott & Okamura
-/// 2005)?
-[[nodiscard]] bool isHeld(const DeviceInfo& device) noexcept {
-  return 2 * device.coulombFriction_N / 3 >= 3 * device.maxStiffness_N_per_m * device.resolution_m;
+/// At three times the maker's stiffness, does a third of the friction still hold what a step of the encoder does at rest,
+/// K <= 2 f_c / step (Abbott & Okamura 2005), and the friction an oscillation (locallyStableStiffness_N_per_m())?
+[[nodiscard]] bool isHeld(const DeviceInfo& device, double rate_Hz) noexcept {
+  const double stiffness_N_per_m = 3 * device.maxStiffness_N_per_m;
+  return 2 * device.coulombFriction_N / 3 >= stiffness_N_per_m * device.resolution_m &&
+         locallyStableStiffness_N_per_m(device, 1 / rate_Hz) >= stiffness_N_per_m;
 }
 
 }  // namespace
@@ -50,7 +52,7 @@ constexpr double kRise_s = 0.5;
 ObserverSettings observerFor(const DeviceInfo& device, double rate_Hz) noexcept {
   const double makers_N_per_m = device.maxStiffness_N_per_m;
   const bool coarse = makers_N_per_m * device.resolution_m > kCoarse_N;
-  const Look& look = coarse ? kCoarse : isHeld(device) ? kHeld : kUsual;
+  const Look& look = coarse ? kCoarse : isHeld(device, rate_Hz) ? kHeld : kUsual;
   ObserverSettings settings;
   settings.mass_kg = look.trustedMass * device.apparentMass_kg;
   settings.viscousFriction_Ns_per_m = device.viscousFriction_Ns_per_m;

@@ -52,9 +52,9 @@ static int read_it(void* device, uint64_t timeout_ns, struct haptics_device_stat
   static int calls;
   (void)device; (void)timeout_ns;
   if (++calls % 3000 > 2990) usleep(BLOCK_US);
-  const double half = 0.04 * sin(calls / 300.0);
+  const double half = 0.04 * sin(calls / 300.0) + (calls > 1500 ? JUMP : 0);
   *state = (struct haptics_device_state){.position_m = {0, 0, 0.01 * cos(calls / 200.0)},
-                                         .orientation = {cos(half), 0, sin(half), 0}, .homed = 1};
+                                         .orientation = {calls > 1500 ? W : cos(half), 0, sin(half), 0}, .homed = 1};
   usleep(900);
   return HAPTICS_DEVICE_DONE;
 }
@@ -76,7 +76,7 @@ const struct haptics_device_functions* NAME(void) {
   return &all;
 }
 """
-PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "BLOCK_US": "0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
+PLUGIN_AS_IT_SHOULD_BE = {"FORCE": "3", "DEGREES": "3", "DRIVEN": "0", "TORQUE": "0", "TOLD": '"/dev/null"', "JUMP": "0", "W": "cos(half)", "BLOCK_US": "0", "ABI": "HAPTICS_DEVICE_ABI", "WRITE": "write_it",
                           "NAME": "haptics_device_plugin"}
 
 
@@ -290,6 +290,14 @@ class DevicePlugin(harness.EndToEnd):
         self.assertGreater(largest_Nm, 0.002)
         self.assertLessEqual(largest_Nm, 0.01 + 1e-9)
         self.assertEqual(last_Nm, 0, "the torque ends with the server")
+
+    def test_an_orientation_that_jumps_or_is_none_takes_the_force_away_and_is_named(self):
+        for said, differences in {"the device's position jumped": {"JUMP": "0.5"},
+                                  "the device's replies are garbled": {"W": "(0.0/0.0)"}}.items():
+            with self.subTest(said):
+                server = self.start_server(device=f"plugin:{self.build_plugin(DEGREES='6', **differences)}")
+                harness.wait_until(lambda: said in server.text(), 20, said)
+                self.stop_and_check(server)
 
     def test_a_call_that_blocks_takes_the_force_away_and_is_named(self):
         library = self.build_plugin(BLOCK_US="40000")

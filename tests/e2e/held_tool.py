@@ -64,7 +64,7 @@ class HeldTool(harness.EndToEnd):
     def test_a_device_that_turns_turns_it_and_feels_its_torque(self):
         self.stop_and_check(self.server)
         file = self.folder / "turned.haptics"
-        server = self.start_server(scene=FLOOR, options=["--record", file, "--device-preset", "delta.6"])
+        server = self.start_server(scene=FLOOR, options=["--record", file, "--device-preset", "sigma.7"])
         with Client(server.address, "turner", telemetry_hz=200) as client, client.hand() as hand:
             client.wait_live()
             hand.move_to((0, 0, 0.03))

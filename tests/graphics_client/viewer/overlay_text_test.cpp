@@ -131,6 +131,14 @@ TEST_F(Touching, ContactSaysForceObjectAndPrimitive) {
   EXPECT_EQ(contact("On").value, "vertex 1 of polygon 5");
 }
 
+TEST_F(Touching, ContactSaysTheTorqueOfAToolAndWhatTheDeviceGivesOfIt) {
+  EXPECT_EQ(contact("Torque").value, "(no such line)");
+  view.tool = ToolState{.object = box, .torque_Nm = {0, 0.012, 0}, .point = {}};
+  EXPECT_EQ(contact("Torque").value, "12.0 mNm");
+  view.tool->written_Nm = {0, 0.0095, 0};
+  EXPECT_EQ(contact("Torque").value, "12.0 mNm, 9.5 given");
+}
+
 TEST_F(Touching, ContactWithAnObjectThatIsNotKnownYetGivesItsNumber) {
   view.sample->object = 99;
   EXPECT_EQ(contact("Contact").value, "object 99");

@@ -15,7 +15,7 @@ constexpr double kPeriod_s = 1e-3;
 
 /// Without friction.
 DevicePreset frictionless() {
-  DevicePreset preset = findDevicePreset("delta.6").value();
+  DevicePreset preset = findDevicePreset("sigma.7").value();
   preset.rotation.viscousFriction_Nms_per_rad = preset.rotation.coulombFriction_Nm = 0;
   return preset;
 }
@@ -63,7 +63,7 @@ TEST(SimulatedRotation, SwingsInAHandAtItsFrequency) {
 TEST(SimulatedRotation, IsToldInStepsOfTheEncoderAndTorqueEndsAtTheLimit) {
   StillHand hand;
   hand.wanted = rotationBy({0.2, 0.1, -0.3});
-  const DevicePreset preset = findDevicePreset("delta.6").value();
+  const DevicePreset preset = findDevicePreset("sigma.7").value();
   SimulatedDevice device({preset, findHandPreset("none").value(), kPeriod_s}, hand);
   const Vec3 told = rotationVector(device.read(0).rotation) / preset.rotation.resolution_rad;
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(told[axis], std::round(told[axis]), 1e-9);

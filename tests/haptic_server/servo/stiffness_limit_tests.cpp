@@ -54,7 +54,7 @@ TEST(SurfaceLimits, AreHalfOfWhatIsCritical) {
 }
 
 TEST(SurfaceLimits, OfTorsionAreHalfOfWhatIsCriticalWhereTheDeviceGivesTorque) {
-  const DeviceInfo driven = infoOf(findDevicePreset("delta.6").value(), 1e-3);
+  const DeviceInfo driven = infoOf(findDevicePreset("sigma.7").value(), 1e-3);
   const double limit_Nm_per_rad = surfaceLimits(driven, 1000, true).torsion_Nm_per_rad;
   EXPECT_EQ(limit_Nm_per_rad, 0.5 * criticalTorsion_Nm_per_rad(driven, 1000, true));
   EXPECT_GE(limit_Nm_per_rad, 1.5 * driven.rotation.maxTorsion_Nm_per_rad);
