@@ -63,13 +63,14 @@ class DeviceTorque {
   /// Once a tick. written_Nm() is for the device then.
   /// @param gain  The ramp's.
   /// @param jumps  An edit, or a tick that spent its allowance, changes it at once.
-  void limit(double gain, bool isFaulty, bool jumps) noexcept {
+  /// @param isHeld  Something holds the tool: else its torque is what it lags behind in free space.
+  void limit(double gain, bool isFaulty, bool jumps, bool isHeld) noexcept {
     if (!isFaulty)
       unlimited_Nm_ = slewed(isFinite(felt_Nm_) ? limitMagnitude(felt_Nm_, maxTorque_Nm_) : Vec3(0), jumps);
     written_Nm_ = gain * unlimited_Nm_;
     if (!observer_.active()) return;
     const double length = glm::length(felt_Nm_);
-    observer_.onForceWritten(onRadius(written_Nm_), length > 0 ? felt_Nm_ / length : Vec3(0),
+    observer_.onForceWritten(onRadius(written_Nm_), isHeld && length > 0 ? felt_Nm_ / length : Vec3(0),
                              torsion_.value().spring_N_per_m);
   }
 

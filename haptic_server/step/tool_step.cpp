@@ -87,7 +87,8 @@ void feelTool(const ServoScene& scene, HapticState& state, const StepConfig& con
 void limitTorque(HapticState& state, const ForceResult& result) noexcept {
   const bool jumps = state.adoption.now || state.adoption.contactBroken || result.contact.work.depenetrated ||
                      result.contact.work.allowanceSpent;
-  state.tool.torque.limit(state.supervision.ramp.gain(), state.supervision.fault != Fault::kNone, jumps);
+  state.tool.torque.limit(state.supervision.ramp.gain(), state.supervision.fault != Fault::kNone, jumps,
+                          state.tool.felt.heldCount > 0);
 }
 
 void fadeTorque(HapticState& state, const ForceResult& result) noexcept {
