@@ -183,7 +183,8 @@ Result<RecordedTick> tickFrom(std::string_view bytes) {
 }
 
 bool turns(const RecordedTick& tick) noexcept {
-  return tick.input.device.rotation != Quat(1, 0, 0, 0) || tick.torque_Nm != Vec3(0);
+  const Quat& q = tick.input.device.rotation;
+  return q.w != 1 || !sameBits({q.x, q.y, q.z}, Vec3(0)) || !sameBits(tick.torque_Nm, Vec3(0));
 }
 
 void appendTurn(const RecordedTick& tick, std::string& bytes) {

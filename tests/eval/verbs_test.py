@@ -332,8 +332,10 @@ class Textures(Verb):
         flat, shaded = (r for r in records if r["scene"] == "shading_sphere" and r["triangles"] > 10_000)
         self.assertGreater(flat["direction_error_rms_deg"], 10 * shaded["direction_error_rms_deg"])
         rings = [r for r in records if r["scene"] == "map_grating" and r["hand"] == "light" and not r["steady"]]
-        # The clamp of K shows in S13 of the failure scenes: with the stabiliser these gratings rest without it too.
-        self.assertEqual({r["method"] for r in rings}, {"bump_mapping"})
+        # The clamp of K shows in S13 of the failure scenes: with the stabiliser these gratings rest without it too, but on one
+        # device, which senses so finely that its makers make it stiff, and has little friction.
+        self.assertEqual({r["method"] for r in rings}, {"bump_mapping", "ours_without_gain_clamp"})
+        self.assertEqual({r["device"] for r in rings if r["method"] != "bump_mapping"}, {"sigma.7"})
         self.assertEqual((self.out / "textures.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
         self.assertGreater((self.out / "textures.png").stat().st_size, 100_000)
 
